@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use colluvium::case::Case;
 use colluvium::compare::{self, CompareOptions, MethodOutcome, MethodResult, ReferenceProfiles};
-use colluvium::pictures::view_plane_for_gravity;
+use colluvium::output::run_pictures::view_plane_for_gravity;
 
 #[derive(Args)]
 pub struct CompareTaskArguments {

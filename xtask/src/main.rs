@@ -1,17 +1,13 @@
 //! Validation, comparison of methods and benchmarks.
 
 mod analysis;
-mod bench;
-mod bench_case;
-mod bench_laws;
-mod bench_sph;
 mod benchmarks;
 mod compare;
 mod coverage;
 mod fuzz;
 mod report;
 mod same_bits;
-mod textbook;
+mod speed;
 mod tidy;
 mod validate;
 
@@ -33,7 +29,7 @@ enum Task {
     /// Runs a case with every method that supports it and lays the results side by side.
     Compare(compare::CompareTaskArguments),
     /// Measures point-updates per second.
-    Bench(bench::BenchArguments),
+    Bench(speed::mpm::BenchArguments),
     /// Writes docs/coverage.md: every row of the checklists of specification sheets, with what implements and what shows it.
     Coverage(coverage::CoverageArguments),
     /// Tries broken case files, or kills runs and takes them up again.
@@ -50,7 +46,7 @@ fn main() -> ExitCode {
     let result = match CommandLine::parse().command {
         Task::Validate(arguments) => validate::run(&arguments),
         Task::Compare(arguments) => compare::run(&arguments),
-        Task::Bench(arguments) => bench::run(&arguments),
+        Task::Bench(arguments) => speed::mpm::run(&arguments),
         Task::Coverage(arguments) => coverage::run(&arguments),
         Task::Fuzz(arguments) => fuzz::run(&arguments),
         Task::SameBits(arguments) => same_bits::run(&arguments),

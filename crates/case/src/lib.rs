@@ -2,60 +2,39 @@
 //!
 //! A [`Case`] describes a problem once; a [`Method`] turns it into a [`Solver`].
 
-mod arc_layer;
-mod closed_liquid;
-mod columns;
-pub mod damping;
-mod decimal;
+pub mod bodies;
 pub mod description;
-mod equilibrium;
 mod error;
 mod features;
-mod formula;
-mod initial_stress;
-pub mod json;
-pub mod law;
-mod layers;
-pub mod lines;
-mod load;
+pub mod files;
 pub mod loads;
-mod manufactured;
 pub mod measure;
 mod obstacle;
-mod origin;
 pub mod output;
-mod plan_rasters;
-mod plan_region;
-mod point_list;
 mod pore_fluid;
-mod ramps;
 pub mod rigid;
 pub mod run;
-mod samples;
 pub mod solver;
-mod surface;
-mod time_scales;
 mod validate;
-mod warnings;
 
-pub use columns::{ColumnFile, ColumnRow, Quantity, read_pairs};
+pub use crate::bodies::formula::Formula;
+pub use crate::bodies::plan_region::PlanRegion;
+pub use crate::bodies::{GrainColumns, PointList};
+pub use crate::files::case_file::spatial;
+pub use crate::files::{ColumnFile, ColumnRow, Quantity, read_pairs};
+pub use crate::solver::equilibrium::{Equilibrium, EquilibriumScales};
+pub use crate::solver::manufactured::{Manufactured, PrescribedState};
+pub use crate::validate::time_scales::{BodyDensities, TimeScales};
 pub use description::Case;
-pub use equilibrium::{Equilibrium, EquilibriumScales};
 pub use error::{CaseError, CaseErrors, printable, shortened};
 pub use features::{Capabilities, RequestedFeature, RequiredInput};
-pub use formula::Formula;
-pub use load::spatial;
-pub use manufactured::{Manufactured, PrescribedState};
 pub use obstacle::{
     MovingObstacle, MovingObstacles, OVERLAP_TOLERANCE, ObstacleLaw, ObstacleLaws, ObstacleOverlap,
     PlacedObstacle, constraining_obstacles, limit_step_by_obstacles, normal_inside,
 };
-pub use plan_region::PlanRegion;
-pub use point_list::{GrainColumns, PointList};
 pub use run::{RunError, RunOptions, RunReport, SafetyResult, TrialVerdict, run, run_method, run_with_plan};
 pub use solver::{
     Advance, Budget, Dataset, DatasetGeometry, Field, FieldData, FieldRole, Frame, FrameRequest, Lattice,
     Method, PhaseBudget, Plan, PlanRaster, ProblemSize, Reaction, Resolution, Snapshot, Solver, SolverError,
     StepLimit, TimeStep,
 };
-pub use time_scales::{BodyDensities, TimeScales};

@@ -34,27 +34,21 @@ pub use colluvium_snow_mpm as snow_mpm;
 pub use colluvium_sph as sph;
 
 #[cfg(feature = "reports")]
-pub mod animation;
-#[cfg(feature = "reports")]
 pub mod compare;
-mod debris_flow;
 #[cfg(feature = "reports")]
-pub mod ground;
+pub mod output;
 #[cfg(feature = "reports")]
-mod jobs;
-#[cfg(feature = "reports")]
-pub mod maps;
-mod models;
-#[cfg(feature = "reports")]
-pub mod pictures;
-mod reference;
+mod parallel_runs;
 #[cfg(feature = "reports")]
 pub mod report;
 #[cfg(feature = "reports")]
 pub mod sweep;
+mod templates;
 
-pub use models::models_reference;
-pub use reference::case_reference;
+mod reference;
+
+pub use crate::reference::case_reference::case_reference;
+pub use crate::reference::models_reference::models_reference;
 
 use case::{Case, CaseError, CaseErrors, Method};
 use constitutive::driver::{DriverError, ElementTest};
@@ -104,7 +98,7 @@ pub fn case_schema() -> Value {
 /// # Errors
 /// Everything wrong in the file, each with its JSON path.
 pub fn element_test(text: &str) -> Result<ElementTest, CaseErrors> {
-    check_element_test(case::json::read(text)?)
+    check_element_test(case::files::json::read(text)?)
 }
 
 /// An element test from a file.
@@ -112,7 +106,7 @@ pub fn element_test(text: &str) -> Result<ElementTest, CaseErrors> {
 /// # Errors
 /// As [`element_test`], syntax with the file as well, and when it cannot be read.
 pub fn load_element_test(file: &std::path::Path) -> Result<ElementTest, CaseErrors> {
-    check_element_test(case::json::read_file(file)?)
+    check_element_test(case::files::json::read_file(file)?)
 }
 
 fn check_element_test(test: ElementTest) -> Result<ElementTest, CaseErrors> {
@@ -142,18 +136,18 @@ pub const TEMPLATES: [(&str, &str); 10] = [
 
 /// Names of all starting cases.
 pub fn template_names() -> Vec<&'static str> {
-    TEMPLATES.iter().chain([&debris_flow::CASE_TEXT]).map(|(name, _)| *name).collect()
+    TEMPLATES.iter().chain([&templates::CASE_TEXT]).map(|(name, _)| *name).collect()
 }
 
 /// The starting case called `name`.
 pub fn template(name: &str) -> Option<&'static str> {
-    TEMPLATES.iter().chain([&debris_flow::CASE_TEXT]).find(|(known, _)| *known == name).map(|(_, text)| *text)
+    TEMPLATES.iter().chain([&templates::CASE_TEXT]).find(|(known, _)| *known == name).map(|(_, text)| *text)
 }
 
 /// Names of the files that the starting case called `name` needs beside it.
 pub fn template_files(name: &str) -> Vec<&'static str> {
-    if name == debris_flow::CASE_TEXT.0 {
-        vec![debris_flow::TERRAIN_FILES, debris_flow::RELEASE_FILE.0]
+    if name == templates::CASE_TEXT.0 {
+        vec![templates::TERRAIN_FILES, templates::RELEASE_FILE.0]
     } else {
         Vec::new()
     }
@@ -165,13 +159,13 @@ pub fn template_files(name: &str) -> Vec<&'static str> {
 /// When one cannot be written.
 pub fn write_template_files(name: &str, folder: &std::path::Path) -> Result<(), case::output::OutputError> {
     use case::output::{OutputError, write_atomically};
-    if name != debris_flow::CASE_TEXT.0 {
+    if name != templates::CASE_TEXT.0 {
         return Ok(());
     }
-    let terrain = folder.join(debris_flow::TERRAIN_FILES);
-    colluvium_terrain::write_raster(&terrain, &debris_flow::terrain())
+    let terrain = folder.join(templates::TERRAIN_FILES);
+    colluvium_terrain::write_raster(&terrain, &templates::terrain())
         .map_err(|error| OutputError::new(&terrain, error.problem))?;
-    write_atomically(&folder.join(debris_flow::RELEASE_FILE.0), debris_flow::RELEASE_FILE.1.as_bytes())
+    write_atomically(&folder.join(templates::RELEASE_FILE.0), templates::RELEASE_FILE.1.as_bytes())
 }
 
 #[cfg(doctest)]

@@ -11,41 +11,33 @@
 //! compression-positive; stress is always the full 3D tensor, component order xx yy zz xy yz zx,
 //! with tensor (not engineering) shear.
 
+mod adapters;
 pub mod basal;
-mod corotational;
+pub mod contract;
 pub mod driver;
 mod error;
-pub mod granular_cell;
-mod hencky;
-mod interface;
-pub mod lanes;
 pub mod laws;
 pub mod localisation;
-mod material;
-pub mod measures;
-mod model;
-mod motion;
-mod or_none;
 pub mod porous;
-mod spec;
-mod spectral;
+mod return_maps;
 mod tangent;
 mod tensor;
-mod update;
-mod wrapper;
+pub mod tensors;
 
-pub use corotational::{Corotational, FirstOrderSpin};
+pub use crate::adapters::corotational::{Corotational, FirstOrderSpin};
+pub use crate::adapters::hencky::{Hencky, HenckyState, PrincipalReturn, SimdBatch};
+pub use crate::contract::component_arrays::spectra;
+pub use crate::contract::interface::{InterfaceLaw, InterfacePoint};
+pub use crate::contract::material::{BLOCK_SIZE, Material, StateBlock, States};
+pub use crate::contract::maybe_infinite::{MaybeInfinite, NoneWord};
+pub use crate::contract::model::{Model, ModelFamily, ModelInfo};
+pub use crate::contract::motion::{Motion, MotionBlock, PoreFluidState};
+pub use crate::contract::spec::MaterialSpec;
+pub use crate::contract::stress_update::{
+    InitialCondition, Law, Point, PointLaw, SmallStrain, StressUpdate, UpdateCost,
+};
+pub use crate::tensors::spectral::Spectrum;
 pub use error::{BatchError, MaterialError, UnconvergedStep};
-pub use hencky::{Hencky, HenckyState, PrincipalReturn, SimdBatch};
-pub use interface::{InterfaceLaw, InterfacePoint};
-pub use lanes::spectra;
 pub use laws::{MaterialFactory, register_material};
-pub use material::{BLOCK_SIZE, Material, StateBlock, States};
-pub use model::{Model, ModelFamily, ModelInfo};
-pub use motion::{Motion, MotionBlock, PoreFluidState};
-pub use or_none::{MaybeInfinite, NoneWord};
-pub use spec::MaterialSpec;
-pub use spectral::Spectrum;
 pub use tangent::Tangent;
 pub use tensor::{Mat3, SymTensor};
-pub use update::{InitialCondition, Law, Point, PointLaw, SmallStrain, StressUpdate, UpdateCost};

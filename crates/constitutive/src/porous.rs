@@ -1,6 +1,6 @@
 //! Quantities of porous media that belong to no single law (sheet: constitutive §2.17).
 
-use crate::model::{check, positive};
+use crate::contract::model::{check, positive};
 use crate::{MaterialError, SymTensor};
 
 /// Grains, skeleton and fluid of a saturated soil or rock.

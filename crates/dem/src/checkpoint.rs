@@ -7,14 +7,14 @@ use colluvium_case::measure::ScalarOutput;
 use colluvium_case::{
     Advance, Budget, Equilibrium, Frame, FrameRequest, Reaction, Solver, SolverError, TimeStep, spatial,
 };
-use colluvium_points::columns::{invalid_data, read_column, write_column};
+use colluvium_points::struct_of_arrays::{invalid_data, read_column, write_column};
 use serde::{Deserialize, Serialize};
 
-use crate::ledger::{BrokenBond, EnergyBalance};
-use crate::pairs::PairList;
-use crate::rain::EnteredGrains;
+use crate::contact::contact_histories::PairList;
+use crate::obstacles::facet::Facet;
+use crate::output::energy_balance::{BrokenBond, EnergyBalance};
 use crate::solver::{ControlledStress, DemSolver};
-use crate::surfaces::Facet;
+use crate::specimen::pluviation::EnteredGrains;
 
 /// Version of the layout of a checkpoint.
 const FORMAT: u32 = 11;
@@ -84,7 +84,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let mut cell = flattened(&self.cell.h);
         cell.extend(flattened(&self.cell.velocity_gradient));
         cell.extend(flattened(&self.cell.mean_velocity_gradient));
-        let wall = |wall: &crate::walls::RigidWall<D>| {
+        let wall = |wall: &crate::boundary::walls::RigidWall<D>| {
             let velocity = wall.velocity.get(wall.axis).copied().unwrap_or(0.0);
             let mut numbers = vec![wall.position, velocity];
             numbers.extend(wall.reaction.as_flattened());

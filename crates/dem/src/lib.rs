@@ -9,39 +9,26 @@
 //!
 //! [`Dem`] is the way in: it turns a [`Case`] into a [`Solver`].
 
-pub mod cell;
-mod chains;
+pub mod boundary;
 mod checkpoint;
-pub mod coarse;
 mod config;
 pub mod contact;
-pub mod fabric;
-mod facets;
-mod filled;
-mod grains;
-mod homogeneity;
-mod ledger;
-mod lists;
+mod force_loop;
 pub mod material;
+mod momentum;
 mod motion;
-mod pairs;
-mod rain;
-mod regions;
-mod report;
+mod neighbours;
+mod obstacles;
+pub mod output;
+mod points;
 mod setup;
-pub mod sizes;
 mod solver;
 pub mod specimen;
-mod store;
-mod surfaces;
-mod sweep;
-mod vector;
-pub mod voronoi;
-mod walls;
 
 use colluvium_case::{Capabilities, Case, CaseError, Method, Plan, ProblemSize, Solver};
 use schemars::Schema;
 
+pub use crate::output::void_ratio_bands::VoidRatioBands;
 pub use config::{
     Adhesion, BodyGrains, BondSpec, CellControl, CellEntry, ContactVelocity, CyclicStrain, CyclicStress,
     DampingForm, DemOptions, Diameters, Fill, Friction, GrainKind, GrainStage, LatticePacking, LeverArm,
@@ -49,7 +36,6 @@ pub use config::{
     SpringReset, TangentialSpec, WallServo,
 };
 pub use contact::Contact;
-pub use homogeneity::VoidRatioBands;
 pub use solver::DemSolver;
 pub use specimen::Specimen;
 

@@ -10,10 +10,10 @@ use std::time::Instant;
 use colluvium_case::{Case, Method};
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::bed::Bed;
-use colluvium_depth_sph::choices::SearchOrientation;
+use colluvium_depth_sph::config::choices::SearchOrientation;
+use colluvium_depth_sph::config::settings::FlowSettings;
 use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium_depth_sph::nodes::NewNode;
-use colluvium_depth_sph::settings::FlowSettings;
+use colluvium_depth_sph::phases::phase_nodes::NewNode;
 use serde_json::{Value, json};
 
 /// Area of the outline of the release, an ellipse (m²).

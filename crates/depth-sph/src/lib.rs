@@ -5,36 +5,29 @@
 //! fluid may be two sets of nodes that [`drag`] couples; excess pore pressure lives on a [`body_column`](mod@column) of finite differences at
 //! every node of the grains. [`flow::Flow`] holds nodes and step, without a case; [`DepthSph`] is the way in from one.
 
+pub mod analytical_solutions;
 pub mod bed;
-pub mod choices;
-pub mod column;
-mod config;
-pub mod cross_section;
-pub mod drag;
+mod boundary;
+pub mod config;
 pub mod erosion;
-pub mod exact;
 pub mod flow;
-pub mod friction;
-pub mod hand_over;
-pub mod handed;
 pub mod inflow;
-pub mod kernel;
-pub mod maps;
-pub mod nodes;
-pub mod scalar;
-pub mod settings;
+pub mod momentum;
+pub mod neighbours;
+pub mod output;
+pub mod phases;
+pub mod pore_pressure;
+pub mod scalar_transport;
 mod setup;
-mod solver;
-mod stages;
 
 use colluvium_case::{Capabilities, Case, CaseError, Method, Plan, ProblemSize, Solver};
 use schemars::Schema;
 
+pub use crate::output::DepthSolver;
 pub use config::{
     BedRegion, ColumnOptions, DepthOptions, DilatancyOptions, EarthPressureOptions, FluidResistanceOptions,
     InflowOptions, MixtureOptions, SkeletonConfinement, SkeletonOptions, StopOptions,
 };
-pub use solver::DepthSolver;
 
 /// Name of the method.
 const NAME: &str = "depth-sph";

@@ -9,26 +9,29 @@
 //! threads. Solvers go through [`Transfers`], which are compiled here for each kind of shape functions and point domains, and chosen
 //! at run time by a [`ShapeFunctionKind`]. [`NodeWalls`] imposes the boundary conditions on the nodes.
 
-mod axis;
-mod basis;
-mod corners;
+mod boundary;
 mod domain;
 mod grid;
 mod layout;
 mod mesh;
-mod msh;
-mod node;
-mod pulled;
-mod shape;
-mod stencil;
-mod support;
-mod sweeps;
-mod walls;
+mod nodes;
+mod shape_functions;
+mod transfers;
 mod wrap;
 
-pub use axis::{Basis1d, BasisValues1d};
-pub use basis::{Basis, ContiguousGimpBasis, CubicSpline, GimpBasis, LinearBasis, QuadraticSpline};
-pub use corners::CpdiBasis;
+pub use crate::boundary::walls::{NodeFace, NodeFaces, NodeWall, NodeWalls, WallKind};
+pub use crate::mesh::msh::MshError;
+pub use crate::nodes::nodal_state::{InterpolatedMotion, NodalState, Vector4};
+pub use crate::shape_functions::basis::{
+    Basis, ContiguousGimpBasis, CubicSpline, GimpBasis, LinearBasis, QuadraticSpline,
+};
+pub use crate::shape_functions::basis_1d::{Basis1d, BasisValues1d};
+pub use crate::shape_functions::cpdi_basis::CpdiBasis;
+pub use crate::shape_functions::node_support::{NodeList, NodeSupport};
+pub use crate::shape_functions::reference_basis::ReferenceStencil;
+pub use crate::shape_functions::shape_function_kind::ShapeFunctionKind;
+pub use crate::shape_functions::stencil::Stencil;
+pub use crate::transfers::{AffineFields, NodeRange, P2gInput, P2gPhaseInput, PointSlice, Transfers};
 pub use domain::{
     ConvectedDomain, ConvectedQuadrilateral, DomainSlice, Domains, DomainsMut, ElementDomain, FixedDomain,
     GridView, PointDomain, ReferenceDomain, RightStretchDiagonal, RightStretchDomain, SquareMatrix,
@@ -37,12 +40,4 @@ pub use domain::{
 pub use grid::{Grid, GridError};
 pub use layout::{Layout, sort_by_cell};
 pub use mesh::{Element, Mesh, MeshError, SimplexBasis};
-pub use msh::MshError;
-pub use node::{InterpolatedMotion, NodalState, Vector4};
-pub use pulled::ReferenceStencil;
-pub use shape::ShapeFunctionKind;
-pub use stencil::Stencil;
-pub use support::{NodeList, NodeSupport};
-pub use sweeps::{AffineFields, NodeRange, P2gInput, P2gPhaseInput, PointSlice, Transfers};
-pub use walls::{NodeFace, NodeFaces, NodeWall, NodeWalls, WallKind};
 pub use wrap::wrap;

@@ -11,16 +11,16 @@ use colluvium_case::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::bodies::point_error;
-use crate::driven::DrivenObjectState;
+use crate::boundary::prescribed_motion::DrivenObjectState;
+use crate::boundary::rigid_bodies::stop_free_rigid_bodies;
 use crate::momentum::EquilibriumTerms;
-use crate::obstacles::borne::Reactions;
-use crate::obstacles::rocks::{ObstacleHistory, ObstacleReaction};
-use crate::points::PointSet;
-use crate::pressing::{penetration_warning, reset_displacements};
-use crate::rigid::stop_free_rigid_bodies;
+use crate::obstacles::obstacle_penalty::{penetration_warning, reset_displacements};
+use crate::obstacles::reaction::Reactions;
+use crate::obstacles::state::{ObstacleHistory, ObstacleReaction};
+use crate::phases::PhaseEquilibriumTerms;
+use crate::points::bodies::point_error;
+use crate::points::point_set::PointSet;
 use crate::solver::MpmSolver;
-use crate::two_phase::PhaseEquilibriumTerms;
 
 /// Version of the layout of a checkpoint.
 const FORMAT: u32 = 18;

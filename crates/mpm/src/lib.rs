@@ -10,62 +10,20 @@
 //!
 //! [`Mpm`] is the way in: it turns a [`Case`] into a [`Solver`].
 
-mod absorbing;
-mod affine;
-mod at_node;
-mod averages;
-mod background;
-mod blocks;
-mod bodies;
 mod boundary;
-mod cells;
 mod checkpoint;
 mod clock;
 mod config;
-mod consistent;
 mod contact;
-mod dispatch;
-mod driven;
-mod dual;
-mod equilibrium;
-mod fall;
-mod free_surface;
-mod gap;
-mod light;
-mod loads;
-mod manufactured;
-mod meet;
-mod mesh;
-mod mixed;
 mod momentum;
-mod nodal;
-mod nodes;
 mod obstacles;
+mod output;
+mod phases;
 mod points;
-mod pore;
-mod pressed;
-mod pressing;
-mod readings;
-mod report;
-mod rigid;
 mod setup;
-mod size;
-mod soaked;
 mod solver;
-mod stopping;
-mod strain;
-mod stretch;
-mod surface_load;
-mod tension;
-mod touch;
+mod stress;
 mod transfer;
-mod two_phase;
-mod unseen;
-mod update;
-mod vectors;
-mod walls;
-mod work;
-mod xpic;
 
 use colluvium_case::{Capabilities, Case, CaseError, Method, Plan, ProblemSize, Solver};
 use schemars::Schema;
@@ -96,7 +54,7 @@ impl Method for Mpm {
     }
 
     fn problem_size(&self, case: &Case) -> Result<ProblemSize, CaseError> {
-        size::problem_size(case)
+        setup::problem_size::problem_size(case)
     }
 
     fn capabilities(&self, case: &Case) -> Result<Capabilities, CaseError> {

@@ -2,15 +2,8 @@
 //! pictures come out the same on any machine.
 
 mod animation;
-mod chains;
-mod chart;
-mod cloud;
-mod film;
-mod frame_picture;
-mod ground;
-mod map;
-mod plane;
-mod ticks;
+mod charts;
+mod pictures;
 
 use std::path::Path;
 use std::sync::Once;
@@ -20,14 +13,14 @@ use plotters::style::register_font;
 
 use colluvium_case::output::{OutputError, write_atomically};
 
+pub use crate::charts::line_chart::{LineChart, Series, Style};
+pub use crate::pictures::animated_gif::to_gif;
+pub use crate::pictures::force_chains::{ContactRose, ForceChains};
+pub use crate::pictures::frame_picture::FramePicture;
+pub use crate::pictures::point_cloud::{CommonScales, PointCloud};
+pub use crate::pictures::rigid_geometry::{Heights, MovingLines, MovingSurface, RigidGeometry, clip_line};
+pub use crate::pictures::terrain_map::{MapCells, TerrainMap};
 pub use animation::{Animation, DEFAULT_BYTES, Panel, PointClasses, QuantisedRange, SCRIPT, STYLE, View};
-pub use chains::{ContactRose, ForceChains};
-pub use chart::{LineChart, Series, Style};
-pub use cloud::{CommonScales, PointCloud};
-pub use film::to_gif;
-pub use frame_picture::FramePicture;
-pub use ground::{Heights, MovingLines, MovingSurface, RigidGeometry, clip_line};
-pub use map::{MapCells, TerrainMap};
 
 /// Name under which the built-in font is registered.
 const FONT: &str = "sans-serif";

@@ -14,45 +14,37 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod bisection;
-mod boxes;
-pub mod columns;
-mod layer;
-mod layer_options;
-mod meeting;
-mod microstructure;
-mod neighbours;
-mod outline;
-mod pieces;
-mod plan_integral;
-mod polygon;
-mod raster;
+mod partition;
+mod plan;
 mod sampling;
+mod search;
 mod shape;
-mod skin;
+pub mod struct_of_arrays;
 pub mod surface;
 mod terrain;
 
-pub use bisection::{Bisection, BoundingBox, halo};
-pub use boxes::BoxLocation;
-pub use columns::ScratchBuffers;
-pub use layer::{FeatureOverlap, LayerError, OutlineFeature, PlacedLayer, TerrainLayer, ThicknessData};
-pub use layer_options::{LayerRows, LayerThickness, ThicknessAttribute, ThicknessDirection};
-pub use meeting::overlapping_boxes;
-pub use microstructure::CachedPacking;
-pub use neighbours::{
+pub use crate::partition::bisection::{Bisection, BoundingBox, halo};
+pub use crate::plan::outline::{Outline, Polygon, Ring};
+pub use crate::plan::polygon::PolygonVertices;
+pub use crate::search::box_overlaps::overlapping_boxes;
+pub use crate::search::neighbours::{
     BLOCK_POINTS, CellList, HalfNeighbourList, NeighbourBlock, NeighbourList, SearchError,
     farthest_from_mean, max_cells,
 };
-pub use outline::{Outline, Polygon, Ring};
-pub use pieces::UnionFind;
-pub use polygon::PolygonVertices;
-pub use raster::{GeoKey, Georeference, Raster, RasterError};
+pub use crate::search::union_find::UnionFind;
+pub use crate::shape::boundary_points::{SurfacePatch, boundary_area_vectors};
+pub use crate::shape::box_classification::BoxLocation;
+pub use crate::shape::microstructure::CachedPacking;
+pub use crate::struct_of_arrays::ScratchBuffers;
+pub use crate::terrain::layer_options::{LayerRows, LayerThickness, ThicknessAttribute, ThicknessDirection};
+pub use crate::terrain::raster::{GeoKey, Georeference, Raster, RasterError};
+pub use crate::terrain::smooth_terrain::{BilinearWeights, Terrain, TerrainSample};
+pub use crate::terrain::terrain_layer::{
+    FeatureOverlap, LayerError, OutlineFeature, PlacedLayer, TerrainLayer, ThicknessData,
+};
 pub use sampling::{
     Sample, Sampling, SamplingError, common_interior_point, fitted, gauss_per_cell, lattice, per_cell,
     poisson_disk, poisson_spaced, random,
 };
 pub use shape::{Shape, ShapeError};
-pub use skin::{SurfacePatch, boundary_area_vectors};
 pub use surface::Surface;
-pub use terrain::{BilinearWeights, Terrain, TerrainSample};

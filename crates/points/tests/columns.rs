@@ -2,7 +2,7 @@
 
 use std::io;
 
-use colluvium_points::columns::read_column;
+use colluvium_points::struct_of_arrays::read_column;
 use colluvium_points::{ScratchBuffers, struct_of_arrays};
 use proptest::prelude::*;
 

@@ -11,12 +11,12 @@ use colluvium_case::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::bodies::{BodyPoints, PointFailure};
-use crate::ledger::{CutRemoval, EnergyBalance};
-use crate::maps::HazardCell;
-use crate::nodes::MomentumTerms;
+use crate::boundary::walls::BoundaryConditions;
+use crate::momentum::MomentumTerms;
+use crate::output::energy_balance::{CutRemoval, EnergyBalance};
+use crate::output::hazard_rasters::HazardCell;
+use crate::points::bodies::{BodyPoints, PointFailure};
 use crate::solver::SnowSolver;
-use crate::walls::BoundaryConditions;
 
 /// Version of the layout of a checkpoint.
 const FORMAT: u32 = 7;

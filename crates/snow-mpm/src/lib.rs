@@ -9,25 +9,19 @@
 //! Stress is tension-positive; in the plane masses, forces and energies are per metre of thickness. [`SnowMpm`] is the way in:
 //! it turns a [`Case`] into a [`Solver`].
 
-mod background;
-mod bodies;
+mod boundary;
 mod checkpoint;
 mod config;
-mod ledger;
-mod limit;
-mod manufactured;
-mod maps;
-mod motion;
-mod nodes;
+mod critical_step;
+mod momentum;
 mod obstacles;
-mod pace;
-mod report;
-mod saw;
+mod output;
+mod points;
 mod setup;
 mod solver;
+mod step_bound;
+mod stress;
 mod transfer;
-mod vectors;
-mod walls;
 
 use colluvium_case::{Capabilities, Case, CaseError, Method, Plan, ProblemSize, Solver};
 use schemars::Schema;

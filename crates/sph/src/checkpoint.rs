@@ -13,12 +13,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::clock::Clock;
 use crate::config::TimeIntegration;
-use crate::confinement::is_confined;
-use crate::lists::ListedPositions;
-use crate::particles::ParticleGroup;
-use crate::rates::ReactionSum;
-use crate::rigid::RigidBody;
+use crate::momentum::confining_pressure::is_confined;
+use crate::momentum::rates::ReactionSum;
+use crate::points::particles::ParticleGroup;
+use crate::points::rigid_body::RigidBody;
 use crate::solver::{EquilibriumTerms, SphSolver};
+use crate::transfer::verlet_lists::ListedPositions;
 use crate::walls::{ObstacleEnergies, flat_walls};
 
 /// Version of the layout of a checkpoint.

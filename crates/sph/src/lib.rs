@@ -9,35 +9,23 @@
 //!
 //! [`Sph`] is the way in: it turns a [`Case`] into a [`Solver`].
 
-mod algebra;
-mod bearing;
+mod boundary;
 mod checkpoint;
 mod clock;
 mod config;
-mod confinement;
-mod diagnostics;
-pub mod kernel;
-mod lanes;
-mod limit;
-mod lists;
-mod loads;
-pub mod operators;
+mod context;
+mod critical_step;
+mod momentum;
+mod obstacles;
+mod output;
 mod pairs;
-mod particles;
+mod points;
 mod ranks;
-mod rates;
-mod regularise;
-mod report;
-mod rigid;
-mod rigid_motion;
-pub mod semi_discrete;
-mod setting;
-mod setup;
+pub mod setup;
 mod shifting;
 mod solver;
 mod stress;
-mod tensile;
-mod total;
+pub mod transfer;
 mod walls;
 
 use colluvium_case::{Capabilities, Case, CaseError, Method, Plan, ProblemSize, Solver};

@@ -2,14 +2,14 @@
 
 use rayon::prelude::*;
 
-use crate::algebra::square;
 use crate::clock::Clock;
 use crate::config::ShiftingSpeed;
-use crate::lists::VerletLists;
+use crate::context::SolverContext;
+use crate::momentum::rates::Rates;
 use crate::pairs::{PairContext, Shift};
-use crate::particles::{Bodies, ParticleGroup};
-use crate::rates::Rates;
-use crate::setting::SolverContext;
+use crate::points::particles::{Bodies, ParticleGroup};
+use crate::points::vector_algebra::square;
+use crate::transfer::verlet_lists::VerletLists;
 use crate::walls::Walls;
 
 /// Share of the trace of a full moment below which a particle lies at a free surface (sheet: sph §2.13 h: 1.5 of 2 and
@@ -108,7 +108,8 @@ mod tests {
     use colluvium_constitutive::SymTensor;
     use serde_json::json;
 
-    use crate::semi_discrete::{self, PrescribedParticle};
+    use crate::setup::rates_only;
+    use crate::setup::rates_only::PrescribedParticle;
     use crate::solver::SphSolver;
 
     /// Particles go as far as the lists allow before they are shifted as far as they may be.
@@ -129,7 +130,7 @@ mod tests {
             compression: 1.0,
             stress: SymTensor::ZERO,
         };
-        let mut solver = semi_discrete::solver::<2>(&case, given);
+        let mut solver = rates_only::solver::<2>(&case, given);
         solver.update_lists(true).unwrap();
         let support = solver.setting.smoothing.radius();
         for i in 0..solver.bodies.particles.len() {

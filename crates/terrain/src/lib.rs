@@ -3,19 +3,11 @@
 //!
 //! Of the workspace it knows [`colluvium_points`] only, and only what reads case files knows it.
 
-mod ascii_grid;
-mod band;
-mod beside;
-mod facets;
-mod geotiff;
 mod mesh;
 mod outline;
-mod prj;
-mod proj;
-mod projection;
-mod system;
-mod well_known;
-mod world_file;
+mod raster;
+mod reference_system;
+mod sidecar_files;
 
 use std::path::{Path, PathBuf};
 
@@ -23,11 +15,11 @@ use colluvium_points::Raster;
 use colluvium_points::surface::FacettedSurface;
 use thiserror::Error;
 
-pub use beside::sidecar_files;
-pub use outline::{read_features, read_outlines};
-pub use system::{CoordinateReferenceSystem, read_reference_system};
+pub use crate::outline::outline_files::{read_features, read_outlines};
+pub use crate::reference_system::{CoordinateReferenceSystem, read_reference_system};
+pub use crate::sidecar_files::sidecar_files;
 
-use world_file::WorldFile;
+use crate::raster::world_file::WorldFile;
 
 /// What is wrong with a file, in a line.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -95,13 +87,17 @@ fn unknown_format(file: &Path, known: &str) -> FileError {
 /// When the file cannot be read, is not such a raster, is rotated, is empty, or lies in degrees or in units that are not known: by
 /// the keys of a GeoTIFF, or by a `.prj` or `.aux.xml` beside an ASCII grid.
 pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
-    let beside = band::sidecar_band(file).map_err(error_in_file(file))?;
+    let beside = raster::raster_band::sidecar_band(file).map_err(error_in_file(file))?;
     let is_beside = beside.crs.is_some();
     let raster = match extension(file).as_str() {
         "asc" | "grd" | "txt" => {
-            let system = prj::read_text(file).map_err(error_in_file(file))?.or_else(|| beside.crs.clone());
-            let mut raster = ascii_grid::parse(&read_text(file)?, beside);
-            raster.iter_mut().for_each(|raster| prj::set_georeference(&mut raster.reference, system.clone()));
+            let system = reference_system::prj_file::read_text(file)
+                .map_err(error_in_file(file))?
+                .or_else(|| beside.crs.clone());
+            let mut raster = raster::ascii_grid::parse(&read_text(file)?, beside);
+            raster.iter_mut().for_each(|raster| {
+                reference_system::prj_file::set_georeference(&mut raster.reference, system.clone())
+            });
             raster
         }
         "tif" | "tiff" => {
@@ -112,7 +108,10 @@ pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
             let mask = file.with_file_name(name);
             let mask = mask.is_file().then(|| bytes(&mask)).transpose()?;
             let world = WorldFile::sidecar_of(file).map_err(error_in_file(file))?;
-            geotiff::parse(&bytes(file)?, geotiff::GeotiffSidecars { band: beside, mask, world })
+            raster::geotiff::parse(
+                &bytes(file)?,
+                raster::geotiff::GeotiffSidecars { band: beside, mask, world },
+            )
         }
         _ => {
             return Err(unknown_format(
@@ -125,11 +124,14 @@ pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
     raster.validate().map_err(|error| error_in_file(file)(error.to_string()))?;
     let is_nameless = raster.reference.epsg.is_none() && raster.reference.crs.is_none();
     if is_nameless {
-        prj::set_georeference(&mut raster.reference, prj::read_text(file).map_err(error_in_file(file))?);
+        reference_system::prj_file::set_georeference(
+            &mut raster.reference,
+            reference_system::prj_file::read_text(file).map_err(error_in_file(file))?,
+        );
     }
     // A GeoTIFF tells its units itself, but what GDAL writes beside it comes before that.
     if is_nameless || is_beside || !extension(file).starts_with("tif") {
-        prj::check_metres(file).map_err(error_in_file(file))?;
+        reference_system::prj_file::check_metres(file).map_err(error_in_file(file))?;
     }
     Ok(raster)
 }
@@ -142,8 +144,8 @@ pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
 pub fn write_raster(file: &Path, raster: &Raster) -> Result<(), FileError> {
     raster.validate().map_err(|error| error_in_file(file)(error.to_string()))?;
     let bytes = match extension(file).as_str() {
-        "asc" => ascii_grid::format(raster).into_bytes(),
-        "tif" | "tiff" => geotiff::encode(raster).map_err(error_in_file(file))?,
+        "asc" => raster::ascii_grid::format(raster).into_bytes(),
+        "tif" | "tiff" => raster::geotiff::encode(raster).map_err(error_in_file(file))?,
         _ => return Err(unknown_format(file, ".asc (ESRI ASCII grid), .tif or .tiff (GeoTIFF)")),
     };
     let write = |file: &Path, bytes: &[u8]| {
@@ -151,7 +153,9 @@ pub fn write_raster(file: &Path, raster: &Raster) -> Result<(), FileError> {
             .map_err(|error| error_in_file(file)(format!("cannot be written: {error}")))
     };
     write(file, &bytes)?;
-    match projection::georeference_well_known_text(&raster.reference).filter(|_| extension(file) == "asc") {
+    match reference_system::map_projection::georeference_well_known_text(&raster.reference)
+        .filter(|_| extension(file) == "asc")
+    {
         Some(system) => write(&file.with_extension("prj"), system.as_bytes()),
         None => Ok(()),
     }
@@ -165,8 +169,8 @@ pub fn write_raster(file: &Path, raster: &Raster) -> Result<(), FileError> {
 /// tell its corners apart; when the surface is open, with the place.
 pub fn read_mesh(file: &Path, placed: &dyn Fn(usize, f64) -> f64) -> Result<FacettedSurface<3>, FileError> {
     let mesh = match extension(file).as_str() {
-        "stl" => mesh::read_stl(file, placed),
-        "obj" => mesh::read_obj(file, placed),
+        "stl" => mesh::mesh_files::read_stl(file, placed),
+        "obj" => mesh::mesh_files::read_obj(file, placed),
         _ => return Err(unknown_format(file, ".stl or .obj")),
     };
     mesh.map_err(error_in_file(file))

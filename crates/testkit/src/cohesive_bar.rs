@@ -5,7 +5,7 @@ use std::ops::Range;
 use colluvium_case::Solver;
 use serde_json::{Value, json};
 
-use crate::cases::stresses;
+use crate::solver_runs::stresses;
 
 /// Young's modulus (Pa). The bar is a fourth of `E G/f_t²` long, and the crack opens by little of a spacing.
 pub const STIFFNESS: f64 = 1e8;

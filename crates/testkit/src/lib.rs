@@ -4,10 +4,10 @@
 //! [`colluvium_case`]'s contract, [`vortices`] and [`cohesive_bar`] are cases of several methods.
 
 mod allocations;
-pub mod cases;
 pub mod cohesive_bar;
 pub mod pairwise;
-pub mod vortices;
+pub mod solver_runs;
+pub mod taylor_green;
 
 pub use allocations::{CountingAllocator, allocations_during};
 

@@ -2,8 +2,8 @@
 //! about a point beyond the face on a logarithmic spiral through the toe (Chen 1975, *Limit Analysis and Soil
 //! Plasticity*, §9.2). No slope of associated Mohr–Coulomb soil has a factor of safety above the one found here.
 
-use super::bishop::HomogeneousSlope;
-use super::numbers::grid_search_minimum;
+use crate::analysis::bishop_circle::HomogeneousSlope;
+use crate::analysis::statistics::grid_search_minimum;
 
 /// A spiral and the factor that it bounds.
 #[derive(Clone, Copy, Debug)]

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use colluvium::case::{Case, RunReport};
-use colluvium::pictures::view_plane_for_gravity;
+use colluvium::output::run_pictures::view_plane_for_gravity;
 use colluvium::plots::{Animation, Panel, View};
 use rayon::ThreadPool;
 
@@ -94,8 +94,9 @@ pub fn record_run(method: &str, case: &Case, report: &RunReport) {
     };
     let Ok(text) = serde_json::to_value(case) else { return };
     let plane = view_plane_for_gravity(case.gravity.get(2).copied(), None);
-    let ground = colluvium::ground::rigid_geometry(case);
-    let view = View { bytes: ANIMATION_BYTES, ground, ..colluvium::animation::view(&text, plane, &[]) };
+    let ground = colluvium::output::rigid_geometry(case);
+    let view =
+        View { bytes: ANIMATION_BYTES, ground, ..colluvium::output::animation::view(&text, plane, &[]) };
     if let Some(animation) = Animation::from_panels(&[panel], &view) {
         let caption = format!("{} ({method}): run {}", case.title, record.runs);
         record.animations.push(BenchmarkAnimation { caption, element: animation.element() });

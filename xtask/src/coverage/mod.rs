@@ -3,14 +3,14 @@
 //! Rows stand in their sheets; what is known of them in `docs/sheets/coverage/<sheet>.csv`. A row of which nothing stands there is
 //! not checked.
 
+mod checklist;
 mod page;
-mod rows;
 
 use clap::Args;
 
+use crate::coverage::checklist::ChecklistSheet;
+pub use crate::coverage::checklist::load_sheets;
 pub use page::{html, summary_text};
-use rows::ChecklistSheet;
-pub use rows::load_sheets;
 
 #[derive(Args)]
 pub struct CoverageArguments {}

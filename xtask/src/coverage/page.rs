@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::rows::{ChecklistRow, ChecklistSheet, ChecklistState};
+use crate::coverage::checklist::{ChecklistRow, ChecklistSheet, ChecklistState};
 
 /// How many rows are in each state, in a line.
 pub fn summary_text(sheets: &[ChecklistSheet]) -> String {

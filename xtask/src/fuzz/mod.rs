@@ -1,8 +1,8 @@
 //! Broken case files and killed runs, many of them.
 
-mod cases;
-mod kill;
+mod killed_runs;
 mod mutate;
+mod mutated_cases;
 
 use clap::Args;
 use colluvium::case::Case;
@@ -43,13 +43,13 @@ pub fn run(arguments: &FuzzArguments) -> Result<bool, String> {
 
 fn dispatch(arguments: &FuzzArguments) -> Fallible<bool> {
     if let Some([case, out]) = arguments.one.as_deref() {
-        return kill::run_one(&Case::load(case)?, out);
+        return killed_runs::run_one(&Case::load(case)?, out);
     }
     match arguments.kill {
-        Some(times) => kill::run(times, arguments.seed),
+        Some(times) => killed_runs::run(times, arguments.seed),
         None => {
             let numbers = arguments.first..arguments.first.saturating_add(arguments.files);
-            cases::run(numbers, arguments.seed, arguments.method.as_deref())
+            mutated_cases::run(numbers, arguments.seed, arguments.method.as_deref())
         }
     }
 }

@@ -1,12 +1,12 @@
 //! The validation report: an index, a page of each benchmark with its pictures beside it, and the same as JSON.
 
-mod benchmark;
-mod index;
+mod benchmark_page;
+mod index_page;
 mod provenance;
 mod scope;
 #[cfg(test)]
 mod tests;
-mod words;
+mod value_text;
 
 use std::path::Path;
 
@@ -14,9 +14,9 @@ use serde_json::json;
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, Check, CheckVerdict};
 use crate::coverage;
+pub use crate::report::value_text::open_defect_text;
 use provenance::{Provenance, provenance};
 pub use scope::ReportScope;
-pub use words::open_defect_text;
 
 /// A benchmark and what came of it.
 pub struct BenchmarkEntry {
@@ -115,16 +115,16 @@ pub fn write(folder: &Path, entries: &[BenchmarkEntry], scope: &ReportScope) -> 
     for entry in entries {
         let page = pages.join(format!("{}.html", entry.benchmark.id));
         for (number, figure) in entry.outcome.figures.iter().enumerate() {
-            save(&page.with_file_name(benchmark::picture(entry, number)), &figure.bytes)?;
+            save(&page.with_file_name(benchmark_page::picture(entry, number)), &figure.bytes)?;
         }
-        save(&page, benchmark::page(entry, &about, &path_to_root(&page)).into_string().as_bytes())?;
+        save(&page, benchmark_page::page(entry, &about, &path_to_root(&page)).into_string().as_bytes())?;
     }
     let (sheets, place) = (coverage::load_sheets()?, folder.join(COVERAGE));
-    save(&place, coverage::html(&sheets, words::STYLE, &path_to_root(&place)).into_string().as_bytes())?;
+    save(&place, coverage::html(&sheets, value_text::STYLE, &path_to_root(&place)).into_string().as_bytes())?;
     let text =
         serde_json::to_string_pretty(&to_json(entries, &about, scope)).map_err(|error| error.to_string())?;
     save(&folder.join("report.json"), text.as_bytes())?;
-    save(&folder.join("index.html"), index::page(entries, &about, scope).into_string().as_bytes())
+    save(&folder.join("index.html"), index_page::page(entries, &about, scope).into_string().as_bytes())
 }
 
 /// The way from a page up to the root of the repository, as a relative link that ends in a slash; empty for a page elsewhere.

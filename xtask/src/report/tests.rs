@@ -47,7 +47,7 @@ fn a_failing_check_makes_a_benchmark_fail_whatever_else_is_open() {
 
 #[test]
 fn the_page_of_a_benchmark_shows_what_fails_and_why_it_is_open() {
-    let text = benchmark::page(&entry(&[(1.0, false), (2.0, true), (3.0, false)]), &provenance(), "../")
+    let text = benchmark_page::page(&entry(&[(1.0, false), (2.0, true), (3.0, false)]), &provenance(), "../")
         .into_string();
     assert_eq!(text.matches("✓ pass").count(), 1, "one check");
     assert_eq!(text.matches("✗ fail").count(), 2, "one check and the whole");
@@ -66,7 +66,7 @@ fn the_page_of_a_benchmark_shows_what_fails_and_why_it_is_open() {
 fn the_index_counts_what_the_json_has() {
     let entries =
         [entry(&[(1.0, false)]), entry(&[(2.0, true)]), entry(&[(2.0, false), (2.0, true), (1.0, false)])];
-    let page = index::page(&entries, &provenance(), &scope(&entries)).into_string();
+    let page = index_page::page(&entries, &provenance(), &scope(&entries)).into_string();
     let json = to_json(&entries, &provenance(), &scope(&entries));
     for status in ["pass", "open", "fail"] {
         let rows = page.matches(&format!("data-status=\"{status}\"")).count();
@@ -106,13 +106,14 @@ fn a_report_is_an_index_with_pages_and_pictures_beside_them() {
 fn the_index_of_all_benchmarks_is_below_a_megabyte_and_its_links_lead_to_documents() {
     let with = |benchmark| BenchmarkEntry { benchmark, ..entry(&[(1.0, false)]) };
     let entries: Vec<BenchmarkEntry> = all().map(with).collect();
-    let page = index::page(&entries, &provenance(), &scope(&entries)).into_string();
+    let page = index_page::page(&entries, &provenance(), &scope(&entries)).into_string();
     assert!(page.len() < 1_000_000, "{} bytes", page.len());
     for entry in &entries {
         let source = entry.benchmark.source;
-        assert!(!index::sources(source).is_empty(), "{source}");
-        let sheets = benchmark::sheets(source).into_iter().map(|sheet| format!("docs/sheets/{sheet}.md"));
-        for file in sheets.chain([benchmark::theory(entry.method())]) {
+        assert!(!index_page::sources(source).is_empty(), "{source}");
+        let sheets =
+            benchmark_page::sheets(source).into_iter().map(|sheet| format!("docs/sheets/{sheet}.md"));
+        for file in sheets.chain([benchmark_page::theory(entry.method())]) {
             assert!(crate::root().join(&file).exists(), "{}: {file}", entry.benchmark.id);
         }
     }

@@ -5,22 +5,22 @@
 //! A rule that the tree breaks today has a ratchet (`xtask/tidy-ratchet.json`): so many findings per crate are known, more are not
 //! allowed, and `--lower` writes down the new number once there are fewer.
 
-mod cases_in_code;
-mod circles;
-mod citations;
-mod crate_graph;
-mod lengths;
-mod links;
-mod module_files;
-mod ratchet;
-mod sheets;
-mod tree;
+mod baseline;
+mod lint_citations;
+mod lint_crate_graph;
+mod lint_inline_cases;
+mod lint_lengths;
+mod lint_links;
+mod lint_module_cycles;
+mod lint_module_files;
+mod sheet_index;
+mod source_tree;
 mod words;
 
 use std::path::Path;
 
-use ratchet::Baseline;
-use tree::SourceTree;
+use crate::tidy::baseline::Baseline;
+use crate::tidy::source_tree::SourceTree;
 
 /// Options of `tidy`.
 #[derive(clap::Args)]
@@ -90,21 +90,21 @@ pub fn run(arguments: &TidyArguments) -> Result<bool, String> {
 /// All findings, in the order of rule, file and line.
 fn all_violations(root: &Path) -> Result<Vec<RuleViolation>, String> {
     let tree = SourceTree::read(root)?;
-    let sheets = sheets::SheetIndex::of(&tree);
-    let mut findings = lengths::long_files(&tree);
-    findings.extend(lengths::long_functions(&tree)?);
-    findings.extend(circles::module_cycles(&tree)?);
-    findings.extend(module_files::module_files(&tree));
-    findings.extend(cases_in_code::inline_cases(&tree));
+    let sheets = sheet_index::SheetIndex::of(&tree);
+    let mut findings = lint_lengths::long_files(&tree);
+    findings.extend(lint_lengths::long_functions(&tree)?);
+    findings.extend(lint_module_cycles::module_cycles(&tree)?);
+    findings.extend(lint_module_files::module_files(&tree));
+    findings.extend(lint_inline_cases::inline_cases(&tree));
     findings.extend(words::openings(&tree));
     findings.extend(words::phrases(&tree));
     findings.extend(words::twins(&tree));
     findings.extend(words::files(&tree));
-    findings.extend(links::broken_links(&tree));
-    findings.extend(links::pages_without_entry(&tree));
-    findings.extend(citations::citations(&tree, &sheets));
-    findings.extend(crate_graph::crate_graph(root)?);
-    findings.extend(crate_graph::unneeded_dependencies(root)?);
+    findings.extend(lint_links::broken_links(&tree));
+    findings.extend(lint_links::pages_without_entry(&tree));
+    findings.extend(lint_citations::citations(&tree, &sheets));
+    findings.extend(lint_crate_graph::crate_graph(root)?);
+    findings.extend(lint_crate_graph::unneeded_dependencies(root)?);
     findings.sort();
     Ok(findings)
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::RuleViolation;
-use super::tree::{SourceFile, SourceTree};
+use crate::tidy::source_tree::{SourceFile, SourceTree};
 
 /// First words that a doc comment does not have: its first sentence says what the item is, noun first.
 const OPENINGS: [&str; 3] = ["What ", "The same", "As it"];

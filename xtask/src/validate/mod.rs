@@ -3,8 +3,8 @@
 //! A check that fails makes the command fail, unless `validation/open-defects.json` lists it: it is then shown as a
 //! failure all the same, with what is known of it, and counted apart.
 
-mod defects;
-mod kept;
+mod cache;
+mod open_defects;
 mod progress;
 
 use std::fmt::Write as _;
@@ -17,9 +17,10 @@ use clap::Args;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, CheckVerdict, InputRecorder, all};
-use crate::report::{self, BenchmarkEntry, ReportScope};
-use defects::DefectRecord;
-use kept::OutcomeCache;
+use crate::report;
+use crate::report::{BenchmarkEntry, ReportScope};
+use crate::validate::cache::OutcomeCache;
+use crate::validate::open_defects::DefectRecord;
 use progress::ValidationProgress;
 
 #[derive(Args)]
@@ -86,7 +87,7 @@ pub fn run(arguments: &ValidateArguments) -> Result<bool, String> {
         left_out: left_out.map(|benchmark| benchmark.id).collect(),
     };
     println!("{}", scope.text());
-    let known = KnownResults { store: OutcomeCache::open()?, defects: defects::open()? };
+    let known = KnownResults { store: OutcomeCache::open()?, defects: open_defects::open()? };
     let entries = all_entries(&work, &known, arguments.all)?;
     let folder = scope.folder();
     report::write(&folder, &entries, &scope)?;
@@ -137,7 +138,7 @@ impl KnownResults {
     /// Notes what is known of checks that fail.
     fn judge(&self, benchmark: &Benchmark, outcome: &mut BenchmarkOutcome) {
         for check in &mut outcome.checks {
-            check.defect = defects::known(&self.defects, benchmark.id, &check.name);
+            check.defect = open_defects::known(&self.defects, benchmark.id, &check.name);
         }
     }
 }

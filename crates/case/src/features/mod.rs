@@ -4,8 +4,8 @@
 //! the keys from the top: `stages.excavate`, `boundaries.wall=frictional`. The list follows from the JSON Schema of a case, so
 //! that a new key is a feature at once, and a method that never heard of it refuses it.
 
-mod asked;
-mod honours;
+mod capabilities;
+mod requested_features;
 
-pub use asked::RequestedFeature;
-pub use honours::{Capabilities, RequiredInput};
+pub use crate::features::capabilities::{Capabilities, RequiredInput};
+pub use crate::features::requested_features::RequestedFeature;

@@ -1,7 +1,7 @@
 //! Measures: numbers read off a snapshot.
 
-mod arc;
-mod crack;
+mod arc_front;
+mod crack_tip;
 mod fragments;
 mod front;
 
@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use crate::description::{Body, BreakageCriterion, Measure, Side};
 use crate::{Case, Field, FieldData, FieldRole, Reaction, Snapshot, Solver, spatial};
 
-pub use arc::arc_front;
+pub use crate::measure::arc_front::arc_front;
 pub use fragments::fragments;
 pub use front::{FrontColumns, front};
 

@@ -1,16 +1,16 @@
 //! Obstacles of a case as surfaces, for methods.
 
-mod build;
-mod gaps;
-mod laws;
-mod moving;
-mod nodes;
+mod height_checks;
+mod moving_obstacle;
+mod node_constraints;
+mod obstacle_laws;
+mod surface_builder;
 
 use std::sync::Arc;
 
-pub use laws::{ObstacleLaw, ObstacleLaws};
-pub use moving::{MovingObstacle, limit_step_by_obstacles};
-pub use nodes::{MovingObstacles, constraining_obstacles, normal_inside};
+pub use crate::obstacle::moving_obstacle::{MovingObstacle, limit_step_by_obstacles};
+pub use crate::obstacle::node_constraints::{MovingObstacles, constraining_obstacles, normal_inside};
+pub use crate::obstacle::obstacle_laws::{ObstacleLaw, ObstacleLaws};
 
 use colluvium_points::{Raster, Surface};
 
@@ -52,8 +52,11 @@ impl Case {
     pub fn placed_obstacles<const D: usize>(&self) -> Result<Vec<PlacedObstacle<'_, D>>, CaseError> {
         let mut standing = Vec::with_capacity(self.obstacles.len());
         for (number, obstacle) in self.obstacles.iter().enumerate() {
-            let surface =
-                build::surface(&obstacle.shape, &format!("obstacles[{number}].shape"), &self.origin())?;
+            let surface = surface_builder::surface(
+                &obstacle.shape,
+                &format!("obstacles[{number}].shape"),
+                &self.origin(),
+            )?;
             let regions = obstacle.regions.iter().enumerate().map(|(part, region)| {
                 let ObstacleRegion { shape, outline, raster, .. } = region;
                 let made = self.plan_region(shape.clone(), outline.as_deref(), raster.as_ref());
@@ -72,7 +75,7 @@ impl Case {
         let number = self.obstacles.iter().position(|obstacle| obstacle.name == name)?;
         let shape = &self.obstacles[number].shape;
         let is_line = matches!(shape, ObstacleShape::Profile { .. } | ObstacleShape::GroundLine { .. });
-        build::surface(shape, "", &self.origin()).ok().filter(|_| is_line)
+        surface_builder::surface(shape, "", &self.origin()).ok().filter(|_| is_line)
     }
 
     /// The heights (m, from `domain.origin`) of obstacle `number`, where its shape is a raster; the file is read.
@@ -81,7 +84,7 @@ impl Case {
     /// A file that cannot be read or holds no raster, with its path.
     pub fn heights(&self, number: usize) -> Result<Option<Raster>, CaseError> {
         let path = format!("obstacles[{number}].shape");
-        build::raster_of(&self.obstacles[number].shape, &path, &self.origin())
+        surface_builder::raster_of(&self.obstacles[number].shape, &path, &self.origin())
     }
 
     /// Refuses points of a body at `places` (m) that lie deeper than `slack` (m) in an obstacle.
@@ -148,9 +151,9 @@ impl ObstacleShape {
     /// Checks that the shape, which has no file, makes a surface in a space of `dimension` coordinates; it stands at `path`.
     pub(crate) fn check(&self, dimension: usize, path: &str) -> Result<(), CaseError> {
         match dimension {
-            1 => build::surface::<1>(self, path, &[0.0; 3]).map(|_| ()),
-            2 => build::surface::<2>(self, path, &[0.0; 3]).map(|_| ()),
-            _ => build::surface::<3>(self, path, &[0.0; 3]).map(|_| ()),
+            1 => surface_builder::surface::<1>(self, path, &[0.0; 3]).map(|_| ()),
+            2 => surface_builder::surface::<2>(self, path, &[0.0; 3]).map(|_| ()),
+            _ => surface_builder::surface::<3>(self, path, &[0.0; 3]).map(|_| ()),
         }
     }
 }

@@ -1,25 +1,26 @@
 //! What a run writes: frames for ParaView, tables, summaries.
 
-mod blocks;
-mod dataset;
-mod derived;
-mod files;
-mod frame;
-mod grid_frame;
-mod names;
+mod atomic_files;
+mod checksum;
+mod dataset_files;
+mod derived_files;
+mod file_names;
+mod grid_averages;
 mod npz;
-mod seal;
+pub(crate) mod plan_rasters;
 mod table;
-mod xml;
+mod vtk_encoding;
+mod vtk_xml;
+mod vtu_frames;
 
-pub use dataset::{file_extension, write_dataset};
-pub use derived::{DERIVED, DerivedFiles};
-pub use files::{
+pub use crate::output::atomic_files::{
     OutputError, create_folder, read_json, write_atomically, write_in_place, write_stream_atomically,
 };
-pub use frame::{Collection, WriteOptions, read_frame, read_lines, write_frame};
-pub use grid_frame::{averages, grid_nodes};
-pub use names::{PLAIN_NAME_RULE, is_plain, named_file};
+pub use crate::output::checksum::{ChecksumWriter, FileChecksum};
+pub use crate::output::dataset_files::{file_extension, write_dataset};
+pub use crate::output::derived_files::{DERIVED, DerivedFiles};
+pub use crate::output::file_names::{PLAIN_NAME_RULE, is_plain, named_file};
+pub use crate::output::grid_averages::{averages, grid_nodes};
+pub use crate::output::vtu_frames::{Collection, WriteOptions, read_frame, read_lines, write_frame};
 pub use npz::{NpzArray, NpzValues, frame_arrays, read_npz, table_arrays, write_npz};
-pub use seal::{ChecksumWriter, FileChecksum};
 pub use table::{Table, TableFile, column_heading};

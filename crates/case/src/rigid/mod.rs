@@ -1,12 +1,12 @@
 //! Rigid bodies that forces move, for every method: mass and moments of inertia of their points, motion and orientation, and a step
 //! of both by Newton's and Euler's laws (docs/theory/mpm.md, rigid bodies).
 
-mod ground;
-mod meet;
-mod six;
-mod step;
+mod rigid_contact_newton;
+mod rigid_step;
+mod support;
 #[cfg(test)]
 mod tests;
+mod twist;
 
 use serde::{Deserialize, Serialize};
 
@@ -14,10 +14,14 @@ use crate::description::Velocity;
 use crate::measure::ScalarOutput;
 use crate::{Budget, spatial};
 
-pub use ground::{ObstacleContact, SupportPoints, SupportReaction, WallPlane};
-pub use meet::{ContactLawAtPoint, ContactSystem, add_impulses, add_stiffness, unconverged_warning};
-pub use six::{IDENTITY_AXES, Twist, multiply, rotation, solve, transposed, velocity_at, wrench_at};
-pub use step::{RigidBodyActions, RigidStep};
+pub use crate::rigid::rigid_contact_newton::{
+    ContactLawAtPoint, ContactSystem, add_impulses, add_stiffness, unconverged_warning,
+};
+pub use crate::rigid::rigid_step::{RigidBodyActions, RigidStep};
+pub use crate::rigid::support::{ObstacleContact, SupportPoints, SupportReaction, WallPlane};
+pub use crate::rigid::twist::{
+    IDENTITY_AXES, Twist, multiply, rotation, solve, transposed, velocity_at, wrench_at,
+};
 
 /// Motion and orientation of a rigid body: what a restart needs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

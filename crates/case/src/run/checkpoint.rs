@@ -6,9 +6,10 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::RunError;
-use super::folder::{self, CHECKPOINT};
 use super::progress::RunProgress;
 use crate::output::FileChecksum;
+use crate::run::run_folder;
+use crate::run::run_folder::CHECKPOINT;
 use crate::solver::restore_value;
 use crate::{Case, CaseErrors, Method, Solver};
 
@@ -38,7 +39,7 @@ pub(super) fn read_checkpoint(
     if !path.exists() {
         return Ok(None);
     }
-    let mut file = folder::read_state(&path)?;
+    let mut file = run_folder::read_state(&path)?;
     let checkpoint: Checkpoint =
         restore_value(&mut file).map_err(|error| checkpoint_error(out, error.to_string()))?;
     if checkpoint.fingerprint != fingerprint {

@@ -1,19 +1,18 @@
 //! The run: stages, steps, measures, frames, checkpoints.
 
 mod checkpoint;
-mod energy;
+mod energy_monitor;
 mod error;
-mod folder;
-mod pace;
+mod factor_of_safety;
+mod measure_row;
+mod messages;
 mod progress;
-mod record;
-mod row;
-mod safety;
-mod searches;
-mod steps;
+mod recorder;
+mod run_folder;
+mod run_timing;
+mod step_size;
 mod summary;
 mod verify;
-mod words;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -25,17 +24,19 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::description::Stage;
 use crate::output::Table;
+use crate::run::recorder::RunRecorder;
+use crate::run::step_size::{is_negligible, stable_step, stop_requested};
 use crate::{Budget, Case, CaseError, CaseErrors, Method, Snapshot, Solver};
 use progress::RunProgress;
-use record::RunRecorder;
-use steps::{is_negligible, stable_step, stop_requested};
 
+pub use crate::run::factor_of_safety::{
+    SafetyResult, SearchCost, SearchOutcome, StrengthTrial, TrialVerdict,
+};
+pub use crate::run::measure_row::{check_names, column_names};
+pub use crate::run::run_folder::remove_run;
+pub use crate::run::run_timing::{RunTiming, frame_memory};
 pub use checkpoint::last_state;
 pub use error::RunError;
-pub use folder::remove_run;
-pub use pace::{RunTiming, frame_memory};
-pub use row::{check_names, column_names};
-pub use safety::{SafetyResult, SearchCost, SearchOutcome, StrengthTrial, TrialVerdict};
 pub use verify::{VerificationResult, changed_inputs, verify};
 
 /// Wall-clock time between two summaries of a run that goes on, at least: frames may follow each other faster than a disk

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::energy::EnergyMonitor;
 use crate::output::{Collection, FileChecksum};
+use crate::run::energy_monitor::EnergyMonitor;
 use crate::{Budget, TimeStep};
 
 /// Where a run stands: everything but the solver that a restart needs.

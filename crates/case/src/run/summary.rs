@@ -6,12 +6,12 @@ use std::fs;
 use serde_json::json;
 
 use super::checkpoint::checkpoint_error;
-use super::folder::{CHECKPOINT, SUMMARY};
 use super::progress::{RunProgress, StepBoundCount};
-use super::record::RunRecorder;
 use super::{RunError, SafetyResult, verify};
 use crate::description::Stage;
 use crate::output::{OutputError, write_atomically, write_in_place};
+use crate::run::recorder::RunRecorder;
+use crate::run::run_folder::{CHECKPOINT, SUMMARY};
 use crate::{Budget, Solver};
 
 impl RunRecorder<'_> {

@@ -6,9 +6,10 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::folder::{self, CASE, FRAMES, RASTERS, SUMMARY};
 use crate::Case;
 use crate::output::{FileChecksum, OutputError, read_json};
+use crate::run::run_folder;
+use crate::run::run_folder::{CASE, FRAMES, RASTERS, SUMMARY};
 
 /// The seals of all files of a run in `out` but its summary, by name: `sealed` while it ran, and those of the files that were
 /// written at its ends, `rasters` among them.
@@ -17,10 +18,12 @@ pub(super) fn file_checksums(
     sealed: BTreeMap<String, FileChecksum>,
     rasters: &[String],
 ) -> Result<BTreeMap<String, FileChecksum>, OutputError> {
-    let mut names = folder::collections(out)?;
+    let mut names = run_folder::collections(out)?;
     names.push(CASE.to_owned());
     names.extend(
-        folder::names(out)?.into_iter().filter(|name| folder::is_trials(name) || folder::is_failing(name)),
+        run_folder::names(out)?
+            .into_iter()
+            .filter(|name| run_folder::is_trials(name) || run_folder::is_failing(name)),
     );
     names.extend_from_slice(rasters);
     let mut seals = sealed;
@@ -100,14 +103,14 @@ pub fn verify(out: &Path) -> Result<VerificationResult, OutputError> {
 /// Names of the files in the folder of a run that have the names of results.
 fn results(out: &Path) -> Result<Vec<String>, OutputError> {
     let within = |folder: &str, is_own: fn(&str) -> bool| {
-        let mut names = folder::names(&out.join(folder))?;
+        let mut names = run_folder::names(&out.join(folder))?;
         names.retain(|name| is_own(name));
         names.sort();
         Ok::<_, OutputError>(names.into_iter().map(|name| format!("{folder}/{name}")).collect::<Vec<_>>())
     };
-    let mut names = within(FRAMES, folder::is_frame)?;
+    let mut names = within(FRAMES, run_folder::is_frame)?;
     // The map is drawn of the rasters after the end of the run.
-    names.extend(within(RASTERS, |name| folder::is_map(name) && name != folder::MAP)?);
+    names.extend(within(RASTERS, |name| run_folder::is_map(name) && name != run_folder::MAP)?);
     Ok(names)
 }
 

@@ -112,7 +112,7 @@ impl Snapshot {
                 FieldData::Tensor(values) => values.iter().for_each(|tensor| add(&mut bytes, &tensor.0)),
             }
         }
-        crate::load::fnv1a(&bytes)
+        crate::files::case_file::fnv1a(&bytes)
     }
 }
 

@@ -7,11 +7,9 @@ use clap::Args;
 use colluvium::case::run::{RunTiming, SearchCost, check_names};
 use colluvium::case::{BodyDensities, Case, Plan, TimeScales, printable};
 
-use super::{
-    CommandError, available_threads, duration_text, free_memory,
-    kind::{self, FileKind},
-    peak_memory, select_method,
-};
+use super::{CommandError, available_threads, duration_text, free_memory, peak_memory, select_method};
+use crate::commands::file_kind;
+use crate::commands::file_kind::FileKind;
 
 /// Time for which steps are measured.
 const MEASURING_TIME: Duration = Duration::from_millis(700);
@@ -26,7 +24,7 @@ pub struct CheckArguments {
 }
 
 pub fn run(arguments: &CheckArguments) -> Result<(), CommandError> {
-    kind::require_kind(&arguments.case, FileKind::Case)?;
+    file_kind::require_kind(&arguments.case, FileKind::Case)?;
     let case = Case::load(&arguments.case)?;
     let method = select_method(&case, arguments.method.as_deref())?;
     let size = method.problem_size(&case)?;

@@ -5,13 +5,11 @@ use std::path::PathBuf;
 use clap::Args;
 use colluvium::case::Case;
 use colluvium::compare::{self, CompareOptions, MethodOutcome, MethodResult, ReferenceProfiles};
-use colluvium::pictures::view_plane_for_gravity;
+use colluvium::output::run_pictures::view_plane_for_gravity;
 
-use super::{
-    CommandError, OutputArguments, free_memory,
-    kind::{self, FileKind},
-    stop_on_interrupt, thread_pool, write_stdout,
-};
+use super::{CommandError, OutputArguments, free_memory, stop_on_interrupt, thread_pool, write_stdout};
+use crate::commands::file_kind;
+use crate::commands::file_kind::FileKind;
 
 #[derive(Args)]
 pub struct CompareArguments {
@@ -39,7 +37,7 @@ pub struct CompareArguments {
 
 pub fn run(arguments: &CompareArguments) -> Result<(), CommandError> {
     let files = &arguments.files;
-    kind::require_kind(&arguments.case, FileKind::Case)?;
+    file_kind::require_kind(&arguments.case, FileKind::Case)?;
     let case = Case::load(&arguments.case)?;
     let methods = compare::methods_by_name(&arguments.methods)?;
     let quiet = files.quiet;

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use colluvium::case::files::json;
 use colluvium::case::output::{create_folder, write_atomically};
-use colluvium::case::{CaseError, CaseErrors, json};
+use colluvium::case::{CaseError, CaseErrors};
 use colluvium::constitutive::MaterialSpec;
 use colluvium::constitutive::driver::incremental::{self, IncrementalTest};
 use colluvium::constitutive::driver::{
@@ -13,7 +14,8 @@ use colluvium::constitutive::driver::{
 use colluvium::plots::{LineChart, Picture, Series, Style};
 
 use super::CommandError;
-use super::kind::{self, FileKind};
+use crate::commands::file_kind;
+use crate::commands::file_kind::FileKind;
 
 #[derive(Args)]
 pub struct ElementTestArguments {
@@ -36,7 +38,7 @@ pub struct ElementTestArguments {
 
 pub fn run(arguments: &ElementTestArguments) -> Result<(), CommandError> {
     let file = &arguments.file;
-    kind::require_kind(file, FileKind::ElementTest)?;
+    file_kind::require_kind(file, FileKind::ElementTest)?;
     let (test, incremental) = match (file.is_dir(), &arguments.material) {
         (true, Some(material)) => {
             let test = read_incremental_driver(file, material, arguments.stress_unit.as_deref())?;

@@ -14,7 +14,7 @@ pub mod check;
 pub mod compare;
 pub mod element_test;
 pub mod export;
-mod kind;
+mod file_kind;
 pub mod new;
 pub mod plot;
 pub mod report;

@@ -7,9 +7,9 @@ use colluvium::case::output::{
     Collection, DerivedFiles, OutputError, Table, create_folder, named_file, read_lines, write_atomically,
 };
 use colluvium::case::{Dataset, Snapshot};
-use colluvium::ground::rigid_geometry_of_run;
-use colluvium::maps::raster_maps;
-use colluvium::pictures::{
+use colluvium::output::raster_maps::raster_maps;
+use colluvium::output::rigid_geometry_of_run;
+use colluvium::output::run_pictures::{
     charts, line_picture, point_picture, read_case_value, read_collection_frame, set_force_units, view_plane,
 };
 use colluvium::plots::{CommonScales, ForceChains, FramePicture, Picture, PointCloud, RigidGeometry, to_gif};

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use colluvium::pictures::view_plane;
+use colluvium::output::run_pictures::view_plane;
 use colluvium::report::{self, Report, ReportError, ReportOptions};
 
 use super::CommandError;

@@ -6,14 +6,12 @@ use clap::Args;
 use colluvium::case::output::{OutputError, read_json};
 use colluvium::case::run::RunEnd;
 use colluvium::case::{Case, RunOptions, RunReport};
-use colluvium::maps::raster_maps;
+use colluvium::output::raster_maps::raster_maps;
 use colluvium::plots::Picture;
 
-use super::{
-    CommandError, OutputArguments, free_memory,
-    kind::{self, FileKind},
-    select_method, stop_on_interrupt, thread_pool,
-};
+use super::{CommandError, OutputArguments, free_memory, select_method, stop_on_interrupt, thread_pool};
+use crate::commands::file_kind;
+use crate::commands::file_kind::FileKind;
 
 #[derive(Args)]
 pub struct RunArguments {
@@ -31,7 +29,7 @@ pub struct RunArguments {
 
 pub fn run(arguments: &RunArguments) -> Result<(), CommandError> {
     let files = &arguments.files;
-    kind::require_kind(&arguments.case, FileKind::Case)?;
+    file_kind::require_kind(&arguments.case, FileKind::Case)?;
     let case = Case::load(&arguments.case)?;
     let method = select_method(&case, arguments.method.as_deref())?;
     let size = method.problem_size(&case)?;

@@ -7,11 +7,9 @@ use colluvium::case::output::{OutputError, read_json, write_atomically};
 use colluvium::case::run::{RunEnd, last_state};
 use colluvium::case::{Case, CaseError, Method, RunOptions, run_with_plan};
 
-use super::{
-    CommandError, check_run_folder, free_memory,
-    kind::{self, FileKind},
-    select_method, stop_on_interrupt, thread_pool,
-};
+use super::{CommandError, check_run_folder, free_memory, select_method, stop_on_interrupt, thread_pool};
+use crate::commands::file_kind;
+use crate::commands::file_kind::FileKind;
 
 #[derive(Args)]
 pub struct SpecimenArguments {
@@ -67,7 +65,7 @@ fn no_grains_error(method: &dyn Method) -> CommandError {
 
 /// Runs the case.
 fn run_case(arguments: &SpecimenArguments) -> Result<PreparedSpecimen, CommandError> {
-    kind::require_kind(&arguments.case, FileKind::Case)?;
+    file_kind::require_kind(&arguments.case, FileKind::Case)?;
     let mut case = Case::load(&arguments.case)?;
     let method = select_method(&case, arguments.method.as_deref())?;
     let quiet = arguments.quiet;

@@ -9,10 +9,11 @@ use colluvium::case::{Plan, printable};
 use colluvium::sweep::{Sweep, SweepCase, SweepOptions, SweepResults, SweepRunState, run_sweep as run_all};
 
 use super::{
-    CommandError, OutputArguments, available_threads, duration_text, free_memory,
-    kind::{self, FileKind},
-    peak_memory, select_method, stop_on_interrupt, write_stdout,
+    CommandError, OutputArguments, available_threads, duration_text, free_memory, peak_memory, select_method,
+    stop_on_interrupt, write_stdout,
 };
+use crate::commands::file_kind;
+use crate::commands::file_kind::FileKind;
 
 #[derive(Args)]
 pub struct SweepArguments {
@@ -33,7 +34,7 @@ pub struct SweepArguments {
 
 pub fn run(arguments: &SweepArguments) -> Result<(), CommandError> {
     let files = &arguments.files;
-    kind::require_kind(&arguments.file, FileKind::Sweep)?;
+    file_kind::require_kind(&arguments.file, FileKind::Sweep)?;
     let (sweep, members) = Sweep::load(&arguments.file)?;
     let Some(first) = members.first() else { return Ok(()) };
     let method = select_method(&first.case, sweep.method.as_deref())?;

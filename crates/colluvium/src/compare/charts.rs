@@ -1,10 +1,10 @@
 //! Charts with every method in them.
 
-use super::figures::{CaseAxes, KeyFigures, ProfileColumns, five_digits};
 use super::{CompletedRun, ReferenceProfiles};
 use crate::case::Snapshot;
 use crate::case::output::column_heading;
-use crate::pictures;
+use crate::compare::key_figures::{CaseAxes, KeyFigures, ProfileColumns, five_digits};
+use crate::output::run_pictures;
 use crate::plots::{LineChart, Series, Style};
 
 /// Columns of the measures that say how a run went, not what came out.
@@ -149,7 +149,7 @@ pub(super) fn energy_charts(runs: &MethodRuns<'_>) -> Vec<LineChart> {
 
 /// A chart in time; `None` where nothing changes.
 fn time_chart(label: &str, series: Vec<Series>) -> Option<LineChart> {
-    let changes = |series: &Series| pictures::is_changing(&series.points);
+    let changes = |series: &Series| run_pictures::is_changing(&series.points);
     let series: Vec<Series> =
         series.into_iter().filter(|series| series.points.iter().any(|p| p.1.is_finite())).collect();
     series.iter().any(changes).then(|| LineChart {

@@ -1,11 +1,11 @@
 //! One case with several methods: runs, and one page that sets them side by side.
 
 mod charts;
-mod entrant;
-mod figures;
+mod completed_run;
+mod key_figures;
+mod method_case;
 mod page;
-mod ran;
-mod reference;
+mod reference_profiles;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -17,13 +17,13 @@ use thiserror::Error;
 use crate::case::output::{OutputError, create_folder, write_atomically};
 use crate::case::run::RunEnd;
 use crate::case::{Case, CaseError, Method, ProblemSize, RunError, RunOptions, run_method};
-use crate::jobs::run_in_parallel;
+use crate::parallel_runs::run_in_parallel;
 
-pub use entrant::MethodCase;
-pub use figures::{CaseAxes, KeyFigures};
+pub use crate::compare::completed_run::CompletedRun;
+pub use crate::compare::key_figures::{CaseAxes, KeyFigures};
+pub use crate::compare::method_case::MethodCase;
+pub use crate::compare::reference_profiles::ReferenceProfiles;
 pub use page::{SECTIONS_STYLE, sections};
-pub use ran::CompletedRun;
-pub use reference::ReferenceProfiles;
 
 /// Name of the page in the folder of a comparison.
 pub const PAGE_FILE: &str = "index.html";
@@ -201,14 +201,14 @@ fn compare_one_method(
             Err(refusal) => return MethodOutcome::Refused(refusal.to_string()),
         };
         let folder = options.out.join(method.name());
-        let state = ran::RunFolderState::of_folder(&folder, case);
-        if state == ran::RunFolderState::Complete && options.resume {
+        let state = completed_run::RunFolderState::of_folder(&folder, case);
+        if state == completed_run::RunFolderState::Complete && options.resume {
             return read_outcome(&folder);
         }
         let run = RunOptions {
             method: method.name().to_owned(),
             out: Some(folder.clone()),
-            resume: options.resume && state == ran::RunFolderState::Incomplete,
+            resume: options.resume && state == completed_run::RunFolderState::Incomplete,
             overwrite: options.overwrite,
             progress: options.show_progress,
             keep_frames: false,

@@ -3,12 +3,14 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::charts::{self, MethodRuns, frames_at};
-use super::figures::{CaseAxes, KeyFigures, ProfileColumns, five_digits, relative_profile_distance};
-use super::reference::distance_to;
 use super::{CompareError, CompletedRun, MethodOutcome, MethodResult, ReferenceProfiles, completed_runs};
-use crate::animation;
 use crate::case::{Case, Snapshot};
-use crate::ground::rigid_geometry;
+use crate::compare::key_figures::{
+    CaseAxes, KeyFigures, ProfileColumns, five_digits, relative_profile_distance,
+};
+use crate::compare::reference_profiles::distance_to;
+use crate::output::animation;
+use crate::output::rigid_geometry;
 use crate::plots::{Animation, CommonScales, LineChart, Panel, Picture, PointCloud, RigidGeometry, View};
 
 /// Times in the strip of pictures.

@@ -2,22 +2,22 @@
 
 mod page;
 mod parameters;
-mod safety;
+mod safety_factors;
 mod tables;
-mod words;
+mod value_text;
 
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use thiserror::Error;
 
-use crate::animation;
 use crate::case::Snapshot;
 use crate::case::output::{
     Collection, DerivedFiles, OutputError, Table, named_file, read_json, write_atomically,
 };
-use crate::ground::rigid_geometry_of_run;
-use crate::pictures;
+use crate::output::animation;
+use crate::output::rigid_geometry_of_run;
+use crate::output::run_pictures;
 use crate::plots::{
     Animation, CommonScales, LineChart, Panel, Picture, PointCloud, RigidGeometry, Series, Style, TerrainMap,
     View,
@@ -107,7 +107,7 @@ impl RunResults {
             case => case.clone(),
         };
         let mut missing = Vec::new();
-        let table = Table::read(&folder.join("measures.csv")).map(pictures::without_rounding_noise);
+        let table = Table::read(&folder.join("measures.csv")).map(run_pictures::without_rounding_noise);
         let table = table.unwrap_or_else(|error| {
             missing.push(format!("{error}: the report is without the measures"));
             Table::default()
@@ -189,7 +189,7 @@ pub fn write(folder: &Path, options: &ReportOptions) -> Result<Report, ReportErr
         requested: asked,
         charts,
         maps: maps(folder)?,
-        safety: safety::safety_figures(folder, &results, options.plane)?,
+        safety: safety_factors::safety_figures(folder, &results, options.plane)?,
     };
     let page = page::page(&results, &pictures).into_string();
     files.write(REPORT_FILE, |file| write_atomically(file, page.as_bytes()))?;
@@ -214,12 +214,12 @@ fn player(
     options: &ReportOptions,
     ground: RigidGeometry,
 ) -> Result<Option<String>, ReportError> {
-    let read = |number| pictures::read_collection_frame(folder, &results.frames[number]);
+    let read = |number| run_pictures::read_collection_frame(folder, &results.frames[number]);
     let mut frames: Vec<Snapshot> = evenly_spaced_frames(results.frames.len(), MAX_PLAYER_FRAMES)
         .into_iter()
         .map(read)
         .collect::<Result<_, _>>()?;
-    frames.iter_mut().for_each(|frame| pictures::set_force_units(&mut frame.fields, &results.case));
+    frames.iter_mut().for_each(|frame| run_pictures::set_force_units(&mut frame.fields, &results.case));
     let name = results.summary["method"].as_str().unwrap_or("points").to_owned();
     let panel = Panel { name, frames: frames.iter().collect(), frame_count: results.frames.len() };
     let view = View { ground, ..animation::view(&results.case, options.plane, &options.fields) };
@@ -236,22 +236,22 @@ fn points(
 ) -> Result<Vec<ReportFigure>, ReportError> {
     let mut clouds: Vec<(String, Vec<(String, PointCloud)>)> = Vec::new();
     for number in evenly_spaced_frames(results.frames.len(), options.frames) {
-        let mut snapshot = pictures::read_collection_frame(folder, &results.frames[number])?;
-        pictures::set_force_units(&mut snapshot.fields, &results.case);
+        let mut snapshot = run_pictures::read_collection_frame(folder, &results.frames[number])?;
+        run_pictures::set_force_units(&mut snapshot.fields, &results.case);
         let usual = ["displacement", "velocity"].iter().filter(|name| snapshot.field(name).is_some());
         let fields = match &options.fields[..] {
             [] => usual.map(|name| (*name).to_owned()).collect(),
             fields => fields.to_vec(),
         };
         for field in fields {
-            let cloud = pictures::point_picture(&snapshot, Some(&field), options.plane);
+            let cloud = run_pictures::point_picture(&snapshot, Some(&field), options.plane);
             let (_, cloud) =
                 cloud.map_err(|known| ReportError::Field { name: field.clone(), available: known })?;
             let cloud = PointCloud { lines: ground.lines_at(snapshot.time), ..cloud };
             let caption = format!(
                 "{}, frame {number}, t = {} s",
                 field.replace('_', " "),
-                words::five_digits(snapshot.time)
+                value_text::five_digits(snapshot.time)
             );
             match clouds.iter_mut().find(|(known, _)| *known == field) {
                 Some((_, clouds)) => clouds.push((caption, cloud)),
@@ -284,14 +284,14 @@ fn maps(folder: &Path) -> Result<Vec<ReportFigure>, ReportError> {
         let caption = name.replace('_', " ");
         Ok(ReportFigure { element: png(&map, &caption)?, caption })
     };
-    crate::maps::raster_maps(folder)?.into_iter().map(figure).collect()
+    crate::output::raster_maps::raster_maps(folder)?.into_iter().map(figure).collect()
 }
 
 /// Charts as SVG of the measures that change: those that the case asks for with its profiles, and all others.
 fn charts(results: &RunResults) -> Result<(Vec<ReportFigure>, Vec<ReportFigure>), ReportError> {
     let of_run = |name: &str| RUN_COLUMN_PREFIXES.iter().any(|begin| name.starts_with(begin));
-    let mut measures = pictures::charts(&results.measures);
-    measures.retain(|(_, chart)| pictures::is_changing(&chart.series[0].points));
+    let mut measures = run_pictures::charts(&results.measures);
+    measures.retain(|(_, chart)| run_pictures::is_changing(&chart.series[0].points));
     measures.sort_by_key(|(name, _)| of_run(name));
     let (asked, others): (Vec<_>, Vec<_>) =
         measures.into_iter().partition(|(name, _)| results.is_requested(name));
@@ -318,7 +318,11 @@ fn profile(table: &Table) -> LineChart {
         y_label: "height (m)".to_owned(),
         series: shown
             .map(|time| {
-                Series::new(format!("t = {} s", words::five_digits(time)), rows(time).collect(), Style::Line)
+                Series::new(
+                    format!("t = {} s", value_text::five_digits(time)),
+                    rows(time).collect(),
+                    Style::Line,
+                )
             })
             .collect(),
         ..LineChart::default()

@@ -3,8 +3,9 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::Value;
 
-use super::words::{duration_text, five_digits, value_text};
-use super::{ReportFigure, ReportPictures, RunResults, safety, tables};
+use super::{ReportFigure, ReportPictures, RunResults, tables};
+use crate::report::safety_factors;
+use crate::report::value_text::{duration_text, five_digits, value_text};
 
 const STYLE: &str = include_str!("report.css");
 
@@ -28,7 +29,7 @@ pub(super) fn page(results: &RunResults, pictures: &ReportPictures) -> Markup {
                     p class="notes" { @for note in notes { (value_text(note)) " " } }
                 }
                 (warnings(&results.summary, &results.missing_files))
-                (safety::safety_section(&results.summary, &pictures.safety))
+                (safety_factors::safety_section(&results.summary, &pictures.safety))
                 (tables::requested_measures(results))
                 @if !pictures.requested.is_empty() { (charts(&pictures.requested)) }
                 @if !pictures.maps.is_empty() { (figures("Maps", "", &pictures.maps)) }

@@ -3,9 +3,9 @@
 use maud::{Markup, html};
 use serde_json::Value;
 
-use super::words::{five_digits, value_text};
 use super::{RunResults, parameters};
 use crate::case::output::column_heading;
+use crate::report::value_text::{five_digits, value_text};
 
 /// Columns of the measures that are an energy or a mass, in the order of the table.
 const BALANCE_COLUMNS: [&str; 9] = [

@@ -9,7 +9,7 @@ use colluvium_terrain::{read_raster, write_raster};
 use super::{Sweep, SweepCase, SweepRow};
 use crate::case::output::{OutputError, create_folder, write_atomically};
 use crate::case::{Case, CaseError, CaseErrors};
-use crate::maps;
+use crate::output::raster_maps;
 use crate::plots::Picture;
 
 /// Name of the folder of these rasters.
@@ -140,7 +140,7 @@ pub(super) fn write_sweep_raster(
         write_raster(&file, &raster).map_err(|error| OutputError::new(&file, error.problem))?;
     }
     let picture = file("png");
-    let map = maps::raster_map(&of.case, raster, title, label);
+    let map = raster_maps::raster_map(&of.case, raster, title, label);
     map.map_err(|error| OutputError::new(&picture, error))?.write(&picture)
 }
 
@@ -165,7 +165,7 @@ fn read_rasters(
 }
 
 fn raster_file(name: &str, folder: &Path) -> PathBuf {
-    folder.join(maps::RASTER_FOLDER).join(format!("{name}.asc"))
+    folder.join(raster_maps::RASTER_FOLDER).join(format!("{name}.asc"))
 }
 
 /// The raster of that name of a run; `None` where it has none.

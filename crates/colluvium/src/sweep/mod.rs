@@ -3,10 +3,10 @@
 mod convergence;
 mod exceedance;
 mod intensity;
-mod path;
-mod plan;
+mod json_path;
+mod results_table;
 mod run;
-mod table;
+mod sampling_plan;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,14 +15,15 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::case::files::json;
 use crate::case::output::{PLAIN_NAME_RULE, is_plain};
-use crate::case::{Case, CaseError, CaseErrors, json};
+use crate::case::{Case, CaseError, CaseErrors};
 
+pub use crate::sweep::results_table::{SweepResults, SweepRow};
+pub use crate::sweep::sampling_plan::SamplingPlan;
 pub use convergence::{ConvergenceOrder, observed_order};
 pub use intensity::IntensityClass;
-pub use plan::SamplingPlan;
 pub use run::{SweepError, SweepOptions, SweepRunState, run_sweep};
-pub use table::{SweepResults, SweepRow};
 
 /// A sweep, as its file describes it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -151,7 +152,7 @@ impl Sweep {
             let mut case = base.clone();
             for ((name, parameter), value) in parameters.iter().zip(&values) {
                 for (k, at) in parameter.paths.iter().enumerate() {
-                    path::set_value(&mut case, at, value)
+                    json_path::set_value(&mut case, at, value)
                         .map_err(|problem| CaseError::new(format!("parameters.{name}.at[{k}]"), problem))?;
                 }
             }

@@ -8,12 +8,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use serde_json::Value;
 use thiserror::Error;
 
-use super::{Sweep, SweepCase, SweepResults, SweepRow, exceedance, intensity, table};
+use super::{Sweep, SweepCase, SweepResults, SweepRow, exceedance, intensity};
 use crate::case::description::Measure;
 use crate::case::output::{OutputError, create_folder, read_json, write_atomically};
 use crate::case::run::{RunEnd, verify};
 use crate::case::{Case, Method, RunOptions, run_method};
-use crate::jobs::run_in_parallel;
+use crate::parallel_runs::run_in_parallel;
+use crate::sweep::results_table;
 
 /// Name of the copy of the sweep in its folder.
 const SWEEP_FILE: &str = "sweep.json";
@@ -153,7 +154,7 @@ fn prepare_folder(sweep: &Sweep, options: &SweepOptions) -> Result<(), SweepErro
         None if options.resume => return refuse("holds no sweep to resume"),
         Some(earlier) if options.overwrite => remove_earlier_sweep(out, &earlier)?,
         None => {
-            let foreign = table::TABLE_FILES.iter().find(|name| out.join(name).exists());
+            let foreign = results_table::TABLE_FILES.iter().find(|name| out.join(name).exists());
             if let Some(name) = foreign {
                 return refuse(&format!(
                     "holds {name}, which no sweep wrote: choose another folder, or move it away"
@@ -178,11 +179,11 @@ fn remove_earlier_sweep(out: &Path, earlier: &str) -> Result<(), OutputError> {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         if is_run_folder(&name) && path.join("summary.json").exists() {
             crate::case::run::remove_run(&path)?;
-        } else if name == table::PICTURE_FOLDER {
+        } else if name == results_table::PICTURE_FOLDER {
             remove_own_files(&path, &is_picture)?;
         } else if name == exceedance::RASTER_FOLDER {
             remove_own_files(&path, &exceedance::is_raster)?;
-        } else if table::TABLE_FILES.contains(&name.as_str()) {
+        } else if results_table::TABLE_FILES.contains(&name.as_str()) {
             fs::remove_file(&path).map_err(fail)?;
         }
     }
@@ -253,7 +254,7 @@ fn result_row(out: &Path, member: &SweepCase, state: &SweepRunState) -> SweepRow
         measures: Vec::new(),
         wall_time: f64::NAN,
     };
-    match (table::read_row(out, member.values.clone()), state) {
+    match (results_table::read_row(out, member.values.clone()), state) {
         // A run that could not begin has left nothing of its own.
         (Ok(row), SweepRunState::Failed(reason)) => {
             SweepRow { status: "failed".to_owned(), reason: Some(reason.clone()), ..row }

@@ -15,21 +15,21 @@
 //! up to its strength. Limits: profiles of steady uniform flow; the strength is taken constant over the depth in
 //! [`BasalDrag::Bingham`], linear in the others.
 
+mod basal_drag;
+mod basal_strength;
 mod bingham;
-mod drag;
-mod material;
-mod skeleton;
+mod from_material;
+mod skeleton_stiffness;
 mod spec;
-mod strength;
 
+pub use crate::basal::basal_drag::BasalDrag;
+pub use crate::basal::basal_strength::{BasalStrength, CohesionForm};
+pub use crate::basal::skeleton_stiffness::{LateralConfinement, SkeletonSpec};
 pub use bingham::{BinghamSolution, plug_ratio, plug_ratio_quadratic};
-pub use drag::BasalDrag;
-pub use skeleton::{LateralConfinement, SkeletonSpec};
 pub use spec::{
     BasalSpec, BinghamBaseSpec, ChezySpec, CoulombSpec, GranularBaseSpec, ManningSpec, ViscousFrictionalSpec,
     VoellmySpec,
 };
-pub use strength::{BasalStrength, CohesionForm};
 
 use crate::MaterialError;
 

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{BasalDrag, BasalRheology, BasalStrength, BinghamSolution, CohesionForm};
-use crate::model::{check, not_negative, positive};
+use crate::contract::model::{check, not_negative, positive};
 use crate::{MaterialError, MaybeInfinite};
 
 /// A basal law of a case file: the model's name and its parameters, angles in degrees.

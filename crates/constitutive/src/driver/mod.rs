@@ -5,13 +5,13 @@
 //! `S Δσ + E Δε = ΔY` for the strain increment by Newton's method with the law's own tangent.
 //! Axis z is the axis of triaxial and oedometer tests, y that of biaxial tests; shear is xy.
 
-mod control;
+mod element_path;
 pub mod incremental;
-mod path;
-mod plots;
-mod record;
-mod solve;
-mod validate;
+mod loading_path;
+mod path_control;
+mod standard_plots;
+mod step_solver;
+mod test_checks;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -21,12 +21,12 @@ use crate::{
     InitialCondition, Mat3, Material, MaterialError, MaterialSpec, Motion, StateBlock, States, SymTensor,
 };
 
-pub use path::{ControlledQuantity, LoadingPath};
-pub use plots::{StandardPlot, YieldCurve};
-pub use record::{ElementPath, cell};
-pub use validate::TestProblem;
+pub use crate::driver::element_path::{ElementPath, cell};
+pub use crate::driver::loading_path::{ControlledQuantity, LoadingPath};
+pub use crate::driver::standard_plots::{StandardPlot, YieldCurve};
+pub use crate::driver::test_checks::TestProblem;
 
-use record::PathRecorder;
+use crate::driver::element_path::PathRecorder;
 
 /// A test of a single material point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -69,7 +69,7 @@ fn duration() -> f64 {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum DriverError {
     /// The test is described wrongly: everything found, one problem a line.
-    #[error("{}", validate::problem_lines(.0))]
+    #[error("{}", test_checks::problem_lines(.0))]
     Invalid(Vec<TestProblem>),
     /// A stage cannot be carried out.
     #[error("stages[{stage}].path: {problem}")]
@@ -199,7 +199,7 @@ impl ElementTest {
     /// # Errors
     /// [`DriverError::Invalid`] with everything that is wrong and where it stands.
     pub fn validate(&self) -> Result<(), DriverError> {
-        let problems = validate::problems(self);
+        let problems = test_checks::problems(self);
         if problems.is_empty() { Ok(()) } else { Err(DriverError::Invalid(problems)) }
     }
 
@@ -219,7 +219,7 @@ impl ElementTest {
     /// When the test is described wrongly; what happens on the way is in [`TestTrace::stopped`].
     pub fn trace(&self) -> Result<TestTrace, DriverError> {
         self.validate()?;
-        let invalid = |error| DriverError::Invalid(vec![validate::material_problem(&error)]);
+        let invalid = |error| DriverError::Invalid(vec![test_checks::material_problem(&error)]);
         let mut specimen = ElementSpecimen::new(self).map_err(invalid)?;
         if !specimen.stress.0.iter().all(|component| component.is_finite()) {
             let problem = "the stress at the start is no number: look at the size of moduli and strengths";
@@ -241,9 +241,9 @@ impl ElementTest {
             let program = stage.path.program(&specimen.stress, stage.duration, before.as_ref());
             let program = program.ok_or_else(|| DriverError::Stage {
                 stage: number,
-                problem: validate::NOTHING_TO_REVERSE.to_owned(),
+                problem: test_checks::NOTHING_TO_REVERSE.to_owned(),
             })?;
-            solve::run_stage(specimen, record, &solve::StageContext { number, stage }, &program)?;
+            step_solver::run_stage(specimen, record, &step_solver::StageContext { number, stage }, &program)?;
             before = Some(program);
         }
         Ok(())

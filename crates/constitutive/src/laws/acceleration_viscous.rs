@@ -19,7 +19,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::model::{check, not_negative, positive};
+use crate::contract::model::{check, not_negative, positive};
 use crate::tangent::numerical_tangent;
 use crate::{
     InitialCondition, Law, MaterialError, Motion, Point, PointLaw, StressUpdate, SymTensor, Tangent,

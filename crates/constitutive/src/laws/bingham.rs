@@ -15,11 +15,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::equation_of_state::{Barotropic, EquationOfState};
-use super::flow::{
+use crate::contract::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
+use crate::laws::viscous_flow::{
     EffectiveViscosity, FlowCurve, FlowOutputs, Viscoplastic, ViscousFluid, shear_modulus,
     without_shear_modulus,
 };
-use crate::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
 use crate::{Corotational, Material, MaterialError};
 
 /// How the flow of `bingham` and `frictional-fluid` is integrated.

@@ -13,9 +13,9 @@ use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
 use super::equation_of_state::{Barotropic, EquationOfState};
-use super::flow::{FlowCurve, FlowOutputs, Viscoplastic};
 use super::linear_elastic::incompressibility_warnings;
-use crate::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
+use crate::contract::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
+use crate::laws::viscous_flow::{FlowCurve, FlowOutputs, Viscoplastic};
 use crate::{Corotational, Material, MaterialError};
 
 /// Which measure of shear stress is held against the strength.

@@ -15,8 +15,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::root::falling_root;
-use crate::model::{check, not_negative, positive};
+use crate::contract::model::{check, not_negative, positive};
+use crate::return_maps::scalar_roots::falling_root;
 use crate::{InterfaceLaw, InterfacePoint, MaterialError};
 
 const NAME: &str = "cohesive-friction";

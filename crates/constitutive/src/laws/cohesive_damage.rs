@@ -9,8 +9,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::root::falling_root;
-use crate::model::{check, positive};
+use crate::contract::model::{check, positive};
+use crate::return_maps::scalar_roots::falling_root;
 use crate::{InterfaceLaw, InterfacePoint, MaterialError};
 
 const NAME: &str = "cohesive-damage";

@@ -9,8 +9,8 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::model::{Model, ModelFamily, ModelInfo, check, positive};
-use crate::wrapper::{WrappedMaterial, Wrapper};
+use crate::adapters::wrapper::{WrappedMaterial, Wrapper};
+use crate::contract::model::{Model, ModelFamily, ModelInfo, check, positive};
 use crate::{Mat3, Material, MaterialError, MaterialSpec, Motion, SymTensor};
 
 /// Parameters of `eigenstrain`.

@@ -8,9 +8,9 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::hencky::SimdBatch;
-use crate::lanes::ComponentArrays;
-use crate::model::{Model, ModelFamily, ModelInfo, StrainMeasure};
+use crate::adapters::hencky::SimdBatch;
+use crate::contract::component_arrays::ComponentArrays;
+use crate::contract::model::{Model, ModelFamily, ModelInfo, StrainMeasure};
 use crate::{
     BLOCK_SIZE, InitialCondition, Law, Material, MaterialError, Motion, Point, PointLaw, PrincipalReturn,
     SmallStrain, SymTensor, Tangent,

@@ -15,12 +15,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::equation_of_state::{Barotropic, EquationOfState};
-use super::flow::{
+use super::granular_flow::inertial_number;
+use crate::contract::model::{Model, ModelFamily, ModelInfo, check, positive};
+use crate::laws::viscous_flow::{
     EffectiveViscosity, FlowCurve, FlowOutputs, Viscoplastic, ViscousFluid, shear_modulus,
     without_shear_modulus,
 };
-use super::granular_flow::inertial_number;
-use crate::model::{Model, ModelFamily, ModelInfo, check, positive};
 use crate::{Corotational, Material, MaterialError};
 
 const NAME: &str = "mu-i";

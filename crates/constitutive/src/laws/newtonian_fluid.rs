@@ -10,8 +10,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::equation_of_state::{Barotropic, EquationOfState};
-use super::flow::{EffectiveViscosity, FlowOutputs, ViscousFluid};
-use crate::model::{Model, ModelFamily, ModelInfo, not_negative, positive};
+use crate::contract::model::{Model, ModelFamily, ModelInfo, not_negative, positive};
+use crate::laws::viscous_flow::{EffectiveViscosity, FlowOutputs, ViscousFluid};
 use crate::{Material, MaterialError};
 
 const NAME: &str = "newtonian-fluid";

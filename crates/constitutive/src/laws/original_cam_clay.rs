@@ -14,9 +14,9 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 
 use super::cam_clay::{CamClayConstants, CamClaySpec, CamClayState, CamClayTrial, OUTPUTS};
-use super::root::{drop_round_off, falling_root};
-use super::substep::SubstepResult;
-use crate::model::{Model, ModelFamily, ModelInfo};
+use crate::contract::model::{Model, ModelFamily, ModelInfo};
+use crate::return_maps::scalar_roots::{drop_round_off, falling_root};
+use crate::return_maps::substepping::SubstepResult;
 use crate::{
     Corotational, InitialCondition, Law, Material, MaterialError, Motion, Point, PointLaw, SmallStrain,
     SymTensor, Tangent,

@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{DruckerPrager, Elasticity, MohrCoulomb, PlasticStrain};
-use crate::model::{Model, ModelFamily, ModelInfo, StrainMeasure, check};
+use crate::contract::model::{Model, ModelFamily, ModelInfo, StrainMeasure, check};
 use crate::{
     Corotational, InitialCondition, Law, Material, MaterialError, MaterialSpec, Motion, Point, PointLaw,
     SmallStrain, SymTensor, Tangent,

@@ -21,9 +21,9 @@ use super::finite_elastic::{
     PrincipalStress, check_finite, elongations, solve_deformation, updated_left_cauchy_green, volume_change,
 };
 use super::linear_elastic::{snow_ratio_warnings, warn_above};
-use super::substep::substepped_motion;
 use super::{Elasticity, FixedCorotated};
-use crate::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
+use crate::contract::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
+use crate::return_maps::substepping::substepped_motion;
 use crate::tangent::{from_spatial, kirchhoff_tangent, numerical_tangent};
 use crate::{
     InitialCondition, Law, Mat3, Material, MaterialError, Motion, Point, PointLaw, Spectrum, StressUpdate,

@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Softening;
-use crate::model::{Model, ModelFamily, ModelInfo, check, positive};
+use crate::contract::model::{Model, ModelFamily, ModelInfo, check, positive};
 use crate::{Material, MaterialError, MaterialSpec};
 
 /// Which strengths are divided.

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::linear_elastic::incompressibility_warnings;
 use super::{MohrCoulomb, MohrCoulombSpec, StrengthReduction};
-use crate::model::{Model, ModelFamily, ModelInfo, StrainMeasure, positive};
+use crate::contract::model::{Model, ModelFamily, ModelInfo, StrainMeasure, positive};
 use crate::{Material, MaterialError};
 
 /// Parameters of `tresca`.

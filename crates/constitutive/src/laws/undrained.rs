@@ -10,8 +10,8 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
-use crate::wrapper::{WrappedMaterial, Wrapper};
+use crate::adapters::wrapper::{WrappedMaterial, Wrapper};
+use crate::contract::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
 use crate::{Material, MaterialError, MaterialSpec, Motion, SymTensor, Tangent};
 
 /// Parameters of `undrained`.

@@ -15,7 +15,7 @@ use super::{
     DruckerPrager, DruckerPragerSpec, Matching, PlasticIntegration, ReductionScope, Softening,
     StrengthReduction,
 };
-use crate::model::{Model, ModelFamily, ModelInfo, StrainMeasure, positive};
+use crate::contract::model::{Model, ModelFamily, ModelInfo, StrainMeasure, positive};
 use crate::{Material, MaterialError};
 
 /// Parameters of `von-mises`.

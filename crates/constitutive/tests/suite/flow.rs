@@ -3,12 +3,12 @@
 
 use crate::common::{assert_field, digits};
 use colluvium_constitutive::laws::bingham::{Capped, YieldStress};
-use colluvium_constitutive::laws::flow::{EffectiveViscosity, FlowCurve, Viscoplastic};
 use colluvium_constitutive::laws::granular_flow::{
     BagnoldRegime, FlowRegime, bagnold_number, inertial_number, krieger_dougherty, linear_concentration,
     savage_number, solid_fraction,
 };
 use colluvium_constitutive::laws::mu_i::RegularisedMuI;
+use colluvium_constitutive::laws::viscous_flow::{EffectiveViscosity, FlowCurve, Viscoplastic};
 use colluvium_constitutive::laws::{
     Barotropic, BinghamSpec, CfdSoilSpec, EquationOfState, FluidState, FrictionalFluidSpec, MuIForm, MuISpec,
     NewtonianFluidSpec, ShearNorm, YieldForm,

@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use colluvium_points::columns::FixedBytes;
+use colluvium_points::struct_of_arrays::FixedBytes;
 
 use super::{ContactEnergies, ContactForce, ContactGeometry, rolling_and_twisting};
-use crate::vector::{dot, rotate_with_normal};
+use crate::points::vector::{dot, rotate_with_normal};
 
 /// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]

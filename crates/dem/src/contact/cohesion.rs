@@ -4,7 +4,7 @@ use super::{
     AttractionLaw, CONTACT_BONDED, CONTACT_TOUCHING, ContactEnergies, ContactGeometry, ContactHistory,
     PairLaw,
 };
-use crate::vector::dot;
+use crate::points::vector::dot;
 
 /// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! Dashpots along the normal in steps of finite length: what makes the restitution that of the law (sheet: dem §2.3).
 
 use super::{ContactGeometry, NormalResponse, PairLaw};
-use crate::vector::SimdNumber;
+use crate::points::vector::SimdNumber;
 
 /// Steps (s) before and after the time of the forces, which act over the half of either.
 #[derive(Clone, Copy, Debug, PartialEq)]

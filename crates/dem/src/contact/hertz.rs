@@ -2,7 +2,7 @@
 //! not depend on the speed (sheet: dem §2.8).
 
 use super::{ContactGeometry, NormalResponse};
-use crate::vector::SimdNumber;
+use crate::points::vector::SimdNumber;
 
 /// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]

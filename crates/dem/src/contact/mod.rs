@@ -6,26 +6,29 @@
 pub mod bond;
 pub mod capillary;
 pub mod cohesion;
+pub(crate) mod contact_histories;
+pub mod coulomb_friction;
 pub mod dashpot;
-pub mod friction;
 pub mod hertz;
 pub mod jkr;
-pub mod linear;
+pub mod linear_spring;
 pub mod restitution;
-pub mod rolling;
+pub mod rolling_resistance;
 
 use colluvium_constitutive::SymTensor;
 
-use crate::vector::{SimdNumber, difference, dot, normal_spin, scaled, spin_cross_normal, tangential_part};
+use crate::contact::coulomb_friction::Coulomb;
+use crate::contact::linear_spring::LinearSpring;
+use crate::contact::rolling_resistance::RollingResistance;
+use crate::points::vector::{
+    SimdNumber, difference, dot, normal_spin, scaled, spin_cross_normal, tangential_part,
+};
 use bond::{Beam, Bond};
 use capillary::Capillary;
 use cohesion::Cohesion;
 use dashpot::StepLengths;
-use friction::Coulomb;
 use hertz::Hertz;
 use jkr::Jkr;
-use linear::LinearSpring;
-use rolling::RollingResistance;
 
 /// A contact at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -446,7 +449,7 @@ pub fn contact_force<const D: usize, const R: usize>(
     }
     let mut moment = [0.0; R];
     if law.rolling.is_some() || law.twisting.is_some() {
-        rolling::add_rolling_moments(law, touch, &base, cap, memory, &mut moment, dt, tally);
+        rolling_resistance::add_rolling_moments(law, touch, &base, cap, memory, &mut moment, dt, tally);
     }
     ContactForce { normal, tangential: across, moment }
 }

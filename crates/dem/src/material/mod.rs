@@ -9,8 +9,8 @@
 //! the plane, and refuse any strain there. Grains without cohesion have no stress once they lose contact: such a point is stiff
 //! again only after it is compressed to where its grains meet.
 
-mod cell;
-mod seek;
+mod cell_operations;
+mod porosity_search;
 mod spec;
 #[cfg(test)]
 mod tests;
@@ -28,11 +28,11 @@ use serde_json::{Map, Value};
 pub use spec::{CellContact, GranularCellSpec, Preparation};
 
 use crate::DemSolver;
-use cell::CellCase;
+use crate::material::cell_operations::CellCase;
 
 const NAME: &str = "granular-cell";
 
-/// Brings `{"model": "other", "law": "granular-cell"}` to case files (see [`colluvium_constitutive::offer_material`]).
+/// Brings `{"model": "other", "law": "granular-cell"}` to case files (see [`colluvium_constitutive::register_material`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GranularCells;
 
@@ -113,7 +113,7 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
         let frame = CellCase::new(&spec)?;
         let first = frame.solver()?;
         Ok(Self {
-            cost: cell::cost(&first, &spec),
+            cost: cell_operations::cost(&first, &spec),
             spec,
             case: frame,
             idle: Mutex::new(vec![first]),
@@ -130,7 +130,7 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
     ) -> Result<T, MaterialError> {
         let idle = lock(&self.idle).pop();
         let mut solver = idle.map_or_else(|| self.case.solver(), Ok)?;
-        cell::restore(&mut solver, &state.bytes.0)?;
+        cell_operations::restore(&mut solver, &state.bytes.0)?;
         let result = use_it(&mut solver);
         lock(&self.idle).push(solver);
         result
@@ -140,10 +140,10 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
         let base = self.prepared.get().and_then(|prepared| prepared.as_ref().ok());
         let (least, friction) = base.map_or((0.0, 0.0), |(_, base)| (base.modulus, base.friction));
         Ok(CellState {
-            bytes: SharedBytes(cell::bytes(solver)?.into()),
-            modulus: cell::modulus(solver).max(least),
-            porosity: 1.0 - cell::solid_fraction(solver),
-            coordination: cell::coordination(solver),
+            bytes: SharedBytes(cell_operations::bytes(solver)?.into()),
+            modulus: cell_operations::modulus(solver).max(least),
+            porosity: 1.0 - cell_operations::solid_fraction(solver),
+            coordination: cell_operations::coordination(solver),
             unbalanced: solver.unbalanced(),
             friction,
         })
@@ -152,15 +152,15 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
     fn prepared(&self) -> PreparedCell {
         let with_friction = |friction: f64| {
             let mut solver = self.case.solver()?;
-            cell::prepare(&mut solver, &self.spec, friction)?;
+            cell_operations::prepare(&mut solver, &self.spec, friction)?;
             let state = CellState { friction, ..self.state(&solver)? };
-            let found = Ok((cell::stress(&solver), state));
+            let found = Ok((cell_operations::stress(&solver), state));
             lock(&self.idle).push(solver);
             found
         };
         let asked = self.spec.preparation;
         let prepare = || match asked.porosity {
-            Some(porosity) => seek::friction(porosity, with_friction, |(_, state)| state.porosity),
+            Some(porosity) => porosity_search::friction(porosity, with_friction, |(_, state)| state.porosity),
             None => with_friction(asked.friction.unwrap_or(0.0)),
         };
         self.prepared.get_or_init(prepare).clone()
@@ -173,16 +173,16 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
         }
         let (_, base) = self.prepared()?;
         let made = self.with_solver(&base, |solver| {
-            cell::load(solver, &self.spec, target)?;
-            Ok((cell::stress(solver), self.state(solver)?))
+            cell_operations::load(solver, &self.spec, target)?;
+            Ok((cell_operations::stress(solver), self.state(solver)?))
         });
         lock(&self.started).entry(key).or_insert(made).clone()
     }
 
     fn deformed(&self, motion: &Motion, old: &Point<CellState>) -> Result<Point<CellState>, MaterialError> {
         self.with_solver(&old.state, |solver| {
-            cell::deform(solver, &self.spec, &motion.deformation, &old.stress)?;
-            Ok(Point { stress: cell::stress(solver), state: self.state(solver)? })
+            cell_operations::deform(solver, &self.spec, &motion.deformation, &old.stress)?;
+            Ok(Point { stress: cell_operations::stress(solver), state: self.state(solver)? })
         })
     }
 }
@@ -221,7 +221,7 @@ impl<const D: usize, const R: usize> PointLaw for GranularCell<D, R> {
     type State = CellState;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<CellState>, MaterialError> {
-        cell::check_initial::<D>(&initial.stress)?;
+        cell_operations::check_initial::<D>(&initial.stress)?;
         let (stress, state) = self.started(&initial.stress)?;
         Ok(Point { stress, state })
     }
@@ -238,7 +238,7 @@ impl<const D: usize, const R: usize> PointLaw for GranularCell<D, R> {
 
 impl<const D: usize, const R: usize> StressUpdate for GranularCell<D, R> {
     fn update(&self, motion: &Motion, old: &Point<CellState>) -> Result<Point<CellState>, MaterialError> {
-        cell::check_motion::<D>(motion)?;
+        cell_operations::check_motion::<D>(motion)?;
         if motion.deformation == colluvium_constitutive::Mat3::IDENTITY {
             return Ok(old.clone());
         }

@@ -5,8 +5,9 @@ use colluvium_constitutive::{Mat3, SymTensor};
 use serde_json::{Value, json};
 
 use super::GranularCellSpec;
-use super::cell::{self, CellCase};
 use crate::DemSolver;
+use crate::material::cell_operations;
+use crate::material::cell_operations::CellCase;
 
 /// Diameter of the grains of lattices (m), their density (kg/m³), and stiffness of contacts (N/m; of disks Pa), across over along.
 const SIZE: f64 = 1e-3;
@@ -55,7 +56,7 @@ fn looked_at<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) -> Sy
     solver.imposed_gradient = Some([[0.0; D]; D]);
     let dt = solver.critical_step().dt;
     solver.advance(dt).unwrap();
-    cell::stress(solver)
+    cell_operations::stress(solver)
 }
 
 /// Deformation gradient of a strain rate of one over a time.
@@ -71,8 +72,8 @@ fn deformed<const D: usize, const R: usize>(
     f: &Mat3,
 ) -> SymTensor {
     for _ in 0..10 {
-        let before = cell::stress(solver);
-        cell::deform(solver, spec, f, &before).unwrap();
+        let before = cell_operations::stress(solver);
+        cell_operations::deform(solver, spec, f, &before).unwrap();
     }
     looked_at(solver)
 }
@@ -131,7 +132,7 @@ fn a_lattice_of_spheres_has_its_stress_under_isotropic_and_uniaxial_strain() {
     // p = (1/3V) Σ k δ l with six contacts a grain in l³/√2.
     let pressure = |apart: f64| 2.0 * 2f64.sqrt() * STIFFNESS * (SIZE - apart) / (apart * apart);
     let mut cube = face_centred(&spec);
-    near(-cell::stress(&cube)[0], pressure(APART), 1e-9, "start");
+    near(-cell_operations::stress(&cube)[0], pressure(APART), 1e-9, "start");
     let stress = deformed(&mut cube, &spec, &stretch([-strain; 3], 0.0, 0.1));
     for c in 0..3 {
         near(-stress[c], pressure(APART * (-strain).exp()), 1e-4, "isotropic");
@@ -185,8 +186,8 @@ fn dashpots_add_the_share_of_stress_that_the_inertial_number_sets() {
     let ratio = 0.4;
     let spec = equal(3, 32, ratio);
     let mut cube = face_centred(&spec);
-    let before = cell::stress(&cube);
-    cell::deform(&mut cube, &spec, &stretch([-1e-4; 3], 0.0, 1.0), &before).unwrap();
+    let before = cell_operations::stress(&cube);
+    cell_operations::deform(&mut cube, &spec, &stretch([-1e-4; 3], 0.0, 1.0), &before).unwrap();
     let rate = -cube.imposed_gradient.unwrap()[0][0];
     // The bound is on the size of the tensor of rates.
     let bound = spec.inertial_number * (-before[0] / DENSITY).sqrt() / SIZE / 3f64.sqrt();
@@ -232,10 +233,10 @@ fn case_of(spec: &GranularCellSpec, side: f64, rates: [[f64; 3]; 3]) -> Case {
 fn same<const D: usize, const R: usize>(spec: &GranularCellSpec, f: &Mat3) {
     let mut law: DemSolver<D, R> = CellCase::new(spec).unwrap().solver().unwrap();
     let side = law.cell.h[0][0];
-    cell::prepare(&mut law, spec, 0.0).unwrap();
-    let specimen = cell::bytes(&law).unwrap();
-    let (before, first) = (cell::stress(&law), law.step);
-    cell::deform(&mut law, spec, f, &before).unwrap();
+    cell_operations::prepare(&mut law, spec, 0.0).unwrap();
+    let specimen = cell_operations::bytes(&law).unwrap();
+    let (before, first) = (cell_operations::stress(&law), law.step);
+    cell_operations::deform(&mut law, spec, f, &before).unwrap();
     let rates = law.imposed_gradient.unwrap();
     let rates =
         std::array::from_fn(|i| std::array::from_fn(|j| if i < D && j < D { rates[i][j] } else { 0.0 }));
@@ -247,10 +248,10 @@ fn same<const D: usize, const R: usize>(spec: &GranularCellSpec, f: &Mat3) {
         method.step(f64::INFINITY).unwrap();
     }
     // More than what rounding may hide: the stress has changed.
-    let (after, own) = (cell::stress(&law), cell::stress(&method));
+    let (after, own) = (cell_operations::stress(&law), cell_operations::stress(&method));
     assert!((after - before).norm() > 0.05 * before.norm(), "{before:?} {after:?}");
     assert_eq!(after, own);
-    assert!(cell::bytes(&law).unwrap() == cell::bytes(&method).unwrap());
+    assert!(cell_operations::bytes(&law).unwrap() == cell_operations::bytes(&method).unwrap());
 }
 
 #[test]

@@ -1,15 +1,15 @@
 //! Grains move: leap-frog, velocities half a step ahead of positions (sheet: dem §3.4).
 
-mod glide;
+mod integrate_simd;
 
-use glide::GrainBlock;
+use crate::motion::integrate_simd::GrainBlock;
 use rayon::prelude::*;
 use wide::f64x4 as Lanes;
 
-use crate::cell::apply;
+use crate::boundary::periodic_cell::apply;
 use crate::config::DampingForm;
-use crate::grains::{Grains, MIN_GRAINS_PER_TASK, inertia};
-use crate::vector::{difference, dot, norm};
+use crate::points::grains::{Grains, MIN_GRAINS_PER_TASK, inertia};
+use crate::points::vector::{difference, dot, norm};
 
 /// What moves grains beside contacts.
 #[derive(Clone, Copy, Debug)]

@@ -1,12 +1,12 @@
 //! From a case to a solver: refuses what the method cannot honour, by JSON path.
 
-mod fill;
-mod laws;
-mod reach;
-mod refuse;
-mod rings;
-mod size;
-mod stage;
+mod body_grains;
+mod capabilities;
+mod pair_laws;
+mod problem_size;
+mod sleeve_rings;
+mod stage_changes;
+mod stress_checks;
 mod warnings;
 
 use std::sync::Arc;
@@ -16,25 +16,25 @@ use colluvium_points::Surface;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-pub(crate) use fill::fill_of_body;
-pub(crate) use refuse::capabilities;
-pub(crate) use size::problem_size;
+pub(crate) use crate::setup::body_grains::fill_of_body;
+pub(crate) use crate::setup::capabilities::capabilities;
+pub(crate) use crate::setup::problem_size::problem_size;
 
-use crate::cell::PeriodicCell;
+use crate::boundary::periodic_cell::PeriodicCell;
+use crate::boundary::walls::{RigidWall, WallList};
 use crate::config::{DemOptions, Fill};
 use crate::contact::bond::Bond;
+use crate::contact::contact_histories::HistoryColumns;
 use crate::contact::{AttractionLaw, CONTACT_BONDED, PairLaw};
-use crate::grains::{Grains, volume};
-use crate::ledger::EnergyBalance;
-use crate::lists::VerletLists;
-use crate::pairs::HistoryColumns;
-use crate::rain;
+use crate::neighbours::VerletLists;
+use crate::output::energy_balance::EnergyBalance;
+use crate::points::grains::{Grains, volume};
+use crate::points::vector::{difference, dot};
 use crate::solver::{
     ControlledStress, DemSolver, KindProperties, SinceListBuild, SpecimenSource, StepBuffers,
 };
-use crate::store::StoredSpecimen;
-use crate::vector::{difference, dot};
-use crate::walls::{RigidWall, WallList};
+use crate::specimen::file::StoredSpecimen;
+use crate::specimen::pluviation;
 
 /// Bytes of a disk and of a sphere with its buffers and its pairs, while a run goes on.
 const BYTES_OF_GRAIN: [usize; 2] = [650, 1000];
@@ -45,12 +45,12 @@ pub(crate) fn options(case: &Case) -> Result<DemOptions, CaseError> {
         let problem = "is missing: the discrete element method needs at least its `grains` and `pairs`";
         return Err(CaseError::new("methods.dem", problem));
     }
-    refuse::reject_clumps(&case.methods["dem"])?;
+    capabilities::reject_clumps(&case.methods["dem"])?;
     let options: DemOptions = case.method_options("dem")?;
     options
         .validate(case.dimension())
         .map_err(|(path, problem)| CaseError::new(format!("methods.dem.{path}"), problem))?;
-    refuse::check_supported(case, &options)?;
+    capabilities::check_supported(case, &options)?;
     Ok(options)
 }
 
@@ -114,9 +114,9 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
     let mut grains = Grains::default();
     let standing = case.placed_obstacles::<D>()?;
     let stored = StoredSpecimen::of_case(case, &options)?;
-    fill::fill(case, &options, stored.as_ref(), &standing, &mut grains)?;
+    body_grains::fill(case, &options, stored.as_ref(), &standing, &mut grains)?;
     check_covered(case, &standing, &grains)?;
-    let laws = laws::laws(case, &options, &kinds, &grains, 0)?;
+    let laws = pair_laws::laws(case, &options, &kinds, &grains, 0)?;
     let columns = HistoryColumns::of(
         &laws.pairs.iter().chain(laws.walls.iter().flatten()).copied().collect::<Vec<_>>(),
     );
@@ -128,7 +128,7 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
         kinds,
         laws,
         columns,
-        next_id: fill::next_id(&grains),
+        next_id: body_grains::next_id(&grains),
         grains,
         cell,
         lists: VerletLists::default(),
@@ -152,7 +152,7 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
         imposed_gradient: None,
         scalar_only: false,
         membranes: Vec::new(),
-        sources: rain::sources(case, &options),
+        sources: pluviation::sources(case, &options),
         specimens: Vec::new(),
         specimen_source: SpecimenSource::default(),
         options,
@@ -189,7 +189,7 @@ fn mean_diameter<const D: usize, const R: usize>(
     options: &DemOptions,
     grains: &Grains<D, R>,
 ) -> f64 {
-    match rain::sources(case, options).first() {
+    match pluviation::sources(case, options).first() {
         Some(source) if grains.is_empty() => source.mean(D),
         _ => 2.0 * grains.radius.iter().sum::<f64>() / grains.len() as f64,
     }
@@ -390,7 +390,7 @@ fn strength(scatter: f64, random: &mut ChaCha8Rng) -> f64 {
     // The modulus from the coefficient of variation (Justus and Mikhail 1976, within 1 % from 0.1 to 1).
     let modulus = scatter.powf(-1.086);
     let draw: f64 = 1.0 - random.random::<f64>();
-    (-draw.ln()).powf(1.0 / modulus) / crate::sizes::gamma(1.0 + 1.0 / modulus)
+    (-draw.ln()).powf(1.0 / modulus) / crate::specimen::size_distributions::gamma(1.0 + 1.0 / modulus)
 }
 
 /// Laws of the regions of obstacle number `number`, which follow those of all walls and obstacles.

@@ -4,9 +4,9 @@ use colluvium_case::Case;
 use colluvium_case::description::Wall;
 
 use crate::config::{DemOptions, Fill};
+use crate::points::vector::norm;
 use crate::solver::DemSolver;
 use crate::specimen::Specimen;
-use crate::vector::norm;
 
 /// Difference of a porosity from what was asked for that is told.
 const POROSITY_TOLERANCE: f64 = 0.01;

@@ -1,12 +1,6 @@
 //! The solver: its data and one step (sheet: dem §3.1).
 
-mod applied;
-mod control;
-mod followed;
-mod press;
-mod raining;
-mod relist;
-mod step_limit;
+mod critical_step;
 
 use std::sync::Arc;
 
@@ -14,23 +8,23 @@ use colluvium_case::{Advance, Case, ObstacleLaws, SolverError, spatial};
 use colluvium_points::Surface;
 use colluvium_points::surface::ContactQuery;
 
-pub(crate) use followed::ControlledStress;
+pub(crate) use crate::output::stress_control_check::ControlledStress;
 
-use crate::cell::{PeriodicCell, inverse, product};
+use crate::boundary::periodic_cell::{PeriodicCell, inverse, product};
+use crate::boundary::walls::{RigidWall, WallList, WallListView, WallReaction};
 use crate::config::{ContactVelocity, DemOptions, GrainStage, LeverArm};
+use crate::contact::contact_histories::HistoryColumns;
 use crate::contact::{ContactEnergies, PairLaw};
-use crate::grains::Grains;
-use crate::ledger::{BrokenBond, EnergyBalance};
-use crate::lists::VerletLists;
-use crate::motion::{ExternalActions, GrainSums, integrate_grains, rotate};
-use crate::pairs::HistoryColumns;
-use crate::rain::GrainSource;
-use crate::specimen::Specimen;
-use crate::sweep::{
+use crate::force_loop::{
     ContactInput, ForceKernel, ForceTorque, GrainRecords, Virial, grain_records, scatter_forces,
 };
-use crate::vector::{add, dot};
-use crate::walls::{RigidWall, WallList, WallListView, WallReaction};
+use crate::motion::{ExternalActions, GrainSums, integrate_grains, rotate};
+use crate::neighbours::VerletLists;
+use crate::output::energy_balance::{BrokenBond, EnergyBalance};
+use crate::points::grains::Grains;
+use crate::points::vector::{add, dot};
+use crate::specimen::Specimen;
+use crate::specimen::pluviation::GrainSource;
 
 /// Overlap over the smaller radius beyond which a run stops (sheet: dem §3.5).
 const MAX_OVERLAP: f64 = 0.3;

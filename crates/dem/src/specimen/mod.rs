@@ -2,10 +2,15 @@
 //! dem §3.8.6). The same in [`layers`] that are pressed one on another, and grains that are dropped and roll, [disks](deposit) and
 //! [spheres](roll).
 
-pub mod deposit;
-pub mod layers;
+pub mod drop_and_roll_2d;
+pub mod drop_and_roll_3d;
+pub(crate) mod file;
+pub(crate) mod fill_report;
+pub(crate) mod pluviation;
+pub(crate) mod pluviation_entry;
 mod report;
-pub mod roll;
+pub mod size_distributions;
+pub mod undercompaction;
 
 use std::ops::Range;
 
@@ -13,10 +18,10 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 pub use report::Specimen;
 
-use crate::cell::PeriodicCell;
-use crate::grains::volume;
-use crate::lists::classes::SizeClasses;
-use crate::vector::{difference, dot};
+use crate::boundary::periodic_cell::PeriodicCell;
+use crate::neighbours::size_classes::SizeClasses;
+use crate::points::grains::volume;
+use crate::points::vector::{difference, dot};
 
 /// Share of the final radii with which grains begin.
 const INITIAL_RADIUS_RATIO: f64 = 0.6;

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, disks};
-use colluvium_testkit::cases::single_threaded;
+use colluvium_testkit::solver_runs::single_threaded;
 use serde_json::{Value, json};
 
 const PRESSURE: f64 = 1e5;

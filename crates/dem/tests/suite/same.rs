@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{Dem, disks, spheres};
-use colluvium_testkit::{assert_near, cases};
+use colluvium_testkit::{assert_near, solver_runs as cases};
 use serde_json::{Value, json};
 
 fn reading(solver: &dyn Solver, name: &str) -> f64 {

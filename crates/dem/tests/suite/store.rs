@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use colluvium_case::{Case, Method, Snapshot, Solver};
 use colluvium_dem::{Contact, Dem, DemSolver, disks, spheres};
-use colluvium_testkit::cases;
+use colluvium_testkit::solver_runs as cases;
 use serde_json::{Value, json};
 
 use crate::common::begun;

@@ -1,16 +1,17 @@
 //! The surface that the flow moves over: level, slope and curvature in plan (sheet: depth-sph §2.9).
 
-pub mod rough;
-mod sampled;
-mod spline;
-mod worn;
+mod bicubic_spline;
+pub(crate) mod effective_gravity;
+mod erodible_bed;
+mod terrain_bed;
+pub mod test_terrain;
 
 use std::fmt;
 use std::sync::Arc;
 
-use crate::nodes::{PlanVector, dot};
-pub use sampled::TerrainBed;
-pub use worn::{ErodibleBed, ErosionState};
+pub use crate::bed::erodible_bed::{ErodibleBed, ErosionState};
+pub use crate::bed::terrain_bed::TerrainBed;
+use crate::phases::phase_nodes::{PlanVector, dot};
 
 /// The bed at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,11 +5,11 @@ use colluvium_constitutive::MaybeInfinite;
 use super::{
     ColumnOptions, DepthOptions, FluidResistanceOptions, MixtureOptions, SkeletonConfinement, SkeletonOptions,
 };
-use crate::choices::{Phases, PressureForceForm, ThicknessEquation, TimeScheme};
-use crate::column::{Drainage, LowerBound};
-use crate::drag::InterphaseDrag;
+use crate::config::choices::{Phases, PressureForceForm, ThicknessEquation, TimeScheme};
 use crate::erosion::Erosion;
 use crate::flow::MOST_CELLS;
+use crate::phases::interphase_drag::InterphaseDrag;
+use crate::pore_pressure::pore_pressure_column::{Drainage, LowerBound};
 
 /// A value out of range: its key and what is wrong.
 pub type OptionError = (String, String);

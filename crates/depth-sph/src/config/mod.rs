@@ -1,6 +1,8 @@
 //! Options of `methods.depth-sph` in a case file.
 
 mod checks;
+pub mod choices;
+pub mod settings;
 
 use std::collections::BTreeMap;
 
@@ -10,14 +12,14 @@ use colluvium_points::Shape;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::choices::{
+use crate::config::choices::{
     DepthFrame, FlowLayer, InflowDistribution, Metric, Phases, PressureForceForm, SearchOrientation,
     ThicknessEquation, TimeScheme,
 };
-use crate::column::{Drainage, LowerBound, PressureProfile};
-use crate::drag::InterphaseDrag;
 use crate::erosion::Erosion;
-use crate::kernel::Kernel;
+use crate::neighbours::kernel::Kernel;
+use crate::phases::interphase_drag::InterphaseDrag;
+use crate::pore_pressure::pore_pressure_column::{Drainage, LowerBound, PressureProfile};
 
 /// Options of depth-integrated SPH.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -1,56 +1,34 @@
 //! A flow: its nodes, and one step (sheet: depth-sph §3.4).
 
-#[cfg(test)]
-mod accounts;
-mod axes;
-mod carry;
-mod coupling;
-mod feed;
-mod forces;
-mod fours;
-mod gravity;
-mod grow;
-mod heights;
-mod images;
-mod integrate;
-mod ledger;
-mod limits;
-mod longest;
-mod metric;
-mod open;
-mod over;
-mod packed;
-mod pore;
-mod pressures;
-mod set;
+mod critical_step;
 
 use colluvium_points::{CellList, ScratchBuffers, SearchError};
 use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::bed::Bed;
-use crate::choices::{Phases, PressureForceForm, ThicknessEquation};
+use crate::config::choices::{Phases, PressureForceForm, ThicknessEquation};
+use crate::config::settings::FlowSettings;
 use crate::inflow::{Inflow, WaitingNodes};
-use crate::nodes::{NewNode, PhaseNodes, norm};
-use crate::settings::FlowSettings;
-use set::{TASK, copy_with_images};
+use crate::phases::phase::{TASK, copy_with_images};
+use crate::phases::phase_nodes::{NewNode, PhaseNodes, norm};
 
-pub use forces::{PhaseRole, corrected};
-pub use images::{ImageNode, PlanBoundaries};
-pub use ledger::{EnergyBalance, EnergyBalanceSummary, FlowEnergies};
-pub use limits::{LimitingNode, PhaseTotals};
-pub use open::{
+pub use crate::boundary::image_nodes::{ImageNode, PlanBoundaries};
+pub use crate::boundary::open::{
     ArrivalHistory, BoundaryState, FarField, Inlet, InteriorFit, OpenBoundary, Opening, StripState,
 };
-pub use pore::{MOST_CELLS, PorePressureColumns};
-pub use set::PhaseSet;
+pub use crate::flow::critical_step::{LimitingNode, PhaseTotals};
+pub use crate::momentum::pair_forces::{PhaseRole, corrected};
+pub use crate::output::energy_balance::{EnergyBalance, EnergyBalanceSummary, FlowEnergies};
+pub use crate::phases::phase::PhaseSet;
+pub use crate::pore_pressure::pore_pressure_columns::{MOST_CELLS, PorePressureColumns};
 
 /// Depths below this share of the largest first one, and below a millimetre, have no partner phase.
 const MIN_DEPTH_RATIO: f64 = 1e-3;
 /// Times the speed that gravity can give a node at which it ends the run.
 const MAX_SPEED_RATIO: f64 = 3.0;
 /// Ratio of the depth of an inflow across a line to that at its largest discharge, or at the start, from which on the run ends.
-const DEEPEST: f64 = 100.0;
+pub(crate) const DEEPEST: f64 = 100.0;
 /// Steps between two sorts by cell.
 const STEPS_PER_SORT: u64 = 20;
 
@@ -68,7 +46,7 @@ pub struct FlowFailure {
 
 /// When the bed below the nodes was asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum BedSampling {
+pub(crate) enum BedSampling {
     /// Not since they have moved.
     Now,
     /// By the drift that brought them.
@@ -129,7 +107,7 @@ pub struct Flow<const D: usize> {
     #[cfg(test)]
     pub test_factors: [f64; 2],
     cells: CellList<D>,
-    scratch: ScratchBuffers,
+    pub(crate) scratch: ScratchBuffers,
 }
 
 impl<const D: usize> Flow<D> {
@@ -189,7 +167,7 @@ impl<const D: usize> Flow<D> {
     }
 
     /// First heights and smoothing lengths of all nodes (sheet: depth-sph §3.2).
-    fn initialise_thickness(&mut self) -> Result<(), FlowFailure> {
+    pub(crate) fn initialise_thickness(&mut self) -> Result<(), FlowFailure> {
         let chosen = self.settings.numerics.continuity;
         // Heights that are integrated begin with their sums.
         if chosen.is_rate() {
@@ -273,7 +251,12 @@ impl<const D: usize> Flow<D> {
 
     /// Steps 1 to 4: everything that accelerates the nodes, at their places and velocities. Pore pressure is brought to
     /// `time` (s) where that is given.
-    fn evaluate(&mut self, dt: f64, time: Option<f64>, bed: BedSampling) -> Result<(), FlowFailure> {
+    pub(crate) fn evaluate(
+        &mut self,
+        dt: f64,
+        time: Option<f64>,
+        bed: BedSampling,
+    ) -> Result<(), FlowFailure> {
         self.find_heights()?;
         self.find_depths();
         self.sample_bed(bed);
@@ -294,7 +277,7 @@ impl<const D: usize> Flow<D> {
     }
 
     /// Step 1: neighbours and images, where the nodes are.
-    fn find_neighbours(&mut self) -> Result<(), FlowFailure> {
+    pub(crate) fn find_neighbours(&mut self) -> Result<(), FlowFailure> {
         self.check_numbers()?;
         let support = self.settings.numerics.kernel.support();
         let lists = self.settings.asks_for_neighbours();
@@ -474,7 +457,7 @@ impl<const D: usize> Flow<D> {
 }
 
 /// A node that ends the run.
-fn failure<const D: usize>(set: &PhaseSet<D>, i: usize, reason: String) -> FlowFailure {
+pub(crate) fn failure<const D: usize>(set: &PhaseSet<D>, i: usize, reason: String) -> FlowFailure {
     FlowFailure { node: set.nodes.id[i], position: set.nodes.position[i].to_vec(), reason }
 }
 

@@ -2,14 +2,14 @@
 
 use colluvium_case::{Case, CaseError, Quantity, read_pairs};
 
-use super::sides::MAX_SEGMENTS;
 use super::{NAME, option_error};
 use crate::bed::Bed;
-use crate::choices::{FlowLayer, InflowDistribution, Phases};
+use crate::config::choices::{FlowLayer, InflowDistribution, Phases};
 use crate::config::{DepthOptions, InflowOptions};
-use crate::cross_section::CrossSection;
 use crate::flow::{Flow, Inlet, Opening};
+use crate::inflow::cross_section::CrossSection;
 use crate::inflow::{Inflow, InflowSection, InflowState};
+use crate::setup::open_boundaries::MAX_SEGMENTS;
 
 /// Mean slope of the bed in the direction of an inflow from which on it deserves a warning.
 const MAX_UPHILL_SLOPE: f64 = 0.02;

@@ -3,12 +3,13 @@
 use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::basal::{BasalRheology, BasalSpec};
 
-use super::ground::BedFriction;
-use super::{option_error, pore};
-use crate::choices::Phases;
+use super::option_error;
 use crate::config::DepthOptions;
-use crate::drag::MixtureDensities;
-use crate::settings::Mixture;
+use crate::config::choices::Phases;
+use crate::config::settings::Mixture;
+use crate::phases::interphase_drag::MixtureDensities;
+use crate::setup::case_bed::BedFriction;
+use crate::setup::pore_fluid;
 
 /// Largest difference of the density of a material from that of the mixture, in shares.
 const SAME_DENSITY: f64 = 0.01;
@@ -26,7 +27,7 @@ pub fn mixture(case: &Case, options: &DepthOptions, gravity: f64) -> Result<Mixt
     let porosity = if layers { 0.0 } else { mixture.porosity };
     let whole = Mixture { densities, porosity, saturated: !layers };
     for body in case.bodies.iter().filter(|_| !layers) {
-        let density = pore::density(case, body);
+        let density = pore_fluid::density(case, body);
         let own = densities.mixture(mixture.porosity_of(&body.name));
         if (density / own - 1.0).abs() > SAME_DENSITY {
             let problem = format!(

@@ -1,16 +1,17 @@
 //! From a case to a solver: refuses what the method cannot honour, by JSON path.
 
-mod bodies;
+mod bed_zones;
+mod body_nodes;
+mod capabilities;
+mod case_bed;
 mod dams;
-mod ground;
+mod face_heights;
+mod hazard_rasters;
 mod inflows;
 mod material;
-mod pore;
-mod rasters;
-mod refuse;
-mod sampled;
-mod sides;
-mod zones;
+mod open_boundaries;
+mod pore_fluid;
+pub(crate) mod stages;
 
 use std::sync::Arc;
 
@@ -18,18 +19,18 @@ use colluvium_case::description::Space;
 use colluvium_case::{Case, CaseError, Plan, ProblemSize, Resolution, Solver};
 use colluvium_points::Raster;
 
-use ground::CaseBed;
-pub(crate) use refuse::capabilities;
+pub(crate) use crate::setup::capabilities::capabilities;
+use crate::setup::case_bed::CaseBed;
 
 use crate::NAME;
 use crate::bed::Bed;
-use crate::choices::{DepthFrame, Phases};
 use crate::config::DepthOptions;
-use crate::drag::MixtureDensities;
+use crate::config::choices::{DepthFrame, Phases};
+use crate::config::settings::{Consolidation, EarthPressure, FlowSettings, Mixture, Numerics, PoreColumn};
 use crate::flow::{Flow, FlowFailure, OutsideNodes};
-use crate::settings::{Consolidation, EarthPressure, FlowSettings, Mixture, Numerics, PoreColumn};
-use crate::solver::DepthSolver;
-use crate::stages::plan_boundaries;
+use crate::output::DepthSolver;
+use crate::phases::interphase_drag::MixtureDensities;
+use crate::setup::stages::plan_boundaries;
 
 /// Node-updates per second and thread, from the benchmark of one phase without columns.
 const UPDATES_PER_SECOND: f64 = 2e6;
@@ -47,7 +48,7 @@ pub(crate) fn options(case: &Case) -> Result<DepthOptions, CaseError> {
         let problem = "is missing: depth-integrated SPH needs at least its `spacing` (m)";
         return Err(CaseError::new(format!("methods.{NAME}"), problem));
     }
-    let options: DepthOptions = pore::with_pore_fluid_options(case)?.method_options(NAME)?;
+    let options: DepthOptions = pore_fluid::with_pore_fluid_options(case)?.method_options(NAME)?;
     options.validate().map_err(|(key, problem)| option_error(&key, problem))?;
     Ok(options)
 }
@@ -55,7 +56,7 @@ pub(crate) fn options(case: &Case) -> Result<DepthOptions, CaseError> {
 /// The solver of `case`.
 pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
     let options = options(case)?;
-    refuse::check_supported(case, &options)?;
+    capabilities::check_supported(case, &options)?;
     Ok(match case.space {
         Space::PlaneStrain => Box::new(solver::<1>(case, &options)?),
         _ => Box::new(solver::<2>(case, &options)?),
@@ -65,7 +66,7 @@ pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
 /// The plan of `case`.
 pub fn plan(case: &Case) -> Result<Plan, CaseError> {
     let options = options(case)?;
-    refuse::check_supported(case, &options)?;
+    capabilities::check_supported(case, &options)?;
     match case.space {
         Space::PlaneStrain => plan_in::<1>(case, &options),
         _ => plan_in::<2>(case, &options),
@@ -82,7 +83,7 @@ fn bytes_per_node(case: &Case, options: &DepthOptions) -> f64 {
 /// The size of `case`, without making its nodes.
 pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     let options = options(case)?;
-    refuse::check_supported(case, &options)?;
+    capabilities::check_supported(case, &options)?;
     let sets = if options.phases == Phases::Two { 2.0 } else { 1.0 };
     let area: f64 = case
         .bodies
@@ -125,8 +126,8 @@ fn plan_in<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Plan, 
     let points = solver.points();
     let mut warnings = options.warnings();
     warnings.extend(of_bed);
-    warnings.extend(refuse::warnings(case, points));
-    warnings.extend(pore::warnings(case));
+    warnings.extend(capabilities::warnings(case, points));
+    warnings.extend(pore_fluid::warnings(case));
     let coupled = options.phases != Phases::One || options.column.is_some();
     Ok(Plan {
         points,
@@ -162,9 +163,9 @@ fn build_in<const D: usize>(
     case: &Case,
     options: &DepthOptions,
 ) -> Result<(DepthSolver<D>, Vec<String>), CaseError> {
-    let ground = ground::case_bed::<D>(case, options)?;
+    let ground = case_bed::case_bed::<D>(case, options)?;
     let mut of_maps = Vec::new();
-    let maps = rasters::hazard_rasters(case, &ground, options.spacing, &mut of_maps)?;
+    let maps = hazard_rasters::hazard_rasters(case, &ground, options.spacing, &mut of_maps)?;
     let CaseBed { mut bed, departure, mut warnings, .. } = ground;
     warnings.append(&mut of_maps);
     let settings = settings::<D>(case, options)?;
@@ -177,14 +178,14 @@ fn build_in<const D: usize>(
             depths.as_ref().map_or(of_zone, |raster| of_zone.min(most(raster)))
         });
     }
-    let filled = bodies::body_nodes::<D>(case, options, &settings.material, &bed)?;
+    let filled = body_nodes::body_nodes::<D>(case, options, &settings.material, &bed)?;
     warnings.extend(filled.warnings);
     let ends = plan_boundaries::<D>(case, 0);
     let failed = |failure: FlowFailure| CaseError::new("bodies", failure.to_string());
     let mut flow = Flow::new(settings, bed, ends, &filled.sets).map_err(failed)?;
     let mut openings = inflows::add_inflows(case, options, &mut flow, &mut warnings)?;
-    openings.extend(sides::openings(case, options));
-    warnings.extend(sides::open_boundaries(&openings, &mut flow)?);
+    openings.extend(open_boundaries::openings(case, options));
+    warnings.extend(open_boundaries::open_boundaries(&openings, &mut flow)?);
     if !filled.transferred_pressures.is_empty() {
         let held = flow.set_pore_pressures(&filled.transferred_pressures);
         if held > 0 {
@@ -245,7 +246,7 @@ fn settings<const D: usize>(case: &Case, options: &DepthOptions) -> Result<FlowS
         material,
         drag,
         column: column(options, &material),
-        zones: zones::zones(case, options)?,
+        zones: bed_zones::zones(case, options)?,
         earth_pressure: options.earth_pressure.map(|earth| {
             let (internal, basal) = (earth.internal_friction_angle, earth.basal_friction_angle);
             EarthPressure::savage_hutter(internal.to_radians(), basal.to_radians())

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
-use colluvium_testkit::cases::{advance_steps, start_solver};
+use colluvium_testkit::solver_runs::{advance_steps, start_solver};
 use serde_json::{Value, json};
 
 /// A column of sand behind a wall, 2 m long and 1 m high, on a rough floor.

@@ -6,7 +6,7 @@ use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::flow::Flow;
 use colluvium_points::Raster;
-use colluvium_testkit::cases::{single_threaded, start_solver};
+use colluvium_testkit::solver_runs::{single_threaded, start_solver};
 use serde_json::Value;
 
 /// The solver of a case at the beginning of its first stage.

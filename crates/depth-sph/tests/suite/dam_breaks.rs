@@ -1,13 +1,13 @@
 //! Dam breaks against their closed forms, in few nodes.
 
 use colluvium_constitutive::basal::BasalSpec;
+use colluvium_depth_sph::analytical_solutions::{Stoker, ritter};
 use colluvium_depth_sph::bed::Bed;
-use colluvium_depth_sph::choices::{Phases, ThicknessEquation};
-use colluvium_depth_sph::drag::{InterphaseDrag, MixtureDensities};
-use colluvium_depth_sph::exact::{Stoker, ritter};
+use colluvium_depth_sph::config::choices::{Phases, ThicknessEquation};
+use colluvium_depth_sph::config::settings::{BedZone, FlowSettings, Mixture};
 use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium_depth_sph::nodes::NewNode;
-use colluvium_depth_sph::settings::{BedZone, FlowSettings, Mixture};
+use colluvium_depth_sph::phases::interphase_drag::{InterphaseDrag, MixtureDensities};
+use colluvium_depth_sph::phases::phase_nodes::NewNode;
 
 use crate::common::run;
 

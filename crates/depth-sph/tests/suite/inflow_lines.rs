@@ -5,10 +5,10 @@ use std::path::Path;
 use colluvium_case::{Case, Method};
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::bed::Bed;
+use colluvium_depth_sph::config::settings::FlowSettings;
 use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
 use colluvium_depth_sph::inflow::{Inflow, InflowState};
-use colluvium_depth_sph::nodes::NewNode;
-use colluvium_depth_sph::settings::FlowSettings;
+use colluvium_depth_sph::phases::phase_nodes::NewNode;
 use serde_json::{Value, json};
 
 use crate::common::{build, grid, hash_after, until};

@@ -3,12 +3,12 @@
 use colluvium_case::{Case, Method};
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::bed::Bed;
-use colluvium_depth_sph::choices::Phases;
-use colluvium_depth_sph::column::{LowerBound, PressureProfile};
-use colluvium_depth_sph::drag::{InterphaseDrag, MixtureDensities};
+use colluvium_depth_sph::config::choices::Phases;
+use colluvium_depth_sph::config::settings::{Consolidation, FlowSettings, Mixture, PoreColumn};
 use colluvium_depth_sph::flow::{Flow, Opening, PlanBoundaries};
-use colluvium_depth_sph::nodes::NewNode;
-use colluvium_depth_sph::settings::{Consolidation, FlowSettings, Mixture, PoreColumn};
+use colluvium_depth_sph::phases::interphase_drag::{InterphaseDrag, MixtureDensities};
+use colluvium_depth_sph::phases::phase_nodes::NewNode;
+use colluvium_depth_sph::pore_pressure::pore_pressure_column::{LowerBound, PressureProfile};
 use serde_json::{Value, json};
 
 use crate::common::{hash_after, refused, run};

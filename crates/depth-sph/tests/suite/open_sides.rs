@@ -8,10 +8,10 @@ use colluvium_case::{Case, FieldData, Method, Solver};
 use colluvium_constitutive::basal::BasalSpec;
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::bed::{Bed, BedPoint};
+use colluvium_depth_sph::config::settings::{BedZone, FlowSettings};
 use colluvium_depth_sph::flow::{Flow, Opening, PlanBoundaries};
-use colluvium_depth_sph::nodes::NewNode;
-use colluvium_depth_sph::settings::{BedZone, FlowSettings};
-use colluvium_testkit::cases::advance_steps;
+use colluvium_depth_sph::phases::phase_nodes::NewNode;
+use colluvium_testkit::solver_runs::advance_steps;
 use serde_json::{Value, json};
 
 const SPACING: f64 = 0.1;

@@ -1,11 +1,11 @@
 //! Order of the time schemes (sheet: depth-sph §3.4, integrators).
 
 use colluvium_depth_sph::bed::{Bed, BedPoint};
-use colluvium_depth_sph::choices::{DepthFrame, ThicknessEquation, TimeScheme};
+use colluvium_depth_sph::config::choices::{DepthFrame, ThicknessEquation, TimeScheme};
+use colluvium_depth_sph::config::settings::FlowSettings;
 use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium_depth_sph::kernel::Kernel;
-use colluvium_depth_sph::nodes::NewNode;
-use colluvium_depth_sph::settings::FlowSettings;
+use colluvium_depth_sph::neighbours::kernel::Kernel;
+use colluvium_depth_sph::phases::phase_nodes::NewNode;
 
 const SPACING: f64 = 0.25;
 /// Half of the width of the water (m), whose largest depth is 1 m.

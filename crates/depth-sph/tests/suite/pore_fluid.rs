@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
-use colluvium_testkit::cases::advance_steps;
+use colluvium_testkit::solver_runs::advance_steps;
 use serde_json::{Value, json};
 
 use crate::common::{build, until};

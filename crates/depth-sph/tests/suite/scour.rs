@@ -4,7 +4,7 @@ use std::path::Path;
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
-use colluvium_testkit::cases::{advance_steps, start_solver};
+use colluvium_testkit::solver_runs::{advance_steps, start_solver};
 use serde_json::{Value, json};
 
 use crate::common;

@@ -4,11 +4,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use colluvium_depth_sph::bed::{Bed, BedPoint};
-use colluvium_depth_sph::choices::{DepthFrame, Phases, PressureForceForm};
-use colluvium_depth_sph::drag::MixtureDensities;
+use colluvium_depth_sph::config::choices::{DepthFrame, Phases, PressureForceForm};
+use colluvium_depth_sph::config::settings::{FlowSettings, Mixture};
 use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium_depth_sph::nodes::NewNode;
-use colluvium_depth_sph::settings::{FlowSettings, Mixture};
+use colluvium_depth_sph::phases::interphase_drag::MixtureDensities;
+use colluvium_depth_sph::phases::phase_nodes::NewNode;
 
 use crate::common::run;
 

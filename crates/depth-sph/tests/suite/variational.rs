@@ -2,12 +2,12 @@
 
 use colluvium_case::{Case, Method};
 use colluvium_depth_sph::DepthSph;
+use colluvium_depth_sph::analytical_solutions::ritter;
 use colluvium_depth_sph::bed::Bed;
-use colluvium_depth_sph::choices::PressureForceForm;
-use colluvium_depth_sph::exact::ritter;
+use colluvium_depth_sph::config::choices::PressureForceForm;
+use colluvium_depth_sph::config::settings::FlowSettings;
 use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium_depth_sph::nodes::NewNode;
-use colluvium_depth_sph::settings::FlowSettings;
+use colluvium_depth_sph::phases::phase_nodes::NewNode;
 use serde_json::json;
 
 use crate::common::run;

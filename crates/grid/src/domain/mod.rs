@@ -1,18 +1,18 @@
 //! Domains of points: what a point knows of the space around it, and so on which nodes it stands (sheet: mpm §2.5).
 
-mod columns;
-mod convected;
-mod element;
-mod reference;
-mod stretch;
+mod contiguous_gimp_domains;
+mod convected_domains;
+mod domain_columns;
+mod element_domain;
+mod reference_domain;
 #[cfg(test)]
 mod tests;
 
-pub use columns::{DomainSlice, Domains, DomainsMut};
-pub use convected::{ConvectedDomain, ConvectedQuadrilateral};
-pub use element::ElementDomain;
-pub use reference::ReferenceDomain;
-pub use stretch::{RightStretchDomain, StretchingDomain};
+pub use crate::domain::contiguous_gimp_domains::{RightStretchDomain, StretchingDomain};
+pub use crate::domain::convected_domains::{ConvectedDomain, ConvectedQuadrilateral};
+pub use crate::domain::domain_columns::{DomainSlice, Domains, DomainsMut};
+pub use crate::domain::element_domain::ElementDomain;
+pub use crate::domain::reference_domain::ReferenceDomain;
 
 use crate::{Basis, Grid, Layout, Mesh, NodeSupport, Stencil};
 
@@ -161,7 +161,7 @@ impl<const D: usize> PointDomain<D> for FixedDomain {
     const DEFORMS: bool = false;
     const CHECKPOINT_NUMBERS: usize = 0;
 
-    columns::domain_column!(Fixed);
+    domain_columns::domain_column!(Fixed);
 
     #[inline(always)]
     fn support<const S: usize, B: Basis<S>>(

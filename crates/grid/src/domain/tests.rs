@@ -1,8 +1,8 @@
 //! Domains that stand on other nodes than a product of one basis per axis.
 
-use super::convected::{ConvectedDomain, ConvectedQuadrilateral};
-use super::reference::inverse;
 use super::*;
+use crate::domain::convected_domains::{ConvectedDomain, ConvectedQuadrilateral};
+use crate::domain::reference_domain::inverse;
 use crate::{LinearBasis, Mesh};
 
 /// For domains that do not ask for it.

@@ -1,7 +1,8 @@
 //! Unstructured meshes of 3-node triangles and 4-node tetrahedra (sheet: mpm §2.5b, §3.2).
 
 mod build;
-mod conform;
+mod conformity;
+pub(crate) mod msh;
 #[cfg(test)]
 mod tests;
 
@@ -9,8 +10,8 @@ use std::collections::BTreeMap;
 
 use crate::{Basis, Grid, NodeList};
 
+pub(crate) use crate::mesh::conformity::{Nonconformity, NonconformityKind};
 pub use build::MeshError;
-pub(crate) use conform::{Nonconformity, NonconformityKind};
 
 /// No element: what lies across a facet on the boundary.
 const NO_ELEMENT: u32 = u32::MAX;

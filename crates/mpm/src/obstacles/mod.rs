@@ -1,17 +1,21 @@
 //! Obstacles, on the nodes or on the points (sheet: mpm §2.11; docs/theory/mpm.md, obstacles).
 
-pub mod borne;
-pub mod grip;
-mod law;
-pub mod nodes;
-pub mod rocks;
-pub mod stops;
+pub mod node_obstacles;
+pub(crate) mod obstacle_penalty;
+mod penalty_law;
+pub(crate) mod penalty_state;
+pub mod penetration_constraints;
+pub(crate) mod penetration_limit;
+pub mod point_springs;
+pub(crate) mod pore_contact_state;
+pub mod reaction;
+pub mod state;
 
 use colluvium_case::description::ObstacleShape;
 use colluvium_case::{Case, CaseError, PlacedObstacle, constraining_obstacles};
 use colluvium_grid::{NodeFace, NodeFaces};
 
-use crate::background::BackgroundGrid;
+use crate::transfer::background_grid::BackgroundGrid;
 use crate::{LagrangianFormulation, MpmOptions, NodalMass, ObstacleCoupling, WallFriction};
 
 /// Refuses options that do not go with obstacles.

@@ -1,14 +1,16 @@
 //! From bodies to points.
 
+use colluvium_case::bodies::law_points::InitialLawState;
 use colluvium_case::description::{Body, Space};
-use colluvium_case::law::InitialLawState;
 use colluvium_case::{Case, CaseError, PointList, spatial};
 use colluvium_grid::{Domains, GridView};
 use colluvium_points::Sample;
 
-use crate::background::BackgroundGrid;
-use crate::points::{PointColumns, PointSet};
-use crate::{MpmOptions, StressScheme, mesh, two_phase};
+use crate::phases;
+use crate::points::point_set::{PointColumns, PointSet};
+use crate::transfer::background_grid::BackgroundGrid;
+use crate::transfer::unstructured_mesh;
+use crate::{MpmOptions, StressScheme};
 
 /// Beyond this many points the ids no longer fit.
 const MOST_POINTS: usize = u32::MAX as usize;
@@ -32,7 +34,7 @@ pub(super) fn point_set<const D: usize>(
     let volume: Vec<f64> = samples.iter().map(|sample| sample.volume * radial(&sample.position)).collect();
     let mass = volume.iter().enumerate().map(|(i, v)| Ok(v * case.density_at(number, listed.as_ref(), i)?));
     let mass = mass.collect::<Result<Vec<f64>, CaseError>>()?;
-    let pore = wet.then(|| two_phase::pore_set(case, body, listed.as_ref(), &position));
+    let pore = wet.then(|| phases::pore_set(case, body, listed.as_ref(), &position));
     let InitialLawState { material, stress, states } =
         case.initialise_law(number, listed.as_ref(), &position)?;
     let velocity_at = |(point, x): (usize, &[f64; D])| {
@@ -135,7 +137,7 @@ fn samples<const D: usize>(
         let problem = "the points of a mesh have their places in its elements";
         return Err(CaseError::new(format!("{path}.sampling"), problem));
     } else {
-        mesh::sample_body(ground.mesh, options, body)
+        unstructured_mesh::sample_body(ground.mesh, options, body)
     };
     if samples.is_empty() {
         let problem = format!("holds no point: it is smaller than the cells of {} m", grid.cell);

@@ -8,8 +8,8 @@ use colluvium_constitutive::basal::BasalFlow;
 use crate::config::{
     COURANT, InternalForceIntegration, ShapeFunctions, StepCriterion, VolumetricStrain, WallFriction,
 };
-use crate::fall::{body_height, time_of_fall};
 use crate::obstacles::could_act_on_nodes;
+use crate::setup::fall_time::{body_height, time_of_fall};
 use crate::{FixedNodes, MpmOptions, ObstacleCoupling, StressScheme, VelocityTransfer};
 
 /// Courant number at which stress last is stable with splines at sides of the domain that nothing holds, where the end

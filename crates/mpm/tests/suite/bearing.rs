@@ -2,7 +2,7 @@
 
 use colluvium_case::Solver;
 use colluvium_mpm::Mpm;
-use colluvium_testkit::cases::{advance_to, case_with, scalars, start_solver};
+use colluvium_testkit::solver_runs::{advance_to, case_with, scalars, start_solver};
 use serde_json::{Value, json};
 
 const GRAVITY: f64 = 9.81;

@@ -2,9 +2,9 @@
 
 use colluvium_case::{Case, RunReport, Solver};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::cases;
+use colluvium_testkit::solver_runs as cases;
 
-pub use colluvium_testkit::cases::{
+pub use colluvium_testkit::solver_runs::{
     advance_steps, advance_to, case_with, scalars, stresses, take_steps, vectors, with_keys,
 };
 

@@ -1,6 +1,6 @@
 //! What frames tell of the points.
 
-use colluvium_testkit::cases::case_with;
+use colluvium_testkit::solver_runs::case_with;
 use serde_json::json;
 
 use crate::common::{advance_steps, begin, vectors};

@@ -1,6 +1,6 @@
 //! Liquids with the options that they get by default.
 
-use colluvium_testkit::vortices::{energy_ratio, taylor_green_case};
+use colluvium_testkit::taylor_green::{energy_ratio, taylor_green_case};
 use serde_json::json;
 
 use crate::common::{begin, case_with, solve, take_steps, vectors, with_keys};

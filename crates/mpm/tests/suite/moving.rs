@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::cases::{case_with, start_solver};
+use colluvium_testkit::solver_runs::{case_with, start_solver};
 use serde_json::{Value, json};
 
 use crate::common::reading;

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Method, RunOptions, Solver, run};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::cases::{advance_steps, case_with, start_solver};
+use colluvium_testkit::solver_runs::{advance_steps, case_with, start_solver};
 use serde_json::{Value, json};
 
 /// A block above a slope of straight pieces, in the coordinates of a map with a zero at `at` (m), which are whole.

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Budget, Case, Method, Reaction, Snapshot, Solver};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::cases::{advance_steps, case_with, start_solver};
+use colluvium_testkit::solver_runs::{advance_steps, case_with, start_solver};
 use serde_json::{Value, json};
 
 use crate::common::reading;

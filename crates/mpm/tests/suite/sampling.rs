@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use colluvium_case::{Case, Solver};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::cases::start_solver;
+use colluvium_testkit::solver_runs::start_solver;
 use serde_json::{Value, json};
 
 use crate::common::solve;

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use colluvium_case::{Budget, Method, Solver};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::cases::{
+use colluvium_testkit::solver_runs::{
     advance_steps, advance_to, case_with, scalars, start_solver, vectors, with_keys,
 };
 use serde_json::{Value, json};

@@ -66,7 +66,7 @@ fn still(stiffness: f64, mpm: &Value) -> Case {
         "stages": [{ "name": "s", "duration": 2 }], "output": { "measures": 0.05 },
         "methods": { "mpm": methods }
     });
-    colluvium_testkit::cases::case_with(text, &json!({}))
+    colluvium_testkit::solver_runs::case_with(text, &json!({}))
 }
 
 #[test]
@@ -95,7 +95,7 @@ fn liquids_at_rest_are_told_of_what_grows_in_them() {
 #[test]
 fn energy_that_grows_of_itself_is_told() {
     let of = |shape: &str, volumetric: &str| {
-        let report = colluvium_testkit::cases::solve(
+        let report = colluvium_testkit::solver_runs::solve(
             &Mpm,
             &still(100.0, &json!({ "shape": shape, "volumetric_strain": volumetric })),
         );
@@ -115,7 +115,7 @@ fn energy_that_grows_of_itself_is_told() {
 
 /// The most kinetic energy of a run over that of its start.
 fn most_energy(case: &Case) -> f64 {
-    let report = colluvium_testkit::cases::solve(&Mpm, case);
+    let report = colluvium_testkit::solver_runs::solve(&Mpm, case);
     let energies = report.table.column("kinetic_energy").unwrap();
     energies.iter().fold(0.0f64, |most, energy| most.max(energy / energies[0]))
 }
@@ -156,7 +156,7 @@ fn later_energy(stiffness: f64, mpm: &Value, step: f64, measures: f64) -> f64 {
     let sine =
         json!({ "kind": "sine", "amplitude": [1e-6, 0.7e-6], "wave_vector": [17.3, 23.1], "phase": 20 });
     case.bodies[0].velocity = serde_json::from_value(sine).unwrap();
-    let report = colluvium_testkit::cases::solve(&Mpm, &case);
+    let report = colluvium_testkit::solver_runs::solve(&Mpm, &case);
     let rows = report.table.pairs("time", "kinetic_energy").unwrap();
     let at = |time: f64| rows.iter().find(|(t, _)| *t > time - 1e-9).unwrap().1;
     at(3.0) / at(1.0)

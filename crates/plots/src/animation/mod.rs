@@ -1,22 +1,22 @@
 //! Animations that a reader plays, scrubs and turns in a browser: points in time with their fields, quantised into the page, and a
 //! small player that needs no other file.
 
-mod encode;
-mod fields;
-mod ground;
+mod colour_fields;
+mod decimation;
+mod geometry_data;
+mod quantisation;
 #[cfg(test)]
 mod tests;
-mod thin;
 
 use base64::Engine;
 use colluvium_case::Snapshot;
 use serde_json::{Value, json};
 
-pub use encode::QuantisedRange;
-pub use fields::PointClasses;
+pub use crate::animation::colour_fields::PointClasses;
+pub use crate::animation::quantisation::QuantisedRange;
 
-use super::cloud::{COLOUR_STOPS, RADIUS};
 use super::{PALETTE, RigidGeometry};
+use crate::pictures::point_cloud::{COLOUR_STOPS, RADIUS};
 
 /// The player: a script that makes a player of every [`Animation::element`] of the page. Once on a page.
 pub const SCRIPT: &str = include_str!("player.js");
@@ -71,19 +71,19 @@ impl Animation {
         if panels.iter().all(|panel| panel.frames.len() < 2) {
             return None;
         }
-        let fields = fields::colour_sources(panels, view);
-        let (kept, thinned) = thin::decimate(panels, view, fields.len());
-        let bounds = encode::bounds(panels, &view.axes)?;
+        let fields = colour_fields::colour_sources(panels, view);
+        let (kept, thinned) = decimation::decimate(panels, view, fields.len());
+        let bounds = quantisation::bounds(panels, &view.axes)?;
         let wider = kept
             .iter()
             .filter_map(|one| one.blocks.as_ref())
-            .map(thin::DecimationBlocks::widest)
+            .map(decimation::DecimationBlocks::widest)
             .fold(1.0, f64::max);
-        let largest = wider * encode::max_width(panels, &view.axes);
+        let largest = wider * quantisation::max_width(panels, &view.axes);
         let times = times(&kept.iter().map(|one| one.panel.frames.as_slice()).collect::<Vec<_>>());
         let end = times.last().copied().unwrap_or(0.0);
-        let panel = |one: &thin::DecimatedRun<'_>| {
-            let mut encoder = encode::Encoder::new(&bounds, largest, view, &fields);
+        let panel = |one: &decimation::DecimatedRun<'_>| {
+            let mut encoder = quantisation::Encoder::new(&bounds, largest, view, &fields);
             let frames: Vec<Value> =
                 one.panel.frames.iter().map(|frame| encoder.frame(frame, one.blocks.as_ref())).collect();
             json!({
@@ -99,9 +99,9 @@ impl Animation {
             "high": bounds.iter().map(|scale| scale.high).collect::<Vec<_>>(),
             "largest": largest,
             "times": times,
-            "fields": fields.iter().map(fields::ColourSource::json).collect::<Vec<_>>(),
+            "fields": fields.iter().map(colour_fields::ColourSource::json).collect::<Vec<_>>(),
             "colours": COLOUR_STOPS, "palette": PALETTE.iter().map(rgb).collect::<Vec<_>>(),
-            "thinned": thinned, "ground": ground::geometry_data(&view.ground, &times), "missing": view.ground.missing,
+            "thinned": thinned, "ground": geometry_data::geometry_data(&view.ground, &times), "missing": view.ground.missing,
             "panels": kept.iter().map(panel).collect::<Vec<_>>(),
         });
         Some(Self { data, omitted: thinned })

@@ -11,7 +11,7 @@ use crate::{LayerRows, Shape};
 mod fitted;
 mod gauss;
 mod poisson;
-mod rows;
+mod terrain_rows;
 
 pub use fitted::fitted;
 pub use gauss::gauss_per_cell;
@@ -110,7 +110,7 @@ pub fn lattice<const D: usize>(
     if let Shape::Layer { rows: LayerRows::Terrain, laid, .. } = shape
         && let Some(layer) = laid.layer()
     {
-        return rows::sample_along_terrain(
+        return terrain_rows::sample_along_terrain(
             &CandidateCells::covering(shape, origin, spacing, 1.0)?,
             layer,
             origin,
@@ -119,7 +119,7 @@ pub fn lattice<const D: usize>(
     }
     if let Shape::ArcLayer { rows: LayerRows::Terrain, outline, .. } = shape {
         CandidateCells::covering(shape, origin, spacing, 1.0)?;
-        return Ok(rows::sample_along_line(outline, spacing));
+        return Ok(terrain_rows::sample_along_line(outline, spacing));
     }
     let volume = spacing.powi(D as i32);
     let centre =

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{CandidateCells, Sample, SamplingError};
 use crate::Shape;
-use crate::boxes::BoxLocation;
+use crate::shape::box_classification::BoxLocation;
 
 /// How often the cells that are still open are halved: what is left then is smaller than a thousandth
 /// of the distance.

@@ -1,8 +1,8 @@
 //! Shapes and their boolean combinations.
 
-mod layers;
-mod measure;
-mod sides;
+mod boundary_edges;
+mod terrain_layers;
+mod volume;
 
 use std::sync::Arc;
 
@@ -10,11 +10,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::layer::PlacedLayer;
-use crate::layer_options::{LayerRows, LayerThickness, ThicknessDirection};
-use crate::microstructure::{CachedPacking, MicrostructureSpec, SpherePacking, sphere_count_error};
-use crate::polygon::{PolygonVertices, polygon_crossings, signed_area};
-pub(crate) use sides::{BoundaryEdge, PlanePoint, SectorMoments};
+use crate::plan::polygon::{PolygonVertices, polygon_crossings, signed_area};
+pub(crate) use crate::shape::boundary_edges::{BoundaryEdge, PlanePoint, SectorMoments};
+use crate::shape::microstructure::{CachedPacking, MicrostructureSpec, SpherePacking, sphere_count_error};
+use crate::terrain::layer_options::{LayerRows, LayerThickness, ThicknessDirection};
+use crate::terrain::terrain_layer::PlacedLayer;
 
 /// A region of space. In two dimensions the third coordinate is not looked at.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -451,5 +451,8 @@ fn validate_polygon(vertices: &PolygonVertices, dimension: usize) -> Result<(), 
     })
 }
 
+pub(crate) mod boundary_points;
+pub(crate) mod box_classification;
+pub(crate) mod microstructure;
 #[cfg(test)]
 mod tests;

@@ -1,9 +1,9 @@
 //! A raster of heights as triangles.
 
-use super::contacts::FacetCandidate;
-use super::simplex::{FacetFeature, facet_normal, nearest_on_facet};
 use super::vector::{difference, dot, unit};
 use super::{ContactQuery, NearestPoint, Surface};
+use crate::surface::contact_query::FacetCandidate;
+use crate::surface::nearest_on_facet::{FacetFeature, facet_normal, nearest_on_facet};
 use crate::{Raster, RasterError};
 
 /// The ground under a raster of heights (z along the third axis), with two triangles to each cell between four nodes, cut from

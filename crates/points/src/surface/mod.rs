@@ -5,33 +5,33 @@
 //! ([`RevolvedSurface`]), rasters as triangles ([`HeightField`]), and any of them turned and shifted ([`PlacedSurface`]).
 
 mod ball;
-mod contacts;
-mod crossing;
+mod bounding_volume_tree;
+mod contact_query;
 mod extruded;
 mod facetted;
+mod ground_profile;
 mod half_space;
 mod height_field;
-mod passing;
-mod placed;
-mod profile;
+mod nearest_on_facet;
+mod path_intersection;
+mod placed_surface;
 mod revolved;
-mod simplex;
-mod tree;
+mod triangle_intersection;
 pub(crate) mod vector;
 
 use std::fmt::Debug;
 use std::sync::Arc;
 
+pub use crate::surface::contact_query::ContactQuery;
+pub use crate::surface::ground_profile::GroundProfile;
+pub use crate::surface::nearest_on_facet::distance_to_line;
+pub use crate::surface::path_intersection::{path_enters_solid, solid_blocks_path};
+pub use crate::surface::placed_surface::{PlacedSurface, RigidTransform};
 pub use ball::BallSurface;
-pub use contacts::ContactQuery;
 pub use facetted::{FacettedSurface, SurfaceError};
 pub use half_space::HalfSpace;
 pub use height_field::HeightField;
-pub use passing::{path_enters_solid, solid_blocks_path};
-pub use placed::{PlacedSurface, RigidTransform};
-pub use profile::GroundProfile;
 pub use revolved::RevolvedSurface;
-pub use simplex::distance_to_line;
 pub use vector::{cross, dot};
 
 /// A place of a surface, seen from a point nearby.

@@ -1,7 +1,9 @@
 //! From a case to a solver: refuses what the method cannot honour, by JSON path.
 
-mod fill;
-mod refuse;
+mod body_points;
+mod capabilities;
+pub(crate) mod manufactured;
+pub(crate) mod saw_test;
 
 use std::sync::Arc;
 
@@ -11,18 +13,18 @@ use colluvium_case::{
 };
 use colluvium_grid::{NodalState, Transfers};
 
-pub(crate) use refuse::capabilities;
+pub(crate) use crate::setup::capabilities::capabilities;
 
-use crate::background::{BackgroundGrid, shape_function_kind};
-use crate::bodies::{Bodies, BodyPoints};
 use crate::config::{NAME, SnowOptions};
-use crate::ledger::EnergyBalance;
-use crate::maps::HazardRasters;
-use crate::nodes::{GridNodes, MomentumTerms};
-use crate::obstacles::NodeObstacles;
-use crate::saw;
+use crate::momentum::{GridNodes, MomentumTerms};
+use crate::obstacles::node_obstacles::NodeObstacles;
+use crate::output::energy_balance::EnergyBalance;
+use crate::output::hazard_rasters::HazardRasters;
+use crate::points::bodies::{Bodies, BodyPoints};
+use crate::transfer::background_grid::{BackgroundGrid, shape_function_kind};
+
+use crate::boundary::walls::BoundaryConditions;
 use crate::solver::{Clock, RestChecks, SnowSolver};
-use crate::walls::BoundaryConditions;
 
 /// Point-updates per second and thread in the plane and in space, cubic functions and APIC.
 const UPDATES_PER_SECOND: [f64; 2] = [2.5e6, 0.8e6];
@@ -136,7 +138,7 @@ fn plan_in<const D: usize>(
             noun: "cells",
         }),
         updates_per_second: UPDATES_PER_SECOND[usize::from(D == 3)],
-        warnings: refuse::warnings(case, options),
+        warnings: capabilities::warnings(case, options),
     })
 }
 
@@ -163,8 +165,8 @@ fn solver<const D: usize>(
     let sweeps = chosen.ok_or_else(|| option_error("shape", "is not available in so many dimensions"))?;
     let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
     let corners = [corner(&case.domain.min), corner(&case.domain.max)];
-    refuse::check_layer_thickness(case, options)?;
-    saw::check_saw_tests(case)?;
+    capabilities::check_layer_thickness(case, options)?;
+    saw_test::check_saw_tests(case)?;
     let background = BackgroundGrid::new(corners, options.cell_size, sweeps)
         .map_err(|error| option_error("cell_size", error.to_string()))?;
     let background = periodic_background(case, background)?;
@@ -172,7 +174,7 @@ fn solver<const D: usize>(
     let mut all = Vec::new();
     let mut next = 0;
     for number in 0..case.bodies.len() {
-        let body = fill::body_points(case, options, &background, number, next)?;
+        let body = body_points::body_points(case, options, &background, number, next)?;
         next += body.points.len();
         let slack = OVERLAP_TOLERANCE * options.cell_size;
         case.reject_overlapping_points(&standing, number, &body.points.position, slack)?;

@@ -1,24 +1,24 @@
 //! The solver: its owners and one step.
 
-mod cuts;
-mod rest;
+mod removal_shapes;
+mod rest_checks;
 
 use std::sync::Arc;
 
 use colluvium_case::{Case, Manufactured, SolverError, TimeStep, spatial};
 
-use crate::background::BackgroundGrid;
-use crate::bodies::{Bodies, PointFailure};
+use crate::boundary::walls::BoundaryConditions;
 use crate::config::SnowOptions;
-use crate::ledger::{EnergyBalance, StoredEnergies};
-use crate::limit::{StepCoefficients, time_step};
-use crate::maps::HazardRasters;
-use crate::nodes::{GridNodes, MomentumSolve, MomentumTerms};
-use crate::obstacles::NodeObstacles;
+use crate::critical_step::{StepCoefficients, time_step};
+use crate::momentum::{GridNodes, MomentumSolve, MomentumTerms};
+use crate::obstacles::node_obstacles::NodeObstacles;
+use crate::output::energy_balance::{EnergyBalance, StoredEnergies};
+use crate::output::hazard_rasters::HazardRasters;
+use crate::points::bodies::{Bodies, PointFailure};
+use crate::transfer::background_grid::BackgroundGrid;
 use crate::transfer::{PointUpdater, p2g};
-use crate::walls::BoundaryConditions;
 
-pub(crate) use rest::RestChecks;
+pub(crate) use crate::solver::rest_checks::RestChecks;
 
 /// Where a run is.
 #[derive(Clone, Copy, Debug)]
@@ -151,7 +151,10 @@ impl<const D: usize> SnowSolver<D> {
     }
 
     /// Keeps the points of which `keep` approves, by body and index, and books the energy of the others, which it tells (J).
-    pub(crate) fn retain(&mut self, keep: impl Fn(&crate::bodies::BodyPoints<D>, usize) -> bool) -> f64 {
+    pub(crate) fn retain(
+        &mut self,
+        keep: impl Fn(&crate::points::bodies::BodyPoints<D>, usize) -> bool,
+    ) -> f64 {
         let before = self.stored();
         self.nodes.reset(&self.background.layout);
         if !self.bodies.retain(keep) {

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Method, Snapshot, Solver};
 use colluvium_snow_mpm::SnowMpm;
-use colluvium_testkit::cases;
+use colluvium_testkit::solver_runs as cases;
 use serde_json::{Value, json};
 
 /// A block of stiff elastic matter far from all walls, with these options and a velocity.

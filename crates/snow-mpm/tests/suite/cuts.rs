@@ -3,7 +3,7 @@
 use colluvium_case::{Case, Method, Solver};
 use colluvium_snow_mpm::SnowMpm;
 use colluvium_testkit::assert_near;
-use colluvium_testkit::cases::{advance_steps, advance_to, take_steps};
+use colluvium_testkit::solver_runs::{advance_steps, advance_to, take_steps};
 use serde_json::{Value, json};
 
 use crate::common::{begun, block, reading, refused};

@@ -217,7 +217,7 @@ fn begins(settle: &Value, strength: f64) -> Result<Option<String>, String> {
     let case = Case::from_json(&value.to_string()).unwrap();
     let mut solver = begun(&value);
     let duration = settle["duration"].as_f64().unwrap();
-    colluvium_testkit::cases::advance_to(&mut *solver, duration);
+    colluvium_testkit::solver_runs::advance_to(&mut *solver, duration);
     solver.end_stage(&case.stages[0]).unwrap();
     solver.begin_stage(1, duration).unwrap();
     let dt = solver.limit().dt;

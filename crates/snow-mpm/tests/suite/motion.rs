@@ -3,7 +3,7 @@
 use colluvium_case::Case;
 use colluvium_snow_mpm::SnowMpm;
 use colluvium_testkit::assert_near;
-use colluvium_testkit::cases::{advance_steps, advance_to, solve, stresses, vectors};
+use colluvium_testkit::solver_runs::{advance_steps, advance_to, solve, stresses, vectors};
 use serde_json::{Value, json};
 
 use crate::common::{ball, begun, block, reading, velocities};

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Method};
 use colluvium_snow_mpm::SnowMpm;
-use colluvium_testkit::cases::{advance_steps, advance_to, scalars, vectors, with_keys};
+use colluvium_testkit::solver_runs::{advance_steps, advance_to, scalars, vectors, with_keys};
 use serde_json::{Value, json};
 
 use crate::common::{begun, refused};

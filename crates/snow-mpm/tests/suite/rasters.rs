@@ -2,7 +2,7 @@
 
 use colluvium_case::PlanRaster;
 use colluvium_snow_mpm::SnowMpm;
-use colluvium_testkit::cases::{advance_to, case_with, start_solver};
+use colluvium_testkit::solver_runs::{advance_to, case_with, start_solver};
 use serde_json::{Value, json};
 
 use crate::common::refused;

@@ -3,7 +3,7 @@
 use colluvium_case::Case;
 use colluvium_case::Method;
 use colluvium_snow_mpm::SnowMpm;
-use colluvium_testkit::cases::{advance_steps, take_steps};
+use colluvium_testkit::solver_runs::{advance_steps, take_steps};
 use serde_json::json;
 
 use crate::common::{ball, begun};

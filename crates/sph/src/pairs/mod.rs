@@ -5,13 +5,6 @@
 //! the acceleration, and kept for the velocity gradient.
 
 mod acceleration;
-mod adjoint;
-mod answer;
-mod close;
-mod extras;
-mod obstacles;
-mod rates;
-mod smooth;
 
 use std::ops::Deref;
 
@@ -19,16 +12,17 @@ use colluvium_constitutive::SymTensor;
 use colluvium_points::{BLOCK_POINTS, NeighbourList};
 use rayon::prelude::*;
 
+pub use crate::transfer::diffusion::Shift;
+pub(crate) use crate::transfer::short_range_repulsion::{ShortRangeRepulsion, repulsion_energy};
 pub use acceleration::MomentumForm;
-pub(crate) use close::{ShortRangeRepulsion, repulsion_energy};
-pub use extras::Shift;
 
-use crate::algebra::separation;
 use crate::config::{MomentumEquation, SphOptions, Symmetrisation};
-use crate::kernel::Smoothing;
-use crate::lanes::{self, Lanes};
-use crate::particles::{Bodies, PairData, ParticleGroup, Particles, SquareMatrix};
-use crate::setting::SolverContext;
+use crate::context::SolverContext;
+use crate::points::particles::{Bodies, PairData, ParticleGroup, Particles, SquareMatrix};
+use crate::points::vector_algebra::separation;
+use crate::transfer::kernel::Smoothing;
+use crate::transfer::simd_pairs;
+use crate::transfer::simd_pairs::Lanes;
 use crate::walls::Walls;
 
 /// Keeps the viscosity finite for particles that meet (sheet: sph §2.8).
@@ -68,8 +62,8 @@ pub struct PairContext<'a, const D: usize> {
 /// The same with what the particles show each other: the sums of the equations of motion.
 pub struct PairSums<'a, const D: usize> {
     pairs: PairContext<'a, D>,
-    shown: &'a PairData<D>,
-    groups: &'a [ParticleGroup],
+    pub(crate) shown: &'a PairData<D>,
+    pub(crate) groups: &'a [ParticleGroup],
     /// Repulsion of what comes close, where there are fluids.
     short_range_repulsion: Option<ShortRangeRepulsion>,
 }
@@ -122,7 +116,7 @@ impl<'a, const D: usize> PairContext<'a, D> {
 
     /// How many of the neighbours do not answer to the particle itself.
     #[inline(always)]
-    fn first_mirrored(&self, row: &[u32]) -> usize {
+    pub(crate) fn first_mirrored(&self, row: &[u32]) -> usize {
         self.neighbours_before(row, self.first_dummy_particle)
     }
 
@@ -262,12 +256,12 @@ impl<'a, const D: usize> PairSums<'a, D> {
             return;
         }
         let records = &self.shown.records;
-        let own = lanes::packed_kinematics::<D>([&records[i]; 4]);
-        lanes::for_each_four(&row[..regular], i, |start, four, count| {
-            let other = lanes::packed_kinematics::<D>(four.map(|j| &records[j]));
+        let own = simd_pairs::packed_kinematics::<D>([&records[i]; 4]);
+        simd_pairs::for_each_four(&row[..regular], i, |start, four, count| {
+            let other = simd_pairs::packed_kinematics::<D>(four.map(|j| &records[j]));
             let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
-            let weight = self.smoothing.weights(lanes::dot(&apart, &apart));
-            lanes::store_four(weights, start, count, weight);
+            let weight = self.smoothing.weights(simd_pairs::dot(&apart, &apart));
+            simd_pairs::store_four(weights, start, count, weight);
         });
     }
 

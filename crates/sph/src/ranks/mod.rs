@@ -11,8 +11,8 @@
 //! stand in every rank in the sequence of the solver without ranks, so that every sum runs over the same neighbours in
 //! the same order: results are the same to the last bit with any number of ranks.
 
-mod parcel;
-mod solver;
+mod particle_message;
+mod solver_trait;
 
 use colluvium_case::{SolverError, TimeStep};
 use colluvium_points::{Bisection, BoundingBox, CellList};
@@ -22,12 +22,12 @@ use crate::config::{
     ContinuityEquation, DensityReset, MomentumEquation, Regularisation, SphOptions, Symmetrisation,
     WallStress,
 };
-use crate::limit::{critical_step, limit_by_obstacle_motion, to_time_step};
-use crate::rates::{ReactionSample, ReactionSum};
-use crate::regularise::is_regularisation_due;
+use crate::critical_step::{critical_step, limit_by_obstacle_motion, to_time_step};
+use crate::momentum::rates::{ReactionSample, ReactionSum};
+use crate::ranks::particle_message::{ParticleMessage, assemble};
 use crate::solver::{EquilibriumTerms, SphSolver, equilibrium_terms};
+use crate::stress::regularisation::is_regularisation_due;
 use crate::walls::ObstacleEnergies;
-use parcel::{ParticleMessage, assemble};
 
 /// Largest weight of a rank over the mean beyond which cuts are made anew (sheet: sph §3.9).
 const IMBALANCE: f64 = 1.1;

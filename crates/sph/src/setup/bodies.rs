@@ -2,17 +2,17 @@
 
 use std::ops::Range;
 
+use colluvium_case::bodies::law_points::InitialLawState;
 use colluvium_case::description::Body;
-use colluvium_case::law::InitialLawState;
 use colluvium_case::rigid::{RigidMass, RigidState};
 use colluvium_case::{Case, CaseError, spatial};
 use colluvium_constitutive::ModelFamily;
 use colluvium_points::HalfNeighbourList;
 
 use crate::config::{SoundSpeed, SphOptions};
-use crate::particles::{ParticleGroup, Particles};
-use crate::rigid::RigidBody;
-use crate::setting::leading_components;
+use crate::context::leading_components;
+use crate::points::particles::{ParticleGroup, Particles};
+use crate::points::rigid_body::RigidBody;
 
 /// Beyond this many particles the ids no longer fit.
 const MOST_PARTICLES: usize = u32::MAX as usize;

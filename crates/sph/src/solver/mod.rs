@@ -9,32 +9,30 @@
 //! | [`VerletLists`] | neighbours and the weights of the pairs | new lists, the first sums over the pairs |
 //! | [`Rates`] | accelerations, velocity gradients, … | the sums over neighbours |
 
-mod motion;
-mod records;
-mod schemes;
-mod sums;
+mod particle_motion;
+mod time_integration;
 
-pub use motion::equilibrium_terms;
-pub use schemes::SavedState;
+pub use crate::solver::particle_motion::equilibrium_terms;
+pub use crate::solver::time_integration::SavedState;
 
-pub(crate) use records::{sum_densities, update_pair_data};
 #[cfg(test)]
-pub(crate) use sums::diffuse_stress;
-pub(crate) use sums::find_rates;
+pub(crate) use crate::momentum::rate_sums::diffuse_stress;
+pub(crate) use crate::momentum::rate_sums::find_rates;
+pub(crate) use crate::transfer::pair_data::{sum_densities, update_pair_data};
 
 use colluvium_case::{SolverError, TimeStep};
 use serde::{Deserialize, Serialize};
 
-use crate::bearing::{stop_at_obstacles, update_follower_loads};
 use crate::clock::Clock;
-use crate::limit::{critical_step, limit_by_obstacle_motion, to_time_step};
-use crate::lists::{ListedPositions, VerletLists};
-use crate::particles::Bodies;
-use crate::rates::Rates;
-use crate::regularise::SmoothedFields;
-use crate::setting::SolverContext;
+use crate::context::SolverContext;
+use crate::critical_step::{critical_step, limit_by_obstacle_motion, to_time_step};
+use crate::momentum::external_forces::{stop_at_obstacles, update_follower_loads};
+use crate::momentum::rates::Rates;
+use crate::points::particles::Bodies;
 use crate::shifting::Shifting;
-use crate::total::TotalLagrangianReference;
+use crate::stress::regularisation::SmoothedFields;
+use crate::stress::total_lagrangian::TotalLagrangianReference;
+use crate::transfer::verlet_lists::{ListedPositions, VerletLists};
 use crate::walls::{ObstacleEnergies, Walls};
 
 /// Distance from equilibrium and its pieces.
@@ -172,7 +170,7 @@ impl<const D: usize> SphSolver<D> {
     /// Steps 3 and 4, where neighbours are listed.
     pub(crate) fn update_accelerations(&mut self, dt: f64) {
         let Self { setting, clock, bodies, walls, lists, rates, .. } = self;
-        schemes::update_accelerations(setting, clock, bodies, walls, lists, rates, dt);
+        time_integration::update_accelerations(setting, clock, bodies, walls, lists, rates, dt);
     }
 
     /// The largest stable step from the current state (sheet: sph §3.4).

@@ -5,33 +5,23 @@
 //! itself, or they take stress and velocity from the soil around (`soil`). Bodies that are held and smooth
 //! answer as smooth walls of any shape do (`smooth_bodies`). [`ObstacleFaces`] are rigid geometry of any shape, without particles.
 
-mod between;
-mod image;
-mod obstacles;
-mod of_case;
-mod plane;
-mod planes;
-mod pressed;
 mod smooth_bodies;
-mod soil;
-mod standing;
-mod stops;
 #[cfg(test)]
 mod tests;
 
-pub use image::ImageParticle;
-pub use obstacles::{DummySite, ObstacleFace, ObstacleFaces, dummy_sites};
-pub use of_case::{check_walls, flat_walls, has_friction, is_mirror, wall_particle_count};
-pub use plane::{FlatWall, WallContact};
-pub use planes::FlatWalls;
+pub use crate::boundary::build::{check_walls, flat_walls, has_friction, is_mirror, wall_particle_count};
+pub use crate::boundary::flat_wall::{FlatWall, WallContact};
+pub use crate::boundary::flat_walls::FlatWalls;
+pub use crate::boundary::image_particle::ImageParticle;
+pub use crate::obstacles::obstacle_faces::{DummySite, ObstacleFace, ObstacleFaces, dummy_sites};
+pub use crate::obstacles::penetration_limit::ObstacleEnergies;
 pub use smooth_bodies::SmoothBodies;
-pub use stops::ObstacleEnergies;
 
-use crate::algebra::mirrored_stress;
 use crate::config::WallStress;
-use crate::lanes::set_velocity;
-use crate::particles::{Bodies, Derivatives, PairData, ParticleGroup, Particles};
-use crate::setting::SolverContext;
+use crate::context::SolverContext;
+use crate::points::particles::{Bodies, Derivatives, PairData, ParticleGroup, Particles};
+use crate::points::vector_algebra::mirrored_stress;
+use crate::transfer::simd_pairs::set_velocity;
 
 /// What stands around the particles. The images come behind the particles in the arrays of [`Particles`], then the
 /// particles of the walls.

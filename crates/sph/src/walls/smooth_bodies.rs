@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::image::ImageParticle;
-use crate::particles::ParticleGroup;
+use crate::boundary::image_particle::ImageParticle;
+use crate::points::particles::ParticleGroup;
 
 /// Where the particles of a smooth body stand, and their images.
 #[derive(Clone, Debug)]

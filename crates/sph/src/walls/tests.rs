@@ -1,8 +1,8 @@
 //! Images and walls of particles, held against what is drawn on paper.
 
-use super::image::{ImageParticle, PeriodicAxis};
-use super::plane::{FlatWall, WallContact};
-use super::planes::FlatWalls;
+use crate::boundary::flat_wall::{FlatWall, WallContact};
+use crate::boundary::flat_walls::FlatWalls;
+use crate::boundary::image_particle::{ImageParticle, PeriodicAxis};
 use crate::config::TimeHistory;
 
 fn plane(axis: usize) -> FlatWall<2> {

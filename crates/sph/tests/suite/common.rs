@@ -2,9 +2,9 @@
 
 use colluvium_case::{Case, RunReport, Solver};
 use colluvium_sph::Sph;
-use colluvium_testkit::cases;
+use colluvium_testkit::solver_runs as cases;
 
-pub use colluvium_testkit::cases::{advance_steps, case_with, scalars, stresses, vectors, with_keys};
+pub use colluvium_testkit::solver_runs::{advance_steps, case_with, scalars, stresses, vectors, with_keys};
 
 /// Runs a case to its end.
 pub fn solve(case: &Case) -> RunReport {

@@ -3,7 +3,7 @@
 use colluvium_case::{Case, Method, Solver};
 use colluvium_constitutive::SymTensor;
 use colluvium_sph::Sph;
-use colluvium_sph::semi_discrete::{PrescribedParticle, rates};
+use colluvium_sph::setup::rates_only::{PrescribedParticle, rates};
 use serde_json::{Value, json};
 
 use crate::common::{begin, case_with, solve, vectors};

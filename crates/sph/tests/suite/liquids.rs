@@ -1,7 +1,7 @@
 //! Water on smooth walls: nothing passes them, and a mirror is the other half of a symmetric flow (sheet: sph §2.13).
 
 use colluvium_case::Case;
-use colluvium_testkit::vortices::{energy_ratio, taylor_green_case};
+use colluvium_testkit::taylor_green::{energy_ratio, taylor_green_case};
 use serde_json::{Value, json};
 
 use crate::common::{advance_steps, begin, case_with, solve, vectors};

@@ -119,7 +119,7 @@ fn a_rigid_body_tells_the_force_on_it() {
             |axis: &str| *report.table.column(&format!("push.impulse.{axis}")).unwrap().last().unwrap();
         let mass = &report.snapshot;
         let momentum = |body: u32| -> [f64; 2] {
-            let masses = colluvium_testkit::cases::scalars(mass, "mass");
+            let masses = colluvium_testkit::solver_runs::scalars(mass, "mass");
             let all = vectors(mass, "velocity").into_iter().zip(masses).zip(&mass.bodies);
             all.filter(|(_, of)| **of == body)
                 .fold([0.0; 2], |sum, ((v, m), _)| [sum[0] + m * v[0], sum[1] + m * v[1]])

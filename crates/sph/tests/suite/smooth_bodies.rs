@@ -3,7 +3,7 @@
 use colluvium_case::{Case, Method, Snapshot};
 use colluvium_constitutive::SymTensor;
 use colluvium_sph::Sph;
-use colluvium_sph::semi_discrete::{PrescribedParticle, prepared_solver, rates};
+use colluvium_sph::setup::rates_only::{PrescribedParticle, prepared_solver, rates};
 use serde_json::{Value, json};
 
 use crate::common::{advance_steps, begin, case_with, stresses, vectors};

@@ -2,7 +2,7 @@
 
 use colluvium_case::Case;
 use colluvium_constitutive::SymTensor;
-use colluvium_sph::semi_discrete::{ParticleRates, PrescribedParticle, rates};
+use colluvium_sph::setup::rates_only::{ParticleRates, PrescribedParticle, rates};
 use serde_json::{Value, json};
 
 use crate::common::case_with;

@@ -13,7 +13,7 @@ mod tipping_block;
 
 use colluvium::case::{Case, RunReport};
 use colluvium::compare::{self, CompletedRun, ReferenceProfiles};
-use colluvium::pictures::view_plane_for_gravity;
+use colluvium::output::run_pictures::view_plane_for_gravity;
 use colluvium::plots::{LineChart, PointCloud};
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, recorder};

@@ -3,7 +3,7 @@
 use colluvium::case::Case;
 
 use super::draw_failure;
-use crate::analysis::layered::{LayeredSlope, SoilLayer};
+use crate::analysis::bishop_layered::{LayeredSlope, SoilLayer};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory};
 
 /// One soil.

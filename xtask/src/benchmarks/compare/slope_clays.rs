@@ -4,7 +4,7 @@ use colluvium::case::Case;
 use serde_json::json;
 
 use super::draw_failure;
-use crate::analysis::undrained::LayeredClaySlope;
+use crate::analysis::undrained_slope::LayeredClaySlope;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, patched_case, run_in_memory};
 
 /// A slope on other clay.

@@ -4,7 +4,7 @@ use colluvium::case::RunReport;
 use colluvium::plots::{PointCloud, Series, Style};
 use serde_json::json;
 
-use super::scene::{chart, load, method_options, parse_case};
+use crate::benchmarks::dem::case_builders::{chart, load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, vectors};
 
 /// The benchmark.

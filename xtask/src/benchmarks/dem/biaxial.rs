@@ -4,8 +4,8 @@ use colluvium::case::RunReport;
 use colluvium::plots::{Series, Style};
 use serde_json::json;
 
-use super::scene::{chart, load, method_options, parse_case};
 use crate::analysis::mean_and_deviation;
+use crate::benchmarks::dem::case_builders::{chart, load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory};
 
 /// Dense, to the peak.

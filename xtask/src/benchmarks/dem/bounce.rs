@@ -6,7 +6,7 @@ use colluvium::case::Solver;
 use colluvium::plots::{Series, Style};
 use serde_json::json;
 
-use super::scene::{chart, disk_solver, load, method_options, output_value, step};
+use crate::benchmarks::dem::case_builders::{chart, disk_solver, load, method_options, output_value, step};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// The benchmark.

@@ -6,8 +6,10 @@ use colluvium::case::Solver;
 use colluvium::plots::{Series, Style};
 use serde_json::json;
 
-use super::scene::{chart, disk_solver, linear_law, load, method_options, output_value, sphere_solver, step};
 use crate::analysis::{MaxOrNan, max_or_nan, regression_slope};
+use crate::benchmarks::dem::case_builders::{
+    chart, disk_solver, linear_law, load, method_options, output_value, sphere_solver, step,
+};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
 /// The benchmark.

@@ -7,8 +7,8 @@ use colluvium::dem::DemSolver;
 use colluvium::plots::{PointCloud, Series, Style};
 use serde_json::{Value, json};
 
-use super::scene::{chart, disk_solver, load, method_options, output_value, step};
 use crate::analysis::mean_and_deviation;
+use crate::benchmarks::dem::case_builders::{chart, disk_solver, load, method_options, output_value, step};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars};
 
 /// One column.

@@ -4,8 +4,8 @@ use colluvium::case::RunReport;
 use colluvium::plots::{Series, Style};
 use serde_json::{Value, json};
 
-use super::scene::{GrainData, chart, grain_file, load, method_options, parse_case};
 use crate::analysis::{MaxOrNan, max_or_nan};
+use crate::benchmarks::dem::case_builders::{GrainData, chart, grain_file, load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory};
 
 /// Elasticity.

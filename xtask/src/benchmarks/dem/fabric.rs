@@ -5,7 +5,7 @@ use colluvium::dem::DemSolver;
 use colluvium::plots::{ContactRose, ForceChains};
 use serde_json::json;
 
-use super::scene::{load, output_value, parse_case};
+use crate::benchmarks::dem::case_builders::{load, output_value, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// Dense, to the peak.

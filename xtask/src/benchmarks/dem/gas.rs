@@ -7,8 +7,10 @@ use colluvium::dem::DemSolver;
 use colluvium::plots::{Series, Style};
 use serde_json::json;
 
-use super::scene::{GrainData, chart, disk_solver, grain_file, load, method_options, output_value, step};
 use crate::analysis::{MaxOrNan, max_or_nan};
+use crate::benchmarks::dem::case_builders::{
+    GrainData, chart, disk_solver, grain_file, load, method_options, output_value, step,
+};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// The benchmark.

@@ -5,8 +5,8 @@ use colluvium::plots::{PointCloud, Series, Style};
 
 use serde_json::json;
 
-use super::scene::{chart, load, method_options, parse_case};
 use crate::analysis::max_or_nan;
+use crate::benchmarks::dem::case_builders::{chart, load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, run_in_memory, scalars};
 
 /// The benchmark.

@@ -4,9 +4,9 @@ use colluvium::case::{RunOptions, RunReport, Snapshot, run_method};
 use colluvium::dem::Dem;
 use serde_json::{Value, json};
 
-use super::representative::{SEEDS, periodic_case, walled_case};
-use super::scene::{method_options, parse_case};
 use crate::analysis::max_or_nan;
+use crate::benchmarks::dem::case_builders::{method_options, parse_case};
+use crate::benchmarks::dem::representative_disks::{SEEDS, periodic_case, walled_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
 /// The benchmark.

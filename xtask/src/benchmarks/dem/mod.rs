@@ -2,25 +2,25 @@
 
 mod applications;
 mod biaxial;
-mod bookkeeping;
 mod bounce;
-mod cells;
+mod case_builders;
 mod collisions;
 mod column;
+mod contact_laws;
 mod crystal;
 mod drum;
 mod fabric;
 mod gas;
 mod incline;
-mod laws;
+mod invariants;
+mod laguerre_cells;
 mod membranes;
-mod oblique;
+mod oblique_impact;
 mod plane_shear;
-mod representative;
+mod representative_disks;
 mod representative_spheres;
-mod rest;
-mod scene;
-mod slope;
+mod rolling_slope;
+mod static_equilibrium;
 mod triaxial_sleeve;
 
 use crate::benchmarks::Benchmark;
@@ -28,16 +28,16 @@ use crate::benchmarks::Benchmark;
 /// The benchmarks, in the order of the report.
 pub const ALL: &[Benchmark] = &[
     collisions::BENCHMARK,
-    bookkeeping::BENCHMARK,
-    cells::BENCHMARK,
+    invariants::BENCHMARK,
+    laguerre_cells::BENCHMARK,
     bounce::BENCHMARK,
-    oblique::BENCHMARK,
-    slope::BENCHMARK,
-    slope::ROLLING,
-    rest::BENCHMARK,
+    oblique_impact::BENCHMARK,
+    rolling_slope::BENCHMARK,
+    rolling_slope::ROLLING,
+    static_equilibrium::BENCHMARK,
     gas::BENCHMARK,
-    laws::BENCHMARK,
-    laws::BONDS,
+    contact_laws::BENCHMARK,
+    contact_laws::BONDS,
     crystal::BENCHMARK,
     crystal::STRENGTH,
     plane_shear::BENCHMARK,
@@ -50,11 +50,11 @@ pub const ALL: &[Benchmark] = &[
     biaxial::BENCHMARK,
     biaxial::CRITICAL,
     fabric::BENCHMARK,
-    representative::BENCHMARK,
-    representative::WALLS,
+    representative_disks::BENCHMARK,
+    representative_disks::WALLS,
     membranes::BENCHMARK,
     triaxial_sleeve::BENCHMARK,
-    representative::WINDOWS,
+    representative_disks::WINDOWS,
     representative_spheres::BENCHMARK,
     representative_spheres::WINDOWS,
     representative_spheres::WALLS,

@@ -4,8 +4,8 @@ use colluvium::case::RunReport;
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
-use super::scene::{chart, load, method_options, parse_case};
 use crate::analysis::max_or_nan;
+use crate::benchmarks::dem::case_builders::{chart, load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory};
 
 /// Two rates.

@@ -4,9 +4,9 @@ use colluvium::case::RunReport;
 use colluvium::plots::{Series, Style};
 use serde_json::{Value, json};
 
-use super::representative::check_isotropy;
-use super::scene::{GrainData, chart, grain_file, load, method_options, parse_case};
 use crate::analysis::{max_or_nan, mean_and_deviation};
+use crate::benchmarks::dem::case_builders::{GrainData, chart, grain_file, load, method_options, parse_case};
+use crate::benchmarks::dem::representative_disks::check_isotropy;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
 /// Cells of so many spheres.

@@ -6,8 +6,8 @@ use colluvium::case::{RunReport, Snapshot};
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::{Value, json};
 
-use super::scene::{chart, method_options, parse_case};
 use crate::analysis::{max_or_nan, mean_and_deviation};
+use crate::benchmarks::dem::case_builders::{chart, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
 /// The benchmark.

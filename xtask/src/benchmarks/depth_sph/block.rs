@@ -2,15 +2,17 @@
 
 use colluvium::case::PlanRegion;
 use colluvium::depth_sph::bed::{Bed, BedPoint, paraboloid};
-use colluvium::depth_sph::choices::{DepthFrame, TimeScheme};
-use colluvium::depth_sph::column::{Drainage, LowerBound, PressureProfile};
+use colluvium::depth_sph::config::choices::{DepthFrame, TimeScheme};
+use colluvium::depth_sph::config::settings::{BedZone, Consolidation, FlowSettings, PoreColumn};
 use colluvium::depth_sph::erosion::Erosion;
 use colluvium::depth_sph::flow::Flow;
-use colluvium::depth_sph::settings::{BedZone, Consolidation, FlowSettings, PoreColumn};
+use colluvium::depth_sph::pore_pressure::pore_pressure_column::{Drainage, LowerBound, PressureProfile};
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
-use super::parts::{basal_law, block, endless_layer, grains_in_water, step_with_limit};
+use crate::benchmarks::depth_sph::common_cases::{
+    basal_law, block, endless_layer, grains_in_water, step_with_limit,
+};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// The benchmark.

@@ -4,8 +4,10 @@ use colluvium::case::{Case, Solver};
 use colluvium::plots::{Series, Style};
 use serde_json::{Value, json};
 
-use super::parts::{NodeProfile, cell_centres, chart, closed_form_series, load, start, step_until};
 use crate::analysis::MaxOrNan;
+use crate::benchmarks::depth_sph::common_cases::{
+    NodeProfile, cell_centres, chart, closed_form_series, load, start, step_until,
+};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_method_option, vectors};
 
 /// The benchmark of mud.

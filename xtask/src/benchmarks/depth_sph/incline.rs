@@ -1,11 +1,13 @@
 //! Frictional dam break on an incline (sheet: depth-sph §5.3, V7).
 
 use colluvium::case::Case;
-use colluvium::depth_sph::exact::frictional_dam_break;
+use colluvium::depth_sph::analytical_solutions::frictional_dam_break;
 use colluvium::plots::{Series, Style};
 use serde_json::json;
 
-use super::parts::{NodeProfile, chart, closed_form_series, load, start, step_until};
+use crate::benchmarks::depth_sph::common_cases::{
+    NodeProfile, chart, closed_form_series, load, start, step_until,
+};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_material, set_method_option};
 
 /// The benchmark.

@@ -3,13 +3,13 @@
 use std::f64::consts::PI;
 
 use colluvium::depth_sph::bed::Bed;
+use colluvium::depth_sph::config::settings::FlowSettings;
 use colluvium::depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium::depth_sph::kernel::Kernel;
-use colluvium::depth_sph::nodes::NewNode;
-use colluvium::depth_sph::settings::FlowSettings;
+use colluvium::depth_sph::neighbours::kernel::Kernel;
+use colluvium::depth_sph::phases::phase_nodes::NewNode;
 
-use super::parts::node;
 use crate::analysis::MaxOrNan;
+use crate::benchmarks::depth_sph::common_cases::node;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// The benchmark.

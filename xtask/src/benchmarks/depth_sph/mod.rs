@@ -1,45 +1,45 @@
 //! Depth-integrated smoothed particle hydrodynamics.
 
 mod block;
-mod cap;
-mod column;
+mod common_cases;
+mod consolidation;
 mod deposit;
 mod incline;
 mod invariants;
-mod lake;
-mod locked;
-mod open_end;
-mod parts;
+mod lake_at_rest;
+mod open_boundary;
+mod parabolic_cap;
 mod ritter;
-mod rough;
-mod scalar;
+mod rough_terrain;
+mod scalar_transport;
 mod stoker;
 mod terrain;
 mod thacker;
-mod uniform;
+mod two_phase_dam_break;
+mod uniform_flow;
 mod yu_tung;
 
 use crate::benchmarks::Benchmark;
 
 /// The benchmarks, in the order of the report.
 pub const ALL: &[Benchmark] = &[
-    scalar::BENCHMARK,
+    scalar_transport::BENCHMARK,
     ritter::BENCHMARK,
     stoker::BENCHMARK,
-    lake::BENCHMARK,
+    lake_at_rest::BENCHMARK,
     incline::BENCHMARK,
-    cap::BENCHMARK,
-    uniform::BENCHMARK,
-    column::BENCHMARK,
+    parabolic_cap::BENCHMARK,
+    uniform_flow::BENCHMARK,
+    consolidation::BENCHMARK,
     block::BENCHMARK,
     thacker::BENCHMARK,
     invariants::BENCHMARK,
-    locked::BENCHMARK,
-    open_end::BENCHMARK,
+    two_phase_dam_break::BENCHMARK,
+    open_boundary::BENCHMARK,
     deposit::SATURATED,
     deposit::MUD,
     terrain::RASTER,
-    rough::BENCHMARK,
+    rough_terrain::BENCHMARK,
     terrain::DEBRIS,
     yu_tung::BENCHMARK,
 ];

@@ -1,11 +1,13 @@
 //! Dam break on a dry bed (sheet: depth-sph §5.3, V5; §5.5, V17).
 
 use colluvium::case::Case;
-use colluvium::depth_sph::exact::ritter;
+use colluvium::depth_sph::analytical_solutions::ritter;
 use colluvium::plots::{Series, Style};
 use serde_json::{Value, json};
 
-use super::parts::{NodeProfile, chart, closed_form_series, load, start, step_until};
+use crate::benchmarks::depth_sph::common_cases::{
+    NodeProfile, chart, closed_form_series, load, start, step_until,
+};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_material, set_method_option};
 
 /// The benchmark.
@@ -151,7 +153,7 @@ fn two_phases(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String>
                 reason,
             );
         }
-        let apart = super::parts::cell_centres(-18.0, 14.0).map(|x| {
+        let apart = crate::benchmarks::depth_sph::common_cases::cell_centres(-18.0, 14.0).map(|x| {
             let (solid, fluid) = (solid.profile.at(x).0, fluid.profile.at(x).0);
             (fluid / (solid + fluid) - 0.4).abs()
         });

@@ -1,14 +1,16 @@
 //! Dam break on a wet bed and the bore that comes back from a wall (sheet: depth-sph §5.3, V6; §5.5, V29).
 
 use colluvium::case::Case;
+use colluvium::depth_sph::analytical_solutions::Stoker;
 use colluvium::depth_sph::bed::Bed;
-use colluvium::depth_sph::exact::Stoker;
+use colluvium::depth_sph::config::settings::FlowSettings;
 use colluvium::depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium::depth_sph::settings::FlowSettings;
 use colluvium::plots::{Series, Style};
 use serde_json::json;
 
-use super::parts::{NodeProfile, chart, closed_form_series, layer, load, start, step_flow_until, step_until};
+use crate::benchmarks::depth_sph::common_cases::{
+    NodeProfile, chart, closed_form_series, layer, load, start, step_flow_until, step_until,
+};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_method_option};
 
 /// The benchmark.

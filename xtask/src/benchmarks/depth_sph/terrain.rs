@@ -6,17 +6,17 @@ use std::sync::Arc;
 use colluvium::case::PlanRegion;
 use colluvium::constitutive::basal::BasalRheology;
 use colluvium::depth_sph::bed::{Bed, TerrainBed};
-use colluvium::depth_sph::column::{LowerBound, PressureProfile};
-use colluvium::depth_sph::drag::MixtureDensities;
+use colluvium::depth_sph::config::settings::{BedZone, Consolidation, FlowSettings, Mixture, PoreColumn};
 use colluvium::depth_sph::erosion::Erosion;
 use colluvium::depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium::depth_sph::nodes::NewNode;
-use colluvium::depth_sph::settings::{BedZone, Consolidation, FlowSettings, Mixture, PoreColumn};
+use colluvium::depth_sph::phases::interphase_drag::MixtureDensities;
+use colluvium::depth_sph::phases::phase_nodes::NewNode;
+use colluvium::depth_sph::pore_pressure::pore_pressure_column::{LowerBound, PressureProfile};
 use colluvium::plots::{LineChart, Series, Style};
 use colluvium::points::Raster;
 use serde_json::json;
 
-use super::parts::{basal_law, step_flow_until, step_with_limit};
+use crate::benchmarks::depth_sph::common_cases::{basal_law, step_flow_until, step_with_limit};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// The benchmark of rasters as beds.

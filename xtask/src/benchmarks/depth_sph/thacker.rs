@@ -3,15 +3,15 @@
 use std::f64::consts::{PI, TAU};
 
 use colluvium::depth_sph::bed::paraboloid;
-use colluvium::depth_sph::choices::DepthFrame;
+use colluvium::depth_sph::config::choices::DepthFrame;
+use colluvium::depth_sph::config::settings::{BedZone, FlowSettings};
 use colluvium::depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium::depth_sph::kernel::Kernel;
-use colluvium::depth_sph::nodes::NewNode;
-use colluvium::depth_sph::settings::{BedZone, FlowSettings};
+use colluvium::depth_sph::neighbours::kernel::Kernel;
+use colluvium::depth_sph::phases::phase_nodes::NewNode;
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
-use super::parts::{basal_law, node, step_flow_until};
+use crate::benchmarks::depth_sph::common_cases::{basal_law, node, step_flow_until};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// The benchmark.

@@ -4,8 +4,8 @@ use colluvium::case::{Case, PlanRaster, Snapshot, Solver};
 use colluvium::plots::{LineChart, MapCells, Series, Style, TerrainMap};
 use serde_json::{Value, json};
 
-use super::parts::{load, start, step_until};
 use super::terrain::channel_bed;
+use crate::benchmarks::depth_sph::common_cases::{load, start, step_until};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_method_option, vectors};
 
 /// The benchmark.

@@ -4,9 +4,9 @@ use colluvium::constitutive::{Mat3, SymTensor};
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
-use super::flow::sand;
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::BenchmarkOutcome;
+use crate::benchmarks::element::flow_laws::sand;
 
 const PRESSURE: f64 = 1000.0;
 const RATE: f64 = 100.0;

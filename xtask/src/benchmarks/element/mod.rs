@@ -1,23 +1,23 @@
 //! Laws at one material point.
 
-mod contract;
 mod critical_state;
 mod element_tests;
 mod finite_strain;
-mod flow;
 mod flow_cycles;
+mod flow_laws;
+mod law_contract;
 mod localisation;
-mod returns;
+mod return_mappings;
 
 use crate::benchmarks::Benchmark;
 
 /// The benchmarks, in the order of the report.
 pub const ALL: &[Benchmark] = &[
     element_tests::BENCHMARK,
-    returns::BENCHMARK,
-    contract::BENCHMARK,
+    return_mappings::BENCHMARK,
+    law_contract::BENCHMARK,
     critical_state::BENCHMARK,
-    flow::BENCHMARK,
+    flow_laws::BENCHMARK,
     finite_strain::BENCHMARK,
     localisation::BENCHMARK,
 ];

@@ -7,7 +7,7 @@ use colluvium::case::{Case, Manufactured, PrescribedState};
 use colluvium::mpm::Mpm;
 use colluvium::plots::{LineChart, Series, Style};
 
-use crate::analysis::manufactured::{max_errors_over_steps, rms_position_error};
+use crate::analysis::manufactured_solution::{max_errors_over_steps, rms_position_error};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, set_mpm_option};
 
 /// Axis-aligned displacement.

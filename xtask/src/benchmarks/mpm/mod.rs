@@ -4,10 +4,11 @@ mod aluminium_bars;
 mod axisymmetric;
 mod bar;
 mod cantilever;
+mod clay_cut;
 mod column_a04;
 mod column_collapse;
 mod contact;
-mod cut;
+mod exact_properties;
 mod footing;
 pub(super) mod inclined_block;
 mod kinematics;
@@ -26,7 +27,6 @@ mod slope;
 mod step_wave;
 mod two_disks;
 mod two_phase;
-mod units;
 
 use crate::benchmarks::Benchmark;
 
@@ -51,10 +51,10 @@ pub const ALL: &[Benchmark] = &[
     rough_slope::BENCHMARK,
     two_phase::CONSOLIDATION,
     two_phase::WAVES,
-    units::BENCHMARK,
+    exact_properties::BENCHMARK,
     step_wave::BENCHMARK,
     footing::BENCHMARK,
-    cut::BENCHMARK,
+    clay_cut::BENCHMARK,
     slope::BENCHMARK,
     axisymmetric::BENCHMARK,
     saturated::PHASES,

@@ -8,7 +8,7 @@ use colluvium::snow_mpm::SnowMpm;
 use serde_json::json;
 
 use super::changed;
-use crate::analysis::manufactured::{max_errors_over_steps, rms_position_error};
+use crate::analysis::manufactured_solution::{max_errors_over_steps, rms_position_error};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, stresses};
 
 /// The benchmark.

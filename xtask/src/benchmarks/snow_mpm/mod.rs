@@ -7,11 +7,11 @@ mod column;
 mod incline;
 mod manufactured;
 mod microstructure;
-mod motion;
 mod oedometer;
-mod remote;
-mod returns;
-mod saw;
+mod propagation_saw_test;
+mod remote_triggering;
+mod return_mappings;
+mod rigid_motion;
 mod snowball;
 mod softening;
 
@@ -22,9 +22,9 @@ use crate::benchmarks::{Benchmark, load_case, run_in_memory, set_method_option};
 
 /// The benchmarks, in the order of the report.
 pub const ALL: &[Benchmark] = &[
-    returns::BENCHMARK,
+    return_mappings::BENCHMARK,
     softening::BENCHMARK,
-    motion::BENCHMARK,
+    rigid_motion::BENCHMARK,
     bar::VIBRATION,
     bar::SELF_WEIGHT,
     manufactured::BENCHMARK,
@@ -33,11 +33,11 @@ pub const ALL: &[Benchmark] = &[
     cantilever::BENCHMARK,
     snowball::BENCHMARK,
     column::BENCHMARK,
-    saw::CRITICAL,
-    saw::SPEED,
+    propagation_saw_test::CRITICAL,
+    propagation_saw_test::SPEED,
     avalanche::BENCHMARK,
     microstructure::BENCHMARK,
-    remote::BENCHMARK,
+    remote_triggering::BENCHMARK,
 ];
 
 /// The case `validation/snow-mpm/<name>/case.json` with some options of the method changed.

@@ -1,28 +1,28 @@
 //! Smoothed particle hydrodynamics.
 
-mod balance;
 mod cantilever;
 mod cantilever_3d;
 mod cavity;
-mod clay;
 mod column;
-mod columns;
-mod critical;
+mod column_collapse;
+mod conservation;
+mod critical_state;
 mod cylinders;
 mod dam_pressure;
+mod domain_decomposition;
 mod drum;
-mod flow;
 mod footing;
 mod geostatic;
 mod membrane;
 mod operators;
 mod pairing;
-mod ranks;
 mod ring;
-mod shear;
+mod sensitive_clay;
+mod simple_shear;
 mod slope;
 mod tensile;
 mod threads;
+mod viscous_flow;
 mod vortices;
 mod waves;
 
@@ -31,13 +31,13 @@ use crate::benchmarks::Benchmark;
 /// The benchmarks, in the order of the report.
 pub const ALL: &[Benchmark] = &[
     operators::BENCHMARK,
-    balance::BENCHMARK,
+    conservation::BENCHMARK,
     waves::BENCHMARK,
-    flow::BENCHMARK,
+    viscous_flow::BENCHMARK,
     vortices::BENCHMARK,
     cavity::BENCHMARK,
     dam_pressure::BENCHMARK,
-    shear::BENCHMARK,
+    simple_shear::BENCHMARK,
     pairing::BENCHMARK,
     geostatic::BENCHMARK,
     column::BENCHMARK,
@@ -49,15 +49,15 @@ pub const ALL: &[Benchmark] = &[
     drum::BENCHMARK,
     drum::FINE,
     threads::BENCHMARK,
-    ranks::BENCHMARK,
-    critical::SHEAR,
-    critical::COLUMNS,
-    critical::COLUMNS_FINE,
+    domain_decomposition::BENCHMARK,
+    critical_state::SHEAR,
+    critical_state::COLUMNS,
+    critical_state::COLUMNS_FINE,
     cantilever::BENCHMARK,
-    columns::BENCHMARK,
-    columns::SWEEP,
-    clay::BENCHMARK,
-    clay::FINE,
+    column_collapse::BENCHMARK,
+    column_collapse::SWEEP,
+    sensitive_clay::BENCHMARK,
+    sensitive_clay::FINE,
     cylinders::BENCHMARK,
     footing::BENCHMARK,
     footing::SMOOTH,

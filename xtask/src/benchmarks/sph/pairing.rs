@@ -3,11 +3,11 @@
 use colluvium::case::{Case, Solver};
 use colluvium::constitutive::SymTensor;
 use colluvium::plots::{LineChart, Series, Style};
-use colluvium::sph::semi_discrete::{PrescribedParticle, prepared_solver, rates};
+use colluvium::sph::setup::rates_only::{PrescribedParticle, prepared_solver, rates};
 use serde_json::json;
 
-use super::shear::closest;
 use super::waves::{advance, load, start};
+use crate::benchmarks::sph::simple_shear::closest;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_method_option, vectors};
 
 /// The benchmark.

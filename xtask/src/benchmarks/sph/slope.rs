@@ -6,7 +6,7 @@ use colluvium::plots::{LineChart, Series, Style};
 
 use serde_json::{Value, json};
 
-use crate::analysis::bishop::{HomogeneousSlope, SlipCircle};
+use crate::analysis::bishop_circle::{HomogeneousSlope, SlipCircle};
 use crate::analysis::{MaxOrNan, base_of_moving_mass, connected_front};
 use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, initial_positions, load_case, measure_series, run_in_memory, set_material,

@@ -8,8 +8,8 @@ use colluvium::case::description::PointFile;
 use colluvium::case::{Case, RunReport, Snapshot};
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 
-use super::shear::closest;
 use super::waves::load;
+use crate::benchmarks::sph::simple_shear::closest;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, run_in_memory, set_method_option, vectors};
 
 /// Decay of a wave and of vortices.

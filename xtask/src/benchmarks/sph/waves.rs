@@ -6,7 +6,7 @@ use std::path::Path;
 
 use colluvium::case::{Case, Solver};
 use colluvium::plots::{LineChart, Series, Style};
-use colluvium::sph::semi_discrete::unchecked_energy_history;
+use colluvium::sph::setup::rates_only::unchecked_energy_history;
 
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_method_option, vectors};

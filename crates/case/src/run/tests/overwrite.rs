@@ -27,7 +27,7 @@ fn overwriting_removes_what_the_earlier_run_left() {
         assert!(!folder.path().join(name).exists(), "{name}: what is of a run goes");
     }
     remove_run(folder.path()).unwrap();
-    let mut left = folder::names(folder.path()).unwrap();
+    let mut left = run_folder::names(folder.path()).unwrap();
     left.sort();
     assert_eq!(left, ["frames", "notes.txt", "rasters"]);
 }

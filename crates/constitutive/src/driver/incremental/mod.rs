@@ -4,7 +4,7 @@
 //! is x. A step of `test.inp` becomes a [`TestStage`] with the same equations; `maxiter` is read and
 //! not needed. The law is not one of the files': it is given beside them.
 
-mod steps;
+mod test_steps;
 
 use super::{DriverError, ElementPath, ElementTest, TestProblem, TestStage};
 use crate::MaterialSpec;
@@ -67,7 +67,7 @@ impl IncrementalTest {
     pub fn read(input: &IncrementalInput<'_>) -> Result<Self, Vec<TestProblem>> {
         let parameters = input.parameters.map_or(Ok(UmatProperties::default()), parameters);
         let initial = initial(input.initial, input.stress_unit);
-        let steps = steps::read_steps(input.test, input.stress_unit);
+        let steps = test_steps::read_steps(input.test, input.stress_unit);
         let (parameters, (initial_stress, state), steps) = match (parameters, initial, steps) {
             (Ok(parameters), Ok(initial), Ok(steps)) => (parameters, initial, steps),
             (a, b, c) => return Err([a.err(), b.err(), c.err()].into_iter().flatten().collect()),

@@ -7,16 +7,16 @@
 //! function of the multiplier remains. Steps above 1 % strain are divided. Limits: no tension, pressure does
 //! not fall below 1 Pa; no elastic energy exists at constant Poisson's ratio.
 
+mod common;
 mod parameters;
 mod return_map;
-mod shared;
 
 use crate::{InitialCondition, Law, MaterialError, Motion, Point, PointLaw, SmallStrain, SymTensor, Tangent};
 
+pub use crate::laws::cam_clay::common::CamClayState;
+pub(super) use crate::laws::cam_clay::common::{CamClayConstants, CamClayTrial, OUTPUTS};
 pub use parameters::CamClaySpec;
 pub use return_map::CamClayReturn;
-pub use shared::CamClayState;
-pub(super) use shared::{CamClayConstants, CamClayTrial, OUTPUTS};
 
 const NAME: &str = "modified-cam-clay";
 

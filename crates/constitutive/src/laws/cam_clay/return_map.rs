@@ -1,9 +1,9 @@
 //! The implicit return of a step (sheet: constitutive §3.7.5) and its tangent.
 
-use super::shared::CamClayTrial;
 use super::{CamClay, CamClayState, NAME};
-use crate::laws::root::{drop_round_off, falling_root};
-use crate::laws::substep::SubstepResult;
+use crate::laws::cam_clay::common::CamClayTrial;
+use crate::return_maps::scalar_roots::{drop_round_off, falling_root};
+use crate::return_maps::substepping::SubstepResult;
 use crate::{Mat3, MaterialError, Point, SymTensor, Tangent};
 
 /// Round-off of a stress that lies on the yield surface, relative to the terms of the yield function.

@@ -15,24 +15,24 @@
 //! invariants of the plane (`d = 2`) the same in two dimensions, see [`StressInvariants`](crate::laws::StressInvariants). Limits: softening has no length of its own; where
 //! `α ξ cosh(ξ x0) ≥ 1` the weak layer snaps, that is, loses its stress at once under controlled strain.
 
-mod ellipse;
-mod newton;
+mod batch_newton;
 mod parameters;
 #[cfg(test)]
 mod tests;
+mod yield_ellipse;
 
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
-use crate::hencky::{InvariantReturn, ReturnResult, SimdBatch, any, select};
+use crate::adapters::hencky::{InvariantReturn, ReturnResult, SimdBatch, any, select};
 use crate::{
     InitialCondition, Law, MaterialError, Motion, Point, PointLaw, PrincipalReturn, SmallStrain, SymTensor,
 };
 
-use ellipse::{HardeningReturn, ReturnConditions};
-use newton::InvariantBatch;
+use crate::laws::cohesive_cam_clay::batch_newton::InvariantBatch;
+use crate::laws::cohesive_cam_clay::yield_ellipse::{HardeningReturn, ReturnConditions};
 
-pub use ellipse::{EllipseReturn, YieldEllipse};
+pub use crate::laws::cohesive_cam_clay::yield_ellipse::{EllipseReturn, YieldEllipse};
 pub use parameters::{CamClayHardening, CamClayIntegration, CohesiveCamClaySpec};
 
 /// Iterations of the bracketed return before it only halves; up to a dozen are usual.
@@ -82,8 +82,8 @@ impl CohesiveCamClay {
         if strain < 0.0 {
             let (k, xi) = (self.elasticity.bulk_modulus, self.spec.hardening_factor);
             let argument = -xi * strain;
-            let (sinh, cosh) = if argument < newton::MAX_HYPERBOLIC_ARGUMENT {
-                newton::hyperbolic(argument)
+            let (sinh, cosh) = if argument < batch_newton::MAX_HYPERBOLIC_ARGUMENT {
+                batch_newton::hyperbolic(argument)
             } else {
                 (argument.sinh(), argument.cosh())
             };

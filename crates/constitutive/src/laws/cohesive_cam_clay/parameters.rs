@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::super::Elasticity;
 use super::super::linear_elastic::{snow_ratio_warnings, warn_above};
 use super::CohesiveCamClay;
-use crate::hencky::StressInvariants;
-use crate::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
+use crate::adapters::hencky::StressInvariants;
+use crate::contract::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
 use crate::{Material, MaterialError};
 
 /// Parameters of `cohesive-cam-clay`.

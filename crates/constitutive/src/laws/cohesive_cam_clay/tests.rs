@@ -2,12 +2,12 @@
 
 use proptest::prelude::*;
 
-use super::newton::{InvariantBatch, MAX_HYPERBOLIC_ARGUMENT, hyperbolic};
 use super::{
     CamClayHardening, CamClayIntegration, CohesiveCamClay, CohesiveCamClaySpec, CohesiveCamClayState,
     ReturnEnd,
 };
 use crate::Model;
+use crate::laws::cohesive_cam_clay::batch_newton::{InvariantBatch, MAX_HYPERBOLIC_ARGUMENT, hyperbolic};
 
 /// The samples, and snow of soft and hard slabs and of a brittle layer.
 fn laws() -> Vec<CohesiveCamClay> {

@@ -10,7 +10,7 @@ use super::super::cohesive_damage::CohesiveDamageSpec;
 use super::super::drucker_prager::{DruckerPrager, DruckerPragerSpec, Matching, Softening};
 use super::super::linear_elastic::{Elasticity, LinearElastic, incompressibility_warnings};
 use super::{BandSurroundings, DoubleScale};
-use crate::model::{Model, ModelFamily, ModelInfo, StrainMeasure, positive};
+use crate::contract::model::{Model, ModelFamily, ModelInfo, StrainMeasure, positive};
 use crate::{Corotational, InterfaceLaw, Material, MaterialError};
 
 /// Parameters of `double-scale`.

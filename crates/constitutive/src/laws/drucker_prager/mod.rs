@@ -6,7 +6,7 @@
 //! cohesion the apex is the stress-free state. How the cone is matched to Mohr–Coulomb decides the
 //! strength: see [`Matching`]. Limits: softening has no length of its own (mesh-dependent bands).
 
-mod algorithms;
+mod bui_nguyen_integration;
 mod cone;
 mod parameters;
 mod return_map;
@@ -16,8 +16,8 @@ mod tangent;
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
-use crate::hencky::SimdBatch;
-use crate::lanes::ComponentArrays;
+use crate::adapters::hencky::SimdBatch;
+use crate::contract::component_arrays::ComponentArrays;
 use crate::{
     BLOCK_SIZE, InitialCondition, Law, MaterialError, Motion, Point, PointLaw, PrincipalReturn, SmallStrain,
     SymTensor, Tangent,

@@ -6,10 +6,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Cone, DruckerPrager, NAME, Softening};
+use crate::contract::model::{Model, ModelFamily, ModelInfo, StrainMeasure, check};
 use crate::laws::linear_elastic::incompressibility_warnings;
 use crate::laws::strength_reduced::StrengthReduction;
 use crate::laws::{Elasticity, angle_warnings, check_angles};
-use crate::model::{Model, ModelFamily, ModelInfo, StrainMeasure, check};
 use crate::{Material, MaterialError};
 
 /// How the cone is fitted to the Mohr–Coulomb pyramid.

@@ -5,8 +5,9 @@
 //! that keeps the local error. The update is therefore smooth but for the few strains at which a number changes.
 
 use super::super::pressure_elastic::VoidRatio;
-use super::super::substep::{self, SubstepResult, substepped};
 use super::{Hypoplastic, NAME};
+use crate::return_maps::substepping;
+use crate::return_maps::substepping::{SubstepResult, substepped};
 use crate::{MaterialError, Point, SymTensor, Tangent};
 
 /// Largest strain increment that is integrated in one piece (sheet: constitutive §3.8).
@@ -113,7 +114,7 @@ impl Hypoplastic {
 
     /// Derivative of the update by the strain increment, along the substeps it takes.
     pub(super) fn substepped_tangent(&self, strain: &SymTensor, old: &Point<VoidRatio>) -> Option<Tangent> {
-        let pieces = substep::substep_count(strain, MAX_PIECE_STRAIN);
+        let pieces = substepping::substep_count(strain, MAX_PIECE_STRAIN);
         let piece = *strain * (1.0 / f64::from(pieces));
         if piece.norm() == 0.0 {
             return None;

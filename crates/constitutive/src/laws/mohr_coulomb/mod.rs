@@ -13,8 +13,8 @@ mod softening;
 
 use super::Elasticity;
 use super::drucker_prager::{OUTPUTS, PlasticStrain, Softening};
-use crate::hencky::small_strain_tangent;
-use crate::lanes::{ComponentArrays, Spectra};
+use crate::adapters::hencky::small_strain_tangent;
+use crate::contract::component_arrays::{ComponentArrays, Spectra};
 use crate::{
     BLOCK_SIZE, InitialCondition, Law, MaterialError, Motion, Point, PointLaw, PrincipalReturn, SmallStrain,
     SymTensor, Tangent,

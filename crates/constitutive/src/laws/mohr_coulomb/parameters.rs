@@ -6,11 +6,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{MohrCoulomb, NAME, Pyramid};
+use crate::contract::model::{Model, ModelFamily, ModelInfo, StrainMeasure, check};
 use crate::laws::drucker_prager::Softening;
 use crate::laws::linear_elastic::incompressibility_warnings;
 use crate::laws::strength_reduced::StrengthReduction;
 use crate::laws::{Elasticity, angle_warnings, check_angles};
-use crate::model::{Model, ModelFamily, ModelInfo, StrainMeasure, check};
 use crate::{Material, MaterialError};
 
 /// Parameters of `mohr-coulomb`, angles in degrees.

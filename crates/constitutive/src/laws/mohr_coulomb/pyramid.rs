@@ -2,7 +2,8 @@
 
 use super::return_map::{PyramidEdge, PyramidReturn, elastic_strain, stiffness};
 use crate::laws::Elasticity;
-use crate::laws::multi_surface::{self, ActiveSet, YieldPlane};
+use crate::laws::multi_surface;
+use crate::laws::multi_surface::{ActiveSet, YieldPlane};
 
 /// The pyramid at some plastic strain.
 #[derive(Clone, Copy, Debug, PartialEq)]

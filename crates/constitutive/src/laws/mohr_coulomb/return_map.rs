@@ -2,7 +2,8 @@
 
 use super::pyramid::{Pyramid, YieldRegion, dot};
 use crate::laws::Elasticity;
-use crate::laws::multi_surface::{self, active_set};
+use crate::laws::multi_surface;
+use crate::laws::multi_surface::active_set;
 
 /// A pyramid with what its returns have in common.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,7 +3,7 @@
 use super::pyramid::dot;
 use super::return_map::elastic_strain;
 use super::{MohrCoulomb, PlasticStrain, Softening};
-use crate::laws::root::first_fixed_point;
+use crate::return_maps::scalar_roots::first_fixed_point;
 use crate::{MaterialError, PrincipalReturn};
 
 impl MohrCoulomb {

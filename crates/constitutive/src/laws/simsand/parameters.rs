@@ -6,9 +6,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Simsand, VOID_RANGE};
+use crate::contract::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
 use crate::laws::linear_elastic::incompressibility_warnings;
 use crate::laws::pressure_elastic::{check_poissons_ratio, shear_ratio};
-use crate::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
 use crate::{Corotational, Material, MaterialError};
 
 /// Parameters of `simsand`, angles in degrees.

@@ -3,9 +3,9 @@
 use super::critical_state::{lode_cosine, lode_gradient};
 use super::{NAME, Simsand, SimsandState};
 use crate::laws::pressure_elastic::{MIN_PRESSURE, void_ratio_after};
-use crate::laws::radial::RadialTrial;
-use crate::laws::root::{drop_round_off, falling_root};
-use crate::laws::substep::SubstepResult;
+use crate::return_maps::radial_return::RadialTrial;
+use crate::return_maps::scalar_roots::{drop_round_off, falling_root};
+use crate::return_maps::substepping::SubstepResult;
 use crate::{MaterialError, Point, SymTensor, Tangent};
 
 /// Round-off of a stress that lies on the yield surface, relative to the terms of the yield function.

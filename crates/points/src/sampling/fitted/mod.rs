@@ -1,13 +1,13 @@
 //! Points in rows along the sides of a shape in the plane, each with the area of its own patch.
 
-mod patches;
-mod rows;
+mod boundary_rows;
+mod voronoi_patches;
 
-use patches::VoronoiPatches;
+use crate::sampling::fitted::voronoi_patches::VoronoiPatches;
 
 use super::{CandidateCells, Sample, SamplingError};
 use crate::Shape;
-use crate::neighbours::CellList;
+use crate::search::neighbours::CellList;
 use crate::shape::{BoundaryEdge, PlanePoint};
 
 /// Share of a spacing within which points of the lattice that fill what rows leave keep away from others.
@@ -73,7 +73,7 @@ fn in_plane(shape: &Shape, origin: PlanePoint, spacing: f64) -> Result<Vec<Sampl
     let cells = CandidateCells::covering(shape, origin, spacing, 1.0)?;
     let sides = shape.boundary_edges().ok_or(SamplingError::NoBoundaryEdges)?;
     let region = PlanarRegion { shape, sides, spacing };
-    let mut apart = rows::rows_along_boundary(&region);
+    let mut apart = boundary_rows::rows_along_boundary(&region);
     fill(&region, cells.first, cells.count, origin, &mut apart);
     let mut points = apart.into_points();
     relax_uneven_points(&region, &mut points);
@@ -103,7 +103,7 @@ fn fill(
     first: [i64; 2],
     count: [i64; 2],
     origin: PlanePoint,
-    points: &mut rows::SpacedPoints,
+    points: &mut boundary_rows::SpacedPoints,
 ) {
     let spacing = region.spacing;
     for (parts, apart) in [(1i64, LATTICE_CLEARANCE), (4, FILL_CLEARANCE)] {

@@ -1,0 +1,304 @@
+//! Coordinates of a map: `domain.origin` is taken off as a case is read, and put back on what a run writes.
+//!
+//! Differences are those of the decimal numbers, so that a case whose numbers have the origin added gives the bits of the case
+//! without.
+
+use colluvium_points::Shape;
+
+use crate::description::{
+    Body, InitialStress, Load, Measure, ObstacleShape, PorePressure, ProfilePiece, Velocity,
+};
+use crate::files::decimal_sum::decimal_sum;
+use crate::validate::MAX_DISTANCE_RATIO;
+use crate::{Case, CaseError, Snapshot};
+
+/// How far the origin of a map may lie from zero, over the size of the domain: coordinates of the map then have 22 binary digits
+/// and more for places in the domain.
+const MAX_ORIGIN_RATIO: f64 = 1e9;
+
+type CoordinateVisitor<'a> = dyn FnMut(usize, &mut f64) + 'a;
+
+fn visit_place(values: &mut [f64], visit: &mut CoordinateVisitor<'_>) {
+    values.iter_mut().enumerate().for_each(|(axis, x)| visit(axis, x));
+}
+
+fn visit_shape(of: &mut Shape, visit: &mut CoordinateVisitor<'_>) {
+    match of {
+        Shape::Box { min, max } | Shape::Microstructure { min, max, .. } => {
+            visit_place(min, visit);
+            visit_place(max, visit);
+        }
+        Shape::Ball { centre, .. } => visit_place(centre, visit),
+        Shape::Polygon { vertices } => {
+            vertices.vertices_mut().iter_mut().for_each(|corner| visit_place(corner, visit));
+        }
+        Shape::Cylinder { base, .. } => visit_place(base, visit),
+        // What its files hold is looked at where they are read.
+        Shape::Layer { .. } | Shape::ArcLayer { .. } => {}
+        Shape::Union { shapes } | Shape::Intersection { shapes } => {
+            shapes.iter_mut().for_each(|inner| visit_shape(inner, visit));
+        }
+        Shape::Difference { from, cut } => {
+            visit_shape(from, visit);
+            visit_shape(cut, visit);
+        }
+    }
+}
+
+/// Files hold coordinates of the map too: they are looked at where they are read.
+fn visit_obstacle(of: &mut ObstacleShape, visit: &mut CoordinateVisitor<'_>) {
+    match of {
+        ObstacleShape::Plane { point, .. } => visit_place(point, visit),
+        ObstacleShape::Box { min, max } => {
+            visit_place(min, visit);
+            visit_place(max, visit);
+        }
+        ObstacleShape::Ball { centre, .. } => visit_place(centre, visit),
+        ObstacleShape::GroundLine { points, .. } => {
+            points.iter_mut().for_each(|point| visit_place(point, visit));
+        }
+        ObstacleShape::Profile { start, pieces } => {
+            visit_place(start, visit);
+            for ProfilePiece { to, centre } in pieces {
+                visit_place(to, visit);
+                centre.iter_mut().for_each(|centre| visit_place(centre, visit));
+            }
+        }
+        ObstacleShape::Polygon { vertices } => {
+            vertices.iter_mut().for_each(|corner| visit_place(corner, visit))
+        }
+        ObstacleShape::Extruded { vertices, axis, from, to } => {
+            let mut across = (0..3).filter(|other| other != axis);
+            let axes = [across.next().unwrap_or(0), across.next().unwrap_or(1)];
+            for corner in vertices {
+                (0..2).for_each(|c| visit(axes[c], &mut corner[c]));
+            }
+            visit(*axis, from);
+            visit(*axis, to);
+        }
+        ObstacleShape::Turned { vertices, axis, centre } => {
+            // Distances from the line stay.
+            vertices.iter_mut().for_each(|corner| visit(*axis, &mut corner[1]));
+            visit_place(centre, visit);
+        }
+        ObstacleShape::Raster { .. } | ObstacleShape::Mesh { .. } => {}
+    }
+}
+
+fn visit_velocity(of: &mut Velocity, visit: &mut CoordinateVisitor<'_>) {
+    match of {
+        Velocity::Linear { origin, .. } => visit_place(origin, visit),
+        Velocity::Bending { along, clamp, .. } => visit(*along, clamp),
+        Velocity::Rest | Velocity::Uniform { .. } | Velocity::Sine { .. } | Velocity::Formula { .. } => {}
+    }
+}
+
+fn visit_body(of: &mut Body, vertical: Option<usize>, visit: &mut CoordinateVisitor<'_>) {
+    visit_shape(&mut of.shape, visit);
+    visit_velocity(&mut of.velocity, visit);
+    if let (InitialStress::K0 { surface, .. }, Some(axis)) = (&mut of.stress, vertical) {
+        visit(axis, surface);
+    }
+    let Some(fluid) = &mut of.pore_fluid else { return };
+    if let (PorePressure::Hydrostatic { surface }, Some(axis)) = (&mut fluid.pressure, vertical) {
+        visit(axis, surface);
+    }
+    fluid.velocity.iter_mut().for_each(|of| visit_velocity(of, visit));
+}
+
+impl Case {
+    /// Calls `visit` with the axis of every coordinate in the case, and the coordinate (m). Options of methods have none.
+    fn each_coordinate(&mut self, visit: &mut CoordinateVisitor<'_>) {
+        let vertical = self.gravity.iter().position(|g| *g != 0.0);
+        visit_place(&mut self.domain.min, visit);
+        visit_place(&mut self.domain.max, visit);
+        self.bodies.iter_mut().for_each(|of| visit_body(of, vertical, visit));
+        for boundary in &mut self.boundaries {
+            boundary.position.iter_mut().for_each(|x| visit(boundary.side.axis(), x));
+        }
+        for of in &mut self.obstacles {
+            visit_obstacle(&mut of.shape, visit);
+            of.motion.iter_mut().for_each(|motion| visit_place(&mut motion.centre, visit));
+            of.regions
+                .iter_mut()
+                .filter_map(|region| region.shape.as_mut())
+                .for_each(|of| visit_shape(of, visit));
+        }
+        self.patches.iter_mut().for_each(|patch| visit_shape(&mut patch.region, visit));
+        self.removal_shapes.iter_mut().for_each(|cut| visit_shape(&mut cut.shape, visit));
+        for load in &mut self.loads {
+            match load {
+                Load::Traction { profile, .. }
+                | Load::Pressure { profile, .. }
+                | Load::PorePressure { profile, .. } => {
+                    for profile in profile.iter_mut() {
+                        let axis = profile.axis.number();
+                        profile.shares.iter_mut().for_each(|share| visit(axis, &mut share[0]));
+                    }
+                }
+                Load::Surface { within, .. } => {
+                    within.iter_mut().for_each(|region| visit_shape(region, visit))
+                }
+            }
+        }
+        for stage in &mut self.stages {
+            stage.excavate.iter_mut().for_each(|region| visit_shape(region, visit));
+        }
+        for measure in self.measures.values_mut() {
+            match measure {
+                Measure::RunOut { side, origin, .. } => visit(side.axis(), origin),
+                Measure::Probe { position, .. } | Measure::Gauge { position } => visit_place(position, visit),
+                Measure::CrackTip(tip) => visit_place(&mut tip.from, visit),
+                Measure::Reaction { about, .. } => visit_place(about, visit),
+                Measure::Discharge { from, to } => {
+                    visit_place(from, visit);
+                    visit_place(to, visit);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// The case with the coordinates of its file as those from `domain.origin`.
+    ///
+    /// # Errors
+    /// When the domain is not near it, or the map is so far away that its coordinates do not tell the domain's points apart.
+    pub(crate) fn subtract_origin(&mut self) -> Result<(), CaseError> {
+        self.shift(-1);
+        let refuse = |problem: String| Err(CaseError::new("domain.origin", problem));
+        let extent = self.domain.max_extent();
+        let farthest = |of: &[f64]| of.iter().fold(0.0_f64, |far, x| far.max(x.abs()));
+        let (map, off) =
+            (farthest(&self.domain.origin), farthest(&self.domain.min).max(farthest(&self.domain.max)));
+        if map > 0.0 && off > MAX_DISTANCE_RATIO * extent {
+            return refuse(format!(
+                "{:?} lies more than {MAX_DISTANCE_RATIO} times the size of the domain, {extent} m, from it, which costs digits of all \
+                 positions: give a place near it",
+                self.domain.origin
+            ));
+        }
+        if map > MAX_ORIGIN_RATIO * extent {
+            return refuse(format!(
+                "{:?} is so far from zero that results in its coordinates do not tell places in a domain of {extent} m apart",
+                self.domain.origin
+            ));
+        }
+        Ok(())
+    }
+
+    /// The case with the coordinates that stood in its file.
+    pub(crate) fn add_origin(&mut self) {
+        self.shift(1);
+    }
+
+    fn shift(&mut self, sign: i128) {
+        if self.domain.origin.is_empty() {
+            return;
+        }
+        let origin = self.origin();
+        self.each_coordinate(&mut |axis, x| *x = decimal_sum(*x, origin[axis], sign));
+    }
+
+    /// What has been taken off coordinates (m): `domain.origin`, or zero.
+    pub fn origin(&self) -> [f64; 3] {
+        crate::spatial(&self.domain.origin)
+    }
+
+    /// A place (m) at its coordinates of the map, to be told.
+    #[must_use]
+    pub fn map_position<const D: usize>(&self, place: &[f64; D]) -> [f64; D] {
+        let origin = self.origin();
+        std::array::from_fn(|c| place[c] + origin[c])
+    }
+
+    /// A shape that stands in the options of a method, with coordinates of the map, as one from `domain.origin`.
+    #[must_use]
+    pub fn relative_to_origin(&self, mut of: Shape) -> Shape {
+        let origin = self.origin();
+        visit_shape(&mut of, &mut |axis, x| *x = decimal_sum(*x, origin[axis], -1));
+        of
+    }
+
+    /// A snapshot at the coordinates of the map.
+    #[must_use]
+    pub fn snapshot_on_map(&self, mut snapshot: Snapshot) -> Snapshot {
+        if !self.domain.origin.is_empty() {
+            let origin = self.origin();
+            for x in &mut snapshot.positions {
+                (0..3).for_each(|c| x[c] += origin[c]);
+            }
+        }
+        snapshot
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+
+    /// A case with a coordinate of every kind, moved by `by`.
+    fn moved(by: [f64; 2]) -> Value {
+        let at = |x: f64, y: f64| json!([decimal_sum(x, by[0], 1), decimal_sum(y, by[1], 1)]);
+        let (x, y) = (|x: f64| decimal_sum(x, by[0], 1), |y: f64| decimal_sum(y, by[1], 1));
+        let elastic =
+            json!({ "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 });
+        let mut case = json!({
+            "title": "t", "space": "plane-strain", "gravity": [0, -10], "materials": { "m": elastic },
+            "domain": { "min": at(0.1, -0.3), "max": at(9.7, 4.3) },
+            "bodies": [
+                { "name": "a", "material": "m", "shape": { "kind": "box", "min": at(0.3, 0.7), "max": at(1.1, 1.3) },
+                  "stress": { "kind": "k0", "surface": y(1.3), "coefficient": 0.5 } },
+                { "name": "b", "material": "m", "shape": { "kind": "polygon", "vertices": [at(3.1, 1.1), at(4.1, 1.1), at(4.1, 2.7)] },
+                  "velocity": { "kind": "linear", "value": [0, 1], "origin": at(3.3, 1.7), "gradient": [[0, 1], [1, 0]] } }
+            ],
+            "boundaries": [{ "side": "x-min", "position": x(0.2), "wall": { "kind": "smooth" } }],
+            "obstacles": [
+                { "name": "p", "shape": { "kind": "plane", "point": at(0.7, 0.1), "normal": [1, 2] }, "wall": { "kind": "rough" } },
+                { "name": "l", "shape": { "kind": "ground-line", "points": [at(0.1, 0.2), at(7.7, 0.6)] }, "wall": { "kind": "smooth" },
+                  "regions": [{ "shape": { "kind": "box", "min": [x(0.9)], "max": [x(1.7)] }, "wall": { "kind": "rough" } }] },
+                { "name": "c", "shape": { "kind": "profile", "start": at(0.0, 1.0),
+                  "pieces": [{ "to": at(1.0, 0.0), "centre": at(1.0, 1.0) }] }, "wall": { "kind": "rough" } }
+            ],
+            "measures": { "push": { "kind": "reaction", "of": "l", "about": at(0.3, 0.9) }, "run": { "kind": "run-out", "side": "x-max", "origin": x(0.2), "initial_length": 1 },
+                          "eye": { "kind": "probe", "position": at(0.7, 0.9), "radius": 1, "fields": ["stress"] } },
+            "stages": [{ "name": "s", "duration": 1, "excavate": [{ "kind": "ball", "centre": at(0.6, 0.9), "radius": 0.1 }] }]
+        });
+        if by != [0.0; 2] {
+            case["domain"]["origin"] = json!(by);
+        }
+        case
+    }
+
+    #[test]
+    fn a_case_on_a_map_is_the_case_at_zero_to_the_last_bit() {
+        let here = Case::from_json(&moved([0.0; 2]).to_string()).unwrap();
+        let mut there = Case::from_json(&moved([5e5, 5e6]).to_string()).unwrap();
+        assert_eq!(Case::from_json(&there.to_json()).unwrap(), there, "what a run keeps of it");
+        assert!(there.to_json().contains("500000.3"));
+        there.domain.origin.clear();
+        assert_eq!(there, here);
+    }
+
+    #[test]
+    fn a_case_on_a_map_without_an_origin_is_refused_with_the_cure() {
+        let mut case = moved([5e5, 5e6]);
+        case["domain"].as_object_mut().unwrap().remove("origin");
+        let problem = Case::from_json(&case.to_string()).unwrap_err().to_string();
+        assert!(problem.contains("domain.origin") && problem.contains("[500000.0, 5000000.0]"), "{problem}");
+        for (origin, expected) in [
+            (json!([5e5, 0]), "lies more than 1000 times"),
+            (json!([5e5, -5e6]), "lies more than 1000 times"),
+            (json!([5e15, 5e6]), "lies more than 1000 times"),
+        ] {
+            case["domain"]["origin"] = origin;
+            let problem = Case::from_json(&case.to_string()).unwrap_err().to_string();
+            assert!(problem.starts_with("domain.origin: ") && problem.contains(expected), "{problem}");
+        }
+        let far = Case::from_json(&moved([2e10, 0.0]).to_string()).unwrap_err().to_string();
+        assert!(far.contains("do not tell places in a domain"), "{far}");
+        case["domain"]["origin"] = json!([5e5]);
+        assert!(Case::from_json(&case.to_string()).unwrap_err().to_string().contains("domain.origin"));
+    }
+}

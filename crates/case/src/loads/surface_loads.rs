@@ -1,0 +1,304 @@
+//! Loads on the surface of bodies (sheet: mpm §2.11).
+
+use colluvium_points::Shape;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::description::{Axis, Side, Stage};
+use crate::files::piecewise_linear;
+
+/// A load.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Load {
+    /// A traction (Pa) on one side of a body, unchanged in direction. On a body
+    /// with a pore fluid it is the total one, of skeleton and fluid.
+    Traction {
+        /// Body it acts on, not a rigid one.
+        body: String,
+        /// Side of the body's bounding box it acts on.
+        side: Side,
+        /// Traction vector (Pa).
+        value: Vec<f64>,
+        /// Time over which it grows from zero (s).
+        #[serde(default)]
+        ramp: f64,
+        /// How it grows.
+        #[serde(default, skip_serializing_if = "RampShape::is_linear")]
+        ramp_shape: RampShape,
+        /// Name of the stage with which it begins; the first when absent. It goes on in the stages after, and the points
+        /// that carry it are those that are outermost at the start of the case.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        stage: Option<String>,
+        /// How it varies along its side; the same everywhere when absent.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        profile: Option<LoadProfile>,
+        /// What carries it.
+        #[serde(default, skip_serializing_if = "LoadTarget::is_points")]
+        #[serde(rename = "carrier")]
+        applied_to: LoadTarget,
+    },
+    /// A pressure (Pa) on one side of a body, carried by its outermost points: it follows the surface, stays normal to
+    /// it and grows with its area. On a body with a pore fluid it is the total one.
+    Pressure {
+        /// Body it acts on, not a rigid one.
+        body: String,
+        /// Side of the body's bounding box it acts on.
+        side: Side,
+        /// Pressure (Pa), positive towards the body.
+        value: f64,
+        /// Time over which it grows from zero (s).
+        #[serde(default)]
+        ramp: f64,
+        /// How it grows.
+        #[serde(default, skip_serializing_if = "RampShape::is_linear")]
+        ramp_shape: RampShape,
+        /// Name of the stage with which it begins; the first when absent. It goes on in the stages after, and the points
+        /// that carry it are those that are outermost at the start of the case.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        stage: Option<String>,
+        /// How it varies along its side; the same everywhere when absent.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        profile: Option<LoadProfile>,
+    },
+    /// A pressure of the pore fluid (Pa) on one side of a saturated body, as next to open water. It acts on the
+    /// fluid alone; what presses on skeleton and fluid together is a `traction` or a `pressure` beside it. A side
+    /// without it has none.
+    PorePressure {
+        /// Body it acts on, not a rigid one.
+        body: String,
+        /// Side of the body's bounding box it acts on.
+        side: Side,
+        /// Pressure (Pa), compression-positive.
+        value: f64,
+        /// Time over which it grows from zero (s).
+        #[serde(default)]
+        ramp: f64,
+        /// How it grows.
+        #[serde(default, skip_serializing_if = "RampShape::is_linear")]
+        ramp_shape: RampShape,
+        /// Name of the stage with which it begins; the first when absent. It goes on in the stages after, and the points
+        /// that carry it are those that are outermost at the start of the case.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        stage: Option<String>,
+        /// How it varies along its side; the same everywhere when absent.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        profile: Option<LoadProfile>,
+        /// What carries it.
+        #[serde(default, skip_serializing_if = "LoadTarget::is_points")]
+        #[serde(rename = "carrier")]
+        applied_to: LoadTarget,
+    },
+    /// A pressure and a shear (Pa) on the surface of a body, or on a part of it, straight or curved, carried by the points next to
+    /// it: both follow the surface, turn with it and grow with its area. On a body with a pore fluid they are the total ones.
+    Surface {
+        /// Body it acts on, not a rigid one.
+        body: String,
+        /// The part of the surface that is loaded is what lies in this shape at the start; all of it when absent. The surface
+        /// is that of the body's shape, its holes included.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        within: Option<Shape>,
+        /// Pressure (Pa), positive towards the body.
+        #[serde(default)]
+        pressure: f64,
+        /// Shear (Pa): in the plane and in axisymmetry positive counter-clockwise, with the body on the left hand of who goes
+        /// along; in space in the direction of `axis` × outward normal, times the sine of the angle between the two. Not in 1D.
+        #[serde(default)]
+        shear: f64,
+        /// Axis of the shear in space, of any length: along that of a shaft it twists the shaft.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        axis: Option<[f64; 3]>,
+        /// Time over which it grows from zero (s).
+        #[serde(default)]
+        ramp: f64,
+        /// How it grows.
+        #[serde(default, skip_serializing_if = "RampShape::is_linear")]
+        ramp_shape: RampShape,
+        /// Name of the stage with which it begins; the first when absent. It goes on in the stages after, and the points
+        /// that carry it are those that are outermost at the start of the case.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        stage: Option<String>,
+    },
+}
+
+impl Load {
+    /// The body it acts on.
+    pub fn body(&self) -> &str {
+        match self {
+            Self::Traction { body, .. }
+            | Self::Pressure { body, .. }
+            | Self::PorePressure { body, .. }
+            | Self::Surface { body, .. } => body,
+        }
+    }
+
+    /// The side of the body it acts on; `None` for one that is not bound to a side.
+    pub fn side(&self) -> Option<Side> {
+        match self {
+            Self::Traction { side, .. } | Self::Pressure { side, .. } | Self::PorePressure { side, .. } => {
+                Some(*side)
+            }
+            Self::Surface { .. } => None,
+        }
+    }
+
+    /// Name of the stage with which it begins; `None` for the first.
+    pub fn stage(&self) -> Option<&str> {
+        match self {
+            Self::Traction { stage, .. }
+            | Self::Pressure { stage, .. }
+            | Self::PorePressure { stage, .. }
+            | Self::Surface { stage, .. } => stage.as_deref(),
+        }
+    }
+
+    /// How it varies along its side; `None` where it does not.
+    pub fn profile(&self) -> Option<&LoadProfile> {
+        match self {
+            Self::Traction { profile, .. }
+            | Self::Pressure { profile, .. }
+            | Self::PorePressure { profile, .. } => profile.as_ref(),
+            Self::Surface { .. } => None,
+        }
+    }
+
+    /// Whether it acts on the pore fluid alone.
+    pub fn is_of_fluid(&self) -> bool {
+        matches!(self, Self::PorePressure { .. })
+    }
+
+    /// Whether it turns with the surface and grows with its area.
+    pub fn is_follower(&self) -> bool {
+        !matches!(self, Self::Traction { .. })
+    }
+
+    /// What carries it: points, if it follows the surface.
+    pub fn applied_to(&self) -> LoadTarget {
+        match self {
+            Self::Traction { applied_to: carrier, .. } | Self::PorePressure { applied_to: carrier, .. } => {
+                *carrier
+            }
+            Self::Pressure { .. } | Self::Surface { .. } => LoadTarget::Points,
+        }
+    }
+
+    /// Share of its value that acts at a place (m) on its side.
+    pub fn profile_factor(&self, place: &[f64]) -> f64 {
+        self.profile().map_or(1.0, |profile| profile.factor_at(place))
+    }
+
+    /// Number of the stage with which it begins; `None` where no stage has its name.
+    pub(crate) fn begins(&self, stages: &[Stage]) -> Option<usize> {
+        self.stage().map_or(Some(0), |name| stages.iter().position(|stage| stage.name == name))
+    }
+
+    /// Share of the load that acts `elapsed` seconds after it began; none before, where that is negative.
+    pub fn factor(&self, elapsed: f64) -> f64 {
+        let (ramp, shape) = self.ramp();
+        if elapsed < 0.0 { 0.0 } else { shape.factor(elapsed, ramp) }
+    }
+
+    /// Time over which it grows (s), and how.
+    pub fn ramp(&self) -> (f64, RampShape) {
+        match self {
+            Self::Traction { ramp, ramp_shape, .. }
+            | Self::Pressure { ramp, ramp_shape, .. }
+            | Self::PorePressure { ramp, ramp_shape, .. }
+            | Self::Surface { ramp, ramp_shape, .. } => (*ramp, *ramp_shape),
+        }
+    }
+}
+
+/// How a load varies along its side: `[[0, 1], [10, 0]]` along y is the pressure of water with its surface at y = 10 m on
+/// what reaches down to y = 0, where it has its `value`; `[[2, 0], [2, 1], [4, 1], [4, 0]]` along x is a strip from 2 to
+/// 4 m. A part of the load keeps its size as it moves with the body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LoadProfile {
+    /// Axis along which it varies, not the one that is normal to the side.
+    pub axis: Axis,
+    /// Coordinates on that axis (m), ascending, and the share of the `value` that acts there at the start, of either
+    /// sign: straight lines in between, and beyond the first and the last the share that these have. Two entries with
+    /// the same coordinate make a jump.
+    pub shares: Vec<[f64; 2]>,
+}
+
+impl LoadProfile {
+    /// Share of the load at a place (m), above a jump on it.
+    fn factor_at(&self, place: &[f64]) -> f64 {
+        let Some(&x) = place.get(self.axis.number()) else { return 1.0 };
+        piecewise_linear::value_at(&self.shares, |[at, _]| *at, |number| self.shares[number][1], x)
+            .unwrap_or(1.0)
+    }
+}
+
+/// What carries a load (sheet: mpm §2.11).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LoadTarget {
+    /// The outermost points of the body, which take it along. It is smeared over the cells next to the side.
+    #[default]
+    Points,
+    /// The nodes on the side, as in finite elements: exact up to the side, which must lie on a grid line (on a mesh along
+    /// facets) and stay there, for nodes that the body leaves have a load no more. For methods with a grid.
+    Nodes,
+}
+
+impl LoadTarget {
+    fn is_points(&self) -> bool {
+        *self == Self::Points
+    }
+}
+
+/// How a load grows over its ramp.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RampShape {
+    /// In proportion to time.
+    #[default]
+    Linear,
+    /// As half a wave of a cosine, without a kink at either end.
+    Cosine,
+}
+
+impl RampShape {
+    fn is_linear(&self) -> bool {
+        *self == Self::Linear
+    }
+
+    /// Share of the load at `time` of a ramp of length `ramp` (s).
+    pub fn factor(self, time: f64, ramp: f64) -> f64 {
+        if time >= ramp {
+            return 1.0;
+        }
+        match self {
+            Self::Linear => time / ramp,
+            Self::Cosine => 0.5 * (1.0 - (std::f64::consts::PI * time / ramp).cos()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_lie_on_straight_lines_between_those_given() {
+        let strip = LoadProfile {
+            axis: Axis::Y,
+            shares: vec![[1.0, 0.0], [1.0, 2.0], [3.0, 1.0], [5.0, 0.0], [6.0, -4.0]],
+        };
+        for (y, share) in [
+            (0.0, 0.0),
+            (0.999, 0.0),
+            (1.0, 2.0),
+            (2.0, 1.5),
+            (4.5, 0.25),
+            (5.5, -2.0),
+            (6.0, -4.0),
+            (9.0, -4.0),
+        ] {
+            assert_eq!(strip.factor_at(&[7.0, y]), share, "at {y}");
+        }
+    }
+}

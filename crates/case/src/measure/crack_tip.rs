@@ -1,0 +1,210 @@
+//! How far a crack has run (sheet: snow-mpm §3.11).
+
+use crate::description::{CrackTip, RemovalShape};
+use crate::measure::ScalarOutput;
+use crate::{Case, Snapshot};
+
+/// What became of the points of a bin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum CrackBin {
+    /// None is there: cut away, where the case cuts the body, else there was none.
+    Empty,
+    /// None has failed.
+    Intact,
+    /// At least one has failed.
+    Failed,
+}
+
+impl CrackTip {
+    /// Distances along the direction from where the crack begins (m): of the end of what is cracked or cut without a gap, and
+    /// of the end of the farthest bin that is. NaN where the snapshot lacks the field. `travels` are those of the
+    /// cuts by then ([`Solver::removal_shape_travel`](crate::Solver::removal_shape_travel)).
+    pub fn read(&self, case: &Case, snapshot: &Snapshot, travels: &[Option<f64>]) -> [f64; 2] {
+        let (Some(bins), Some(end)) = (self.bins(case, snapshot), self.body_end(case)) else {
+            return [f64::NAN; 2];
+        };
+        let reached = |count: usize| (count as f64 * self.bin).min(end);
+        // Slanted ends of a layer leave bins without a point, at the sawn end too.
+        let ways: Vec<[f64; 2]> = self.swept_intervals(case, travels);
+        let is_cut = |number: usize| {
+            let [low, high] = [number, number + 1].map(|side| side as f64 * self.bin);
+            ways.iter().any(|way| low < way[1] && high > way[0])
+        };
+        let gone = |number: &usize| match bins[*number] {
+            CrackBin::Empty => is_cut(*number),
+            CrackBin::Intact => false,
+            CrackBin::Failed => true,
+        };
+        let farthest = |count: usize| (0..count).rfind(gone).map_or(0, |number| number + 1);
+        let whole = bins.iter().position(|bin| *bin == CrackBin::Intact).unwrap_or(bins.len());
+        [reached(farthest(whole)), reached(farthest(bins.len()))]
+    }
+
+    /// What the cuts of the body have swept (m from where the crack begins, along the direction).
+    fn swept_intervals(&self, case: &Case, travels: &[Option<f64>]) -> Vec<[f64; 2]> {
+        let along = self.unit_direction();
+        let way = |(cut, travel): (&RemovalShape, &Option<f64>)| {
+            let moving = if cut.speed() > 0.0 { (*travel)? / cut.speed() } else { (*travel)? };
+            let mut ends = [0.0; 2];
+            for (axis, [low, high]) in
+                cut.bounds(case.dimension()).into_iter().enumerate().take(case.dimension())
+            {
+                let (from, shift) = (self.from[axis], cut.velocity[axis] * moving);
+                let sides = [low, high, low + shift, high + shift].map(|x| along[axis] * (x - from));
+                ends[0] += sides.into_iter().fold(f64::INFINITY, f64::min);
+                ends[1] += sides.into_iter().fold(f64::NEG_INFINITY, f64::max);
+            }
+            cut.applies_to(&self.body).then_some(ends)
+        };
+        case.removal_shapes.iter().zip(travels).filter_map(way).collect()
+    }
+
+    /// Where the body ends along the direction (m from where the crack begins).
+    fn body_end(&self, case: &Case) -> Option<f64> {
+        let body = case.bodies.iter().find(|body| body.name == self.body)?;
+        let (low, high) = body.shape.bounds(case.dimension());
+        let along = self.unit_direction();
+        let most = |axis: usize| (along[axis] * low[axis]).max(along[axis] * high[axis]);
+        let start: f64 = (0..case.dimension()).map(|axis| along[axis] * self.from[axis]).sum();
+        Some((0..case.dimension()).map(most).sum::<f64>() - start)
+    }
+
+    /// The direction, of length one.
+    fn unit_direction(&self) -> [f64; 3] {
+        let length = self.direction.iter().map(|c| c * c).sum::<f64>().sqrt();
+        std::array::from_fn(|axis| self.direction.get(axis).map_or(0.0, |c| c / length))
+    }
+
+    fn bins(&self, case: &Case, snapshot: &Snapshot) -> Option<Vec<CrackBin>> {
+        let number = case.bodies.iter().position(|body| body.name == self.body)?;
+        let values = snapshot.scalars(&self.field)?;
+        let moved = snapshot.vectors("displacement");
+        let along = self.unit_direction();
+        let count = (self.body_end(case)? / self.bin - 1e-9).ceil().max(0.0) as usize;
+        let mut bins = vec![CrackBin::Empty; count];
+        for (i, place) in snapshot.positions.iter().enumerate() {
+            if snapshot.bodies[i] as usize != number {
+                continue;
+            }
+            // Points keep the bin in which they were at the start.
+            let at = |axis: usize| place[axis] - moved.map_or(0.0, |moved| moved[i][axis]);
+            let from = |axis: usize| self.from.get(axis).copied().unwrap_or(0.0);
+            let way: f64 = (0..3).map(|axis| along[axis] * (at(axis) - from(axis))).sum();
+            let Some(bin) = bins.get_mut((way / self.bin).floor() as usize).filter(|_| way >= 0.0) else {
+                continue;
+            };
+            let failed = if self.below { values[i] <= self.threshold } else { values[i] >= self.threshold };
+            *bin = if failed || *bin == CrackBin::Failed { CrackBin::Failed } else { CrackBin::Intact };
+        }
+        Some(bins)
+    }
+
+    /// The columns of the measure called `name`.
+    pub(super) fn scalar_outputs(
+        &self,
+        name: &str,
+        case: &Case,
+        snapshot: &Snapshot,
+        travels: &[Option<f64>],
+    ) -> Vec<ScalarOutput> {
+        let [main, farthest] = self.read(case, snapshot, travels);
+        vec![(name.to_owned(), "m".to_owned(), main), (format!("{name}.farthest"), "m".to_owned(), farthest)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Field, FieldData};
+
+    /// A body from 0 to 1 m with points at these places, with how far each has moved and whether it has failed.
+    fn cracked(points: &[(f64, f64, f64)]) -> (Case, Snapshot) {
+        let case = r#"{
+            "title": "crack", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, -10],
+            "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
+            "bodies": [ { "name": "weak", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 0.1] } } ],
+            "cuts": [ { "name": "saw", "shape": { "kind": "box", "min": [1, 0], "max": [1.2, 0.1] }, "velocity": [-0.25, 0] } ],
+            "stages": [ { "name": "go", "duration": 1 } ]
+        }"#;
+        let count = points.len();
+        let field = |name: &str, data| Field { name: name.to_owned(), unit: "", data };
+        let snapshot = Snapshot {
+            time: 0.0,
+            step: 0,
+            ids: (0..count as u64).collect(),
+            bodies: vec![0; count],
+            positions: points.iter().map(|(x, moved, _)| [x + moved, 0.05, 0.0]).collect(),
+            extents: vec![[0.1; 3]; count],
+            fields: vec![
+                field(
+                    "displacement",
+                    FieldData::Vector(points.iter().map(|(_, moved, _)| [*moved, 0.0, 0.0]).collect()),
+                ),
+                field("collapsed", FieldData::Scalar(points.iter().map(|(.., failed)| *failed).collect())),
+            ],
+        };
+        (Case::from_json(case).unwrap(), snapshot)
+    }
+
+    fn near(found: f64, exact: f64, within: f64) {
+        assert!((found - exact).abs() <= within, "{found} is not {exact}");
+    }
+
+    fn tip(direction: [f64; 2], from: [f64; 2]) -> CrackTip {
+        CrackTip {
+            body: "weak".to_owned(),
+            field: "collapsed".to_owned(),
+            threshold: 0.5,
+            below: false,
+            direction: direction.to_vec(),
+            from: from.to_vec(),
+            bin: 0.1,
+        }
+    }
+
+    #[test]
+    fn the_tip_is_the_end_of_what_is_cut_or_cracked_without_a_gap() {
+        // From the right: two bins cut away, two cracked, one of which has moved into its neighbour; a daughter crack beyond.
+        let places: Vec<(f64, f64, f64)> = (0..8)
+            .map(|i| {
+                (
+                    0.05 + 0.1 * f64::from(i),
+                    if i == 6 { -0.1 } else { 0.0 },
+                    f64::from(u8::from(i > 5 || i == 3)),
+                )
+            })
+            .collect();
+        let (case, snapshot) = cracked(&places);
+        let [main, farthest] = tip([-2.0, 0.0], [1.0, 0.0]).read(&case, &snapshot, &[Some(0.2)]);
+        near(main, 0.4, 1e-12);
+        near(farthest, 0.7, 1e-12);
+        let [main, farthest] = tip([1.0, 0.0], [0.0, 0.0]).read(&case, &snapshot, &[Some(0.2)]);
+        near(main, 0.0, 0.0);
+        near(farthest, 1.0, 1e-12);
+    }
+
+    #[test]
+    fn a_layer_whose_ends_are_slanted_is_not_cracked_where_it_has_no_point() {
+        let places: Vec<(f64, f64, f64)> = (2..9).map(|i| (0.05 + 0.1 * f64::from(i), 0.0, 0.0)).collect();
+        let (mut case, snapshot) = cracked(&places);
+        // What lacks points at 0.95 m the saw, which begins at 1 m, takes on its way to 0.75 m; what lacks them below 0.2 m it never does.
+        let tips =
+            |case: &Case, travel: Option<f64>| tip([-1.0, 0.0], [1.0, 0.0]).read(case, &snapshot, &[travel]);
+        assert_eq!(tips(&case, None), [0.0, 0.0], "before the saw begins");
+        assert_eq!(tips(&case, Some(0.0)), [0.0, 0.0], "as it begins");
+        assert_eq!(tips(&case, Some(0.07)), [0.1, 0.1]);
+        assert_eq!(tips(&case, Some(0.25)), [0.1, 0.1], "whole points in its way, as of another layer");
+        case.removal_shapes.clear();
+        assert_eq!(tips(&case, None), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_crack_through_the_body_ends_with_it() {
+        let places: Vec<(f64, f64, f64)> = (0..10).map(|i| (0.05 + 0.1 * f64::from(i), 0.0, 1.0)).collect();
+        let (case, snapshot) = cracked(&places);
+        let wide = CrackTip { bin: 0.3, ..tip([-1.0, 0.0], [1.0, 0.0]) };
+        assert_eq!(wide.read(&case, &snapshot, &[None]), [1.0, 1.0]);
+        let none = CrackTip { field: "heat".to_owned(), ..wide };
+        assert!(none.read(&case, &snapshot, &[None])[0].is_nan());
+    }
+}

@@ -1,0 +1,203 @@
+//! Obstacles on their way, for every method.
+
+use std::sync::Arc;
+
+use colluvium_points::Surface;
+use colluvium_points::surface::{PlacedSurface, RigidTransform};
+
+use crate::description::ObstacleMotion;
+use crate::obstacle::normal_inside;
+use crate::{StepLimit, TimeStep};
+
+/// A step that is limited by how far an obstacle goes in it.
+const MOTION: StepLimit = StepLimit::new("motion of an obstacle");
+
+/// An obstacle on a prescribed way.
+#[derive(Clone, Debug)]
+pub struct MovingObstacle<const D: usize> {
+    /// How it moves.
+    pub motion: ObstacleMotion,
+    /// Its surface where it is.
+    pub placed: PlacedSurface<D>,
+    /// A place on the line about which it turns (m).
+    centre: [f64; D],
+    /// Velocity of that place (m/s).
+    velocity: [f64; D],
+    /// Angular velocity (rad/s).
+    spin: [f64; 3],
+    /// How far from that place its surface reaches, at most (m).
+    reach: f64,
+    /// Corners of the domain (m).
+    domain: ([f64; D], [f64; D]),
+}
+
+/// Distance of the farthest corner of a box from a place (m).
+fn farthest_corner<const D: usize>(centre: &[f64; D], (low, high): &([f64; D], [f64; D])) -> f64 {
+    let far = |c: usize| (low[c] - centre[c]).abs().max((high[c] - centre[c]).abs());
+    (0..D).map(|c| far(c).powi(2)).sum::<f64>().sqrt()
+}
+
+impl<const D: usize> MovingObstacle<D> {
+    /// One that is where the case has it, in a domain with these corners (m).
+    pub fn new(motion: &ObstacleMotion, surface: &Arc<dyn Surface<D>>, domain: ([f64; D], [f64; D])) -> Self {
+        let centre: [f64; D] = std::array::from_fn(|c| motion.centre.get(c).copied().unwrap_or(0.0));
+        let mut moving = Self {
+            motion: motion.clone(),
+            placed: PlacedSurface { surface: Arc::clone(surface), transform: motion.transform(0.0) },
+            centre,
+            velocity: [0.0; D],
+            spin: [0.0; 3],
+            reach: farthest_corner(&centre, &surface.bounds()),
+            domain,
+        };
+        moving.move_to(0.0);
+        moving.set_mean_velocity(0.0, 0.0);
+        moving
+    }
+
+    /// Brings it to where it is at `time` (s).
+    pub fn move_to(&mut self, time: f64) {
+        let at = |values: &[f64], c: usize| values.get(c).copied().unwrap_or(0.0);
+        let full = self.motion.full_time(time);
+        self.placed.transform = self.motion.transform(time);
+        self.centre =
+            std::array::from_fn(|c| at(&self.motion.centre, c) + full * at(&self.motion.velocity, c));
+    }
+
+    /// Gives it the mean velocity of a step of `step` (s) that ends at `end` (s), so that work is force times way; without a length
+    /// that at the end.
+    pub fn set_mean_velocity(&mut self, end: f64, step: f64) {
+        let motion = &self.motion;
+        let at = |values: &[f64], c: usize| values.get(c).copied().unwrap_or(0.0);
+        let pace = if step > 0.0 {
+            (motion.full_time(end) - motion.full_time(end - step)) / step
+        } else {
+            motion.ramp_factor(end)
+        };
+        self.velocity = std::array::from_fn(|c| pace * at(&motion.velocity, c));
+        let rate = pace * motion.rotation.to_radians();
+        let axis: [f64; 3] =
+            if D == 2 { [0.0, 0.0, 1.0] } else { std::array::from_fn(|c| at(&motion.axis, c)) };
+        let length = axis.iter().map(|c| c * c).sum::<f64>().sqrt();
+        self.spin = if rate == 0.0 { [0.0; 3] } else { axis.map(|c| rate * c / length) };
+    }
+
+    /// Speed of the fastest place of its surface in the domain once its motion is at its full rate (m/s).
+    pub fn max_speed(&self) -> f64 {
+        let reach = self.reach.min(farthest_corner(&self.centre, &self.domain));
+        let along = self.motion.velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
+        along + self.motion.rotation.to_radians().abs() * reach
+    }
+
+    /// How far a place of its surface in the domain moves from `start` to `end` (s), at most (m).
+    pub fn max_displacement(&self, start: f64, end: f64) -> f64 {
+        self.max_speed() * (self.motion.full_time(end) - self.motion.full_time(start))
+    }
+
+    /// Velocity of its part at `x` (m/s).
+    pub fn velocity(&self, x: &[f64; D]) -> [f64; D] {
+        self.velocity_with_rotation(&self.velocity, &std::array::from_fn(|c| x[c] - self.centre[c]))
+    }
+
+    /// What its rotation adds to the velocity along an arm (m/s).
+    pub fn rotational_velocity(&self, arm: &[f64; D]) -> [f64; D] {
+        self.velocity_with_rotation(&[0.0; D], arm)
+    }
+
+    /// A velocity (m/s), and what the rotation adds along an arm (m).
+    fn velocity_with_rotation(&self, velocity: &[f64; D], arm: &[f64; D]) -> [f64; D] {
+        let at = |c: usize| arm.get(c).copied().unwrap_or(0.0);
+        std::array::from_fn(|c| {
+            let (a, b) = ((c + 1) % 3, (c + 2) % 3);
+            velocity[c] + self.spin[a] * at(b) - self.spin[b] * at(a)
+        })
+    }
+
+    /// Its angular velocity (rad/s).
+    pub fn angular_velocity<const R: usize>(&self) -> [f64; R] {
+        if R == 1 { [self.spin[2]; R] } else { std::array::from_fn(|c| self.spin[c]) }
+    }
+
+    /// How it holds a node at `place` (m) of a grid with cells of a size (m) over a step of `dt` (s) that takes it to the frame `next`:
+    /// its normal out of the solid there, and the velocity of its part (m/s). `None` where the node is not in it.
+    pub fn nodal_constraint(
+        &self,
+        place: &[f64; D],
+        cell: f64,
+        (next, dt): (&RigidTransform<D>, f64),
+    ) -> Option<([f64; 3], [f64; 3])> {
+        let normal = normal_inside(&self.placed, place, cell)?;
+        let goes = self.material_position(place, next);
+        let mut velocity = [0.0; 3];
+        (0..D).for_each(|c| velocity[c] = (goes[c] - place[c]) / dt);
+        Some((normal, velocity))
+    }
+
+    /// Where its part that is at `x` (m) is in another frame of it (m).
+    pub fn material_position(&self, x: &[f64; D], frame: &RigidTransform<D>) -> [f64; D] {
+        frame.to_space(&self.placed.transform.to_body(x))
+    }
+}
+
+/// The step from `time` (s) in which no place of obstacles in the domain goes farther than `most` (m), where that is shorter than
+/// the `critical` one; it is to be found anew after so many `steps`.
+pub fn limit_step_by_obstacles<'a, const D: usize>(
+    critical: TimeStep,
+    moving: impl Iterator<Item = &'a MovingObstacle<D>>,
+    (time, most, steps): (f64, f64, u64),
+) -> TimeStep {
+    let until = time + steps as f64 * critical.dt;
+    let fastest = moving.map(|own| own.motion.ramp_factor(until) * own.max_speed()).fold(0.0, f64::max);
+    if fastest == 0.0 || fastest * critical.dt <= most {
+        return critical;
+    }
+    TimeStep { dt: most / fastest, limit: MOTION, point: None, position: [0.0; 3] }
+}
+
+#[cfg(test)]
+mod tests {
+    use colluvium_points::surface::HalfSpace;
+
+    use super::*;
+
+    fn moving(velocity: &[f64], rotation: f64, start: f64) -> MovingObstacle<2> {
+        let motion = ObstacleMotion {
+            velocity: velocity.to_vec(),
+            rotation,
+            centre: vec![1.0, 0.0],
+            axis: Vec::new(),
+            start,
+            ramp: 0.0,
+        };
+        let plane: Arc<dyn Surface<2>> = Arc::new(HalfSpace::new([0.0; 2], [0.0, 1.0]).unwrap());
+        MovingObstacle::new(&motion, &plane, ([0.0; 2], [4.0, 4.0]))
+    }
+
+    #[test]
+    fn its_velocity_is_the_slope_of_the_way_of_its_parts() {
+        let mut own = moving(&[0.3, -0.2], 40.0, 0.1);
+        let (time, step) = (0.7, 1e-5);
+        own.move_to(time);
+        own.set_mean_velocity(time + step, step);
+        let x = [2.0, 0.5];
+        let goes = own.material_position(&x, &own.motion.transform(time + step));
+        let came = own.material_position(&x, &own.motion.transform(time - step));
+        for c in 0..2 {
+            let slope = (goes[c] - came[c]) / (2.0 * step);
+            assert!((own.velocity(&x)[c] - slope).abs() < 1e-8, "{slope}");
+        }
+    }
+
+    #[test]
+    fn a_step_is_short_enough_for_the_fastest_obstacle_and_no_shorter_before_it_moves() {
+        let critical = TimeStep { dt: 0.1, limit: StepLimit::ELASTIC_WAVE, point: None, position: [0.0; 3] };
+        let own = [moving(&[3.0, 4.0], 0.0, 2.0)];
+        let found = |time: f64| limit_step_by_obstacles(critical, own.iter(), (time, 0.05, 10));
+        assert_eq!(found(0.5).dt, 0.1);
+        assert_eq!((found(1.5).dt, found(1.5).limit), (0.01, MOTION));
+        // Turning at a radian per second, its farthest place in the domain is 5 m from the centre.
+        let turning = [moving(&[], 1f64.to_degrees(), 0.0)];
+        let found = limit_step_by_obstacles(critical, turning.iter(), (1.0, 0.05, 10));
+        assert!((found.dt - 0.01).abs() < 1e-15, "{}", found.dt);
+    }
+}

@@ -1,0 +1,92 @@
+//! Obstacles as the nodes of a grid find them.
+
+use colluvium_points::Surface;
+use colluvium_points::surface::{NearestPoint, RigidTransform};
+
+use crate::description::Obstacle;
+use crate::obstacle::{MovingObstacle, OVERLAP_TOLERANCE, ObstacleLaw, PlacedObstacle};
+use crate::spatial;
+
+/// How deep under the surface nodes of a grid are held, over its cell: points do not get below that.
+const MAX_NODE_DEPTH: f64 = 6.0;
+
+/// The obstacles at rest that a node of a grid with cells of a size (m) lies in or on, each with its law and its normal there.
+pub fn constraining_obstacles<'s, 'a, const D: usize>(
+    standing: &'s [PlacedObstacle<'a, D>],
+    place: &'s [f64; D],
+    cell: f64,
+) -> impl Iterator<Item = (&'a Obstacle, ObstacleLaw, [f64; 3])> + use<'s, 'a, D> {
+    let resting = standing.iter().filter(|own| own.obstacle.motion.is_none());
+    resting.filter_map(move |PlacedObstacle { obstacle, surface, laws, .. }| {
+        let gap = gap_inside(&**surface, place, cell)?;
+        Some((*obstacle, *laws.at(&gap.position), spatial(&gap.normal)))
+    })
+}
+
+/// The normal of a surface at a node of a grid with cells of a size (m) that lies behind or on it, not too deep.
+pub fn normal_inside<const D: usize>(
+    surface: &dyn Surface<D>,
+    place: &[f64; D],
+    cell: f64,
+) -> Option<[f64; 3]> {
+    gap_inside(surface, place, cell).map(|gap| spatial(&gap.normal))
+}
+
+fn gap_inside<const D: usize>(
+    surface: &dyn Surface<D>,
+    place: &[f64; D],
+    cell: f64,
+) -> Option<NearestPoint<D>> {
+    surface.gap(place, MAX_NODE_DEPTH * cell).filter(|gap| gap.distance <= OVERLAP_TOLERANCE * cell)
+}
+
+/// The obstacles on their way, each with how a method has it act (`F`).
+#[derive(Clone, Debug)]
+pub struct MovingObstacles<F, const D: usize> {
+    all: Vec<(F, MovingObstacle<D>, RigidTransform<D>)>,
+    step: f64,
+}
+
+impl<F: Copy, const D: usize> MovingObstacles<F, D> {
+    /// Those among the obstacles of a case in a domain with these corners (m); `acts` says how one with a law acts.
+    pub fn new(
+        standing: &[PlacedObstacle<'_, D>],
+        domain: ([f64; D], [f64; D]),
+        acts: impl Fn(&Obstacle, &ObstacleLaw) -> F,
+    ) -> Self {
+        let moving = |PlacedObstacle { obstacle, surface, laws, .. }: &PlacedObstacle<'_, D>| {
+            let motion = obstacle.motion.as_ref()?;
+            let own = MovingObstacle::new(motion, surface, domain);
+            Some((acts(obstacle, laws.at(&[0.0; D])), own, motion.transform(0.0)))
+        };
+        Self { all: standing.iter().filter_map(moving).collect(), step: 0.0 }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+
+    /// Each of them.
+    pub fn iter(&self) -> impl Iterator<Item = &MovingObstacle<D>> {
+        self.all.iter().map(|(_, own, _)| own)
+    }
+
+    /// Puts them where they are at the start of a step of `dt` (s) from `time` (s), with the velocity that takes them to where they
+    /// are at its end.
+    pub fn update_positions(&mut self, (time, dt): (f64, f64)) {
+        self.step = dt;
+        for (_, own, next) in &mut self.all {
+            own.move_to(time);
+            *next = own.motion.transform(time + dt);
+        }
+    }
+
+    /// Those that a node of a grid with cells of a size (m) lies in or on: how they act, their normal and their velocity (m/s) there.
+    pub fn constraining(&self, place: &[f64; D], cell: f64) -> impl Iterator<Item = (F, [f64; 3], [f64; 3])> {
+        self.all.iter().filter_map(move |(acts, own, next)| {
+            let (normal, velocity) = own.nodal_constraint(place, cell, (next, self.step))?;
+            Some((*acts, normal, velocity))
+        })
+    }
+}

@@ -1,0 +1,173 @@
+//! Surfaces from the shapes of obstacles.
+
+use std::any::Any;
+use std::path::Path;
+
+use colluvium_points::Raster;
+use colluvium_points::surface::{
+    BallSurface, FacettedSurface, GroundProfile, HalfSpace, HeightField, PlacedSurface, RevolvedSurface,
+    RigidTransform, SharedSurface, SurfaceError,
+};
+
+use crate::CaseError;
+use crate::description::{ObstacleShape, ProfilePiece};
+use crate::files::decimal_sum::relative_to_origin;
+use crate::files::{Quantity, read_pairs};
+
+/// What is wrong with a shape: where below it, and what.
+type ShapeProblem = (String, String);
+
+/// The surface of a shape that stands at `path` in its case; `origin` (m) is taken off what its file holds.
+pub(super) fn surface<const D: usize>(
+    shape: &ObstacleShape,
+    path: &str,
+    origin: &[f64; 3],
+) -> Result<SharedSurface<D>, CaseError> {
+    let made = match shape {
+        ObstacleShape::Plane { point, normal } => plane(point, normal),
+        ObstacleShape::Box { min, max } => around_box(min, max),
+        ObstacleShape::Ball { centre, radius, hollow } => ball(centre, *radius, *hollow),
+        ObstacleShape::GroundLine { points, file } => {
+            ground_line(points, file.as_deref(), origin).map(FacettedSurface::shared).and_then(in_space)
+        }
+        ObstacleShape::Profile { start, pieces } => {
+            profile(*start, pieces).map(GroundProfile::into_shared).and_then(in_space)
+        }
+        ObstacleShape::Polygon { vertices } => FacettedSurface::polygon(vertices)
+            .map_err(from_surface_error)
+            .map(FacettedSurface::shared)
+            .and_then(in_space),
+        ObstacleShape::Extruded { vertices, axis, from, to } => axis_of_space(*axis)
+            .and_then(|()| FacettedSurface::extruded(vertices, *axis, *from, *to).map_err(from_surface_error))
+            .map(FacettedSurface::shared)
+            .and_then(in_space),
+        ObstacleShape::Turned { vertices, axis, centre } => {
+            revolved(vertices, *axis, *centre).map(PlacedSurface::shared).and_then(in_space)
+        }
+        ObstacleShape::Raster { file, spacing } => {
+            raster(file, *spacing, origin).map(HeightField::into_shared).and_then(in_space)
+        }
+        ObstacleShape::Mesh { file } => {
+            let mesh =
+                colluvium_terrain::read_mesh(Path::new(file), &|axis, x| relative_to_origin(x, origin[axis]));
+            mesh.map_err(|error| file_problem(&error)).map(FacettedSurface::shared).and_then(in_space)
+        }
+    };
+    made.map_err(|problem| error_at(path, problem))
+}
+
+/// The heights (m) of a shape that stands at `path` in its case, where it is a raster.
+pub(super) fn raster_of(
+    shape: &ObstacleShape,
+    path: &str,
+    origin: &[f64; 3],
+) -> Result<Option<Raster>, CaseError> {
+    let ObstacleShape::Raster { file, spacing } = shape else { return Ok(None) };
+    heights(file, *spacing, origin).map(Some).map_err(|problem| error_at(path, problem))
+}
+
+fn error_at(path: &str, (key, problem): ShapeProblem) -> CaseError {
+    match key.as_str() {
+        "" => CaseError::new(path, problem),
+        key => CaseError::new(format!("{path}.{key}"), problem),
+    }
+}
+
+fn from_surface_error(error: SurfaceError) -> ShapeProblem {
+    (error.path, error.problem)
+}
+
+fn file_problem(problem: &dyn std::fmt::Display) -> ShapeProblem {
+    ("file".to_owned(), problem.to_string())
+}
+
+/// A surface of `N` coordinates in a space of `D`, which must be as many.
+fn in_space<const N: usize, const D: usize>(
+    surface: SharedSurface<N>,
+) -> Result<SharedSurface<D>, ShapeProblem> {
+    let surface: Box<dyn Any> = Box::new(surface);
+    let own = surface.downcast::<SharedSurface<D>>().map(|own| *own);
+    own.map_err(|_| (String::new(), format!("is a shape of {N} dimensions, the space has {D}")))
+}
+
+/// A vector as one of the space; its length is checked before.
+fn vector<const D: usize>(values: &[f64]) -> [f64; D] {
+    std::array::from_fn(|c| values.get(c).copied().unwrap_or(f64::NAN))
+}
+
+fn plane<const D: usize>(point: &[f64], normal: &[f64]) -> Result<SharedSurface<D>, ShapeProblem> {
+    HalfSpace::new(vector::<D>(point), vector(normal)).map(HalfSpace::shared).map_err(from_surface_error)
+}
+
+fn around_box<const D: usize>(min: &[f64], max: &[f64]) -> Result<SharedSurface<D>, ShapeProblem> {
+    FacettedSurface::around_box(vector::<D>(min), vector(max))
+        .map(FacettedSurface::shared)
+        .map_err(from_surface_error)
+}
+
+fn ball<const D: usize>(centre: &[f64], radius: f64, hollow: bool) -> Result<SharedSurface<D>, ShapeProblem> {
+    BallSurface::new(vector::<D>(centre), radius, hollow).map(BallSurface::shared).map_err(from_surface_error)
+}
+
+fn axis_of_space(axis: usize) -> Result<(), ShapeProblem> {
+    if axis < 3 { Ok(()) } else { Err(("axis".to_owned(), format!("{axis} is not in 0..=2"))) }
+}
+
+fn ground_line(
+    points: &[[f64; 2]],
+    file: Option<&str>,
+    origin: &[f64; 3],
+) -> Result<FacettedSurface<2>, ShapeProblem> {
+    let Some(file) = file else { return FacettedSurface::ground_line(points).map_err(from_surface_error) };
+    let names: [(Quantity, &[&str]); 2] = [
+        (Quantity::Length, &["x", "distance", "station", "chainage", "dist"]),
+        (Quantity::Length, &["y", "z", "height", "elevation", "level", "altitude"]),
+    ];
+    let points = read_pairs(file, names)
+        .map(|points| points.into_iter().map(|x| plan_relative_to_origin(x, origin)).collect::<Vec<_>>());
+    let points = points.map_err(|problem| file_problem(&format!("{file}: {problem}")))?;
+    let in_file = |error: SurfaceError| file_problem(&format!("{file}: {}: {}", error.path, error.problem));
+    FacettedSurface::ground_line(&points).map_err(in_file)
+}
+
+fn plan_relative_to_origin(x: [f64; 2], origin: &[f64; 3]) -> [f64; 2] {
+    std::array::from_fn(|c| relative_to_origin(x[c], origin[c]))
+}
+
+fn profile(start: [f64; 2], pieces: &[ProfilePiece]) -> Result<GroundProfile, ShapeProblem> {
+    let mut profile = GroundProfile::starting_at(start);
+    for (number, piece) in pieces.iter().enumerate() {
+        let added = match piece.centre {
+            Some(centre) => profile.arc_to(piece.to, centre),
+            None => profile.line_to(piece.to),
+        };
+        added.map_err(|error| (format!("pieces[{number}].{}", error.path), error.problem))?;
+    }
+    profile.finish().map_err(from_surface_error)
+}
+
+fn revolved(vertices: &[[f64; 2]], axis: usize, centre: [f64; 3]) -> Result<PlacedSurface<3>, ShapeProblem> {
+    axis_of_space(axis)?;
+    // Coordinates along the line are those of space.
+    let offset: [f64; 3] = std::array::from_fn(|c| if c == axis { 0.0 } else { centre[c] });
+    let shape = RevolvedSurface::new(vertices, axis).map_err(from_surface_error)?;
+    Ok(PlacedSurface { surface: shape.into_shared(), transform: RigidTransform::default().shifted(&offset) })
+}
+
+/// The heights of a raster's file; `origin` (m) is taken off.
+fn heights(file: &str, spacing: Option<f64>, origin: &[f64; 3]) -> Result<Raster, ShapeProblem> {
+    let mut raster = colluvium_terrain::read_raster(Path::new(file)).map_err(|error| file_problem(&error))?;
+    (0..2).for_each(|c| raster.origin[c] = relative_to_origin(raster.origin[c], origin[c]));
+    raster.values.iter_mut().filter(|z| z.is_finite()).for_each(|z| *z = relative_to_origin(*z, origin[2]));
+    match spacing {
+        Some(spacing) => {
+            raster.resampled([spacing; 2]).map_err(|error| ("spacing".to_owned(), format!("{file}: {error}")))
+        }
+        None => Ok(raster),
+    }
+}
+
+fn raster(file: &str, spacing: Option<f64>, origin: &[f64; 3]) -> Result<HeightField, ShapeProblem> {
+    let raster = heights(file, spacing, origin)?;
+    HeightField::new(raster).map_err(|error| file_problem(&format!("{file}: {error}")))
+}

@@ -1,0 +1,135 @@
+//! Files that are either whole or not there.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+/// A file that could not be written or read.
+#[derive(Debug, Error)]
+#[error("{}: {problem}", path.display())]
+pub struct OutputError {
+    /// The file.
+    pub path: PathBuf,
+    /// What went wrong.
+    pub problem: String,
+}
+
+impl OutputError {
+    /// An error about `path`.
+    pub fn new(path: &Path, problem: impl std::fmt::Display) -> Self {
+        Self { path: path.to_owned(), problem: format!("{problem}") }
+    }
+}
+
+/// The JSON value in a file that a run has left.
+///
+/// # Errors
+/// When it cannot be read, or is no JSON: with line and column.
+pub fn read_json(path: &Path) -> Result<serde_json::Value, OutputError> {
+    let text = fs::read_to_string(path).map_err(|error| OutputError::new(path, error))?;
+    crate::files::json::parse(&text).map_err(|error| OutputError::new(path, error))
+}
+
+/// Makes a folder with those above it, where there is none.
+///
+/// # Errors
+/// When the disk refuses, and when a file or a link that leads nowhere has its name.
+pub fn create_folder(path: &Path) -> Result<(), OutputError> {
+    fs::create_dir_all(path).map_err(|error| {
+        let in_the_way = path.ancestors().find(|part| part.symlink_metadata().is_ok() && !part.is_dir());
+        let Some(part) = in_the_way else { return OutputError::new(path, error) };
+        match fs::read_link(part) {
+            Ok(target) if !part.exists() => {
+                OutputError::new(part, format!("is a link to {}, which does not exist", target.display()))
+            }
+            _ => OutputError::new(part, "is a file, and a folder is to be made there"),
+        }
+    })
+}
+
+/// Writes a file beside its place and moves it there, so that a crash leaves the old one or the new
+/// one, never a part.
+///
+/// # Errors
+/// When the disk refuses.
+pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    write_stream_atomically(path, |file| file.write_all(bytes))
+}
+
+/// Writes a text over that of a file, on the room that the file has: for a disk that takes no more. A crash meanwhile may leave a part.
+///
+/// # Errors
+/// When there is no such file, or it is shorter than the text.
+pub fn write_in_place(path: &Path, text: &str) -> Result<(), OutputError> {
+    let write = || -> std::io::Result<()> {
+        let mut file = File::options().write(true).open(path)?;
+        if file.metadata()?.len() < text.len() as u64 {
+            return Err(std::io::Error::from(std::io::ErrorKind::StorageFull));
+        }
+        file.write_all(text.as_bytes())?;
+        file.set_len(text.len() as u64)?;
+        file.sync_all()
+    };
+    write().map_err(|error| OutputError::new(path, error))
+}
+
+/// As [`write_atomically`], with what `content` writes; nothing is left where it fails.
+///
+/// # Errors
+/// When the disk refuses, or `content` does.
+pub fn write_stream_atomically(
+    path: &Path,
+    content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> Result<(), OutputError> {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".tmp");
+    let temporary = path.with_file_name(name);
+    let write = || -> std::io::Result<()> {
+        let mut file = BufWriter::new(File::create(&temporary)?);
+        content(&mut file)?;
+        file.into_inner()?.sync_all()?;
+        fs::rename(&temporary, path)
+    };
+    write().map_err(|error| {
+        // What is torn would keep the room that the summary needs.
+        let _ = fs::remove_file(&temporary);
+        OutputError::new(path, error)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_or_a_dangling_link_in_place_of_a_folder_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        fs::write(&file, "text").unwrap();
+        let error = create_folder(&file.join("below")).unwrap_err();
+        assert_eq!((error.path, error.problem.contains("is a file")), (file.clone(), true));
+        create_folder(folder.path()).unwrap();
+        #[cfg(unix)]
+        {
+            let link = folder.path().join("link");
+            std::os::unix::fs::symlink(folder.path().join("gone"), &link).unwrap();
+            for place in [link.clone(), link.join("below")] {
+                let error = create_folder(&place).unwrap_err().to_string();
+                assert!(error.contains("link: is a link to") && error.contains("does not exist"), "{error}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_shorter_text_takes_the_place_of_a_longer_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("summary");
+        fs::write(&path, "a long text").unwrap();
+        write_in_place(&path, "short").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "short");
+        write_in_place(&path, "longer").unwrap_err();
+        write_in_place(&folder.path().join("none"), "").unwrap_err();
+    }
+}

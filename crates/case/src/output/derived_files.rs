@@ -1,0 +1,119 @@
+//! Files that commands make of the results of a run: pictures, archives, lists of points, reports.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use crate::output::{FileChecksum, OutputError};
+
+/// Name of the list of such files in their folder.
+pub const DERIVED: &str = "derived.txt";
+
+/// The files in a folder that commands made of results, with their seals: a line `hash bytes name` each, the last of a name counts. A
+/// file of the same name that is not in the list, or not as it was written, is not replaced.
+#[derive(Debug)]
+pub struct DerivedFiles {
+    folder: PathBuf,
+    seals: BTreeMap<String, FileChecksum>,
+    overwrite: bool,
+}
+
+impl DerivedFiles {
+    /// The list of a folder, empty where there is none. With `overwrite` any file is replaced.
+    ///
+    /// # Errors
+    /// When the list cannot be read.
+    pub fn open(folder: &Path, overwrite: bool) -> Result<Self, OutputError> {
+        let path = folder.join(DERIVED);
+        let text = match fs::read(&path) {
+            Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
+            Err(error) => return Err(OutputError::new(&path, error)),
+        };
+        Ok(Self { folder: folder.to_owned(), seals: text.lines().filter_map(entry).collect(), overwrite })
+    }
+
+    /// Whether a file of the folder is as a command wrote it.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn is_own(&self, name: &str) -> Result<bool, OutputError> {
+        let path = self.folder.join(name);
+        match self.seals.get(name) {
+            Some(seal) if path.is_file() => Ok(FileChecksum::of_file(&path, None)? == *seal),
+            _ => Ok(false),
+        }
+    }
+
+    /// Refuses to replace a file of the folder that no command wrote.
+    ///
+    /// # Errors
+    /// When there is such a file.
+    pub fn check(&self, name: &str) -> Result<(), OutputError> {
+        let path = self.folder.join(name);
+        if self.overwrite || path.symlink_metadata().is_err() || self.is_own(name)? {
+            return Ok(());
+        }
+        let problem = "would be overwritten, and colluvium did not write it as it is: move it away, or give --overwrite";
+        Err(OutputError::new(&path, problem))
+    }
+
+    /// Writes a file of the folder, and adds it to the list.
+    ///
+    /// # Errors
+    /// When it would replace one that no command wrote, and when `write` or the disk refuses.
+    pub fn write<E: From<OutputError>>(
+        &mut self,
+        name: &str,
+        write: impl FnOnce(&Path) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.check(name)?;
+        let path = self.folder.join(name);
+        write(&path)?;
+        let seal = FileChecksum::of_file(&path, None)?;
+        self.seals.insert(name.to_owned(), seal);
+        let list = self.folder.join(DERIVED);
+        let added = File::options()
+            .create(true)
+            .append(true)
+            .open(&list)
+            .and_then(|mut file| writeln!(file, "{:016x} {} {name}", seal.fnv1a, seal.bytes));
+        added.map_err(|error| OutputError::new(&list, error).into())
+    }
+}
+
+/// Name and seal of a line of the list.
+fn entry(line: &str) -> Option<(String, FileChecksum)> {
+    let mut parts = line.splitn(3, ' ');
+    let fnv1a = u64::from_str_radix(parts.next()?, 16).ok()?;
+    let bytes = parts.next()?.parse().ok()?;
+    Some((parts.next()?.to_owned(), FileChecksum { bytes, fnv1a }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn write(folder: &Path, overwrite: bool, text: &str) -> Result<(), OutputError> {
+        let mut files = DerivedFiles::open(folder, overwrite)?;
+        files.write("a b.png", |path| crate::output::write_atomically(path, text.as_bytes()))
+    }
+
+    #[test]
+    fn a_file_that_a_command_wrote_is_replaced_and_any_other_only_when_asked() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a b.png");
+        fs::write(&path, "mine").unwrap();
+        let refused = write(folder.path(), false, "first").unwrap_err().to_string();
+        assert!(refused.contains("a b.png: would be overwritten") && refused.contains("--overwrite"));
+        assert_eq!(fs::read_to_string(&path).unwrap(), "mine");
+        write(folder.path(), true, "first").unwrap();
+        write(folder.path(), false, "second").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "second");
+        // One that was changed since is somebody's work.
+        fs::write(&path, "drawn on").unwrap();
+        write(folder.path(), false, "third").unwrap_err();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "drawn on");
+    }
+}

@@ -1,0 +1,214 @@
+//! Compressed XML files of VTK, of which one array at a time is in memory.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use vtkio::model::{
+    Attribute, Attributes, ByteOrder, CellType, Cells, DataArray, DataSet, ElementType, IOBuffer,
+    UnstructuredGridPiece, Version, VertexNumbers, Vtk,
+};
+use vtkio::xml::{self, Compressor, DataArrayFormat, se};
+
+use crate::description::Compression;
+use crate::output::atomic_files::write_stream_atomically;
+use crate::output::vtk_encoding;
+use crate::output::{ChecksumWriter, FileChecksum, OutputError};
+use crate::{Field, FieldData};
+
+/// An array of a file, made when its turn comes.
+pub(super) struct VtkArray<'a> {
+    name: &'a str,
+    components: u32,
+    values: Box<dyn Fn() -> IOBuffer + 'a>,
+}
+
+impl<'a> VtkArray<'a> {
+    /// An array of what `values` gives.
+    pub(super) fn new<V>(name: &'a str, components: u32, values: impl Fn() -> V + 'a) -> Self
+    where
+        V: Into<IOBuffer>,
+    {
+        Self { name, components, values: Box::new(move || values().into()) }
+    }
+
+    /// The values of a field; of tensors full 3×3 components, row by row, as ParaView expects them.
+    pub(super) fn from_field(field: &'a Field) -> Self {
+        let name = &field.name;
+        match &field.data {
+            FieldData::Integer(values) => Self::new(name, 1, || values.clone()),
+            FieldData::Scalar(values) => Self::new(name, 1, || values.clone()),
+            FieldData::Vector(values) => Self::new(name, 3, || values.as_flattened().to_vec()),
+            FieldData::Tensor(values) => Self::new(name, 9, || {
+                let mut all = Vec::with_capacity(9 * values.len());
+                for [xx, yy, zz, xy, yz, zx] in values.iter().map(|tensor| tensor.0) {
+                    all.extend([xx, xy, zx, xy, yy, yz, zx, yz, zz]);
+                }
+                all
+            }),
+        }
+    }
+
+    fn with(&self, data: IOBuffer) -> DataArray {
+        let elem = ElementType::Scalars { num_comp: self.components, lookup_table: None };
+        DataArray { name: self.name.to_owned(), elem, data }
+    }
+
+    /// The attribute that has it, without values.
+    pub(super) fn without_values(&self) -> Attribute {
+        Attribute::DataArray(self.with(IOBuffer::U8(Vec::new())))
+    }
+
+    fn write(&self, compression: Compression, out: &mut dyn Write) -> io::Result<()> {
+        const HEAD_END: &str = "/>";
+        let values = (self.values)();
+        let range = values.compute_range();
+        let head = xml::DataArray {
+            scalar_type: values.scalar_type().into(),
+            name: self.name.to_owned(),
+            num_comp: self.components,
+            format: DataArrayFormat::Binary,
+            offset: None,
+            range_min: range.map(|(low, _)| low),
+            range_max: range.map(|(_, high)| high),
+            data: Vec::new(),
+        };
+        let head = se::to_string(&head).map_err(io::Error::other)?;
+        let head =
+            head.strip_suffix(HEAD_END).ok_or_else(|| io::Error::other("has an array with content"))?;
+        let text = vtk_encoding::encode(&values, compression)?;
+        for part in [head, ">", &text, DATA_END] {
+            out.write_all(part.as_bytes())?;
+        }
+        Ok(())
+    }
+}
+
+/// End of the element of an array.
+const DATA_END: &str = "</DataArray>";
+
+/// What bears the arrays of a file of points or cells.
+pub(super) struct VtkGeometry<'a> {
+    /// Number of places.
+    pub(super) places: usize,
+    /// Number of cells.
+    pub(super) cells: usize,
+    /// Places, corners, ends and kinds of cells.
+    pub(super) arrays: [VtkArray<'a>; 4],
+}
+
+/// Writes points or cells with arrays on either as a VTU file; the seal of the file.
+pub(super) fn write_unstructured(
+    path: &Path,
+    geometry: VtkGeometry<'_>,
+    (point, cell): (Vec<VtkArray<'_>>, Vec<VtkArray<'_>>),
+    compression: Compression,
+) -> Result<FileChecksum, OutputError> {
+    let hollow = |arrays: &[VtkArray<'_>]| arrays.iter().map(VtkArray::without_values).collect();
+    let verts = VertexNumbers::XML { connectivity: Vec::new(), offsets: Vec::new() };
+    let piece = UnstructuredGridPiece {
+        points: IOBuffer::U8(vec![0; 3 * geometry.places]),
+        cells: Cells { cell_verts: verts, types: vec![CellType::Vertex; geometry.cells] },
+        data: Attributes { point: hollow(&point), cell: hollow(&cell) },
+    };
+    let arrays = point.into_iter().chain(cell).chain(geometry.arrays);
+    write_xml(path, DataSet::inline(piece), arrays, compression)
+}
+
+/// Writes a file of `hollow` data whose arrays, in the order of the file, have other values; the seal of the file.
+pub(super) fn write_xml<'a>(
+    path: &Path,
+    hollow: DataSet,
+    arrays: impl Iterator<Item = VtkArray<'a>>,
+    compression: Compression,
+) -> Result<FileChecksum, OutputError> {
+    let shell = complete_text(hollow, compression).map_err(|error| OutputError::new(path, error))?;
+    let mut seal = FileChecksum::default();
+    write_stream_atomically(path, |file| {
+        let mut out = ChecksumWriter { into: file, checksum: seal };
+        let mut rest = shell.as_str();
+        for array in arrays {
+            let (before, after) =
+                split_at_first_array(rest).ok_or_else(|| io::Error::other("has an array too many"))?;
+            out.write_all(before.as_bytes())?;
+            array.write(compression, &mut out)?;
+            rest = after;
+        }
+        out.write_all(rest.as_bytes())?;
+        seal = out.checksum;
+        Ok(())
+    })?;
+    Ok(seal)
+}
+
+/// The text of a file.
+fn complete_text(data: DataSet, compression: Compression) -> Result<String, xml::Error> {
+    let title = String::new();
+    let version = Version::new_xml(1, 0);
+    let vtk = Vtk { version, title, byte_order: ByteOrder::LittleEndian, data, file_path: None };
+    let file = vtk.try_into_xml_format(Compressor::ZLib, compression.level())?;
+    Ok(se::to_string(&file)?)
+}
+
+/// What stands before the first array of a text, and after it.
+fn split_at_first_array(text: &str) -> Option<(&str, &str)> {
+    let (start, end) = (text.find("<DataArray")?, text.find(DATA_END)?);
+    Some((&text[..start], &text[end + DATA_END.len()..]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_written_array_by_array_holds_what_all_arrays_at_once_do() {
+        const COUNT: usize = 5000;
+        let places: Vec<f64> = (0..3 * COUNT).map(|k| (k as f64 * 0.37).sin()).collect();
+        let numbers: Vec<i64> = (0..COUNT as i64).map(|k| k * k - 7).collect();
+        let corners: Vec<u64> = (0..COUNT as u64).collect();
+        let ends: Vec<u64> = (1..=COUNT as u64).collect();
+        let point =
+            || vec![VtkArray::new("a<b", 3, || places.clone()), VtkArray::new("n", 1, || numbers.clone())];
+        let cell = || vec![VtkArray::new("on cells", 1, || places[..COUNT].to_vec())];
+        let full = |arrays: Vec<VtkArray<'_>>| {
+            arrays.iter().map(|own| Attribute::DataArray(own.with((own.values)()))).collect()
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("all.vtu");
+        for compression in [Compression::None, Compression::Fast, Compression::Best] {
+            let cell_verts = VertexNumbers::XML { connectivity: corners.clone(), offsets: ends.clone() };
+            let piece = UnstructuredGridPiece {
+                points: IOBuffer::F64(places.clone()),
+                cells: Cells { cell_verts, types: vec![CellType::Vertex; COUNT] },
+                data: Attributes { point: full(point()), cell: full(cell()) },
+            };
+            let at_once = complete_text(DataSet::inline(piece), compression).unwrap();
+            let arrays = [
+                VtkArray::new("Points", 3, || places.clone()),
+                VtkArray::new("connectivity", 1, || corners.clone()),
+                VtkArray::new("offsets", 1, || ends.clone()),
+                VtkArray::new("types", 1, || vec![CellType::Vertex as u8; COUNT]),
+            ];
+            let geometry = VtkGeometry { places: COUNT, cells: COUNT, arrays };
+            let seal = write_unstructured(&path, geometry, (point(), cell()), compression).unwrap();
+            let text = std::fs::read_to_string(&path).unwrap();
+            assert_eq!(seal, FileChecksum::of_bytes(text.as_bytes()));
+            let numbers_left_out = |text: &str| -> String {
+                text.split('>').map(|part| part.split_once('<').map_or("", |(_, element)| element)).collect()
+            };
+            assert_eq!(numbers_left_out(&text), numbers_left_out(&at_once), "elements and attributes");
+            let read = |text: &str| Vtk::parse_xml(text.as_bytes()).unwrap().data;
+            assert_eq!(read(&text), read(&at_once));
+        }
+    }
+
+    #[test]
+    fn a_disk_that_takes_no_more_is_what_the_error_tells() {
+        let path = Path::new("/dev/full");
+        if path.exists() {
+            let mut full = std::fs::File::options().write(true).open(path).unwrap();
+            let error =
+                VtkArray::new("a", 1, || vec![0.5; 100_000]).write(Compression::None, &mut full).unwrap_err();
+            assert_eq!(error.kind(), io::ErrorKind::StorageFull);
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! The motion of a rigid body with which the laws hold at all places that it touches.
+
+use crate::rigid::{RigidStep, Twist, solve, velocity_at, wrench_at};
+
+/// Most steps of Newton's method.
+const MAX_ITERATIONS: usize = 60;
+/// Most times that a step is halved.
+const HALVINGS: usize = 12;
+/// Change of the motion over the motion at which it has ended.
+const CONVERGENCE_TOLERANCE: f64 = 1e-13;
+
+/// A place that a rigid body touches: what it gets there follows from the velocity that it has.
+pub trait ContactLawAtPoint {
+    /// From the centre of mass (m).
+    fn arm(&self) -> &[f64; 3];
+
+    /// Impulse (N s) on the body that has the velocity `w` (m/s) here.
+    fn impulse(&self, w: &[f64; 3]) -> [f64; 3];
+
+    /// How the impulse falls with that velocity (kg).
+    fn stiffness(&self, w: &[f64; 3]) -> [[f64; 3]; 3];
+}
+
+/// All that a rigid body touches.
+pub trait ContactSystem {
+    /// Impulse (N s) and its moment on the body that has some motion; of ground to which all sticks that it bears where `stuck`.
+    fn impulse(&self, motion: &Twist, stuck: bool) -> Twist;
+
+    /// How that falls with the motion.
+    fn stiffness(&self, motion: &Twist, stuck: bool) -> [Twist; 6];
+}
+
+/// Adds what the touches of one kind give a body of some motion.
+pub fn add_impulses<T: ContactLawAtPoint>(touches: impl Iterator<Item = T>, motion: &Twist, sum: &mut Twist) {
+    for touch in touches {
+        let own = wrench_at(&touch.impulse(&velocity_at(motion, touch.arm())), touch.arm());
+        (0..6).for_each(|k| sum[k] += own[k]);
+    }
+}
+
+/// Adds how that falls with the motion.
+pub fn add_stiffness<T: ContactLawAtPoint>(
+    touches: impl Iterator<Item = T>,
+    motion: &Twist,
+    sum: &mut [Twist; 6],
+) {
+    for touch in touches {
+        let (arm, fall) = (touch.arm(), touch.stiffness(&velocity_at(motion, touch.arm())));
+        for axis in 0..3 {
+            let column = wrench_at(&std::array::from_fn(|c| fall[c][axis]), arm);
+            // The velocity along an axis, by the six components of the motion.
+            let along = wrench_at(&std::array::from_fn(|c| if c == axis { 1.0 } else { 0.0 }), arm);
+            for i in 0..6 {
+                (0..6).for_each(|j| sum[i][j] += column[i] * along[j]);
+            }
+        }
+    }
+}
+
+/// What is to be said of so many `times` in which what a body touches was not met.
+pub fn unconverged_warning(times: u64) -> Option<String> {
+    (times > 0).then(|| {
+        format!(
+            "the contact of a rigid body that moves freely was not solved to the last digit in {times} steps, in which it rubs \
+             or rests less firmly than its law says (momentum is kept all the same): take a smaller time step"
+        )
+    })
+}
+
+/// Largest velocity and spin of two motions.
+fn speeds(one: &Twist, other: &Twist) -> [f64; 2] {
+    [0..3, 3..6].map(|part| part.map(|k| one[k].abs().max(other[k].abs())).fold(0.0, f64::max))
+}
+
+impl RigidStep {
+    /// The motion of the body with which it gets what all that it touches gives it; says too whether that has been found.
+    ///
+    /// By Newton's method. From a motion that slides it may go round where friction that ends the sliding presses more than it slows (as
+    /// in Painlevé's paradox); it is then begun anew from the motion with which all sticks.
+    pub fn solve_contact(&self, touched: &dyn ContactSystem) -> (Twist, bool) {
+        let first = self.solve_contact_from(&self.motion, touched, false);
+        if first.1 {
+            return first;
+        }
+        let stuck = self.solve_contact_from(&self.motion, touched, true).0;
+        let again = self.solve_contact_from(&stuck, touched, false);
+        // What sticks takes energy and gives none; where Newton's method has not ended its last motion may be any.
+        if again.1 { again } else { (stuck, false) }
+    }
+
+    fn solve_contact_from(&self, start: &Twist, touched: &dyn ContactSystem, stuck: bool) -> (Twist, bool) {
+        let (matrix, free, before) = (self.mass.matrix(), self.free, self.motion);
+        let rest = |motion: &Twist| -> Twist {
+            let impulse = touched.impulse(motion, stuck);
+            std::array::from_fn(|i| {
+                (0..6).map(|j| matrix[i][j] * (motion[j] - before[j])).sum::<f64>() - impulse[i]
+            })
+        };
+        let size = |rest: &Twist| -> f64 {
+            solve(&matrix, rest, &free).map_or(f64::NAN, |x| (0..6).map(|k| x[k] * rest[k]).sum())
+        };
+        let mut motion = *start;
+        let mut open = rest(&motion);
+        let mut large = size(&open);
+        for _ in 0..MAX_ITERATIONS {
+            if large == 0.0 {
+                return (motion, true);
+            }
+            let mut tangent = touched.stiffness(&motion, stuck);
+            (0..6).for_each(|i| (0..6).for_each(|j| tangent[i][j] += matrix[i][j]));
+            let Some(step) = solve(&tangent, &open, &free) else { return (motion, false) };
+            let [along, about] = speeds(&motion, &before);
+            let about = about.max(along / self.mass.radius());
+            let moves =
+                (0..6).all(|k| step[k].abs() <= CONVERGENCE_TOLERANCE * if k < 3 { along } else { about });
+            let (mut share, mut next) = (1.0, motion);
+            for _ in 0..HALVINGS {
+                next = std::array::from_fn(|k| motion[k] - share * step[k]);
+                let left = rest(&next);
+                let now = size(&left);
+                if now <= large || moves {
+                    (open, large) = (left, now);
+                    break;
+                }
+                share *= 0.5;
+                (open, large) = (left, now);
+            }
+            motion = next;
+            if moves {
+                return (motion, true);
+            }
+        }
+        (motion, false)
+    }
+}

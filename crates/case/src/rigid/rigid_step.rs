@@ -1,0 +1,217 @@
+//! A rigid body in a step.
+
+use crate::description::PrescribedMotion;
+use crate::loads::damping::{rayleigh_damped_velocity, sign_or_zero};
+use crate::rigid::{
+    IDENTITY_AXES, RigidMass, RigidState, Twist, multiply, rotation, solve, transposed, velocity_at,
+};
+use crate::spatial;
+
+/// What acts on a rigid body from outside in a step, and what its motion follows.
+#[derive(Clone, Copy, Debug)]
+pub struct RigidBodyActions {
+    /// Which components of its motion follow forces.
+    pub free: [bool; 6],
+    /// Velocities along those that do not (m/s).
+    pub prescribed: [Option<f64>; 3],
+    /// Force (N).
+    pub force: [f64; 3],
+    /// Moment about the centre of mass (N m).
+    pub moment: [f64; 3],
+}
+
+impl RigidBodyActions {
+    /// Nothing, on a body at rest that nothing moves.
+    pub const REST: Self =
+        Self { free: [false; 6], prescribed: [Some(0.0); 3], force: [0.0; 3], moment: [0.0; 3] };
+
+    /// By the motion of a stage after `elapsed` seconds of it, in a space of `dimension` axes, beside a force (N) and a moment (N m).
+    pub fn of_motion(
+        motion: &PrescribedMotion,
+        elapsed: f64,
+        dimension: usize,
+        beside: (&[f64; 3], &[f64; 3]),
+    ) -> Self {
+        let held = motion.velocity_at(elapsed);
+        let free = std::array::from_fn(|c| match c {
+            0..3 => c < dimension && held[c].is_none(),
+            5 => motion.rotates && dimension >= 2,
+            _ => motion.rotates && dimension == 3,
+        });
+        let (force, moment) = (motion.force_at(elapsed), motion.moment_at(elapsed));
+        Self {
+            free,
+            prescribed: held,
+            force: std::array::from_fn(|c| force[c] + beside.0[c]),
+            moment: std::array::from_fn(|c| moment[c] + beside.1[c]),
+        }
+    }
+
+    /// Force and moment.
+    pub fn applied(&self) -> Twist {
+        let ([fx, fy, fz], [mx, my, mz]) = (self.force, self.moment);
+        [fx, fy, fz, mx, my, mz]
+    }
+
+    /// Whether the body turns.
+    fn rotates(&self) -> bool {
+        self.free[5]
+    }
+}
+
+/// A rigid body in a step.
+#[derive(Clone, Copy, Debug)]
+pub struct RigidStep {
+    /// Its mass, where it is at the start of the step.
+    pub mass: RigidMass,
+    /// Its axes at the start of the case, where they are at the start of the step, as columns.
+    pub axes: [[f64; 3]; 3],
+    /// Which components of its motion follow forces.
+    pub free: [bool; 6],
+    /// Its motion at the start of the step.
+    pub start: Twist,
+    /// Its motion at the end, as far as it is known.
+    pub motion: Twist,
+    /// Force and moment from outside (N, N m).
+    pub applied: Twist,
+}
+
+impl RigidStep {
+    /// The motion that forces from outside give a body in `dt` (s), with Rayleigh damping `share` (damping times step).
+    pub fn new(mass: RigidMass, state: &RigidState, acts: &RigidBodyActions, dt: f64, share: f64) -> Self {
+        let RigidBodyActions { free, prescribed: held, force, moment } = *acts;
+        let turning = state.angular_momentum.map(|l| if acts.rotates() { l } else { 0.0 });
+        let begun = mass.angular_velocity(&turning, &free);
+        let pushed: [f64; 3] =
+            std::array::from_fn(|c| rayleigh_damped_velocity(turning[c], turning[c] + dt * moment[c], share));
+        let turned = mass.angular_velocity(&pushed, &free);
+        let (mut start, mut motion) = ([0.0; 6], [0.0; 6]);
+        for c in 0..3 {
+            start[c] = state.velocity[c];
+            let pushed = rayleigh_damped_velocity(start[c], start[c] + dt * force[c] / mass.mass, share);
+            motion[c] = held[c].unwrap_or(if free[c] { pushed } else { 0.0 });
+            (start[c + 3], motion[c + 3]) = (begun[c], turned[c]);
+        }
+        Self { mass, axes: state.axes, free, start, motion, applied: acts.applied() }
+    }
+
+    /// Velocity of the body at a place (m/s).
+    pub fn velocity_at(&self, x: &[f64; 3]) -> [f64; 3] {
+        velocity_at(&self.motion, &self.mass.arm(x))
+    }
+
+    /// Kinetic energy (J) that the change of its motion in the step would have by itself.
+    pub fn kinetic_energy_gain(&self) -> f64 {
+        let change: Twist = std::array::from_fn(|k| self.motion[k] - self.start[k]);
+        let momentum = multiply(&self.mass.matrix(), &change);
+        0.5 * (0..6).map(|k| change[k] * momentum[k]).sum::<f64>()
+    }
+
+    /// Takes an impulse and its moment about the centre of mass (N s, N m s).
+    pub fn add_impulse(&mut self, impulse: &Twist) {
+        if let Some(change) = solve(&self.mass.matrix(), impulse, &self.free) {
+            (0..6).for_each(|k| self.motion[k] += change[k]);
+        }
+    }
+
+    /// Local damping of its free components by all that accelerates it; rotation by the largest factor of the axes.
+    pub fn damp(&mut self, damping: &[f64; 3]) {
+        let most = damping.iter().copied().fold(0.0, f64::max);
+        for k in (0..6).filter(|k| self.free[*k]) {
+            let change = self.motion[k] - self.start[k];
+            let factor = damping.get(k).copied().unwrap_or(most);
+            self.motion[k] -= factor * change.abs() * sign_or_zero(self.start[k]);
+        }
+    }
+
+    /// Angular momentum about the centre of mass (kg m²/s), with mass scaling.
+    fn angular_momentum(&self) -> [f64; 3] {
+        if self.rotates() { multiply(&self.mass.inertia, &self.angular_velocity()) } else { [0.0; 3] }
+    }
+
+    fn rotates(&self) -> bool {
+        self.free[5]
+    }
+
+    /// Velocity of the centre of mass (m/s).
+    pub fn velocity(&self) -> [f64; 3] {
+        [self.motion[0], self.motion[1], self.motion[2]]
+    }
+
+    /// Spin (rad/s).
+    pub fn angular_velocity(&self) -> [f64; 3] {
+        [self.motion[3], self.motion[4], self.motion[5]]
+    }
+
+    /// Work of the forces from outside in a step of `dt` (J).
+    pub fn work(&self, dt: f64) -> f64 {
+        (0..6).filter(|k| self.free[*k]).map(|k| self.applied[k] * self.motion[k] * dt).sum()
+    }
+
+    /// Gives the body the motion at the end of the step, where it is at the start.
+    pub fn finish(&self, state: &mut RigidState) {
+        (state.velocity, state.angular_velocity, state.angular_momentum) =
+            (self.velocity(), self.angular_velocity(), self.angular_momentum());
+    }
+
+    /// Turn of a step of `dt` (s): by the spin that the angular momentum makes in the middle of the step, so that it is of second order.
+    fn rotation(&self, dt: f64) -> [[f64; 3]; 3] {
+        let by = |spin: [f64; 3], time: f64| rotation(&spin.map(|w| time * w));
+        // About an axis that stays, the spin does too.
+        let middle = if self.free[3] {
+            self.spin_after(&by(self.angular_velocity(), 0.5 * dt))
+        } else {
+            self.angular_velocity()
+        };
+        by(middle, dt)
+    }
+
+    /// Spin of the body after a turn, with the angular momentum that it has (rad/s).
+    fn spin_after(&self, turn: &[[f64; 3]; 3]) -> [f64; 3] {
+        multiply(
+            turn,
+            &self.mass.angular_velocity(&multiply(&transposed(turn), &self.angular_momentum()), &self.free),
+        )
+    }
+
+    /// Mean velocity gradient of a step of `dt` (s), over the places at its start: that of the turn (1/s).
+    pub fn mean_gradient(&self, dt: f64) -> [[f64; 3]; 3] {
+        let turn = if self.rotates() { self.rotation(dt) } else { IDENTITY_AXES };
+        std::array::from_fn(|i| std::array::from_fn(|j| (turn[i][j] - IDENTITY_AXES[i][j]) / dt))
+    }
+
+    /// Turns the body in a step of `dt` (s), by a matrix: it keeps its angular momentum.
+    pub fn rotate(&self, dt: f64, state: &mut RigidState) -> [[f64; 3]; 3] {
+        let turn = self.rotation(dt);
+        state.axes = std::array::from_fn(|i| {
+            std::array::from_fn(|j| (0..3).map(|k| turn[i][k] * self.axes[k][j]).sum())
+        });
+        state.angular_velocity = self.spin_after(&turn);
+        turn
+    }
+
+    /// Moves the body and its points in a step of `dt` (s), and gives them their velocities there: the body keeps its angular momentum.
+    pub fn move_points<const D: usize>(
+        &self,
+        dt: f64,
+        state: &mut RigidState,
+        positions: &mut [[f64; D]],
+        velocities: &mut [[f64; D]],
+    ) {
+        let (turn, turns) = (self.rotate(dt, state), self.rotates());
+        let [vx, vy, vz] = self.velocity();
+        let motion =
+            [vx, vy, vz, state.angular_velocity[0], state.angular_velocity[1], state.angular_velocity[2]];
+        for (x, v) in positions.iter_mut().zip(velocities) {
+            let mut arm = self.mass.arm(&spatial(x));
+            if turns {
+                arm = multiply(&turn, &arm);
+            }
+            let velocity = velocity_at(&motion, &arm);
+            for c in 0..D {
+                x[c] = if turns { self.mass.centre[c] + arm[c] } else { x[c] } + dt * self.motion[c];
+                v[c] = velocity[c];
+            }
+        }
+    }
+}

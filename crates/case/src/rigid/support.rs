@@ -1,0 +1,292 @@
+//! Rigid bodies stand on walls and obstacles: each corner of a point near one meets it where it is.
+
+use colluvium_points::Surface;
+use colluvium_points::surface::dot;
+
+use crate::rigid::rigid_contact_newton::{ContactLawAtPoint, ContactSystem, add_impulses, add_stiffness};
+use crate::rigid::{RigidStep, Twist, velocity_at};
+use crate::{MovingObstacle, ObstacleLaws, spatial};
+
+/// Inertia with which the ground takes what comes, over the mass of the body: it sinks in under its weight this much more slowly
+/// than it would fall from rest in a step.
+const SUPPORT_INERTIA_RATIO: f64 = 1e6;
+
+/// A corner of a body near the ground.
+#[derive(Clone, Copy, Debug)]
+pub struct SupportPoint {
+    /// From the centre of mass (m).
+    pub arm: [f64; 3],
+    /// Velocity of the ground (m/s).
+    pub velocity: [f64; 3],
+    /// Number of the obstacle; `None` of a wall.
+    pub obstacle: Option<usize>,
+    /// Unit vector off the ground.
+    normal: [f64; 3],
+    /// Velocity of approach that takes the corner to the ground in the step (m/s).
+    max_approach_velocity: f64,
+    /// Coefficient of friction; infinite where it sticks.
+    friction: f64,
+}
+
+/// A flat wall that rigid bodies stand on.
+#[derive(Clone, Copy, Debug)]
+pub struct WallPlane {
+    /// Axis across its face.
+    pub axis: usize,
+    /// Direction along that off the wall: 1 or -1.
+    pub off: f64,
+    /// Coordinate of its face (m).
+    pub face: f64,
+    /// Its velocity (m/s).
+    pub velocity: [f64; 3],
+    /// Coefficient of friction; infinite where it sticks.
+    pub friction: f64,
+}
+
+/// An obstacle that rigid bodies stand on.
+#[derive(Clone, Copy, Debug)]
+pub struct ObstacleContact<'a, const D: usize> {
+    /// Its surface where it is.
+    pub surface: &'a dyn Surface<D>,
+    /// How it acts.
+    pub laws: &'a ObstacleLaws,
+    /// Its motion; `None` at rest.
+    pub moving: Option<&'a MovingObstacle<D>>,
+}
+
+impl SupportPoint {
+    /// Push of ground of some inertia on a body with the velocity `w` (m/s) here, share of a sliding velocity that it takes
+    /// away times the inertia (kg), and that velocity; `None` off the ground.
+    fn support_force(&self, inertia: f64, w: &[f64; 3], stuck: bool) -> Option<(f64, f64, [f64; 3])> {
+        let relative: [f64; 3] = std::array::from_fn(|c| w[c] - self.velocity[c]);
+        let away = dot(&relative, &self.normal);
+        let push = inertia * (-away - self.max_approach_velocity);
+        let along: [f64; 3] = std::array::from_fn(|c| relative[c] - away * self.normal[c]);
+        let slip = dot(&along, &along).sqrt();
+        let held = if slip > 0.0 && !stuck { inertia.min(self.friction * push / slip) } else { inertia };
+        // Written so that NaN is off the ground.
+        (push > 0.0).then_some((push, held, along))
+    }
+}
+
+/// A corner, the inertia of the ground (kg), and whether all sticks to it.
+struct StiffSupport<'a>(&'a SupportPoint, f64, bool);
+
+impl ContactLawAtPoint for StiffSupport<'_> {
+    fn arm(&self) -> &[f64; 3] {
+        &self.0.arm
+    }
+
+    fn impulse(&self, w: &[f64; 3]) -> [f64; 3] {
+        let Self(plank, inertia, stuck) = *self;
+        plank.support_force(inertia, w, stuck).map_or([0.0; 3], |(push, held, along)| {
+            std::array::from_fn(|c| push * plank.normal[c] - held * along[c])
+        })
+    }
+
+    fn stiffness(&self, w: &[f64; 3]) -> [[f64; 3]; 3] {
+        let Self(plank, inertia, stuck) = *self;
+        let Some((_, held, along)) = plank.support_force(inertia, w, stuck) else { return [[0.0; 3]; 3] };
+        let slip = dot(&along, &along).sqrt();
+        let slips = held < inertia && slip > 0.0;
+        let t = along.map(|c| if slips { c / slip } else { 0.0 });
+        let drag = if slips { plank.friction } else { 0.0 };
+        let n = &plank.normal;
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                let one = if i == j { 1.0 } else { 0.0 };
+                inertia * (n[i] - drag * t[i]) * n[j] + held * (one - n[i] * n[j] - t[i] * t[j])
+            })
+        })
+    }
+}
+
+/// What an obstacle gets from a rigid body in a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SupportReaction {
+    /// Number of the obstacle.
+    pub obstacle: usize,
+    /// Impulse on it (N s).
+    pub impulse: [f64; 3],
+    /// Where (m).
+    pub place: [f64; 3],
+    /// Work of friction (J), not negative.
+    pub friction: f64,
+    /// Work of its motion on the body (J).
+    pub work: f64,
+}
+
+/// The corners of the points of a rigid body in a step.
+struct BodyCorners<'a, const D: usize> {
+    step: &'a RigidStep,
+    dt: f64,
+    places: &'a [[f64; D]],
+    /// Half the width of a point (m).
+    half: f64,
+    /// From the middle of a point to its corners (m); in a plane the third axis has none.
+    corner_offsets: [[f64; 3]; 8],
+    /// How far the body reaches from its centre of mass, but for the width of its points (m).
+    radius: f64,
+    /// How far what it can come to in the step is away from a corner, at most (m).
+    search_distance: f64,
+}
+
+impl<'a, const D: usize> BodyCorners<'a, D> {
+    fn new(step: &'a RigidStep, dt: f64, places: &'a [[f64; D]], half: f64) -> Self {
+        let own = std::array::from_fn(|k| {
+            let axis = |a: usize| if a < D { half * if k >> a & 1 == 0 { -1.0 } else { 1.0 } } else { 0.0 };
+            let own = [axis(0), axis(1), axis(2)];
+            std::array::from_fn(|c| (0..3).map(|a| step.axes[c][a] * own[a]).sum())
+        });
+        let size = |v: [f64; 3]| dot(&v, &v).sqrt();
+        let radius = places.iter().map(|x| size(step.mass.arm(&spatial(x)))).fold(0.0, f64::max);
+        let near = half.max(dt * (size(step.velocity()) + radius * size(step.angular_velocity())));
+        Self { step, dt, places, half, corner_offsets: own, radius, search_distance: near }
+    }
+
+    /// One with its arm from the centre of mass.
+    fn arm(&self, x: &[f64; D], own: &[f64; 3]) -> [f64; 3] {
+        let at = spatial(x);
+        self.step.mass.arm(&std::array::from_fn(|c| at[c] + own[c]))
+    }
+
+    fn find_wall_support(&self, side: &WallPlane, found: &mut Vec<SupportPoint>) {
+        let WallPlane { axis, off, face, velocity, friction } = *side;
+        let normal = std::array::from_fn(|c| if c == axis { off } else { 0.0 });
+        for x in
+            self.places.iter().filter(|x| off * (x[axis] - face) <= self.search_distance + 2.0 * self.half)
+        {
+            for own in &self.corner_offsets[..1 << D] {
+                let gap = off * (x[axis] + own[axis] - face);
+                if gap <= self.search_distance {
+                    let (arm, room) = (self.arm(x, own), gap.max(0.0) / self.dt);
+                    found.push(SupportPoint {
+                        arm,
+                        velocity,
+                        obstacle: None,
+                        normal,
+                        max_approach_velocity: room,
+                        friction,
+                    });
+                }
+            }
+        }
+    }
+
+    fn find_obstacle_support(
+        &self,
+        number: usize,
+        rock: &ObstacleContact<'_, D>,
+        found: &mut Vec<SupportPoint>,
+    ) {
+        let reach = self.search_distance + (D as f64).sqrt() * self.half;
+        let centre = std::array::from_fn(|c| self.step.mass.centre[c]);
+        if rock.surface.gap(&centre, self.radius + reach).is_none() {
+            return;
+        }
+        for x in self.places.iter().filter(|x| rock.surface.gap(x, reach).is_some()) {
+            for own in &self.corner_offsets[..1 << D] {
+                let corner: [f64; D] = std::array::from_fn(|c| x[c] + own[c]);
+                let gap = rock.surface.gap(&corner, reach).filter(|gap| gap.distance <= self.search_distance);
+                let Some(gap) = gap else { continue };
+                found.push(SupportPoint {
+                    arm: self.arm(x, own),
+                    velocity: spatial(&rock.moving.map_or([0.0; D], |moving| moving.velocity(&corner))),
+                    obstacle: Some(number),
+                    normal: spatial(&gap.normal),
+                    max_approach_velocity: gap.distance.max(0.0) / self.dt,
+                    friction: rock.laws.at(&gap.position).friction(),
+                });
+            }
+        }
+    }
+}
+
+/// The corners of a rigid body that can reach the ground in a step.
+#[derive(Clone, Debug, Default)]
+pub struct SupportPoints {
+    all: Vec<SupportPoint>,
+    /// Inertia of the ground (kg).
+    inertia: f64,
+}
+
+impl SupportPoints {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+
+    /// Adds the impulse of the ground on a body of some motion, to which all sticks that it bears where `stuck`.
+    pub fn add_impulses(&self, motion: &Twist, stuck: bool, sum: &mut Twist) {
+        add_impulses(self.all.iter().map(|plank| StiffSupport(plank, self.inertia, stuck)), motion, sum);
+    }
+
+    /// Adds how that falls with the motion.
+    pub fn add_stiffness(&self, motion: &Twist, stuck: bool, sum: &mut [Twist; 6]) {
+        add_stiffness(self.all.iter().map(|plank| StiffSupport(plank, self.inertia, stuck)), motion, sum);
+    }
+
+    /// What obstacles get from the body with the motion at the end of its step, place by place. Where all sticks (`stuck`), as in a step
+    /// whose contact was not solved, that is what holds it there, and friction does no work but that of the slip that is left.
+    pub fn reactions<'a>(
+        &'a self,
+        step: &'a RigidStep,
+        stuck: bool,
+    ) -> impl Iterator<Item = SupportReaction> + 'a {
+        self.all.iter().filter_map(move |plank| {
+            let (obstacle, w) = (plank.obstacle?, velocity_at(&step.motion, &plank.arm));
+            let (_, held, along) = plank.support_force(self.inertia, &w, stuck)?;
+            let impulse = StiffSupport(plank, self.inertia, stuck).impulse(&w);
+            Some(SupportReaction {
+                obstacle,
+                impulse: impulse.map(|i| -i),
+                place: std::array::from_fn(|c| step.mass.centre[c] + plank.arm[c]),
+                friction: held * dot(&along, &along),
+                work: dot(&impulse, &plank.velocity),
+            })
+        })
+    }
+
+    /// Lists the corners of a rigid body with points at `places` (m), squares or cubes of some `half` width (m), that can reach walls or
+    /// obstacles in a step of `dt` (s).
+    pub fn list<'a, const D: usize>(
+        &mut self,
+        (step, dt): (&RigidStep, f64),
+        (places, half): (&[[f64; D]], f64),
+        sides: impl Iterator<Item = WallPlane>,
+        rocks: impl Iterator<Item = ObstacleContact<'a, D>>,
+    ) {
+        self.all.clear();
+        self.inertia = SUPPORT_INERTIA_RATIO * step.mass.mass;
+        let corners = BodyCorners::new(step, dt, places, half);
+        sides.for_each(|side| corners.find_wall_support(&side, &mut self.all));
+        for (number, rock) in rocks.enumerate() {
+            corners.find_obstacle_support(number, &rock, &mut self.all);
+        }
+    }
+
+    /// Lets the body stand: it gets the motion with which it is off the ground or borne by it, says whether that has been found to the
+    /// last digit.
+    pub fn solve(&self, step: &mut RigidStep) -> bool {
+        if self.is_empty() {
+            return true;
+        }
+        let (motion, done) = step.solve_contact(self);
+        step.motion = motion;
+        done
+    }
+}
+
+impl ContactSystem for SupportPoints {
+    fn impulse(&self, motion: &Twist, stuck: bool) -> Twist {
+        let mut sum = [0.0; 6];
+        self.add_impulses(motion, stuck, &mut sum);
+        sum
+    }
+
+    fn stiffness(&self, motion: &Twist, stuck: bool) -> [Twist; 6] {
+        let mut sum = [[0.0; 6]; 6];
+        self.add_stiffness(motion, stuck, &mut sum);
+        sum
+    }
+}

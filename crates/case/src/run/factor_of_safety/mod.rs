@@ -1,0 +1,352 @@
+//! Factors of safety by strength reduction (after sheet: sph §3.5, whose criteria are others; Bui & Nguyen 2021, section 4.1): trials from one
+//! state at rest, bisected between a factor at which the bodies come to rest again and one at which they do not.
+
+mod elastic_settling;
+mod search_cost;
+mod slope_scale;
+mod strength_trial;
+
+use std::path::PathBuf;
+
+use serde_json::{Value, json};
+
+use crate::description::FactorOfSafety;
+use crate::output::{Table, WriteOptions, read_frame, write_frame};
+use crate::run::factor_of_safety::elastic_settling::ElasticSettling;
+use crate::run::factor_of_safety::slope_scale::SlopeScale;
+use crate::run::factor_of_safety::strength_trial::{BLOCKS, FailureCriterion, RunningTrial, run_trial};
+use crate::run::run_folder::{failing, trials};
+use crate::run::{RunError, RunOptions};
+use crate::{Case, CaseErrors, Method, Snapshot};
+
+pub use crate::run::factor_of_safety::search_cost::SearchCost;
+pub use crate::run::factor_of_safety::strength_trial::{StrengthTrial, TrialVerdict};
+
+/// Unbalanced-force ratio below which bodies rest.
+const REST_RATIO: f64 = 1e-3;
+
+/// A factor of safety and how it was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SafetyResult {
+    /// The largest factor with which the bodies came to rest, zero where none did.
+    pub stable: f64,
+    /// The least with which they failed, infinite where none did.
+    pub failed: f64,
+    /// Width that the interval between the two was to have at most.
+    pub tolerance: f64,
+    /// Height of the slope (m) by which trials were judged.
+    pub height: f64,
+    /// Duration of a block of the trials (s).
+    pub block: f64,
+    /// The trials, in their order.
+    pub trials: Vec<StrengthTrial>,
+}
+
+/// What came of a search.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SearchOutcome {
+    /// The factor is known to within the tolerance.
+    Found,
+    /// Trials between the largest stable factor and the least failing one did neither.
+    Undecided,
+    /// The bodies fail with the least factor of the range.
+    BelowRange,
+    /// They come to rest with the largest one.
+    AboveRange,
+}
+
+impl SearchOutcome {
+    /// Its name in summaries.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Found => "found",
+            Self::Undecided => "undecided",
+            Self::BelowRange => "below the range",
+            Self::AboveRange => "above the range",
+        }
+    }
+}
+
+impl SafetyResult {
+    /// What came of the search.
+    pub fn outcome(&self) -> SearchOutcome {
+        let open = self.trials.iter().any(|trial| trial.verdict == TrialVerdict::Undecided);
+        if self.stable > 0.0 && self.failed - self.stable <= self.tolerance_reached() {
+            SearchOutcome::Found
+        } else if open {
+            SearchOutcome::Undecided
+        } else if self.failed.is_infinite() {
+            SearchOutcome::AboveRange
+        } else {
+            SearchOutcome::BelowRange
+        }
+    }
+
+    /// The factor of safety, the middle of what is left; `None` where the range does not hold it or the search is undecided.
+    pub fn factor(&self) -> Option<f64> {
+        (self.outcome() == SearchOutcome::Found).then_some(0.5 * (self.stable + self.failed))
+    }
+
+    /// In words.
+    pub fn message(&self) -> String {
+        let Self { stable, failed, block, .. } = self;
+        match (self.outcome(), self.factor()) {
+            (SearchOutcome::Undecided, _) => {
+                let open: Vec<String> = self.undecided().map(|factor| format!("{factor:.3}")).collect();
+                let from = if *stable > 0.0 {
+                    format!("stable at {stable:.3}")
+                } else {
+                    "stable at none".to_owned()
+                };
+                let to = if failed.is_finite() {
+                    format!("failed at {failed:.3}")
+                } else {
+                    "failed at none".to_owned()
+                };
+                format!(
+                    "undecided: {from}, {to}; at {} the bodies neither clearly failed nor came to rest within {:.3} s (look at the displacements of the trials: where they grow fast the slope fails; a longer `duration`, finer \
+                     points or a cure of locking may decide it)",
+                    open.join(", "),
+                    BLOCKS as f64 * block
+                )
+            }
+            (SearchOutcome::BelowRange, _) => {
+                format!("less than {failed:.3}: the bodies fail with the least factor of the range")
+            }
+            (SearchOutcome::AboveRange, _) => {
+                format!("more than {stable:.3}: the bodies come to rest with the largest factor of the range")
+            }
+            (SearchOutcome::Found, factor) => {
+                let factor = factor.unwrap_or(f64::NAN);
+                format!("factor of safety {factor:.3} (stable at {stable:.3}, failed at {failed:.3})")
+            }
+        }
+    }
+
+    fn tolerance_reached(&self) -> f64 {
+        self.tolerance * (1.0 + 1e-9)
+    }
+
+    fn undecided(&self) -> impl Iterator<Item = f64> {
+        let open = self.trials.iter().filter(|trial| trial.verdict == TrialVerdict::Undecided);
+        // What a later trial has decided is open no more.
+        open.map(|trial| trial.factor).filter(|factor| self.stable < *factor && *factor < self.failed)
+    }
+
+    /// The factor of the next trial; `None` when there is none to make. Undecided ones are closed in from both sides.
+    fn next(&self, [low, high]: [f64; 2]) -> Option<f64> {
+        let tried = |factor: f64| self.trials.iter().any(|trial| trial.factor == factor);
+        if !tried(low) {
+            return Some(low);
+        }
+        if self.stable == 0.0 {
+            return None;
+        }
+        if !tried(high) {
+            return Some(high);
+        }
+        let (first, last) = self.undecided().fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(f), b.max(f)));
+        let gaps = match (first.is_finite(), self.failed.is_finite()) {
+            (false, false) => return None,
+            (false, true) => vec![[self.stable, self.failed]],
+            (true, false) => vec![[self.stable, first]],
+            (true, true) => vec![[self.stable, first], [last, self.failed]],
+        };
+        let open = gaps.into_iter().filter(|[a, b]| b - a > self.tolerance_reached());
+        let widest = open.max_by(|[a, b], [c, d]| (b - a).total_cmp(&(d - c)));
+        widest.map(|[a, b]| 0.5 * (a + b))
+    }
+
+    fn add(&mut self, trial: StrengthTrial) {
+        match trial.verdict {
+            TrialVerdict::Stable => self.stable = self.stable.max(trial.factor),
+            TrialVerdict::Failed => self.failed = self.failed.min(trial.factor),
+            TrialVerdict::Undecided => {}
+        }
+        self.trials.push(trial);
+    }
+
+    /// The trials as a table.
+    pub fn table(&self) -> Table {
+        let columns = [
+            ("factor", ""),
+            ("failed", ""),
+            ("undecided", ""),
+            ("time", "s"),
+            ("displacement", "m"),
+            ("dimensionless_displacement", ""),
+            ("unbalanced_force", ""),
+        ];
+        let row = |t: &StrengthTrial| {
+            let is = |verdict: TrialVerdict| f64::from(t.verdict == verdict);
+            let [failed, undecided] = [TrialVerdict::Failed, TrialVerdict::Undecided].map(is);
+            let scaled = t.dimensionless_displacement;
+            vec![t.factor, failed, undecided, t.time, t.displacement, scaled, t.unbalanced_force]
+        };
+        Table {
+            columns: columns.map(|(name, unit)| (name.to_owned(), unit.to_owned())).to_vec(),
+            rows: self.trials.iter().map(row).collect(),
+        }
+    }
+
+    /// What the summary of a run says of it.
+    pub(super) fn to_json(&self) -> Value {
+        json!({
+            "outcome": self.outcome().name(),
+            "told": self.message(),
+            "factor": self.factor(),
+            "stable": (self.stable > 0.0).then_some(self.stable),
+            "failed": self.failed.is_finite().then_some(self.failed),
+            "trials": self.trials.len(),
+            "height": self.height,
+            "block": self.block,
+        })
+    }
+}
+
+/// What a search works with.
+pub(super) struct SearchContext<'a> {
+    pub method: &'a dyn Method,
+    pub case: &'a Case,
+    /// Name of the measure.
+    pub name: &'a str,
+    pub search: &'a FactorOfSafety,
+    /// State of the solver at rest.
+    pub rest: &'a [u8],
+    pub options: &'a RunOptions,
+    /// Takes what is worth a word while the search goes on.
+    pub report: &'a dyn Fn(&str),
+}
+
+impl SearchContext<'_> {
+    fn is_to_stop(&self) -> bool {
+        crate::run::stop_requested(self.options)
+    }
+
+    /// A solver at rest in the last stage of the case of a trial.
+    fn begin<'b>(&self, case: &'b Case) -> Result<RunningTrial<'b>, RunError> {
+        let stage = case.stages.len() - 1;
+        let weak = case.with_weakening(stage).map_err(CaseErrors::one)?;
+        let mut solver = self.method.build(&weak).map_err(CaseErrors::one)?;
+        solver.restore(&mut &*self.rest)?;
+        let since = solver.time();
+        solver.begin_stage(stage, since)?;
+        let start = solver.snapshot();
+        Ok(RunningTrial { solver, start, stage: &case.stages[stage], since })
+    }
+
+    fn file(&self, name: fn(&str) -> String) -> Option<PathBuf> {
+        Some(self.options.out.as_ref()?.join(name(self.name)))
+    }
+
+    /// The trials of a search that was interrupted: those in its table.
+    fn done(&self) -> Result<Vec<StrengthTrial>, RunError> {
+        let Some(table) = self.file(trials) else { return Ok(Vec::new()) };
+        if !self.options.resume || !table.exists() {
+            return Ok(Vec::new());
+        }
+        let trial = |row: &Vec<f64>| match row[..] {
+            [factor, failed, undecided, time, displacement, scaled, unbalanced_force] => {
+                let verdict = match (failed != 0.0, undecided != 0.0) {
+                    (true, _) => TrialVerdict::Failed,
+                    (false, true) => TrialVerdict::Undecided,
+                    (false, false) => TrialVerdict::Stable,
+                };
+                let dimensionless_displacement = scaled;
+                Some(StrengthTrial {
+                    factor,
+                    verdict,
+                    time,
+                    displacement,
+                    dimensionless_displacement,
+                    unbalanced_force,
+                })
+            }
+            _ => None,
+        };
+        Ok(Table::read(&table)?.rows.iter().filter_map(trial).collect())
+    }
+
+    fn trial_error(&self, factor: f64, error: RunError) -> RunError {
+        RunError::Trial { measure: self.name.to_owned(), factor, source: Box::new(error) }
+    }
+}
+
+/// A search that is over, and the points at the end of its last failing trial: that with the least factor.
+pub(super) type SearchResult = (SafetyResult, Option<Snapshot>);
+
+/// Searches for the factor of safety; `None` when it is asked to stop. Trials that a resumed search has done are not run again.
+///
+/// # Errors
+/// When a trial cannot be built or its solver cannot go on, or bodies that do not yield do not come to rest.
+pub(super) fn search(context: &SearchContext<'_>) -> Result<Option<SearchResult>, RunError> {
+    let SearchContext { case, search, name, .. } = context;
+    let done = context.done()?;
+    let loose = search.unloading(case, name, case.end_time());
+    let strong = context.begin(&loose)?;
+    let scale = SlopeScale::of_case(case, &strong.start, search.height);
+    let Some(settling) = ElasticSettling::find(context, strong)? else { return Ok(None) };
+    let block = search.duration.map_or(settling.time, |duration| duration / BLOCKS as f64);
+    let rule = FailureCriterion::new(&scale, &settling);
+    let mut safety = SafetyResult {
+        stable: 0.0,
+        failed: f64::INFINITY,
+        tolerance: search.tolerance,
+        height: scale.height,
+        block,
+        trials: Vec::new(),
+    };
+    (context.report)(&format!(
+        "{name}: height {:.4} m, blocks of {block:.4} s, elastic settlement {:.3e} m",
+        scale.height, settling.displacement
+    ));
+    let mut failing: Option<Snapshot> = None;
+    while let Some(factor) = safety.next(search.range) {
+        let trial = match done.iter().find(|trial| trial.factor == factor) {
+            Some(trial) => *trial,
+            None => {
+                let found = run_trial(context, factor, (&scale, &rule, block));
+                let found = found.map_err(|error| context.trial_error(factor, error))?;
+                let Some((trial, points)) = found else { return Ok(None) };
+                if trial.failed() && factor < safety.failed {
+                    write_failed_points(context, &points)?;
+                    failing = Some(points);
+                }
+                trial
+            }
+        };
+        (context.report)(&trial_message(name, &trial));
+        safety.add(trial);
+        if let Some(table) = context.file(trials) {
+            let about = "trials of a search for a factor of safety; failed and undecided are 1 or 0; the displacement is the one that \
+                         a hundredth of the points exceed, dimensionless times E / (gamma H^2)";
+            safety.table().write(&table, about)?;
+        }
+    }
+    if let (None, Some(file)) = (&failing, context.file(self::failing).filter(|file| file.exists())) {
+        failing = Some(read_frame(&file, 0.0)?);
+    }
+    Ok(Some((safety, failing)))
+}
+
+fn trial_message(name: &str, trial: &StrengthTrial) -> String {
+    let what = trial.verdict.name();
+    let StrengthTrial { factor, time, displacement, unbalanced_force, .. } = trial;
+    format!(
+        "{name}: trial at {factor:.4}: {what} after {time:.4} s, moved {displacement:.3e} m, unbalanced force {unbalanced_force:.1e}"
+    )
+}
+
+/// Writes the points at the end of a failing trial, in place of those of one with a larger factor.
+fn write_failed_points(context: &SearchContext<'_>, points: &Snapshot) -> Result<(), RunError> {
+    if let Some(file) = context.file(failing) {
+        let written =
+            WriteOptions { compression: context.case.output.compression, ..WriteOptions::default() };
+        write_frame(&file, points, context.case.origin(), written)?;
+    }
+    Ok(())
+}
+
+pub(crate) mod safety_factor;
+#[cfg(test)]
+mod tests;

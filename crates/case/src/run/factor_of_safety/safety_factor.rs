@@ -1,0 +1,50 @@
+//! The searches for factors of safety at the end of a run.
+
+use std::io::Write;
+use std::time::Instant;
+
+use crate::run::{RunEnd, RunError, RunLoop, factor_of_safety};
+
+impl RunLoop<'_> {
+    /// Searches for the factors of safety, from the states that were kept. The checkpoint before lets an interrupted
+    /// search be taken up again.
+    pub(crate) fn search(&mut self) -> Result<RunEnd, RunError> {
+        let (Some(method), Some(_)) = (self.method, self.case.factors_of_safety().next()) else {
+            return Ok(RunEnd::Completed);
+        };
+        self.recorder.output_last(&*self.solver, &mut self.progress)?;
+        self.progress.stage = self.case.stages.len();
+        self.save()?;
+        let begun = Instant::now();
+        for (name, search) in self.case.factors_of_safety() {
+            self.bar.set_message(format!("searching for {name}"));
+            let rest = self.recorder.state(&search.after)?;
+            let tell = |line: &str| self.report_search(line);
+            let (case, options) = (self.case, self.options);
+            let context = factor_of_safety::SearchContext {
+                method,
+                case,
+                name,
+                search,
+                rest: &rest,
+                options,
+                report: &tell,
+            };
+            let found = factor_of_safety::search(&context);
+            self.searched = begun.elapsed();
+            let Some((found, failing)) = found? else { return Ok(RunEnd::Interrupted) };
+            self.safety.insert(name.to_owned(), found);
+            self.failing.extend(failing.map(|points| (name.to_owned(), points)));
+        }
+        Ok(RunEnd::Completed)
+    }
+
+    /// Says how a search goes on.
+    fn report_search(&self, line: &str) {
+        if self.options.progress {
+            self.bar.suspend(|| {
+                let _ = writeln!(std::io::stderr(), "{line}");
+            });
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! What a search for a factor of safety takes, known before the run.
+
+use colluvium_constitutive::MaterialSpec;
+
+use crate::description::FactorOfSafety;
+use crate::run::factor_of_safety::slope_scale::youngs_modulus;
+use crate::run::factor_of_safety::strength_trial::BLOCKS;
+use crate::{Case, Plan};
+
+/// Time in which bodies that do not yield come to rest under strong local damping, over that of a wave of the speed `√(E/ρ)` through
+/// their height: 11 for a slope by SPH, 28 for one on a foundation by MPM (`compare/slope-cut`, `compare/slope-layers`).
+const SETTLING_TIME_RATIO: f64 = 20.0;
+/// Blocks of a trial in the mean: stable bodies rest after two to four, failing ones are known after two to seven.
+const LIKELY_BLOCKS: f64 = 4.0;
+
+/// What a search for a factor of safety takes beside the stages of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SearchCost {
+    /// Trials where each is decided, and at most: undecided ones are closed in from both sides.
+    pub trials: [u32; 2],
+    /// Blocks of a trial at most.
+    pub blocks: usize,
+    /// Duration of a block (s): of the case, or estimated; not-a-number where bodies have no stiffness to estimate it by.
+    pub block: f64,
+    /// Time that it is likely to take, and at most (s of one thread); not-a-number where the block is.
+    pub seconds: [f64; 2],
+}
+
+impl FactorOfSafety {
+    /// Trials where each is decided, and at most.
+    fn trials(&self) -> [u32; 2] {
+        let [low, high] = self.range;
+        let halvings = ((high - low) / self.tolerance).log2().ceil().max(0.0) as u32;
+        // One that is undecided in the middle leaves two halves to look through.
+        [2 + halvings, 2 + halvings.max((2 * halvings).saturating_sub(1))]
+    }
+}
+
+/// Height of all bodies along gravity over the speed of waves in the softest of them (s).
+fn passage(case: &Case) -> f64 {
+    let size = case.gravity_magnitude();
+    let (mut low, mut high, mut slowest) = (f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY);
+    for body in case.bodies.iter().filter(|body| !body.rigid) {
+        let (from, to) = body.shape.bounds(case.dimension());
+        let ends = |up: bool| {
+            let of =
+                |((g, from), to): ((&f64, &f64), &f64)| g / size * if (*g > 0.0) == up { to } else { from };
+            case.gravity.iter().zip(&from).zip(&to).map(of).sum::<f64>()
+        };
+        (low, high) = (low.min(ends(false)), high.max(ends(true)));
+        let density = case.materials.get(&body.material).map(MaterialSpec::density);
+        let Some((modulus, density)) = youngs_modulus(case, &body.material).zip(density) else {
+            return f64::NAN;
+        };
+        slowest = slowest.min((modulus / density).sqrt());
+    }
+    // Gravity whose size is lost in rounding has no direction.
+    let passage = (high - low) / slowest;
+    if passage.is_finite() { passage } else { f64::NAN }
+}
+
+impl SearchCost {
+    /// That of `search` in a case with this plan.
+    pub fn of_case(case: &Case, plan: &Plan, search: &FactorOfSafety) -> Self {
+        let trials = search.trials();
+        let block = search
+            .duration
+            .map_or_else(|| SETTLING_TIME_RATIO * passage(case), |duration| duration / BLOCKS as f64);
+        let each = plan.points as f64 * (block / plan.time_step.dt) / plan.updates_per_second;
+        // One more block brings bodies that do not yield to rest.
+        let seconds = |trials: u32, blocks: f64| each * (1.0 + f64::from(trials) * blocks);
+        let seconds = [seconds(trials[0], LIKELY_BLOCKS), seconds(trials[1], BLOCKS as f64)];
+        Self { trials, blocks: BLOCKS, block, seconds }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::factor_of_safety::{SafetyResult, StrengthTrial, TrialVerdict};
+
+    /// Trials of a search in which bodies stand below the first factor, fall above the second, and do neither between.
+    fn made(search: &FactorOfSafety, stands: f64, falls: f64) -> u32 {
+        let mut safety = SafetyResult {
+            stable: 0.0,
+            failed: f64::INFINITY,
+            tolerance: search.tolerance,
+            height: 1.0,
+            block: 1.0,
+            trials: Vec::new(),
+        };
+        while let Some(factor) = safety.next(search.range) {
+            let verdict = match factor {
+                f if f <= stands => TrialVerdict::Stable,
+                f if f >= falls => TrialVerdict::Failed,
+                _ => TrialVerdict::Undecided,
+            };
+            let [time, displacement, dimensionless_displacement, unbalanced_force] = [0.0; 4];
+            safety.add(StrengthTrial {
+                factor,
+                verdict,
+                time,
+                displacement,
+                dimensionless_displacement,
+                unbalanced_force,
+            });
+        }
+        safety.trials.len() as u32
+    }
+
+    #[test]
+    fn no_search_makes_more_trials_than_were_told() {
+        for tolerance in [0.01, 0.04, 0.3, 5.0] {
+            let json = format!(r#"{{ "after": "rest", "tolerance": {tolerance} }}"#);
+            let search: FactorOfSafety = serde_json::from_str(&json).unwrap();
+            let [decided, most] = search.trials();
+            let mut largest = 0;
+            for k in 0..500 {
+                let stands = 0.5 + 0.005 * f64::from(k);
+                assert_eq!(made(&search, stands, stands), decided, "{tolerance} {stands}");
+                for wide in [0.002, 0.02, 0.2, 1.0, 3.0] {
+                    largest = largest.max(made(&search, stands, stands + wide));
+                }
+            }
+            assert!(largest <= most, "{tolerance}: {largest} trials for {most}");
+            assert!(tolerance > 0.1 || largest + 1 >= most, "{tolerance}: {largest} trials for {most}");
+        }
+    }
+}

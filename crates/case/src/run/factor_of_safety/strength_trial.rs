@@ -1,0 +1,364 @@
+//! A trial: weakened bodies that are let go from rest, in blocks of the time that strong ones need to come to rest again.
+
+use crate::description::Stage;
+use crate::run::RunError;
+use crate::run::factor_of_safety::elastic_settling::ElasticSettling;
+use crate::run::factor_of_safety::slope_scale::{SlopeScale, displacements, exceeded_displacement};
+use crate::run::factor_of_safety::{REST_RATIO, SearchContext};
+use crate::run::step_size::{is_negligible, stable_step};
+use crate::{Field, FieldData, Snapshot, Solver};
+
+/// Steps between two looks at a trial.
+const STEPS_PER_CHECK: u64 = 50;
+/// Blocks of a round of a trial.
+const ROUND: usize = 6;
+/// Blocks of a trial: a round, and one more while it is undecided.
+pub(super) const BLOCKS: usize = 2 * ROUND;
+/// Share of the displacement below which a block adds nothing.
+const NOTHING_MORE: f64 = 0.01;
+/// Share of what the weight settles the bodies by which those are judged that hardly move.
+const NO_DISPLACEMENT: f64 = 0.1;
+/// Share of the height by which the bodies may move beyond what they settle elastically.
+const MOST_MOVED: f64 = 0.02;
+/// Share of what it was in the block before above which the unbalanced force, or the velocity, does not fall.
+const DOES_NOT_FALL: f64 = 0.9;
+/// Blocks in a row that must not fall against the one before them.
+const BLOCKS_WITHOUT_DECREASE: usize = 2;
+/// Elastic settlements by which bodies may have moved before they come to rest: those that have moved farther have slid and failed. What
+/// stopped them is another, flatter slope, or a mesh that locks.
+const MAX_SETTLEMENTS: f64 = 5.0;
+/// How far beyond the noise of the method the unbalanced force is no noise.
+const BEYOND_NOISE: f64 = 1.5;
+
+/// How a trial ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TrialVerdict {
+    /// The bodies came to rest again.
+    Stable,
+    /// They moved too far, or did not slow down.
+    Failed,
+    /// Neither.
+    Undecided,
+}
+
+impl TrialVerdict {
+    /// Its name in messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stable => "stable",
+            Self::Failed => "failed",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
+/// What a trial found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StrengthTrial {
+    /// The factor by which strength was divided.
+    pub factor: f64,
+    /// How it ended.
+    pub verdict: TrialVerdict,
+    /// Duration until that was clear (s).
+    pub time: f64,
+    /// Displacement that a hundredth of the points exceed (m).
+    pub displacement: f64,
+    /// That displacement over `γ H² / E`; not-a-number where a material has no Young's modulus.
+    pub dimensionless_displacement: f64,
+    /// Unbalanced force over the external one, in the last block.
+    pub unbalanced_force: f64,
+}
+
+impl StrengthTrial {
+    /// Whether the bodies failed.
+    pub fn failed(&self) -> bool {
+        self.verdict == TrialVerdict::Failed
+    }
+}
+
+/// A solver in the stage of a trial.
+pub(super) struct RunningTrial<'a> {
+    pub solver: Box<dyn Solver>,
+    /// The points at its start.
+    pub start: Snapshot,
+    pub stage: &'a Stage,
+    /// When it began (s).
+    pub since: f64,
+}
+
+impl RunningTrial<'_> {
+    /// Some steps, at most until `end` of the trial (s from its start); whether it is reached.
+    pub fn advance(&mut self, steps: u64, end: f64) -> Result<bool, RunError> {
+        let until = if end.is_finite() { end } else { self.elapsed() + self.stage.duration };
+        for _ in 0..steps {
+            let limit = stable_step(&mut *self.solver, self.stage, self.since + until)?;
+            let left = self.since + until - self.solver.time();
+            if is_negligible(left, limit.dt.min(until)) {
+                return Ok(true);
+            }
+            self.solver.step(if end.is_finite() { left } else { limit.dt })?;
+        }
+        Ok(false)
+    }
+
+    /// Since its start (s).
+    pub fn elapsed(&self) -> f64 {
+        self.solver.time() - self.since
+    }
+
+    /// Unbalanced force over the external one; not-a-number where the method has no measure of it.
+    pub fn unbalanced(&self) -> f64 {
+        self.solver.equilibrium().map_or(f64::NAN, |equilibrium| equilibrium.unbalanced_force)
+    }
+}
+
+/// Unbalanced-force ratio of a block, and displacement at its end (m).
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct TrialBlock {
+    unbalanced: f64,
+    displacement: f64,
+}
+
+/// By what a trial is judged.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FailureCriterion {
+    /// Unbalanced-force ratio below which the bodies rest.
+    rest: f64,
+    /// What the weight settles the bodies elastically (m).
+    elastic: f64,
+    /// Displacement (m) from which on they have failed.
+    max_displacement: f64,
+}
+
+impl FailureCriterion {
+    pub fn new(scale: &SlopeScale, settling: &ElasticSettling) -> Self {
+        Self {
+            rest: REST_RATIO.max(BEYOND_NOISE * settling.floor),
+            elastic: settling.displacement,
+            max_displacement: settling.displacement + MOST_MOVED * scale.height,
+        }
+    }
+
+    /// What the blocks so far say.
+    fn judge(&self, blocks: &[TrialBlock]) -> Option<TrialVerdict> {
+        let last = blocks.len().checked_sub(1)?;
+        let TrialBlock { unbalanced, displacement } = blocks[last];
+        let before = |k: usize| if k > 0 { blocks[k - 1].displacement } else { 0.0 };
+        let added: Vec<f64> = (0..=last).map(|k| blocks[k].displacement - before(k)).collect();
+        let little = NOTHING_MORE * displacement.max(NO_DISPLACEMENT * self.elastic);
+        let course = DisplacementSeries::from_increments(&added);
+        // One that has failed is to go farther than it would elastically.
+        let comes_to_rest = course.is_some_and(|course| displacement + course.remaining() <= self.elastic);
+        if unbalanced < self.rest && (added[last] <= little || comes_to_rest) {
+            let slid = self.elastic > 0.0 && displacement > MAX_SETTLEMENTS * self.elastic;
+            return Some(if slid { TrialVerdict::Failed } else { TrialVerdict::Stable });
+        }
+        let goes_on = |k: usize| {
+            let force = blocks[k].unbalanced;
+            let held = force < self.rest || force > DOES_NOT_FALL * blocks[k - 1].unbalanced;
+            held && added[k] > DOES_NOT_FALL * added[k - 1]
+        };
+        let soon = last > BLOCKS_WITHOUT_DECREASE
+            && (last + 1 - BLOCKS_WITHOUT_DECREASE..=last).all(goes_on)
+            && added[last] > little;
+        // In so long a time elastic bodies would have come to rest again and again: whatever the force does, these yield.
+        let slides = course.is_some_and(|course| course.sum > self.elastic && course.ratio > DOES_NOT_FALL);
+        ((soon || slides) && displacement > self.elastic).then_some(TrialVerdict::Failed)
+    }
+}
+
+/// How the blocks of the last round went on, as a geometric series. What single blocks add is too uneven near failure to tell: cells are
+/// crossed, and what yields does so by fits and starts.
+#[derive(Clone, Copy, Debug)]
+struct DisplacementSeries {
+    /// What they added in all (m).
+    sum: f64,
+    /// What a block adds over what the one before it does, in the mean.
+    ratio: f64,
+}
+
+impl DisplacementSeries {
+    /// Of blocks that added so much each (m); `None` of less than a round beside the first one, which holds what the bodies settle
+    /// elastically, or where one has added nothing.
+    fn from_increments(added: &[f64]) -> Option<Self> {
+        let round = added.get(1..)?.last_chunk::<ROUND>()?;
+        // By least squares of the logarithms.
+        let middle = 0.5 * (ROUND as f64 - 1.0);
+        let (mut square, mut slope) = (0.0, 0.0);
+        for (k, add) in round.iter().enumerate() {
+            let from = k as f64 - middle;
+            square += from * from;
+            slope += from * add.ln();
+        }
+        let ratio = (slope / square).exp();
+        round.iter().all(|add| *add > 0.0).then(|| Self { sum: round.iter().sum(), ratio })
+    }
+
+    /// What all later blocks of the series add (m).
+    fn remaining(&self) -> f64 {
+        let over_a_round = self.ratio.powi(ROUND as i32);
+        if over_a_round < 1.0 { self.sum * over_a_round / (1.0 - over_a_round) } else { f64::INFINITY }
+    }
+}
+
+/// Runs a trial with blocks of `block` seconds; what it found, and the points at its end with their `trial_displacement`. `None`
+/// when it is asked to stop.
+pub(super) fn run_trial(
+    context: &SearchContext<'_>,
+    factor: f64,
+    (scale, rule, block): (&SlopeScale, &FailureCriterion, f64),
+) -> Result<Option<(StrengthTrial, Snapshot)>, RunError> {
+    let case = context.search.trial(context.case, context.name, factor, BLOCKS as f64 * block);
+    let domain = &context.case.domain;
+    let mut running = context.begin(&case)?;
+    let mut blocks: Vec<TrialBlock> = Vec::with_capacity(BLOCKS);
+    let mut displacement = 0.0;
+    let verdict = loop {
+        let (begin, end) = (running.elapsed(), (blocks.len() + 1) as f64 * block);
+        let (mut sum, mut count) = (0.0, 0.0);
+        let failed = loop {
+            if context.is_to_stop() {
+                return Ok(None);
+            }
+            let over = running.advance(STEPS_PER_CHECK, end)?;
+            let now = exceeded_displacement(&running.solver.snapshot(), &running.start, domain);
+            let failed = now > rule.max_displacement && now > displacement;
+            displacement = now;
+            // What the block began with is not what it comes to.
+            if over || running.elapsed() - begin > 0.5 * block {
+                (sum, count) = (sum + running.unbalanced(), count + 1.0);
+            }
+            if over || failed {
+                break failed;
+            }
+        };
+        blocks.push(TrialBlock {
+            unbalanced: if count > 0.0 { sum / count } else { running.unbalanced() },
+            displacement,
+        });
+        if failed {
+            break TrialVerdict::Failed;
+        }
+        if let Some(verdict) = rule.judge(&blocks) {
+            break verdict;
+        }
+        if blocks.len() == BLOCKS {
+            break TrialVerdict::Undecided;
+        }
+    };
+    let trial = StrengthTrial {
+        factor,
+        verdict,
+        time: running.elapsed(),
+        displacement,
+        dimensionless_displacement: displacement / scale.settlement,
+        unbalanced_force: blocks.last().map_or(f64::NAN, |block| block.unbalanced),
+    };
+    let mut snapshot = running.solver.snapshot();
+    let since = displacements(&snapshot, &running.start, domain);
+    let data = FieldData::Vector(since.into_iter().map(Option::unwrap_or_default).collect());
+    snapshot.fields.push(Field { name: "trial_displacement".to_owned(), unit: "m", data });
+    Ok(Some((trial, snapshot)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RULE: FailureCriterion = FailureCriterion { rest: 1e-3, elastic: 0.05, max_displacement: 1.0 };
+
+    fn blocks(unbalanced: &[f64], displacement: &[f64]) -> Vec<TrialBlock> {
+        let both = unbalanced.iter().zip(displacement);
+        both.map(|(&unbalanced, &displacement)| TrialBlock { unbalanced, displacement }).collect()
+    }
+
+    #[test]
+    fn bodies_at_rest_are_stable_however_little_they_have_moved() {
+        assert_eq!(RULE.judge(&blocks(&[1e-4], &[1e-6])), Some(TrialVerdict::Stable));
+        assert_eq!(RULE.judge(&blocks(&[1e-4, 1e-4], &[0.1, 0.1005])), Some(TrialVerdict::Stable));
+    }
+
+    #[test]
+    fn bodies_that_move_on_without_force_are_not_at_rest() {
+        assert_eq!(RULE.judge(&blocks(&[1e-4, 1e-4], &[0.1, 0.105])), None);
+        assert_eq!(RULE.judge(&blocks(&[1e-4; 4], &[0.1, 0.12, 0.14, 0.16])), Some(TrialVerdict::Failed));
+    }
+
+    #[test]
+    fn bodies_that_do_not_slow_down_have_failed_after_three_blocks() {
+        let moving = blocks(&[0.02, 0.02, 0.02, 0.02], &[0.01, 0.03, 0.06, 0.10]);
+        assert_eq!(RULE.judge(&moving[..3]), None);
+        assert_eq!(RULE.judge(&moving), Some(TrialVerdict::Failed));
+    }
+
+    #[test]
+    fn bodies_that_have_hardly_moved_have_not_failed_yet() {
+        let creeping = blocks(&[0.02, 0.02, 0.02, 0.02], &[0.001, 0.003, 0.006, 0.010]);
+        assert_eq!(RULE.judge(&creeping), None);
+    }
+
+    #[test]
+    fn bodies_that_come_to_rest_after_a_slide_have_failed() {
+        assert_eq!(RULE.judge(&blocks(&[1e-2, 1e-4], &[0.3, 0.301])), Some(TrialVerdict::Failed));
+    }
+
+    /// Displacements of blocks that add `added`.
+    fn summed(added: impl IntoIterator<Item = f64>) -> Vec<f64> {
+        let mut sum = 0.0;
+        added.into_iter().map(|add| (sum += add, sum).1).collect()
+    }
+
+    #[test]
+    fn a_geometric_series_is_summed_to_its_end() {
+        for ratio in [0.3, 0.7, 0.95f64] {
+            let added: Vec<f64> = (0..9).map(|k| 0.01 * ratio.powi(k)).collect();
+            let course = DisplacementSeries::from_increments(&added).unwrap();
+            let left = 0.01 * ratio.powi(9) / (1.0 - ratio);
+            assert!((course.ratio - ratio).abs() < 1e-12);
+            assert!((course.remaining() / left - 1.0).abs() < 1e-9, "{ratio}");
+        }
+        assert!(DisplacementSeries::from_increments(&[0.01; 6]).is_none(), "the first block does not count");
+        assert_eq!(DisplacementSeries::from_increments(&[0.01; 7]).unwrap().remaining(), f64::INFINITY);
+        assert!(DisplacementSeries::from_increments(&[0.01, 0.01, 0.01, 0.0, 0.01, 0.01, 0.01]).is_none());
+    }
+
+    /// The elastic settlement is 0.05 m. Blocks of 4 mm that fall by 0.89, each other one uneven, add 36 mm at the end.
+    #[test]
+    fn bodies_that_slow_down_to_an_end_short_of_their_elastic_settlement_are_stable() {
+        let moved = |first: f64, share: f64| {
+            summed((0..12).map(move |k| {
+                let uneven = if k % 2 == 0 { 1.0 } else { 0.8 };
+                if k == 0 { first } else { 0.004 * f64::powi(share, k) * uneven }
+            }))
+        };
+        let judge = |moved: &[f64], force: f64| RULE.judge(&blocks(&vec![force; moved.len()], moved));
+        assert_eq!(judge(&moved(0.01, 0.89)[..6], 9e-4), None);
+        assert_eq!(judge(&moved(0.01, 0.89)[..7], 9e-4), Some(TrialVerdict::Stable));
+        assert_eq!(judge(&moved(0.01, 0.89)[..7], 2e-3), None, "out of balance");
+        assert_eq!(judge(&moved(0.03, 0.89)[..7], 9e-4), None, "the end is farther off");
+        for count in 7..=12 {
+            assert_eq!(judge(&moved(0.01, 1.0)[..count], 9e-4), None, "they creep on, {count}");
+        }
+    }
+
+    #[test]
+    fn bodies_that_move_on_for_a_round_have_failed_though_their_force_falls() {
+        let force: Vec<f64> = (0..7).map(|k| 5e-3 * f64::powi(0.88, k)).collect();
+        // Each other block is half as fast as the one before.
+        let uneven = |first: f64, share: f64| {
+            summed((0..7).map(move |k| first * f64::powi(share, k) * if k % 2 == 0 { 1.0 } else { 0.5 }))
+        };
+        let slides = uneven(0.014, 1.0);
+        assert_eq!(RULE.judge(&blocks(&force[..6], &slides[..6])), None);
+        assert_eq!(RULE.judge(&blocks(&force, &slides)), Some(TrialVerdict::Failed));
+        assert_eq!(RULE.judge(&blocks(&force, &uneven(0.03, 0.8))), None, "they slow down");
+        let creep = summed(std::iter::once(0.06).chain([0.006; 6]));
+        assert_eq!(RULE.judge(&blocks(&force, &creep)), None, "less than the weight settles them");
+    }
+
+    #[test]
+    fn bodies_that_slow_down_are_given_time() {
+        assert_eq!(RULE.judge(&blocks(&[0.02, 0.02, 0.02, 0.02], &[0.10, 0.18, 0.24, 0.28])), None);
+        assert_eq!(RULE.judge(&blocks(&[0.02, 0.01, 0.005, 0.0025], &[0.01, 0.03, 0.06, 0.10])), None);
+    }
+}

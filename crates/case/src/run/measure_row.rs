@@ -1,0 +1,133 @@
+//! A row of the measures, and the names that a case may use in it.
+
+use crate::description::Measure;
+use crate::files::json::closest;
+use crate::measure;
+use crate::measure::ScalarOutput;
+use crate::{Budget, Case, CaseError, CaseErrors, FrameRequest, Snapshot, Solver};
+
+/// What every frame holds beside the fields of its snapshot.
+const ALWAYS_IN_FRAMES: [&str; 3] = ["id", "body", "extent"];
+
+/// What stands in a row whatever the case measures: time, totals, what the method adds. `time_step` is the bound on the
+/// last step (s).
+pub(super) fn run_outputs(solver: &dyn Solver, time_step: Option<f64>) -> Vec<ScalarOutput> {
+    let mut readings = Vec::new();
+    let mut push = |name: &str, unit: &str, value: f64| {
+        readings.push((name.to_owned(), unit.to_owned(), value));
+    };
+    push("time", "s", solver.time());
+    push("step", "", solver.step_count() as f64);
+    push("time_step", "s", time_step.unwrap_or(f64::NAN));
+    if let Some(budget) = solver.budget() {
+        totals(&budget, solver.dissipated(), &mut push);
+    }
+    let equilibrium = solver.equilibrium();
+    push("unbalanced_force", "", equilibrium.map_or(f64::NAN, |e| e.unbalanced_force));
+    push("kinetic_ratio", "", equilibrium.map_or(f64::NAN, |e| e.kinetic_ratio));
+    readings.extend(solver.scalar_outputs());
+    readings
+}
+
+/// What stands in a row of the totals, with the energy that has been dissipated (J).
+fn totals(budget: &Budget, dissipated: Option<f64>, push: &mut dyn FnMut(&str, &str, f64)) {
+    push("mass", "kg", budget.mass);
+    for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
+        push(&format!("momentum.{axis}"), "kg m/s", budget.momentum[c]);
+    }
+    push("angular_momentum.z", "kg m2/s", budget.angular_momentum[2]);
+    push("kinetic_energy", "J", budget.kinetic);
+    push("elastic_energy", "J", budget.elastic);
+    push("potential_energy", "J", budget.potential);
+    push("total_energy", "J", budget.total() + dissipated.unwrap_or(0.0));
+    if let Some(liquid) = &budget.liquid {
+        push("liquid_mass", "kg", liquid.mass);
+        for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
+            push(&format!("liquid_momentum.{axis}"), "kg m/s", liquid.momentum[c]);
+        }
+        push("liquid_kinetic_energy", "J", liquid.kinetic);
+        push("liquid_elastic_energy", "J", liquid.elastic);
+        push("liquid_potential_energy", "J", liquid.potential);
+    }
+}
+
+/// What stands in a row because the case measures it.
+pub(super) fn case_outputs(case: &Case, solver: &dyn Solver, snapshot: &Snapshot) -> Vec<ScalarOutput> {
+    let mut readings = measure::read(case, snapshot, solver.cell_size(), &solver.removal_shape_travel());
+    readings.extend(measure::solver_outputs(case, solver));
+    readings
+}
+
+/// Names of the numbers that a run ends with: columns of its measures, factors of safety.
+pub fn column_names(case: &Case, solver: &dyn Solver) -> Vec<String> {
+    let readings =
+        run_outputs(solver, None).into_iter().chain(case_outputs(case, solver, &solver.snapshot()));
+    let found = case.factors_of_safety().map(|(name, _)| name.to_owned());
+    readings.map(|(name, ..)| name).chain(found).collect()
+}
+
+/// Refuses the measures that are read off the places of a frame, by path: of a solver whose frames hold nothing.
+fn check_without_places(case: &Case) -> Result<(), CaseErrors> {
+    let of_places = case.measures.iter().filter(|(_, measure)| measure::needs_places(measure));
+    let error = |(name, _): (&String, &Measure)| {
+        let problem = "is read off points, nodes or cells, and the frames of the method hold none";
+        CaseError::new(format!("measures.{name}"), problem)
+    };
+    let errors: Vec<CaseError> = of_places.map(error).collect();
+    if errors.is_empty() { Ok(()) } else { Err(CaseErrors(errors)) }
+}
+
+/// Checks the names in a case that only the solver can tell: fields of its points, and columns of the measures that are
+/// there anyway.
+///
+/// # Errors
+/// Every wrong name, with its JSON path.
+pub fn check_names(case: &Case, solver: &dyn Solver) -> Result<(), CaseErrors> {
+    if case.output.fields.is_none() && case.measures.is_empty() {
+        return Ok(());
+    }
+    let mut now = solver.frame(FrameRequest::Measured);
+    let measured = now.take_points().or_else(|| now.first_as_points());
+    if measured.is_none() {
+        check_without_places(case)?;
+    }
+    let snapshot = measured.unwrap_or_default();
+    let mut errors = Vec::new();
+    let fields: Vec<&str> = snapshot.fields.iter().map(|field| field.name.as_str()).collect();
+    let mut check = |path: String, name: &str, known: &[&str]| {
+        if !known.contains(&name) {
+            let problem = match closest(name, known) {
+                Some(likely) => format!("{name:?} is not a field; did you mean {likely:?}?"),
+                None => format!("{name:?} is not a field; there are {}", known.join(", ")),
+            };
+            errors.push(CaseError::new(path, problem));
+        }
+    };
+    let beside = now.datasets.iter().flat_map(|dataset| &dataset.fields).map(|field| field.name.as_str());
+    let in_frames: Vec<&str> = fields.iter().copied().chain(beside).chain(ALWAYS_IN_FRAMES).collect();
+    for (number, name) in case.output.fields.iter().flatten().enumerate() {
+        check(format!("output.fields[{number}]"), name, &in_frames);
+    }
+    for (measure, description) in &case.measures {
+        if let Measure::CrackTip(tip) = description {
+            let numbers = |name: &&str| snapshot.scalars(name).is_some();
+            let numbers: Vec<&str> = fields.iter().copied().filter(numbers).collect();
+            check(format!("measures.{measure}.field"), &tip.field, &numbers);
+        }
+        let Measure::Probe { fields: wanted, .. } = description else { continue };
+        for (number, name) in wanted.iter().enumerate() {
+            check(format!("measures.{measure}.fields[{number}]"), name, &fields);
+        }
+    }
+    let taken = run_outputs(solver, None);
+    let mut last = None;
+    for (column, ..) in case_outputs(case, solver, &snapshot) {
+        let measure = column.split('.').next().unwrap_or_default().to_owned();
+        if taken.iter().any(|(name, ..)| *name == column) && last.as_ref() != Some(&measure) {
+            let problem = format!("the column {column:?} is there in every run: choose another name");
+            errors.push(CaseError::new(format!("measures.{measure}"), problem));
+            last = Some(measure);
+        }
+    }
+    if errors.is_empty() { Ok(()) } else { Err(CaseErrors(errors)) }
+}

@@ -1,0 +1,88 @@
+//! What a run says while it goes on.
+
+use std::io::Write;
+use std::time::Instant;
+
+use crate::run::progress::RunProgress;
+use crate::run::{PROGRESS_INTERVAL, RunError, RunLoop};
+use crate::{Advance, TimeStep};
+
+impl RunLoop<'_> {
+    pub(super) fn warnings_so_far(&self) -> Vec<String> {
+        let RunProgress {
+            collapse, warning, energy_warning: grown, energy, missed_equilibria: missed, ..
+        } = &self.progress;
+        let missed = missed.iter().map(|(_, remark)| remark);
+        let said = collapse.iter().chain(warning).chain(grown).chain(missed).cloned();
+        said.chain(energy.warning()).chain(self.solver.warnings_at_end()).collect()
+    }
+
+    /// Says once that the step has become a small part of the first one.
+    pub(super) fn check_step_collapse(&mut self, limit: &TimeStep) {
+        let first = *self.progress.first_time_step.get_or_insert(limit.dt);
+        if self.progress.collapse.is_some() {
+            return;
+        }
+        self.progress.collapse = limit.collapse(first, self.solver.time());
+        self.report_warning(self.progress.collapse.clone());
+    }
+
+    /// Says once what the solver warns of, and follows its energy. Asked at every row.
+    pub(super) fn check_solver_warning(&mut self) {
+        if self.progress.energy.is_followed() {
+            self.update_energy_monitor();
+        }
+        if self.progress.warning.is_none() {
+            self.progress.warning = self.solver.warning();
+            self.report_warning(self.progress.warning.clone());
+        }
+    }
+
+    /// A stage begins: what changes with it is no growth, and what grew before is kept in words.
+    pub(super) fn begin_energy(&mut self) {
+        let grown = std::mem::take(&mut self.progress.energy).warning();
+        self.progress.energy_warning = self.progress.energy_warning.take().or(grown);
+        if self.solver.is_isolated() {
+            self.update_energy_monitor();
+        }
+    }
+
+    /// Says that a stage is over that has not come to rest and need not.
+    pub(super) fn note_missed_equilibrium(&mut self, why: &RunError) {
+        let remark = why.to_string();
+        self.progress.missed_equilibria.push((self.progress.stage, remark.clone()));
+        self.report_warning(Some(remark));
+    }
+
+    fn update_energy_monitor(&mut self) {
+        if let Some(budget) = self.solver.budget() {
+            self.progress.energy.add_row(&budget, self.solver.time());
+        }
+    }
+
+    /// Shows how far the run has come, as a bar or as a line every few seconds.
+    pub(super) fn show_progress(&mut self, &Advance { dt, limit }: &Advance) {
+        let steps = self.solver.step_count();
+        if !self.options.progress || !steps.is_multiple_of(16) {
+            return;
+        }
+        let time = self.solver.time();
+        let message = || format!("t = {time:.4} s, step {steps}, dt = {dt:.2e} s ({limit})");
+        if !self.bar.is_hidden() {
+            self.bar.set_position((time * 1e9) as u64);
+            self.bar.set_message(message());
+        } else if self.last_progress_line.elapsed() >= PROGRESS_INTERVAL {
+            // A file or a pipe gets lines. One that takes none more is no reason to end the run.
+            self.last_progress_line = Instant::now();
+            let share = 100.0 * time / self.case.end_time();
+            let _ = writeln!(std::io::stderr(), "{share:.0} % of the time, {}", message());
+        }
+    }
+
+    fn report_warning(&mut self, remark: Option<String>) {
+        if let (Some(remark), Some(warn)) = (remark, self.options.warn) {
+            self.bar.suspend(|| warn(&remark));
+            self.reported.push(remark);
+        }
+    }
+}

@@ -1,0 +1,493 @@
+//! What a run writes down, and how it picks up where it was.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use serde_json::json;
+
+use crate::description::Measure;
+use crate::output::{
+    Collection, FileChecksum, OutputError, Table, WriteOptions, averages, create_folder, file_extension,
+    read_frame, read_json, write_atomically, write_dataset, write_frame,
+};
+use crate::run::checkpoint::{Checkpoint, checkpoint_error, read_checkpoint};
+use crate::run::progress::RunProgress;
+use crate::run::run_folder;
+use crate::run::run_folder::{CASE, CHECKPOINT, COLLECTION, MEASURES, RASTERS, SUMMARY, Tables};
+use crate::run::verify;
+use crate::run::{RunError, RunOptions, measure_row};
+use crate::solver::save_value;
+use crate::{
+    Case, Dataset, DatasetGeometry, Frame, FrameRequest, PlanRaster, Snapshot, Solver, SolverError, measure,
+};
+
+/// Rows of the measures over a whole run, about, where the case names no interval.
+const DEFAULT_ROWS: f64 = 100.0;
+
+/// Whether output number `count` is due at `time` (s).
+fn is_due(time: f64, count: u64, interval: f64) -> bool {
+    time >= count as f64 * interval - 1e-9 * interval
+}
+
+/// What measures read: what is on `points`, or else what comes first among the `others`; no point where there is nothing.
+fn measured_snapshot<'a>(points: Option<&'a Snapshot>, others: &Frame) -> Cow<'a, Snapshot> {
+    match points {
+        Some(points) => Cow::Borrowed(points),
+        None => Cow::Owned(others.first_as_points().unwrap_or_default()),
+    }
+}
+
+/// Writes measures, frames, checkpoints and the summary of a run.
+pub(super) struct RunRecorder<'a> {
+    pub(super) case: &'a Case,
+    pub(super) options: &'a RunOptions,
+    frame_interval: Option<f64>,
+    row_interval: f64,
+    /// Whether steps end at the times of rows: where the case names an interval.
+    ends_on_rows: bool,
+    pub(super) tables: Tables,
+    pub(super) table: Table,
+    pub(super) kept_frames: Vec<Snapshot>,
+    /// States of the solver at the ends of stages, by their names.
+    states: BTreeMap<String, Vec<u8>>,
+    /// Of the case.
+    fingerprint: u64,
+    /// Marks of the files that the case names, by their paths.
+    pub(super) files: BTreeMap<String, String>,
+    /// Keeps other runs out of the folder.
+    lock: Option<fs::File>,
+    /// Keeps room on the disk for the last summary.
+    pub(super) reserved_space: Option<fs::File>,
+    /// Names of the files of rasters that were written, in the folder of the run.
+    pub(super) rasters: Vec<String>,
+}
+
+impl<'a> RunRecorder<'a> {
+    /// Takes the folder into use.
+    pub(super) fn open(case: &'a Case, options: &'a RunOptions) -> Result<Self, RunError> {
+        let files = case.file_checksums();
+        let mut recorder = Self {
+            case,
+            options,
+            frame_interval: case.output.frames,
+            row_interval: case.output.measures.unwrap_or(case.end_time() / DEFAULT_ROWS),
+            ends_on_rows: case.output.measures.is_some(),
+            tables: Tables::new(options.out.clone()),
+            table: Table::default(),
+            kept_frames: Vec::new(),
+            states: BTreeMap::new(),
+            fingerprint: case.fingerprint_with(&files),
+            files,
+            lock: None,
+            reserved_space: None,
+            rasters: Vec::new(),
+        };
+        if let Some(out) = &options.out {
+            recorder.prepare(out)?;
+        }
+        Ok(recorder)
+    }
+
+    fn prepare(&mut self, out: &Path) -> Result<(), RunError> {
+        let folder = |problem: String| RunError::Folder { path: out.to_owned(), problem };
+        let running = json!({
+            "status": "running", "title": self.case.title, "method": self.options.method, "fingerprint": self.case_fingerprint(),
+            "inputs": self.files,
+            "version": env!("CARGO_PKG_VERSION"), "commit": self.options.commit, "warnings": self.options.warnings,
+        });
+        let used = out.join(SUMMARY).exists() || out.join(CHECKPOINT).exists();
+        if self.options.resume && !used {
+            return Err(folder("holds no run to resume".to_owned()));
+        }
+        if used && !self.options.resume && !self.options.overwrite {
+            let problem = "holds an earlier run already (resume it, overwrite it or choose another)";
+            return Err(folder(problem.to_owned()));
+        }
+        if let Some(name) = run_folder::existing_run_file(out)?.filter(|_| !used) {
+            let problem = format!("holds {name}, which no run wrote: choose another folder, or move it away");
+            return Err(folder(problem));
+        }
+        self.lock = run_folder::lock(out)?;
+        self.reserved_space = run_folder::reserve_space(out, &self.case.to_json());
+        if self.options.resume {
+            return self.check_resumable(out);
+        }
+        // First of all, so that what is left of an old run never looks complete, and what is there is known for a run's.
+        self.write_summary(&running)?;
+        if used {
+            run_folder::clear(out)?;
+        }
+        run_folder::create(out)?;
+        Ok(self.write_case(out)?)
+    }
+
+    fn write_case(&self, out: &Path) -> Result<(), OutputError> {
+        write_atomically(&out.join(CASE), self.case.to_json().as_bytes())
+    }
+
+    /// Writes the case where a run was killed before it had done so, or somebody has taken it away.
+    pub(super) fn keep_case(&self, out: &Path) -> Result<(), OutputError> {
+        if out.join(CASE).exists() { Ok(()) } else { self.write_case(out) }
+    }
+
+    /// Refuses, before anything is written, to resume a complete run or one of another case.
+    fn check_resumable(&self, out: &Path) -> Result<(), RunError> {
+        let folder = |problem: &str| RunError::Folder { path: out.to_owned(), problem: problem.to_owned() };
+        let path = out.join(SUMMARY);
+        let summary = if path.exists() { read_json(&path)? } else { serde_json::Value::Null };
+        if summary["status"] == "completed" {
+            return Err(folder("holds a complete run: there is nothing to resume"));
+        }
+        if summary["fingerprint"].as_str().is_some_and(|mark| mark != self.case_fingerprint()) {
+            let changed = verify::changed_files(&summary, &self.files);
+            return Err(folder(&match changed.is_empty() {
+                true => "holds a run of another case".to_owned(),
+                false => format!("holds a run of the case with other contents of {}", changed.join(", ")),
+            }));
+        }
+        Ok(())
+    }
+
+    /// The fingerprint of the case in a summary.
+    pub(super) fn case_fingerprint(&self) -> String {
+        format!("{:016x}", self.fingerprint)
+    }
+
+    /// First row and frame, at time zero.
+    pub(super) fn begin(&mut self, solver: &dyn Solver, progress: &mut RunProgress) -> Result<(), RunError> {
+        progress.start = solver.budget();
+        self.output(solver, progress)
+    }
+
+    /// Times between the rows and between the frames at which steps end (s).
+    fn intervals(&self) -> [f64; 2] {
+        let row = if self.ends_on_rows { self.row_interval } else { f64::INFINITY };
+        [row, self.frame_interval.unwrap_or(f64::INFINITY)]
+    }
+
+    /// Time of the next row or frame at which a step is to end (s).
+    pub(super) fn next_output(&self, progress: &RunProgress) -> f64 {
+        let [row, frame] = self.intervals();
+        // Before the first of them nothing is infinitely far.
+        let next = |count: u64, interval: f64| if count == 0 { 0.0 } else { count as f64 * interval };
+        next(progress.rows, row).min(next(progress.frames, frame))
+    }
+
+    /// The shortest time between two outputs at which steps end (s).
+    pub(super) fn shortest_interval(&self) -> f64 {
+        let [row, frame] = self.intervals();
+        row.min(frame)
+    }
+
+    /// Whether a row is due at `time` (s) for which no step was to end.
+    pub(super) fn is_unscheduled_row_due(&self, time: f64, progress: &RunProgress) -> bool {
+        !self.ends_on_rows && is_due(time, progress.rows, self.row_interval)
+    }
+
+    /// Writes the row and the frame that are due.
+    pub(super) fn output(&mut self, solver: &dyn Solver, progress: &mut RunProgress) -> Result<(), RunError> {
+        let time = solver.time();
+        let row = is_due(time, progress.rows, self.row_interval);
+        let frame = match self.frame_interval {
+            Some(interval) => is_due(time, progress.frames, interval),
+            None => progress.frames == 0,
+        };
+        if !row && !frame {
+            return Ok(());
+        }
+        let mut now = solver.frame(if frame { FrameRequest::Written } else { FrameRequest::Measured });
+        let points = now.take_points();
+        if row {
+            self.row(solver, points.as_ref(), &now, progress.time_step)?;
+            progress.rows += 1;
+            // Steps may be longer than the time between rows that they do not end on.
+            while !self.ends_on_rows && is_due(time, progress.rows, self.row_interval) {
+                progress.rows += 1;
+            }
+        }
+        if frame {
+            self.frame(points, now, progress)?;
+            progress.frames += 1;
+        }
+        Ok(())
+    }
+
+    /// Row and frame at the end, unless they have just been written.
+    pub(super) fn output_last(
+        &mut self,
+        solver: &dyn Solver,
+        progress: &mut RunProgress,
+    ) -> Result<(), RunError> {
+        let time = solver.time();
+        let mut now = solver.frame(FrameRequest::Written);
+        let points = now.take_points();
+        if self.table.last("time") != Some(time) {
+            self.row(solver, points.as_ref(), &now, progress.time_step)?;
+        }
+        if progress.collection.frames.last().map(|(at, _)| *at) != Some(time) {
+            self.frame(points, now, progress)?;
+        }
+        Ok(())
+    }
+
+    /// A row of what is on `points`, or else of what comes first among the `others`.
+    fn row(
+        &mut self,
+        solver: &dyn Solver,
+        points: Option<&Snapshot>,
+        others: &Frame,
+        time_step: Option<f64>,
+    ) -> Result<(), RunError> {
+        let measured = measured_snapshot(points, others);
+        let mut readings = measure_row::run_outputs(solver, time_step);
+        readings.extend(measure_row::case_outputs(self.case, solver, &measured));
+        if self.table.columns.is_empty() {
+            self.table.columns =
+                readings.iter().map(|(name, unit, _)| (name.clone(), unit.clone())).collect();
+        }
+        let row = vec![readings.into_iter().map(|(.., value)| value).collect()];
+        self.tables.append(MEASURES, &self.table.columns, &row)?;
+        self.table.rows.extend(row);
+        Ok(())
+    }
+
+    /// A frame of what is on `points`, and of the `others`.
+    fn frame(
+        &mut self,
+        points: Option<Snapshot>,
+        mut others: Frame,
+        progress: &mut RunProgress,
+    ) -> Result<(), RunError> {
+        let only = self.case.output.fields.as_deref();
+        let compression = self.case.output.compression;
+        for dataset in &mut others.datasets {
+            if !matches!(dataset.geometry, DatasetGeometry::Mesh(_)) {
+                dataset.fields.retain(|field| only.is_none_or(|names| names.contains(&field.name)));
+            }
+        }
+        self.profiles(&measured_snapshot(points.as_ref(), &others))?;
+        if let Some(points) = &points {
+            let on_nodes = |dataset: &Dataset| dataset.name == Dataset::GRID;
+            if let Some(cell) = self.case.output.grid.filter(|_| !others.datasets.iter().any(on_nodes)) {
+                others.datasets.insert(0, averages(self.case, cell, points, only));
+            }
+        }
+        let number = progress.collection.frames.len();
+        let file =
+            |dataset: &Dataset| run_folder::frame(&dataset.name, number, file_extension(&dataset.geometry));
+        let of_points = points.as_ref().map(|_| run_folder::frame(Collection::POINTS, number, "vtu"));
+        // A frame is called after what comes first in it.
+        let first = of_points.clone().or_else(|| others.datasets.first().map(file)).unwrap_or_default();
+        progress.collection.frames.push((others.time, first));
+        progress.frame_steps.push(others.step);
+        if let Some(out) = &self.options.out {
+            if let (Some(name), Some(points)) = (of_points, &points) {
+                let seal = write_frame(
+                    &out.join(&name),
+                    points,
+                    self.case.origin(),
+                    WriteOptions { only, compression },
+                )?;
+                progress.seals.insert(name, seal);
+            }
+            for dataset in &others.datasets {
+                let name = file(dataset);
+                let seal = write_dataset(&out.join(&name), dataset, self.case.origin(), compression)?;
+                progress.seals.insert(name, seal);
+            }
+            self.write_collections(out, progress)?;
+        }
+        if self.options.keep_frames {
+            let shown = points.or_else(|| others.first_as_points());
+            self.kept_frames.extend(shown.map(|shown| self.case.snapshot_on_map(shown)));
+        }
+        Ok(())
+    }
+
+    /// Writes the times of the frames, and of each dataset beside what comes first in them.
+    fn write_collections(&self, out: &Path, progress: &RunProgress) -> Result<(), OutputError> {
+        progress.collection.write(&out.join(COLLECTION))?;
+        let mut beside: BTreeMap<&str, Vec<(usize, &String)>> = BTreeMap::new();
+        for file in progress.seals.keys() {
+            if let Some((name, number)) = run_folder::parse_frame_name(file) {
+                beside.entry(name).or_default().push((number, file));
+            }
+        }
+        let times = &progress.collection.frames;
+        for (name, mut files) in beside {
+            files.retain(|(number, file)| times.get(*number).is_some_and(|(_, first)| first != *file));
+            if files.is_empty() {
+                continue;
+            }
+            files.sort_unstable();
+            let frames = files.into_iter().map(|(number, file)| (times[number].0, file.clone()));
+            Collection { frames: frames.collect() }.write(&out.join(run_folder::collection(name)))?;
+        }
+        Ok(())
+    }
+
+    fn profiles(&mut self, snapshot: &Snapshot) -> Result<(), RunError> {
+        let columns = [("time", "s"), ("position", "m"), ("height", "m")];
+        let columns = columns.map(|(name, unit)| (name.to_owned(), unit.to_owned()));
+        for (name, measure) in &self.case.measures {
+            let Measure::Profile { axis, height, bin, bodies } = measure else { continue };
+            let counted = measure::counted_points(self.case, snapshot, bodies.as_deref());
+            let from = self.case.origin();
+            let heights = measure::profile(&counted, *axis, *height, *bin);
+            let rows: Vec<Vec<f64>> = heights
+                .into_iter()
+                .map(|(x, top)| vec![snapshot.time, x + from[*axis], top + from[*height]])
+                .collect();
+            self.tables.append(&run_folder::profile(name), &columns, &rows)?;
+        }
+        Ok(())
+    }
+
+    /// Writes the checkpoint, once the rows before it are safely on the disk.
+    pub(super) fn save(&self, solver: &dyn Solver, progress: &RunProgress) -> Result<(), RunError> {
+        let Some(out) = &self.options.out else { return Ok(()) };
+        let checkpoint = Checkpoint {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            fingerprint: self.fingerprint,
+            method: self.options.method.clone(),
+            progress: progress.clone(),
+            tables: self.tables.sync()?,
+        };
+        run_folder::write_state(&out.join(CHECKPOINT), |file| {
+            save_value(&checkpoint, file)?;
+            solver.save(file)
+        })
+    }
+
+    /// Keeps the state of the solver at the end of a stage, in the folder too.
+    pub(super) fn keep_state(&mut self, stage: &str, bytes: Vec<u8>) -> Result<(), RunError> {
+        if let Some(path) = self.state_file(stage) {
+            run_folder::write_state(&path, |file| Ok(file.write_all(&bytes)?))?;
+        }
+        self.states.insert(stage.to_owned(), bytes);
+        Ok(())
+    }
+
+    /// The state that was kept, before a restart too.
+    pub(super) fn state(&self, stage: &str) -> Result<Vec<u8>, RunError> {
+        match (self.states.get(stage), self.state_file(stage)) {
+            (Some(bytes), _) => Ok(bytes.clone()),
+            (None, Some(path)) => {
+                let mut bytes = Vec::new();
+                let mut file = run_folder::read_state(&path)?;
+                file.read_to_end(&mut bytes).map_err(|error| OutputError::new(&path, error))?;
+                Ok(bytes)
+            }
+            (None, None) => Ok(Vec::new()),
+        }
+    }
+
+    fn state_file(&self, stage: &str) -> Option<PathBuf> {
+        let number = self.case.stages.iter().position(|s| s.name == stage)?;
+        Some(self.options.out.as_ref()?.join(run_folder::state(number)))
+    }
+
+    /// Takes solver and progress from the checkpoint; `None` where the run died before its first, and
+    /// starts anew. Tables and collection are set back to what they were at the checkpoint.
+    pub(super) fn resume(&mut self, solver: &mut dyn Solver) -> Result<Option<RunProgress>, RunError> {
+        let Some(out) = &self.options.out else { return Ok(None) };
+        let of_run = (self.fingerprint, self.options.method.as_str());
+        let Some((checkpoint, mut state)) = read_checkpoint(out, of_run)? else {
+            run_folder::clear(out)?;
+            run_folder::create(out)?;
+            self.keep_case(out)?;
+            return Ok(None);
+        };
+        solver.restore(&mut state).map_err(|error: SolverError| checkpoint_error(out, error.to_string()))?;
+        let progress = checkpoint.progress;
+        self.check_frames(out, &progress.seals)?;
+        if self.options.keep_frames {
+            self.kept_frames = read_frames(out, &progress)?;
+        }
+        self.tables.resume(&checkpoint.tables)?;
+        let kept: Vec<&str> = checkpoint.tables.iter().map(|(name, _)| name.as_str()).collect();
+        run_folder::keep_profiles(out, &kept)?;
+        run_folder::remove_partial_files(out)?;
+        run_folder::create(out)?;
+        self.keep_case(out)?;
+        self.table = Table::read(&out.join(MEASURES))?;
+        self.write_collections(out, &progress)?;
+        Ok(Some(progress))
+    }
+
+    /// Refuses to go on without the frames of the run, or with others: the collection would name what it did not write.
+    fn check_frames(&self, out: &Path, seals: &BTreeMap<String, FileChecksum>) -> Result<(), RunError> {
+        for (name, seal) in seals {
+            let path = out.join(name);
+            let wrong = match path.exists() {
+                false => "gone",
+                true if FileChecksum::of_file(&path, None)? != *seal => "not as it was written",
+                true => continue,
+            };
+            return Err(checkpoint_error(
+                out,
+                format!("counts on {name}, which is {wrong}: run the case anew"),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Writes the rasters that the case asks for, each as an ESRI ASCII grid and as a GeoTIFF; those without a number are left
+    /// out.
+    pub(super) fn rasters(&mut self, solver: &dyn Solver) -> Result<(), OutputError> {
+        let (Some(out), true) = (&self.options.out, self.case.output.rasters.is_some()) else {
+            return Ok(());
+        };
+        let folder = out.join(RASTERS);
+        create_folder(&folder)?;
+        let origin = self.case.origin();
+        for PlanRaster { name, raster, .. } in solver.rasters() {
+            debug_assert!(
+                run_folder::is_map(&format!("{name}.asc")),
+                "{name}: a map that `--overwrite` does not know"
+            );
+            let mut raster = raster.shifted([origin[0], origin[1]]);
+            // A number that stands for no data must be none that can be meant.
+            raster.reference.no_data = raster.reference.no_data.filter(|number| *number < 0.0);
+            if raster.values.iter().all(|value| value.is_nan()) {
+                continue;
+            }
+            for ending in ["asc", "tif"] {
+                let file = folder.join(format!("{name}.{ending}"));
+                let written = colluvium_terrain::write_raster(&file, &raster);
+                written.map_err(|error| OutputError::new(&file, error.problem))?;
+            }
+            // The grid's system of coordinates stands beside it.
+            let has_system = raster.reference.epsg.is_some() || raster.reference.crs.is_some();
+            let endings = ["asc", "tif"].into_iter().chain(has_system.then_some("prj"));
+            self.rasters.extend(endings.map(|ending| format!("{RASTERS}/{name}.{ending}")));
+        }
+        Ok(())
+    }
+
+    /// Probes that no point has come near.
+    pub(super) fn probes_without_points(&self) -> Vec<String> {
+        let sees = |name: &str| {
+            let own = |column: &str| column.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
+            let own: Vec<usize> =
+                (0..self.table.columns.len()).filter(|&k| own(&self.table.columns[k].0)).collect();
+            self.table.rows.iter().any(|row| own.iter().any(|&k| row[k].is_finite()))
+        };
+        let probes =
+            self.case.measures.iter().filter(|(_, measure)| matches!(measure, Measure::Probe { .. }));
+        let blind = probes.filter(|(name, _)| !sees(name));
+        blind.map(|(name, _)| format!("measures.{name}: no point came within its radius")).collect()
+    }
+}
+
+/// The frames of a run so far, from their files.
+fn read_frames(out: &Path, progress: &RunProgress) -> Result<Vec<Snapshot>, OutputError> {
+    let frames = progress.collection.frames.iter().zip(&progress.frame_steps);
+    let read = |((time, name), step): (&(f64, String), &u64)| {
+        Ok(Snapshot { step: *step, ..read_frame(&out.join(name), *time)? })
+    };
+    frames.map(read).collect()
+}

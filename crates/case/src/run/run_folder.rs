@@ -1,0 +1,313 @@
+//! The folder of a run: what its files are called, and how what an earlier run left goes away.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File, TryLockError};
+use std::io::{BufReader, Read, Seek, Write};
+use std::path::{Path, PathBuf};
+
+use crate::SolverError;
+use crate::output::{
+    ChecksumWriter, Collection, FileChecksum, OutputError, TableFile, create_folder, write_stream_atomically,
+};
+use crate::run::RunError;
+
+pub(super) const CASE: &str = "case.json";
+pub(super) const CHECKPOINT: &str = "checkpoint.bin";
+pub(super) const SUMMARY: &str = "summary.json";
+pub(super) const MEASURES: &str = "measures.csv";
+pub(super) const COLLECTION: &str = "frames.pvd";
+pub(super) const FRAMES: &str = "frames";
+pub(super) const RASTERS: &str = "rasters";
+/// Name of the map in the folder of rasters.
+pub(super) const MAP: &str = "map.png";
+
+/// What the columns mean, at the head of each table.
+const ABOUT: &str = "SI units; stress tension-positive, pressure compression-positive; per metre of thickness in \
+                     plane strain, per radian in axisymmetry";
+
+/// Name of a file of frame number `number`.
+pub(super) fn frame(dataset: &str, number: usize, ending: &str) -> String {
+    format!("{FRAMES}/{dataset}-{number:05}.{ending}")
+}
+
+/// Dataset and number of a file of [`transform`].
+pub(super) fn parse_frame_name(file: &str) -> Option<(&str, usize)> {
+    let (stem, _) = file.strip_prefix(FRAMES)?.strip_prefix('/')?.split_once('.')?;
+    let (dataset, number) = stem.rsplit_once('-')?;
+    Some((dataset, number.parse().ok()?))
+}
+
+/// Name of the collection of a dataset beside the first of the frames.
+pub(super) fn collection(dataset: &str) -> String {
+    format!("{dataset}.pvd")
+}
+
+/// The collections in a folder: lists of files of frames.
+pub(super) fn collections(out: &Path) -> Result<Vec<String>, OutputError> {
+    let mut names = names(out)?;
+    names.retain(|name| {
+        let listed = || Collection::read(&out.join(name)).map(|collection| collection.frames);
+        let of_run = |(_, file): &(f64, String)| parse_frame_name(file).is_some();
+        name == COLLECTION
+            || name.ends_with(".pvd")
+                && listed().is_ok_and(|files| !files.is_empty() && files.iter().all(of_run))
+    });
+    Ok(names)
+}
+
+/// Name of the file of a profile.
+pub(super) fn profile(name: &str) -> String {
+    format!("profile-{name}.csv")
+}
+
+/// Name of the file of the trials of a search for a factor of safety.
+pub(super) fn trials(name: &str) -> String {
+    format!("trials-{name}.csv")
+}
+
+/// Name of the file of the points at the end of the last failing trial of a search.
+pub(super) fn failing(name: &str) -> String {
+    format!("failing-{name}.vtu")
+}
+
+/// Name of the file with the solver's state at the end of stage number `stage`.
+pub(super) fn state(stage: usize) -> String {
+    format!("state-{stage}.bin")
+}
+
+fn is_of_search(name: &str) -> bool {
+    is_trials(name) || is_failing(name) || is_state(name)
+}
+
+pub(super) fn is_trials(name: &str) -> bool {
+    name.starts_with("trials-") && name.ends_with(".csv")
+}
+
+pub(super) fn is_failing(name: &str) -> bool {
+    name.starts_with("failing-") && name.ends_with(".vtu")
+}
+
+fn is_state(name: &str) -> bool {
+    name.starts_with("state-") && name.ends_with(".bin")
+}
+
+fn is_profile(name: &str) -> bool {
+    name.starts_with("profile-") && name.ends_with(".csv")
+}
+
+/// The names in a folder; none where there is no folder.
+pub(super) fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
+    if !folder.is_dir() {
+        return Ok(Vec::new());
+    }
+    let fail = |error| OutputError::new(folder, error);
+    let entries: Result<Vec<_>, _> = fs::read_dir(folder).map_err(fail)?.collect();
+    Ok(entries.map_err(fail)?.iter().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect())
+}
+
+/// What lies in the folder under a name that a run gives to its own files.
+pub(super) fn existing_run_file(out: &Path) -> Result<Option<String>, OutputError> {
+    let own = [CASE, MEASURES, FRAMES, RASTERS];
+    let is_own = |name: &String| {
+        own.contains(&name.as_str()) || name.ends_with(".pvd") || is_profile(name) || is_of_search(name)
+    };
+    Ok(names(out)?.into_iter().find(is_own))
+}
+
+fn remove(file: &Path) -> Result<(), OutputError> {
+    match fs::remove_file(file) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(OutputError::new(file, error)),
+        _ => Ok(()),
+    }
+}
+
+/// Makes the folder, with its folder of frames.
+pub(super) fn create(out: &Path) -> Result<(), OutputError> {
+    create_folder(&out.join(FRAMES))
+}
+
+/// Writes a state so that [`read_state`] sees whether it is whole.
+pub(super) fn write_state(
+    path: &Path,
+    state: impl FnOnce(&mut dyn Write) -> Result<(), SolverError>,
+) -> Result<(), RunError> {
+    let mut failed = None;
+    let written = write_stream_atomically(path, |file| {
+        let mut sealed = ChecksumWriter { into: file, checksum: FileChecksum::default() };
+        if let Err(error) = state(&mut sealed) {
+            failed = Some(error);
+            return Err(std::io::Error::other("not written"));
+        }
+        let seal = sealed.checksum.fnv1a.to_le_bytes();
+        sealed.into.write_all(&seal)
+    });
+    match failed {
+        Some(error) => Err(error.into()),
+        None => Ok(written?),
+    }
+}
+
+/// The bytes of a state, once all of them have been held against their seal.
+///
+/// # Errors
+/// When the file cannot be read or is not what was written.
+pub(super) fn read_state(path: &Path) -> Result<impl Read + use<>, OutputError> {
+    let fail = |error| OutputError::new(path, error);
+    let damaged = || fail(std::io::Error::other("is damaged: run the case anew"));
+    let mut file = File::open(path).map_err(fail)?;
+    let length = file.metadata().map_err(fail)?.len();
+    let length = length.checked_sub(size_of::<u64>() as u64).ok_or_else(damaged)?;
+    let mut sealed = ChecksumWriter { into: std::io::sink(), checksum: FileChecksum::default() };
+    std::io::copy(&mut (&file).take(length), &mut sealed).map_err(fail)?;
+    let mut seal = [0; size_of::<u64>()];
+    file.read_exact(&mut seal).map_err(fail)?;
+    if u64::from_le_bytes(seal) != sealed.checksum.fnv1a {
+        return Err(damaged());
+    }
+    file.rewind().map_err(fail)?;
+    Ok(BufReader::new(file.take(length)))
+}
+
+/// Takes the folder, which is made where there is none, for this run alone, as long as the file is open; `None` where
+/// folders cannot be locked.
+///
+/// # Errors
+/// When it cannot be made, or another run has it.
+pub(super) fn lock(out: &Path) -> Result<Option<File>, OutputError> {
+    create_folder(out)?;
+    let Ok(folder) = File::open(out) else { return Ok(None) };
+    match folder.try_lock() {
+        Ok(()) => Ok(Some(folder)),
+        Err(TryLockError::WouldBlock) => {
+            Err(OutputError::new(out, std::io::Error::other("another run is writing here")))
+        }
+        Err(TryLockError::Error(_)) => Ok(None),
+    }
+}
+
+/// Room on the disk (bytes) kept for the summary of a run that fails because the disk is full.
+const RESERVED_BYTES: usize = 1 << 16;
+
+/// Keeps room in the folder, beside that for `text`, until the file is closed; it has no name there. `None` where that is not
+/// possible: such a run writes its [last words](crate::run::summary) over the summary that there is.
+pub(super) fn reserve_space(out: &Path, text: &str) -> Option<File> {
+    let mut file = tempfile::tempfile_in(out).ok()?;
+    file.write_all(&vec![1; RESERVED_BYTES + 2 * text.len()]).and_then(|()| file.sync_all()).ok()?;
+    Some(file)
+}
+
+/// Whether a file in the folder of rasters has the name of one that methods make: what else lies there, as styles of a program for maps,
+/// is not the run's.
+pub(super) fn is_map(name: &str) -> bool {
+    let name = name.strip_suffix(".tmp").unwrap_or(name);
+    if name == MAP {
+        return true;
+    }
+    let Some((stem, "asc" | "tif" | "prj")) = name.rsplit_once('.') else { return false };
+    stem.starts_with("peak_") || stem.starts_with("final_") || ["arrival_time", "bed_change"].contains(&stem)
+}
+
+/// Whether a file in the folder of frames is one, whole or torn.
+pub(super) fn is_frame(name: &str) -> bool {
+    let name = name.strip_suffix(".tmp").unwrap_or(name);
+    let ending = [".vtu", ".vtr"].iter().any(|ending| name.ends_with(ending));
+    ending && parse_frame_name(&format!("{FRAMES}/{name}")).is_some()
+}
+
+/// Removes a folder that is empty.
+fn remove_empty(folder: &Path) -> Result<(), OutputError> {
+    if !folder.is_dir() || !names(folder)?.is_empty() {
+        return Ok(());
+    }
+    fs::remove_dir(folder).map_err(|error| OutputError::new(folder, error))
+}
+
+/// Removes a run with its folder, but nothing that it did not write.
+///
+/// # Errors
+/// When the disk refuses.
+pub fn remove_run(out: &Path) -> Result<(), OutputError> {
+    clear(out)?;
+    [CASE, SUMMARY].iter().try_for_each(|name| remove(&out.join(name)))?;
+    remove_empty(out)
+}
+
+/// Removes everything that a run writes but its case and its summary, and nothing else.
+pub(super) fn clear(out: &Path) -> Result<(), OutputError> {
+    for name in collections(out)?.iter().map(String::as_str).chain([CHECKPOINT, MEASURES]) {
+        remove(&out.join(name))?;
+    }
+    keep_profiles(out, &[])?;
+    names(out)?.iter().filter(|name| is_of_search(name)).try_for_each(|name| remove(&out.join(name)))?;
+    remove_partial_files(out)?;
+    for (name, is_own) in [(FRAMES, is_frame as fn(&str) -> bool), (RASTERS, is_map)] {
+        let folder = out.join(name);
+        let own = names(&folder)?.into_iter().filter(|name| is_own(name));
+        own.map(|name| folder.join(name)).try_for_each(|file| remove(&file))?;
+        remove_empty(&folder)?;
+    }
+    Ok(())
+}
+
+/// Removes the profiles but those named.
+pub(super) fn keep_profiles(out: &Path, kept: &[&str]) -> Result<(), OutputError> {
+    let stale = |name: &&String| is_profile(name) && !kept.contains(&name.as_str());
+    names(out)?.iter().filter(stale).try_for_each(|name| remove(&out.join(name)))
+}
+
+/// Removes files that a killed run was in the middle of writing.
+pub(super) fn remove_partial_files(out: &Path) -> Result<(), OutputError> {
+    for name in [CASE, CHECKPOINT, SUMMARY] {
+        remove(&out.join(format!("{name}.tmp")))?;
+    }
+    let torn = |name: &&String| name.ends_with(".pvd.tmp");
+    names(out)?.iter().filter(torn).try_for_each(|name| remove(&out.join(name)))?;
+    let frames = out.join(FRAMES);
+    let torn = |name: &&String| name.ends_with(".vtu.tmp") || name.ends_with(".vtr.tmp");
+    names(&frames)?.iter().filter(torn).try_for_each(|name| remove(&frames.join(name)))
+}
+
+/// The tables of a run on disk, by file name; none without a folder.
+#[derive(Debug, Default)]
+pub(super) struct Tables {
+    out: Option<PathBuf>,
+    files: BTreeMap<String, TableFile>,
+}
+
+impl Tables {
+    /// No tables yet, in a folder.
+    pub(super) fn new(out: Option<PathBuf>) -> Self {
+        Self { out, files: BTreeMap::new() }
+    }
+
+    /// Adds rows to a table, which begins with its first.
+    pub(super) fn append(
+        &mut self,
+        name: &str,
+        columns: &[(String, String)],
+        rows: &[Vec<f64>],
+    ) -> Result<(), OutputError> {
+        let Some(out) = &self.out else { return Ok(()) };
+        if !self.files.contains_key(name) {
+            self.files.insert(name.to_owned(), TableFile::create(&out.join(name), ABOUT, columns)?);
+        }
+        self.files.get_mut(name).map_or(Ok(()), |file| file.append(rows))
+    }
+
+    /// Brings all rows safely to the disk; name and seal of each table.
+    pub(super) fn sync(&self) -> Result<Vec<(String, FileChecksum)>, OutputError> {
+        self.files.iter().map(|(name, file)| Ok((name.clone(), file.sync()?))).collect()
+    }
+
+    /// Takes the tables up again where they had the given seals: all of them, or none is touched.
+    pub(super) fn resume(&mut self, seals: &[(String, FileChecksum)]) -> Result<(), OutputError> {
+        let Some(out) = &self.out else { return Ok(()) };
+        let mut files = BTreeMap::new();
+        for (name, seal) in seals {
+            files.insert(name.clone(), TableFile::open(&out.join(name), *seal)?);
+        }
+        files.values_mut().try_for_each(TableFile::truncate)?;
+        self.files = files;
+        Ok(())
+    }
+}

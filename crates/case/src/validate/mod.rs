@@ -1,0 +1,377 @@
+//! What a case must satisfy beyond its schema.
+
+mod bodies;
+pub(crate) mod case_warnings;
+pub(crate) mod closed_liquid_check;
+mod equilibrium;
+mod loads;
+mod measures;
+mod motions;
+mod obstacles;
+mod removal_shapes;
+mod strength_reduction;
+pub(crate) mod time_scales;
+
+use std::collections::HashSet;
+
+use crate::description::{Boundary, Side, Space, Stage, Wall};
+use crate::files::json::closest;
+use crate::output::grid_nodes;
+use crate::{Case, CaseError, CaseErrors};
+
+/// Points per direction of the search for overlaps of bodies.
+pub const OVERLAP_RESOLUTION: usize = 24;
+
+/// How far a domain may lie from zero, over its size: beyond that positions lose more than three of their sixteen digits.
+pub const MAX_DISTANCE_RATIO: f64 = 1e3;
+
+/// More nodes than fit into a file that anyone opens.
+const MAX_NODES: f64 = 1e8;
+/// More frames than anyone wants to keep.
+const MAX_FRAMES: f64 = 1e5;
+
+/// Collects errors under paths.
+struct ErrorCollector<'a> {
+    case: &'a Case,
+    errors: Vec<CaseError>,
+    /// Place of the map (m) from which the coordinates of the case count.
+    origin: [f64; 3],
+}
+
+/// Checks everything that the schema cannot say.
+///
+/// # Errors
+/// Every violation found, with its JSON path.
+pub fn validate(case: &Case) -> Result<(), CaseErrors> {
+    let mut findings = ErrorCollector { case, errors: Vec::new(), origin: [0.0; 3] };
+    findings.space();
+    findings.materials();
+    findings.bodies();
+    findings.boundaries();
+    findings.obstacles();
+    findings.loads();
+    findings.patches();
+    findings.removal_shapes();
+    findings.stages();
+    findings.output();
+    findings.measures();
+    findings.methods();
+    if findings.errors.is_empty() { Ok(()) } else { Err(CaseErrors(findings.errors)) }
+}
+
+/// Checks where the bodies of these numbers are, whose layers have been laid.
+///
+/// # Errors
+/// Every violation found, with its JSON path.
+pub(crate) fn validate_layers(case: &Case, layered: &[usize]) -> Result<(), CaseErrors> {
+    let mut findings = ErrorCollector { case, errors: Vec::new(), origin: case.origin() };
+    findings.layers(layered);
+    if findings.errors.is_empty() { Ok(()) } else { Err(CaseErrors(findings.errors)) }
+}
+
+impl ErrorCollector<'_> {
+    fn report(&mut self, path: impl Into<String>, problem: impl Into<String>) {
+        self.errors.push(CaseError::new(path, problem));
+    }
+
+    fn require(&mut self, holds: bool, path: impl Into<String>, problem: impl Into<String>) {
+        if !holds {
+            self.report(path, problem);
+        }
+    }
+
+    fn finite(&mut self, path: impl Into<String>, value: f64) {
+        self.require(value.is_finite(), path, format!("{value} must be finite"));
+    }
+
+    fn positive(&mut self, path: impl Into<String>, value: f64, unit: &str) {
+        let holds = value.is_finite() && value > 0.0;
+        self.require(holds, path, format!("{value} must be positive ({unit})"));
+    }
+
+    fn not_negative(&mut self, path: impl Into<String>, value: f64, unit: &str) {
+        let holds = value.is_finite() && value >= 0.0;
+        self.require(holds, path, format!("{value} must not be negative{unit}"));
+    }
+
+    fn vector(&mut self, path: &str, vector: &[f64]) {
+        let dimension = self.case.dimension();
+        let problem = format!("has {} entries, the space has {dimension} dimensions", vector.len());
+        self.require(vector.len() == dimension, path, problem);
+        for (number, value) in vector.iter().enumerate() {
+            self.finite(format!("{path}[{number}]"), *value);
+        }
+    }
+
+    /// Ends of the domain along an axis (m); `None` where the case does not say or they make no sense,
+    /// which [`ErrorCollector::space`] reports.
+    fn extent(&self, axis: usize) -> Option<(f64, f64)> {
+        let domain = &self.case.domain;
+        let (min, max) = (*domain.min.get(axis)?, *domain.max.get(axis)?);
+        (min.is_finite() && max.is_finite() && min < max).then_some((min, max))
+    }
+
+    /// A place at coordinate `value` along an axis must lie in the domain.
+    fn inside(&mut self, path: String, axis: usize, value: f64) {
+        if let Some((min, max)) = self.extent(axis) {
+            let problem = format!("{value} is outside the domain, {min} to {max} m");
+            self.require((min..=max).contains(&value), path, problem);
+        }
+    }
+
+    fn side(&mut self, path: &str, side: Side) {
+        let dimension = self.case.dimension();
+        let problem =
+            format!("{side} is normal to an axis that a space of {dimension} dimensions does not have");
+        self.require(side.axis() < dimension, path, problem);
+    }
+
+    fn name(&mut self, path: &str, name: &str, known: &[&str], what: &str) {
+        if !known.contains(&name) {
+            let hint = closest(name, known).map_or(String::new(), |k| format!("; did you mean {k:?}?"));
+            self.report(path, format!("{name:?} is not {what}{hint}"));
+        }
+    }
+
+    fn space(&mut self) {
+        let case = self.case;
+        self.vector("domain.min", &case.domain.min);
+        self.vector("domain.max", &case.domain.max);
+        self.vector("gravity", &case.gravity);
+        for (axis, (min, max)) in case.domain.min.iter().zip(&case.domain.max).enumerate() {
+            self.require(min < max, format!("domain.max[{axis}]"), format!("{max} must be above min, {min}"));
+        }
+        self.origin();
+        for (number, axis) in case.domain.periodic.iter().enumerate() {
+            let path = format!("domain.periodic[{number}]");
+            let dimension = case.dimension();
+            let problem = format!("a space of {dimension} dimensions does not have this axis");
+            self.require(axis.number() < dimension, path.clone(), problem);
+            let twice = case.domain.periodic[..number].contains(axis);
+            self.require(!twice, path.clone(), "is named twice");
+            let radial = case.space == Space::Axisymmetric && axis.number() == 0;
+            self.require(!radial, path, "the distance from the axis of symmetry cannot repeat itself");
+        }
+        if case.space == Space::Axisymmetric {
+            let least = case.domain.min.first().copied().unwrap_or(0.0);
+            let problem =
+                format!("{least} must not be negative: in axisymmetry x is the distance from the axis");
+            self.require(least >= 0.0, "domain.min[0]", problem);
+            let radial = case.gravity.first().copied().unwrap_or(0.0);
+            self.require(radial == 0.0, "gravity[0]", "must be 0: radial gravity is not axisymmetric");
+        }
+    }
+
+    /// Coordinates far from zero need an origin near the domain.
+    fn origin(&mut self) {
+        let domain = &self.case.domain;
+        if !domain.origin.is_empty() {
+            self.vector("domain.origin", &domain.origin);
+            let radial = self.case.space == Space::Axisymmetric && domain.origin[0] != 0.0;
+            self.require(!radial, "domain.origin[0]", "must be 0: x is the distance from the axis");
+            return;
+        }
+        let extent = domain.max_extent();
+        let far = |x: &f64| x.abs() > MAX_DISTANCE_RATIO * extent;
+        if extent > 0.0 && domain.min.iter().chain(&domain.max).any(far) {
+            let round = 10f64.powf(extent.log10().ceil());
+            let near: Vec<f64> = domain.min.iter().map(|x| (x / round).round() * round).collect();
+            let problem = format!(
+                "lies more than {MAX_DISTANCE_RATIO} times its size of {extent} m from zero, which costs digits of all positions: give \
+                 domain.origin a place near it, for example {near:?}"
+            );
+            self.report("domain.min", problem);
+        }
+    }
+
+    fn materials(&mut self) {
+        let case = self.case;
+        for (name, spec) in &case.materials {
+            let path = format!("materials.{name}");
+            match spec.build() {
+                Ok(law) => {
+                    let flat = matches!(case.space, Space::OneD | Space::PlaneStrain);
+                    let problem =
+                        "its law knows no strain across the plane: take it in 1d and plane-strain only";
+                    self.require(flat || !law.requires_plane_strain(), &path, problem);
+                }
+                Err(error) => match error.parameter_problem() {
+                    Some((field, problem)) => self.report(format!("{path}.{field}"), problem),
+                    None => self.report(&path, error.to_string()),
+                },
+            }
+            if spec.assumes_plane_strain() && case.space != Space::PlaneStrain {
+                let problem =
+                    "plane-strain matchings hold in plane strain only; use compression or extension";
+                self.report(format!("{path}.matching"), problem);
+            }
+        }
+    }
+
+    fn boundaries(&mut self) {
+        let case = self.case;
+        let mut names = HashSet::new();
+        let mut seen: Vec<(Side, f64)> = Vec::new();
+        for (number, boundary) in case.boundaries.iter().enumerate() {
+            let path = format!("boundaries[{number}]");
+            self.side(&format!("{path}.side"), boundary.side);
+            if !names.insert(boundary.name()) {
+                self.report(format!("{path}.name"), format!("{:?} names two boundaries", boundary.name()));
+            }
+            let open = !case.domain.is_periodic(boundary.side.axis());
+            self.require(open, format!("{path}.side"), "the domain is periodic along the axis of this side");
+            if let (Some(group), Some(_)) = (&boundary.group, boundary.position) {
+                let problem = format!(
+                    "the wall holds the nodes of the group {group:?}, wherever they are: leave it out"
+                );
+                self.report(format!("{path}.position"), problem);
+            }
+            if boundary.group.is_none() && self.extent(boundary.side.axis()).is_some() {
+                let position = boundary.position(&case.domain);
+                self.inside(format!("{path}.position"), boundary.side.axis(), position);
+                if case.space == Space::Axisymmetric
+                    && (boundary.side, position) == (Side::XMin, 0.0)
+                    && boundary.wall != Wall::Smooth
+                {
+                    let problem =
+                        "x = 0 is the axis of symmetry, which is smooth: make it smooth or leave it out";
+                    self.report(format!("{path}.wall.kind"), problem);
+                }
+                if seen.contains(&(boundary.side, position)) {
+                    self.report(format!("{path}.side"), "a wall stands there already");
+                }
+                seen.push((boundary.side, position));
+            }
+            if let Wall::Frictional { friction_coefficient: value, bilateral } = boundary.wall {
+                self.not_negative(format!("{path}.wall.friction_coefficient"), value, "");
+                let problem = "the wall is bilateral: material does not lift off it";
+                self.require(!(bilateral && boundary.separation), format!("{path}.separation"), problem);
+            }
+            if let Some(velocity) = &boundary.velocity {
+                self.vector(&format!("{path}.velocity"), velocity);
+            }
+            self.absorbing(&path, boundary);
+            self.drained(&path, boundary.drained);
+        }
+    }
+
+    fn patches(&mut self) {
+        let case = self.case;
+        let mut names: HashSet<&String> = case.bodies.iter().map(|body| &body.name).collect();
+        for (number, patch) in case.patches.iter().enumerate() {
+            let path = format!("patches[{number}]");
+            if !names.insert(&patch.name) {
+                let problem = format!("{:?} names a body or another patch too", patch.name);
+                self.report(format!("{path}.name"), problem);
+            }
+            if let Err(error) = patch.region.validate(case.dimension()) {
+                self.report(format!("{path}.region.{}", error.path), error.problem);
+            }
+            self.drained(&path, patch.drained);
+        }
+    }
+
+    /// Only where something is saturated can it drain.
+    fn drained(&mut self, path: &str, drained: bool) {
+        let saturated = self.case.bodies.iter().any(|body| body.pore_fluid.is_some());
+        let problem = "no body has a pore_fluid that could drain";
+        self.require(saturated || !drained, format!("{path}.drained"), problem);
+    }
+
+    fn stages(&mut self) {
+        let case = self.case;
+        self.require(!case.stages.is_empty(), "stages", "at least one stage is needed");
+        let (mut names, mut gone) = (HashSet::new(), HashSet::new());
+        for (number, stage) in case.stages.iter().enumerate() {
+            let path = format!("stages[{number}]");
+            if !names.insert(&stage.name) {
+                self.report(format!("{path}.name"), format!("{:?} names two stages", stage.name));
+            }
+            self.stage(&path, stage);
+            gone.extend(stage.remove_bodies.iter().map(String::as_str));
+            self.motions_of_removed(number, &gone);
+            self.equilibrium(number);
+            self.weakening(number);
+        }
+    }
+
+    fn stage(&mut self, path: &str, stage: &Stage) {
+        let case = self.case;
+        let (duration, damping, ramp) = (stage.duration, stage.damping, stage.gravity_ramp);
+        self.positive(format!("{path}.duration"), duration, "s");
+        let problem = format!("{damping} is not in 0..1 (1 excluded)");
+        self.require((0.0..1.0).contains(&damping), format!("{path}.damping"), problem);
+        let problem = format!("{ramp} is not between 0 and the stage's duration, {duration} s");
+        self.require((0.0..=duration).contains(&ramp), format!("{path}.gravity_ramp"), problem);
+        self.not_negative(format!("{path}.rayleigh_damping"), stage.rayleigh_damping, " (1/s)");
+        self.motions(path, stage);
+        for (number, axis) in stage.damping_axes.iter().flatten().enumerate() {
+            let problem = format!("{axis} is not an axis of a space of {} dimensions", case.dimension());
+            self.require(*axis < case.dimension(), format!("{path}.damping_axes[{number}]"), problem);
+        }
+        let boundaries: Vec<&str> = case.boundaries.iter().map(Boundary::name).collect();
+        for (number, name) in stage.remove_boundaries.iter().enumerate() {
+            let path = format!("{path}.remove_boundaries[{number}]");
+            self.name(&path, name, &boundaries, "the name of a boundary");
+        }
+        for (number, shape) in stage.excavate.iter().enumerate() {
+            if let Err(error) = shape.validate(case.dimension()) {
+                self.report(format!("{path}.excavate[{number}].{}", error.path), error.problem);
+            }
+        }
+        let bodies: Vec<&str> = case.bodies.iter().map(|b| b.name.as_str()).collect();
+        for (number, name) in stage.remove_bodies.iter().enumerate() {
+            self.name(&format!("{path}.remove_bodies[{number}]"), name, &bodies, "the name of a body");
+        }
+    }
+
+    fn output(&mut self) {
+        let output = &self.case.output;
+        let end = self.case.end_time();
+        for (key, interval) in [("frames", output.frames), ("measures", output.measures)] {
+            let Some(interval) = interval else { continue };
+            let path = format!("output.{key}");
+            let count = end / interval;
+            let fits = !(count.is_finite() && count > MAX_FRAMES);
+            self.positive(path.clone(), interval, "s");
+            self.require(fits, path, format!("{interval} s would give {count:.1e} outputs"));
+        }
+        self.positive("output.checkpoint", output.checkpoint, "s");
+        let some = output.fields.as_ref().is_none_or(|fields| !fields.is_empty());
+        self.require(some, "output.fields", "name at least one field, or leave it out for all of them");
+        if let Some(cell) = output.grid {
+            self.grid(cell);
+        }
+        if let Some(rasters) = &output.rasters {
+            self.positive("output.rasters.threshold", rasters.threshold, "m");
+            rasters.cell.iter().for_each(|cell| self.positive("output.rasters.cell", *cell, "m"));
+        }
+    }
+
+    /// The grid that frames are averaged on.
+    fn grid(&mut self, cell: f64) {
+        let path = || "output.grid".to_owned();
+        self.positive(path(), cell, "m");
+        let case = self.case;
+        let fits = case.domain.min.len() == case.dimension() && case.domain.max.len() == case.dimension();
+        if !(cell > 0.0 && fits) {
+            return;
+        }
+        let nodes = grid_nodes(case, cell);
+        self.require(nodes <= MAX_NODES, path(), format!("cells of {cell} m would give {nodes:.1e} nodes"));
+        for axis in
+            case.domain.periodic.iter().map(|axis| axis.number()).filter(|axis| *axis < case.dimension())
+        {
+            let cells = (case.domain.max[axis] - case.domain.min[axis]) / cell;
+            let whole = (cells - cells.round()).abs() < 1e-6;
+            self.require(whole, path(), format!("{cell} m is no whole part of the period along an axis"));
+        }
+    }
+
+    fn methods(&mut self) {
+        for (name, options) in &self.case.methods {
+            let problem = "the options of a method are an object";
+            self.require(options.is_object(), format!("methods.{name}"), problem);
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! Rules of cuts.
+
+use std::collections::HashSet;
+
+use crate::description::RemovalShape;
+use crate::output::{PLAIN_NAME_RULE, is_plain};
+use crate::validate::ErrorCollector;
+
+impl ErrorCollector<'_> {
+    pub(super) fn removal_shapes(&mut self) {
+        let mut names = HashSet::new();
+        for (number, cut) in self.case.removal_shapes.iter().enumerate() {
+            let path = format!("cuts[{number}]");
+            self.require(is_plain(&cut.name), format!("{path}.name"), PLAIN_NAME_RULE);
+            let problem = format!("{:?} names two cuts", cut.name);
+            self.require(names.insert(&cut.name), format!("{path}.name"), problem);
+            let problem = format!("{:?} names a measure too", cut.name);
+            self.require(!self.case.measures.contains_key(&cut.name), format!("{path}.name"), problem);
+            self.removal_shape(&path, cut);
+        }
+    }
+
+    fn removal_shape(&mut self, path: &str, cut: &RemovalShape) {
+        let case = self.case;
+        if let Err(error) = cut.shape.validate(case.dimension()) {
+            self.report(format!("{path}.shape.{}", error.path), error.problem);
+        }
+        self.vector(&format!("{path}.velocity"), &cut.velocity);
+        self.not_negative(format!("{path}.start"), cut.start, " (s)");
+        if let Some(stop) = cut.stop {
+            let problem = format!("{stop} s must be after start, {} s", cut.start);
+            self.require(stop.is_finite() && stop > cut.start, format!("{path}.stop"), problem);
+        }
+        if let Some(stage) = &cut.stage {
+            let stages: Vec<&str> = case.stages.iter().map(|stage| stage.name.as_str()).collect();
+            self.name(&format!("{path}.stage"), stage, &stages, "the name of a stage");
+        }
+        self.counted_bodies(path, cut.bodies.as_deref());
+    }
+}

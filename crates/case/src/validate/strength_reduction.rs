@@ -1,0 +1,53 @@
+//! Rules of weakened stages and of searches for a factor of safety.
+
+use crate::description::FactorOfSafety;
+use crate::validate::ErrorCollector;
+
+/// More trials than anyone wants to wait for.
+const MAX_TRIALS: f64 = 40.0;
+
+impl ErrorCollector<'_> {
+    pub(super) fn weakening(&mut self, stage: usize) {
+        let Some(weakening) = &self.case.stages[stage].weakening else { return };
+        let path = format!("stages[{stage}].weakening");
+        self.positive(format!("{path}.factor"), weakening.factor, "strength is divided by it");
+        self.weakened_materials(&path, weakening.materials.as_deref());
+        let sound = weakening.factor.is_finite() && weakening.factor > 0.0;
+        if let (true, Err(error)) = (sound, self.case.with_weakening(stage)) {
+            self.report(error.path, error.problem);
+        }
+    }
+
+    pub(super) fn factor_of_safety(&mut self, path: &str, search: &FactorOfSafety) {
+        let stages: Vec<&str> = self.case.stages.iter().map(|stage| stage.name.as_str()).collect();
+        self.name(&format!("{path}.after"), &search.after, &stages, "the name of a stage");
+        for (key, value, unit) in [("duration", search.duration, "s"), ("height", search.height, "m")] {
+            if let Some(value) = value {
+                self.positive(format!("{path}.{key}"), value, unit);
+            }
+        }
+        let weighs = self.case.gravity.iter().any(|g| *g != 0.0);
+        let problem = "there is no gravity by which to find it: give the longest duration of a trial (s)";
+        self.require(weighs || search.duration.is_some(), format!("{path}.duration"), problem);
+        self.positive(format!("{path}.tolerance"), search.tolerance, "a width");
+        let problem = format!("{} is not in 0..1 (1 excluded)", search.damping);
+        self.require((0.0..1.0).contains(&search.damping), format!("{path}.damping"), problem);
+        let [low, high] = search.range;
+        let sound = low.is_finite() && high.is_finite() && 0.0 < low && low < high;
+        self.require(sound, format!("{path}.range"), format!("{low} and {high} must be positive and ascend"));
+        let trials = ((high - low) / search.tolerance).log2();
+        let problem = format!("{} would take {trials:.0} trials", search.tolerance);
+        self.require(!(trials > MAX_TRIALS), format!("{path}.tolerance"), problem);
+        self.weakened_materials(path, search.materials.as_deref());
+        if let (true, Err(problem)) = (sound, self.case.check_search(search)) {
+            self.report(format!("{path}.range"), problem);
+        }
+    }
+
+    fn weakened_materials(&mut self, path: &str, names: Option<&[String]>) {
+        let materials: Vec<&str> = self.case.materials.keys().map(String::as_str).collect();
+        for (number, name) in names.unwrap_or_default().iter().enumerate() {
+            self.name(&format!("{path}.materials[{number}]"), name, &materials, "defined under materials");
+        }
+    }
+}

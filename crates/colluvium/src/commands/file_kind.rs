@@ -1,0 +1,115 @@
+//! Kinds of files that commands take.
+
+use std::path::Path;
+
+use colluvium::case::CaseError;
+use colluvium::case::files::json;
+use colluvium::constitutive::driver::incremental;
+use serde_json::Value;
+
+use crate::commands::CommandError;
+
+/// Kind of a file that a user names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FileKind {
+    /// A case.
+    Case,
+    /// A test of a single material point.
+    ElementTest,
+    /// A sweep over parameters of a case.
+    Sweep,
+}
+
+impl FileKind {
+    /// The kind of a JSON value by the keys that no other kind has; `None` where there are none, or those of several.
+    fn from_keys(value: &Value) -> Option<Self> {
+        let has = |key: &str| value.get(key).is_some();
+        let case = ["space", "domain", "bodies", "materials", "methods"].into_iter().any(has);
+        let test = has("material") || has("initial_stress");
+        let sweep = has("parameters") && has("case");
+        match [case, test, sweep] {
+            [true, false, false] => Some(Self::Case),
+            [false, true, false] => Some(Self::ElementTest),
+            [false, false, true] => Some(Self::Sweep),
+            _ => None,
+        }
+    }
+
+    /// Name, and the command that takes it.
+    fn name_and_command(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Case => ("a case", "colluvium check"),
+            Self::ElementTest => ("an element test", "colluvium element-test"),
+            Self::Sweep => ("a sweep", "colluvium sweep"),
+        }
+    }
+}
+
+/// Where files of terrain and tables are named.
+const REFERENCED_BY_CASE: &str = "a case names such files; `colluvium new debris-flow` writes one that does";
+
+/// Kind of a file that its ending tells, and what to do with it.
+fn from_extension(file: &Path) -> Option<(&'static str, &'static str)> {
+    let ending = file.extension()?.to_string_lossy().to_lowercase();
+    Some(match ending.as_str() {
+        "asc" | "grd" | "tif" | "tiff" => ("a raster", REFERENCED_BY_CASE),
+        "shp" | "geojson" | "gpkg" | "kml" => ("an outline", REFERENCED_BY_CASE),
+        "csv" => ("a table", REFERENCED_BY_CASE),
+        "stl" | "obj" | "msh" => ("a mesh", REFERENCED_BY_CASE),
+        "vtu" | "pvd" => ("a frame of results", "`colluvium plot` draws the folder of a run"),
+        _ => return None,
+    })
+}
+
+/// Refuses a file that is plainly of another kind than a command takes, with the command for it. What cannot be read is refused where it
+/// is.
+pub fn require_kind(file: &Path, wanted: FileKind) -> Result<(), CommandError> {
+    let wrong = |is: &str, cure: String| {
+        let problem = format!("is {is}, and not {}: {cure}", wanted.name_and_command().0);
+        Err(CaseError::new(file.display().to_string(), problem).into())
+    };
+    if file.is_dir() {
+        let run = file.join("summary.json").exists();
+        let test = file.join(incremental::TEST).exists() && wanted != FileKind::ElementTest;
+        let name = file.display();
+        return match (run, test) {
+            (true, _) => wrong("the folder of a run", format!("`colluvium report {name}` shows it")),
+            (false, true) => wrong(
+                "the folder of an incrementalDriver",
+                format!("`colluvium element-test {name} --material FILE` runs it"),
+            ),
+            (false, false) if file.join("sweep.json").exists() => {
+                let tables = format!(
+                    "{name}/runs.csv has its results, and `colluvium sweep SWEEP --out {name} --resume` goes on with it"
+                );
+                wrong("the folder of a sweep", tables)
+            }
+            (false, false) if wanted != FileKind::ElementTest => {
+                wrong("a folder", "give the file itself".to_owned())
+            }
+            (false, false) => Ok(()),
+        };
+    }
+    if let Some((is, cure)) = from_extension(file).filter(|_| file.is_file()) {
+        return wrong(is, cure.to_owned());
+    }
+    let Ok(value) = json::value(file) else { return Ok(()) };
+    let has = |key: &&str| value.get(*key).is_some();
+    let geometry = ["features", "coordinates", "geometries", "geometry"];
+    if value.get("type").is_some_and(Value::is_string) && geometry.iter().any(has) {
+        return wrong("an outline", REFERENCED_BY_CASE.to_owned());
+    }
+    if ["fingerprint", "status", "method"].iter().all(has) {
+        return wrong(
+            "the summary of a run",
+            "`colluvium report` shows the run, given its folder".to_owned(),
+        );
+    }
+    match FileKind::from_keys(&value).filter(|found| *found != wanted) {
+        Some(found) => {
+            let (is, command) = found.name_and_command();
+            wrong(is, format!("`{command} {}` takes it", file.display()))
+        }
+        None => Ok(()),
+    }
+}

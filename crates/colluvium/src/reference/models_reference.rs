@@ -1,0 +1,88 @@
+//! The list of material models, made from the facts and the schema of each.
+
+use constitutive::{MaterialSpec, ModelFamily};
+use serde_json::Value;
+
+use crate::constitutive;
+use crate::reference::case_reference::{key_table, one_line, variant_tag};
+
+/// Models that the sources name without a law that could be checked: extensions for whoever needs them.
+const UNVERIFIED_MODELS: &[&str] = &[
+    "partial fluidisation with an order parameter (Aranson & Tsimring)",
+    "volume-fraction model of dense flow (Josserand et al.)",
+    "rigid–plastic Coulomb material at the limit state",
+    "non-coaxial plasticity (Yu & Yuan)",
+    "advanced elastoplastic models with partial or critical states",
+    "viscoplastic model for strain localisation",
+    "two-surface SANISAND, the parent of `simsand`",
+    "kinetic theory of granular gases",
+    "nonlocal and gradient plasticity",
+    "other hypoplastic laws (von Wolffersdorff; Herle & Kolymbas; Wang et al.; those in the SPH of Peng et al.)",
+    "double-scale bands whose thickness evolves, and several bands in one point",
+    "cells of grains as skeleton or interface: `granular_cell` has their averages; the grains are those of a discrete method",
+    "snow regimes (cold dense, warm shear, warm plug, sliding slab): `cohesive-cam-clay` with parameters that the sources do not print",
+];
+
+/// The models as Markdown: a table of all, the parameters of each, and what is only named.
+pub fn models_reference() -> String {
+    let schema = crate::case_schema();
+    let mut text = String::from(
+        "# Models\n\nMade from the list of models and the schema of a case; do not edit. The equations and their \
+         files: [Constitutive laws](theory/constitutive.md). Which law a file holds is said by `model`. Every model \
+         works in three dimensions, plane strain and axisymmetry, and in [element tests](element-tests.md).\n\n\
+         | model | what | source | strain | tangent | who may use it |\n|---|---|---|---|---|---|\n",
+    );
+    for (name, facts) in MaterialSpec::MODELS {
+        let what = model_schema(&schema, name).map_or_else(String::new, |v| one_line(&v["description"]));
+        text.push_str(&format!(
+            "| [`{name}`](#{name}) | {what} | {} | {} | {} | {} |\n",
+            facts.source,
+            facts.strain,
+            facts.tangent,
+            methods_of_model(name, facts.kind)
+        ));
+    }
+    text.push_str(
+        "\nTangents called numerical are central differences of the update. Laws without finite strain (`rate`) are \
+         integrated in a co-rotating frame.\n\n",
+    );
+    for (name, _) in MaterialSpec::MODELS {
+        text.push_str(&format!("## {name}\n\n"));
+        if let Some(variant) = model_schema(&schema, name) {
+            // Types are explained with the case file.
+            let mut table = String::new();
+            key_table(&mut table, variant);
+            text.push_str(&table.replace("](#", "](case-file.md#"));
+        }
+    }
+    text.push_str(
+        "## Named only\n\nThese are mentioned in the sources and not built; the traits of \
+         [the contract](theory/constitutive.md#the-contract) take them.\n\n",
+    );
+    for extension in UNVERIFIED_MODELS {
+        text.push_str(&format!("- {extension}\n"));
+    }
+    text
+}
+
+fn methods_of_model(name: &str, kind: ModelFamily) -> &'static str {
+    match (name, kind) {
+        ("umat", _) => "who trusts the library; 3D stress only",
+        ("hypoplastic", _) => "all methods; viscous mode `rate-material` in element tests only",
+        ("saturation-softened", _) => "bodies with a `pore_fluid`; element tests",
+        ("double-scale", _) => {
+            "all methods; a band is as long as a cell (with splines two), in SPH as two spacings"
+        }
+        (_, ModelFamily::Solid) => "all methods",
+        (_, ModelFamily::Fluid) => "all methods; no shear stress at the start",
+        (_, ModelFamily::Wrapper) => "who the inner material is for",
+    }
+}
+
+/// Schema of a model, references resolved.
+fn model_schema<'a>(schema: &'a Value, name: &str) -> Option<&'a Value> {
+    let variants = schema["$defs"]["MaterialSpec"]["oneOf"].as_array()?;
+    variants
+        .iter()
+        .find(|variant| variant_tag(variant).is_some_and(|(key, value)| key == "model" && value == name))
+}

@@ -1,0 +1,184 @@
+//! Which values are run together.
+
+use std::collections::BTreeMap;
+
+use rand::seq::SliceRandom;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::sweep::SweepParameter;
+
+/// Most runs of a sweep.
+const MAX_RUNS: usize = 100_000;
+/// Most parameters of a Sobol sequence.
+const SOBOL_DIMENSIONS: usize = sobol_burley::NUM_DIMENSIONS as usize;
+
+/// Which values of the parameters are run together.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum SamplingPlan {
+    /// Every value of each parameter with every value of the others.
+    #[default]
+    #[serde(rename = "grid")]
+    FullFactorial,
+    /// The first values of all parameters, then the second ones, …
+    #[serde(rename = "together")]
+    Paired,
+    /// Drawn at random so that each of `runs` equal parts of each parameter's range is met once (McKay, Beckman and
+    /// Conover 1979).
+    LatinHypercube {
+        /// Number of runs.
+        runs: usize,
+        /// Seed; the same one draws the same values.
+        #[serde(default)]
+        seed: u64,
+    },
+    /// The first points of a Sobol sequence, scrambled (Owen 1998), which fill the ranges evenly whatever their
+    /// number; powers of two are best.
+    Sobol {
+        /// Number of runs.
+        runs: usize,
+        /// Seed of the scrambling.
+        #[serde(default)]
+        seed: u32,
+    },
+}
+
+impl SamplingPlan {
+    /// Path and problem of everything that is wrong.
+    pub(super) fn validation_errors(
+        &self,
+        parameters: &BTreeMap<String, SweepParameter>,
+    ) -> Vec<(String, String)> {
+        let mut wrong = Vec::new();
+        if let Self::FullFactorial | Self::Paired = self {
+            let ranges = parameters.iter().filter(|(_, parameter)| parameter.range.is_some());
+            let problem = "goes with the plans latin-hypercube and sobol; give values";
+            wrong.extend(ranges.map(|(name, _)| (format!("parameters.{name}.range"), problem.to_owned())));
+        }
+        let mut counts = parameters.iter().map(|(name, parameter)| (name, parameter.values.len()));
+        match self {
+            Self::FullFactorial => {
+                let runs = counts.try_fold(1, |runs: usize, (_, count)| runs.checked_mul(count));
+                if runs.is_none_or(|runs| runs > MAX_RUNS) {
+                    wrong.push(("plan".into(), format!("makes more than {MAX_RUNS} runs")));
+                }
+            }
+            Self::Paired => {
+                let Some((first, count)) = counts.next() else { return wrong };
+                wrong.extend(counts.filter(|(_, other)| *other != count).map(|(name, other)| {
+                    let problem =
+                        format!("has {other} entries, {first} has {count}: the plan takes them together");
+                    (format!("parameters.{name}.values"), problem)
+                }));
+            }
+            Self::LatinHypercube { runs, .. } | Self::Sobol { runs, .. } => {
+                if !(1..=MAX_RUNS).contains(runs) {
+                    wrong.push(("plan.runs".into(), format!("{runs} is not in 1..={MAX_RUNS}")));
+                }
+            }
+        }
+        if matches!(self, Self::Sobol { .. }) && parameters.len() > SOBOL_DIMENSIONS {
+            let problem =
+                format!("are {}, a Sobol sequence has {SOBOL_DIMENSIONS} at most", parameters.len());
+            wrong.push(("parameters".into(), problem));
+        }
+        wrong
+    }
+
+    /// The values of each run, in the order of the parameters' names.
+    pub(super) fn values(&self, parameters: &BTreeMap<String, SweepParameter>) -> Vec<Vec<Value>> {
+        let count = parameters.len();
+        let drawn = |fractions: Vec<Vec<f64>>| {
+            let of_run = |fractions: Vec<f64>| {
+                parameters
+                    .values()
+                    .zip(fractions)
+                    .map(|(parameter, u)| parameter.value_at_fraction(u))
+                    .collect()
+            };
+            fractions.into_iter().map(of_run).collect()
+        };
+        match self {
+            Self::FullFactorial => full_factorial(parameters),
+            Self::Paired => {
+                let runs = parameters.values().map(|parameter| parameter.values.len()).min().unwrap_or(0);
+                let of_run = |run: usize| parameters.values().map(|p| p.values[run].clone()).collect();
+                (0..runs).map(of_run).collect()
+            }
+            Self::LatinHypercube { runs, seed } => drawn(latin_hypercube(*runs, count, *seed)),
+            Self::Sobol { runs, seed } => drawn(sobol(*runs, count, *seed)),
+        }
+    }
+}
+
+/// All combinations; the last parameter varies fastest.
+fn full_factorial(parameters: &BTreeMap<String, SweepParameter>) -> Vec<Vec<Value>> {
+    parameters.values().fold(vec![Vec::new()], |runs, parameter| {
+        let mut longer = Vec::with_capacity(runs.len() * parameter.values.len());
+        for run in runs {
+            longer.extend(
+                parameter.values.iter().map(|value| [run.as_slice(), std::slice::from_ref(value)].concat()),
+            );
+        }
+        longer
+    })
+}
+
+/// Fractions in `0..1`, for each run one for each parameter.
+fn latin_hypercube(runs: usize, parameters: usize, seed: u64) -> Vec<Vec<f64>> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut fractions = vec![Vec::with_capacity(parameters); runs];
+    for _ in 0..parameters {
+        let mut parts: Vec<usize> = (0..runs).collect();
+        parts.shuffle(&mut random);
+        for (run, part) in fractions.iter_mut().zip(parts) {
+            run.push((part as f64 + random.random::<f64>()) / runs as f64);
+        }
+    }
+    fractions
+}
+
+/// Likewise.
+fn sobol(runs: usize, parameters: usize, seed: u32) -> Vec<Vec<f64>> {
+    let point = |run: usize| {
+        let coordinate = |k: usize| f64::from(sobol_burley::sample(run as u32, k as u32, seed));
+        (0..parameters).map(coordinate).collect()
+    };
+    (0..runs).map(point).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_part_of_each_range_is_met_once_by_a_latin_hypercube() {
+        let fractions = latin_hypercube(17, 3, 5);
+        for parameter in 0..3 {
+            let mut parts: Vec<usize> =
+                fractions.iter().map(|run| (17.0 * run[parameter]) as usize).collect();
+            assert_ne!(parts, (0..17).collect::<Vec<_>>(), "they are shuffled");
+            parts.sort_unstable();
+            assert_eq!(parts, (0..17).collect::<Vec<_>>());
+        }
+        assert_eq!(fractions, latin_hypercube(17, 3, 5));
+        assert_ne!(fractions, latin_hypercube(17, 3, 6));
+    }
+
+    #[test]
+    fn a_power_of_two_of_sobol_points_meets_each_part_once_in_every_parameter() {
+        for seed in [0, 9] {
+            let fractions = sobol(64, 5, seed);
+            for parameter in 0..5 {
+                let mut parts: Vec<usize> =
+                    fractions.iter().map(|run| (64.0 * run[parameter]) as usize).collect();
+                parts.sort_unstable();
+                assert_eq!(parts, (0..64).collect::<Vec<_>>());
+            }
+        }
+    }
+}

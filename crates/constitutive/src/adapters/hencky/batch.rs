@@ -1,0 +1,408 @@
+//! Steps of several points at once at finite strain, for laws whose return keeps the directions of the trial. The
+//! operations on a point are the same however many stand beside it.
+
+use crate::adapters::hencky::series::{MAX_EXP_NORM_SQUARED, MAX_LOG_NORM_SQUARED, exp_minus_one, half_log};
+use crate::adapters::hencky::{Hencky, HenckyState, PrincipalReturn, push_forward, wave_modulus};
+use crate::{BatchError, Mat3, Motion, Point, StressUpdate, SymTensor};
+
+/// Points that are taken at once.
+pub(super) const WIDTH: usize = 16;
+
+/// Stresses of several points and what a law makes of them: [`PrincipalReturn::return_batch`].
+pub struct SimdBatch<const N: usize> {
+    /// Kirchhoff stresses (Pa), trial at first, component by component.
+    pub stress: [[f64; N]; 6],
+    /// One for points that yield, else zero.
+    pub is_yielding: [f64; N],
+    /// One for points that the law leaves to [`PrincipalReturn::return_principal`], else zero.
+    pub fallback: [f64; N],
+}
+
+/// What [`SimdBatch::fallback`] says of a point that does not move.
+const AT_REST: f64 = 2.0;
+
+impl<const N: usize> SimdBatch<N> {
+    /// Kirchhoff to Cauchy stresses; points whose stress is no number are left, and those that do not move marked.
+    #[inline(never)]
+    fn to_cauchy_stress<const PLANAR: bool>(&mut self, trials: &TrialBatch<'_, N>) {
+        let TrialBatch { deformation: [a, b, c, d, e, f, g, h, k], jacobian, .. } = trials;
+        for i in 0..N {
+            let stress = self.stress_of(i) * (1.0 / jacobian[i]);
+            let sum = (stress.0[0] + stress.0[1] + stress.0[2]) + (stress.0[3] + stress.0[4] + stress.0[5]);
+            let still = (a[i] == 1.0) & (b[i] == 0.0) & (d[i] == 0.0) & (e[i] == 1.0) & (k[i] == 1.0);
+            let across = (c[i] == 0.0) & (f[i] == 0.0) & (g[i] == 0.0) & (h[i] == 0.0);
+            self.set_stress(i, &stress);
+            // NaN and infinity make the product NaN.
+            let left = if sum * 0.0 == 0.0 { self.fallback[i] } else { 1.0 };
+            self.fallback[i] = if still & (PLANAR | across) { AT_REST } else { left };
+        }
+    }
+
+    /// Stress of one point.
+    #[inline(always)]
+    pub fn stress_of(&self, index: usize) -> SymTensor {
+        tensor(&self.stress, index)
+    }
+
+    /// Gives a point its stress.
+    #[inline(always)]
+    pub fn set_stress(&mut self, index: usize, stress: &SymTensor) {
+        set_tensor(&mut self.stress, index, stress);
+    }
+}
+
+/// Trials of several points.
+struct TrialBatch<'a, const N: usize> {
+    deformation: &'a [[f64; N]; 9],
+    elastic: [[f64; N]; 6],
+    jacobian: [f64; N],
+}
+
+#[inline(always)]
+fn tensor<const N: usize>(lanes: &[[f64; N]; 6], index: usize) -> SymTensor {
+    let [xx, yy, zz, xy, yz, zx] = lanes;
+    SymTensor([xx[index], yy[index], zz[index], xy[index], yz[index], zx[index]])
+}
+
+#[inline(always)]
+fn set_tensor<const N: usize>(lanes: &mut [[f64; N]; 6], index: usize, value: &SymTensor) {
+    let [xx, yy, zz, xy, yz, zx] = lanes;
+    (xx[index], yy[index], zz[index]) = (value.0[0], value.0[1], value.0[2]);
+    (xy[index], yz[index], zx[index]) = (value.0[3], value.0[4], value.0[5]);
+}
+
+/// One of two, without a branch.
+#[inline(always)]
+pub(crate) fn select(first: bool, a: &SymTensor, b: &SymTensor) -> SymTensor {
+    let of = |x: f64, y: f64| if first { x } else { y };
+    let (a, b) = (&a.0, &b.0);
+    SymTensor([
+        of(a[0], b[0]),
+        of(a[1], b[1]),
+        of(a[2], b[2]),
+        of(a[3], b[3]),
+        of(a[4], b[4]),
+        of(a[5], b[5]),
+    ])
+}
+
+/// Whether one of some flags is not zero.
+#[inline(always)]
+pub(crate) fn any<const N: usize>(flags: &[f64; N]) -> bool {
+    let mut bits = 0;
+    for i in 0..N {
+        bits |= flags[i].to_bits();
+    }
+    bits != 0
+}
+
+/// [`carried`] for a step that leaves the third axis alone, and the change of volume.
+#[inline(always)]
+fn push_forward_in_plane([xx, yy, zz, xy]: [f64; 4], [a, b, d, e, k]: [f64; 5]) -> (SymTensor, f64) {
+    let (t0, t1) = (a * xx + b * xy, a * xy + b * yy);
+    let (t3, t4) = (d * xx + e * xy, d * xy + e * yy);
+    let (along, upward, across) = (a - 1.0, e - 1.0, k - 1.0);
+    let trial = SymTensor([
+        (t0 * a + t1 * b) + along * 2.0 + (along * along + b * b),
+        (t3 * d + t4 * e) + upward * 2.0 + (d * d + upward * upward),
+        k * zz * k + across * 2.0 + across * across,
+        (t0 * d + t1 * e) + (b + d) + (along * d + b * upward),
+        0.0,
+        0.0,
+    ]);
+    (trial, a * (e * k) - b * (d * k))
+}
+
+impl<const N: usize> TrialBatch<'_, N> {
+    /// How many steps and elastic deformations leave the third axis alone.
+    #[inline(always)]
+    fn count_planar(&self) -> usize {
+        let ([_, _, c, _, _, f, g, h, _], [_, _, _, _, yz, zx]) = (self.deformation, &self.elastic);
+        let mut count = 0;
+        for i in 0..N {
+            let step = (c[i] == 0.0) & (f[i] == 0.0) & (g[i] == 0.0) & (h[i] == 0.0);
+            count += usize::from(step & (yz[i] == 0.0) & (zx[i] == 0.0));
+        }
+        count
+    }
+}
+
+/// One component of several points.
+#[inline(always)]
+fn component<const N: usize>(of: impl Fn(usize) -> f64) -> [f64; N] {
+    let mut lane = [0.0; N];
+    for i in 0..N {
+        lane[i] = of(i);
+    }
+    lane
+}
+
+/// As [`MotionBlock::deformation_components`], of motions that stand one by one.
+#[inline(always)]
+pub(super) fn deformation_components(motions: &[Motion], largest: f64, to: &mut [[f64; WIDTH]; 9]) -> bool {
+    let most = largest * largest;
+    let mut within = true;
+    for motion in motions {
+        let strain = motion.strain_increment();
+        within &= strain.dot(&strain) <= most;
+    }
+    let last = motions.len() - 1;
+    for c in 0..9 {
+        (0..WIDTH).for_each(|i| to[c][i] = motions[i.min(last)].deformation.0[c / 3][c % 3]);
+    }
+    within
+}
+
+/// Steps and states of several points, component by component.
+#[inline(always)]
+fn component_arrays<'a, const N: usize, S>(
+    deformation: &'a [[f64; N]; 9],
+    states: &[HenckyState<S>; N],
+) -> TrialBatch<'a, N> {
+    let elastic = |index: usize| component(|i| states[i].elastic.0[index]);
+    TrialBatch {
+        deformation,
+        elastic: [elastic(0), elastic(1), elastic(2), elastic(3), elastic(4), elastic(5)],
+        jacobian: component(|i| states[i].jacobian),
+    }
+}
+
+/// Wave moduli of up to [`WIDTH`] points.
+#[inline(always)]
+pub(super) fn wave_moduli<S>(
+    elastic: f64,
+    stresses: &[SymTensor],
+    states: &[HenckyState<S>],
+    out: &mut [f64],
+) {
+    let (mut lanes, mut jacobians, mut moduli) = ([[0.0; WIDTH]; 6], [1.0; WIDTH], [0.0; WIDTH]);
+    for (i, (stress, state)) in stresses.iter().zip(states).enumerate() {
+        set_tensor(&mut lanes, i, stress);
+        jacobians[i] = state.jacobian;
+    }
+    let mut planar = true;
+    for i in 0..WIDTH {
+        planar &= lies_in_plane(&tensor(&lanes, i));
+    }
+    if planar {
+        for i in 0..WIDTH {
+            let least = tensor(&lanes, i).least_principal_value_in_plane();
+            moduli[i] = elastic / jacobians[i] - least.min(0.0);
+        }
+    } else {
+        for i in 0..WIDTH {
+            moduli[i] = wave_modulus(elastic, &tensor(&lanes, i), jacobians[i]);
+        }
+    }
+    out.copy_from_slice(&moduli[..out.len()]);
+}
+
+/// Whether the third axis is a principal one.
+#[inline(always)]
+pub(super) fn lies_in_plane(stress: &SymTensor) -> bool {
+    (stress.0[4] == 0.0) & (stress.0[5] == 0.0)
+}
+
+/// Reads of each state a number at its start and one at its end, so that what lies in memory comes for all of them at once and not
+/// for one group after another.
+#[inline(always)]
+pub(super) fn prefetch<S>(states: &[HenckyState<S>]) {
+    let mut bits = 0;
+    for state in states {
+        bits |= state.elastic.0[0].to_bits() | state.jacobian.to_bits();
+    }
+    std::hint::black_box(bits);
+}
+
+impl<L: PrincipalReturn> Hencky<L> {
+    /// One step of `N` points, whatever their size, in place; tells which points it leaves as they are, because the
+    /// series do not reach so far or the law wants them alone.
+    #[inline]
+    fn step_batch<const N: usize>(
+        &self,
+        deformation: &[[f64; N]; 9],
+        stresses: &mut [SymTensor; N],
+        states: &mut [HenckyState<L::State>; N],
+    ) -> [f64; N] {
+        let mut trials = component_arrays(deformation, states);
+        let planar = trials.count_planar();
+        if planar == N {
+            return self.step_batch_of::<N, true>(&mut trials, stresses, states);
+        }
+        if planar == 0 {
+            return self.step_batch_of::<N, false>(&mut trials, stresses, states);
+        }
+        let mut left = [0.0; N];
+        for i in 0..N {
+            let (mut stress, mut state) = ([stresses[i]], [states[i].clone()]);
+            let alone = self.step_batch::<1>(&deformation.map(|lane| [lane[i]]), &mut stress, &mut state);
+            [stresses[i]] = stress;
+            [states[i]] = state;
+            left[i] = alone[0];
+        }
+        left
+    }
+
+    #[inline(never)]
+    fn step_batch_of<const N: usize, const PLANAR: bool>(
+        &self,
+        trials: &mut TrialBatch<'_, N>,
+        stresses: &mut [SymTensor; N],
+        states: &mut [HenckyState<L::State>; N],
+    ) -> [f64; N] {
+        let mut few = SimdBatch { stress: [[0.0; N]; 6], is_yielding: [0.0; N], fallback: [0.0; N] };
+        self.elastic_trials::<N, PLANAR>(trials, &mut few);
+        let mut inner: [L::State; N] = std::array::from_fn(|i| states[i].inner.clone());
+        self.0.return_batch(&mut few, &mut inner);
+        let yielding = any(&few.is_yielding);
+        if yielding {
+            self.update_elastic_deformation::<N, PLANAR>(trials, &mut few);
+        }
+        few.to_cauchy_stress::<PLANAR>(trials);
+        for i in 0..N {
+            if few.fallback[i] == 0.0 {
+                stresses[i] = few.stress_of(i);
+                (states[i].elastic, states[i].jacobian) = (tensor(&trials.elastic, i), trials.jacobian[i]);
+            }
+        }
+        if yielding {
+            for i in (0..N).filter(|&i| few.fallback[i] == 0.0) {
+                states[i].inner.clone_from(&inner[i]);
+            }
+        }
+        // A point at rest keeps its state.
+        component(|i| if few.fallback[i] == 1.0 { 1.0 } else { 0.0 })
+    }
+
+    /// Elastic trial: `b - 1`, volume and Kirchhoff stress.
+    #[inline(never)]
+    fn elastic_trials<const N: usize, const PLANAR: bool>(
+        &self,
+        trials: &mut TrialBatch<'_, N>,
+        few: &mut SimdBatch<N>,
+    ) {
+        let elasticity = self.0.elasticity();
+        let (lame, two_mu) = (elasticity.lame(), 2.0 * elasticity.shear_modulus);
+        let TrialBatch { deformation: [a, b, c, d, e, f, g, h, k], elastic, jacobian } = trials;
+        for i in 0..N {
+            let old = tensor(elastic, i);
+            let (trial, stretch) = if PLANAR {
+                push_forward_in_plane(
+                    [old.0[0], old.0[1], old.0[2], old.0[3]],
+                    [a[i], b[i], d[i], e[i], k[i]],
+                )
+            } else {
+                let step = Mat3([[a[i], b[i], c[i]], [d[i], e[i], f[i]], [g[i], h[i], k[i]]]);
+                (push_forward(&old, &step), step.determinant())
+            };
+            let strain = half_log::<PLANAR>(&trial);
+            let stress = strain * two_mu + SymTensor::isotropic(lame * strain.trace());
+            // Written so that NaN is left.
+            let reached =
+                (trial.dot(&trial) <= MAX_LOG_NORM_SQUARED) & (stretch > 0.0) & (stretch < f64::MAX);
+            set_tensor(elastic, i, &trial);
+            set_tensor(&mut few.stress, i, &stress);
+            jacobian[i] *= stretch;
+            few.fallback[i] = if reached { 0.0 } else { 1.0 };
+        }
+    }
+
+    /// Elastic deformation that belongs to the stress of the points that yield.
+    #[inline(never)]
+    fn update_elastic_deformation<const N: usize, const PLANAR: bool>(
+        &self,
+        trials: &mut TrialBatch<'_, N>,
+        few: &mut SimdBatch<N>,
+    ) {
+        let elasticity = self.0.elasticity();
+        let (per_shear, per_bulk) = (1.0 / elasticity.shear_modulus, 2.0 / (3.0 * elasticity.bulk_modulus));
+        let (mut elastic, mut left) = ([[0.0; N]; 6], [0.0; N]);
+        for i in 0..N {
+            let stress = tensor(&few.stress, i);
+            let mean = stress.trace() / 3.0;
+            let doubled =
+                (stress - SymTensor::isotropic(mean)) * per_shear + SymTensor::isotropic(mean * per_bulk);
+            let kept = exp_minus_one::<PLANAR>(&doubled);
+            let yields = few.is_yielding[i] != 0.0;
+            let reached = doubled.dot(&doubled) <= MAX_EXP_NORM_SQUARED;
+            set_tensor(&mut elastic, i, &select(yields, &kept, &tensor(&trials.elastic, i)));
+            left[i] = few.fallback[i].max(if yields & !reached { 1.0 } else { 0.0 });
+        }
+        (trials.elastic, few.fallback) = (elastic, left);
+    }
+
+    /// One step of a point by itself, where the series reach and the law does not leave it.
+    #[inline]
+    pub(super) fn single(
+        &self,
+        motion: &Motion,
+        old: &Point<HenckyState<L::State>>,
+    ) -> Option<Point<HenckyState<L::State>>> {
+        let [[a, b, c], [d, e, f], [g, h, k]] = motion.deformation.0;
+        let (mut stress, mut state) = ([old.stress], [old.state.clone()]);
+        let [left] = self.step_batch(&[[a], [b], [c], [d], [e], [f], [g], [h], [k]], &mut stress, &mut state);
+        let ([stress], [state]) = (stress, state);
+        (left == 0.0).then_some(Point { stress, state })
+    }
+
+    /// A batch, [`WIDTH`] points at a time. `steps` gives deformations of so many points from one on, component by component, and
+    /// whether none of their steps is too large; `each` gives the motion of a point.
+    #[inline]
+    pub(super) fn update_all(
+        &self,
+        steps: impl Fn(usize, usize, &mut [[f64; WIDTH]; 9]) -> bool,
+        each: impl Fn(usize) -> Motion,
+        stresses: &mut [SymTensor],
+        states: &mut [HenckyState<L::State>],
+    ) -> Result<(), BatchError> {
+        let mut deformation = [[0.0; WIDTH]; 9];
+        let groups = stresses.chunks_mut(WIDTH).zip(states.chunks_mut(WIDTH));
+        for (group, (stresses, states)) in groups.enumerate() {
+            let (first, count) = (group * WIDTH, stresses.len());
+            let left = if steps(first, count, &mut deformation) {
+                self.update_group(&deformation, stresses, states)
+            } else {
+                [1.0; WIDTH]
+            };
+            for i in (0..count).filter(|&i| left[i] != 0.0) {
+                let index = first + i;
+                self.update_one(&each(index), &mut stresses[i], &mut states[i])
+                    .map_err(|source| BatchError { index, source })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Up to [`WIDTH`] points; the last one stands for those that are missing.
+    #[inline]
+    fn update_group(
+        &self,
+        deformation: &[[f64; WIDTH]; 9],
+        stresses: &mut [SymTensor],
+        states: &mut [HenckyState<L::State>],
+    ) -> [f64; WIDTH] {
+        if let ([stresses], [states]) = (stresses.as_chunks_mut().0, states.as_chunks_mut().0) {
+            return self.step_batch::<WIDTH>(deformation, stresses, states);
+        }
+        let last = stresses.len() - 1;
+        let mut some = std::array::from_fn(|i| stresses[i.min(last)]);
+        let mut of_some = std::array::from_fn(|i| states[i.min(last)].clone());
+        let left = self.step_batch::<WIDTH>(deformation, &mut some, &mut of_some);
+        stresses.copy_from_slice(&some[..=last]);
+        states.clone_from_slice(&of_some[..=last]);
+        left
+    }
+
+    /// A point of a batch by itself.
+    pub(super) fn update_one(
+        &self,
+        motion: &Motion,
+        stress: &mut SymTensor,
+        state: &mut HenckyState<L::State>,
+    ) -> Result<(), crate::MaterialError> {
+        let new = self.update(motion, &Point { stress: *stress, state: state.clone() })?;
+        *stress = new.stress;
+        *state = new.state;
+        Ok(())
+    }
+}

@@ -1,0 +1,57 @@
+//! What a base bears without moving.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::basal::BasalFlow;
+
+/// Friction and cohesion at the base.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BasalStrength {
+    /// Coefficient of friction `tan φ`.
+    pub friction: f64,
+    /// Cohesion `c` (Pa).
+    pub cohesion: f64,
+    /// How cohesion depends on the normal stress.
+    pub form: CohesionForm,
+    /// Constant pore-pressure ratio `r_u`: share of the normal stress that water carries.
+    pub pore_pressure_ratio: f64,
+}
+
+/// How cohesion at the base depends on the normal stress.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum CohesionForm {
+    /// Not at all: `s = σ' tan φ + c`.
+    #[default]
+    Constant,
+    /// None without normal stress (Bartelt et al. 2015, eq. 6; RAMMS):
+    /// `s = σ' tan φ + (1 - tan φ) c (1 - e^(-σ'/c))`, for `tan φ` up to 1.
+    Ramms,
+}
+
+impl BasalStrength {
+    /// None.
+    pub const NONE: Self =
+        Self { friction: 0.0, cohesion: 0.0, form: CohesionForm::Constant, pore_pressure_ratio: 0.0 };
+
+    /// Effective normal stress on the base (Pa), compression-positive, never tension.
+    #[inline]
+    pub fn effective_stress(&self, flow: &BasalFlow) -> f64 {
+        ((1.0 - self.pore_pressure_ratio) * flow.normal_stress - flow.pore_pressure).max(0.0)
+    }
+
+    /// Shear stress (Pa) that the base bears under `flow`.
+    #[inline]
+    pub fn shear_strength(&self, flow: &BasalFlow) -> f64 {
+        let stress = self.effective_stress(flow);
+        let cohesion = match self.form {
+            CohesionForm::Constant => self.cohesion,
+            CohesionForm::Ramms if self.cohesion > 0.0 => {
+                -(1.0 - self.friction) * self.cohesion * (-stress / self.cohesion).exp_m1()
+            }
+            CohesionForm::Ramms => 0.0,
+        };
+        stress * self.friction + cohesion
+    }
+}

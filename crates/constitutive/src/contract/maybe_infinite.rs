@@ -1,0 +1,53 @@
+//! A number of a case file that may be infinite.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A number, or `"none"` where it is infinite: a turbulence coefficient without turbulence, a settling velocity
+/// without drag.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected a number or \"none\"")]
+pub enum MaybeInfinite {
+    /// The number.
+    Number(f64),
+    /// Infinite.
+    Word(NoneWord),
+}
+
+/// The word `"none"`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum NoneWord {
+    /// The word.
+    None,
+}
+
+impl MaybeInfinite {
+    /// Infinite.
+    pub const NONE: Self = Self::Word(NoneWord::None);
+
+    /// The number; infinity for `"none"`.
+    pub fn or_infinity(self) -> f64 {
+        match self {
+            Self::Number(value) => value,
+            Self::Word(NoneWord::None) => f64::INFINITY,
+        }
+    }
+
+    /// The number must be positive and finite; `"none"` always is right. `unit` is named in the error.
+    ///
+    /// # Errors
+    /// A number that is not.
+    pub fn check_positive(self, field: &'static str, unit: &str) -> Result<f64, crate::MaterialError> {
+        if let Self::Number(value) = self {
+            crate::contract::model::positive(field, value, unit)?;
+        }
+        Ok(self.or_infinity())
+    }
+}
+
+impl From<f64> for MaybeInfinite {
+    fn from(value: f64) -> Self {
+        Self::Number(value)
+    }
+}

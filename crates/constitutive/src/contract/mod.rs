@@ -1,0 +1,12 @@
+//! The contract between solvers and laws: motion of a step, state of a point, stress update, parameters of a case.
+//!
+//! Solvers depend on this room, laws implement it.
+
+pub mod component_arrays;
+pub(crate) mod interface;
+pub(crate) mod material;
+pub(crate) mod maybe_infinite;
+pub(crate) mod model;
+pub(crate) mod motion;
+pub(crate) mod spec;
+pub(crate) mod stress_update;

@@ -1,0 +1,207 @@
+//! Materials as a case file gives them: the one list of models.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::contract::model::{Model, ModelFamily, ModelInfo};
+use crate::laws::*;
+use crate::{Material, MaterialError};
+
+/// Initial density of a model's parameters: their field `density`, or where else it stands.
+macro_rules! density {
+    ($spec:ident) => {
+        $spec.density
+    };
+    ($spec:ident, $($place:tt)+) => {
+        $spec.$($place)+
+    };
+}
+
+/// The enum of all models and what is asked of each of them. Where parameters have no field `density` of their own, the list
+/// says where it stands.
+macro_rules! models {
+    ($($(#[$doc:meta])* $name:literal => $variant:ident($spec:ty $(, $($density:tt)+)?),)*) => {
+        /// A material of a case file: the model's name and its parameters, angles in degrees.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(tag = "model")]
+        pub enum MaterialSpec {
+            $($(#[$doc])* #[serde(rename = $name)] $variant($spec),)*
+        }
+
+        impl MaterialSpec {
+            /// Name and facts of every model, in the order of the list.
+            pub const MODELS: &'static [(&'static str, ModelInfo)] = &[$(($name, <$spec as Model>::INFO),)*];
+
+            /// Name of the model.
+            pub fn name(&self) -> &'static str {
+                match self { $(Self::$variant(_) => $name,)* }
+            }
+
+            /// What a reader should know about the model.
+            pub fn facts(&self) -> ModelInfo {
+                match self { $(Self::$variant(_) => <$spec as Model>::INFO,)* }
+            }
+
+            /// Initial density (kg/m³).
+            pub fn density(&self) -> f64 {
+                match self { $(Self::$variant(spec) => density!(spec $(, $($density)+)?),)* }
+            }
+
+            /// The law, parameters checked and angles converted.
+            ///
+            /// # Errors
+            /// The first parameter out of range.
+            pub fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+                self.check_depth()?;
+                let density = match self.inner() {
+                    None => crate::contract::model::positive("density", self.density(), "kg/m³"),
+                    Some(_) => Ok(()),
+                };
+                let law = || match self { $(Self::$variant(spec) => spec.build(),)* };
+                density.and_then(|()| law()).map_err(|error| error.with_model(self.name()))
+            }
+
+            /// What is allowed but worth a word, each starting with the parameter's name.
+            pub fn warnings(&self) -> Vec<String> {
+                match self { $(Self::$variant(spec) => spec.warnings(),)* }
+            }
+
+            /// The material this one acts on, for models around another.
+            pub fn inner(&self) -> Option<&MaterialSpec> {
+                match self { $(Self::$variant(spec) => spec.inner(),)* }
+            }
+
+            /// The same material with reduced strength (sheet: constitutive §3.11).
+            ///
+            /// # Errors
+            /// For models without a strength to reduce, and where the reduced peak falls below the residual.
+            pub fn strength_reduced(&self, reduction: &StrengthReduction) -> Result<Self, MaterialError> {
+                crate::contract::model::positive("factor", reduction.factor, "")?;
+                let none = || MaterialError::choice("model", format!("{} has no strength to reduce", self.name()));
+                match self {
+                    $(Self::$variant(spec) => {
+                        let reduced = spec.strength_reduced(reduction).ok_or_else(none)?.map(Self::$variant);
+                        reduced.map_err(|error| error.with_model(self.name()))
+                    })*
+                }
+            }
+
+            /// A sample of every model and every way to run it: what the contract tests run over.
+            pub fn examples() -> Vec<Self> {
+                let mut all = Vec::new();
+                $(if <$spec as Model>::INFO.kind != ModelFamily::Wrapper {
+                    all.extend(<$spec as Model>::examples().into_iter().map(Self::$variant));
+                })*
+                all
+            }
+
+            /// As [`MaterialSpec::examples`], of the models that act on another.
+            pub fn wrapped_examples() -> Vec<Self> {
+                let mut all = Vec::new();
+                $(if <$spec as Model>::INFO.kind == ModelFamily::Wrapper {
+                    all.extend(<$spec as Model>::examples().into_iter().map(Self::$variant));
+                })*
+                all
+            }
+        }
+    };
+}
+
+models! {
+    /// Linear isotropic elasticity.
+    "linear-elastic" => LinearElastic(LinearElasticSpec),
+    /// Compressible neo-Hookean elasticity, finite strain.
+    "neo-hookean" => NeoHookean(NeoHookeanSpec),
+    /// St. Venant–Kirchhoff elasticity, finite strain.
+    "st-venant-kirchhoff" => StVenantKirchhoff(StVenantKirchhoffSpec),
+    /// Fixed-corotated elasticity, finite strain.
+    "fixed-corotated" => FixedCorotated(FixedCorotatedSpec),
+    /// Drucker–Prager plasticity.
+    "drucker-prager" => DruckerPrager(DruckerPragerSpec),
+    /// Sand without cohesion at finite strain (Klar): its friction angle may change with flow, and the volume of what was
+    /// pulled apart is closed again.
+    "sand" => Sand(SandSpec),
+    /// Mohr–Coulomb plasticity.
+    "mohr-coulomb" => MohrCoulomb(MohrCoulombSpec),
+    /// Tresca plasticity.
+    "tresca" => Tresca(TrescaSpec),
+    /// Von Mises plasticity.
+    "von-mises" => VonMises(VonMisesSpec),
+    /// Isotropic elasticity whose stiffness grows with pressure.
+    "pressure-dependent-elastic" => PressureElastic(PressureElasticSpec),
+    /// Modified Cam-clay.
+    "modified-cam-clay" => CamClay(CamClaySpec),
+    /// Original Cam-clay.
+    "original-cam-clay" => OriginalCamClay(OriginalCamClaySpec, 0.density),
+    /// Snow that breaks and packs (Stomakhin), finite strain.
+    "snow" => Snow(SnowSpec),
+    /// Cohesive Cam Clay: snow slabs and weak layers, finite strain.
+    "cohesive-cam-clay" => CohesiveCamClay(CohesiveCamClaySpec),
+    /// Elasticity with a tension cut-off.
+    "tension-cut" => TensionCut(TensionCutSpec),
+    /// Undrained saturated soil around a skeleton in effective stresses.
+    "undrained" => Undrained(UndrainedSpec, skeleton.density()),
+    /// Stress-free shrinkage or swelling of another material.
+    "eigenstrain" => Eigenstrain(EigenstrainSpec, material.density()),
+    /// Another material with its strength divided by a factor.
+    "strength-reduced" => StrengthReduced(StrengthReducedSpec, material.density()),
+    /// Another material that loses cohesion by wetting.
+    "saturation-softened" => SaturationSoftened(SaturationSoftenedSpec, material.density()),
+    /// Hypoplasticity with critical state, and an acceleration-based viscous part.
+    "hypoplastic" => Hypoplastic(HypoplasticSpec),
+    /// Critical-state sand.
+    "simsand" => Simsand(SimsandSpec),
+    /// A user material of Abaqus in a shared library.
+    "umat" => Umat(UmatSpec),
+    /// An elastic point that a cohesive–frictional band may cut.
+    "double-scale" => DoubleScale(DoubleScaleSpec),
+    /// Weakly compressible Newtonian fluid.
+    "newtonian-fluid" => NewtonianFluid(NewtonianFluidSpec),
+    /// Fluid with a constant yield stress.
+    "bingham" => Bingham(BinghamSpec),
+    /// Fluid with a yield stress that grows with pressure.
+    "frictional-fluid" => FrictionalFluid(FrictionalFluidSpec),
+    /// Dense granular flow, μ(I) rheology.
+    "mu-i" => MuI(MuISpec),
+    /// Elastic–perfectly plastic soil with pressure from density.
+    "cfd-soil" => CfdSoil(CfdSoilSpec),
+    /// A law that a method brings, such as a periodic cell of grains.
+    "other" => Other(ExternalSpec),
+}
+
+/// Most materials around one another.
+const MAX_NESTING: usize = 8;
+
+impl MaterialSpec {
+    fn check_depth(&self) -> Result<(), MaterialError> {
+        if std::iter::successors(Some(self), |spec| spec.inner()).nth(MAX_NESTING).is_none() {
+            return Ok(());
+        }
+        let rule = format!("more than {MAX_NESTING} materials stand around one another");
+        Err(MaterialError::choice("model", rule))
+    }
+
+    /// The law of a point that a band may cut, where this is one, whatever stands around it.
+    pub fn double_scale(&self) -> Option<&DoubleScaleSpec> {
+        match self {
+            Self::DoubleScale(spec) => Some(spec),
+            _ => self.inner().and_then(Self::double_scale),
+        }
+    }
+
+    /// True for parameters that mean something in plane strain only.
+    pub fn assumes_plane_strain(&self) -> bool {
+        let planar = [Matching::PlaneStrain, Matching::PlaneStrainAssociated];
+        if let Some(inner) = self.inner() {
+            return inner.assumes_plane_strain();
+        }
+        matches!(self, Self::DruckerPrager(spec) if planar.contains(&spec.matching))
+    }
+
+    /// True for laws that forget shear: at rest they carry none, or no more than their yield stress.
+    pub fn is_fluid(&self) -> bool {
+        self.inner().map_or(self.facts().kind == ModelFamily::Fluid, Self::is_fluid)
+    }
+}

@@ -1,0 +1,251 @@
+//! The contract of a material law.
+
+use serde::{Serialize, de::DeserializeOwned};
+
+use crate::contract::component_arrays::ComponentArrays;
+use crate::laws::Elasticity;
+use crate::tangent::numerical_tangent;
+use crate::{BatchError, MaterialError, Motion, MotionBlock, SymTensor, Tangent};
+
+/// A material point: Cauchy (effective) stress and the law's internal variables.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point<S> {
+    /// Cauchy stress, effective where there is a pore fluid (Pa, tension-positive).
+    pub stress: SymTensor,
+    /// Internal variables of the law.
+    pub state: S,
+}
+
+/// What a point starts from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InitialCondition {
+    /// Initial Cauchy (effective) stress (Pa).
+    pub stress: SymTensor,
+    /// Initial density (kg/m³).
+    pub density: f64,
+}
+
+/// What holds of a law whatever its point: stands once for [`StressUpdate`], [`SmallStrain`] and [`crate::Material`].
+pub trait Law: Send + Sync {
+    /// Name of the model as it stands in a case file.
+    fn name(&self) -> &'static str;
+
+    /// Whether the law knows no direction but those of its stress and state: turned motions give turned stresses.
+    fn is_isotropic(&self) -> bool {
+        true
+    }
+
+    /// Whether the law is in rate form: a step starts from the stress of the point, so that one changed from outside
+    /// (smoothed, diffused) is kept. Other laws find their stress from the state or the motion alone.
+    fn is_hypoelastic(&self) -> bool {
+        false
+    }
+
+    /// Whether stress or state change with time in a step without motion, as by viscosity.
+    fn is_time_dependent(&self) -> bool {
+        false
+    }
+
+    /// Change of stress over the stress that the law cannot tell from noise: implicit solvers and the element driver do not
+    /// look for more.
+    fn stress_tolerance(&self) -> f64 {
+        0.0
+    }
+
+    /// What an update takes, of laws that compute more than formulas; `None` where that is little beside the rest of a step.
+    fn cost(&self) -> Option<UpdateCost> {
+        None
+    }
+
+    /// Whether the law refuses strain across the plane of x and y.
+    fn requires_plane_strain(&self) -> bool {
+        false
+    }
+
+    /// Names of the scalars worth plotting, in the order of [`PointLaw::outputs`].
+    fn output_names(&self) -> &[&'static str] {
+        &[]
+    }
+}
+
+/// What an update of a point takes on one thread, about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UpdateCost {
+    /// Time of an update with motion, at the least (s).
+    pub update: f64,
+    /// Time over the strain, as soon as that is more (s).
+    pub strain: f64,
+}
+
+/// What a law says of one point: stands once for [`StressUpdate`] and [`SmallStrain`].
+pub trait PointLaw: Law + 'static {
+    /// Internal variables of one point (hardening, elastic strain, …): a typed struct.
+    type State: Clone + Send + Sync + Serialize + DeserializeOwned + 'static;
+
+    /// Stress and state at the start.
+    ///
+    /// # Errors
+    /// When the initial stress is not admissible for the law.
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<Self::State>, MaterialError>;
+
+    /// Upper bound on the P-wave modulus at this state (Pa): the solvers' time-step limit.
+    fn wave_modulus(&self, point: &Point<Self::State>) -> f64;
+
+    /// [`PointLaw::wave_modulus`] of several points, one by one unless the law does better with the same operations.
+    #[inline]
+    fn wave_moduli_batch(&self, stresses: &[SymTensor], states: &[Self::State], out: &mut [f64]) {
+        for ((stress, state), slot) in stresses.iter().zip(states).zip(out) {
+            *slot = self.wave_modulus(&Point { stress: *stress, state: state.clone() });
+        }
+    }
+
+    /// Elastic constants of laws whose stress is linear in the elastic strain: energy and dissipation follow from them.
+    fn linear_elasticity(&self) -> Option<&Elasticity> {
+        None
+    }
+
+    /// Yield function at the point (Pa), `<= 0` inside; `None` for laws without one.
+    fn yield_value(&self, _point: &Point<Self::State>) -> Option<f64> {
+        None
+    }
+
+    /// Effective dynamic viscosity (Pa s), for the viscous time-step limit.
+    fn viscosity(&self, _point: &Point<Self::State>) -> f64 {
+        0.0
+    }
+
+    /// Recoverable energy per unit current volume (J/m³), that of linear elasticity where the law has it; `None` where it is
+    /// not defined.
+    fn stored_energy(&self, point: &Point<Self::State>) -> Option<f64> {
+        self.linear_elasticity().map(|elasticity| elasticity.energy(&point.stress))
+    }
+
+    /// The scalars named by [`Law::output_names`]; `out` has that length.
+    fn outputs(&self, _point: &Point<Self::State>, _out: &mut [f64]) {}
+}
+
+/// A material law: how stress and state follow the motion of a point.
+///
+/// `old` is never touched, so an implicit solver can call [`StressUpdate::update`] once per Newton
+/// iteration. A law never panics: what it cannot do is a [`MaterialError`].
+pub trait StressUpdate: PointLaw {
+    /// One step.
+    ///
+    /// # Errors
+    /// When the motion cannot be used or the local solve fails.
+    fn update(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Point<Self::State>, MaterialError>;
+
+    /// One step for a batch of at most [`crate::BLOCK_SIZE`] points, in place: what [`StressUpdate::update`] gives, one by one
+    /// unless the law does better. On error the batch is of no further use.
+    ///
+    /// # Errors
+    /// The first point that fails.
+    #[inline]
+    fn update_batch(
+        &self,
+        motions: &[Motion],
+        stresses: &mut [SymTensor],
+        states: &mut [Self::State],
+    ) -> Result<(), BatchError> {
+        for (index, ((motion, stress), state)) in motions.iter().zip(stresses).zip(states).enumerate() {
+            let old = Point { stress: *stress, state: state.clone() };
+            let new = self.update(motion, &old).map_err(|source| BatchError { index, source })?;
+            *stress = new.stress;
+            *state = new.state;
+        }
+        Ok(())
+    }
+
+    /// [`StressUpdate::update_batch`] with motions component by component, for laws that take several points at once.
+    ///
+    /// # Errors
+    /// The first point that fails.
+    #[inline]
+    fn update_block(
+        &self,
+        motions: &MotionBlock,
+        stresses: &mut [SymTensor],
+        states: &mut [Self::State],
+    ) -> Result<(), BatchError> {
+        let count = stresses.len();
+        self.update_batch(&motions.to_array(count)[..count], stresses, states)
+    }
+
+    /// Memory of the state of a point (bytes), with what it keeps elsewhere.
+    fn state_size(&self) -> usize {
+        size_of::<Self::State>()
+    }
+
+    /// Consistent tangent of [`StressUpdate::update`]; central differences unless the law knows better.
+    ///
+    /// # Errors
+    /// As [`StressUpdate::update`].
+    fn tangent(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Tangent, MaterialError> {
+        numerical_tangent(motion, |m| self.update(m, old).map(|p| p.stress))
+    }
+
+    /// Work dissipated by the step from `old` to `new`, per unit current volume (J/m³): never negative
+    /// for associated flow nor for `0 ≤ ψ ≤ φ`. `None` for laws that cannot tell.
+    fn dissipation(
+        &self,
+        _motion: &Motion,
+        _old: &Point<Self::State>,
+        _new: &Point<Self::State>,
+    ) -> Option<f64> {
+        None
+    }
+}
+
+/// A small-strain law: strain increment in, stress out, in a frame that turns with the material.
+///
+/// Implement this and wrap the law in [`crate::Corotational`] to get an objective [`StressUpdate`]. A tensorial internal
+/// variable is carried with the material by [`SmallStrain::rotate_state`].
+pub trait SmallStrain: PointLaw {
+    /// New stress and state after the strain increment `strain` (tension-positive) over `motion.dt`.
+    ///
+    /// # Errors
+    /// When the local solve fails.
+    fn update(
+        &self,
+        strain: &SymTensor,
+        motion: &Motion,
+        old: &Point<Self::State>,
+    ) -> Result<Point<Self::State>, MaterialError>;
+
+    /// [`SmallStrain::update`] of a whole batch whose steps are no larger than [`SmallStrain::max_strain_increment`], for
+    /// laws without tensorial state that can do it for several points at once, with the same operations. Returns
+    /// whether it has been done.
+    #[inline]
+    fn update_component_arrays(&self, _lanes: &mut ComponentArrays, _states: &mut [Self::State]) -> bool {
+        false
+    }
+
+    /// Norm of the strain increment above which a step is divided (sheet: constitutive §3.8); infinite for laws
+    /// that are exact at any size or divide by themselves.
+    fn max_strain_increment(&self) -> f64 {
+        1e-2
+    }
+
+    /// Rotates tensorial internal variables; nothing to do for scalar ones.
+    #[inline]
+    fn rotate_state(&self, _state: &mut Self::State, _rotation: &crate::Mat3) {}
+
+    /// `∂σ/∂ε` of [`SmallStrain::update`], where the law has it in closed form.
+    fn tangent(&self, _strain: &SymTensor, _motion: &Motion, _old: &Point<Self::State>) -> Option<Tangent> {
+        None
+    }
+
+    /// See [`StressUpdate::dissipation`]; both stresses in the co-rotating frame. With linear elasticity it is the work on
+    /// the strain between elastic trial and new stress.
+    fn dissipation(
+        &self,
+        strain: &SymTensor,
+        _motion: &Motion,
+        old: &Point<Self::State>,
+        new: &Point<Self::State>,
+    ) -> Option<f64> {
+        let elasticity = self.linear_elasticity()?;
+        let trial = old.stress + elasticity.stress(strain);
+        Some(elasticity.dissipation(&trial, &new.stress))
+    }
+}

@@ -1,0 +1,291 @@
+//! The steps of `test.inp`.
+
+use std::f64::consts::{FRAC_1_SQRT_2, PI};
+
+use crate::driver::incremental::{NumberedLines, TEST, TestProblem};
+use crate::driver::{LoadingPath, TestStage};
+
+/// The keywords of steps that are read.
+const KEYWORDS: [&str; 14] = [
+    "*LinearLoad",
+    "*CirculatingLoad",
+    "*DeformationGradient",
+    "*OedometricE1",
+    "*OedometricS1",
+    "*TriaxialE1",
+    "*TriaxialS1",
+    "*TriaxialUEq",
+    "*TriaxialUq",
+    "*PureRelaxation",
+    "*PureCreep",
+    "*UndrainedCreep",
+    "*Repetition",
+    "*End",
+];
+
+/// Steps after repetitions: more is a slip of the pen.
+const MAX_STEPS: usize = 100_000;
+
+/// Everything in `test.inp`.
+pub(super) struct TestSteps {
+    pub(super) title: String,
+    pub(super) steps: Vec<TestStep>,
+}
+
+/// A step: the stage, which rows of it are wanted, and the line of its keyword.
+#[derive(Clone)]
+pub(super) struct TestStep {
+    pub(super) stage: TestStage,
+    pub(super) output_interval: usize,
+    pub(super) line: usize,
+}
+
+pub(super) fn read_steps(text: &str, unit: f64) -> Result<TestSteps, TestProblem> {
+    let mut lines = NumberedLines::new(TEST, text);
+    let first = lines.expect("the name of the output file")?;
+    if first.starts_with('*') {
+        return Err(lines.problem("the first line names the output file; the steps come after it"));
+    }
+    let (output, heading) = first.split_once('#').unwrap_or((first, ""));
+    let title = if heading.trim().is_empty() { output } else { heading }.trim().to_owned();
+    let mut steps = Vec::new();
+    while let Some(line) = lines.next() {
+        match keyword(line) {
+            "*End" => break,
+            "*Repetition" => repetition(&mut lines, unit, &mut steps)?,
+            keyword => steps.push(step(keyword, &mut lines, unit)?),
+        }
+    }
+    Ok(TestSteps { title, steps })
+}
+
+/// The keyword of a line as it stands among those that are read, whatever its capitals and without what follows it as a remark; the line
+/// itself where there is none, or a condition.
+fn keyword(line: &str) -> &str {
+    let word = line.split(|c: char| c.is_whitespace() || c == '#').next().unwrap_or_default();
+    let known = KEYWORDS.iter().find(|known| known.eq_ignore_ascii_case(word));
+    known.filter(|_| !line.contains('?')).copied().unwrap_or(line)
+}
+
+fn repetition(
+    lines: &mut NumberedLines<'_>,
+    unit: f64,
+    steps: &mut Vec<TestStep>,
+) -> Result<(), TestProblem> {
+    let what = "the numbers of steps and of repetitions";
+    let [count, times] = lines.numbers(what)?;
+    let (count, times) = (lines.whole(count, what)?, lines.whole(times, what)?);
+    if count.saturating_mul(times).saturating_add(steps.len()) > MAX_STEPS {
+        return Err(lines.problem(format!("{count} steps {times} times are more than {MAX_STEPS}")));
+    }
+    let mut repeated = Vec::new();
+    for _ in 0..count {
+        let keyword = keyword(lines.expect("a step of the repetition")?);
+        if matches!(keyword, "*Repetition" | "*End") {
+            return Err(lines.problem(format!("{keyword} cannot stand inside of *Repetition")));
+        }
+        repeated.push(step(keyword, lines, unit)?);
+    }
+    (0..times).for_each(|_| steps.extend_from_slice(&repeated));
+    Ok(())
+}
+
+fn step(keyword: &str, lines: &mut NumberedLines<'_>, unit: f64) -> Result<TestStep, TestProblem> {
+    let line = lines.number;
+    if keyword.contains('?') {
+        return Err(lines.problem(format!("{keyword:?}: conditions after ? are not supported")));
+    }
+    if !KEYWORDS.contains(&keyword) {
+        let known = KEYWORDS.join(" ");
+        return Err(lines.problem(format!("{keyword:?} is not a keyword that is read; there are: {known}")));
+    }
+    let (steps, duration, every) = increment_header(lines)?;
+    let path = path(keyword, lines, unit)?;
+    Ok(TestStep { stage: TestStage { path, steps, duration }, output_interval: every, line })
+}
+
+/// `ninc maxiter deltaTime`, and after a colon which rows are wanted.
+fn increment_header(lines: &mut NumberedLines<'_>) -> Result<(usize, f64, usize), TestProblem> {
+    let what = "ninc maxiter deltaTime";
+    let text = lines.expect(what)?;
+    let (text, every) = text.split_once(':').unwrap_or((text, "1"));
+    let [increments, _, time] = lines.numbers_of(text, what)?;
+    let increments = lines.whole(increments, what)?;
+    let what = "the number after the colon";
+    let [every] = lines.numbers_of(every, what)?;
+    let every = lines.whole(every, what)?.clamp(1, increments.max(1));
+    if increments == 0 {
+        return Err(lines.problem("ninc: 0 is not positive"));
+    }
+    if !(time > 0.0) {
+        return Err(lines.problem(format!("deltaTime: {time} is not positive")));
+    }
+    Ok((increments, time, every))
+}
+
+fn path(keyword: &str, lines: &mut NumberedLines<'_>, unit: f64) -> Result<LoadingPath, TestProblem> {
+    let mut load = LoadRows::zero_strain(StressVariables::Cartesian);
+    match keyword {
+        "*LinearLoad" => {
+            load.variables = variables(lines)?;
+            for row in 0..6 {
+                let [stress, amount] = lines.numbers("ifstress and an amount")?;
+                load.stress[row] = flag(lines, stress)?;
+                load.amount[row] = amount;
+            }
+        }
+        "*CirculatingLoad" => {
+            load.variables = variables(lines)?;
+            for row in 0..6 {
+                let what = "ifstress, an amplitude, a phase and an amount";
+                let [stress, amplitude, phase, amount] = lines.numbers(what)?;
+                load.stress[row] = flag(lines, stress)?;
+                (load.amplitude[row], load.phase[row], load.amount[row]) = (amplitude, phase, amount);
+            }
+        }
+        "*DeformationGradient" => return deformation(lines),
+        "*OedometricE1" => load.amount[0] = amount(lines)?,
+        "*OedometricS1" => (load.stress[0], load.amount[0]) = (true, amount(lines)?),
+        "*TriaxialE1" => {
+            load.amount[0] = amount(lines)?;
+            load.stress[1..3].fill(true);
+        }
+        "*TriaxialS1" => {
+            load.amount[0] = amount(lines)?;
+            load.stress[..3].fill(true);
+        }
+        "*TriaxialUEq" => {
+            load.variables = StressVariables::Roscoe;
+            load.amount[1] = amount(lines)?;
+        }
+        "*TriaxialUq" => {
+            load.variables = StressVariables::Roscoe;
+            (load.stress[1], load.amount[1]) = (true, amount(lines)?);
+        }
+        "*UndrainedCreep" => {
+            load.variables = StressVariables::Roscoe;
+            load.stress[1..].fill(true);
+        }
+        "*PureCreep" => return Ok(LoadingPath::Creep {}),
+        _ => return Ok(LoadingPath::Relaxation {}),
+    }
+    Ok(load.path(unit))
+}
+
+fn amount(lines: &mut NumberedLines<'_>) -> Result<f64, TestProblem> {
+    lines.numbers("an amount").map(|[value]| value)
+}
+
+fn flag(lines: &NumberedLines<'_>, value: f64) -> Result<bool, TestProblem> {
+    if value == 0.0 || value == 1.0 {
+        Ok(value == 1.0)
+    } else {
+        Err(lines.problem(format!("ifstress: {value} is neither 0 (strain) nor 1 (stress)")))
+    }
+}
+
+fn deformation(lines: &mut NumberedLines<'_>) -> Result<LoadingPath, TestProblem> {
+    let mut f = [[0.0; 3]; 3];
+    // The order of Abaqus: 11 22 33 12 21 13 31 23 32.
+    for (i, j) in [(0, 0), (1, 1), (2, 2), (0, 1), (1, 0), (0, 2), (2, 0), (1, 2), (2, 1)] {
+        let [value] = lines.numbers("a component of the deformation gradient")?;
+        f[i][j] = value;
+    }
+    Ok(LoadingPath::DeformationGradient { deformation: f })
+}
+
+/// The quantities that the rows of a load speak of.
+#[derive(Clone, Copy)]
+enum StressVariables {
+    /// The components themselves.
+    Cartesian,
+    /// `p = -tr T/3`, `q = -T11 + (T22 + T33)/2`, `z = T33 - T22`, and the strains that work on them.
+    Roscoe,
+    /// The same, of unit length: an orthogonal transformation.
+    RoscoeIsomorph,
+    /// `-T11`, `-(T22 + T33)/√2`, `(T33 - T22)/√2`.
+    Rendulic,
+}
+
+fn variables(lines: &mut NumberedLines<'_>) -> Result<StressVariables, TestProblem> {
+    let word = lines.expect("*Cartesian, *Roscoe, *RoscoeIsomorph or *Rendulic")?;
+    match word.split_whitespace().next().unwrap_or_default().to_lowercase().as_str() {
+        "*cartesian" => Ok(StressVariables::Cartesian),
+        "*roscoe" => Ok(StressVariables::Roscoe),
+        "*roscoeisomorph" => Ok(StressVariables::RoscoeIsomorph),
+        "*rendulic" => Ok(StressVariables::Rendulic),
+        _ => {
+            Err(lines
+                .problem(format!("{word:?} is not one of *Cartesian, *Roscoe, *RoscoeIsomorph, *Rendulic")))
+        }
+    }
+}
+
+impl StressVariables {
+    /// Rows that give the stress variables from T11 T22 T33, and the strain variables from ε11 ε22 ε33.
+    fn rows(self) -> ([[f64; 3]; 3], [[f64; 3]; 3]) {
+        let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let (third, s, r3, r6) = (1.0 / 3.0, FRAC_1_SQRT_2, 1.0 / 3f64.sqrt(), 1.0 / 6f64.sqrt());
+        match self {
+            Self::Cartesian => (unit, unit),
+            Self::Roscoe => (
+                [[-third; 3], [-1.0, 0.5, 0.5], [0.0, -1.0, 1.0]],
+                [[-1.0; 3], [-2.0 * third, third, third], [0.0, -0.5, 0.5]],
+            ),
+            Self::RoscoeIsomorph => {
+                let rows = [[-r3; 3], [-2.0 * r6, r6, r6], [0.0, -s, s]];
+                (rows, rows)
+            }
+            Self::Rendulic => {
+                let rows = [[-1.0, 0.0, 0.0], [0.0, -s, -s], [0.0, -s, s]];
+                (rows, rows)
+            }
+        }
+    }
+}
+
+/// Six rows of a load, each of stress or of strain.
+struct LoadRows {
+    variables: StressVariables,
+    stress: [bool; 6],
+    amount: [f64; 6],
+    amplitude: [f64; 6],
+    phase: [f64; 6],
+}
+
+impl LoadRows {
+    /// All strains kept.
+    fn zero_strain(variables: StressVariables) -> Self {
+        Self { variables, stress: [false; 6], amount: [0.0; 6], amplitude: [0.0; 6], phase: [0.0; 6] }
+    }
+
+    fn path(&self, unit: f64) -> LoadingPath {
+        let (of_stress, of_strain) = self.variables.rows();
+        let (mut stress, mut strain) = ([[0.0; 6]; 6], [[0.0; 6]; 6]);
+        for row in 0..3 {
+            let (rows, from) =
+                if self.stress[row] { (&mut stress, of_stress) } else { (&mut strain, of_strain) };
+            rows[row][..3].copy_from_slice(&from[row]);
+        }
+        // The files' shear is 12 13 23, this crate's xy yz zx; theirs is engineering strain.
+        for (row, column) in [(3, 3), (4, 5), (5, 4)] {
+            if self.stress[row] {
+                stress[row][column] = 1.0;
+            } else {
+                strain[row][column] = 2.0;
+            }
+        }
+        let scaled = |values: [f64; 6]| {
+            std::array::from_fn(|row| if self.stress[row] { values[row] * unit } else { values[row] })
+        };
+        LoadingPath::General {
+            stress,
+            strain,
+            total: scaled(self.amount),
+            amplitude: scaled(self.amplitude),
+            phase: self.phase.map(|phase| phase * 180.0 / PI),
+            spin: [0.0; 3],
+            fluid_stiffness: None,
+        }
+    }
+}

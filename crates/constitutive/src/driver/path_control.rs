@@ -1,0 +1,288 @@
+//! Paths as conditions on stress and strain increments.
+
+use std::f64::consts::TAU;
+
+use crate::driver::loading_path::{ControlledQuantity, LoadingPath};
+use crate::{Mat3, SymTensor};
+
+/// Names of the components, for messages.
+pub(super) const NAMES: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "zx"];
+
+/// What a stage does, for the stress it starts from.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ControlSequence {
+    /// Parts one after another, each taken in the stage's number of steps.
+    pub(super) parts: Vec<Control>,
+}
+
+/// Control of a part of a stage: either six linear equations a step, or the whole motion.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Control {
+    /// `S Δσ + E Δε = ΔY`.
+    Mixed(ControlEquations),
+    /// Time integral of the velocity gradient.
+    PrescribedGradient(Mat3),
+    /// A rigid rotation about z (rad).
+    Rotation(f64),
+    /// A deformation gradient that goes from one value to another.
+    Deformation {
+        /// At the start.
+        from: Mat3,
+        /// At the end.
+        to: Mat3,
+    },
+}
+
+/// The equation of the pore pressure, `a·Δσ' + b·Δε + c Δp_w = 0`, and its place in the six others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct PorePressureEquation {
+    /// `a`.
+    pub(super) stress: [f64; 6],
+    /// `b`.
+    pub(super) strain: [f64; 6],
+    /// `c`.
+    pub(super) pressure: f64,
+    /// What `Δp_w` adds to each of the six.
+    pub(super) column: [f64; 6],
+}
+
+impl PorePressureEquation {
+    /// It stays as it is.
+    const DRAINED: Self = Self { stress: [0.0; 6], strain: [0.0; 6], pressure: 1.0, column: [0.0; 6] };
+
+    /// It follows the volume by the stiffness `K_f/n` (Pa); the volume is kept without one.
+    fn undrained(fluid_stiffness: Option<f64>, stress: &[[f64; 6]; 6]) -> Self {
+        let pressure = fluid_stiffness.map_or(0.0, f64::recip);
+        // Rows of total stress, Δσ = Δσ' - Δp_w 1.
+        let column = stress.map(|row| -(row[0] + row[1] + row[2]));
+        Self { strain: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], pressure, column, ..Self::DRAINED }
+    }
+}
+
+/// Six linear equations, with engineering shear in Δε; amounts over the part.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ControlEquations {
+    pub(super) stress: [[f64; 6]; 6],
+    pub(super) strain: [[f64; 6]; 6],
+    /// The seventh, of the pore pressure.
+    pub(super) pore: PorePressureEquation,
+    pub(super) total: [f64; 6],
+    /// Amplitude of one period of a sine.
+    pub(super) amplitude: [f64; 6],
+    /// Phase of the sine (rad).
+    pub(super) phase: [f64; 6],
+    /// The shear xy is simple shear: the material turns with it.
+    pub(super) is_simple_shear: bool,
+    /// Angles of rotation about x, y, z (rad).
+    pub(super) spin: [f64; 3],
+}
+
+impl ControlEquations {
+    /// All strain increments zero.
+    fn zero_strain() -> Self {
+        let unit = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
+        Self {
+            stress: [[0.0; 6]; 6],
+            strain: std::array::from_fn(|i| std::array::from_fn(|j| unit(i, j))),
+            pore: PorePressureEquation::DRAINED,
+            total: [0.0; 6],
+            amplitude: [0.0; 6],
+            phase: [0.0; 6],
+            is_simple_shear: false,
+            spin: [0.0; 3],
+        }
+    }
+
+    fn strain(mut self, component: usize, total: f64) -> Self {
+        self.total[component] = total;
+        self
+    }
+
+    fn stress(mut self, component: usize, total: f64) -> Self {
+        self.strain[component][component] = 0.0;
+        self.stress[component][component] = 1.0;
+        self.total[component] = total;
+        self
+    }
+
+    fn simple_shear(mut self) -> Self {
+        self.is_simple_shear = true;
+        self
+    }
+
+    /// The rows of stress are total stress; see [`PorePressureEquation::undrained`].
+    fn undrained(mut self, fluid_stiffness: Option<f64>) -> Self {
+        self.pore = PorePressureEquation::undrained(fluid_stiffness, &self.stress);
+        self
+    }
+
+    /// Right-hand side of step `step` of `steps`.
+    pub(super) fn amounts(&self, step: usize, steps: usize) -> [f64; 6] {
+        let share = 1.0 / steps as f64;
+        let sine = |row: usize, step: usize| (TAU * step as f64 * share + self.phase[row]).sin();
+        std::array::from_fn(|row| {
+            let wave = self.amplitude[row];
+            let cycle = if wave == 0.0 { 0.0 } else { wave * (sine(row, step + 1) - sine(row, step)) };
+            self.total[row] * share + cycle
+        })
+    }
+
+    /// Spin of a step, as `dt W`: the step's rotation is exact where there is no strain.
+    pub(super) fn spin(&self, steps: usize) -> Mat3 {
+        let [x, y, z] = self.spin.map(|angle| angle / steps as f64);
+        let angle = (x * x + y * y + z * z).sqrt();
+        if angle == 0.0 {
+            return Mat3::ZERO;
+        }
+        Mat3([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]) * (2.0 * (0.5 * angle).tan() / angle)
+    }
+
+    /// The way back, by a share of the amounts.
+    fn reversed(&self, fraction: f64) -> Self {
+        let back = |amounts: [f64; 6]| amounts.map(|amount| -fraction * amount);
+        Self {
+            total: back(self.total),
+            amplitude: back(self.amplitude),
+            phase: self.phase.map(|phase| -phase),
+            spin: self.spin.map(|angle| -fraction * angle),
+            ..self.clone()
+        }
+    }
+}
+
+impl Control {
+    fn reversed(&self, fraction: f64) -> Self {
+        match self {
+            Self::Mixed(conditions) => Self::Mixed(conditions.reversed(fraction)),
+            Self::PrescribedGradient(gradient) => Self::PrescribedGradient(*gradient * -fraction),
+            Self::Rotation(angle) => Self::Rotation(-fraction * angle),
+            Self::Deformation { from, to } => {
+                Self::Deformation { from: *to, to: *to + (*from - *to) * fraction }
+            }
+        }
+    }
+}
+
+impl ControlSequence {
+    fn reversed(&self, fraction: f64) -> Self {
+        let parts = self.parts.iter().rev().map(|part| part.reversed(fraction)).collect();
+        Self { parts }
+    }
+}
+
+impl LoadingPath {
+    /// What the path does from `stress`, within `duration` (s), after the stage `before`; `None` for a
+    /// reversal of nothing.
+    pub(super) fn program(
+        &self,
+        stress: &SymTensor,
+        duration: f64,
+        before: Option<&ControlSequence>,
+    ) -> Option<ControlSequence> {
+        let parts = match self {
+            Self::Reversal { fraction } => return before.map(|stage| stage.reversed(*fraction)),
+            Self::Direct { control, increments, spins } => direct_control(control, increments, spins),
+            Self::Flow { velocity_gradient } => {
+                vec![Control::PrescribedGradient(Mat3(*velocity_gradient) * duration)]
+            }
+            Self::DeformationGradient { deformation } => {
+                vec![Control::Deformation { from: Mat3::IDENTITY, to: Mat3(*deformation) }]
+            }
+            Self::Relaxation {} => vec![Control::PrescribedGradient(Mat3::ZERO)],
+            Self::Rotation { angle } => vec![Control::Rotation(angle.to_radians())],
+            mixed => vec![Control::Mixed(mixed.conditions(stress))],
+        };
+        Some(ControlSequence { parts })
+    }
+
+    /// The six equations of a path that is made of them.
+    fn conditions(&self, start: &SymTensor) -> ControlEquations {
+        let still = ControlEquations::zero_strain;
+        match *self {
+            Self::Isotropic { pressure } => {
+                let to = |c: usize| -pressure - start[c];
+                still().stress(0, to(0)).stress(1, to(1)).stress(2, to(2))
+            }
+            Self::Oedometer { axial_compression } => still().strain(2, -axial_compression),
+            Self::TriaxialDrained { axial_compression: amount } => {
+                still().stress(0, 0.0).stress(1, 0.0).strain(2, -amount)
+            }
+            Self::TriaxialExtension { axial_extension: amount } => {
+                still().stress(0, 0.0).stress(1, 0.0).strain(2, amount)
+            }
+            Self::TriaxialUndrained { axial_compression: amount, fluid_stiffness } => {
+                let rows = still().stress(0, 0.0).stress(1, 0.0).strain(2, -amount);
+                rows.undrained(fluid_stiffness)
+            }
+            Self::TrueTriaxial { axial_compression, b } => {
+                let mut rows = still().stress(0, 0.0).stress(1, 0.0).strain(2, -axial_compression);
+                rows.stress[1] = [b - 1.0, 1.0, -b, 0.0, 0.0, 0.0];
+                rows
+            }
+            Self::BiaxialPlaneStrain { axial_compression } => {
+                still().stress(0, 0.0).strain(1, -axial_compression)
+            }
+            Self::SimpleShearConstantVolume { shear } => {
+                // As if undrained at constant total normal stress.
+                let stress = [0.0, 1.0, 0.0, 0.0, 0.0, 0.0];
+                let pore = PorePressureEquation { stress, pressure: -1.0, ..PorePressureEquation::DRAINED };
+                ControlEquations { pore, ..still().strain(3, shear).simple_shear() }
+            }
+            Self::SimpleShearConstantNormalStress { shear } => {
+                still().stress(1, 0.0).strain(3, shear).simple_shear()
+            }
+            Self::SimpleShearStress { shear_stress } => {
+                still().stress(1, 0.0).stress(3, shear_stress).simple_shear()
+            }
+            Self::Strain { increment } => ControlEquations { total: engineering(&increment), ..still() },
+            Self::Stress { increment } => (0..6).fold(still(), |rows, c| rows.stress(c, increment[c])),
+            Self::General { stress, mut strain, total, amplitude, phase, spin, fluid_stiffness } => {
+                // The file's strain has tensor shear, the solve engineering shear.
+                strain.iter_mut().for_each(|row| row[3..].iter_mut().for_each(|e| *e *= 0.5));
+                let (phase, spin) = (phase.map(f64::to_radians), spin.map(f64::to_radians));
+                let pore = fluid_stiffness.map_or(PorePressureEquation::DRAINED, |k| {
+                    PorePressureEquation::undrained(Some(k), &stress)
+                });
+                ControlEquations {
+                    stress,
+                    strain,
+                    pore,
+                    total,
+                    amplitude,
+                    phase,
+                    is_simple_shear: false,
+                    spin,
+                }
+            }
+            Self::Creep {} => (0..6).fold(still(), |rows, c| rows.stress(c, 0.0)),
+            // The others are no equations; see `program`.
+            Self::Reversal { .. }
+            | Self::Direct { .. }
+            | Self::Flow { .. }
+            | Self::DeformationGradient { .. }
+            | Self::Relaxation {}
+            | Self::Rotation { .. } => still(),
+        }
+    }
+}
+
+fn engineering(strain: &[f64; 6]) -> [f64; 6] {
+    std::array::from_fn(|c| if c < 3 { strain[c] } else { 2.0 * strain[c] })
+}
+
+fn direct_control(
+    control: &[ControlledQuantity; 6],
+    increments: &[[f64; 6]],
+    spins: &[[f64; 3]],
+) -> Vec<Control> {
+    let part = |(number, increment): (usize, &[f64; 6])| {
+        let strain = engineering(increment);
+        let rows = (0..6).fold(ControlEquations::zero_strain(), |rows, c| match control[c] {
+            ControlledQuantity::Strain => rows.strain(c, strain[c]),
+            ControlledQuantity::Stress => rows.stress(c, increment[c]),
+        });
+        let spin = spins.get(number).map_or([0.0; 3], |spin| spin.map(f64::to_radians));
+        Control::Mixed(ControlEquations { spin, ..rows })
+    };
+    increments.iter().enumerate().map(part).collect()
+}

@@ -1,0 +1,137 @@
+//! The plots every soil test is looked at through.
+
+use crate::SymTensor;
+use crate::driver::{ElementPath, TestTrace};
+
+/// A plot worth drawing of an element test: columns and labels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StandardPlot {
+    /// Short name, for files.
+    pub name: &'static str,
+    /// Column on the horizontal axis.
+    pub x: &'static str,
+    /// Column on the vertical axis.
+    pub y: &'static str,
+    /// Label of the horizontal axis.
+    pub x_label: &'static str,
+    /// Label of the vertical axis.
+    pub y_label: &'static str,
+}
+
+impl StandardPlot {
+    /// The names that standard plots may have.
+    pub const NAMES: [&'static str; 6] =
+        ["q-strain", "volume-strain", "pore-pressure-strain", "q-p", "volume-ln-p", "void-ratio-ln-p"];
+}
+
+impl ElementPath {
+    /// The four standard plots: q and volume (pore pressure, where it changed) over the largest
+    /// compression, q over p, and volume (void ratio, where the law has one) over ln p.
+    pub fn standard_plots(&self) -> [StandardPlot; 4] {
+        const COMPRESSION: (&str, &str) = ("axial_compression", "largest compression (-)");
+        let plot = |name, x: (&'static str, &'static str), y: (&'static str, &'static str)| StandardPlot {
+            name,
+            x: x.0,
+            y: y.0,
+            x_label: x.1,
+            y_label: y.1,
+        };
+        let q = ("q", "q (Pa)");
+        let volume = ("volumetric_strain", "volumetric strain, expansion positive (-)");
+        let pressure = self.column("excess_pore_pressure").unwrap_or_default();
+        let undrained = pressure.iter().any(|u| *u != 0.0);
+        let [q_strain, volume_strain, pore_pressure_strain, q_p, volume_ln_p, void_ratio_ln_p] =
+            StandardPlot::NAMES;
+        let ln_p = ("ln_p", "ln(p / Pa)");
+        [
+            plot(q_strain, COMPRESSION, q),
+            if undrained {
+                plot(pore_pressure_strain, COMPRESSION, ("excess_pore_pressure", "excess pore pressure (Pa)"))
+            } else {
+                plot(volume_strain, COMPRESSION, volume)
+            },
+            plot(q_p, ("p", "p (Pa)"), q),
+            if self.column(VOID_RATIO).is_some() {
+                plot(void_ratio_ln_p, ln_p, (VOID_RATIO, "void ratio (-)"))
+            } else {
+                plot(volume_ln_p, ln_p, volume)
+            },
+        ]
+    }
+}
+
+/// Name of the output of laws that have a void ratio.
+const VOID_RATIO: &str = "void_ratio";
+
+/// Where a law yields in triaxial compression.
+#[derive(Clone, Debug, PartialEq)]
+pub struct YieldCurve {
+    /// What it is: `yield surface`, or that of the start and of the end where it moved.
+    pub label: &'static str,
+    /// p and q (Pa).
+    pub points: Vec<(f64, f64)>,
+}
+
+/// Points of a yield line.
+const LINE: usize = 60;
+
+/// Halvings of a bracket: to the last bit.
+const BISECTIONS: usize = 60;
+
+/// Doublings in the search of a stress outside the yield surface.
+const DOUBLINGS: i32 = 40;
+
+impl TestTrace {
+    /// The yield surface in triaxial compression over the pressures the test saw: one line, two where
+    /// it moved, none for laws without one.
+    pub fn yield_lines(&self) -> Vec<YieldCurve> {
+        let extreme = |name: &str, start: f64, pick: fn(f64, f64) -> f64| {
+            let values = self.path.column(name).unwrap_or_default();
+            values.into_iter().filter(|v| v.is_finite()).fold(start, pick)
+        };
+        let (low, high) = (extreme("p", 0.0, f64::min), extreme("p", 0.0, f64::max));
+        let scale = high.max(-low).max(extreme("q", 0.0, f64::max)).max(1.0);
+        let (low, high) = (low - 0.1 * scale, high.max(0.3 * scale) * 1.1);
+        let line = |yields: &dyn Fn(f64, f64) -> f64| -> Vec<(f64, f64)> {
+            let pressures = (0..=LINE).map(|i| low + (high - low) * i as f64 / LINE as f64);
+            pressures.filter_map(|p| Some((p, strength(&|q| yields(p, q), scale)?))).collect()
+        };
+        let start = line(&|p, q| self.start.yield_value_at(&compression(p, q)));
+        let end = line(&|p, q| self.end.yield_value_at(&compression(p, q)));
+        let same = start.len() == end.len()
+            && start.iter().zip(&end).all(|(a, b)| (a.1 - b.1).abs() <= 1e-3 * scale);
+        let lines = if same {
+            vec![YieldCurve { label: "yield surface", points: end }]
+        } else {
+            vec![
+                YieldCurve { label: "yield surface, start", points: start },
+                YieldCurve { label: "yield surface, end", points: end },
+            ]
+        };
+        lines.into_iter().filter(|line| !line.points.is_empty()).collect()
+    }
+}
+
+/// Stress of triaxial compression along z.
+fn compression(p: f64, q: f64) -> SymTensor {
+    let (lateral, axial) = (-p + q / 3.0, -p - 2.0 * q / 3.0);
+    SymTensor::diagonal(lateral, lateral, axial)
+}
+
+/// Where `yields` crosses zero, by bisection; `None` where it starts outside or never does.
+fn strength(yields: &dyn Fn(f64) -> f64, scale: f64) -> Option<f64> {
+    if !(yields(0.0) <= 0.0) {
+        return None;
+    }
+    let mut outside = (0..DOUBLINGS).map(|i| scale * 2f64.powi(i)).find(|q| yields(*q) > 0.0)?;
+    let mut inside = 0.0;
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (inside + outside);
+        if yields(middle) > 0.0 {
+            outside = middle;
+        } else {
+            inside = middle;
+        }
+    }
+    Some(0.5 * (inside + outside))
+}

@@ -1,0 +1,289 @@
+//! The step solve of the element driver.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::driver::element_path::PathRecorder;
+use crate::driver::path_control::{Control, ControlEquations, ControlSequence, NAMES};
+use crate::driver::{DriverError, ElementSpecimen, TestStage};
+use crate::{Mat3, Motion, SymTensor, Tangent};
+
+/// Of the seven unknowns, strain increment (engineering shear) and pore pressure, and their equations.
+type Matrix7 = SMatrix<f64, 7, 7>;
+type Vector7 = SVector<f64, 7>;
+
+/// Newton iterations of a step.
+const ITERATIONS: usize = 40;
+
+/// Relative residual at which a step is solved.
+const TOLERANCE: f64 = 1e-10;
+
+/// A step that fails is halved this many times, to 1/1024.
+const HALVINGS: u32 = 10;
+
+/// How a stage stands in its test.
+pub(super) struct StageContext<'t> {
+    /// Number of the stage.
+    pub(super) number: usize,
+    /// The stage.
+    pub(super) stage: &'t TestStage,
+}
+
+/// Runs one stage; what was reached is recorded whether or not it ends well.
+pub(super) fn run_stage(
+    specimen: &mut ElementSpecimen,
+    record: &mut PathRecorder,
+    place: &StageContext<'_>,
+    program: &ControlSequence,
+) -> Result<(), DriverError> {
+    let steps = place.stage.steps;
+    let dt = place.stage.duration / (steps * program.parts.len().max(1)) as f64;
+    for (part, control) in program.parts.iter().enumerate() {
+        for step in 0..steps {
+            let result = advance(specimen, record, control, dt, (step, steps));
+            record.push_if_moved(specimen);
+            let (stage, step) = (place.number, part * steps + step);
+            result.map_err(|trouble| match trouble {
+                StepError::Law(source) => DriverError::Law { stage, step, source },
+                StepError::Singular => {
+                    DriverError::Stage { stage, problem: "the motion of a step is singular".to_owned() }
+                }
+                StepError::Row(row) => {
+                    let name = NAMES.get(row).copied().unwrap_or("the pore pressure");
+                    DriverError::LimitLoad { stage, step, row: format!("condition on {name}") }
+                }
+            })?;
+        }
+    }
+    Ok(())
+}
+
+/// One step of a part of a stage.
+fn advance(
+    specimen: &mut ElementSpecimen,
+    record: &mut PathRecorder,
+    control: &Control,
+    dt: f64,
+    (step, steps): (usize, usize),
+) -> Result<(), StepError> {
+    let share = 1.0 / steps as f64;
+    let motion = match control {
+        Control::Mixed(conditions) => {
+            let mixed = MixedControl {
+                equations: ControlSystem::of(conditions),
+                total: Vector7::from_iterator(conditions.amounts(step, steps).into_iter().chain([0.0])),
+                shear_turns: conditions.is_simple_shear,
+                spin: conditions.spin(steps),
+            };
+            return mixed.advance(specimen, record, dt, HALVINGS);
+        }
+        Control::PrescribedGradient(gradient) => specimen.motion(&(*gradient * share), dt),
+        Control::Rotation(angle) => {
+            let rotation = Mat3::rotation_z(*angle * share);
+            Motion::from_deformation(&rotation, dt, specimen.density, 1.0)
+        }
+        Control::Deformation { from, to } => {
+            let at = |step: usize| *from + (*to - *from) * (step as f64 * share);
+            let relative = at(step).inverse().map(|inverse| at(step + 1) * inverse);
+            relative
+                .filter(|f| f.determinant() > 0.0)
+                .and_then(|f| Motion::from_deformation(&f, dt, specimen.density / f.determinant(), 1.0))
+        }
+    };
+    apply_step(specimen, record, &motion.ok_or(StepError::Singular)?, 0.0).map_err(StepError::Law)
+}
+
+/// Takes the step, which changes the pore pressure by `pore` (Pa).
+fn apply_step(
+    specimen: &mut ElementSpecimen,
+    record: &mut PathRecorder,
+    motion: &Motion,
+    pore: f64,
+) -> Result<(), crate::MaterialError> {
+    let before = specimen.clone();
+    specimen.accept(motion, specimen.trial_update(motion)?);
+    record.add(motion, pore, &before, specimen);
+    Ok(())
+}
+
+/// `S Δσ' + E Δε + P Δp_w = ΔY`, the last equation that of the pore pressure.
+#[derive(Clone, Copy)]
+struct ControlSystem {
+    /// S; its last column is idle.
+    stress: Matrix7,
+    /// E, its last column P.
+    rest: Matrix7,
+}
+
+impl ControlSystem {
+    fn of(conditions: &ControlEquations) -> Self {
+        let ControlEquations { stress, strain, pore, .. } = conditions;
+        let entry = |row: usize, column: usize, six: &[[f64; 6]; 6], last: &[f64; 6]| match (row, column) {
+            (_, 6) => 0.0,
+            (6, _) => last[column],
+            _ => six[row][column],
+        };
+        let stress = Matrix7::from_fn(|i, j| entry(i, j, stress, &pore.stress));
+        let mut rest = Matrix7::from_fn(|i, j| entry(i, j, strain, &pore.strain));
+        for row in 0..6 {
+            rest[(row, 6)] = pore.column[row];
+        }
+        rest[(6, 6)] = pore.pressure;
+        Self { stress, rest }
+    }
+
+    /// Derivative by the unknowns at the stiffness `tangent`.
+    fn jacobian(&self, tangent: &Tangent) -> Matrix7 {
+        let stiffness = Matrix7::from_fn(|i, j| if i < 6 && j < 6 { tangent.0[i][j] } else { 0.0 });
+        self.stress * stiffness + self.rest
+    }
+}
+
+/// The conditions must be independent for some elastic stiffness.
+pub(super) fn check_rank(conditions: &ControlEquations) -> Result<(), String> {
+    // A generic positive stiffness stands for the material's.
+    let stiffness = std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            let volumetric = if i < 3 && j < 3 { 0.7 } else { 0.0 };
+            if i == j { 1.3 + 0.01 * i as f64 + volumetric } else { volumetric }
+        })
+    });
+    // The pore pressure comes on top of the six; beside this stiffness that of a fluid is none.
+    let mut jacobian = ControlSystem::of(conditions).jacobian(&Tangent(stiffness));
+    if conditions.pore.strain != [0.0; 6] {
+        jacobian[(6, 6)] = 0.0;
+    }
+    let rank = jacobian.rank(1e-9);
+    if rank == 7 {
+        Ok(())
+    } else {
+        Err(format!(
+            "the control is over- or under-constrained: rank {}, 6 is needed",
+            rank.saturating_sub(1)
+        ))
+    }
+}
+
+/// Residual, relative to the stresses that are subtracted in it, that is round-off.
+const ROUND_OFF: f64 = 1e-12;
+
+/// Why a step cannot be solved.
+enum StepError {
+    /// The condition that cannot be met.
+    Row(usize),
+    /// The step turns the material inside out.
+    Singular,
+    /// What the law says.
+    Law(crate::MaterialError),
+}
+
+struct MixedControl {
+    equations: ControlSystem,
+    total: Vector7,
+    shear_turns: bool,
+    spin: Mat3,
+}
+
+impl MixedControl {
+    /// Velocity gradient times step of the strain increment `e` (engineering shear).
+    fn gradient(&self, e: &Vector7) -> Mat3 {
+        let mut a = Mat3([
+            [e[0], 0.5 * e[3], 0.5 * e[5]],
+            [0.5 * e[3], e[1], 0.5 * e[4]],
+            [0.5 * e[5], 0.5 * e[4], e[2]],
+        ]);
+        if self.shear_turns {
+            a.0[0][1] = e[3];
+            a.0[1][0] = 0.0;
+        }
+        a + self.spin
+    }
+
+    /// One step, in halves where it does not converge.
+    fn advance(
+        &self,
+        specimen: &mut ElementSpecimen,
+        record: &mut PathRecorder,
+        dt: f64,
+        halvings: u32,
+    ) -> Result<(), StepError> {
+        match self.solve(specimen, dt) {
+            Ok((motion, pore)) => apply_step(specimen, record, &motion, pore).map_err(StepError::Law),
+            Err(trouble) if halvings == 0 => Err(trouble),
+            Err(_) => {
+                let half = Self { total: self.total * 0.5, spin: self.spin * 0.5, ..*self };
+                half.advance(specimen, record, 0.5 * dt, halvings - 1)?;
+                half.advance(specimen, record, 0.5 * dt, halvings - 1)
+            }
+        }
+    }
+
+    /// The motion of the step, and the change of the pore pressure (Pa).
+    fn solve(&self, specimen: &ElementSpecimen, dt: f64) -> Result<(Motion, f64), StepError> {
+        let still = specimen.motion(&Mat3::ZERO, dt).ok_or(StepError::Singular)?;
+        let initial = specimen.tangent(&still).map_err(StepError::Law)?;
+        let stiffness = (0..6).map(|i| initial.0[i][i].abs()).fold(1.0, f64::max);
+        let ControlSystem { stress, rest } = &self.equations;
+        // Strain rows are brought to the size of stresses, the pore pressure to that of strains.
+        let of_strain = |i: usize| stress.row(i).norm() == 0.0 && rest.row(i).columns(0, 6).norm() > 0.0;
+        let rows = Vector7::from_fn(|i, _| if of_strain(i) { stiffness } else { 1.0 });
+        let unknowns = Vector7::from_fn(|j, _| if j == 6 { stiffness } else { 1.0 });
+        let largest = (0..7).map(|i| (self.total[i] * rows[i]).abs()).fold(0.0, f64::max);
+        let size = largest.max(1e-6 * specimen.stress.norm()).max(1e-12 * stiffness);
+        let accepted = (TOLERANCE * size).max(specimen.material.stress_tolerance() * specimen.stress.norm());
+        let residual = |x: &Vector7| -> Result<(Vector7, Motion), StepError> {
+            let motion = specimen.motion(&self.gradient(x), dt).ok_or(StepError::Singular)?;
+            let (new, _) = specimen.trial_update(&motion).map_err(StepError::Law)?;
+            let change = stress_vector(&(new - specimen.stress));
+            let left = stress * change + rest * x.component_mul(&unknowns);
+            Ok(((left - self.total).component_mul(&rows), motion))
+        };
+        // With all strains prescribed nothing but the law can stand in the way; else it does where it refuses the
+        // shortest step that is tried.
+        let prescribed = stress.rows(0, 6).iter().all(|entry| *entry == 0.0);
+        let mut refused = None;
+        let mut x = Vector7::zeros();
+        let (mut r, mut motion) = residual(&x)?;
+        for _ in 0..ITERATIONS {
+            if r.amax() <= accepted {
+                return Ok((motion, x[6] * stiffness));
+            }
+            let stuck = StepError::Row(r.iamax());
+            let jacobian = self.equations.jacobian(&specimen.tangent(&motion).map_err(StepError::Law)?);
+            let jacobian = Matrix7::from_fn(|i, j| jacobian[(i, j)] * rows[i] * unknowns[j]);
+            // On an edge of a yield surface two conditions may become one: the shortest step serves both.
+            let svd = jacobian.svd(true, true);
+            let cut = 1e-9 * svd.singular_values.amax();
+            let Ok(step) = svd.solve(&r, cut) else { return Err(stuck) };
+            if !step.iter().all(|v| v.is_finite()) || step.rows(0, 6).amax() > 1.0 {
+                return Err(stuck);
+            }
+            let mut length = 1.0;
+            loop {
+                let next = x - step * length;
+                match residual(&next) {
+                    Ok((new, at)) if new.norm() < r.norm() * (1.0 - 1e-4 * length) => {
+                        (x, r, motion) = (next, new, at);
+                        break;
+                    }
+                    Ok(_) if prescribed => {}
+                    tried => refused = tried.err(),
+                }
+                if length < 1e-3 {
+                    // No better: fine at the round-off of the stresses, a failure above it.
+                    let round_off = ROUND_OFF * (specimen.stress.norm() + stiffness * x.amax());
+                    let solved = r.amax() <= round_off;
+                    let failed = refused.unwrap_or(stuck);
+                    return if solved { Ok((motion, x[6] * stiffness)) } else { Err(failed) };
+                }
+                length *= 0.5;
+            }
+        }
+        let refused = refused.filter(|_| prescribed);
+        Err(refused.unwrap_or(StepError::Row(r.iamax())))
+    }
+}
+
+/// Components with an idle last one.
+fn stress_vector(stress: &SymTensor) -> Vector7 {
+    Vector7::from_iterator(stress.0.into_iter().chain([0.0]))
+}

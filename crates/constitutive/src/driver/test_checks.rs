@@ -1,0 +1,240 @@
+//! What can be said of a test before it is run.
+
+use std::fmt;
+
+use crate::driver::loading_path::LoadingPath;
+use crate::driver::path_control::{Control, ControlEquations};
+use crate::driver::{ElementSpecimen, ElementTest, TestStage, step_solver};
+use crate::{Mat3, MaterialError, SymTensor};
+
+/// Something wrong in a test and where: `stages[1].path.b: 2 is not in 0..=1`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TestProblem {
+    /// JSON path of the value.
+    pub path: String,
+    /// What is wrong with it.
+    pub problem: String,
+}
+
+impl fmt::Display for TestProblem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.path, self.problem)
+    }
+}
+
+/// One problem a line.
+pub(super) fn problem_lines(problems: &[TestProblem]) -> String {
+    let lines: Vec<String> = problems.iter().map(ToString::to_string).collect();
+    lines.join("\n")
+}
+
+/// Steps of a stage: more fill the memory with rows.
+const MAX_STEPS: usize = 1_000_000;
+
+/// Strain of a step: where it is larger, the relative deformation of the step turns inside out.
+const LARGEST_STRAIN: f64 = 1.0;
+
+/// Why a reversal cannot be the first stage.
+pub(super) const NOTHING_TO_REVERSE: &str = "there is no stage before it to reverse";
+
+/// A law's refusal, at the place it is about.
+pub(super) fn material_problem(error: &MaterialError) -> TestProblem {
+    let (path, problem) = match error {
+        error if let Some((field, problem)) = error.parameter_problem() => {
+            (format!("material.{field}"), problem)
+        }
+        MaterialError::Initial { reason, .. } => ("initial_stress".to_owned(), reason.clone()),
+        other => ("material".to_owned(), other.to_string()),
+    };
+    TestProblem { path, problem }
+}
+
+/// Everything that is wrong with `test`.
+pub(super) fn problems(test: &ElementTest) -> Vec<TestProblem> {
+    let mut findings = TestProblems(Vec::new());
+    findings.finite("initial_stress", &test.initial_stress);
+    if findings.0.is_empty()
+        && let Err(error) = ElementSpecimen::new(test)
+    {
+        findings.0.push(material_problem(&error));
+    }
+    findings.require(!test.stages.is_empty(), "stages", || "at least one stage is needed".to_owned());
+    for (number, stage) in test.stages.iter().enumerate() {
+        let place = format!("stages[{number}]");
+        findings.stage(&place, stage);
+        let reverses = matches!(stage.path, LoadingPath::Reversal { .. });
+        findings.require(number > 0 || !reverses, format!("{place}.path"), || NOTHING_TO_REVERSE.to_owned());
+    }
+    findings.0
+}
+
+struct TestProblems(Vec<TestProblem>);
+
+impl TestProblems {
+    fn require(&mut self, holds: bool, path: impl Into<String>, problem: impl FnOnce() -> String) {
+        if !holds {
+            self.0.push(TestProblem { path: path.into(), problem: problem() });
+        }
+    }
+
+    fn number(&mut self, path: &str, value: f64) {
+        self.require(value.is_finite(), path, || format!("{value} is not a finite number"));
+    }
+
+    fn finite(&mut self, path: &str, values: &[f64]) {
+        for (index, value) in values.iter().enumerate() {
+            self.number(&format!("{path}[{index}]"), *value);
+        }
+    }
+
+    fn stage(&mut self, place: &str, stage: &TestStage) {
+        let (steps, duration) = (stage.steps, stage.duration);
+        self.require((1..=MAX_STEPS).contains(&steps), format!("{place}.steps"), || {
+            format!("{steps} is not in 1..={MAX_STEPS}")
+        });
+        self.require(duration.is_finite() && duration > 0.0, format!("{place}.duration"), || {
+            format!("{duration} is not positive (s)")
+        });
+        let before = self.0.len();
+        let path = format!("{place}.path");
+        self.amounts(&path, &stage.path);
+        // What follows needs numbers.
+        if self.0.len() == before {
+            self.motion(&path, stage);
+        }
+    }
+
+    /// Every number of a path is finite and in its range.
+    fn amounts(&mut self, place: &str, path: &LoadingPath) {
+        let at = |key: &str| format!("{place}.{key}");
+        match path {
+            LoadingPath::Isotropic { pressure } => self.number(&at("pressure"), *pressure),
+            LoadingPath::Oedometer { axial_compression }
+            | LoadingPath::TriaxialDrained { axial_compression }
+            | LoadingPath::BiaxialPlaneStrain { axial_compression } => {
+                self.number(&at("axial_compression"), *axial_compression);
+            }
+            LoadingPath::TriaxialUndrained { axial_compression, fluid_stiffness } => {
+                self.number(&at("axial_compression"), *axial_compression);
+                self.fluid(&at("fluid_stiffness"), *fluid_stiffness);
+            }
+            LoadingPath::TriaxialExtension { axial_extension } => {
+                self.number(&at("axial_extension"), *axial_extension);
+            }
+            LoadingPath::TrueTriaxial { axial_compression, b } => {
+                self.number(&at("axial_compression"), *axial_compression);
+                self.require((0.0..=1.0).contains(b), at("b"), || format!("{b} is not in 0..=1"));
+            }
+            LoadingPath::SimpleShearConstantVolume { shear }
+            | LoadingPath::SimpleShearConstantNormalStress { shear } => {
+                self.number(&at("shear"), *shear);
+            }
+            LoadingPath::SimpleShearStress { shear_stress } => {
+                self.number(&at("shear_stress"), *shear_stress)
+            }
+            LoadingPath::Strain { increment } | LoadingPath::Stress { increment } => {
+                self.finite(&at("increment"), increment);
+            }
+            LoadingPath::General { stress, strain, total, amplitude, phase, spin, fluid_stiffness } => {
+                self.fluid(&at("fluid_stiffness"), *fluid_stiffness);
+                for (key, rows) in [("stress", stress), ("strain", strain)] {
+                    for (number, row) in rows.iter().enumerate() {
+                        self.finite(&format!("{}[{number}]", at(key)), row);
+                    }
+                }
+                for (key, values) in [("total", total), ("amplitude", amplitude), ("phase", phase)] {
+                    self.finite(&at(key), values);
+                }
+                self.finite(&at("spin"), spin);
+            }
+            LoadingPath::Direct { increments, spins, .. } => {
+                let (count, turns) = (increments.len(), spins.len());
+                self.require(count > 0, at("increments"), || "at least one increment is needed".to_owned());
+                self.require(turns == 0 || turns == count, at("spins"), || {
+                    format!("has {turns} entries, one for each of the {count} increments is needed")
+                });
+                for (number, increment) in increments.iter().enumerate() {
+                    self.finite(&format!("{}[{number}]", at("increments")), increment);
+                }
+                for (number, spin) in spins.iter().enumerate() {
+                    self.finite(&format!("{}[{number}]", at("spins")), spin);
+                }
+            }
+            LoadingPath::Flow { velocity_gradient: rows } => self.rows(&at("velocity_gradient"), rows),
+            LoadingPath::DeformationGradient { deformation: rows } => self.rows(&at("deformation"), rows),
+            LoadingPath::Creep {} | LoadingPath::Relaxation {} => {}
+            LoadingPath::Reversal { fraction } => {
+                self.require(*fraction > 0.0 && fraction.is_finite(), at("fraction"), || {
+                    format!("{fraction} is not positive")
+                });
+            }
+            LoadingPath::Rotation { angle } => self.number(&at("angle"), *angle),
+        }
+    }
+
+    fn fluid(&mut self, path: &str, stiffness: Option<f64>) {
+        let Some(stiffness) = stiffness else { return };
+        let holds = stiffness.is_finite() && stiffness > 0.0;
+        self.require(holds, path, || format!("{stiffness} is not positive (Pa)"));
+    }
+
+    fn rows(&mut self, path: &str, rows: &[[f64; 3]; 3]) {
+        for (number, row) in rows.iter().enumerate() {
+            self.finite(&format!("{path}[{number}]"), row);
+        }
+    }
+
+    /// The six conditions are independent, and no step is too large.
+    fn motion(&mut self, path: &str, stage: &TestStage) {
+        let Some(program) = stage.path.program(&SymTensor::ZERO, stage.duration, None) else { return };
+        let steps = stage.steps.max(1) as f64;
+        for (number, part) in program.parts.iter().enumerate() {
+            let place =
+                if program.parts.len() > 1 { format!("{path}.increments[{number}]") } else { path.into() };
+            let strain = match part {
+                Control::Mixed(conditions) => {
+                    if let Err(problem) = step_solver::check_rank(conditions) {
+                        self.require(false, place.as_str(), || problem);
+                    }
+                    largest_strain(conditions).max(conditions.spin.iter().fold(0.0, |m, a| a.abs().max(m)))
+                }
+                Control::PrescribedGradient(gradient) => size(gradient),
+                Control::Rotation(angle) => angle.abs(),
+                Control::Deformation { to, .. } => {
+                    self.deformation(&format!("{path}.deformation"), to);
+                    0.0
+                }
+            };
+            self.require(strain / steps <= LARGEST_STRAIN, place, || {
+                let least = (strain / LARGEST_STRAIN).ceil();
+                format!(
+                    "the amount {strain} in {steps} steps is more than {LARGEST_STRAIN} a step: take at least {least} steps"
+                )
+            });
+        }
+    }
+
+    /// A deformation gradient that is reached from the unit matrix without turning inside out.
+    fn deformation(&mut self, path: &str, to: &Mat3) {
+        let at = |share: f64| (Mat3::IDENTITY + (*to - Mat3::IDENTITY) * share).determinant();
+        let inverts = (0..=100).any(|i| !(at(f64::from(i) / 100.0) > 0.0));
+        self.require(!inverts, path, || {
+            "turns the material inside out on the straight way from the unit matrix".to_owned()
+        });
+    }
+}
+
+/// Largest strain that a row of strain alone prescribes.
+fn largest_strain(conditions: &ControlEquations) -> f64 {
+    let amount = |row: usize| {
+        let free = conditions.stress[row].iter().all(|s| *s == 0.0);
+        let factor = conditions.strain[row].iter().fold(0.0, |m: f64, e| m.max(e.abs()));
+        let total = conditions.total[row].abs() + 2.0 * conditions.amplitude[row].abs();
+        if free && factor > 0.0 { total / factor } else { 0.0 }
+    };
+    (0..6).map(amount).fold(0.0, f64::max)
+}
+
+fn size(gradient: &Mat3) -> f64 {
+    gradient.0.iter().flatten().fold(0.0, |m: f64, a| m.max(a.abs()))
+}

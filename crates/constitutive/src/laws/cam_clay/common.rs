@@ -1,0 +1,172 @@
+//! What both Cam-clays share: constants, state, elastic trial.
+
+use serde::{Deserialize, Serialize};
+
+use crate::laws::pressure_elastic::{MIN_PRESSURE, VolumeStep, void_ratio_after};
+use crate::laws::{check_compressive, check_initial};
+use crate::return_maps::radial_return::RadialTrial;
+use crate::return_maps::substepping::SubstepResult;
+use crate::{MaterialError, Point, SymTensor};
+
+/// Parameters that both Cam-clays share, checked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::laws) struct CamClayConstants {
+    /// Slope `M` of the critical state line.
+    pub critical: f64,
+    /// Slope `λ` of normal compression.
+    pub compression: f64,
+    /// Slope `κ` of unloading.
+    pub swelling: f64,
+    /// Shear stiffness.
+    pub shear: ShearStiffness,
+    /// Initial void ratio.
+    pub void_ratio: f64,
+    /// Size of the initial surface.
+    pub size: InitialSurfaceSize,
+    /// Whether an initial stress outside is moved to the surface.
+    pub return_initial_stress_to_yield: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::laws) enum ShearStiffness {
+    /// `G/K`.
+    Ratio(f64),
+    /// `G` (Pa).
+    Modulus(f64),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::laws) enum InitialSurfaceSize {
+    /// `p_c` (Pa).
+    Pressure(f64),
+    /// `p_c` over that of the surface through the initial stress.
+    Ratio(f64),
+}
+
+/// State of the Cam-clays.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CamClayState {
+    /// Pressure `p_c` at the tip of the yield surface (Pa).
+    pub preconsolidation_pressure: f64,
+    /// Volume of voids over volume of grains.
+    pub void_ratio: f64,
+    /// Accumulated deviatoric plastic strain.
+    pub plastic_strain: f64,
+}
+
+/// Elastic trial of a step.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::laws) struct CamClayTrial {
+    /// `θ = v/κ`.
+    pub theta: f64,
+    /// `χ = v/(λ-κ)`.
+    pub chi: f64,
+    /// Trial pressure (Pa).
+    pub pressure: f64,
+    /// `dp_tr/dΔ` (Pa).
+    pub pressure_slope: f64,
+    /// Shear modulus of the step (Pa).
+    pub shear: f64,
+    /// `dG/dΔ` (Pa).
+    pub shear_slope: f64,
+    /// Trial deviator.
+    pub radial: RadialTrial,
+    /// `q` of the trial (Pa).
+    pub q: f64,
+}
+
+impl CamClayConstants {
+    /// State at the start; `size` gives `p_c` of the surface through a stress.
+    pub(in crate::laws) fn initial(
+        &self,
+        model: &'static str,
+        stress: &SymTensor,
+        size: impl Fn(f64, f64) -> f64,
+    ) -> Result<Point<CamClayState>, MaterialError> {
+        check_compressive(model, stress)?;
+        let through = size(stress.pressure(), stress.q());
+        let preconsolidation_pressure = match self.size {
+            InitialSurfaceSize::Pressure(pressure) => pressure,
+            InitialSurfaceSize::Ratio(ratio) => ratio * through,
+        };
+        let state =
+            CamClayState { preconsolidation_pressure, void_ratio: self.void_ratio, plastic_strain: 0.0 };
+        let excess = through - preconsolidation_pressure;
+        if self.return_initial_stress_to_yield && excess > 0.0 {
+            let pressure = stress.pressure().min(preconsolidation_pressure);
+            let (q, deviator) = (stress.q(), stress.deviator());
+            let (mut inside, mut outside) = (0.0, 1.0);
+            while outside - inside > f64::EPSILON {
+                let share = 0.5 * (inside + outside);
+                let fits = size(pressure, share * q) <= preconsolidation_pressure;
+                if fits { inside = share } else { outside = share }
+            }
+            return Ok(Point { stress: deviator * inside - SymTensor::isotropic(pressure), state });
+        }
+        check_initial(model, stress, excess, preconsolidation_pressure)?;
+        Ok(Point { stress: *stress, state })
+    }
+
+    /// Elastic trial: `p_tr = p exp(θ Δ)` and the deviator with the secant shear modulus.
+    pub(in crate::laws) fn trial(&self, strain: &SymTensor, old: &Point<CamClayState>) -> CamClayTrial {
+        let v = 1.0 + old.state.void_ratio;
+        let (theta, chi) = (v / self.swelling, v / (self.compression - self.swelling));
+        let p = old.stress.pressure();
+        let compression = -strain.trace();
+        let modulus = theta * p;
+        let growth = (theta * compression).exp_m1();
+        let floor = p.min(MIN_PRESSURE);
+        let mut volume =
+            VolumeStep::new(p, compression, growth, modulus, modulus * (1.0 + growth), theta * modulus);
+        if volume.pressure < floor {
+            let secant = (floor - p) / compression;
+            volume =
+                VolumeStep { pressure: floor, tangent: 0.0, secant, secant_slope: -secant / compression };
+        }
+        // The shear modulus keeps the value of the least pressure below it.
+        let least = theta * MIN_PRESSURE;
+        let (shear, shear_slope) = match self.shear {
+            ShearStiffness::Modulus(modulus) => (modulus, 0.0),
+            ShearStiffness::Ratio(ratio) if volume.secant < least => (ratio * least, 0.0),
+            ShearStiffness::Ratio(ratio) => (ratio * volume.secant, ratio * volume.secant_slope),
+        };
+        let radial = RadialTrial::new(&old.stress, strain, shear, shear_slope);
+        let (pressure, pressure_slope) = (volume.pressure, volume.tangent);
+        CamClayTrial { theta, chi, pressure, pressure_slope, shear, shear_slope, radial, q: radial.q() }
+    }
+
+    /// The point after an elastic step.
+    pub(in crate::laws) fn elastic(
+        &self,
+        trial: &CamClayTrial,
+        strain: &SymTensor,
+        old: &Point<CamClayState>,
+    ) -> SubstepResult<CamClayState> {
+        let state =
+            CamClayState { void_ratio: void_ratio_after(old.state.void_ratio, strain.trace()), ..old.state };
+        SubstepResult {
+            point: Point { stress: trial.radial.stress(trial.pressure, 1.0), state },
+            dissipated: 0.0,
+        }
+    }
+
+    /// See [`SmallStrain::wave_modulus`].
+    pub(in crate::laws) fn wave_modulus(&self, point: &Point<CamClayState>) -> f64 {
+        let p = point.stress.pressure().max(MIN_PRESSURE);
+        let bulk = (1.0 + point.state.void_ratio) * p / self.swelling;
+        let shear = match self.shear {
+            ShearStiffness::Ratio(ratio) => ratio * bulk,
+            ShearStiffness::Modulus(modulus) => modulus,
+        };
+        1.1 * (bulk + 4.0 / 3.0 * shear)
+    }
+}
+
+/// Names of the scalars of the Cam-clays.
+pub(in crate::laws) const OUTPUTS: &[&str] = &["void_ratio", "preconsolidation_pressure", "plastic_strain"];
+
+impl CamClayState {
+    pub(in crate::laws) fn outputs(&self, out: &mut [f64]) {
+        out.copy_from_slice(&[self.void_ratio, self.preconsolidation_pressure, self.plastic_strain]);
+    }
+}

@@ -1,0 +1,193 @@
+//! Algorithms 1 and 2 of Bui & Nguyen 2021 (sheet: constitutive §3.6) and the correction of their drift (§2.4).
+//!
+//! Both take the slope of the cone's strength from one place, and divide by the elastic resistance to flow less that
+//! slope. Where softening takes half of the resistance or more, the strength at the end of the step has little to do
+//! with that slope, and past all of it the multiplier would be negative: such a step is returned (§3.7.1), and so is
+//! one that would gain work.
+
+use crate::laws::Elasticity;
+use crate::laws::drucker_prager::{Cone, DruckerPrager, PlasticIntegration, PlasticStrain};
+use crate::{MaterialError, Point, SymTensor};
+
+/// Where a step meets the cone.
+struct YieldIntersection {
+    stress: SymTensor,
+    /// Strain increment that is left.
+    remaining_strain: SymTensor,
+}
+
+impl YieldIntersection {
+    /// Whether what is left of the step may turn the deviator around: the slope at its start then says nothing
+    /// about its end, and next to the apex has no direction.
+    fn may_reverse_deviator(&self, elasticity: &Elasticity) -> bool {
+        2.0 * elasticity.shear_modulus * self.remaining_strain.deviator().norm()
+            > self.stress.deviator().norm()
+    }
+}
+
+/// Least share of the elastic resistance to flow that softening may leave to a step of the source.
+const MIN_PLASTIC_MODULUS_RATIO: f64 = 0.5;
+
+/// Of a point with some `I1`: flow by a multiplier brings `f` down by `elastic - softening` of it.
+struct PlasticModulus {
+    cone: Cone,
+    /// `G + 9 K α α_ψ` (Pa).
+    elastic: f64,
+    /// `∂_κ f dκ/dΔλ` (Pa): what softening takes of it, less than nothing where the cone hardens.
+    softening: f64,
+}
+
+impl PlasticModulus {
+    fn modulus(&self) -> f64 {
+        self.elastic - self.softening
+    }
+
+    /// Whether a single slope says too little about the step. Written so that NaN does.
+    fn is_unreliable(&self) -> bool {
+        !(self.elastic > 0.0 && self.modulus() > MIN_PLASTIC_MODULUS_RATIO * self.elastic)
+    }
+}
+
+impl DruckerPrager {
+    fn plastic_modulus(&self, i1: f64, kappa: f64) -> PlasticModulus {
+        let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
+        let (cone, rate) = (self.cone_at(kappa), self.cone_rate(kappa));
+        PlasticModulus {
+            cone,
+            elastic: g + 9.0 * k * cone.friction * cone.dilatancy,
+            softening: (rate.friction * i1 - rate.strength) / 3f64.sqrt(),
+        }
+    }
+
+    /// Algorithm 2 of Bui & Nguyen 2021 (sheet: constitutive §3.6) before its drift is taken back: the stress after one
+    /// corrector with the slopes at the trial, and the multiplier. It means nothing where softening takes half of the
+    /// elastic resistance to flow or more; [`SmallStrain::update`](crate::SmallStrain::update) returns such a step.
+    pub fn semi_implicit_step(&self, trial: &SymTensor, kappa: f64) -> (SymTensor, f64) {
+        self.corrector(trial, &self.plastic_modulus(trial.trace(), kappa))
+    }
+
+    fn corrector(&self, trial: &SymTensor, resistance: &PlasticModulus) -> (SymTensor, f64) {
+        let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
+        let cone = &resistance.cone;
+        let (deviator, i1) = (trial.deviator(), trial.trace());
+        let root_j2 = (0.5 * deviator.dot(&deviator)).sqrt();
+        let multiplier = cone.yield_value(root_j2, i1).max(0.0) / resistance.modulus();
+        let keep = if root_j2 > 0.0 { 1.0 - g * multiplier / root_j2 } else { 0.0 };
+        let mean = i1 / 3.0 - 3.0 * k * cone.dilatancy * multiplier;
+        (deviator * keep + SymTensor::isotropic(mean), multiplier)
+    }
+
+    /// Algorithm 1 of Bui & Nguyen 2021 (sheet: constitutive §3.6) before its drift is taken back: from `stress` inside
+    /// or on the cone by the strain increment `strain`, elastic up to the cone, then with the continuum
+    /// elastoplastic stiffness (eq. 2.4) there. Returns the stress and the multiplier. As for [`Self::semi_implicit_step`]
+    /// softening must leave most of the resistance.
+    pub fn explicit_step(&self, stress: &SymTensor, strain: &SymTensor, kappa: f64) -> (SymTensor, f64) {
+        let trial = *stress + self.elasticity.stress(strain);
+        let flown = self.yield_intersection(stress, strain, kappa).and_then(|meeting| {
+            let resistance = self.plastic_modulus(meeting.stress.trace(), kappa);
+            self.plastic_step(&meeting, &trial, &resistance)
+        });
+        flown.unwrap_or((trial, 0.0))
+    }
+
+    /// Where the elastic stress of a step meets the cone for good; `None` where it stays inside.
+    fn yield_intersection(
+        &self,
+        stress: &SymTensor,
+        strain: &SymTensor,
+        kappa: f64,
+    ) -> Option<YieldIntersection> {
+        let cone = self.cone_at(kappa);
+        let value = |s: &SymTensor| cone.yield_value(s.j2().sqrt(), s.trace());
+        let elastic = self.elasticity.stress(strain);
+        if value(&(*stress + elastic)) <= 0.0 {
+            return None;
+        }
+        // f is convex.
+        let scale = 1e-12 * (cone.strength + stress.norm());
+        let (mut low, mut high) = (0.0, 1.0);
+        if value(stress) < -scale {
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if value(&(*stress + elastic * middle)) <= 0.0 { low = middle } else { high = middle }
+            }
+        }
+        Some(YieldIntersection { stress: *stress + elastic * low, remaining_strain: *strain * (1.0 - low) })
+    }
+
+    /// The forward step from where the cone is met to the trial's plastic counterpart, and its multiplier; `None`
+    /// where it starts by unloading.
+    fn plastic_step(
+        &self,
+        from: &YieldIntersection,
+        trial: &SymTensor,
+        resistance: &PlasticModulus,
+    ) -> Option<(SymTensor, f64)> {
+        let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
+        let cone = &resistance.cone;
+        let (deviator, root_j2) = (from.stress.deviator(), from.stress.j2().sqrt());
+        let shear = if root_j2 > 0.0 { g / root_j2 * deviator.dot(&from.remaining_strain) } else { 0.0 };
+        let loading = shear + 3.0 * k * cone.friction * from.remaining_strain.trace();
+        if loading <= 0.0 {
+            return None;
+        }
+        let multiplier = loading / resistance.modulus();
+        let back = if root_j2 > 0.0 { deviator * (g * multiplier / root_j2) } else { SymTensor::ZERO };
+        Some((*trial - back - SymTensor::isotropic(3.0 * k * cone.dilatancy * multiplier), multiplier))
+    }
+
+    /// Takes back drift out of the cone (sheet: constitutive §2.4, Bui & Nguyen section 3.4): tension cracking moves the
+    /// mean stress to the apex at most, stress scaling the deviator onto the cone.
+    pub fn without_drift(&self, stress: SymTensor, kappa: f64) -> SymTensor {
+        let cone = self.cone_at(kappa);
+        let (deviator, mut i1) = (stress.deviator(), stress.trace());
+        if cone.friction > 0.0 {
+            i1 = i1.min(cone.strength / cone.friction);
+        }
+        let (root_j2, limit) =
+            ((0.5 * deviator.dot(&deviator)).sqrt(), (cone.strength - cone.friction * i1).max(0.0));
+        let keep = if root_j2 > limit { limit / root_j2 } else { 1.0 };
+        deviator * keep + SymTensor::isotropic(i1 / 3.0)
+    }
+
+    /// One step by an algorithm of the source. Plastic strain follows the multiplier, at most what the
+    /// trial has to give.
+    pub(super) fn bui_nguyen_step(
+        &self,
+        strain: &SymTensor,
+        trial: &SymTensor,
+        old: &Point<PlasticStrain>,
+    ) -> Result<Point<PlasticStrain>, MaterialError> {
+        let kappa = old.state.deviatoric;
+        let root_j2 = trial.j2().sqrt();
+        if !root_j2.is_finite() {
+            return Err(MaterialError::Motion { model: self.name, reason: "the trial stress is not finite" });
+        }
+        let source = match self.spec.integration {
+            PlasticIntegration::Explicit => {
+                let Some(meeting) = self.yield_intersection(&old.stress, strain, kappa) else {
+                    return Ok(Point { stress: *trial, state: old.state });
+                };
+                let resistance = self.plastic_modulus(meeting.stress.trace(), kappa);
+                let slope = !resistance.is_unreliable() && !meeting.may_reverse_deviator(&self.elasticity);
+                slope.then(|| self.plastic_step(&meeting, trial, &resistance)).flatten()
+            }
+            _ => {
+                let resistance = self.plastic_modulus(trial.trace(), kappa);
+                (!resistance.is_unreliable()).then(|| self.corrector(trial, &resistance))
+            }
+        };
+        let Some((stress, multiplier)) = source else { return self.closest_point(trial, old.state) };
+        // Past the apex the deviator does not turn over.
+        let most = root_j2 / self.elasticity.shear_modulus;
+        let flipped = stress.deviator().dot(&trial.deviator()) < 0.0;
+        let stress = if flipped { SymTensor::isotropic(stress.trace() / 3.0) } else { stress };
+        let state = PlasticStrain { deviatoric: kappa + multiplier.min(most) / 3f64.sqrt() };
+        let stress = self.without_drift(stress, state.deviatoric);
+        // Strength that is lost within the step, where dilatancy is not.
+        if self.elasticity.dissipation(trial, &stress) < 0.0 {
+            return self.closest_point(trial, old.state);
+        }
+        Ok(Point { stress, state })
+    }
+}

@@ -1,0 +1,78 @@
+//! Materials that others bring: a method whose cells can stand for a material point offers a factory, and case files name it.
+
+use std::sync::{Arc, PoisonError, RwLock};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+use crate::contract::model::{Model, ModelFamily, ModelInfo};
+use crate::{Material, MaterialError};
+
+/// Makes materials that this crate does not know.
+pub trait MaterialFactory: Send + Sync {
+    /// Name of its law, the key `law` of a case file.
+    fn name(&self) -> &'static str;
+
+    /// The law of a point with an initial density (kg/m³), from the parameters of a case file.
+    ///
+    /// # Errors
+    /// The first parameter that is out of range or not known, by its path within `parameters`.
+    fn build(
+        &self,
+        density: f64,
+        parameters: &Map<String, Value>,
+    ) -> Result<Arc<dyn Material>, MaterialError>;
+}
+
+static FACTORIES: RwLock<Vec<&'static dyn MaterialFactory>> = RwLock::new(Vec::new());
+
+/// Makes the law of a factory known to case files, as `{"model": "other", "law": …}`. Of two factories with one name the first
+/// stays.
+pub fn register_material(factory: &'static dyn MaterialFactory) {
+    let mut known = FACTORIES.write().unwrap_or_else(PoisonError::into_inner);
+    if known.iter().all(|other| other.name() != factory.name()) {
+        known.push(factory);
+    }
+}
+
+/// Parameters of `other`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ExternalSpec {
+    /// Density of the material as a whole (kg/m³), > 0.
+    pub density: f64,
+    /// Name of the law: `granular-cell`, a periodic cell of grains.
+    pub law: String,
+    /// Parameters of that law; those of `granular-cell` stand in docs/theory/dem.md, "A cell of grains as a material".
+    #[serde(default)]
+    pub parameters: Map<String, Value>,
+}
+
+impl Model for ExternalSpec {
+    const INFO: ModelInfo = ModelInfo {
+        source: "a method that brings it",
+        kind: ModelFamily::Solid,
+        strain: "the law's",
+        tangent: "the law's",
+    };
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        let known = FACTORIES.read().unwrap_or_else(PoisonError::into_inner);
+        let Some(factory) = known.iter().find(|factory| factory.name() == self.law) else {
+            let names: Vec<&str> = known.iter().map(|factory| factory.name()).collect();
+            let rule = format!("no law {:?} is offered here; there is {}", self.law, name_list(&names));
+            return Err(MaterialError::choice("law", rule));
+        };
+        factory.build(self.density, &self.parameters).map_err(|error| error.under_key("parameters"))
+    }
+
+    /// None: what there is depends on who offers it.
+    fn examples() -> Vec<Self> {
+        Vec::new()
+    }
+}
+
+fn name_list(names: &[&str]) -> String {
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}

@@ -1,0 +1,433 @@
+//! A user material of Abaqus/Standard as a law: a shared library that exports `umat_` (Fortran or C), as the
+//! SoilModels project and many authors publish them.
+//!
+//! The library sees what Abaqus shows it: stress and strain in the order 11 22 33 12 13 23 with engineering
+//! shear, tension-positive, already turned by the rotation `DROT` of the step (Hughes–Winget), strain
+//! increments at mid-step, `DFGRD0` and `DFGRD1`, its `PROPS` and `STATEV`. A `PNEWDT` below 1 counts as a
+//! step that did not converge. Many of these libraries keep COMMON or SAVE variables, so calls into one
+//! library wait for each other unless `thread_safe` says otherwise. Limits: three-dimensional stress
+//! (`NTENS = 6`), no temperature, no utility routines of Abaqus.
+//!
+//! The library is code from outside: it can do anything, a wrong number of state variables included. It is loaded only
+//! where [`allow_libraries`](super::allow_libraries) or the environment allows it.
+
+pub(crate) mod shared_library;
+
+use std::ffi::{c_char, c_int};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use libloading::Library;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::adapters::corotational::half_rotation;
+use crate::contract::model::{Model, ModelFamily, ModelInfo, check, positive};
+use crate::{
+    InitialCondition, Law, Mat3, Material, MaterialError, Motion, Point, PointLaw, StressUpdate, SymTensor,
+    Tangent,
+};
+
+const NAME: &str = "umat";
+
+/// Where each component xx yy zz xy yz zx stands among 11 22 33 12 13 23, and the other way round.
+const ORDER: [usize; 6] = [0, 1, 2, 3, 5, 4];
+
+/// `JSTEP`: number of the step, its procedure (static), that geometry is not linear, and that the step is no perturbation. Older routines
+/// call it `KSTEP`, the number alone.
+const JSTEP: [c_int; 4] = [1, 1, 1, 0];
+
+/// The signature of `umat_` as Fortran compilers make it, the hidden length of `CMNAME` last.
+type UmatFunction = unsafe extern "C" fn(
+    stress: *mut f64,
+    statev: *mut f64,
+    ddsdde: *mut f64,
+    sse: *mut f64,
+    spd: *mut f64,
+    scd: *mut f64,
+    rpl: *mut f64,
+    ddsddt: *mut f64,
+    drplde: *mut f64,
+    drpldt: *mut f64,
+    stran: *const f64,
+    dstran: *const f64,
+    time: *const f64,
+    dtime: *const f64,
+    temp: *const f64,
+    dtemp: *const f64,
+    predef: *const f64,
+    dpred: *const f64,
+    cmname: *const c_char,
+    ndi: *const c_int,
+    nshr: *const c_int,
+    ntens: *const c_int,
+    nstatv: *const c_int,
+    props: *const f64,
+    nprops: *const c_int,
+    coords: *const f64,
+    drot: *const f64,
+    pnewdt: *mut f64,
+    celent: *const f64,
+    dfgrd0: *const f64,
+    dfgrd1: *const f64,
+    noel: *const c_int,
+    npt: *const c_int,
+    layer: *const c_int,
+    kspt: *const c_int,
+    jstep: *const c_int,
+    kinc: *const c_int,
+    cmname_length: usize,
+);
+
+/// Parameters of `umat`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct UmatSpec {
+    /// Density (kg/m³), > 0.
+    pub density: f64,
+    /// The shared library (.so, .dylib, .dll); a relative path starts at the working directory.
+    pub library: PathBuf,
+    /// Name of the routine in the library.
+    #[serde(default = "default_symbol")]
+    pub symbol: String,
+    /// Name handed over as `CMNAME` (at most 80 bytes), for libraries with several materials.
+    #[serde(default)]
+    pub material_name: String,
+    /// The properties `PROPS`, in the units of the library.
+    #[serde(default)]
+    pub props: Vec<f64>,
+    /// State variables `STATEV` at the start, as many as the library needs.
+    #[serde(default)]
+    pub state_variables: Vec<f64>,
+    /// Pascals in the library's unit of stress: 1 for Pa, 1000 for kPa. Pa when absent; in a test of incrementalDriver files, their unit.
+    #[serde(default)]
+    pub pascals: Option<f64>,
+    /// P-wave modulus that bounds the time step (Pa), > 0; from the library's stiffness when absent.
+    #[serde(default)]
+    pub wave_modulus: Option<f64>,
+    /// The library may be called by several threads at once.
+    #[serde(default)]
+    pub thread_safe: bool,
+}
+
+fn default_symbol() -> String {
+    "umat_".to_owned()
+}
+
+impl UmatSpec {
+    /// The library's unit of stress (Pa).
+    fn unit(&self) -> f64 {
+        self.pascals.unwrap_or(1.0)
+    }
+}
+
+impl Model for UmatSpec {
+    const INFO: ModelInfo = ModelInfo {
+        source: "a library of yours",
+        kind: ModelFamily::Solid,
+        strain: "the library's",
+        tangent: "the library's (DDSDDE)",
+    };
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        positive("pascals", self.unit(), "")?;
+        if let Some(modulus) = self.wave_modulus {
+            positive("wave_modulus", modulus, "Pa")?;
+        }
+        for (field, values) in [("props", &self.props), ("state_variables", &self.state_variables)] {
+            if let Some(value) = values.iter().find(|value| !value.is_finite()) {
+                check(field, *value, false, "must be finite")?;
+            }
+        }
+        if self.material_name.len() > 80 {
+            let rule = format!("{:?} has more than 80 bytes", self.material_name);
+            return Err(MaterialError::choice("material_name", rule));
+        }
+        let routine = Routine::load(&self.library, &self.symbol)?;
+        Ok(Arc::new(Umat { spec: self.clone(), routine }))
+    }
+
+    /// None: what a library does is its own, and it may not be there.
+    fn examples() -> Vec<Self> {
+        Vec::new()
+    }
+}
+
+/// A loaded routine and the lock of its library.
+struct Routine {
+    function: UmatFunction,
+    lock: Arc<Mutex<()>>,
+    /// Keeps the code mapped.
+    _library: Arc<Library>,
+}
+
+impl Routine {
+    #[allow(unsafe_code, reason = "code of another language can be called in no other way")]
+    fn load(path: &Path, symbol: &str) -> Result<Self, MaterialError> {
+        let (library, lock) = shared_library::open(path)?;
+        // SAFETY: the symbol is a routine with the interface of a UMAT, which is what the user says it is;
+        // the library outlives the pointer.
+        let function = match unsafe { library.get::<UmatFunction>(symbol.as_bytes()) } {
+            Ok(function) => *function,
+            Err(error) => {
+                let rule = format!(
+                    "{symbol:?} is not in {}: {}",
+                    path.display(),
+                    shared_library::load_error(&error)
+                );
+                return Err(MaterialError::choice("symbol", rule));
+            }
+        };
+        Ok(Self { function, lock, _library: library })
+    }
+}
+
+/// The law. See the module's head for source and limits.
+struct Umat {
+    spec: UmatSpec,
+    routine: Routine,
+}
+
+/// State of a point of a library's material.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct UmatState {
+    /// `STATEV`.
+    variables: Vec<f64>,
+    /// Total strain in the turning frame, tensor shear (`STRAN` doubles it).
+    strain: SymTensor,
+    /// Deformation gradient since the start, `DFGRD0` of the next step.
+    deformation: Mat3,
+    /// Time (s).
+    time: f64,
+    /// Bound on the P-wave modulus from `DDSDDE` (Pa).
+    modulus: f64,
+}
+
+/// What a call returns.
+struct UmatOutput {
+    stress: SymTensor,
+    variables: Vec<f64>,
+    tangent: Tangent,
+}
+
+fn to_umat(tensor: &SymTensor, shear: f64) -> [f64; 6] {
+    std::array::from_fn(|k| tensor[ORDER[k]] * if k < 3 { 1.0 } else { shear })
+}
+
+fn from_umat(values: [f64; 6]) -> SymTensor {
+    SymTensor(std::array::from_fn(|k| values[ORDER[k]]))
+}
+
+/// Column-major, as Fortran has it.
+fn column_major(m: &Mat3) -> [f64; 9] {
+    std::array::from_fn(|k| m.0[k % 3][k / 3])
+}
+
+impl Umat {
+    /// One call: `stress` is already turned by `rotation`.
+    #[allow(unsafe_code, reason = "code of another language can be called in no other way")]
+    fn call(
+        &self,
+        stress: &SymTensor,
+        state: &UmatState,
+        motion: &Motion,
+        rotation: &Mat3,
+    ) -> Result<UmatOutput, MaterialError> {
+        let spec = &self.spec;
+        let mut sigma = to_umat(&(*stress * (1.0 / spec.unit())), 1.0);
+        let mut variables = state.variables.clone();
+        // A library may write to STATEV(1) though it asked for none.
+        let count = variables.len();
+        variables.resize(count.max(1), 0.0);
+        let mut ddsdde = [0.0; 36];
+        let [mut sse, mut spd, mut scd, mut rpl, mut drpldt] = [0.0; 5];
+        let (mut ddsddt, mut drplde) = ([0.0; 6], [0.0; 6]);
+        let (stran, dstran) = (to_umat(&state.strain, 2.0), to_umat(&motion.strain_increment(), 2.0));
+        let times = [state.time, state.time];
+        let [temp, dtemp, predef, dpred] = [0.0; 4];
+        let mut name = [b' '; 80];
+        name[..spec.material_name.len()].copy_from_slice(spec.material_name.as_bytes());
+        let number = |n: usize| c_int::try_from(n).unwrap_or(c_int::MAX);
+        let (ndi, nshr, ntens) = (3, 3, 6);
+        let (nstatv, nprops) = (number(count), number(spec.props.len()));
+        let props = if spec.props.is_empty() { vec![0.0] } else { spec.props.clone() };
+        let coords = [0.0; 3];
+        let mut pnewdt = 1.0;
+        let (drot, dfgrd0) = (column_major(rotation), column_major(&state.deformation));
+        let dfgrd1 = column_major(&(motion.deformation * state.deformation));
+        let counter: c_int = 1;
+        {
+            let _turn =
+                (!spec.thread_safe).then(|| self.routine.lock.lock().unwrap_or_else(PoisonError::into_inner));
+            // SAFETY: every pointer is to a live array of the length that the interface of a UMAT names; what
+            // the library does with them is the word of the user.
+            shared_library::call_guarded(|| unsafe {
+                (self.routine.function)(
+                    sigma.as_mut_ptr(),
+                    variables.as_mut_ptr(),
+                    ddsdde.as_mut_ptr(),
+                    &raw mut sse,
+                    &raw mut spd,
+                    &raw mut scd,
+                    &raw mut rpl,
+                    ddsddt.as_mut_ptr(),
+                    drplde.as_mut_ptr(),
+                    &raw mut drpldt,
+                    stran.as_ptr(),
+                    dstran.as_ptr(),
+                    times.as_ptr(),
+                    &raw const motion.dt,
+                    &raw const temp,
+                    &raw const dtemp,
+                    &raw const predef,
+                    &raw const dpred,
+                    name.as_ptr().cast(),
+                    &raw const ndi,
+                    &raw const nshr,
+                    &raw const ntens,
+                    &raw const nstatv,
+                    props.as_ptr(),
+                    &raw const nprops,
+                    coords.as_ptr(),
+                    drot.as_ptr(),
+                    &raw mut pnewdt,
+                    &raw const motion.size,
+                    dfgrd0.as_ptr(),
+                    dfgrd1.as_ptr(),
+                    &raw const counter,
+                    &raw const counter,
+                    &raw const counter,
+                    &raw const counter,
+                    JSTEP.as_ptr(),
+                    &raw const counter,
+                    name.len(),
+                );
+            });
+        }
+        variables.truncate(count);
+        if pnewdt < 1.0 {
+            return Err(MaterialError::NotConverged {
+                model: NAME,
+                reason: "the library asks for a shorter step",
+            });
+        }
+        let stress = from_umat(sigma) * spec.unit();
+        if !(stress.is_finite() && variables.iter().all(|value| value.is_finite())) {
+            let reason = "the library returned a stress or a state variable that is not finite";
+            return Err(MaterialError::Motion { model: NAME, reason });
+        }
+        // DDSDDE(i, j) is column-major.
+        let tangent = Tangent(std::array::from_fn(|i| {
+            std::array::from_fn(|j| ddsdde[ORDER[j] * 6 + ORDER[i]] * spec.unit())
+        }));
+        if !tangent.0.iter().flatten().all(|value| value.is_finite()) {
+            let reason = "the library returned a stiffness (DDSDDE) that is not finite";
+            return Err(MaterialError::Motion { model: NAME, reason });
+        }
+        Ok(UmatOutput { stress, variables, tangent })
+    }
+
+    /// Rotation of the step.
+    fn rotation(motion: &Motion) -> Mat3 {
+        half_rotation(&motion.velocity_gradient_dt).map_or(Mat3::IDENTITY, |half| half * half)
+    }
+
+    /// A bound on the P-wave modulus: the largest normal stiffness, with room for anisotropy.
+    fn wave_modulus_bound(&self, tangent: &Tangent) -> f64 {
+        self.spec.wave_modulus.unwrap_or_else(|| 1.1 * (0..3).fold(0.0, |m: f64, i| m.max(tangent.0[i][i])))
+    }
+
+    fn check_motion(motion: &Motion) -> Result<(), MaterialError> {
+        let sound = motion.velocity_gradient_dt.is_finite()
+            && motion.deformation.is_finite()
+            && motion.dt.is_finite();
+        let reason = if !sound {
+            "the motion is not finite"
+        } else if motion.deformation.determinant() <= 0.0 {
+            "the step inverts the point"
+        } else if motion.strain_increment().norm() >= 1.0 {
+            "a strain of more than 1 in one step"
+        } else {
+            return Ok(());
+        };
+        Err(MaterialError::Motion { model: NAME, reason })
+    }
+}
+
+impl Law for Umat {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    /// What a library knows of directions is its own.
+    fn is_isotropic(&self) -> bool {
+        false
+    }
+
+    fn is_hypoelastic(&self) -> bool {
+        true
+    }
+
+    /// What a library does with time is its own.
+    fn is_time_dependent(&self) -> bool {
+        true
+    }
+}
+
+impl PointLaw for Umat {
+    type State = UmatState;
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<UmatState>, MaterialError> {
+        if !initial.stress.is_finite() {
+            let reason = "the stress is not finite".to_owned();
+            return Err(MaterialError::Initial { model: NAME, reason });
+        }
+        let mut state = UmatState {
+            variables: self.spec.state_variables.clone(),
+            strain: SymTensor::ZERO,
+            deformation: Mat3::IDENTITY,
+            time: 0.0,
+            modulus: 0.0,
+        };
+        // A step without strain tells the stiffness at the start.
+        let still = Motion { density: initial.density, ..Motion::AT_REST };
+        let called = self.call(&initial.stress, &state, &still, &Mat3::IDENTITY)?;
+        state.modulus = self.wave_modulus_bound(&called.tangent);
+        if !(state.modulus > 0.0 && state.modulus.is_finite()) {
+            let reason = "the library returns no stiffness (DDSDDE): give wave_modulus".to_owned();
+            return Err(MaterialError::Initial { model: NAME, reason });
+        }
+        Ok(Point { stress: initial.stress, state })
+    }
+
+    fn wave_modulus(&self, point: &Point<UmatState>) -> f64 {
+        point.state.modulus
+    }
+}
+
+impl StressUpdate for Umat {
+    fn update(&self, motion: &Motion, old: &Point<UmatState>) -> Result<Point<UmatState>, MaterialError> {
+        Self::check_motion(motion)?;
+        let rotation = Self::rotation(motion);
+        let called = self.call(&old.stress.rotated(&rotation), &old.state, motion, &rotation)?;
+        let state = UmatState {
+            variables: called.variables,
+            strain: old.state.strain.rotated(&rotation) + motion.strain_increment(),
+            deformation: motion.deformation * old.state.deformation,
+            time: old.state.time + motion.dt,
+            modulus: self.wave_modulus_bound(&called.tangent).max(f64::MIN_POSITIVE),
+        };
+        Ok(Point { stress: called.stress, state })
+    }
+
+    fn state_size(&self) -> usize {
+        // A library that asks for no variable gets one all the same.
+        size_of::<UmatState>() + self.spec.state_variables.len().max(1) * size_of::<f64>()
+    }
+
+    fn tangent(&self, motion: &Motion, old: &Point<UmatState>) -> Result<Tangent, MaterialError> {
+        Self::check_motion(motion)?;
+        let rotation = Self::rotation(motion);
+        Ok(self.call(&old.stress.rotated(&rotation), &old.state, motion, &rotation)?.tangent)
+    }
+}

@@ -1,0 +1,109 @@
+//! Shared libraries from outside: who may load them, and what is done about those that end the program.
+
+use std::cell::Cell;
+use std::collections::HashMap;
+use std::error::Error;
+use std::ffi::c_int;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, Once, OnceLock, PoisonError};
+
+use libloading::Library;
+
+use crate::MaterialError;
+
+/// Environment variable that allows libraries where it is `1`.
+const PERMISSION_VARIABLE: &str = "COLLUVIUM_ALLOW_LIBRARY";
+
+static ALLOWED: AtomicBool = AtomicBool::new(false);
+
+/// Allows materials to load shared libraries, from now on and in this whole process. A case that names a library is
+/// foreign code otherwise, and refused. The environment variable `COLLUVIUM_ALLOW_LIBRARY=1` does the same.
+pub fn allow_libraries() {
+    ALLOWED.store(true, Ordering::Relaxed);
+}
+
+fn allowed() -> bool {
+    ALLOWED.load(Ordering::Relaxed) || std::env::var_os(PERMISSION_VARIABLE).is_some_and(|value| value == "1")
+}
+
+/// A library and the lock its routines share.
+pub(crate) type LoadedLibrary = (Arc<Library>, Arc<Mutex<()>>);
+
+/// Libraries in use, each opened once, so that materials of one library share its lock.
+fn libraries() -> &'static Mutex<HashMap<PathBuf, LoadedLibrary>> {
+    static OPEN: OnceLock<Mutex<HashMap<PathBuf, LoadedLibrary>>> = OnceLock::new();
+    OPEN.get_or_init(Mutex::default)
+}
+
+/// Why loading failed, with what the loader of the system says.
+pub(crate) fn load_error(error: &libloading::Error) -> String {
+    let source = error.source().map(ToString::to_string);
+    source.unwrap_or_else(|| error.to_string())
+}
+
+/// Opens a library, if that is allowed.
+///
+/// # Errors
+/// When it is not allowed, is no regular file or cannot be loaded.
+#[allow(unsafe_code, reason = "code of another language can be loaded in no other way")]
+pub(crate) fn open(path: &Path) -> Result<LoadedLibrary, MaterialError> {
+    let fail = |problem: String| MaterialError::choice("library", format!("{}: {problem}", path.display()));
+    if !allowed() {
+        return Err(fail(format!(
+            "is code that would run with your rights; if you trust it, allow it with --allow-library or {PERMISSION_VARIABLE}=1"
+        )));
+    }
+    let file = path.canonicalize().map_err(|error| fail(error.to_string()))?;
+    if !file.is_file() {
+        return Err(fail("is not a regular file".to_owned()));
+    }
+    let mut open = libraries().lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(opened) = open.get(&file) {
+        return Ok(opened.clone());
+    }
+    // SAFETY: initialisers of the library run here; the user has allowed that.
+    let library = call_guarded(|| unsafe { Library::new(&file) });
+    let library = library.map_err(|error| fail(format!("cannot be loaded: {}", load_error(&error))))?;
+    let opened: LoadedLibrary = (Arc::new(library), Arc::default());
+    open.insert(file, opened.clone());
+    Ok(opened)
+}
+
+thread_local! {
+    /// Whether this thread is inside a library.
+    static INSIDE: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Runs code of a library. Should it end the program (`exit` of C, `STOP` of Fortran), then not as a success.
+pub(crate) fn call_guarded<R>(call: impl FnOnce() -> R) -> R {
+    watch_exit();
+    let before = INSIDE.replace(true);
+    let result = call();
+    INSIDE.set(before);
+    result
+}
+
+#[allow(unsafe_code, reason = "an exit of foreign code is seen in no other way")]
+fn watch_exit() {
+    unsafe extern "C" {
+        fn atexit(callback: extern "C" fn()) -> c_int;
+        fn _exit(status: c_int) -> !;
+    }
+
+    extern "C" fn at_exit() {
+        if INSIDE.try_with(Cell::get).unwrap_or(false) {
+            let _ = writeln!(std::io::stderr(), "error: the library of a umat ended the program");
+            // SAFETY: ends the process at once; there is nothing left to hold.
+            unsafe { _exit(1) }
+        }
+    }
+
+    static WATCHED: Once = Once::new();
+    WATCHED.call_once(|| {
+        // SAFETY: the callback takes nothing, returns, and lives as long as the program. Where it is not taken, an
+        // exit is what it was without it.
+        let _ = unsafe { atexit(at_exit) };
+    });
+}

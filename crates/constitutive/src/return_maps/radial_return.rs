@@ -1,0 +1,55 @@
+//! What the laws whose return shrinks the trial deviator share: `σ = -p 1 + k s_tr` with
+//! `s_tr = s_n + 2 G dev Δε`, where `p`, `k` and `G` are functions of the strain increment.
+
+use crate::{SymTensor, Tangent};
+
+/// The trial deviator of a step. Slopes are with respect to the volume compression `Δ = -tr Δε`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RadialTrial {
+    /// `s_tr` (Pa).
+    pub deviator: SymTensor,
+    /// `dev Δε`.
+    strain: SymTensor,
+    /// Shear modulus `G` of the step (Pa).
+    shear: f64,
+    /// `dG/dΔ` (Pa).
+    shear_slope: f64,
+}
+
+impl RadialTrial {
+    pub(crate) fn new(stress: &SymTensor, strain: &SymTensor, shear: f64, shear_slope: f64) -> Self {
+        let strain = strain.deviator();
+        Self { deviator: stress.deviator() + strain * (2.0 * shear), strain, shear, shear_slope }
+    }
+
+    /// `q` of the trial (Pa).
+    pub(crate) fn q(&self) -> f64 {
+        (1.5 * self.deviator.dot(&self.deviator)).sqrt()
+    }
+
+    /// Derivative of the function of the trial deviator whose derivative by it is `slope` (a deviator).
+    pub(crate) fn slope(&self, slope: &SymTensor) -> SymTensor {
+        *slope * (2.0 * self.shear) + SymTensor::isotropic(-2.0 * self.shear_slope * slope.dot(&self.strain))
+    }
+
+    /// `-p 1 + keep s_tr`.
+    pub(crate) fn stress(&self, pressure: f64, keep: f64) -> SymTensor {
+        self.deviator * keep + SymTensor::isotropic(-pressure)
+    }
+
+    /// Consistent tangent, from the factor `keep` and the derivatives of `p` and `keep` by the strain.
+    pub(crate) fn tangent(&self, keep: f64, pressure_slope: &SymTensor, keep_slope: &SymTensor) -> Tangent {
+        let unit = SymTensor::IDENTITY;
+        let mut tangent = Tangent::ZERO;
+        let two_g = 2.0 * self.shear * keep;
+        for i in 0..3 {
+            tangent.0[i][i] = two_g;
+            tangent.0[i + 3][i + 3] = 0.5 * two_g;
+        }
+        tangent.add_dyad(-two_g / 3.0, &unit, &unit);
+        tangent.add_dyad(-2.0 * self.shear_slope * keep, &self.strain, &unit);
+        tangent.add_dyad(-1.0, &unit, pressure_slope);
+        tangent.add_dyad(1.0, &self.deviator, keep_slope);
+        tangent
+    }
+}

@@ -1,0 +1,8 @@
+//! Walls and periodic cells, and the control of their stress or strain.
+//!
+//! The room reads forces on walls and moves them (sheet: dem §2.6).
+
+pub(crate) mod cell_control;
+pub mod periodic_cell;
+pub(crate) mod wall_servo;
+pub(crate) mod walls;

@@ -1,0 +1,169 @@
+//! A spring across the line of centres with a dashpot and Coulomb friction (sheet: dem §2.4; Cundall and Strack 1979).
+
+use wide::f64x4 as Lanes;
+
+use crate::config::SpringReset;
+use crate::contact::{ContactEnergies, ContactGeometry, ContactHistory, NormalResponse};
+use crate::points::vector::{SimdNumber, dot, rotate_with_normal, scaled};
+
+/// Coefficient of friction of walls on which nothing slips.
+pub const ROUGH_FRICTION: f64 = 1e12;
+
+/// Parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coulomb {
+    /// Coefficient of friction.
+    pub coefficient: f64,
+    /// Coefficient that must be overcome before a contact slips.
+    pub at_rest: f64,
+    /// What is left of the spring.
+    pub reset: SpringReset,
+}
+
+impl Coulomb {
+    /// Force across, in tangent coordinates; `before` is the overlap a step ago (m) and whether stiffness depends on it;
+    /// `cap` what times friction, and what without it, is the largest force (N).
+    #[inline]
+    #[allow(clippy::too_many_arguments, reason = "what a contact is and what it changes")]
+    pub fn tangential_force<const D: usize, const R: usize>(
+        &self,
+        touch: &ContactGeometry<D, R>,
+        base: &NormalResponse,
+        before: (f64, bool),
+        cap: (f64, f64),
+        memory: &mut ContactHistory<R>,
+        dt: f64,
+        tally: &mut ContactEnergies,
+    ) -> [f64; R] {
+        let (stiffness, dashpot) = (base.tangential_stiffness, base.tangential_damping);
+        let mut old = rotate_with_normal(&memory.shear_displacement, &touch.normal, touch.spin * dt);
+        if before.1 {
+            old = rescaled_displacement(old, touch.overlap, before.0, stiffness, tally);
+        }
+        let mut slide = old;
+        for c in 0..R {
+            slide[c] += touch.sliding_velocity[c] * dt;
+        }
+        let mut force: [f64; R] =
+            std::array::from_fn(|c| -stiffness * slide[c] - dashpot * touch.sliding_velocity[c]);
+        let square = dot(&force, &force);
+        let mut limit = self.at_rest * cap.0 + cap.1;
+        if square > limit * limit {
+            limit = self.coefficient * cap.0 + cap.1;
+            let size = square.sqrt();
+            force = scaled(limit / size, &force);
+            slide = self.remaining_displacement(&force, &touch.sliding_velocity, (stiffness, dashpot), limit);
+            tally.sliding += 1;
+            let sliding = (&touch.sliding_velocity, dt);
+            tally.friction += slip_dissipation(&force, sliding, (stiffness, dashpot), (&old, &slide));
+        } else if dashpot > 0.0 {
+            tally.dashpots += dashpot * dot(&touch.sliding_velocity, &touch.sliding_velocity) * dt;
+        }
+        tally.elastic_tangential += 0.5 * stiffness * dot(&slide, &slide);
+        memory.shear_displacement = slide;
+        force
+    }
+
+    /// Elongation that is left of a spring whose contact slips under `force`, at most `limit` (N).
+    #[inline]
+    fn remaining_displacement<const R: usize>(
+        &self,
+        force: &[f64; R],
+        sliding: &[f64; R],
+        of: (f64, f64),
+        limit: f64,
+    ) -> [f64; R] {
+        let (stiffness, dashpot) = of;
+        if stiffness <= 0.0 {
+            return [0.0; R];
+        }
+        let compliance = 1.0 / stiffness;
+        if self.reset == SpringReset::Spring || dashpot == 0.0 {
+            return scaled(-compliance, force);
+        }
+        let slide: [f64; R] = std::array::from_fn(|c| -compliance * (force[c] + dashpot * sliding[c]));
+        let size = dot(&slide, &slide).sqrt();
+        let most = compliance * limit;
+        if size > most { scaled(most / size, &slide) } else { slide }
+    }
+}
+
+/// Energy that a contact loses which slips under `force`, while its spring goes from one elongation to another (J): the work over the
+/// step, less what the spring takes up. The work is that of the mean of the force and of the one a step ago, which moves the grains in
+/// leap-frog steps; the latter is that of the spring. With a dashpot it is not known, and the work is that of the force. The dashpot's
+/// share is in it, and what a spring loses that is set back.
+#[inline(always)]
+pub fn slip_dissipation<T: SimdNumber, const R: usize>(
+    force: &[T; R],
+    (sliding, dt): (&[T; R], T),
+    (stiffness, dashpot): (T, T),
+    (old, left): (&[T; R], &[T; R]),
+) -> T {
+    let none = T::of(0.0);
+    let both: [T; R] =
+        std::array::from_fn(|c| force[c] + dashpot.above(none, force[c], none - stiffness * old[c]));
+    T::of(0.5) * (stiffness * (dot(old, old) - dot(left, left)) - dt * dot(&both, sliding))
+}
+
+/// A spring whose stiffness follows the overlap: its force stays where the contact is pressed together, its elongation where
+/// it opens, so that no energy comes of it.
+#[inline]
+fn rescaled_displacement<const R: usize>(
+    old: [f64; R],
+    overlap: f64,
+    before: f64,
+    stiffness: f64,
+    tally: &mut ContactEnergies,
+) -> [f64; R] {
+    let square = dot(&old, &old);
+    if square == 0.0 || before <= 0.0 {
+        return old;
+    }
+    // Stiffness goes with the root of the overlap.
+    let ratio = (before / overlap.max(f64::MIN_POSITIVE)).sqrt();
+    if ratio < 1.0 {
+        tally.rescaled += 0.5 * stiffness * square * ratio * (1.0 - ratio);
+        scaled(ratio, &old)
+    } else {
+        tally.rescaled += 0.5 * stiffness * square * (ratio - 1.0);
+        old
+    }
+}
+
+/// `Coulomb::remaining_displacement` of four contacts; `spring` is where the spring is reset to the force of friction.
+#[inline(always)]
+pub fn remaining_displacement_simd<const R: usize>(
+    force: &[Lanes; R],
+    sliding: &[Lanes; R],
+    (stiffness, dashpot): (Lanes, Lanes),
+    limit: Lanes,
+    spring: Lanes,
+) -> [Lanes; R] {
+    let compliance = Lanes::ONE / stiffness;
+    let slide: [Lanes; R] = std::array::from_fn(|c| -compliance * (force[c] + dashpot * sliding[c]));
+    let size = dot(&slide, &slide).sqrt();
+    let most = compliance * limit;
+    let clipped = scaled(most / size, &slide);
+    let plain = scaled(-compliance, force);
+    let whole = spring | dashpot.simd_eq(Lanes::ZERO);
+    let (longer, stiff) = (size.simd_gt(most), stiffness.simd_gt(Lanes::ZERO));
+    std::array::from_fn(|c| stiff & whole.bitselect(plain[c], longer.bitselect(clipped[c], slide[c])))
+}
+
+/// `rescaled` of four contacts, and the energy that is lost (J).
+#[inline(always)]
+pub fn rescaled_displacement_simd<const R: usize>(
+    old: &[Lanes; R],
+    overlap: Lanes,
+    before: Lanes,
+    stiffness: Lanes,
+) -> ([Lanes; R], Lanes) {
+    let square = dot(old, old);
+    let goes_on = before.simd_gt(Lanes::ZERO) & square.simd_ne(Lanes::ZERO);
+    let ratio = (before / overlap.fast_max(Lanes::splat(f64::MIN_POSITIVE))).sqrt();
+    let opens = ratio.simd_lt(Lanes::ONE);
+    let half = Lanes::HALF * stiffness * square;
+    let lost = opens.bitselect(half * ratio * (Lanes::ONE - ratio), half * (ratio - Lanes::ONE));
+    let shrinks = goes_on & opens;
+    (std::array::from_fn(|c| shrinks.bitselect(ratio * old[c], old[c])), goes_on & lost)
+}

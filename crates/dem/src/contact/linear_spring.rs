@@ -1,0 +1,47 @@
+//! A spring and a dashpot (sheet: dem §2.3; Cundall and Strack 1979): `F_n = k δ - γ v_n`.
+
+use crate::contact::{ContactGeometry, NormalResponse};
+use crate::points::vector::SimdNumber;
+
+/// Parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinearSpring<T = f64> {
+    /// Stiffness (N/m); none where it follows from `modulus`.
+    pub stiffness: T,
+    /// Twice the modulus of the grains (Pa), of which the stiffness is that times the effective radius (m).
+    pub modulus: T,
+    /// Damping ratio ζ: `γ = 2 ζ √(k m_eff)`.
+    pub damping_ratio: T,
+    /// Stiffness across over that along.
+    pub tangential_ratio: T,
+    /// Damping ratio across.
+    pub tangential_damping_ratio: T,
+    /// Root of `across`.
+    pub tangential_ratio_root: T,
+}
+
+impl<T: SimdNumber> LinearSpring<T> {
+    /// Stiffness (N/m) between grains of effective radius `radius` (m).
+    #[inline]
+    pub fn stiffness(&self, radius: T) -> T {
+        self.stiffness + self.modulus * radius
+    }
+
+    /// What it says of an overlap.
+    #[inline]
+    pub fn response<const D: usize, const R: usize>(
+        &self,
+        touch: &ContactGeometry<D, R, T>,
+    ) -> NormalResponse<T> {
+        let stiffness = self.stiffness(touch.radius);
+        let (half, two, force) = (T::of(0.5), T::of(2.0), stiffness * touch.overlap);
+        let root = two * (stiffness * touch.mass).root();
+        NormalResponse {
+            force,
+            energy: half * force * touch.overlap,
+            damping: self.damping_ratio * root,
+            tangential_stiffness: self.tangential_ratio * stiffness,
+            tangential_damping: self.tangential_damping_ratio * self.tangential_ratio_root * root,
+        }
+    }
+}

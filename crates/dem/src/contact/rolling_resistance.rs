@@ -1,0 +1,153 @@
+//! Resistance against rolling and twisting: spring, dashpot and cap (Iwashita and Oda 1998, Luding 2008, type C of Ai et al.
+//! 2011; sheet: dem §2.6).
+
+use wide::f64x4 as Lanes;
+
+use crate::contact::coulomb_friction::slip_dissipation;
+use crate::contact::{
+    ContactEnergies, ContactGeometry, ContactHistory, NormalResponse, PairLaw, rolling_and_twisting,
+};
+use crate::points::vector::{dot, rotate_with_normal, scaled};
+
+/// Parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RollingResistance<T = f64> {
+    /// Largest moment over effective radius and normal force.
+    pub friction: T,
+    /// Stiffness over `k_t R²`.
+    pub stiffness: T,
+    /// Damping ratio: the dashpot is `2 ζ √(k m_eff) R²` of that stiffness over `R²`.
+    pub damping_ratio: T,
+}
+
+/// Adds the moments on `i`.
+#[inline]
+#[allow(clippy::too_many_arguments, reason = "what a contact is and what it changes")]
+pub fn add_rolling_moments<const D: usize, const R: usize>(
+    law: &PairLaw,
+    touch: &ContactGeometry<D, R>,
+    base: &NormalResponse,
+    normal: f64,
+    memory: &mut ContactHistory<R>,
+    moment: &mut [f64; R],
+    dt: f64,
+    tally: &mut ContactEnergies,
+) {
+    let (roll, twist) = rolling_and_twisting(&touch.relative_spin, &touch.normal);
+    if let Some(resistance) = &law.rolling {
+        let spring = rotate_with_normal(&memory.rolling_angle, &touch.normal, touch.spin * dt);
+        let (force, left) = resistance.moment(touch, base, normal, &spring, &roll, dt, tally);
+        memory.rolling_angle = left;
+        for c in 0..R {
+            moment[c] += force[c];
+        }
+    }
+    if let (3, Some(resistance)) = (D, &law.twisting) {
+        let (force, left) =
+            resistance.moment(touch, base, normal, &[memory.torsion_angle], &[twist], dt, tally);
+        memory.torsion_angle = left[0];
+        for c in 0..D {
+            moment[c] += force[0] * touch.normal[c];
+        }
+    }
+}
+
+impl RollingResistance {
+    /// Moment, and elongation of the spring (rad).
+    #[inline]
+    #[allow(clippy::too_many_arguments, reason = "what a contact is and what it changes")]
+    fn moment<const D: usize, const R: usize, const N: usize>(
+        &self,
+        touch: &ContactGeometry<D, R>,
+        base: &NormalResponse,
+        normal: f64,
+        spring: &[f64; N],
+        rate: &[f64; N],
+        dt: f64,
+        tally: &mut ContactEnergies,
+    ) -> ([f64; N], [f64; N]) {
+        let square = touch.radius * touch.radius;
+        let stiffness = self.stiffness * base.tangential_stiffness * square;
+        let dashpot = 2.0
+            * self.damping_ratio
+            * (self.stiffness * base.tangential_stiffness * touch.mass).sqrt()
+            * square;
+        let mut left: [f64; N] = std::array::from_fn(|c| spring[c] + rate[c] * dt);
+        let mut moment: [f64; N] = std::array::from_fn(|c| -stiffness * left[c] - dashpot * rate[c]);
+        let size = dot(&moment, &moment).sqrt();
+        let limit = self.friction * touch.radius * normal;
+        if size > limit {
+            moment = scaled(limit / size, &moment);
+            left = std::array::from_fn(|c| -(moment[c] + dashpot * rate[c]) / stiffness);
+            let length = dot(&left, &left).sqrt();
+            if length * stiffness > limit {
+                left = scaled(limit / (stiffness * length), &left);
+            }
+            tally.rolling += slip_dissipation(&moment, (rate, dt), (stiffness, dashpot), (spring, &left));
+        } else {
+            tally.dashpots += dashpot * dot(rate, rate) * dt;
+        }
+        tally.elastic_rolling += 0.5 * stiffness * dot(&left, &left);
+        (moment, left)
+    }
+}
+
+/// What resistance does in four contacts.
+pub struct RollingResponse<const N: usize> {
+    /// Moment on the first grain (N m).
+    pub moment: [Lanes; N],
+    /// Elongation of the spring (rad).
+    pub angle: [Lanes; N],
+    /// Work beyond the cap (J).
+    pub dissipated: Lanes,
+    /// Work of dashpots (J).
+    pub dashpots: Lanes,
+    /// Energy of springs (J).
+    pub elastic: Lanes,
+}
+
+impl RollingResistance<Lanes> {
+    /// Moment and elongation of four contacts under these normal forces (N).
+    #[inline(always)]
+    pub fn moment_simd<const D: usize, const R: usize, const N: usize>(
+        &self,
+        touch: &ContactGeometry<D, R, Lanes>,
+        base: &NormalResponse<Lanes>,
+        normal: Lanes,
+        (spring, rate): (&[Lanes; N], &[Lanes; N]),
+        dt: Lanes,
+    ) -> RollingResponse<N> {
+        let square = touch.radius * touch.radius;
+        let stiffness = self.stiffness * base.tangential_stiffness * square;
+        let dashpot = Lanes::splat(2.0)
+            * self.damping_ratio
+            * (self.stiffness * base.tangential_stiffness * touch.mass).sqrt()
+            * square;
+        let mut left: [Lanes; N] = std::array::from_fn(|c| spring[c] + rate[c] * dt);
+        let mut moment: [Lanes; N] = std::array::from_fn(|c| -stiffness * left[c] - dashpot * rate[c]);
+        let size = dot(&moment, &moment).sqrt();
+        let limit = self.friction * touch.radius * normal;
+        let slips = size.simd_gt(limit);
+        let mut lost = Lanes::ZERO;
+        if slips.any() {
+            let capped = scaled(limit / size, &moment);
+            let free: [Lanes; N] = std::array::from_fn(|c| -(capped[c] + dashpot * rate[c]) / stiffness);
+            let length = dot(&free, &free).sqrt();
+            let longer = (length * stiffness).simd_gt(limit);
+            let clipped = scaled(limit / (stiffness * length), &free);
+            let kept: [Lanes; N] = std::array::from_fn(|c| longer.bitselect(clipped[c], free[c]));
+            lost = slip_dissipation(&capped, (rate, dt), (stiffness, dashpot), (spring, &kept));
+            for c in 0..N {
+                moment[c] = slips.bitselect(capped[c], moment[c]);
+                left[c] = slips.bitselect(kept[c], left[c]);
+            }
+        }
+        RollingResponse {
+            moment,
+            angle: left,
+            dissipated: slips & lost,
+            dashpots: slips.bitselect(Lanes::ZERO, dashpot * dot(rate, rate) * dt),
+            elastic: Lanes::HALF * stiffness * dot(&left, &left),
+        }
+    }
+}

@@ -1,0 +1,383 @@
+//! Forces of all contacts: slabs of one parity side by side, then those of the other, then the seam. Every grain receives
+//! its forces in an order that the lists fix.
+
+mod simd;
+mod simd_records;
+
+use std::ops::Range;
+
+use crate::contact::contact_histories::{ContactHistoriesMut, PairListView};
+use crate::contact::dashpot::StepLengths;
+use crate::contact::{
+    CONTACT_APART, ContactBody, ContactEnergies, ContactForce, ContactGeometry, ContactHistory, PairLaw,
+    contact_force, release_contact,
+};
+pub use crate::force_loop::simd::{PlaneContact, PlaneSums};
+pub use crate::force_loop::simd_records::{
+    ForceKernel, ForceTorque, GrainMotion, GrainRecords, SimdLaws, grain_records, scatter_forces,
+};
+use crate::neighbours::VerletLists;
+use crate::neighbours::active_pairs::ActivePairs;
+use crate::points::grains::GrainView;
+
+use crate::points::vector::{add, difference, dot, from_tangential, moment, scaled};
+use wide::f64x4 as Lanes;
+
+/// What contacts see.
+pub struct ContactInput<'a, const D: usize, const R: usize> {
+    /// Positions (m).
+    pub position: &'a [[f64; D]],
+    /// Velocities to find forces with (m/s).
+    pub velocity: &'a [[f64; D]],
+    /// Angular velocities (rad/s).
+    pub spin: &'a [[f64; R]],
+    /// Radii (m).
+    pub radius: &'a [f64],
+    /// Masses (kg).
+    pub mass: &'a [f64],
+    /// Whether a grain is held.
+    pub held: &'a [bool],
+    /// Kinds.
+    pub kind: &'a [u32],
+    /// Laws of each pair of kinds, row by row.
+    pub laws: &'a [PairLaw],
+    /// Number of kinds.
+    pub kinds: usize,
+    /// Shift and velocity of each image.
+    pub shifts: &'a [([f64; D], [f64; D])],
+    /// Time since the last forces (s).
+    pub dt: f64,
+    /// Time until the next forces (s).
+    pub next: f64,
+    /// Whether lever arms are radii.
+    pub radii: bool,
+    /// Rate at which radii grow (1/s).
+    pub growth: f64,
+    /// How contacts of grains are worked on.
+    pub kernel: ForceKernel,
+    /// How contacts with planes are.
+    pub plane_kernel: ForceKernel,
+    /// Places with radii, and motions, where contacts are worked on side by side.
+    pub records: (&'a [Lanes], &'a [GrainMotion]),
+}
+
+/// Pairs within the slabs, and the first grain of each slab.
+#[derive(Clone, Copy)]
+struct SlabPairs<'a> {
+    pairs: PairListView<'a>,
+    slabs: &'a [u32],
+    active_pairs: &'a [ActivePairs],
+}
+
+/// A stress times volume, row by row (J).
+pub type Virial<const D: usize> = [[f64; D]; D];
+
+/// What contacts change.
+pub struct ForceAccumulators<'a, const D: usize, const R: usize> {
+    /// First grain of what follows.
+    pub first: usize,
+    /// Forces and moments.
+    pub forces: &'a mut [ForceTorque],
+    /// First pair of the memories.
+    pub pair: usize,
+    /// What contacts remember.
+    pub memory: ContactHistoriesMut<'a, R>,
+    /// First slab of the sums.
+    pub slab: usize,
+    /// Sums of each slab.
+    pub energies: &'a mut [(ContactEnergies, Virial<D>)],
+}
+
+impl<'a, const D: usize, const R: usize> ForceAccumulators<'a, D, R> {
+    /// Parts before and from these grains, pairs and slabs on.
+    fn split_at(self, grain: usize, pair: usize, slab: usize) -> (Self, Self) {
+        let (received, more_received) = self.forces.split_at_mut(grain - self.first);
+        let (memory, more_memory) = self.memory.split_at(pair - self.pair);
+        let (tallies, more_tallies) = self.energies.split_at_mut(slab - self.slab);
+        (
+            Self { forces: received, memory, energies: tallies, ..self },
+            Self {
+                first: grain,
+                forces: more_received,
+                pair,
+                memory: more_memory,
+                slab,
+                energies: more_tallies,
+            },
+        )
+    }
+}
+
+impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
+    /// Of these grains at rest in a cell that does not repeat itself.
+    pub fn new(grains: GrainView<'a, D, R>, laws: &'a [PairLaw], kinds: usize) -> Self {
+        let GrainView { kind, held, radius, mass, position, velocity, spin } = grains;
+        Self {
+            position,
+            velocity,
+            spin,
+            radius,
+            mass,
+            held,
+            kind,
+            laws,
+            kinds,
+            shifts: &[],
+            dt: 0.0,
+            next: 0.0,
+            radii: false,
+            growth: 0.0,
+            kernel: ForceKernel::Scalar,
+            plane_kernel: ForceKernel::Scalar,
+            records: (&[], &[]),
+        }
+    }
+
+    /// Steps before and after these forces.
+    pub fn steps(&self) -> StepLengths {
+        StepLengths::between(self.dt, self.next)
+    }
+
+    /// The law between two grains.
+    #[inline]
+    pub fn law(&self, i: usize, j: usize) -> &'a PairLaw {
+        &self.laws[self.kind[i] as usize * self.kinds + self.kind[j] as usize]
+    }
+
+    /// How a grain moves.
+    #[inline]
+    pub fn contact_body(&self, i: usize) -> ContactBody<D, R> {
+        let inverse_mass = if self.held[i] { 0.0 } else { 1.0 / self.mass[i] };
+        ContactBody { velocity: self.velocity[i], spin: self.spin[i], radius: self.radius[i], inverse_mass }
+    }
+
+    /// What grain `i` and image `code` of grain `j` see of each other, at a distance, and their lever arms over their radii.
+    #[inline]
+    pub fn contact_geometry(
+        &self,
+        i: usize,
+        j: usize,
+        apart: &[f64; D],
+        distance: f64,
+        code: usize,
+    ) -> (ContactGeometry<D, R>, f64) {
+        let drift = (code > 0).then(|| &self.shifts[code].1);
+        ContactGeometry::between(
+            [&self.contact_body(i), &self.contact_body(j)],
+            (apart, distance),
+            drift,
+            self.radii,
+        )
+    }
+
+    /// Forces of the pairs of some grains, of which those that can touch are `close`. What other grains get is in `shares` too.
+    fn pair_forces(
+        &self,
+        (pairs, close): (PairListView<'_>, &ActivePairs),
+        rows: Range<usize>,
+        shares: &mut ForceAccumulators<'_, D, R>,
+        slab: usize,
+    ) {
+        match self.kernel {
+            ForceKernel::Scalar => self.scalar_pair_forces(pairs, rows, shares, slab),
+            ForceKernel::SimdLinear(false) => {
+                self.simd_forces::<false, false>((pairs, close), &rows, shares, slab)
+            }
+            ForceKernel::SimdLinear(true) => {
+                self.simd_forces::<false, true>((pairs, close), &rows, shares, slab)
+            }
+            ForceKernel::SimdHertz(false) => {
+                self.simd_forces::<true, false>((pairs, close), &rows, shares, slab)
+            }
+            ForceKernel::SimdHertz(true) => {
+                self.simd_forces::<true, true>((pairs, close), &rows, shares, slab)
+            }
+        }
+    }
+
+    /// The same, one contact after another.
+    fn scalar_pair_forces(
+        &self,
+        pairs: PairListView<'_>,
+        rows: Range<usize>,
+        shares: &mut ForceAccumulators<'_, D, R>,
+        slab: usize,
+    ) {
+        let (mut tally, mut virial) = shares.energies[slab - shares.slab];
+        let periodic = !pairs.image.is_empty();
+        for i in rows {
+            let ends = pairs.starts[i] as usize..pairs.starts[i + 1] as usize;
+            if ends.is_empty() {
+                continue;
+            }
+            let (x, r) = (self.position[i], self.radius[i]);
+            for k in ends {
+                let j = pairs.other[k] as usize;
+                let code = if periodic { pairs.image[k] as usize } else { 0 };
+                let mut apart = difference(&x, &self.position[j]);
+                if code > 0 {
+                    apart = difference(&apart, &self.shifts[code].0);
+                }
+                let (square, sum) = (dot(&apart, &apart), r + self.radius[j]);
+                let slot = k - shares.pair;
+                let bonded = !shares.memory.bond.is_empty() && shares.memory.bond[slot].is_intact();
+                if square >= sum * sum && shares.memory.state[slot] == CONTACT_APART && !bonded {
+                    continue;
+                }
+                let (touch, arm) = self.contact_geometry(i, j, &apart, square.sqrt(), code);
+                let Some(push) = self.contact_force(self.law(i, j), &touch, slot, bonded, shares, &mut tally)
+                else {
+                    continue;
+                };
+                let mut on = from_tangential(&push.tangential, &touch.normal);
+                add(&mut on, push.normal, &touch.normal);
+                let twisted = scaled(-arm, &moment::<D, R, f64>(&touch.normal, &push.tangential));
+                let mut levers = [twisted; 2];
+                for c in 0..R {
+                    levers[0][c] += push.moment[c] * (1.0 / r);
+                    levers[1][c] -= push.moment[c] * (1.0 / self.radius[j]);
+                }
+                shares.forces[i - shares.first].add_force(&on, &levers[0]);
+                shares.forces[j - shares.first].add_force(&on.map(|f| -f), &levers[1]);
+                for a in 0..D {
+                    for b in 0..D {
+                        virial[a][b] -= on[a] * apart[b];
+                    }
+                }
+                tally.boundary += push.normal * self.growth * sum * self.dt;
+                if code > 0 {
+                    tally.boundary += dot(&on, &self.shifts[code].1) * self.dt;
+                }
+                count_contact(&mut tally, &touch, &on, i);
+            }
+        }
+        shares.energies[slab - shares.slab] = (tally, virial);
+    }
+
+    /// What two grains that touch, or are bonded, do to each other; `None` where they do neither.
+    #[inline]
+    fn contact_force(
+        &self,
+        law: &PairLaw,
+        touch: &ContactGeometry<D, R>,
+        slot: usize,
+        bonded: bool,
+        shares: &mut ForceAccumulators<'_, D, R>,
+        tally: &mut ContactEnergies,
+    ) -> Option<ContactForce<R>> {
+        let state = shares.memory.state[slot];
+        let mut memory = shares.memory.get(slot);
+        let meets = touch.overlap > 0.0 || touch.overlap > -law.rupture_distance(state, touch.radius);
+        let mut push = ContactForce { normal: 0.0, tangential: [0.0; R], moment: [0.0; R] };
+        if meets {
+            push = contact_force(law, touch, &mut memory, &self.steps(), tally);
+            shares.memory.set(slot, &memory);
+        } else if state != CONTACT_APART {
+            release_contact(law, touch, &mut memory, self.dt, tally);
+            shares.memory.set(slot, &memory);
+        }
+        if bonded {
+            law.add_bond_force(touch, &mut shares.memory.bond[slot], &mut push, self.dt, tally);
+        }
+        (meets || bonded).then_some(push)
+    }
+
+    /// Slabs of one parity, those of `groups`: group `g` is slab `2 g + parity` with the one after.
+    fn coloured_slabs(
+        &self,
+        lists: SlabPairs<'_>,
+        groups: Range<usize>,
+        parity: usize,
+        mut shares: ForceAccumulators<'_, D, R>,
+    ) {
+        if groups.len() > 1 {
+            let middle = groups.start + groups.len() / 2;
+            let slab = 2 * middle + parity;
+            let grain = lists.slabs[slab] as usize;
+            let (left, right) = shares.split_at(grain, lists.pairs.starts[grain] as usize, slab);
+            rayon::join(
+                || self.coloured_slabs(lists, groups.start..middle, parity, left),
+                || self.coloured_slabs(lists, middle..groups.end, parity, right),
+            );
+        } else if let Some(group) = groups.into_iter().next() {
+            let slab = 2 * group + parity;
+            let rows = lists.slabs[slab] as usize..lists.slabs[slab + 1] as usize;
+            self.pair_forces((lists.pairs, &lists.active_pairs[slab]), rows, &mut shares, slab);
+        }
+    }
+
+    /// Forces of all pairs; `tallies` are one per slab and one for the seam, to which sums are added.
+    pub fn contacts(
+        &self,
+        lists: &mut VerletLists<D, R>,
+        received: &mut [ForceTorque],
+        tallies: &mut [(ContactEnergies, Virial<D>)],
+    ) {
+        let slabs = lists.slab_count();
+        let (pairs, mut inner) = lists.slab_pairs.view_and_histories();
+        let (seam_pairs, seam) = lists.periodic_pairs.view_and_histories();
+        let close = &lists.active_pairs;
+        let lists = SlabPairs { pairs, slabs: &lists.slabs, active_pairs: &close.slabs };
+        let (of_slabs, of_seam) = tallies.split_at_mut(slabs);
+        for parity in 0..2 {
+            let groups = 0..(slabs + 1 - parity) / 2;
+            let shares = ForceAccumulators {
+                first: 0,
+                forces: &mut *received,
+                pair: 0,
+                memory: inner.reborrow(),
+                slab: 0,
+                energies: &mut *of_slabs,
+            };
+            self.coloured_slabs(lists, groups, parity, shares);
+        }
+        if !seam_pairs.other.is_empty() {
+            let mut shares = ForceAccumulators {
+                first: 0,
+                forces: received,
+                pair: 0,
+                memory: seam,
+                slab: 0,
+                energies: of_seam,
+            };
+            self.pair_forces((seam_pairs, &close.periodic_pairs), 0..self.position.len(), &mut shares, 0);
+        }
+    }
+}
+
+/// Counts a contact and its force.
+#[inline]
+pub fn count_contact<const D: usize, const R: usize>(
+    tally: &mut ContactEnergies,
+    touch: &ContactGeometry<D, R>,
+    force: &[f64; D],
+    grain: usize,
+) {
+    tally.contacts += 1;
+    tally.squares += dot(force, force);
+    let ratio = touch.overlap / touch.min_radius;
+    if ratio > tally.overlap {
+        (tally.overlap, tally.max_overlap_grain) = (ratio, grain as u32);
+    }
+}
+
+/// A contact as it is after a step of `behind` (s), without going on.
+pub fn probe_contact<const D: usize, const R: usize>(
+    law: &PairLaw,
+    touch: &ContactGeometry<D, R>,
+    mut memory: ContactHistory<R>,
+    bond: Option<&crate::contact::bond::Bond<R>>,
+    behind: f64,
+) -> Option<(ContactForce<R>, ContactEnergies)> {
+    let mut tally = ContactEnergies::default();
+    let mut push = ContactForce { normal: 0.0, tangential: [0.0; R], moment: [0.0; R] };
+    let meets = touch.overlap > 0.0 || touch.overlap > -law.rupture_distance(memory.state, touch.radius);
+    let bonded = bond.is_some_and(crate::contact::bond::Bond::is_intact);
+    if meets {
+        push = contact_force(law, touch, &mut memory, &StepLengths::after(behind), &mut tally);
+    }
+    if let (true, Some(bond)) = (bonded, bond) {
+        law.add_bond_force(touch, &mut { *bond }, &mut push, 0.0, &mut tally);
+    }
+    (meets || bonded).then_some((push, tally))
+}

@@ -1,0 +1,250 @@
+//! Forces and moments of contacts side by side, and sums over them.
+
+use wide::f64x4 as Lanes;
+
+use crate::contact::contact_histories::ContactHistoriesMut;
+use crate::contact::dashpot::StepLengths;
+use crate::contact::{
+    CONTACT_APART, CONTACT_TOUCHING, ContactEnergies, ContactGeometry, NormalResponse, dashpot,
+};
+use crate::force_loop::simd::batch::{ContactBatch, FourContacts};
+use crate::force_loop::simd_records::{ForceTorque, SimdLaws};
+use crate::force_loop::{ContactInput, Virial};
+use crate::points::vector::{WIDTH, add, dot, from_tangential, moment, scaled};
+
+/// Sums over contacts, lane by lane.
+#[derive(Clone, Copy, Default)]
+pub(super) struct SimdContactSums {
+    elastic: Lanes,
+    /// Twice the energy of springs across (J).
+    pub(super) springs: Lanes,
+    /// Less twice the power of dashpots along the normals, and that of those across (W).
+    along: Lanes,
+    pub(super) across: Lanes,
+    pub(super) friction: Lanes,
+    pub(super) dashpots: Lanes,
+    pub(super) rescaled: Lanes,
+    pub(super) rolling: Lanes,
+    pub(super) elastic_rolling: Lanes,
+    boundary: Lanes,
+    squares: Lanes,
+}
+
+/// What is summed over contacts.
+#[derive(Clone, Copy)]
+pub(super) struct ContactSums<const D: usize> {
+    pub(super) tally: ContactEnergies,
+    pub(super) sums: SimdContactSums,
+    virial: Virial<D>,
+}
+
+impl<const D: usize> ContactSums<D> {
+    pub(super) fn new(tally: ContactEnergies, virial: Virial<D>) -> Self {
+        Self { tally, sums: SimdContactSums::default(), virial }
+    }
+
+    /// All of it, over the lanes too, in a step of `dt` (s).
+    pub(super) fn sums(self, dt: f64) -> (ContactEnergies, Virial<D>) {
+        let Self { mut tally, sums, virial } = self;
+        let sum = |lanes: Lanes| {
+            let [a, b, c, d] = lanes.to_array();
+            (a + b) + (c + d)
+        };
+        tally.elastic += sum(sums.elastic);
+        tally.elastic_tangential += 0.5 * sum(sums.springs);
+        tally.friction += sum(sums.friction);
+        tally.dashpots += sum(sums.dashpots) + dt * (sum(sums.across) - 0.5 * sum(sums.along));
+        tally.rescaled += sum(sums.rescaled);
+        tally.rolling += sum(sums.rolling);
+        tally.elastic_rolling += sum(sums.elastic_rolling);
+        tally.boundary += sum(sums.boundary);
+        tally.squares += sum(sums.squares);
+        (tally, virial)
+    }
+}
+
+/// Forces of four contacts on the first grains.
+pub(super) struct SimdForce<const D: usize, const R: usize> {
+    /// Force (N); none of those that do not count.
+    pub(super) on: [Lanes; D],
+    /// Part across the normal, in tangent coordinates, and along it (N).
+    pub(super) tangential: [Lanes; R],
+    normal: Lanes,
+    pub(super) base: NormalResponse<Lanes>,
+    /// What friction and resistance are shares of (N).
+    pub(super) cap: Lanes,
+    /// Which overlap and count, and their bits.
+    pub(super) meets: Lanes,
+    bits: u32,
+}
+
+/// What contacts change. It is passed through a batch by value, so that where its columns lie and its sums stay at hand over what is written.
+pub(super) struct ContactOutput<'r, const D: usize, const R: usize> {
+    /// What grains receive, from the first of the rows on.
+    pub(super) forces: &'r mut [ForceTorque],
+    /// What contacts remember, from the first pair of the rows on.
+    pub(super) memory: ContactHistoriesMut<'r, R>,
+    pub(super) account: ContactSums<D>,
+    /// Number of the first grain.
+    pub(super) first: usize,
+}
+
+impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
+    /// The same for a while.
+    #[inline(always)]
+    pub(super) fn reborrow(&mut self) -> ContactOutput<'_, D, R> {
+        let mut memory = self.memory.reborrow();
+        // As long as the other: one look at its length serves both.
+        memory.state = &mut memory.state[..memory.spring.len()];
+        ContactOutput { forces: self.forces, memory, account: self.account, first: self.first }
+    }
+
+    /// Forces of four contacts, of which `valid` count, on the first grains, which their springs remember.
+    #[inline(always)]
+    pub(super) fn force<const HERTZ: bool>(
+        &mut self,
+        touch: &ContactGeometry<D, R, Lanes>,
+        (slide, dash): ([Lanes; R], Lanes),
+        laws: &SimdLaws,
+        (grains, slots): ([u32; WIDTH], &[usize; WIDTH]),
+        (valid, steps): (usize, StepLengths<Lanes>),
+    ) -> SimdForce<D, R> {
+        let mut base = if HERTZ { laws.hertz.response(touch) } else { laws.linear.response(touch) };
+        let lane = Lanes::new([0.0, 1.0, 2.0, 3.0]);
+        let meets = touch.overlap.simd_gt(Lanes::ZERO) & lane.simd_lt(Lanes::splat(valid as f64));
+        base.damping = self.dashpots::<HERTZ>(&base, touch, laws, slots, (meets, &steps));
+        let viscous = base.force - base.damping * touch.separation_velocity;
+        let normal = (laws.no_tension & viscous.simd_lt(Lanes::ZERO)).bitselect(Lanes::ZERO, viscous);
+        let dissipative = normal - base.force;
+        let sums = &mut self.account.sums;
+        sums.along += meets & ((dash + dissipative) * touch.separation_velocity);
+        sums.elastic += meets & base.energy;
+        let cap = normal.fast_max(Lanes::ZERO);
+        let (across, slide) =
+            self.tangential_force::<HERTZ>(laws, touch, &base, (cap, steps.last), (slide, meets));
+        let bits = meets.to_bitmask();
+        self.store_springs(slots, &slide, dissipative, bits);
+        let mut on: [Lanes; D] = from_tangential(&across, &touch.normal);
+        add(&mut on, normal, &touch.normal);
+        self.count(touch, &on, (grains, bits), meets);
+        SimdForce { on: on.map(|f| meets & f), tangential: across, normal, base, cap, meets, bits }
+    }
+
+    /// Dashpots along the normals of four contacts in this step.
+    #[inline(always)]
+    fn dashpots<const HERTZ: bool>(
+        &self,
+        base: &NormalResponse<Lanes>,
+        touch: &ContactGeometry<D, R, Lanes>,
+        laws: &SimdLaws,
+        slots: &[usize; WIDTH],
+        (meets, steps): (Lanes, &StepLengths<Lanes>),
+    ) -> Lanes {
+        let damping = dashpot::lagged_dashpot(base.damping, touch.mass, laws.lag * steps.lag_step);
+        let mut all = damping;
+        let way = -touch.separation_velocity * steps.last;
+        if (meets & (way + way).simd_gt(touch.overlap)).any() {
+            let is_new = slots.map(|slot| f64::from(u8::from(self.memory.state[slot] == CONTACT_APART)));
+            let onset = dashpot::onset_dashpot(damping, touch, steps, HERTZ);
+            all = Lanes::new(is_new).simd_gt(Lanes::ZERO).bitselect(onset, damping);
+        }
+        if !laws.no_tension.all() {
+            let release =
+                dashpot::release_dashpot(&NormalResponse { damping: all, ..*base }, touch, steps, HERTZ);
+            all = laws.no_tension.bitselect(all, release);
+        }
+        all
+    }
+
+    /// Forces and moments of four contacts, of which `valid` count; bits of those that overlap.
+    #[inline(always)]
+    pub(super) fn contact_forces<const HERTZ: bool, const TURNS: bool>(
+        &mut self,
+        batch: &ContactBatch<D, R>,
+        group: usize,
+        (scene, periodic): (&ContactInput<'_, D, R>, bool),
+        laws: &SimdLaws,
+        valid: usize,
+    ) -> u32 {
+        let pairs = batch.pairs(group);
+        let slots = pairs.map(|pair| pair.slot as usize);
+        let FourContacts { touch, arm, apart, radii, shear_displacement: slide, damping_force: dash } =
+            &batch.fours[group];
+        let dt = Lanes::splat(scene.dt);
+        let firsts = pairs.each_ref().map(|pair| pair.first);
+        let SimdForce { on, tangential: across, normal, base, cap, meets, bits } =
+            self.force::<HERTZ>(touch, (*slide, *dash), laws, (firsts, &slots), (valid, scene.simd_steps()));
+        if scene.growth != 0.0 {
+            let sum = touch.overlap + dot(apart, apart).sqrt();
+            self.account.sums.boundary += meets & (normal * Lanes::splat(scene.growth) * sum * dt);
+        }
+        if periodic {
+            let [_, velocity] = scene.images(pairs);
+            self.account.sums.boundary += meets & (dot(&on, &velocity) * dt);
+            self.add_stress(valid, &on, apart);
+        }
+        let lever: [Lanes; R] = scaled(-*arm, &moment(&touch.normal, &across)).map(|own: Lanes| meets & own);
+        let resistance = TURNS.then(|| {
+            let turned = self.rolling_moments(laws, touch, &base, (cap, dt), (&slots, meets));
+            let [a, b] = radii.map(|radius| Lanes::ONE / radius);
+            [scaled(a, &turned), scaled(b, &turned).map(|own| -own)]
+        });
+        // Those that do not count receive nothing.
+        let [one, two] = ForceTorque::of_four(&on, &lever, resistance);
+        for (k, pair) in pairs.iter().enumerate() {
+            self.forces[pair.first as usize].add(&one[k]);
+            self.forces[pair.second as usize].add(&two[k]);
+        }
+        bits
+    }
+
+    /// Keeps what the springs of those of four contacts whose bits are set remember.
+    #[inline(always)]
+    fn store_springs(&mut self, slots: &[usize; WIDTH], slide: &[Lanes; R], dash: Lanes, bits: u32) {
+        let part = |c: usize| if c < R { slide[c] } else { Lanes::ZERO };
+        let lines = Lanes::transpose([part(0), part(1), part(2), dash]);
+        let all = bits == (1 << WIDTH) - 1;
+        for (k, &slot) in slots.iter().enumerate() {
+            if all || bits & (1 << k) != 0 {
+                self.memory.spring[slot] = lines[k].to_array();
+                self.memory.state[slot] = CONTACT_TOUCHING;
+            }
+        }
+    }
+
+    /// Adds four contacts to the stress, one after another.
+    #[inline(always)]
+    fn add_stress(&mut self, valid: usize, on: &[Lanes; D], apart: &[Lanes; D]) {
+        let (on, apart) = (on.map(Lanes::to_array), apart.map(Lanes::to_array));
+        for k in 0..valid {
+            for c in 0..D {
+                for d in 0..D {
+                    self.account.virial[c][d] -= on[c][k] * apart[d][k];
+                }
+            }
+        }
+    }
+
+    /// Counts contacts and their forces.
+    #[inline(always)]
+    fn count(
+        &mut self,
+        touch: &ContactGeometry<D, R, Lanes>,
+        on: &[Lanes; D],
+        (firsts, bits): ([u32; WIDTH], u32),
+        meets: Lanes,
+    ) {
+        let ContactSums { tally, sums, .. } = &mut self.account;
+        tally.contacts += u64::from(bits.count_ones());
+        sums.squares += meets & dot(on, on);
+        let deeper = touch.overlap.simd_gt(Lanes::splat(tally.overlap) * touch.min_radius) & meets;
+        if deeper.any() {
+            let ratios = (touch.overlap / touch.min_radius).to_array();
+            for (k, ratio) in ratios.into_iter().enumerate() {
+                if bits & (1 << k) != 0 && ratio > tally.overlap {
+                    (tally.overlap, tally.max_overlap_grain) = (ratio, self.first as u32 + firsts[k]);
+                }
+            }
+        }
+    }
+}

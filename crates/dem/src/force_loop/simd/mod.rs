@@ -1,0 +1,263 @@
+//! Contacts of one law along the line of centres with friction and resistance against rolling and twisting, four side by side: the operations and
+//! their order are those of [`act`](crate::contact::act), so that forces are the same to the last bit. Every contact writes its force; sums over the
+//! contacts of a grain are made one after another, in the order of the lists.
+
+mod batch;
+mod contact_force;
+mod planes;
+mod springs;
+
+use std::ops::Range;
+
+use crate::force_loop::simd::batch::{BATCH_SIZE, ContactBatch};
+use crate::force_loop::simd::contact_force::{ContactOutput, ContactSums};
+pub use crate::force_loop::simd::planes::{PlaneContact, PlaneSums};
+use wide::f64x4 as Lanes;
+
+use crate::contact::contact_histories::{PairListView, SPRING_WIDTH};
+use crate::contact::dashpot::StepLengths;
+use crate::contact::{CONTACT_APART, ContactGeometry, release_contact};
+use crate::force_loop::simd_records::{GrainMotion, SimdLaws, contact_bodies};
+use crate::force_loop::{ContactInput, ForceAccumulators};
+use crate::neighbours::active_pairs::{ActivePair, ActivePairs as Close};
+use crate::points::vector::{WIDTH, difference, dot, rotate_with_normal};
+
+/// What goes through the contacts of a run of rows. Numbers of grains and pairs count from the first of the rows on.
+struct SimdPass<'r, 'a, const D: usize, const R: usize> {
+    scene: &'r ContactInput<'a, D, R>,
+    places: &'r [Lanes],
+    motions: &'r [GrainMotion],
+    periodic: bool,
+    batch: ContactBatch<D, R>,
+    work: ContactOutput<'r, D, R>,
+}
+
+impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
+    /// Forces of these pairs, as `rows` finds them.
+    pub(super) fn simd_forces<const HERTZ: bool, const TURNS: bool>(
+        &self,
+        (pairs, close): (PairListView<'_>, &Close),
+        rows: &Range<usize>,
+        shares: &mut ForceAccumulators<'_, D, R>,
+        slab: usize,
+    ) {
+        // The law of all contacts, where there is but one.
+        let alike = self.laws.iter().all(|law| *law == self.laws[0]);
+        let common = alike.then(|| SimdLaws::of([&self.laws[0]; WIDTH]));
+        let (first, pair) = (rows.start, pairs.starts[rows.start] as usize);
+        let (tally, virial) = shares.energies[slab - shares.slab];
+        let (_, memory) = shares.memory.reborrow().split_at(pair - shares.pair);
+        let received = &mut shares.forces[first - shares.first..];
+        let mut run = SimdPass {
+            scene: self,
+            places: &self.records.0[first..],
+            motions: &self.records.1[first..],
+            periodic: !pairs.image.is_empty(),
+            batch: ContactBatch::EMPTY,
+            work: ContactOutput { forces: received, memory, account: ContactSums::new(tally, virial), first },
+        };
+        for (pairs, count) in close.in_fours() {
+            run.collect_contacts::<HERTZ, TURNS>(pairs, count, common.as_ref());
+        }
+        run.process_batch::<HERTZ, TURNS>(common.as_ref());
+        shares.energies[slab - shares.slab] = run.work.account.sums(self.dt);
+    }
+
+    /// What lies between the centres of four pairs (m), the square of their distances (m²), and the radii of the first and the second (m).
+    #[inline(always)]
+    fn separations(
+        &self,
+        places: &[Lanes],
+        periodic: bool,
+        pairs: &[ActivePair; WIDTH],
+    ) -> ([Lanes; D], Lanes, [Lanes; 2]) {
+        let place = Lanes::transpose(pairs.map(|pair| places[pair.first as usize]));
+        let others = Lanes::transpose(pairs.map(|pair| places[pair.second as usize]));
+        let mut apart: [Lanes; D] = std::array::from_fn(|c| place[c] - others[c]);
+        if periodic {
+            let [shift, _] = self.images(pairs);
+            apart = difference(&apart, &shift);
+        }
+        (apart, dot(&apart, &apart), [place[3], others[3]])
+    }
+
+    /// Steps before and after these forces.
+    #[inline(always)]
+    fn simd_steps(&self) -> StepLengths<Lanes> {
+        StepLengths::between(Lanes::splat(self.dt), Lanes::splat(self.next))
+    }
+
+    /// Shifts of the images of four pairs (m), and their velocities (m/s).
+    #[inline(always)]
+    fn images(&self, pairs: &[ActivePair; WIDTH]) -> [[Lanes; D]; 2] {
+        let shifts = pairs.map(|pair| &self.shifts[pair.image_index as usize]);
+        [
+            std::array::from_fn(|c| Lanes::new(shifts.map(|shift| shift.0[c]))),
+            std::array::from_fn(|c| Lanes::new(shifts.map(|shift| shift.1[c]))),
+        ]
+    }
+}
+
+impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
+    /// Takes those of four pairs, the first `count` of which count, that touch; ends contacts that no longer do.
+    #[inline(always)]
+    fn collect_contacts<const HERTZ: bool, const TURNS: bool>(
+        &mut self,
+        pairs: &[ActivePair; WIDTH],
+        count: usize,
+        common: Option<&SimdLaws>,
+    ) {
+        let (_, square, [a, b]) = self.scene.separations(self.places, self.periodic, pairs);
+        let sum = a + b;
+        let valid = (1u32 << count) - 1;
+        let near = square.simd_lt(sum * sum).to_bitmask() & valid;
+        let kept = |k: usize| u32::from(self.work.memory.state[pairs[k].slot as usize] != CONTACT_APART) << k;
+        let ends = (0..WIDTH).fold(0, |bits, k| bits | kept(k)) & valid & !near;
+        if ends != 0 {
+            self.release_separated(pairs, ends);
+        }
+        self.batch.push(pairs, near);
+        if self.batch.count >= BATCH_SIZE {
+            self.process_batch::<HERTZ, TURNS>(common);
+        }
+    }
+
+    /// Ends the contacts of those of four pairs whose bits are set.
+    #[cold]
+    fn release_separated(&mut self, pairs: &[ActivePair; WIDTH], bits: u32) {
+        let ends = pairs.iter().enumerate().filter(|(lane, _)| bits & (1 << lane) != 0);
+        ends.for_each(|(_, pair)| self.release_contact(*pair));
+    }
+
+    #[cold]
+    fn release_contact(&mut self, pair: ActivePair) {
+        let (i, j) = (self.work.first + pair.first as usize, self.work.first + pair.second as usize);
+        let (code, slot) = (pair.image_index as usize, pair.slot as usize);
+        let x = &self.scene.position;
+        let mut apart = difference(&x[i], &x[j]);
+        if code > 0 {
+            apart = difference(&apart, &self.scene.shifts[code].0);
+        }
+        let (touch, _) = self.scene.contact_geometry(i, j, &apart, dot(&apart, &apart).sqrt(), code);
+        let mut memory = self.work.memory.get(slot);
+        release_contact(
+            self.scene.law(i, j),
+            &touch,
+            &mut memory,
+            self.scene.dt,
+            &mut self.work.account.tally,
+        );
+        self.work.memory.set(slot, &memory);
+    }
+
+    /// Works on the contacts that wait: as many as fill a batch, or all of them.
+    #[inline(never)]
+    fn process_batch<const HERTZ: bool, const TURNS: bool>(&mut self, common: Option<&SimdLaws>) {
+        let count = self.batch.count.min(BATCH_SIZE);
+        // What fills up the last four is the last contact again; nobody reads what becomes of it.
+        for n in count..count.next_multiple_of(WIDTH) {
+            self.batch.copy(count - 1, n);
+        }
+        let groups = count.div_ceil(WIDTH).min(BATCH_SIZE / WIDTH);
+        let (records, springs) = ((self.places, self.motions), &*self.work.memory.spring);
+        for group in 0..groups {
+            let slots = self.batch.pairs(group).map(|pair| pair.slot as usize);
+            let (slide, dash) = load_springs(springs, &slots);
+            contact_geometry::<D, R, TURNS>(&mut self.batch, group, records, (self.scene, self.periodic));
+            let own = &mut self.batch.fours[group];
+            (own.shear_displacement, own.damping_force) = (slide, dash);
+        }
+        for group in 0..groups {
+            rotate_springs(&mut self.batch, group, self.scene.dt);
+        }
+        let mut work = self.work.reborrow();
+        let mut apart = 0u64;
+        // In one place, whichever they are.
+        let mut laws = common.copied().unwrap_or_else(|| SimdLaws::of([&self.scene.laws[0]; WIDTH]));
+        for group in 0..groups {
+            let valid = (count - WIDTH * group).min(WIDTH);
+            if common.is_none() {
+                let grains = |pair: &ActivePair| [pair.first, pair.second].map(|i| work.first + i as usize);
+                let law = |pair: &ActivePair| self.scene.law(grains(pair)[0], grains(pair)[1]);
+                laws = SimdLaws::of(self.batch.pairs(group).each_ref().map(law));
+            }
+            let bits = work.contact_forces::<HERTZ, TURNS>(
+                &self.batch,
+                group,
+                (self.scene, self.periodic),
+                &laws,
+                valid,
+            );
+            apart |= u64::from(!bits & ((1 << valid) - 1)) << (WIDTH * group);
+        }
+        self.work.account = work.account;
+        // Those that do not overlap after all, by the last bit.
+        while apart != 0 {
+            let pair = self.batch.pairs[apart.trailing_zeros() as usize];
+            if self.work.memory.state[pair.slot as usize] != CONTACT_APART {
+                self.release_contact(pair);
+            }
+            apart &= apart - 1;
+        }
+        for n in BATCH_SIZE..self.batch.count {
+            self.batch.copy(n, n - BATCH_SIZE);
+        }
+        self.batch.count -= count;
+    }
+}
+
+/// Finds what four contacts are.
+#[inline(always)]
+fn contact_geometry<const D: usize, const R: usize, const TURNS: bool>(
+    batch: &mut ContactBatch<D, R>,
+    group: usize,
+    (places, motions): (&[Lanes], &[GrainMotion]),
+    (scene, periodic): (&ContactInput<'_, D, R>, bool),
+) {
+    let pairs = batch.pairs(group);
+    let drift = periodic.then(|| scene.images(pairs)[1]);
+    let (apart, square, radii) = scene.separations(places, periodic, pairs);
+    let one = contact_bodies(pairs.map(|pair| &motions[pair.first as usize]), radii[0]);
+    let two = contact_bodies(pairs.map(|pair| &motions[pair.second as usize]), radii[1]);
+    let (touch, arm) =
+        ContactGeometry::between([&one, &two], (&apart, square.sqrt()), drift.as_ref(), scene.radii);
+    let own = &mut batch.fours[group];
+    let ContactGeometry {
+        overlap,
+        normal,
+        separation_velocity: separation,
+        sliding_velocity: sliding,
+        relative_spin: turning,
+        spin,
+        mass,
+        radius,
+        min_radius: small,
+    } = touch;
+    if TURNS {
+        (own.radii, own.touch.relative_spin) = (radii, turning);
+    }
+    if periodic || scene.growth != 0.0 {
+        own.apart = apart;
+    }
+    (own.touch.overlap, own.touch.normal, own.touch.separation_velocity) = (overlap, normal, separation);
+    (own.touch.sliding_velocity, own.touch.spin, own.touch.mass) = (sliding, spin, mass);
+    (own.touch.radius, own.touch.min_radius, own.arm) = (radius, small, arm);
+}
+
+/// Turns the springs of four contacts with their normals.
+#[inline(always)]
+fn rotate_springs<const D: usize, const R: usize>(batch: &mut ContactBatch<D, R>, group: usize, dt: f64) {
+    let own = &mut batch.fours[group];
+    own.shear_displacement =
+        rotate_with_normal(&own.shear_displacement, &own.touch.normal, own.touch.spin * Lanes::splat(dt));
+}
+
+/// Springs across of four contacts (m), and the dissipative part of their normal forces (N).
+#[inline(always)]
+fn load_springs<const R: usize>(
+    springs: &[[f64; SPRING_WIDTH]],
+    slots: &[usize; WIDTH],
+) -> ([Lanes; R], Lanes) {
+    let old = Lanes::transpose(slots.map(|slot| Lanes::new(springs[slot])));
+    (std::array::from_fn(|c| old[c]), old[SPRING_WIDTH - 1])
+}

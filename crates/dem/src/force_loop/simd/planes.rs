@@ -1,0 +1,91 @@
+//! Contacts of grains with planes, side by side.
+
+use wide::f64x4 as Lanes;
+
+use crate::contact::contact_histories::ContactHistoriesMut;
+use crate::contact::{ContactEnergies, ContactGeometry, PairLaw};
+use crate::force_loop::ContactInput;
+use crate::force_loop::simd::contact_force::{ContactOutput, ContactSums};
+use crate::force_loop::simd::load_springs;
+use crate::force_loop::simd_records::{SimdLaws, contact_bodies};
+use crate::points::vector::{WIDTH, moment, rotate_with_normal, scaled};
+
+/// A grain that touches a plane.
+#[derive(Clone, Copy)]
+pub struct PlaneContact<'a, const D: usize> {
+    /// The grain.
+    pub grain: usize,
+    /// Place of what the contact remembers.
+    pub slot: usize,
+    /// Distance of the centre (m), and the normal.
+    pub seen: (f64, [f64; D]),
+    /// Velocity of the plane (m/s).
+    pub velocity: [f64; D],
+    /// Its law.
+    pub law: &'a PairLaw,
+}
+
+/// Force (N) and moments (N m) on a grain: that of the force across, and of resistance.
+pub type PlaneForce<const D: usize, const R: usize> = ([f64; D], [[f64; R]; 2]);
+
+/// Sums over contacts with planes.
+pub struct PlaneSums<const D: usize>(ContactSums<D>);
+
+impl<const D: usize> Default for PlaneSums<D> {
+    fn default() -> Self {
+        Self(ContactSums::new(ContactEnergies::default(), [[0.0; D]; D]))
+    }
+}
+
+impl<const D: usize> PlaneSums<D> {
+    /// The sums of a step of `dt` (s).
+    pub fn tally(self, dt: f64) -> ContactEnergies {
+        self.0.sums(dt).0
+    }
+}
+
+impl<const D: usize, const R: usize> ContactInput<'_, D, R> {
+    /// Forces of four contacts with planes, whose laws are `common` where that is given.
+    pub fn plane_forces<const HERTZ: bool, const TURNS: bool>(
+        &self,
+        four: &[PlaneContact<'_, D>; WIDTH],
+        common: Option<&SimdLaws>,
+        memory: ContactHistoriesMut<'_, R>,
+        sums: &mut PlaneSums<D>,
+    ) -> [PlaneForce<D, R>; WIDTH] {
+        let lanes = |of: &dyn Fn(&PlaneContact<'_, D>) -> f64| Lanes::new(four.each_ref().map(of));
+        let radius = lanes(&|own| self.radius[own.grain]);
+        let side = contact_bodies(four.each_ref().map(|own| &self.records.1[own.grain]), radius);
+        let normal = std::array::from_fn(|c| lanes(&|own| own.seen.1[c]));
+        let velocity = std::array::from_fn(|c| lanes(&|own| own.velocity[c]));
+        let mass = lanes(&|own| self.mass[own.grain]);
+        let distance = lanes(&|own| own.seen.0);
+        let (touch, arm) =
+            ContactGeometry::with_wall((&side, mass), (distance, &normal), &velocity, self.radii);
+        let (dt, slots) = (Lanes::splat(self.dt), four.each_ref().map(|own| own.slot));
+        let (slide, dash) = load_springs(memory.spring, &slots);
+        let slide = rotate_with_normal(&slide, &normal, touch.spin * dt);
+        let own;
+        let laws = if let Some(laws) = common {
+            laws
+        } else {
+            own = SimdLaws::of(four.each_ref().map(|own| own.law));
+            &own
+        };
+        let mut work = ContactOutput { forces: &mut [], memory, account: sums.0, first: 0 };
+        let grains = four.each_ref().map(|own| own.grain as u32);
+        let force =
+            work.force::<HERTZ>(&touch, (slide, dash), laws, (grains, &slots), (WIDTH, self.simd_steps()));
+        let lever: [Lanes; R] = scaled(-arm, &moment(&normal, &force.tangential));
+        let resisted = if TURNS {
+            work.rolling_moments(laws, &touch, &force.base, (force.cap, dt), (&slots, force.meets))
+        } else {
+            [Lanes::ZERO; R]
+        };
+        sums.0 = work.account;
+        std::array::from_fn(|k| {
+            let moments = [&lever, &resisted].map(|of| std::array::from_fn(|c| of[c].as_array()[k]));
+            (std::array::from_fn(|c| force.on[c].as_array()[k]), moments)
+        })
+    }
+}

@@ -1,0 +1,255 @@
+//! What contacts side by side see: records of the grains, and their laws.
+
+use wide::f64x4 as Lanes;
+
+use crate::config::SpringReset;
+use crate::contact::hertz::Hertz;
+use crate::contact::linear_spring::LinearSpring;
+use crate::contact::rolling_resistance::RollingResistance;
+use crate::contact::{ContactBody, NormalForceLaw, PairLaw};
+use crate::points::grains::{GrainView, MIN_GRAINS_PER_TASK};
+use crate::points::vector::WIDTH;
+
+/// What grains show their contacts.
+#[derive(Clone, Debug, Default)]
+pub struct GrainRecords {
+    /// Place and radius. They are all that tells which grains touch, and stand close together.
+    pub place: Vec<Lanes>,
+    /// How each moves.
+    pub motion: Vec<GrainMotion>,
+}
+
+/// Velocity and inverse of the mass (none of a grain that is held), and spin, in one line of the cache. In the plane the spin
+/// stands third beside the velocity.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(align(64))]
+pub struct GrainMotion {
+    velocity: Lanes,
+    spin: Lanes,
+}
+
+/// Force that a grain receives, and moment over its radius. In the plane the latter stands third beside the force.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(align(64))]
+pub struct ForceTorque {
+    force: Lanes,
+    lever: Lanes,
+}
+
+impl ForceTorque {
+    /// Adds a force, and a moment over the radius.
+    #[inline]
+    pub fn add_force<const D: usize, const R: usize>(&mut self, force: &[f64; D], lever: &[f64; R]) {
+        for c in 0..D {
+            self.force.as_mut_array()[c] += force[c];
+        }
+        for c in 0..R {
+            let own =
+                if D == 3 { &mut self.lever.as_mut_array()[c] } else { &mut self.force.as_mut_array()[D] };
+            *own += lever[c];
+        }
+    }
+
+    /// Adds what another part has received.
+    #[inline]
+    pub fn add(&mut self, other: &Self) {
+        self.force += other.force;
+        self.lever += other.lever;
+    }
+
+    /// The force (N).
+    #[inline]
+    pub fn force<const D: usize>(&self) -> [f64; D] {
+        let all = self.force.as_array();
+        std::array::from_fn(|c| all[c])
+    }
+
+    /// The moment (N m) on a grain of this radius (m).
+    #[inline]
+    pub fn moment<const R: usize>(&self, radius: f64) -> [f64; R] {
+        let all = if R == 3 { self.lever.as_array() } else { self.force.as_array() };
+        std::array::from_fn(|c| radius * if R == 3 { all[c] } else { all[2] })
+    }
+
+    /// What the first and the second grains of four contacts receive: a force, and moments over the radius that are those of
+    /// the force across, alike on both, and where there are any those of resistance on either.
+    #[inline(always)]
+    pub fn of_four<const D: usize, const R: usize>(
+        force: &[Lanes; D],
+        lever: &[Lanes; R],
+        resistance: Option<[[Lanes; R]; 2]>,
+    ) -> [[Self; WIDTH]; 2] {
+        let zero = Lanes::ZERO;
+        let [one, two] =
+            resistance.map_or([*lever; 2], |of| of.map(|of| std::array::from_fn(|c| lever[c] + of[c])));
+        let side = |force: [Lanes; WIDTH], lever: [Lanes; WIDTH]| -> [Self; WIDTH] {
+            std::array::from_fn(|k| Self { force: force[k], lever: lever[k] })
+        };
+        if D == 3 {
+            let on = Lanes::transpose([force[0], force[1], force[2], zero]);
+            let first = Lanes::transpose([one[0], one[1], one[2], zero]);
+            let second =
+                if resistance.is_some() { Lanes::transpose([two[0], two[1], two[2], zero]) } else { first };
+            [side(on, first), side(on.map(|f| -f), second)]
+        } else {
+            let none = [zero; WIDTH];
+            let one = Lanes::transpose([force[0], force[1], one[0], zero]);
+            let two = Lanes::transpose([-force[0], -force[1], two[0], zero]);
+            [side(one, none), side(two, none)]
+        }
+    }
+}
+
+/// Forces and moments of all grains of these radii (m), column by column.
+pub fn scatter_forces<const D: usize, const R: usize>(
+    received: &[ForceTorque],
+    radius: &[f64],
+    (force, torque): (&mut [[f64; D]], &mut [[f64; R]]),
+) {
+    use rayon::prelude::*;
+    let columns = force.par_chunks_mut(MIN_GRAINS_PER_TASK).zip(torque.par_chunks_mut(MIN_GRAINS_PER_TASK));
+    let received = received.par_chunks(MIN_GRAINS_PER_TASK).zip(radius.par_chunks(MIN_GRAINS_PER_TASK));
+    received.zip(columns).for_each(|((received, radius), (force, torque))| {
+        for (((received, radius), force), torque) in received.iter().zip(radius).zip(force).zip(torque) {
+            (*force, *torque) = (received.force(), received.moment(*radius));
+        }
+    });
+}
+
+/// How contacts are worked on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ForceKernel {
+    /// One after another, whatever their law.
+    Scalar,
+    /// Four side by side: springs and dashpots; whether some resist rolling or twisting.
+    SimdLinear(bool),
+    /// Four side by side: elastic spheres; whether some resist rolling or twisting.
+    SimdHertz(bool),
+}
+
+impl ForceKernel {
+    /// For contacts with any of these laws.
+    pub fn of<'l>(mut laws: impl Iterator<Item = &'l PairLaw> + Clone) -> Self {
+        let plain = |law: &PairLaw| law.attraction.is_none() && law.bond.is_none();
+        let turns = laws.clone().any(|law| law.rolling.is_some() || law.twisting.is_some());
+        if !laws.clone().all(plain) {
+            Self::Scalar
+        } else if laws.clone().all(|law| matches!(law.normal, NormalForceLaw::Linear(_))) {
+            Self::SimdLinear(turns)
+        } else if laws.all(|law| matches!(law.normal, NormalForceLaw::Hertz(_))) {
+            Self::SimdHertz(turns)
+        } else {
+            Self::Scalar
+        }
+    }
+}
+
+/// Records of all grains, which have received nothing yet.
+pub fn grain_records<const D: usize, const R: usize>(
+    grains: GrainView<'_, D, R>,
+    (velocity, spin): (&[[f64; D]], &[[f64; R]]),
+    (out, received): (&mut GrainRecords, &mut Vec<ForceTorque>),
+) {
+    use rayon::prelude::*;
+    let GrainView { position, mass, radius, held, .. } = grains;
+    out.place.resize(mass.len(), Lanes::ZERO);
+    out.motion.resize(mass.len(), GrainMotion::default());
+    received.resize(mass.len(), ForceTorque::default());
+    let blocks =
+        out.place.par_chunks_mut(MIN_GRAINS_PER_TASK).zip(out.motion.par_chunks_mut(MIN_GRAINS_PER_TASK));
+    blocks.zip(received.par_chunks_mut(MIN_GRAINS_PER_TASK)).enumerate().for_each(
+        |(block, ((places, motions), received))| {
+            received.fill(ForceTorque::default());
+            for (i, (place, motion)) in (block * MIN_GRAINS_PER_TASK..).zip(places.iter_mut().zip(motions)) {
+                let inverse = if held[i] { 0.0 } else { 1.0 / mass[i] };
+                let (x, v, w) = (&position[i], &velocity[i], &spin[i]);
+                if D == 3 {
+                    *place = Lanes::new([x[0], x[1], x[2], radius[i]]);
+                    motion.velocity = Lanes::new([v[0], v[1], v[2], inverse]);
+                    motion.spin = Lanes::new([w[0], w[1], w[2], 0.0]);
+                } else {
+                    *place = Lanes::new([x[0], x[1], 0.0, radius[i]]);
+                    motion.velocity = Lanes::new([v[0], v[1], w[0], inverse]);
+                }
+            }
+        },
+    );
+}
+
+/// How four grains of these radii move.
+#[inline(always)]
+pub fn contact_bodies<const D: usize, const R: usize>(
+    four: [&GrainMotion; WIDTH],
+    radius: Lanes,
+) -> ContactBody<D, R, Lanes> {
+    let motion = Lanes::transpose(four.map(|own| own.velocity));
+    let spin: [Lanes; R] = if D == 3 {
+        let spin = Lanes::transpose(four.map(|own| own.spin));
+        std::array::from_fn(|c| spin[c])
+    } else {
+        [motion[2]; R]
+    };
+    ContactBody { velocity: std::array::from_fn(|c| motion[c]), spin, radius, inverse_mass: motion[3] }
+}
+
+/// The laws of four contacts.
+#[derive(Clone, Copy)]
+pub struct SimdLaws {
+    pub linear: LinearSpring<Lanes>,
+    pub hertz: Hertz<Lanes>,
+    pub no_tension: Lanes,
+    pub lag: Lanes,
+    pub coefficient: Lanes,
+    pub at_rest: Lanes,
+    /// Where the spring is reset to the force of friction.
+    pub spring: Lanes,
+    /// Resistance against rolling and twisting, and where there is any.
+    pub resistance: [(RollingResistance<Lanes>, Lanes); 2],
+}
+
+impl SimdLaws {
+    pub fn of(laws: [&PairLaw; WIDTH]) -> Self {
+        let lane = |of: &dyn Fn(&PairLaw) -> f64| Lanes::new(laws.map(of));
+        let mask =
+            |of: &dyn Fn(&PairLaw) -> bool| lane(&|law| f64::from(u8::from(of(law)))).simd_gt(Lanes::ZERO);
+        let linear = |of: fn(&LinearSpring) -> f64| {
+            lane(&|law| if let NormalForceLaw::Linear(linear) = &law.normal { of(linear) } else { 0.0 })
+        };
+        let hertz = |of: fn(&Hertz) -> f64| {
+            lane(&|law| if let NormalForceLaw::Hertz(hertz) = &law.normal { of(hertz) } else { 0.0 })
+        };
+        let resistance = |of: fn(&PairLaw) -> &Option<RollingResistance>| {
+            let part = |part: fn(&RollingResistance) -> f64| lane(&|law| of(law).as_ref().map_or(0.0, part));
+            let all = RollingResistance {
+                friction: part(|own| own.friction),
+                stiffness: part(|own| own.stiffness),
+                damping_ratio: part(|own| own.damping_ratio),
+            };
+            (all, mask(&|law| of(law).is_some()))
+        };
+        Self {
+            linear: LinearSpring {
+                stiffness: linear(|law| law.stiffness),
+                modulus: linear(|law| law.modulus),
+                damping_ratio: linear(|law| law.damping_ratio),
+                tangential_ratio: linear(|law| law.tangential_ratio),
+                tangential_damping_ratio: linear(|law| law.tangential_damping_ratio),
+                tangential_ratio_root: linear(|law| law.tangential_ratio_root),
+            },
+            hertz: Hertz {
+                modulus: hertz(|law| law.modulus),
+                shear_modulus: hertz(|law| law.shear_modulus),
+                grain_shear_modulus: hertz(|law| law.grain_shear_modulus),
+                damping: hertz(|law| law.damping),
+                tangential_damping: hertz(|law| law.tangential_damping),
+                tangential_stiffness_root: hertz(|law| law.tangential_stiffness_root),
+            },
+            no_tension: mask(&|law| law.no_tension),
+            lag: lane(&|law| law.velocity_lag),
+            coefficient: lane(&|law| law.friction.coefficient),
+            at_rest: lane(&|law| law.friction.at_rest),
+            spring: mask(&|law| law.friction.reset == SpringReset::Spring),
+            resistance: [resistance(|law| &law.rolling), resistance(|law| &law.twisting)],
+        }
+    }
+}

@@ -1,0 +1,321 @@
+//! What is done to the cell of a point.
+
+use colluvium_case::{Case, Solver};
+use colluvium_constitutive::{Mat3, MaterialError, Motion, SymTensor, UpdateCost};
+use serde_json::json;
+
+use crate::DemSolver;
+use crate::config::{CellControl, CellEntry, Friction};
+use crate::material::NAME;
+use crate::material::spec::{GranularCellSpec, parameter_error};
+use crate::points::grains::volume;
+use crate::setup;
+
+/// Stages of the case of a cell: compressed with the friction of the preparation, at rest with that of the contacts, deformed.
+const STAGES: [&str; 3] = ["prepare", "settle", "deform"];
+const DEFORM: usize = 2;
+
+/// Steps after which a specimen that has found no equilibrium is given up.
+const MAX_STEPS: usize = 2_000_000;
+/// Steps between looks at the equilibrium.
+const STEPS_PER_CHECK: usize = 100;
+/// Unbalanced force at which grains count as at rest (sheet: dem §3.1). Without friction a packing passes through states at several times
+/// this before it yields once more, and one that is stopped there is looser than the one at rest. The kinetic energy tells less: grains
+/// without contacts keep theirs.
+const REST_RATIO: f64 = 1e-3;
+/// Pressure over that of the preparation under which a cell is unloaded by expansion, and which bounds rates from below.
+const MIN_PRESSURE_RATIO: f64 = 0.05;
+/// Largest change of the deformation gradient in a step of the grains.
+const MAX_DEFORMATION_STEP: f64 = 1e-2;
+
+/// The case that cells are made from.
+pub struct CellCase {
+    case: Case,
+    /// About how many bytes a cell has.
+    pub bytes: usize,
+}
+
+impl CellCase {
+    pub fn new(spec: &GranularCellSpec) -> Result<Self, MaterialError> {
+        let d = spec.dimension;
+        let unit = volume(d, 0.5) * spec.diameter.mean_power(d, d as i32);
+        let side = (spec.grains as f64 * unit / spec.solid_fraction()).powf(1.0 / d as f64);
+        let (axes, zero, full) = (&["x", "y", "z"][..d], vec![0.0; d], vec![side; d]);
+        let contact = &spec.contact;
+        let mut pair = json!({
+            "between": ["grain", "grain"], "normal": contact.normal, "tangential": contact.tangential,
+            "friction": contact.friction,
+        });
+        if let Some(rolling) = contact.rolling {
+            pair["rolling"] = json!(rolling);
+        }
+        let stage = |name: &str| json!({ "name": name, "duration": 1.0, "damping": spec.damping });
+        let case = json!({
+            "title": "A cell of grains",
+            "space": if d == 3 { "3d" } else { "plane-strain" },
+            "domain": { "min": zero, "max": full, "periodic": axes },
+            "gravity": zero,
+            "materials": { "grain": {
+                "model": "linear-elastic", "density": spec.grain_density, "youngs_modulus": 1e9, "poissons_ratio": 0.0
+            } },
+            "bodies": [{ "name": "cell", "material": "grain", "shape": { "kind": "box", "min": zero, "max": full } }],
+            "stages": STAGES.map(stage),
+            "methods": { "dem": {
+                "grains": { "grain": {
+                    "density": spec.grain_density, "diameter": spec.diameter,
+                    "fill": { "kind": "random", "solid_fraction": spec.solid_fraction() }
+                } },
+                "pairs": [pair],
+                "seed": spec.seed,
+                "stages": {
+                    "prepare": { "pairs": [{ "between": ["grain", "grain"], "friction": { "coefficient": 0.0 } }] },
+                    "settle": { "reset_contacts": true },
+                    "deform": {}
+                }
+            } }
+        });
+        let case = Case::from_json(&case.to_string()).map_err(|error| cell_error(&error.to_string()))?;
+        Ok(Self { case, bytes: 600 * spec.grains })
+    }
+
+    /// A solver with the packing as it is drawn.
+    pub fn solver<const D: usize, const R: usize>(&self) -> Result<DemSolver<D, R>, MaterialError> {
+        setup::solver(&self.case).map_err(|error| cell_error(&error.to_string()))
+    }
+}
+
+/// An error of the case behind a cell, as one of the parameters that it was made from.
+fn cell_error(problem: &str) -> MaterialError {
+    let first = problem.lines().next().unwrap_or_default();
+    for (from, to) in [
+        ("methods.dem.pairs[0].", "contact."),
+        ("methods.dem.grains.grain.density", "grain_density"),
+        ("methods.dem.grains.grain.", ""),
+    ] {
+        if let Some(rest) = first.strip_prefix(from)
+            && let Some((field, rule)) = format!("{to}{rest}").split_once(": ")
+        {
+            return parameter_error(field, rule);
+        }
+    }
+    parameter_error("law", first)
+}
+
+fn equilibrium_error(reason: &'static str) -> MaterialError {
+    MaterialError::NotConverged { model: NAME, reason }
+}
+
+const OVERLAP_MESSAGE: &str = "grains overlap too far in this step: make steps smaller or contacts stiffer";
+
+pub fn bytes<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Result<Vec<u8>, MaterialError> {
+    let mut out = Vec::new();
+    solver.save(&mut out).map_err(|_| equilibrium_error("the cell cannot be kept"))?;
+    Ok(out)
+}
+
+pub fn restore<const D: usize, const R: usize>(
+    solver: &mut DemSolver<D, R>,
+    mut bytes: &[u8],
+) -> Result<(), MaterialError> {
+    let foreign = |_| equilibrium_error("the kept cell is of another material");
+    if solver.stage != DEFORM {
+        solver.begin_stage(DEFORM, solver.time).map_err(foreign)?;
+    }
+    solver.imposed_gradient = None;
+    solver.restore(&mut bytes).map_err(foreign)
+}
+
+/// Stress of the cell (Pa); of disks with the mean of the normal stresses across the plane.
+pub fn stress<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> SymTensor {
+    let cell = solver.stress();
+    let at = |i: usize, j: usize| 0.5 * (cell[i][j] + cell[j][i]);
+    if D == 2 {
+        return SymTensor([at(0, 0), at(1, 1), 0.5 * (at(0, 0) + at(1, 1)), at(0, 1), 0.0, 0.0]);
+    }
+    SymTensor([at(0, 0), at(1, 1), at(2, 2), at(0, 1), at(1, 2), at(0, 2)])
+}
+
+pub fn solid_fraction<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> f64 {
+    solver.grains.radius.iter().map(|radius| volume(D, *radius)).sum::<f64>() / solver.cell.volume()
+}
+
+pub fn coordination<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> f64 {
+    2.0 * solver.energy_balance.contacts[0] as f64 / solver.grains.len() as f64
+}
+
+/// Bound on the P-wave modulus (Pa): all contacts stretched along their branches, `Σ k l² / V`; one and a half times the secant
+/// stiffness covers that of Hertz.
+pub fn modulus<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> f64 {
+    let mut sum = 0.0;
+    solver.for_each_contact(|contact, _, _| {
+        if contact.overlap > 0.0 {
+            let square: f64 = contact.branch.iter().map(|x| x * x).sum();
+            sum += 1.5 * contact.normal.max(0.0) / contact.overlap * square;
+        }
+    });
+    sum / solver.cell.volume()
+}
+
+fn set_cell<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>, control: Option<CellControl>) {
+    let name = STAGES[solver.stage];
+    solver.options.stages.entry(name.to_owned()).or_default().cell = control;
+}
+
+/// The cell follows a stress (Pa) until it has it and its grains are at rest.
+fn servo<const D: usize, const R: usize>(
+    solver: &mut DemSolver<D, R>,
+    target: &SymTensor,
+    share: f64,
+) -> Result<(), MaterialError> {
+    let follow = |component: usize, within: bool| within.then_some(CellEntry::Stress(target[component]));
+    set_cell(
+        solver,
+        Some(CellControl {
+            xx: follow(0, true),
+            yy: follow(1, true),
+            zz: follow(2, D == 3),
+            xy: follow(3, true),
+            yz: follow(4, D == 3),
+            xz: follow(5, D == 3),
+            damping: Some(1.0),
+        }),
+    );
+    let components: &[usize] = if D == 3 { &[0, 1, 2, 3, 4, 5] } else { &[0, 1, 3] };
+    let allowed = share * target.norm();
+    for step in 1..=MAX_STEPS {
+        let dt = solver.critical_step().dt;
+        solver.advance(dt).map_err(|_| equilibrium_error(OVERLAP_MESSAGE))?;
+        if step % STEPS_PER_CHECK == 0 {
+            let now = stress(solver);
+            let off = components.iter().map(|&c| (now[c] - target[c]).abs()).fold(0.0, f64::max);
+            if off <= allowed && solver.unbalanced() <= REST_RATIO {
+                set_cell(solver, None);
+                return Ok(());
+            }
+        }
+    }
+    Err(equilibrium_error(
+        "the specimen does not come to rest under its pressure: raise damping, or check the contacts",
+    ))
+}
+
+/// Compresses the packing with a coefficient of friction (sheet: dem §3.8).
+pub fn prepare<const D: usize, const R: usize>(
+    solver: &mut DemSolver<D, R>,
+    spec: &GranularCellSpec,
+    friction: f64,
+) -> Result<(), MaterialError> {
+    let target = SymTensor::isotropic(-spec.preparation.pressure);
+    for pair in &mut solver.options.stages.entry(STAGES[0].to_owned()).or_default().pairs {
+        pair.friction = Some(Friction { coefficient: friction, at_rest: None });
+    }
+    for stage in 0..DEFORM {
+        solver.begin_stage(stage, solver.time).map_err(|_| equilibrium_error(OVERLAP_MESSAGE))?;
+        servo(solver, &target, spec.tolerance)?;
+    }
+    solver.begin_stage(DEFORM, solver.time).map_err(|_| equilibrium_error(OVERLAP_MESSAGE))
+}
+
+/// Brings the prepared cell to a stress (Pa).
+pub fn load<const D: usize, const R: usize>(
+    solver: &mut DemSolver<D, R>,
+    spec: &GranularCellSpec,
+    target: &SymTensor,
+) -> Result<(), MaterialError> {
+    let least = MIN_PRESSURE_RATIO * spec.preparation.pressure;
+    let pressure = -(0..D).map(|c| target[c]).sum::<f64>() / D as f64;
+    if pressure >= least {
+        return servo(solver, target, spec.tolerance);
+    }
+    servo(solver, &SymTensor::isotropic(-least), spec.tolerance)?;
+    let rate = largest_rate(solver, spec, least);
+    solver.imposed_gradient =
+        Some(std::array::from_fn(|i| std::array::from_fn(|j| if i == j { rate } else { 0.0 })));
+    for _ in 0..MAX_STEPS {
+        if solver.pressure() <= pressure {
+            solver.imposed_gradient = Some([[0.0; D]; D]);
+            let dt = solver.critical_step().dt;
+            return solver.advance(dt).map_err(|_| equilibrium_error(OVERLAP_MESSAGE));
+        }
+        let dt = solver.critical_step().dt;
+        solver.advance(dt).map_err(|_| equilibrium_error(OVERLAP_MESSAGE))?;
+    }
+    Err(equilibrium_error("the specimen does not lose its stress when it expands"))
+}
+
+/// Rate of strain (1/s) that has the inertial number of the parameters at a pressure (Pa).
+fn largest_rate<const D: usize, const R: usize>(
+    solver: &DemSolver<D, R>,
+    spec: &GranularCellSpec,
+    pressure: f64,
+) -> f64 {
+    let mean = 2.0 * solver.grains.radius.iter().sum::<f64>() / solver.grains.len() as f64;
+    spec.inertial_number * (pressure / spec.grain_density).sqrt() / mean
+}
+
+/// Updates of grains in a second on one thread, disks and spheres, and time to take up the cell and to put it away (s), for each grain: of
+/// cells of 200 disks on a desktop computer (docs/theory/dem.md), for spheres twice as long as for disks.
+const UPDATES: [f64; 2] = [1.2e6, 6e5];
+const HANDLING: f64 = 1.5e-6;
+
+/// What an update of a point takes: steps of the grains, and taking up and putting away the cell.
+pub fn cost<const D: usize, const R: usize>(solver: &DemSolver<D, R>, spec: &GranularCellSpec) -> UpdateCost {
+    let grains = solver.grains.len() as f64;
+    let step = grains / UPDATES[D - 2];
+    let rate = largest_rate(solver, spec, spec.preparation.pressure);
+    UpdateCost { update: grains * HANDLING + step, strain: step / (rate * solver.critical_step().dt) }
+}
+
+/// Deforms the cell by `f`, slowly for its grains; `before` is its stress (Pa).
+pub fn deform<const D: usize, const R: usize>(
+    solver: &mut DemSolver<D, R>,
+    spec: &GranularCellSpec,
+    f: &Mat3,
+    before: &SymTensor,
+) -> Result<(), MaterialError> {
+    let change: [[f64; D]; D] =
+        std::array::from_fn(|i| std::array::from_fn(|j| f.0[i][j] - f64::from(u8::from(i == j))));
+    let size = |m: &[[f64; D]; D]| m.as_flattened().iter().map(|x| x * x).sum::<f64>().sqrt();
+    let strain: [[f64; D]; D] =
+        std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (change[i][j] + change[j][i])));
+    let pressure = (-before.trace() / 3.0).max(MIN_PRESSURE_RATIO * spec.preparation.pressure);
+    let dt = solver.critical_step().dt;
+    let slow = size(&strain) / (largest_rate(solver, spec, pressure) * dt);
+    let count = slow.max(size(&change) / MAX_DEFORMATION_STEP).ceil().clamp(1.0, MAX_STEPS as f64);
+    // (1 + x)^n = 1 + c, to the third order in c.
+    let square = crate::boundary::periodic_cell::product(&change, &change);
+    solver.imposed_gradient = Some(std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            (change[i][j] / count - (count - 1.0) / (2.0 * count * count) * square[i][j]) / dt
+        })
+    }));
+    for _ in 0..count as usize {
+        solver.advance(dt).map_err(|_| equilibrium_error(OVERLAP_MESSAGE))?;
+    }
+    Ok(())
+}
+
+/// Grains without cohesion bear no tension.
+pub fn check_initial<const D: usize>(stress: &SymTensor) -> Result<(), MaterialError> {
+    let normal = &stress.0[..D];
+    let across = if D == 2 { stress[4].abs() + stress[5].abs() } else { 0.0 };
+    let reason = if normal.iter().any(|value| *value > 0.0) {
+        format!("grains bear no tension (stress {:?} Pa)", stress.0)
+    } else if across > 0.0 {
+        "disks bear no shear out of their plane: take dimension 3".to_owned()
+    } else {
+        return Ok(());
+    };
+    Err(MaterialError::Initial { model: NAME, reason })
+}
+
+/// Disks deform in their plane.
+pub fn check_motion<const D: usize>(motion: &Motion) -> Result<(), MaterialError> {
+    let f = &motion.deformation.0;
+    let across = [f[2][2] - 1.0, f[0][2], f[1][2], f[2][0], f[2][1]];
+    if D == 3 || across.iter().all(|value| value.abs() < 1e-12) {
+        return Ok(());
+    }
+    let reason = "disks have no strain across their plane: take dimension 3, or a test in plane strain";
+    Err(MaterialError::Motion { model: NAME, reason })
+}

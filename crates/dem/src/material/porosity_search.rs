@@ -1,0 +1,83 @@
+//! The friction of a preparation that gives a porosity (sheet: dem §3.8).
+
+use colluvium_constitutive::MaterialError;
+
+use crate::material::spec::parameter_error;
+
+/// The largest friction that is tried: more hardly makes specimens looser (sheet: dem §5, B14).
+const MAX_FRICTION: f64 = 1.0;
+/// Distance from the porosity asked for that is let be.
+const POROSITY_TOLERANCE: f64 = 2e-3;
+/// Halvings of the interval of frictions.
+const HALVINGS: usize = 12;
+
+/// What `prepare` makes with the friction that gives the porosity nearest to the one asked for, found by bisection: specimens are the
+/// looser, the more friction they are compressed with.
+///
+/// # Errors
+/// When no friction comes near the porosity, with those that were found; when a specimen cannot be prepared.
+pub fn friction<T>(
+    asked: f64,
+    prepare: impl Fn(f64) -> Result<T, MaterialError>,
+    porosity: impl Fn(&T) -> f64,
+) -> Result<T, MaterialError> {
+    let (mut low, mut high) = (0.0, MAX_FRICTION);
+    let ends = (prepare(low)?, prepare(high)?);
+    let (least, largest) = (porosity(&ends.0), porosity(&ends.1));
+    if asked < least - POROSITY_TOLERANCE || asked > largest + POROSITY_TOLERANCE {
+        let rule = format!(
+            "{asked} is not between {least:.4}, compressed without friction, and {largest:.4}, with a friction of {MAX_FRICTION}"
+        );
+        return Err(parameter_error("preparation.porosity", rule));
+    }
+    let off = |made: &T| (porosity(made) - asked).abs();
+    let mut nearest = if off(&ends.0) <= off(&ends.1) { ends.0 } else { ends.1 };
+    for _ in 0..HALVINGS {
+        if off(&nearest) <= POROSITY_TOLERANCE {
+            return Ok(nearest);
+        }
+        let middle = 0.5 * (low + high);
+        let made = prepare(middle)?;
+        if porosity(&made) < asked {
+            low = middle;
+        } else {
+            high = middle;
+        }
+        if off(&made) < off(&nearest) {
+            nearest = made;
+        }
+    }
+    let rule = format!(
+        "{asked} is not met: the nearest that a friction gives these grains is {:.4}; take more grains or another seed",
+        porosity(&nearest)
+    );
+    Err(parameter_error("preparation.porosity", rule))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_friction_of_a_porosity_is_found_within_its_bounds() {
+        // Porosities as a closed form of the friction.
+        let of = |friction: f64| 0.16 + 0.04 * friction.sqrt();
+        for asked in [0.16, 0.171, 0.19, 0.2, 0.2015] {
+            let found = friction(asked, Ok, |found| of(*found)).unwrap();
+            assert!((of(found) - asked).abs() <= POROSITY_TOLERANCE, "{asked}: {found}");
+        }
+        for asked in [0.15, 0.21] {
+            let refusal = friction(asked, Ok, |found| of(*found)).unwrap_err().to_string();
+            assert!(
+                refusal.contains("is not between 0.1600, ") && refusal.contains("and 0.2000, with"),
+                "{refusal}"
+            );
+        }
+        // One that jumps over what is asked for.
+        let jumps = |friction: &f64| if *friction < 0.3 { 0.16 } else { 0.2 };
+        let refusal = friction(0.18, Ok, jumps).unwrap_err().to_string();
+        assert!(refusal.contains("the nearest that a friction gives these grains is "), "{refusal}");
+        let stuck = |_: f64| Err::<f64, _>(MaterialError::NotConverged { model: "m", reason: "r" });
+        assert!(friction(0.18, stuck, |found| *found).is_err());
+    }
+}

@@ -1,0 +1,3 @@
+//! Forces that act on grains beside contacts: gravity, damping, applied loads.
+
+pub(crate) mod applied_forces;

@@ -1,0 +1,209 @@
+//! Grains that only contacts and gravity move, four at once (sheet: dem §3.4).
+
+use wide::f64x4 as Lanes;
+
+use crate::motion::{ExternalActions, GrainSums, LeapfrogKick};
+use crate::points::grains::inertia;
+use crate::points::vector::dot;
+
+/// What does not change of the grains of a block as they move.
+pub(super) struct GrainBlock<'a, const D: usize, const R: usize> {
+    /// Number of the first of them.
+    pub(super) first: usize,
+    pub(super) radius: &'a [f64],
+    pub(super) mass: &'a [f64],
+    pub(super) force: &'a [[f64; D]],
+    pub(super) torque: &'a [[f64; R]],
+    pub(super) listed: &'a [[f64; D]],
+}
+
+/// Grains that are moved side by side.
+const SIMD_GRAINS: usize = 4;
+
+/// Entries `4 c` to `4 c + 3` of the components of four grains, `N` each: of each its grain's number.
+#[inline(always)]
+fn spread_by_grain<const N: usize>(numbers: Lanes, c: usize) -> Lanes {
+    let numbers = numbers.to_array();
+    Lanes::new(std::array::from_fn(|k| numbers[(SIMD_GRAINS * c + k) / N]))
+}
+
+/// Entries `4 c` to `4 c + 3` of a column.
+#[inline(always)]
+fn entries(column: &[f64], c: usize) -> Lanes {
+    let own = &column[SIMD_GRAINS * c..][..SIMD_GRAINS];
+    Lanes::new([own[0], own[1], own[2], own[3]])
+}
+
+/// For each of four grains the sum over its components of what stands grain by grain.
+#[inline(always)]
+fn sum_by_grain<const D: usize>(parts: &[Lanes; D]) -> Lanes {
+    let mut sum = Lanes::ZERO;
+    for axis in 0..D {
+        sum += Lanes::new(std::array::from_fn(|grain| {
+            let entry = D * grain + axis;
+            parts[entry / SIMD_GRAINS].as_array()[entry % SIMD_GRAINS]
+        }));
+    }
+    sum
+}
+
+fn sum_lanes(lanes: Lanes) -> f64 {
+    let [a, b, c, d] = lanes.to_array();
+    (a + b) + (c + d)
+}
+
+/// The first grain whose place or velocity is not finite, or the first of all.
+fn first_lost<const D: usize>(position: &[[f64; D]], velocity: &[[f64; D]]) -> usize {
+    let mut sizes = position.iter().zip(velocity).map(|(x, v)| dot(x, x) + dot(v, v));
+    sizes.position(|size| !size.is_finite()).unwrap_or(0)
+}
+
+fn largest(lanes: Lanes) -> f64 {
+    lanes.to_array().into_iter().fold(0.0, f64::max)
+}
+
+impl<const D: usize, const R: usize> GrainBlock<'_, D, R> {
+    /// Moves grains under contact forces and gravity, four at once and component by component: what `Grain::advance` does to
+    /// them, to the last bit. How many it has moved: the rest of a block is left.
+    pub(super) fn integrate(
+        &self,
+        (drive, kick): (&ExternalActions<'_, D>, &LeapfrogKick),
+        position: &mut [[f64; D]],
+        velocity: &mut [[f64; D]],
+        spin: &mut [[f64; R]],
+        sums: &mut GrainSums<D>,
+    ) -> usize {
+        let count = position.len() / SIMD_GRAINS * SIMD_GRAINS;
+        let gravity: [Lanes; D] = std::array::from_fn(|c| {
+            Lanes::new(std::array::from_fn(|k| drive.gravity[(SIMD_GRAINS * c + k) % D]))
+        });
+        let [mut kinetic, mut rotation, mut work, mut squares, mut places] = [Lanes::ZERO; 5];
+        let [mut fastest, mut moved] = [Lanes::ZERO; 2];
+        for first in (0..count).step_by(SIMD_GRAINS) {
+            let own = first..first + SIMD_GRAINS;
+            let (mass, radius) = (entries(&self.mass[own.clone()], 0), entries(&self.radius[own.clone()], 0));
+            let inertia = Lanes::splat(inertia(D)) * mass * radius * radius;
+            let (per_mass, per_inertia) = (Lanes::ONE / mass, Lanes::ONE / inertia);
+            let (mut speeds, mut ways) = ([Lanes::ZERO; D], [Lanes::ZERO; D]);
+            let (x, v) = (position[own.clone()].as_flattened_mut(), velocity[own.clone()].as_flattened_mut());
+            let (forces, listed) =
+                (self.force[own.clone()].as_flattened(), self.listed[own.clone()].as_flattened());
+            for c in 0..D {
+                let old = entries(v, c);
+                let mass = spread_by_grain::<D>(mass, c);
+                let weight = mass * gravity[c];
+                let force = entries(forces, c) + weight;
+                let new =
+                    kick.damping_factor * old + kick.force_time * force * spread_by_grain::<D>(per_mass, c);
+                let now = old + kick.share * (new - old);
+                let place = entries(x, c) + new * drive.dt;
+                let way = place - entries(listed, c);
+                squares += force * force;
+                work += weight * now;
+                kinetic += mass * now * now;
+                places += place * place;
+                (speeds[c], ways[c]) = (old * old, way * way);
+                x[SIMD_GRAINS * c..][..SIMD_GRAINS].copy_from_slice(place.as_array());
+                v[SIMD_GRAINS * c..][..SIMD_GRAINS].copy_from_slice(new.as_array());
+            }
+            (fastest, moved) = (fastest.fast_max(sum_by_grain(&speeds)), moved.fast_max(sum_by_grain(&ways)));
+            let (w, torques) = (spin[own.clone()].as_flattened_mut(), self.torque[own].as_flattened());
+            for c in 0..R {
+                let old = entries(w, c);
+                let new = kick.damping_factor * old
+                    + kick.force_time * entries(torques, c) * spread_by_grain::<R>(per_inertia, c);
+                let now = old + kick.share * (new - old);
+                rotation += spread_by_grain::<R>(inertia, c) * now * now;
+                w[SIMD_GRAINS * c..][..SIMD_GRAINS].copy_from_slice(new.as_array());
+            }
+        }
+        sums.kinetic += 0.5 * sum_lanes(kinetic);
+        sums.rotation += 0.5 * sum_lanes(rotation);
+        sums.gravity += sum_lanes(work) * kick.time;
+        sums.squares += sum_lanes(squares);
+        sums.max_speed_squared = sums.max_speed_squared.max(largest(fastest));
+        sums.max_travel_squared = sums.max_travel_squared.max(largest(moved));
+        if !(sums.kinetic + sum_lanes(places)).is_finite() {
+            sums.lost = Some((self.first + first_lost(position, velocity)) as u32);
+        }
+        count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::config::DampingForm;
+    use crate::motion::{ExternalActions, GrainSums, integrate_grains};
+    use crate::points::grains::Grains;
+
+    /// Grains of several sizes that move, turn and bear forces; those of the second block are held in part.
+    fn grains<const D: usize, const R: usize>() -> Grains<D, R> {
+        let mut grains = Grains::default();
+        let wave = |k: usize| (k as f64 * 0.7).sin();
+        for k in 0..1500 {
+            grains.push(0, 0, std::array::from_fn(|c| wave(3 * k + c)), 0.01 + 0.005 * wave(k), 2600.0);
+            grains.velocity[k] = std::array::from_fn(|c| wave(5 * k + c));
+            grains.spin[k] = std::array::from_fn(|c| wave(7 * k + c));
+            grains.force[k] = std::array::from_fn(|c| wave(11 * k + c));
+            grains.torque[k] = std::array::from_fn(|c| 0.01 * wave(13 * k + c));
+            grains.held[k] = k > 1400;
+        }
+        grains
+    }
+
+    /// A step under gravity and forces of their own, without damping.
+    fn drive<const D: usize>(applied: &[[f64; D]]) -> ExternalActions<'_, D> {
+        ExternalActions {
+            dt: 1e-4,
+            last_step: 0.9e-4,
+            gravity: std::array::from_fn(|c| 1.0 - 5.0 * c as f64),
+            applied,
+            damping: [0.0; 3],
+            form: DampingForm::Components,
+            viscous: 0.0,
+            rate: None,
+            cell_map: None,
+            gradient_change: None,
+        }
+    }
+
+    fn moved<const D: usize, const R: usize>(applied: &[[f64; D]]) -> (Grains<D, R>, GrainSums<D>) {
+        let mut grains = grains::<D, R>();
+        let sums = integrate_grains(&mut grains, &drive(applied), &mut Vec::new());
+        (grains, sums)
+    }
+
+    fn compare<const D: usize, const R: usize>() {
+        // Forces of nothing send every grain through by itself.
+        let (together, own) = moved::<D, R>(&[]);
+        let (apart, other) = moved::<D, R>(&[[0.0; D]; 1500]);
+        assert_eq!(together, apart);
+        assert_eq!(
+            (own.max_speed_squared, own.max_travel_squared, own.lost),
+            (other.max_speed_squared, other.max_travel_squared, None)
+        );
+        for (one, two) in [
+            (own.kinetic, other.kinetic),
+            (own.rotation, other.rotation),
+            (own.gravity, other.gravity),
+            (own.squares, other.squares),
+            (own.held, other.held),
+        ] {
+            assert!((one - two).abs() < 1e-12 * two.abs(), "{one} {two}");
+        }
+    }
+
+    #[test]
+    fn grains_move_together_as_they_move_one_by_one() {
+        compare::<2, 1>();
+        compare::<3, 3>();
+    }
+
+    #[test]
+    fn a_grain_that_is_lost_is_told_by_its_number() {
+        let mut grains = grains::<3, 3>();
+        grains.force[1030] = [f64::NAN; 3];
+        grains.held.fill(false);
+        assert_eq!(integrate_grains(&mut grains, &drive(&[]), &mut Vec::new()).lost, Some(1030));
+    }
+}

@@ -1,0 +1,218 @@
+//! Pairs that can touch before grains have moved further, out of all that are listed. The others are apart and stay so for a while: no
+//! step looks at them. Forces and their order are those of the whole lists.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::contact::CONTACT_APART;
+use crate::contact::contact_histories::PairList;
+use crate::neighbours::VerletLists;
+use crate::points::grains::Grains;
+use crate::points::vector::{WIDTH, difference, dot};
+
+/// Share of the skin up to which gaps are looked at, at least.
+const MIN_GAP_FRACTION: f64 = 1.0 / 16.0;
+
+/// Margin for round-off in sums of ways.
+const ROUND_OFF_FACTOR: f64 = 1.0 - 1e-9;
+
+/// A pair, in one piece: it is copied as such from list to batch. Numbers count from the first grain and pair of its slab on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(align(16))]
+pub struct ActivePair {
+    /// The first grain.
+    pub first: u32,
+    /// The other.
+    pub second: u32,
+    /// Number of the pair in its list.
+    pub slot: u32,
+    /// Image of the other.
+    pub image_index: u32,
+}
+
+/// Pairs of a slab, or across the seam, in the order of their list.
+#[derive(Clone, Debug, Default)]
+pub struct ActivePairs {
+    /// The pairs; the last one again to fill up those that are looked at side by side.
+    pairs: Vec<ActivePair>,
+    count: usize,
+}
+
+/// What is looked at in a step.
+#[derive(Clone, Debug, Default)]
+pub struct ActivePairLists {
+    /// Of each slab.
+    pub slabs: Vec<ActivePairs>,
+    /// Of the seam.
+    pub periodic_pairs: ActivePairs,
+    /// How much nearer to each other than when they were listed grains may have come (m); `None` before it is known.
+    reach: Option<f64>,
+}
+
+impl ActivePairLists {
+    /// Has the pairs chosen anew before the next step.
+    pub fn clear(&mut self) {
+        self.reach = None;
+    }
+}
+
+impl ActivePairs {
+    /// Pairs side by side, and how many of them count.
+    pub fn in_fours(&self) -> impl Iterator<Item = (&[ActivePair; WIDTH], usize)> {
+        let (groups, _) = self.pairs.as_chunks();
+        groups.iter().enumerate().map(|(n, group)| (group, (self.count - WIDTH * n).min(WIDTH)))
+    }
+
+    /// Takes the pairs of some grains that remember something, or that were `near` when they were listed.
+    fn choose<const R: usize>(
+        &mut self,
+        pairs: &PairList<R>,
+        rows: Range<usize>,
+        near: impl Fn(usize, usize, usize) -> bool,
+    ) {
+        self.pairs.clear();
+        let (row, pair) = (rows.start, pairs.starts.get(rows.start).map_or(0, |start| *start));
+        for i in rows {
+            for k in pairs.starts[i] as usize..pairs.starts[i + 1] as usize {
+                let (second, code) = (pairs.other[k], pairs.image.get(k).map_or(0, |code| u32::from(*code)));
+                if pairs.histories.state[k] != CONTACT_APART || near(i, second as usize, code as usize) {
+                    let first = (i - row) as u32;
+                    let second = second - row as u32;
+                    self.pairs.push(ActivePair { first, second, slot: k as u32 - pair, image_index: code });
+                }
+            }
+        }
+        self.count = self.pairs.len();
+        let last = self.pairs.last().copied().unwrap_or_default();
+        self.pairs.resize(self.count.next_multiple_of(WIDTH), last);
+    }
+}
+
+impl<const D: usize, const R: usize> VerletLists<D, R> {
+    /// Chooses no pairs, for steps that look at all that are listed.
+    pub fn clear_active(&mut self) {
+        self.active_pairs.clear();
+        self.active_pairs.slabs.resize_with(self.slab_count(), ActivePairs::default);
+    }
+
+    /// Chooses the pairs that a step looks at, where grains may have come `closer` to each other since they were listed (m) than the last
+    /// choice allows for. Shifts of images are those of the time of the lists where there are any, or else all pairs are chosen.
+    pub fn select_active(
+        &mut self,
+        grains: &Grains<D, R>,
+        shifts: Option<&[([f64; D], [f64; D])]>,
+        closer: f64,
+        skin: f64,
+    ) {
+        if self.active_pairs.reach.is_some_and(|reach| closer < ROUND_OFF_FACTOR * reach) {
+            return;
+        }
+        // Twice as far as now, so that ways that grow steadily have few choices made.
+        let wanted = (2.0 * closer).max(MIN_GAP_FRACTION * skin);
+        let reach = if wanted < skin && shifts.is_some() { wanted } else { f64::INFINITY };
+        let near = |i: usize, j: usize, code: usize| {
+            let mut apart = difference(&grains.listed[i], &grains.listed[j]);
+            if let (Some(shifts), true) = (shifts, code > 0) {
+                apart = difference(&apart, &shifts[code].0);
+            }
+            let most = grains.radius[i] + grains.radius[j] + reach;
+            dot(&apart, &apart) < most * most
+        };
+        let (slabs, inner) = (&self.slabs, &self.slab_pairs);
+        let count = slabs.len().saturating_sub(1);
+        self.active_pairs.slabs.resize_with(count, ActivePairs::default);
+        self.active_pairs.slabs.par_iter_mut().zip(slabs.par_windows(2)).for_each(|(run, ends)| {
+            run.choose(inner, ends[0] as usize..ends[1] as usize, near);
+        });
+        let count = self.periodic_pairs.starts.len().saturating_sub(1);
+        self.active_pairs.periodic_pairs.choose(&self.periodic_pairs, 0..count, near);
+        self.active_pairs.reach = Some(reach);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::boundary::periodic_cell::PeriodicCell;
+    use crate::contact::CONTACT_TOUCHING;
+    use crate::contact::contact_histories::HistoryColumns;
+    use crate::neighbours::ListReach;
+
+    const SKIN: f64 = 0.3;
+
+    fn drawn() -> (Grains<3, 3>, VerletLists<3, 3>, ChaCha8Rng) {
+        let mut random = ChaCha8Rng::seed_from_u64(7);
+        let mut grains = Grains::default();
+        for _ in 0..800 {
+            let place = std::array::from_fn(|_| 9.0 * random.random::<f64>());
+            grains.push(0, 0, place, 0.3 + 0.2 * random.random::<f64>(), 1.0);
+        }
+        let cell = PeriodicCell::new([0.0; 3], [9.0; 3], [false; 3]);
+        let mut lists = VerletLists::default();
+        let reach = ListReach { gap: SKIN, radius: grains.radii().1 };
+        lists.build(&mut grains, &cell, reach, HistoryColumns::default()).unwrap();
+        (grains, lists, random)
+    }
+
+    fn chosen(lists: &VerletLists<3, 3>) -> Vec<u32> {
+        let slots = |(slab, run): (usize, &ActivePairs)| {
+            let from = lists.slab_pairs.starts[lists.slabs[slab] as usize];
+            run.pairs[..run.count].iter().map(move |pair| from + pair.slot).collect::<Vec<_>>()
+        };
+        lists.active_pairs.slabs.iter().enumerate().flat_map(slots).collect()
+    }
+
+    #[test]
+    fn pairs_that_meet_within_the_way_allowed_for_are_looked_at() {
+        let (mut grains, mut lists, mut random) = drawn();
+        let listed = lists.slab_pairs.other.len();
+        for closer in [0.0, 0.01, 0.04, 0.1, 0.2, SKIN] {
+            lists.select_active(&grains, Some(&[]), closer, SKIN);
+            let chosen = chosen(&lists);
+            assert!(chosen.is_sorted());
+            assert_eq!(
+                chosen.len() == listed,
+                2.0 * closer >= SKIN,
+                "{closer}: {} of {listed}",
+                chosen.len()
+            );
+            grains.position.clone_from(&grains.listed);
+            for x in &mut grains.position {
+                // Half of the way of the two, along a diagonal.
+                let way = 0.5 * closer / 3f64.sqrt();
+                x.iter_mut().for_each(|c| *c += if random.random() { way } else { -way });
+            }
+            for (i, k) in lists.slab_pairs.firsts() {
+                let j = lists.slab_pairs.other[k] as usize;
+                let apart = difference(&grains.position[i], &grains.position[j]);
+                if dot(&apart, &apart).sqrt() < grains.radius[i] + grains.radius[j] {
+                    assert!(chosen.binary_search(&(k as u32)).is_ok(), "{closer}: {k}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn contacts_that_remember_something_are_looked_at_however_far_apart() {
+        let (grains, mut lists, _) = drawn();
+        lists.select_active(&grains, Some(&[]), 0.0, SKIN);
+        let before = chosen(&lists);
+        let far = (0..).find(|k| !before.contains(k)).unwrap();
+        lists.slab_pairs.histories.state[far as usize] = CONTACT_TOUCHING;
+        lists.active_pairs.clear();
+        lists.select_active(&grains, Some(&[]), 0.0, SKIN);
+        assert_eq!(chosen(&lists).len(), before.len() + 1);
+        assert!(chosen(&lists).contains(&far));
+    }
+
+    #[test]
+    fn a_cell_that_has_moved_has_all_pairs_looked_at() {
+        let (grains, mut lists, _) = drawn();
+        lists.select_active(&grains, None, 0.0, SKIN);
+        assert_eq!(chosen(&lists).len(), lists.slab_pairs.other.len());
+    }
+}

@@ -1,0 +1,492 @@
+//! Lists of pairs (sheet: dem §3.2): grains sorted by cell, each pair once, in slabs that can be worked on side by side.
+//!
+//! Cells are as wide as the longest reach of two grains. A slab is a run of layers of cells across the axis with most of
+//! them; what a grain of slab `s` finds ahead is in slab `s` or `s + 1`. Slabs of the same parity therefore touch different
+//! grains. Pairs across the seam, where the last layer meets the first one again, are a list of their own.
+//!
+//! Where the largest grain is more than three times as wide as the smallest, [`classes`] finds the pairs. They are listed under
+//! the grains and in the order in which cells of one width find them, so that nothing but time tells the two searches apart.
+
+pub mod active_pairs;
+mod class_pairs;
+pub(crate) mod list_build;
+pub mod size_classes;
+
+use std::ops::Range;
+
+use crate::neighbours::active_pairs::ActivePairLists;
+use crate::neighbours::class_pairs::FoundPairs;
+use crate::neighbours::size_classes::SizeClasses;
+use colluvium_points::{ScratchBuffers, SearchError, farthest_from_mean, max_cells};
+use rayon::prelude::*;
+
+use crate::boundary::periodic_cell::{PeriodicCell, inverse};
+use crate::contact::bond::Bond;
+use crate::contact::contact_histories::{ContactHistories, HistoryColumns, PairList};
+use crate::points::grains::Grains;
+use crate::points::vector::{difference, dot};
+
+/// Grains of a slab, at least.
+const MIN_SLAB_GRAINS: usize = 384;
+
+/// The lists, and the buffers to make them.
+#[derive(Default)]
+pub struct VerletLists<const D: usize, const R: usize> {
+    /// Pairs of each grain with those ahead.
+    pub slab_pairs: PairList<R>,
+    /// Pairs across the seam.
+    pub periodic_pairs: PairList<R>,
+    /// First grain of each slab, and the number of grains.
+    pub slabs: Vec<u32>,
+    /// Pairs that a step looks at where contacts are worked on side by side.
+    pub active_pairs: ActivePairLists,
+    /// First cell of each slab, and the number of cells.
+    cells: Vec<u32>,
+    counts: [usize; MAX_DIMENSION],
+    axes: [usize; MAX_DIMENSION],
+    keys: Vec<u32>,
+    starts: Vec<u32>,
+    order: Vec<u32>,
+    place: Vec<u32>,
+    carried: CarriedHistories<R>,
+    scratch: ScratchBuffers,
+    classes: SizeClasses<D>,
+    found: FoundPairs,
+    /// Whether cells of one width serve grains of all sizes.
+    pub uniform_cells: bool,
+}
+
+/// Entries of arrays over axes, of which the first `D` count.
+const MAX_DIMENSION: usize = 3;
+
+/// What contacts remember while their lists are made anew.
+#[derive(Clone, Debug, Default)]
+struct CarriedHistories<const R: usize> {
+    first: Vec<u32>,
+    second: Vec<u32>,
+    memory: ContactHistories<R>,
+    starts: Vec<u32>,
+    entries: Vec<u32>,
+    used: Vec<bool>,
+}
+
+/// Place of cell `number` along each axis, of so many cells along each and in this order of the axes.
+fn cell_of<const D: usize>(
+    number: usize,
+    counts: &[usize; MAX_DIMENSION],
+    axes: &[usize; MAX_DIMENSION],
+) -> [usize; D] {
+    let (mut rest, mut own) = (number, [0usize; D]);
+    for &axis in axes[..D].iter().rev() {
+        own[axis] = rest % counts[axis];
+        rest /= counts[axis];
+    }
+    own
+}
+
+/// How far grains see each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ListReach {
+    /// Gap up to which pairs are listed (m).
+    pub gap: f64,
+    /// Largest radius (m).
+    pub radius: f64,
+}
+
+/// Why lists cannot be made.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ListError {
+    /// The search fails.
+    Search(SearchError),
+    /// The cell is narrower than two reaches along an axis: length and reach (m).
+    Narrow(usize, f64, f64),
+    /// A bond is longer than any pair that is listed.
+    Stretched(u32),
+}
+
+/// Which image of a cell a neighbouring one is.
+#[derive(Clone, Copy)]
+struct NeighbourCell<const D: usize> {
+    cell: [usize; D],
+    steps: [i32; D],
+    is_periodic: bool,
+}
+
+/// What decides whether two grains are a pair.
+struct PairCriterion<'a, const D: usize, const R: usize> {
+    grains: &'a Grains<D, R>,
+    cell: &'a PeriodicCell<D>,
+    /// Inverse of the cell's edges.
+    unit: [[f64; D]; D],
+    shifts: &'a [([f64; D], [f64; D])],
+    gap: f64,
+    periodic: bool,
+}
+
+impl<const D: usize, const R: usize> PairCriterion<'_, D, R> {
+    /// Lists grains `i` and `j`, `steps` cells away, where they are near and not both held.
+    #[inline]
+    fn pair(&self, i: usize, j: usize, steps: [i32; D], pairs: &mut PairList<R>) {
+        let Some(code) = self.near(i, j, steps) else { return };
+        pairs.other.push(j as u32);
+        if self.periodic {
+            pairs.image.push(code);
+        }
+    }
+
+    /// The image of grain `j`, `steps` cells away, where it is near grain `i` and not both are held.
+    #[inline]
+    fn near(&self, i: usize, j: usize, steps: [i32; D]) -> Option<u8> {
+        let grains = self.grains;
+        if grains.held[i] && grains.held[j] {
+            return None;
+        }
+        let mut apart = difference(&grains.position[i], &grains.position[j]);
+        let code = PeriodicCell::image_index(&steps);
+        if code > 0 {
+            apart = difference(&apart, &self.shifts[code as usize].0);
+        }
+        let limit = grains.radius[i] + grains.radius[j] + self.gap;
+        (dot(&apart, &apart) < limit * limit).then_some(code)
+    }
+
+    /// Lists all later grains that are near grain `i`, by the nearest of their images.
+    fn all(&self, i: usize, pairs: &mut PairList<R>) {
+        let own = self.cell.reduced(&self.unit, &self.grains.position[i]);
+        for j in i + 1..self.grains.len() {
+            let other = self.cell.reduced(&self.unit, &self.grains.position[j]);
+            let steps = std::array::from_fn(|c| {
+                if self.cell.periodic[c] { (own[c] - other[c]).round() as i32 } else { 0 }
+            });
+            self.pair(i, j, steps, pairs);
+        }
+    }
+}
+
+impl<const D: usize, const R: usize> VerletLists<D, R> {
+    /// Number of slabs.
+    pub fn slab_count(&self) -> usize {
+        self.slabs.len().saturating_sub(1)
+    }
+
+    /// Sorts the grains by cell and lists their pairs; what contacts remember goes along. Positions must lie in the cell
+    /// along its periodic axes.
+    ///
+    /// # Errors
+    /// When positions are not finite or spread too far, the cell is too narrow, or a bond is too long.
+    pub fn build(
+        &mut self,
+        grains: &mut Grains<D, R>,
+        cell: &PeriodicCell<D>,
+        reach: ListReach,
+        columns: HistoryColumns,
+    ) -> Result<(), ListError> {
+        if let Some(lost) = grains.position.iter().position(|x| x.iter().any(|c| !c.is_finite())) {
+            return Err(ListError::Search(SearchError::NotFinite(grains.id[lost] as usize)));
+        }
+        self.active_pairs.clear();
+        self.store_histories(columns);
+        let all =
+            self.bin(&grains.position, cell, 2.0 * reach.radius + reach.gap).map_err(
+                |error| match error {
+                    ListError::Search(SearchError::TooSpread(cells, grain)) => {
+                        ListError::Search(SearchError::TooSpread(cells, grains.id[grain] as usize))
+                    }
+                    error => error,
+                },
+            )?;
+        self.place.clear();
+        self.place.resize(grains.len(), 0);
+        for (new, &old) in self.order.iter().enumerate() {
+            self.place[old as usize] = new as u32;
+        }
+        grains.reorder(&self.order, &mut self.scratch);
+        grains.listed.clone_from(&grains.position);
+        self.cut_slabs(grains.len(), all);
+        self.find(grains, cell, reach, all);
+        self.restore_histories(grains, columns)
+    }
+
+    /// Forgets pairs of grains that go, whose new place is `u32::MAX`; the lists are to be made anew.
+    pub fn remove_grains(&mut self, place: &[u32], columns: HistoryColumns) {
+        let count = place.iter().filter(|place| **place != u32::MAX).count();
+        for pairs in [&mut self.slab_pairs, &mut self.periodic_pairs] {
+            let mut left = PairList { starts: vec![0; count + 1], ..PairList::default() };
+            left.histories.clear(0, columns);
+            for (i, k) in pairs.firsts() {
+                let (i, j) = (place[i], place[pairs.other[k] as usize]);
+                if i != u32::MAX && j != u32::MAX {
+                    left.other.push(j);
+                    left.image.extend(pairs.image.get(k));
+                    left.histories.push(&pairs.histories, k);
+                    left.starts[i as usize + 1] += 1;
+                }
+            }
+            for i in 0..count {
+                left.starts[i + 1] += left.starts[i];
+            }
+            *pairs = left;
+        }
+    }
+
+    /// Keeps what contacts remember.
+    fn store_histories(&mut self, columns: HistoryColumns) {
+        let carried = &mut self.carried;
+        carried.first.clear();
+        carried.second.clear();
+        carried.memory.clear(0, columns);
+        for pairs in [&self.slab_pairs, &self.periodic_pairs] {
+            for (i, k) in pairs.firsts() {
+                if pairs.histories.is_kept(k) {
+                    carried.first.push(i as u32);
+                    carried.second.push(pairs.other[k]);
+                    carried.memory.push(&pairs.histories, k);
+                }
+            }
+        }
+    }
+
+    /// Bins the grains; whether cells are too few to tell images apart, so that all pairs are looked at.
+    fn bin(&mut self, positions: &[[f64; D]], cell: &PeriodicCell<D>, reach: f64) -> Result<bool, ListError> {
+        let (unit, _) = inverse(&cell.h);
+        let widths = cell.widths();
+        let (mut low, mut scale, mut few, mut total) = ([0.0; D], [1.0; D], false, 1.0);
+        let mut counts = [1usize; D];
+        for axis in 0..D {
+            if cell.periodic[axis] {
+                if widths[axis] < 2.0 * reach {
+                    return Err(ListError::Narrow(axis, widths[axis], reach));
+                }
+                counts[axis] = (widths[axis] / reach).floor().clamp(1.0, 1e9) as usize;
+                scale[axis] = counts[axis] as f64;
+                few |= counts[axis] < 3;
+            } else {
+                let along = positions.iter().map(|x| cell.reduced(&unit, x)[axis]);
+                let (from, to) =
+                    along.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| (a.min(s), b.max(s)));
+                let count = ((to - from) * widths[axis] / reach).floor().max(0.0) + 1.0;
+                counts[axis] = count.min(1e9) as usize;
+                (low[axis], scale[axis]) = (from, widths[axis] / reach);
+            }
+            total *= counts[axis] as f64;
+        }
+        if total > max_cells(positions.len()) {
+            return Err(ListError::Search(SearchError::TooSpread(total, farthest_from_mean(positions))));
+        }
+        let mut axes: [usize; D] = std::array::from_fn(|axis| axis);
+        axes.sort_by_key(|&axis| std::cmp::Reverse(counts[axis]));
+        self.counts[..D].copy_from_slice(&counts);
+        self.axes[..D].copy_from_slice(&axes);
+        self.keys.clear();
+        self.keys.extend(positions.iter().map(|x| {
+            let s = cell.reduced(&unit, x);
+            axes.iter().fold(0, |key, &axis| {
+                let place = ((s[axis] - low[axis]) * scale[axis]).max(0.0) as usize;
+                key * counts[axis] + place.min(counts[axis] - 1)
+            }) as u32
+        }));
+        count_sort(&self.keys, total as usize, &mut self.starts, &mut self.order);
+        Ok(few)
+    }
+
+    /// Cuts slabs of whole layers.
+    fn cut_slabs(&mut self, grains: usize, all: bool) {
+        self.slabs.clear();
+        self.slabs.push(0);
+        self.cells.clear();
+        self.cells.push(0);
+        let layers = self.counts[self.axes[0]];
+        let per_layer: usize = self.axes[1..D].iter().map(|&axis| self.counts[axis]).product();
+        for layer in 1..layers {
+            let start = self.starts[layer * per_layer];
+            let last = self.slabs[self.slabs.len() - 1];
+            if !all
+                && (start - last) as usize >= MIN_SLAB_GRAINS
+                && grains - start as usize >= MIN_SLAB_GRAINS
+            {
+                self.slabs.push(start);
+                self.cells.push((layer * per_layer) as u32);
+            }
+        }
+        self.slabs.push(grains as u32);
+        self.cells.push((layers * per_layer) as u32);
+    }
+
+    /// Lists the pairs of all grains.
+    fn find(&mut self, grains: &Grains<D, R>, cell: &PeriodicCell<D>, reach: ListReach, all: bool) {
+        for pairs in [&mut self.slab_pairs, &mut self.periodic_pairs] {
+            pairs.starts.clear();
+            pairs.other.clear();
+            pairs.image.clear();
+            pairs.starts.push(0);
+        }
+        let mut shifts = Vec::new();
+        cell.shifts(&mut shifts);
+        let look = PairCriterion {
+            grains,
+            cell,
+            shifts: &shifts,
+            gap: reach.gap,
+            periodic: cell.is_periodic(),
+            unit: inverse(&cell.h).0,
+        };
+        if self.is_wide(&grains.radius) {
+            self.find_by_class(&look, all);
+            return;
+        }
+        let slabs: Vec<[PairList<R>; 2]> =
+            self.cells.par_windows(2).map(|ends| self.find_in(&look, ends[0]..ends[1], all)).collect();
+        for slab in slabs {
+            for (pairs, more) in [&mut self.slab_pairs, &mut self.periodic_pairs].into_iter().zip(slab) {
+                let before = pairs.other.len() as u32;
+                pairs.starts.extend(more.starts.iter().map(|start| before + start));
+                pairs.other.extend(more.other);
+                pairs.image.extend(more.image);
+            }
+        }
+    }
+
+    /// Pairs of the grains of some cells, within the slabs and across the seam; where those of each grain end.
+    fn find_in(&self, look: &PairCriterion<'_, D, R>, cells: Range<u32>, all: bool) -> [PairList<R>; 2] {
+        let [mut inner, mut seam] = [PairList::default(), PairList::default()];
+        let mut neighbours: Vec<NeighbourCell<D>> = Vec::new();
+        for number in cells.start as usize..cells.end as usize {
+            let (from, to) = (self.starts[number] as usize, self.starts[number + 1] as usize);
+            if from == to {
+                continue;
+            }
+            if !all {
+                self.neighbours(number, look.cell, &mut neighbours);
+            }
+            for i in from..to {
+                if all {
+                    look.all(i, &mut inner);
+                } else {
+                    for j in i + 1..to {
+                        look.pair(i, j, [0; D], &mut inner);
+                    }
+                    for near in &neighbours {
+                        let key = self.axes[..D]
+                            .iter()
+                            .fold(0, |key, &axis| key * self.counts[axis] + near.cell[axis]);
+                        let pairs = if near.is_periodic { &mut seam } else { &mut inner };
+                        for j in self.starts[key]..self.starts[key + 1] {
+                            look.pair(i, j as usize, near.steps, pairs);
+                        }
+                    }
+                }
+                inner.starts.push(inner.other.len() as u32);
+                seam.starts.push(seam.other.len() as u32);
+            }
+        }
+        [inner, seam]
+    }
+
+    /// Cells ahead of cell `number`: half of those around it.
+    fn neighbours(&self, number: usize, cell: &PeriodicCell<D>, out: &mut Vec<NeighbourCell<D>>) {
+        out.clear();
+        let own = cell_of(number, &self.counts, &self.axes);
+        let half = 3usize.pow(D as u32) / 2;
+        'offsets: for code in half + 1..2 * half + 1 {
+            let mut near = NeighbourCell { cell: own, steps: [0; D], is_periodic: false };
+            let mut rest = code;
+            for (rank, &axis) in self.axes[..D].iter().enumerate().rev() {
+                let offset = (rest % 3) as i64 - 1;
+                rest /= 3;
+                let count = self.counts[axis] as i64;
+                let place = own[axis] as i64 + offset;
+                if !(0..count).contains(&place) {
+                    if !cell.periodic[axis] {
+                        continue 'offsets;
+                    }
+                    near.steps[axis] = if place < 0 { -1 } else { 1 };
+                    near.is_periodic |= rank == 0;
+                }
+                near.cell[axis] = place.rem_euclid(count) as usize;
+            }
+            out.push(near);
+        }
+    }
+
+    /// Gives contacts that are listed again what they remember.
+    fn restore_histories(&mut self, grains: &Grains<D, R>, columns: HistoryColumns) -> Result<(), ListError> {
+        let count = grains.len();
+        let carried = &mut self.carried;
+        for column in [&mut carried.first, &mut carried.second] {
+            column.iter_mut().for_each(|grain| *grain = self.place[*grain as usize]);
+        }
+        // Entries under either grain.
+        carried.starts.clear();
+        carried.starts.resize(count + 1, 0);
+        for &grain in carried.first.iter().chain(&carried.second) {
+            carried.starts[grain as usize + 1] += 1;
+        }
+        for grain in 0..count {
+            carried.starts[grain + 1] += carried.starts[grain];
+        }
+        let kept = carried.first.len();
+        carried.entries.clear();
+        carried.entries.resize(2 * kept, 0);
+        for side in [&carried.first, &carried.second] {
+            for (entry, &grain) in side.iter().enumerate() {
+                let slot = &mut carried.starts[grain as usize];
+                carried.entries[*slot as usize] = entry as u32;
+                *slot += 1;
+            }
+        }
+        carried.starts.rotate_right(1);
+        carried.starts[0] = 0;
+        carried.used.clear();
+        carried.used.resize(kept, false);
+        for pairs in [&mut self.slab_pairs, &mut self.periodic_pairs] {
+            pairs.histories.clear(pairs.other.len(), columns);
+            for i in 0..count {
+                let own = carried.starts[i] as usize..carried.starts[i + 1] as usize;
+                if own.is_empty() {
+                    continue;
+                }
+                for k in pairs.starts[i] as usize..pairs.starts[i + 1] as usize {
+                    let j = pairs.other[k];
+                    for &entry in &carried.entries[own.clone()] {
+                        let entry = entry as usize;
+                        let ends = (carried.first[entry], carried.second[entry]);
+                        let flip = ends == (j, i as u32);
+                        if flip || ends == (i as u32, j) {
+                            pairs.histories.take(k, &carried.memory, entry, flip);
+                            carried.used[entry] = true;
+                        }
+                    }
+                }
+            }
+        }
+        let lost = |entry: &usize| {
+            !carried.used[*entry] && carried.memory.bond.get(*entry).is_some_and(Bond::is_intact)
+        };
+        match (0..kept).find(lost) {
+            Some(entry) => Err(ListError::Stretched(grains.id[carried.first[entry] as usize])),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Sorts by key, ties in their order: where each key begins, and the order.
+fn count_sort(keys: &[u32], most: usize, starts: &mut Vec<u32>, order: &mut Vec<u32>) {
+    starts.clear();
+    starts.resize(most + 1, 0);
+    for &key in keys {
+        starts[key as usize + 1] += 1;
+    }
+    for key in 0..most {
+        starts[key + 1] += starts[key];
+    }
+    order.clear();
+    order.resize(keys.len(), 0);
+    for (item, &key) in keys.iter().enumerate() {
+        let slot = &mut starts[key as usize];
+        order[*slot as usize] = item as u32;
+        *slot += 1;
+    }
+    // Every start has become the next key's start.
+    starts.rotate_right(1);
+    starts[0] = 0;
+}

@@ -1,0 +1,182 @@
+//! Search among grains of very different sizes: a grid for each class of radii (sheet: dem §3.2).
+//!
+//! A class has the radii between a power of one half of the largest and the next one; the cells of its grid are as wide as the
+//! reach of two of its largest grains. A grain looks around itself in the grid of its own class and in those of the larger
+//! ones, so that the smaller grain of a pair finds it and small grains never look through a cell of the largest.
+
+use colluvium_points::SearchError;
+
+use crate::boundary::periodic_cell::{PeriodicCell, inverse};
+
+/// Classes, at most; the last one has all that are smaller.
+const CLASSES: usize = 12;
+
+/// Cells of a grid for each of its grains, at most: beyond it cells are wider than they need to be.
+const CELLS_A_GRAIN: f64 = 4.0;
+
+/// Share of a cell by which a search reaches beyond what it must find.
+const ROUND_OFF: f64 = 1e-9;
+
+/// The grid of a class.
+#[derive(Clone, Debug, Default)]
+struct ClassGrid<const D: usize> {
+    /// Largest radius (m).
+    radius: f64,
+    /// Cells along each axis.
+    counts: Vec<usize>,
+    /// Cells to a unit of each reduced coordinate.
+    scale: Vec<f64>,
+    starts: Vec<u32>,
+    /// Grains by cell, ascending within one.
+    members: Vec<u32>,
+}
+
+/// Grids of all classes of a set of balls.
+#[derive(Clone, Debug, Default)]
+pub struct SizeClasses<const D: usize> {
+    grids: Vec<ClassGrid<D>>,
+    class: Vec<u8>,
+    /// Reduced coordinates less those of the lowest grain along axes that don't repeat themselves.
+    place: Vec<[f64; D]>,
+    periodic: Vec<bool>,
+    /// Reduced coordinate to a metre across the cell's sides.
+    per_metre: Vec<f64>,
+    gap: f64,
+    keys: Vec<u32>,
+}
+
+/// The class of a radius, of which the largest is `most`.
+fn class_of(radius: f64, most: f64) -> u8 {
+    let (mut class, mut bound) = (0u8, 0.5 * most);
+    while radius <= bound && usize::from(class) < CLASSES - 1 {
+        bound *= 0.5;
+        class += 1;
+    }
+    class
+}
+
+impl<const D: usize> SizeClasses<D> {
+    /// Bins balls at `positions` (m), which lie in the cell along its periodic axes, with their radii (m). Pairs are found up to a gap (m).
+    ///
+    /// # Errors
+    /// When a coordinate is not finite.
+    pub fn build(
+        &mut self,
+        positions: &[[f64; D]],
+        radii: &[f64],
+        cell: &PeriodicCell<D>,
+        gap: f64,
+    ) -> Result<(), SearchError> {
+        if let Some(lost) = positions.iter().position(|x| x.iter().any(|c| !c.is_finite())) {
+            return Err(SearchError::NotFinite(lost));
+        }
+        let (unit, _) = inverse(&cell.h);
+        let widths = cell.widths();
+        self.gap = gap;
+        self.periodic = cell.periodic.to_vec();
+        self.per_metre = widths.iter().map(|width| 1.0 / width).collect();
+        self.place.clear();
+        self.place.extend(positions.iter().map(|x| cell.reduced(&unit, x)));
+        let mut extent = [1.0; D];
+        for axis in (0..D).filter(|&axis| !cell.periodic[axis]) {
+            let along = self.place.iter().map(|s| s[axis]);
+            let (low, high) =
+                along.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| (a.min(s), b.max(s)));
+            self.place.iter_mut().for_each(|s| s[axis] -= low);
+            extent[axis] = (high - low).max(0.0);
+        }
+        let most = radii.iter().copied().fold(0.0, f64::max);
+        self.class.clear();
+        self.class.extend(radii.iter().map(|radius| class_of(*radius, most)));
+        let last = self.class.iter().copied().max().unwrap_or(0);
+        self.grids.resize(usize::from(last) + 1, ClassGrid::default());
+        for class in 0..=last {
+            self.bin(class, radii, &extent);
+        }
+        Ok(())
+    }
+
+    fn bin(&mut self, class: u8, radii: &[f64], extent: &[f64; D]) {
+        let members: Vec<usize> = (0..radii.len()).filter(|i| self.class[*i] == class).collect();
+        let radius = members.iter().map(|&i| radii[i]).fold(0.0, f64::max);
+        let grid = &mut self.grids[usize::from(class)];
+        (grid.radius, grid.counts, grid.scale) = (radius, vec![1; D], vec![1.0; D]);
+        grid.members.clear();
+        if members.is_empty() {
+            return;
+        }
+        let width = (2.0 * radius + self.gap) * (1.0 + ROUND_OFF);
+        let along = |wider: f64| -> [f64; D] {
+            std::array::from_fn(|c| (extent[c] / (self.per_metre[c] * width * wider)).floor().max(1.0))
+        };
+        let most = (CELLS_A_GRAIN * members.len() as f64).max(64.0);
+        let mut wider = 1.0;
+        while along(wider).iter().product::<f64>() > most {
+            wider *= 1.25;
+        }
+        for (c, count) in along(wider).into_iter().enumerate() {
+            grid.counts[c] = count as usize;
+            grid.scale[c] = if extent[c] > 0.0 { count / extent[c] } else { 0.0 };
+        }
+        self.keys.clear();
+        let place = |i: &usize| {
+            (0..D).fold(0usize, |key, c| {
+                let cell = (self.place[*i][c] * grid.scale[c]).max(0.0) as usize;
+                key * grid.counts[c] + cell.min(grid.counts[c] - 1)
+            }) as u32
+        };
+        self.keys.extend(members.iter().map(place));
+        let total = grid.counts.iter().product();
+        crate::neighbours::count_sort(&self.keys, total, &mut grid.starts, &mut grid.members);
+        grid.members.iter_mut().for_each(|member| *member = members[*member as usize] as u32);
+    }
+
+    /// Calls `visit` once for each two balls that may be within the gap, `i` and `j`, with the lattice steps to the image of the
+    /// second that is near the first. Where a cell is narrower than four reaches two images of it may be.
+    pub fn visit(&self, radii: &[f64], mut visit: impl FnMut(usize, usize, [i32; D])) {
+        for (i, radius) in radii.iter().enumerate() {
+            let own = usize::from(self.class[i]);
+            for (class, grid) in self.grids[..=own].iter().enumerate() {
+                if grid.members.is_empty() {
+                    continue;
+                }
+                self.around(grid, i, radius + grid.radius + self.gap, |j, steps| {
+                    // Of two in one class the first finds the second.
+                    if class < own || j > i {
+                        visit(i, j, steps);
+                    }
+                });
+            }
+        }
+    }
+
+    /// Balls in the cells of a grid that `reach` (m) around ball `i` touches.
+    #[inline]
+    fn around(&self, grid: &ClassGrid<D>, i: usize, reach: f64, mut visit: impl FnMut(usize, [i32; D])) {
+        let (mut low, mut spans) = ([0i64; D], [1i64; D]);
+        for c in 0..D {
+            let at = self.place[i][c] * grid.scale[c];
+            let way = reach * self.per_metre[c] * grid.scale[c] + ROUND_OFF;
+            let last = grid.counts[c] as i64 - 1;
+            let (mut from, mut to) = ((at - way).floor() as i64, (at + way).floor() as i64);
+            if !self.periodic[c] {
+                (from, to) = (from.clamp(0, last), to.clamp(0, last));
+            }
+            (low[c], spans[c]) = (from, to - from + 1);
+        }
+        for number in 0..spans.iter().product::<i64>() {
+            let (mut rest, mut steps) = (number, [0i32; D]);
+            let mut key = [0usize; D];
+            for c in (0..D).rev() {
+                let place = low[c] + rest % spans[c];
+                rest /= spans[c];
+                let count = grid.counts[c] as i64;
+                (key[c], steps[c]) = (place.rem_euclid(count) as usize, place.div_euclid(count) as i32);
+            }
+            let key = (0..D).fold(0, |sum, c| sum * grid.counts[c] + key[c]);
+            for &j in &grid.members[grid.starts[key] as usize..grid.starts[key + 1] as usize] {
+                visit(j as usize, steps);
+            }
+        }
+    }
+}

@@ -1,0 +1,6 @@
+//! Facets of obstacles in contact with grains.
+//!
+//! The room reads surfaces of `colluvium-points` and returns contacts.
+
+pub(crate) mod facet;
+pub(crate) mod obstacle_facets;

@@ -1,0 +1,74 @@
+//! Grains near obstacles: which facets they touch, with a contact for each (sheet: dem §2.10).
+
+use colluvium_points::surface::{ContactQuery, NearestPoint};
+
+use crate::boundary::walls::{RigidWall, WallList};
+use crate::contact::CONTACT_APART;
+use crate::obstacles::facet::{Facet, MAX_FACETS, NO_FACET};
+
+/// Cosine of the angle between normals up to which a contact goes on as it changes from facet to facet.
+const MIN_NORMAL_COSINE: f64 = 0.999;
+
+impl<const R: usize> WallList<R> {
+    /// Finds the facets that grains with radii and `bridge` (m) around their places touch. A contact stays with its facet; one
+    /// whose facet is no longer touched goes on with a new one of nearly the same normal, and ends otherwise.
+    pub fn find_facets<const D: usize>(
+        &mut self,
+        walls: &[RigidWall<D>],
+        position: &[[f64; D]],
+        radius: &[f64],
+        bridge: f64,
+        found: &mut ContactQuery<D>,
+    ) {
+        let mut k = 0;
+        while k < self.key.len() {
+            let (i, wall) = (self.grain[k] as usize, &walls[self.wall[k] as usize]);
+            let Some(surface) = wall.current_surface() else {
+                k += 1;
+                continue;
+            };
+            found.clear();
+            let reach = radius[i] + bridge;
+            surface.query_contacts(&position[i], reach, found);
+            self.match_slots(k, found.all(), reach);
+            k += MAX_FACETS;
+        }
+    }
+
+    /// Gives the slots from `first` on the places that are touched.
+    fn match_slots<const D: usize>(&mut self, first: usize, places: &[NearestPoint<D>], reach: f64) {
+        let slots = first..first + MAX_FACETS;
+        let mut taken = [false; MAX_FACETS];
+        let mut left = [None; MAX_FACETS];
+        for (number, place) in places.iter().take(MAX_FACETS).enumerate() {
+            match slots.clone().find(|&k| self.key[k] == place.feature_id) {
+                Some(k) => {
+                    self.facet[k] = Facet::of(place);
+                    taken[k - first] = true;
+                }
+                None => left[number] = Some(place),
+            }
+        }
+        for place in left.into_iter().flatten() {
+            let facet = Facet::of(place);
+            let along = |k: usize| (0..3).map(|c| self.facet[k].normal[c] * facet.normal[c]).sum::<f64>();
+            let open = |k: &usize| !taken[*k - first];
+            let goes_on = slots
+                .clone()
+                .filter(open)
+                .find(|&k| self.memory.state[k] != CONTACT_APART && along(k) > MIN_NORMAL_COSINE);
+            let new = || slots.clone().filter(open).find(|&k| self.memory.state[k] == CONTACT_APART);
+            if let Some(k) = goes_on.or_else(new) {
+                (self.key[k], self.facet[k]) = (place.feature_id, facet);
+                taken[k - first] = true;
+            }
+        }
+        for k in slots.filter(|k| !taken[*k - first]) {
+            // Out of touch: a contact that is left ends, with the normal it had.
+            self.facet[k].distance = reach;
+            if self.memory.state[k] == CONTACT_APART {
+                self.key[k] = NO_FACET;
+            }
+        }
+    }
+}

@@ -1,0 +1,13 @@
+//! Values that a run writes beside the grains: energy balance, fabric, force chains, coarse-grained fields.
+//!
+//! The room reads grains and contacts and changes nothing.
+
+pub mod coarse_graining;
+pub(crate) mod energy_balance;
+pub mod fabric;
+pub(crate) mod force_chains;
+pub mod laguerre_tessellation;
+pub(crate) mod measuring_regions;
+pub(crate) mod report;
+pub(crate) mod stress_control_check;
+pub(crate) mod void_ratio_bands;

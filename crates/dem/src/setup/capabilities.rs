@@ -1,0 +1,344 @@
+//! What DEM refuses of a case, by its path.
+
+use colluvium_case::files::json::closest;
+use colluvium_case::{Capabilities, Case, CaseError, RequiredInput};
+use colluvium_points::Shape;
+use serde_json::Value;
+
+use crate::config::{CellControl, DemOptions, PairSpec};
+
+const ADHESION: &str = "adhesion of grains is in the pair of their kind and the obstacle: leave it out";
+const SPACES: &str = "dem has disks and spheres: use plane-strain or 3d";
+
+/// Refuses grains made of several, by their name.
+pub fn reject_clumps(options: &Value) -> Result<(), CaseError> {
+    let named = |own: &Value| {
+        let mut keys = own.as_object().into_iter().flatten().map(|(key, _)| key.clone());
+        keys.find(|key| key.starts_with("clump"))
+    };
+    let kinds = options.get("grains").and_then(Value::as_object).into_iter().flatten();
+    let of_kind = |(kind, own): (&String, &Value)| Some(format!("grains.{kind}.{}", named(own)?));
+    match named(options).or_else(|| kinds.filter_map(of_kind).next()) {
+        None => Ok(()),
+        Some(key) => {
+            let problem = "there are disks and spheres, and no clumps of them: for grains that are not round give their pair `rolling`";
+            Err(CaseError::new(format!("methods.dem.{key}"), problem))
+        }
+    }
+}
+
+/// What DEM says to the features of a case.
+pub fn capabilities() -> Capabilities {
+    Capabilities::for_point_methods("dem")
+        .supports(&[
+            "domain.origin",
+            "domain.periodic*",
+            "boundaries",
+            "boundaries.name",
+            "boundaries.side=*",
+            "boundaries.position",
+            "boundaries.separation",
+            "boundaries.velocity",
+            "boundaries.wall=rough",
+            "boundaries.wall=smooth",
+            "boundaries.wall=frictional",
+            "obstacles",
+            "obstacles.shape=*",
+            "obstacles.shape.*",
+            "obstacles.wall=rough",
+            "obstacles.wall=smooth",
+            "obstacles.wall=frictional",
+            "obstacles.separation",
+            "obstacles.motion*",
+            "obstacles.regions*",
+            "measures=reaction",
+            "measures=impact-pressure",
+            "stages.damping",
+            "stages.excavate*",
+            "stages.rayleigh_damping",
+            "measures=dissipation",
+            "output.contacts",
+        ])
+        .requires(RequiredInput { materials: false, ..RequiredInput::default() })
+        .rejects("space=1d", SPACES)
+        .rejects("space=axisymmetric", SPACES)
+        .rejects(
+            "bodies.rigid",
+            "dem has no rigid bodies: what moves at a velocity is `held` in methods.dem.bodies, what follows a force is bonded, with \
+             `forces` in methods.dem.stages",
+        )
+        .rejects("bodies.drop_outside", "dem has no sides that grains leave by")
+        .rejects("bodies.pore_fluid", "dem has dry grains only")
+        .rejects(
+            "bodies.stress*",
+            "grains begin without forces: let a stage bring the body to rest under its weight",
+        )
+        .supports(&["bodies.stress=none"])
+        .rejects("boundaries.group", "dem has no mesh with groups of nodes")
+        .rejects("boundaries.wall=absorbing", "dem has no absorbing boundaries")
+        .rejects("boundaries.wall.bilateral", "grains can always lift off the walls of dem")
+        .rejects("obstacles.wall.adhesion", ADHESION)
+        .rejects("obstacles.regions.wall.adhesion", ADHESION)
+        .rejects("measures.about", "dem tells the force on an obstacle and not its moment")
+        .ignores_with_warning("bodies.sampling*", "grains fill a body by a packing of their own")
+        .rejects("bodies.shape.rows=terrain", "grains fill a layer by a packing of their own")
+        .rejects("loads", "dem cannot apply tractions: use a wall, or a periodic cell that follows a stress")
+        .rejects("patches", "dem has no nodes to prescribe")
+        .rejects("stages.weakening*", "grains have no material to weaken: change the pairs of the stage")
+        .rejects("measures=factor-of-safety", "grains have no material whose strength could be reduced")
+}
+
+/// Refuses by name what its options do not go with.
+pub(super) fn check_supported(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
+    names(case, options)?;
+    check_pluviation(case, options)?;
+    cells(case, options)?;
+    check_regions(case, options)?;
+    crate::setup::stress_checks::check_stresses(case, options)
+}
+
+/// Measuring regions lie in the domain.
+fn check_regions(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
+    for (name, region) in &options.regions {
+        let ball =
+            case.relative_to_origin(Shape::Ball { centre: region.centre.clone(), radius: region.radius });
+        let (mut low, mut high) = ball.bounds(case.dimension());
+        for c in (0..case.dimension()).filter(|c| case.domain.is_periodic(*c)) {
+            // It sees the images of grains too.
+            (low[c], high[c]) = (case.domain.min[c], case.domain.max[c]);
+        }
+        if let Some(problem) = case.outside_domain_problem(&low, &high) {
+            return Err(CaseError::new(format!("methods.dem.regions.{name}"), problem));
+        }
+    }
+    Ok(())
+}
+
+/// Grains that enter need sizes, and a body that is not made of points or moved as one.
+fn check_pluviation(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
+    for (number, body) in case.bodies.iter().enumerate() {
+        if options.bodies.get(&body.name).is_none_or(|own| own.pluviation.is_none()) {
+            continue;
+        }
+        if options.grains[&body.material].diameter.is_none() {
+            let problem = format!("is missing: grains rain into the body {:?}", body.name);
+            return Err(CaseError::new(format!("methods.dem.grains.{}.diameter", body.material), problem));
+        }
+        let path = format!("methods.dem.bodies.{}.rain", body.name);
+        if body.points.is_some() {
+            return Err(CaseError::new(
+                path,
+                format!("bodies[{number}] has points: grains enter at random places"),
+            ));
+        }
+        if body.rigid {
+            return Err(CaseError::new(
+                path,
+                format!("bodies[{number}] is rigid: its grains do not enter one by one"),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The error of a name that is not there.
+fn missing(path: String, name: &str, known: &[&str], what: &str) -> Result<(), CaseError> {
+    let hint = closest(name, known).map_or(String::new(), |k| format!("; did you mean {k:?}?"));
+    Err(CaseError::new(path, format!("{name:?} is not {what}{hint}")))
+}
+
+/// What a pair may be between.
+struct PairNames<'a> {
+    /// Kinds of grains, and walls.
+    all: &'a [&'a str],
+    walls: &'a [&'a str],
+}
+
+impl PairNames<'_> {
+    /// The two names of a pair.
+    fn pair(&self, path: &str, between: &[String; 2]) -> Result<(), CaseError> {
+        for (side, name) in between.iter().enumerate() {
+            if !self.all.contains(&name.as_str()) {
+                let path = format!("{path}.between[{side}]");
+                return missing(path, name, self.all, "a kind of grains or a wall");
+            }
+        }
+        if between.iter().all(|name| self.walls.contains(&name.as_str())) {
+            return Err(CaseError::new(format!("{path}.between"), "names two walls"));
+        }
+        Ok(())
+    }
+
+    /// An entry of the options' pairs, which none before repeats.
+    fn options(&self, pairs: &[PairSpec], number: usize) -> Result<(), CaseError> {
+        let (path, pair) = (format!("methods.dem.pairs[{number}]"), &pairs[number]);
+        self.pair(&path, &pair.between)?;
+        let wall = pair.between.iter().any(|name| self.walls.contains(&name.as_str()));
+        if wall && pair.friction.is_some() {
+            let problem = "a wall says its friction in boundaries: leave it out";
+            return Err(CaseError::new(format!("{path}.friction"), problem));
+        }
+        if wall && pair.bond.is_some() {
+            let problem = "grains are not bonded to walls: bond them to held grains";
+            return Err(CaseError::new(format!("{path}.bond"), problem));
+        }
+        let [a, b] = &pair.between;
+        let alike = |other: &[String; 2]| other == &pair.between || (&other[0] == b && &other[1] == a);
+        if pairs[..number].iter().any(|other| alike(&other.between)) {
+            return Err(CaseError::new(format!("{path}.between"), "is given twice"));
+        }
+        Ok(())
+    }
+}
+
+/// Names that must be there.
+fn names(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
+    let kinds: Vec<&str> = options.grains.keys().map(String::as_str).collect();
+    let mut walls: Vec<&str> =
+        case.boundaries.iter().map(colluvium_case::description::Boundary::name).collect();
+    walls.extend(case.obstacles.iter().map(|obstacle| obstacle.name.as_str()));
+    for (number, body) in case.bodies.iter().enumerate() {
+        if !kinds.contains(&body.material.as_str()) {
+            let path = format!("bodies[{number}].material");
+            return missing(path, &body.material, &kinds, "a kind of methods.dem.grains");
+        }
+    }
+    if let Some(name) = walls.iter().find(|name| kinds.contains(name)) {
+        let problem = format!("{name:?} is the name of a wall too");
+        return Err(CaseError::new(format!("methods.dem.grains.{name}"), problem));
+    }
+    let all: Vec<&str> = kinds.iter().chain(&walls).copied().collect();
+    let all: PairNames<'_> = PairNames { all: &all, walls: &walls };
+    for number in 0..options.pairs.len() {
+        all.options(&options.pairs, number)?;
+    }
+    let stages: Vec<&str> = case.stages.iter().map(|stage| stage.name.as_str()).collect();
+    for (name, stage) in &options.stages {
+        if !stages.contains(&name.as_str()) {
+            return missing(format!("methods.dem.stages.{name}"), name, &stages, "the name of a stage");
+        }
+        for (number, pair) in stage.pairs.iter().enumerate() {
+            all.pair(&format!("methods.dem.stages.{name}.pairs[{number}]"), &pair.between)?;
+        }
+        let sides = &walls[..case.boundaries.len()];
+        if let Some(wall) = stage.walls.keys().find(|wall| !sides.contains(&wall.as_str())) {
+            let path = format!("methods.dem.stages.{name}.walls.{wall}");
+            return match no_servo_reason(case, &kinds, name, wall) {
+                Some(problem) => Err(CaseError::new(path, problem)),
+                None => missing(path, wall, sides, "the name of one of the boundaries"),
+            };
+        }
+    }
+    bodies(case, options)
+}
+
+/// Why what is no wall of `boundaries` follows no stress, and what does; none of a name that is not there.
+fn no_servo_reason(case: &Case, kinds: &[&str], stage: &str, name: &str) -> Option<String> {
+    if case.obstacles.iter().any(|obstacle| obstacle.name == name) {
+        return Some(no_stress_control_message(stage));
+    }
+    let grains = kinds.contains(&name) || case.bodies.iter().any(|body| body.name == name);
+    let force = bonded(stage);
+    grains.then(|| format!("grains are no wall, and follow no stress: take a wall of boundaries; {force}"))
+}
+
+fn bonded(stage: &str) -> String {
+    format!("bonded grains that are not held take a force by methods.dem.stages.{stage}.forces")
+}
+
+/// What does in place of an obstacle that is to follow a stress or a force.
+fn no_stress_control_message(stage: &str) -> String {
+    format!(
+        "an obstacle moves as its `motion` says, and follows no stress and no force: take a wall of boundaries, which follows a stress by \
+         methods.dem.stages.{stage}.walls; {}",
+        bonded(stage)
+    )
+}
+
+/// Names of bodies that must be there, and forces only where grains are free to follow them.
+fn bodies(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
+    let bodies: Vec<&str> = case.bodies.iter().map(|body| body.name.as_str()).collect();
+    let known = |path: String, name: &str| match bodies.contains(&name) {
+        true => Ok(()),
+        false => missing(path, name, &bodies, "the name of a body"),
+    };
+    for name in options.bodies.keys() {
+        known(format!("methods.dem.bodies.{name}"), name)?;
+    }
+    let held = |name: &str| {
+        let rigid = case.bodies.iter().any(|body| body.name == name && body.rigid);
+        rigid || options.bodies.get(name).is_some_and(|own| own.held)
+    };
+    for (stage, own) in &options.stages {
+        let path = format!("methods.dem.stages.{stage}");
+        let number = case.stages.iter().position(|other| other.name == *stage).unwrap_or(0);
+        let there = |path: &str, name: &str| match case.is_removed(name, number) {
+            true => Err(CaseError::new(path, format!("the body {name:?} has been removed"))),
+            false => Ok(()),
+        };
+        let pushed = own.forces.keys().map(|name| (format!("{path}.forces.{name}"), name));
+        let pressed = own.membranes.keys().map(|name| (format!("{path}.membranes.{name}"), name));
+        for (path, name) in pushed.chain(pressed) {
+            if case.obstacles.iter().any(|obstacle| obstacle.name == *name) {
+                return Err(CaseError::new(path, no_stress_control_message(stage)));
+            }
+            known(path.clone(), name)?;
+            there(&path, name)?;
+            if held(name) {
+                return Err(CaseError::new(
+                    path,
+                    "its grains are held, and follow no force: leave held out, and bond them to each other",
+                ));
+            }
+        }
+        for (name, membrane) in &own.membranes {
+            let path = format!("{path}.membranes.{name}.against");
+            known(path.clone(), &membrane.against)?;
+            there(&path, &membrane.against)?;
+            if membrane.against == *name {
+                return Err(CaseError::new(path, "a membrane is pressed against another body"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Cells that deform must repeat themselves where they do.
+fn cells(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
+    for (name, stage) in &options.stages {
+        let path = format!("methods.dem.stages.{name}");
+        if stage.grow_until.is_some() && case.domain.periodic.len() < case.dimension() {
+            let problem = "the pressure is that of a cell that is periodic along all axes";
+            return Err(CaseError::new(format!("{path}.grow_until"), problem));
+        }
+        let Some(CellControl { xx, yy, zz, xy, yz, xz, damping }) = stage.cell else { continue };
+        let flat = case.dimension() == 2;
+        for (key, on, axes) in [
+            ("xx", xx, [0, 0]),
+            ("yy", yy, [1, 1]),
+            ("zz", zz, [2, 2]),
+            ("xy", xy, [0, 1]),
+            ("yz", yz, [1, 2]),
+            ("xz", xz, [0, 2]),
+        ] {
+            let Some(on) = on else { continue };
+            if let Some(problem) = on.validation_error() {
+                return Err(CaseError::new(format!("{path}.cell.{key}"), problem));
+            }
+            if flat && axes.contains(&2) {
+                return Err(CaseError::new(format!("{path}.cell.{key}"), "the plane has no z"));
+            }
+            if axes.iter().any(|axis| !case.domain.is_periodic(*axis)) {
+                let problem = "the domain is not periodic along its axes, and does not deform";
+                return Err(CaseError::new(format!("{path}.cell.{key}"), problem));
+            }
+        }
+        if let Some(damping) = damping
+            && !(damping.is_finite() && damping >= 0.0)
+        {
+            let problem = format!("{damping} must be finite and not negative");
+            return Err(CaseError::new(format!("{path}.cell.damping"), problem));
+        }
+    }
+    Ok(())
+}

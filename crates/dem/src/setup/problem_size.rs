@@ -1,0 +1,131 @@
+//! How many grains there will be, and what it takes to place them.
+
+use colluvium_case::description::Body;
+use colluvium_case::{Case, CaseError, ProblemSize};
+
+use crate::config::{DemOptions, Diameters, Fill, LatticePacking};
+use crate::points::grains::volume;
+use crate::setup::{BYTES_OF_GRAIN, fill_of_body, options};
+use crate::specimen::file::StoredSpecimen;
+use crate::specimen::pluviation;
+
+/// Bytes of a grain while it is placed, with its neighbours.
+const BYTES_OF_PLACED: f64 = 300.0;
+/// Solid fraction of disks and of spheres that are dropped and roll (Visscher and Bolsterli 1972).
+const DROPPED: [f64; 2] = [0.82, 0.58];
+
+/// Grains of a body.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct ExpectedGrains {
+    /// Those that the body will have.
+    grains: f64,
+    /// Those that are placed in the box around it, of which some are cut away.
+    placed: f64,
+    /// Time that this takes (s).
+    seconds: f64,
+}
+
+/// About how large the problem is.
+pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
+    let options = options(case)?;
+    let stored = StoredSpecimen::of_case(case, &options)?;
+    let given = stored.as_ref().map(StoredSpecimen::counts).unwrap_or_default();
+    let of_body = |(number, body): (usize, &Body)| match given.get(body.name.as_str()) {
+        Some(count) => ExpectedGrains { grains: *count as f64, ..ExpectedGrains::default() },
+        None => expected(case, &options, number),
+    };
+    let all: Vec<ExpectedGrains> = case.bodies.iter().enumerate().map(of_body).collect();
+    let end = case.end_time();
+    let sources = pluviation::sources(case, &options);
+    let rain: f64 = sources.iter().map(|source| source.expected(case.dimension(), end)).sum();
+    let points = all.iter().map(|own| own.grains).sum::<f64>() + rain;
+    // One body is placed after another.
+    let placed = all.iter().map(|own| own.placed).fold(0.0, f64::max);
+    Ok(ProblemSize {
+        points,
+        memory: (points * BYTES_OF_GRAIN[case.dimension() - 2] as f64).max(placed * BYTES_OF_PLACED),
+        key: "methods.dem.grains",
+        placing_time: all.iter().map(|own| own.seconds).sum(),
+        advice: "take larger grains or smaller bodies",
+        ..ProblemSize::default()
+    })
+}
+
+fn expected(case: &Case, options: &DemOptions, number: usize) -> ExpectedGrains {
+    let (body, dimension) = (&case.bodies[number], case.dimension());
+    let listed = |grains| ExpectedGrains { grains, ..ExpectedGrains::default() };
+    if options.bodies.get(&body.name).is_some_and(|own| own.pluviation.is_some()) {
+        return listed(0.0);
+    }
+    if body.points.is_some() {
+        return listed(case.point_counts(1.0)[number]);
+    }
+    match (fill_of_body(options, body), &options.grains[&body.material].diameter) {
+        (Some(Fill::Single) | None, _) | (_, None) => listed(1.0),
+        (Some(fill), Some(sizes)) => filled(body, fill, sizes, dimension),
+    }
+}
+
+fn filled(body: &Body, fill: Fill, sizes: &Diameters, dimension: usize) -> ExpectedGrains {
+    let (low, high) = body.shape.bounds(dimension);
+    let space: f64 = low.iter().zip(&high).take(dimension).map(|(low, high)| high - low).product();
+    let of_shape = body.shape.volume(dimension, false) / space;
+    let solid = volume(dimension, 0.5) * sizes.mean_power(dimension, dimension as i32);
+    let of_sleeve = |grains: f64| ExpectedGrains { grains, placed: grains, seconds: 1e-5 * grains };
+    let placed = match fill {
+        Fill::Single => 1.0,
+        Fill::Lattice { packing, pitch, .. } => {
+            let pitch = pitch.unwrap_or(sizes.range().1);
+            space / (site(packing, dimension) * pitch.powi(dimension as i32))
+        }
+        Fill::Random { solid_fraction } | Fill::Layers { solid_fraction, .. } => {
+            solid_fraction * space / solid
+        }
+        Fill::Sleeve { columns } => {
+            return of_sleeve(crate::setup::sleeve_rings::count(&body.shape, sizes, columns));
+        }
+        Fill::DropAndRoll => DROPPED[dimension - 2] * space / solid,
+    };
+    ExpectedGrains {
+        grains: of_shape * placed,
+        placed,
+        seconds: placed * seconds_each(fill, dimension, placed),
+    }
+}
+
+/// Area or volume of a site of a lattice of pitch one.
+fn site(packing: LatticePacking, dimension: usize) -> f64 {
+    match (packing, dimension) {
+        (LatticePacking::Square, _) => 1.0,
+        (LatticePacking::Hexagonal, 2) => 0.75f64.sqrt(),
+        (LatticePacking::Hexagonal | LatticePacking::FaceCentred, _) => 0.5f64.sqrt(),
+        (LatticePacking::BodyCentred, _) => 4.0 / 27f64.sqrt(),
+    }
+}
+
+/// Time to place one of `count` grains (s), as it was measured on one thread of a desktop computer (docs/theory/dem.md).
+fn seconds_each(fill: Fill, dimension: usize, count: f64) -> f64 {
+    let flat = dimension == 2;
+    match fill {
+        Fill::Single | Fill::Lattice { .. } | Fill::Sleeve { .. } => 1e-5,
+        Fill::DropAndRoll => {
+            if flat {
+                3e-5
+            } else {
+                1.6e-4
+            }
+        }
+        Fill::Random { solid_fraction } => relaxation_time(solid_fraction, flat, count),
+        Fill::Layers { solid_fraction, layers, .. } => {
+            // All that lies below a layer is pushed with it, and longer.
+            9.0 * relaxation_time(solid_fraction, flat, count) * 0.5 * (layers + 1) as f64
+        }
+    }
+}
+
+/// Time for which one of `count` grains is pushed to and fro (s): the longer, the nearer the packing is to the densest that pushes make, and
+/// the more there are, of which the deepest overlap must be small.
+fn relaxation_time(solid_fraction: f64, flat: bool, count: f64) -> f64 {
+    let (scale, densest) = if flat { (1.2e-5, 0.84) } else { (1.6e-5, 0.64) };
+    scale / (densest - solid_fraction).max(0.01) * (count / 3e4).powf(0.28)
+}

@@ -1,0 +1,447 @@
+//! Spheres that are dropped one by one and roll until three supports hold them (ballistic deposition; sheet: dem §3.8).
+//!
+//! A sphere falls, rolls on one sphere down its meridian, or on two, or on one and a side, along the circle of the places that touch both,
+//! until it touches another or leaves one. Which of these follows from the direction in which it can go down: that of its weight
+//! projected on what the supports allow.
+
+use std::f64::consts::PI;
+
+use rand_chacha::ChaCha8Rng;
+
+use crate::points::vector::{add, cross, difference, dot, norm};
+use crate::specimen::{Container, GrainHeap};
+
+/// Ways of a sphere after which it is given up.
+const MAX_PATHS: usize = 1000;
+/// Share of a distance that is no distance, and angle (rad) that is none.
+const NEGLIGIBLE: f64 = 1e-9;
+
+/// Distance between the centre of a sphere and that of what it meets as it rolls on, over the largest radius: at most the diameter of its
+/// circle, four, and the two radii.
+const REACH: f64 = 6.0;
+
+type Vector3 = [f64; 3];
+
+/// What a sphere touches: a sphere about a centre at a reach (both radii, m), or a plane across an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum RollSupport {
+    Sphere(Vector3, f64),
+    /// Axis, the coordinate of the centre that touches (m), and the direction away from it.
+    Plane(usize, f64, f64),
+}
+
+impl RollSupport {
+    /// Distance of a centre from where it touches (m).
+    fn gap(&self, x: &Vector3) -> f64 {
+        match self {
+            Self::Sphere(centre, reach) => norm(&difference(x, centre)) - reach,
+            Self::Plane(axis, at, away) => away * (x[*axis] - at),
+        }
+    }
+
+    /// Direction from the support to a centre that touches.
+    fn normal(&self, x: &Vector3) -> Vector3 {
+        match self {
+            Self::Sphere(centre, _) => unit(&difference(x, centre)),
+            Self::Plane(axis, _, away) => std::array::from_fn(|c| if c == *axis { *away } else { 0.0 }),
+        }
+    }
+}
+
+fn unit(v: &Vector3) -> Vector3 {
+    let length = norm(v);
+    v.map(|c| c / length)
+}
+
+/// Where a sphere goes from its supports.
+enum RollPath {
+    /// Nowhere.
+    Rest,
+    /// Straight down.
+    Fall,
+    /// On one or two of the supports, by number, in a direction.
+    Roll(Vec<usize>, Vector3),
+}
+
+/// The direction down that the supports allow: the weight, projected on what moves away from none of them.
+fn roll_path(normals: &[Vector3]) -> RollPath {
+    let weight = [0.0, 0.0, -1.0];
+    let allowed = |d: &Vector3| normals.iter().all(|n| dot(n, d) > -NEGLIGIBLE);
+    if allowed(&weight) {
+        return RollPath::Fall;
+    }
+    for (i, n) in normals.iter().enumerate() {
+        let force = -dot(&weight, n);
+        let mut d = weight;
+        add(&mut d, force, n);
+        if force > 0.0 && norm(&d) > NEGLIGIBLE && allowed(&d) {
+            return RollPath::Roll(vec![i], d);
+        }
+    }
+    for i in 0..normals.len() {
+        for j in 0..i {
+            let (a, b) = (&normals[i], &normals[j]);
+            let along: Vector3 = cross(a, b);
+            if norm(&along) < NEGLIGIBLE {
+                continue;
+            }
+            let along = unit(&along);
+            let down = dot(&along, &weight);
+            let d = along.map(|c| c * down);
+            let (both, pair) = (dot(a, b), [dot(a, &weight), dot(b, &weight)]);
+            let pressed = pair[0] < both * pair[1] && pair[1] < both * pair[0];
+            if pressed && down.abs() > NEGLIGIBLE && allowed(&d) {
+                return RollPath::Roll(vec![i, j], d);
+            }
+        }
+    }
+    RollPath::Rest
+}
+
+/// The circle that a rolling sphere follows: `centre + radius (from cos φ + to sin φ)`.
+struct RollCircle {
+    centre: Vector3,
+    radius: f64,
+    from: Vector3,
+    to: Vector3,
+}
+
+impl RollCircle {
+    /// Through a place that touches one or two supports, in a direction; none where they leave no circle.
+    fn of(supports: &[RollSupport], x: &Vector3, direction: &Vector3) -> Option<Self> {
+        let centre = match supports {
+            [RollSupport::Sphere(centre, _)] => *centre,
+            [RollSupport::Sphere(a, one), RollSupport::Sphere(b, other)] => {
+                let between = difference(b, a);
+                let square = dot(&between, &between);
+                let mut centre = *a;
+                add(&mut centre, 0.5 * (1.0 + (one * one - other * other) / square), &between);
+                centre
+            }
+            [RollSupport::Sphere(centre, _), RollSupport::Plane(axis, at, _)]
+            | [RollSupport::Plane(axis, at, _), RollSupport::Sphere(centre, _)] => {
+                std::array::from_fn(|c| if c == *axis { *at } else { centre[c] })
+            }
+            _ => return None,
+        };
+        let from = difference(x, &centre);
+        let radius = norm(&from);
+        let from = (radius > 0.0).then(|| unit(&from))?;
+        let mut to = *direction;
+        add(&mut to, -dot(direction, &from), &from);
+        (norm(&to) > 0.0).then(|| Self { centre, radius, from, to: unit(&to) })
+    }
+
+    fn at(&self, angle: f64) -> Vector3 {
+        let (sin, cos) = angle.sin_cos();
+        std::array::from_fn(|c| self.centre[c] + self.radius * (self.from[c] * cos + self.to[c] * sin))
+    }
+
+    /// The first angle at which `a cos φ + b sin φ + c` falls below zero.
+    fn falls([a, b, c]: [f64; 3]) -> Option<f64> {
+        let size = a.hypot(b);
+        if size <= c.abs() {
+            return None;
+        }
+        // a cos φ + b sin φ = size cos(φ - top): falls through -c half a turn at most after its top.
+        let angle = b.atan2(a) + (-c / size).acos();
+        let angle = angle.rem_euclid(2.0 * PI);
+        (angle > NEGLIGIBLE && angle < 2.0 * PI - NEGLIGIBLE).then_some(angle)
+    }
+
+    /// Where a sphere on the circle first touches a support.
+    fn meets(&self, support: &RollSupport) -> Option<f64> {
+        Self::falls(match support {
+            RollSupport::Sphere(other, reach) => {
+                let apart = difference(&self.centre, other);
+                let both = 2.0 * self.radius;
+                let rest = dot(&apart, &apart) + self.radius * self.radius - reach * reach;
+                [both * dot(&apart, &self.from), both * dot(&apart, &self.to), rest]
+            }
+            RollSupport::Plane(axis, at, away) => {
+                let way = away * self.radius;
+                [way * self.from[*axis], way * self.to[*axis], away * (self.centre[*axis] - at)]
+            }
+        })
+    }
+
+    /// Where it no longer presses on the first of its supports: the force on it falls below zero.
+    fn leaves(&self, supports: &[RollSupport]) -> Option<f64> {
+        // Normals as constants and factors of cos and sin.
+        let parts = |support: &RollSupport| match support {
+            RollSupport::Sphere(centre, reach) => {
+                let constant = difference(&self.centre, centre).map(|c| c / reach);
+                let share = self.radius / reach;
+                [self.from.map(|c| share * c), self.to.map(|c| share * c), constant]
+            }
+            RollSupport::Plane(..) => [[0.0; 3], [0.0; 3], support.normal(&self.at(0.0))],
+        };
+        let first = parts(supports.first()?);
+        // The weight on a normal is minus its last entry.
+        let up = first.map(|part| part[2]);
+        Self::falls(match supports.get(1) {
+            None => up,
+            Some(second) => {
+                let x = self.at(0.0);
+                let both = dot(&supports[0].normal(&x), &second.normal(&x));
+                let other = parts(second).map(|part| part[2]);
+                std::array::from_fn(|k| up[k] - both * other[k])
+            }
+        })
+    }
+}
+
+/// Spheres at rest, found by where they stand over the floor.
+struct RestingSpheres<'a> {
+    container: &'a Container<3>,
+    placed: Vec<(Vector3, f64)>,
+    columns: Vec<Vec<u32>>,
+    counts: [usize; 2],
+    largest: f64,
+}
+
+impl<'a> RestingSpheres<'a> {
+    fn new(container: &'a Container<3>, largest: f64) -> Self {
+        // As wide as what a rolling sphere meets is away at most, so that all of it is in its column or beside it.
+        let counts = [0, 1].map(|axis| (container.width(axis) / (REACH * largest)).floor().max(1.0) as usize);
+        Self {
+            container,
+            placed: Vec::new(),
+            columns: vec![Vec::new(); counts[0] * counts[1]],
+            counts,
+            largest,
+        }
+    }
+
+    fn column(&self, x: &Vector3) -> [usize; 2] {
+        [0, 1].map(|axis| {
+            let share = (x[axis] - self.container.low[axis]) / self.container.width(axis);
+            ((share * self.counts[axis] as f64).max(0.0) as usize).min(self.counts[axis] - 1)
+        })
+    }
+
+    /// Columns along an axis that what rolls from column `own` may meet.
+    fn reach(&self, axis: usize, own: usize) -> Vec<usize> {
+        let count = self.counts[axis] as i64;
+        let all = if count < 3 { 0..=count - 1 } else { own as i64 - 1..=own as i64 + 1 };
+        let round = self.container.periodic[axis];
+        all.filter(|k| round || (0..count).contains(k)).map(|k| k.rem_euclid(count) as usize).collect()
+    }
+
+    /// Spheres, sides and the floor that a sphere of a radius at `x` may touch from there, those far below it left out.
+    fn supports(&self, x: &Vector3, radius: f64, from: f64) -> Vec<RollSupport> {
+        let own = self.column(x);
+        let mut all = Vec::new();
+        for j in self.reach(1, own[1]) {
+            for i in self.reach(0, own[0]) {
+                for &k in &self.columns[i + self.counts[0] * j] {
+                    let (other, its) = &self.placed[k as usize];
+                    if other[2] >= from {
+                        let apart = self.container.separation(other, x);
+                        let centre = std::array::from_fn(|c| if c == 2 { other[c] } else { x[c] + apart[c] });
+                        all.push(RollSupport::Sphere(centre, radius + its));
+                    }
+                }
+            }
+        }
+        for axis in 0..2 {
+            if !self.container.periodic[axis] {
+                all.push(RollSupport::Plane(axis, self.container.low[axis] + radius, 1.0));
+                all.push(RollSupport::Plane(axis, self.container.high[axis] - radius, -1.0));
+            }
+        }
+        all.push(RollSupport::Plane(2, self.container.low[2] + radius, 1.0));
+        all
+    }
+
+    /// Height to which a sphere falls at a place.
+    fn fall(&self, x: &Vector3, radius: f64) -> f64 {
+        let mut height = self.container.low[2] + radius;
+        for support in self.supports(x, radius, f64::NEG_INFINITY) {
+            let RollSupport::Sphere(centre, reach) = support else { continue };
+            let apart = (x[0] - centre[0]).hypot(x[1] - centre[1]);
+            if apart >= reach * (1.0 - NEGLIGIBLE) {
+                continue;
+            }
+            let touch = centre[2] + (reach * reach - apart * apart).sqrt();
+            if touch > height && touch <= x[2] + NEGLIGIBLE * reach {
+                height = touch;
+            }
+        }
+        height
+    }
+}
+
+impl GrainHeap<3> for RestingSpheres<'_> {
+    fn resting_position(&self, over: Vector3, radius: f64, _: &mut ChaCha8Rng) -> Option<Vector3> {
+        let mut x = over;
+        x[2] = self.fall(&x, radius);
+        for _ in 0..MAX_PATHS {
+            let near = self.supports(&x, radius, x[2] - REACH * self.largest);
+            let touching: Vec<RollSupport> =
+                near.iter().filter(|support| support.gap(&x) < NEGLIGIBLE * radius).copied().collect();
+            let normals: Vec<Vector3> = touching.iter().map(|support| support.normal(&x)).collect();
+            match roll_path(&normals) {
+                RollPath::Rest => return Some(x),
+                RollPath::Fall => {
+                    let height = self.fall(&x, radius);
+                    if x[2] - height < NEGLIGIBLE * radius {
+                        return None;
+                    }
+                    x[2] = height;
+                }
+                RollPath::Roll(on, direction) => {
+                    let on: Vec<RollSupport> = on.into_iter().map(|k| touching[k]).collect();
+                    let circle = RollCircle::of(&on, &x, &direction)?;
+                    let others = near.iter().filter(|support| !on.contains(support));
+                    let met = others.filter_map(|support| circle.meets(support)).fold(PI, f64::min);
+                    let turned: Vec<RollSupport> = on.iter().rev().copied().collect();
+                    let ends = [circle.leaves(&on), (on.len() > 1).then(|| circle.leaves(&turned)).flatten()];
+                    let angle = ends.into_iter().flatten().fold(met, f64::min);
+                    if angle <= NEGLIGIBLE {
+                        return None;
+                    }
+                    x = circle.at(angle);
+                    for axis in 0..2 {
+                        x[axis] = self.container.wrapped(axis, x[axis]);
+                    }
+                }
+            }
+        }
+        None
+    }
+
+    fn add(&mut self, place: Vector3, radius: f64) {
+        let [i, j] = self.column(&place);
+        self.columns[i + self.counts[0] * j].push(self.placed.len() as u32);
+        self.placed.push((place, radius));
+    }
+}
+
+/// Drops spheres, whose radii (m) `draw` gives one by one, at random places over a container until it is full: places and radii, the
+/// first ones lowest. Each rests on three others or sides, its weight within them, or on the floor.
+///
+/// # Errors
+/// When the container is narrower than six of the largest spheres (`largest`, m), or would hold more than `most` of them.
+pub fn drop_and_roll(
+    container: &Container<3>,
+    largest: f64,
+    most: usize,
+    random: &mut ChaCha8Rng,
+    draw: impl FnMut(&mut ChaCha8Rng) -> f64,
+) -> Result<Vec<(Vector3, f64)>, String> {
+    for axis in 0..2 {
+        let width = container.width(axis);
+        if width < 2.0 * REACH * largest {
+            return Err(format!("is {width} m wide along axis {axis}, less than six of the largest grains"));
+        }
+    }
+    let mut bed = RestingSpheres::new(container, largest);
+    container.drop_grains(&mut bed, most, random, draw)?;
+    Ok(bed.placed)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+
+    use super::*;
+
+    fn dropped(periodic: bool, seed: u64, [low, span]: [f64; 2]) -> (Container<3>, Vec<(Vector3, f64)>) {
+        let container = Container {
+            low: [-2.0, 1.0, 3.0],
+            high: [6.0, 8.0, 11.0],
+            periodic: [periodic, false, false],
+            round: None,
+        };
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let draw = |random: &mut ChaCha8Rng| low + span * random.random::<f64>();
+        let placed = drop_and_roll(&container, low + span, 100_000, &mut random, draw).unwrap();
+        (container, placed)
+    }
+
+    #[test]
+    fn no_sphere_can_go_down_from_where_it_came_to_rest() {
+        for (periodic, seed, sizes) in
+            [(true, 1, [0.4, 0.15]), (false, 2, [0.3, 0.2]), (true, 3, [0.4, 1e-4])]
+        {
+            let (container, placed) = dropped(periodic, seed, sizes);
+            assert!(placed.len() > 200, "{}", placed.len());
+            let mut random = ChaCha8Rng::seed_from_u64(9);
+            for (i, (x, radius)) in placed.iter().enumerate() {
+                let mut normals = Vec::new();
+                for (y, other) in &placed[..i] {
+                    let apart = container.separation(x, y);
+                    let gap = norm(&apart) - radius - other;
+                    assert!(gap > -1e-7, "{i}: {gap}");
+                    if gap < 1e-7 {
+                        normals.push(unit(&apart));
+                    }
+                }
+                for axis in 0..3 {
+                    if container.periodic[axis] {
+                        continue;
+                    }
+                    let gaps =
+                        [x[axis] - radius - container.low[axis], container.high[axis] - radius - x[axis]];
+                    assert!(gaps[0] > -1e-9 && gaps[1] > -1e-9, "{i}: {gaps:?}");
+                    for (gap, away) in gaps.into_iter().zip([1.0, -1.0]) {
+                        if gap < 1e-7 && (axis < 2 || away > 0.0) {
+                            normals.push(std::array::from_fn(|c| if c == axis { away } else { 0.0 }));
+                        }
+                    }
+                }
+                let on_floor = x[2] - radius - container.low[2] < 1e-7;
+                assert!(on_floor || normals.len() >= 3, "{i}: {normals:?}");
+                for _ in 0..200 {
+                    let d: Vector3 = std::array::from_fn(|_| 2.0 * random.random::<f64>() - 1.0);
+                    let d = [d[0], d[1], -d[2].abs() - 0.02];
+                    assert!(
+                        normals.iter().any(|n| dot(n, &d) < 1e-7),
+                        "{i}: {normals:?} let it go along {d:?}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_bed_of_nearly_equal_spheres_has_three_supports_each_and_is_seeded() {
+        let container =
+            Container { low: [0.0; 3], high: [12.0, 12.0, 16.0], periodic: [true, true, false], round: None };
+        let bed = |seed: u64| {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            // Of equal ones four may meet in a lattice.
+            let draw = |random: &mut ChaCha8Rng| 0.5 + 1e-3 * random.random::<f64>();
+            drop_and_roll(&container, 0.501, 100_000, &mut random, draw).unwrap()
+        };
+        let placed = bed(5);
+        let on_floor = |(x, r): &(Vector3, f64)| x[2] - r - container.low[2] < 1e-9;
+        let mut contacts = 0;
+        for (i, (x, radius)) in placed.iter().enumerate().filter(|(_, own)| !on_floor(own)) {
+            for (y, other) in &placed[..i] {
+                let touch = norm(&container.separation(x, y)) < (radius + other) * (1.0 + 1e-8);
+                contacts += usize::from(touch);
+            }
+        }
+        let above = placed.iter().filter(|own| !on_floor(own)).count();
+        assert_eq!(contacts, 3 * above);
+        // Away from floor and surface: 0.582 for equal spheres (Visscher and Bolsterli 1972).
+        let (low, high) = (4.0, 12.0);
+        let inner = placed.iter().filter(|(x, _)| x[2] > low && x[2] < high).count() as f64;
+        let solid = inner * PI / 6.0 * 1.001f64.powi(3) / (144.0 * (high - low));
+        assert!((0.565..0.6).contains(&solid), "{solid}");
+        assert_eq!(bed(5), placed);
+        assert_ne!(bed(6), placed);
+    }
+
+    #[test]
+    fn narrow_boxes_and_too_many_grains_are_refused() {
+        let container = Container { low: [0.0; 3], high: [1.0, 1.0, 9.0], periodic: [false; 3], round: None };
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let narrow = drop_and_roll(&container, 0.1, 10, &mut random, |_| 0.1).unwrap_err();
+        assert!(narrow.contains("less than six"), "{narrow}");
+        let many = drop_and_roll(&container, 0.08, 10, &mut random, |_| 0.08).unwrap_err();
+        assert!(many.contains("more than 10"), "{many}");
+    }
+}

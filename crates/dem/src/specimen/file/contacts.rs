@@ -1,0 +1,309 @@
+//! What contacts of a file remember, and walls as they stand in it.
+
+use std::collections::{HashMap, HashSet};
+
+use colluvium_case::{Case, CaseError};
+
+use crate::contact::CONTACT_BONDED;
+use crate::contact::bond::Bond;
+use crate::contact::contact_histories::{ContactHistories, HistoryColumns, PairList, SPRING_WIDTH};
+use crate::obstacles::facet::{Facet, NO_FACET};
+use crate::solver::DemSolver;
+use crate::specimen::file::read::{NamedTable, pick};
+use crate::specimen::file::{KEY, NO_INDEX, StoredSpecimen};
+
+/// Most of a part of the key of a facet, and one.
+const HALF: u64 = 1 << 32;
+
+/// Columns of what a contact remembers.
+struct HistoryColumnIndices<const R: usize> {
+    state: usize,
+    slide: [usize; R],
+    dashpot: usize,
+    roll: Option<[usize; R]>,
+    twist: Option<usize>,
+    bond: Option<BondColumnIndices<R>>,
+}
+
+/// Columns of what a bond carries.
+struct BondColumnIndices<const R: usize> {
+    strength: usize,
+    tension: usize,
+    shear: [usize; R],
+    bending: [usize; R],
+    twist: usize,
+}
+
+impl<const R: usize> BondColumnIndices<R> {
+    fn new(rows: &NamedTable<'_>) -> Result<Self, String> {
+        Ok(Self {
+            strength: rows.column("bond_strength")?,
+            tension: rows.column("bond_tension")?,
+            shear: rows.columns("bond_shear")?,
+            bending: rows.columns("bond_bending")?,
+            twist: rows.column("bond_twist")?,
+        })
+    }
+
+    fn of(&self, row: &[f64]) -> Bond<R> {
+        Bond {
+            strength: row[self.strength],
+            tension: row[self.tension],
+            shear: pick(row, &self.shear),
+            bending: pick(row, &self.bending),
+            twist: row[self.twist],
+        }
+    }
+}
+
+impl<const R: usize> HistoryColumnIndices<R> {
+    fn new(rows: &NamedTable<'_>) -> Result<Self, String> {
+        let rolls = rows.has(&crate::specimen::file::names::<R>("roll")[0]);
+        let twist = rows.has("twist").then(|| rows.column("twist")).transpose()?;
+        let bond = rows.has("bond_strength").then(|| BondColumnIndices::new(rows)).transpose()?;
+        Ok(Self {
+            state: rows.column("state")?,
+            slide: rows.columns("slide")?,
+            dashpot: rows.column("dashpot")?,
+            roll: rolls.then(|| rows.columns("roll")).transpose()?,
+            twist,
+            bond,
+        })
+    }
+
+    /// Adds a contact that remembers what a row says, as far as the laws of the case need it.
+    fn push(
+        &self,
+        rows: &NamedTable<'_>,
+        number: usize,
+        memory: &mut ContactHistories<R>,
+    ) -> Result<(), String> {
+        let k = memory.len();
+        let row = &rows.table.rows[number];
+        memory.state.push(rows.whole(number, self.state, u64::from(CONTACT_BONDED) + 1)? as u8);
+        let mut spring = [0.0; SPRING_WIDTH];
+        spring[..R].copy_from_slice(&pick(row, &self.slide));
+        spring[SPRING_WIDTH - 1] = row[self.dashpot];
+        memory.spring.push(spring);
+        if let (Some(roll), Some(own)) = (memory.roll.get_mut(k), &self.roll) {
+            *roll = pick(row, own);
+        }
+        if let (Some(twist), Some(own)) = (memory.twist.get_mut(k), self.twist) {
+            *twist = row[own];
+        }
+        if let (Some(bond), Some(own)) = (memory.bond.get_mut(k), &self.bond) {
+            *bond = own.of(row);
+        }
+        Ok(())
+    }
+}
+
+impl StoredSpecimen {
+    /// Gives a solver that has its grains, and no lists yet, what their contacts remember and walls as they stood; what is told of it.
+    ///
+    /// # Errors
+    /// When what it says of contacts or walls fits neither its grains nor the case.
+    pub fn restore_contacts<const D: usize, const R: usize>(
+        &self,
+        case: &Case,
+        solver: &mut DemSolver<D, R>,
+    ) -> Result<(), CaseError> {
+        self.restore_pairs(case, solver).map_err(|problem| self.file_error(case, &problem))
+    }
+
+    fn restore_pairs<const D: usize, const R: usize>(
+        &self,
+        case: &Case,
+        solver: &mut DemSolver<D, R>,
+    ) -> Result<(), String> {
+        if !(self.head.step >= 0.0) {
+            return Err(format!("its step before is {} s", self.head.step));
+        }
+        solver.last_step = self.head.step;
+        solver.virial[1] = std::array::from_fn(|row| std::array::from_fn(|k| self.head.cell.motion[row][k]));
+        solver.energy_balance.continue_from_other_run();
+        let counts = self.counts();
+        solver.specimen_source.bodies =
+            case.bodies.iter().map(|body| counts.contains_key(body.name.as_str())).collect();
+        (solver.specimen_source.bonded, solver.specimen_source.overlap) =
+            (self.head.bonded, self.head.overlap);
+        let mut notes: Vec<String> = self.cell_note::<D>(case).into_iter().collect();
+        let walls = self.place_walls(case, solver, &mut notes)?;
+        let lost = self.restore_histories(solver, &walls)?;
+        for (wall, count) in self.head.walls.iter().zip(lost).filter(|(_, count)| *count > 0) {
+            notes.push(format!(
+                "{KEY}: {count} contacts of the specimen are with the wall {:?}, which the case does not have: they are gone",
+                wall.name
+            ));
+        }
+        for name in &self.head.left_out {
+            notes.push(format!("{KEY}: contacts with the obstacle {name:?}, which moved, begin anew"));
+        }
+        if self.contacts.columns.iter().any(|(name, _)| name == "bond_strength") && !solver.columns.bonds {
+            notes.push(format!("{KEY}: grains are bonded in the specimen, and no pair of the case has a `bond`: the bonds are gone"));
+        }
+        solver.specimen_source.notes = notes;
+        Ok(())
+    }
+
+    /// Puts walls where they stood; the number in the solver of each wall of the file.
+    fn place_walls<const D: usize, const R: usize>(
+        &self,
+        case: &Case,
+        solver: &mut DemSolver<D, R>,
+        notes: &mut Vec<String>,
+    ) -> Result<Vec<Option<u32>>, String> {
+        let shift = self.shift::<D>(case);
+        let mut numbers = Vec::new();
+        for side in &self.head.walls {
+            let found = solver.walls.iter().position(|wall| wall.name == side.name);
+            numbers.push(found.map(|number| number as u32));
+            let Some(wall) = found.map(|number| &mut solver.walls[number]) else { continue };
+            let own = wall.surface.is_none().then_some((wall.axis, wall.upper));
+            if own != side.plane.map(|(axis, upper, _)| (axis, upper)) || side.velocity.len() != D {
+                return Err(format!(
+                    "its wall {:?} is on another side than that of the case, or no wall there",
+                    side.name
+                ));
+            }
+            let Some((axis, _, position)) = side.plane else { continue };
+            let position = position + shift[axis];
+            if (position - wall.position).abs() > 1e-9 * solver.cell.h[axis][axis].abs() {
+                notes.push(format!(
+                    "{KEY}: the wall {:?} begins at {position} m, as in the specimen, and not at {} m",
+                    side.name, wall.position
+                ));
+            }
+            wall.position = position;
+            wall.velocity = std::array::from_fn(|c| side.velocity[c]);
+        }
+        Ok(numbers)
+    }
+
+    /// Lists contacts with what they remember; how many of each wall of the file have none in the case.
+    fn restore_histories<const D: usize, const R: usize>(
+        &self,
+        solver: &mut DemSolver<D, R>,
+        walls: &[Option<u32>],
+    ) -> Result<Vec<usize>, String> {
+        let rows = NamedTable::new("the contacts", &self.contacts)?;
+        let [grain, other, wall] = [rows.column("grain")?, rows.column("other")?, rows.column("wall")?];
+        let places = HistoryColumnIndices::<R>::new(&rows)?;
+        let at: HashMap<u32, u32> = (0u32..).zip(&solver.grains.id).map(|(i, id)| (*id, i)).collect();
+        let find = |number: usize, column: usize| {
+            let id = rows.whole(number, column, u64::from(u32::MAX))?;
+            at.get(&id)
+                .copied()
+                .ok_or_else(|| format!("row {} of the contacts: there is no grain {id}", number + 1))
+        };
+        let (mut pairs, mut seen, mut lost) = (Vec::new(), HashSet::new(), vec![0; walls.len()]);
+        let mut of_walls = Vec::new();
+        for (number, row) in rows.table.rows.iter().enumerate() {
+            let i = find(number, grain)?;
+            if row[other] == NO_INDEX {
+                let side = rows.whole(number, wall, walls.len() as u64)? as usize;
+                match walls[side] {
+                    Some(wall) => of_walls.push((i, wall, number)),
+                    None => lost[side] += 1,
+                }
+                continue;
+            }
+            let j = find(number, other)?;
+            if i == j || !seen.insert((i.min(j), i.max(j))) {
+                return Err(format!(
+                    "row {} of the contacts: of a grain with itself, or of two with a row before",
+                    number + 1
+                ));
+            }
+            pairs.push((i, j, number));
+        }
+        list_pairs(solver, &rows, &places, pairs)?;
+        list_walls(solver, &rows, &places, of_walls)?;
+        Ok(lost)
+    }
+}
+
+/// ContactHistories of no contact yet, of `count` that are to come.
+fn empty<const R: usize>(memory: &mut ContactHistories<R>, count: usize, columns: HistoryColumns) {
+    memory.clear(count, columns);
+    memory.state.clear();
+    memory.spring.clear();
+}
+
+/// Lists pairs: numbers of their grains, and of their row.
+fn list_pairs<const D: usize, const R: usize>(
+    solver: &mut DemSolver<D, R>,
+    rows: &NamedTable<'_>,
+    places: &HistoryColumnIndices<R>,
+    mut pairs: Vec<(u32, u32, usize)>,
+) -> Result<(), String> {
+    pairs.sort_unstable();
+    let count = solver.grains.len();
+    let mut list = PairList { starts: vec![0; count + 1], ..PairList::default() };
+    empty(&mut list.histories, pairs.len(), solver.columns);
+    for (i, j, number) in pairs {
+        list.starts[i as usize + 1] += 1;
+        list.other.push(j);
+        places.push(rows, number, &mut list.histories)?;
+    }
+    for i in 0..count {
+        list.starts[i + 1] += list.starts[i];
+    }
+    solver.lists.slab_pairs = list;
+    solver.lists.active_pairs.clear();
+    Ok(())
+}
+
+/// Lists contacts with walls: numbers of their grain, wall and row.
+fn list_walls<const D: usize, const R: usize>(
+    solver: &mut DemSolver<D, R>,
+    rows: &NamedTable<'_>,
+    places: &HistoryColumnIndices<R>,
+    of_walls: Vec<(u32, u32, usize)>,
+) -> Result<(), String> {
+    let near = &mut solver.wall_list;
+    empty(&mut near.memory, of_walls.len(), solver.columns);
+    let facets = FacetColumnIndices::new(rows)?;
+    for (i, wall, number) in of_walls {
+        near.grain.push(i);
+        near.wall.push(wall);
+        places.push(rows, number, &mut near.memory)?;
+        if let Some(facets) = &facets {
+            let (key, facet) = facets.of(rows, number)?;
+            near.key.push(key);
+            near.facet.push(facet);
+        }
+    }
+    Ok(())
+}
+
+/// Columns of what is known of a facet.
+struct FacetColumnIndices {
+    key: [usize; 2],
+    distance: usize,
+    normal: [usize; 3],
+}
+
+impl FacetColumnIndices {
+    /// None where no contact has a facet.
+    fn new(rows: &NamedTable<'_>) -> Result<Option<Self>, String> {
+        if !rows.has("facet_high") {
+            return Ok(None);
+        }
+        let key = [rows.column("facet_high")?, rows.column("facet_low")?];
+        Ok(Some(Self {
+            key,
+            distance: rows.column("facet_distance")?,
+            normal: rows.columns("facet_normal")?,
+        }))
+    }
+
+    /// Key of the facet of a row, and what is known of it.
+    fn of(&self, rows: &NamedTable<'_>, number: usize) -> Result<(u64, Facet), String> {
+        let [high, low] = [rows.whole(number, self.key[0], HALF)?, rows.whole(number, self.key[1], HALF)?];
+        let key = u64::from(high) << 32 | u64::from(low);
+        let row = &rows.table.rows[number];
+        let seen = Facet { distance: row[self.distance], normal: pick(row, &self.normal) };
+        Ok((key, if key == NO_FACET { Facet::NONE } else { seen }))
+    }
+}

@@ -1,0 +1,333 @@
+//! From a file to the grains and the solver of a case.
+
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+
+use colluvium_case::description::{Body, Velocity};
+use colluvium_case::output::Table;
+use colluvium_case::{Case, CaseError, spatial};
+
+use crate::boundary::periodic_cell::{PeriodicCell, inverse};
+use crate::config::DemOptions;
+use crate::points::grains::Grains;
+use crate::specimen::file::{FORMAT, KEY, StoredSpecimen, names};
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Names, for a message.
+fn name_list<'a>(all: impl IntoIterator<Item = &'a str>) -> String {
+    let all: Vec<String> = all.into_iter().map(|name| format!("{name:?}")).collect();
+    if all.is_empty() { "none".to_owned() } else { all.join(", ") }
+}
+
+/// A table whose columns are found by name.
+pub(super) struct NamedTable<'a> {
+    what: &'static str,
+    pub table: &'a Table,
+}
+
+impl<'a> NamedTable<'a> {
+    /// A table in which every row has a number for each column.
+    pub fn new(what: &'static str, table: &'a Table) -> Result<Self, String> {
+        let count = table.columns.len();
+        match table.rows.iter().position(|row| row.len() != count) {
+            Some(row) => Err(format!(
+                "row {} of {what} has {} numbers for {count} columns",
+                row + 1,
+                table.rows[row].len()
+            )),
+            None => Ok(Self { what, table }),
+        }
+    }
+
+    pub fn has(&self, name: &str) -> bool {
+        self.table.columns.iter().any(|(own, _)| own == name)
+    }
+
+    /// Columns of a quantity.
+    pub fn columns<const N: usize>(&self, name: &str) -> Result<[usize; N], String> {
+        let mut found = [0; N];
+        for (found, name) in found.iter_mut().zip(names::<N>(name)) {
+            let at = self.table.columns.iter().position(|(own, _)| *own == name);
+            *found = at.ok_or_else(|| format!("{} have no column {name:?}", self.what))?;
+        }
+        Ok(found)
+    }
+
+    /// Column of a number.
+    pub fn column(&self, name: &str) -> Result<usize, String> {
+        self.columns::<1>(name).map(|[column]| column)
+    }
+
+    /// A number of row `row` that counts, below `limit`.
+    pub fn whole(&self, row: usize, column: usize, limit: u64) -> Result<u32, String> {
+        let value = self.table.rows[row][column];
+        if value >= 0.0 && value < limit as f64 && value.fract() == 0.0 {
+            return Ok(value as u32);
+        }
+        let name = &self.table.columns[column].0;
+        Err(format!(
+            "row {} of {}: {name} is {value}, and no number from 0 to {}",
+            row + 1,
+            self.what,
+            limit - 1
+        ))
+    }
+}
+
+/// The numbers of some columns.
+pub(super) fn pick<const N: usize>(row: &[f64], columns: &[usize; N]) -> [f64; N] {
+    columns.map(|column| row[column])
+}
+
+impl StoredSpecimen {
+    /// The specimen that a case begins with, if it names one.
+    ///
+    /// # Errors
+    /// When its file cannot be read, is none, or does not fit the case.
+    pub fn of_case(case: &Case, options: &DemOptions) -> Result<Option<Self>, CaseError> {
+        let Some(file) = &options.specimen else { return Ok(None) };
+        let stored = Self::read(file).and_then(|stored| stored.check_case(case).map(|()| stored));
+        let stored = stored.map_err(|problem| CaseError::new(KEY, format!("{file}: {problem}")))?;
+        let counts = stored.counts();
+        let mut given =
+            case.bodies.iter().enumerate().filter(|(_, body)| counts.contains_key(body.name.as_str()));
+        given.try_for_each(|(number, body)| refuse_twice(options, number, body))?;
+        Ok(Some(stored))
+    }
+
+    fn read(file: &str) -> Result<Self, String> {
+        let text =
+            std::fs::read_to_string(Path::new(file)).map_err(|error| format!("cannot be read: {error}"))?;
+        serde_json::from_str(&text).map_err(|error| format!("is no specimen, or not all of one: {error}"))
+    }
+
+    /// Grains of each body that has any.
+    pub fn counts(&self) -> HashMap<&str, usize> {
+        let mut counts = HashMap::new();
+        let Some(column) = self.grains.columns.iter().position(|(name, _)| name == "body") else {
+            return counts;
+        };
+        for row in &self.grains.rows {
+            if let Some(name) = self.head.bodies.get(row[column] as usize) {
+                *counts.entry(name.as_str()).or_default() += 1;
+            }
+        }
+        counts
+    }
+
+    /// Whether it is one that the case can begin with.
+    fn check_case(&self, case: &Case) -> Result<(), String> {
+        let (head, dimension) = (&self.head, case.dimension());
+        if head.format != FORMAT {
+            return Err(format!("its format is {:?}, and this program reads {FORMAT:?}", head.format));
+        }
+        if head.dimension != dimension {
+            return Err(format!("has {} dimensions, and the case {dimension}", head.dimension));
+        }
+        let grains = NamedTable::new("the grains", &self.grains)?;
+        let body = grains.column("body")?;
+        NamedTable::new("the contacts", &self.contacts)?;
+        let known = head.bodies.len().min(head.kinds.len()) as u64;
+        for row in 0..self.grains.rows.len() {
+            grains.whole(row, body, known)?;
+        }
+        for name in self.counts().keys() {
+            self.body_fits(case, name)?;
+        }
+        self.cell_fits(case)
+    }
+
+    /// Whether the case has a body of this name, of the same kind of grains.
+    fn body_fits(&self, case: &Case, name: &str) -> Result<(), String> {
+        let Some(body) = case.bodies.iter().find(|body| body.name == name) else {
+            return Err(format!(
+                "has grains of the body {name:?}, and the case no such body; there are {}",
+                name_list(case.bodies.iter().map(|body| body.name.as_str()))
+            ));
+        };
+        let kind = self.head.bodies.iter().position(|own| own == name).map(|at| &self.head.kinds[at]);
+        match kind.filter(|kind| **kind != body.material) {
+            Some(kind) => Err(format!(
+                "the grains of {name:?} are of the kind {kind:?}, and in the case of the kind {:?}",
+                body.material
+            )),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether its cell repeats itself as the domain of the case does.
+    fn cell_fits(&self, case: &Case) -> Result<(), String> {
+        let (cell, dimension) = (&self.head.cell, case.dimension());
+        let square = |matrix: &Vec<Vec<f64>>| {
+            matrix.len() == dimension && matrix.iter().all(|row| row.len() == dimension)
+        };
+        let lengths = [cell.periodic.len(), cell.corner.len(), self.head.origin.len()];
+        if lengths != [dimension; 3]
+            || ![&cell.vectors, &cell.rates, &cell.motion].into_iter().all(square)
+            || !(cell.mean_rates.is_empty() || square(&cell.mean_rates))
+        {
+            return Err(format!("its cell is none of {dimension} dimensions"));
+        }
+        let along = |periodic: &dyn Fn(usize) -> bool| {
+            name_list((0..dimension).filter(|&axis| periodic(axis)).map(|axis| AXES[axis]))
+        };
+        let (own, of_case) =
+            (along(&|axis| cell.periodic[axis]), along(&|axis| case.domain.is_periodic(axis)));
+        if own != of_case {
+            return Err(format!(
+                "its cell is periodic along {own}, and the domain of the case along {of_case}"
+            ));
+        }
+        Ok(())
+    }
+
+    /// What is added to its coordinates (m).
+    pub(super) fn shift<const D: usize>(&self, case: &Case) -> [f64; D] {
+        let origin = case.origin();
+        std::array::from_fn(|c| self.head.origin[c] - origin[c])
+    }
+
+    /// The cell of the case, along the axes along which it repeats itself that of the specimen.
+    pub fn cell<const D: usize>(
+        &self,
+        case: &Case,
+        domain: PeriodicCell<D>,
+    ) -> Result<PeriodicCell<D>, CaseError> {
+        let (own, shift) = (&self.head.cell, self.shift::<D>(case));
+        let mut cell = domain;
+        for axis in (0..D).filter(|&axis| domain.periodic[axis]) {
+            cell.origin[axis] = own.corner[axis] + shift[axis];
+            for row in 0..D {
+                cell.h[row][axis] = own.vectors[axis][row];
+                cell.velocity_gradient[row][axis] = own.rates[row][axis];
+                cell.mean_velocity_gradient[row][axis] =
+                    own.mean_rates.get(row).unwrap_or(&own.rates[row])[axis];
+            }
+        }
+        let volume = inverse(&cell.h).1;
+        if volume > 0.0 {
+            Ok(cell)
+        } else {
+            Err(self.file_error(case, &format!("its cell has a volume of {volume}")))
+        }
+    }
+
+    /// What of the cell is other than the case says.
+    pub(super) fn cell_note<const D: usize>(&self, case: &Case) -> Option<String> {
+        let own = &self.head.cell;
+        let differs = |axis: usize| {
+            let wide = case.domain.max[axis] - case.domain.min[axis];
+            (0..D).any(|row| {
+                let of_case = if row == axis { wide } else { 0.0 };
+                (own.vectors[axis][row] - of_case).abs() > 1e-9 * wide
+            })
+        };
+        let other = (0..D).find(|&axis| own.periodic[axis] && differs(axis))?;
+        Some(format!(
+            "{KEY}: the cell of the specimen takes the place of the domain along {}, where its vector is {:?} m",
+            AXES[other], own.vectors[other]
+        ))
+    }
+
+    /// A problem of the file of the case.
+    pub(super) fn file_error(&self, case: &Case, problem: &str) -> CaseError {
+        let file =
+            case.methods.get("dem").and_then(|options| options.get("specimen")?.as_str()).unwrap_or_default();
+        CaseError::new(KEY, format!("{file}: {problem}"))
+    }
+
+    /// Adds its grains.
+    pub fn fill<const D: usize, const R: usize>(
+        &self,
+        case: &Case,
+        options: &DemOptions,
+        grains: &mut Grains<D, R>,
+    ) -> Result<(), CaseError> {
+        self.push(case, options, grains).map_err(|problem| self.file_error(case, &problem))
+    }
+
+    fn push<const D: usize, const R: usize>(
+        &self,
+        case: &Case,
+        options: &DemOptions,
+        grains: &mut Grains<D, R>,
+    ) -> Result<(), String> {
+        let rows = NamedTable::new("the grains", &self.grains)?;
+        let [id, of_body, radius] = [rows.column("id")?, rows.column("body")?, rows.column("radius")?];
+        let (place, velocity, force) =
+            (rows.columns::<D>("")?, rows.columns::<D>("velocity")?, rows.columns::<D>("force")?);
+        let (spin, torque) = (rows.columns::<R>("spin")?, rows.columns::<R>("torque")?);
+        let has_turned = options.orientation && rows.has("orientation_w");
+        let turned = has_turned.then(|| rows.columns::<4>("orientation")).transpose()?;
+        let (shift, mut ids) = (self.shift::<D>(case), HashSet::new());
+        for (number, row) in rows.table.rows.iter().enumerate() {
+            let name = &self.head.bodies[row[of_body] as usize];
+            let Some(body) = case.bodies.iter().position(|body| body.name == *name) else { continue };
+            let kind = &case.bodies[body].material;
+            let index = options.grains.keys().position(|name| name == kind).unwrap_or(0);
+            if !(row[radius] > 0.0) {
+                return Err(format!(
+                    "row {} of the grains: radius {} must be positive",
+                    number + 1,
+                    row[radius]
+                ));
+            }
+            let x = pick(row, &place);
+            let x = std::array::from_fn(|c| x[c] + shift[c]);
+            grains.push(body as u32, index as u32, x, row[radius], options.grains[kind].density);
+            let last = grains.len() - 1;
+            grains.id[last] = rows.whole(number, id, u64::from(u32::MAX / 2))?;
+            if !ids.insert(grains.id[last]) {
+                return Err(format!(
+                    "row {} of the grains: there are two of id {}",
+                    number + 1,
+                    grains.id[last]
+                ));
+            }
+            grains.velocity[last] = pick(row, &velocity);
+            grains.spin[last] = pick(row, &spin);
+            grains.force[last] = pick(row, &force);
+            grains.torque[last] = pick(row, &torque);
+            grains.orientation.extend(turned.map(|turned| pick(row, &turned)));
+            hold(options, &case.bodies[body], grains, last);
+        }
+        Ok(())
+    }
+}
+
+/// Grains of a body that is held move as the case says, whatever the file does.
+fn hold<const D: usize, const R: usize>(
+    options: &DemOptions,
+    body: &Body,
+    grains: &mut Grains<D, R>,
+    i: usize,
+) {
+    let Some(own) = options.bodies.get(&body.name).filter(|own| own.held) else { return };
+    let velocity = body.velocity.at(spatial(&grains.position[i]));
+    grains.held[i] = true;
+    grains.velocity[i] = std::array::from_fn(|c| velocity[c]);
+    grains.spin[i] = std::array::from_fn(|c| own.spin.get(c).copied().unwrap_or(0.0));
+}
+
+/// Refuses what the case says of a body whose grains are those of the specimen.
+fn refuse_twice(options: &DemOptions, number: usize, body: &Body) -> Result<(), CaseError> {
+    let own = options.bodies.get(&body.name);
+    let held = own.is_some_and(|own| own.held);
+    let of_dem = format!("methods.dem.bodies.{}", body.name);
+    let path = if body.points.is_some() {
+        format!("bodies[{number}].points")
+    } else if !held && body.velocity != Velocity::Rest {
+        format!("bodies[{number}].velocity")
+    } else if own.is_some_and(|own| own.fill.is_some()) {
+        format!("{of_dem}.fill")
+    } else if own.is_some_and(|own| !held && !own.spin.is_empty()) {
+        format!("{of_dem}.spin")
+    } else {
+        return Ok(());
+    };
+    Err(CaseError::new(
+        path,
+        format!("the body has the grains of {KEY}, with their velocities: leave it out"),
+    ))
+}

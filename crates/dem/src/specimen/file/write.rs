@@ -1,0 +1,193 @@
+//! From a solver to a file.
+
+use colluvium_case::output::Table;
+use serde::Serialize;
+
+use crate::boundary::walls::RigidWall;
+use crate::contact::contact_histories::ContactHistories;
+use crate::contact::{AttractionLaw, PairLaw};
+use crate::obstacles::facet::Facet;
+use crate::solver::DemSolver;
+use crate::specimen::file::{
+    FORMAT, NO_INDEX, SpecimenHeader, StoredCell, StoredSpecimen, StoredWall, names,
+};
+
+/// Name and unit of a column.
+type Heading = (String, String);
+
+/// Adds the columns of a quantity.
+fn add_headings<const N: usize>(columns: &mut Vec<Heading>, name: &str, unit: &str) {
+    columns.extend(names::<N>(name).map(|name| (name, unit.to_owned())));
+}
+
+/// Plain data as JSON.
+fn json(value: &impl Serialize) -> String {
+    serde_json::to_string_pretty(value).expect("plain data always serialises")
+}
+
+/// A table, a row a line.
+fn lines(table: &Table) -> String {
+    let line = |row: &Vec<f64>| serde_json::to_string(row).expect("plain data always serialises");
+    let columns = serde_json::to_string(&table.columns).expect("plain data always serialises");
+    let rows: Vec<String> = table.rows.iter().map(line).collect();
+    format!("{{ \"columns\": {columns}, \"rows\": [\n{}\n] }}", rows.join(",\n"))
+}
+
+impl<const D: usize, const R: usize> DemSolver<D, R> {
+    /// Grains, contacts with what they remember, cell and walls as the text of a file that another case can begin with.
+    pub(crate) fn specimen_text(&self) -> String {
+        let stored = StoredSpecimen {
+            head: self.specimen_header(),
+            grains: self.grain_rows(),
+            contacts: self.contact_rows(),
+        };
+        format!(
+            "{{\n\"head\": {},\n\"grains\": {},\n\"contacts\": {}\n}}\n",
+            json(&stored.head),
+            lines(&stored.grains),
+            lines(&stored.contacts)
+        )
+    }
+
+    fn specimen_header(&self) -> SpecimenHeader {
+        let cell = &self.cell;
+        let column = |k: usize| cell.h.iter().map(|row| row[k]).collect();
+        let side = |wall: &RigidWall<D>| StoredWall {
+            name: wall.name.clone(),
+            plane: wall.surface.is_none().then_some((wall.axis, wall.upper, wall.position)),
+            velocity: wall.velocity.to_vec(),
+        };
+        let moving = self.walls.iter().filter(|wall| wall.moving.is_some());
+        let sticks =
+            |law: &PairLaw| law.bond.is_some() || matches!(law.attraction, Some(AttractionLaw::Cohesion(_)));
+        let mut overlap = 0.0f64;
+        self.for_each_contact(|contact, _, _| overlap = overlap.max(self.overlap_of(&contact)));
+        SpecimenHeader {
+            format: FORMAT.to_owned(),
+            title: self.case.title.clone(),
+            dimension: D,
+            time: self.time,
+            step: self.last_step,
+            origin: self.case.origin()[..D].to_vec(),
+            cell: StoredCell {
+                periodic: cell.periodic.to_vec(),
+                corner: cell.origin.to_vec(),
+                vectors: (0..D).map(column).collect(),
+                rates: cell.velocity_gradient.iter().map(|row| row.to_vec()).collect(),
+                mean_rates: cell.mean_velocity_gradient.iter().map(|row| row.to_vec()).collect(),
+                motion: self.virial[1].iter().map(|row| row.to_vec()).collect(),
+            },
+            bodies: self.case.bodies.iter().map(|body| body.name.clone()).collect(),
+            kinds: self.case.bodies.iter().map(|body| body.material.clone()).collect(),
+            walls: self.walls.iter().map(side).collect(),
+            left_out: moving.map(|wall| wall.name.clone()).collect(),
+            bonded: self.laws.pairs.iter().any(sticks),
+            overlap,
+        }
+    }
+
+    fn grain_rows(&self) -> Table {
+        let (g, mut columns) = (&self.grains, Vec::new());
+        add_headings::<1>(&mut columns, "id", "");
+        add_headings::<1>(&mut columns, "body", "");
+        add_headings::<1>(&mut columns, "radius", "m");
+        add_headings::<D>(&mut columns, "", "m");
+        add_headings::<D>(&mut columns, "velocity", "m/s");
+        add_headings::<R>(&mut columns, "spin", "rad/s");
+        add_headings::<D>(&mut columns, "force", "N");
+        add_headings::<R>(&mut columns, "torque", "N m");
+        if !g.orientation.is_empty() {
+            add_headings::<4>(&mut columns, "orientation", "");
+        }
+        let row = |i: usize| {
+            let mut row = vec![f64::from(g.id[i]), f64::from(g.body[i]), g.radius[i]];
+            row.extend(g.position[i]);
+            row.extend(g.velocity[i]);
+            row.extend(g.spin[i]);
+            row.extend(g.force[i]);
+            row.extend(g.torque[i]);
+            row.extend(g.orientation.get(i).into_iter().flatten());
+            row
+        };
+        Table { rows: (0..g.len()).map(row).collect(), columns }
+    }
+
+    fn contact_rows(&self) -> Table {
+        let mut columns = Vec::new();
+        for name in ["grain", "other", "wall", "state"] {
+            add_headings::<1>(&mut columns, name, "");
+        }
+        add_headings::<R>(&mut columns, "slide", "m");
+        add_headings::<1>(&mut columns, "dashpot", "N");
+        if self.columns.has_rolling {
+            add_headings::<R>(&mut columns, "roll", "rad");
+        }
+        if self.columns.has_rolling && R == 3 {
+            add_headings::<1>(&mut columns, "twist", "rad");
+        }
+        if self.columns.bonds {
+            add_headings::<1>(&mut columns, "bond_strength", "");
+            add_headings::<1>(&mut columns, "bond_tension", "N");
+            add_headings::<R>(&mut columns, "bond_shear", "N");
+            add_headings::<R>(&mut columns, "bond_bending", "N m");
+            add_headings::<1>(&mut columns, "bond_twist", "N m");
+        }
+        let facets = !self.wall_list.key.is_empty();
+        if facets {
+            add_headings::<1>(&mut columns, "facet_high", "");
+            add_headings::<1>(&mut columns, "facet_low", "");
+            add_headings::<1>(&mut columns, "facet_distance", "m");
+            add_headings::<3>(&mut columns, "facet_normal", "");
+        }
+        let (g, mut rows) = (&self.grains, Vec::new());
+        for pairs in [&self.lists.slab_pairs, &self.lists.periodic_pairs] {
+            for (i, k) in pairs.firsts().filter(|(_, k)| pairs.histories.is_kept(*k)) {
+                let ends = [f64::from(g.id[i]), f64::from(g.id[pairs.other[k] as usize]), NO_INDEX];
+                rows.push(row(
+                    ends,
+                    &pairs.histories,
+                    k,
+                    facets.then_some((0, Facet { distance: 0.0, normal: [0.0; 3] })),
+                ));
+            }
+        }
+        let near = &self.wall_list;
+        for k in (0..near.grain.len()).filter(|&k| near.memory.is_kept(k)) {
+            if self.walls[near.wall[k] as usize].moving.is_none() {
+                let ends = [f64::from(g.id[near.grain[k] as usize]), NO_INDEX, f64::from(near.wall[k])];
+                rows.push(row(ends, &near.memory, k, near.key.get(k).map(|key| (*key, near.facet[k]))));
+            }
+        }
+        Table { columns, rows }
+    }
+}
+
+/// What contact `k` remembers, between these ends.
+fn row<const R: usize>(
+    ends: [f64; 3],
+    memory: &ContactHistories<R>,
+    k: usize,
+    facet: Option<(u64, Facet)>,
+) -> Vec<f64> {
+    let own = memory.get(k);
+    let mut row = ends.to_vec();
+    row.push(f64::from(own.state));
+    row.extend(own.shear_displacement);
+    row.push(own.damping_force);
+    row.extend(memory.roll.get(k).into_iter().flatten());
+    row.extend(memory.twist.get(k));
+    if let Some(bond) = memory.bond.get(k) {
+        row.extend([bond.strength, bond.tension]);
+        row.extend(bond.shear);
+        row.extend(bond.bending);
+        row.push(bond.twist);
+    }
+    if let Some((key, Facet { distance, normal })) = facet {
+        // A number holds 53 bits.
+        row.extend([(key >> 32) as f64, (key & 0xffff_ffff) as f64]);
+        // Of a wall without facets nothing is known.
+        row.push(if distance.is_finite() { distance } else { 0.0 });
+        row.extend(normal);
+    }
+    row
+}

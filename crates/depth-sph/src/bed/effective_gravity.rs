@@ -1,0 +1,99 @@
+//! Step 3: the bed below the nodes, and gravity as it acts there (sheet: depth-sph §2.9, as amended).
+
+use rayon::prelude::*;
+
+use crate::bed::BedPoint;
+use crate::config::choices::DepthFrame;
+use crate::config::settings::FlowSettings;
+use crate::flow::{BedSampling, Flow};
+use crate::phases::phase::{PhaseSet, TASK, copy_with_images};
+
+/// Effective gravity over a bed (m/s²; sheet: depth-sph §2.9, as amended).
+struct EffectiveGravity {
+    /// That of pressure.
+    pressure: f64,
+    /// That of what the bed bears: friction and pore pressure.
+    normal: f64,
+    /// That of the reaction of the bed along its slope.
+    reaction: f64,
+}
+
+impl EffectiveGravity {
+    /// Over a place of the bed, of what turns with this acceleration along its normal (m/s²). Where velocities are `carried` along the bed the
+    /// reaction leaves the turning to that.
+    fn over<const D: usize>(
+        settings: &FlowSettings<D>,
+        bed: &BedPoint<D>,
+        turning: f64,
+        carried: bool,
+    ) -> Self {
+        let gravity = settings.gravity;
+        if settings.frame != DepthFrame::Horizontal {
+            return Self { pressure: gravity, normal: gravity, reaction: gravity };
+        }
+        let steepness = bed.steepness();
+        let still = gravity / steepness;
+        let turned = still + turning / steepness.sqrt();
+        Self {
+            pressure: still,
+            normal: if settings.curvature_in_friction { turned.max(0.0) } else { still },
+            reaction: if carried { still } else { turned },
+        }
+    }
+}
+
+impl<const D: usize> Flow<D> {
+    /// Step 3: the bed below each node, and gravity as it acts there.
+    pub(crate) fn sample_bed(&mut self, asked: BedSampling) {
+        for number in 0..self.sets.len() {
+            self.sample_bed_below(number, asked);
+        }
+        if self.settings.numerics.surface_gradient {
+            for set in &mut self.sets {
+                set.scratch_scalars.clear();
+                set.scratch_scalars.extend(set.bed.iter().map(|bed| bed.level));
+                copy_with_images(&set.images, &set.scratch_scalars, &mut set.neighbour_data.level);
+            }
+        }
+    }
+
+    /// Samples the bed at the places of all nodes, after a state was restored; nodes beyond the bed get a flat one.
+    pub fn resample_bed(&mut self) {
+        let Self { bed, sets, .. } = self;
+        for set in sets {
+            let below = set.nodes.position.iter().map(|x| bed.at(x).unwrap_or(BedPoint::flat(0.0)));
+            set.bed.clear();
+            set.bed.extend(below);
+        }
+    }
+
+    fn sample_bed_below(&mut self, number: usize, asked: BedSampling) {
+        let carried = asked == BedSampling::Before && self.uses_parallel_transport();
+        let Self { bed, sets, settings, .. } = self;
+        let PhaseSet { nodes, bed: points, reaction, curvature_acceleration: turning, .. } =
+            &mut sets[number];
+        points.resize(nodes.len(), BedPoint::flat(0.0));
+        reaction.resize(nodes.len(), 0.0);
+        turning.resize(nodes.len(), 0.0);
+        let (position, velocity) = (&nodes.position, &nodes.velocity);
+        let columns =
+            points.par_iter_mut().zip(&mut nodes.effective_gravity).zip(&mut nodes.bearing).zip(reaction);
+        columns.zip(&*turning).enumerate().with_min_len(TASK).for_each(
+            |(i, ((((point, pull), bearing), reaction), turning))| {
+                // Nodes beyond the bed keep what was below them until they are removed at the end of the step.
+                if asked == BedSampling::Now
+                    && let Some(found) = bed.at(&position[i])
+                {
+                    *point = found;
+                }
+                let turning = if carried {
+                    *turning
+                } else {
+                    point.curvature_acceleration(&velocity[i]) / point.steepness().sqrt()
+                };
+                let felt = EffectiveGravity::over(settings, point, turning, carried);
+                (*pull, *bearing, *reaction) = (felt.pressure, felt.normal, felt.reaction);
+            },
+        );
+    }
+}

@@ -1,0 +1,266 @@
+//! A bed that gives what flows over it takes up: lowered there, down to what can be eroded (sheet: depth-sph §2.8, §3.4 step 8).
+
+use crate::bed::terrain_bed::TerrainBed;
+use crate::bed::{BedPoint, BedSurface};
+use crate::phases::phase_nodes::PlanVector;
+
+/// Steps between two looks at the heights: what is taken up in so few is millimetres.
+const STEPS_PER_UPDATE: u64 = 10;
+/// Nodes along the edge of a tile, which is recovered as a whole.
+const TILE: usize = 32;
+
+/// Terrain that is eroded.
+#[derive(Clone, Debug)]
+pub struct ErodibleBed {
+    ground: TerrainBed,
+    /// Whether the surface follows.
+    lowers_surface: bool,
+    /// Heights at the start (m).
+    initial_heights: Vec<f64>,
+    /// Depth that can be taken up at each node (m).
+    erodible: Vec<f64>,
+    /// What has been taken up.
+    state: ErosionState,
+    /// Tiles with something taken up that the heights do not show yet.
+    changed_tiles: Vec<bool>,
+}
+
+/// What has been taken up at each node of the terrain.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ErosionState {
+    /// Depth that the heights show (m).
+    pub in_surface: Vec<f64>,
+    /// Depth that they do not show yet (m).
+    pub pending: Vec<f64>,
+}
+
+impl ErodibleBed {
+    /// A terrain of which nothing has been taken up yet, and all can be; `lowers` is whether its surface follows.
+    pub fn new(ground: TerrainBed, lowers: bool) -> Self {
+        let given = ground.raster().values.clone();
+        let count = given.len();
+        let raster = ground.raster();
+        let tiles = raster.columns.div_ceil(TILE) * raster.rows.div_ceil(TILE);
+        let state = ErosionState { in_surface: vec![0.0; count], pending: vec![0.0; count] };
+        Self {
+            ground,
+            lowers_surface: lowers,
+            initial_heights: given,
+            erodible: vec![f64::INFINITY; count],
+            state,
+            changed_tiles: vec![false; tiles],
+        }
+    }
+
+    /// Says how deep the bed can be eroded (m) at each place in plan (m).
+    pub fn set_erodible_depth(&mut self, depth: impl Fn([f64; 2]) -> f64) {
+        let raster = self.ground.raster();
+        let columns = raster.columns;
+        for (number, limit) in self.erodible.iter_mut().enumerate() {
+            *limit = depth(raster.node_position(number % columns, number / columns));
+        }
+    }
+
+    /// The bed at a place.
+    #[inline]
+    pub fn at<const D: usize>(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
+        self.ground.at(x)
+    }
+
+    /// Whether there is a bed at `x` (m).
+    pub fn is_defined<const D: usize>(&self, x: &PlanVector<D>) -> bool {
+        self.ground.is_defined(x)
+    }
+
+    /// Distance of its nodes (m).
+    pub fn cell(&self) -> Option<f64> {
+        BedSurface::<2>::cell(&self.ground)
+    }
+
+    /// Area that a node stands for (m²); in a profile, where rows are the same, length (m).
+    fn area<const D: usize>(&self, number: usize) -> f64 {
+        let raster = self.ground.raster();
+        let half = |k: usize, count: usize| if k == 0 || k + 1 == count { 0.5 } else { 1.0 };
+        let along = half(number % raster.columns, raster.columns) * raster.spacing[0];
+        if D == 1 {
+            return along;
+        }
+        along * half(number / raster.columns, raster.rows) * raster.spacing[1]
+    }
+
+    /// Takes `wanted` (m³; m² in a profile) up at `x`, or what there is of it: each node around gives its share as far as it can.
+    /// What has been given.
+    pub fn erode<const D: usize>(&mut self, x: &PlanVector<D>, wanted: f64) -> f64 {
+        let y = x.get(1).copied().unwrap_or(self.ground.y);
+        let Some(mut weights) = self.ground.weights(x[0], y) else { return 0.0 };
+        let columns = self.ground.raster().columns;
+        if D == 1 {
+            // One row stands for all.
+            for k in 0..2 {
+                weights[k] = (weights[k].0 % columns, weights[k].1 + weights[k + 2].1);
+                weights[k + 2].1 = 0.0;
+            }
+        }
+        let mut taken = 0.0;
+        for (node, weight) in weights {
+            let area = self.area::<D>(node);
+            let left = self.erodible[node] - self.state.in_surface[node] - self.state.pending[node];
+            let depth = (weight * wanted / area).min(left);
+            if depth > 0.0 {
+                self.state.pending[node] += depth;
+                taken += depth * area;
+                let tiles = columns.div_ceil(TILE);
+                self.changed_tiles[node / columns / TILE * tiles + node % columns / TILE] = true;
+            }
+        }
+        taken
+    }
+
+    /// Lets the heights show what has been taken up, every few steps; whether they have changed.
+    pub fn update_surface<const D: usize>(&mut self, step: u64) -> bool {
+        let lowers = self.lowers_surface
+            && step.is_multiple_of(STEPS_PER_UPDATE)
+            && self.changed_tiles.contains(&true);
+        if lowers {
+            self.lower::<D>();
+        }
+        lowers
+    }
+
+    fn lower<const D: usize>(&mut self) {
+        let raster = self.ground.raster();
+        let (columns, rows) = (raster.columns, raster.rows);
+        let tiles = [columns.div_ceil(TILE), rows.div_ceil(TILE)];
+        let window = |tile: usize| {
+            let [i, j] = [tile % tiles[0] * TILE, tile / tiles[0] * TILE];
+            [i..(i + TILE).min(columns), j..(j + TILE).min(rows)]
+        };
+        for tile in (0..self.changed_tiles.len()).filter(|tile| self.changed_tiles[*tile]) {
+            let [across, mut up] = window(tile);
+            if D == 1 {
+                up.end = up.end.min(1);
+            }
+            for node in up.flat_map(|row| across.clone().map(move |column| row * columns + column)) {
+                let ErosionState { in_surface: shown, pending } = &mut self.state;
+                shown[node] += std::mem::take(&mut pending[node]);
+                for row in if D == 1 { 0..rows } else { 0..1 } {
+                    let copy = node + row * columns;
+                    self.ground.levels_mut()[copy] = self.initial_heights[copy] - shown[node];
+                }
+            }
+        }
+        for tile in (0..self.changed_tiles.len()).filter(|tile| self.changed_tiles[*tile]) {
+            let [across, up] = window(tile);
+            self.ground.update_window([across, if D == 1 { 0..rows } else { up }]);
+        }
+        self.changed_tiles.fill(false);
+    }
+
+    /// Depth that has been taken up at each node of the terrain (m), row by row; in a profile in the first row.
+    pub fn eroded_depths(&self) -> impl Iterator<Item = f64> + '_ {
+        self.state.in_surface.iter().zip(&self.state.pending).map(|(shown, pending)| shown + pending)
+    }
+
+    /// Depth that has been taken up at a place in plan (m), bilinear; zero beyond the terrain.
+    pub fn eroded_depth_at(&self, x: f64, y: f64) -> f64 {
+        let of =
+            |(node, weight): (usize, f64)| weight * (self.state.in_surface[node] + self.state.pending[node]);
+        self.ground.weights(x, y).map_or(0.0, |weights| weights.into_iter().map(of).sum())
+    }
+
+    /// Volume that has been taken up (m³; m² in a profile).
+    pub fn volume<const D: usize>(&self) -> f64 {
+        self.eroded_depths().enumerate().map(|(node, depth)| depth * self.area::<D>(node)).sum()
+    }
+
+    /// What has been taken up.
+    pub fn state(&self) -> &ErosionState {
+        &self.state
+    }
+
+    /// Takes back what had been taken up; `None` where it is that of another terrain.
+    pub fn restore<const D: usize>(&mut self, state: ErosionState) -> Option<()> {
+        let count = self.initial_heights.len();
+        if state.in_surface.len() != count || state.pending.len() != count {
+            return None;
+        }
+        let columns = self.ground.raster().columns;
+        let tiles = columns.div_ceil(TILE);
+        for node in 0..count {
+            let source = if D == 1 { node % columns } else { node };
+            if state.in_surface[source] > 0.0 {
+                self.ground.levels_mut()[node] = self.initial_heights[node] - state.in_surface[source];
+            }
+            if state.pending[node] > 0.0 {
+                self.changed_tiles[node / columns / TILE * tiles + node % columns / TILE] = true;
+            }
+        }
+        self.ground.update_all();
+        self.state = state;
+        Some(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use colluvium_points::Raster;
+
+    use super::*;
+
+    fn slope(smoothing: usize) -> ErodibleBed {
+        let raster =
+            Raster::from_function([40, 36], [0.0; 2], [2.0; 2], |x, y| 50.0 - 0.5 * x + 0.01 * y * y);
+        ErodibleBed::new(TerrainBed::new(TerrainBed::smoothed(&raster, smoothing)).unwrap(), true)
+    }
+
+    #[test]
+    fn a_bed_gives_what_is_asked_for_until_nothing_is_left() {
+        let mut worn = slope(2);
+        worn.set_erodible_depth(|x| if x[0] < 40.0 { 0.25 } else { 0.0 });
+        assert!((worn.erode(&[7.0, 9.5], 0.6) - 0.6).abs() < 1e-15);
+        assert_eq!(worn.erode(&[50.0, 9.5], 0.6), 0.0, "rock");
+        // A node 2 m from its neighbours holds 1 m³: four of them have no more than that.
+        let more: f64 = (0..20).map(|_| worn.erode(&[7.0, 9.0], 0.5)).sum();
+        let (whole, all) = (0.6 + more, worn.volume::<2>());
+        assert!((whole - all).abs() < 1e-12 && whole < 4.0 + 1e-12, "{whole} {all}");
+        assert_eq!(worn.erode(&[7.0, 9.0], 0.5), 0.0);
+        assert!(worn.eroded_depths().all(|depth| (0.0..=0.25).contains(&depth)));
+    }
+
+    #[test]
+    fn the_surface_follows_and_a_restored_one_is_the_same() {
+        let mut worn = slope(2);
+        let before = worn.at(&[7.0, 9.0]).unwrap();
+        worn.erode(&[7.0, 9.0], 2.0);
+        worn.update_surface::<2>(9);
+        assert_eq!(worn.at(&[7.0, 9.0]).unwrap(), before, "not before the tenth step");
+        worn.update_surface::<2>(10);
+        let after = worn.at(&[7.0, 9.0]).unwrap();
+        // In the middle of four nodes that have gone down alike the spline goes down by 10/9 along each axis.
+        assert!((before.level - after.level - worn.eroded_depth_at(7.0, 9.0) * 100.0 / 81.0).abs() < 1e-12);
+        assert!(after.curvature[0][0] > before.curvature[0][0], "a hollow");
+        worn.erode(&[62.0, 63.0], 1.0);
+        let mut other = slope(2);
+        other.restore::<2>(worn.state().clone()).unwrap();
+        worn.update_surface::<2>(20);
+        other.update_surface::<2>(20);
+        for x in [[7.0, 9.0], [62.0, 63.0], [63.9, 64.1], [20.0, 9.0]] {
+            assert_eq!(worn.at(&x), other.at(&x));
+        }
+    }
+
+    #[test]
+    fn a_profile_is_lowered_in_all_its_rows() {
+        let raster = Raster::from_function([40, 4], [0.0; 2], [0.5; 2], |x, _| 20.0 - x);
+        let mut worn = ErodibleBed::new(TerrainBed::new(raster).unwrap(), true);
+        assert!((worn.erode(&[5.25], 0.1) - 0.1).abs() < 1e-15);
+        assert!((worn.volume::<1>() - 0.1).abs() < 1e-15);
+        worn.update_surface::<1>(10);
+        let bed: BedPoint<1> = worn.at(&[5.25]).unwrap();
+        // The spline goes down by 10/9 between two nodes that have.
+        assert!(
+            (bed.level - (14.75 - 0.1 / 0.9)).abs() < 1e-12,
+            "half of a cell's volume on either side: {bed:?}"
+        );
+    }
+}

@@ -1,0 +1,135 @@
+//! Layers before open sides in which waves die away (sheet: depth-sph §3.9).
+//!
+//! There depth and speed along the normal relax to what stood at the place when the flow began, both at the same rate: their ratio in a wave
+//! along the normal stays what it is without a layer, so that the layer itself sends nothing back. Speed along the side is left alone: with
+//! it waves at an angle are turned back more. What nodes lose or gain of their volume counts as passed. Both of two layers relax at one rate,
+//! that of the surface: waves of the surface and of the interface then stay what they are, and those of the interface die away sooner.
+
+use crate::boundary::open::open_boundary::{OpenBoundary, SideRegion};
+use crate::boundary::open::region_of;
+use crate::flow::Flow;
+use crate::phases::phase::PhaseSet;
+use crate::phases::phase_nodes::PlanVector;
+
+/// Logarithm of what a layer leaves of a wave along the normal that has gone through it once.
+const DECAY: f64 = 2.0;
+/// Power of the distance from where a layer begins that its rate grows with.
+const POWER: i32 = 2;
+
+/// What stood in a layer when the flow began: cells of one spacing along and across the side.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct AbsorbingLayer {
+    /// How long it is (m).
+    length: f64,
+    /// Cells of a set from the side inward, strip by strip; none where nothing stood.
+    undisturbed: [Vec<Option<UndisturbedState>>; 2],
+}
+
+/// What stood in a cell when the flow began.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct UndisturbedState {
+    /// Depth, of both phases or of the layer (m).
+    depth: f64,
+    /// Depth of both layers (m).
+    whole: f64,
+    /// Outward speed (m/s).
+    speed: f64,
+}
+
+impl AbsorbingLayer {
+    pub(super) fn new(length: f64) -> Self {
+        Self { length, ..Self::default() }
+    }
+}
+
+impl<const D: usize> OpenBoundary<D> {
+    /// Number of cells of its layer along the normal.
+    fn cells(&self) -> usize {
+        (self.layer.length / self.spacing).ceil() as usize
+    }
+
+    /// The cell of its layer that a place is in.
+    fn cell(&self, x: &PlanVector<D>) -> Option<usize> {
+        let inside = -self.distance_beyond(x);
+        if !(0.0..self.layer.length).contains(&inside) {
+            return None;
+        }
+        let cells = self.cells();
+        Some(self.strip(x) * cells + ((inside / self.spacing) as usize).min(cells - 1))
+    }
+
+    /// Takes what stands in the layer.
+    pub(super) fn store_undisturbed(
+        &mut self,
+        sets: &[PhaseSet<D>],
+        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+    ) {
+        let cells = self.cells();
+        for (number, set) in self.own_sets(sets) {
+            let mut sums = vec![[0.0; 4]; cells * self.strips.len()];
+            let nodes = &set.nodes;
+            let depths = self.depths(nodes);
+            for (i, x) in nodes.position.iter().enumerate() {
+                let Some(cell) = self.cell(x).filter(|_| part(x) == SideRegion::Interior) else { continue };
+                let one = [1.0, depths[i], nodes.depth[i], self.outward * nodes.velocity[i][self.axis]];
+                (0..4).for_each(|k| sums[cell][k] += one[k]);
+            }
+            let mean = |[count, depth, whole, speed]: &[f64; 4]| {
+                let calm =
+                    || UndisturbedState { depth: depth / count, whole: whole / count, speed: speed / count };
+                (*count > 0.0).then(calm)
+            };
+            self.layer.undisturbed[number] = sums.iter().map(mean).collect();
+        }
+    }
+
+    /// Lets waves die away over `dt` (s).
+    fn relax_layer(
+        &mut self,
+        number: usize,
+        set: &mut PhaseSet<D>,
+        dt: f64,
+        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+    ) {
+        let nodes = &mut set.nodes;
+        for i in 0..nodes.len() {
+            let x = nodes.position[i];
+            let Some(cell) = self.cell(&x).filter(|_| part(&x) == SideRegion::Interior) else { continue };
+            let Some(calm) = self.layer.undisturbed[number][cell] else { continue };
+            let celerity = (nodes.effective_gravity[i] * calm.whole).sqrt();
+            // Layers that have speeds of their own have one rate.
+            let stream = if self.flow_layer.is_some() { 0.0 } else { calm.speed };
+            let wave = (stream + celerity).max(0.5 * celerity);
+            let within = 1.0 + self.distance_beyond(&x) / self.layer.length;
+            let rate = f64::from(1 + POWER) * DECAY * wave / self.layer.length * within.powi(POWER);
+            let stays = (-rate * dt).exp();
+            let still = self.outward * calm.speed;
+            let speed = &mut nodes.velocity[i][self.axis];
+            *speed = still + stays * (*speed - still);
+            // Where next to nothing stands no more is put in than where half of the depth does.
+            let excess = 1.0 - calm.depth / self.depths(nodes)[i].max(0.5 * calm.depth);
+            let taken = (1.0 - stays) * excess * nodes.volume[i];
+            nodes.volume[i] -= taken;
+            self.state.passed[number] += taken;
+        }
+    }
+}
+
+impl<const D: usize> Flow<D> {
+    /// Waves die away in the layers before open sides over `dt` (s).
+    pub(crate) fn relax_absorbing_layers(&mut self, dt: f64) {
+        if self.open_boundaries.iter().all(|end| end.layer.length == 0.0) {
+            return;
+        }
+        let sides = self.open_side_list();
+        let Self { sets, open_boundaries: opens, .. } = self;
+        for (number, end) in opens.iter_mut().enumerate() {
+            let part = |x: &PlanVector<D>| region_of(&sides, number, x);
+            for (role, set) in sets.iter_mut().enumerate() {
+                if end.is_of(role) {
+                    end.relax_layer(role, set, dt, &part);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,291 @@
+//! What stands at an open side and beyond it, by the invariants along the normal (sheet: depth-sph §2.2, §3.9).
+
+use serde::{Deserialize, Serialize};
+
+use crate::phases::phase_nodes::PlanVector;
+
+/// Least ratio of the variance of the distances of nodes from a side to their mean square for which depth and speed are extrapolated by a line.
+/// A single row has less; the slope through it is arbitrary.
+const SPREAD: f64 = 1e-2;
+
+/// Times at which what passes the place before a side is taken, in the time that waves need from there to the side.
+pub(super) const INTERVALS: f64 = 16.0;
+
+/// Material as it stands at a place of a side.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct BoundaryState {
+    /// Depth (m).
+    pub depth: f64,
+    /// Outward speed (m/s).
+    pub speed: f64,
+    /// Speed along the side (m/s); zero in a profile.
+    pub along: f64,
+    /// Porosity, of two phases.
+    pub porosity: f64,
+}
+
+impl BoundaryState {
+    /// Share of a set in the depth: that of all of a single phase, of grains or of fluid.
+    pub fn share(&self, sets: usize, number: usize) -> f64 {
+        match (sets, number) {
+            (1, _) => 1.0,
+            (_, 0) => 1.0 - self.porosity,
+            _ => self.porosity,
+        }
+    }
+}
+
+/// What a kernel at a side reaches within, and how it changes outward.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InteriorFit {
+    /// Depth at the side (m) and its slope.
+    pub depth: [f64; 2],
+    /// Outward speed at the side (m/s) and its slope (1/s).
+    pub speed: [f64; 2],
+    /// Speed along the side (m/s).
+    pub along: f64,
+    /// Porosity, of two phases.
+    pub porosity: f64,
+    /// Effective gravity (m/s²).
+    pub effective_gravity: f64,
+    /// As far as slopes are followed (m).
+    pub reach: f64,
+}
+
+impl InteriorFit {
+    /// Depth (m) and outward speed (m/s) as what arrives from within goes on, so far beyond the side (m).
+    pub(super) fn extrapolated(&self, far: f64) -> [f64; 2] {
+        let [depth, slope] = self.depth;
+        let arriving = (depth + slope * far).clamp(0.5 * depth, 1.5 * depth);
+        [arriving, self.speed[0] + self.speed[1] * far]
+    }
+
+    /// What stands `beyond` the side (m), before what was out there when the flow began: depths as what arrives from within goes on,
+    /// speeds those at the side, so that the nodes beyond it move as one and keep their distances.
+    pub fn at(&self, still: Option<&BoundaryState>, beyond: f64) -> BoundaryState {
+        let met = |[depth, speed]: [f64; 2]| riemann_state(still, depth, speed, self.effective_gravity);
+        let (at_side, there) =
+            (met([self.depth[0], self.speed[0]]), met(self.extrapolated(beyond.min(self.reach))));
+        // Along the side nodes keep their distances as well, or their depths would have that compression on top.
+        let along = still.map_or(self.along, |still| still.along);
+        BoundaryState { depth: there.0, speed: at_side.1, along, porosity: self.porosity }
+    }
+}
+
+/// What has passed a place before the side, and when: from there waves bring it to the side and beyond.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ArrivalHistory {
+    /// Times (s), ascending, and what stood there.
+    records: Vec<(f64, BoundaryState)>,
+    /// Effective gravity there (m/s²).
+    effective_gravity: f64,
+    /// How far before the side the place is (m).
+    distance: f64,
+    /// The middle of the step (s).
+    now: f64,
+}
+
+impl ArrivalHistory {
+    /// Takes what stands `distance` (m) before the side at `time` (s), at the beginning of a step of `dt` (s). It is asked for as far as
+    /// `reach` (m) beyond the side.
+    pub fn record(&mut self, (time, dt): (f64, f64), found: &InteriorFit, distance: f64, reach: f64) {
+        let InteriorFit { depth, speed, along, porosity, effective_gravity: pull, .. } = *found;
+        let stand = BoundaryState { depth: depth[0], speed: speed[0], along, porosity };
+        (self.effective_gravity, self.distance, self.now) = (pull, distance, time + 0.5 * dt);
+        let wave = self.wave(&stand);
+        let interval = distance / (INTERVALS * wave);
+        if self.records.last().is_none_or(|(last, _)| time - last >= interval) {
+            self.records.push((time, stand));
+        }
+        // Twice as long as waves need, which may become slower.
+        let old = self.now - 2.0 * (distance + reach) / wave;
+        let first = self.records.partition_point(|(time, _)| *time < old).saturating_sub(1);
+        self.records.drain(..first);
+    }
+
+    /// What stands `beyond` the side (m), before what was out there when the flow began: depths as waves bring them there, speeds those
+    /// at the side, so that the nodes beyond it move as one and keep their distances.
+    pub fn at(&self, still: Option<&BoundaryState>, beyond: f64) -> BoundaryState {
+        let Some((_, last)) = self.records.last() else { return still.copied().unwrap_or_default() };
+        let met = |beyond: f64| {
+            let BoundaryState { depth, speed, .. } = self.arriving(beyond, last);
+            riemann_state(still, depth, speed, self.effective_gravity)
+        };
+        // Along the side nodes keep their distances as well, or their depths would have that compression on top.
+        let along = still.map_or(last.along, |still| still.along);
+        BoundaryState { depth: met(beyond).0, speed: met(0.0).1, along, porosity: last.porosity }
+    }
+
+    /// What has left the place for where it is `beyond` the side (m) now.
+    fn arriving(&self, beyond: f64, last: &BoundaryState) -> BoundaryState {
+        let time = self.now - (self.distance + beyond) / self.wave(last);
+        let after = self.records.partition_point(|(own, _)| *own < time).max(1);
+        let (first, before) = self.records[after - 1];
+        let Some((second, later)) = self.records.get(after).filter(|_| time > first) else { return before };
+        let share = (time - first) / (second - first);
+        let between = |a: f64, b: f64| a + share * (b - a);
+        BoundaryState {
+            depth: between(before.depth, later.depth),
+            speed: between(before.speed, later.speed),
+            ..before
+        }
+    }
+
+    /// Speed of waves outward (m/s). Against a stream that comes in nearly as fast they would take too long.
+    fn wave(&self, stand: &BoundaryState) -> f64 {
+        let celerity = (self.effective_gravity * stand.depth).sqrt();
+        (stand.speed + celerity).max(0.5 * celerity)
+    }
+}
+
+/// Depth (m) and outward speed (m/s) at a side to which these arrive from within, where gravity is `pull` (m/s²): of waves along the
+/// normal. Of a wave at an angle `θ` to it `(1 - cos θ)/(1 + cos θ)` comes back.
+pub fn riemann_state(still: Option<&BoundaryState>, depth: f64, speed: f64, pull: f64) -> (f64, f64) {
+    let celerity = (pull * depth).sqrt();
+    let Some(still) = still.filter(|_| speed < celerity) else {
+        // Nothing comes back against a flow that is faster than its waves.
+        return (depth, speed);
+    };
+    let outgoing = speed + 2.0 * celerity;
+    let incoming = still.speed - 2.0 * (pull * still.depth).sqrt();
+    let found = 0.25 * (outgoing - incoming);
+    (found * found / pull, 0.5 * (outgoing + incoming))
+}
+
+/// Sums over what a kernel at a side reaches within, for lines by least squares.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LineFitSums {
+    powers: [f64; 3],
+    depth: [f64; 2],
+    speed: [f64; 2],
+    along: f64,
+    fluid: f64,
+    pull: f64,
+    reach: f64,
+}
+
+impl LineFitSums {
+    /// Adds a node `beyond` (m, negative within) the side with its weight, a depth (m), of all or of a layer, its effective gravity (m/s²) and
+    /// how far its kernel reaches (m); `velocity` is outward and along the side.
+    pub fn add(&mut self, weight: f64, beyond: f64, velocity: [f64; 2], depth: f64, pull: f64, reach: f64) {
+        let powers = [weight, weight * beyond, weight * beyond * beyond];
+        (0..3).for_each(|k| self.powers[k] += powers[k]);
+        for k in 0..2 {
+            self.depth[k] += powers[k] * depth;
+            self.speed[k] += powers[k] * velocity[0];
+        }
+        self.along += weight * velocity[1];
+        self.pull += weight * pull;
+        self.reach = self.reach.max(reach);
+    }
+
+    /// Counts the weight of a node of the pore fluid.
+    pub fn add_fluid(&mut self, weight: f64) {
+        self.fluid += weight;
+    }
+
+    /// Lines through depths and speeds; `None` where there is nothing.
+    pub fn interior_fit(&self) -> Option<InteriorFit> {
+        let [weight, first, second] = self.powers;
+        if !(weight > 0.0) {
+            return None;
+        }
+        let spread = weight * second - first * first;
+        let line = |[sum, moment]: [f64; 2]| {
+            let is_line = spread > SPREAD * weight * second;
+            let slope = if is_line { (weight * moment - first * sum) / spread } else { 0.0 };
+            [(sum - slope * first) / weight, slope]
+        };
+        // A line through a front may fall below the bed before it is at the side.
+        let [depth, slope] = line(self.depth);
+        Some(InteriorFit {
+            depth: [depth.max(0.0), slope],
+            speed: line(self.speed),
+            along: self.along / weight,
+            porosity: self.fluid / weight,
+            effective_gravity: self.pull / weight,
+            reach: self.reach,
+        })
+    }
+}
+
+/// Outward and along speeds of a velocity in plan at a side across `axis`.
+pub fn outward_and_tangential<const D: usize>(
+    velocity: &PlanVector<D>,
+    axis: usize,
+    outward: f64,
+) -> [f64; 2] {
+    let along = if D == 1 { 0.0 } else { velocity[1 - axis] };
+    [outward * velocity[axis], along]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_simple_wave_passes_as_it_is_and_a_rapid_flow_too() {
+        let celerity = |depth: f64| (9.81 * depth).sqrt();
+        let still = BoundaryState { depth: 1.0, ..BoundaryState::default() };
+        for depth in [0.8, 1.0, 1.3] {
+            let speed = 2.0 * (celerity(depth) - celerity(1.0));
+            let (h, u) = riemann_state(Some(&still), depth, speed, 9.81);
+            assert!((h - depth).abs() < 1e-12 && (u - speed).abs() < 1e-12);
+        }
+        // A wave that comes in from the end itself is not let in: the material out there rests.
+        let (h, u) = riemann_state(Some(&still), 1.1, -2.0 * (celerity(1.1) - celerity(1.0)), 9.81);
+        assert!((h - 1.0).abs() < 1e-12 && u.abs() < 1e-12);
+        assert_eq!(riemann_state(Some(&still), 0.2, 3.0, 9.81), (0.2, 3.0));
+        assert_eq!(riemann_state(None, 0.2, 0.1, 9.81), (0.2, 0.1));
+    }
+
+    /// A front that is thinner the nearer it is to the side, so that a line through it is below the bed there.
+    #[test]
+    fn a_front_before_the_side_has_no_depth_beyond_it() {
+        let mut moments = LineFitSums::default();
+        for (beyond, depth) in [(-1.0, 0.9), (-0.6, 0.1)] {
+            moments.add(1.0, beyond, [1.0, 0.0], depth, 9.81, 2.0);
+        }
+        let within = moments.interior_fit().unwrap();
+        assert_eq!(within.depth[0], 0.0);
+        assert_eq!(within.at(None, 0.5).depth, 0.0);
+    }
+
+    /// Depth and speed of a single row of grains and fluid are its means, without a slope.
+    #[test]
+    fn a_row_of_grains_and_fluid_has_no_slope() {
+        let mut moments = LineFitSums::default();
+        for (beyond, speed) in [(-0.0394, 0.0), (-0.0397, -3.7)] {
+            moments.add(1.0, beyond, [speed, 0.0], 0.3, 9.81, 2.0);
+        }
+        let within = moments.interior_fit().unwrap();
+        assert!((within.speed[0] + 1.85).abs() < 1e-12 && within.speed[1] == 0.0, "{within:?}");
+    }
+
+    #[test]
+    fn a_wave_is_beyond_the_side_when_it_has_had_the_time() {
+        let celerity = (9.81f64).sqrt();
+        let still = BoundaryState { depth: 1.0, ..BoundaryState::default() };
+        let hump = |time: f64| 1e-4 * (-(4.0 * (time - 1.0)).powi(2)).exp();
+        let (distance, dt) = (0.3, 0.004);
+        let mut past = ArrivalHistory::default();
+        for step in 0..400 {
+            let time = dt * f64::from(step);
+            let height = hump(time);
+            let found = InteriorFit {
+                depth: [1.0 + height, 0.0],
+                speed: [height * celerity, 0.0],
+                along: 0.0,
+                porosity: 0.0,
+                effective_gravity: 9.81,
+                reach: 0.15,
+            };
+            past.record((time, dt), &found, distance, 0.45);
+            let BoundaryState { depth, speed, .. } = past.at(Some(&still), 0.15);
+            let there = |beyond: f64| hump(time + 0.5 * dt - (distance + beyond) / celerity);
+            assert!((depth - 1.0 - there(0.15)).abs() < 2e-7, "{time} s: {depth}");
+            assert!((speed - celerity * there(0.0)).abs() < 6e-7, "{time} s: {speed}");
+        }
+        assert!(past.records.len() < 120, "{} are kept", past.records.len());
+    }
+}

@@ -1,0 +1,64 @@
+//! Nodes and strips beyond an open side.
+
+use serde::{Deserialize, Serialize};
+
+use crate::boundary::open::boundary_state::{ArrivalHistory, BoundaryState, InteriorFit};
+use crate::boundary::open::open_boundary::OpenBoundary;
+use crate::boundary::open::two_layers::LayerPair;
+
+/// State of the flow beyond an open side.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FarField {
+    /// Numbers of the nodes, ascending.
+    pub ids: Vec<u64>,
+    /// Volume of each set that has passed outward, less what has come back (m³; m² in profiles).
+    pub passed: [f64; 2],
+    /// State of each strip.
+    pub strips: Vec<StripState>,
+}
+
+/// State of the flow in a strip.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StripState {
+    /// Depth and speed, where it is the same at all distances.
+    pub fixed: Option<BoundaryState>,
+    /// Flow that arrives from within.
+    pub interior_fit: Option<InteriorFit>,
+    /// Earlier flow on its way to the end of a profile.
+    pub history: ArrivalHistory,
+    /// Both of two layers, at the side of each.
+    pub layers: Option<LayerPair>,
+}
+
+impl<const D: usize> OpenBoundary<D> {
+    /// Whether something stood beyond it when the flow began.
+    pub fn is_filled(&self) -> bool {
+        self.strips.iter().any(|strip| strip.far_state.is_some())
+    }
+
+    /// Whether nothing stood beyond a strip when the flow began, and nothing flows in there.
+    pub(super) fn is_dry_outside(&self, strip: usize) -> bool {
+        self.strips[strip].far_state.is_none() && self.inlet.is_none() && self.flow_layer.is_none()
+    }
+
+    /// Gives what has passed strips beyond which nothing stood one speed along the side, the mean of theirs: what runs together before the side
+    /// would else heap beyond it, where the bed does not part it.
+    pub(super) fn average_tangential_speed(&mut self) {
+        if D == 1 {
+            return;
+        }
+        let is_dry: Vec<bool> = (0..self.strips.len()).map(|strip| self.is_dry_outside(strip)).collect();
+        let own = |strips: &[StripState]| -> [f64; 2] {
+            let found = strips.iter().zip(&is_dry).filter(|(_, dry)| **dry);
+            found.filter_map(|(known, _)| known.interior_fit).fold([0.0; 2], |[depth, flux], within| {
+                [depth + within.depth[0], flux + within.depth[0] * within.along]
+            })
+        };
+        let [depth, flux] = own(&self.state.strips);
+        let mean = if depth > 0.0 { flux / depth } else { 0.0 };
+        let strips = self.state.strips.iter_mut().zip(&is_dry).filter(|(_, dry)| **dry);
+        for within in strips.filter_map(|(known, _)| known.interior_fit.as_mut()) {
+            within.along = mean;
+        }
+    }
+}

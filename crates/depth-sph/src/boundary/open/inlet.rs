@@ -1,0 +1,65 @@
+//! What flows in through an end of a profile (sheet: depth-sph §3.9; §0 for dry beds).
+
+use crate::boundary::open::boundary_state::BoundaryState;
+use crate::inflow;
+use crate::inflow::ArrivingFlow;
+
+/// What flows in through an end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inlet {
+    /// Times (s) and discharges per width (m²/s), linear between them; none before the first and after the last.
+    pub hydrograph: Vec<[f64; 2]>,
+    /// Froude number `u/√(g h)` at the end where nothing stands before it, or where what flows in is faster than its waves.
+    pub froude: f64,
+    /// Porosity of what flows in, of two phases; of no meaning for one.
+    pub porosity: f64,
+    /// Set of nodes that it flows into, of two layers; none of one phase, or of grains and fluid.
+    pub layer: Option<usize>,
+}
+
+impl Inlet {
+    /// Discharge per width at a time (m²/s).
+    pub fn discharge(&self, time: f64) -> f64 {
+        inflow::at_time(&self.hydrograph, time)
+    }
+
+    /// Depth (m) and speed (m/s) by the Froude number, at a discharge (m²/s) under gravity `pull` (m/s²).
+    pub fn section_by_froude(&self, discharge: f64, pull: f64) -> (f64, f64) {
+        inflow::section_by_froude(discharge, self.froude, pull)
+    }
+
+    /// Its largest speed (m/s) by the Froude number, under gravity `pull` (m/s²).
+    pub(super) fn max_speed(&self, pull: f64) -> f64 {
+        self.hydrograph.iter().map(|pair| self.section_by_froude(pair[1], pull).1).fold(0.0, f64::max)
+    }
+
+    /// What stands at an end to which this arrives from within, and nothing where it is dry, under gravity `pull` (m/s²).
+    pub(super) fn state(&self, time: f64, arriving: Option<ArrivingFlow>, pull: f64) -> BoundaryState {
+        let (depth, speed) = inflow::inflow_section(self.discharge(time), arriving, self.froude, pull);
+        BoundaryState { depth, speed: -speed, along: 0.0, porosity: self.porosity }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_flows_in_meets_what_stands_there() {
+        let feed =
+            Inlet { hydrograph: vec![[0.0, 0.5], [10.0, 0.5]], froude: 2.0, porosity: 0.4, layer: None };
+        let state = |time: f64, outgoing: Option<f64>| {
+            let arriving = outgoing.map(|outgoing| ArrivingFlow { outgoing, effective_gravity: 9.81 });
+            let BoundaryState { depth, speed, porosity, .. } = feed.state(time, arriving, 9.81);
+            assert_eq!(porosity, 0.4);
+            (depth, speed)
+        };
+        // The sheet's: 0.5 m²/s into still water 1 m deep.
+        let (h, u) = state(1.0, Some(2.0 * 9.81f64.sqrt()));
+        assert!((h - 1.144_364).abs() < 1e-6 && (u + 0.436_924).abs() < 1e-6, "{h} {u}");
+        let (h, u) = state(1.0, None);
+        assert!((h * u + 0.5).abs() < 1e-12 && (u * u / (9.81 * h) - 4.0).abs() < 1e-9, "onto a dry bed");
+        let (h, u) = state(11.0, Some(2.0 * 9.81f64.sqrt()));
+        assert!((h - 1.0).abs() < 1e-9 && u.abs() < 1e-9, "nothing: as a wall");
+    }
+}

@@ -1,0 +1,88 @@
+//! Volume that flows in through an end of a profile: that of its hydrograph.
+
+use crate::boundary::open::boundary_state::BoundaryState;
+use crate::boundary::open::inlet::Inlet;
+use crate::boundary::open::open_boundary::OpenBoundary;
+use crate::phases::phase::PhaseSet;
+
+/// Volume of a node that flows in over that of its length, least and largest.
+const WITHIN: (f64, f64) = (0.5, 1.5);
+
+/// Largest remainder of a hydrograph that the last node takes beside its own volume, over the volume of a whole node. Of less than a half no
+/// further node passes.
+const LAST: f64 = 0.75;
+
+/// Share by which what has flowed in may be off the integral once all has.
+const ALL: f64 = 1e-12;
+
+impl Inlet {
+    /// Volume of a set that flows in by a time (m²), `share` of that of all.
+    fn volume(&self, time: f64, share: f64) -> f64 {
+        share * crate::inflow::volume(&self.hydrograph, time)
+    }
+
+    /// Depth at the largest discharge by the Froude number (m), under gravity `pull` (m/s²).
+    fn deepest(&self, pull: f64) -> f64 {
+        self.hydrograph.iter().map(|pair| self.section_by_froude(pair[1], pull).0).fold(0.0, f64::max)
+    }
+}
+
+impl<const D: usize> OpenBoundary<D> {
+    /// Share of set `number` in what flows in.
+    fn inlet_share(&self, feed: &Inlet, sets: usize, number: usize) -> f64 {
+        self.share(&BoundaryState { porosity: feed.porosity, ..BoundaryState::default() }, sets, number)
+    }
+
+    /// Sets the volume of nodes that have just flowed in, by set and index, so that the sum of all is the integral of the discharge; half of a
+    /// node counts when its middle passes. The last node of a hydrograph takes the remainder. `gravity` in m/s².
+    pub(super) fn set_inlet_volumes(
+        &mut self,
+        sets: &mut [PhaseSet<D>],
+        fresh: &[(usize, usize)],
+        (time, gravity): (f64, f64),
+    ) {
+        let (count, spacing) = (sets.len(), self.spacing);
+        for &(number, i) in fresh {
+            let Some(feed) = &self.inlet else { return };
+            let share = self.inlet_share(feed, count, number);
+            let nodes = &mut sets[number].nodes;
+            // It has passed within the step that ends now.
+            let speed = -self.outward * nodes.velocity[i][self.axis];
+            let since = -self.distance_beyond(&nodes.position[i]) / speed;
+            let passed = if speed > 0.0 && since < time { time - since } else { time };
+            let own = &mut nodes.volume[i];
+            let before = -self.state.passed[number] - *own;
+            let left = feed.volume(f64::INFINITY, share) - before;
+            if !(left > 0.0) {
+                continue;
+            }
+            let wanted = feed.volume(passed, share) + 0.5 * *own - before;
+            let mut volume = wanted.clamp(WITHIN.0 * *own, WITHIN.1 * *own);
+            let whole = f64::max(*own, share * feed.deepest(gravity) * spacing);
+            if left - volume < LAST * whole {
+                volume = left;
+            }
+            self.state.passed[number] -= volume - *own;
+            *own = volume;
+        }
+    }
+
+    /// The time of which the discharge rules (s): the end of the hydrograph until all that it brings has flowed in, and none from then on. The sets are
+    /// so many.
+    pub(super) fn discharge_time(&self, time: f64, sets: usize) -> f64 {
+        if self.is_exhausted(sets) {
+            return f64::INFINITY;
+        }
+        let end = self.inlet.as_ref().and_then(|feed| feed.hydrograph.last()).map_or(time, |last| last[0]);
+        time.min(end)
+    }
+
+    /// Whether all that a hydrograph brings has flowed in, to sets of this number in all.
+    fn is_exhausted(&self, sets: usize) -> bool {
+        let Some(feed) = &self.inlet else { return false };
+        (0..sets).filter(|number| self.is_of(*number)).all(|number| {
+            let all = feed.volume(f64::INFINITY, self.inlet_share(feed, sets, number));
+            -self.state.passed[number] >= (1.0 - ALL) * all
+        })
+    }
+}

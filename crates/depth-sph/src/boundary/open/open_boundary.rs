@@ -1,0 +1,470 @@
+//! One open side: its strips, what stands beyond each, and the nodes there.
+
+use colluvium_points::CellList;
+
+use crate::boundary::open::absorbing_layer::AbsorbingLayer;
+use crate::boundary::open::boundary_state::{
+    ArrivalHistory, BoundaryState, InteriorFit, outward_and_tangential,
+};
+use crate::boundary::open::far_field::{FarField, StripState};
+use crate::boundary::open::two_layers::LayerOfSide;
+use crate::boundary::open::{FAR_FIELD_SUPPORTS, Inlet, Opening};
+use crate::config::settings::FlowSettings;
+use crate::inflow::ArrivingFlow;
+use crate::phases::phase::PhaseSet;
+use crate::phases::phase_nodes::{NewNode, PhaseNodes, PlanVector};
+
+/// No node is added closer to another one than this share of their distance.
+const MIN_NODE_DISTANCE: f64 = 0.6;
+
+/// Supports of a kernel before a side where it is seen what comes: nodes beyond the side are not felt there, which would be heard again
+/// as waves.
+const PROBE_SUPPORTS: f64 = 2.0;
+
+/// An open side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OpenBoundary<const D: usize> {
+    /// Axis that it stands across.
+    pub axis: usize,
+    /// Where it is (m).
+    pub place: f64,
+    /// 1 at the upper end of the axis, -1 at the lower one.
+    pub outward: f64,
+    /// Distance of the nodes beyond it (m).
+    pub spacing: f64,
+    /// How far nodes stand beyond it (m).
+    reach: f64,
+    /// Where its strips begin along it (m), in plan.
+    pub(super) low: f64,
+    /// Its parts along it, each of one `spacing`; one in a profile.
+    pub(super) strips: Vec<BoundarySegment<D>>,
+    /// Strips at its ends that stand beyond other open sides: they are as the next one before these.
+    pub(super) corner_strips: [usize; 2],
+    /// Whether its last strip is next to the first one.
+    pub(super) periodic: bool,
+    /// What flows in through it, in place of what is out there.
+    pub(super) inlet: Option<Inlet>,
+    /// Which of two layers it is of; none of one phase, or of grains and fluid.
+    pub(super) flow_layer: Option<LayerOfSide>,
+    /// The layer before it.
+    pub(super) layer: AbsorbingLayer,
+    /// What has happened.
+    pub state: FarField,
+}
+
+/// A part of a side.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct BoundarySegment<const D: usize> {
+    /// Nodes like those beyond it, of each set.
+    pub(super) template_nodes: [Option<NewNode<D>>; 2],
+    /// What is out there; none where there was nothing.
+    pub(super) far_state: Option<BoundaryState>,
+    /// Volume of a node over the depth that sums have there (m; m² in plan).
+    pub(super) width: f64,
+}
+
+/// Which nodes are before all open sides, which beyond one, and which beyond another.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum SideRegion {
+    Interior,
+    Outside,
+    OutsideOther,
+}
+
+impl<const D: usize> OpenBoundary<D> {
+    pub(super) fn new(
+        opening: &Opening,
+        reach: f64,
+        others: &[Opening],
+        stratum: Option<LayerOfSide>,
+    ) -> Self {
+        let Opening { axis, place, outward, spacing, span, periodic, absorbing_length: layer, .. } = *opening;
+        // Corners of two open sides belong to the first of them.
+        let goes_on = |end: f64| {
+            others.iter().any(|other| other.axis != axis && (other.place - end).abs() < 0.5 * spacing)
+        };
+        let more = (reach / spacing).ceil() as usize + 1;
+        let (beside, count) = if D == 1 {
+            ([0; 2], 1)
+        } else {
+            let beside = [span.0, span.1].map(|end| if goes_on(end) { more } else { 0 });
+            (beside, ((span.1 - span.0) / spacing).round().max(1.0) as usize)
+        };
+        let strip =
+            BoundarySegment { template_nodes: [None; 2], far_state: None, width: spacing.powi(D as i32) };
+        let count = count + beside[0] + beside[1];
+        Self {
+            axis,
+            place,
+            outward,
+            spacing,
+            reach,
+            low: span.0 - beside[0] as f64 * spacing,
+            strips: vec![strip; count],
+            corner_strips: beside,
+            periodic,
+            inlet: None,
+            flow_layer: stratum,
+            layer: AbsorbingLayer::new(layer),
+            state: FarField { strips: vec![StripState::default(); count], ..FarField::default() },
+        }
+    }
+
+    /// Whether it is a side of set `number`.
+    pub(super) fn is_of(&self, number: usize) -> bool {
+        is_of(self.flow_layer, number)
+    }
+
+    /// The sets that it is a side of, with their numbers.
+    pub(super) fn own_sets<'a>(
+        &self,
+        sets: &'a [PhaseSet<D>],
+    ) -> impl Iterator<Item = (usize, &'a PhaseSet<D>)> + use<'a, D> {
+        let stratum = self.flow_layer;
+        sets.iter().enumerate().filter(move |(number, _)| is_of(stratum, *number))
+    }
+
+    /// Depths at nodes of its sets (m): of both phases, or of its layer.
+    pub(super) fn depths<'a>(&self, nodes: &'a PhaseNodes<D>) -> &'a [f64] {
+        if self.flow_layer.is_some() { &nodes.partial_thickness } else { &nodes.depth }
+    }
+
+    /// Effective gravity at node `i` of one of its sets (m/s²): for what flows into one of two layers that on waves of its own depth.
+    pub(super) fn wave_gravity(&self, nodes: &PhaseNodes<D>, i: usize) -> f64 {
+        let stratum = self.flow_layer.filter(|_| self.has_inlet());
+        stratum.map_or(nodes.effective_gravity[i], |stratum| stratum.wave_gravity(nodes, i))
+    }
+
+    /// Share of set `number` of all in a depth that stands there.
+    pub(super) fn share(&self, stand: &BoundaryState, sets: usize, number: usize) -> f64 {
+        if self.flow_layer.is_some() { 1.0 } else { stand.share(sets, number) }
+    }
+
+    /// Finds what stands at the side when the flow begins, under `gravity` (m/s²) at `time` (s): the material goes on like that.
+    pub(super) fn initialise(
+        &mut self,
+        sets: &[PhaseSet<D>],
+        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+        gravity: f64,
+        time: f64,
+        feed: Option<&Inlet>,
+    ) {
+        for (number, set) in self.own_sets(sets) {
+            let nodes = &set.nodes;
+            let mut last: Vec<Option<(f64, usize)>> = vec![None; self.strips.len()];
+            for i in 0..nodes.len() {
+                let x = &nodes.position[i];
+                let beyond = self.distance_beyond(x);
+                if part(x) != SideRegion::Interior || !(-2.0 * self.spacing..0.0).contains(&beyond) {
+                    continue;
+                }
+                let entry = &mut last[self.strip(x)];
+                if entry.is_none_or(|(other, _)| beyond >= other) {
+                    *entry = Some((beyond, i));
+                }
+            }
+            for (strip, last) in self.strips.iter_mut().zip(last) {
+                let Some((_, i)) = last else { continue };
+                let node = template_node(nodes, i);
+                let depth = node.volume / self.spacing.powi(D as i32);
+                let [speed, along] = outward_and_tangential(&node.velocity, self.axis, self.outward);
+                let still =
+                    strip.far_state.get_or_insert(BoundaryState { depth: 0.0, speed, along, porosity: 0.0 });
+                still.depth += depth;
+                still.porosity += if number == 1 { depth } else { 0.0 };
+                strip.template_nodes[number] = Some(node);
+            }
+        }
+        let own: Vec<_> = self.own_sets(sets).filter(|(_, set)| !set.is_empty()).collect();
+        let whole = self.flow_layer.is_some();
+        for strip in &mut self.strips {
+            if let Some(still) = &mut strip.far_state {
+                still.porosity /= still.depth;
+            } else if let Some(feed) = feed {
+                let (depth, speed) = feed.section_by_froude(feed.discharge(time), gravity);
+                let stand = BoundaryState { depth, speed: -speed, along: 0.0, porosity: feed.porosity };
+                for (number, set) in &own {
+                    let share = if whole { 1.0 } else { stand.share(sets.len(), *number) };
+                    let volume = share * depth * self.spacing;
+                    strip.template_nodes[*number] = Some(NewNode { volume, ..template_node(&set.nodes, 0) });
+                }
+            }
+        }
+        self.copy_to_corners();
+    }
+
+    /// Strips beyond other open sides are as the next one before these.
+    pub(super) fn copy_to_corners(&mut self) {
+        for number in 0..self.strips.len() {
+            let own = self.strip_with_state(number);
+            if own == number {
+                continue;
+            }
+            let mut strip = self.strips[own].clone();
+            let along = self.spacing * (number as f64 - own as f64);
+            for node in strip.template_nodes.iter_mut().flatten() {
+                node.position[1 - self.axis] += along;
+            }
+            self.strips[number] = strip;
+        }
+    }
+
+    /// Whether something flows in through it.
+    pub fn has_inlet(&self) -> bool {
+        self.inlet.is_some()
+    }
+
+    /// How far before it one looks for what comes (m).
+    pub(super) fn search_distance(&self) -> f64 {
+        PROBE_SUPPORTS * self.reach / FAR_FIELD_SUPPORTS
+    }
+
+    /// How far nodes stand beyond it (m).
+    pub(super) fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    /// Distance beyond the side (m).
+    pub(super) fn distance_beyond(&self, x: &PlanVector<D>) -> f64 {
+        self.outward * (x[self.axis] - self.place)
+    }
+
+    /// The strip that a place belongs to.
+    pub(super) fn strip(&self, x: &PlanVector<D>) -> usize {
+        if D == 1 {
+            return 0;
+        }
+        let along = ((x[1 - self.axis] - self.low) / self.spacing).floor().max(0.0) as usize;
+        along.min(self.strips.len() - 1)
+    }
+
+    /// The strip whose state a strip has: that of the next one before a corner.
+    pub(super) fn strip_with_state(&self, strip: usize) -> usize {
+        strip.clamp(self.corner_strips[0], self.strips.len() - 1 - self.corner_strips[1])
+    }
+
+    /// What stands at a distance beyond a strip (m).
+    pub(super) fn at(&self, strip: usize, beyond: f64) -> BoundaryState {
+        let known = &self.state.strips[self.strip_with_state(strip)];
+        if let Some(fixed) = known.fixed {
+            return fixed;
+        }
+        if let (Some(stratum), Some(both)) = (&self.flow_layer, &known.layers) {
+            return stratum.at(both, beyond);
+        }
+        let still = self.strips[strip].far_state.as_ref();
+        // In plan waves may come at an angle, which delays along the normal know nothing of.
+        let there = |within: InteriorFit| {
+            if D == 1 { known.history.at(still, beyond) } else { within.at(still, beyond) }
+        };
+        known.interior_fit.map_or(BoundaryState::default(), there)
+    }
+
+    /// Velocity in plan of what stands there.
+    pub(super) fn velocity(&self, stand: &BoundaryState) -> PlanVector<D> {
+        std::array::from_fn(|c| if c == self.axis { self.outward * stand.speed } else { stand.along })
+    }
+
+    /// Counts what has passed the side since it was last looked at; set and index of nodes that have come in.
+    pub(super) fn count_crossings(
+        &mut self,
+        sets: &[PhaseSet<D>],
+        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+    ) -> Vec<(usize, usize)> {
+        let (mut ids, mut entered) = (Vec::new(), Vec::new());
+        for (number, set) in self.own_sets(sets) {
+            let nodes = &set.nodes;
+            for i in 0..nodes.len() {
+                let is_beyond = part(&nodes.position[i]) == SideRegion::Outside;
+                let was = self.state.ids.binary_search(&nodes.id[i]).is_ok();
+                if is_beyond != was {
+                    self.state.passed[number] += if is_beyond { nodes.volume[i] } else { -nodes.volume[i] };
+                }
+                if was && !is_beyond {
+                    entered.push((number, i));
+                }
+                if is_beyond {
+                    ids.push(nodes.id[i]);
+                }
+            }
+        }
+        ids.sort_unstable();
+        self.state.ids = ids;
+        entered
+    }
+
+    /// Gives the nodes of set `number` of all beyond the side their depth and speed. How far the last one of each strip stands (m), and the numbers of
+    /// those that are not needed.
+    pub(super) fn set_far_field_nodes(
+        &mut self,
+        nodes: &mut PhaseNodes<D>,
+        (sets, number): (usize, usize),
+        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+    ) -> (Vec<f64>, Vec<u64>) {
+        let (mut gone, mut farthest) = (Vec::new(), vec![-0.5 * self.spacing; self.strips.len()]);
+        for i in 0..nodes.len() {
+            let x = nodes.position[i];
+            let (beyond, strip) = (self.distance_beyond(&x), self.strip(&x));
+            match part(&x) {
+                SideRegion::OutsideOther => continue,
+                SideRegion::Interior => {
+                    farthest[strip] = f64::max(farthest[strip], beyond);
+                    continue;
+                }
+                SideRegion::Outside => {}
+            }
+            let stand = self.at(strip, beyond);
+            if stand.depth <= 0.0 || beyond > self.reach + self.spacing {
+                gone.push(nodes.id[i]);
+                continue;
+            }
+            farthest[strip] = f64::max(farthest[strip], beyond);
+            // Where nothing stood out there what has passed goes on with its volume, however close its nodes have come.
+            if !self.is_dry_outside(strip) {
+                nodes.volume[i] = self.share(&stand, sets, number) * stand.depth * self.strips[strip].width;
+            }
+            nodes.velocity[i] = self.velocity(&stand);
+        }
+        gone.sort_unstable();
+        self.state.ids.retain(|id| gone.binary_search(id).is_err());
+        (farthest, gone)
+    }
+
+    /// Adds nodes of set `number` beyond the side, from the last one of each strip (m) on as far as they are felt.
+    pub(super) fn add_far_field_nodes(
+        &mut self,
+        set: &mut PhaseSet<D>,
+        (sets, number): (usize, usize),
+        farthest: &[f64],
+        next_id: &mut u64,
+    ) {
+        let mut places = OccupiedPlaces::default();
+        let share = |side: &Self, stand: &BoundaryState| side.share(stand, sets, number);
+        for (strip, last) in farthest.iter().enumerate() {
+            let Some(like) = self.strips[strip].template_nodes[number] else { continue };
+            let mut beyond = *last;
+            while beyond + self.spacing <= self.reach {
+                beyond += self.spacing;
+                let stand = self.at(strip, beyond);
+                if stand.depth <= 0.0 {
+                    break;
+                }
+                let mut node = NewNode {
+                    velocity: self.velocity(&stand),
+                    volume: share(self, &stand) * stand.depth * self.strips[strip].width,
+                    ..like
+                };
+                node.position[self.axis] = self.outward * beyond + self.place;
+                if D > 1 && places.are_taken(&set.nodes, &node.position, MIN_NODE_DISTANCE * self.spacing) {
+                    continue;
+                }
+                set.nodes.push(*next_id, &node);
+                // It has a height before the next sum.
+                let height = share(self, &stand) * stand.depth;
+                if let (Some(own), Some(whole)) =
+                    (set.nodes.partial_thickness.last_mut(), set.nodes.depth.last_mut())
+                {
+                    (*own, *whole) = (height, stand.depth);
+                }
+                set.clear_lists();
+                self.state.ids.push(*next_id);
+                *next_id += 1;
+            }
+        }
+        self.state.ids.sort_unstable();
+    }
+
+    /// Finds the state of the side at `time` (s): that of its outside before the first step, none where there is nothing.
+    pub(super) fn find_state(
+        &mut self,
+        settings: &FlowSettings<D>,
+        sets: &[PhaseSet<D>],
+        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+        (time, dt, is_first): (f64, f64, bool),
+    ) {
+        let gravity = settings.gravity;
+        if is_first {
+            for (known, strip) in self.state.strips.iter_mut().zip(&self.strips) {
+                *known = StripState { fixed: strip.far_state, ..StripState::default() };
+            }
+        } else {
+            let kernel = settings.numerics.kernel;
+            let found = self.fit_interior(kernel, sets, part, 0.0);
+            let inside = self.search_distance();
+            let arriving = if D == 1 && !self.has_inlet() && self.flow_layer.is_none() {
+                self.fit_interior(kernel, sets, part, inside)
+            } else {
+                vec![None; found.len()]
+            };
+            for ((known, within), arriving) in self.state.strips.iter_mut().zip(found).zip(arriving) {
+                (known.fixed, known.interior_fit) = (None, within);
+                match arriving.or(within) {
+                    Some(arriving) if D == 1 && self.flow_layer.is_none() => {
+                        known.history.record((time, dt), &arriving, inside, self.reach);
+                    }
+                    _ => known.history = ArrivalHistory::default(),
+                }
+            }
+        }
+        self.average_tangential_speed();
+        let time = self.discharge_time(time, sets.len());
+        let Some(feed) = &self.inlet else { return };
+        for known in &mut self.state.strips {
+            let here =
+                known.interior_fit.map(|within| (within.depth[0], within.speed[0], within.effective_gravity));
+            let here = here.or(known.fixed.map(|still| (still.depth, still.speed, gravity)));
+            let pull = here.map_or(gravity, |(.., pull)| pull);
+            let arriving = here.map(|(depth, speed, pull)| ArrivingFlow::of(depth, speed, pull));
+            // The Froude number of a layer is that of its own depth, whatever stands on it.
+            let pull = if self.flow_layer.is_some() { gravity } else { pull };
+            known.fixed = Some(feed.state(time, arriving, pull));
+        }
+    }
+}
+
+/// Whether a side of a layer, or of all there is, is one of set `number`.
+fn is_of(stratum: Option<LayerOfSide>, number: usize) -> bool {
+    stratum.is_none_or(|stratum| stratum.set == number)
+}
+
+/// A node like node `i`.
+fn template_node<const D: usize>(nodes: &PhaseNodes<D>, i: usize) -> NewNode<D> {
+    NewNode {
+        body: nodes.body[i],
+        position: nodes.position[i],
+        velocity: nodes.velocity[i],
+        volume: nodes.volume[i],
+        length: nodes.first_length[i],
+        scale: nodes.scale[i],
+    }
+}
+
+/// Where nodes stand: those that there were at first, in cells, and those that have been added since.
+#[derive(Default)]
+struct OccupiedPlaces<const D: usize> {
+    /// None before the first question, and of places that are not finite, which the next search names.
+    cells: Option<CellList<D>>,
+    /// How many are in cells.
+    count: usize,
+}
+
+impl<const D: usize> OccupiedPlaces<D> {
+    /// Whether a node stands within `distance` (m) of a place.
+    fn are_taken(&mut self, nodes: &PhaseNodes<D>, x: &PlanVector<D>, distance: f64) -> bool {
+        if self.cells.is_none() {
+            let mut cells = CellList::new();
+            // Of several distances, so that there are fewer of them than nodes.
+            if cells.build(&nodes.position, 4.0 * distance).is_ok() {
+                (self.cells, self.count) = (Some(cells), nodes.len());
+            }
+        }
+        let is_near = |y: &PlanVector<D>| -> bool {
+            (0..D).map(|c| (x[c] - y[c]).powi(2)).sum::<f64>() < distance * distance
+        };
+        let mut taken = nodes.position[self.count..].iter().any(is_near);
+        if let Some(cells) = &self.cells {
+            cells.visit_within(x, distance, |i| taken |= is_near(&nodes.position[i as usize]));
+        }
+        taken
+    }
+}

@@ -1,0 +1,95 @@
+//! Columns of pore pressure beyond open sides (sheet: depth-sph §2.7, §3.9).
+//!
+//! What passes a side takes its columns with it, and brings back what is left of them. Near the end of what stands beyond a side sums of
+//! depth lack neighbours, and would load columns by depths that are none: there they are those of the last nodes before, in shares of
+//! their depths, and so are those of new nodes. The material out there thus drains as that at the side does.
+
+use crate::boundary::open::open_boundary::{OpenBoundary, SideRegion};
+use crate::boundary::open::{FAR_FIELD_SUPPORTS, region_of};
+use crate::flow::{Flow, PorePressureColumns};
+use crate::phases::phase_nodes::{PhaseNodes, PlanVector};
+
+impl<const D: usize> OpenBoundary<D> {
+    /// The node of each strip that stands farthest out, `limit` (m) beyond the side at most; of a strip without one that of the nearest which
+    /// has one.
+    fn last_before(
+        &self,
+        nodes: &PhaseNodes<D>,
+        heads: &PorePressureColumns,
+        limit: f64,
+        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+    ) -> Vec<Option<usize>> {
+        let mut last: Vec<Option<(f64, usize)>> = vec![None; self.strips.len()];
+        for (i, x) in nodes.position.iter().enumerate() {
+            let beyond = self.distance_beyond(x);
+            let has_column = heads.depth[i] > 0.0;
+            if !has_column || beyond > limit || beyond < -self.reach() || part(x) == SideRegion::OutsideOther
+            {
+                continue;
+            }
+            let entry = &mut last[self.strip(x)];
+            // Of equal ones the first by number, whatever the order of the nodes.
+            let is_last = |(other, k): &(f64, usize)| {
+                beyond > *other || (beyond == *other && nodes.id[i] < nodes.id[*k])
+            };
+            if entry.as_ref().is_none_or(is_last) {
+                *entry = Some((beyond, i));
+            }
+        }
+        let count = last.len();
+        let nearest = |strip: usize| {
+            if last[strip].is_some() {
+                return Some(strip);
+            }
+            let apart = |other: &usize| other.abs_diff(strip);
+            (0..count).filter(|other| last[*other].is_some()).min_by_key(apart)
+        };
+        (0..count).map(|strip| nearest(strip).and_then(|own| last[own]).map(|(_, i)| i)).collect()
+    }
+}
+
+impl PorePressureColumns {
+    /// Gives node `i`, so deep (m), the column of node `from` in shares of its depth (m).
+    fn copy_column(&mut self, i: usize, depth: f64, from: usize) {
+        let (before, width) = (self.depth[from], self.width);
+        for k in 0..width {
+            self.heads[i * width + k] = self.heads[from * width + k] / before * depth;
+        }
+        self.depth[i] = depth;
+    }
+}
+
+impl<const D: usize> Flow<D> {
+    /// Columns of nodes so near to the end of what stands beyond open sides that sums lack neighbours there.
+    pub(super) fn update_far_field_columns(&mut self) {
+        self.copy_columns(1.0 - 1.0 / FAR_FIELD_SUPPORTS);
+    }
+
+    /// Columns of all nodes beyond open sides when the flow begins.
+    pub(crate) fn initialise_far_field_columns(&mut self) {
+        self.copy_columns(0.0);
+    }
+
+    /// Gives nodes that stand farther beyond sides than this share of the reach of what stands there the columns of the last ones before.
+    fn copy_columns(&mut self, share: f64) {
+        if self.pore_columns.is_empty() || self.open_boundaries.iter().all(OpenBoundary::has_inlet) {
+            return;
+        }
+        let sides = self.open_side_list();
+        let Self { sets, pore_columns: heads, open_boundaries: opens, .. } = self;
+        let nodes = &sets[0].nodes;
+        for (number, end) in opens.iter().enumerate().filter(|(_, end)| !end.has_inlet() && end.is_of(0)) {
+            let part = |x: &PlanVector<D>| region_of(&sides, number, x);
+            let limit = share * end.reach();
+            let last = end.last_before(nodes, heads, limit, &part);
+            for (i, x) in nodes.position.iter().enumerate() {
+                if (end.distance_beyond(x) > limit || heads.depth[i].is_nan())
+                    && part(x) == SideRegion::Outside
+                    && let Some(from) = last[end.strip(x)]
+                {
+                    heads.copy_column(i, nodes.depth[i], from);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! Open sides of two layers: waves of the surface and of the interface leave, each by its own invariant (sheet: depth-sph §2.2, §2.11, §3.9).
+//!
+//! Each layer has an open side of its own. Small waves on what stands out there, `h₁` of the lower and `h₂` of the upper layer, follow
+//! `∂²h/∂t² = A ∂²h/∂x²` with `A = g [[h₁, γ h₁], [h₂, h₂]]`, `γ = ρ₂/ρ₁`; a left vector `ℓ` of `A` with `c²` is a wave by itself,
+//! `ℓ·q ± c ℓ·h` its invariants with the fluxes `q`.
+
+use serde::{Deserialize, Serialize};
+
+use crate::boundary::open::boundary_state::{BoundaryState, INTERVALS, InteriorFit, riemann_state};
+use crate::phases::phase_nodes::PhaseNodes;
+
+/// Depths of a layer out there below this share of the other's have no waves of their own.
+const MIN_DEPTH_RATIO: f64 = 1e-3;
+
+/// Which layer a side is of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LayerOfSide {
+    /// Set of its nodes: 0 of the lower, 1 of the upper layer.
+    pub(crate) set: usize,
+    /// Density of the upper over that of the lower layer, `γ`.
+    pub(crate) ratio: f64,
+}
+
+/// Both layers at a strip, the lower one first.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LayerPair {
+    /// What is out there.
+    still: [Option<BoundaryState>; 2],
+    /// What arrives from within at the side.
+    within: [Option<InteriorFit>; 2],
+    /// At the end of a profile what has passed a place before it, and when (s), ascending.
+    seen: Vec<(f64, [ArrivingLayer; 2])>,
+    /// How far before the end that place is (m).
+    distance: f64,
+    /// The middle of the step (s).
+    now: f64,
+}
+
+/// A layer as it arrives at a place: depth (m) and outward speed (m/s).
+type ArrivingLayer = [f64; 2];
+
+impl LayerOfSide {
+    /// Effective gravity (m/s²) on waves of its own depth at node `i`: the surface of what stands on the lower layer stays level (sheet:
+    /// depth-sph §2.11, `c_i²` of a thin layer).
+    pub(crate) fn wave_gravity<const D: usize>(&self, nodes: &PhaseNodes<D>, i: usize) -> f64 {
+        let is_covered = self.set == 0 && nodes.depth[i] > nodes.partial_thickness[i];
+        nodes.effective_gravity[i] * if is_covered { 1.0 - self.ratio } else { 1.0 }
+    }
+
+    /// Depth (m) and outward speed (m/s) of its layer, where both arrive from within and meet what is out there; the lower one first. What
+    /// arrives is asked for by the speed of the wave that brings it (m/s).
+    fn riemann_state(
+        &self,
+        still: [Option<BoundaryState>; 2],
+        arriving: impl Fn(f64) -> [ArrivingLayer; 2],
+        pull: f64,
+    ) -> (f64, f64) {
+        let deepest = still.iter().flatten().map(|stand| stand.depth).fold(0.0, f64::max);
+        let there = |layer: usize| still[layer].filter(|stand| stand.depth > MIN_DEPTH_RATIO * deepest);
+        if let (Some(lower), Some(upper)) = (there(0), there(1)) {
+            return self.riemann_state_of_both([lower, upper], arriving, pull);
+        }
+        // What is not out there leaves as it is; the surface of the other, over it, has the waves.
+        let one = |still: BoundaryState| arriving((pull * still.depth).sqrt() + still.speed);
+        match (there(0), there(1)) {
+            (None, Some(upper)) if self.set == 1 => {
+                let [below, own] = one(upper);
+                let (surface, speed) = riemann_state(Some(&upper), below[0] + own[0], own[1], pull);
+                ((surface - below[0]).max(0.0), speed)
+            }
+            (Some(lower), None) if self.set == 0 => {
+                let own = one(lower)[0];
+                riemann_state(Some(&lower), own[0], own[1], pull)
+            }
+            (out, other) => {
+                let [depth, speed] = out.or(other).map_or_else(|| arriving(f64::INFINITY), one)[self.set];
+                (depth, speed)
+            }
+        }
+    }
+
+    fn riemann_state_of_both(
+        &self,
+        still: [BoundaryState; 2],
+        arriving: impl Fn(f64) -> [ArrivingLayer; 2],
+        pull: f64,
+    ) -> (f64, f64) {
+        let depths = still.map(|stand| stand.depth);
+        let [lower, upper] = depths;
+        let mean = still.iter().map(|stand| stand.depth * stand.speed).sum::<f64>() / (lower + upper);
+        let spread = ((lower - upper).powi(2) + 4.0 * self.ratio * lower * upper).sqrt();
+        // Left vectors, and what of heights and fluxes of their waves is at the side.
+        let waves = [1.0, -1.0].map(|sign| {
+            let square = 0.5 * pull * (lower + upper + sign * spread);
+            let (vector, celerity) = ([pull * upper, square - pull * lower], square.max(0.0).sqrt());
+            let along = |change: [f64; 2]| vector[0] * change[0] + vector[1] * change[1];
+            let brought = arriving((mean + celerity).max(0.5 * celerity));
+            let height = along([0, 1].map(|k| brought[k][0] - depths[k]));
+            let flux = along([0, 1].map(|k| depths[k] * (brought[k][1] - still[k].speed)));
+            let found = if mean >= celerity {
+                [height, flux]
+            } else if mean <= -celerity {
+                [0.0; 2]
+            } else {
+                let outward = 0.5 * (height + flux / celerity);
+                [outward, celerity * outward]
+            };
+            (vector, found)
+        });
+        let [(first, of_first), (second, of_second)] = waves;
+        let determinant = first[0] * second[1] - first[1] * second[0];
+        let back = |k: usize| {
+            let (a, b) = (of_first[k], of_second[k]);
+            match self.set {
+                0 => (a * second[1] - b * first[1]) / determinant,
+                _ => (b * first[0] - a * second[0]) / determinant,
+            }
+        };
+        let own = still[self.set];
+        ((own.depth + back(0)).max(0.0), own.speed + back(1) / own.depth)
+    }
+
+    /// What stands of its layer `beyond` the side (m): depths as waves bring them there, speeds those at the side, so that the nodes there keep
+    /// their distances.
+    pub(super) fn at(&self, both: &LayerPair, beyond: f64) -> BoundaryState {
+        let own = both.still[self.set];
+        let Some(seen) = both.within[self.set].or(both.within[1 - self.set]) else {
+            return own.unwrap_or_default();
+        };
+        let at = |far: f64| {
+            self.riemann_state(both.still, |wave| both.arriving(far, wave), seen.effective_gravity)
+        };
+        let along = own.map_or(both.within[self.set].map_or(0.0, |within| within.along), |still| still.along);
+        BoundaryState { depth: at(beyond).0, speed: at(0.0).1, along, porosity: 0.0 }
+    }
+}
+
+impl LayerPair {
+    /// Takes what is out there and what arrives at the side.
+    pub(super) fn set(&mut self, still: [Option<BoundaryState>; 2], within: [Option<InteriorFit>; 2]) {
+        (self.still, self.within) = (still, within);
+    }
+
+    /// Takes what stands `distance` (m) before the end of a profile at `time` (s), at the beginning of a step of `dt` (s). It is asked for as
+    /// far as `reach` (m) beyond the end.
+    pub(super) fn record(
+        &mut self,
+        (time, dt): (f64, f64),
+        found: [Option<InteriorFit>; 2],
+        distance: f64,
+        reach: f64,
+    ) {
+        let Some(pull) = found.iter().flatten().map(|within| within.effective_gravity).next() else {
+            return self.seen.clear();
+        };
+        (self.now, self.distance) = (time + 0.5 * dt, distance);
+        let whole: f64 = found.iter().flatten().map(|within| within.depth[0]).sum();
+        let least = found.iter().flatten().map(|within| within.depth[0]).fold(whole, f64::min);
+        let interval = distance / (INTERVALS * (pull * whole).sqrt());
+        if self.seen.last().is_none_or(|(last, _)| time - last >= interval) {
+            self.seen
+                .push((time, found.map(|within| within.map_or([0.0; 2], |within| within.extrapolated(0.0)))));
+        }
+        // Waves of the interface are the slowest.
+        let slowest = 0.25 * (pull * least.max(MIN_DEPTH_RATIO * whole)).sqrt();
+        let old = self.now - (distance + reach) / slowest;
+        let first = self.seen.partition_point(|(time, _)| *time < old).saturating_sub(1);
+        self.seen.drain(..first);
+    }
+
+    /// What a wave of that speed (m/s) brings to a place so far beyond the side (m).
+    fn arriving(&self, beyond: f64, wave: f64) -> [ArrivingLayer; 2] {
+        let Some((_, last)) = self.seen.last() else {
+            let far = |within: InteriorFit| within.extrapolated(beyond.min(within.reach));
+            return self.within.map(|within| within.map_or([0.0; 2], far));
+        };
+        let time = self.now - (self.distance + beyond) / wave;
+        let after = self.seen.partition_point(|(own, _)| *own < time).max(1);
+        let (first, before) = self.seen[after - 1];
+        let Some((second, later)) = self.seen.get(after).filter(|_| time > first) else {
+            return if time > first { *last } else { before };
+        };
+        let share = (time - first) / (second - first);
+        let between = |k: usize, c: usize| before[k][c] + share * (later[k][c] - before[k][c]);
+        [0, 1].map(|k| [0, 1].map(|c| between(k, c)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wave of either kind that goes outward is at the side as it arrives, and one that would come in is not.
+    #[test]
+    fn waves_of_both_kinds_leave_and_none_comes_in() {
+        let (depths, pull, ratio) = ([0.6, 0.4], 9.81, 0.5);
+        let still = depths.map(|depth| Some(BoundaryState { depth, ..BoundaryState::default() }));
+        let spread =
+            ((depths[0] - depths[1]) * (depths[0] - depths[1]) + 4.0 * ratio * depths[0] * depths[1]).sqrt();
+        for sign in [1.0, -1.0] {
+            let square = 0.5 * pull * (1.0 + sign * spread);
+            // Right vector of the wave: `g h₁ (a + γ b) = c² a`.
+            let shape = [ratio * pull * depths[0], square - pull * depths[0]];
+            for (way, size) in [(1.0, 1e-3), (-1.0, 1e-3), (1.0, -1e-3)] {
+                let celerity = square.sqrt();
+                let arriving = [0, 1].map(|k| {
+                    let height = size * shape[k];
+                    [depths[k] + height, way * celerity * height / depths[k]]
+                });
+                for set in 0..2 {
+                    let (depth, speed) = LayerOfSide { set, ratio }.riemann_state(still, |_| arriving, pull);
+                    let exact = if way > 0.0 { arriving[set] } else { [depths[set], 0.0] };
+                    assert!(
+                        (depth - exact[0]).abs() < 1e-12 && (speed - exact[1]).abs() < 1e-12,
+                        "{sign} {way}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_layer_that_is_not_out_there_leaves_as_it_is() {
+        let upper = BoundaryState { depth: 2.0, ..BoundaryState::default() };
+        let still = [None, Some(upper)];
+        let arriving = [[0.3, 1.5], [1.7, 0.0]];
+        assert_eq!(LayerOfSide { set: 0, ratio: 0.5 }.riemann_state(still, |_| arriving, 9.81), (0.3, 1.5));
+        let (depth, speed) = LayerOfSide { set: 1, ratio: 0.5 }.riemann_state(still, |_| arriving, 9.81);
+        assert!((depth - 1.7).abs() < 1e-12 && speed.abs() < 1e-12, "its surface is level: {depth} {speed}");
+    }
+}

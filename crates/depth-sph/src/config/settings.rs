@@ -1,0 +1,337 @@
+//! What a flow is made of and how it is computed, as plain numbers.
+
+use std::fmt;
+
+use colluvium_case::PlanRegion;
+use colluvium_constitutive::basal::BasalRheology;
+
+use crate::config::choices::{
+    DepthFrame, Metric, Phases, PressureForceForm, SearchOrientation, ThicknessEquation, TimeScheme,
+};
+use crate::erosion::Erosion;
+use crate::neighbours::kernel::Kernel;
+use crate::phases::interphase_drag::{InterphaseDrag, MixtureDensities};
+use crate::pore_pressure::pore_pressure_column::{Drainage, LowerBound, PressureProfile};
+
+/// Everything that stays while a flow moves.
+#[derive(Clone, Debug)]
+pub struct FlowSettings<const D: usize> {
+    /// Sets of nodes.
+    pub phases: Phases,
+    /// Gravity normal to the plan (m/s²).
+    pub gravity: f64,
+    /// Gravity along the plan (m/s²), in the frame of a tilted bed.
+    pub plan_gravity: [f64; D],
+    /// Axes.
+    pub frame: DepthFrame,
+    /// How depth gradients act over steep terrain.
+    pub metric: Metric,
+    /// Whether curvature of the bed acts on friction and pore pressure. It always turns the velocity along the bed.
+    pub curvature_in_friction: bool,
+    /// What the material is made of.
+    pub material: Mixture,
+    /// Drag between two phases.
+    pub drag: InterphaseDrag,
+    /// Excess pore pressure; none when absent.
+    pub column: Option<PoreColumn>,
+    /// The bed: the first zone that holds a place rules there, the last one everywhere else.
+    pub zones: Vec<BedZone>,
+    /// Earth-pressure coefficients; isotropic stress when absent.
+    pub earth_pressure: Option<EarthPressure>,
+    /// Friction between two layers, `C_f`.
+    pub interface_friction: f64,
+    /// Numerics.
+    pub numerics: Numerics,
+}
+
+/// The flowing material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mixture {
+    /// Densities of grains and fluid (kg/m³); of two layers those of the lower and the upper one. A single phase without
+    /// pore fluid has its own as that of grains, and no porosity.
+    pub densities: MixtureDensities,
+    /// Porosity at the start.
+    pub porosity: f64,
+    /// Whether pore fluid bears a part of the weight.
+    pub saturated: bool,
+}
+
+impl Mixture {
+    /// A single phase without pore fluid, of this density (kg/m³).
+    pub fn plain(density: f64, gravity: f64) -> Self {
+        let densities = MixtureDensities { grain: density, fluid: 0.0, gravity };
+        Self { densities, porosity: 0.0, saturated: false }
+    }
+
+    /// Density of the whole at the start (kg/m³).
+    pub fn density(&self) -> f64 {
+        self.densities.mixture(self.porosity)
+    }
+}
+
+/// Columns of excess pore pressure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoreColumn {
+    /// Intervals over the depth.
+    pub cells: usize,
+    /// Weight of the new time level, ½ to 1.
+    pub weight: f64,
+    /// How a column carries its pressure.
+    pub profile: PressureProfile,
+    /// How fast it drains.
+    pub consolidation: Consolidation,
+    /// How low it may fall.
+    pub lower_bound: LowerBound,
+    /// Liquefaction ratio at the base at the start.
+    pub excess_ratio: f64,
+    /// Stiffness of the skeleton `K_v/α` (Pa), for the terms that need it.
+    pub stiffness: f64,
+    /// Dilatancy under shear: slope `K_ψ` and critical porosity.
+    pub dilatancy: Option<(f64, f64)>,
+}
+
+/// How fast a column drains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Consolidation {
+    /// By a coefficient `c_v` (m²/s).
+    Coefficient(f64),
+    /// By the permeability of the drag law and the stiffness of the skeleton.
+    OfDrag,
+}
+
+/// Savage–Hutter's earth pressure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EarthPressure {
+    /// Coefficient where the flow stretches.
+    pub active: f64,
+    /// Coefficient where it shortens.
+    pub passive: f64,
+}
+
+impl EarthPressure {
+    /// Coefficients of an internal and a basal friction angle (rad), the latter not larger.
+    pub fn savage_hutter(internal: f64, basal: f64) -> Self {
+        let square = internal.cos().powi(2);
+        // Round-off of equal angles must not make a root of a negative number.
+        let root = (1.0 - square * (1.0 + basal.tan().powi(2))).max(0.0).sqrt();
+        let coefficient = |sign: f64| 2.0 / square * (1.0 + sign * root) - 1.0;
+        Self { active: coefficient(-1.0), passive: coefficient(1.0) }
+    }
+
+    /// The coefficient at a rate of divergence (1/s), smooth over `width` (1/s).
+    #[inline]
+    pub fn at(&self, divergence: f64, width: f64) -> f64 {
+        self.active + 0.5 * (self.passive - self.active) * (1.0 - (divergence / width).tanh())
+    }
+}
+
+/// Resistance of the bed to pore fluid, times the porosity (sheet: depth-sph §2.6).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum FluidResistance {
+    /// None.
+    #[default]
+    None,
+    /// `3 μ v/h` (Pa s).
+    Laminar(f64),
+    /// `ρ g n² v²/h^⅓` (s/m^⅓).
+    Manning(f64),
+    /// `ρ g v²/ξ` (m/s²), as the turbulent part of Voellmy's law.
+    Turbulent(f64),
+}
+
+impl FluidResistance {
+    /// Shear stress over density (m²/s²) at depth `h` and speed `v`.
+    #[inline]
+    pub fn over_density(&self, depth: f64, speed: f64, density: f64, gravity: f64) -> f64 {
+        match *self {
+            Self::None => 0.0,
+            Self::Laminar(viscosity) => 3.0 * viscosity * speed / (depth * density),
+            Self::Manning(n) => gravity * n * n * speed * speed / depth.cbrt(),
+            Self::Turbulent(xi) => gravity * speed * speed / xi,
+        }
+    }
+}
+
+/// A part of the bed.
+#[derive(Clone)]
+pub struct BedZone {
+    /// Where: in all of these at once; everywhere without one.
+    pub parts: Vec<PlanRegion>,
+    /// Resistance; none when absent.
+    pub law: Option<BasalRheology>,
+    /// What the base lets through.
+    pub drainage: Drainage,
+    /// Resistance to the pore fluid.
+    pub fluid: FluidResistance,
+    /// What is taken up from it.
+    pub erosion: Option<Erosion>,
+    /// Depth of it that can be taken up (m), infinite without a limit.
+    pub erodible_depth: f64,
+}
+
+impl fmt::Debug for BedZone {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let law = self.law.as_ref().map(|law| law.name);
+        write!(f, "Zone {{ {:?}, {law:?}, {:?}, {:?} }}", self.parts, self.drainage, self.erosion)
+    }
+}
+
+impl BedZone {
+    /// A sealed bed of one law everywhere, which nothing is taken from.
+    pub fn everywhere(law: Option<BasalRheology>) -> Self {
+        Self {
+            parts: Vec::new(),
+            law,
+            drainage: Drainage::Sealed,
+            fluid: FluidResistance::None,
+            erosion: None,
+            erodible_depth: f64::INFINITY,
+        }
+    }
+
+    /// Whether it holds a place.
+    #[inline]
+    pub fn contains(&self, x: &[f64]) -> bool {
+        self.parts.iter().all(|part| part.contains(x))
+    }
+}
+
+/// How a flow is computed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Numerics {
+    /// Kernel.
+    pub kernel: Kernel,
+    /// Whether smoothing lengths follow the heights.
+    pub variable_length: bool,
+    /// Sums of height per step.
+    pub passes: usize,
+    /// Bounds of the smoothing length over its first value.
+    pub length_range: (f64, f64),
+    /// Smoothing length that none falls below (m).
+    pub shortest: f64,
+    /// Heights.
+    pub continuity: ThicknessEquation,
+    /// Pressure force.
+    pub momentum: PressureForceForm,
+    /// Whether gradients are those of the free surface, level by construction.
+    pub surface_gradient: bool,
+    /// Integration in time.
+    pub integration: TimeScheme,
+    /// Linear and quadratic artificial viscosity.
+    pub viscosity: (f64, f64),
+    /// Share of the neighbours' velocity with which nodes drift.
+    pub xsph: f64,
+    /// How the cells of the search lie.
+    pub search: SearchOrientation,
+    /// Courant number.
+    pub courant: f64,
+    /// Friction acts along -x whatever the motion: for similarity solutions that assume it.
+    pub friction_along_x: bool,
+}
+
+impl Numerics {
+    /// The defaults in `D` dimensions of the plan (sheet: depth-sph §0, §2.10, §3.3).
+    pub fn defaults<const D: usize>() -> Self {
+        Self {
+            kernel: Kernel::CubicSpline,
+            variable_length: true,
+            passes: 2,
+            length_range: (0.5, if D == 1 { 50.0 } else { 3.0 }),
+            shortest: 0.0,
+            continuity: ThicknessEquation::Summation,
+            momentum: PressureForceForm::Automatic,
+            surface_gradient: false,
+            integration: TimeScheme::Leapfrog,
+            viscosity: (1.0, 0.0),
+            xsph: 0.0,
+            search: SearchOrientation::Axes,
+            courant: 0.3,
+            friction_along_x: false,
+        }
+    }
+}
+
+impl<const D: usize> FlowSettings<D> {
+    /// One phase of this material on a horizontal bed without resistance, gravity 9.81 m/s².
+    pub fn plain(density: f64) -> Self {
+        let gravity = 9.81;
+        Self {
+            phases: Phases::One,
+            gravity,
+            plan_gravity: [0.0; D],
+            frame: DepthFrame::Horizontal,
+            metric: Metric::Blended,
+            curvature_in_friction: true,
+            material: Mixture::plain(density, gravity),
+            drag: InterphaseDrag::None,
+            column: None,
+            zones: vec![BedZone::everywhere(None)],
+            earth_pressure: None,
+            interface_friction: 0.0,
+            numerics: Numerics::defaults::<D>(),
+        }
+    }
+
+    /// Size of gravity, that along a tilted frame included (m/s²).
+    #[inline]
+    pub fn whole_gravity(&self) -> f64 {
+        (self.gravity * self.gravity + self.plan_gravity.iter().map(|g| g * g).sum::<f64>()).sqrt()
+    }
+
+    /// The zone at a place.
+    #[inline]
+    pub fn zone(&self, x: &[f64; D]) -> &BedZone {
+        let last = self.zones.len() - 1;
+        self.zones[..last].iter().find(|zone| zone.contains(x)).unwrap_or(&self.zones[last])
+    }
+
+    /// Depth of the bed that can be taken up at a place (m): none where there is no erosion.
+    pub fn erodible_depth(&self, x: &[f64; D]) -> f64 {
+        let zone = self.zone(x);
+        if zone.erosion.is_some() { zone.erodible_depth } else { 0.0 }
+    }
+
+    /// Whether anything asks for neighbours one by one: sums of heights and forces do not.
+    pub fn asks_for_neighbours(&self) -> bool {
+        let numerics = &self.numerics;
+        self.phases == Phases::Layers
+            || self.earth_pressure.is_some()
+            || numerics.xsph > 0.0
+            || numerics.continuity != ThicknessEquation::Summation
+    }
+
+    /// Whether anything bears on the bed so that its turning matters: friction or pore pressure.
+    pub fn has_resistance(&self) -> bool {
+        self.column.is_some() || self.zones.iter().any(|zone| zone.law.is_some())
+    }
+
+    /// Number of sets of nodes.
+    pub fn sets(&self) -> usize {
+        if self.phases == Phases::One { 1 } else { 2 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn earth_pressure_has_the_values_of_the_sheet() {
+        let table = [
+            (30, 0, 0.333_333, 3.0),
+            (30, 20, 0.631_656, 2.701_678),
+            (30, 30, 1.666_667, 1.666_667),
+            (38, 25, 0.629_799, 3.811_830),
+            (40, 30, 0.818_461, 3.997_892),
+        ];
+        for (internal, basal, active, passive) in table {
+            let angle = |degrees: i32| f64::from(degrees).to_radians();
+            let found = EarthPressure::savage_hutter(angle(internal), angle(basal));
+            assert!((found.active - active).abs() < 1e-6, "{internal} {basal}: {found:?}");
+            assert!((found.passive - passive).abs() < 1e-6, "{internal} {basal}: {found:?}");
+            assert!(
+                (found.at(1e3, 0.1) - active).abs() < 1e-6 && (found.at(-1e3, 0.1) - passive).abs() < 1e-6
+            );
+        }
+    }
+}

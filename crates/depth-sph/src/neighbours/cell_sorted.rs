@@ -1,0 +1,519 @@
+//! Nodes and their images in the order of cells, column by column: what lies around a place is a few runs of each column, read four
+//! nodes at a time.
+
+use colluvium_points::{CellList, SearchError};
+use rayon::prelude::*;
+use wide::f64x4;
+
+use crate::config::choices::SearchOrientation;
+use crate::neighbours::kernel::Kernel;
+use crate::neighbours::search_axes::SearchAxes;
+use crate::neighbours::simd_neighbour_list;
+use crate::neighbours::simd_neighbour_list::MARGIN;
+use crate::neighbours::thickness::NO_PARTNER;
+use crate::phases::phase::TASK;
+use crate::phases::phase_nodes::{NeighbourData, PlanVector};
+
+/// Fields whose gradients are taken: height, that of the other phase, porosity, excess pressure, level of the bed.
+pub const FIELDS: usize = 5;
+/// Lanes of nodes that are kept of what lies around a place.
+const MAX_KEPT: usize = 32;
+/// Lanes that a run does not reach: not-a-number, which is nearer than nothing.
+const EMPTY_LANES: [f64x4; 4] = {
+    let no = f64::from_bits(u64::MAX);
+    [
+        f64x4::new([0.0; 4]),
+        f64x4::new([0.0, no, no, no]),
+        f64x4::new([0.0, 0.0, no, no]),
+        f64x4::new([0.0, 0.0, 0.0, no]),
+    ]
+};
+
+/// Columns of nodes and images in the order of cells.
+#[derive(Debug)]
+pub struct CellSorted<const D: usize> {
+    cells: CellList<D>,
+    axes: SearchAxes<D>,
+    rotated: Vec<PlanVector<D>>,
+    position: [Vec<f64>; D],
+    /// Smoothing length before heights are summed (m).
+    previous_length: Vec<f64>,
+    /// Velocity (m/s).
+    pub velocity: [Vec<f64>; D],
+    /// Volume (m³).
+    pub volume: Vec<f64>,
+    /// Smoothing length (m).
+    pub length: Vec<f64>,
+    /// Height of the phase (m).
+    pub partial_thickness: Vec<f64>,
+    /// Total depth (m).
+    pub depth: Vec<f64>,
+    /// As in [`NeighbourData`].
+    pub pressure: Vec<f64>,
+    /// Fields of which gradients are taken, so far as there are such; the first one is empty.
+    pub fields: [Vec<f64>; FIELDS],
+}
+
+impl<const D: usize> Default for CellSorted<D> {
+    fn default() -> Self {
+        Self {
+            cells: CellList::new(),
+            axes: SearchAxes::PLAN,
+            rotated: Vec::new(),
+            position: std::array::from_fn(|_| Vec::new()),
+            previous_length: Vec::new(),
+            velocity: std::array::from_fn(|_| Vec::new()),
+            volume: Vec::new(),
+            length: Vec::new(),
+            partial_thickness: Vec::new(),
+            depth: Vec::new(),
+            pressure: Vec::new(),
+            fields: std::array::from_fn(|_| Vec::new()),
+        }
+    }
+}
+
+/// Four values of a column; zero where it is empty.
+#[inline(always)]
+pub fn four_values(column: &[f64], first: usize) -> f64x4 {
+    match column.get(first..first + 4).and_then(|four| four.first_chunk()) {
+        Some(four) => f64x4::new(*four),
+        None => f64x4::ZERO,
+    }
+}
+
+/// Sum of the lanes, in this order on every machine.
+#[inline(always)]
+pub fn sum_lanes(lanes: f64x4) -> f64 {
+    let [a, b, c, d] = lanes.to_array();
+    (a + b) + (c + d)
+}
+
+/// Puts what `value` is for each entry of `order` into a column, with three more that lanes may read.
+fn gather_column(order: &[u32], column: &mut Vec<f64>, value: impl Fn(usize) -> f64 + Sync) {
+    column.resize(order.len() + 3, 0.0);
+    let pairs = column.par_iter_mut().zip(order);
+    pairs.with_min_len(8 * TASK).for_each(|(entry, &j)| *entry = value(j as usize));
+}
+
+impl<const D: usize> CellSorted<D> {
+    /// Sorts what is seen into cells of edge `edge` (m), and takes places and volumes.
+    ///
+    /// # Errors
+    /// When a place is not finite.
+    pub fn sort_into_cells(
+        &mut self,
+        seen: &NeighbourData<D>,
+        edge: f64,
+        search: SearchOrientation,
+    ) -> Result<(), SearchError> {
+        let axes = if search == SearchOrientation::Turned {
+            SearchAxes::along(&seen.position)
+        } else {
+            SearchAxes::PLAN
+        };
+        if axes.are_those_of_the_plan() {
+            self.cells.build(&seen.position, edge)?;
+        } else {
+            let place = |i: usize| axes.to_axes(&seen.position[i]);
+            (0..seen.position.len())
+                .into_par_iter()
+                .with_min_len(8 * TASK)
+                .map(place)
+                .collect_into_vec(&mut self.rotated);
+            self.cells.build(&self.rotated, edge)?;
+        }
+        self.axes = axes;
+        let order = self.cells.order();
+        for (c, column) in self.position.iter_mut().enumerate() {
+            gather_column(order, column, |j| seen.position[j][c]);
+        }
+        gather_column(order, &mut self.volume, |j| seen.volume[j]);
+        gather_column(order, &mut self.previous_length, |j| seen.length[j]);
+        Ok(())
+    }
+
+    /// Takes the heights of the phase.
+    pub fn update_thickness(&mut self, seen: &NeighbourData<D>) {
+        gather_column(self.cells.order(), &mut self.partial_thickness, |j| seen.height[j]);
+    }
+
+    /// Columns of values of what is seen, in this order.
+    pub fn sorted_values<const N: usize>(&self, value: impl Fn(usize) -> [f64; N] + Sync) -> [Vec<f64>; N] {
+        let order = self.cells.order();
+        std::array::from_fn(|c| {
+            let mut column = Vec::new();
+            gather_column(order, &mut column, |j| value(j)[c]);
+            column
+        })
+    }
+
+    /// `Σ (m/h) f W / Σ (m/h) W` of columns of values at a place, with this smoothing length (m); `None` where there are no such nodes.
+    pub fn mean<const N: usize>(
+        &self,
+        kernel: Kernel,
+        x: &PlanVector<D>,
+        length: f64,
+        columns: &[Vec<f64>; N],
+    ) -> Option<[f64; N]> {
+        let (inverse, reach) = (1.0 / length, kernel.support() * length);
+        let within = f64x4::splat(reach * reach);
+        let (mut weights, mut sums) = (f64x4::ZERO, [f64x4::ZERO; N]);
+        self.for_each_neighbour(x, reach, |first, _, square| {
+            let inside = square.simd_lt(within);
+            if !inside.any() {
+                return;
+            }
+            let share = four_values(&self.volume, first) / four_values(&self.partial_thickness, first);
+            let weight = inside & (kernel.profile_of_four::<D>(square.sqrt() * inverse) * share);
+            weights += weight;
+            for (sum, column) in sums.iter_mut().zip(columns) {
+                *sum += weight * four_values(column, first);
+            }
+        });
+        let weights = sum_lanes(weights);
+        let all = weights * kernel.factor::<D>() * inverse.powi(D as i32);
+        (all > NO_PARTNER).then(|| sums.map(|sum| sum_lanes(sum) / weights))
+    }
+
+    /// Takes what forces are made of.
+    pub fn gather_force_data(&mut self, seen: &NeighbourData<D>, with_fields: bool) {
+        let order = self.cells.order();
+        for (c, column) in self.velocity.iter_mut().enumerate() {
+            gather_column(order, column, |j| seen.velocity[j][c]);
+        }
+        gather_column(order, &mut self.length, |j| seen.length[j]);
+        gather_column(order, &mut self.partial_thickness, |j| seen.height[j]);
+        gather_column(order, &mut self.depth, |j| seen.depth[j]);
+        gather_column(order, &mut self.pressure, |j| seen.pressure[j]);
+        if with_fields {
+            let sources = [&seen.partner, &seen.porosity, &seen.excess, &seen.level];
+            for (column, source) in self.fields[1..].iter_mut().zip(sources) {
+                gather_column(order, column, |j| source.get(j).copied().unwrap_or(0.0));
+            }
+        }
+    }
+
+    /// Calls `visit` for four at a time of those in the cells that a ball of `radius` (m) around `x` can touch: the number of the first
+    /// of them, vectors from each of them to `x` (m), and the squares of their lengths (m²), which are not-a-number for what is
+    /// not to be counted.
+    #[inline(always)]
+    pub fn for_each_neighbour(
+        &self,
+        x: &PlanVector<D>,
+        radius: f64,
+        mut visit: impl FnMut(usize, [f64x4; D], f64x4),
+    ) {
+        let here = splat(x);
+        self.cells.ranges_within(&self.axes.to_axes(x), radius, |run| {
+            let mut first = run.start;
+            while first < run.end {
+                let left = run.end - first;
+                let (apart, mut square) = self.separation(&here, first);
+                if left < 4 {
+                    square |= EMPTY_LANES[left];
+                }
+                visit(first, apart, square);
+                first += 4;
+            }
+        });
+    }
+
+    /// The same for fours that are listed around a node.
+    #[inline(always)]
+    pub fn for_each_listed(
+        &self,
+        x: &PlanVector<D>,
+        entries: &[u32],
+        mut visit: impl FnMut(usize, [f64x4; D], f64x4),
+    ) {
+        let here = splat(x);
+        for entry in entries {
+            let (first, count) = simd_neighbour_list::unpack_entry(*entry);
+            let (apart, mut square) = self.separation(&here, first);
+            square |= EMPTY_LANES[count & 3];
+            visit(first, apart, square);
+        }
+    }
+
+    /// Vectors from four nodes to a place (m), and the squares of their lengths (m²).
+    #[inline(always)]
+    fn separation(&self, here: &[f64x4; D], first: usize) -> ([f64x4; D], f64x4) {
+        let (mut apart, mut square) = ([f64x4::ZERO; D], f64x4::ZERO);
+        for c in 0..D {
+            apart[c] = here[c] - four_values(&self.position[c], first);
+            square += apart[c] * apart[c];
+        }
+        (apart, square)
+    }
+
+    /// `Σ m W` at a place, with this smoothing length (m).
+    #[inline]
+    pub fn sum(&self, kernel: Kernel, x: &PlanVector<D>, length: f64) -> f64 {
+        let reach = kernel.support() * length;
+        let mut part = KernelSum::<D>::of(kernel, length);
+        self.for_each_neighbour(x, reach, |first, _, square| {
+            part.add(kernel, square.sqrt(), four_values(&self.volume, first))
+        });
+        part.whole()
+    }
+
+    /// Room for what lies around places, one after the other, for several sums at each.
+    #[inline]
+    pub fn nearby_nodes(&self) -> NearbyNodes<'_, D> {
+        let none = [f64x4::ZERO; MAX_KEPT];
+        NearbyNodes {
+            packed: self,
+            x: [0.0; D],
+            reach: 0.0,
+            count: 0,
+            distances: none,
+            volumes: none,
+            entries: [0; MAX_KEPT],
+        }
+    }
+}
+
+/// A sum `Σ m W` that is being made.
+struct KernelSum<const D: usize> {
+    inverse: f64,
+    within: f64x4,
+    factor: f64,
+    total: f64x4,
+}
+
+impl<const D: usize> KernelSum<D> {
+    #[inline(always)]
+    fn of(kernel: Kernel, length: f64) -> Self {
+        let (inverse, reach) = (1.0 / length, kernel.support() * length);
+        let factor = kernel.factor::<D>() * inverse.powi(D as i32);
+        Self { inverse, within: f64x4::splat(reach), factor, total: f64x4::ZERO }
+    }
+
+    /// Adds four nodes: their distances (m) and volumes.
+    #[inline(always)]
+    fn add(&mut self, kernel: Kernel, distance: f64x4, volume: f64x4) {
+        let shape = kernel.profile_of_four::<D>(distance * self.inverse);
+        self.total += (distance.simd_lt(self.within) & shape) * volume;
+    }
+
+    #[inline(always)]
+    fn whole(self) -> f64 {
+        sum_lanes(self.total) * self.factor
+    }
+}
+
+/// What lies around a place: distances (m) and volumes of four nodes each, as far as `reach` (m).
+pub struct NearbyNodes<'a, const D: usize> {
+    packed: &'a CellSorted<D>,
+    x: PlanVector<D>,
+    reach: f64,
+    count: usize,
+    distances: [f64x4; MAX_KEPT],
+    volumes: [f64x4; MAX_KEPT],
+    entries: [u32; MAX_KEPT],
+}
+
+impl<const D: usize> NearbyNodes<'_, D> {
+    /// Goes to a place (m).
+    #[inline]
+    pub fn move_to(&mut self, x: PlanVector<D>) {
+        (self.x, self.reach) = (x, 0.0);
+    }
+
+    /// Goes to a node with this smoothing length (m), and looks for all that forces can reach where none grows by more than the margin and
+    /// the longest around is this one (m).
+    #[inline]
+    pub fn list_neighbours(
+        &mut self,
+        kernel: Kernel,
+        x: PlanVector<D>,
+        length: f64,
+        longest: f64,
+    ) -> Option<&[u32]> {
+        self.x = x;
+        let half = 0.5 * (1.0 + MARGIN) * kernel.support();
+        let packed = self.packed;
+        let own = f64x4::splat(length);
+        self.collect_if(half * (length + longest.max(length)), |first| {
+            let reach = (own + four_values(&packed.previous_length, first).fast_max(own)) * half;
+            reach * reach
+        });
+        let fits = self.count <= MAX_KEPT;
+        self.reach = if fits { 2.0 * half * length } else { 0.0 };
+        fits.then(|| &self.entries[..self.count])
+    }
+
+    /// `Σ m W` with this smoothing length (m).
+    #[inline]
+    pub fn sum(&mut self, kernel: Kernel, length: f64) -> f64 {
+        self.sum_of::<false>(kernel, length)
+    }
+
+    /// The same, of a kernel that may be known to be the cubic spline.
+    #[inline]
+    pub fn sum_of<const CUBIC: bool>(&mut self, kernel: Kernel, length: f64) -> f64 {
+        let kernel = if CUBIC { Kernel::CubicSpline } else { kernel };
+        let reach = kernel.support() * length;
+        if reach > self.reach && !self.collect((1.0 + MARGIN) * reach) {
+            return self.packed.sum(kernel, &self.x, length);
+        }
+        let mut part = KernelSum::<D>::of(kernel, length);
+        for (distance, volume) in self.distances[..self.count].iter().zip(&self.volumes) {
+            part.add(kernel, *distance, *volume);
+        }
+        part.whole()
+    }
+
+    /// `Σ m W` with this smoothing length (m), and its derivative by that length.
+    #[inline]
+    pub fn sum_and_slope(&mut self, kernel: Kernel, length: f64) -> (f64, f64) {
+        let reach = kernel.support() * length;
+        let (inverse, mut total, mut change) = (1.0 / length, f64x4::ZERO, f64x4::ZERO);
+        let mut add = |distance: f64x4, volume: f64x4| {
+            let q = (distance * inverse).fast_max(f64x4::splat(1e-12));
+            let volume = distance.simd_lt(f64x4::splat(reach)) & volume;
+            let shape = kernel.profile_of_four::<D>(q);
+            total += shape * volume;
+            change += (shape * D as f64 + q * q * kernel.slope_of_four::<D>(q, f64x4::ONE / q)) * volume;
+        };
+        if reach <= self.reach || self.collect((1.0 + MARGIN) * reach) {
+            for (distance, volume) in self.distances[..self.count].iter().zip(&self.volumes) {
+                add(*distance, *volume);
+            }
+        } else {
+            let packed = self.packed;
+            packed.for_each_neighbour(&self.x, reach, |first, _, square| {
+                add(square.sqrt(), four_values(&packed.volume, first))
+            });
+        }
+        let factor = kernel.factor::<D>() * inverse.powi(D as i32);
+        (sum_lanes(total) * factor, -sum_lanes(change) * factor * inverse)
+    }
+
+    /// Keeps what lies within `reach` (m); whether it has room for all.
+    #[inline]
+    fn collect(&mut self, reach: f64) -> bool {
+        let within = f64x4::splat(reach * reach);
+        self.collect_if(reach, |_| within);
+        let fits = self.count <= MAX_KEPT;
+        self.reach = if fits { reach } else { 0.0 };
+        fits
+    }
+
+    /// Keeps fours in the cells within `radius` (m), one of which is nearer than the root of what `within` (m²) is for it.
+    #[inline(always)]
+    fn collect_if(&mut self, radius: f64, within: impl Fn(usize) -> f64x4) {
+        let Self { packed, x, count, distances, volumes, entries, .. } = self;
+        *count = 0;
+        // Without a branch for each four: which are near cannot be foretold.
+        packed.for_each_neighbour(x, radius, |first, _, square| {
+            let slot = (*count).min(MAX_KEPT - 1);
+            (entries[slot], distances[slot]) = (first as u32, square);
+            *count += usize::from(square.simd_lt(within(first)).any());
+        });
+        for k in 0..(*count).min(MAX_KEPT) {
+            let (first, square) = (entries[k] as usize, distances[k]);
+            entries[k] = simd_neighbour_list::pack_entry(first, square);
+            (distances[k], volumes[k]) = (square.sqrt(), four_values(&packed.volume, first));
+        }
+    }
+}
+
+/// A place in all lanes.
+#[inline(always)]
+fn splat<const D: usize>(x: &PlanVector<D>) -> [f64x4; D] {
+    // A loop, not a closure over an array: that is a call where units are many.
+    let mut here = [f64x4::ZERO; D];
+    for c in 0..D {
+        here[c] = f64x4::splat(x[c]);
+    }
+    here
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Nodes at uneven places, in no order.
+    fn seen<const D: usize>() -> NeighbourData<D> {
+        let mut seen = NeighbourData::default();
+        for k in 0..97u32 {
+            let along = |c: u32| f64::from(k * (37 + 11 * c) % 97) * 0.05 + 0.002 * f64::from(k);
+            seen.position.push(std::array::from_fn(|c| along(c as u32)));
+            seen.volume.push(0.3 + 0.01 * f64::from(k));
+            seen.length.push(0.12 + 0.01 * f64::from(k % 9));
+        }
+        seen
+    }
+
+    fn sums_count_each_node_once<const D: usize>(search: SearchOrientation) {
+        let seen = seen::<D>();
+        let mut packed = CellSorted::default();
+        packed.sort_into_cells(&seen, 0.4, search).unwrap();
+        for kernel in [Kernel::CubicSpline, Kernel::WendlandC2, Kernel::QuinticSpline, Kernel::Gaussian] {
+            for length in [0.1, 0.33, 1.7] {
+                for x in &seen.position {
+                    let of = |j: usize| {
+                        let square: f64 = (0..D).map(|c| (x[c] - seen.position[j][c]).powi(2)).sum();
+                        seen.volume[j] * kernel.value::<D>(square.sqrt(), length)
+                    };
+                    let plain: f64 = (0..seen.volume.len()).map(of).sum();
+                    let found = packed.sum(kernel, x, length);
+                    let mut near = packed.nearby_nodes();
+                    near.move_to(*x);
+                    near.sum(kernel, 0.97 * length);
+                    let again = near.sum(kernel, length);
+                    assert!(
+                        (again - found).abs() < 1e-12 * found,
+                        "{kernel:?} {length} {x:?}: {again}, {found}"
+                    );
+                    assert!(
+                        (found - plain).abs() < 1e-12 * plain,
+                        "{kernel:?} {length} {x:?}: {found} for {plain}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn sums_over_cells_are_those_over_all() {
+        sums_count_each_node_once::<1>(SearchOrientation::Axes);
+        sums_count_each_node_once::<2>(SearchOrientation::Axes);
+        sums_count_each_node_once::<2>(SearchOrientation::Turned);
+    }
+
+    /// Lengths may grow by the margin after lists are made.
+    #[test]
+    fn lists_hold_all_that_forces_can_reach() {
+        let seen = seen::<2>();
+        let mut packed = CellSorted::default();
+        packed.sort_into_cells(&seen, 0.3, SearchOrientation::Axes).unwrap();
+        let longest = 0.2;
+        let mut near = packed.nearby_nodes();
+        for (x, length) in seen.position.iter().zip(&seen.length) {
+            let entries = near
+                .list_neighbours(Kernel::CubicSpline, *x, *length, longest)
+                .expect("room for all")
+                .to_vec();
+            let mut listed = vec![0; seen.volume.len()];
+            packed.for_each_listed(x, &entries, |first, _, square| {
+                for (lane, square) in
+                    square.to_array().into_iter().enumerate().filter(|(_, square)| !square.is_nan())
+                {
+                    let j = packed.cells.order()[first + lane] as usize;
+                    let apart = crate::neighbours::thickness::square(x, &seen.position[j]);
+                    assert!((square - apart).abs() < 1e-15, "{square} for {apart}");
+                    listed[j] += 1;
+                }
+            });
+            for (j, count) in listed.into_iter().enumerate() {
+                let reach = (1.0 + MARGIN) * (length + seen.length[j]);
+                let is_near = crate::neighbours::thickness::square(x, &seen.position[j])
+                    < reach * reach * (1.0 - 1e-12);
+                assert!(count <= 1 && (count == 1 || !is_near), "{x:?} {j}: {count}");
+            }
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! What lies around each node, four at a time, found when heights are summed and read again by the forces of the same step.
+
+use rayon::prelude::*;
+use wide::f64x4;
+
+use crate::phases::phase::TASK;
+
+/// Share by which lists reach beyond the smoothing lengths that they are made with: those may grow so far in a step.
+pub const MARGIN: f64 = 0.05;
+
+/// Runs of four for each node, in blocks of [`TASK`] nodes.
+#[derive(Debug, Default)]
+pub struct PackedNeighbours {
+    blocks: Vec<NeighbourListBlock>,
+    /// Whether they hold all that forces can reach.
+    complete: bool,
+}
+
+/// Lists of the nodes of a block, one after the other.
+#[derive(Debug, Default)]
+pub struct NeighbourListBlock {
+    ends: Vec<u32>,
+    entries: Vec<u32>,
+    is_incomplete: bool,
+}
+
+/// Four as they are listed: the first of them, and how many of them count, of which squares of distances are numbers.
+#[inline(always)]
+pub fn pack_entry(first: usize, square: f64x4) -> u32 {
+    (first as u32) << 3 | square.simd_eq(square).to_bitmask().count_ones()
+}
+
+/// The first of four that are listed, and how many of them count.
+#[inline(always)]
+pub fn unpack_entry(entry: u32) -> (usize, usize) {
+    ((entry >> 3) as usize, (entry & 7) as usize)
+}
+
+impl NeighbourListBlock {
+    /// Forgets its lists.
+    pub fn clear(&mut self) {
+        self.ends.clear();
+        self.entries.clear();
+        self.is_incomplete = false;
+    }
+
+    /// Adds the list of the next node; without one, all lists are of no use.
+    #[inline]
+    pub fn push(&mut self, entries: Option<&[u32]>) {
+        match entries {
+            Some(entries) => self.entries.extend_from_slice(entries),
+            None => self.is_incomplete = true,
+        }
+        self.ends.push(self.entries.len() as u32);
+    }
+
+    /// A node's smoothing length has grown beyond what the lists were made with.
+    #[inline]
+    pub fn mark_incomplete(&mut self) {
+        self.is_incomplete = true;
+    }
+}
+
+impl PackedNeighbours {
+    /// Blocks for so many nodes.
+    pub fn blocks(&mut self, nodes: usize) -> &mut [NeighbourListBlock] {
+        self.blocks.resize_with(nodes.div_ceil(TASK), NeighbourListBlock::default);
+        &mut self.blocks
+    }
+
+    /// Looks whether all nodes have lists.
+    pub fn check_complete(&mut self) {
+        self.complete = self.blocks.par_iter().all(|block| !block.is_incomplete);
+    }
+
+    /// Forgets all lists: nodes have moved.
+    pub fn clear(&mut self) {
+        self.complete = false;
+    }
+
+    /// Whether they hold all that forces can reach.
+    pub fn are_complete(&self) -> bool {
+        self.complete
+    }
+
+    /// The list of node `i`.
+    #[inline]
+    pub fn entries(&self, i: usize) -> &[u32] {
+        let block = &self.blocks[i / TASK];
+        let k = i % TASK;
+        let start = if k == 0 { 0 } else { block.ends[k - 1] };
+        &block.entries[start as usize..block.ends[k] as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_of_blocks_stand_one_after_the_other_and_one_that_lacks_spoils_all() {
+        let mut fours = PackedNeighbours::default();
+        let no = f64::NAN;
+        let whole = pack_entry(7, f64x4::splat(1.0));
+        let two = pack_entry(40, f64x4::new([0.0, 2.0, no, no]));
+        assert_eq!([whole, two].map(unpack_entry), [(7, 4), (40, 2)]);
+        let fill = |blocks: &mut [NeighbourListBlock]| {
+            for block in blocks {
+                block.clear();
+                let both = [whole, two];
+                (0..TASK).for_each(|k| block.push(Some(&both[..1 + k % 2])));
+            }
+        };
+        fill(fours.blocks(2 * TASK));
+        assert!(!fours.are_complete());
+        fours.check_complete();
+        assert!(fours.are_complete());
+        assert_eq!((fours.entries(0), fours.entries(TASK + 3)), (&[whole][..], &[whole, two][..]));
+        fours.blocks(2 * TASK)[1].mark_incomplete();
+        fours.check_complete();
+        assert!(!fours.are_complete());
+        fill(fours.blocks(2 * TASK));
+        fours.blocks(2 * TASK)[0].push(None);
+        fours.check_complete();
+        assert!(!fours.are_complete());
+    }
+}

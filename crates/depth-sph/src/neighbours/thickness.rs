@@ -1,0 +1,237 @@
+//! Heights by summation over the nodes around, and smoothing lengths that follow them (sheet: depth-sph §2.10).
+
+use rayon::prelude::*;
+
+use crate::config::choices::{PressureForceForm, ThicknessEquation};
+use crate::config::settings::Numerics;
+use crate::neighbours::cell_sorted::{CellSorted, NearbyNodes};
+use crate::neighbours::kernel::Kernel;
+use crate::neighbours::simd_neighbour_list::MARGIN;
+use crate::phases::phase::{PhaseSet, TASK, copy_with_images};
+use crate::phases::phase_nodes::{NeighbourData, PlanVector};
+
+/// Below this denominator an average over the nodes of a phase is none (sheet: depth-sph §2.10).
+pub const NO_PARTNER: f64 = 1e-6;
+
+/// Most of Newton's steps for the height of a node, and the share of its smoothing length by which the last one may change it.
+const NEWTON: (usize, f64) = (50, 1e-13);
+/// Below this `Ω` a node is on its own: its smoothing length is at its upper bound.
+const MIN_OMEGA: f64 = 1e-3;
+
+/// Square of the distance of two places (m²).
+#[inline]
+pub fn square<const D: usize>(a: &PlanVector<D>, b: &PlanVector<D>) -> f64 {
+    (0..D).map(|c| (a[c] - b[c]).powi(2)).sum()
+}
+
+impl<const D: usize> PhaseSet<D> {
+    /// Step 2: heights of the phase, with smoothing lengths that keep `h ℓ^d / m`.
+    pub fn sum_thickness(&mut self, numerics: &Numerics) {
+        let kernel = numerics.kernel;
+        if numerics.momentum == PressureForceForm::Variational {
+            self.solve_thickness(numerics);
+            return;
+        }
+        self.max_smoothing_length.update(
+            &self.neighbour_data.position,
+            &self.neighbour_data.length,
+            (1.0 + MARGIN) * kernel.support(),
+        );
+        let Self {
+            nodes, cell_sorted: packed, packed_neighbours: fours, max_smoothing_length: around, ..
+        } = self;
+        let (packed, around) = (&*packed, &*around);
+        let (position, volume, first, scale) =
+            (&nodes.position, &nodes.volume, &nodes.first_length, &nodes.scale);
+        let columns = nodes.partial_thickness.par_chunks_mut(TASK).zip(nodes.length.par_chunks_mut(TASK));
+        let blocks = fours.blocks(position.len()).par_iter_mut().zip(columns).enumerate();
+        blocks.for_each_init(
+            || packed.nearby_nodes(),
+            |near, (number, (block, (heights, lengths)))| {
+                block.clear();
+                for (k, (height, length)) in heights.iter_mut().zip(lengths).enumerate() {
+                    let i = number * TASK + k;
+                    let (x, before) = (position[i], *length);
+                    block.push(near.list_neighbours(kernel, x, before, around.at(&x)));
+                    for _ in 0..numerics.passes {
+                        // Of the usual kernel the compiler makes a loop of its own.
+                        *height = match kernel {
+                            Kernel::CubicSpline => near.sum_of::<true>(kernel, *length),
+                            _ => near.sum_of::<false>(kernel, *length),
+                        };
+                        if numerics.variable_length {
+                            *length =
+                                length_from_thickness::<D>(numerics, scale[i], volume[i], *height, first[i]);
+                        }
+                    }
+                    if *length > (1.0 + MARGIN) * before {
+                        block.mark_incomplete();
+                    }
+                }
+            },
+        );
+        fours.check_complete();
+        if numerics.continuity == ThicknessEquation::Normalised {
+            self.normalise(kernel);
+        }
+    }
+
+    /// Heights `h = Σ m W(ℓ(h))` by Newton's method, with `Ω` (sheet: depth-sph §3.4).
+    fn solve_thickness(&mut self, numerics: &Numerics) {
+        let Self { nodes, cell_sorted: packed, omega, .. } = self;
+        let packed = &*packed;
+        omega.resize(nodes.len(), 1.0);
+        let (position, volume, first, scale) =
+            (&nodes.position, &nodes.volume, &nodes.first_length, &nodes.scale);
+        let columns =
+            nodes.partial_thickness.par_iter_mut().zip(nodes.length.par_iter_mut()).zip(omega).enumerate();
+        columns.with_min_len(TASK).for_each_init(
+            || packed.nearby_nodes(),
+            |near, (i, ((height, length), omega))| {
+                near.move_to(position[i]);
+                (*height, *omega) =
+                    solve_node_thickness(near, numerics, length, scale[i] * volume[i], first[i]);
+            },
+        );
+    }
+
+    /// Divides heights by `Σ (m/h) W`, with the heights of before.
+    fn normalise(&mut self, kernel: Kernel) {
+        if self.neighbour_data.height.len() != self.neighbour_data.position.len() {
+            // There is nothing before the first sum.
+            self.update_image_thickness();
+        }
+        let (seen, near, nodes) = (&self.neighbour_data, &self.same_phase_neighbours, &self.nodes);
+        let share = |i: usize| {
+            let own = kernel.value::<D>(0.0, nodes.length[i]) * nodes.volume[i] / seen.height[i];
+            near.neighbours(i).iter().fold(own, |sum, &j| {
+                let j = j as usize;
+                let r = square(&nodes.position[i], &seen.position[j]).sqrt();
+                sum + seen.volume[j] / seen.height[j] * kernel.value::<D>(r, nodes.length[i])
+            })
+        };
+        (0..nodes.len())
+            .into_par_iter()
+            .with_min_len(TASK)
+            .map(share)
+            .collect_into_vec(&mut self.scratch_scalars);
+        for (height, share) in self.nodes.partial_thickness.iter_mut().zip(&self.scratch_scalars) {
+            *height /= share;
+        }
+    }
+
+    /// Smoothing lengths where heights are integrated in time.
+    pub fn update_smoothing_lengths(&mut self, numerics: &Numerics) {
+        if !numerics.variable_length {
+            return;
+        }
+        let nodes = &mut self.nodes;
+        for i in 0..nodes.len() {
+            let (scale, first) = (nodes.scale[i], nodes.first_length[i]);
+            nodes.length[i] = length_from_thickness::<D>(
+                numerics,
+                scale,
+                nodes.volume[i],
+                nodes.partial_thickness[i],
+                first,
+            );
+        }
+    }
+
+    /// Height of the other phase at each node (m), by summation.
+    pub fn sum_partner_thickness(&mut self, kernel: Kernel, other: &CellSorted<D>) {
+        let nodes = &self.nodes;
+        let partner = |i: usize| other.sum(kernel, &nodes.position[i], nodes.length[i]);
+        (0..nodes.len())
+            .into_par_iter()
+            .with_min_len(TASK)
+            .map(partner)
+            .collect_into_vec(&mut self.scratch_scalars);
+        copy_with_images(&self.images, &self.scratch_scalars, &mut self.neighbour_data.partner);
+    }
+}
+
+/// Height of a node (m) whose smoothing length keeps `ℓ^d h` at `kept`, and `Ω = 1 + ℓ/(d h) ∂h/∂ℓ`, one where the length is at a bound.
+fn solve_node_thickness<const D: usize>(
+    near: &mut NearbyNodes<'_, D>,
+    numerics: &Numerics,
+    length: &mut f64,
+    kept: f64,
+    first: f64,
+) -> (f64, f64) {
+    let kernel = numerics.kernel;
+    if !numerics.variable_length {
+        return (near.sum(kernel, *length), 1.0);
+    }
+    let (low, high) = length_bounds(numerics, first);
+    *length = length.clamp(low, high);
+    let (mut height, mut omega) = (0.0, 1.0);
+    for _ in 0..NEWTON.0 {
+        let (sum, slope) = near.sum_and_slope(kernel, *length);
+        (height, omega) = (sum, 1.0 + *length / (D as f64 * sum) * slope);
+        let wanted = if omega > MIN_OMEGA {
+            let excess = 1.0 - kept / (length.powi(D as i32) * sum);
+            (*length * (1.0 - (excess / (D as f64 * omega)).clamp(-1.0, 0.5))).clamp(low, high)
+        } else {
+            high
+        };
+        let change = (wanted - *length).abs();
+        if change <= NEWTON.1 * *length {
+            break;
+        }
+        *length = wanted;
+    }
+    (height, if *length > low && *length < high { omega } else { 1.0 })
+}
+
+/// Bounds of a smoothing length (m) that began as `first`.
+#[inline]
+fn length_bounds(numerics: &Numerics, first: f64) -> (f64, f64) {
+    let (least, most) = numerics.length_range;
+    let shortest = numerics.shortest.min(first);
+    ((least * first).max(shortest), (most * first).max(shortest))
+}
+
+/// `ℓ = (scale m / h)^(1/d)` within its bounds.
+#[inline]
+fn length_from_thickness<const D: usize>(
+    numerics: &Numerics,
+    scale: f64,
+    volume: f64,
+    height: f64,
+    first: f64,
+) -> f64 {
+    let power = scale * volume / height;
+    let length = if D == 1 { power } else { power.sqrt() };
+    let (low, high) = length_bounds(numerics, first);
+    // A height of zero has an infinite length: the upper bound holds.
+    length.clamp(low, high)
+}
+
+/// `Σ (m/h) f W / Σ (m/h) W` of a field at a place; `None` where there are no such nodes.
+#[inline]
+pub fn kernel_average<const D: usize, const N: usize>(
+    kernel: Kernel,
+    x: &PlanVector<D>,
+    length: f64,
+    seen: &NeighbourData<D>,
+    neighbours: impl Iterator<Item = usize>,
+    field: impl Fn(usize) -> [f64; N],
+) -> Option<[f64; N]> {
+    let inverse = 1.0 / length;
+    let support = kernel.support();
+    let (mut weights, mut total) = (0.0, [0.0; N]);
+    for j in neighbours {
+        let q = square(x, &seen.position[j]).sqrt() * inverse;
+        if q < support {
+            let weight = seen.volume[j] / seen.height[j] * kernel.profile::<D>(q);
+            weights += weight;
+            let value = field(j);
+            for c in 0..N {
+                total[c] += weight * value[c];
+            }
+        }
+    }
+    let whole = weights * kernel.factor::<D>() * inverse.powi(D as i32);
+    (whole > NO_PARTNER).then(|| total.map(|sum| sum / weights))
+}

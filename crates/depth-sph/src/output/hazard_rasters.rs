@@ -1,0 +1,346 @@
+//! What a flow has done to each cell of a raster over the plan: largest thickness, speed and dynamic pressure, and arrival.
+//!
+//! The volume of a node is spread over the cells within its kernel, in proportion to it and so that they hold all of it: rasters
+//! of thickness sum to the volume of the flow. It is done after every step.
+
+use colluvium_points::{Georeference, Outline, Raster};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::bed::Bed;
+use crate::flow::Flow;
+use crate::neighbours::kernel::Kernel;
+use crate::phases::phase_nodes::PlanVector;
+
+/// Rows of cells that one task looks after.
+const ROWS_PER_TASK: usize = 8;
+
+/// Shift of centres of cells against a mapped outline (cells), so that one on the outline itself is on one side of it.
+const ON_OUTLINE: f64 = 1e-6;
+
+/// A regular grid of cells in plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlanCells {
+    /// Cells along x and y.
+    pub counts: [usize; 2],
+    /// Centre of the cell with the least x and y (m).
+    pub origin: [f64; 2],
+    /// Widths of a cell (m).
+    pub spacing: [f64; 2],
+    /// Where on Earth it lies.
+    pub reference: Georeference,
+}
+
+impl PlanCells {
+    fn area(&self) -> f64 {
+        self.spacing[0] * self.spacing[1]
+    }
+
+    fn centre(&self, column: usize, row: usize) -> [f64; 2] {
+        [self.origin[0] + column as f64 * self.spacing[0], self.origin[1] + row as f64 * self.spacing[1]]
+    }
+
+    /// The cell around a place; `None` beyond the grid.
+    fn cell(&self, x: [f64; 2]) -> Option<[usize; 2]> {
+        let along = |c: usize| {
+            let steps = ((x[c] - self.origin[c]) / self.spacing[c]).round();
+            (steps >= 0.0 && steps < self.counts[c] as f64).then_some(steps as usize)
+        };
+        Some([along(0)?, along(1)?])
+    }
+
+    /// First and last cell along an axis whose centre lies within `reach` (m) of `x` (m).
+    fn window(&self, axis: usize, x: f64, reach: f64) -> Option<[usize; 2]> {
+        let steps = |x: f64| (x - self.origin[axis]) / self.spacing[axis];
+        let first = steps(x - reach).ceil().max(0.0);
+        let last = steps(x + reach).floor().min((self.counts[axis] - 1) as f64);
+        (first <= last).then_some([first as usize, last as usize])
+    }
+}
+
+/// What one cell has seen.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HazardCell {
+    /// Largest thickness (m).
+    pub thickness: f64,
+    /// Largest speed along the bed while the thickness was that of the threshold or more (m/s).
+    pub speed: f64,
+    /// Largest `ρ |v|²` while it was (Pa).
+    pub pressure: f64,
+    /// When it first was (s); not-a-number before.
+    pub arrival: f64,
+}
+
+const UNTOUCHED: HazardCell = HazardCell { thickness: 0.0, speed: 0.0, pressure: 0.0, arrival: f64::NAN };
+
+/// What is over a cell now: thickness (m), mass over area (kg/m²), momentum in plan over area (kg/(m s)).
+type CellContent = [f64; 4];
+
+/// The share of a node in the cells around it.
+struct NodeFootprint {
+    place: [f64; 2],
+    columns: [usize; 2],
+    rows: [usize; 2],
+    length: f64,
+    /// Thickness per value of the kernel.
+    factor: f64,
+    density: f64,
+    velocity: [f64; 2],
+}
+
+/// Rasters of a flow.
+pub struct HazardRasters {
+    grid: PlanCells,
+    /// Thickness from which on a cell counts as reached (m).
+    threshold: f64,
+    /// Slope of the bed at each cell.
+    slopes: Vec<[f64; 2]>,
+    cells: Vec<HazardCell>,
+    /// Cells whose centres lie within a mapped outline; empty without one.
+    in_mapped_outline: Vec<bool>,
+    /// Area of the mapped outline beyond the cells (m²).
+    mapped_beyond_cells: f64,
+    contents: Vec<CellContent>,
+    patches: Vec<NodeFootprint>,
+    bands: Vec<Vec<u32>>,
+}
+
+/// The two coordinates of a place in plan; of one in a profile the second is zero.
+fn to_2d<const D: usize>(x: &PlanVector<D>) -> [f64; 2] {
+    std::array::from_fn(|c| x.get(c).copied().unwrap_or(0.0))
+}
+
+impl HazardRasters {
+    /// Rasters over a bed that nothing has reached yet.
+    pub fn new<const D: usize>(grid: PlanCells, threshold: f64, bed: &Bed<D>) -> Self {
+        let count = grid.counts[0] * grid.counts[1];
+        let slope = |number: usize| {
+            let centre = grid.centre(number % grid.counts[0], number / grid.counts[0]);
+            let found = bed.at(&std::array::from_fn(|c| centre[c]));
+            found.map_or([0.0; 2], |bed| to_2d(&bed.slope))
+        };
+        let slopes = (0..count).into_par_iter().map(slope).collect::<Vec<_>>();
+        let bands = vec![Vec::new(); grid.counts[1].div_ceil(ROWS_PER_TASK)];
+        Self {
+            threshold,
+            slopes,
+            cells: vec![UNTOUCHED; count],
+            in_mapped_outline: Vec::new(),
+            mapped_beyond_cells: 0.0,
+            contents: vec![[0.0; 4]; count],
+            patches: Vec::new(),
+            bands,
+            grid,
+        }
+    }
+
+    /// Compares what has been reached with a mapped outline, and returns the share of its area that lies beyond the cells. A cell whose
+    /// centre lies on the outline counts where it begins, and not where it ends.
+    pub fn compare(&mut self, outline: &Outline) -> f64 {
+        let grid = &self.grid;
+        let within = |k: usize| {
+            let centre = grid.centre(k % grid.counts[0], k / grid.counts[0]);
+            outline.contains(std::array::from_fn(|c| centre[c] + ON_OUTLINE * grid.spacing[c]))
+        };
+        self.in_mapped_outline = (0..self.cells.len()).into_par_iter().map(within).collect::<Vec<_>>();
+        let low: [f64; 2] = std::array::from_fn(|c| grid.origin[c] - 0.5 * grid.spacing[c]);
+        let high: [f64; 2] = std::array::from_fn(|c| low[c] + grid.counts[c] as f64 * grid.spacing[c]);
+        let ring = vec![low, [high[0], low[1]], high, [low[0], high[1]], low];
+        let inside = Outline::new(vec![vec![ring]]).map_or(0.0, |cells| cells.overlap(outline));
+        self.mapped_beyond_cells = (outline.area() - inside).max(0.0);
+        self.mapped_beyond_cells / outline.area()
+    }
+
+    /// Areas (m²) of the cells reached within the mapped outline, not reached within it, and reached beyond it; `None` without one.
+    pub fn score(&self) -> Option<[f64; 3]> {
+        let mut counts = [0.0; 3];
+        for (cell, within) in self.cells.iter().zip(&self.in_mapped_outline) {
+            match (!cell.arrival.is_nan(), within) {
+                (true, true) => counts[0] += 1.0,
+                (false, true) => counts[1] += 1.0,
+                (true, false) => counts[2] += 1.0,
+                (false, false) => {}
+            }
+        }
+        let [hit, missed, beyond] = counts.map(|count| count * self.grid.area());
+        (!self.in_mapped_outline.is_empty()).then_some([hit, missed + self.mapped_beyond_cells, beyond])
+    }
+
+    /// What the cells have seen, row by row from the least y.
+    pub fn cells(&self) -> &[HazardCell] {
+        &self.cells
+    }
+
+    /// Takes back what the cells have seen; `None` where it is that of another grid.
+    pub fn restore(&mut self, cells: Vec<HazardCell>) -> Option<()> {
+        (cells.len() == self.cells.len()).then(|| self.cells = cells)
+    }
+
+    /// Looks at the flow as it is.
+    pub fn update<const D: usize>(&mut self, flow: &Flow<D>) {
+        self.spread(flow);
+        let Self { grid, threshold, slopes, cells, contents: over, bands, .. } = self;
+        let (width, threshold) = (grid.counts[0] * ROWS_PER_TASK, *threshold);
+        let all = cells.par_chunks_mut(width).zip(over.par_chunks(width)).zip(slopes.par_chunks(width));
+        all.zip(&*bands).for_each(|(((cells, over), slopes), band)| {
+            if band.is_empty() {
+                return;
+            }
+            for ((cell, over), slope) in cells.iter_mut().zip(over).zip(slopes) {
+                cell.thickness = cell.thickness.max(over[0]);
+                if over[0] >= threshold {
+                    let speed = speed(over, slope);
+                    cell.speed = cell.speed.max(speed);
+                    cell.pressure = cell.pressure.max(over[1] / over[0] * speed * speed);
+                    if cell.arrival.is_nan() {
+                        cell.arrival = flow.time;
+                    }
+                }
+            }
+        });
+    }
+
+    /// Spreads the nodes over the cells; those of bands without a node keep what they had.
+    fn spread<const D: usize>(&mut self, flow: &Flow<D>) {
+        let kernel = flow.settings.numerics.kernel;
+        let Self { grid, contents: over, patches, bands, .. } = self;
+        patches.clear();
+        for (number, set) in flow.sets.iter().enumerate() {
+            let density = flow.density(number);
+            let nodes = &set.nodes;
+            let patch = |i: usize| {
+                if flow.is_outside(nodes.id[i]) {
+                    return None;
+                }
+                let of = (to_2d(&nodes.position[i]), nodes.length[i], nodes.volume[i]);
+                patch(grid, kernel, of, density, to_2d(&nodes.velocity[i]))
+            };
+            patches.par_extend((0..nodes.len()).into_par_iter().filter_map(patch));
+        }
+        bands.iter_mut().for_each(Vec::clear);
+        for (number, patch) in patches.iter().enumerate() {
+            for band in patch.rows[0] / ROWS_PER_TASK..=patch.rows[1] / ROWS_PER_TASK {
+                bands[band].push(number as u32);
+            }
+        }
+        let columns = grid.counts[0];
+        let chunks = over.par_chunks_mut(columns * ROWS_PER_TASK).zip(&*bands).enumerate();
+        chunks.for_each(|(number, (over, band))| {
+            if band.is_empty() {
+                return;
+            }
+            over.fill([0.0; 4]);
+            let first = number * ROWS_PER_TASK;
+            for patch in band.iter().map(|&patch| &patches[patch as usize]) {
+                for row in patch.rows[0].max(first)..=patch.rows[1].min(first + ROWS_PER_TASK - 1) {
+                    for column in patch.columns[0]..=patch.columns[1] {
+                        let thickness = patch.factor * patch.weight(grid, kernel, column, row);
+                        let mass = patch.density * thickness;
+                        let cell = &mut over[(row - first) * columns + column];
+                        cell[0] += thickness;
+                        cell[1] += mass;
+                        cell[2] += mass * patch.velocity[0];
+                        cell[3] += mass * patch.velocity[1];
+                    }
+                }
+            }
+        });
+    }
+
+    /// The rasters, with their names and units; thickness is measured `along` the vertical or the normal.
+    pub fn rasters<const D: usize>(
+        &self,
+        flow: &Flow<D>,
+        along: &str,
+    ) -> Vec<(String, &'static str, Raster)> {
+        let mut now = Self { cells: Vec::new(), ..Self::new(self.grid.clone(), self.threshold, &flow.bed) };
+        now.spread(flow);
+        let raster = |value: &dyn Fn(usize) -> f64| Raster {
+            columns: self.grid.counts[0],
+            rows: self.grid.counts[1],
+            origin: self.grid.origin,
+            spacing: self.grid.spacing,
+            values: (0..self.slopes.len()).map(value).collect(),
+            reference: self.grid.reference.clone(),
+        };
+        let seen = |value: fn(&HazardCell) -> f64| {
+            raster(&|k| {
+                let cell = &self.cells[k];
+                if cell.thickness >= self.threshold { value(cell) } else { f64::NAN }
+            })
+        };
+        // Where nothing is left at all that is known of every cell.
+        let beyond = if now.patches.is_empty() { 0.0 } else { f64::NAN };
+        let left = |value: &dyn Fn(usize) -> f64| {
+            raster(&|k| if now.contents[k][0] > 0.0 { value(k) } else { beyond })
+        };
+        let mut rasters = vec![
+            (format!("peak_thickness_{along}"), "m", seen(|cell| cell.thickness)),
+            ("peak_velocity".to_owned(), "m/s", seen(|cell| cell.speed)),
+            ("peak_dynamic_pressure".to_owned(), "Pa", seen(|cell| cell.pressure)),
+            ("arrival_time".to_owned(), "s", seen(|cell| cell.arrival)),
+            (format!("final_thickness_{along}"), "m", left(&|k| now.contents[k][0])),
+            ("final_velocity".to_owned(), "m/s", left(&|k| speed(&now.contents[k], &now.slopes[k]))),
+        ];
+        if let Some(worn) = flow.erodible_bed() {
+            let centre = |k: usize| self.grid.centre(k % self.grid.counts[0], k / self.grid.counts[0]);
+            let change = raster(&|k| {
+                let [x, y] = centre(k);
+                let taken = worn.eroded_depth_at(x, y);
+                if taken > 0.0 { -taken } else { f64::NAN }
+            });
+            rasters.push(("bed_change".to_owned(), "m", change));
+        }
+        rasters
+    }
+
+    /// Whether any cell has been reached.
+    pub fn are_empty(&self) -> bool {
+        self.cells.iter().all(|cell| cell.arrival.is_nan())
+    }
+}
+
+/// Speed along the bed of what is over a cell (m/s).
+fn speed(over: &CellContent, slope: &[f64; 2]) -> f64 {
+    let v = [over[2] / over[1], over[3] / over[1]];
+    let rise = v[0] * slope[0] + v[1] * slope[1];
+    (v[0] * v[0] + v[1] * v[1] + rise * rise).sqrt()
+}
+
+impl NodeFootprint {
+    /// Share of a cell; of a node whose kernel reaches no centre the cell around it has all.
+    #[inline]
+    fn weight(&self, grid: &PlanCells, kernel: Kernel, column: usize, row: usize) -> f64 {
+        if self.length == 0.0 {
+            return 1.0;
+        }
+        let centre = grid.centre(column, row);
+        let square = (centre[0] - self.place[0]).powi(2) + (centre[1] - self.place[1]).powi(2);
+        kernel.profile::<2>(square.sqrt() / self.length)
+    }
+}
+
+fn patch(
+    grid: &PlanCells,
+    kernel: Kernel,
+    (place, length, volume): ([f64; 2], f64, f64),
+    density: f64,
+    velocity: [f64; 2],
+) -> Option<NodeFootprint> {
+    let cell = grid.cell(place)?;
+    let reach = kernel.support() * length;
+    let around = |c: usize| grid.window(c, place[c], reach).unwrap_or([cell[c]; 2]);
+    let mut patch =
+        NodeFootprint { place, columns: around(0), rows: around(1), length, factor: 0.0, density, velocity };
+    let mut sum = 0.0;
+    for row in patch.rows[0]..=patch.rows[1] {
+        for column in patch.columns[0]..=patch.columns[1] {
+            sum += patch.weight(grid, kernel, column, row);
+        }
+    }
+    if !(sum > 0.0) {
+        (patch.columns, patch.rows, patch.length, sum) = ([cell[0]; 2], [cell[1]; 2], 0.0, 1.0);
+    }
+    patch.factor = volume / (sum * grid.area());
+    Some(patch)
+}

@@ -1,0 +1,371 @@
+//! What acts on velocities beside the kick: drag between phases and the resistance of the bed (sheet: depth-sph §3.4, steps 5
+//! and 6, as amended).
+
+use colluvium_constitutive::basal::BasalFlow;
+use rayon::prelude::*;
+
+use crate::bed::BedPoint;
+use crate::config::choices::Phases;
+use crate::config::settings::{BedZone, FlowSettings, FluidResistance};
+use crate::flow::{Flow, PorePressureColumns};
+use crate::momentum::implicit_resistance::implicit_speed;
+use crate::phases::interphase_drag::relaxation_shares;
+use crate::phases::phase::{PhaseSet, TASK};
+use crate::phases::phase_nodes::{PhaseNodes, PlanVector, norm};
+
+/// Masses per area of the phases at a node, and how much of a slip they lose in a step.
+#[derive(Clone, Copy, Debug)]
+struct DragCoupling {
+    /// Mass per plan area of the grains and of the fluid (kg/m²).
+    masses: [f64; 2],
+    /// Share of the old slip that is lost, and of what the forces of the step add.
+    shares: (f64, f64),
+}
+
+impl DragCoupling {
+    /// Velocity per impulse on the grains (m² / kg).
+    fn mobility(&self) -> f64 {
+        let [solid, fluid] = self.masses;
+        (1.0 - self.shares.1 * fluid / (solid + fluid)) / solid
+    }
+
+    /// What the other phase takes of an impulse on the grains, per its area (m²/kg).
+    fn passed(&self) -> f64 {
+        self.shares.1 / (self.masses[0] + self.masses[1])
+    }
+
+    /// Share by which slip moves the nodes of a phase: towards the other one.
+    fn part(&self, role: usize) -> f64 {
+        let [solid, fluid] = self.masses;
+        if role == 0 { fluid / (solid + fluid) } else { -solid / (solid + fluid) }
+    }
+}
+
+/// What stands on the bed, but for its velocity.
+struct ColumnsOnBed<'a, const D: usize> {
+    settings: &'a FlowSettings<D>,
+    pore_columns: &'a PorePressureColumns,
+    partial_thickness: &'a [f64],
+    depth: &'a [f64],
+    effective_gravity: &'a [f64],
+    bed: &'a [BedPoint<D>],
+}
+
+impl<'a, const D: usize> ColumnsOnBed<'a, D> {
+    /// The nodes of a set, their bed, and velocities that may change while these are read.
+    fn parts(
+        settings: &'a FlowSettings<D>,
+        heads: &'a PorePressureColumns,
+        set: &'a mut PhaseSet<D>,
+    ) -> PhaseParts<'a, D> {
+        let PhaseSet { nodes, bed, neighbour_data: seen, .. } = set;
+        let PhaseNodes { position, velocity, partial_thickness: height, depth, bearing: pull, .. } = nodes;
+        let above = Self {
+            settings,
+            pore_columns: heads,
+            partial_thickness: height,
+            depth,
+            effective_gravity: pull,
+            bed,
+        };
+        PhaseParts { above, position, porosity: &seen.porosity, velocity }
+    }
+
+    fn of(flow: &'a Flow<D>, set: &'a PhaseSet<D>) -> Self {
+        let PhaseNodes { partial_thickness: height, depth, bearing: pull, .. } = &set.nodes;
+        Self {
+            settings: &flow.settings,
+            pore_columns: &flow.pore_columns,
+            partial_thickness: height,
+            depth,
+            effective_gravity: pull,
+            bed: &set.bed,
+        }
+    }
+
+    /// Flow of a column as the law of the bed sees it, at the speed along the bed.
+    fn basal(&self, i: usize, velocity: &PlanVector<D>, porosity: f64) -> BasalFlow {
+        let settings = self.settings;
+        // A layer bears its own weight on its base; water above it stands in its pores as well.
+        let depth = if settings.phases == Phases::Layers { self.partial_thickness[i] } else { self.depth[i] };
+        let material = &settings.material;
+        let densities = &material.densities;
+        let (bed, pull) = (&self.bed[i], self.effective_gravity[i]);
+        let density = densities.mixture(porosity);
+        let pore_pressure = if material.saturated {
+            let excess = densities.submerged(porosity) * self.pore_columns.base(i);
+            pull * (densities.fluid * depth + excess)
+        } else {
+            0.0
+        };
+        BasalFlow {
+            depth: depth / bed.steepness().sqrt(),
+            speed: bed.speed(velocity),
+            normal_stress: density * pull * depth,
+            pore_pressure,
+            slope: 0.0,
+            unit_weight: density * settings.whole_gravity(),
+        }
+    }
+}
+
+/// A set of nodes, its velocities apart.
+struct PhaseParts<'a, const D: usize> {
+    above: ColumnsOnBed<'a, D>,
+    position: &'a [PlanVector<D>],
+    porosity: &'a [f64],
+    velocity: &'a mut [PlanVector<D>],
+}
+
+/// Scales a velocity so that its speed along the bed changes from `before` to `after` (m/s).
+fn scale_speed<const D: usize>(velocity: &mut PlanVector<D>, before: f64, after: f64) {
+    if before > 0.0 {
+        let factor = after / before;
+        velocity.iter_mut().for_each(|v| *v *= factor);
+    }
+}
+
+impl<const D: usize> Flow<D> {
+    /// Step 6 of a single phase: the whole resistance, implicit.
+    pub(crate) fn apply_resistance_single(&mut self, dt: f64) {
+        let Self { settings, pore_columns: heads, sets, .. } = self;
+        let PhaseParts { above, position, velocity, .. } = ColumnsOnBed::parts(settings, heads, &mut sets[0]);
+        let porosity = settings.material.porosity;
+        let along = settings.numerics.friction_along_x;
+        velocity.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, v)| {
+            let Some(law) = &settings.zone(&position[i]).law else { return };
+            let basal = above.basal(i, v, porosity);
+            let per_stress = dt / (settings.material.density() * basal.depth);
+            if along {
+                v[0] -= per_stress * law.static_shear_strength(&basal);
+                return;
+            }
+            let after = law.speed_after_step(&basal, per_stress);
+            scale_speed(v, basal.speed, after);
+        });
+    }
+
+    /// Steps 5 and 6 of two phases.
+    pub(crate) fn apply_drag_and_resistance(&mut self, dt: f64) {
+        let velocities = self.velocities();
+        let bonds: Vec<Vec<Option<DragCoupling>>> =
+            (0..2).map(|role| self.drag_couplings(role, dt, &velocities)).collect();
+        self.relax(&bonds, SlipSelection::Whole, &velocities);
+        let impulses = self.apply_yield_resistance(&bonds[0], dt);
+        self.pass_impulses(&bonds[1], &impulses);
+        // The part of the resistance that grows with the speed, each phase by itself; what it adds to the slip relaxes.
+        for set in &mut self.sets {
+            set.start_velocity.clone_from(&set.nodes.velocity);
+        }
+        self.apply_rate_resistance(0, dt);
+        self.apply_rate_resistance(1, dt);
+        let velocities = self.velocities();
+        self.relax(&bonds, SlipSelection::Added, &velocities);
+    }
+
+    /// Masses and shares at the nodes of a phase; `None` where the other phase is not there.
+    fn drag_couplings(
+        &self,
+        role: usize,
+        dt: f64,
+        velocities: &[[Vec<f64>; 4]; 2],
+    ) -> Vec<Option<DragCoupling>> {
+        let set = &self.sets[role];
+        let densities = &self.settings.material.densities;
+        let bond = |i: usize| {
+            let (own, partner) = (set.nodes.partial_thickness[i], set.neighbour_data.partner[i]);
+            if own < self.min_partner_depth || partner < self.min_partner_depth {
+                return None;
+            }
+            let [solid, fluid] = if role == 0 { [own, partner] } else { [partner, own] };
+            let porosity = fluid / (solid + fluid);
+            let slip =
+                if self.settings.drag.depends_on_slip() { self.slip(role, i, velocities) } else { None };
+            let slip = slip.map_or(0.0, |slip| norm(&slip[0]));
+            let beta = self.settings.drag.relaxation(porosity, slip, densities);
+            let masses = [densities.grain * solid, densities.fluid * fluid];
+            Some(DragCoupling { masses, shares: relaxation_shares(beta * dt) })
+        };
+        (0..set.len()).into_par_iter().with_min_len(TASK).map(bond).collect::<Vec<_>>()
+    }
+
+    /// Velocities before the step and what the step has added, of each phase in the order of its cells. The second axis of one dimension
+    /// stays zero.
+    fn velocities(&self) -> [[Vec<f64>; 4]; 2] {
+        [0, 1].map(|role| {
+            let set = &self.sets[role];
+            set.cell_sorted.sorted_values(|j| {
+                let number = set.number(j);
+                let (old, new) = (set.start_velocity[number], set.nodes.velocity[number]);
+                let added: PlanVector<D> = std::array::from_fn(|c| new[c] - old[c]);
+                let image = j.checked_sub(set.len()).map(|image| &set.images[image]);
+                let [old, added] = [old, added].map(|v| image.map_or(v, |image| image.transform_vector(&v)));
+                std::array::from_fn(|c| match c % 2 {
+                    axis if axis >= D => 0.0,
+                    axis if c < 2 => old[axis],
+                    axis => added[axis],
+                })
+            })
+        })
+    }
+
+    /// Slip at a node of a phase, by averages of both phases at the same place with the same kernel: that of the velocities
+    /// before the step, and what the step has added.
+    fn slip(&self, role: usize, i: usize, velocities: &[[Vec<f64>; 4]; 2]) -> Option<[PlanVector<D>; 2]> {
+        let kernel = self.settings.numerics.kernel;
+        let nodes = &self.sets[role].nodes;
+        let mean = |set: usize| {
+            self.sets[set].cell_sorted.mean(kernel, &nodes.position[i], nodes.length[i], &velocities[set])
+        };
+        let (mine, theirs) = (mean(role)?, mean(1 - role)?);
+        let sign = if role == 0 { 1.0 } else { -1.0 };
+        Some([0, 2].map(|first| std::array::from_fn(|c| sign * (theirs[first + c] - mine[first + c]))))
+    }
+
+    /// Step 5: slip relaxes, all of it or what the velocities have gained since `before`.
+    fn relax(
+        &mut self,
+        bonds: &[Vec<Option<DragCoupling>>],
+        which: SlipSelection,
+        velocities: &[[Vec<f64>; 4]; 2],
+    ) {
+        let changes: Vec<Vec<PlanVector<D>>> = (0..2)
+            .map(|role| {
+                let change = |i: usize| {
+                    let Some(bond) = &bonds[role][i] else { return [0.0; D] };
+                    let (old, new) = bond.shares;
+                    let Some([before, added]) = self.slip(role, i, velocities) else { return [0.0; D] };
+                    let part = bond.part(role);
+                    let old = if which == SlipSelection::Whole { old } else { 0.0 };
+                    std::array::from_fn(|c| part * (old * before[c] + new * added[c]))
+                };
+                (0..self.sets[role].len()).into_par_iter().with_min_len(TASK).map(change).collect::<Vec<_>>()
+            })
+            .collect();
+        for (set, changes) in self.sets.iter_mut().zip(&changes) {
+            for (v, change) in set.nodes.velocity.iter_mut().zip(changes) {
+                for c in 0..D {
+                    v[c] += change[c];
+                }
+            }
+        }
+    }
+
+    /// Step 6: the yield part of the resistance on the grains, with a mobility that knows the drag; impulses per plan area.
+    fn apply_yield_resistance(&mut self, bonds: &[Option<DragCoupling>], dt: f64) -> Vec<PlanVector<D>> {
+        let set = &self.sets[0];
+        let above = ColumnsOnBed::of(self, set);
+        let densities = &self.settings.material.densities;
+        let impulse = |i: usize| {
+            let v = set.nodes.velocity[i];
+            let Some(law) = &self.settings.zone(&set.nodes.position[i]).law else { return ([0.0; D], v) };
+            let porosity = set.neighbour_data.porosity[i];
+            let basal = above.basal(i, &v, porosity);
+            let speed = norm(&v);
+            if speed == 0.0 {
+                return ([0.0; D], v);
+            }
+            let mobility = bonds[i]
+                .map_or(1.0 / (densities.grain * set.nodes.partial_thickness[i]), |bond| bond.mobility());
+            let cosine = 1.0 / set.bed[i].steepness().sqrt();
+            let share = if basal.speed > 0.0 { speed / basal.speed } else { 1.0 };
+            let yields = dt * law.static_shear_strength(&basal) / cosine * share;
+            let size = yields.min(speed / mobility);
+            let impulse: PlanVector<D> = std::array::from_fn(|c| size * v[c] / speed);
+            // At the limit the node stops exactly.
+            let left =
+                if size < yields { [0.0; D] } else { std::array::from_fn(|c| v[c] - mobility * impulse[c]) };
+            (impulse, left)
+        };
+        let found: Vec<(PlanVector<D>, PlanVector<D>)> =
+            (0..set.len()).into_par_iter().with_min_len(TASK).map(impulse).collect();
+        for (v, (_, left)) in self.sets[0].nodes.velocity.iter_mut().zip(&found) {
+            *v = *left;
+        }
+        found.into_iter().map(|(impulse, _)| impulse).collect()
+    }
+
+    /// What the fluid takes of the impulses on the grains.
+    fn pass_impulses(&mut self, bonds: &[Option<DragCoupling>], impulses: &[PlanVector<D>]) {
+        let kernel = self.settings.numerics.kernel;
+        let (solid, fluid) = (&self.sets[0], &self.sets[1]);
+        let shown = solid.cell_sorted.sorted_values(|j| {
+            let sign = j.checked_sub(solid.len()).map_or([1.0; D], |image| solid.images[image].sign);
+            let impulse = &impulses[solid.number(j)];
+            std::array::from_fn::<f64, D, _>(|c| sign[c] * impulse[c])
+        });
+        let taken = |i: usize| {
+            let Some(bond) = &bonds[i] else { return [0.0; D] };
+            let (x, length) = (&fluid.nodes.position[i], fluid.nodes.length[i]);
+            let mean = solid.cell_sorted.mean(kernel, x, length, &shown).unwrap_or([0.0; D]);
+            std::array::from_fn(|c| bond.passed() * mean[c])
+        };
+        let taken: Vec<PlanVector<D>> =
+            (0..fluid.len()).into_par_iter().with_min_len(TASK).map(taken).collect();
+        for (v, taken) in self.sets[1].nodes.velocity.iter_mut().zip(&taken) {
+            for c in 0..D {
+                v[c] -= taken[c];
+            }
+        }
+    }
+
+    /// The part of the resistance that grows with the speed, on one phase.
+    fn apply_rate_resistance(&mut self, role: usize, dt: f64) {
+        let Self { settings, pore_columns: heads, sets, .. } = self;
+        let PhaseParts { above, position, porosity, velocity } =
+            ColumnsOnBed::parts(settings, heads, &mut sets[role]);
+        velocity.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, v)| {
+            let speed = above.bed[i].speed(v);
+            if speed == 0.0 {
+                return;
+            }
+            let zone = settings.zone(&position[i]);
+            let after = if role == 0 {
+                above.slow_solid(zone, i, porosity[i], speed, dt)
+            } else {
+                above.slow_fluid(zone.fluid, i, speed, dt)
+            };
+            scale_speed(v, speed, after);
+        });
+    }
+}
+
+/// Which slip relaxes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum SlipSelection {
+    /// That of before the step, and what the step has added.
+    Whole,
+    /// What has been added since the velocities were last kept.
+    Added,
+}
+
+impl<const D: usize> ColumnsOnBed<'_, D> {
+    /// Speed of the grains after the part of their resistance that grows with it (m/s).
+    fn slow_solid(&self, zone: &BedZone, i: usize, porosity: f64, speed: f64, dt: f64) -> f64 {
+        let Some(law) = &zone.law else { return speed };
+        let densities = &self.settings.material.densities;
+        let (depth, steepness) = (self.depth[i], self.bed[i].steepness());
+        let density = (1.0 - porosity) * densities.grain;
+        let basal = BasalFlow {
+            depth: depth / steepness.sqrt(),
+            speed,
+            normal_stress: density * self.effective_gravity[i] * depth,
+            pore_pressure: 0.0,
+            slope: 0.0,
+            unit_weight: density * self.settings.whole_gravity(),
+        };
+        law.speed_after_drag(&basal, dt / (density * basal.depth))
+    }
+
+    /// Speed of the fluid after its resistance (m/s).
+    fn slow_fluid(&self, law: FluidResistance, i: usize, speed: f64, dt: f64) -> f64 {
+        let settings = self.settings;
+        if law == FluidResistance::None {
+            return speed;
+        }
+        let depth = self.depth[i] / self.bed[i].steepness().sqrt();
+        let density = settings.material.densities.fluid;
+        // The area fraction n of the resistance and of the mass cancel.
+        implicit_speed(speed, |v| dt / depth * law.over_density(depth, v, density, settings.whole_gravity()))
+    }
+}

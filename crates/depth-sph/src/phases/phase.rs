@@ -1,0 +1,253 @@
+//! A set of nodes with what is found around them.
+
+use colluvium_points::{CellList, NeighbourList, ScratchBuffers, SearchError};
+use rayon::prelude::*;
+
+use crate::bed::BedPoint;
+use crate::boundary::image_nodes::{ImageNode, PlanBoundaries, image_nodes};
+use crate::config::choices::SearchOrientation as Lines;
+use crate::neighbours::cell_sorted::CellSorted;
+use crate::neighbours::max_smoothing_length::MaxSmoothingLength;
+use crate::neighbours::simd_neighbour_list::PackedNeighbours;
+use crate::phases::phase_nodes::{NeighbourData, PhaseNodes, PlanVector};
+
+/// Share by which lists reach beyond the supports: they hold until a node has moved by a quarter of it, or its smoothing
+/// length has grown by half of it.
+const SKIN: f64 = 0.4;
+/// Least number of nodes per task.
+pub const TASK: usize = 256;
+
+/// A set of nodes of one phase.
+#[derive(Debug, Default)]
+pub struct PhaseSet<const D: usize> {
+    /// The nodes.
+    pub nodes: PhaseNodes<D>,
+    /// What neighbours read of them and of their images.
+    pub neighbour_data: NeighbourData<D>,
+    /// Images in walls and periods.
+    pub images: Vec<ImageNode<D>>,
+    /// The same in the order of cells, for sums over what is near.
+    pub cell_sorted: CellSorted<D>,
+    /// Neighbours of the same phase, where these are asked for one by one.
+    pub same_phase_neighbours: NeighbourList<D>,
+    /// Neighbours of the other phase.
+    pub other_phase_neighbours: NeighbourList<D>,
+    /// `Ω` of each node, where forces are variational.
+    pub omega: Vec<f64>,
+    /// Bed below each node.
+    pub bed: Vec<BedPoint<D>>,
+    /// Effective gravity of the reaction of the bed (m/s²).
+    pub reaction: Vec<f64>,
+    /// Acceleration along the normal of the bed with which velocities turn (m/s²), where they are carried.
+    pub curvature_acceleration: Vec<f64>,
+    /// Accelerations (m/s²).
+    pub acceleration: Vec<PlanVector<D>>,
+    /// The part of them that is artificial viscosity (m/s²).
+    pub viscous: Vec<PlanVector<D>>,
+    /// Rates of height (m/s), where heights are integrated.
+    pub rate: Vec<f64>,
+    /// Rates of divergence (1/s), where the stress asks for them.
+    pub divergence: Vec<f64>,
+    /// Velocity at the beginning of the step (m/s).
+    pub start_velocity: Vec<PlanVector<D>>,
+    /// Velocity before the kick, or before what resists (m/s): for the account of energy.
+    pub stored_velocity: Vec<PlanVector<D>>,
+    /// Works per step of friction, viscosity and pressure (J).
+    pub works: Vec<[f64; 3]>,
+    /// Vectors of use within one sub-step.
+    pub scratch_vectors: Vec<PlanVector<D>>,
+    /// Scalars of use within one sub-step.
+    pub scratch_scalars: Vec<f64>,
+    /// Fours of neighbours, where heights are sums.
+    pub packed_neighbours: PackedNeighbours,
+    /// The longest smoothing length of those that may reach a place, of what forces were last shown or lists last made of.
+    pub max_smoothing_length: MaxSmoothingLength<D>,
+    listed: Vec<(PlanVector<D>, f64)>,
+}
+
+impl<const D: usize> PhaseSet<D> {
+    /// Number of nodes.
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Whether there is no node.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// Whether the lists still hold every pair within the supports.
+    pub fn is_listed(&self, support: f64) -> bool {
+        if self.listed.len() != self.len() {
+            return false;
+        }
+        // Where there are no images all may move together.
+        let mean: PlanVector<D> = if self.images.is_empty() && !self.listed.is_empty() {
+            let count = self.len() as f64;
+            std::array::from_fn(|c| {
+                let moved = self.nodes.position.iter().zip(&self.listed).map(|(x, (old, _))| x[c] - old[c]);
+                moved.sum::<f64>() / count
+            })
+        } else {
+            [0.0; D]
+        };
+        let nodes = self.nodes.position.par_iter().zip(&self.nodes.length).zip(&self.listed);
+        let stays = |((x, length), (old, listed)): ((&PlanVector<D>, &f64), &(PlanVector<D>, f64))| {
+            let square: f64 = (0..D).map(|c| (x[c] - old[c] - mean[c]).powi(2)).sum();
+            square.sqrt() <= 0.25 * SKIN * support * listed && *length <= (1.0 + 0.5 * SKIN) * listed
+        };
+        nodes.with_min_len(8 * TASK).all(stays)
+    }
+
+    /// Makes images.
+    pub fn make_images(&mut self, ends: &PlanBoundaries<D>, support: f64) {
+        self.clear_lists();
+        if ends.are_open() {
+            self.images.clear();
+        } else {
+            let nodes = &mut self.nodes;
+            for (position, origin) in nodes.position.iter_mut().zip(&mut nodes.origin) {
+                ends.wrap(position, origin);
+            }
+            let longest = nodes.length.iter().copied().fold(0.0, f64::max);
+            image_nodes(ends, &nodes.position, (1.0 + SKIN) * support * longest, &mut self.images);
+        }
+        self.place_images();
+    }
+
+    /// Puts what neighbours read into cells.
+    pub fn pack(&mut self, support: f64, search: Lines) -> Result<(), SearchError> {
+        self.packed_neighbours.clear();
+        self.cell_sorted.sort_into_cells(
+            &self.neighbour_data,
+            0.5 * median_radius(support, &self.nodes.length),
+            search,
+        )
+    }
+
+    /// Puts what forces are made of into the order of the cells.
+    pub fn gather_force_data(&mut self, support: f64, with_fields: bool) {
+        self.cell_sorted.gather_force_data(&self.neighbour_data, with_fields);
+        if self.packed_neighbours.are_complete() {
+            return;
+        }
+        self.max_smoothing_length.update(&self.neighbour_data.position, &self.neighbour_data.length, support);
+    }
+
+    /// Makes the list of neighbours of the same phase.
+    pub fn list_same_phase(&mut self, support: f64) -> Result<(), SearchError> {
+        let nodes = &self.nodes;
+        self.listed.extend(nodes.position.iter().copied().zip(nodes.length.iter().copied()));
+        self.max_smoothing_length.update(
+            &self.neighbour_data.position,
+            &self.neighbour_data.length,
+            (1.0 + SKIN) * support,
+        );
+        let (seen, own) = (&self.neighbour_data, &self.nodes);
+        let search = NeighbourCriterion { support, around: &self.max_smoothing_length };
+        self.same_phase_neighbours.build_between(
+            &own.position,
+            |i| search.radius(&own.position[i], own.length[i]),
+            &seen.position,
+            0.5 * (1.0 + SKIN) * median_radius(support, &own.length),
+            |i, j| i != j && search.is_near(own, i, seen, j),
+        )
+    }
+
+    /// Makes the list of neighbours of the other phase, which has its images.
+    pub fn list_other_phase(&mut self, other: &NeighbourData<D>, support: f64) -> Result<(), SearchError> {
+        self.max_smoothing_length.update(&other.position, &other.length, (1.0 + SKIN) * support);
+        let own = &self.nodes;
+        let search = NeighbourCriterion { support, around: &self.max_smoothing_length };
+        self.other_phase_neighbours.build_between(
+            &own.position,
+            |i| search.radius(&own.position[i], own.length[i]),
+            &other.position,
+            0.5 * (1.0 + SKIN) * median_radius(support, &own.length),
+            |i, j| search.is_near(own, i, other, j),
+        )
+    }
+
+    /// Forgets the lists: nodes have come or gone.
+    pub fn clear_lists(&mut self) {
+        self.listed.clear();
+    }
+
+    /// What neighbours read of position, velocity, volume and smoothing length.
+    pub fn place_images(&mut self) {
+        let (nodes, seen) = (&self.nodes, &mut self.neighbour_data);
+        seen.position.clear();
+        seen.position.extend_from_slice(&nodes.position);
+        seen.position
+            .extend(self.images.iter().map(|image| image.place(&nodes.position[image.source as usize])));
+        copy_with_images(&self.images, &nodes.volume, &mut seen.volume);
+        copy_with_images(&self.images, &nodes.length, &mut seen.length);
+        self.update_image_velocities();
+    }
+
+    /// What neighbours read of the velocity.
+    pub fn update_image_velocities(&mut self) {
+        let (nodes, seen) = (&self.nodes, &mut self.neighbour_data);
+        seen.velocity.clear();
+        seen.velocity.extend_from_slice(&nodes.velocity);
+        seen.velocity.extend(
+            self.images.iter().map(|image| image.transform_vector(&nodes.velocity[image.source as usize])),
+        );
+    }
+
+    /// Heights, depths and smoothing lengths as neighbours read them.
+    pub fn update_image_thickness(&mut self) {
+        copy_with_images(&self.images, &self.nodes.partial_thickness, &mut self.neighbour_data.height);
+        copy_with_images(&self.images, &self.nodes.length, &mut self.neighbour_data.length);
+    }
+
+    /// Puts the nodes in the order of cells of edge `edge` (m), for neighbours that lie close in memory; the order, for what
+    /// else there is one of per node.
+    ///
+    /// # Errors
+    /// When a position is not finite.
+    pub fn sort(
+        &mut self,
+        edge: f64,
+        cells: &mut CellList<D>,
+        spare: &mut ScratchBuffers,
+    ) -> Result<(), SearchError> {
+        cells.build(&self.nodes.position, edge)?;
+        self.nodes.reorder(cells.order(), spare);
+        self.clear_lists();
+        Ok(())
+    }
+}
+
+/// Copies a value of each node, and of the node of each image behind them.
+pub fn copy_with_images<const D: usize, T: Copy>(images: &[ImageNode<D>], own: &[T], seen: &mut Vec<T>) {
+    seen.clear();
+    seen.extend_from_slice(own);
+    seen.extend(images.iter().map(|image| own[image.source as usize]));
+}
+
+/// The usual radius of a search, without its skin.
+fn median_radius(support: f64, lengths: &[f64]) -> f64 {
+    let radius = support * lengths.iter().sum::<f64>() / lengths.len().max(1) as f64;
+    if radius > 0.0 { radius } else { 1.0 }
+}
+
+/// Which neighbours are listed: all within the support of the node, or of the mean of both lengths, and the skin.
+struct NeighbourCriterion<'a, const D: usize> {
+    support: f64,
+    around: &'a MaxSmoothingLength<D>,
+}
+
+impl<const D: usize> NeighbourCriterion<'_, D> {
+    fn radius(&self, x: &PlanVector<D>, length: f64) -> f64 {
+        (1.0 + SKIN) * 0.5 * self.support * (length + self.around.at(x).max(length))
+    }
+
+    fn is_near(&self, own: &PhaseNodes<D>, i: u32, other: &NeighbourData<D>, j: u32) -> bool {
+        let (i, j) = (i as usize, j as usize);
+        let length = own.length[i];
+        let reach = (1.0 + SKIN) * 0.5 * self.support * (length + other.length[j].max(length));
+        let square: f64 = (0..D).map(|c| (own.position[i][c] - other.position[j][c]).powi(2)).sum();
+        square <= reach * reach
+    }
+}

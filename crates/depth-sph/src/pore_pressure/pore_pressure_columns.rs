@@ -1,0 +1,216 @@
+//! Excess pore pressure on the columns of the solid nodes (sheet: depth-sph §2.7, §3.6).
+
+use rayon::prelude::*;
+
+use crate::config::settings::{Consolidation, FlowSettings, PoreColumn};
+use crate::flow::Flow;
+use crate::phases::phase::{PhaseSet, TASK};
+use crate::pore_pressure::pore_pressure_column;
+use crate::pore_pressure::pore_pressure_column::{BaseCondition, Drainage, LowerBound, PressureProfile};
+use crate::pore_pressure::pressure_transfer::TransferredPressure;
+
+/// Longest column, whose elimination needs no memory of its own.
+pub const MOST_CELLS: usize = 1000;
+
+/// Heads on the columns of all solid nodes.
+#[derive(Clone, Debug, Default)]
+pub struct PorePressureColumns {
+    /// `cells + 1` heads of each node, from the base to the surface (m); empty without pore pressure.
+    pub heads: Vec<f64>,
+    /// Values per node.
+    pub width: usize,
+    /// Depth that the pressure has seen (m); NaN before the first.
+    pub depth: Vec<f64>,
+    /// Time that the pressure has drained up to (s).
+    pub time: f64,
+    /// Nodes at a bound in the last step.
+    pub limited_nodes: usize,
+}
+
+impl PorePressureColumns {
+    /// Columns of `cells` intervals, for `nodes` nodes, that begin with the first depth they see.
+    pub fn new(cells: usize, nodes: usize) -> Self {
+        let width = cells + 1;
+        Self { heads: vec![0.0; width * nodes], width, depth: vec![f64::NAN; nodes], ..Self::default() }
+    }
+
+    /// Whether there are columns.
+    pub fn is_empty(&self) -> bool {
+        self.width == 0
+    }
+
+    /// Heads of node `i` (m).
+    pub fn column(&self, i: usize) -> &[f64] {
+        &self.heads[i * self.width..(i + 1) * self.width]
+    }
+
+    /// Head at the base of node `i` (m); zero without pore pressure.
+    #[inline]
+    pub fn base(&self, i: usize) -> f64 {
+        self.heads.get(i * self.width).copied().unwrap_or(0.0)
+    }
+
+    /// Mean head of node `i` (m); zero without pore pressure.
+    pub fn mean(&self, i: usize) -> f64 {
+        if self.is_empty() { 0.0 } else { pore_pressure_column::mean(self.column(i)) }
+    }
+
+    /// Puts the columns into another order; those that `order` does not name vanish.
+    pub fn reorder(&mut self, order: &[u32]) {
+        if self.is_empty() {
+            return;
+        }
+        let width = self.width;
+        self.heads =
+            order.iter().flat_map(|&k| self.heads[k as usize * width..][..width].iter().copied()).collect();
+        self.depth = order.iter().map(|&k| self.depth[k as usize]).collect();
+    }
+
+    /// Adds a node with a column that begins with the first depth it sees.
+    pub fn push(&mut self) {
+        if !self.is_empty() {
+            self.heads.resize(self.heads.len() + self.width, 0.0);
+            self.depth.push(f64::NAN);
+        }
+    }
+
+    /// Loads the columns by the change of depth, and drains them up to `time` (s).
+    pub fn advance<const D: usize>(&mut self, settings: &FlowSettings<D>, set: &PhaseSet<D>, time: f64) {
+        let Some(pore) = &settings.column else { return };
+        let dt = time - self.time;
+        self.time = time;
+        let columns = self.heads.par_chunks_mut(self.width).zip(&mut self.depth).enumerate();
+        let advance = |(i, (head, seen)): (usize, (&mut [f64], &mut f64))| {
+            usize::from(column_step(settings, pore, set, i, head, seen, dt))
+        };
+        self.limited_nodes = columns.with_min_len(TASK / 4).map(advance).sum();
+    }
+}
+
+impl<const D: usize> Flow<D> {
+    /// Gives columns of the first set, before the first step, the pore pressures of points: excess over what stands in the pores at rest, by
+    /// the numbers of the nodes. How many columns are held within their bounds.
+    pub fn set_pore_pressures(&mut self, handed: &[(usize, TransferredPressure)]) -> usize {
+        if self.pore_columns.is_empty() {
+            return 0;
+        }
+        let width = self.pore_columns.width;
+        for (id, TransferredPressure { depth, pressure }) in handed {
+            // Some may have stood beyond an open side.
+            let Ok(i) = self.sets[0].nodes.id.binary_search(&(*id as u64)) else { continue };
+            let pull = self.sets[0].nodes.bearing[i];
+            let (submerged, fluid) = (self.submerged(0, i), self.settings.material.densities.fluid);
+            let column = &mut self.pore_columns.heads[i * width..][..width];
+            for (k, (head, pressure)) in column.iter_mut().zip(pressure).enumerate() {
+                let rest = 1.0 - k as f64 / (width - 1) as f64;
+                *head = (pressure / pull - fluid * depth * rest) / submerged;
+            }
+        }
+        let Self { pore_columns: heads, settings, sets, time, .. } = self;
+        heads.advance(settings, &sets[0], *time);
+        let clipped = heads.limited_nodes;
+        self.initialise_far_field_columns();
+        clipped
+    }
+}
+
+/// One column: loading, drainage, bounds; whether a bound was met.
+fn column_step<const D: usize>(
+    settings: &FlowSettings<D>,
+    pore: &PoreColumn,
+    set: &PhaseSet<D>,
+    i: usize,
+    head: &mut [f64],
+    seen: &mut f64,
+    dt: f64,
+) -> bool {
+    let depth = set.nodes.depth[i];
+    let porosity = set.neighbour_data.porosity.get(i).copied().unwrap_or(settings.material.porosity);
+    let densities = &settings.material.densities;
+    let submerged = densities.submerged(porosity);
+    if submerged <= 0.0 || depth <= 0.0 {
+        head.fill(0.0);
+        *seen = depth;
+        return false;
+    }
+    if seen.is_nan() {
+        pore_pressure_column::set_linear_profile(head, pore.excess_ratio * depth);
+    } else {
+        pore_pressure_column::load_undrained(head, depth - *seen);
+    }
+    *seen = depth;
+    let coefficient = match pore.consolidation {
+        Consolidation::Coefficient(value) => value,
+        Consolidation::OfDrag => pore.stiffness * settings.drag.permeability(porosity, densities),
+    };
+    let air = -densities.fluid / submerged;
+    apply_dilatancy(settings, pore, set, i, porosity, submerged, head, dt);
+    drain_column(settings, pore, set, i, coefficient, air, head, dt);
+    let (drainage, pull) = (settings.zone(&set.nodes.position[i]).drainage, set.nodes.bearing[i]);
+    pore_pressure_column::limit_head(head, depth, |rest| match (drainage, pore.lower_bound) {
+        // Over a drained base the whole column may fall to the air.
+        (Drainage::Atmospheric, _) => air * depth,
+        (_, LowerBound::NoSuction) => 0.0,
+        (_, LowerBound::Total { cavitation }) if pull > 0.0 => {
+            air * depth * rest - cavitation / (submerged * pull)
+        }
+        (_, LowerBound::Total { .. }) => air * depth * rest,
+    })
+}
+
+/// Consolidates a column over its kind of base. `air` is the head of the air over the depth.
+#[allow(clippy::too_many_arguments, reason = "all that a column knows")]
+fn drain_column<const D: usize>(
+    settings: &FlowSettings<D>,
+    pore: &PoreColumn,
+    set: &PhaseSet<D>,
+    i: usize,
+    coefficient: f64,
+    air: f64,
+    head: &mut [f64],
+    dt: f64,
+) {
+    let depth = set.nodes.depth[i];
+    let normal = depth * depth / set.bed[i].steepness();
+    let densities = &settings.material.densities;
+    let base = match settings.zone(&set.nodes.position[i]).drainage {
+        Drainage::Sealed => BaseCondition::Sealed,
+        Drainage::Hydrostatic => BaseCondition::Head(0.0),
+        Drainage::Atmospheric => BaseCondition::Head(air * depth),
+        Drainage::Partly { conductance } => {
+            let weight = densities.fluid * densities.gravity;
+            let permeability = coefficient / pore.stiffness * weight;
+            BaseCondition::Partly(conductance * normal.sqrt() / permeability)
+        }
+    };
+    let factor = coefficient * dt / normal;
+    match pore.profile {
+        PressureProfile::FiniteDifference => {
+            let mut scratch = [0.0; MOST_CELLS + 1];
+            pore_pressure_column::diffuse_head(head, factor, pore.weight, base, &mut scratch[..head.len()]);
+        }
+        PressureProfile::ShapeFunction => pore_pressure_column::relax_amplitude(head, factor, base),
+    }
+}
+
+/// Shear dilates dense skeletons and packs loose ones: `-(K_v/α) γ' K_ψ (n_crit - n)`.
+#[allow(clippy::too_many_arguments, reason = "all that a column knows")]
+fn apply_dilatancy<const D: usize>(
+    settings: &FlowSettings<D>,
+    pore: &PoreColumn,
+    set: &PhaseSet<D>,
+    i: usize,
+    porosity: f64,
+    submerged: f64,
+    head: &mut [f64],
+    dt: f64,
+) {
+    let Some((slope, critical)) = pore.dilatancy else { return };
+    let depth = set.nodes.depth[i];
+    let rate = 2.0 * set.bed[i].speed(&set.nodes.velocity[i]) / depth;
+    let strain = rate * slope * (critical - porosity) * dt;
+    let change = -pore.stiffness * strain / (submerged * set.nodes.bearing[i].max(1e-3 * settings.gravity));
+    // The surface stays without excess pressure.
+    let last = head.len() - 1;
+    head[..last].iter_mut().for_each(|value| *value += change);
+}

@@ -1,0 +1,150 @@
+//! Pore pressure over the depth of a node from the points of a model in depth (sheet: depth-sph §3.2, 4).
+
+use crate::pore_pressure::pore_pressure_column::mean;
+
+/// Pore pressure over the depth of a node, as the points above its square have it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TransferredPressure {
+    /// Depth of these points (m).
+    pub depth: f64,
+    /// Pore pressure (Pa) at equal distances from the base to the surface, where it is zero.
+    pub pressure: Vec<f64>,
+}
+
+/// A point above a square: its volume (m³; m² in a profile), its height above the bed (m), and its pore pressure (Pa).
+pub type PointAboveSquare = [f64; 3];
+
+impl TransferredPressure {
+    /// The profile on `cells` intervals: `(1 - ζ)(a + b ζ)` of the height `ζ` over the depth by least squares over means of layers, and what
+    /// these are off it, by straight lines between them and to the surface. Its mean is that of the points, by a part that is linear over
+    /// the depth. Linear profiles come out as they are. Points whose middle lies in the bed stand for no column.
+    pub fn from_points(points: &[PointAboveSquare], cells: usize) -> Self {
+        let volume: f64 = points.iter().map(|point| point[0]).sum();
+        let over = |value: usize| points.iter().map(|point| point[0] * point[value]).sum::<f64>() / volume;
+        // Twice the height of the middle: whatever the size of the points is.
+        let (depth, whole) = (2.0 * over(1), over(2));
+        if !(depth > 0.0) {
+            return Self { depth: 0.0, pressure: vec![0.0; cells + 1] };
+        }
+        let layers = layers(points, depth, cells);
+        let (a, b) = smooth(&layers);
+        let smooth = |zeta: f64| (1.0 - zeta) * (a + b * zeta);
+        let off = |layer: &[f64; 3]| (layer[1], layer[2] - smooth(layer[1]));
+        let at = |zeta: f64| {
+            let next = layers.iter().position(|layer| layer[1] > zeta).unwrap_or(layers.len());
+            let above = |number: usize| layers.get(number).map_or((1.0, 0.0), off);
+            let (from, to) = match next.checked_sub(1) {
+                Some(before) => (above(before), above(next)),
+                // On from the first two to the base.
+                None => (above(0), above(1)),
+            };
+            let share = if to.0 > from.0 { (zeta - from.0) / (to.0 - from.0) } else { 1.0 };
+            smooth(zeta) + from.1 + (to.1 - from.1) * share
+        };
+        let zeta = |k: usize| k as f64 / cells as f64;
+        let mut pressure: Vec<f64> = (0..=cells).map(|k| if k < cells { at(zeta(k)) } else { 0.0 }).collect();
+        let left = 2.0 * (whole - mean(&pressure));
+        for (k, value) in pressure.iter_mut().enumerate() {
+            *value += left * (1.0 - zeta(k));
+        }
+        Self { depth, pressure }
+    }
+}
+
+/// `a` and `b` of `(1 - ζ)(a + b ζ)` by least squares; no `b` of a single layer.
+fn smooth(layers: &[[f64; 3]]) -> (f64, f64) {
+    let [mut aa, mut ab, mut bb, mut ap, mut bp] = [0.0; 5];
+    for [volume, zeta, pressure] in layers {
+        let rest = 1.0 - zeta;
+        let bend = rest * zeta;
+        aa += volume * rest * rest;
+        ab += volume * rest * bend;
+        bb += volume * bend * bend;
+        ap += volume * rest * pressure;
+        bp += volume * bend * pressure;
+    }
+    let determinant = aa * bb - ab * ab;
+    if layers.len() > 1 && determinant > 1e-9 * aa * bb {
+        return ((bb * ap - ab * bp) / determinant, (aa * bp - ab * ap) / determinant);
+    }
+    (if aa > 0.0 { ap / aa } else { 0.0 }, 0.0)
+}
+
+/// Volume, mean height over the depth and mean pressure of layers as thick as the points, `cells` at most.
+fn layers(points: &[PointAboveSquare], depth: f64, cells: usize) -> Vec<[f64; 3]> {
+    let levels = {
+        // As many as there are heights, by their differences: points of one layer stand at about one height.
+        let mut heights: Vec<f64> = points.iter().map(|point| point[1]).collect();
+        heights.sort_by(f64::total_cmp);
+        let apart = 0.25 * depth / cells as f64;
+        1 + heights.windows(2).filter(|pair| pair[1] - pair[0] > apart).count()
+    };
+    let count = levels.clamp(1, cells);
+    let mut sums = vec![[0.0; 3]; count];
+    for [volume, height, pressure] in points {
+        let zeta = (height / depth).clamp(0.0, 1.0);
+        let layer = ((zeta * count as f64) as usize).min(count - 1);
+        let own = [*volume, volume * zeta, volume * pressure];
+        sums[layer].iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
+    }
+    let filled = sums.into_iter().filter(|sums| sums[0] > 0.0);
+    filled.map(|[volume, zeta, pressure]| [volume, zeta / volume, pressure / volume]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A column of points at these numbers of layers, 2 m high.
+    fn points(layers: usize, pressure: impl Fn(f64) -> f64) -> Vec<PointAboveSquare> {
+        let zeta = |k: usize| (k as f64 + 0.5) / layers as f64;
+        (0..2 * layers).map(|k| [0.3, 2.0 * zeta(k / 2), pressure(zeta(k / 2))]).collect()
+    }
+
+    #[test]
+    fn a_linear_profile_comes_out_as_it_is() {
+        for layers in [1, 3, 20, 64] {
+            let handed = TransferredPressure::from_points(&points(layers, |zeta| 7e3 * (1.0 - zeta)), 20);
+            assert!((handed.depth - 2.0).abs() < 1e-12);
+            for (k, value) in handed.pressure.iter().enumerate() {
+                assert!((value - 350.0 * (20 - k) as f64).abs() < 1e-8, "{layers} layers: {k} {value}");
+            }
+        }
+    }
+
+    #[test]
+    fn other_profiles_keep_their_mean_and_converge() {
+        let parabola = |zeta: f64| 5e3 * (1.0 - zeta * zeta);
+        let drained = |zeta: f64| 5e3 * (std::f64::consts::PI * zeta).sin();
+        let shapes: [(&dyn Fn(f64) -> f64, f64); 2] = [(&parabola, 40.0), (&drained, 120.0)];
+        for (shape, bound) in shapes {
+            let error = |layers: usize| {
+                let points = points(layers, shape);
+                let handed = TransferredPressure::from_points(&points, 20);
+                let whole = points.iter().map(|point| point[2]).sum::<f64>() / points.len() as f64;
+                assert!((mean(&handed.pressure) / whole - 1.0).abs() < 1e-12, "{layers} layers");
+                let each = handed.pressure.iter().enumerate();
+                each.map(|(k, value)| (value - shape(k as f64 / 20.0)).abs()).fold(0.0, f64::max)
+            };
+            let (few, many) = (error(5), error(20));
+            assert!(many < bound && many < 0.25 * few, "{few} {many}");
+        }
+    }
+
+    /// Points that stand at uneven heights, as those of a flow do, and one that lies in the bed.
+    #[test]
+    fn uneven_points_keep_depth_and_mean() {
+        let mut all = points(7, |zeta| 4e3 * (1.0 - zeta));
+        for (k, point) in all.iter_mut().enumerate() {
+            point[1] += 0.03 * (3.0 * k as f64).sin();
+        }
+        all.push([0.1, -0.01, 4e3]);
+        let handed = TransferredPressure::from_points(&all, 12);
+        let volume: f64 = all.iter().map(|point| point[0]).sum();
+        let over = |value: usize| all.iter().map(|point| point[0] * point[value]).sum::<f64>() / volume;
+        assert!((handed.depth - 2.0 * over(1)).abs() < 1e-12);
+        assert!((mean(&handed.pressure) / over(2) - 1.0).abs() < 1e-12);
+        assert_eq!(*handed.pressure.last().unwrap(), 0.0);
+        assert!((handed.pressure[0] / 4e3 - 1.0).abs() < 0.06, "{}", handed.pressure[0]);
+    }
+}

@@ -1,0 +1,404 @@
+//! Nodes of the bodies: thickness in plan is the vertical length of what stands above (sheet: depth-sph §3.2).
+
+use std::collections::BTreeMap;
+
+use colluvium_case::description::Body;
+use colluvium_case::{Case, CaseError, PointList};
+use colluvium_points::Shape;
+
+use crate::bed::{Bed, BedPoint};
+use crate::config::DepthOptions;
+use crate::config::choices::Phases;
+use crate::config::settings::Mixture;
+use crate::phases::phase_nodes::NewNode;
+use crate::pore_pressure::pressure_transfer::{PointAboveSquare, TransferredPressure};
+use crate::setup::pore_fluid::PorePressureField;
+
+/// Share of the domain's height by which a body may stand above the bed, or bodies apart, by round-off.
+const SLACK: f64 = 1e-6;
+
+/// Largest distance of the surface of a hydrostatic pressure from that of the flow, over the depth.
+const SAME_SURFACE: f64 = 0.01;
+
+/// Nodes of each set, and what deserves a warning.
+pub struct BodyNodes<const D: usize> {
+    /// The nodes.
+    pub sets: Vec<Vec<NewNode<D>>>,
+    /// Pore pressure that points hand over to nodes of the first set, by the number of the node.
+    pub transferred_pressures: Vec<(usize, TransferredPressure)>,
+    /// What deserves a warning.
+    pub warnings: Vec<String>,
+}
+
+/// The nodes of each set.
+pub fn body_nodes<const D: usize>(
+    case: &Case,
+    options: &DepthOptions,
+    material: &Mixture,
+    bed: &Bed<D>,
+) -> Result<BodyNodes<D>, CaseError> {
+    let (mut warnings, mut handed) = (Vec::new(), Vec::new());
+    let mut sets = vec![Vec::new(); if options.phases == Phases::One { 1 } else { 2 }];
+    let upper =
+        |body: &Body| options.mixture.as_ref().is_some_and(|mixture| mixture.upper.contains(&body.name));
+    let lattice = PlanLattice::<D>::of(case, options.spacing);
+    for (number, body) in case.bodies.iter().enumerate() {
+        let density = density(options, material, body, upper(body));
+        if let Some((own, pressures)) = nodes_of_points(case, options, (number, density), bed, &mut warnings)?
+        {
+            let first = sets[0].len();
+            handed.extend(pressures.into_iter().enumerate().map(|(i, pressure)| (first + i, pressure)));
+            assign_to_phases(options, &mut sets, own, body, upper(body));
+            continue;
+        }
+        let mut own = Vec::new();
+        let field = PorePressureField::of(case, options.frame, body);
+        let (mut volume, mut whole) = (0.0, 0.0);
+        for x in lattice.within(body, case.dimension()) {
+            let column = body_column::<D>(case, number, &x, bed)?;
+            let area = options.spacing.powi(D as i32);
+            whole += column.whole * area;
+            if column.above <= 0.0 {
+                continue;
+            }
+            let cell = column.above * area;
+            volume += cell;
+            if let (Some(field), Some(below)) = (&field, bed.at(&x)) {
+                let pressure =
+                    pore_pressure_profile(case, options, (number, field), (column.depth, &x, &below))?;
+                handed.extend(pressure.map(|pressure| (sets[0].len() + own.len(), pressure)));
+            }
+            own.push(node(body, number, x, cell, options));
+        }
+        let exact = body.shape.measure(case.dimension());
+        // What the lattice cuts off at edges; a body that the bed cuts has no closed form.
+        if let Some(exact) = exact.filter(|_| volume > 0.0 && volume >= (1.0 - SLACK) * whole) {
+            own.iter_mut().for_each(|node: &mut NewNode<D>| node.volume *= exact / volume);
+        }
+        if volume < (1.0 - SLACK) * whole {
+            let below = 100.0 * (1.0 - volume / whole);
+            warnings.push(format!(
+                "bodies[{number}].shape: {below:.1} % of it lies below the bed; only what is above flows"
+            ));
+        }
+        assign_to_phases(options, &mut sets, own, body, upper(body));
+    }
+    if sets.iter().all(Vec::is_empty) {
+        let problem = "none stands on a point of the lattice: make methods.depth-sph.spacing smaller";
+        return Err(CaseError::new("bodies", problem));
+    }
+    Ok(BodyNodes { sets, transferred_pressures: handed, warnings })
+}
+
+/// Nodes of points, with the pore pressure over the depth of each where there are columns.
+type PointNodes<const D: usize> = (Vec<NewNode<D>>, Vec<TransferredPressure>);
+
+/// Nodes of the points of body `number`, whose flow has that density (kg/m³), with their pore pressures; `None` without points.
+fn nodes_of_points<const D: usize>(
+    case: &Case,
+    options: &DepthOptions,
+    (number, density): (usize, f64),
+    bed: &Bed<D>,
+    warnings: &mut Vec<String>,
+) -> Result<Option<PointNodes<D>>, CaseError> {
+    let Some(mut list) = case.point_list(number)? else { return Ok(None) };
+    // A flow has one density, and what points weigh is kept.
+    for (volume, mass) in list.volumes.iter_mut().zip(list.masses.iter().flatten()) {
+        *volume = mass / density;
+    }
+    if list.stresses.is_some() {
+        warnings.push(format!(
+            "bodies[{number}].points: stresses are passed over: depth-integrated flow has none"
+        ));
+    }
+    if let (None, Some(field), Some(_)) = (
+        &list.pore_pressures,
+        PorePressureField::of(case, options.frame, &case.bodies[number]),
+        &options.column,
+    ) {
+        list.pore_pressures = Some(list.positions.iter().map(|x| field.at(*x, 1.0)).collect());
+    }
+    if list.pore_pressures.is_some() && options.column.is_none() {
+        warnings.push(format!(
+            "bodies[{number}].points: pore pressures are passed over: give methods.depth-sph.column to follow them"
+        ));
+    }
+    transferred_nodes(case, options, number, &list, bed).map(Some)
+}
+
+/// Density of what stands for a body (kg/m³).
+fn density(options: &DepthOptions, material: &Mixture, body: &Body, upper: bool) -> f64 {
+    match (options.phases, upper) {
+        (Phases::One, _) => material.density(),
+        (Phases::Layers, true) => material.densities.fluid,
+        (Phases::Layers, false) => material.densities.grain,
+        (Phases::Two, _) => {
+            let porosity = options.mixture.as_ref().map_or(0.0, |mixture| mixture.porosity_of(&body.name));
+            material.densities.mixture(porosity)
+        }
+    }
+}
+
+/// Volume, first moment and momentum above a square, and the numbers of its points.
+type SquareSums<const D: usize> = ([[f64; D]; 3], Vec<usize>);
+
+/// Nodes of points that another method hands over: those above one square of the lattice become one node, with their volume, their
+/// middle and their momentum, and where there are columns, with their pore pressure over the depth (sheet: depth-sph §3.2, 4).
+fn transferred_nodes<const D: usize>(
+    case: &Case,
+    options: &DepthOptions,
+    number: usize,
+    list: &PointList,
+    bed: &Bed<D>,
+) -> Result<PointNodes<D>, CaseError> {
+    let lattice = PlanLattice::<D>::of(case, options.spacing);
+    let mut squares: BTreeMap<[i64; D], SquareSums<D>> = BTreeMap::new();
+    for (point, (x, volume)) in list.positions.iter().zip(&list.volumes).enumerate() {
+        let velocity = match &list.velocities {
+            Some(velocities) => velocities[point],
+            None => case.bodies[number].velocity.at(*x),
+        };
+        let square = std::array::from_fn(|c| ((x[c] - lattice.low[c]) / lattice.spacing).floor() as i64);
+        let (sums, points) = squares.entry(square).or_insert_with(|| ([[0.0; D]; 3], Vec::new()));
+        points.push(point);
+        for c in 0..D {
+            sums[0][c] += volume;
+            sums[1][c] += volume * x[c];
+            sums[2][c] += volume * velocity[c];
+        }
+    }
+    let cells = options.column.as_ref().map(|column| column.cells);
+    let (mut nodes, mut handed) = (Vec::with_capacity(squares.len()), Vec::new());
+    for ([volume, moment, momentum], points) in squares.into_values() {
+        let position = std::array::from_fn(|c| moment[c] / volume[c]);
+        if bed.at(&position).is_none() {
+            let origin = case.origin();
+            let place: Vec<f64> = (0..D).map(|c| position[c] + origin[c]).collect();
+            let problem =
+                format!("there is no ground below points at {place:?} m: the raster of the bed ends there");
+            return Err(CaseError::new(format!("bodies[{number}].points.file"), problem));
+        }
+        let mut own = node(&case.bodies[number], number, position, volume[0], options);
+        own.velocity = std::array::from_fn(|c| momentum[c] / volume[c]);
+        nodes.push(own);
+        if let (Some(cells), Some(pressures)) = (cells, &list.pore_pressures) {
+            let level = |x: &[f64; 3]| bed.at(&std::array::from_fn(|c| x[c])).map(|bed| bed.level);
+            let above = |&point: &usize| {
+                let x = &list.positions[point];
+                Some([list.volumes[point], x[D] - level(x)?, pressures[point]])
+            };
+            // Beside the end of the bed there may be ground below their middle only.
+            let above: Vec<PointAboveSquare> = points.iter().filter_map(above).collect();
+            handed.push(TransferredPressure::from_points(&above, cells));
+        }
+    }
+    Ok((nodes, handed))
+}
+
+fn node<const D: usize>(
+    body: &Body,
+    number: usize,
+    x: [f64; D],
+    volume: f64,
+    options: &DepthOptions,
+) -> NewNode<D> {
+    let velocity = body.velocity.at(spatial(&x));
+    let ratio = options.smoothing_ratio(D);
+    NewNode {
+        body: number as u32,
+        position: x,
+        velocity: std::array::from_fn(|c| velocity[c]),
+        volume,
+        length: ratio * options.spacing,
+        scale: ratio.powi(D as i32),
+    }
+}
+
+/// A place in plan as one of space, at height 0.
+fn spatial(x: &[f64]) -> [f64; 3] {
+    std::array::from_fn(|c| x.get(c).copied().unwrap_or(0.0))
+}
+
+/// A depth of flow (m), its place in plan, and the bed below it.
+type FlowOverBed<'a, const D: usize> = (f64, &'a [f64; D], &'a BedPoint<D>);
+
+/// Pore pressure over the depth of a place, by the field of body `number`; nothing without columns, which take no other than a
+/// hydrostatic one.
+fn pore_pressure_profile<const D: usize>(
+    case: &Case,
+    options: &DepthOptions,
+    (number, field): (usize, &PorePressureField<'_>),
+    under: FlowOverBed<'_, D>,
+) -> Result<Option<TransferredPressure>, CaseError> {
+    let Some(cells) = options.column.as_ref().map(|column| column.cells) else {
+        check_hydrostatic(case, number, field, under)?;
+        return Ok(None);
+    };
+    let (depth, x, bed) = under;
+    let at = |k: usize| {
+        let mut place = spatial(x);
+        place[D] = bed.level + depth * k as f64 / cells as f64;
+        // At the surface there is none.
+        if k < cells { field.at(place, bed.steepness()) } else { 0.0 }
+    };
+    Ok(Some(TransferredPressure { depth, pressure: (0..=cells).map(at).collect() }))
+}
+
+/// Refuses a hydrostatic pressure that is not that of the flow, where nothing carries another one.
+fn check_hydrostatic<const D: usize>(
+    case: &Case,
+    number: usize,
+    field: &PorePressureField<'_>,
+    (depth, x, bed): FlowOverBed<'_, D>,
+) -> Result<(), CaseError> {
+    let top = bed.level + depth;
+    match field.surface() {
+        Some(surface) if (surface - top).abs() > SAME_SURFACE * depth => {
+            let origin = case.origin();
+            let place: Vec<f64> = (0..D).map(|c| x[c] + origin[c]).collect();
+            let problem = format!(
+                "{} m is not the surface of the flow at {place:?} m, {} m, from which pore pressure is hydrostatic in depth-sph: give \
+                 methods.depth-sph.column to follow another one, or leave `pressure` out",
+                surface + origin[D],
+                top + origin[D]
+            );
+            Err(CaseError::new(format!("bodies[{number}].pore_fluid.pressure.surface"), problem))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Puts nodes of a body into the sets of their phases.
+fn assign_to_phases<const D: usize>(
+    options: &DepthOptions,
+    sets: &mut [Vec<NewNode<D>>],
+    nodes: Vec<NewNode<D>>,
+    body: &Body,
+    upper: bool,
+) {
+    match options.phases {
+        Phases::One => sets[0].extend(nodes),
+        Phases::Layers => sets[usize::from(upper)].extend(nodes),
+        Phases::Two => {
+            let porosity = options.mixture.as_ref().map_or(0.0, |mixture| mixture.porosity_of(&body.name));
+            for (set, part) in sets.iter_mut().zip([1.0 - porosity, porosity]) {
+                set.extend(nodes.iter().map(|node| NewNode { volume: part * node.volume, ..*node }));
+            }
+            let Some(velocity) = body.pore_fluid.as_ref().and_then(|fluid| fluid.velocity.as_ref()) else {
+                return;
+            };
+            let first = sets[1].len() - nodes.len();
+            for node in &mut sets[1][first..] {
+                let own = velocity.at(spatial(&node.position));
+                node.velocity = std::array::from_fn(|c| own[c]);
+            }
+        }
+    }
+}
+
+/// Squares of the plan, aligned with the lower corner of the domain.
+struct PlanLattice<const D: usize> {
+    low: [f64; D],
+    spacing: f64,
+}
+
+impl<const D: usize> PlanLattice<D> {
+    fn of(case: &Case, spacing: f64) -> Self {
+        Self { low: std::array::from_fn(|c| case.domain.min[c]), spacing }
+    }
+
+    /// Centres of the squares within the bounds of a body, row by row.
+    fn within(&self, body: &Body, dimension: usize) -> Vec<[f64; D]> {
+        let (low, high) = body.shape.bounds(dimension);
+        let first = |c: usize| ((low[c] - self.low[c]) / self.spacing - 0.5).ceil() as i64;
+        let last = |c: usize| ((high[c] - self.low[c]) / self.spacing - 0.5).floor() as i64;
+        let place = |c: usize, k: i64| self.low[c] + self.spacing * (k as f64 + 0.5);
+        let mut points = vec![[0.0; D]];
+        for c in 0..D {
+            let extended = |point: &[f64; D]| {
+                let point = *point;
+                (first(c)..=last(c)).map(move |k| {
+                    let mut point = point;
+                    point[c] = place(c, k);
+                    point
+                })
+            };
+            points = points.iter().flat_map(extended).collect();
+        }
+        points
+    }
+}
+
+/// Stretches of a body along the vertical through `x` (m), over a bed at `level` (m).
+fn vertical_intervals<const D: usize>(
+    body: &Body,
+    x: &[f64; D],
+    middle: f64,
+    level: Option<f64>,
+) -> Vec<(f64, f64)> {
+    if let (Shape::Layer { laid, .. }, Some(level), [x, y]) = (&body.shape, level, &x[..]) {
+        // Its ground is that of contact, triangles, which differ from the bed by the twist of a cell.
+        let thickness = laid.layer().map_or(0.0, |layer| layer.thickness(*x, *y));
+        return if thickness > 0.0 { vec![(level, level + thickness)] } else { Vec::new() };
+    }
+    let mut point = x.to_vec();
+    point.push(middle);
+    let mut cuts = body.shape.crossings(&point, D);
+    cuts.sort_by(f64::total_cmp);
+    let inside = |pair: &&[f64]| {
+        let mut point = x.to_vec();
+        point.push(0.5 * (pair[0] + pair[1]));
+        pair[1] > pair[0] && body.shape.contains(&point)
+    };
+    cuts.windows(2).filter(inside).map(|pair| (pair[0], pair[1])).collect()
+}
+
+/// The column of a body above a place.
+struct BodyColumn {
+    /// Thickness above the bed (m).
+    above: f64,
+    /// Thickness with what lies below the bed (m).
+    whole: f64,
+    /// Depth of the flow, of all bodies (m).
+    depth: f64,
+}
+
+/// The column of body `number` above `x` (m); refuses gaps below and within it.
+fn body_column<const D: usize>(
+    case: &Case,
+    number: usize,
+    x: &[f64; D],
+    bed: &Bed<D>,
+) -> Result<BodyColumn, CaseError> {
+    let (low, high) = (case.domain.min[D], case.domain.max[D]);
+    let slack = SLACK * (high - low);
+    let level = bed.at(x).map(|bed| bed.level);
+    let all = |other: &Body| vertical_intervals(other, x, 0.5 * (low + high), level);
+    let own = all(&case.bodies[number]);
+    let Some(base) = own.first().map(|stretch| stretch.0) else {
+        return Ok(BodyColumn { above: 0.0, whole: 0.0, depth: 0.0 });
+    };
+    let origin = case.origin();
+    let place: Vec<f64> = (0..D).map(|c| x[c] + origin[c]).collect();
+    let refuse = |problem: String| Err(CaseError::new(format!("bodies[{number}].shape"), problem));
+    let Some(bed) = level else {
+        return refuse(format!(
+            "there is no ground below it at {place:?} m: the raster of the bed ends there or has no data"
+        ));
+    };
+    let mut all: Vec<(f64, f64)> = case.bodies.iter().flat_map(all).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut top = bed;
+    for (from, to) in all {
+        if from > top + slack && from <= own.last().map_or(base, |stretch| stretch.0) + slack {
+            let [from, to] = [top, from].map(|z| z + origin[D]);
+            return refuse(format!(
+                "there is a gap from {from} m to {to} m below it at {place:?} m: depth-integrated flow has none; fill it, or \
+                 take another method"
+            ));
+        }
+        top = top.max(to);
+    }
+    let above = own.iter().map(|(from, to)| (to - from.max(bed)).max(0.0)).sum();
+    Ok(BodyColumn { above, whole: own.iter().map(|(from, to)| to - from).sum(), depth: top - bed })
+}

@@ -1,0 +1,240 @@
+//! What depth-integrated SPH refuses of a case, by its path, and what it allows with a warning.
+
+use colluvium_case::description::{Body, Boundary, Velocity, Wall};
+use colluvium_case::{Capabilities, Case, CaseError, RequiredInput};
+
+use crate::config::DepthOptions;
+use crate::config::choices::{Phases, SearchOrientation};
+use crate::setup::case_bed::{is_smooth, lowest};
+use crate::setup::stages::is_passed_over;
+use crate::setup::{NAME, pore_fluid};
+
+/// Fewer nodes than these are worth a warning (sheet: depth-sph §0).
+const FEW_NODES: usize = 10;
+
+const SPACES: &str =
+    "depth-sph flows over a profile (plane-strain, gravity along y) or over terrain (3d, gravity along z)";
+
+/// What the method says to the features of a case.
+pub(crate) fn capabilities() -> Capabilities {
+    Capabilities::for_point_methods(NAME)
+        .supports(&[
+            "domain.origin",
+            "domain.periodic*",
+            "obstacles",
+            "obstacles.shape=*",
+            "obstacles.shape.*",
+            "obstacles.wall=*",
+            "obstacles.regions*",
+            "output.rasters*",
+            "measures=gauge",
+            "measures=discharge",
+            "bodies.pore_fluid*",
+            "boundaries",
+            "boundaries.name",
+            "boundaries.side=*",
+            "boundaries.position",
+            "boundaries.separation",
+            "boundaries.velocity",
+            "boundaries.drained",
+            "boundaries.wall=rough",
+            "boundaries.wall=smooth",
+            "boundaries.wall=frictional",
+            "boundaries.wall=absorbing",
+            "stages.damping",
+        ])
+        .requires(RequiredInput { gravity: true, ..RequiredInput::default() })
+        .rejects("space=1d", SPACES)
+        .rejects("space=axisymmetric", SPACES)
+        .rejects("bodies.rigid", "depth-sph has no rigid bodies")
+        .ignores_with_warning(
+            "bodies.pore_fluid.bulk_modulus",
+            "the pore fluid of depth-sph keeps its volume",
+        )
+        .rejects(
+            "bodies.drop_outside",
+            "nodes of depth-sph that leave the terrain are removed and counted: see its options",
+        )
+        .ignores_with_warning("obstacles.separation", "flows of depth-sph stay on their bed")
+        .ignores_with_warning("bodies.sampling*", "nodes of depth-sph lie on a lattice")
+        .ignores_with_warning(
+            "bodies.shape.rows=terrain",
+            "flows of depth-sph have columns and no rows of points",
+        )
+        .rejects("obstacles.wall.adhesion", "say how the bed resists in methods.depth-sph.basal")
+        .rejects(
+            "obstacles.regions.wall.adhesion",
+            "say how parts of the bed resist in methods.depth-sph.regions",
+        )
+        .rejects("boundaries.group", "depth-sph has no mesh with groups of nodes")
+        .rejects("loads", "depth-sph cannot apply tractions")
+        .rejects("patches", "depth-sph has no nodes to prescribe")
+        .rejects("stages.excavate", "depth-sph removes whole bodies only: use remove_bodies")
+        .rejects("stages.weakening*", "the bed of depth-sph keeps its strength")
+        .rejects("measures=factor-of-safety", "depth-sph has no slope whose strength could be reduced")
+        .rejects("measures=dissipation", "depth-sph does not count dissipation")
+}
+
+/// Refuses by name what the method cannot do.
+pub(super) fn check_supported(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
+    let last = case.dimension() - 1;
+    if !(case.gravity[last] < 0.0) {
+        let problem = format!("{} must be negative: depth is measured against it", case.gravity[last]);
+        return Err(CaseError::new(format!("gravity[{last}]"), problem));
+    }
+    let first = options.smoothing_ratio(last) * options.spacing;
+    if let Some(shortest) = options.shortest_smoothing.filter(|shortest| *shortest > first) {
+        let problem = format!("{shortest} m is longer than the first smoothing length, {first} m");
+        return Err(crate::setup::option_error("shortest_smoothing", problem));
+    }
+    if options.search == SearchOrientation::Turned && last == 1 {
+        return Err(crate::setup::option_error("search", "a profile has one axis: leave this out"));
+    }
+    check_walls(case)?;
+    check_open_boundaries(case, options)?;
+    pore_fluid::check_supported(case, options)?;
+    check_bodies(case, options)
+}
+
+fn check_walls(case: &Case) -> Result<(), CaseError> {
+    let up = case.dimension() - 1;
+    for (number, boundary) in case.boundaries.iter().enumerate() {
+        let path = |key: &str| format!("boundaries[{number}].{key}");
+        if boundary.side.axis() == up && boundary.side != lowest(case) {
+            return Err(CaseError::new(
+                path("side"),
+                "a flow of depth-sph has a free surface: no lid above it",
+            ));
+        }
+        if boundary.velocity.as_ref().is_some_and(|velocity| velocity.iter().any(|v| *v != 0.0)) {
+            return Err(CaseError::new(path("velocity"), "the walls of depth-sph are at rest"));
+        }
+    }
+    Ok(())
+}
+
+/// A layer that has no side, or no room.
+fn check_absorbing_layer(case: &Case, length: f64) -> Result<(), CaseError> {
+    let mut absorbing =
+        case.boundaries.iter().filter(|side| matches!(side.wall, Wall::Absorbing { .. })).peekable();
+    if absorbing.peek().is_none() {
+        return Err(crate::setup::option_error("absorbing_layer", "no side is absorbing: leave this out"));
+    }
+    let room = |side: &Boundary| case.domain.max[side.side.axis()] - case.domain.min[side.side.axis()];
+    match absorbing.find(|side| 2.0 * length > room(side)) {
+        Some(side) => {
+            let problem =
+                format!("{length} m is more than half of the domain before the side {:?}", side.name());
+            Err(crate::setup::option_error("absorbing_layer", problem))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Open sides, through which one phase leaves, grains and fluid, or two layers.
+fn check_open_boundaries(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
+    let up = case.dimension() - 1;
+    if let Some(length) = options.absorbing_layer {
+        if options.phases == Phases::Layers && up > 1 {
+            let problem = "is of one phase, or of grains and fluid, in plan: what it sends back of waves of two layers is known in profiles alone; \
+                           leave it out, their sides let waves through without one";
+            return Err(crate::setup::option_error("absorbing_layer", problem));
+        }
+        check_absorbing_layer(case, length)?;
+    }
+    for (number, boundary) in case.boundaries.iter().enumerate() {
+        if !matches!(boundary.wall, Wall::Absorbing { .. }) {
+            continue;
+        }
+        let wrong = |problem: &str| Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
+        if boundary.side.axis() == up {
+            return wrong("is a bed that absorbs: only the sides do");
+        }
+        let others = || case.boundaries.iter().enumerate().filter(|(other, _)| *other != number);
+        if others().any(|(_, other)| other.side == boundary.side) {
+            return wrong("stands at a side that has another wall: leave one of them out");
+        }
+        if case.stages.iter().any(|stage| stage.remove_boundaries.iter().any(|name| name == boundary.name()))
+        {
+            return wrong("is removed by a stage: an open end of depth-sph stays");
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a first velocity that leaves the bed.
+pub(super) fn check_velocity_along_bed(velocity: &Velocity, path: &str, up: usize) -> Result<(), CaseError> {
+    match velocity {
+        Velocity::Uniform { value } if value[up] != 0.0 => {
+            let problem = "flows of depth-sph begin along the bed: the last component must be 0";
+            Err(CaseError::new(format!("{path}.value[{up}]"), problem))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn check_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
+    let up = case.dimension() - 1;
+    for (number, body) in case.bodies.iter().enumerate() {
+        let path = |key: &str| format!("bodies[{number}].{key}");
+        check_velocity_along_bed(&body.velocity, &path("velocity"), up)?;
+        let upper =
+            |name: &String| options.mixture.as_ref().is_some_and(|mixture| mixture.upper.contains(name));
+        // Bodies of porosities of their own differ by their density, and the bed holds them by a law that is given, or not at all.
+        let one_law = options.basal.is_some() || is_smooth(case);
+        let mixed = |name: &String| {
+            one_law && options.mixture.as_ref().is_some_and(|mixture| mixture.porosities.contains_key(name))
+        };
+        let is_other = |other: &&Body| {
+            other.material != body.material
+                && upper(&other.name) == upper(&body.name)
+                && !(mixed(&other.name) || mixed(&body.name))
+        };
+        let other = case.bodies[..number].iter().find(is_other);
+        if let Some(other) = other {
+            let problem = format!(
+                "{:?} is not the material of the body {:?}, {:?}: a flow of depth-sph has one, unless bodies differ by \
+                 mixture.porosities and the law of the bed is given in methods.depth-sph.basal",
+                body.material, other.name, other.material
+            );
+            return Err(CaseError::new(path("material"), problem));
+        }
+    }
+    let named = |key: &str, name: &String| {
+        let known = case.bodies.iter().any(|body| body.name == *name);
+        let problem = || crate::setup::option_error(key, format!("{name:?} is not the name of a body"));
+        if known { Ok(()) } else { Err(problem()) }
+    };
+    let Some(mixture) = &options.mixture else { return Ok(()) };
+    mixture.upper.iter().try_for_each(|name| named("mixture.upper", name))?;
+    mixture.porosities.keys().try_for_each(|name| named("mixture.porosities", name))
+}
+
+/// What is allowed but deserves a warning.
+pub(super) fn warnings(case: &Case, nodes: usize) -> Vec<String> {
+    let mut warnings = case.warnings();
+    if nodes < FEW_NODES {
+        warnings.push(format!("methods.{NAME}.spacing: {nodes} nodes are too few to resolve a flow"));
+    }
+    for (number, stage) in case.stages.iter().enumerate() {
+        if is_passed_over(stage) {
+            warnings.push(format!(
+                "stages[{number}]: it brings stress into balance, which depth-integrated flow has no need of: it is passed over"
+            ));
+        }
+    }
+    let sticks = |boundary: &&Boundary| {
+        boundary.side.axis() + 1 < case.dimension()
+            && !matches!(boundary.wall, Wall::Smooth | Wall::Absorbing { .. })
+    };
+    if let Some(boundary) = case.boundaries.iter().find(sticks) {
+        warnings.push(format!(
+            "boundaries: the side wall {:?} acts as a smooth mirror; its friction is left out",
+            boundary.name()
+        ));
+    }
+    if case.bodies.iter().any(|body| body.stress != colluvium_case::description::InitialStress::None) {
+        warnings.push("bodies: initial stress is that of the weight over the depth".to_owned());
+    }
+    warnings
+}

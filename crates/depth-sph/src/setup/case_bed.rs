@@ -1,0 +1,303 @@
+//! What a flow moves over: the highest faces of walls and obstacles that look upward.
+
+use std::sync::Arc;
+
+use colluvium_case::description::{Boundary, Obstacle, ObstacleShape, ObstacleWall, Side, Space, Wall};
+use colluvium_case::{Case, CaseError};
+use colluvium_points::Raster;
+
+use crate::bed::{Bed, BedPoint, BedSurface, ErodibleBed, TerrainBed};
+use crate::config::DepthOptions;
+use crate::config::choices::TimeScheme;
+use crate::output::hazard_rasters::PlanCells;
+use crate::setup::dams;
+use crate::setup::face_heights::highest_faces;
+
+/// Fewest nodes of a raster along an axis (sheet: depth-sph §7).
+const FEWEST_NODES: usize = 4;
+
+/// Steepest slope that half of a survey may exceed without a warning (degrees; sheet: depth-sph §7).
+const STEEPEST_TERRAIN: f64 = 60.0;
+/// Nodes of a raster whose slopes are looked at.
+const SAMPLE: usize = 1 << 18;
+/// Steepest slope of the faces of other obstacles that deserves no warning (degrees).
+const STEEPEST_FACE: f64 = 60.0;
+
+/// How the bed holds what flows over it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BedFriction {
+    /// Not at all.
+    Smooth,
+    /// By the friction of the material.
+    Rough,
+    /// By this coefficient at most.
+    Frictional(f64),
+}
+
+/// The bed of a case.
+pub struct CaseBed<const D: usize> {
+    /// Its surface.
+    pub bed: Bed<D>,
+    /// The cells of its raster, where it is one.
+    pub grid: Option<PlanCells>,
+    /// Largest distance of its surface from the heights of its raster, and the root mean square of all (m).
+    pub departure: Option<[f64; 2]>,
+    /// What of it deserves a warning.
+    pub warnings: Vec<String>,
+}
+
+/// The bed of `case`: the obstacles there are, and the highest wall that faces upward where it stands above them.
+pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<CaseBed<D>, CaseError> {
+    let floor = highest_wall(case);
+    let Some(first) = case.obstacles.first() else {
+        let Some((_, level, _)) = floor else {
+            let side = lowest(case);
+            let problem = format!(
+                "there is no bed to flow over: add a wall on the side {side}, or terrain as an obstacle"
+            );
+            return Err(CaseError::new("boundaries", problem));
+        };
+        reject_erosion_of_plane(options)?;
+        return Ok(CaseBed { bed: Bed::Flat(level), grid: None, departure: None, warnings: Vec::new() });
+    };
+    if let Some(axis) = (0..D).find(|axis| case.gravity[*axis] != 0.0) {
+        let problem = "must be 0 over an obstacle: its slopes are measured against gravity";
+        return Err(CaseError::new(format!("gravity[{axis}]"), problem));
+    }
+    check_same_walls(case, first)?;
+    if let [Obstacle { shape: ObstacleShape::Plane { point, normal }, .. }] = &case.obstacles[..] {
+        let (bed, least) = plane(case, point, normal)?;
+        if let Some((number, level, _)) = floor.filter(|(_, level, _)| *level > least) {
+            let problem = format!(
+                "the wall at {level} m stands above the lowest place of the plane {:?}, {least} m: leave it out or lower it",
+                first.name
+            );
+            return Err(CaseError::new(format!("boundaries[{number}]"), problem));
+        }
+        reject_erosion_of_plane(options)?;
+        return Ok(CaseBed { bed, grid: None, departure: None, warnings: Vec::new() });
+    }
+    let (mut raster, path) = raster::<D>(case, options)?;
+    raise_to_wall(case, first, floor, &mut raster)?;
+    // Means are for the noise of a survey: a dam keeps its crest.
+    let given = raster;
+    let mut raster = TerrainBed::smoothed(&given, options.terrain_smoothing);
+    let means: Vec<f64> = given.values.iter().zip(&raster.values).map(|(z, mean)| z - mean).collect();
+    let mut warnings = dams::raise_terrain(case, options, &mut raster)?;
+    let on_map = path.ends_with("file");
+    let wrong = |problem: String| CaseError::new(path.clone(), problem);
+    let (columns, rows) = (raster.columns, raster.rows);
+    if columns < FEWEST_NODES || rows < FEWEST_NODES {
+        let problem =
+            format!("{columns} columns and {rows} rows are too few: a bed needs {FEWEST_NODES} of each");
+        return Err(wrong(problem));
+    }
+    let Raster { origin, spacing, ref reference, .. } = raster;
+    let grid = PlanCells { counts: [columns, rows], origin, spacing, reference: reference.clone() };
+    let ground = TerrainBed::new(raster).map_err(|error| wrong(error.to_string()))?;
+    warnings.extend(too_steep(case, &ground));
+    warnings.extend(energy_warning(options));
+    let departure = Some(departure(&ground, &means));
+    let bed = if options.records_erosion() {
+        Bed::Erodible(Box::new(ErodibleBed::new(ground, options.lower_bed)))
+    } else {
+        Bed::Surface(Arc::new(ground))
+    };
+    Ok(CaseBed { bed, grid: on_map.then_some(grid), departure, warnings })
+}
+
+/// Largest distance of a surface from heights that were `means` (m) above what it was made of, and the root mean square of all (m).
+fn departure(ground: &TerrainBed, means: &[f64]) -> [f64; 2] {
+    let raster = ground.raster();
+    let off = |number: usize| {
+        let bed: Option<BedPoint<2>> =
+            ground.at(&raster.node_position(number % raster.columns, number / raster.columns));
+        Some(bed?.level - raster.values[number] - means[number]).filter(|off| off.is_finite())
+    };
+    let (mut most, mut square, mut count) = (0.0f64, 0.0, 0.0);
+    for off in (0..means.len()).filter_map(off) {
+        (most, square, count) = (most.max(off.abs()), square + off * off, count + 1.0);
+    }
+    [most, (square / f64::max(count, 1.0)).sqrt()]
+}
+
+/// Warns of steps that do not carry velocities along the bed.
+fn energy_warning(options: &DepthOptions) -> Option<String> {
+    (options.integration != TimeScheme::Leapfrog).then(|| {
+        "methods.depth-sph.integration: steps of Runge and Kutta lose energy over rough ground: leave the option out over a survey".to_owned()
+    })
+}
+
+/// Refuses obstacles whose walls differ.
+fn check_same_walls(case: &Case, first: &Obstacle) -> Result<(), CaseError> {
+    let other = case
+        .obstacles
+        .iter()
+        .position(|obstacle| friction_of_obstacle(obstacle) != friction_of_obstacle(first));
+    let Some(number) = other else { return Ok(()) };
+    let problem = format!(
+        "is not that of {:?}, and a bed has one: what differs in parts of it stands in methods.depth-sph.regions",
+        first.name
+    );
+    Err(CaseError::new(format!("obstacles[{number}].wall"), problem))
+}
+
+/// Refuses to keep account of what is taken up from a plane, which has no nodes to keep it at, and to put a dam on one.
+fn reject_erosion_of_plane(options: &DepthOptions) -> Result<(), CaseError> {
+    if !options.dams.is_empty() {
+        let problem = "the bed is a plane, which has no heights that could be raised: give it as a raster";
+        return Err(crate::setup::option_error("dams", problem));
+    }
+    if !options.records_erosion() {
+        return Ok(());
+    }
+    let key = match (options.lower_bed, &options.erodible_depth_raster) {
+        (true, _) => "lower_bed",
+        (false, Some(_)) => "erodible_depth_raster",
+        (false, None) => "erodible_depth",
+    };
+    let problem = "the bed is a plane, which has no heights that could be lowered: give it as a raster";
+    Err(crate::setup::option_error(key, problem))
+}
+
+/// The heights of the bed, and the key of the case that it follows from.
+fn raster<const D: usize>(case: &Case, options: &DepthOptions) -> Result<(Raster, String), CaseError> {
+    let is_raster = |obstacle: &Obstacle| matches!(obstacle.shape, ObstacleShape::Raster { .. });
+    let spacing = options.terrain_spacing.unwrap_or(options.spacing);
+    let Some(number) = case.obstacles.iter().position(is_raster).filter(|_| D == 2) else {
+        return Ok((highest_faces::<D>(case, spacing, None)?, "obstacles".to_owned()));
+    };
+    let path = format!("obstacles[{number}].shape.file");
+    let own = case.heights(number)?.ok_or_else(|| CaseError::new(path.clone(), "holds no heights"))?;
+    if case.obstacles.len() == 1 {
+        return Ok((own, path));
+    }
+    Ok((highest_faces::<D>(case, spacing, Some((number, own)))?, path))
+}
+
+/// Warns of faces that a flow runs up, and of terrain so steep throughout that its heights may not be in metres: of survey terrain single cliffs may
+/// stand upright, and no half of it does.
+fn too_steep(case: &Case, ground: &TerrainBed) -> Option<String> {
+    let raster = ground.raster();
+    let place = |number: usize| raster.node_position(number % raster.columns, number / raster.columns);
+    let slope = |number: usize| {
+        let bed: Option<BedPoint<2>> = ground.at(&place(number));
+        bed.map_or(0.0, |bed| bed.slope[0].hypot(bed.slope[1]))
+    };
+    let of_file = matches!(&case.obstacles[..], [Obstacle { shape: ObstacleShape::Raster { .. }, .. }]);
+    // The middle of all slopes is that of a sample.
+    let apart = if of_file { raster.values.len().div_ceil(SAMPLE) } else { 1 };
+    let known = (0..raster.values.len()).step_by(apart).filter(|number| raster.values[*number].is_finite());
+    let mut slopes: Vec<(f64, usize)> = known.map(|number| (slope(number), number)).collect();
+    if slopes.is_empty() {
+        return None;
+    }
+    if of_file {
+        let middle = slopes.len() / 2;
+        let angle = slopes.select_nth_unstable_by(middle, |a, b| a.0.total_cmp(&b.0)).1.0.atan().to_degrees();
+        return (angle > STEEPEST_TERRAIN).then(|| {
+            format!(
+                "obstacles: half of the raster is steeper than {angle:.1}°: are its heights in metres, as the distances of its nodes are?"
+            )
+        });
+    }
+    let (steepest, number) = slopes.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let angle = steepest.atan().to_degrees();
+    let place: Vec<f64> = (0..case.dimension() - 1).map(|c| place(number)[c] + case.origin()[c]).collect();
+    (angle > STEEPEST_FACE).then(|| {
+        format!(
+            "obstacles: the bed is as steep as {angle:.1}° at {place:?} m: a flow that meets such a face turns upward along it \
+             and is not thrown back as by a wall; give faces that are to hold it slopes below {STEEPEST_FACE}°"
+        )
+    })
+}
+
+/// Raises a bed to the wall below where that stands higher.
+fn raise_to_wall(
+    case: &Case,
+    obstacle: &Obstacle,
+    floor: Option<(usize, f64, &Wall)>,
+    raster: &mut Raster,
+) -> Result<(), CaseError> {
+    let known = |raster: &Raster| {
+        raster.values.iter().copied().filter(|z| z.is_finite()).fold(f64::INFINITY, f64::min)
+    };
+    let least = known(raster);
+    let Some((number, level, wall)) = floor.filter(|(_, level, _)| *level > least) else { return Ok(()) };
+    if wall_friction(wall) != friction_of_obstacle(obstacle) {
+        let problem = format!(
+            "stands at {} m, above the lowest place of the obstacles, {} m, and is not of their kind: a bed has one",
+            level + case.origin()[case.dimension() - 1],
+            least + case.origin()[case.dimension() - 1]
+        );
+        return Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
+    }
+    raster.values.iter_mut().filter(|z| z.is_finite()).for_each(|z| *z = z.max(level));
+    Ok(())
+}
+
+/// How the bed of `case` holds, without making it; `None` where there is no bed.
+pub fn bed_friction(case: &Case) -> Option<BedFriction> {
+    let obstacle = case.obstacles.first().map(friction_of_obstacle);
+    obstacle.or_else(|| highest_wall(case).map(|(_, _, wall)| wall_friction(wall)))
+}
+
+/// Whether the bed of `case` is smooth all over, or there is none.
+pub fn is_smooth(case: &Case) -> bool {
+    let regions = case.obstacles.iter().flat_map(|obstacle| &obstacle.regions);
+    let mut holds =
+        bed_friction(case).into_iter().chain(regions.map(|region| obstacle_friction(region.wall)));
+    holds.all(|hold| hold == BedFriction::Smooth)
+}
+
+/// The side that the bed is on.
+pub fn lowest(case: &Case) -> Side {
+    if case.space == Space::PlaneStrain { Side::YMin } else { Side::ZMin }
+}
+
+/// The highest wall that faces upward: its number, its level (m), and how it acts.
+pub fn highest_wall(case: &Case) -> Option<(usize, f64, &Wall)> {
+    let side = lowest(case);
+    let level = |boundary: &Boundary| boundary.position(&case.domain);
+    let walls = case.boundaries.iter().enumerate().filter(|(_, boundary)| boundary.side == side);
+    let highest = walls.max_by(|a, b| level(a.1).total_cmp(&level(b.1)));
+    highest.map(|(number, boundary)| (number, level(boundary), &boundary.wall))
+}
+
+fn wall_friction(wall: &Wall) -> BedFriction {
+    match wall {
+        Wall::Smooth => BedFriction::Smooth,
+        Wall::Frictional { friction_coefficient, .. } => BedFriction::Frictional(*friction_coefficient),
+        _ => BedFriction::Rough,
+    }
+}
+
+fn friction_of_obstacle(obstacle: &Obstacle) -> BedFriction {
+    obstacle_friction(obstacle.wall)
+}
+
+/// How a wall of an obstacle holds what flows over it.
+pub fn obstacle_friction(wall: ObstacleWall) -> BedFriction {
+    match wall {
+        ObstacleWall::Smooth => BedFriction::Smooth,
+        ObstacleWall::Rough => BedFriction::Rough,
+        ObstacleWall::Frictional { friction_coefficient, .. } => {
+            BedFriction::Frictional(friction_coefficient)
+        }
+    }
+}
+
+/// A plane, and its lowest level over the domain (m).
+fn plane<const D: usize>(case: &Case, point: &[f64], normal: &[f64]) -> Result<(Bed<D>, f64), CaseError> {
+    if !(normal[D] > 0.0) {
+        let problem = format!("{} must be positive: a bed faces upward", normal[D]);
+        return Err(CaseError::new(format!("obstacles[0].shape.normal[{D}]"), problem));
+    }
+    let slope: [f64; D] = std::array::from_fn(|c| -normal[c] / normal[D]);
+    let foot = point[D] - (0..D).map(|c| slope[c] * point[c]).sum::<f64>();
+    let level = move |x: &[f64; D]| foot + (0..D).map(|c| slope[c] * x[c]).sum::<f64>();
+    let corner =
+        std::array::from_fn(|c| if slope[c] > 0.0 { case.domain.min[c] } else { case.domain.max[c] });
+    let bed = Bed::formula(move |x: &[f64; D]| BedPoint { slope, ..BedPoint::flat(level(x)) });
+    Ok((bed, level(&corner)))
+}

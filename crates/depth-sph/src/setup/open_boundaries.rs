@@ -1,0 +1,138 @@
+//! Sides of the domain that waves leave through.
+
+use colluvium_case::description::Wall;
+use colluvium_case::{Case, CaseError};
+
+use crate::config::DepthOptions;
+use crate::config::choices::DepthFrame;
+use crate::flow::{Flow, OpenBoundary, Opening};
+use crate::setup::NAME;
+
+/// Slope of the bed across a side beyond which its depth is not that of the material farther out (sheet: depth-sph §3.9).
+const MAX_CROSS_SLOPE: f64 = 0.01;
+
+/// Fewer distances of nodes than these are too short for a layer in which waves die away.
+const MIN_LAYER_NODES: f64 = 10.0;
+
+/// More places than these along a side, or a line of inflow, are a mistake in the domain.
+pub const MAX_SEGMENTS: f64 = 1e6;
+
+/// The absorbing sides of a case, with their keys.
+pub fn openings(case: &Case, options: &DepthOptions) -> Vec<(Opening, String)> {
+    let absorbing =
+        case.boundaries.iter().enumerate().filter(|(_, side)| matches!(side.wall, Wall::Absorbing { .. }));
+    absorbing
+        .map(|(number, side)| {
+            let axis = side.side.axis();
+            let other = if case.dimension() == 3 { 1 - axis } else { 0 };
+            let span = span(case, other);
+            let opening = Opening {
+                axis,
+                place: side.position(&case.domain),
+                outward: if side.side.is_max() { 1.0 } else { -1.0 },
+                spacing: options.spacing,
+                span,
+                periodic: case.dimension() == 3 && case.domain.is_periodic(other),
+                inlets: Vec::new(),
+                absorbing_length: options.absorbing_layer.unwrap_or(0.0),
+            };
+            (opening, format!("boundaries[{number}].side"))
+        })
+        .collect()
+}
+
+/// From where to where sides along an axis go (m): as far as the walls and open sides at its ends.
+fn span(case: &Case, axis: usize) -> (f64, f64) {
+    let (mut low, mut high) = (case.domain.min[axis], case.domain.max[axis]);
+    for side in case.boundaries.iter().filter(|side| side.side.axis() == axis) {
+        let place = side.position(&case.domain);
+        if side.side.is_max() { high = high.min(place) } else { low = low.max(place) }
+    }
+    (low, high)
+}
+
+/// Opens sides; what deserves a warning.
+pub fn open_boundaries<const D: usize>(
+    openings: &[(Opening, String)],
+    flow: &mut Flow<D>,
+) -> Result<Vec<String>, CaseError> {
+    let Some((_, first)) = openings.first() else { return Ok(Vec::new()) };
+    let mut warnings = Vec::new();
+    let mut slopes = Vec::new();
+    for (opening, key) in openings {
+        check_segment_count(opening, key)?;
+        slopes.push(slope_across(opening, flow, key)?);
+    }
+    let sides: Vec<Opening> = openings.iter().map(|(opening, _)| opening.clone()).collect();
+    let known = flow.open_boundaries.len();
+    flow.open_sides(&sides).map_err(|failure| CaseError::new(first, failure.to_string()))?;
+    let each = (flow.open_boundaries.len() - known) / openings.len();
+    let ends = flow.open_boundaries[known..].chunks(each.max(1));
+    for (((_, key), slope), ends) in openings.iter().zip(slopes).zip(ends) {
+        // What leaves over dry ground meets nothing that could send waves back.
+        let stands = ends.iter().any(OpenBoundary::is_filled);
+        if let Some(slope) = slope.filter(|slope| stands && slope.abs() > MAX_CROSS_SLOPE) {
+            warnings.push(format!(
+                "{key}: the bed has a slope of {slope:.3} across it, and the material beyond it is taken as deep as at the side: waves \
+                 come back from there; move it to where the bed is level"
+            ));
+        }
+    }
+    if let Some((opening, _)) = openings.iter().find(|(side, _)| {
+        side.absorbing_length > 0.0 && side.absorbing_length < MIN_LAYER_NODES * side.spacing
+    }) {
+        warnings.push(format!(
+            "methods.{NAME}.absorbing_layer: {} m are fewer than {MIN_LAYER_NODES} nodes, and send back more than they take: make it as long as two waves",
+            opening.absorbing_length
+        ));
+    }
+    Ok(warnings)
+}
+
+/// Refuses a side with so many places along it and in its layer that they could not be gone through.
+fn check_segment_count(opening: &Opening, key: &str) -> Result<(), CaseError> {
+    let Opening { spacing, span, absorbing_length: layer, .. } = opening;
+    let places = ((span.1 - span.0) / spacing).max(1.0) * (layer / spacing).max(1.0);
+    if places <= MAX_SEGMENTS {
+        return Ok(());
+    }
+    let problem = format!(
+        "has {places:.1e} places along it and in its layer, {MAX_SEGMENTS:.0e} at most: make the domain there no wider than the flow, or the spacing larger"
+    );
+    Err(CaseError::new(key, problem))
+}
+
+/// The steepest slope of the bed across a side; refuses one that has no ground beyond it.
+fn slope_across<const D: usize>(
+    opening: &Opening,
+    flow: &Flow<D>,
+    key: &str,
+) -> Result<Option<f64>, CaseError> {
+    let Opening { axis, place, outward, spacing, span, .. } = opening;
+    let lengths = flow.sets.iter().flat_map(|set| &set.nodes.first_length);
+    let reach = flow.reach_beyond(lengths.copied().fold(0.0, f64::max));
+    let count = if D == 1 { 1 } else { ((span.1 - span.0) / spacing).ceil().max(1.0) as usize };
+    let mut steepest = None;
+    for k in 0..count {
+        let along = if D == 1 { 0.0 } else { span.0 + (k as f64 + 0.5) / count as f64 * (span.1 - span.0) };
+        let at = |beyond: f64| {
+            let x: [f64; D] =
+                std::array::from_fn(|c| if c == *axis { place + outward * beyond } else { along });
+            flow.bed.at(&x)
+        };
+        let (Some(here), Some(_)) = (at(0.0), at(reach + spacing)) else {
+            let problem = format!(
+                "has no ground for {:.3} m beyond it, where nodes stand: give it a `position` farther inside, or make the terrain larger",
+                reach + spacing
+            );
+            return Err(CaseError::new(key, problem));
+        };
+        // In the frame of a tilted bed depth follows the bed.
+        if flow.settings.frame != DepthFrame::BedFitted
+            && steepest.is_none_or(|slope: f64| here.slope[*axis].abs() > slope.abs())
+        {
+            steepest = Some(outward * here.slope[*axis]);
+        }
+    }
+    Ok(steepest)
+}

@@ -1,0 +1,358 @@
+//! The pore fluid of bodies, as the options of the method say it: one description serves the case and the method.
+
+use std::borrow::Cow;
+
+use colluvium_case::description::{Body, PoreFluid, PorePressure};
+use colluvium_case::{Case, CaseError};
+use serde_json::{Map, Value, json};
+
+use crate::config::DepthOptions;
+use crate::config::choices::{DepthFrame, Phases};
+use crate::phases::interphase_drag::{InterphaseDrag, MixtureDensities};
+use crate::pore_pressure::pore_pressure_column::Drainage;
+use crate::setup::case_bed::highest_wall;
+use crate::setup::{NAME, option_error};
+
+/// Largest difference of what is said twice, in shares: of densities and permeabilities, which follow from others.
+const DERIVED_TOLERANCE: f64 = 0.01;
+/// The same of what is written as it is.
+const EQUAL_TOLERANCE: f64 = 1e-9;
+/// Largest tension of a pore fluid (Pa): that of columns (sheet: depth-sph §2.7).
+const MOST_TENSION: f64 = 1e5;
+
+/// What a pore fluid says of a flow.
+struct PoreFluidData {
+    grain: f64,
+    fluid: f64,
+    porosity: f64,
+    conductivity: f64,
+    excess: Option<f64>,
+    cavitation: Option<f64>,
+}
+
+impl PoreFluidData {
+    fn of_body(case: &Case, body: &Body, fluid: &PoreFluid) -> Self {
+        let weight = fluid.density * case.gravity_magnitude();
+        Self {
+            grain: case.materials[&body.material].density() / (1.0 - fluid.porosity),
+            fluid: fluid.density,
+            porosity: fluid.porosity,
+            conductivity: fluid
+                .permeability
+                .unwrap_or_else(|| weight / fluid.resistance(case.gravity_magnitude())),
+            excess: fluid.excess_ratio,
+            cavitation: fluid.cavitation_strength,
+        }
+    }
+}
+
+/// Density of a body as it flows (kg/m³): with its pore fluid, where its material is the skeleton around one.
+pub fn density(case: &Case, body: &Body) -> f64 {
+    let own = case.materials[&body.material].density();
+    body.pore_fluid.as_ref().map_or(own, |fluid| fluid.saturated_density(own))
+}
+
+/// The case with the pore fluid of its bodies among the options of the method: where both say something they must agree.
+pub fn with_pore_fluid_options(case: &Case) -> Result<Cow<'_, Case>, CaseError> {
+    let Some(first) = case.bodies.iter().position(|body| body.pore_fluid.is_some()) else {
+        return Ok(Cow::Borrowed(case));
+    };
+    let mut options = case.methods.get(NAME).cloned().unwrap_or_else(|| json!({}));
+    let phases = options["phases"].as_str().unwrap_or("one").to_owned();
+    if phases == "layers" {
+        let problem = "is grains and fluid in one body, and two layers have none: describe them in methods.depth-sph.mixture";
+        return Err(CaseError::new(format!("bodies[{first}].pore_fluid"), problem));
+    }
+    let facts = common_pore_fluid(case, &phases)?;
+    let Some(all) = options.as_object_mut() else { return Ok(Cow::Borrowed(case)) };
+    let mixture = all.entry("mixture").or_insert_with(|| json!({}));
+    if let Some(mixture) = mixture.as_object_mut() {
+        state_mixture(case, &facts, mixture)?;
+        if phases == "two" {
+            state_porosities(case, facts.porosity, mixture)?;
+        }
+    }
+    match all.get_mut("column").and_then(Value::as_object_mut) {
+        Some(column) => state_column(case, &facts, column)?,
+        None if facts.excess.is_some() => {
+            let problem = "is carried by columns: give methods.depth-sph.column, or leave this out";
+            return Err(CaseError::new(format!("bodies[{first}].pore_fluid.excess_ratio"), problem));
+        }
+        None => {}
+    }
+    state_drainage(case, all)?;
+    let mut stated = case.clone();
+    stated.methods.insert(NAME.to_owned(), options);
+    Ok(Cow::Owned(stated))
+}
+
+/// The facts of the bodies: a flow has one kind of grains and one fluid, and one porosity unless its phases are two.
+fn common_pore_fluid(case: &Case, phases: &str) -> Result<PoreFluidData, CaseError> {
+    let mut found: Option<(PoreFluidData, &str)> = None;
+    for (number, body) in case.bodies.iter().enumerate() {
+        let path = |key: &str| format!("bodies[{number}].pore_fluid{key}");
+        let Some(fluid) = &body.pore_fluid else {
+            let problem =
+                "is missing: another body has one, and all of a flow of depth-sph is grains and fluid";
+            return Err(CaseError::new(path(""), problem));
+        };
+        let own = PoreFluidData::of_body(case, body, fluid);
+        if own.grain <= own.fluid {
+            let problem = format!(
+                "{} kg/m³ is not below that of the grains, {:.1} kg/m³, the density of {:?} over 1 - porosity: grains would float",
+                own.fluid, own.grain, body.material
+            );
+            return Err(CaseError::new(path(".density"), problem));
+        }
+        if own.cavitation.is_some_and(|strength| strength > MOST_TENSION) {
+            let problem = format!("is above {MOST_TENSION} Pa, which no pore fluid of a flow bears");
+            return Err(CaseError::new(path(".cavitation_strength"), problem));
+        }
+        let Some((other, name)) = &found else {
+            found = Some((own, &body.name));
+            continue;
+        };
+        let number_of = |value: Option<f64>| value.unwrap_or(-1.0);
+        let pairs = [
+            (".density", own.fluid, other.fluid, EQUAL_TOLERANCE),
+            (
+                ".porosity",
+                own.porosity,
+                other.porosity,
+                if phases == "two" { f64::INFINITY } else { EQUAL_TOLERANCE },
+            ),
+            (".permeability", own.conductivity, other.conductivity, EQUAL_TOLERANCE),
+            (".excess_ratio", number_of(own.excess), number_of(other.excess), EQUAL_TOLERANCE),
+            (".cavitation_strength", number_of(own.cavitation), number_of(other.cavitation), EQUAL_TOLERANCE),
+            ("", own.grain, other.grain, DERIVED_TOLERANCE),
+        ];
+        for (key, own, other, close) in pairs {
+            if !are_equal(own, other, close) {
+                let problem = match key {
+                    "" => format!(
+                        "has grains of {own:.1} kg/m³, the density of the material over 1 - porosity, and those of the body {name:?} have {other:.1} kg/m³: \
+                         a flow of depth-sph has one kind"
+                    ),
+                    ".porosity" => format!(
+                        "{own} is not that of the body {name:?}, {other}: make methods.depth-sph.phases two, or give both the same"
+                    ),
+                    _ => format!("is not that of the body {name:?}: a flow of depth-sph has one pore fluid"),
+                };
+                return Err(CaseError::new(path(key), problem));
+            }
+        }
+    }
+    found.map(|(facts, _)| facts).ok_or_else(|| CaseError::new("bodies", "there is none"))
+}
+
+fn are_equal(one: f64, two: f64, close: f64) -> bool {
+    (one - two).abs() <= close * one.abs().max(two.abs())
+}
+
+/// Writes a number under a key of the options, or holds the one that stands there against it.
+fn set_option(
+    into: &mut Map<String, Value>,
+    path: &str,
+    key: &str,
+    value: f64,
+    close: f64,
+) -> Result<(), CaseError> {
+    match into.get(key).map(Value::as_f64) {
+        None => {
+            into.insert(key.to_owned(), json!(value));
+            Ok(())
+        }
+        // What is no number the options refuse.
+        Some(None) => Ok(()),
+        Some(Some(given)) if are_equal(given, value, close) => Ok(()),
+        Some(Some(given)) => {
+            let problem =
+                format!("{given} is not what bodies[].pore_fluid says, {value}: leave one of them out");
+            Err(option_error(&format!("{path}.{key}"), problem))
+        }
+    }
+}
+
+fn state_mixture(
+    case: &Case,
+    facts: &PoreFluidData,
+    mixture: &mut Map<String, Value>,
+) -> Result<(), CaseError> {
+    set_option(mixture, "mixture", "grain_density", facts.grain, DERIVED_TOLERANCE)?;
+    set_option(mixture, "mixture", "fluid_density", facts.fluid, EQUAL_TOLERANCE)?;
+    set_option(mixture, "mixture", "porosity", facts.porosity, EQUAL_TOLERANCE)?;
+    let conductivity = facts.conductivity;
+    let Some(given) = mixture.get("drag") else {
+        mixture.insert("drag".to_owned(), json!({ "law": "darcy", "permeability": conductivity }));
+        return Ok(());
+    };
+    let Ok(drag) = serde_json::from_value::<InterphaseDrag>(given.clone()) else { return Ok(()) };
+    let gravity = case.gravity_magnitude();
+    let densities = MixtureDensities { grain: facts.grain, fluid: facts.fluid, gravity };
+    let own_law = drag.permeability(facts.porosity, &densities) * facts.fluid * gravity;
+    if are_equal(own_law, conductivity, DERIVED_TOLERANCE) || drag.validate().is_err() {
+        return Ok(());
+    }
+    let problem = format!(
+        "gives a permeability of {own_law:.3e} m/s at a porosity of {}, and bodies[].pore_fluid one of {conductivity:.3e} m/s: leave this out, or \
+         give both the same",
+        facts.porosity
+    );
+    Err(option_error("mixture.drag", problem))
+}
+
+/// Porosities of bodies that differ from the first one.
+fn state_porosities(case: &Case, first: f64, mixture: &mut Map<String, Value>) -> Result<(), CaseError> {
+    for body in &case.bodies {
+        let Some(fluid) = &body.pore_fluid else { continue };
+        let listed = mixture.get("porosities").is_some_and(|all| all.get(&body.name).is_some());
+        if !listed && are_equal(fluid.porosity, first, EQUAL_TOLERANCE) {
+            continue;
+        }
+        let all = mixture.entry("porosities").or_insert_with(|| json!({}));
+        if let Some(all) = all.as_object_mut() {
+            set_option(all, "mixture.porosities", &body.name, fluid.porosity, EQUAL_TOLERANCE)?;
+        }
+    }
+    Ok(())
+}
+
+fn state_column(
+    case: &Case,
+    facts: &PoreFluidData,
+    column: &mut Map<String, Value>,
+) -> Result<(), CaseError> {
+    if let Some(ratio) = facts.excess {
+        set_option(column, "column", "excess_ratio", ratio, EQUAL_TOLERANCE)?;
+    }
+    if let Some(strength) = facts.cavitation {
+        let bound = column.entry("lower_bound").or_insert_with(|| json!({ "kind": "total" }));
+        if let Some(bound) = bound.as_object_mut().filter(|bound| bound.get("kind") == Some(&json!("total")))
+        {
+            set_option(bound, "column.lower_bound", "cavitation", strength, EQUAL_TOLERANCE)?;
+        }
+    }
+    if column.contains_key("consolidation") || column.contains_key("skeleton") {
+        return Ok(());
+    }
+    // The material is the skeleton.
+    let material = serde_json::to_value(&case.materials[&case.bodies[0].material]).unwrap_or_default();
+    let [youngs_modulus, poissons_ratio] =
+        ["youngs_modulus", "poissons_ratio"].map(|key| material[key].as_f64());
+    if let (Some(youngs_modulus), Some(poissons_ratio)) = (youngs_modulus, poissons_ratio) {
+        let skeleton = json!({ "youngs_modulus": youngs_modulus, "poissons_ratio": poissons_ratio });
+        column.insert("skeleton".to_owned(), skeleton);
+    }
+    Ok(())
+}
+
+/// What walls let through of the pore fluid: a `drained` bed is open to the air, whatever flows over it.
+fn state_drainage(case: &Case, options: &mut Map<String, Value>) -> Result<(), CaseError> {
+    let bed = highest_wall(case).map(|(number, ..)| number);
+    for (number, boundary) in case.boundaries.iter().enumerate().filter(|(_, boundary)| boundary.drained) {
+        let wrong = |problem: &str| Err(CaseError::new(format!("boundaries[{number}].drained"), problem));
+        if boundary.side.axis() + 1 < case.dimension() {
+            return wrong(
+                "side walls of depth-sph are mirrors, and columns drain along their depth only: leave this out, or the wall with it for a side \
+                 that the flow may leave through",
+            );
+        }
+        if !case.obstacles.is_empty() {
+            return wrong(
+                "obstacles are the bed: say what they let through in methods.depth-sph.drainage, and of parts of them in its regions",
+            );
+        }
+        if Some(number) != bed {
+            return wrong("the flow is not on this wall: only what the bed lets through matters");
+        }
+        if !options.contains_key("column") {
+            return wrong(
+                "acts on the pore pressure of columns: give methods.depth-sph.column, or leave this out",
+            );
+        }
+        let open = json!(Drainage::Atmospheric);
+        let given = options.entry("drainage").or_insert_with(|| open.clone());
+        if *given != open {
+            let problem = format!(
+                "{given} is not what boundaries[{number}].drained says, a bed that is open to the air: leave one of them out"
+            );
+            return Err(option_error("drainage", problem));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses what of a pore fluid the flow has no place for.
+pub fn check_supported(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
+    for (number, body) in case.bodies.iter().enumerate() {
+        let Some(fluid) = &body.pore_fluid else { continue };
+        let path = |key: &str| format!("bodies[{number}].pore_fluid.{key}");
+        if let Some(velocity) = &fluid.velocity {
+            crate::setup::capabilities::check_velocity_along_bed(
+                velocity,
+                &path("velocity"),
+                case.dimension() - 1,
+            )?;
+            if options.phases != Phases::Two && *velocity != body.velocity {
+                let problem = "is that of fluid on nodes of its own: make methods.depth-sph.phases two, or leave this out";
+                return Err(CaseError::new(path("velocity"), problem));
+            }
+        }
+        let is_field = match fluid.pressure {
+            PorePressure::None | PorePressure::Hydrostatic { .. } => false,
+            PorePressure::Uniform { value } => value != 0.0,
+            PorePressure::Formula { .. } => true,
+        };
+        if is_field && options.column.is_none() {
+            let problem = "is carried by columns: without methods.depth-sph.column the pressure is hydrostatic from the surface of the flow";
+            return Err(CaseError::new(path("pressure"), problem));
+        }
+    }
+    Ok(())
+}
+
+/// What deserves a warning: a pore pressure that nobody has given.
+pub fn warnings(case: &Case) -> Vec<String> {
+    let without = |body: &Body| {
+        body.points.is_none()
+            && body
+                .pore_fluid
+                .as_ref()
+                .is_some_and(|fluid| fluid.pressure == PorePressure::None && fluid.excess_ratio.is_none())
+    };
+    let found = case.bodies.iter().position(without);
+    let warning = |number: usize| {
+        format!(
+            "bodies[{number}].pore_fluid.pressure: is not given: pore pressure in depth-sph begins hydrostatic from the surface of the flow"
+        )
+    };
+    found.map(warning).into_iter().collect()
+}
+
+/// Pore pressure (Pa) that a body gives at a place above the bed, `None` without a field.
+pub struct PorePressureField<'a> {
+    fluid: &'a PoreFluid,
+    gravity: [f64; 3],
+    /// A hydrostatic pressure grows with the effective gravity of the slope.
+    follows_slope: bool,
+}
+
+impl<'a> PorePressureField<'a> {
+    /// The field of a body, where it has one.
+    pub fn of(case: &Case, frame: Option<DepthFrame>, body: &'a Body) -> Option<Self> {
+        let fluid = body.pore_fluid.as_ref().filter(|fluid| fluid.pressure != PorePressure::None)?;
+        let follows_slope = fluid.surface().is_some() && frame.unwrap_or_default() == DepthFrame::Horizontal;
+        Some(Self { fluid, gravity: case.gravity3(), follows_slope })
+    }
+
+    /// The pressure (Pa) at `x`, over a bed of that steepness `1 + |∇Z|²`.
+    pub fn at(&self, x: [f64; 3], steepness: f64) -> f64 {
+        let pressure = self.fluid.pressure_at(x, self.gravity);
+        if self.follows_slope { pressure / steepness } else { pressure }
+    }
+
+    /// Level of the surface of the fluid (m), of a hydrostatic pressure.
+    pub fn surface(&self) -> Option<f64> {
+        self.fluid.surface()
+    }
+}

@@ -1,0 +1,476 @@
+//! Faces that meet at a node. Their impulses do not depend on the order in which they are listed: those along the normals are the
+//! smallest that leave a velocity into none of the faces, and friction is shared by the faces that bear some.
+
+use crate::boundary::walls::WallKind;
+use crate::boundary::walls::node_faces::{NodeFace, dot, length};
+
+/// Faces of a node among which no order is made; of more the first that are listed act.
+pub(super) const MAX_FACES: usize = 12;
+
+/// Independent normals at most.
+const AXES: usize = 3;
+
+/// Round-off over the velocities that enter.
+const ROUND_OFF: f64 = 1e-12;
+
+/// Rounds in which faces that leave no way out share their overlap.
+const MAX_ITERATIONS: usize = 64;
+
+/// Changes of velocity (m/s) along the normals of the faces of a node, in their order.
+type NormalImpulses = [f64; MAX_FACES];
+
+/// A face as a bound of the velocity.
+#[derive(Clone, Copy, Debug)]
+struct VelocityBound {
+    /// Normal, without the components that walls hold.
+    normal: [f64; 3],
+    /// Least velocity along it (m/s).
+    min_velocity: f64,
+    /// Whether the velocity along it is that one, and not more.
+    bilateral: bool,
+}
+
+/// The bounds of a node.
+#[derive(Clone, Copy, Debug)]
+struct VelocityBounds {
+    all: [VelocityBound; MAX_FACES],
+    count: usize,
+}
+
+impl VelocityBounds {
+    /// Those of faces; the velocity along the normal of those that `is_bilateral` picks is given.
+    fn new(
+        faces: &[NodeFace],
+        velocity: &[f64; 3],
+        held: [bool; 3],
+        is_bilateral: impl Fn(&NodeFace) -> bool,
+    ) -> Self {
+        let none = VelocityBound { normal: [0.0; 3], min_velocity: 0.0, bilateral: false };
+        let mut bounds = Self { all: [none; MAX_FACES], count: faces.len().min(MAX_FACES) };
+        for (bound, face) in bounds.all.iter_mut().zip(faces) {
+            let by_held: f64 = (0..3).filter(|c| held[*c]).map(|c| face.normal[c] * velocity[c]).sum();
+            *bound = VelocityBound {
+                normal: std::array::from_fn(|c| if held[c] { 0.0 } else { face.normal[c] }),
+                min_velocity: dot(&face.velocity, &face.normal) - by_held,
+                bilateral: is_bilateral(face),
+            };
+        }
+        bounds
+    }
+
+    fn all(&self) -> &[VelocityBound] {
+        &self.all[..self.count]
+    }
+
+    /// Whether a velocity keeps to all bounds up to `slack` (m/s).
+    fn are_satisfied_by(&self, velocity: &[f64; 3], slack: f64) -> bool {
+        // What walls hold altogether no impulse of a face can change.
+        let can = |bound: &&VelocityBound| dot(&bound.normal, &bound.normal) > ROUND_OFF;
+        self.all().iter().filter(can).all(|bound| {
+            let beyond = dot(&bound.normal, velocity) - bound.min_velocity;
+            beyond >= -slack && (!bound.bilateral || beyond <= slack)
+        })
+    }
+
+    /// Changes a velocity (m/s) by the smallest pushes along the normals after which it keeps to all bounds. Where several sets of
+    /// faces can give them, each gives its part of their mean.
+    fn project(&self, velocity: &mut [f64; 3]) -> NormalImpulses {
+        let free: [f64; 3] = std::array::from_fn(|c| {
+            if self.all().iter().any(|bound| bound.normal[c] != 0.0) { velocity[c] } else { 0.0 }
+        });
+        let scale = self.all().iter().map(|bound| bound.min_velocity.abs()).fold(length(&free), f64::max);
+        let slack = ROUND_OFF * scale;
+        if self.are_satisfied_by(velocity, slack) && !self.all().iter().any(|bound| bound.bilateral) {
+            return [0.0; MAX_FACES];
+        }
+        for size in 1..=AXES {
+            let (mut pushes, mut sets, mut last) = ([0.0; MAX_FACES], 0, *velocity);
+            for_each_set(self.count, size, |set| {
+                if let Some((parts, reached)) = self.solve_active_set(set, velocity, slack) {
+                    set.iter().zip(parts).for_each(|(face, part)| pushes[*face] += part);
+                    sets += 1;
+                    last = reached;
+                }
+            });
+            if sets > 0 {
+                *velocity = last;
+                return pushes.map(|push| push / f64::from(sets));
+            }
+        }
+        self.balance_opposing_faces(velocity)
+    }
+
+    /// Pushes (m/s) of a set of faces that bring a velocity onto all of them, and the velocity then; none where some would have to
+    /// pull or another bound is broken.
+    fn solve_active_set(
+        &self,
+        set: &[usize],
+        velocity: &[f64; 3],
+        slack: f64,
+    ) -> Option<([f64; AXES], [f64; 3])> {
+        let bound = |k: usize| &self.all[set[k]];
+        let size = set.len();
+        // Velocity within the span of the normals that has the least components along them.
+        let given = solve(size, |a, b| dot(&bound(a).normal, &bound(b).normal), |a| bound(a).min_velocity)?;
+        let lacks = |a: usize| bound(a).min_velocity - dot(&bound(a).normal, velocity);
+        let parts = solve(size, |a, b| dot(&bound(a).normal, &bound(b).normal), lacks)?;
+        if (0..size).any(|k| !bound(k).bilateral && parts[k] < -slack) {
+            return None;
+        }
+        let span: [f64; 3] = std::array::from_fn(|c| (0..size).map(|k| given[k] * bound(k).normal[c]).sum());
+        let reached = match size {
+            1 => std::array::from_fn(|c| velocity[c] + parts[0] * bound(0).normal[c]),
+            // Along the edge alone, so that in the plane nothing is left by round-off.
+            2 => {
+                let edge = cross(&bound(0).normal, &bound(1).normal);
+                let rest = dot(&edge, velocity) / dot(&edge, &edge);
+                std::array::from_fn(|c| span[c] + rest * edge[c])
+            }
+            _ => span,
+        };
+        self.are_satisfied_by(&reached, slack).then_some((parts, reached))
+    }
+
+    /// Faces that leave no way out, as those that close on a node do, share what one takes and another gives back.
+    fn balance_opposing_faces(&self, velocity: &mut [f64; 3]) -> NormalImpulses {
+        let (mut pushes, share) = ([0.0; MAX_FACES], 1.0 / self.count as f64);
+        for _ in 0..MAX_ITERATIONS {
+            let before = *velocity;
+            for (bound, push) in self.all().iter().zip(&mut pushes) {
+                let square = dot(&bound.normal, &bound.normal);
+                if square <= ROUND_OFF {
+                    continue;
+                }
+                let lacks = share * (bound.min_velocity - dot(&bound.normal, &before)) / square;
+                let more = if bound.bilateral { lacks } else { lacks.max(-*push) };
+                *push += more;
+                (0..3).for_each(|c| velocity[c] += more * bound.normal[c]);
+            }
+        }
+        pushes
+    }
+}
+
+/// Calls `act` with each set of `size` of `count` faces.
+fn for_each_set(count: usize, size: usize, mut act: impl FnMut(&[usize])) {
+    for i in 0..count {
+        match size {
+            1 => act(&[i]),
+            2 => (i + 1..count).for_each(|j| act(&[i, j])),
+            _ => (i + 1..count).for_each(|j| (j + 1..count).for_each(|k| act(&[i, j, k]))),
+        }
+    }
+}
+
+/// Solves a symmetric system by Cholesky's factors; none where it is singular.
+fn solve(
+    size: usize,
+    matrix: impl Fn(usize, usize) -> f64,
+    right: impl Fn(usize) -> f64,
+) -> Option<[f64; AXES]> {
+    let (mut lower, mut found) = ([[0.0; AXES]; AXES], [0.0; AXES]);
+    for a in 0..size {
+        for b in 0..=a {
+            let rest = matrix(a, b) - (0..b).map(|c| lower[a][c] * lower[b][c]).sum::<f64>();
+            lower[a][b] = if a != b {
+                rest / lower[b][b]
+            } else if rest > ROUND_OFF {
+                rest.sqrt()
+            } else {
+                return None;
+            };
+        }
+        found[a] = (right(a) - (0..a).map(|c| lower[a][c] * found[c]).sum::<f64>()) / lower[a][a];
+    }
+    for a in (0..size).rev() {
+        found[a] = (found[a] - (a + 1..size).map(|c| lower[c][a] * found[c]).sum::<f64>()) / lower[a][a];
+    }
+    Some(found)
+}
+
+fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| {
+        let (d, e) = ((c + 1) % 3, (c + 2) % 3);
+        a[d] * b[e] - a[e] * b[d]
+    })
+}
+
+/// Mean of the velocities (m/s) of the faces with a weight, and the part of each; none where all weights are zero.
+fn weighted_mean_velocity(
+    faces: &[NodeFace],
+    weight: impl Fn(usize) -> f64,
+) -> Option<([f64; 3], NormalImpulses)> {
+    let mut parts: NormalImpulses = std::array::from_fn(|k| if k < faces.len() { weight(k) } else { 0.0 });
+    let whole: f64 = parts.iter().sum();
+    if whole <= 0.0 {
+        return None;
+    }
+    parts.iter_mut().for_each(|part| *part /= whole);
+    let mean = std::array::from_fn(|c| parts.iter().zip(faces).map(|(p, face)| p * face.velocity[c]).sum());
+    Some((mean, parts))
+}
+
+/// Changes of velocity (m/s) by each face, at the end and at the start of the step.
+#[derive(Clone, Copy, Debug)]
+struct VelocityChanges {
+    end: [[f64; 3]; MAX_FACES],
+    start: [[f64; 3]; MAX_FACES],
+}
+
+impl VelocityChanges {
+    /// Pushes along the normals.
+    fn from_impulses(faces: &[NodeFace], end: &NormalImpulses, start: &NormalImpulses) -> Self {
+        let along = |pushes: &NormalImpulses| {
+            std::array::from_fn(|k| faces.get(k).map_or([0.0; 3], |face| face.normal.map(|n| pushes[k] * n)))
+        };
+        Self { end: along(end), start: along(start) }
+    }
+}
+
+/// Lets faces that meet at a node act on its velocities at the start and at the end of a step (m/s), as
+/// [`NodeWalls::constrain_and_record`](crate::boundary::walls::NodeWalls::constrain_and_record) has it.
+pub(super) fn constrain(
+    faces: &[NodeFace],
+    (start, end): (&mut [f64; 3], &mut [f64; 3]),
+    keep_start: bool,
+    lift: &[f64; 3],
+    tell: &mut impl FnMut(&NodeFace, [f64; 3], [f64; 3]),
+) {
+    let faces = &faces[..faces.len().min(MAX_FACES)];
+    let (begun, free) = (*start, *end);
+    let bounds =
+        VelocityBounds::new(faces, end, [false; 3], |face| !face.separation && !face.is_fully_bonded());
+    let pushes = bounds.project(end);
+    let mut kept = [0.0; MAX_FACES];
+    if !keep_start {
+        kept = constrain_start(faces, start);
+    }
+    let mut changes = VelocityChanges::from_impulses(faces, &pushes, &kept);
+    let holding = |k: usize| f64::from(u8::from(faces[k].is_fully_bonded()));
+    let pressed = |k: usize| if pushes[k] > 0.0 { pushes[k] } else { 0.0 };
+    let sticks = |k: usize| if faces[k].kind == WallKind::Rough { pressed(k) } else { 0.0 };
+    if let Some((velocity, parts)) = weighted_mean_velocity(faces, holding) {
+        // What holds bears more where it is pressed.
+        let parts =
+            weighted_mean_velocity(faces, |k| holding(k) * pressed(k)).map_or(parts, |(_, parts)| parts);
+        impose_bonded_velocity(&mut changes.end, &parts, &free, end, velocity);
+        if !keep_start {
+            impose_bonded_velocity(&mut changes.start, &parts, &begun, start, velocity);
+        }
+    } else if let Some((velocity, parts)) = weighted_mean_velocity(faces, sticks) {
+        impose_bonded_velocity(&mut changes.end, &parts, &free, end, velocity);
+    } else {
+        apply_friction(faces, &pushes, lift, end, &mut changes.end);
+    }
+    for (k, face) in faces.iter().enumerate() {
+        tell(face, changes.end[k], changes.start[k]);
+    }
+}
+
+/// Takes the velocity at the start of the step (m/s) along the normals of faces that are bilateral.
+fn constrain_start(faces: &[NodeFace], start: &mut [f64; 3]) -> NormalImpulses {
+    let mut pushes = [0.0; MAX_FACES];
+    let mut chosen = VelocityBounds::new(faces, start, [false; 3], |_| true);
+    for (bound, face) in chosen.all.iter_mut().zip(faces) {
+        if face.separation || face.is_fully_bonded() {
+            *bound = VelocityBound { normal: [0.0; 3], min_velocity: 0.0, bilateral: false };
+        }
+    }
+    if faces.iter().any(|face| !face.separation && !face.is_fully_bonded()) {
+        pushes = chosen.project(start);
+    }
+    pushes
+}
+
+/// Gives a node the velocity of faces that hold it; beside their pushes they bear their parts of the rest.
+fn impose_bonded_velocity(
+    changes: &mut [[f64; 3]; MAX_FACES],
+    parts: &NormalImpulses,
+    free: &[f64; 3],
+    now: &mut [f64; 3],
+    velocity: [f64; 3],
+) {
+    let told: [f64; 3] = std::array::from_fn(|c| changes.iter().map(|change| change[c]).sum());
+    for (change, part) in changes.iter_mut().zip(parts) {
+        (0..3).for_each(|c| change[c] += part * (velocity[c] - free[c] - told[c]));
+    }
+    *now = velocity;
+}
+
+/// Coulomb's friction of faces, by the motion (m/s) that all of them leave. Each takes its part of what all can take.
+fn apply_friction(
+    faces: &[NodeFace],
+    pushes: &NormalImpulses,
+    lift: &[f64; 3],
+    end: &mut [f64; 3],
+    changes: &mut [[f64; 3]; MAX_FACES],
+) {
+    let bound = |k: usize| {
+        let push = if pushes[k] > 0.0 { pushes[k] - dot(lift, &faces[k].normal) } else { 0.0 };
+        if faces[k].kind == WallKind::Smooth { 0.0 } else { faces[k].coefficient() * push.max(0.0) }
+    };
+    let Some((_, parts)) = weighted_mean_velocity(faces, bound) else { return };
+    let left = *end;
+    for (k, face) in faces.iter().enumerate().filter(|(k, _)| parts[*k] > 0.0) {
+        let out = face.separation_velocity(&left);
+        let slides: [f64; 3] = std::array::from_fn(|c| left[c] - face.velocity[c] - out * face.normal[c]);
+        let speed = length(&slides);
+        let (own, least) = (bound(k), parts[k] * speed);
+        let taken = if own >= least { parts[k] } else { own / speed };
+        for c in 0..3 {
+            let change = -taken * slides[c];
+            changes[k][c] += change;
+            end[c] += change;
+        }
+    }
+}
+
+/// Lets nothing of a velocity (m/s) into any face, without friction, by changes of the components that walls do not hold.
+pub(super) fn remove_penetration(
+    faces: &[NodeFace],
+    velocity: &mut [f64; 3],
+    held: [bool; 3],
+    tell: &mut impl FnMut(&NodeFace, [f64; 3], [f64; 3]),
+) {
+    let faces = &faces[..faces.len().min(MAX_FACES)];
+    let before = *velocity;
+    let bounds = VelocityBounds::new(faces, velocity, held, |_| false);
+    let pushes = bounds.project(velocity);
+    (0..3).filter(|c| held[*c]).for_each(|c| velocity[c] = before[c]);
+    for (k, face) in faces.iter().enumerate().filter(|(k, _)| pushes[*k] != 0.0) {
+        tell(face, bounds.all[k].normal.map(|n| pushes[k] * n), [0.0; 3]);
+    }
+}
+
+/// Acts on the re-mapped velocity (MUSL) of a node that the faces have left with `solved`.
+pub(super) fn constrain_remapped(faces: &[NodeFace], solved: &[f64; 3], velocity: &mut [f64; 3]) {
+    let faces = &faces[..faces.len().min(MAX_FACES)];
+    let stopped = |face: &NodeFace| face.is_in_contact(solved) || !face.separation;
+    VelocityBounds::new(faces, velocity, [false; 3], stopped).project(velocity);
+    let stuck = |face: &NodeFace| {
+        face.is_fully_bonded() || (*solved == face.velocity && face.kind != WallKind::Smooth)
+    };
+    if let Some((held, _)) = weighted_mean_velocity(faces, |k| f64::from(u8::from(stuck(&faces[k])))) {
+        *velocity = held;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn face(normal: [f64; 3], friction: f64, separation: bool) -> NodeFace {
+        let long = length(&normal);
+        NodeFace::at_rest(normal.map(|n| n / long), friction, separation)
+    }
+
+    /// Velocity that faces leave of one, and what each of them changes.
+    fn act(faces: &[NodeFace], free: [f64; 3]) -> ([f64; 3], Vec<[f64; 3]>) {
+        let (mut start, mut end, mut told) = ([0.0; 3], free, vec![[0.0; 3]; faces.len()]);
+        constrain(faces, (&mut start, &mut end), true, &[0.0; 3], &mut |face, change, _| {
+            let number = faces.iter().position(|own| std::ptr::eq(own, face));
+            told[number.unwrap_or_else(|| faces.iter().position(|own| own == face).unwrap())] = change;
+        });
+        (end, told)
+    }
+
+    #[test]
+    fn a_corner_in_the_plane_stops_what_goes_into_both_faces() {
+        let corner =
+            |friction| [face([0.0, 1.0, 0.0], friction, true), face([0.8, 0.6, 0.0], friction, true)];
+        for friction in [0.0, 0.4, f64::INFINITY] {
+            let (end, told) = act(&corner(friction), [-0.3, -0.7, 0.0]);
+            assert_eq!(end, [0.0; 3], "{friction}: nothing is left by round-off");
+            let sum: [f64; 3] = std::array::from_fn(|c| told[0][c] + told[1][c]);
+            assert!((sum[0] - 0.3).abs() < 1e-15 && (sum[1] - 0.7).abs() < 1e-15, "{friction}: {sum:?}");
+        }
+        // Along the wall, off the floor.
+        let (end, told) = act(&corner(0.0), [-0.7, 0.6, 0.0]);
+        assert!((end[0] + 0.6 * 0.9).abs() < 1e-15 && (end[1] - 0.8 * 0.9).abs() < 1e-15, "{end:?}");
+        assert_eq!(told[0], [0.0; 3]);
+    }
+
+    #[test]
+    fn faces_of_one_plane_bear_the_same() {
+        for friction in [0.0, 0.3, f64::INFINITY] {
+            let floor = face([0.0, 1.0, 0.0], friction, true);
+            let other = NodeFace { reaction_index: Some(1), ..floor };
+            let (end, told) = act(&[floor, other], [1.0, -1.0, 0.0]);
+            assert_eq!(told[0], told[1]);
+            let exact = if friction.is_finite() { 1.0 - friction } else { 0.0 };
+            assert!((end[0] - exact).abs() < 1e-15 && end[1] == 0.0, "{friction}: {end:?}");
+        }
+    }
+
+    #[test]
+    fn faces_that_close_on_a_node_share_their_overlap() {
+        let floor = NodeFace { velocity: [0.0, 1.0, 0.0], ..face([0.0, 1.0, 0.0], 0.0, true) };
+        let roof = NodeFace { velocity: [0.0, -1.0, 0.0], ..face([0.0, -1.0, 0.0], 0.0, true) };
+        let (end, _) = act(&[floor, roof], [0.5, -0.4, 0.0]);
+        assert!(end[1].abs() < 1e-12 && end[0] == 0.5, "{end:?}");
+    }
+
+    fn some_faces() -> impl Strategy<Value = Vec<NodeFace>> {
+        let friction = prop_oneof![Just(0.0), 0.05..1.0f64, Just(f64::INFINITY)];
+        let one = ([-1.0..1.0f64, -1.0..1.0f64, 0.05..1.0f64], friction);
+        proptest::collection::vec(one, 2..6).prop_map(|all| {
+            let of = |(k, (normal, friction)): (usize, ([f64; 3], f64))| NodeFace {
+                reaction_index: Some(k as u8),
+                ..face(normal, friction, true)
+            };
+            all.into_iter().enumerate().map(of).collect()
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn no_face_is_entered_and_each_bears_the_same_in_any_order(
+            faces in some_faces(),
+            free in [-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64],
+            turn in 1usize..6,
+        ) {
+            let (end, told) = act(&faces, free);
+            prop_assert!(faces.iter().all(|face| face.separation_velocity(&end) >= -1e-11), "{end:?}");
+            for c in 0..3 {
+                let sum: f64 = told.iter().map(|change| change[c]).sum();
+                prop_assert!((free[c] + sum - end[c]).abs() < 1e-12);
+            }
+            prop_assert!(length(&end) <= length(&free) + 1e-12, "friction makes no energy");
+            let mut turned = faces.clone();
+            turned.rotate_left(turn % faces.len());
+            turned.swap(0, 1);
+            let (other, of_turned) = act(&turned, free);
+            prop_assert!((0..3).all(|c| (other[c] - end[c]).abs() < 1e-10), "{end:?} {other:?}");
+            for (face, change) in turned.iter().zip(of_turned) {
+                let own = told[usize::from(face.reaction_index.unwrap())];
+                prop_assert!((0..3).all(|c| (own[c] - change[c]).abs() < 1e-9), "{own:?} {change:?}");
+            }
+        }
+
+        #[test]
+        fn smooth_faces_take_the_least_that_they_can(
+            faces in some_faces(),
+            free in [-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64],
+            other in [-2.0..2.0f64, -2.0..2.0f64, -2.0..2.0f64],
+        ) {
+            let smooth: Vec<NodeFace> = faces.iter().map(|face| NodeFace { kind: WallKind::Smooth, ..*face }).collect();
+            let (end, _) = act(&smooth, free);
+            let away = |from: &[f64; 3]| length(&std::array::from_fn(|c| from[c] - free[c]));
+            let admits = smooth.iter().all(|face| face.separation_velocity(&other) >= 0.0);
+            prop_assert!(!admits || away(&other) >= away(&end) - 1e-10);
+        }
+
+        #[test]
+        fn what_the_faces_have_stopped_is_kept_out_of_all_of_them_again(
+            faces in some_faces(),
+            free in [-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64],
+            mapped in [-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64],
+        ) {
+            let (solved, _) = act(&faces, free);
+            let mut velocity = mapped;
+            constrain_remapped(&faces, &solved, &mut velocity);
+            prop_assert!(faces.iter().all(|face| face.separation_velocity(&velocity) >= -1e-10), "{velocity:?}");
+        }
+    }
+}

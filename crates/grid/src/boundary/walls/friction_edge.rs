@@ -1,0 +1,296 @@
+//! Walls with friction that meet in an edge and move along each other.
+//!
+//! All of them rub at once: with the velocity `v` of the node at the end of the step, `s_k` what it has along wall `k`
+//! relative to it, and the impulse `j_k` that the wall bears (both per unit mass), friction is `-μ_k j_k s_k/|s_k|`, or
+//! whatever stops the node where `s_k = 0`. What one wall rubs into another adds to what that one bears.
+
+use crate::boundary::walls::{NodeWall, WallKind, length};
+
+/// Rounds in which walls that rub the node into each other find what each bears. An error falls by the product of their
+/// coefficients in two; with a product of one or more they jam the node, and it sticks.
+const MAX_ITERATIONS: usize = 64;
+
+/// A node where walls that may let go or rub meet, and move with different velocities.
+pub(super) struct FrictionEdge<'a> {
+    /// The walls, by the axes they are normal to.
+    pub walls: [Option<&'a NodeWall>; 3],
+    /// Components of velocity that other walls hold.
+    pub constrained: [bool; 3],
+    /// Velocity before the step (m/s).
+    pub start: [f64; 3],
+    /// Velocity at the end of it without these walls (m/s).
+    pub free_velocity: [f64; 3],
+    /// What a fluid in the pores bears (m/s).
+    pub pore_pressure_part: [f64; 3],
+}
+
+impl FrictionEdge<'_> {
+    /// Velocity of the node that walls leave to it, from the `pushes` (m/s) into those that it runs into.
+    pub fn solve(&self, mut pushes: [Option<f64>; 3]) -> [f64; 3] {
+        let mut end = self.free_velocity;
+        // Each wall may let go of the node or be run into, as the others rub it off or on.
+        for _ in 0..6 {
+            let rubbed;
+            (end, rubbed) = self.friction_velocity(&pushes);
+            let before = pushes;
+            for wall in self.walls.into_iter().flatten() {
+                let axis = wall.axis;
+                match before[axis] {
+                    Some(_)
+                        if wall.separation
+                            && wall.approach_velocity(&self.free_velocity) + rubbed[axis] < 0.0 =>
+                    {
+                        pushes[axis] = None;
+                    }
+                    None if wall.approach_velocity(&end) > 0.0 => {
+                        pushes[axis] = Some(self.normal_impulse(wall))
+                    }
+                    _ => {}
+                }
+            }
+            if pushes == before {
+                return end;
+            }
+        }
+        for wall in self.walls.into_iter().flatten() {
+            if wall.approach_velocity(&end) > 0.0 {
+                end[wall.axis] = wall.velocity[wall.axis];
+            }
+        }
+        end
+    }
+
+    /// What pushes into a wall without the others (m/s).
+    fn normal_impulse(&self, wall: &NodeWall) -> f64 {
+        wall.approach_velocity(&std::array::from_fn(|c| self.free_velocity[c] + self.pore_pressure_part[c]))
+    }
+
+    /// Velocity with the walls that have a push, and what each of them is rubbed into by the others (m/s).
+    fn friction_velocity(&self, pushes: &[Option<f64>; 3]) -> ([f64; 3], [f64; 3]) {
+        let acting = || self.walls.into_iter().flatten().filter(|wall| pushes[wall.axis].is_some());
+        let mut end = self.free_velocity;
+        acting().for_each(|wall| end[wall.axis] = wall.velocity[wall.axis]);
+        let rough = || acting().filter(|wall| wall.kind == WallKind::Rough);
+        let loose = |c: usize| pushes[c].is_none() && !self.constrained[c];
+        let count = rough().count();
+        if count > 0 {
+            for c in (0..3).filter(|c| loose(*c)) {
+                end[c] = rough().map(|wall| wall.velocity[c]).sum::<f64>() / count as f64;
+            }
+            return (
+                end,
+                self.friction_normal_impulses(acting, |wall, c| match wall.kind {
+                    WallKind::Rough => wall.velocity[c] - self.free_velocity[c],
+                    _ => 0.0,
+                }),
+            );
+        }
+        if acting().count() == 1 {
+            acting().for_each(|wall| {
+                wall.apply_friction(&self.start, &mut end, pushes[wall.axis].unwrap_or(0.0))
+            });
+            return (end, [0.0; 3]);
+        }
+        let stopped = end;
+        let coefficients = self.walls.map(|wall| {
+            wall.map_or(0.0, |wall| {
+                wall.coefficient(&self.start, length(&wall.tangential_velocity(&stopped)))
+            })
+        });
+        let mut rubbed = [0.0; 3];
+        for _ in 0..MAX_ITERATIONS {
+            let bound = |wall: &NodeWall| {
+                let axis = wall.axis;
+                coefficients[axis] * (pushes[axis].unwrap_or(0.0) + rubbed[axis]).max(0.0)
+            };
+            if let Some(c) = (0..3).find(|c| loose(*c)) {
+                let frictions = || {
+                    acting().map(|wall| {
+                        let slip = wall.tangential_velocity(&stopped);
+                        let across = length(&std::array::from_fn(|d| if d == c { 0.0 } else { slip[d] }));
+                        EdgeFriction { speed: wall.velocity[c], across, bound: bound(wall) }
+                    })
+                };
+                end[c] = friction_equilibrium(self.free_velocity[c], frictions);
+            }
+            let next = self.friction_normal_impulses(acting, |wall, c| {
+                let slip = wall.tangential_velocity(&end);
+                if slip[c] == 0.0 { 0.0 } else { -bound(wall) * slip[c] / length(&slip) }
+            });
+            if next == rubbed {
+                break;
+            }
+            rubbed = next;
+        }
+        (end, rubbed)
+    }
+
+    /// What each wall is rubbed into (m/s) by the `friction` of the others along its axis.
+    fn friction_normal_impulses<'a, W: Iterator<Item = &'a NodeWall>>(
+        &self,
+        acting: impl Fn() -> W,
+        friction: impl Fn(&NodeWall, usize) -> f64,
+    ) -> [f64; 3] {
+        let mut rubbed = [0.0; 3];
+        for wall in acting() {
+            let others = acting().filter(|other| other.axis != wall.axis);
+            let sum: f64 = others.map(|other| friction(other, wall.axis)).sum();
+            rubbed[wall.axis] = if wall.upper { sum } else { -sum };
+        }
+        rubbed
+    }
+}
+
+/// Friction of a wall on the one component of velocity that is left to a node.
+struct EdgeFriction {
+    /// The wall's own (m/s).
+    speed: f64,
+    /// Speed of the node relative to the wall in the other components (m/s).
+    across: f64,
+    /// Largest change of velocity by it (m/s).
+    bound: f64,
+}
+
+/// The velocity that `free` (m/s) becomes by the friction of all: the one at which `½(v-v₀)² + Σ b √(a² + (v-V)²)` is least.
+fn friction_equilibrium<I: Iterator<Item = EdgeFriction>>(free: f64, frictions: impl Fn() -> I) -> f64 {
+    let slope = |velocity: f64| {
+        let rub = |friction: EdgeFriction| match velocity - friction.speed {
+            0.0 => 0.0,
+            slip => friction.bound * slip / slip.hypot(friction.across),
+        };
+        velocity - free + frictions().map(rub).sum::<f64>()
+    };
+    for stick in frictions().filter(|friction| friction.across == 0.0) {
+        let same = frictions().filter(|friction| friction.across == 0.0 && friction.speed == stick.speed);
+        if slope(stick.speed).abs() <= same.map(|friction| friction.bound).sum() {
+            return stick.speed;
+        }
+    }
+    let reach: f64 = frictions().map(|friction| friction.bound).sum();
+    let (mut low, mut high) = (free - reach, free + reach);
+    loop {
+        let middle = 0.5 * (low + high);
+        if !(low < middle && middle < high) {
+            return middle;
+        }
+        if slope(middle) > 0.0 { high = middle } else { low = middle }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::boundary::walls::{NodeWall, NodeWalls, WallKind};
+
+    const FREE: [f64; 3] = [1.3, -0.8, 0.5];
+    const COEFFICIENTS: [f64; 2] = [0.3, 0.6];
+
+    /// A side at the upper end of x and a floor, with velocities.
+    fn walls(separation: bool, [side, floor]: [[f64; 3]; 2]) -> [NodeWall; 2] {
+        let [a, b] = COEFFICIENTS.map(|coefficient| WallKind::Frictional { coefficient });
+        let wall =
+            |axis, upper, kind, velocity| NodeWall { axis, upper, node: 0, kind, separation, velocity };
+        [wall(0, true, a, side), wall(1, false, b, floor)]
+    }
+
+    /// What they leave of a velocity, with axes named anew: axis `c` becomes `order[c]`.
+    fn left(walls: &[NodeWall], order: [usize; 3], free: [f64; 3]) -> [f64; 3] {
+        let turned = |v: [f64; 3]| {
+            let mut out = [0.0; 3];
+            (0..3).for_each(|c| out[order[c]] = v[c]);
+            out
+        };
+        let turn =
+            |wall: &NodeWall| NodeWall { axis: order[wall.axis], velocity: turned(wall.velocity), ..*wall };
+        let (mut start, mut end) = ([0.0; 3], turned(free));
+        NodeWalls::new(&[1; 3], walls.iter().map(turn).collect())
+            .constrain(&[0; 3], &mut start, &mut end, true);
+        order.map(|c| end[c])
+    }
+
+    const VELOCITIES: [[[f64; 3]; 2]; 6] = [
+        [[0.1, 0.3, -0.2], [0.4, 0.05, 0.9]],
+        [[0.1, -0.3, 0.2], [-0.4, 0.05, -0.9]],
+        [[0.0, 0.0, 0.7], [0.0, 0.0, -0.1]],
+        [[0.0, 0.0, 0.49], [0.0, 0.0, 0.52]],
+        [[0.0, 9.0, 0.1], [0.0; 3]],
+        [[0.0; 3], [-30.0, 0.0, 0.1]],
+    ];
+
+    #[test]
+    fn no_axis_comes_first_where_walls_move() {
+        let orders = [[0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+        for (velocities, separation) in VELOCITIES.into_iter().flat_map(|v| [(v, false), (v, true)]) {
+            let [side, floor] = walls(separation, velocities);
+            let roof = NodeWall { axis: 2, velocity: [0.2, -0.1, 0.3], ..side };
+            for walls in [vec![side, floor], vec![side, floor, roof]] {
+                let here = left(&walls, [0, 1, 2], FREE);
+                let back: Vec<NodeWall> = walls.iter().rev().copied().collect();
+                for there in orders.map(|order| left(&walls, order, FREE)).into_iter().chain([left(
+                    &back,
+                    [0, 1, 2],
+                    FREE,
+                )]) {
+                    let distance = (0..3).map(|c| (here[c] - there[c]).abs()).fold(0.0, f64::max);
+                    assert!(distance < 1e-15, "{walls:?}: {here:?}, {there:?}");
+                }
+            }
+        }
+    }
+
+    /// Coulomb's law of both walls at once, each with the impulse that it bears, from the velocity that is left.
+    #[test]
+    fn both_walls_rub_with_what_they_bear() {
+        for velocities in &VELOCITIES[..2] {
+            let [side, floor] = walls(false, *velocities);
+            let end = left(&[side, floor], [0, 1, 2], FREE);
+            assert_eq!([end[0], end[1]], [side.velocity[0], floor.velocity[1]]);
+            // Direction of the friction of each.
+            let [on_side, on_floor] = [side, floor].map(|wall| {
+                let slip: [f64; 3] =
+                    std::array::from_fn(|c| if c == wall.axis { 0.0 } else { wall.velocity[c] - end[c] });
+                let length = slip.iter().map(|c| c * c).sum::<f64>().sqrt();
+                slip.map(|c| c / length)
+            });
+            // What each bears: its own push and the friction of the other. Two equations.
+            let [a, b] = COEFFICIENTS;
+            let (into_side, into_floor) = (FREE[0] - side.velocity[0], floor.velocity[1] - FREE[1]);
+            let (p, q) = (b * on_floor[0], -a * on_side[1]);
+            let bears_side = (into_side + p * into_floor) / (1.0 - p * q);
+            let bears_floor = into_floor + q * bears_side;
+            assert!(bears_side > 0.0 && bears_floor > 0.0);
+            let along = FREE[2] + a * bears_side * on_side[2] + b * bears_floor * on_floor[2];
+            assert!((end[2] - along).abs() < 1e-14, "{end:?}, {along}");
+        }
+    }
+
+    #[test]
+    fn walls_that_move_along_their_edge_pull_it_each_its_way() {
+        // Pushed into them by 1.3 and 0.8: the frictions are up to 0.39 and 0.48.
+        let along = |side: f64, floor: f64, free: f64| {
+            left(&walls(true, [[0.0, 0.0, side], [0.0, 0.0, floor]]), [0, 1, 2], [1.3, -0.8, free])[2]
+        };
+        assert!((along(2.0, -2.0, 0.5) - (0.5 + 0.39 - 0.48)).abs() < 1e-14, "between them");
+        assert!((along(2.0, 3.0, 0.5) - (0.5 + 0.39 + 0.48)).abs() < 1e-14, "slower than both");
+        assert_eq!(along(0.1, 0.55, 0.5), 0.55, "it sticks to the floor, which is stronger");
+    }
+
+    #[test]
+    fn a_floor_that_moves_off_takes_it_from_the_side_and_one_that_moves_on_presses_it_there() {
+        let acts =
+            |speed: f64, free: [f64; 3]| left(&walls(true, [[0.0; 3], [speed, 0.0, 0.0]]), [0, 1, 2], free);
+        // Friction of up to 0.6 against what pushes it into the side.
+        assert_eq!(acts(-9.0, [0.8, -1.0, 0.0])[0], 0.0, "pushed by more");
+        assert!((acts(-9.0, [0.1, -1.0, 0.0])[0] + 0.5).abs() < 1e-15, "pulled off");
+        assert_eq!(acts(-0.2, [0.1, -1.0, 0.0]), [-0.2, 0.0, 0.0], "it goes with the floor");
+        // What is pulled off has the acceleration that took it there.
+        let plane = WallKind::StaticAndSliding { static_coefficient: 0.6, sliding_coefficient: 0.6 };
+        let [side, floor] =
+            walls(true, [[0.0; 3], [-9.0, 0.0, 0.0]]).map(|wall| NodeWall { kind: plane, ..wall });
+        let (mut start, mut end) = ([-0.1, 0.0, 0.0], [0.1, -1.0, 0.0]);
+        NodeWalls::new(&[1; 3], vec![side, floor]).constrain(&[0; 3], &mut start, &mut end, false);
+        assert!((end[0] + 0.5).abs() < 1e-15 && start == [-0.1, 0.0, 0.0], "{start:?}, {end:?}");
+        // It rests at the side, and the floor presses it there by 0.6, which rubs with 0.3 × 0.6 on what the floor hardly does.
+        let end = acts(1e9, [0.0, -1.0, 0.5]);
+        assert!(end[0] == 0.0 && end[1] == 0.0 && (end[2] - (0.5 - 0.18)).abs() < 1e-8, "{end:?}");
+    }
+}

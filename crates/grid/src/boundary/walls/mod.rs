@@ -1,0 +1,433 @@
+//! Boundary conditions on the nodes.
+
+mod corner;
+mod friction_edge;
+mod node_faces;
+
+use std::sync::Arc;
+
+use crate::boundary::walls::friction_edge::FrictionEdge;
+pub use crate::boundary::walls::node_faces::{NodeFace, NodeFaces};
+
+/// How a wall acts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WallKind {
+    /// No slip.
+    Rough,
+    /// Free slip.
+    Smooth,
+    /// Coulomb friction in impulse form (sheet: mpm §3.7).
+    Frictional {
+        /// Coefficient of friction.
+        coefficient: f64,
+    },
+    /// Coulomb friction in acceleration form, with a larger coefficient for what is at rest (GT
+    /// Algorithm 3.1 as corrected in `sheet: mpm §3.7`).
+    StaticAndSliding {
+        /// Coefficient for a node at rest.
+        static_coefficient: f64,
+        /// Coefficient for a node that slides.
+        sliding_coefficient: f64,
+    },
+}
+
+/// A half-space of nodes beyond a plane normal to an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NodeWall {
+    /// Axis normal to the wall.
+    pub axis: usize,
+    /// True for a wall above its plane (material below), false for one below.
+    pub upper: bool,
+    /// Node index, along the axis, of the wall's face.
+    pub node: usize,
+    /// How it acts.
+    pub kind: WallKind,
+    /// Whether material may lift off; without, the wall is bilateral and its normal velocity is that of what it holds.
+    pub separation: bool,
+    /// Velocity of the wall (m/s).
+    pub velocity: [f64; 3],
+}
+
+/// All walls of a grid, looked up by node index.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NodeWalls {
+    walls: Vec<NodeWall>,
+    /// `lookup[axis][index]`: number of the wall plus one, zero for none.
+    lookup: [Vec<u32>; 3],
+    /// Whether walls that move set off in this step: what they hold is not yet as fast as they are.
+    starts_moving: bool,
+    /// On a mesh: distance between neighbouring entries of a node's index, and `lookup` is by node.
+    strides: Option<[usize; 3]>,
+    /// Rigid geometry of any shape.
+    faces: Arc<NodeFaces>,
+}
+
+impl NodeWalls {
+    /// The walls of a grid with `nodes` nodes per axis. Where two walls normal to the same axis claim
+    /// a node, the later one has it.
+    pub fn new(nodes: &[usize], walls: Vec<NodeWall>) -> Self {
+        let mut lookup: [Vec<u32>; 3] = Default::default();
+        for (axis, &count) in nodes.iter().enumerate() {
+            lookup[axis] = vec![0; count];
+        }
+        for (number, wall) in walls.iter().enumerate() {
+            let nodes = &mut lookup[wall.axis];
+            let range = if wall.upper { wall.node..nodes.len() } else { 0..wall.node + 1 };
+            nodes[range].fill(number as u32 + 1);
+        }
+        Self { walls, lookup, starts_moving: false, strides: None, faces: Arc::default() }
+    }
+
+    /// The walls of a mesh with `count` nodes (of a layout with `strides`), each with the nodes it holds.
+    pub fn for_mesh_nodes<const D: usize>(
+        strides: [usize; D],
+        count: usize,
+        walls: Vec<(NodeWall, Vec<u32>)>,
+    ) -> Self {
+        let mut lookup: [Vec<u32>; 3] = Default::default();
+        lookup[..D].fill(vec![0; count]);
+        for (number, (wall, nodes)) in walls.iter().enumerate() {
+            nodes.iter().for_each(|&node| lookup[wall.axis][node as usize] = number as u32 + 1);
+        }
+        let strides = std::array::from_fn(|axis| strides.get(axis).copied().unwrap_or(0));
+        let walls = walls.into_iter().map(|(wall, _)| wall).collect();
+        Self { walls, lookup, starts_moving: false, strides: Some(strides), faces: Arc::default() }
+    }
+
+    /// The same walls beside rigid geometry of any shape.
+    #[must_use]
+    pub fn with_faces(self, faces: Arc<NodeFaces>) -> Self {
+        Self { faces, ..self }
+    }
+
+    /// The rigid geometry of any shape.
+    pub fn faces(&self) -> &Arc<NodeFaces> {
+        &self.faces
+    }
+
+    /// The same, to be changed; copied where others hold it too.
+    pub fn faces_mut(&mut self) -> &mut NodeFaces {
+        Arc::make_mut(&mut self.faces)
+    }
+
+    /// The wall normal to `axis` that holds the node with an index along each axis.
+    #[inline]
+    pub fn at(&self, axis: usize, index: &[usize; 3]) -> Option<&NodeWall> {
+        let entry = match self.strides {
+            None => index[axis],
+            Some(strides) => (0..3).map(|a| index[a] * strides[a]).sum(),
+        };
+        match self.lookup[axis][entry] {
+            0 => None,
+            number => Some(&self.walls[number as usize - 1]),
+        }
+    }
+
+    /// The walls that hold a node, axis by axis.
+    fn walls_of_node(&self, index: &[usize; 3]) -> impl Iterator<Item = &NodeWall> {
+        let axes = (0..3).filter(|axis| !self.lookup[*axis].is_empty());
+        axes.filter_map(|axis| self.at(axis, index))
+    }
+
+    /// Says whether walls that move set off in this step. Then they take along what they hold, as a prescribed motion that
+    /// begins does: without an acceleration the points beside would never have the speed of the wall.
+    pub fn set_starts_moving(&mut self, sets_off: bool) {
+        self.starts_moving = sets_off;
+    }
+
+    /// Lets the walls of a node act: `start` is its velocity before the step, `end` the one after the momentum solve. With
+    /// `keep_start` the start velocity is left as it was (momentum variant of fixed nodes), else a held component has no
+    /// acceleration (force variant, sheet: mpm §3.3).
+    pub fn constrain(&self, index: &[usize; 3], start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool) {
+        self.constrain_skeleton(index, start, end, keep_start, &[0.0; 3]);
+    }
+
+    /// The same for the skeleton of a saturated soil: friction goes by the effective stress. `lift` (m/s) is the change
+    /// of velocity that what the wall bears of the pore pressure would give the skeleton.
+    ///
+    /// In an edge no wall comes first: friction goes by the motion that all of them leave along the wall. So it is with faces that
+    /// meet. Rigid geometry of any shape comes before walls.
+    pub fn constrain_skeleton(
+        &self,
+        index: &[usize; 3],
+        start: &mut [f64; 3],
+        end: &mut [f64; 3],
+        keep_start: bool,
+        lift: &[f64; 3],
+    ) {
+        self.constrain_and_record(index, start, end, keep_start, lift, |_, _, _| {});
+    }
+
+    /// The same; `tell` is called with each change of the velocity (m/s) at the end and at the start of the step by rigid geometry
+    /// of any shape.
+    #[inline]
+    pub fn constrain_and_record(
+        &self,
+        index: &[usize; 3],
+        start: &mut [f64; 3],
+        end: &mut [f64; 3],
+        keep_start: bool,
+        lift: &[f64; 3],
+        mut tell: impl FnMut(&NodeFace, [f64; 3], [f64; 3]),
+    ) {
+        let faces = self.faces.at(index);
+        match faces {
+            [] => {}
+            [face] => {
+                let before = (*start, *end);
+                face.constrain(start, end, keep_start, lift);
+                tell(face, minus(end, &before.1), minus(start, &before.0));
+            }
+            _ => corner::constrain(faces, (start, end), keep_start, lift, &mut tell),
+        }
+        self.constrain_by_walls(index, start, end, keep_start, lift);
+        // Where faces or walls meet, what one gives may run into another.
+        if faces.len() > 1 || (!faces.is_empty() && self.walls_of_node(index).next().is_some()) {
+            let held = self.walls_of_node(index).fold([false; 3], |held, wall| {
+                let own = wall.constrained_components(end);
+                std::array::from_fn(|c| held[c] || own[c])
+            });
+            if let [face] = faces {
+                let before = *end;
+                face.remove_penetration(end, held);
+                tell(face, minus(end, &before), [0.0; 3]);
+            } else {
+                corner::remove_penetration(faces, end, held, &mut tell);
+            }
+        }
+    }
+
+    fn constrain_by_walls(
+        &self,
+        index: &[usize; 3],
+        start: &mut [f64; 3],
+        end: &mut [f64; 3],
+        keep_start: bool,
+        lift: &[f64; 3],
+    ) {
+        let walls =
+            |held: bool| self.walls_of_node(index).filter(move |wall| wall.is_unconditional() == held);
+        let keep = |wall: &NodeWall| keep_start || (self.starts_moving && wall.velocity != [0.0; 3]);
+        walls(true).for_each(|wall| wall.impose_velocity(start, end, keep(wall)));
+        let (mut pushes, [begun, free]) = ([None; 3], [*start, *end]);
+        walls(false).for_each(|wall| pushes[wall.axis] = wall.stop(start, end, keep(wall), lift));
+        if pushes == [None; 3] {
+            return;
+        }
+        if walls(false).any(|wall| walls(false).any(|other| other.velocity != wall.velocity)) {
+            let edge = FrictionEdge {
+                walls: std::array::from_fn(|axis| walls(false).find(|wall| wall.axis == axis)),
+                constrained: walls(true).fold([false; 3], |held, wall| {
+                    std::array::from_fn(|c| held[c] || wall.unconditional_components().contains(&c))
+                }),
+                start: *start,
+                free_velocity: free,
+                pore_pressure_part: *lift,
+            };
+            *end = edge.solve(pushes);
+            // What others rubbed off a wall is not held there.
+            for wall in walls(false).filter(|wall| end[wall.axis] != wall.velocity[wall.axis]) {
+                start[wall.axis] = begun[wall.axis];
+            }
+        } else {
+            for wall in walls(false) {
+                if let Some(push) = pushes[wall.axis] {
+                    wall.apply_friction(start, end, push);
+                }
+            }
+        }
+        walls(true).for_each(|wall| wall.impose_velocity(start, end, keep(wall)));
+    }
+
+    /// Which components of the velocity of a node its walls hold now that it has ended with `end`.
+    pub fn constrained_components(&self, index: &[usize; 3], end: &[f64; 3]) -> [bool; 3] {
+        if self.faces.at(index).iter().any(|face| face.is_in_contact(end)) {
+            return [true; 3];
+        }
+        self.walls_of_node(index).fold([false; 3], |held, wall| {
+            let own = wall.constrained_components(end);
+            std::array::from_fn(|c| held[c] || own[c])
+        })
+    }
+
+    /// Lets the walls of a node act on its re-mapped velocity (MUSL): no penetration; what they stopped in the momentum
+    /// solve (`solved`) does not lift off, and what stuck sticks.
+    pub fn constrain_remapped(&self, index: &[usize; 3], solved: &[f64; 3], velocity: &mut [f64; 3]) {
+        match self.faces.at(index) {
+            [] => {}
+            [face] => face.constrain_remapped(solved, velocity),
+            faces => corner::constrain_remapped(faces, solved, velocity),
+        }
+        let walls =
+            |held: bool| self.walls_of_node(index).filter(move |wall| wall.is_unconditional() == held);
+        walls(false).for_each(|wall| wall.constrain_remapped(solved, velocity));
+        walls(true).for_each(|wall| wall.impose_velocity(&mut [0.0; 3], velocity, true));
+    }
+
+    /// One for each component of velocity that no wall of a node holds whatever happens, else zero.
+    pub fn free_components(&self, index: &[usize; 3]) -> [f64; 3] {
+        if self.faces.at(index).iter().any(NodeFace::is_fully_bonded) {
+            return [0.0; 3];
+        }
+        self.walls_of_node(index).fold([1.0; 3], |mut free, wall| {
+            let own = wall.free_components();
+            (0..3).for_each(|c| free[c] *= own[c]);
+            free
+        })
+    }
+
+    /// True when no wall is normal to `axis` at `index` and, for the first axis, no rigid geometry holds a node of that row: the
+    /// quick test of a node's row. On a mesh with walls no row is known to be free.
+    #[inline]
+    pub fn is_row_free(&self, axis: usize, index: usize) -> bool {
+        !(self.has_wall(axis, index) || axis == 0 && self.faces.has_faces_in_row(index))
+    }
+
+    /// Whether a wall normal to `axis` stands at `index`; on a mesh, whether there is any.
+    #[inline]
+    pub fn has_wall(&self, axis: usize, index: usize) -> bool {
+        match self.strides {
+            None => self.lookup[axis][index] != 0,
+            Some(_) => !self.walls.is_empty(),
+        }
+    }
+}
+
+fn minus(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| a[c] - b[c])
+}
+
+fn length(vector: &[f64; 3]) -> f64 {
+    vector.iter().map(|c| c * c).sum::<f64>().sqrt()
+}
+
+impl NodeWall {
+    fn approach_velocity(&self, velocity: &[f64; 3]) -> f64 {
+        let normal = velocity[self.axis] - self.velocity[self.axis];
+        if self.upper { normal } else { -normal }
+    }
+
+    /// True when the wall fixes all that it acts on whatever the material does (no separation, no friction).
+    fn is_unconditional(&self) -> bool {
+        !self.separation && matches!(self.kind, WallKind::Rough | WallKind::Smooth)
+    }
+
+    /// One for each component of velocity that the wall leaves to the material whatever happens, else zero.
+    fn free_components(&self) -> [f64; 3] {
+        let held = if self.separation { 0..0 } else { self.unconditional_components() };
+        std::array::from_fn(|c| if held.contains(&c) { 0.0 } else { 1.0 })
+    }
+
+    /// Which components it holds of a node that it has left with `end`.
+    fn constrained_components(&self, end: &[f64; 3]) -> [bool; 3] {
+        if self.is_unconditional() {
+            let held = self.unconditional_components();
+            return std::array::from_fn(|c| held.contains(&c));
+        }
+        let stopped = end[self.axis] == self.velocity[self.axis];
+        let stuck = *end == self.velocity && self.kind != WallKind::Smooth;
+        std::array::from_fn(|c| stuck || (stopped && c == self.axis))
+    }
+
+    /// Gives a node the velocity of the wall in the components that it holds.
+    #[inline]
+    fn impose_velocity(&self, start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool) {
+        for component in self.unconditional_components() {
+            end[component] = self.velocity[component];
+            if !keep_start {
+                start[component] = self.velocity[component];
+            }
+        }
+    }
+
+    /// Stops a node that runs into the wall, or that a bilateral one holds: as a fixed component, with `keep_start` or
+    /// without acceleration. What runs into one that may let go always has the acceleration that stops it. The change of velocity into the wall (m/s) that friction goes by, less `lift`,
+    /// which a fluid in the pores bears. `None` where the node moves off.
+    #[inline]
+    fn stop(
+        &self,
+        start: &mut [f64; 3],
+        end: &mut [f64; 3],
+        keep_start: bool,
+        lift: &[f64; 3],
+    ) -> Option<f64> {
+        if self.separation && self.approach_velocity(end) <= 0.0 {
+            return None;
+        }
+        let dry: [f64; 3] = std::array::from_fn(|c| end[c] + lift[c]);
+        end[self.axis] = self.velocity[self.axis];
+        let plane = matches!(self.kind, WallKind::StaticAndSliding { .. });
+        // Of a plane a_n dt of the sheet: a node that only runs into it, without being pushed, has none, and then no friction
+        // (step 1).
+        let push = self.approach_velocity(&dry) - if plane { self.approach_velocity(start) } else { 0.0 };
+        // Step 4. The force variant does not see the momentum that points carry into the wall.
+        if (plane || !self.separation) && !keep_start {
+            start[self.axis] = self.velocity[self.axis];
+        }
+        Some(push)
+    }
+
+    /// Friction on a stopped node, by the `push` into the wall (m/s); none where it is pulled.
+    #[inline]
+    fn apply_friction(&self, start: &[f64; 3], end: &mut [f64; 3], push: f64) {
+        match self.kind {
+            WallKind::Smooth => return,
+            WallKind::Rough => {
+                *end = self.velocity;
+                return;
+            }
+            WallKind::Frictional { .. } | WallKind::StaticAndSliding { .. } => {}
+        }
+        let slip = self.tangential_velocity(end);
+        let speed = length(&slip);
+        let bound = self.coefficient(start, speed) * push.max(0.0);
+        let keep = if speed <= bound { 0.0 } else { 1.0 - bound / speed };
+        for c in (0..3).filter(|c| *c != self.axis) {
+            end[c] = self.velocity[c] + keep * slip[c];
+        }
+    }
+
+    /// What a velocity has along the wall, relative to it (m/s).
+    #[inline]
+    fn tangential_velocity(&self, velocity: &[f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|c| if c == self.axis { 0.0 } else { velocity[c] - self.velocity[c] })
+    }
+
+    /// Coefficient of friction of a node that slips by `speed` (m/s) now.
+    #[inline]
+    fn coefficient(&self, start: &[f64; 3], speed: f64) -> f64 {
+        match self.kind {
+            WallKind::Smooth => 0.0,
+            WallKind::Rough => f64::INFINITY,
+            WallKind::Frictional { coefficient } => coefficient,
+            // Steps 2 and 3: from rest the slip is a_t dt, sliding it is v_t + a_t dt, and in both the bound on the friction
+            // is along it. At rest is what round-off cannot tell from it.
+            WallKind::StaticAndSliding { static_coefficient: resting, .. }
+                if length(&self.tangential_velocity(start)) <= 1e-14 * speed =>
+            {
+                resting
+            }
+            WallKind::StaticAndSliding { sliding_coefficient: sliding, .. } => sliding,
+        }
+    }
+
+    /// Constrains the re-mapped velocity of MUSL: no penetration; what the wall stopped in the momentum solve (`solved`)
+    /// does not lift off, or the force of the wall would do work; and what stuck sticks.
+    #[inline]
+    fn constrain_remapped(&self, solved: &[f64; 3], velocity: &mut [f64; 3]) {
+        let held = self.constrained_components(solved);
+        if !self.separation || held[self.axis] || self.approach_velocity(velocity) > 0.0 {
+            velocity[self.axis] = self.velocity[self.axis];
+            if held == [true; 3] {
+                *velocity = self.velocity;
+            }
+        }
+    }
+
+    fn unconditional_components(&self) -> std::ops::Range<usize> {
+        if self.kind == WallKind::Rough { 0..3 } else { self.axis..self.axis + 1 }
+    }
+}
+
+#[cfg(test)]
+mod tests;

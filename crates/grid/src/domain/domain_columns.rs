@@ -1,0 +1,306 @@
+//! The domains of the points of a body, of whichever kind they are: one column.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use crate::domain::{
+    ConvectedDomain, ConvectedQuadrilateral, ElementDomain, FixedDomain, GridView, PointDomain,
+    ReferenceDomain, RightStretchDiagonal, RightStretchDomain, SquareMatrix, StretchingDomain,
+};
+use crate::{CpdiBasis, Vector4};
+
+/// The functions of [`PointDomain`] that tie a type to its variant.
+macro_rules! domain_column {
+    ($kind:ident) => {
+        #[inline(always)]
+        fn typed_column<'a>(column: &crate::domain::DomainSlice<'a, D>) -> &'a [Self] {
+            match column {
+                crate::domain::DomainSlice::$kind(domains) => domains,
+                _ => unreachable!("a body has domains of the kind of its sweeps"),
+            }
+        }
+
+        fn new_column(count: usize) -> crate::domain::Domains<D> {
+            crate::domain::Domains::$kind(vec![Self::default(); count])
+        }
+    };
+}
+pub(super) use domain_column;
+
+macro_rules! domain_kinds {
+    ($($(#[$meta:meta])* $kind:ident: $type:ty,)+) => {
+        /// The domains of the points of a body, in the order of the points.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum Domains<const D: usize> {
+            $($(#[$meta])* $kind(Vec<$type>),)+
+        }
+
+        /// [`Domains`], borrowed.
+        #[derive(Clone, Copy, Debug)]
+        pub enum DomainSlice<'a, const D: usize> {
+            $($(#[$meta])* $kind(&'a [$type]),)+
+        }
+
+        /// [`Domains`], borrowed to be changed.
+        #[derive(Debug)]
+        pub enum DomainsMut<'a, const D: usize> {
+            $($(#[$meta])* $kind(&'a mut [$type]),)+
+        }
+
+        impl<const D: usize> Domains<D> {
+            /// All of them.
+            #[inline(always)]
+            pub fn as_slice(&self) -> DomainSlice<'_, D> {
+                match self { $(Self::$kind(domains) => DomainSlice::$kind(domains),)+ }
+            }
+
+            /// All of them, to be changed.
+            #[inline(always)]
+            pub fn as_mut(&mut self) -> DomainsMut<'_, D> {
+                match self { $(Self::$kind(domains) => DomainsMut::$kind(domains),)+ }
+            }
+
+            /// Domain `i` becomes what domain `order[i]` was; those that `order` does not name vanish.
+            pub fn reorder(&mut self, order: &[u32]) {
+                match self {
+                    $(Self::$kind(domains) => *domains = order.iter().map(|&i| domains[i as usize]).collect(),)+
+                }
+            }
+
+            /// Takes the numbers of [`Domains::checkpoint_numbers`] for `count` points; `None` where they do not fit.
+            pub fn restore(&mut self, numbers: &[f64], count: usize, right_stretch: RightStretchDiagonal<D>) -> Option<()> {
+                match self {
+                    $(Self::$kind(domains) => *domains = restore_domains(numbers, count, right_stretch)?,)+
+                }
+                Some(())
+            }
+
+            /// Whether they change in the course of a run.
+            pub fn stretch(&self) -> bool {
+                match self { $(Self::$kind(_) => <$type as PointDomain<D>>::DEFORMS,)+ }
+            }
+
+            /// Whether points look at the grid from where they were at the start.
+            pub fn are_anchored(&self) -> bool {
+                match self { $(Self::$kind(_) => <$type as PointDomain<D>>::REFERENCE_CONFIGURATION,)+ }
+            }
+
+            /// Memory of each (bytes).
+            pub fn size(&self) -> usize {
+                match self { $(Self::$kind(_) => size_of::<$type>(),)+ }
+            }
+        }
+
+        impl<'a, const D: usize> DomainSlice<'a, D> {
+            /// Some of them.
+            #[inline(always)]
+            #[must_use]
+            pub fn range(&self, points: Range<usize>) -> Self {
+                match self { $(Self::$kind(domains) => Self::$kind(&domains[points]),)+ }
+            }
+        }
+
+        impl<'a, const D: usize> DomainsMut<'a, D> {
+            /// The same, to be read.
+            #[inline(always)]
+            pub fn as_slice(&self) -> DomainSlice<'_, D> {
+                match self { $(Self::$kind(domains) => DomainSlice::$kind(domains),)+ }
+            }
+
+            /// Takes the first `count` away; all where there are no more.
+            #[inline(always)]
+            #[must_use]
+            pub fn split_off_front(&mut self, count: usize) -> Self {
+                match self {
+                    $(Self::$kind(domains) => {
+                        let count = count.min(domains.len());
+                        Self::$kind(domains.split_off_mut(..count).unwrap_or_default())
+                    })+
+                }
+            }
+        }
+
+        /// Evaluates an expression with the column, whatever its kind.
+        macro_rules! each {
+            ($of:ident, $this:expr, $domains:ident => $value:expr) => {
+                match $this { $($of::$kind($domains) => $value,)+ }
+            };
+        }
+    };
+}
+
+domain_kinds! {
+    /// Domains that keep their size.
+    Fixed: FixedDomain,
+    /// With the diagonal of the deformation gradient.
+    Stretching: StretchingDomain<D>,
+    /// With the diagonal of the right stretch tensor.
+    Turning: RightStretchDomain<D>,
+    /// Parallelograms.
+    Convected: ConvectedDomain<D>,
+    /// Quadrilaterals.
+    Corners: ConvectedQuadrilateral,
+    /// Places at the start.
+    Reference: ReferenceDomain<D>,
+    /// Elements of a mesh.
+    Elements: ElementDomain,
+}
+
+fn restore_domains<const D: usize, P: PointDomain<D>>(
+    numbers: &[f64],
+    count: usize,
+    right_stretch: RightStretchDiagonal<D>,
+) -> Option<Vec<P>> {
+    if numbers.len() != count * P::CHECKPOINT_NUMBERS {
+        return None;
+    }
+    Some(match P::CHECKPOINT_NUMBERS {
+        0 => vec![P::default(); count],
+        width => numbers.chunks(width).map(|numbers| P::from_numbers(numbers, right_stretch)).collect(),
+    })
+}
+
+impl<const D: usize> Domains<D> {
+    /// Takes their places in the initial state.
+    ///
+    /// # Errors
+    /// The first point that has none, with the reason.
+    pub fn initialise(
+        &mut self,
+        ground: &GridView<'_, D>,
+        position: &[[f64; D]],
+    ) -> Result<(), (usize, String)> {
+        each!(Self, self, domains => {
+            for (p, (domain, position)) in domains.iter_mut().zip(position).enumerate() {
+                domain.initialise(ground, position).map_err(|reason| (p, reason))?;
+            }
+        });
+        Ok(())
+    }
+
+    /// Where points at `position` look at the grid from (m).
+    pub fn evaluation_positions<'a>(&self, position: &'a [[f64; D]]) -> Cow<'a, [[f64; D]]> {
+        if self.are_anchored() {
+            each!(Self, self, domains => {
+                domains.iter().zip(position).map(|(domain, x)| domain.evaluation_position(x)).collect()
+            })
+        } else {
+            Cow::Borrowed(position)
+        }
+    }
+
+    /// Memory (bytes).
+    pub fn bytes(&self) -> usize {
+        each!(Self, self, domains => size_of_val(&domains[..]))
+    }
+
+    /// The numbers to keep in a checkpoint.
+    pub fn checkpoint_numbers(&self) -> Vec<f64> {
+        let mut numbers = Vec::new();
+        each!(Self, self, domains => {
+            domains.iter().for_each(|domain| PointDomain::<D>::append_numbers(*domain, &mut numbers));
+        });
+        numbers
+    }
+}
+
+impl<const D: usize> DomainSlice<'_, D> {
+    /// Entries, in arrays with one a cell, of the cells that points at `position` (m) are in: the numbers of the cells'
+    /// lowest nodes, or of the elements.
+    #[inline]
+    pub fn cells(&self, ground: &GridView<'_, D>, position: &[[f64; D]], cells: &mut [usize]) {
+        each!(DomainSlice, self, domains => {
+            for ((domain, position), cell) in domains.iter().zip(position).zip(cells) {
+                *cell = domain.cell(ground, position);
+            }
+        });
+    }
+
+    /// The cell of one point.
+    #[inline]
+    pub fn cell(&self, point: usize, ground: &GridView<'_, D>, position: &[f64; D]) -> usize {
+        each!(DomainSlice, self, domains => domains[point].cell(ground, position))
+    }
+
+    /// Least distance between nodes around a point (m).
+    #[inline(always)]
+    pub fn spacing(&self, point: usize, ground: &GridView<'_, D>) -> f64 {
+        match self {
+            Self::Elements(domains) => domains[point].spacing(ground),
+            _ => ground.grid.cell,
+        }
+    }
+
+    /// Full widths of a point (m) from the initial ones, on cells of edge `cell`.
+    #[inline(always)]
+    pub fn extent(&self, point: usize, initial: &[f64; D], cell: f64) -> [f64; D] {
+        each!(DomainSlice, self, domains => domains[point].extent(initial, cell))
+    }
+
+    /// The first point whose domain can no longer be honoured, and why.
+    #[inline]
+    pub fn first_invalid(&self, initial: &[f64; D], cell: f64) -> Option<(usize, String)> {
+        each!(DomainSlice, self, domains => {
+            let mut faults = domains.iter().enumerate();
+            faults.find_map(|(p, domain)| domain.validity_error(initial, cell).map(|reason| (p, reason)))
+        })
+    }
+}
+
+impl<const D: usize> DomainsMut<'_, D> {
+    /// Whether they change with the deformation of their points.
+    #[inline(always)]
+    pub fn are_deformable(&self) -> bool {
+        !matches!(self, Self::Fixed(_))
+    }
+
+    /// Follow the step `f = 1 + gradient` of each (row `i`, column `j`: `∂u_i/∂x_j`).
+    #[inline]
+    pub fn update_deformation(
+        &mut self,
+        gradients: &[SquareMatrix<D>],
+        right_stretch: RightStretchDiagonal<D>,
+    ) {
+        each!(DomainsMut, self, domains => {
+            domains.iter_mut().zip(gradients).for_each(|(domain, f)| domain.update_deformation(f, right_stretch));
+        });
+    }
+
+    /// Takes the place of a point after a move; of use on a mesh only.
+    ///
+    /// # Errors
+    /// When there is none, as a reason.
+    #[inline(always)]
+    pub fn relocate(
+        &mut self,
+        point: usize,
+        ground: &GridView<'_, D>,
+        position: &[f64; D],
+    ) -> Result<(), String> {
+        match self {
+            Self::Elements(domains) => domains[point].relocate(ground, position),
+            _ => Ok(()),
+        }
+    }
+
+    /// Moves the corners that move with the grid where they are, in a step of `dt` (s): `velocity` is that of each point at
+    /// `position` (m) with the initial widths `initial` (m), `of` that of a node by its number (m/s).
+    #[inline]
+    pub fn convect(
+        &mut self,
+        ground: &GridView<'_, D>,
+        position: &[[f64; D]],
+        initial: &[f64; D],
+        velocity: impl Fn(usize) -> [f64; D],
+        dt: f64,
+        of: impl Fn(usize) -> Vector4,
+    ) {
+        let Self::Corners(domains) = self else { return };
+        for (p, (domain, position)) in domains.iter_mut().zip(position).enumerate() {
+            domain.convect(position, initial, &velocity(p), dt, |place| {
+                let velocity = CpdiBasis::interpolate_linear(ground.grid, place, &of);
+                std::array::from_fn(|c| velocity.as_array()[c])
+            });
+        }
+    }
+}

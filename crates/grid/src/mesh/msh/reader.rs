@@ -1,0 +1,204 @@
+//! The numbers of a mesh file, from text or binary.
+
+use std::str::FromStr;
+
+use crate::mesh::msh::MshError;
+
+/// Order of bytes in binary files, and the length of a size.
+#[derive(Clone, Copy)]
+struct BinaryFormat {
+    is_big_endian: bool,
+    size: usize,
+}
+
+/// A mesh file that is read from its beginning to its end. In text a number is a word and a row a line; in binary all follow each other.
+pub(super) struct MshReader<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    /// Number of the line that is read, from 1; of text.
+    line: usize,
+    /// End of the line whose words are read; of text.
+    row_end: Option<usize>,
+    binary: Option<BinaryFormat>,
+}
+
+impl<'a> MshReader<'a> {
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
+        let at = if bytes.starts_with(&[0xef, 0xbb, 0xbf]) { 3 } else { 0 };
+        Self { bytes, at, line: 0, row_end: None, binary: None }
+    }
+
+    pub(super) fn is_binary(&self) -> bool {
+        self.binary.is_some()
+    }
+
+    pub(super) fn error<T>(&self, problem: impl Into<String>) -> Result<T, MshError> {
+        Err(self.error_at(self.location(), problem.into()))
+    }
+
+    /// Number of the line that is read, or of bytes before what comes next.
+    pub(super) fn location(&self) -> usize {
+        if self.is_binary() { self.at } else { self.line }
+    }
+
+    /// A fault at an earlier place.
+    pub(super) fn error_at(&self, place: usize, problem: String) -> MshError {
+        match self.binary {
+            Some(_) => MshError::Binary { byte: place, problem },
+            None => MshError::Syntax { line: place, problem },
+        }
+    }
+
+    /// What is left of the current line, without its end; the next one comes after.
+    fn take_line(&mut self) -> Option<&'a [u8]> {
+        let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
+        let length = rest.iter().position(|byte| *byte == b'\n');
+        self.at += length.map_or(rest.len(), |length| length + 1);
+        self.line += 1;
+        self.row_end = None;
+        Some(rest[..length.unwrap_or(rest.len())].trim_ascii())
+    }
+
+    /// The next line as text.
+    pub(super) fn line(&mut self) -> Result<String, MshError> {
+        match self.take_line() {
+            Some(line) => Ok(String::from_utf8_lossy(line).into_owned()),
+            None => {
+                self.line += 1;
+                self.error("the file ends in the middle of a section")
+            }
+        }
+    }
+
+    /// The next header of a section, blank lines skipped; `None` at the end.
+    pub(super) fn find(&mut self) -> Result<Option<String>, MshError> {
+        while let Some(line) = self.take_line() {
+            if line.is_empty() {
+                continue;
+            }
+            let line = String::from_utf8_lossy(line).into_owned();
+            if line.starts_with('$') {
+                return Ok(Some(line));
+            }
+            let start: String = line.chars().take(20).collect();
+            return self.error(format!("{start:?} stands outside of any section"));
+        }
+        Ok(None)
+    }
+
+    pub(super) fn skip_past(&mut self, end: &str) -> Result<(), MshError> {
+        while self.line()? != end {}
+        Ok(())
+    }
+
+    /// The end of a section, which in binary files may stand behind a line's end of its own.
+    pub(super) fn expect(&mut self, end: &str) -> Result<(), MshError> {
+        let mut line = self.line()?;
+        if self.is_binary() && line.is_empty() {
+            line = self.line()?;
+        }
+        if line == end { Ok(()) } else { self.error(format!("{line:?} where {end} must stand")) }
+    }
+
+    /// From the number one behind the head on the file is binary; a size has as many bytes as `size` says.
+    pub(super) fn begin_binary(&mut self, size: usize) -> Result<(), MshError> {
+        if size != 4 && size != 8 {
+            return self.error(format!("has sizes of {size} bytes: there are 4 and 8"));
+        }
+        let one: [u8; 4] = self.take_bytes("the number one")?;
+        let is_big_endian = match (i32::from_le_bytes(one), i32::from_be_bytes(one)) {
+            (1, _) => false,
+            (_, 1) => true,
+            _ => return self.error("is a binary mesh whose order of bytes cannot be told"),
+        };
+        self.binary = Some(BinaryFormat { is_big_endian, size });
+        Ok(())
+    }
+
+    fn take_bytes<const N: usize>(&mut self, what: &str) -> Result<[u8; N], MshError> {
+        let found = self.bytes.get(self.at..self.at + N).and_then(|bytes| bytes.try_into().ok());
+        let Some(found) = found else { return self.error(format!("the file ends where {what} must stand")) };
+        self.at += N;
+        Ok(found)
+    }
+
+    /// The next word of the row.
+    fn word<T: FromStr<Err: std::fmt::Display>>(&mut self) -> Result<T, MshError> {
+        if self.row_end.is_none() {
+            let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty());
+            self.line += 1;
+            let Some(rest) = rest else { return self.error("the file ends in the middle of a section") };
+            let length = rest.iter().position(|byte| *byte == b'\n').unwrap_or(rest.len());
+            self.row_end = Some(self.at + length);
+        }
+        let end = self.row_end.unwrap_or(self.at);
+        let row = &self.bytes[self.at.min(end)..end];
+        let begin = row.iter().position(|byte| !byte.is_ascii_whitespace());
+        let Some(begin) = begin else { return self.error("has too few numbers") };
+        let length = row[begin..].iter().position(u8::is_ascii_whitespace).unwrap_or(row.len() - begin);
+        let word = String::from_utf8_lossy(&row[begin..begin + length]);
+        self.at += begin + length;
+        word.parse().or_else(|error: T::Err| self.error(format!("{word:?}: {error}")))
+    }
+
+    /// Leaves what is left of a row of text.
+    pub(super) fn end_row(&mut self) {
+        if let Some(end) = self.row_end.take() {
+            self.at = (end + 1).min(self.bytes.len());
+        }
+    }
+
+    /// A whole number with a sign.
+    pub(super) fn int(&mut self) -> Result<i64, MshError> {
+        let Some(binary) = self.binary else { return self.word() };
+        let bytes: [u8; 4] = self.take_bytes("a number")?;
+        Ok(if binary.is_big_endian { i32::from_be_bytes(bytes) } else { i32::from_le_bytes(bytes) }.into())
+    }
+
+    /// A whole number with a sign that counts something.
+    pub(super) fn size_of_int(&mut self) -> Result<u64, MshError> {
+        let value = self.int()?;
+        u64::try_from(value).or_else(|_| self.error(format!("{value} is not a count")))
+    }
+
+    /// Tag of a node or an element of version 2.
+    pub(super) fn tag(&mut self) -> Result<u64, MshError> {
+        if self.is_binary() { self.size_of_int() } else { self.word() }
+    }
+
+    /// A count, or the tag of a node or an element of version 4.
+    pub(super) fn size(&mut self) -> Result<u64, MshError> {
+        match self.binary {
+            None => self.word(),
+            Some(BinaryFormat { is_big_endian, size: 8 }) => {
+                let bytes = self.take_bytes("a count")?;
+                Ok(if is_big_endian { u64::from_be_bytes(bytes) } else { u64::from_le_bytes(bytes) })
+            }
+            Some(BinaryFormat { is_big_endian, .. }) => {
+                let bytes = self.take_bytes("a count")?;
+                Ok(u64::from(if is_big_endian {
+                    u32::from_be_bytes(bytes)
+                } else {
+                    u32::from_le_bytes(bytes)
+                }))
+            }
+        }
+    }
+
+    pub(super) fn double(&mut self) -> Result<f64, MshError> {
+        let Some(binary) = self.binary else { return self.word() };
+        let bytes = self.take_bytes("a coordinate")?;
+        Ok(if binary.is_big_endian { f64::from_be_bytes(bytes) } else { f64::from_le_bytes(bytes) })
+    }
+
+    /// The count of a section that stands as text in binary files too.
+    pub(super) fn count_in_text(&mut self) -> Result<u64, MshError> {
+        let line = self.line()?;
+        let word = line.split_whitespace().next().unwrap_or_default();
+        match word.parse() {
+            Ok(count) => Ok(count),
+            Err(_) if word.is_empty() => self.error("has too few numbers"),
+            Err(error) => self.error(format!("{word:?}: {error}")),
+        }
+    }
+}

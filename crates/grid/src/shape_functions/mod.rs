@@ -1,0 +1,12 @@
+//! Shape functions of the background grid: linear, GIMP, CPDI and B-splines, and the nodes that carry a point.
+//!
+//! A basis has weights and gradients along an axis; a stencil is their product (sheet: mpm §2.2).
+//! The room depends on the grid and the point domains only.
+
+pub(crate) mod basis;
+pub(crate) mod basis_1d;
+pub(crate) mod cpdi_basis;
+pub(crate) mod node_support;
+pub(crate) mod reference_basis;
+pub(crate) mod shape_function_kind;
+pub(crate) mod stencil;

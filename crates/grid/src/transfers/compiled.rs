@@ -1,0 +1,347 @@
+//! The sweeps of each kind of shape functions and point domains.
+
+use std::fmt;
+use std::marker::PhantomData;
+
+use crate::domain::{Domains, GridView, PointDomain, SquareMatrix};
+use crate::transfers::{AffineFields, NodeRange, P2gInput, P2gPhaseInput, PointSlice, Transfers};
+use crate::{Basis, Basis1d, InterpolatedMotion, NodalState, NodeSupport, Vector4};
+
+/// The sweeps of the basis `B` (`S` nodes a point along an axis, or in all) over the domains `P`.
+pub(crate) struct CompiledTransfers<const S: usize, B, P>(pub(crate) PhantomData<fn() -> (B, P)>);
+
+impl<const S: usize, B: Basis<S>, P> fmt::Debug for CompiledTransfers<S, B, P> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(B::NAME)
+    }
+}
+
+/// Calls `visit(point, its nodes)` for every point.
+#[inline(always)]
+fn for_each_point<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
+    ground: &GridView<'_, D>,
+    points: &PointSlice<'_, D>,
+    mut visit: impl FnMut(usize, &P::Support<S>),
+) {
+    let domains = P::typed_column(&points.domain);
+    for (p, (position, domain)) in points.position.iter().zip(domains).enumerate() {
+        visit(p, &domain.support::<S, B>(ground, position, points.extent));
+    }
+}
+
+/// What point `p` adds to the momentum of its nodes beyond `N m v`: the nodes with their moments and the columns `m C e_j`,
+/// with the affine velocity `C` (1/s) (sheet: mpm §2.6).
+#[inline(always)]
+fn affine_momentum<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
+    ground: &GridView<'_, D>,
+    points: &PointSlice<'_, D>,
+    affine: &AffineFields<'_, D>,
+    p: usize,
+    support: &P::Support<S>,
+) -> (P::Support<S>, [Vector4; D]) {
+    let anchor = P::typed_column(&points.domain)[p].evaluation_position(&points.position[p]);
+    let (moments, squares) = support.affine_moments::<S, B>(ground.grid, &anchor);
+    let mut columns = [Vector4::ZERO; D];
+    let mut scales = [affine.mass[p]; D];
+    if affine.moments {
+        for j in 0..D {
+            scales[j] /= squares[j];
+        }
+    }
+    for j in 0..D {
+        let scale = scales[j];
+        let mut column = [0.0; 4];
+        for i in 0..D {
+            column[i] = scale * affine.fields[p][i][j];
+        }
+        columns[j] = Vector4::new(column);
+    }
+    (moments, columns)
+}
+
+/// The nodes of point `p` with what the affine transfers weigh velocities with.
+#[inline(always)]
+fn apic_weights<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
+    ground: &GridView<'_, D>,
+    points: &PointSlice<'_, D>,
+    moments: bool,
+    p: usize,
+    support: &P::Support<S>,
+) -> P::Support<S> {
+    if !moments {
+        return support.with_matching_gradients();
+    }
+    let anchor = P::typed_column(&points.domain)[p].evaluation_position(&points.position[p]);
+    support.affine_moments::<S, B>(ground.grid, &anchor).0
+}
+
+#[inline(always)]
+fn set_columns<const D: usize>(square: &mut SquareMatrix<D>, columns: &[Vector4; D]) {
+    for j in 0..D {
+        let column = columns[j].to_array();
+        for i in 0..D {
+            square[i][j] = column[i];
+        }
+    }
+}
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Transfers<D>
+    for CompiledTransfers<S, B, P>
+{
+    fn basis_1d(&self) -> Basis1d {
+        Basis1d::from_basis::<S, B>()
+    }
+
+    fn domains(&self, count: usize) -> Domains<D> {
+        P::new_column(count)
+    }
+
+    fn p2g(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        to: NodeRange<'_, NodalState>,
+        given: &P2gInput<'_, D>,
+    ) {
+        let (NodeRange { nodes, first }, strides) = (to, &ground.strides);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            let (motion, columns, body) =
+                (given.momentum_and_mass[p], &given.stress_columns[p], given.body_force.get(p).copied());
+            let Some(affine) = &given.affine else {
+                support.p2g(nodes, first, strides, motion, columns, body);
+                return;
+            };
+            let (moments, fields) = affine_momentum::<D, S, B, P>(ground, points, affine, p, support);
+            support.p2g_affine(nodes, first, strides, (motion, columns, body), (&moments, &fields));
+        });
+    }
+
+    fn p2g_values(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        to: NodeRange<'_, Vector4>,
+        values: &[Vector4],
+        affine: Option<AffineFields<'_, D>>,
+    ) {
+        let (NodeRange { nodes, first }, strides) = (to, &ground.strides);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            support.p2g_value(nodes, first, strides, values[p]);
+            if let Some(affine) = &affine {
+                let (moments, columns) = affine_momentum::<D, S, B, P>(ground, points, affine, p, support);
+                moments.p2g_with_gradients(nodes, first, strides, Vector4::ZERO, &columns, |node| node);
+            }
+        });
+    }
+
+    fn p2g_moments(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        to: NodeRange<'_, Vector4>,
+        values: &[Vector4],
+        moments: &[Vector4],
+    ) {
+        let (NodeRange { nodes, first }, strides) = (to, &ground.strides);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            support.p2g_moments(nodes, first, strides, values[p], moments[p]);
+        });
+    }
+
+    fn p2g_squared_weights(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        to: NodeRange<'_, f64>,
+        values: &[f64],
+    ) {
+        let (NodeRange { nodes, first }, strides) = (to, &ground.strides);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            support.for_each(strides, |number, w, _| nodes[number - first] += values[p] * w * w);
+        });
+    }
+
+    fn g2p(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[NodalState],
+        out: &mut [InterpolatedMotion<D>],
+    ) {
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            out[p] = support.g2p(nodes, &ground.strides)
+        });
+    }
+
+    fn g2p_motion(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[NodalState],
+        out: &mut [InterpolatedMotion<D>],
+    ) {
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            [out[p].velocity, out[p].acceleration] = support.g2p_motion(nodes, &ground.strides);
+        });
+    }
+
+    fn g2p_velocity(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[Vector4],
+        out: &mut [InterpolatedMotion<D>],
+    ) {
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            out[p] = support.g2p_velocity(nodes, &ground.strides);
+        });
+    }
+
+    fn g2p_affine(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[NodalState],
+        moments: bool,
+        out: &mut [SquareMatrix<D>],
+    ) {
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            let weighed = apic_weights::<D, S, B, P>(ground, points, moments, p, support);
+            set_columns(&mut out[p], &weighed.g2p(nodes, &ground.strides).gradient);
+        });
+    }
+
+    fn g2p_with_apic(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[NodalState],
+        moments: bool,
+        (out, fields): (&mut [InterpolatedMotion<D>], &mut [SquareMatrix<D>]),
+    ) {
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            let weighed = apic_weights::<D, S, B, P>(ground, points, moments, p, support);
+            let (read, columns) = support.g2p_with_apic(&weighed, nodes, &ground.strides);
+            out[p] = read;
+            set_columns(&mut fields[p], &columns);
+        });
+    }
+
+    fn g2p_values(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[Vector4],
+        out: &mut [Vector4],
+    ) {
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            out[p] = support.g2p_value(nodes, &ground.strides, |node| *node);
+        });
+    }
+
+    fn g2p_start_velocity(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[NodalState],
+        dt: f64,
+        out: &mut [Vector4],
+    ) {
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            out[p] =
+                support.g2p_value(nodes, &ground.strides, |node| node.momentum_and_mass - node.force * dt);
+        });
+    }
+
+    fn second_moments(&self, ground: &GridView<'_, D>, points: &PointSlice<'_, D>, out: &mut [[f64; D]]) {
+        let domains = P::typed_column(&points.domain);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            out[p] = support
+                .affine_moments::<S, B>(ground.grid, &domains[p].evaluation_position(&points.position[p]))
+                .1;
+        });
+    }
+
+    fn for_each_weight(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        visit: &mut dyn FnMut(usize, usize, f64),
+    ) {
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            support.for_each(&ground.strides, |number, w, _| visit(p, number, w));
+        });
+    }
+
+    fn p2g_phases(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        to: NodeRange<'_, [NodalState; 2]>,
+        given: &P2gPhaseInput<'_, D>,
+    ) {
+        let (NodeRange { nodes, first }, strides) = (to, &ground.strides);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            support.p2g_phases(
+                nodes,
+                first,
+                strides,
+                &given.momentum_and_mass[p],
+                &given.stress_columns[p],
+                &given.body_force[p],
+            );
+        });
+    }
+
+    fn p2g_phase_values(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        to: NodeRange<'_, [Vector4; 2]>,
+        values: &[[Vector4; 2]],
+    ) {
+        let (NodeRange { nodes, first }, strides) = (to, &ground.strides);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            support.p2g_phase_values(nodes, first, strides, &values[p]);
+        });
+    }
+
+    fn g2p_phases(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[[NodalState; 2]],
+        out: &mut [[InterpolatedMotion<D>; 2]],
+    ) {
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            out[p] = support.g2p_phases(nodes, &ground.strides);
+        });
+    }
+
+    fn g2p_phase_motions(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[[NodalState; 2]],
+        out: &mut [[InterpolatedMotion<D>; 2]],
+    ) {
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            let read = support.g2p_phase_motions(nodes, &ground.strides);
+            for (out, read) in out[p].iter_mut().zip(read) {
+                [out.velocity, out.acceleration] = read;
+            }
+        });
+    }
+
+    fn g2p_phase_velocities(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[[Vector4; 2]],
+        out: &mut [[InterpolatedMotion<D>; 2]],
+    ) {
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            out[p] = support.g2p_phase_velocities(nodes, &ground.strides);
+        });
+    }
+}

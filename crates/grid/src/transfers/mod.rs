@@ -1,0 +1,265 @@
+//! Sweeps over points and their nodes: the only code that is compiled for each kind of shape functions and point domains.
+//!
+//! A solver chooses its [`Transfers`] once ([`crate::ShapeFunctionKind`]) and calls them for the points of a body in a slab ([`crate::Layout::for_each_slab`]) or
+//! in a block, never for a single one ([`Transfers::for_each_weight`] excepted). A sweep knows places and nodes; what is carried between them comes in and goes out in
+//! slices, one entry a point.
+//!
+//! A step of any material point method is `deposit`, a solve on the nodes, and `gather`. The affine transfers (APIC, TPIC) add
+//! [`AffineFields`] to what is deposited and gather with [`Transfers::g2p_affine`]; fields of nodes of any meaning go through
+//! [`Transfers::p2g_values`] and [`Transfers::g2p_values`].
+
+mod compiled;
+
+use std::fmt;
+use std::ops::Range;
+
+use crate::domain::{DomainSlice, Domains, GridView, SquareMatrix};
+use crate::{Basis1d, InterpolatedMotion, NodalState, Vector4};
+
+pub(crate) use crate::transfers::compiled::CompiledTransfers;
+
+/// Points of one body, borrowed.
+#[derive(Clone, Copy, Debug)]
+pub struct PointSlice<'a, const D: usize> {
+    /// Positions (m).
+    pub position: &'a [[f64; D]],
+    /// Domains.
+    pub domain: DomainSlice<'a, D>,
+    /// Full width of the domains at the start (m).
+    pub extent: &'a [f64; D],
+}
+
+impl<const D: usize> PointSlice<'_, D> {
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.position.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.position.is_empty()
+    }
+
+    /// Some of them.
+    #[inline(always)]
+    #[must_use]
+    pub fn range(&self, points: Range<usize>) -> Self {
+        Self {
+            position: &self.position[points.clone()],
+            domain: self.domain.range(points),
+            extent: self.extent,
+        }
+    }
+}
+
+/// The nodes that a sweep may add to.
+pub struct NodeRange<'a, T> {
+    /// The nodes.
+    pub nodes: &'a mut [T],
+    /// Number of the first.
+    pub first: usize,
+}
+
+/// What points carry of the affine velocity fields around them.
+#[derive(Clone, Copy, Debug)]
+pub struct AffineFields<'a, const D: usize> {
+    /// Whether they are moments `Σ N v (x_i - x_p)ᵀ` (APIC, m²/s) or gradients (TPIC, 1/s).
+    pub moments: bool,
+    /// They; row `i`, column `j`.
+    pub fields: &'a [SquareMatrix<D>],
+    /// Masses of the points (kg).
+    pub mass: &'a [f64],
+}
+
+/// What points give to their nodes in one phase.
+#[derive(Clone, Copy, Debug)]
+pub struct P2gInput<'a, const D: usize> {
+    /// Momentum, and mass in the fourth lane.
+    pub momentum_and_mass: &'a [Vector4],
+    /// `-V σ e_j`: what is multiplied by the gradients.
+    pub stress_columns: &'a [[Vector4; D]],
+    /// Forces that are multiplied by the weights; empty where there are none.
+    pub body_force: &'a [Vector4],
+    /// What is added to the momentum for the velocity fields around the points.
+    pub affine: Option<AffineFields<'a, D>>,
+}
+
+/// The same in two phases, of which each node has one entry.
+#[derive(Clone, Copy, Debug)]
+pub struct P2gPhaseInput<'a, const D: usize> {
+    /// Momenta, and masses in the fourth lanes.
+    pub momentum_and_mass: &'a [[Vector4; 2]],
+    /// What is multiplied by the gradients.
+    pub stress_columns: &'a [[[Vector4; D]; 2]],
+    /// Forces that are multiplied by the weights; the fourth lane is free for a scalar, which the force of the node sums up.
+    pub body_force: &'a [[Vector4; 2]],
+}
+
+/// Sweeps over the points of one body and their nodes.
+pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
+    /// The shape functions along an axis.
+    fn basis_1d(&self) -> Basis1d;
+
+    /// Domains of so many points, which have not moved yet.
+    fn domains(&self, count: usize) -> Domains<D>;
+
+    /// Points to grid: adds `N motion` and `Σ_j ∂N/∂x_j columns[j] + N body`.
+    fn p2g(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        to: NodeRange<'_, NodalState>,
+        given: &P2gInput<'_, D>,
+    );
+
+    /// Points to grid: adds `N value`, and what the `affine` fields add to momenta.
+    fn p2g_values(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        to: NodeRange<'_, Vector4>,
+        values: &[Vector4],
+        affine: Option<AffineFields<'_, D>>,
+    );
+
+    /// Points to grid: adds `N value`, and to lane `j` the share `∂N/∂x_j` of lane `j` of the point's moments.
+    fn p2g_moments(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        to: NodeRange<'_, Vector4>,
+        values: &[Vector4],
+        moments: &[Vector4],
+    );
+
+    /// Points to grid: adds `N² value`.
+    fn p2g_squared_weights(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        to: NodeRange<'_, f64>,
+        values: &[f64],
+    );
+
+    /// Grid to points: velocity, acceleration and velocity gradient.
+    fn g2p(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[NodalState],
+        out: &mut [InterpolatedMotion<D>],
+    );
+
+    /// The velocities and accelerations of [`Transfers::g2p`]; what `out` has of gradients stays.
+    fn g2p_motion(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[NodalState],
+        out: &mut [InterpolatedMotion<D>],
+    );
+
+    /// Grid to points: velocity and velocity gradient.
+    fn g2p_velocity(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[Vector4],
+        out: &mut [InterpolatedMotion<D>],
+    );
+
+    /// Grid to points: moments (APIC) or gradients (TPIC) of the velocities.
+    fn g2p_affine(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[NodalState],
+        moments: bool,
+        out: &mut [SquareMatrix<D>],
+    );
+
+    /// [`Transfers::g2p`] and [`Transfers::g2p_affine`] in one sweep, with the same results.
+    fn g2p_with_apic(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[NodalState],
+        moments: bool,
+        out: (&mut [InterpolatedMotion<D>], &mut [SquareMatrix<D>]),
+    );
+
+    /// Grid to points: `Σ N value`.
+    fn g2p_values(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[Vector4],
+        out: &mut [Vector4],
+    );
+
+    /// Grid to points: `Σ N (v - a dt)`, the velocity at the start of a step of `dt` (s).
+    fn g2p_start_velocity(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[NodalState],
+        dt: f64,
+        out: &mut [Vector4],
+    );
+
+    /// `Σ N (x_i - x_p)²` (m²) along each axis.
+    fn second_moments(&self, ground: &GridView<'_, D>, points: &PointSlice<'_, D>, out: &mut [[f64; D]]);
+
+    /// Calls `visit(point, node, N)` for every node of every point, for what a few points do by themselves.
+    fn for_each_weight(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        visit: &mut dyn FnMut(usize, usize, f64),
+    );
+
+    /// As [`Transfers::p2g`], for two phases at once.
+    fn p2g_phases(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        to: NodeRange<'_, [NodalState; 2]>,
+        given: &P2gPhaseInput<'_, D>,
+    );
+
+    /// Points to grid: adds `N value`, for two phases at once.
+    fn p2g_phase_values(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        to: NodeRange<'_, [Vector4; 2]>,
+        values: &[[Vector4; 2]],
+    );
+
+    /// As [`Transfers::g2p`], for two phases at once.
+    fn g2p_phases(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[[NodalState; 2]],
+        out: &mut [[InterpolatedMotion<D>; 2]],
+    );
+
+    /// As [`Transfers::g2p_motion`], for two phases at once.
+    fn g2p_phase_motions(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[[NodalState; 2]],
+        out: &mut [[InterpolatedMotion<D>; 2]],
+    );
+
+    /// As [`Transfers::g2p_velocity`], for two phases at once.
+    fn g2p_phase_velocities(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[[Vector4; 2]],
+        out: &mut [[InterpolatedMotion<D>; 2]],
+    );
+}

@@ -1,0 +1,362 @@
+//! Boundaries that let waves out (Lysmer & Kuhlemeyer 1969; sheet: mpm §2.11).
+//!
+//! Dashpots `t_n = -a ρ c_P v_n`, `t_t = -b ρ c_S v_t` on the face, and springs `t = -(E/δ) u` against creep where the
+//! case gives their length. With a pore fluid the skeleton's dashpot is that of the undrained mixture, `ρ c_1`, and the
+//! liquid has its own, `n ρ_L √(K_L/ρ_L)`. Velocities are those at the end of the step: stable at any step.
+//!
+//! A node's share of the face is that of the points in the layer of cells behind it, where they are at the start.
+
+use std::collections::BTreeMap;
+
+use colluvium_case::description::{Boundary, Wall as CaseWall};
+use colluvium_case::spatial;
+use colluvium_constitutive::{BLOCK_SIZE, Motion};
+use colluvium_grid::{BasisValues1d, Grid, NodalState, NodeWalls, Vector4};
+
+use crate::clock::Clock;
+use crate::phases::pore_fluid::{LIQUID, SOLID};
+use crate::points::point_set::PointSet;
+use crate::solver::MpmSolver;
+use crate::transfer::background_grid::BackgroundGrid;
+
+/// The absorbing faces of a stage.
+#[derive(Debug, Default)]
+pub struct AbsorbingBoundaries {
+    faces: Vec<AbsorbingFace>,
+    /// How far the nodes of each face have moved (m), by the number of the boundary.
+    pub displacements: BTreeMap<usize, Vec<[f64; 3]>>,
+    /// Where the points behind the faces of all stages were at the start (m), by id.
+    initial_positions: BTreeMap<u32, [f64; 3]>,
+}
+
+#[derive(Debug)]
+struct AbsorbingFace {
+    /// Index into `Case::boundaries`.
+    number: usize,
+    nodes: Vec<FaceNode>,
+}
+
+/// Dashpots and springs of a node, component by component.
+#[derive(Clone, Copy, Debug, Default)]
+struct FaceNode {
+    /// Number of the node.
+    place: usize,
+    index: [usize; 3],
+    /// Of skeleton or single phase (N s/m).
+    solid: [f64; 3],
+    /// Of the liquid (N s/m).
+    liquid: [f64; 3],
+    /// (N/m)
+    spring: [f64; 3],
+}
+
+impl FaceNode {
+    /// Adds the dashpots and springs of a part of the face, `share` (m²) in size.
+    fn add(&mut self, law: &DashpotLaw, impedance: &Impedance, share: f64) {
+        for c in 0..3 {
+            let (dashpot, modulus) = if c == law.axis {
+                self.liquid[c] += law.normal * impedance.liquid * share;
+                (law.normal * impedance.normal, impedance.modulus)
+            } else {
+                (law.tangential * impedance.shear, impedance.shear_modulus)
+            };
+            self.solid[c] += dashpot * share;
+            if let Some(length) = law.spring_length {
+                self.spring[c] += modulus / length * share;
+            }
+        }
+    }
+}
+
+/// What a body's material answers a wave with: `ρ c_P`, `ρ c_S` (Pa s/m), P-wave and shear modulus (Pa), and the
+/// liquid's `n ρ_L c_L` (Pa s/m).
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Impedance {
+    normal: f64,
+    shear: f64,
+    modulus: f64,
+    shear_modulus: f64,
+    liquid: f64,
+}
+
+impl Impedance {
+    /// From the points of a body at the start: the mean of their moduli. Mass scaling `inertia` slows waves and is in what
+    /// answers them.
+    pub fn of_body<const D: usize>(set: &PointSet<D>, inertia: f64) -> Self {
+        let (mut modulus, mut shear_modulus) = (0.0, 0.0);
+        let share = 1.0 / set.points.stress.len() as f64;
+        for (block, (stress, states)) in
+            set.points.stress.chunks(BLOCK_SIZE).zip(set.states.blocks()).enumerate()
+        {
+            let mut moduli = [0.0; BLOCK_SIZE];
+            set.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
+            for (k, stress) in stress.iter().enumerate() {
+                let p = block * BLOCK_SIZE + k;
+                let density = set.points.mass[p] / set.points.volume[p];
+                let motion = Motion { density, size: set.extent[0], ..Motion::AT_REST };
+                modulus += share * moduli[k];
+                let tangent = set.material.tangent(&motion, stress, states, k);
+                shear_modulus += share * tangent.map_or(0.0, |tangent| tangent.0[3][3].max(0.0));
+            }
+        }
+        let dry = set.points.mass[0] / set.points.volume[0];
+        let fluid = set.pore.as_ref().and_then(|pore| pore.fluid);
+        let (density, stiff, liquid) = fluid.map_or((dry, modulus, 0.0), |fluid| {
+            let n = fluid.porosity;
+            let own = n * (fluid.density * fluid.bulk_modulus).sqrt();
+            (dry + n * fluid.density, modulus + fluid.bulk_modulus / n, own)
+        });
+        Self {
+            normal: (inertia * density * stiff).sqrt(),
+            shear: (inertia * density * shear_modulus).sqrt(),
+            modulus,
+            shear_modulus,
+            liquid: inertia.sqrt() * liquid,
+        }
+    }
+}
+
+/// The dashpot of a face as the case has it.
+#[derive(Clone, Copy)]
+struct DashpotLaw {
+    axis: usize,
+    upper: bool,
+    /// Grid line of the face, counted in cells.
+    face: usize,
+    normal: f64,
+    tangential: f64,
+    spring_length: Option<f64>,
+}
+
+impl<const D: usize> MpmSolver<D> {
+    /// Remembers the points behind absorbing faces, before anything moves.
+    pub(crate) fn store_initial_positions(&mut self) {
+        let laws: Vec<DashpotLaw> =
+            self.clock.case.boundaries.iter().filter_map(|boundary| self.law(boundary)).collect();
+        for set in &self.bodies.sets {
+            for (id, x) in set.points.id.iter().zip(&set.points.position) {
+                if laws.iter().any(|law| is_behind_face(&self.background.grid, law, x)) {
+                    self.boundary.absorbing.initial_positions.insert(*id, spatial(x));
+                }
+            }
+        }
+    }
+
+    /// The dashpot of a boundary, if it has one.
+    fn law(&self, boundary: &Boundary) -> Option<DashpotLaw> {
+        let CaseWall::Absorbing { normal, tangential, spring_length } = boundary.wall else { return None };
+        let axis = boundary.side.axis();
+        let line = (boundary.position(&self.clock.case.domain) - self.background.grid.origin[axis])
+            / self.background.grid.cell;
+        let (face, upper) = (line.round() as usize, boundary.side.is_max());
+        Some(DashpotLaw { axis, upper, face, normal, tangential, spring_length })
+    }
+
+    /// Takes the absorbing boundaries of a stage; what stood before keeps the displacements of its springs.
+    pub(crate) fn set_absorbing(&mut self, stage: usize) {
+        let mut faces = Vec::new();
+        for (number, boundary) in self.clock.case.active_boundaries(stage) {
+            let Some(law) = self.law(boundary) else { continue };
+            faces.push(AbsorbingFace { number, nodes: self.face_nodes(&law) });
+        }
+        let moved = &mut self.boundary.absorbing.displacements;
+        moved.retain(|number, _| faces.iter().any(|face| face.number == *number));
+        for face in &faces {
+            let nodes = moved.entry(face.number).or_default();
+            if nodes.len() != face.nodes.len() {
+                *nodes = vec![[0.0; 3]; face.nodes.len()];
+            }
+        }
+        self.boundary.absorbing.faces = faces;
+    }
+
+    /// Nodes of a face with their dashpots, in the order of their numbers.
+    fn face_nodes(&self, law: &DashpotLaw) -> Vec<FaceNode> {
+        let (grid, strides) = (&self.background.grid, self.background.layout.strides());
+        let normal_index = self.background.basis_1d.face_node(law.face, grid.cells[law.axis]);
+        let mut found: BTreeMap<usize, FaceNode> = BTreeMap::new();
+        for (_, start, number, p) in self.points_behind(law) {
+            let (set, impedance) = (
+                &self.bodies.sets[number],
+                &self.boundary.impedances[self.bodies.sets[number].body as usize],
+            );
+            let mut area = set.points.initial_volume[p] / grid.cell;
+            if self.background.axisymmetric && law.axis == 0 {
+                // Its volume is per radian at its own radius.
+                area *= (grid.origin[0] + grid.cell * law.face as f64) / start[0];
+            }
+            for_each_across(&self.background, &start, &set.extent, law.axis, |mut index, weight| {
+                index[law.axis] = normal_index;
+                for index in self.background.layout.periodic_images(index) {
+                    let place = (0..D).map(|axis| index[axis] * strides[axis]).sum();
+                    let node = found.entry(place).or_insert(FaceNode { place, index, ..FaceNode::default() });
+                    node.add(law, impedance, area * weight);
+                }
+            });
+        }
+        found.into_values().collect()
+    }
+
+    /// The points behind a face: id, place at the start (m), set and number there. By id, so that sums do not depend on how
+    /// they are sorted at the time.
+    fn points_behind(&self, law: &DashpotLaw) -> Vec<(u32, [f64; D], usize, usize)> {
+        let mut points = Vec::new();
+        for (number, set) in self.bodies.sets.iter().enumerate() {
+            for (p, id) in set.points.id.iter().enumerate() {
+                let Some(start) = self.boundary.absorbing.initial_positions.get(id) else { continue };
+                let start: [f64; D] = std::array::from_fn(|c| start[c]);
+                if is_behind_face(&self.background.grid, law, &start) {
+                    points.push((*id, start, number, p));
+                }
+            }
+        }
+        points.sort_unstable_by_key(|(id, ..)| *id);
+        points
+    }
+}
+
+impl AbsorbingBoundaries {
+    /// Dashpots and springs on the solved nodes of one phase.
+    pub fn apply(&mut self, clock: &Clock, solved: &mut [NodalState], walls: &NodeWalls) {
+        let (dt, inertia) = (clock.dt, clock.options.mass_scaling);
+        for face in &self.faces {
+            let Some(moved) = self.displacements.get_mut(&face.number) else { continue };
+            for (at, moved) in face.nodes.iter().zip(moved) {
+                let node = &mut solved[at.place];
+                let mass = inertia * node.momentum_and_mass.as_array()[3];
+                if mass > 0.0 {
+                    let free = walls.free_components(&at.index);
+                    dashpot_velocity(node, mass, &at.solid, &at.spring, moved, &free, dt);
+                }
+            }
+        }
+    }
+
+    /// Dashpots and springs on the solved nodes of both phases, each with its walls.
+    pub fn apply_to_phases(
+        &mut self,
+        clock: &Clock,
+        nodes: &mut [[NodalState; 2]],
+        [walls, walls_of_liquid]: [&NodeWalls; 2],
+    ) {
+        let (dt, inertia) = (clock.dt, clock.options.mass_scaling);
+        for face in &self.faces {
+            let Some(moved) = self.displacements.get_mut(&face.number) else { continue };
+            for (at, moved) in face.nodes.iter().zip(moved) {
+                let node = &mut nodes[at.place];
+                let [solid, liquid] =
+                    [SOLID, LIQUID].map(|phase| node[phase].momentum_and_mass.as_array()[3]);
+                if solid <= 0.0 {
+                    continue;
+                }
+                let free_solid = walls.free_components(&at.index);
+                if liquid > 0.0 {
+                    let before = node[LIQUID].momentum_and_mass;
+                    let free = walls_of_liquid.free_components(&at.index);
+                    let (moving, inert) = (&mut node[LIQUID], inertia * liquid);
+                    dashpot_velocity(moving, inert, &at.liquid, &[0.0; 3], &mut [0.0; 3], &free, dt);
+                    // What the liquid no longer takes of the force on the mixture is the skeleton's.
+                    let [x, y, z] = free_solid;
+                    let back = (before - node[LIQUID].momentum_and_mass)
+                        * Vector4::new([x, y, z, 0.0])
+                        * (liquid / solid);
+                    node[SOLID].momentum_and_mass += back;
+                    node[SOLID].force += back * (1.0 / dt);
+                }
+                dashpot_velocity(
+                    &mut node[SOLID],
+                    inertia * solid,
+                    &at.solid,
+                    &at.spring,
+                    moved,
+                    &free_solid,
+                    dt,
+                );
+            }
+        }
+    }
+}
+
+/// Solves `m (v - v*)/dt = -D v - k (u + dt v)` for the velocity `v` of a node that would end with `v*`.
+fn dashpot_velocity(
+    node: &mut NodalState,
+    mass: f64,
+    dashpot: &[f64; 3],
+    spring: &[f64; 3],
+    moved: &mut [f64; 3],
+    free: &[f64; 3],
+    dt: f64,
+) {
+    let (mut motion, mut rate) = (node.momentum_and_mass.to_array(), node.force.to_array());
+    for c in 0..3 {
+        if free[c] > 0.0 {
+            let pull = dt * spring[c] * moved[c];
+            let slower = (mass * motion[c] - pull) / (mass + dt * dashpot[c] + dt * dt * spring[c]);
+            rate[c] += (slower - motion[c]) / dt;
+            motion[c] = slower;
+        }
+        moved[c] += dt * motion[c];
+    }
+    node.momentum_and_mass = Vector4::new(motion);
+    node.force = Vector4::new(rate);
+}
+
+/// Whether a place lies in the layer of cells behind a face.
+fn is_behind_face<const D: usize>(grid: &Grid<D>, law: &DashpotLaw, position: &[f64; D]) -> bool {
+    let place = (position[law.axis] - grid.origin[law.axis]) / grid.cell - law.face as f64;
+    if law.upper { place > -1.0 && place < 0.0 } else { place > 0.0 && place < 1.0 }
+}
+
+/// Calls `visit` for the nodes at `position` (m) across an axis, with their weights in the other directions.
+pub fn for_each_across<const D: usize>(
+    BackgroundGrid { grid, basis_1d: basis, .. }: &BackgroundGrid<D>,
+    position: &[f64; D],
+    extent: &[f64; D],
+    axis: usize,
+    mut visit: impl FnMut([usize; 3], f64),
+) {
+    let inverse = 1.0 / grid.cell;
+    let on: [BasisValues1d; D] = std::array::from_fn(|axis| {
+        let x = (position[axis] - grid.origin[axis]) * inverse;
+        basis.evaluate(x, extent[axis] * inverse, grid.cells[axis])
+    });
+    let count = on[0].count;
+    for number in 0..count.pow(D as u32 - 1) {
+        let (mut rest, mut index, mut weight) = (number, [0; 3], 1.0);
+        for other in (0..D).filter(|other| *other != axis) {
+            index[other] = on[other].first + rest % count;
+            weight *= on[other].weights()[rest % count];
+            rest /= count;
+        }
+        if weight > 0.0 {
+            visit(index, weight);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::transfer::dimension_dispatch::tests::begun;
+    use colluvium_case::Case;
+
+    #[test]
+    fn a_mantle_has_the_area_of_its_own_radius() {
+        // 0.3 m high, per radian; ρ c_P = √(1000 · 1e6) Pa s/m.
+        for (low, radius) in [(0.0, 0.5), (0.0, 1.0), (0.5, 1.0)] {
+            let text = serde_json::json!({
+                "title": "ring", "space": "axisymmetric", "domain": { "min": [low, 0], "max": [1, 0.3] }, "gravity": [0, 0],
+                "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
+                "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [low, 0], "max": [radius, 0.3] } }],
+                "boundaries": [{ "side": "x-max", "position": radius, "wall": { "kind": "absorbing" } }],
+                "stages": [{ "name": "s", "duration": 1 }],
+                "methods": { "mpm": { "cell_size": 0.1, "shape": "linear" } }
+            });
+            let case = Case::from_json(&text.to_string()).unwrap();
+            let solver = begun::<2>(&case);
+            let dashpot: f64 =
+                solver.boundary.absorbing.faces[0].nodes.iter().map(|node| node.solid[0]).sum();
+            let exact = 1e9f64.sqrt() * 0.3 * radius;
+            assert!((dashpot / exact - 1.0).abs() < 1e-12, "{low}, {radius}: {dashpot} for {exact}");
+        }
+    }
+}

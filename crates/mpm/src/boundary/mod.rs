@@ -1,0 +1,12 @@
+//! Boundary conditions: walls, absorbing boundaries, loads, and bodies with prescribed or rigid motion.
+//!
+//! The room reads the case and the nodal velocities. It changes nodal velocities and forces (sheet: mpm §2.5).
+
+pub(crate) mod absorbing_boundary;
+pub(crate) mod boundary_conditions;
+pub(crate) mod nodal_loads;
+pub(crate) mod point_loads;
+pub(crate) mod prescribed_motion;
+pub(crate) mod rigid_bodies;
+pub(crate) mod surface_load;
+pub(crate) mod walls;

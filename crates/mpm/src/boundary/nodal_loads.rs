@@ -1,0 +1,248 @@
+//! Loads that nodes carry, as in finite elements (sheet: mpm §2.11): on sides along grid lines, or facets of a mesh, that do
+//! not move.
+//!
+//! A node has `∫ N_i t dS` over the side as it is at the start. Nodes without material have no load.
+
+use std::collections::BTreeMap;
+
+use colluvium_case::description::LoadTarget;
+use colluvium_case::{Case, CaseError};
+use colluvium_grid::{NodalState, Vector4};
+
+use crate::MpmOptions;
+use crate::boundary::absorbing_boundary::for_each_across;
+use crate::boundary::point_loads;
+use crate::boundary::point_loads::factor;
+use crate::clock::Clock;
+use crate::config::ShapeFunctions;
+use crate::phases::pore_fluid::{LIQUID, SOLID};
+use crate::points::bodies::Bodies;
+use crate::points::point_set::PointSet;
+use crate::points::vectors::vector4;
+use crate::transfer::background_grid::BackgroundGrid;
+use crate::transfer::unstructured_mesh;
+
+/// A load on nodes.
+#[derive(Debug)]
+pub struct NodalLoad {
+    /// Index into `Case::loads`.
+    number: usize,
+    /// Body it is on: without it there is no load.
+    body: u32,
+    field: usize,
+    /// Porosity at the start, of a load on the pore fluid alone.
+    porosity: Option<f64>,
+    nodes: Vec<LoadedNode>,
+}
+
+#[derive(Debug)]
+struct LoadedNode {
+    node: usize,
+    /// At full load (N).
+    force: Vector4,
+    /// Whether it is a node that comes once more, in a periodic grid.
+    is_periodic_image: bool,
+}
+
+/// The loads of a case that nodes carry.
+pub fn nodal_loads<const D: usize>(
+    case: &Case,
+    options: &MpmOptions,
+    background: &BackgroundGrid<D>,
+    sets: &[PointSet<D>],
+) -> Result<Vec<NodalLoad>, CaseError> {
+    let of_nodes = |number: &usize| case.loads[*number].applied_to() == LoadTarget::Nodes;
+    let mut found = Vec::new();
+    for number in (0..case.loads.len()).filter(of_nodes) {
+        if matches!(options.shape, ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2) {
+            let problem =
+                "nodes is not available with cpdi and cpdi2, whose domains reach over the side: use points";
+            return Err(CaseError::new(format!("loads[{number}].carrier"), problem));
+        }
+        let set = &sets[point_loads::loaded_set(case, number, sets)?];
+        let areas = if background.is_meshed() {
+            unstructured_mesh::loaded_nodes(case, number, &background.mesh, set)?
+        } else {
+            loaded_grid_nodes(case, number, background, set)?
+        };
+        let layout = &background.layout;
+        let per_area = vector4(&case.loads[number].per_area::<D>(), 0.0);
+        let nodes = areas.into_iter().map(|(place, area)| {
+            let row = layout.strides()[0];
+            let repeated = layout.is_periodic_image(&layout.index(place / row, place % row));
+            LoadedNode { node: place, force: per_area * area, is_periodic_image: repeated }
+        });
+        let fluid = set.pore.as_ref().and_then(|pore| pore.fluid);
+        found.push(NodalLoad {
+            number,
+            body: set.body,
+            field: set.field,
+            porosity: fluid.filter(|_| case.loads[number].is_of_fluid()).map(|fluid| fluid.porosity),
+            nodes: nodes.collect(),
+        });
+    }
+    Ok(found)
+}
+
+/// Numbers of the nodes on a loaded side along a grid line, and their areas.
+fn loaded_grid_nodes<const D: usize>(
+    case: &Case,
+    number: usize,
+    background: &BackgroundGrid<D>,
+    set: &PointSet<D>,
+) -> Result<BTreeMap<usize, f64>, CaseError> {
+    let BackgroundGrid { grid, layout, basis_1d: basis, .. } = background;
+    let load = &case.loads[number];
+    let refuse = |problem: String| Err(CaseError::new(format!("loads[{number}].carrier"), problem));
+    let Some(side) = load.side() else { return Ok(BTreeMap::new()) };
+    let (axis, sign) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
+    let outermost = set.points.position.iter().map(|x| sign * x[axis]).fold(f64::NEG_INFINITY, f64::max);
+    let line = (sign * (outermost + 0.5 * set.extent[axis]) - grid.origin[axis]) / grid.cell;
+    if (line - line.round()).abs() > 1e-6 {
+        return refuse(format!(
+            "the side lies {line:.6} cells from the domain's side: nodes carry loads on grid lines"
+        ));
+    }
+    let line = line.round() as usize;
+    if (1..grid.cells[axis]).contains(&line) && !basis.allows_interior_walls {
+        return refuse(format!(
+            "with {} shape functions nodes carry loads on the domain's sides only",
+            basis.name
+        ));
+    }
+    let on_side = basis.face_node(line, grid.cells[axis]);
+    let mut areas = BTreeMap::new();
+    for (x, area) in set
+        .points
+        .position
+        .iter()
+        .zip(point_loads::loaded_areas(case, load, set))
+        .filter(|(_, area)| *area != 0.0)
+    {
+        for_each_across(background, x, &set.extent, axis, |mut index, weight| {
+            index[axis] = on_side;
+            for index in layout.periodic_images(index) {
+                let place: usize = (0..D).map(|axis| index[axis] * layout.strides()[axis]).sum();
+                *areas.entry(place).or_insert(0.0) += area * weight;
+            }
+        });
+    }
+    Ok(areas)
+}
+
+/// Share of a load at `time` (s).
+fn load_factor<const D: usize>(
+    clock: &Clock,
+    bodies: &Bodies<D>,
+    starts: &[f64],
+    load: &NodalLoad,
+    time: f64,
+) -> f64 {
+    let stands = bodies.sets.iter().any(|set| set.body == load.body);
+    if stands { factor(&clock.case, load.number, starts, time) } else { 0.0 }
+}
+
+/// Adds the loads at the end of a step of `dt` to the forces on the nodes of one phase.
+pub fn apply_nodal_loads<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &Bodies<D>,
+    solved: &mut [NodalState],
+    loads: &[NodalLoad],
+    starts: &[f64],
+) {
+    for load in loads {
+        let share = load_factor(clock, bodies, starts, load, clock.time + clock.dt);
+        let nodes = &mut solved[load.field * background.layout.len()..];
+        for at in &load.nodes {
+            add_load(&mut nodes[at.node], at, share);
+        }
+    }
+}
+
+/// The same with the nodes of both phases.
+pub fn apply_phase_nodal_loads<const D: usize>(
+    clock: &Clock,
+    bodies: &Bodies<D>,
+    loads: &[NodalLoad],
+    starts: &[f64],
+    nodes: &mut [[NodalState; 2]],
+) {
+    for load in loads {
+        let share = load_factor(clock, bodies, starts, load, clock.time + clock.dt);
+        let phase = if load.porosity.is_some() { LIQUID } else { SOLID };
+        for at in &load.nodes {
+            add_load(&mut nodes[at.node][phase], at, share);
+        }
+    }
+}
+
+/// Sum of the squares of the loads on the whole and of those on the fluid, its share of the volume only (N²).
+pub fn nodal_load_squares<const D: usize>(
+    clock: &Clock,
+    bodies: &Bodies<D>,
+    loads: &[NodalLoad],
+    starts: &[f64],
+) -> [f64; 2] {
+    let mut squares = [0.0; 2];
+    for load in loads {
+        let share = load.porosity.unwrap_or(1.0) * load_factor(clock, bodies, starts, load, clock.time);
+        let own = load.nodes.iter().filter(|at| !at.is_periodic_image).map(|at| dot(at.force, at.force));
+        squares[usize::from(load.porosity.is_some())] += share * share * own.sum::<f64>();
+    }
+    squares
+}
+
+/// Work (J) of the loads in a step of `dt` on the solved nodes of one phase.
+pub fn nodal_load_work<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &Bodies<D>,
+    solved: &[NodalState],
+    loads: &[NodalLoad],
+    starts: &[f64],
+) -> f64 {
+    let len = background.layout.len();
+    work_with(clock, bodies, loads, starts, |load, place| solved[load.field * len + place].momentum_and_mass)
+}
+
+/// The same with both phases; of loads on the fluid, what they do beyond that on the mixture.
+pub fn phase_nodal_load_work<const D: usize>(
+    clock: &Clock,
+    bodies: &Bodies<D>,
+    loads: &[NodalLoad],
+    starts: &[f64],
+    nodes: &[[NodalState; 2]],
+) -> f64 {
+    work_with(clock, bodies, loads, starts, |load, place| {
+        let [solid, liquid] = [SOLID, LIQUID].map(|phase| nodes[place][phase].momentum_and_mass);
+        load.porosity.map_or(solid, |n| (liquid - solid) * n)
+    })
+}
+
+fn work_with<const D: usize>(
+    clock: &Clock,
+    bodies: &Bodies<D>,
+    loads: &[NodalLoad],
+    starts: &[f64],
+    velocity: impl Fn(&NodalLoad, usize) -> Vector4,
+) -> f64 {
+    let of_load = |load: &NodalLoad| {
+        let own = load.nodes.iter().filter(|at| !at.is_periodic_image);
+        let power: f64 = own.map(|at| dot(at.force, velocity(load, at.node))).sum();
+        load_factor(clock, bodies, starts, load, clock.time + clock.dt) * power
+    };
+    clock.dt * loads.iter().map(of_load).sum::<f64>()
+}
+
+/// Adds a share of a load to the force on a node that holds material.
+fn add_load(node: &mut NodalState, at: &LoadedNode, share: f64) {
+    if node.momentum_and_mass.as_array()[3] > 0.0 {
+        node.force += at.force * share;
+    }
+}
+
+/// Scalar product of the first three lanes, of which the fourth of `force` is zero.
+fn dot(force: Vector4, other: Vector4) -> f64 {
+    force.as_array().iter().zip(other.as_array()).map(|(a, b)| a * b).sum()
+}

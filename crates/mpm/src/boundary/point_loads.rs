@@ -1,0 +1,174 @@
+//! Loads on the surface of bodies, carried by points (sheet: mpm §2.11).
+//!
+//! What each of the outermost points carries is found by the case, of any method (`colluvium_case::loads::load_vectors`).
+
+use std::ops::Range;
+
+use colluvium_case::description::Load;
+use colluvium_case::loads::load_vectors::nanson;
+use colluvium_case::{Case, CaseError};
+use colluvium_constitutive::BLOCK_SIZE;
+use colluvium_grid::{InterpolatedMotion, Mesh, PointSlice};
+
+use crate::boundary::surface_load::SurfaceLoad;
+use crate::clock::Clock;
+use crate::momentum::velocity_fields::{VelocityFields, VelocitySource};
+use crate::points::bodies::Bodies;
+use crate::points::point_set::PointSet;
+use crate::transfer::background_grid::BackgroundGrid;
+use crate::transfer::unstructured_mesh;
+
+/// Share of load `number` that acts at `time` (s) where the loads begin at `starts` (s).
+pub fn factor(case: &Case, number: usize, starts: &[f64], time: f64) -> f64 {
+    case.loads[number].factor(time - starts[number])
+}
+
+/// The set of points that load `number` is on.
+pub fn loaded_set<const D: usize>(
+    case: &Case,
+    number: usize,
+    sets: &[PointSet<D>],
+) -> Result<usize, CaseError> {
+    let body = case.loads[number].body();
+    sets.iter()
+        .position(|set| case.bodies[set.body as usize].name == body)
+        .ok_or_else(|| CaseError::new(format!("loads[{number}].body"), format!("{body:?} is not a body")))
+}
+
+/// Area (m²; m in the plane, per radian in axisymmetry) of the domain of each point of a regular set on the loaded side, with
+/// the share of the load at its place; zero within the body.
+pub fn loaded_areas<const D: usize>(case: &Case, load: &Load, set: &PointSet<D>) -> Vec<f64> {
+    load.side().map_or(Vec::new(), |side| case.side_areas(load, side, &set.points.position, &set.extent))
+}
+
+/// Gives the outermost layer of points of the loaded side its share of load `number` (sheet: mpm §2.11).
+pub fn apply<const D: usize>(
+    case: &Case,
+    number: usize,
+    mesh: &Mesh<D>,
+    sets: &mut [PointSet<D>],
+) -> Result<(), CaseError> {
+    let load = &case.loads[number];
+    let set = &mut sets[loaded_set(case, number, sets)?];
+    let carried = if mesh.is_empty() || load.side().is_none() {
+        case.load_vectors(number, &set.points.position, &set.extent)?
+    } else {
+        let per_area = load.per_area::<D>();
+        unstructured_mesh::loaded_areas(case, number, mesh, set)?
+            .into_iter()
+            .map(|area| per_area.map(|t| t * area))
+            .collect()
+    };
+    set.loads.push(SurfaceLoad {
+        number,
+        liquid: load.is_of_fluid(),
+        is_follower: load.is_follower(),
+        vectors: carried,
+        applied: f64::NAN,
+    });
+    set.points.traction.resize(set.points.position.len(), [0.0; D]);
+    if let Some(pore) = &mut set.pore {
+        pore.points.traction.resize(set.points.position.len(), [0.0; D]);
+    }
+    Ok(())
+}
+
+impl<const D: usize> PointSet<D> {
+    /// Forces of all loads of the set at `time` (s) on its points; `starts` are when the loads of the case begin (s).
+    fn apply_loads(&mut self, case: &Case, starts: &[f64], time: f64) {
+        let factor = |load: &SurfaceLoad<D>| factor(case, load.number, starts, time);
+        if self.loads.iter().all(|load| !load.is_follower && load.applied == factor(load)) {
+            return;
+        }
+        self.points.traction.fill([0.0; D]);
+        if let Some(pore) = &mut self.pore {
+            pore.points.traction.fill([0.0; D]);
+        }
+        for load in &mut self.loads {
+            load.applied = factor(load);
+            let forces = match &mut self.pore {
+                Some(pore) if load.liquid => &mut pore.points.traction,
+                _ => &mut self.points.traction,
+            };
+            let of_case = &case.loads[load.number];
+            for (sum, carried) in forces.iter_mut().zip(&load.vectors) {
+                let force = of_case.force(carried);
+                for c in 0..D {
+                    sum[c] += load.applied * force[c];
+                }
+            }
+        }
+    }
+}
+
+/// Sets the forces of the loads to those at the end of a step of `dt`.
+pub fn apply_loads<const D: usize>(clock: &Clock, bodies: &mut Bodies<D>, starts: &[f64]) {
+    for set in bodies.sets.iter_mut().filter(|set| !set.loads.is_empty()) {
+        set.apply_loads(&clock.case, starts, clock.time + clock.dt);
+    }
+}
+
+/// Turns and stretches what follows the surface with the motion that `read` finds on the nodes of a velocity
+/// field, before the points move.
+pub fn update_follower_vectors<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &mut Bodies<D>,
+    read: &GridReader<'_, D>,
+) {
+    if !bodies.sets.iter().any(|set| set.loads.iter().any(|load| load.is_follower)) {
+        return;
+    }
+    let dt = clock.dt;
+    let mut all = [InterpolatedMotion::ZERO; BLOCK_SIZE];
+    for set in &mut bodies.sets {
+        let points =
+            PointSlice { position: &set.points.position, domain: set.domain.as_slice(), extent: &set.extent };
+        for load in set.loads.iter_mut().filter(|load| load.is_follower) {
+            for run in loaded_ranges(&load.vectors) {
+                let (points, reads) = (points.range(run.clone()), &mut all[..run.len()]);
+                read(set.field, &points, reads);
+                let vectors = load.vectors[run].iter_mut();
+                for ((vector, motion), position) in vectors.zip(&*reads).zip(points.position) {
+                    let step: [[f64; D]; D] = std::array::from_fn(|i| {
+                        std::array::from_fn(|j| dt * motion.gradient[j].as_array()[i])
+                    });
+                    // In axisymmetry the circle that the point stands for widens.
+                    let hoop = if background.axisymmetric {
+                        dt * motion.velocity.as_array()[0] / position[0]
+                    } else {
+                        0.0
+                    };
+                    *vector = nanson(&step, vector).map(|c| c * (1.0 + hoop));
+                }
+            }
+        }
+    }
+}
+
+/// Lets the loads follow the motion of the nodes of one phase.
+pub fn update_follower_loads<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &mut Bodies<D>,
+    (nodes, read): (&VelocityFields, VelocitySource),
+) {
+    update_follower_vectors(clock, background, bodies, &|field, points, reads| {
+        nodes.g2p(read, background, field, points, reads);
+    });
+}
+
+/// Finds what points of a velocity field read off the nodes.
+type GridReader<'a, const D: usize> = dyn Fn(usize, &PointSlice<'_, D>, &mut [InterpolatedMotion<D>]) + 'a;
+
+/// Runs of points that carry something, of [`BLOCK`] or fewer.
+fn loaded_ranges<const D: usize>(vectors: &[[f64; D]]) -> Vec<Range<usize>> {
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for p in (0..vectors.len()).filter(|p| vectors[*p] != [0.0; D]) {
+        match runs.last_mut() {
+            Some(run) if run.end == p && run.len() < BLOCK_SIZE => run.end += 1,
+            _ => runs.push(p..p + 1),
+        }
+    }
+    runs
+}

@@ -1,0 +1,368 @@
+//! What moves as the case says: rigid bodies and patches of nodes (sheet: mpm §2.11: prescribed velocities, on nodes
+//! without material too).
+
+use std::ops::Range;
+
+use colluvium_case::Case;
+use colluvium_case::description::Patch;
+use colluvium_case::rigid::{RigidState, RigidStep};
+use colluvium_grid::{NodalState, Vector4};
+use serde::{Deserialize, Serialize};
+
+use crate::MpmOptions;
+use crate::clock::Clock;
+use crate::config::LagrangianFormulation;
+use crate::contact::contact_law::FieldContacts;
+use crate::phases::pore_fluid::{LIQUID, SOLID};
+use crate::transfer::background_grid::BackgroundGrid;
+
+/// Distance (cells; least heights of the elements of a mesh) from the surface of a patch within which nodes still belong
+/// to it: round-off.
+const SURFACE_TOLERANCE: f64 = 1e-6;
+
+/// Something driven, with what acts on it.
+#[derive(Clone, Debug)]
+pub struct DrivenObject {
+    /// Name of the body or patch.
+    pub name: String,
+    /// Index into `Case::patches`; `None` for a rigid body.
+    pub patch: Option<usize>,
+    /// Corners of a box around the patch at the start (m).
+    pub bounds: [[f64; 3]; 2],
+    /// Velocity at the start of the step (m/s); `None` where nothing was prescribed.
+    pub previous_velocity: [Option<f64>; 3],
+    /// What it does in the step where it is a rigid body that moves freely.
+    pub free_rigid_body: Option<RigidStep>,
+    /// What a restart needs.
+    pub state: DrivenObjectState,
+}
+
+/// What changes of a [`DrivenObject`] in the course of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct DrivenObjectState {
+    /// Velocity of a patch at the end of the step (m/s); `None` where nothing is prescribed.
+    pub velocity: [Option<f64>; 3],
+    /// How a rigid body moves at the end of the step.
+    pub rigid: RigidState,
+    /// Way since the start (m).
+    pub displacement: [f64; 3],
+    /// Force of the material on it in the last step (N).
+    pub force: [f64; 3],
+    /// Impulse of the material on it since the start (N s).
+    pub impulse: [f64; 3],
+}
+
+impl DrivenObject {
+    /// Takes an impulse (N s) of the material in a step of `dt`.
+    pub fn add_impulse(&mut self, impulse: [f64; 3], dt: f64) {
+        for c in 0..3 {
+            self.state.impulse[c] += impulse[c];
+            self.state.force[c] += impulse[c] / dt;
+        }
+    }
+
+    /// The patch where it is now; `None` for a rigid body. Where points keep their places it does.
+    fn placed_patch<'a>(&self, case: &'a Case, options: &MpmOptions) -> Option<PlacedPatch<'a>> {
+        let patch = &case.patches[self.patch?];
+        let moves = patch.moves && options.formulation != LagrangianFormulation::SmallDisplacement;
+        let way = if moves { self.state.displacement } else { [0.0; 3] };
+        Some(PlacedPatch { patch, bounds: self.bounds, displacement: way })
+    }
+
+    /// Gives a solved node the velocity and acceleration of the prescribed motion; returns the impulse (N s) of the material
+    /// on what drives, without mass scaling.
+    fn impose_on_node(&self, node: &mut NodalState, keep_start: bool, dt: f64) -> [f64; 3] {
+        let (mut end, mut rate) = (node.momentum_and_mass.to_array(), node.force.to_array());
+        let mut taken = [0.0; 3];
+        for c in 0..3 {
+            let Some(held) = self.state.velocity[c] else { continue };
+            let own = end[c] - dt * rate[c];
+            let start = if keep_start { own } else { self.previous_velocity[c].unwrap_or(own) };
+            let given = (held - start) / dt;
+            taken[c] = end[3] * dt * (rate[c] - given);
+            end[c] = held;
+            rate[c] = given;
+        }
+        *node = NodalState { momentum_and_mass: Vector4::new(end), force: Vector4::new(rate) };
+        taken
+    }
+
+    /// Gives a velocity (m/s) the components that are prescribed.
+    fn impose_velocity(&self, lanes: &mut Vector4) {
+        let mut velocity = lanes.to_array();
+        for c in 0..3 {
+            velocity[c] = self.state.velocity[c].unwrap_or(velocity[c]);
+        }
+        *lanes = Vector4::new(velocity);
+    }
+
+    /// The velocity of a rigid body at a place (m/s).
+    pub fn velocity_at(&self, x: &[f64; 3]) -> [f64; 3] {
+        self.free_rigid_body.as_ref().map_or(self.velocity(), |loose| loose.velocity_at(x))
+    }
+
+    /// Its velocity (m/s), zero along what is not prescribed of a patch; of a rigid body that turns that of its centre of mass.
+    pub fn velocity(&self) -> [f64; 3] {
+        if self.patch.is_some() {
+            self.state.velocity.map(|v| v.unwrap_or(0.0))
+        } else {
+            self.state.rigid.velocity
+        }
+    }
+}
+
+/// Rigid bodies and patches of the case.
+pub fn driven_objects(case: &Case) -> Vec<DrivenObject> {
+    let new = |name: &String, patch| DrivenObject {
+        name: name.clone(),
+        patch,
+        bounds: patch.map_or([[0.0; 3]; 2], |patch: usize| {
+            let (low, high) = case.patches[patch].region.bounds(case.dimension());
+            [low, high].map(|corner| std::array::from_fn(|c| corner.get(c).copied().unwrap_or(0.0)))
+        }),
+        previous_velocity: [None; 3],
+        free_rigid_body: None,
+        state: DrivenObjectState::default(),
+    };
+    let bodies = case.bodies.iter().filter(|body| body.rigid).map(|body| new(&body.name, None));
+    let patches = case.patches.iter().enumerate().map(|(number, patch)| new(&patch.name, Some(number)));
+    bodies.chain(patches).collect()
+}
+
+/// A patch where it is now.
+struct PlacedPatch<'a> {
+    patch: &'a Patch,
+    bounds: [[f64; 3]; 2],
+    displacement: [f64; 3],
+}
+
+impl PlacedPatch<'_> {
+    /// Corners of the box around it (m).
+    fn ends(&self) -> [[f64; 3]; 2] {
+        self.bounds.map(|corner| std::array::from_fn(|c| corner[c] + self.displacement[c]))
+    }
+
+    /// The phases that it holds, of so many.
+    fn phases(&self, count: usize) -> Range<usize> {
+        SOLID..if self.patch.drained { LIQUID } else { count }
+    }
+
+    /// Whether it holds a place (m) in the box around it. What lies on the box up to round-off lies on it.
+    fn contains<const D: usize>(&self, x: &[f64; D]) -> bool {
+        let [low, high] = self.bounds;
+        let start: [f64; D] = std::array::from_fn(|c| (x[c] - self.displacement[c]).clamp(low[c], high[c]));
+        self.patch.region.contains(&start)
+    }
+
+    /// Calls `visit(number in memory, whether it is the first of those that are one node)` for each of its nodes. Where
+    /// it reaches a side of the domain, the nodes beyond that side are its own.
+    fn nodes<const D: usize>(
+        &self,
+        BackgroundGrid { grid, mesh, layout, basis_1d: basis, .. }: &BackgroundGrid<D>,
+        mut visit: impl FnMut(usize, bool),
+    ) {
+        let [low, high] = self.ends();
+        let slack = SURFACE_TOLERANCE * if mesh.is_empty() { grid.cell } else { mesh.height() };
+        let inside = |axis: usize, x: f64| (low[axis] - slack..=high[axis] + slack).contains(&x);
+        if !mesh.is_empty() {
+            for (number, x) in mesh.nodes().iter().enumerate() {
+                if (0..D).all(|axis| inside(axis, x[axis])) && self.contains(x) {
+                    visit(number, true);
+                }
+            }
+            return;
+        }
+        let (shape, strides, upper) = (layout.nodes(), layout.strides(), grid.upper());
+        // Coordinate of a node in the box, in the domain or in its next image.
+        let within = |axis: usize, index: usize| {
+            let (low, high) = (grid.origin[axis], upper[axis]);
+            let x = low + grid.cell * basis.coordinate(index, grid.cells[axis]);
+            if layout.is_periodic(axis) {
+                let width = high - low;
+                return [x, x - width, x + width].into_iter().find(|x| inside(axis, *x));
+            }
+            Some(x.clamp(low, high)).filter(|x| inside(axis, *x))
+        };
+        // Nodes along each axis from the first in the box to the last.
+        let range: [Range<usize>; 3] = std::array::from_fn(|axis| {
+            if axis >= D {
+                return 0..1;
+            }
+            let mut indices = (0..shape[axis]).filter(|index| within(axis, *index).is_some());
+            let first = indices.next().unwrap_or(0);
+            first..indices.next_back().unwrap_or(first) + 1
+        });
+        let place = |index: &[usize; 3]| -> Option<[f64; D]> {
+            let mut x = [0.0; D];
+            for axis in 0..D {
+                x[axis] = within(axis, index[axis])?;
+            }
+            Some(x)
+        };
+        for i in range[0].clone() {
+            for j in range[1].clone() {
+                for k in range[2].clone() {
+                    let index = [i, j, k];
+                    if place(&index).is_some_and(|x| self.contains(&x)) {
+                        let number = (0..D).map(|axis| index[axis] * strides[axis]).sum();
+                        visit(number, !layout.is_periodic_image(&index));
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Numbers of the patches that hold no node where they begin.
+pub fn empty_patches<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    driven: &[DrivenObject],
+) -> Vec<usize> {
+    let is_empty = |driven: &&DrivenObject| {
+        let mut nodes = 0;
+        let Some(place) = driven.placed_patch(&clock.case, &clock.options) else { return false };
+        place.nodes(background, |_, _| nodes += 1);
+        nodes == 0
+    };
+    driven.iter().filter(is_empty).filter_map(|driven| driven.patch).collect()
+}
+
+/// Gives the solved nodes of the patches their velocity, and the acceleration of the prescribed motion, and `books` the
+/// force that takes. What motion begins with, nodes take from what they have.
+pub fn impose_patch_velocity<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    driven: &mut [DrivenObject],
+    contacts: &FieldContacts,
+    solved: &mut [NodalState],
+    books: bool,
+) {
+    impose_on_solved(clock, background, driven, contacts, one_phase(solved), books);
+}
+
+/// The same of the nodes of two phases: of the skeleton, and of the pore fluid that a patch does not let through.
+pub fn impose_phase_patch_velocity<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    driven: &mut [DrivenObject],
+    contacts: &FieldContacts,
+    nodes: &mut [[NodalState; 2]],
+) {
+    impose_on_solved(clock, background, driven, contacts, nodes, true);
+}
+
+fn impose_on_solved<const N: usize, const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    driven: &mut [DrivenObject],
+    contacts: &FieldContacts,
+    nodes: &mut [[NodalState; N]],
+    books: bool,
+) {
+    let keep_start = clock.keeps_initial_velocity();
+    let inertia = if books { clock.options.mass_scaling } else { 0.0 };
+    for driven in driven {
+        let mut total = [0.0; 3];
+        for_nodes_of_patch(clock, background, contacts, driven, nodes, |node, first| {
+            let given = driven.impose_on_node(node, keep_start, clock.dt);
+            if first {
+                (0..D).for_each(|c| total[c] += inertia * given[c]);
+            }
+        });
+        driven.add_impulse(total, clock.dt);
+    }
+}
+
+/// Marks the components of velocity that patches hold, of both phases: one bit an axis.
+pub fn mark_constrained<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    driven: &[DrivenObject],
+    contacts: &FieldContacts,
+    held: &mut [[u8; 2]],
+) {
+    for_patch_nodes(clock, background, driven, contacts, held, |driven, held| {
+        let axes = (0..D).filter(|c| driven.state.velocity[*c].is_some());
+        *held |= axes.map(|c| 1 << c).sum::<u8>();
+    });
+}
+
+/// Gives the nodes of the patches their velocity where it is re-mapped.
+pub fn impose_patch_velocity_remapped<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    driven: &[DrivenObject],
+    contacts: &FieldContacts,
+    remapped: &mut [Vector4],
+) {
+    for_patch_nodes(clock, background, driven, contacts, one_phase(remapped), DrivenObject::impose_velocity);
+}
+
+/// The same of two phases.
+pub fn impose_phase_patch_velocity_remapped<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    driven: &[DrivenObject],
+    contacts: &FieldContacts,
+    nodes: &mut [[Vector4; 2]],
+) {
+    for_patch_nodes(clock, background, driven, contacts, nodes, DrivenObject::impose_velocity);
+}
+
+/// Leaves nothing of what is re-mapped in the components that patches hold.
+pub fn clear_patch_components<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    driven: &[DrivenObject],
+    contacts: &FieldContacts,
+    remapped: &mut [Vector4],
+) {
+    for_patch_nodes(clock, background, driven, contacts, one_phase(remapped), |driven, rest| {
+        let free = driven.state.velocity.map(|v| f64::from(u8::from(v.is_none())));
+        *rest *= Vector4::new([free[0], free[1], free[2], 1.0]);
+    });
+}
+
+fn for_patch_nodes<T, const N: usize, const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    driven: &[DrivenObject],
+    contacts: &FieldContacts,
+    nodes: &mut [[T; N]],
+    act: impl Fn(&DrivenObject, &mut T),
+) {
+    for driven in driven {
+        for_nodes_of_patch(clock, background, contacts, driven, nodes, |held, _| act(driven, held));
+    }
+}
+
+/// Calls `act(what it holds, whether it is the first of those that are one node)` for each node of a patch, in each field
+/// of a body that deforms and each phase that it holds.
+fn for_nodes_of_patch<T, const N: usize, const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    contacts: &FieldContacts,
+    driven: &DrivenObject,
+    nodes: &mut [[T; N]],
+    mut act: impl FnMut(&mut T, bool),
+) {
+    let Some(place) = driven.placed_patch(&clock.case, &clock.options) else { return };
+    let len = background.layout.len();
+    for field in deformable_fields(nodes.len() / len, &contacts.rigid) {
+        place.nodes(background, |number, first| {
+            let held = &mut nodes[field * len + number][place.phases(N)];
+            held.iter_mut().for_each(|held| act(held, first));
+        });
+    }
+}
+
+/// Nodes of one phase, as those of several.
+fn one_phase<T>(nodes: &mut [T]) -> &mut [[T; 1]] {
+    nodes.as_chunks_mut().0
+}
+
+/// The velocity fields of bodies that deform.
+fn deformable_fields(fields: usize, rigid: &[Option<usize>]) -> impl Iterator<Item = usize> {
+    (0..fields).filter(|field| rigid.get(*field).is_none_or(Option::is_none))
+}

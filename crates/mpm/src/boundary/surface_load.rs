@@ -1,0 +1,30 @@
+//! A load that the points of a body carry.
+
+use std::io::{self, Read};
+
+use colluvium_points::struct_of_arrays::read_column;
+
+/// One load on the points of a set.
+pub struct SurfaceLoad<const D: usize> {
+    /// Index into `Case::loads`.
+    pub number: usize,
+    /// Whether it acts on the pore fluid.
+    pub liquid: bool,
+    /// Whether it follows the surface.
+    pub is_follower: bool,
+    /// What each point carries of it (`Case::load_vectors`); zero within the body.
+    pub vectors: Vec<[f64; D]>,
+    /// Share that was last applied.
+    pub applied: f64,
+}
+
+impl<const D: usize> SurfaceLoad<D> {
+    /// Reads the vectors of a checkpoint.
+    ///
+    /// # Errors
+    /// When the bytes end early.
+    pub fn read(&mut self, input: &mut dyn Read) -> io::Result<()> {
+        self.applied = f64::NAN;
+        read_column(&mut self.vectors, |vector: [f64; D]| vector, input)
+    }
+}

@@ -1,0 +1,258 @@
+//! The contact substep: what the laws of [`crate::contact::contact_law`] do to the nodes (sheet: mpm §3.6).
+
+use colluvium_constitutive::BLOCK_SIZE;
+use colluvium_grid::{Basis1d, Mesh, NodalState, NodeRange, NodeWalls, Vector4};
+
+use crate::boundary::boundary_conditions::BoundaryConditions;
+use crate::boundary::prescribed_motion::DrivenObject;
+use crate::clock::Clock;
+use crate::contact::contact_gap::ZERO_WIDTH;
+use crate::contact::contact_law::{ContactImpulse, FieldContacts, FieldPair, RowContact};
+use crate::contact::nodal_contact::{ContactNode, contact_node};
+use crate::contact::rigid_contact::{ContactContext, solve_rigid_contact};
+use crate::momentum::velocity_fields::VelocityFields;
+use crate::points::bodies::Bodies;
+use crate::transfer::background_grid::BackgroundGrid;
+
+/// Most sweeps over the pairs of three or more bodies, whose contacts act on each other.
+const MAX_SWEEPS: usize = 30;
+
+/// Room for what the rows of nodes report, pair after pair. Only where bodies are gone through more than once does a
+/// force or a strength have to last for all sweeps.
+pub fn row_contacts(contacts: &FieldContacts, count: usize, length: usize) -> Vec<RowContact> {
+    let row = |pair: &FieldPair| {
+        let lasts = pair.law.is_some_and(|law| law.penalty.is_some() || law.adhesion > 0.0);
+        let nodes = if lasts && contacts.fields() > 2 { length } else { 0 };
+        RowContact { impulses: vec![ContactImpulse::default(); nodes], ..RowContact::default() }
+    };
+    contacts.pairs.iter().flat_map(|pair| std::iter::repeat_n(row(pair), count)).collect()
+}
+
+/// Two fields of `len` nodes each, borrowed together.
+fn two_fields<T>(nodes: &mut [T], len: usize, [first, second]: [usize; 2]) -> [&mut [T]; 2] {
+    let (low, high) = nodes.split_at_mut(second * len);
+    [&mut low[first * len..(first + 1) * len], &mut high[..len]]
+}
+
+/// Surface integrals `Σ_p Ω_p ∇N_i` of the bodies, for normals, areas and distances. In axisymmetry they are those
+/// of the section.
+pub fn scatter_surfaces<const D: usize>(
+    background: &BackgroundGrid<D>,
+    bodies: &Bodies<D>,
+    walls: &NodeWalls,
+    contacts: &mut FieldContacts,
+) {
+    let BackgroundGrid { layout, transfers: sweeps, axisymmetric, .. } = background;
+    let (ground, length) = (background.grid_view(), layout.strides()[0]);
+    for (field, nodes) in contacts.surfaces.chunks_exact_mut(layout.len()).enumerate() {
+        layout.reset(nodes);
+        layout.for_each_slab(nodes, |slab, window, offset| {
+            let (mut volumes, mut sections) = ([Vector4::ZERO; BLOCK_SIZE], [Vector4::ZERO; BLOCK_SIZE]);
+            for set in bodies.sets.iter().filter(|set| set.field == field) {
+                let domain = set.domain.as_slice();
+                for block in set.blocks_of(slab) {
+                    for (k, p) in block.clone().enumerate() {
+                        let section = set.points.volume[p]
+                            / if *axisymmetric { set.points.position[p][0] } else { 1.0 };
+                        sections[k] = Vector4::splat(section);
+                        volumes[k] = Vector4::new([0.0, 0.0, 0.0, section / domain.spacing(p, &ground)]);
+                    }
+                    let (volumes, sections) = (&volumes[..block.len()], &sections[..block.len()]);
+                    let to = NodeRange { nodes: &mut *window, first: offset };
+                    sweeps.p2g_moments(&ground, &set.point_slice().range(block), to, volumes, sections);
+                }
+            }
+        });
+        background.layout.sum_periodic_images(nodes, |sum, node| *sum += *node);
+        // A face that lies on a wall is none that another body can touch: as if the body went on behind it.
+        for (place, node) in nodes.iter_mut().enumerate().filter(|(_, node)| **node != Vector4::ZERO) {
+            let index = background.layout.index(place / length, place % length);
+            let bare = |axis: usize| if walls.at(axis, &index).is_some() { 0.0 } else { 1.0 };
+            let keep = std::array::from_fn(|c| if c < D { bare(c) } else { 1.0 });
+            *node *= Vector4::new(keep);
+        }
+    }
+}
+
+/// Radii of the nodes (m); none on the other side of the axis.
+pub fn radii<const D: usize>(background: &BackgroundGrid<D>) -> Vec<f64> {
+    let (layout, row) = (&background.layout, background.layout.strides()[0]);
+    let radius = |node: usize| background.node_at(node, &layout.index(node / row, node % row))[0];
+    (0..layout.len()).map(|node| radius(node).max(0.0)).collect()
+}
+
+/// Contact of the solved velocities, pair after pair. The contacts of three and more bodies at a node act on each
+/// other: they are gone through until none changes anything. Every impulse is one that the law allows, and it
+/// acts on both bodies.
+pub fn correct_velocities<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &Bodies<D>,
+    solved: &mut [NodalState],
+    boundary: &mut BoundaryConditions<D>,
+) {
+    let BoundaryConditions {
+        walls,
+        driven,
+        contacts,
+        row_contacts: touched,
+        rigid_contacts: grips,
+        penalty_obstacles: rocks,
+        ..
+    } = boundary;
+    let light = bodies.mass_cutoff(clock);
+    let around = ContactContext { clock, background, bodies, mass_cutoff: light, walls, contacts };
+    let rocks = rocks.as_deref_mut().map_or(&mut [][..], |rocks| &mut rocks.obstacles[..]);
+    touched.iter_mut().for_each(|row| row.impulses.fill(ContactImpulse::default()));
+    let count = background.layout.nodes()[0];
+    for _ in 0..MAX_SWEEPS {
+        let mut changed = false;
+        for (number, pair) in contacts.pairs.iter().enumerate() {
+            let rigid = pair.fields.map(|field| contacts.rigid[field]);
+            let loose = |number: &Option<usize>| {
+                number.is_some_and(|number| driven[number].free_rigid_body.is_some())
+            };
+            if rigid.iter().all(Option::is_some) || rigid.iter().any(loose) {
+                continue;
+            }
+            let rows = &mut touched[number * count..][..count];
+            let touch = contact_node(clock, background, light, walls, contacts, pair, clock.dt);
+            correct_pair(background, &touch, pair, solved, rows);
+            changed |= rows.iter().any(|row| row.changed);
+            record_rigid_impulses(driven, contacts, pair, rows, clock.dt);
+        }
+        changed |= solve_rigid_contact(&around, solved, driven, touched, (&mut *grips, &mut *rocks));
+        if !changed || contacts.fields() < 3 {
+            break;
+        }
+    }
+}
+
+fn correct_pair<const D: usize>(
+    background: &BackgroundGrid<D>,
+    touch: &ContactNode<'_>,
+    pair: &FieldPair,
+    solved: &mut [NodalState],
+    rows: &mut [RowContact],
+) {
+    let (len, row_length) = (background.layout.len(), background.layout.strides()[0]);
+    background.layout.for_each_row_pair(
+        two_fields(solved, len, pair.fields),
+        rows,
+        &|row, active, [a, b], result| {
+            (result.changed, result.impulse) = (false, [0.0; 3]);
+            for number in active {
+                let index = background.layout.index(row, number);
+                let mut alone = ContactImpulse::default();
+                let given = result.impulses.get_mut(number).unwrap_or(&mut alone);
+                let nodes = [&mut a[number], &mut b[number]];
+                let touched = touch.correct_velocities(row * row_length + number, &index, nodes, given);
+                let Some((changed, impulse)) = touched else { continue };
+                result.changed |= changed;
+                if !background.layout.is_periodic_image(&index) {
+                    (0..3).for_each(|c| result.impulse[c] += impulse[c]);
+                }
+            }
+        },
+    );
+}
+
+/// Books the impulses of a pair on the rigid body in it, if there is one.
+fn record_rigid_impulses(
+    driven: &mut [DrivenObject],
+    contacts: &FieldContacts,
+    pair: &FieldPair,
+    rows: &[RowContact],
+    dt: f64,
+) {
+    for (side, field) in pair.fields.into_iter().enumerate() {
+        if let Some(number) = contacts.rigid[field] {
+            let sign = if side == 0 { 1.0 } else { -1.0 };
+            rows.iter().for_each(|row| driven[number].add_impulse(row.impulse.map(|i| sign * i), dt));
+        }
+    }
+}
+
+/// Contact of the re-mapped velocities.
+pub fn correct_remapped<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    light: f64,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
+) {
+    let (len, row_length) = (background.layout.len(), background.layout.strides()[0]);
+    let BoundaryConditions { walls, contacts, row_contacts: touched, .. } = boundary;
+    let VelocityFields { solved, remapped, .. } = nodes;
+    for pair in &contacts.pairs {
+        let touch = contact_node(clock, background, light, walls, contacts, pair, 1.0);
+        let [first, second] = pair.fields;
+        let both = two_fields(remapped, len, pair.fields);
+        background.layout.for_each_row_pair(both, touched, &|row, active, [a, b], _| {
+            for number in active {
+                let place = row * row_length + number;
+                let solved = [&solved[first * len + place], &solved[second * len + place]];
+                touch.correct_remapped(place, solved, [&mut a[number], &mut b[number]]);
+            }
+        });
+    }
+}
+
+/// Volumes over the cell size (m²) from which a rigid body holds the nodes of a grid: what there is of a body at its
+/// corners where they are nodes, less what round-off takes. At the sides of the domain that is less, because there is
+/// less of a node.
+pub fn rigid_volume_thresholds<const D: usize>(
+    BackgroundGrid { grid, layout, basis_1d: basis, .. }: &BackgroundGrid<D>,
+    points: usize,
+) -> Vec<f64> {
+    let corner = ALMOST * 0.5f64.powi(D as i32) * grid.cell.powi(D as i32 - 1);
+    let shares: [Vec<f64>; D] = std::array::from_fn(|axis| {
+        if layout.is_periodic(axis) {
+            vec![1.0; layout.nodes()[axis]]
+        } else {
+            integrals(basis, grid.cells[axis], points)
+        }
+    });
+    let strides = layout.strides();
+    let share = |node: usize| -> f64 {
+        let mut rest = node;
+        (0..D)
+            .map(|axis| {
+                let index = rest / strides[axis];
+                rest %= strides[axis];
+                shares[axis][index]
+            })
+            .product()
+    };
+    (0..layout.len()).map(|node| corner * share(node)).collect()
+}
+
+/// Integrals of the shape functions along an axis of `cells` cells, in cells, as the `points` of a cell find them.
+fn integrals(basis: &Basis1d, cells: usize, points: usize) -> Vec<f64> {
+    let mut sums = vec![0.0; basis.nodes(cells)];
+    let weight = 1.0 / points as f64;
+    for cell in 0..cells {
+        for k in 0..points {
+            let on = basis.evaluate(cell as f64 + weight * (k as f64 + 0.5), ZERO_WIDTH, cells);
+            for (sum, own) in sums[on.first..].iter_mut().zip(on.weights()) {
+                *sum += weight * own;
+            }
+        }
+    }
+    sums
+}
+
+/// The same of a mesh: as much as the smallest of the elements at the node holds of it.
+pub fn rigid_volume_thresholds_on_mesh<const D: usize>(mesh: &Mesh<D>, nodes: usize) -> Vec<f64> {
+    let share = |element: &u32| {
+        let element = &mesh.elements()[*element as usize];
+        element.volume / (element.height * (D + 1) as f64)
+    };
+    let least = |node: u32| mesh.elements_around(node).iter().map(share).fold(f64::INFINITY, f64::min);
+    let mut filled: Vec<f64> = (0..mesh.nodes().len() as u32).map(|node| ALMOST * least(node)).collect();
+    filled.resize(nodes, f64::INFINITY);
+    filled
+}
+
+/// One, less what round-off takes.
+const ALMOST: f64 = 1.0 - 1e-6;

@@ -1,0 +1,320 @@
+//! Contact between bodies: a velocity field for each, and Coulomb friction with adhesion where they meet
+//! (Bardenhagen et al. 2001; sheet: mpm §2.12, §3.6).
+//!
+//! The normal of a node is the difference of the directions of the gradients of the two bodies' volumes, so that it is
+//! opposite for the two, and momentum is conserved. Within a body the gradient is noise, and counts by its size. The
+//! sum `Σ_p Ω_p ∇N_i` is the integral of `N_i n` over the surface of a body: its component along the normal is the
+//! node's share of the contact's area, which sums to the whole area wherever the interface lies between the nodes.
+//!
+//! That velocities approach is not enough for what rolls: a node knows bodies a cell away. With the test of gaps bodies
+//! act on each other only where their surfaces touch ([`crate::contact::contact_gap`]).
+
+use colluvium_case::{Case, CaseError};
+use colluvium_grid::Vector4;
+
+use crate::contact::contact_gap::{CONTACT_TOLERANCE, SurfaceDistance};
+use crate::points::point_set::PointSet;
+use crate::points::vectors::{dot, first_three, norm};
+use crate::{ContactTest, MpmOptions, PenaltyContact};
+
+/// Gradients of volume within a body, over the largest possible: what points make that no longer lie in rows.
+const GRADIENT_NOISE: f64 = 0.1;
+
+/// How two velocity fields act on each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FieldPair {
+    /// The fields, the lower number first.
+    pub fields: [usize; 2],
+    /// `None`: they stick.
+    pub law: Option<ContactLaw>,
+}
+
+/// Coulomb friction with adhesion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactLaw {
+    /// Coefficient of friction.
+    pub friction: f64,
+    /// Adhesion (Pa).
+    pub adhesion: f64,
+    /// Unit vector from the first field to the second, where the case gives it.
+    pub normal: Option<[f64; 3]>,
+    /// When the bodies act on each other.
+    pub test: ContactTest,
+    /// With a force that grows with the overlap in place of a velocity without approach.
+    pub penalty: Option<PenaltyContact>,
+}
+
+/// The interface of two bodies at a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interface {
+    /// Unit vector from the first body to the second.
+    pub normal: [f64; 3],
+    /// The node's share of the area (m²).
+    pub area: f64,
+    /// How far the bodies overlap (cells), where the test is for gaps; negative: the gap.
+    pub overlap: f64,
+}
+
+/// Impulses (N s) that two bodies have given each other at a node in a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactImpulse {
+    /// Along the normal.
+    pub normal: f64,
+    /// Along the surface, all lengths added.
+    pub tangential: f64,
+}
+
+/// What a row of nodes reports of a pair.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RowContact {
+    /// Whether velocities changed.
+    pub changed: bool,
+    /// Impulse (N s) that the first field took.
+    pub impulse: [f64; 3],
+    /// What the two have given each other in the step, node by node; empty where no law asks for it.
+    pub impulses: Vec<ContactImpulse>,
+}
+
+impl RowContact {
+    /// Memory (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + size_of_val(&self.impulses[..])
+    }
+}
+
+/// All contacts of a case.
+#[derive(Clone, Debug, Default)]
+pub struct FieldContacts {
+    /// Every pair of fields, in order; empty for a single field.
+    pub pairs: Vec<FieldPair>,
+    /// `Σ_p Ω_p ∇N_i` of each field (m²), and in the fourth lane `Σ_p Ω_p N_i` over the cell size (on a mesh the heights
+    /// of the elements), field after field;
+    /// empty for a single field.
+    pub surfaces: Vec<Vector4>,
+    /// Distances of surfaces from nodes.
+    pub distance: SurfaceDistance,
+    /// For each field, the number of the rigid body it belongs to among what is driven; empty for a single field.
+    pub rigid: Vec<Option<usize>>,
+    /// Volume over the cell size (m²) from which a rigid body holds a node, node by node; empty for a single field.
+    pub rigid_volume_threshold: Vec<f64>,
+    /// Radii of the nodes (m) in axisymmetry, where areas are per radian; empty elsewhere.
+    pub radii: Vec<f64>,
+}
+
+impl FieldContacts {
+    /// Memory of the nodes (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.surfaces[..])
+            + size_of_val(&self.rigid_volume_threshold[..])
+            + size_of_val(&self.radii[..])
+    }
+
+    /// Whether a velocity field is that of a rigid body.
+    pub fn is_rigid(&self, field: usize) -> bool {
+        self.rigid.get(field).is_some_and(Option::is_some)
+    }
+
+    /// Number of velocity fields: with `n` of them there are `n (n - 1) / 2` pairs.
+    pub fn fields(&self) -> usize {
+        self.pairs.last().map_or(1, |pair| pair.fields[1] + 1)
+    }
+}
+
+/// Gives each body that a contact names, and each rigid one, a field of its own, and lists the pairs.
+pub fn field_contacts<const D: usize>(
+    case: &Case,
+    options: &MpmOptions,
+    sets: &mut [PointSet<D>],
+) -> Result<FieldContacts, CaseError> {
+    let laws = contact_laws::<D>(case, options)?;
+    let mut bodies: Vec<usize> = laws.iter().flat_map(|(pair, _)| *pair).collect();
+    for set in sets.iter() {
+        let body = set.body as usize;
+        if set.rigid.is_some() {
+            bodies.push(body);
+        }
+    }
+    if bodies.is_empty() {
+        return Ok(FieldContacts::default());
+    }
+    bodies.sort_unstable();
+    bodies.dedup();
+    let shared = usize::from(bodies.len() < case.bodies.len());
+    for set in sets.iter_mut() {
+        set.field = bodies.binary_search(&(set.body as usize)).map_or(0, |place| place + shared);
+    }
+    let field = |body: usize| bodies.binary_search(&body).unwrap_or(0) + shared;
+    let mut pairs = Vec::new();
+    for second in 1..bodies.len() + shared {
+        for first in 0..second {
+            let law = laws.iter().find_map(|([a, b], law)| match [field(*a), field(*b)] {
+                pair if pair == [first, second] => Some(*law),
+                pair if pair == [second, first] => {
+                    Some(ContactLaw { normal: law.normal.map(|n| n.map(|c| -c)), ..*law })
+                }
+                _ => None,
+            });
+            pairs.push(FieldPair { fields: [first, second], law });
+        }
+    }
+    let mut rigid = vec![None; bodies.len() + shared];
+    sets.iter().filter(|set| set.rigid.is_some()).for_each(|set| rigid[set.field] = set.rigid);
+    Ok(FieldContacts { pairs, rigid, ..FieldContacts::default() })
+}
+
+/// The contacts that the case names: two bodies and their law.
+fn contact_laws<const D: usize>(
+    case: &Case,
+    options: &MpmOptions,
+) -> Result<Vec<([usize; 2], ContactLaw)>, CaseError> {
+    let on_mesh = options.mesh.is_some();
+    let mut laws: Vec<([usize; 2], ContactLaw)> = Vec::new();
+    for (number, contact) in options.contacts.iter().enumerate() {
+        let path = |key: &str| format!("methods.mpm.contacts[{number}].{key}");
+        let mut pair = [0; 2];
+        for (side, name) in contact.bodies.iter().enumerate() {
+            let Some(body) = case.bodies.iter().position(|body| body.name == *name) else {
+                return Err(CaseError::new(path("bodies"), format!("{name:?} is not a body")));
+            };
+            pair[side] = body;
+        }
+        if pair[0] == pair[1] {
+            return Err(CaseError::new(path("bodies"), "a contact is between two bodies"));
+        }
+        if laws.iter().any(|(other, _)| *other == pair || *other == [pair[1], pair[0]]) {
+            return Err(CaseError::new(path("bodies"), "an earlier contact names the same two bodies"));
+        }
+        contact.validate(on_mesh).map_err(|(key, problem)| CaseError::new(path(key), problem))?;
+        let normal =
+            contact.normal.as_deref().map(|n| unit::<D>(n).ok_or("must be a vector of the space, not zero"));
+        let normal = normal.transpose().map_err(|problem| CaseError::new(path("normal"), problem))?;
+        let (friction, adhesion) = (contact.friction_coefficient, contact.adhesion);
+        let test = contact.test(on_mesh);
+        laws.push((pair, ContactLaw { friction, adhesion, normal, test, penalty: contact.penalty }));
+    }
+    Ok(laws)
+}
+
+fn unit<const D: usize>(vector: &[f64]) -> Option<[f64; 3]> {
+    let length = norm(&std::array::from_fn(|c| vector.get(c).copied().unwrap_or(0.0)));
+    let holds = vector.len() == D && length.is_finite() && length > 0.0;
+    holds.then(|| std::array::from_fn(|c| vector.get(c).copied().unwrap_or(0.0) / length))
+}
+
+impl ContactLaw {
+    /// The interface at a node, from the surface integrals of the two bodies (in the fourth lane: volumes over the cell
+    /// size); `None` where there is no telling, or where they do not touch.
+    pub fn interface(&self, surfaces: [Vector4; 2], distance: &SurfaceDistance) -> Option<Interface> {
+        let normal = match self.normal {
+            Some(normal) => normal,
+            None => {
+                let [one, other] = surfaces.map(direction);
+                let across = std::array::from_fn(|c| one[c] - other[c]);
+                let length = norm(&across);
+                // Written so that NaN tells nothing.
+                if !(length > 0.0) {
+                    return None;
+                }
+                across.map(|c| c / length)
+            }
+        };
+        // Both outward.
+        let areas = [dot(&first_three(surfaces[0]), &normal), -dot(&first_three(surfaces[1]), &normal)];
+        let volumes = surfaces.map(|surface| surface.as_array()[3]);
+        let overlap = if self.test == ContactTest::Gap { distance.overlap(volumes, areas) } else { 0.0 };
+        let area = 0.5 * (areas[0] + areas[1]).abs();
+        (overlap >= -CONTACT_TOLERANCE).then_some(Interface { normal, area, overlap })
+    }
+
+    /// How much the impulse on either body falls (kg) with its own velocity, where one of the bodies has an infinite mass and the
+    /// other that of `mass` (kg); arguments as for [`ContactLaw::impulse`]. Row `i`, column `j`: component `i` by velocity `j`.
+    pub fn stiffness(
+        &self,
+        mass: f64,
+        velocities: [&[f64; 3]; 2],
+        Interface { normal, area, overlap }: Interface,
+        [cell, dt]: [f64; 2],
+        given: &ContactImpulse,
+    ) -> [[f64; 3]; 3] {
+        let relative: [f64; 3] = std::array::from_fn(|c| mass * (velocities[0][c] - velocities[1][c]));
+        let approach = dot(&relative, &normal);
+        let (push, follows) = match &self.penalty {
+            None => (approach, 1.0),
+            Some(penalty) => {
+                let overlap = cell * overlap;
+                let (spring, parting) =
+                    (penalty.stiffness * overlap * area * dt - given.normal, approach + mass * overlap / dt);
+                if spring < parting { (spring, 0.0) } else { (parting, 1.0) }
+            }
+        };
+        if !(push > 0.0) {
+            return [[0.0; 3]; 3];
+        }
+        let along: [f64; 3] = std::array::from_fn(|c| relative[c] - approach * normal[c]);
+        let shear = norm(&along);
+        let most =
+            self.penalty.and_then(|penalty| penalty.shear_strength).unwrap_or(f64::INFINITY) * area * dt;
+        let grown = self.friction * (given.normal + push) + self.adhesion * area * dt;
+        let left = (grown.min(most) - given.tangential).max(0.0);
+        let slips = shear > left;
+        let held = if slips { left / shear } else { 1.0 };
+        let slope = if slips && grown < most && left > 0.0 { self.friction * follows } else { 0.0 };
+        let slip = along.map(|c| if slips { c / shear } else { 0.0 });
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                let one = if i == j { 1.0 } else { 0.0 };
+                let square = normal[i] * normal[j];
+                mass * (follows * square
+                    + held * (one - square - slip[i] * slip[j])
+                    + slope * slip[i] * normal[j])
+            })
+        })
+    }
+
+    /// The impulse (N s) on the first body; `None` where they separate. `masses` are inertias (kg), one of which may be
+    /// infinite, `cell` is the cell size (m) and `dt` the step. What bodies have `given` each other in the step before
+    /// counts: the law holds for the sum, which is kept there.
+    pub fn impulse(
+        &self,
+        masses: [f64; 2],
+        velocities: [&[f64; 3]; 2],
+        Interface { normal, area, overlap }: Interface,
+        [cell, dt]: [f64; 2],
+        given: &mut ContactImpulse,
+    ) -> Option<[f64; 3]> {
+        // m_a (v_a - v) with the velocity v of the two together.
+        let reduced = 1.0 / (1.0 / masses[0] + 1.0 / masses[1]);
+        let relative: [f64; 3] = std::array::from_fn(|c| reduced * (velocities[0][c] - velocities[1][c]));
+        let approach = dot(&relative, &normal);
+        let push = match &self.penalty {
+            None => approach,
+            // No more than parts them by the end of the step.
+            Some(penalty) => {
+                let overlap = cell * overlap;
+                (penalty.stiffness * overlap * area * dt - given.normal)
+                    .min(approach + reduced * overlap / dt)
+            }
+        };
+        // Written so that NaN separates; the run then stops by itself.
+        if !(push > 0.0) {
+            return None;
+        }
+        let along: [f64; 3] = std::array::from_fn(|c| relative[c] - approach * normal[c]);
+        let shear = norm(&along);
+        let most = self.penalty.and_then(|penalty| penalty.shear_strength).unwrap_or(f64::INFINITY);
+        given.normal += push;
+        let strength = (self.friction * given.normal + self.adhesion * area * dt).min(most * area * dt);
+        let rub = shear.min((strength - given.tangential).max(0.0));
+        given.tangential += rub;
+        let held = if shear > 0.0 { rub / shear } else { 1.0 };
+        Some(std::array::from_fn(|c| -push * normal[c] - held * along[c]))
+    }
+}
+
+/// Direction of a surface integral, shorter than a unit vector where it is noise: less than `GRADIENT_NOISE` of what the volume
+/// at the node could make.
+fn direction(surface: Vector4) -> [f64; 3] {
+    let vector = first_three(surface);
+    let length = norm(&vector).max(GRADIENT_NOISE * surface.as_array()[3]);
+    vector.map(|c| if length > 0.0 { c / length } else { 0.0 })
+}

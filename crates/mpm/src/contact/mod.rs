@@ -1,0 +1,9 @@
+//! Contact of bodies on the grid: gaps, normals, Coulomb friction, and rigid bodies.
+//!
+//! Each body has a velocity field of its own where two meet. The room changes these fields (sheet: mpm §2.7).
+
+pub(crate) mod contact_correction;
+pub(crate) mod contact_gap;
+pub(crate) mod contact_law;
+pub(crate) mod nodal_contact;
+pub(crate) mod rigid_contact;

@@ -1,0 +1,211 @@
+//! What two velocity fields do to each other at a node (sheet: mpm §3.6).
+
+use colluvium_grid::{NodalState, NodeWalls, Vector4};
+
+use crate::clock::Clock;
+use crate::contact::contact_gap::SurfaceDistance;
+use crate::contact::contact_law::{ContactImpulse, ContactLaw, FieldContacts, FieldPair, Interface};
+use crate::points::vectors::{dot, first_three, norm};
+use crate::transfer::background_grid::BackgroundGrid;
+
+/// Change of velocity over velocity below which a sweep changes nothing.
+const CONVERGENCE_TOLERANCE: f64 = 1e-12;
+
+/// What the contact of a pair of fields needs at every node.
+pub struct ContactNode<'a> {
+    /// Their law; `None`: they stick.
+    pub law: Option<ContactLaw>,
+    /// Fields of rigid bodies.
+    rigid: [bool; 2],
+    /// Surface integrals of the two fields, node by node.
+    surfaces: [&'a [Vector4]; 2],
+    distance: &'a SurfaceDistance,
+    walls: &'a NodeWalls,
+    keep_initial_velocity: bool,
+    mass_cutoff: f64,
+    inertia: f64,
+    /// Volume over the cell size (m²) from which a rigid body holds a node, node by node.
+    rigid_volume_threshold: &'a [f64],
+    /// Radii of the nodes (m) in axisymmetry; empty elsewhere.
+    radii: &'a [f64],
+    cell: f64,
+    dt: f64,
+}
+
+impl ContactNode<'_> {
+    /// Inertias (kg) of the two sides: infinite for a rigid body.
+    pub fn inertias(&self, masses: [f64; 2]) -> [f64; 2] {
+        std::array::from_fn(|side| if self.rigid[side] { f64::INFINITY } else { self.inertia * masses[side] })
+    }
+
+    /// Whether there is enough of both bodies at the node.
+    pub fn are_both_present(&self, place: usize, masses: [f64; 2]) -> bool {
+        let filled =
+            |side: usize| self.surfaces[side][place].as_array()[3] >= self.rigid_volume_threshold[place];
+        masses.iter().all(|mass| *mass > self.mass_cutoff)
+            && (0..2).all(|side| !self.rigid[side] || filled(side))
+    }
+
+    /// The interface at a node, by a law.
+    pub fn interface(&self, place: usize, law: &ContactLaw) -> Option<Interface> {
+        let surface = law.interface(self.surfaces.map(|surfaces| surfaces[place]), self.distance)?;
+        // Of the section until here.
+        let around = self.radii.get(place).copied().unwrap_or(1.0);
+        Some(Interface { area: around * surface.area, ..surface })
+    }
+
+    /// Lets two solved nodes act on each other; says whether that changes anything, and which impulse (N s) the first
+    /// one takes.
+    pub fn correct_velocities(
+        &self,
+        place: usize,
+        index: &[usize; 3],
+        pair: [&mut NodalState; 2],
+        given: &mut ContactImpulse,
+    ) -> Option<(bool, [f64; 3])> {
+        let masses = [pair[0].momentum_and_mass.as_array()[3], pair[1].momentum_and_mass.as_array()[3]];
+        if !self.are_both_present(place, masses) {
+            return None;
+        }
+        let ends = [first_three(pair[0].momentum_and_mass), first_three(pair[1].momentum_and_mass)];
+        let inertias = self.inertias(masses);
+        let touched = self.velocities(place, inertias, [&ends[0], &ends[1]], given)?;
+        let side = usize::from(self.rigid[0]);
+        let moved: [f64; 3] = std::array::from_fn(|c| touched[side][c] - ends[side][c]);
+        let sign = if side == 0 { 1.0 } else { -1.0 };
+        let impulse = moved.map(|v| sign * inertias[side] * v);
+        let changed = norm(&moved) > CONVERGENCE_TOLERANCE * norm(&ends[side]).max(norm(&touched[side]));
+        for (side, node) in pair.into_iter().enumerate().filter(|(side, _)| !self.rigid[*side]) {
+            let rate = first_three(node.force);
+            let mut start: [f64; 3] = std::array::from_fn(|c| ends[side][c] - self.dt * rate[c]);
+            let mut end = touched[side];
+            self.walls.constrain(index, &mut start, &mut end, self.keep_initial_velocity);
+            node.momentum_and_mass = Vector4::new([end[0], end[1], end[2], masses[side]]);
+            let rate = |c: usize| (end[c] - start[c]) / self.dt;
+            node.force = Vector4::new([rate(0), rate(1), rate(2), 0.0]);
+        }
+        Some((changed, impulse))
+    }
+
+    /// Velocities after contact; `None` without it.
+    fn velocities(
+        &self,
+        place: usize,
+        inertias: [f64; 2],
+        ends: [&[f64; 3]; 2],
+        given: &mut ContactImpulse,
+    ) -> Option<[[f64; 3]; 2]> {
+        let surface = match &self.law {
+            Some(law) => Some(self.interface(place, law)?),
+            None => None,
+        };
+        self.velocities_at_interface(surface, inertias, ends, given)
+    }
+
+    /// How much the impulse on a rigid body falls (kg) with its velocity at a node, where the other has an inertia (kg).
+    pub fn stiffness(
+        &self,
+        surface: Option<Interface>,
+        inertia: f64,
+        ends: [&[f64; 3]; 2],
+        given: &ContactImpulse,
+    ) -> [[f64; 3]; 3] {
+        match self.law.as_ref().zip(surface) {
+            Some((law, surface)) => law.stiffness(inertia, ends, surface, [self.cell, self.dt], given),
+            None => std::array::from_fn(|i| std::array::from_fn(|j| if i == j { inertia } else { 0.0 })),
+        }
+    }
+
+    /// Velocities after contact at a surface, which is needed where there is a law; `None` without contact.
+    pub fn velocities_at_interface(
+        &self,
+        surface: Option<Interface>,
+        inertias: [f64; 2],
+        ends: [&[f64; 3]; 2],
+        given: &mut ContactImpulse,
+    ) -> Option<[[f64; 3]; 2]> {
+        let common = common_velocity(inertias, ends);
+        let Some(law) = &self.law else { return Some([common; 2]) };
+        let impulse = law.impulse(inertias, ends, surface?, [self.cell, self.dt], given)?;
+        let moved = |side: usize, sign: f64| -> [f64; 3] {
+            std::array::from_fn(|c| ends[side][c] + sign * impulse[c] / inertias[side])
+        };
+        let touched = [moved(0, 1.0), moved(1, -1.0)];
+        // What sticks has the same velocity to the last bit: re-mapping asks for it.
+        let relative: [f64; 3] = std::array::from_fn(|c| touched[0][c] - touched[1][c]);
+        let before: [f64; 3] = std::array::from_fn(|c| ends[0][c] - ends[1][c]);
+        Some(if norm(&relative) <= 1e-12 * norm(&before) { [common; 2] } else { touched })
+    }
+
+    /// Re-mapped velocities: no approach; what touched does not part, or the force between the bodies would do work; and
+    /// what stuck sticks.
+    pub fn correct_remapped(&self, place: usize, solved: [&NodalState; 2], pair: [&mut Vector4; 2]) {
+        let masses = [solved[0].momentum_and_mass.as_array()[3], solved[1].momentum_and_mass.as_array()[3]];
+        if !self.are_both_present(place, masses) {
+            return;
+        }
+        let velocities = [first_three(*pair[0]), first_three(*pair[1])];
+        let common = common_velocity(self.inertias(masses), [&velocities[0], &velocities[1]]);
+        let ends = [first_three(solved[0].momentum_and_mass), first_three(solved[1].momentum_and_mass)];
+        let apart: [f64; 3] = std::array::from_fn(|c| ends[0][c] - ends[1][c]);
+        let slight = 1e-9 * norm(&ends[0]);
+        let stuck = norm(&apart) <= slight;
+        let mut after = [common; 2];
+        if let Some(law) = &self.law {
+            // A penalty is a force like others, and has acted.
+            if law.penalty.is_some() {
+                return;
+            }
+            let Some(Interface { normal, .. }) = self.interface(place, law) else { return };
+            let relative: [f64; 3] = std::array::from_fn(|c| velocities[0][c] - velocities[1][c]);
+            let touched = dot(&apart, &normal).abs() <= slight;
+            if !(touched || dot(&relative, &normal) > 0.0) {
+                return;
+            }
+            if !stuck {
+                for side in 0..2 {
+                    let excess: [f64; 3] = std::array::from_fn(|c| velocities[side][c] - common[c]);
+                    let into = dot(&excess, &normal);
+                    after[side] = std::array::from_fn(|c| velocities[side][c] - into * normal[c]);
+                }
+            }
+        }
+        for (velocity, after) in pair.into_iter().zip(after) {
+            *velocity = Vector4::new([after[0], after[1], after[2], 0.0]);
+        }
+    }
+}
+
+/// The velocity of two masses together, one of which may be infinite.
+fn common_velocity(masses: [f64; 2], velocities: [&[f64; 3]; 2]) -> [f64; 3] {
+    let inverse = masses.map(f64::recip);
+    let sum = inverse[0] + inverse[1];
+    std::array::from_fn(|c| (inverse[1] * velocities[0][c] + inverse[0] * velocities[1][c]) / sum)
+}
+
+/// The contact of a pair in a step of `dt` (s).
+pub fn contact_node<'a, const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    light: f64,
+    walls: &'a NodeWalls,
+    contacts: &'a FieldContacts,
+    pair: &FieldPair,
+    dt: f64,
+) -> ContactNode<'a> {
+    let len = background.layout.len();
+    ContactNode {
+        law: pair.law,
+        surfaces: pair.fields.map(|field| &contacts.surfaces[field * len..(field + 1) * len]),
+        rigid: pair.fields.map(|field| contacts.rigid[field].is_some()),
+        distance: &contacts.distance,
+        walls,
+        keep_initial_velocity: clock.keeps_initial_velocity(),
+        mass_cutoff: light,
+        inertia: clock.options.mass_scaling,
+        rigid_volume_threshold: &contacts.rigid_volume_threshold,
+        radii: &contacts.radii,
+        cell: background.grid.cell,
+        dt,
+    }
+}

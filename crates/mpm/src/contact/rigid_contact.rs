@@ -1,0 +1,316 @@
+//! Rigid bodies that move freely meet bodies that deform, and walls (docs/theory/mpm.md, rigid bodies).
+//!
+//! What a node takes from a rigid body depends on the body's velocity there, and the body's velocity on what all nodes take.
+//! Both are one system: the momentum of the body and of the nodes that it touches is that before, and at each node the law
+//! of contact holds with the body's velocity after the step. It has as many unknowns as the body has free components, and
+//! is solved by Newton's method, exact after one step where all nodes stick. So nothing heavy rides on the small masses of
+//! nodes, however light the body.
+
+use colluvium_case::description::Wall;
+use colluvium_case::rigid::{
+    ContactLawAtPoint, ContactSystem, RigidStep, SupportPoints, Twist, WallPlane, add_impulses,
+    add_stiffness, velocity_at, wrench_at,
+};
+use colluvium_case::spatial;
+use colluvium_grid::{NodalState, NodeWalls, Vector4};
+
+use crate::boundary::prescribed_motion::DrivenObject;
+use crate::clock::Clock;
+use crate::contact::contact_law::{ContactImpulse, FieldContacts, Interface, RowContact};
+use crate::contact::nodal_contact::{ContactNode, contact_node};
+use crate::obstacles::state::PenaltyObstacle;
+use crate::points::bodies::Bodies;
+use crate::points::vectors::first_three;
+use crate::transfer::background_grid::BackgroundGrid;
+
+/// A node at which a rigid body touches a body that deforms.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactPoint {
+    /// Number of the pair of fields, and the side of the rigid one.
+    pair: usize,
+    side: usize,
+    node: usize,
+    /// From the centre of mass (m).
+    arm: [f64; 3],
+    /// Of the node of what deforms (kg, m/s).
+    masses: [f64; 2],
+    velocity: [f64; 3],
+    interface: Option<Interface>,
+    impulse: ContactImpulse,
+}
+
+/// Room for what a rigid body touches.
+#[derive(Clone, Debug, Default)]
+pub struct ContactSet {
+    nodes: Vec<ContactPoint>,
+    support_points: SupportPoints,
+    /// How often the laws were not met to the last digit.
+    pub unconverged_steps: u64,
+}
+
+/// What a rigid body meets in a step.
+struct RigidContactSystem<'a> {
+    touches: &'a [ContactNode<'a>],
+    nodes: &'a [ContactPoint],
+    planks: &'a SupportPoints,
+}
+
+impl ContactPoint {
+    /// Velocities (m/s) of the two sides where the rigid body has the velocity `w`.
+    fn side_velocities<'a>(&'a self, w: &'a [f64; 3]) -> [&'a [f64; 3]; 2] {
+        if self.side == 0 { [w, &self.velocity] } else { [&self.velocity, w] }
+    }
+}
+
+/// A node that a rigid body touches, with the law there.
+struct ContactPointLaw<'a>(&'a ContactPoint, &'a ContactNode<'a>);
+
+impl ContactLawAtPoint for ContactPointLaw<'_> {
+    fn arm(&self) -> &[f64; 3] {
+        &self.0.arm
+    }
+
+    fn impulse(&self, w: &[f64; 3]) -> [f64; 3] {
+        let Self(grip, touch) = self;
+        let soft = 1 - grip.side;
+        let (inertias, mut given) = (touch.inertias(grip.masses), grip.impulse);
+        let touched =
+            touch.velocities_at_interface(grip.interface, inertias, grip.side_velocities(w), &mut given);
+        touched.map_or([0.0; 3], |touched| {
+            std::array::from_fn(|c| inertias[soft] * (grip.velocity[c] - touched[soft][c]))
+        })
+    }
+
+    fn stiffness(&self, w: &[f64; 3]) -> [[f64; 3]; 3] {
+        let Self(grip, touch) = self;
+        let inertia = touch.inertias(grip.masses)[1 - grip.side];
+        touch.stiffness(grip.interface, inertia, grip.side_velocities(w), &grip.impulse)
+    }
+}
+
+impl RigidContactSystem<'_> {
+    fn nodes(&self) -> impl Iterator<Item = ContactPointLaw<'_>> {
+        self.nodes.iter().map(|grip| ContactPointLaw(grip, &self.touches[grip.pair]))
+    }
+}
+
+impl ContactSystem for RigidContactSystem<'_> {
+    fn impulse(&self, motion: &Twist, stuck: bool) -> Twist {
+        let mut sum = [0.0; 6];
+        add_impulses(self.nodes(), motion, &mut sum);
+        self.planks.add_impulses(motion, stuck, &mut sum);
+        sum
+    }
+
+    fn stiffness(&self, motion: &Twist, stuck: bool) -> [Twist; 6] {
+        let mut sum = [[0.0; 6]; 6];
+        add_stiffness(self.nodes(), motion, &mut sum);
+        self.planks.add_stiffness(motion, stuck, &mut sum);
+        sum
+    }
+}
+
+/// The walls of the stage that rigid bodies stand on.
+fn supporting_walls<'a, const D: usize>(
+    clock: &'a Clock,
+    background: &'a BackgroundGrid<D>,
+) -> impl Iterator<Item = WallPlane> + 'a {
+    clock.case.active_boundaries(clock.stage).into_iter().filter_map(|(_, boundary)| {
+        let (axis, wall) = (boundary.side.axis(), &boundary.wall);
+        // The axis of rotation holds nothing.
+        let of_axis = background.axisymmetric && axis == 0;
+        if matches!(wall, Wall::Absorbing { .. }) || boundary.group.is_some() || of_axis {
+            return None;
+        }
+        Some(WallPlane {
+            axis,
+            off: if boundary.side.is_max() { -1.0 } else { 1.0 },
+            face: boundary.position(&clock.case.domain),
+            velocity: boundary.velocity.as_ref().map_or([0.0; 3], |v| spatial(v)),
+            friction: wall.friction(),
+        })
+    })
+}
+
+/// What rigid bodies meet.
+pub struct ContactContext<'a, const D: usize> {
+    /// The step.
+    pub clock: &'a Clock,
+    /// Where the nodes are.
+    pub background: &'a BackgroundGrid<D>,
+    /// The points.
+    pub bodies: &'a Bodies<D>,
+    /// Mass (kg) up to which a node does not count.
+    pub mass_cutoff: f64,
+    /// Walls on nodes.
+    pub walls: &'a NodeWalls,
+    /// The pairs of fields.
+    pub contacts: &'a FieldContacts,
+}
+
+impl<const D: usize> ContactContext<'_, D> {
+    /// Lists the corners of the points of rigid body `number` that can reach walls and obstacles in the step.
+    fn find(
+        &self,
+        number: usize,
+        loose: &RigidStep,
+        rocks: &[PenaltyObstacle<D>],
+        planks: &mut SupportPoints,
+    ) {
+        let Some(set) = self.bodies.sets.iter().find(|set| set.rigid == Some(number)) else { return };
+        let points = (set.points.position.as_slice(), 0.5 * set.extent[0]);
+        let sides = supporting_walls(self.clock, self.background);
+        planks.list((loose, self.clock.dt), points, sides, rocks.iter().map(PenaltyObstacle::rigid_contact));
+    }
+}
+
+/// Lets the rigid bodies that move freely act on what deforms, on walls and on obstacles; says whether that changes any node.
+pub fn solve_rigid_contact<const D: usize>(
+    around: &ContactContext<'_, D>,
+    solved: &mut [NodalState],
+    driven: &mut [DrivenObject],
+    touched: &mut [RowContact],
+    (grips, rocks): (&mut ContactSet, &mut [PenaltyObstacle<D>]),
+) -> bool {
+    let ContactContext { clock, background, mass_cutoff: light, walls, contacts, .. } = *around;
+    let mut changed = false;
+    for (field, number) in contacts.rigid.iter().enumerate() {
+        let Some(number) = *number else { continue };
+        let Some(mut loose) = driven[number].free_rigid_body else { continue };
+        let touches: Vec<ContactNode<'_>> = contacts
+            .pairs
+            .iter()
+            .map(|pair| contact_node(clock, background, light, walls, contacts, pair, clock.dt))
+            .collect();
+        grips.nodes.clear();
+        collect_contact_points(
+            background,
+            contacts,
+            field,
+            &loose,
+            solved,
+            (&touches, touched),
+            &mut grips.nodes,
+        );
+        around.find(number, &loose, rocks, &mut grips.support_points);
+        let meeting =
+            RigidContactSystem { touches: &touches, nodes: &grips.nodes, planks: &grips.support_points };
+        let (motion, done) = loose.solve_contact(&meeting);
+        grips.unconverged_steps += u64::from(!done);
+        let mut impulse = [0.0; 6];
+        let mut taken = [0.0; 3];
+        for grip in &grips.nodes {
+            let w = velocity_at(&motion, &grip.arm);
+            let touch = &touches[grip.pair];
+            let Some((moved, own)) = apply_contact(background, contacts, touch, grip, &w, solved, touched)
+            else {
+                continue;
+            };
+            changed |= moved;
+            let of = wrench_at(&own, &grip.arm);
+            (0..6).for_each(|k| impulse[k] += of[k]);
+            (0..3).for_each(|c| taken[c] += own[c]);
+        }
+        // Walls take what is left of the balance: found from their inertia it would carry the round-off of that.
+        if grips.support_points.is_empty() {
+            loose.add_impulse(&impulse);
+        } else {
+            loose.motion = motion;
+            for stood in grips.support_points.reactions(&loose, !done) {
+                rocks[stood.obstacle].state.add_support_reaction(&stood, clock.dt);
+            }
+        }
+        driven[number].free_rigid_body = Some(loose);
+        driven[number].add_impulse(taken, clock.dt);
+    }
+    changed
+}
+
+/// Lets a rigid body of the velocity `w` (m/s) at a node act there; says whether that changes anything, and which impulse
+/// (N s) the rigid body takes.
+fn apply_contact<const D: usize>(
+    background: &BackgroundGrid<D>,
+    contacts: &FieldContacts,
+    touch: &ContactNode<'_>,
+    grip: &ContactPoint,
+    w: &[f64; 3],
+    solved: &mut [NodalState],
+    touched: &mut [RowContact],
+) -> Option<(bool, [f64; 3])> {
+    let (len, row_length) = (background.layout.len(), background.layout.strides()[0]);
+    let (row, number) = (grip.node / row_length, grip.node % row_length);
+    let index = background.layout.index(row, number);
+    let [first, second] = contacts.pairs[grip.pair].fields;
+    let (low, high) = solved.split_at_mut(second * len);
+    let pair = [&mut low[first * len + grip.node], &mut high[grip.node]];
+    pair[grip.side].momentum_and_mass = Vector4::new([w[0], w[1], w[2], grip.masses[grip.side]]);
+    let mut alone = ContactImpulse::default();
+    let rows = background.layout.nodes()[0];
+    let given = touched[grip.pair * rows + row].impulses.get_mut(number).unwrap_or(&mut alone);
+    let (changed, impulse) = touch.correct_velocities(grip.node, &index, pair, given)?;
+    let sign = if grip.side == 0 { 1.0 } else { -1.0 };
+    Some((changed, impulse.map(|i| sign * i)))
+}
+
+/// The nodes at which a rigid body touches what deforms.
+fn collect_contact_points<const D: usize>(
+    background: &BackgroundGrid<D>,
+    contacts: &FieldContacts,
+    field: usize,
+    loose: &RigidStep,
+    solved: &[NodalState],
+    (touches, touched): (&[ContactNode<'_>], &[RowContact]),
+    nodes: &mut Vec<ContactPoint>,
+) {
+    let (layout, len) = (&background.layout, background.layout.len());
+    let (rows, row_length) = (layout.nodes()[0], layout.strides()[0]);
+    for row in 0..rows {
+        for number in layout.active(row) {
+            let place = row * row_length + number;
+            if !(solved[field * len + place].momentum_and_mass.as_array()[3] > 0.0) {
+                continue;
+            }
+            for (pair, RigidPair { side, other }) in rigid_pairs(contacts, field) {
+                let soft = &solved[other * len + place];
+                let mut masses = [soft.momentum_and_mass.as_array()[3]; 2];
+                masses[side] = solved[field * len + place].momentum_and_mass.as_array()[3];
+                if !touches[pair].are_both_present(place, masses) {
+                    continue;
+                }
+                let surface = match &touches[pair].law {
+                    Some(law) => match touches[pair].interface(place, law) {
+                        None => continue,
+                        surface => surface,
+                    },
+                    None => None,
+                };
+                let index = layout.index(row, number);
+                nodes.push(ContactPoint {
+                    pair,
+                    side,
+                    node: place,
+                    arm: loose.mass.arm(&background.node_at(place, &index)),
+                    masses,
+                    velocity: first_three(soft.momentum_and_mass),
+                    interface: surface,
+                    impulse: touched[pair * rows + row].impulses.get(number).copied().unwrap_or_default(),
+                });
+            }
+        }
+    }
+}
+
+/// A pair of fields, seen from a rigid one.
+struct RigidPair {
+    side: usize,
+    other: usize,
+}
+
+/// The pairs of a rigid field with fields that deform.
+fn rigid_pairs(contacts: &FieldContacts, field: usize) -> impl Iterator<Item = (usize, RigidPair)> {
+    contacts.pairs.iter().enumerate().filter_map(move |(number, pair)| {
+        let side = pair.fields.iter().position(|own| *own == field)?;
+        let other = pair.fields[1 - side];
+        (!contacts.is_rigid(other)).then_some((number, RigidPair { side, other }))
+    })
+}

@@ -1,0 +1,60 @@
+//! How far a stage is from static equilibrium (sheet: mpm §2.14).
+
+use colluvium_case::{Equilibrium, EquilibriumScales};
+use colluvium_constitutive::BLOCK_SIZE;
+
+use crate::boundary::boundary_conditions::BoundaryConditions;
+use crate::boundary::nodal_loads::nodal_load_squares;
+use crate::points::point_set::PointSet;
+use crate::points::vectors::square_sum;
+use crate::solver::MpmSolver;
+
+impl<const D: usize> MpmSolver<D> {
+    /// Unbalanced force and kinetic energy over what acts from outside; `None` where the stage does not ask.
+    pub(crate) fn measure_equilibrium(&self) -> Option<Equilibrium> {
+        self.clock.stage().equilibrium?;
+        let (scales, traction) = (self.equilibrium_scales(), self.traction_square());
+        if let Some(phases) = &self.two_phase {
+            return Some(self.phase_equilibrium(phases, traction, scales));
+        }
+        let external = (self.nodes.sums.external + traction).sqrt();
+        Some(Equilibrium {
+            unbalanced_force: scales.force_ratio(self.nodes.sums.unbalanced.sqrt(), external),
+            kinetic_ratio: scales.energy_ratio(self.nodes.sums.kinetic, self.nodes.external_work),
+            kinetic: self.nodes.sums.kinetic,
+        })
+    }
+
+    fn equilibrium_scales(&self) -> EquilibriumScales {
+        let mut scales = EquilibriumScales::default();
+        for set in self.deformable_sets() {
+            let mut moduli = [0.0; BLOCK_SIZE];
+            for (block, (stresses, states)) in
+                set.points.stress.chunks(BLOCK_SIZE).zip(set.states.blocks()).enumerate()
+            {
+                set.material.wave_moduli(stresses, states, &mut moduli[..stresses.len()]);
+                for (k, stress) in stresses.iter().enumerate() {
+                    let p = block * BLOCK_SIZE + k;
+                    let spacing = set.domain.as_slice().spacing(p, &self.background.grid_view());
+                    scales.add(set.points.volume[p], spacing, &set.total_stress(p), stress, moduli[k]);
+                }
+            }
+        }
+        scales
+    }
+
+    /// Sum of the squares of the tractions (N²).
+    fn traction_square(&self) -> f64 {
+        let BoundaryConditions { nodal_loads: nodal, load_starts, .. } = &self.boundary;
+        let [on_nodes, _] = nodal_load_squares(&self.clock, &self.bodies, nodal, load_starts);
+        self.bodies.sets.iter().map(|set| square_sum(&set.points.traction)).sum::<f64>() + on_nodes
+    }
+}
+
+impl<const D: usize> PointSet<D> {
+    /// Forces of prescribed pore pressures on the fluid of each point, its share of the volume only (N).
+    pub fn pore_loads(&self) -> impl Iterator<Item = (usize, [f64; D])> {
+        let forces = self.pore.iter().flat_map(|pore| pore.points.traction.iter().enumerate());
+        forces.map(|(p, force)| (p, force.map(|c| self.porosity(p) * c)))
+    }
+}

@@ -1,0 +1,152 @@
+//! Nodes that material reaches only just (sheet: mpm §3.2, pitfall P-02).
+//!
+//! A point at `ξ` of its cell gives the far node the mass `ξ m` and a force `V σ/h` that does not know of `ξ`. With stress
+//! last the velocity of that node strains the point in the same step by `-C²/ξ` times the strain that makes the force:
+//! below `ξ = C²/2`, `C` being the Courant number of the step, that grows; in a corner of a body that hardly changes its volume, where
+//! each of the `D` axes adds as much, below `D C²/2`. The nodes on the near side add `-C²/(1 - ξ)`.
+
+use std::ops::Range;
+
+use colluvium_constitutive::BLOCK_SIZE;
+use colluvium_grid::{NodalState, NodeRange, Vector4};
+
+use crate::MpmOptions;
+use crate::clock::Clock;
+use crate::momentum::velocity_fields::VelocityFields;
+use crate::points::bodies::Bodies;
+use crate::transfer::background_grid::BackgroundGrid;
+
+/// Weakens the force on nodes that points reach by less than [`MpmOptions::min_reach`] of a cell, with the square of the reach over that: the strain that it
+/// adds then falls with the reach, and nothing jumps as points come and go. Weight and walls stay. The reach along an axis is the
+/// mass of the node over `h Σ m |∂N/∂x|`: `ξ` at a plane surface, however many points stand abreast and whatever their
+/// masses, and about a half within material.
+pub fn rescale_small_mass_forces<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &Bodies<D>,
+    nodes: &mut VelocityFields,
+) {
+    let VelocityFields { solved, mass_gradients: slopes, .. } = nodes;
+    if slopes.is_empty() {
+        return;
+    }
+    let BackgroundGrid { layout, transfers: sweeps, .. } = background;
+    let ground = background.grid_view();
+    let least = MpmOptions::min_reach(clock.courant, D);
+    let row_length = layout.strides()[0];
+    let fields = slopes.chunks_exact_mut(layout.len()).zip(solved.chunks_exact_mut(layout.len()));
+    for (field, (slopes, nodes)) in fields.enumerate() {
+        layout.reset(slopes);
+        mark_small_mass_nodes(background, least, nodes, slopes);
+        layout.for_each_slab(slopes, |slab, window, offset| {
+            let mut moments = [Vector4::ZERO; BLOCK_SIZE];
+            for set in bodies.sets.iter().filter(|set| set.field == field) {
+                let position = &set.points.position;
+                for block in set.blocks_of(slab) {
+                    let mut rest = block;
+                    while let Some(run) =
+                        next_run(&mut rest, |p| reaches_marked_node(background, &position[p], window, offset))
+                    {
+                        for (moments, p) in moments.iter_mut().zip(run.clone()) {
+                            let cell = set.domain.as_slice().spacing(p, &ground);
+                            *moments = gradient_moments(background, &position[p], set.points.mass[p] * cell);
+                        }
+                        let to = NodeRange { nodes: &mut *window, first: offset };
+                        let (values, moments) =
+                            (&[Vector4::ZERO; BLOCK_SIZE][..run.len()], &moments[..run.len()]);
+                        sweeps.p2g_moments(&ground, &set.point_slice().range(run), to, values, moments);
+                    }
+                }
+            }
+        });
+        layout.sum_periodic_images(slopes, |sum, node| *sum += *node);
+        let slopes = &*slopes;
+        layout.for_each_active_node_range(nodes, |row, active, line| {
+            for number in active {
+                let [slopes @ .., mark] = slopes[row * row_length + number].to_array();
+                if mark == 0.0 {
+                    continue;
+                }
+                let mass = line[number].momentum_and_mass.as_array()[3];
+                let wanted = least * slopes[..D].iter().fold(0.0, |most: f64, slope| most.max(slope.abs()));
+                if mass < wanted {
+                    line[number].force *= (mass / wanted).powi(2);
+                }
+            }
+        });
+    }
+}
+
+/// Marks, in the fourth lane of their slopes, the nodes that may be reached by less than `least` of a cell: on a grid along some axis those
+/// with less than that share of their own mass and their two neighbours', as `h |∂N/∂x|` is what a point gives to the two
+/// nodes of its cell. Those within material are not among them, and what points give to those need not be summed.
+fn mark_small_mass_nodes<const D: usize>(
+    background: &BackgroundGrid<D>,
+    least: f64,
+    nodes: &[NodalState],
+    slopes: &mut [Vector4],
+) {
+    const MARK: Vector4 = Vector4::new([0.0, 0.0, 0.0, 1.0]);
+    let layout = &background.layout;
+    let (strides, counts) = (layout.strides(), layout.nodes());
+    let mass = |number: usize| nodes[number].momentum_and_mass.as_array()[3];
+    layout.for_each_active_node_range(slopes, |row, active, line| {
+        for number in active {
+            let (index, node) = (layout.index(row, number), row * strides[0] + number);
+            let is_light = |axis: usize| {
+                let [first, last] = [index[axis] == 0, index[axis] + 1 == counts[axis]];
+                let below = if first { 0.0 } else { mass(node - strides[axis]) };
+                let above = if last { 0.0 } else { mass(node + strides[axis]) };
+                // With room for round-off, and an image of the neighbour beyond a periodic side.
+                mass(node) < (1.0 + 1e-9) * least * (below + mass(node) + above)
+                    || (layout.is_periodic(axis) && (first || last))
+            };
+            if background.is_meshed() || (0..D).any(is_light) {
+                line[number] = MARK;
+            }
+        }
+    });
+}
+
+/// Whether a point gives to a node that is marked.
+#[inline(always)]
+fn reaches_marked_node<const D: usize>(
+    background: &BackgroundGrid<D>,
+    position: &[f64; D],
+    window: &[Vector4],
+    offset: usize,
+) -> bool {
+    if background.is_meshed() {
+        return true;
+    }
+    let (cell, strides) = (background.grid.cell_of(position), background.layout.strides());
+    let first: usize = (0..D).map(|axis| cell[axis] * strides[axis]).sum::<usize>() - offset;
+    (0..1 << D).any(|corner| {
+        let node: usize = (0..D).map(|axis| (corner >> axis & 1) * strides[axis]).sum();
+        window[first + node].as_array()[3] != 0.0
+    })
+}
+
+/// The next points of `rest` that are `wanted`, one after the other; `rest` begins behind them then.
+#[inline(always)]
+fn next_run(rest: &mut Range<usize>, wanted: impl Fn(usize) -> bool) -> Option<Range<usize>> {
+    let last = rest.end;
+    let start = rest.find(|p| wanted(*p))?;
+    Some(start..rest.find(|p| !wanted(*p)).unwrap_or(last))
+}
+
+/// What a point of mass times cell size `moment` (kg m) gives: the derivative along each axis in a lane of its own. On a grid
+/// the sign turns from cell to cell, as that of the derivative at a node does: there sizes are summed.
+fn gradient_moments<const D: usize>(
+    background: &BackgroundGrid<D>,
+    position: &[f64; D],
+    moment: f64,
+) -> Vector4 {
+    let cell = (!background.is_meshed()).then(|| background.grid.cell_of(position));
+    let mut lanes = [0.0; 4];
+    for axis in 0..D {
+        let turned = cell.is_some_and(|cell| cell[axis] % 2 == 1);
+        lanes[axis] = if turned { -moment } else { moment };
+    }
+    Vector4::new(lanes)
+}

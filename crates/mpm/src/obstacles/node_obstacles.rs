@@ -1,0 +1,61 @@
+//! Obstacles on the nodes: those at rest, whose nodes are found once, and those on their way.
+
+use std::sync::Arc;
+
+use colluvium_case::description::Obstacle;
+use colluvium_case::{MovingObstacles, ObstacleLaw, PlacedObstacle, constraining_obstacles};
+use colluvium_grid::{NodeFace, NodeFaces, NodeWalls};
+
+use crate::obstacles::reaction::ReactionRecorder;
+use crate::transfer::background_grid::BackgroundGrid;
+
+/// The obstacles of a case that act on the nodes.
+pub struct NodeObstacles<const D: usize> {
+    /// Faces of those at rest.
+    pub rest: Arc<NodeFaces>,
+    /// Those on their way.
+    pub moving: MovingObstacles<NodeFace, D>,
+}
+
+impl<const D: usize> NodeObstacles<D> {
+    /// Those of a case: nodes in an obstacle or on its surface have the velocity that it allows.
+    pub fn new(
+        standing: &[PlacedObstacle<'_, D>],
+        background: &BackgroundGrid<D>,
+        bearing: &ReactionRecorder,
+    ) -> Self {
+        let face = |obstacle: &Obstacle, law: &ObstacleLaw, normal| NodeFace {
+            reaction_index: bearing.number(&obstacle.name),
+            ..NodeFace::at_rest(normal, law.friction(), law.allows_separation())
+        };
+        let BackgroundGrid { grid, layout, basis_1d: axis, upper, .. } = background;
+        let acts = |obstacle: &Obstacle, law: &ObstacleLaw| face(obstacle, law, [0.0; 3]);
+        let moving = MovingObstacles::new(standing, (grid.origin, *upper), acts);
+        if moving.iter().count() == standing.len() {
+            return Self { rest: Arc::default(), moving };
+        }
+        let rest = NodeFaces::from_positions(grid, layout, axis, |place, found| {
+            let held = constraining_obstacles(standing, place, grid.cell);
+            found.extend(held.map(|(obstacle, law, normal)| face(obstacle, &law, normal)));
+        });
+        Self { rest: Arc::new(rest), moving }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.rest.is_empty() && self.moving.is_empty()
+    }
+
+    /// Finds the faces of the active nodes for a step of so long from a time (s).
+    pub fn update_faces(&mut self, step: (f64, f64), background: &BackgroundGrid<D>, walls: &mut NodeWalls) {
+        if self.moving.is_empty() {
+            return;
+        }
+        self.moving.update_positions(step);
+        let BackgroundGrid { grid, layout, basis_1d: axis, .. } = background;
+        walls.faces_mut().rebuild(grid, layout, axis, &self.rest, |place, found| {
+            let held = self.moving.constraining(place, grid.cell);
+            found.extend(held.map(|(face, normal, velocity)| NodeFace { normal, velocity, ..face }));
+        });
+    }
+}

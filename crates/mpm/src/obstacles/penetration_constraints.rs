@@ -1,0 +1,306 @@
+//! Points that the grid would carry too near to a surface, and the impulses through their nodes that stop them
+//! (docs/theory/mpm.md, obstacles).
+
+use std::ops::Range;
+
+use crate::obstacles::state::ObstacleForces;
+
+/// Sweeps over the points that are stopped, at most.
+const MAX_ITERATIONS: usize = 200;
+
+/// A point and a place of a surface to which it would come too near in the step.
+#[derive(Clone, Debug)]
+pub struct PenetrationConstraint<const D: usize> {
+    /// Its entries in the list of nodes and weights.
+    pub nodes: Range<usize>,
+    /// Where the point is (m).
+    pub place: [f64; D],
+    /// Unit normal out of the obstacle.
+    pub normal: [f64; D],
+    /// Least velocity along the normal with which it keeps its distance (m/s).
+    pub min_normal_velocity: f64,
+    /// By how much it may stay behind that (m/s).
+    pub slack: f64,
+    /// Velocity of the obstacle there (m/s).
+    pub obstacle_velocity: [f64; D],
+    /// Number of the obstacle.
+    pub obstacle: usize,
+    /// Coefficient of friction there, which may be infinite.
+    pub friction: f64,
+    /// Impulse along the normal (N s).
+    pub normal_impulse: f64,
+    /// Impulse along the surface (N s).
+    pub friction_impulse: [f64; D],
+}
+
+/// The points that are stopped in a step, and the nodes that bear the impulses.
+#[derive(Clone, Debug, Default)]
+pub struct PenetrationConstraints<const D: usize> {
+    /// The points.
+    pub constraints: Vec<PenetrationConstraint<D>>,
+    /// Nodes and weights: the number of a node in memory first, then its place in the lists below.
+    pub weights: Vec<(usize, f64)>,
+    /// Numbers of the nodes in memory, ascending.
+    pub numbers: Vec<usize>,
+    /// Their velocities (m/s).
+    pub velocity: Vec<[f64; D]>,
+    /// One over their inertia along each axis (1/kg); zero where something holds them.
+    pub inverse_inertia: Vec<[f64; D]>,
+    /// By how much their velocities have changed (m/s).
+    pub change: Vec<[f64; D]>,
+    /// What each obstacle gets: impulses (N s) in place of forces.
+    pub sums: Vec<ObstacleForces>,
+}
+
+fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
+    (0..D).map(|c| a[c] * b[c]).sum()
+}
+
+impl<const D: usize> PenetrationConstraints<D> {
+    /// Forgets all.
+    pub fn clear(&mut self, rocks: usize) {
+        self.constraints.clear();
+        self.weights.clear();
+        self.sums.clear();
+        self.sums.resize(rocks, ObstacleForces::default());
+    }
+
+    /// Takes over what a block of points has found.
+    pub fn append(&mut self, halts: &mut Vec<PenetrationConstraint<D>>, weights: &mut Vec<(usize, f64)>) {
+        let first = self.weights.len();
+        self.weights.append(weights);
+        self.constraints.extend(halts.drain(..).map(|halt| PenetrationConstraint {
+            nodes: halt.nodes.start + first..halt.nodes.end + first,
+            ..halt
+        }));
+    }
+
+    /// Lists the nodes; `of` has the velocity (m/s) of one and one over its inertia (1/kg).
+    pub fn list_nodes(&mut self, of: impl Fn(usize) -> ([f64; D], [f64; D])) {
+        let Self { weights, numbers, velocity, inverse_inertia: ease, change, .. } = self;
+        numbers.clear();
+        numbers.extend(weights.iter().map(|(number, _)| *number));
+        numbers.sort_unstable();
+        numbers.dedup();
+        for (number, _) in weights {
+            *number = numbers.partition_point(|own| *own < *number);
+        }
+        velocity.clear();
+        ease.clear();
+        for number in numbers.iter() {
+            let (own, light) = of(*number);
+            velocity.push(own);
+            ease.push(light);
+        }
+        change.clear();
+        change.resize(numbers.len(), [0.0; D]);
+    }
+
+    /// Gives the nodes the smallest impulses along the normals by which no point stays behind its least velocity, and along the
+    /// surfaces those of Coulomb's law: one point after another, until all have them.
+    pub fn solve(&mut self) {
+        let Self { constraints: halts, weights, velocity, inverse_inertia: ease, change, sums, .. } = self;
+        for _ in 0..MAX_ITERATIONS {
+            let mut settled = true;
+            for halt in halts.iter_mut() {
+                let nodes = &weights[halt.nodes.clone()];
+                let mut point = ConstrainedPoint { nodes, velocity, inverse_inertia: ease, change };
+                settled &= halt.apply_normal(&mut point, &mut sums[halt.obstacle]);
+            }
+            if settled {
+                return;
+            }
+        }
+    }
+}
+
+/// A point that is stopped, seen from its nodes.
+struct ConstrainedPoint<'a, const D: usize> {
+    nodes: &'a [(usize, f64)],
+    velocity: &'a mut [[f64; D]],
+    inverse_inertia: &'a [[f64; D]],
+    change: &'a mut [[f64; D]],
+}
+
+impl<const D: usize> ConstrainedPoint<'_, D> {
+    /// Its velocity (m/s).
+    fn velocity(&self) -> [f64; D] {
+        let mut sum = [0.0; D];
+        for (node, w) in self.nodes {
+            (0..D).for_each(|c| sum[c] += w * self.velocity[*node][c]);
+        }
+        sum
+    }
+
+    /// How much faster along a unit vector it gets by a unit impulse along that (1/kg).
+    fn inverse_inertia_along(&self, direction: &[f64; D]) -> f64 {
+        let of = |(node, w): &(usize, f64)| {
+            w * w * (0..D).map(|c| self.inverse_inertia[*node][c] * direction[c] * direction[c]).sum::<f64>()
+        };
+        self.nodes.iter().map(of).sum()
+    }
+
+    /// Gives it an impulse (N s).
+    fn add_impulse(&mut self, impulse: &[f64; D]) {
+        for (node, w) in self.nodes {
+            for c in 0..D {
+                let change = w * impulse[c] * self.inverse_inertia[*node][c];
+                self.velocity[*node][c] += change;
+                self.change[*node][c] += change;
+            }
+        }
+    }
+}
+
+impl<const D: usize> PenetrationConstraint<D> {
+    /// Gives the point what it lacks; says whether it lacked little.
+    fn apply_normal(&mut self, point: &mut ConstrainedPoint<'_, D>, sums: &mut ObstacleForces) -> bool {
+        let ease = point.inverse_inertia_along(&self.normal);
+        // Nodes that are held cannot give way.
+        if ease <= 0.0 {
+            return true;
+        }
+        let lacks = self.min_normal_velocity - dot(&point.velocity(), &self.normal);
+        let more = (lacks / ease).max(-self.normal_impulse);
+        if more != 0.0 {
+            self.normal_impulse += more;
+            let taken = self.apply_impulse(&self.normal.map(|n| more * n), point, sums);
+            sums.stopped += taken;
+        }
+        if self.friction > 0.0 && (self.normal_impulse > 0.0 || self.friction_impulse != [0.0; D]) {
+            self.apply_friction(point, sums);
+        }
+        lacks <= self.slack
+    }
+
+    /// Brings the impulse along the surface to what friction bears.
+    fn apply_friction(&mut self, point: &mut ConstrainedPoint<'_, D>, sums: &mut ObstacleForces) {
+        let velocity = point.velocity();
+        let slides: [f64; D] = std::array::from_fn(|c| velocity[c] - self.obstacle_velocity[c]);
+        let out = dot(&slides, &self.normal);
+        let slides: [f64; D] = std::array::from_fn(|c| slides[c] - out * self.normal[c]);
+        let speed = dot(&slides, &slides).sqrt();
+        let bound = if self.normal_impulse > 0.0 { self.friction * self.normal_impulse } else { 0.0 };
+        let mut next = self.friction_impulse;
+        if speed > 0.0 {
+            let along = slides.map(|v| v / speed);
+            let ease = point.inverse_inertia_along(&along);
+            if ease <= 0.0 {
+                return;
+            }
+            (0..D).for_each(|c| next[c] -= speed / ease * along[c]);
+        }
+        let full = dot(&next, &next).sqrt();
+        if full > bound {
+            next = next.map(|c| c * (bound / full));
+        }
+        let more = std::array::from_fn(|c| next[c] - self.friction_impulse[c]);
+        self.friction_impulse = next;
+        sums.friction += self.apply_impulse(&more, point, sums);
+    }
+
+    /// Gives the point an impulse (N s), and the obstacle its reaction; the energy that it takes (J), counted against the obstacle.
+    fn apply_impulse(
+        &self,
+        impulse: &[f64; D],
+        point: &mut ConstrainedPoint<'_, D>,
+        sums: &mut ObstacleForces,
+    ) -> f64 {
+        let before = point.velocity();
+        point.add_impulse(impulse);
+        let after = point.velocity();
+        let slides: [f64; D] =
+            std::array::from_fn(|c| 0.5 * (before[c] + after[c]) - self.obstacle_velocity[c]);
+        sums.work += dot(impulse, &self.obstacle_velocity);
+        let at = |a: &[f64; D], c: usize| a.get(c).copied().unwrap_or(0.0);
+        for c in 0..3 {
+            sums.force[c] -= at(impulse, c);
+            let (a, b) = ((c + 1) % 3, (c + 2) % 3);
+            sums.moment[c] -= at(&self.place, a) * at(impulse, b) - at(&self.place, b) * at(impulse, a);
+        }
+        -dot(impulse, &slides)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two points over a floor on nodes 0, 1 and 2 of 1, 2 and 4 kg, which fall and slide.
+    fn stops(friction: f64) -> PenetrationConstraints<2> {
+        let halt = |nodes: Range<usize>, least: f64| PenetrationConstraint {
+            nodes,
+            place: [0.0; 2],
+            normal: [0.0, 1.0],
+            min_normal_velocity: least,
+            slack: 1e-12,
+            obstacle_velocity: [0.0; 2],
+            obstacle: 0,
+            friction,
+            normal_impulse: 0.0,
+            friction_impulse: [0.0; 2],
+        };
+        let mut stops = PenetrationConstraints::default();
+        stops.clear(1);
+        stops.append(
+            &mut vec![halt(0..2, -0.1), halt(2..4, 0.0)],
+            &mut vec![(10, 0.3), (11, 0.7), (11, 0.6), (14, 0.4)],
+        );
+        stops.list_nodes(|number| {
+            let ease = match number {
+                10 => 1.0,
+                11 => 0.5,
+                _ => 0.25,
+            };
+            ([1.0, -2.0], [ease; 2])
+        });
+        stops
+    }
+
+    fn energy(stops: &PenetrationConstraints<2>) -> f64 {
+        let of = |(velocity, ease): (&[f64; 2], &[f64; 2])| 0.5 * dot(velocity, velocity) / ease[0];
+        stops.velocity.iter().zip(&stops.inverse_inertia).map(of).sum()
+    }
+
+    #[test]
+    fn points_keep_their_least_velocities_and_the_energy_is_told() {
+        for friction in [0.0, 0.5, f64::INFINITY] {
+            let mut stops = stops(friction);
+            let (before, momentum) = (energy(&stops), 7.0);
+            stops.solve();
+            for halt in &stops.constraints {
+                let of = |(node, w): &(usize, f64)| w * stops.velocity[*node][1];
+                let velocity: f64 = stops.weights[halt.nodes.clone()].iter().map(of).sum();
+                assert!(velocity >= halt.min_normal_velocity - 1e-11, "{velocity}");
+                assert!(halt.normal_impulse >= 0.0);
+                // What is not pushed is not rubbed, whatever the friction.
+                let bound = if halt.normal_impulse > 0.0 { friction * halt.normal_impulse } else { 0.0 };
+                assert!(
+                    halt.friction_impulse[0].abs() <= bound + 1e-12,
+                    "{friction}: {} {bound}",
+                    halt.friction_impulse[0]
+                );
+                assert_eq!(halt.friction_impulse[1], 0.0);
+            }
+            let told = stops.sums[0].stopped + stops.sums[0].friction;
+            assert!((before - energy(&stops) - told).abs() < 1e-10 * before, "{friction}: {told}");
+            assert!(stops.sums[0].stopped > 0.0 && stops.sums[0].friction >= 0.0);
+            let kept: f64 =
+                stops.velocity.iter().zip(&stops.inverse_inertia).map(|(v, ease)| v[0] / ease[0]).sum();
+            assert!((momentum - kept - stops.sums[0].force[0]).abs() < 1e-10, "{kept}");
+        }
+    }
+
+    #[test]
+    fn what_is_held_does_not_move_and_what_leaves_is_let_go() {
+        let mut stops = stops(0.3);
+        stops.inverse_inertia[1] = [0.0; 2];
+        stops.velocity.fill([0.0, 3.0]);
+        stops.solve();
+        assert_eq!(stops.change, [[0.0; 2]; 3]);
+        stops.velocity.fill([0.0, -3.0]);
+        stops.solve();
+        assert_eq!(stops.change[1], [0.0; 2]);
+        assert!(stops.change[0][1] > 0.0 && stops.change[2][1] > 0.0);
+    }
+}

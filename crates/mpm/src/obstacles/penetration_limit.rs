@@ -1,0 +1,335 @@
+//! No point is carried into an obstacle: what its springs have not turned back is stopped before the surface
+//! (docs/theory/mpm.md, obstacles).
+
+use colluvium_constitutive::BLOCK_SIZE;
+use colluvium_grid::{NodalState, NodeWalls, PointSlice, Vector4};
+use colluvium_points::surface::{NearestPoint, path_enters_solid};
+use rayon::prelude::*;
+
+use crate::clock::Clock;
+use crate::momentum::velocity_fields::VelocityFields;
+use crate::obstacles::penalty_state::PenaltyState;
+use crate::obstacles::penetration_constraints::PenetrationConstraint;
+use crate::obstacles::state::{BlockWorkspace, PenaltyObstacle, PenaltyObstacles};
+use crate::points::bodies::Bodies;
+use crate::points::point_set::PointColumns;
+use crate::points::vectors::{first_three, square, vector4};
+use crate::transfer::background_grid::BackgroundGrid;
+
+/// Least distance of a centre from a surface over the way from there at which its springs begin to press.
+const MIN_DISTANCE_RATIO: f64 = 0.05;
+
+/// Share of its distance by which a point that is stopped may come nearer in a step.
+const DISTANCE_TOLERANCE: f64 = 1e-3;
+
+/// Largest move of a point in a step (cells); a longer one is an error.
+const MAX_MOVE: f64 = 0.5;
+
+/// How deep under a face solid is looked for, over the least distance of a centre.
+const SEARCH_DEPTH_RATIO: f64 = 0.1;
+
+/// Searches for points that come too near, at most: what stops one may move another.
+const MAX_SEARCHES: usize = 4;
+
+/// Points in blocks that one thread takes at once.
+const GRAIN: usize = 4;
+
+/// What stops points.
+pub struct PenetrationLimit<'a, const D: usize> {
+    /// The step.
+    pub clock: &'a Clock,
+    /// Where points and nodes are.
+    pub background: &'a BackgroundGrid<D>,
+    /// The points.
+    pub bodies: &'a Bodies<D>,
+    /// What holds nodes.
+    pub walls: &'a NodeWalls,
+    /// Whether the velocities are those that points take: obstacles rub then, and what they bear is added up. Else points only
+    /// change place by them.
+    pub is_final: bool,
+}
+
+/// Stops points by the solved velocities and accelerations of the nodes.
+pub fn limit_solved<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &Bodies<D>,
+    solved: &mut [NodalState],
+    (walls, rocks): (&NodeWalls, &mut Option<Box<PenaltyObstacles<D>>>),
+) {
+    let stopping = PenetrationLimit { clock, background, bodies, walls, is_final: true };
+    stopping.limit_penetration(
+        rocks,
+        solved,
+        |_, node| node.momentum_and_mass,
+        |node, change| node.change_velocity(change, clock.dt),
+    );
+}
+
+/// Stops points by the re-mapped velocities of the nodes, by which they change place.
+pub fn limit_remapped<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &Bodies<D>,
+    nodes: &mut VelocityFields,
+    (walls, rocks): (&NodeWalls, &mut Option<Box<PenaltyObstacles<D>>>),
+) {
+    let VelocityFields { solved, remapped, .. } = nodes;
+    let stopping = PenetrationLimit { clock, background, bodies, walls, is_final: false };
+    let of = |number: usize, own: &Vector4| with_mass(*own, solved[number].momentum_and_mass);
+    stopping.limit_penetration(rocks, remapped, of, |node, change| *node += change);
+}
+
+/// A velocity with the mass in the fourth lane of another.
+pub fn with_mass(velocity: Vector4, other: Vector4) -> Vector4 {
+    let ([x, y, z, _], [.., mass]) = (velocity.to_array(), other.to_array());
+    Vector4::new([x, y, z, mass])
+}
+
+impl<const D: usize> PenetrationLimit<'_, D> {
+    /// Changes the velocities of nodes so that the points which they carry stay before the surfaces. `of` has the velocity of a
+    /// node, in all velocity fields, with its mass in the fourth lane; `add` adds to it (m/s).
+    pub fn limit_penetration<T: Sync>(
+        &self,
+        rocks: &mut Option<Box<PenaltyObstacles<D>>>,
+        nodes: &mut [T],
+        of: impl Fn(usize, &T) -> Vector4 + Sync,
+        add: impl Fn(&mut T, Vector4),
+    ) {
+        let Some(rocks) = rocks else { return };
+        for _ in 0..MAX_SEARCHES {
+            if !self.find_constraints(rocks, &|number| of(number, &nodes[number])) {
+                return;
+            }
+            let stops = &mut rocks.penetration_constraints;
+            stops.list_nodes(|number| self.node(number, of(number, &nodes[number])));
+            stops.solve();
+            for (number, change) in stops.numbers.iter().zip(&stops.change) {
+                self.each_image(*number, |image| add(&mut nodes[image], vector4(change, 0.0)));
+            }
+            if self.is_final {
+                self.record_reactions(rocks);
+            }
+        }
+    }
+
+    /// Finds the points that come too near to a surface; whether there are any.
+    fn find_constraints(
+        &self,
+        rocks: &mut PenaltyObstacles<D>,
+        of: &(dyn Fn(usize) -> Vector4 + Sync),
+    ) -> bool {
+        let PenaltyObstacles {
+            obstacles: rocks,
+            workspaces: rooms,
+            horizon,
+            history: passed,
+            penetration_constraints: stops,
+        } = rocks;
+        stops.clear(rocks.len());
+        let ways = rocks.iter().filter_map(|rock| rock.moving.as_ref());
+        let (from, to) = (self.clock.time, self.clock.time + self.clock.dt);
+        let ahead = ways.map(|moving| moving.obstacle.max_displacement(from, to)).fold(0.0, f64::max);
+        let nodes = self.background.layout.len();
+        for set in self.bodies.sets.iter().filter(|set| set.rigid.is_none()) {
+            let PointColumns { pressed, origin, .. } = &set.points;
+            let of_set = PenetrationInput {
+                stopping: self,
+                places: set.point_slice(),
+                origin,
+                first_node: set.field * nodes,
+                horizon: *horizon,
+                swept: passed.max_obstacle_displacement,
+                ahead,
+            };
+            let blocks = pressed.par_chunks(BLOCK_SIZE).zip(&mut *rooms).enumerate();
+            blocks.with_min_len(GRAIN).for_each(|(block, (points, room))| {
+                of_set.block(rocks, block * BLOCK_SIZE, points, of, room);
+            });
+            for room in &mut rooms[..pressed.len().div_ceil(BLOCK_SIZE)] {
+                stops.append(&mut room.penetration_constraints, &mut room.weights);
+            }
+        }
+        !stops.constraints.is_empty()
+    }
+
+    /// Velocity (m/s) of a node, and one over its inertia along each axis (1/kg).
+    fn node(&self, number: usize, motion: Vector4) -> ([f64; D], [f64; D]) {
+        let (velocity, [.., mass]) = (first_three(motion), motion.to_array());
+        let held = self.walls.constrained_components(&self.index(number), &velocity);
+        let ease = if mass > 0.0 { 1.0 / (mass * self.clock.options.mass_scaling) } else { 0.0 };
+        let free = std::array::from_fn(|c| if held[c] { 0.0 } else { ease });
+        (std::array::from_fn(|c| velocity[c]), free)
+    }
+
+    /// Index of a node along the axes.
+    fn index(&self, number: usize) -> [usize; 3] {
+        let layout = &self.background.layout;
+        let (number, row) = (number % layout.len(), layout.strides()[0]);
+        layout.index(number / row, number % row)
+    }
+
+    /// Calls `act` for a node and those that are the same one in a periodic domain.
+    fn each_image(&self, number: usize, mut act: impl FnMut(usize)) {
+        let BackgroundGrid { layout, periodic, .. } = self.background;
+        if *periodic == [false; D] {
+            act(number);
+            return;
+        }
+        let (own, strides) = (self.index(number), layout.strides());
+        let at = |index: &[usize; 3]| (0..D).map(|c| index[c] * strides[c]).sum::<usize>();
+        for image in layout.periodic_images(own) {
+            act(number + at(&image) - at(&own));
+        }
+    }
+
+    /// The first of the nodes that are one in a periodic domain.
+    fn first_of(&self, number: usize) -> usize {
+        let mut first = number;
+        if self.background.periodic != [false; D] {
+            self.each_image(number, |image| first = first.min(image));
+        }
+        first
+    }
+
+    /// Adds up what obstacles have got.
+    fn record_reactions(&self, rocks: &mut PenaltyObstacles<D>) {
+        let PenaltyObstacles { obstacles: rocks, penetration_constraints: stops, .. } = rocks;
+        for (rock, sums) in rocks.iter_mut().zip(&stops.sums) {
+            for c in 0..3 {
+                rock.state.force[c] += sums.force[c] / self.clock.dt;
+                rock.state.moment[c] += sums.moment[c] / self.clock.dt;
+                rock.state.impulse[c] += sums.force[c];
+            }
+            rock.state.friction += sums.friction;
+            rock.state.work += sums.work;
+            rock.state.stopping_energy += sums.stopped;
+        }
+    }
+}
+
+/// What the points of a set share.
+struct PenetrationInput<'a, const D: usize> {
+    stopping: &'a PenetrationLimit<'a, D>,
+    places: PointSlice<'a, D>,
+    origin: &'a [[f64; D]],
+    first_node: usize,
+    horizon: f64,
+    /// How far obstacles have come at most (m).
+    swept: f64,
+    /// How far obstacles go in the step at most (m).
+    ahead: f64,
+}
+
+impl<const D: usize> PenetrationInput<'_, D> {
+    /// Finds those of a block, from number `first` on.
+    fn block(
+        &self,
+        rocks: &[PenaltyObstacle<D>],
+        first: usize,
+        points: &[PenaltyState<D>],
+        of: &(dyn Fn(usize) -> Vector4 + Sync),
+        room: &mut BlockWorkspace<D>,
+    ) {
+        room.penetration_constraints.clear();
+        room.weights.clear();
+        let background = self.stopping.background;
+        let ground = background.grid_view();
+        for (k, point) in points.iter().enumerate() {
+            let p = first + k;
+            let x = &self.places.position[p];
+            let gone: [f64; D] =
+                std::array::from_fn(|c| x[c] - self.origin[p][c] - point.last_search_displacement[c]);
+            // What an obstacle holds may be nearer than it counts.
+            let near = if point.bond == 0 {
+                point.free_distance + point.half
+                    - square(&gone).sqrt()
+                    - (self.swept - point.obstacle_displacement)
+            } else {
+                0.0
+            };
+            let most = MAX_MOVE * self.places.domain.spacing(p, &ground) + self.ahead;
+            if near > most + MIN_DISTANCE_RATIO * point.reach {
+                continue;
+            }
+            let (start, mut velocity) = (room.weights.len(), [0.0; D]);
+            background.transfers.for_each_weight(&ground, &self.places.range(p..p + 1), &mut |_, node, w| {
+                let node = self.stopping.first_of(self.first_node + node);
+                let own = of(node).to_array();
+                (0..D).for_each(|c| velocity[c] += w * own[c]);
+                room.weights.push((node, w));
+            });
+            let seen = PenetrationCandidate { x, velocity, nodes: start..room.weights.len(), near, point };
+            if !seen.find(rocks, self.stopping, self.horizon, room) {
+                room.weights.truncate(start);
+            }
+        }
+    }
+}
+
+/// A point that may come too near to a surface.
+struct PenetrationCandidate<'a, const D: usize> {
+    x: &'a [f64; D],
+    /// Velocity with which it is carried (m/s).
+    velocity: [f64; D],
+    nodes: std::ops::Range<usize>,
+    /// Least distance from any surface (m).
+    near: f64,
+    point: &'a PenaltyState<D>,
+}
+
+impl<const D: usize> PenetrationCandidate<'_, D> {
+    /// Finds the places to which it comes too near; whether there are any.
+    fn find(
+        &self,
+        rocks: &[PenaltyObstacle<D>],
+        stopping: &PenetrationLimit<'_, D>,
+        horizon: f64,
+        room: &mut BlockWorkspace<D>,
+    ) -> bool {
+        let PenetrationLimit { clock, is_final: takes, .. } = stopping;
+        let (dt, before) = (clock.dt, room.penetration_constraints.len());
+        let kept = MIN_DISTANCE_RATIO * self.point.reach;
+        for (number, rock) in rocks.iter().enumerate() {
+            let course = rock.displacement_until(self.x, clock.time + dt).map(|way| way / dt);
+            let goes: [f64; D] = std::array::from_fn(|c| dt * (self.velocity[c] - course[c]));
+            let way = square(&goes).sqrt();
+            if self.near > kept + way {
+                continue;
+            }
+            let surface = rock.current_surface();
+            let Some(now) = surface.gap(self.x, horizon.max(kept + way)) else { continue };
+            if now.distance > kept + way {
+                continue;
+            }
+            let keeps = now.distance.min(kept);
+            let slack = DISTANCE_TOLERANCE * keeps.abs() + f64::EPSILON * self.point.half;
+            let to: [f64; D] = std::array::from_fn(|c| self.x[c] + goes[c]);
+            room.found.clear();
+            surface.query_contacts(&to, kept, &mut room.found);
+            let inside = if room.found.is_empty() { surface.gap(&to, horizon.max(kept + way)) } else { None };
+            let through = path_enters_solid(surface, self.x, &goes, &now, SEARCH_DEPTH_RATIO * kept);
+            // Behind what it has gone through the nearest surface is on the other side.
+            let faces = |place: &&NearestPoint<D>| {
+                through.is_none() || (0..D).map(|c| place.normal[c] * now.normal[c]).sum::<f64>() > 0.0
+            };
+            let places = room.found.all().iter().chain(inside.as_ref()).filter(faces).chain(&through);
+            for place in places.filter(|place| place.distance < keeps - slack) {
+                let along: f64 = (0..D).map(|c| self.velocity[c] * place.normal[c]).sum();
+                room.penetration_constraints.push(PenetrationConstraint {
+                    nodes: self.nodes.clone(),
+                    place: *self.x,
+                    normal: place.normal,
+                    min_normal_velocity: along + (keeps - place.distance) / dt,
+                    slack: 0.5 * slack / dt,
+                    obstacle_velocity: course,
+                    obstacle: number,
+                    friction: if *takes { rock.laws.at(&place.position).friction() } else { 0.0 },
+                    normal_impulse: 0.0,
+                    friction_impulse: [0.0; D],
+                });
+            }
+        }
+        room.penetration_constraints.len() > before
+    }
+}

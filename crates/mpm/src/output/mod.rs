@@ -1,0 +1,9 @@
+//! Values that a run writes beside the points: measures, energy, reasons for the step, diagnostics.
+//!
+//! The room reads the solver and changes nothing.
+
+pub(crate) mod liquid_tension;
+pub(crate) mod null_space;
+pub(crate) mod report;
+pub(crate) mod scalar_output;
+pub(crate) mod stress_work;

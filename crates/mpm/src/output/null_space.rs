@@ -1,0 +1,150 @@
+//! Motion of points that the grid does not see, and points that fly apart from the others.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use colluvium_case::spatial;
+
+use crate::points::point_set::PointSet;
+use crate::points::vectors::square;
+use crate::setup::fall_time::{body_height, time_of_fall};
+use crate::solver::MpmSolver;
+
+/// Share of the kinetic energy from which on unseen motion is told.
+const REPORTED_FRACTION: f64 = 0.5;
+/// The same over what the mass would gain in a fall through the height of its body: at rest there is always some.
+const MIN_ENERGY_RATIO: f64 = 1e-5;
+/// Connected points of at most this share of all are apart from the others.
+const MAX_DETACHED_FRACTION: f64 = 0.01;
+
+impl<const D: usize> MpmSolver<D> {
+    /// Velocity with which the grid moved a point in the last step (m/s), or its own where they are the same.
+    pub(crate) fn grid_velocity(set: &PointSet<D>, p: usize) -> [f64; D] {
+        let seen = set.points.seen.get(p).filter(|_| set.rigid.is_none());
+        seen.copied().unwrap_or(set.points.velocity[p])
+    }
+
+    /// A word where most of the motion of the points is one that the grid does not see.
+    pub(crate) fn null_space_warning(&self) -> Option<String> {
+        let case = &self.clock.case;
+        let (mut all, mut unseen, mut fall, mut fastest) = (0.0, 0.0, 0.0, 0f64);
+        for set in self.deformable_sets() {
+            let height = body_height(case, &case.bodies[set.body as usize]);
+            for (p, (mass, velocity)) in set.points.mass.iter().zip(&set.points.velocity).enumerate() {
+                let seen = Self::grid_velocity(set, p);
+                let rest = square(&std::array::from_fn::<f64, D, _>(|c| velocity[c] - seen[c]));
+                all += 0.5 * mass * square(velocity);
+                unseen += 0.5 * mass * rest;
+                fall += mass * case.gravity_magnitude() * height;
+                fastest = fastest.max(rest.sqrt());
+            }
+        }
+        let time = time_of_fall(case)?;
+        (unseen > REPORTED_FRACTION * all && unseen > MIN_ENERGY_RATIO * fall).then(|| {
+            let cure = match self.clock.options.residual_time {
+                None => format!("set methods.mpm.residual_time to about {time:.2} s"),
+                Some(_) => "shorten methods.mpm.residual_time".to_owned(),
+            };
+            format!(
+                "{unseen:.1e} J of the remaining kinetic energy ({all:.1e} J) is noise of the velocity transfer that does not move the material: points \
+                 differ from the grid by up to {fastest:.2} m/s. To damp it, {cure}. The output field grid_velocity holds the velocity without it"
+            )
+        })
+    }
+
+    /// A word on points that are apart from the others: their cells touch no cell of the others.
+    pub(crate) fn detached_points_warning(&self) -> Option<String> {
+        if self.background.is_meshed() || self.clock.case.gravity_magnitude() == 0.0 {
+            return None;
+        }
+        let grid = &self.background.grid;
+        let cell = |x: &[f64; D]| -> CellIndex {
+            let own = grid.cell_of(x);
+            std::array::from_fn(|axis| if axis < D { own[axis] } else { 0 })
+        };
+        let cells: Vec<CellIndex> =
+            self.deformable_sets().flat_map(|set| &set.points.position).map(cell).collect();
+        let (total, (count, lone)) = (cells.len(), detached_parts(&cells));
+        let apart = |x: &&[f64; D]| lone.contains(&cell(x));
+        let middle = self.centre_of_mass();
+        let far = |x: &[f64; D]| square(&std::array::from_fn::<f64, D, _>(|c| x[c] - middle[c]));
+        let positions = self.deformable_sets().flat_map(|set| &set.points.position);
+        let farthest = positions.filter(apart).max_by(|a, b| far(a).total_cmp(&far(b)))?;
+        let digits = (2.0 - grid.cell.log10()).ceil().max(0.0) as usize;
+        Some(format!(
+            "{count} of {total} points are apart from the others, in cells that touch none of theirs, the farthest at {:.digits$?} m: the contiguous \
+             front and quantiles of the mass leave them out, the farthest point does not",
+            spatial(farthest)
+        ))
+    }
+
+    /// The centre of mass of what deforms (m).
+    fn centre_of_mass(&self) -> [f64; D] {
+        let (mut mass, mut sum) = (0.0, [0.0; D]);
+        for set in self.deformable_sets() {
+            for (m, x) in set.points.mass.iter().zip(&set.points.position) {
+                mass += m;
+                (0..D).for_each(|c| sum[c] += m * x[c]);
+            }
+        }
+        sum.map(|c| c / mass)
+    }
+}
+
+/// A cell by its numbers along the axes, zero along those that a space does not have.
+type CellIndex = [usize; 3];
+
+/// How many points, of those in `cells`, are in parts of at most [`MAX_DETACHED_FRACTION`] of all whose cells touch no other part, and the cells of these.
+fn detached_parts(cells: &[CellIndex]) -> (usize, BTreeSet<CellIndex>) {
+    let mut held: BTreeMap<CellIndex, usize> = BTreeMap::new();
+    for cell in cells {
+        *held.entry(*cell).or_default() += 1;
+    }
+    let mut lone = BTreeSet::new();
+    let (mut left, mut count) = (held.clone(), 0);
+    while let Some((first, _)) = left.pop_first() {
+        let (mut part, mut next) = (vec![first], 0);
+        while next < part.len() {
+            let near: Vec<_> =
+                neighbouring_cells(part[next]).filter(|cell| left.remove(cell).is_some()).collect();
+            part.extend(near);
+            next += 1;
+        }
+        let points: usize = part.iter().map(|cell| held[cell]).sum();
+        if points as f64 <= MAX_DETACHED_FRACTION * cells.len() as f64 {
+            count += points;
+            lone.extend(part);
+        }
+    }
+    (count, lone)
+}
+
+/// The cells around one, those beyond the grid among them.
+fn neighbouring_cells(cell: CellIndex) -> impl Iterator<Item = CellIndex> {
+    (0..27).map(move |number: usize| {
+        std::array::from_fn(|axis| (cell[axis] + number / 3usize.pow(axis as u32) % 3).wrapping_sub(1))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CellIndex, detached_parts, neighbouring_cells};
+
+    #[test]
+    fn a_cell_has_all_its_neighbours_around_it() {
+        let mut cells: Vec<CellIndex> = neighbouring_cells([4, 7, 1]).collect();
+        cells.sort_unstable();
+        let plane = |i: usize| (6..9).flat_map(move |j| (0..3).map(move |k| [i, j, k]));
+        let exact: Vec<CellIndex> = (3..6).flat_map(plane).collect();
+        assert_eq!(cells, exact);
+    }
+
+    #[test]
+    fn few_points_whose_cells_touch_no_others_are_apart() {
+        let mut cells: Vec<CellIndex> = (0..400).map(|number| [number % 20, number / 20, 0]).collect();
+        cells.extend([[21, 3, 0], [21, 3, 0], [20, 20, 0], [30, 5, 0]]);
+        let (count, lone) = detached_parts(&cells);
+        // Two beside an empty column and one farther off; across a corner cells touch.
+        assert_eq!(count, 3);
+        assert_eq!(lone.into_iter().collect::<Vec<_>>(), [[21, 3, 0], [30, 5, 0]]);
+    }
+}

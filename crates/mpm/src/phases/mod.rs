@@ -1,0 +1,300 @@
+//! Saturated bodies: skeleton and pore fluid move apart on one set of points, which follow the skeleton
+//! (sheet: mpm §2.3, §3.4; "v–w" formulation with a single point set).
+//!
+//! A node holds both phases. The liquid's equation is per volume of liquid, the other one that of the mixture:
+//!
+//! ```text
+//! M_L a_L = f_L - Q (v_L - v_S)          M_S a_S = f - M̄_L a_L
+//! ```
+//!
+//! with `M_L = Σ N ρ_L Ω`, `M̄_L = Σ N n ρ_L Ω`, `M_S = Σ N m_S` and the drag `Q = Σ N n ρ_L g / k Ω`.
+//! Here pore pressure is compression-positive, `p_w = -p_L` of the sheet.
+
+mod damping;
+mod momentum;
+pub(crate) mod pore_fluid;
+mod reactions;
+mod report;
+mod setup;
+mod transfer;
+mod volumetric_strain;
+
+use std::sync::Arc;
+
+use colluvium_case::{Equilibrium, EquilibriumScales, SolverError};
+use colluvium_constitutive::BLOCK_SIZE;
+use colluvium_grid::{InterpolatedMotion, Layout, NodalState, NodeFaces, NodeWalls, PointSlice, Vector4};
+
+pub use crate::phases::momentum::PhaseEquilibriumTerms;
+pub use crate::phases::setup::{check_supported, liquid_case, pore_set, two_phase};
+
+use crate::boundary::boundary_conditions::BoundaryConditions;
+use crate::boundary::nodal_loads::{nodal_load_squares, phase_nodal_load_work};
+use crate::boundary::point_loads::update_follower_vectors;
+use crate::boundary::prescribed_motion::{impose_phase_patch_velocity, mark_constrained};
+use crate::clock::Clock;
+use crate::config::StressScheme;
+use crate::momentum::EquilibriumTerms;
+use crate::momentum::velocity_fields::VelocitySource::{Remapped, Solved};
+use crate::momentum::velocity_fields::{VelocityFields, VelocitySource};
+use crate::obstacles::penetration_limit::{PenetrationLimit, with_mass};
+use crate::phases::damping::Damping;
+use crate::phases::momentum::PhaseSolve;
+use crate::phases::pore_fluid::SOLID;
+use crate::phases::reactions::record_phase_reactions;
+use crate::phases::transfer::{p2g_phases, remap_phases, update_phases};
+use crate::phases::volumetric_strain::average_phase_strains;
+use crate::points::bodies::Bodies;
+use crate::points::point_set::PointSet;
+use crate::points::point_update::UpdateSelection;
+use crate::points::vectors::{power, square_sum};
+use crate::solver::{MpmSolver, work_of_loads};
+use crate::stress::averages::CellAverages;
+use crate::transfer::background_grid::BackgroundGrid;
+
+/// What a solver with pore fluid holds beside its points.
+pub struct TwoPhase {
+    nodes: Vec<[NodalState; 2]>,
+    remapped: Vec<[Vector4; 2]>,
+    row_sums: Vec<PhaseEquilibriumTerms>,
+    /// Components of velocity that patches hold, one bit an axis; empty where nothing asks for them.
+    constrained: Vec<[u8; 2]>,
+    pub(crate) sums: PhaseEquilibriumTerms,
+    /// Walls of the liquid.
+    pub(crate) walls: NodeWalls,
+    /// Obstacles on the nodes, as the liquid meets them.
+    pub(crate) faces: Arc<NodeFaces>,
+    /// Largest liquid mass of a point (kg).
+    pub(crate) max_liquid_mass: f64,
+}
+
+impl TwoPhase {
+    /// Memory of the nodes (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..])
+            + size_of_val(&self.remapped[..])
+            + size_of_val(&self.row_sums[..])
+            + size_of_val(&self.constrained[..])
+    }
+
+    /// What points read of the nodes of both phases, gradients among it.
+    fn g2p<const D: usize>(
+        &self,
+        of: VelocitySource,
+        background: &BackgroundGrid<D>,
+        points: &PointSlice<'_, D>,
+        reads: &mut [[InterpolatedMotion<D>; 2]],
+    ) {
+        let (ground, sweeps) = (background.grid_view(), background.transfers);
+        match of {
+            Solved => sweeps.g2p_phases(&ground, points, &self.nodes, reads),
+            Remapped => sweeps.g2p_phase_velocities(&ground, points, &self.remapped, reads),
+        }
+    }
+
+    /// Clears the active nodes.
+    pub fn reset<const D: usize>(&mut self, layout: &Layout<D>) {
+        layout.reset(&mut self.nodes);
+        layout.reset(&mut self.remapped);
+    }
+}
+
+impl TwoPhase {
+    /// Finds the largest liquid mass of a point.
+    pub fn find_heaviest<const D: usize>(&mut self, bodies: &Bodies<D>) {
+        let masses = bodies.sets.iter().flat_map(|set| (0..set.len()).map(|p| set.liquid_mass(p)));
+        self.max_liquid_mass = masses.fold(0.0, f64::max);
+    }
+}
+
+/// Steps 1 to 9 of both phases (sheet: mpm §3.4); the numbers are those of the sheet. Returns the largest move of a point along
+/// an axis (m).
+pub fn step_phases<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &mut Bodies<D>,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
+    averages: &mut CellAverages<D>,
+    phases: &mut TwoPhase,
+) -> Result<f64, SolverError> {
+    background.layout.reset(&mut phases.nodes); // 0
+    let (all, velocity, stress) = (UpdateSelection::ALL, UpdateSelection::VELOCITY, UpdateSelection::STRESS);
+    let moved = match clock.options.stress_update {
+        StressScheme::Usl => {
+            p2g_phases(clock, background, bodies, boundary, averages, phases); // 1
+            solve_phases(clock, background, bodies, nodes, boundary, phases); // 2–4
+            average_phase_strains(clock, background, bodies, &mut averages.strains, (phases, Solved)); // 7
+            update_follower_loads(clock, background, bodies, (phases, Solved));
+            update_phases(clock, background, bodies, boundary, averages, (phases, Solved), all) // 5, 7–9
+        }
+        StressScheme::Musl => {
+            p2g_phases(clock, background, bodies, boundary, averages, phases); // 1
+            solve_phases(clock, background, bodies, nodes, boundary, phases); // 2–4
+            update_phases(clock, background, bodies, boundary, averages, (phases, Solved), velocity)?; // 5
+            remap_phases(clock, background, bodies, boundary, phases, false); // 6
+            limit_remapped_penetration(clock, background, bodies, boundary, phases);
+            average_phase_strains(clock, background, bodies, &mut averages.strains, (phases, Remapped)); // 7
+            update_follower_loads(clock, background, bodies, (phases, Remapped));
+            let rest = UpdateSelection { position: true, ..stress };
+            update_phases(clock, background, bodies, boundary, averages, (phases, Remapped), rest) // 7–9
+        }
+        StressScheme::Usf => {
+            remap_phases(clock, background, bodies, boundary, phases, true); // 1, momenta and masses
+            average_phase_strains(clock, background, bodies, &mut averages.strains, (phases, Remapped)); // 7
+            update_phases(clock, background, bodies, boundary, averages, (phases, Remapped), stress)?; // 7, 8
+            p2g_phases(clock, background, bodies, boundary, averages, phases); // 1
+            solve_phases(clock, background, bodies, nodes, boundary, phases); // 2–4
+            update_follower_loads(clock, background, bodies, (phases, Solved));
+            let rest = UpdateSelection { position: true, ..velocity };
+            update_phases(clock, background, bodies, boundary, averages, (phases, Solved), rest) // 5, 9
+        }
+    };
+    phases.walls.set_starts_moving(false);
+    moved
+}
+
+/// Loads that follow the surface, from the velocity of the skeleton.
+fn update_follower_loads<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &mut Bodies<D>,
+    (phases, read): (&TwoPhase, VelocitySource),
+) {
+    update_follower_vectors(clock, background, bodies, &|_, points, out| {
+        let mut all = [[InterpolatedMotion::ZERO; 2]; BLOCK_SIZE];
+        let reads = &mut all[..points.len()];
+        phases.g2p(read, background, points, reads);
+        out.iter_mut().zip(&*reads).for_each(|(out, read)| *out = read[SOLID]);
+    });
+}
+
+fn solve_phases<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &Bodies<D>,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
+    phases: &mut TwoPhase,
+) {
+    let BoundaryConditions {
+        walls: own_walls,
+        driven,
+        contacts,
+        nodal_loads: nodal,
+        load_starts,
+        absorbing,
+        reaction_recorder: bearing,
+        penalty_obstacles: rocks,
+        ..
+    } = boundary;
+    let (stage, dt) = (clock.stage(), clock.dt);
+    let audit = stage.equilibrium.is_some();
+    let factors = stage.damping_of_axes();
+    let damped = factors != [0.0; 3];
+    phases.constrained.clear();
+    if (audit || damped) && !clock.case.patches.is_empty() {
+        phases.constrained.resize(phases.nodes.len(), [0; 2]);
+        mark_constrained(clock, background, driven, contacts, &mut phases.constrained);
+    }
+    let TwoPhase {
+        nodes: of_phases,
+        row_sums,
+        walls,
+        max_liquid_mass: heaviest,
+        sums,
+        constrained: held,
+        ..
+    } = phases;
+    let cutoff = clock.options.mass_cutoff();
+    let solve = PhaseSolve {
+        dt,
+        gravity: clock.gravity_at_end(),
+        keep_initial_velocity: clock.keeps_initial_velocity(),
+        inertia: clock.options.mass_scaling,
+        mass_cutoff: [bodies.mass_cutoff(clock), cutoff * *heaviest],
+        sum_equilibrium: audit,
+        constrained: held,
+        walls: [&*own_walls, &*walls],
+        layout: &background.layout,
+    };
+    if let Some(bearing) = bearing {
+        record_phase_reactions(bearing, &solve, background, of_phases);
+    }
+    background.layout.for_each_row(of_phases, row_sums, |row, active, line| solve.row(row, active, line));
+    absorbing.apply_to_phases(clock, of_phases, [&*own_walls, &*walls]);
+    impose_phase_patch_velocity(clock, background, driven, contacts, of_phases);
+    let stopping = PenetrationLimit { clock, background, bodies, walls: own_walls, is_final: true };
+    let slow = |node: &mut [NodalState; 2], change| node[SOLID].change_velocity(change, dt);
+    stopping.limit_penetration(rocks, of_phases, |_, node| node[SOLID].momentum_and_mass, slow);
+    if damped {
+        let PhaseSolve { mass_cutoff: light, constrained: held, walls, layout, .. } = solve;
+        let damping = Damping { dt, factors, mass_cutoff: light, constrained: held, walls, layout };
+        layout.for_each_active_node_range(of_phases, |row, active, line| damping.row(row, active, line));
+        stopping.limit_penetration(rocks, of_phases, |_, node| node[SOLID].momentum_and_mass, slow);
+    }
+    if audit {
+        *sums = PhaseEquilibriumTerms::default();
+        row_sums.iter().for_each(|row| sums.add(row));
+        nodes.external_work +=
+            sums.mixture.work + work_of_loads(bodies, driven, dt) + work_of_pore_loads(bodies, dt);
+        nodes.external_work += phase_nodal_load_work(clock, bodies, nodal, load_starts, of_phases);
+    }
+}
+
+/// Stops points by the re-mapped velocities of the skeleton, by which they change place.
+fn limit_remapped_penetration<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &Bodies<D>,
+    boundary: &mut BoundaryConditions<D>,
+    phases: &mut TwoPhase,
+) {
+    let BoundaryConditions { walls, penalty_obstacles: rocks, .. } = boundary;
+    let TwoPhase { nodes, remapped, .. } = phases;
+    let stopping = PenetrationLimit { clock, background, bodies, walls, is_final: false };
+    let of =
+        |number: usize, own: &[Vector4; 2]| with_mass(own[SOLID], nodes[number][SOLID].momentum_and_mass);
+    stopping.limit_penetration(rocks, remapped, of, |node, change| node[SOLID] += change);
+}
+
+/// Work in the step (J) of prescribed pore pressures on the fluid beyond what they do on the mixture.
+fn work_of_pore_loads<const D: usize>(bodies: &Bodies<D>, dt: f64) -> f64 {
+    let of_set = |set: &PointSet<D>| -> f64 {
+        let Some(pore) = &set.pore else { return 0.0 };
+        let seepage =
+            |p: usize| std::array::from_fn(|c| pore.points.velocity[p][c] - set.points.velocity[p][c]);
+        set.pore_loads().map(|(p, force)| power(&[force], &[seepage(p)])).sum()
+    };
+    dt * bodies.sets.iter().map(of_set).sum::<f64>()
+}
+
+impl<const D: usize> MpmSolver<D> {
+    /// Distance from equilibrium: the larger one of mixture and liquid (sheet: mpm §2.14); the energy of the mixture is that of
+    /// both phases. `traction` is the sum of the squares of the tractions (N²).
+    pub(crate) fn phase_equilibrium(
+        &self,
+        phases: &TwoPhase,
+        traction: f64,
+        scales: EquilibriumScales,
+    ) -> Equilibrium {
+        let PhaseEquilibriumTerms { mixture, liquid } = &phases.sums;
+        let of_mixture = (mixture.external + traction).sqrt();
+        let pore_loads = self.bodies.sets.iter().flat_map(PointSet::pore_loads);
+        let pore_loads: f64 = pore_loads.map(|(_, force)| square_sum(&[force])).sum();
+        let BoundaryConditions { nodal_loads: nodal, load_starts, .. } = &self.boundary;
+        let [_, on_nodes] = nodal_load_squares(&self.clock, &self.bodies, nodal, load_starts);
+        let mut of_liquid = (liquid.external + pore_loads + on_nodes).sqrt();
+        if of_liquid == 0.0 {
+            // Without weight and pressures the liquid has no external force of its own.
+            of_liquid = of_mixture;
+        }
+        let unbalanced =
+            |sums: &EquilibriumTerms, external| scales.force_ratio(sums.unbalanced.sqrt(), external);
+        Equilibrium {
+            unbalanced_force: unbalanced(mixture, of_mixture).max(unbalanced(liquid, of_liquid)),
+            kinetic_ratio: scales.energy_ratio(mixture.kinetic, self.nodes.external_work),
+            kinetic: mixture.kinetic,
+        }
+    }
+}

@@ -1,0 +1,509 @@
+//! The momentum solve of liquid and mixture on the nodes (sheet: mpm §3.4, steps 2–4).
+
+use std::ops::Range;
+
+use colluvium_grid::{Layout, NodalState, NodeFace, NodeWalls, Vector4};
+use serde::{Deserialize, Serialize};
+
+use crate::momentum::EquilibriumTerms;
+use crate::phases::pore_fluid::{LIQUID, SOLID};
+
+/// What a row of nodes adds to the measures of equilibrium of both equations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PhaseEquilibriumTerms {
+    /// Of the mixture; work and kinetic energy are those of both phases.
+    pub mixture: EquilibriumTerms,
+    /// Of the liquid, its equation times the porosity.
+    pub liquid: EquilibriumTerms,
+}
+
+impl PhaseEquilibriumTerms {
+    /// Adds another row.
+    pub fn add(&mut self, other: &Self) {
+        self.mixture.add(&other.mixture);
+        self.liquid.add(&other.liquid);
+    }
+}
+
+/// Everything the solve of one step needs; as [`crate::momentum::MomentumSolve`].
+pub struct PhaseSolve<'a, const D: usize> {
+    /// Step (s).
+    pub dt: f64,
+    /// Gravity at the end of the step (m/s²).
+    pub gravity: [f64; 3],
+    /// Momentum variant of held nodes.
+    pub keep_initial_velocity: bool,
+    /// Inertia over mass (mass scaling); weight and drag stay what they are.
+    pub inertia: f64,
+    /// Nodes with less mass of a phase than this (kg) are skipped.
+    pub mass_cutoff: [f64; 2],
+    /// Whether to sum the measures of equilibrium.
+    pub sum_equilibrium: bool,
+    /// Components of velocity that are prescribed, of all nodes, one bit an axis; empty where none are.
+    pub constrained: &'a [[u8; 2]],
+    /// Boundary conditions of both phases.
+    pub walls: [&'a NodeWalls; 2],
+    /// The nodes.
+    pub layout: &'a Layout<D>,
+}
+
+/// Masses and drag of a node.
+#[derive(Clone, Copy)]
+pub(super) struct PhaseMasses {
+    /// `M_S` (kg).
+    pub solid: f64,
+    /// `M̄_L` (kg).
+    liquid: f64,
+    /// `M_L` (kg).
+    full: f64,
+    /// `Q` (kg/s).
+    drag: f64,
+}
+
+impl PhaseMasses {
+    /// Of a node that is not solved yet.
+    pub fn of_node(node: &[NodalState; 2]) -> Self {
+        Self {
+            solid: node[SOLID].momentum_and_mass.as_array()[3],
+            liquid: node[LIQUID].momentum_and_mass.as_array()[3],
+            full: node[LIQUID].force.as_array()[3],
+            drag: node[SOLID].force.as_array()[3],
+        }
+    }
+}
+
+/// What the liquid of a node leaves to the equation of the mixture.
+#[derive(Clone, Copy, Default)]
+struct LiquidContribution {
+    /// `M̄_L a_L` (N).
+    inertia_force: [f64; 3],
+    /// What walls bear of the pore pressure, as a change of the skeleton's velocity (m/s).
+    pore_pressure_part: [f64; 3],
+}
+
+const VECTOR: Vector4 = Vector4::new([1.0, 1.0, 1.0, 0.0]);
+
+impl<const D: usize> PhaseSolve<'_, D> {
+    /// Turns momentum and force of the active nodes of a row into velocity at the end of the step and
+    /// acceleration, of both phases.
+    pub fn row(
+        &self,
+        row: usize,
+        active: Range<usize>,
+        line: &mut [[NodalState; 2]],
+    ) -> PhaseEquilibriumTerms {
+        let mut sums = PhaseEquilibriumTerms::default();
+        let [gx, gy, gz] = self.gravity;
+        let gravity = Vector4::new([gx, gy, gz, 0.0]);
+        let plain = !self.sum_equilibrium;
+        let free = |axis: usize, index: usize| self.walls.iter().all(|walls| walls.is_row_free(axis, index));
+        let row_free = free(0, row);
+        let line_length = self.layout.strides()[0];
+        for number in active {
+            let node = &mut line[number];
+            let masses = PhaseMasses::of_node(node);
+            if masses.solid <= self.mass_cutoff[SOLID] {
+                // Too light for forces to mean anything: it moves with the points around it.
+                follow_points(&mut node[SOLID], masses.solid);
+                follow_points(&mut node[LIQUID], masses.liquid);
+                continue;
+            }
+            let index = self.layout.index(row, number);
+            if plain && row_free && (1..D).all(|axis| free(axis, index[axis])) {
+                self.free_node(node, &masses, gravity);
+            } else {
+                let held = self.constrained.get(row * line_length + number).copied().unwrap_or_default();
+                let mut repeated = PhaseEquilibriumTerms::default();
+                let sums = if self.layout.is_periodic_image(&index) { &mut repeated } else { &mut sums };
+                self.node(&index, node, &masses, held, sums, |_, _, _| {});
+            }
+        }
+        sums
+    }
+
+    /// A node without walls and audit.
+    #[inline]
+    fn free_node(&self, [solid, liquid]: &mut [NodalState; 2], masses: &PhaseMasses, gravity: Vector4) {
+        let start = solid.momentum_and_mass * VECTOR * (1.0 / masses.solid);
+        let mut weight = masses.solid;
+        let mut carried = Vector4::ZERO;
+        if masses.liquid > self.mass_cutoff[LIQUID] {
+            let of_liquid = liquid.momentum_and_mass * VECTOR * (1.0 / masses.liquid);
+            let force = liquid.force - (of_liquid - start) * masses.drag;
+            let acceleration = (force * VECTOR * (1.0 / masses.full) + gravity) * (1.0 / self.inertia);
+            liquid.momentum_and_mass = with_mass(of_liquid + acceleration * self.dt, masses.liquid);
+            liquid.force = acceleration;
+            weight += masses.liquid;
+            carried = acceleration * (masses.liquid * self.inertia);
+        } else {
+            follow_points(liquid, masses.liquid);
+        }
+        let force = solid.force * VECTOR + gravity * weight - carried;
+        let acceleration = force * (1.0 / (masses.solid * self.inertia));
+        solid.momentum_and_mass = with_mass(start + acceleration * self.dt, masses.solid);
+        solid.force = acceleration;
+    }
+
+    /// A node with walls or audit; `tell` is called with each change of the skeleton's velocity (m/s) by rigid geometry.
+    pub(super) fn node(
+        &self,
+        index: &[usize; 3],
+        [solid, liquid]: &mut [NodalState; 2],
+        masses: &PhaseMasses,
+        held: [u8; 2],
+        sums: &mut PhaseEquilibriumTerms,
+        tell: impl FnMut(&NodeFace, [f64; 3], [f64; 3]),
+    ) {
+        let faced = self.has_faces(index);
+        let is_free = |phase: usize, c: usize| held[phase] & (1 << c) == 0;
+        let wet = masses.liquid > self.mass_cutoff[LIQUID];
+        let mut weight = masses.solid;
+        let LiquidContribution { inertia_force: carried, pore_pressure_part: lift } = if wet {
+            weight += masses.liquid;
+            let start = self.start(SOLID, index, solid, masses.solid);
+            self.liquid(index, liquid, &start, masses, held[LIQUID], sums)
+        } else {
+            follow_points(liquid, masses.liquid);
+            LiquidContribution::default()
+        };
+        // Mixture.
+        let motion = solid.momentum_and_mass.to_array();
+        let force = solid.force.to_array();
+        let (mut from, mut to, mut total) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+        for c in 0..D {
+            from[c] = motion[c] / masses.solid;
+            total[c] = force[c] + weight * self.gravity[c];
+            let force = total[c] - carried[c];
+            to[c] = from[c] + self.dt * force / (self.inertia * masses.solid);
+        }
+        let free = to;
+        self.walls[SOLID].constrain_and_record(
+            index,
+            &mut from,
+            &mut to,
+            self.keep_initial_velocity,
+            &lift,
+            tell,
+        );
+        if self.sum_equilibrium {
+            let open = self.walls[SOLID].free_components(index);
+            for c in 0..D {
+                let (own, all) = (masses.solid * self.gravity[c], weight * self.gravity[c]);
+                sums.mixture.external += all * all;
+                if !is_free(SOLID, c) {
+                    continue;
+                }
+                if faced {
+                    let net = self.inertia * masses.solid * (to[c] - from[c]) / self.dt + carried[c];
+                    sums.mixture.unbalanced += (open[c] * net).powi(2);
+                } else if to[c] == free[c] {
+                    sums.mixture.unbalanced += total[c] * total[c];
+                }
+                sums.mixture.work += own * to[c] * self.dt;
+                sums.mixture.kinetic += 0.5 * self.inertia * masses.solid * to[c] * to[c];
+            }
+        }
+        self.finish(solid, &from, &to, masses.solid);
+    }
+
+    /// Solves the liquid of a node, with the velocity of the skeleton at the `start` of the step (m/s).
+    fn liquid(
+        &self,
+        index: &[usize; 3],
+        node: &mut NodalState,
+        start: &[f64; 3],
+        masses: &PhaseMasses,
+        held: u8,
+        sums: &mut PhaseEquilibriumTerms,
+    ) -> LiquidContribution {
+        let faced = self.has_faces(index);
+        let is_free = |c: usize| held & (1 << c) == 0;
+        let LiquidContribution { inertia_force: mut carried, pore_pressure_part: mut lift } =
+            LiquidContribution::default();
+        let mut from = self.start(LIQUID, index, node, masses.liquid);
+        let force = node.force.to_array();
+        let mut to = [0.0; 3];
+        let mut unbalanced = [0.0; 3];
+        for c in 0..D {
+            let driving = force[c] + masses.full * self.gravity[c];
+            unbalanced[c] = driving - masses.drag * (from[c] - start[c]);
+            to[c] = from[c] + self.dt * unbalanced[c] / (self.inertia * masses.full);
+        }
+        let free = to;
+        self.walls[LIQUID].constrain(index, &mut from, &mut to, self.keep_initial_velocity);
+        let open = if faced { self.walls[LIQUID].free_components(index) } else { [1.0; 3] };
+        let share = masses.liquid / masses.full;
+        for c in 0..D {
+            lift[c] = masses.full * (to[c] - free[c]) / masses.solid;
+            carried[c] = self.inertia * masses.liquid * (to[c] - from[c]) / self.dt;
+            if self.sum_equilibrium {
+                let own = masses.liquid * self.gravity[c];
+                sums.liquid.external += own * own;
+                if !is_free(c) {
+                    continue;
+                }
+                if faced {
+                    sums.liquid.unbalanced += (open[c] * carried[c]).powi(2);
+                } else if to[c] == free[c] {
+                    sums.liquid.unbalanced += (share * unbalanced[c]).powi(2);
+                }
+                sums.mixture.work += own * to[c] * self.dt;
+                sums.mixture.kinetic += 0.5 * self.inertia * masses.liquid * to[c] * to[c];
+            }
+        }
+        self.finish(node, &from, &to, masses.liquid);
+        LiquidContribution { inertia_force: carried, pore_pressure_part: lift }
+    }
+
+    /// Whether rigid geometry of any shape acts on a node.
+    fn has_faces(&self, index: &[usize; 3]) -> bool {
+        !self.walls[SOLID].faces().at(index).is_empty()
+    }
+
+    /// Velocity of a phase before the step, walls that hold it included.
+    fn start(&self, phase: usize, index: &[usize; 3], node: &NodalState, mass: f64) -> [f64; 3] {
+        let motion = node.momentum_and_mass.to_array();
+        let mut start: [f64; 3] = std::array::from_fn(|c| if c < D { motion[c] / mass } else { 0.0 });
+        let mut end = start;
+        self.walls[phase].constrain(index, &mut start, &mut end, self.keep_initial_velocity);
+        start
+    }
+
+    fn finish(&self, node: &mut NodalState, start: &[f64; 3], end: &[f64; 3], mass: f64) {
+        let rate = |c: usize| (end[c] - start[c]) / self.dt;
+        node.momentum_and_mass = Vector4::new([end[0], end[1], end[2], mass]);
+        node.force = Vector4::new([rate(0), rate(1), rate(2), 0.0]);
+    }
+}
+
+fn with_mass(velocity: Vector4, mass: f64) -> Vector4 {
+    velocity + Vector4::new([0.0, 0.0, 0.0, mass])
+}
+
+/// A phase too light for forces moves with the points around it.
+fn follow_points(node: &mut NodalState, mass: f64) {
+    let inverse = if mass > 0.0 { 1.0 / mass } else { 0.0 };
+    node.momentum_and_mass *= Vector4::new([inverse, inverse, inverse, 1.0]);
+    node.force = Vector4::ZERO;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::phases::damping::Damping;
+    use colluvium_grid::{Grid, LinearBasis, NodeWall, WallKind};
+
+    /// Masses 1590, 400 (liquid) and 1000 kg, drag of k = 10⁻³ m/s.
+    fn node(solid: [f64; 3], liquid: [f64; 3]) -> [NodalState; 2] {
+        let lanes = |v: [f64; 3], m: f64| Vector4::new([v[0] * m, v[1] * m, v[2] * m, m]);
+        [
+            NodalState {
+                momentum_and_mass: lanes(solid, 1590.0),
+                force: Vector4::new([0.0, 0.0, 0.0, 0.4 * 9.81e6]),
+            },
+            NodalState {
+                momentum_and_mass: lanes(liquid, 400.0),
+                force: Vector4::new([0.0, 0.0, 0.0, 1000.0]),
+            },
+        ]
+    }
+
+    /// The nodes of one cell, of which the tests use the first.
+    fn cell<const D: usize>() -> Layout<D> {
+        Layout::new::<2, LinearBasis>(&Grid::new([0.0; D], [1.0; D], 1.0).unwrap())
+    }
+
+    fn solve<'a>(layout: &'a Layout<3>, walls: [&'a NodeWalls; 2], audit: bool) -> PhaseSolve<'a, 3> {
+        PhaseSolve {
+            dt: 1e-5,
+            gravity: [0.0, -10.0, 0.0],
+            keep_initial_velocity: false,
+            inertia: 1.0,
+            mass_cutoff: [0.0; 2],
+            sum_equilibrium: audit,
+            constrained: &[],
+            walls,
+            layout,
+        }
+    }
+
+    #[test]
+    fn drag_slows_the_liquid_and_keeps_momentum() {
+        let walls = NodeWalls::new(&[1, 1, 1], Vec::new());
+        for audit in [false, true] {
+            let mut line = [node([1.0, 0.0, 0.0], [3.0, 0.0, 0.5])];
+            solve(&cell(), [&walls, &walls], audit).row(0, 0..1, &mut line);
+            let [solid, liquid] = line[0].map(|n| n.momentum_and_mass.to_array());
+            // the difference shrinks by 1 - a dt, a = n rho g / ((1-n) rho_S k) = 4911.17 1/s (the sheet prints
+            // 4910.6); gravity acts on both alike.
+            let keep = 1.0 - 0.4 * 1990.0 * 9.81 / (1590.0 * 1e-3) * 1e-5;
+            assert!(((liquid[0] - solid[0]) / 2.0 - keep).abs() < 1e-12, "{audit}");
+            assert!((liquid[1] - solid[1]).abs() < 1e-15 && (liquid[1] + 1e-4).abs() < 1e-15);
+            assert!((1590.0 * solid[0] + 400.0 * liquid[0] - 2790.0).abs() < 1e-9);
+            assert!((1590.0 * solid[2] + 400.0 * liquid[2] - 200.0).abs() < 1e-9);
+            assert_eq!((solid[3], liquid[3]), (1590.0, 400.0));
+        }
+    }
+
+    #[test]
+    fn an_impermeable_wall_takes_the_liquid_out_of_the_mixture_equation() {
+        let free = NodeWalls::new(&[1, 1, 1], Vec::new());
+        let wall = NodeWall {
+            axis: 1,
+            upper: false,
+            node: 0,
+            kind: WallKind::Smooth,
+            separation: false,
+            velocity: [0.0; 3],
+        };
+        let held = NodeWalls::new(&[1, 1, 1], vec![wall]);
+        let mut line = [node([0.0; 3], [0.0; 3])];
+        solve(&cell(), [&free, &held], false).row(0, 0..1, &mut line);
+        let [solid, liquid] = line[0].map(|n| n.force.to_array());
+        assert_eq!(liquid[1], 0.0);
+        // The skeleton carries the weight of both.
+        assert!((solid[1] + 10.0 * 1990.0 / 1590.0).abs() < 1e-11);
+    }
+
+    #[test]
+    fn a_dry_node_is_one_of_the_skeleton_alone() {
+        let walls = NodeWalls::new(&[1, 1, 1], Vec::new());
+        for audit in [false, true] {
+            let [mut solid, _] = node([1.0, 0.0, 0.0], [0.0; 3]);
+            solid.force = Vector4::ZERO;
+            let mut line = [[solid, NodalState::default()]];
+            solve(&cell(), [&walls, &walls], audit).row(0, 0..1, &mut line);
+            assert_eq!(line[0][SOLID].force.to_array(), [0.0, -10.0, 0.0, 0.0]);
+            assert_eq!(line[0][LIQUID], NodalState::default());
+        }
+    }
+
+    #[test]
+    fn damping_goes_by_the_force_out_of_balance_on_the_mixture_and_leaves_seepage_alone() {
+        // sheet: mpm §2.13: force on the mixture -19 900 + 5000 N, its momentum 1590 × 2 - 400 kg m/s.
+        let free = NodeWalls::new(&[1, 1, 1], Vec::new());
+        let cell = cell();
+        let act =
+            |force: f64, factor: f64| {
+                let [mut solid, mut liquid] = node([2.0, 0.0, 0.0], [-1.0, 0.0, 0.0]);
+                solid.force = Vector4::new([force, 0.0, 0.0, 0.4 * 9.81e6]);
+                liquid.force = Vector4::new([0.0, 0.0, 0.0, 1000.0]);
+                let mut line = [[solid, liquid]];
+                let solve = PhaseSolve { gravity: [-10.0, 0.0, 0.0], ..solve(&cell, [&free, &free], false) };
+                solve.row(0, 0..1, &mut line);
+                let PhaseSolve { dt, mass_cutoff: light, constrained: held, walls, layout, .. } = solve;
+                Damping { dt, factors: [factor; 3], mass_cutoff: light, constrained: held, walls, layout }
+                    .row(0, 0..1, &mut line);
+                line[0].map(|n| n.force.to_array()[0])
+            };
+        let (plain, damped) = (act(5000.0, 0.0), act(5000.0, 0.5));
+        // Accelerations are differences of velocities over the step: round-off over 1e-5 s.
+        for phase in [SOLID, LIQUID] {
+            let change = damped[phase] - plain[phase];
+            assert!((change + 0.5 * 14_900.0 / 1990.0).abs() < 1e-8, "{phase}: {change}");
+        }
+        // What drag alone moves, in a mixture that is in balance, is not damped.
+        let (plain, damped) = (act(19_900.0, 0.0), act(19_900.0, 0.5));
+        assert!(plain[LIQUID].abs() > 1e3);
+        assert!((0..2).all(|phase| (damped[phase] - plain[phase]).abs() < 1e-8), "{plain:?} {damped:?}");
+    }
+
+    #[test]
+    fn scaled_inertia_leaves_weight_and_drag_as_they_are() {
+        let free = NodeWalls::new(&[1, 1, 1], Vec::new());
+        for audit in [false, true] {
+            let [plain, heavy] = [1.0, 9.0].map(|inertia| {
+                let mut line = [node([1.0, 0.0, 0.0], [3.0, 0.0, 0.5])];
+                PhaseSolve { inertia, ..solve(&cell(), [&free, &free], audit) }.row(0, 0..1, &mut line);
+                line[0].map(|n| n.force.to_array())
+            });
+            for phase in [SOLID, LIQUID] {
+                for c in 0..3 {
+                    let (a, b) = (plain[phase][c], heavy[phase][c]);
+                    assert!((a - 9.0 * b).abs() < 1e-12 * a.abs().max(1.0), "{a}, {b}, {audit}");
+                }
+            }
+        }
+    }
+
+    /// Largest speed over the one at the start in `steps` steps of one lumped element of fixed length, whose ends are
+    /// free.
+    fn growth((n, grains, modulus, bulk, k, length): Element, dt: f64, steps: usize) -> f64 {
+        let (walls, layout) = (NodeWalls::new(&[2], Vec::new()), cell());
+        let solve = PhaseSolve::<1> {
+            dt,
+            gravity: [0.0; 3],
+            keep_initial_velocity: false,
+            inertia: 1.0,
+            mass_cutoff: [0.0; 2],
+            sum_equilibrium: false,
+            constrained: &[],
+            walls: [&walls, &walls],
+            layout: &layout,
+        };
+        let fluid = crate::phases::pore_fluid::PoreFluidConstants {
+            density: 1000.0,
+            bulk_modulus: bulk,
+            porosity: n,
+            resistance: 9810.0 / k,
+            min_pressure: f64::NEG_INFINITY,
+        };
+        let half = 0.5 * length;
+        let masses = [(1.0 - n) * grains, n * fluid.density].map(|density| density * half);
+        let mut velocities = [[1e-6, -2e-6], [-1e-6, 2e-6]];
+        let (mut stress, mut pressure, mut largest) = (0.0, 0.0, 0f64);
+        for _ in 0..steps {
+            let mut line = [[NodalState::default(); 2]; 2];
+            for (end, sign) in [(0, 1.0), (1, -1.0)] {
+                let motion = |phase: usize| {
+                    let momentum = masses[phase] * velocities[end][phase];
+                    Vector4::new([momentum, 0.0, 0.0, masses[phase]])
+                };
+                let of_solid =
+                    Vector4::new([sign * (stress - pressure), 0.0, 0.0, n * fluid.resistance * half]);
+                let of_liquid = Vector4::new([-sign * pressure, 0.0, 0.0, fluid.density * half]);
+                line[end] = [
+                    NodalState { momentum_and_mass: motion(SOLID), force: of_solid },
+                    NodalState { momentum_and_mass: motion(LIQUID), force: of_liquid },
+                ];
+                // A row is a line of nodes across the first axis: in one dimension a single one.
+                solve.row(end, 0..1, &mut line[end..=end]);
+                velocities[end] = line[end].map(|node| node.momentum_and_mass.to_array()[0]);
+            }
+            let strain = |phase: usize| dt * (velocities[1][phase] - velocities[0][phase]) / length;
+            stress += modulus * strain(SOLID);
+            pressure = fluid.pressure_after(pressure, n, strain(SOLID), strain(LIQUID));
+            largest = velocities.as_flattened().iter().fold(largest, |a, v| a.max(v.abs() / 1e-6));
+        }
+        largest
+    }
+
+    /// Porosity, density of grains, moduli of skeleton and fluid, conductivity, length.
+    type Element = (f64, f64, f64, f64, f64, f64);
+
+    #[test]
+    fn one_element_is_stable_below_the_exact_step_and_not_above_it() {
+        // sheet: mpm §2.10: the exact limit of a single lumped element.
+        let table: [(Element, f64); 7] = [
+            ((0.4, 2650.0, 1e7, 2.15e9, 1e-3, 0.1), 5.368209e-5),
+            ((0.4, 2650.0, 1e7, 2.15e9, 1e-5, 0.1), 4.067833e-6),
+            ((0.4, 2650.0, 1e7, 2.15e9, 1e-7, 0.1), 4.072349e-8),
+            ((0.4, 2650.0, 5e9, 2.0e9, 1e-2, 0.05), 2.230461e-5),
+            ((0.4, 2650.0, 5e9, 2.0e9, 1e-5, 0.05), 4.039088e-6),
+            ((0.3, 2700.0, 1e8, 3e9, 1e-4, 0.01), 4.190370e-6),
+            ((0.4, 2650.0, 1e7, 2.15e9, 1e3, 0.1), 5.447948e-5),
+        ];
+        for (element, exact) in table {
+            let (stable, unstable) =
+                (growth(element, 0.95 * exact, 100_000), growth(element, 1.05 * exact, 1000));
+            assert!(stable < 100.0, "{element:?}: grows by {stable}");
+            assert!(unstable > 1e6, "{element:?}: grows by {unstable} only");
+            let (least, most) =
+                (growth(element, 0.9999 * exact, 100_000), growth(element, 1.0001 * exact, 100_000));
+            assert!(
+                least < 1e3 && most > 1e3,
+                "{element:?}: the limit is that of the sheet, {least}, {most}"
+            );
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! What obstacles on the nodes bear of skeleton and pore fluid.
+
+use colluvium_grid::NodalState;
+
+use crate::obstacles::reaction::ReactionRecorder;
+use crate::phases::momentum::{PhaseEquilibriumTerms, PhaseMasses, PhaseSolve};
+use crate::phases::pore_fluid::SOLID;
+use crate::transfer::background_grid::BackgroundGrid;
+
+/// Takes what the surfaces do in a step to the active nodes, before that is solved.
+pub(super) fn record_phase_reactions<const D: usize>(
+    bearing: &mut ReactionRecorder,
+    solve: &PhaseSolve<'_, D>,
+    background: &BackgroundGrid<D>,
+    nodes: &[[NodalState; 2]],
+) {
+    bearing.record_nodes(solve.dt, background, solve.walls[SOLID], |index, number, impulses, energies| {
+        solve.record_reactions(index, &nodes[number], impulses, &mut energies.friction);
+    });
+}
+
+impl<const D: usize> PhaseSolve<'_, D> {
+    /// Adds the impulses of a node that is not solved yet on the obstacles that are told apart (N s), and the energy that friction
+    /// takes from its skeleton at any of them (J). The skeleton hands on what the obstacle does to the liquid.
+    fn record_reactions(
+        &self,
+        index: &[usize; 3],
+        node: &[NodalState; 2],
+        impulses: &mut [[f64; 3]],
+        friction: &mut f64,
+    ) {
+        let masses = PhaseMasses::of_node(node);
+        let faces = self.walls[SOLID].faces().at(index);
+        if faces.is_empty() || masses.solid <= self.mass_cutoff[SOLID] {
+            return;
+        }
+        let inertia = self.inertia * masses.solid;
+        let mut tell = |bearer: Option<u8>, change: [f64; 3]| {
+            if let Some(number) = bearer {
+                (0..3).for_each(|c| impulses[usize::from(number)][c] -= inertia * change[c]);
+            }
+        };
+        let motion = node[SOLID].momentum_and_mass.to_array();
+        let begun: [f64; 3] = std::array::from_fn(|c| if c < D { motion[c] / masses.solid } else { 0.0 });
+        let (mut solved, mut rubbed) = (*node, [0.0; 3]);
+        let mut sums = PhaseEquilibriumTerms::default();
+        self.node(index, &mut solved, &masses, [0; 2], &mut sums, |face, change, kept| {
+            // Points get the change from start to end: what is taken off the start comes back to them.
+            tell(face.reaction_index, std::array::from_fn(|c| change[c] - kept[c]));
+            let along: f64 = (0..3).map(|c| change[c] * face.normal[c]).sum();
+            (0..3).for_each(|c| rubbed[c] += change[c] - along * face.normal[c]);
+        });
+        let end = solved[SOLID].momentum_and_mass.to_array();
+        *friction -= (0..3).map(|c| 0.5 * inertia * rubbed[c] * (begun[c] + end[c])).sum::<f64>();
+    }
+}

@@ -1,0 +1,31 @@
+//! Volumetric strain of both phases, shared within cells (sheet: mpm §2.17).
+
+use colluvium_constitutive::BLOCK_SIZE;
+use colluvium_grid::InterpolatedMotion;
+
+use crate::clock::Clock;
+use crate::momentum::velocity_fields::VelocitySource;
+use crate::phases::TwoPhase;
+use crate::phases::pore_fluid::{LIQUID, SOLID};
+use crate::points::bodies::Bodies;
+use crate::stress::volumetric_strain::{CellStrains, average_strains};
+use crate::transfer::background_grid::BackgroundGrid;
+
+/// Shares the volumetric strains of the step, phase by phase, where the case asks for it.
+pub(super) fn average_phase_strains<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &Bodies<D>,
+    strains: &mut CellStrains,
+    (phases, read): (&TwoPhase, VelocitySource),
+) {
+    average_strains(background, bodies, strains, &|set, block, out| {
+        let points = set.point_slice().range(block);
+        let mut all = [[InterpolatedMotion::ZERO; 2]; BLOCK_SIZE];
+        let reads = &mut all[..points.len()];
+        phases.g2p(read, background, &points, reads);
+        for ((out, read), position) in out.iter_mut().zip(&*reads).zip(points.position) {
+            *out = [SOLID, LIQUID].map(|phase| clock.dt * background.dilation(&read[phase], position[0]));
+        }
+    });
+}

@@ -1,0 +1,144 @@
+//! The points of all bodies.
+
+use std::sync::atomic::AtomicBool;
+
+use colluvium_case::{SolverError, spatial};
+use colluvium_grid::wrap;
+use colluvium_points::ScratchBuffers;
+
+use crate::clock::Clock;
+use crate::points::point_blocks::{BlockReport, BlockUpdateTask, PointBlock, SetProperties, Workspace};
+use crate::points::point_set::PointSet;
+use crate::transfer::background_grid::BackgroundGrid;
+
+/// The points, body by body.
+pub struct Bodies<const D: usize> {
+    pub(crate) sets: Vec<PointSet<D>>,
+    /// Sum over the steps since the last sort of the largest move along an axis (m).
+    pub(crate) travel: f64,
+    /// Whether points have left in the step that are to be taken away; they have no place (NaN). Boxed, so that what a step
+    /// reads is known not to change.
+    pub(crate) any_outside: Box<AtomicBool>,
+    /// Largest mass of a point (kg).
+    pub(crate) max_point_mass: f64,
+    scratch: ScratchBuffers,
+}
+
+impl<const D: usize> Bodies<D> {
+    /// Points that are not sorted yet.
+    pub fn new(sets: Vec<PointSet<D>>) -> Self {
+        Self {
+            sets,
+            travel: 0.0,
+            any_outside: Box::default(),
+            max_point_mass: 0.0,
+            scratch: ScratchBuffers::default(),
+        }
+    }
+
+    /// Mass (kg) up to which a node is too light for forces to mean anything.
+    pub fn mass_cutoff(&self, clock: &Clock) -> f64 {
+        clock.options.mass_cutoff() * self.max_point_mass
+    }
+
+    /// Sorts all points by cell.
+    pub fn sort(&mut self, background: &BackgroundGrid<D>) {
+        self.sets.iter_mut().for_each(|set| set.sort(&background.grid, &mut self.scratch));
+        self.travel = 0.0;
+    }
+
+    /// Active nodes and slab bounds from the sorted points.
+    pub fn find_active_nodes(&mut self, background: &mut BackgroundGrid<D>) {
+        background.layout.clear();
+        for set in &mut self.sets {
+            set.slabs = background.layout.add_points(&set.evaluation_positions());
+        }
+        self.max_point_mass =
+            self.sets.iter().flat_map(|set| &set.points.mass).fold(0.0, |a: f64, &b| a.max(b));
+    }
+
+    /// Says whether points have left since it was asked last, and takes those away.
+    pub fn remove_outside_points(&mut self) -> bool {
+        let left = std::mem::replace(self.any_outside.get_mut(), false);
+        if left {
+            self.retain(|x| !x[0].is_nan());
+        }
+        left
+    }
+
+    /// Takes away all points but those at places (m) that `keep` names, and bodies without any left.
+    pub fn retain(&mut self, keep: impl Fn(&[f64; D]) -> bool) {
+        self.sets.iter_mut().for_each(|set| set.retain(&keep, &mut self.scratch));
+        self.sets.retain(|set| set.len() > 0);
+    }
+
+    /// Brings points back that left through a periodic side, on the other one.
+    pub fn wrap(&mut self, background: &BackgroundGrid<D>) {
+        if background.periodic == [false; D] {
+            return;
+        }
+        let (low, high, periodic) = (background.grid.origin, background.upper, background.periodic);
+        let mut wrapped = false;
+        for set in &mut self.sets {
+            wrapped |= wrap([&low, &high], &periodic, &mut set.points.position, &mut set.points.origin);
+        }
+        if wrapped {
+            // They are in other slabs now.
+            self.travel = f64::INFINITY;
+        }
+    }
+
+    /// Updates every block of every body that deforms; returns the largest move along an axis (m).
+    pub fn update_blocks<R>(
+        &mut self,
+        clock: &Clock,
+        bench: &(dyn Fn() -> Workspace<R> + Sync),
+        update: impl Fn(&SetProperties<'_, D>, &mut PointBlock<'_, D>, &mut Workspace<R>) -> BlockReport + Sync,
+    ) -> Result<f64, SolverError> {
+        let Self { sets, any_outside: left, .. } = self;
+        let mut moved = 0f64;
+        for number in 0..sets.len() {
+            let set = &mut sets[number];
+            if set.rigid.is_some() {
+                continue;
+            }
+            let material = set.material.clone();
+            let body = &clock.case.bodies[set.body as usize];
+            let of_set = SetProperties {
+                material: &*material,
+                extent: set.extent,
+                body: set.body,
+                field: set.field,
+                has_affine_field: !set.points.affine.is_empty(),
+                reference_configuration: set.domain.are_anchored(),
+                fluid: set.pore.as_ref().and_then(|pore| pore.fluid),
+                is_fluid: clock.case.materials[&body.material].is_fluid(),
+                remove_outside: body.remove_outside,
+                any_outside: left,
+            };
+            let block =
+                &|block: &mut PointBlock<'_, D>, bench: &mut Workspace<R>| update(&of_set, block, bench);
+            match set.as_block().update(&BlockUpdateTask { new_workspace: bench, block }) {
+                Ok(m) => moved = moved.max(m),
+                Err(failure) => return Err(point_error(clock, &sets[number], failure.index, failure.reason)),
+            }
+        }
+        Ok(moved)
+    }
+}
+
+/// The error of a point of a set that cannot be followed.
+pub fn point_error<const D: usize>(
+    clock: &Clock,
+    set: &PointSet<D>,
+    index: usize,
+    reason: String,
+) -> SolverError {
+    SolverError::Point {
+        step: clock.step,
+        time: clock.time,
+        point: u64::from(set.points.id[index]),
+        position: spatial(&set.points.position[index]),
+        reason,
+    }
+}

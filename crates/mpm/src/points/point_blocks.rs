@@ -1,0 +1,262 @@
+//! Points in blocks, handed to the threads.
+
+use std::sync::atomic::AtomicBool;
+
+use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, StateBlock, SymTensor};
+use colluvium_grid::{DomainsMut, PointSlice};
+
+use crate::obstacles::pore_contact_state::PoreContactState;
+use crate::phases::pore_fluid::PoreFluidConstants;
+use crate::points::point_set::PointSet;
+use crate::points::right_stretch::right_stretch;
+
+/// What a block of points reports: the largest move along an axis (m), or its first failure.
+pub type BlockReport = Result<f64, PointFailure>;
+
+/// A point that failed.
+pub struct PointFailure {
+    /// Index within its set.
+    pub index: usize,
+    /// Why.
+    pub reason: String,
+}
+
+/// Some points, borrowed from the arrays of their set; see [`PointSet`] for what they are. An update gets blocks of
+/// [`BLOCK`] or fewer.
+pub struct PointBlock<'a, const D: usize> {
+    /// Index of the first point within its set.
+    pub first: usize,
+    /// Positions (m).
+    pub position: &'a mut [[f64; D]],
+    /// What displacements are counted from (m).
+    pub origin: &'a mut [[f64; D]],
+    /// Velocities (m/s).
+    pub velocity: &'a mut [[f64; D]],
+    /// Velocities of the grid (m/s); empty where points carry no others.
+    pub grid_velocity: &'a mut [[f64; D]],
+    /// Volumes.
+    pub volume: &'a mut [f64],
+    /// Stresses (Pa).
+    pub stress: &'a mut [SymTensor],
+    /// States of the law, one entry for every [`BLOCK`] points.
+    pub states: &'a mut [StateBlock],
+    /// Domains.
+    pub domain: DomainsMut<'a, D>,
+    /// Masses (kg).
+    pub mass: &'a [f64],
+    /// Initial volumes.
+    pub initial_volume: &'a [f64],
+    /// Displacement gradients that the domains follow later; empty where they follow at once.
+    pub pending: &'a mut [[[f64; D]; D]],
+    /// Work of the stresses (J); empty where nothing measures it.
+    pub stress_work: &'a mut [f64],
+    /// Velocities of the liquid (m/s); empty without.
+    pub liquid_velocity: &'a mut [[f64; D]],
+    /// Pore pressures (Pa); empty without liquid.
+    pub pressure: &'a mut [f64],
+    /// What the liquid knows of obstacles; empty unless those act on points.
+    pub pore_contact: &'a mut [PoreContactState<D>],
+}
+
+/// Fewest blocks that a thread takes at once, and pieces for each thread where there are more.
+const MIN_BLOCKS_PER_TASK: usize = 4;
+const TASKS_PER_THREAD: usize = 8;
+
+/// What an update of blocks works with, one block after the other: what points read off the grid (`R`), and how they move.
+pub struct Workspace<R> {
+    /// What the points read.
+    pub interpolated: [R; BLOCK_SIZE],
+    /// Their motions.
+    pub motions: MotionBlock,
+}
+
+impl<R: Copy> Workspace<R> {
+    /// Points that read `nothing` and do not move, in a step (s), with bands of some length (m), of a space of `D` axes.
+    pub fn at_rest<const D: usize>(nothing: R, dt: f64, band: f64) -> Self {
+        Self { interpolated: [nothing; BLOCK_SIZE], motions: MotionBlock::at_rest(dt, band, D < 3) }
+    }
+}
+
+/// What is done to blocks: where to begin, and what to do to each.
+pub struct BlockUpdateTask<'a, R, const D: usize> {
+    /// What threads work with at the start.
+    pub new_workspace: &'a (dyn Fn() -> Workspace<R> + Sync),
+    /// What is done to a block.
+    pub block: &'a BlockUpdate<'a, R, D>,
+}
+
+/// What is done to a block.
+type BlockUpdate<'a, R, const D: usize> =
+    dyn Fn(&mut PointBlock<'_, D>, &mut Workspace<R>) -> BlockReport + Sync + 'a;
+
+impl<'a, const D: usize> PointBlock<'a, D> {
+    /// Takes the first `blocks` blocks off.
+    fn take(&mut self, blocks: usize) -> Self {
+        let points = blocks * BLOCK_SIZE;
+        // Arrays that there are none of stay empty.
+        fn front<'a, T>(values: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+            values.split_off_mut(..count).unwrap_or_default()
+        }
+        let first = self.first;
+        self.first += points;
+        PointBlock {
+            first,
+            position: front(&mut self.position, points),
+            origin: front(&mut self.origin, points),
+            velocity: front(&mut self.velocity, points),
+            grid_velocity: front(&mut self.grid_velocity, points),
+            volume: front(&mut self.volume, points),
+            stress: front(&mut self.stress, points),
+            states: front(&mut self.states, blocks),
+            domain: self.domain.split_off_front(points),
+            mass: self.mass.split_off(..points).unwrap_or_default(),
+            initial_volume: self.initial_volume.split_off(..points).unwrap_or_default(),
+            pending: front(&mut self.pending, points),
+            stress_work: front(&mut self.stress_work, points),
+            liquid_velocity: front(&mut self.liquid_velocity, points),
+            pressure: front(&mut self.pressure, points),
+            pore_contact: front(&mut self.pore_contact, points),
+        }
+    }
+
+    /// Calls `update` for every block, in parallel; returns the largest move or the first failure. A call a block costs
+    /// nothing beside the block, and the loop is compiled once for all updates that read the same.
+    pub fn update<R>(self, update: &BlockUpdateTask<'_, R, D>) -> BlockReport {
+        let (blocks, threads) = (self.states.len(), rayon::current_num_threads());
+        // One thread shares with no other.
+        let grain = if threads > 1 {
+            (blocks / (TASKS_PER_THREAD * threads)).max(MIN_BLOCKS_PER_TASK)
+        } else {
+            blocks
+        };
+        self.update_pieces(grain, update)
+    }
+
+    fn update_pieces<R>(mut self, grain: usize, update: &BlockUpdateTask<'_, R, D>) -> BlockReport {
+        let blocks = self.states.len();
+        if blocks > grain {
+            let lower = self.take(blocks.div_ceil(2));
+            let (lower, upper) =
+                rayon::join(|| lower.update_pieces(grain, update), || self.update_pieces(grain, update));
+            return combine_reports(lower, upper);
+        }
+        let (mut report, mut bench) = (Ok(0.0), (update.new_workspace)());
+        for _ in 1..blocks {
+            report = combine_reports(report, (update.block)(&mut self.take(1), &mut bench));
+        }
+        if blocks > 0 { combine_reports(report, (update.block)(&mut self, &mut bench)) } else { report }
+    }
+}
+
+impl<const D: usize> PointBlock<'_, D> {
+    /// The points, for a sweep.
+    #[inline(always)]
+    pub fn point_slice<'b>(&'b self, extent: &'b [f64; D]) -> PointSlice<'b, D> {
+        PointSlice { position: self.position, domain: self.domain.as_slice(), extent }
+    }
+
+    /// The domains of the points follow their motions in the step, now or when the step is over.
+    pub fn update_domains(&mut self, motions: &MotionBlock) {
+        let (later, count) = (!self.pending.is_empty(), self.position.len());
+        if !later && !self.domain.are_deformable() {
+            return;
+        }
+        let mut own = [[[0.0; D]; D]; BLOCK_SIZE];
+        let gradients = if later { &mut self.pending[..count] } else { &mut own[..count] };
+        for (p, gradient) in gradients.iter_mut().enumerate() {
+            for i in 0..D {
+                for j in 0..D {
+                    gradient[i][j] = motions.velocity_gradient_dt[3 * i + j][p];
+                }
+            }
+        }
+        if !later {
+            self.domain.update_deformation(&own[..count], right_stretch);
+        }
+    }
+
+    /// The failure of the first point that has one: `failure`, or a domain that can no longer be honoured.
+    pub fn first_failure(
+        &self,
+        failure: Option<PointFailure>,
+        extent: &[f64; D],
+        cell: f64,
+    ) -> Result<(), PointFailure> {
+        let fault = self.domain.as_slice().first_invalid(extent, cell);
+        let fault = fault.map(|(p, reason)| PointFailure { index: self.first + p, reason });
+        match (failure, fault) {
+            (None, None) => Ok(()),
+            (Some(failure), Some(fault)) if fault.index < failure.index => Err(fault),
+            (Some(failure), _) | (None, Some(failure)) => Err(failure),
+        }
+    }
+
+    /// The domains follow the motion that [`PointBlock::update_domains`] kept, if it did.
+    pub fn apply_pending_domains(&mut self) {
+        self.domain.update_deformation(self.pending, right_stretch);
+    }
+}
+
+impl<const D: usize> PointSet<D> {
+    /// All points.
+    pub fn as_block(&mut self) -> PointBlock<'_, D> {
+        let (liquid_velocity, pressure, soaked) = match &mut self.pore {
+            Some(pore) => {
+                let points = &mut pore.points;
+                (&mut points.velocity[..], &mut points.pressure[..], &mut points.soaked[..])
+            }
+            None => Default::default(),
+        };
+        PointBlock {
+            first: 0,
+            position: &mut self.points.position,
+            origin: &mut self.points.origin,
+            velocity: &mut self.points.velocity,
+            grid_velocity: &mut self.points.seen,
+            volume: &mut self.points.volume,
+            stress: &mut self.points.stress,
+            states: self.states.blocks_mut(),
+            domain: self.domain.as_mut(),
+            mass: &self.points.mass,
+            initial_volume: &self.points.initial_volume,
+            pending: &mut self.points.pending,
+            stress_work: &mut self.points.work,
+            liquid_velocity,
+            pressure,
+            pore_contact: soaked,
+        }
+    }
+}
+
+/// What all points of a set share.
+pub struct SetProperties<'a, const D: usize> {
+    /// The law.
+    pub material: &'a dyn colluvium_constitutive::Material,
+    /// Initial full widths (m).
+    pub extent: [f64; D],
+    /// Index into `Case::bodies`.
+    pub body: u32,
+    /// Velocity field of the grid.
+    pub field: usize,
+    /// Whether points carry an affine velocity field.
+    pub has_affine_field: bool,
+    /// Whether points look at the grid from where they were at the start.
+    pub reference_configuration: bool,
+    /// The pore fluid, if any.
+    pub fluid: Option<PoreFluidConstants>,
+    /// Whether the law is one of fluids.
+    pub is_fluid: bool,
+    /// Whether points that leave are taken away.
+    pub remove_outside: bool,
+    /// Where it is noted that points have left.
+    pub any_outside: &'a AtomicBool,
+}
+
+/// Keeps the larger move, or the failure with the lowest index.
+fn combine_reports(a: BlockReport, b: BlockReport) -> BlockReport {
+    match (a, b) {
+        (Ok(a), Ok(b)) => Ok(a.max(b)),
+        (Err(a), Err(b)) => Err(if a.index <= b.index { a } else { b }),
+        (Err(a), Ok(_)) | (Ok(_), Err(a)) => Err(a),
+    }
+}

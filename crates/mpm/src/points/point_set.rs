@@ -1,0 +1,233 @@
+//! The material points of one body, as a structure of arrays.
+
+use std::borrow::Cow;
+use std::io::{self, Read, Write};
+use std::ops::Range;
+use std::sync::Arc;
+
+use colluvium_case::bodies::law_points::LawPoints;
+use colluvium_constitutive::{BLOCK_SIZE, Material, States, SymTensor};
+use colluvium_grid::{Domains, Grid, PointSlice, SquareMatrix};
+use colluvium_points::struct_of_arrays::{invalid_data, read_column, reorder_entries, write_column};
+use colluvium_points::{ScratchBuffers, struct_of_arrays};
+use rayon::prelude::*;
+
+use crate::boundary::surface_load::SurfaceLoad;
+use crate::obstacles::penalty_state::PenaltyState;
+use crate::phases::pore_fluid::PoreSet;
+use crate::points::right_stretch::right_stretch;
+
+/// Points handled at once by [`par_for_each_chunk`].
+pub const CHUNK_POINTS: usize = 256;
+
+/// Calls `visit` for chunks of points with what `values` has for them, in parallel.
+pub fn par_for_each_chunk<const D: usize, T: Send>(
+    values: &mut [T],
+    points: &PointSlice<'_, D>,
+    visit: &(dyn Fn(&mut [T], &PointSlice<'_, D>) + Sync),
+) {
+    values.par_chunks_mut(CHUNK_POINTS).enumerate().for_each(|(number, values)| {
+        let first = number * CHUNK_POINTS;
+        visit(values, &points.range(first..first + values.len()));
+    });
+}
+
+struct_of_arrays! {
+    /// What a point is.
+    pub struct PointColumns<const D: usize> {
+        /// Ids, the same for life.
+        pub id: u32,
+        /// Positions (m).
+        pub position: [f64; D],
+        /// Velocities (m/s).
+        pub velocity: [f64; D],
+        /// Velocities with which the grid moved them in the last step (m/s), where they carry others (FLIP, XPIC); empty otherwise.
+        pub seen: [f64; D],
+        /// Masses (kg).
+        pub mass: f64,
+        /// Current volumes (m³; m² × 1 m in plane strain, per radian in axisymmetry).
+        pub volume: f64,
+        /// Initial volumes.
+        pub initial_volume: f64,
+        /// Cauchy stresses (Pa).
+        pub stress: SymTensor as [f64; 6],
+        /// Positions from which displacement is counted (m).
+        pub origin: [f64; D],
+        /// Sum of the forces of loads in this step (N); empty where the body carries none.
+        pub traction: [f64; D],
+        /// For the affine transfers, empty otherwise: moment `Σ N v (x_i - x_p)ᵀ` of the velocity (APIC, m²/s) or its
+        /// gradient (TPIC, 1/s); row `i`, column `j`.
+        pub affine: SquareMatrix<D>,
+        /// Room for a vector a point, where the transfer needs one.
+        pub scratch: [f64; D],
+        /// Where stress comes before forces and domains stretch: the displacement gradient that the domains follow when
+        /// the step is over, so that all its weights are those of its beginning (sheet: mpm P-04); empty otherwise.
+        pub pending: SquareMatrix<D>,
+        /// Energy stored at the start and work of the stress since (J); empty where nothing measures it.
+        pub work: f64,
+        /// What they know of obstacles that act on points; empty without any.
+        pub pressed: PenaltyState<D>,
+    }
+}
+
+/// All points of one body, in the order of the last sort.
+pub struct PointSet<const D: usize> {
+    /// Index into `Case::bodies`.
+    pub body: u32,
+    /// Velocity field of the grid that the body has: 0 for all bodies that no contact separates.
+    pub field: usize,
+    /// Number of the rigid body among what is driven; `None` for a body that deforms.
+    pub rigid: Option<usize>,
+    /// The law.
+    pub material: Arc<dyn Material>,
+    /// Initial full width of every point's domain (m).
+    pub extent: [f64; D],
+    /// The points.
+    pub points: PointColumns<D>,
+    /// States of the law.
+    pub states: States,
+    /// What the points know of their domains.
+    pub domain: Domains<D>,
+    /// Loads on the points.
+    pub loads: Vec<SurfaceLoad<D>>,
+    /// What pore fluid adds; `None` in a case without.
+    pub pore: Option<PoreSet<D>>,
+    /// Bounds of the slabs within the columns.
+    pub slabs: Vec<usize>,
+}
+
+/// The least volume of a point over its initial one (pitfall P-09).
+pub const MIN_VOLUME_RATIO: f64 = 0.1;
+
+impl<const D: usize> PointSet<D> {
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Memory of the arrays (bytes).
+    pub fn bytes(&self) -> usize {
+        let loads = self.loads.iter().map(|load| size_of_val(&load.vectors[..])).sum::<usize>();
+        self.points.bytes()
+            + self.len() * self.material.state_size()
+            + self.domain.bytes()
+            + loads
+            + self.pore.as_ref().map_or(0, |pore| pore.points.bytes())
+            + size_of_val(&self.slabs[..])
+    }
+
+    /// The points as their law sees them.
+    pub fn law_points(&self) -> LawPoints<'_> {
+        LawPoints { material: &*self.material, stress: &self.points.stress, states: &self.states }
+    }
+
+    /// How many points have the least volume.
+    pub fn points_at_min_volume(&self) -> usize {
+        let least = |(volume, initial): &(&f64, &f64)| **volume <= MIN_VOLUME_RATIO * **initial;
+        self.points.volume.iter().zip(&self.points.initial_volume).filter(least).count()
+    }
+
+    /// All points, for a sweep.
+    #[inline(always)]
+    pub fn point_slice(&self) -> PointSlice<'_, D> {
+        PointSlice { position: &self.points.position, domain: self.domain.as_slice(), extent: &self.extent }
+    }
+
+    /// The points of a slab in blocks of [`BLOCK`] or fewer, by their numbers.
+    #[inline(always)]
+    pub fn blocks_of(&self, slab: usize) -> impl Iterator<Item = Range<usize>> {
+        let (start, end) = (self.slabs[slab], self.slabs[slab + 1]);
+        (start..end).step_by(BLOCK_SIZE).map(move |first| first..(first + BLOCK_SIZE).min(end))
+    }
+
+    /// Where the points look at the grid from (m).
+    pub fn evaluation_positions(&self) -> Cow<'_, [[f64; D]]> {
+        self.domain.evaluation_positions(&self.points.position)
+    }
+
+    /// Sorts the points by cell of `grid`.
+    pub fn sort(&mut self, grid: &Grid<D>, spare: &mut ScratchBuffers) {
+        let order = colluvium_grid::sort_by_cell(grid, &self.evaluation_positions());
+        if order.iter().enumerate().all(|(i, &old)| i == old as usize) {
+            return;
+        }
+        self.reorder(&order, spare);
+    }
+
+    /// Keeps the points of which `keep` approves, by their place.
+    pub fn retain(&mut self, keep: impl Fn(&[f64; D]) -> bool, spare: &mut ScratchBuffers) {
+        let kept = |i: &u32| keep(&self.points.position[*i as usize]);
+        let order: Vec<u32> = (0..self.len() as u32).filter(kept).collect();
+        if order.len() < self.len() {
+            self.reorder(&order, spare);
+        }
+    }
+
+    /// Point `i` becomes what point `order[i]` was; points that `order` does not name vanish.
+    fn reorder(&mut self, order: &[u32], spare: &mut ScratchBuffers) {
+        let all = 0..self.len();
+        self.domain.reorder(order);
+        for load in &mut self.loads {
+            reorder_entries(&mut load.vectors, all.clone(), order, spare);
+        }
+        if let Some(pore) = &mut self.pore {
+            pore.points.reorder(order, spare);
+        }
+        self.states = self.states.permuted(order);
+        self.points.reorder(order, spare);
+    }
+
+    /// Writes everything that changes, for a checkpoint.
+    ///
+    /// # Errors
+    /// When `out` refuses.
+    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        self.points.write(out)?;
+        write_column(&self.material.save(&self.states), |byte| byte, out)?;
+        write_column(&self.domain.checkpoint_numbers(), |number| number, out)?;
+        for load in &self.loads {
+            write_column(&load.vectors, |vector| vector, out)?;
+        }
+        if let Some(pore) = &self.pore {
+            pore.points.write(out)?;
+        }
+        write_column(&self.slabs, |bound| bound as u64, out)
+    }
+
+    /// Takes what [`PointSet::write`] has written.
+    ///
+    /// # Errors
+    /// When the bytes end early or are those of another set, with what does not fit.
+    pub fn read(&mut self, input: &mut dyn Read) -> io::Result<()> {
+        let mut points = PointColumns::default();
+        points.read(input)?;
+        if self.points.work.is_empty() {
+            // Nothing measures it any more.
+            points.work.clear();
+        }
+        if !points.uses_columns_of(&self.points) {
+            return Err(invalid_data("points have other columns than the case asks for"));
+        }
+        self.points = points;
+        let count = self.len();
+        let fits = |name: &str, fits: bool| if fits { Ok(()) } else { Err(invalid_data(name)) };
+        let mut states = Vec::new();
+        read_column(&mut states, |byte: u8| byte, input)?;
+        let states = self.material.load(&states).filter(|states| states.len() == count);
+        self.states = states.ok_or_else(|| invalid_data("states of laws do not fit the points"))?;
+        let mut numbers = Vec::new();
+        read_column(&mut numbers, |number: f64| number, input)?;
+        let domains = self.domain.restore(&numbers, count, right_stretch);
+        fits("domains do not fit the points", domains.is_some())?;
+        for load in &mut self.loads {
+            load.read(input)?;
+            fits("loads do not fit the points", load.vectors.len() == count)?;
+        }
+        if let Some(pore) = &mut self.pore {
+            pore.points.read(input)?;
+            fits("pore fluid does not fit the points", pore.points.len() == count)?;
+        }
+        read_column(&mut self.slabs, |bound: u64| bound as usize, input)?;
+        fits("slabs do not fit the points", self.slabs.last() == Some(&count))
+    }
+}

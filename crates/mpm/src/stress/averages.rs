@@ -1,0 +1,25 @@
+//! What points share before forces and stresses are found.
+
+use crate::stress::cell_integration::CellStresses;
+use crate::stress::dual_domain::DualDomainNodes;
+use crate::stress::free_surface::FreeSurface;
+use crate::stress::volumetric_strain::CellStrains;
+use crate::transfer::background_grid::BackgroundGrid;
+
+/// Averages over cells and nodes; each is empty where the options do not ask for it.
+pub struct CellAverages<const D: usize> {
+    pub(crate) strains: CellStrains,
+    pub(crate) stresses: CellStresses,
+    pub(crate) dual_domain: DualDomainNodes,
+    pub(crate) free_surface: Option<Box<FreeSurface<D>>>,
+}
+
+impl<const D: usize> CellAverages<D> {
+    /// Empties the active entries.
+    pub fn reset(&mut self, background: &BackgroundGrid<D>) {
+        let cells = background.cell_layout();
+        self.strains.reset([&background.layout, cells]);
+        self.stresses.reset(cells);
+        self.dual_domain.reset(&background.layout);
+    }
+}

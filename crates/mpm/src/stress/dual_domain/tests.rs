@@ -1,0 +1,226 @@
+use crate::stress::dual_domain::*;
+use crate::transfer::dimension_dispatch::tests::begun;
+use colluvium_grid::{LinearBasis, NodeSupport, Stencil};
+use proptest::prelude::*;
+
+/// A grid of `cells` of 0.5 m an axis with points at `places`, and how to read a field of nodes with it.
+struct Ground<const D: usize> {
+    grid: Grid<D>,
+    layout: Layout<D>,
+    dual: DualDomainNodes,
+}
+
+impl<const D: usize> Ground<D> {
+    fn new(cells: usize, mut places: Vec<[f64; D]>) -> Self {
+        let grid = Grid::new([0.0; D], [0.5 * cells as f64; D], 0.5).unwrap();
+        let order = colluvium_grid::sort_by_cell(&grid, &places);
+        places = order.iter().map(|i| places[*i as usize]).collect();
+        let mut layout = Layout::new::<2, LinearBasis>(&grid);
+        let bounds = layout.add_points(&places);
+        let options = serde_json::json!({ "cell_size": 0.5, "shape": "dual-domain" });
+        let options: MpmOptions = serde_json::from_value(options).unwrap();
+        let mut dual = DualDomainNodes::new(&options, &layout, 1);
+        let (stresses, volumes) = (vec![SymTensor::ZERO; places.len()], vec![0.1; places.len()]);
+        dual.add_points(0, &grid, &layout, &|slab, visit| {
+            let points = bounds[slab]..bounds[slab + 1];
+            visit(&places[points.clone()], &stresses[points.clone()], &volumes[points]);
+        });
+        Self { grid, layout, dual }
+    }
+
+    /// A point in every cell.
+    fn full(cells: usize) -> Self {
+        let count = cells.pow(D as u32);
+        let place = |mut n: usize| {
+            std::array::from_fn(|_| {
+                let x = 0.5 * ((n % cells) as f64 + 0.5);
+                n /= cells;
+                x
+            })
+        };
+        Self::new(cells, (0..count).map(place).collect())
+    }
+
+    fn node(&self, number: usize) -> [f64; D] {
+        let mut rest = number;
+        self.layout.strides().map(|stride| {
+            let index = rest / stride;
+            rest %= stride;
+            0.5 * index as f64
+        })
+    }
+
+    /// Gradient at a place of the field that `of` gives at the nodes.
+    fn gradient(&mut self, x: &[f64; D], of: &(dyn Fn([f64; D]) -> [f64; 3] + Sync)) -> [[f64; 3]; D] {
+        let values: Vec<Vector4> = (0..self.layout.len())
+            .map(|n| {
+                let [a, b, c] = of(self.node(n));
+                Vector4::new([a, b, c, 0.0])
+            })
+            .collect();
+        self.dual.average_gradients(0, &self.grid, &self.layout, |n| values[n]);
+        let stencil = Stencil::<D, 2>::new::<LinearBasis>(&self.grid, x, &[0.1; D]);
+        let mut gradient = stencil.g2p_velocity(&values, &self.layout.strides()).gradient;
+        self.dual.blend(0, &self.grid, &self.layout, x, &mut gradient);
+        gradient.map(|column| {
+            let [a, b, c, _] = column.to_array();
+            [a, b, c]
+        })
+    }
+}
+
+#[test]
+fn on_a_line_the_gradients_have_their_closed_form() {
+    // At s of a cell of h, with α = 4 s (1 - s): the linear ± 1/h, and of the nodes the central differences.
+    let mut line = Ground::<1>::full(8);
+    for s in [0.0, 0.1, 0.25, 0.5, 0.8] {
+        let x = 0.5 * (3.0 + s);
+        let alpha = 4.0 * s * (1.0 - s);
+        let exact = [
+            -(1.0 - alpha) * 0.5 * (1.0 - s),
+            -alpha - (1.0 - alpha) * 0.5 * s,
+            alpha + (1.0 - alpha) * 0.5 * (1.0 - s),
+            (1.0 - alpha) * 0.5 * s,
+        ];
+        for (k, exact) in exact.into_iter().enumerate() {
+            let node = 0.5 * (2 + k) as f64;
+            let found =
+                line.gradient(&[x], &|at| [if (at[0] - node).abs() < 1e-9 { 1.0 } else { 0.0 }, 0.0, 0.0]);
+            assert!((found[0][0] - exact / 0.5).abs() < 1e-13, "{s}, node {k}: {found:?} for {exact}");
+        }
+    }
+}
+
+#[test]
+fn the_own_share_is_one_in_the_middle_and_none_on_faces() {
+    assert!((own_share(&[0.5; 3]) - 1.0).abs() < 1e-15 && own_share(&[0.5, 0.0]) == 0.0);
+    // 2^D weights over each other: 256 × (1/4 × 3/4 × 1/2)² / 16 at (1/4, 1/2).
+    let [w, n] = [own_share(&[0.25, 0.5]), (0..4).map(|k| weight(k, &[0.25, 0.5])).product::<f64>()];
+    assert!((w - 256.0 * n).abs() < 1e-14, "{w}");
+    let cube = (0..8).map(|k| weight(k, &[0.3, 0.4, 0.6])).product::<f64>();
+    assert!((own_share(&[0.3, 0.4, 0.6]) / (8f64.powi(8) * cube) - 1.0).abs() < 1e-12);
+}
+
+/// Gradients of a constant and of the places at `x`.
+fn linear_fields<const D: usize>(ground: &mut Ground<D>, x: &[f64; D]) {
+    for (j, column) in ground.gradient(x, &|_| [1.0, -2.0, 3.0]).into_iter().enumerate() {
+        assert!(column.iter().all(|c| c.abs() < 1e-12), "∂/∂x_{j}: {column:?}");
+    }
+    let found = ground.gradient(x, &|at| std::array::from_fn(|c| if c < D { at[c] } else { 0.0 }));
+    for (j, column) in found.into_iter().enumerate() {
+        for (i, c) in column.into_iter().enumerate() {
+            assert!((c - if i == j { 1.0 } else { 0.0 }).abs() < 1e-12, "∂x_{i}/∂x_{j}: {c}");
+        }
+    }
+}
+
+/// A field without any order.
+fn rough<const D: usize>(x: [f64; D]) -> [f64; 3] {
+    let phase: f64 = x.iter().enumerate().map(|(a, x)| (7.3 + 3.1 * a as f64) * x * x).sum();
+    [phase.sin(), (1.7 * phase).cos(), (phase + 0.4).sin()]
+}
+
+fn continuous<const D: usize>(mut place: [f64; D], axis: usize) {
+    let mut ground = Ground::<D>::full(5);
+    let face = 1.0;
+    let mut at = |x: f64| {
+        place[axis] = x;
+        ground.gradient(&place, &rough)
+    };
+    let (below, above) = (at(face - 1e-9), at(face + 1e-9));
+    for (a, b) in below.as_flattened().iter().zip(above.as_flattened()) {
+        assert!((a - b).abs() < 1e-6, "{place:?}: {a} and {b}");
+    }
+}
+
+/// The power of the nodes' forces is that of the points' stresses, whatever the velocities: force and velocity gradient
+/// go by the same gradients.
+fn power<const D: usize>(space: &str) {
+    let all = |value: f64| vec![value; D];
+    let text = serde_json::json!({
+        "title": "ball", "space": space, "domain": { "min": all(0.0), "max": all(1.0) }, "gravity": all(0.0),
+        "materials": { "m": { "model": "linear-elastic", "density": 7, "youngs_modulus": 1, "poissons_ratio": 0 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": all(0.5), "radius": 0.3 } }],
+        "stages": [{ "name": "s", "duration": 1 }],
+        "methods": { "mpm": { "cell_size": 0.2, "shape": "dual-domain", "stress_update": "usl" } }
+    });
+    let case = Case::from_json(&text.to_string()).unwrap();
+    let mut solver = begun::<D>(&case);
+    let set = &mut solver.bodies.sets[0];
+    for (p, position) in set.points.position.iter_mut().enumerate() {
+        let wave = rough([0.37 * p as f64; 1]);
+        (0..D).for_each(|c| position[c] += 0.1 * wave[c]);
+        let [a, b, c] = rough([1.0 + 0.53 * p as f64; 1]);
+        let in_space = |axis: usize, value: f64| if axis < D { value } else { 0.0 };
+        set.points.stress[p] =
+            SymTensor([a, b, c, in_space(1, a * b), in_space(2, b * c), in_space(2, c * a)]);
+    }
+    solver.sort();
+    solver.p2g_for_tests();
+    let mut power = 0.0;
+    let mut total = [0.0; 3];
+    for (n, node) in solver.nodes.solved.iter_mut().enumerate() {
+        let (force, mass) = (node.force.to_array(), node.momentum_and_mass.as_array()[3]);
+        assert!(mass > 0.0 || force[..3] == [0.0; 3], "force on a node without mass: {force:?}");
+        let velocity = rough([0.2 + 0.11 * n as f64; 1]);
+        for c in 0..D {
+            power += force[c] * velocity[c];
+            total[c] += force[c];
+        }
+        node.momentum_and_mass = Vector4::new([velocity[0], velocity[1], velocity[2], mass]);
+    }
+    assert!(total.iter().all(|force| force.abs() < 1e-14), "{space}: {total:?}");
+    average_velocity_gradients(
+        &solver.background,
+        (&solver.nodes, VelocitySource::Solved),
+        &mut solver.averages.dual_domain,
+    );
+    let (set, mut exact) = (&solver.bodies.sets[0], 0.0);
+    for (p, x) in set.points.position.iter().enumerate() {
+        let support: Stencil<D, 2> = Stencil::new::<LinearBasis>(&solver.background.grid, x, &set.extent);
+        let mut gradient = support.g2p(&solver.nodes.solved, &solver.background.layout.strides()).gradient;
+        solver.averages.dual_domain.blend(
+            0,
+            &solver.background.grid,
+            &solver.background.layout,
+            x,
+            &mut gradient,
+        );
+        for (j, column) in gradient.into_iter().enumerate() {
+            let column = column.to_array();
+            exact -=
+                (0..D).map(|i| set.points.volume[p] * set.points.stress[p].at(i, j) * column[i]).sum::<f64>();
+        }
+    }
+    assert!(
+        (power - exact).abs() < 1e-13 * exact.abs().max(1.0) && exact != 0.0,
+        "{space}: {power}, {exact}"
+    );
+}
+
+#[test]
+fn forces_do_the_work_of_the_stresses_and_fall_on_nodes_with_mass() {
+    power::<1>("1d");
+    power::<2>("plane-strain");
+    power::<3>("3d");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn linear_fields_have_their_gradients_at_the_surface_too(
+        places in proptest::collection::vec(proptest::array::uniform3(0.0..2.0f64), 1..20),
+    ) {
+        linear_fields(&mut Ground::<1>::new(4, places.iter().map(|x| [x[0]]).collect()), &[places[0][0]]);
+        let plane = places.iter().map(|x| [x[0], x[1]]).collect();
+        linear_fields(&mut Ground::<2>::new(4, plane), &[places[0][0], places[0][1]]);
+        linear_fields(&mut Ground::<3>::new(4, places.clone()), &places[0]);
+    }
+
+    #[test]
+    fn gradients_pass_through_faces_without_a_jump(x in proptest::array::uniform3(0.0..2.5f64)) {
+        continuous::<1>([x[0]], 0);
+        (0..2).for_each(|axis| continuous::<2>([x[0], x[1]], axis));
+        (0..3).for_each(|axis| continuous::<3>(x, axis));
+    }
+}

@@ -1,0 +1,86 @@
+//! Affine transfers, APIC and TPIC (sheet: mpm §2.6): points carry the moment or the gradient of the velocity, over the
+//! places from which they look at the grid: those of the start in the total-Lagrangian form.
+
+use colluvium_grid::PointSlice;
+
+use crate::clock::Clock;
+use crate::config::VelocityTransfer;
+use crate::momentum::velocity_fields::VelocityFields;
+use crate::points::bodies::Bodies;
+use crate::points::point_set::par_for_each_chunk;
+use crate::transfer::background_grid::BackgroundGrid;
+
+/// Moments or gradients of the initial velocities, from differences over a cell.
+pub fn initialise_affine<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &mut Bodies<D>,
+) {
+    let ground = background.grid_view();
+    let cell = ground.grid.cell;
+    for set in bodies.sets.iter_mut().filter(|set| !set.points.affine.is_empty()) {
+        let field = &clock.case.bodies[set.body as usize].velocity;
+        let mut moments = vec![[0.0; D]; set.points.affine.len()];
+        background.transfers.second_moments(&ground, &set.point_slice(), &mut moments);
+        for ((affine, squares), position) in
+            set.points.affine.iter_mut().zip(&moments).zip(&set.points.position)
+        {
+            for j in 0..D {
+                let at = |shift: f64| {
+                    let place = |c: usize| position.get(c).copied().unwrap_or(0.0);
+                    field.at(std::array::from_fn(|c| place(c) + if c == j { shift } else { 0.0 }))
+                };
+                let (above, below) = (at(0.5 * cell), at(-0.5 * cell));
+                let scale = if clock.options.transfer == VelocityTransfer::Apic { squares[j] } else { 1.0 };
+                for i in 0..D {
+                    affine[i][j] = scale * (above[i] - below[i]) / cell;
+                }
+            }
+        }
+    }
+}
+
+/// Moments (APIC) or gradients (TPIC) of the solved velocities, at the positions at the start of the step.
+pub fn g2p_affine<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &mut Bodies<D>,
+    nodes: &VelocityFields,
+) {
+    let (ground, sweeps) = (background.grid_view(), background.transfers);
+    let moments = clock.options.transfer == VelocityTransfer::Apic;
+    for set in bodies.sets.iter_mut().filter(|set| !set.points.affine.is_empty()) {
+        let nodes = &nodes.solved[set.field * background.layout.len()..];
+        let points =
+            PointSlice { position: &set.points.position, domain: set.domain.as_slice(), extent: &set.extent };
+        par_for_each_chunk(&mut set.points.affine, &points, &|affine, points| {
+            sweeps.g2p_affine(&ground, points, nodes, moments, affine);
+        });
+    }
+}
+
+/// Kinetic energy (J) along each axis of the affine velocity fields that points carry, beside that of their motion: what the grid
+/// gets of it in the next step, `½ m C D Cᵀ` with the second moments `D` of the shape functions and the gradient `C`
+/// (sheet: snow-mpm §2.11). What turns and stretches within points.
+pub fn affine_energies<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &Bodies<D>,
+) -> [f64; D] {
+    let (ground, mut energies) = (background.grid_view(), [0.0; D]);
+    let carrying = bodies.sets.iter().filter(|set| set.rigid.is_none() && !set.points.affine.is_empty());
+    for set in carrying {
+        let mut moments = vec![[0.0; D]; set.len()];
+        background.transfers.second_moments(&ground, &set.point_slice(), &mut moments);
+        for ((affine, squares), mass) in set.points.affine.iter().zip(&moments).zip(&set.points.mass) {
+            for (energy, row) in energies.iter_mut().zip(affine) {
+                let each = row.iter().zip(squares).map(|(c, square)| match clock.options.transfer {
+                    VelocityTransfer::Apic => c * c / square,
+                    _ => c * c * square,
+                });
+                *energy += 0.5 * mass * each.sum::<f64>();
+            }
+        }
+    }
+    energies
+}

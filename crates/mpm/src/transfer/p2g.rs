@@ -1,0 +1,276 @@
+//! The transfers from points to grid.
+
+use std::ops::Range;
+
+use colluvium_constitutive::{BLOCK_SIZE, SymTensor};
+use colluvium_grid::{AffineFields, NodeRange, P2gInput, Vector4};
+
+use crate::VelocityTransfer;
+use crate::boundary::boundary_conditions::BoundaryConditions;
+use crate::boundary::nodal_loads::apply_nodal_loads;
+use crate::boundary::point_loads::apply_loads;
+use crate::boundary::prescribed_motion::impose_patch_velocity_remapped;
+use crate::boundary::rigid_bodies::impose_rigid_velocity_remapped;
+use crate::clock::Clock;
+use crate::contact::contact_correction::{correct_remapped, scatter_surfaces};
+use crate::momentum::velocity_fields::VelocityFields;
+use crate::obstacles::obstacle_penalty::penalty_forces;
+use crate::points::bodies::Bodies;
+use crate::points::point_set::PointSet;
+use crate::points::vectors::{first_three, vector4};
+use crate::stress::averages::CellAverages;
+use crate::stress::cell_integration::{add_cell_forces, average_stresses};
+use crate::stress::dual_domain::{add_dual_forces, share, share_stresses};
+use crate::transfer::background_grid::BackgroundGrid;
+
+/// What a scatter carries to the nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum P2gContent {
+    /// Mass, momentum and forces.
+    Everything,
+    /// Mass and momentum.
+    Motion,
+    /// Forces.
+    Forces,
+}
+
+/// `columns[j] = -V σ e_j`.
+#[inline(always)]
+pub fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Vector4; D] {
+    let s = &stress.0;
+    let columns = [
+        Vector4::new([s[0], s[3], s[5], 0.0]),
+        Vector4::new([s[3], s[1], s[4], 0.0]),
+        Vector4::new([s[5], s[4], s[2], 0.0]),
+    ];
+    let mut mask = [0.0; 4];
+    mask[..D].fill(-volume);
+    let scale = Vector4::new(mask);
+    std::array::from_fn(|j| columns[j] * scale)
+}
+
+/// Adds to the nodes of a field the momenta of its bodies, `N` times mass times the velocities (m/s) that `of` finds, and what the affine fields
+/// of `transfer` add to them.
+pub fn p2g_momenta<const D: usize>(
+    background: &BackgroundGrid<D>,
+    sets: &[PointSet<D>],
+    field: usize,
+    nodes: &mut [Vector4],
+    of: fn(&PointSet<D>) -> &[[f64; D]],
+    transfer: VelocityTransfer,
+) {
+    let ground = background.grid_view();
+    background.layout.for_each_slab(nodes, |slab, window, offset| {
+        let mut values = [Vector4::ZERO; BLOCK_SIZE];
+        for set in sets.iter().filter(|set| set.field == field) {
+            for block in set.blocks_of(slab) {
+                let values = &mut values[..block.len()];
+                let points = of(set)[block.clone()].iter().zip(&set.points.mass[block.clone()]);
+                for (value, (velocity, mass)) in values.iter_mut().zip(points) {
+                    *value = vector4(velocity, 0.0) * *mass;
+                }
+                let to = NodeRange { nodes: &mut *window, first: offset };
+                let affine = affine_of(transfer, set, block.clone());
+                background.transfers.p2g_values(&ground, &set.point_slice().range(block), to, values, affine);
+            }
+        }
+    });
+}
+
+/// What a block of points gives to the nodes in one phase.
+struct P2gBuffer<const D: usize> {
+    motion: [Vector4; BLOCK_SIZE],
+    columns: [[Vector4; D]; BLOCK_SIZE],
+    body: [Vector4; BLOCK_SIZE],
+}
+
+impl<const D: usize> P2gBuffer<D> {
+    const NOTHING: Self = Self {
+        motion: [Vector4::ZERO; BLOCK_SIZE],
+        columns: [[Vector4::ZERO; D]; BLOCK_SIZE],
+        body: [Vector4::ZERO; BLOCK_SIZE],
+    };
+}
+
+/// Parts that the points of a set carry of the affine velocity fields around them, where their transfer asks for it.
+fn affine_of<const D: usize>(
+    transfer: VelocityTransfer,
+    set: &PointSet<D>,
+    points: Range<usize>,
+) -> Option<AffineFields<'_, D>> {
+    let fields = || &set.points.affine[points.clone()];
+    let moments = transfer == VelocityTransfer::Apic;
+    (!set.points.affine.is_empty()).then(|| AffineFields {
+        moments,
+        fields: fields(),
+        mass: &set.points.mass[points.clone()],
+    })
+}
+
+/// Point to grid (step 1), slab by slab.
+pub fn p2g<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &mut Bodies<D>,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
+    averages: &mut CellAverages<D>,
+    what: P2gContent,
+) {
+    apply_loads(clock, bodies, &boundary.load_starts);
+    if what != P2gContent::Motion {
+        penalty_forces(clock, background, bodies, &mut boundary.penalty_obstacles);
+        average_stresses(clock, background, bodies, &mut averages.stresses);
+    }
+    let fields = nodes.fields(&background.layout);
+    share_stresses(background, bodies, fields, &mut averages.dual_domain);
+    if what != P2gContent::Forces {
+        scatter_surfaces(background, bodies, &boundary.walls, &mut boundary.contacts);
+    }
+    let CellAverages { stresses, dual_domain: dual, .. } = &*averages;
+    let BackgroundGrid { layout, transfers: sweeps, axisymmetric, grid, .. } = background;
+    let (sets, ground, axisymmetric) = (&bodies.sets, background.grid_view(), *axisymmetric);
+    let (transfer, cells) = (clock.options.transfer, background.cell_layout().len());
+    let shared = dual.is_used();
+    let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
+    for (field, nodes) in nodes.solved.chunks_exact_mut(layout.len()).enumerate() {
+        let full = stresses.full_cells(field, cells);
+        layout.for_each_slab(nodes, |slab, window, offset| {
+            let mut given = P2gBuffer::NOTHING;
+            for set in of_field(field) {
+                let domain = set.domain.as_slice();
+                let loaded = !set.points.traction.is_empty() && what != P2gContent::Motion;
+                let pressed = !set.points.pressed.is_empty() && what != P2gContent::Motion;
+                for block in set.blocks_of(slab) {
+                    for (k, p) in block.clone().enumerate() {
+                        let mass = if what == P2gContent::Forces { 0.0 } else { set.points.mass[p] };
+                        given.motion[k] = vector4(&set.points.velocity[p], 1.0) * mass;
+                        let left_to_cell =
+                            full.is_some_and(|full| full[domain.cell(p, &ground, &set.points.position[p])]);
+                        let pulls = what != P2gContent::Motion && !left_to_cell;
+                        let volume = if pulls { set.points.volume[p] } else { 0.0 };
+                        let own = if shared { share(grid, &set.points.position[p]) } else { 1.0 };
+                        given.columns[k] = force_columns::<D>(&set.points.stress[p], own * volume);
+                        if axisymmetric {
+                            let hoop = -volume * set.points.stress[p][2] / set.points.position[p][0];
+                            given.body[k] = Vector4::new([hoop, 0.0, 0.0, 0.0]);
+                        } else {
+                            given.body[k] = Vector4::ZERO;
+                        }
+                        if loaded {
+                            given.body[k] += vector4(&set.points.traction[p], 0.0);
+                        }
+                        if pressed {
+                            given.body[k] += vector4(&set.points.pressed[p].force, 0.0);
+                        }
+                    }
+                    let count = block.len();
+                    let deposit = P2gInput {
+                        momentum_and_mass: &given.motion[..count],
+                        stress_columns: &given.columns[..count],
+                        body_force: if axisymmetric || loaded || pressed {
+                            &given.body[..count]
+                        } else {
+                            &[]
+                        },
+                        affine: affine_of(transfer, set, block.clone())
+                            .filter(|_| what != P2gContent::Forces),
+                    };
+                    let to = NodeRange { nodes: &mut *window, first: offset };
+                    sweeps.p2g(&ground, &set.point_slice().range(block), to, &deposit);
+                }
+            }
+        });
+        layout.sum_periodic_images(nodes, |sum, node| {
+            if what != P2gContent::Forces {
+                sum.momentum_and_mass += node.momentum_and_mass;
+            }
+            if what != P2gContent::Motion {
+                sum.force += node.force;
+            }
+        });
+    }
+    if what != P2gContent::Motion {
+        add_cell_forces(background, stresses, &mut nodes.solved);
+        add_dual_forces(background, dual, &mut nodes.solved);
+        apply_nodal_loads(
+            clock,
+            background,
+            bodies,
+            &mut nodes.solved,
+            &boundary.nodal_loads,
+            &boundary.load_starts,
+        );
+    }
+}
+
+/// Maps the updated velocities of the points back to the nodes (MUSL, step 6), walls included.
+pub fn remap<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &Bodies<D>,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
+) {
+    nodes.reset_remapped(&background.layout);
+    let transfer = clock.options.transfer;
+    let len = background.layout.len();
+    for (field, nodes) in nodes.remapped.chunks_exact_mut(len).enumerate() {
+        p2g_momenta(background, &bodies.sets, field, nodes, |set| &set.points.velocity, transfer);
+        background.layout.sum_periodic_images(nodes, |sum, node| *sum += *node);
+    }
+    velocities_of_remapped(clock, background, bodies, nodes, boundary, false);
+}
+
+/// Velocities at the start of the step (USF), walls included.
+pub fn start_velocities<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &Bodies<D>,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
+) {
+    for (velocity, node) in nodes.remapped.iter_mut().zip(&nodes.solved) {
+        *velocity = node.momentum_and_mass;
+    }
+    velocities_of_remapped(clock, background, bodies, nodes, boundary, true);
+}
+
+/// Divides re-mapped momenta by mass and applies the walls. With `start` the nodes still hold
+/// momenta, else they hold the solved velocities; mass is in their fourth lane either way.
+fn velocities_of_remapped<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &Bodies<D>,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
+    start: bool,
+) {
+    let VelocityFields { solved, remapped, .. } = &mut *nodes;
+    let (walls, layout) = (&boundary.walls, &background.layout);
+    let row_length = layout.strides()[0];
+    let fields = remapped.chunks_exact_mut(layout.len()).zip(solved.chunks_exact(layout.len()));
+    for (remapped, nodes) in fields {
+        layout.for_each_active_node_range(remapped, |row, active, line| {
+            for number in active {
+                let node = &nodes[row * row_length + number];
+                let mass = node.momentum_and_mass.as_array()[3];
+                if mass <= 0.0 {
+                    line[number] = Vector4::ZERO;
+                    continue;
+                }
+                line[number] *= 1.0 / mass;
+                let solved = if start { Vector4::splat(f64::NAN) } else { node.momentum_and_mass };
+                let mut velocity = first_three(line[number]);
+                walls.constrain_remapped(&layout.index(row, number), &first_three(solved), &mut velocity);
+                line[number] = vector4(&velocity, 0.0);
+            }
+        });
+    }
+    impose_rigid_velocity_remapped(background, &boundary.driven, &boundary.contacts, &mut nodes.remapped);
+    if !start {
+        correct_remapped(clock, background, bodies.mass_cutoff(clock), nodes, boundary);
+    }
+    let BoundaryConditions { driven, contacts, .. } = &*boundary;
+    impose_patch_velocity_remapped(clock, background, driven, contacts, &mut nodes.remapped);
+}

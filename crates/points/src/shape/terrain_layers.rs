@@ -1,0 +1,51 @@
+//! The layers that a shape consists of.
+
+use crate::shape::Shape;
+use crate::terrain::layer_options::{LayerRows, LayerThickness};
+
+impl Shape {
+    /// Every layer that it consists of, and where it stands below `path`.
+    pub fn layers_mut(&mut self, path: String) -> Vec<(String, &mut Self)> {
+        match self {
+            Self::Layer { .. } | Self::ArcLayer { .. } => vec![(path, self)],
+            Self::Union { shapes } | Self::Intersection { shapes } => {
+                let each = shapes.iter_mut().enumerate();
+                each.flat_map(|(number, shape)| shape.layers_mut(format!("{path}.shapes[{number}]")))
+                    .collect()
+            }
+            Self::Difference { from, cut } => {
+                let mut all = from.layers_mut(format!("{path}.from"));
+                all.extend(cut.layers_mut(format!("{path}.cut")));
+                all
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// Largest thickness (m) of a layer, along what it is measured; `None` for other shapes, and before its files are read.
+    pub fn layer_thickness(&self) -> Option<f64> {
+        /// Places along each axis at which a layer of uneven thickness is looked at.
+        const PLACES: usize = 64;
+        match self {
+            Self::ArcLayer { from, to, .. } => Some(to - from),
+            Self::Layer { thickness: LayerThickness::Uniform(thickness), .. } => Some(*thickness),
+            Self::Layer { laid, .. } => {
+                let (layer, (low, high)) = (laid.layer()?, laid.bounds());
+                let at = |axis: usize, k: usize| {
+                    low[axis] + (high[axis] - low[axis]) * (k as f64 + 0.5) / PLACES as f64
+                };
+                let places = (0..PLACES * PLACES).map(|k| (at(0, k % PLACES), at(1, k / PLACES)));
+                Some(places.map(|(x, y)| layer.thickness(x, y)).fold(0.0, f64::max))
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether its points lie in rows that follow the terrain.
+    pub fn follows_terrain(&self) -> bool {
+        matches!(
+            self,
+            Self::Layer { rows: LayerRows::Terrain, .. } | Self::ArcLayer { rows: LayerRows::Terrain, .. }
+        )
+    }
+}

@@ -1,0 +1,108 @@
+//! The places at which balls touch a surface.
+
+use crate::surface::nearest_on_facet::nearest_on_facet;
+use crate::surface::vector::{difference, dot};
+use crate::surface::{NearestPoint, Surface};
+
+/// Share of a ball's radius within which two places of a surface are the same: far above round-off, far below a facet.
+const COINCIDENCE_TOLERANCE: f64 = 1e-7;
+
+/// Places at which balls touch a surface, ball after ball. Kept by who asks, so that asking again allocates nothing.
+#[derive(Clone, Debug, Default)]
+pub struct ContactQuery<const D: usize> {
+    contacts: Vec<NearestPoint<D>>,
+    ends: Vec<usize>,
+    candidates: Vec<FacetCandidate<D>>,
+    /// Those of a section, of surfaces that a section makes.
+    planar: Option<Box<ContactQuery<2>>>,
+}
+
+/// A facet near a point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FacetCandidate<const D: usize> {
+    pub(super) corners: [[f64; D]; D],
+    pub(super) place: NearestPoint<D>,
+}
+
+impl<const D: usize> ContactQuery<D> {
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.contacts.clear();
+        self.ends.clear();
+    }
+
+    /// All places, ball after ball, of each the nearest first.
+    pub fn all(&self) -> &[NearestPoint<D>] {
+        &self.contacts
+    }
+
+    /// Number of places of all balls.
+    pub fn len(&self) -> usize {
+        self.contacts.len()
+    }
+
+    /// Whether nothing is touched.
+    pub fn is_empty(&self) -> bool {
+        self.contacts.is_empty()
+    }
+
+    /// The places of ball number `ball` of [`Surface::query_contacts_of_all`](crate::surface::Surface::query_contacts_of_all).
+    pub fn contacts_of_ball(&self, ball: usize) -> &[NearestPoint<D>] {
+        let start = if ball == 0 { 0 } else { self.ends[ball - 1] };
+        &self.contacts[start..self.ends[ball]]
+    }
+
+    /// Ends the list of a ball.
+    pub fn end_ball(&mut self) {
+        self.ends.push(self.contacts.len());
+    }
+
+    pub(super) fn contacts_since_mut(&mut self, start: usize) -> &mut [NearestPoint<D>] {
+        &mut self.contacts[start..]
+    }
+
+    pub(super) fn add_if_outside(&mut self, place: Option<NearestPoint<D>>) {
+        self.contacts.extend(place.filter(|place| place.distance >= 0.0));
+    }
+
+    /// Adds what a disk around `x` touches of a section in the plane, brought into space by `out`.
+    pub(super) fn add_planar_contacts(
+        &mut self,
+        section: &impl Surface<2>,
+        x: &[f64; 2],
+        radius: f64,
+        out: impl Fn(&NearestPoint<2>) -> NearestPoint<D>,
+    ) {
+        let flat = self.planar.get_or_insert_default();
+        flat.clear();
+        section.query_contacts(x, radius, flat);
+        self.contacts.extend(flat.contacts.iter().map(out));
+    }
+
+    /// Facets near the point that [`ContactQuery::select_distinct`] is to choose from.
+    pub(super) fn candidates(&mut self) -> &mut Vec<FacetCandidate<D>> {
+        &mut self.candidates
+    }
+
+    /// Of the candidates those that are contacts of their own. One whose place also belongs to a facet that is nearer is the
+    /// edge at which that facet ends, or lies beyond it on the same side.
+    pub(super) fn select_distinct(&mut self, radius: f64) {
+        let key = |c: &FacetCandidate<D>| (c.place.distance, c.place.feature_id);
+        self.candidates.sort_unstable_by(|a, b| {
+            let (a, b) = (key(a), key(b));
+            a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
+        });
+        let same = (COINCIDENCE_TOLERANCE * radius).powi(2);
+        for (number, candidate) in self.candidates.iter().enumerate() {
+            let place = &candidate.place.position;
+            let ends = |nearer: &FacetCandidate<D>| {
+                let from = difference(place, &nearest_on_facet(&nearer.corners, place).0);
+                dot(&from, &from) <= same
+            };
+            if !self.candidates[..number].iter().any(ends) {
+                self.contacts.push(candidate.place);
+            }
+        }
+        self.candidates.clear();
+    }
+}

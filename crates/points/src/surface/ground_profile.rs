@@ -1,0 +1,420 @@
+//! A ground profile of straight pieces and arcs.
+
+use crate::surface::vector::{add_scaled, cross_2d, difference, dot, unit};
+use crate::surface::{ContactQuery, NearestPoint, Surface, SurfaceError};
+
+/// Share of an arc's radius by which its ends may differ in their distance from the centre.
+const ARC_RADIUS_TOLERANCE: f64 = 1e-6;
+
+#[derive(Clone, Copy, Debug)]
+enum ProfileSegment {
+    Line {
+        from: [f64; 2],
+        to: [f64; 2],
+    },
+    /// `start` is the angle of the beginning, `sweep` the angle to the end, anticlockwise positive (radians).
+    Arc {
+        centre: [f64; 2],
+        radius: f64,
+        start: f64,
+        sweep: f64,
+    },
+}
+
+/// The part of a piece on which its nearest place lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum SegmentPart {
+    Start,
+    Interior,
+    End,
+}
+
+impl ProfileSegment {
+    fn length(&self) -> f64 {
+        match self {
+            Self::Line { from, to } => dot(&difference(to, from), &difference(to, from)).sqrt(),
+            Self::Arc { radius, sweep, .. } => radius * sweep.abs(),
+        }
+    }
+
+    /// Place at a share of the way, and the normal on the left of the way there.
+    fn point_and_normal(&self, share: f64) -> ([f64; 2], [f64; 2]) {
+        match self {
+            Self::Line { from, to } => {
+                let way = difference(to, from);
+                (add_scaled(from, share, &way), unit(&[-way[1], way[0]]).unwrap_or([0.0, 1.0]))
+            }
+            Self::Arc { centre, radius, start, sweep } => {
+                let (sine, cosine) = (start + share * sweep).sin_cos();
+                let inward = -sweep.signum();
+                (add_scaled(centre, *radius, &[cosine, sine]), [inward * cosine, inward * sine])
+            }
+        }
+    }
+
+    /// Share of the way at which the piece is nearest to `x`.
+    fn nearest(&self, x: &[f64; 2]) -> (f64, SegmentPart) {
+        let share = match self {
+            Self::Line { from, to } => {
+                let way = difference(to, from);
+                dot(&difference(x, from), &way) / dot(&way, &way)
+            }
+            Self::Arc { centre, start, sweep, .. } => {
+                let out = difference(x, centre);
+                let mut turn = (out[1].atan2(out[0]) - start) * sweep.signum();
+                // From half the rest of the circle before the beginning to half of it beyond the end.
+                let full = std::f64::consts::TAU;
+                let rest = 0.5 * (full - sweep.abs());
+                turn -= full * ((turn + rest) / full).floor();
+                turn / sweep.abs()
+            }
+        };
+        if !(share > 0.0) {
+            (0.0, SegmentPart::Start)
+        } else if share >= 1.0 {
+            (1.0, SegmentPart::End)
+        } else {
+            (share, SegmentPart::Interior)
+        }
+    }
+
+    fn place(&self, x: &[f64; 2]) -> [f64; 2] {
+        self.point_and_normal(self.nearest(x).0).0
+    }
+
+    /// Places at which the line or circle of this piece meets that of another, on or off the pieces.
+    fn carrier_intersections(&self, other: &Self) -> Vec<[f64; 2]> {
+        match (self, other) {
+            (Self::Line { from: a, to: b }, Self::Line { from: c, to: d }) => {
+                let (u, v, w) = (difference(b, a), difference(d, c), difference(c, a));
+                let (across, size) = (cross_2d(&u, &v), (dot(&u, &u) * dot(&v, &v)).sqrt());
+                if across.abs() > ARC_RADIUS_TOLERANCE * size {
+                    vec![add_scaled(a, cross_2d(&w, &v) / across, &u)]
+                } else {
+                    // On one line they meet at the ends of either that lie on the other.
+                    vec![*a, *b, *c, *d]
+                }
+            }
+            (Self::Line { from, to }, Self::Arc { centre, radius, .. })
+            | (Self::Arc { centre, radius, .. }, Self::Line { from, to }) => {
+                let Some(way) = unit(&difference(to, from)) else { return Vec::new() };
+                let foot = add_scaled(from, dot(&difference(centre, from), &way), &way);
+                chord_ends(&foot, &difference(&foot, centre), *radius, &way)
+            }
+            (Self::Arc { centre: a, radius: r, .. }, Self::Arc { centre: b, radius: s, .. }) => {
+                let apart = difference(b, a);
+                let distance = dot(&apart, &apart).sqrt();
+                let Some(way) = unit(&apart).filter(|_| distance > ARC_RADIUS_TOLERANCE * r) else {
+                    return vec![
+                        self.point_and_normal(0.0).0,
+                        self.point_and_normal(1.0).0,
+                        other.point_and_normal(0.0).0,
+                        other.point_and_normal(1.0).0,
+                    ];
+                };
+                let foot = add_scaled(a, 0.5 * (distance + (r * r - s * s) / distance), &way);
+                chord_ends(&foot, &difference(&foot, a), *r, &[-way[1], way[0]])
+            }
+        }
+    }
+
+    /// A place at which two pieces cross or touch, but not that of `joint`, and not where they go on there in one line.
+    fn crosses(&self, other: &Self, joint: Option<&[f64; 2]>) -> Option<[f64; 2]> {
+        let slack = ARC_RADIUS_TOLERANCE * self.length().max(other.length());
+        let away = |a: &[f64; 2], b: &[f64; 2]| dot(&difference(a, b), &difference(a, b)) > slack * slack;
+        let on_both = |x: &[f64; 2]| !away(x, &self.place(x)) && !away(x, &other.place(x));
+        let apart = |x: &[f64; 2]| {
+            joint
+                .is_none_or(|joint| dot(&difference(x, joint), &difference(x, joint)) > slack * self.length())
+        };
+        self.carrier_intersections(other).into_iter().find(|x| on_both(x) && apart(x))
+    }
+}
+
+/// The two places of a circle on a line with this direction; `foot` is the place of the line nearest to its centre, from which it is
+/// `out` away.
+fn chord_ends(foot: &[f64; 2], out: &[f64; 2], radius: f64, way: &[f64; 2]) -> Vec<[f64; 2]> {
+    let square = radius * radius - dot(out, out);
+    if square < -2.0 * ARC_RADIUS_TOLERANCE * radius * radius {
+        return Vec::new();
+    }
+    let half = square.max(0.0).sqrt();
+    vec![add_scaled(foot, half, way), add_scaled(foot, -half, way)]
+}
+
+/// The ground below a line of straight pieces and arcs, from one end to the other; beyond its ends there is none. Made from its
+/// beginning, piece by piece.
+#[derive(Clone, Debug)]
+pub struct GroundProfile {
+    pieces: Vec<ProfileSegment>,
+    end: [f64; 2],
+    start: [f64; 2],
+}
+
+impl GroundProfile {
+    /// A profile that begins at `start` (m), as yet without pieces.
+    pub fn starting_at(start: [f64; 2]) -> Self {
+        Self { pieces: Vec::new(), end: start, start }
+    }
+
+    /// Goes straight to `to` (m).
+    ///
+    /// # Errors
+    /// When that is where it is, or not finite.
+    pub fn line_to(&mut self, to: [f64; 2]) -> Result<(), SurfaceError> {
+        let length = difference(&to, &self.end);
+        if !(dot(&length, &length) > 0.0 && to.iter().all(|c| c.is_finite())) {
+            return Err(SurfaceError::new("to", format!("{to:?} m makes no piece from {:?} m", self.end)));
+        }
+        self.pieces.push(ProfileSegment::Line { from: self.end, to });
+        self.end = to;
+        Ok(())
+    }
+
+    /// Goes round `centre` (m), the shorter way, to `to` (m).
+    ///
+    /// # Errors
+    /// When the two ends are not equally far from the centre, or are one place.
+    pub fn arc_to(&mut self, to: [f64; 2], centre: [f64; 2]) -> Result<(), SurfaceError> {
+        let (a, b) = (difference(&self.end, &centre), difference(&to, &centre));
+        let [radius, other] = [a, b].map(|v| dot(&v, &v).sqrt());
+        if !(radius > 0.0 && (radius - other).abs() <= ARC_RADIUS_TOLERANCE * radius) {
+            let problem =
+                format!("its ends are {radius} and {other} m from the centre, which must be the same");
+            return Err(SurfaceError::new("centre", problem));
+        }
+        let sweep = (a[0] * b[1] - a[1] * b[0]).atan2(dot(&a, &b));
+        if sweep == 0.0 {
+            return Err(SurfaceError::new("to", "begins and ends at one place"));
+        }
+        self.pieces.push(ProfileSegment::Arc { centre, radius, start: a[1].atan2(a[0]), sweep });
+        self.end = to;
+        Ok(())
+    }
+
+    /// The profile with its solid below.
+    ///
+    /// # Errors
+    /// When it has no pieces, does not go from left to right in all, or crosses itself.
+    pub fn finish(self) -> Result<Self, SurfaceError> {
+        if self.pieces.is_empty() {
+            return Err(SurfaceError::new("pieces", "there are none"));
+        }
+        if !(self.end[0] > self.start[0]) {
+            let problem = format!(
+                "ends at x = {} m, and must end right of its start, {} m",
+                self.end[0], self.start[0]
+            );
+            return Err(SurfaceError::new("pieces", problem));
+        }
+        for (number, piece) in self.pieces.iter().enumerate() {
+            for (later, other) in self.pieces.iter().enumerate().skip(number + 1) {
+                let joint = (later == number + 1).then(|| piece.point_and_normal(1.0).0);
+                if let Some(place) = piece.crosses(other, joint.as_ref()) {
+                    let problem =
+                        format!("meets pieces[{number}] at {place:.6?} m: a profile must not cross itself");
+                    return Err(SurfaceError::new(format!("pieces[{later}]"), problem));
+                }
+            }
+        }
+        Ok(self)
+    }
+
+    /// Nearest piece with the place on it.
+    fn nearest(&self, x: &[f64; 2]) -> (usize, f64, SegmentPart, f64) {
+        let mut best = (0, 0.0, SegmentPart::Interior, f64::INFINITY);
+        for (number, piece) in self.pieces.iter().enumerate() {
+            let (share, part) = piece.nearest(x);
+            let from = difference(x, &piece.point_and_normal(share).0);
+            let square = dot(&from, &from);
+            if square < best.3 {
+                best = (number, share, part, square);
+            }
+        }
+        best
+    }
+
+    /// Key and normal of a part of a piece: at a joint the mean of both sides.
+    fn feature(&self, number: usize, share: f64, part: SegmentPart) -> (u64, [f64; 2]) {
+        let joint = match part {
+            SegmentPart::Interior => {
+                return ((number as u64) << 2, self.pieces[number].point_and_normal(share).1);
+            }
+            SegmentPart::Start => number,
+            SegmentPart::End => number + 1,
+        };
+        let before = joint.checked_sub(1).map(|n| self.pieces[n].point_and_normal(1.0).1);
+        let after = self.pieces.get(joint).map(|piece| piece.point_and_normal(0.0).1);
+        let sum = [before, after].into_iter().flatten().fold([0.0; 2], |s, n| [s[0] + n[0], s[1] + n[1]]);
+        ((joint as u64) << 2 | 2, unit(&sum).unwrap_or([0.0, 1.0]))
+    }
+
+    fn nearest_from(&self, x: &[f64; 2], number: usize, share: f64, part: SegmentPart) -> NearestPoint<2> {
+        let (key, normal) = self.feature(number, share, part);
+        let (place, _) = self.pieces[number].point_and_normal(share);
+        let from = difference(x, &place);
+        let sign = if dot(&from, &normal) < 0.0 { -1.0 } else { 1.0 };
+        let away = if part == SegmentPart::Interior { None } else { unit(&from) };
+        let distance = sign * dot(&from, &from).sqrt();
+        NearestPoint {
+            distance,
+            normal: away.map_or(normal, |away| away.map(|c| sign * c)),
+            position: place,
+            feature_id: key,
+        }
+    }
+}
+
+impl Surface<2> for GroundProfile {
+    fn contains(&self, x: &[f64; 2]) -> bool {
+        self.gap(x, f64::INFINITY).is_some_and(|gap| gap.distance <= 0.0)
+    }
+
+    fn gap(&self, x: &[f64; 2], reach: f64) -> Option<NearestPoint<2>> {
+        let (number, share, part, square) = self.nearest(x);
+        (square <= reach * reach).then(|| self.nearest_from(x, number, share, part))
+    }
+
+    fn query_contacts(&self, x: &[f64; 2], radius: f64, found: &mut ContactQuery<2>) {
+        if self.gap(x, radius).is_none_or(|gap| gap.distance < 0.0) {
+            return;
+        }
+        let before = found.len();
+        let square = |place: &[f64; 2]| dot(&difference(x, place), &difference(x, place));
+        for (number, piece) in self.pieces.iter().enumerate() {
+            let (share, part) = piece.nearest(x);
+            let (place, normal) = piece.point_and_normal(share);
+            let own = square(&place);
+            if own > radius * radius || dot(&difference(x, &place), &normal) < 0.0 {
+                continue;
+            }
+            // As of facets: a place at which a nearer piece ends belongs to that piece.
+            let shadowed = self.pieces.iter().enumerate().any(|(other, nearer)| {
+                let theirs = square(&nearer.place(x));
+                let beside = difference(&place, &nearer.place(&place));
+                (theirs, other) < (own, number) && dot(&beside, &beside) <= (1e-7 * radius).powi(2)
+            });
+            if !shadowed {
+                found.add_if_outside(Some(self.nearest_from(x, number, share, part)));
+            }
+        }
+        found
+            .contacts_since_mut(before)
+            .sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then(a.feature_id.cmp(&b.feature_id)));
+    }
+
+    fn bounds(&self) -> ([f64; 2], [f64; 2]) {
+        let mut around = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        let mut add = |x: [f64; 2]| {
+            for c in 0..2 {
+                around.0[c] = around.0[c].min(x[c]);
+                around.1[c] = around.1[c].max(x[c]);
+            }
+        };
+        for piece in &self.pieces {
+            match piece {
+                ProfileSegment::Line { from, to } => [*from, *to].into_iter().for_each(&mut add),
+                ProfileSegment::Arc { centre, radius, .. } => {
+                    add(centre.map(|c| c - radius));
+                    add(centre.map(|c| c + radius));
+                }
+            }
+        }
+        around
+    }
+
+    fn arc_length(&self, x: &[f64; 2]) -> Option<f64> {
+        let (number, share, ..) = self.nearest(x);
+        let before: f64 = self.pieces[..number].iter().map(ProfileSegment::length).sum();
+        Some(before + share * self.pieces[number].length())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A slope of 45°, a quarter of a half circle that turns it level, and a level piece.
+    fn slope() -> GroundProfile {
+        let mut profile = GroundProfile::starting_at([-1.0, 2.0]);
+        let half = 0.5f64.sqrt();
+        let foot = [1.0 - half, 1.0 - half];
+        profile.line_to([foot[0] - 1.0, foot[1] + 1.0]).unwrap();
+        profile.line_to(foot).unwrap();
+        profile.arc_to([1.0, 0.0], [1.0, 2.0]).unwrap_err();
+        // Round the centre that lies a radius above the foot of the slope along its normal.
+        let radius = 2.0;
+        let centre = [foot[0] + radius * half, foot[1] + radius * half];
+        profile.arc_to([centre[0], centre[1] - radius], centre).unwrap();
+        profile.line_to([9.0, centre[1] - radius]).unwrap();
+        profile.finish().unwrap()
+    }
+
+    #[test]
+    fn a_profile_that_crosses_itself_is_refused_with_the_place() {
+        let of = |pieces: &[([f64; 2], Option<[f64; 2]>)]| {
+            let mut profile = GroundProfile::starting_at([0.0, 0.0]);
+            for (to, centre) in pieces {
+                match centre {
+                    Some(centre) => profile.arc_to(*to, *centre).unwrap(),
+                    None => profile.line_to(*to).unwrap(),
+                }
+            }
+            profile.finish().map(|_| ()).map_err(|error| error.to_string())
+        };
+        let loops = of(&[([3.0, 0.0], None), ([3.0, 2.0], None), ([1.0, -1.0], None), ([4.0, -1.0], None)]);
+        assert!(loops.unwrap_err().starts_with("pieces[2]: meets pieces[0] at [1.66666"));
+        let arc = of(&[
+            ([4.0, 0.0], None),
+            ([4.0, 2.0], Some([4.0, 1.0])),
+            ([2.0, 0.0], Some([2.0, 2.0])),
+            ([5.0, -3.0], None),
+        ]);
+        assert!(arc.unwrap_err().contains("meets pieces[0] at [2.0"), "an arc that touches a line");
+        let back = of(&[([3.0, 0.0], None), ([1.0, 0.0], None), ([4.0, -1.0], None)]);
+        assert!(back.unwrap_err().starts_with("pieces[1]: meets pieces[0]"), "back on the same line");
+        let smooth = of(&[
+            ([1.0, 0.0], None),
+            ([2.0, 1.0], Some([1.0, 1.0])),
+            ([3.0, 2.0], Some([3.0, 1.0])),
+            ([5.0, 2.0], None),
+            ([7.0, 2.0], None),
+        ]);
+        assert_eq!(smooth, Ok(()), "pieces that go on smoothly");
+    }
+
+    #[test]
+    fn gaps_over_slope_arc_and_floor_are_those_of_line_and_circle() {
+        let (profile, half) = (slope(), 0.5f64.sqrt());
+        let foot = 1.0 - half;
+        let centre = [foot + 2.0 * half, foot + 2.0 * half];
+        let gap = |x: [f64; 2]| profile.gap(&x, 9.0).unwrap();
+        let on_slope = gap([foot - 0.5 + 0.3 * half, foot + 0.5 + 0.3 * half]);
+        assert!((on_slope.distance - 0.3).abs() < 1e-12 && (on_slope.normal[0] - half).abs() < 1e-12);
+        let x = [centre[0] - 0.5, centre[1] - 1.6];
+        let away = (0.5f64.powi(2) + 1.6f64.powi(2)).sqrt();
+        assert!((gap(x).distance - (2.0 - away)).abs() < 1e-12);
+        assert!((gap(x).normal[0] - 0.5 / away).abs() < 1e-12, "towards the centre");
+        let below = gap([5.0, centre[1] - 2.4]);
+        assert!((below.distance + 0.4).abs() < 1e-12 && (below.normal[1] - 1.0).abs() < 1e-12);
+        assert!(profile.contains(&[5.0, -5.0]) && !profile.contains(&[5.0, 5.0]));
+        let whole = 2f64.sqrt() + 2.0 * std::f64::consts::FRAC_PI_4;
+        let on = profile.arc_length(&[centre[0] + 1.0, 0.0]).unwrap();
+        assert!(on > whole, "{on}");
+    }
+
+    #[test]
+    fn a_ball_on_a_smooth_joint_touches_once_and_at_a_kink_twice() {
+        let mut found = ContactQuery::default();
+        let (profile, half) = (slope(), 0.5f64.sqrt());
+        let foot = [1.0 - half, 1.0 - half];
+        profile.query_contacts(&[foot[0] + 0.2 * half, foot[1] + 0.2 * half], 0.3, &mut found);
+        assert_eq!(found.len(), 1);
+        let mut kink = GroundProfile::starting_at([-1.0, 1.0]);
+        kink.line_to([0.0, 0.0]).unwrap();
+        kink.line_to([1.0, 1.0]).unwrap();
+        found.clear();
+        kink.finish().unwrap().query_contacts(&[0.0, 0.3], 0.25, &mut found);
+        assert_eq!(found.len(), 2);
+    }
+}

@@ -1,0 +1,9 @@
+//! Terrain: rasters of heights, smooth surfaces through them, and layers of soil between two of them.
+//!
+//! A raster keeps its georeference; all coordinates are in metres from its corner.
+//! The room depends on outlines of `plan`. Files are read in `colluvium-terrain`, not here.
+
+pub(crate) mod layer_options;
+pub(crate) mod raster;
+pub(crate) mod smooth_terrain;
+pub(crate) mod terrain_layer;

@@ -1,0 +1,3 @@
+//! Walls across an axis, as conditions on nodal velocities.
+
+pub(crate) mod walls;

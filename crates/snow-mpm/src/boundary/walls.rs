@@ -1,0 +1,122 @@
+//! Walls: half-spaces whose nodes they hold (sheet: snow-mpm §3.7), from the boundaries of a case.
+
+use std::sync::Arc;
+
+use colluvium_case::description::{Boundary, Wall as CaseWall};
+use colluvium_case::{Case, spatial};
+use colluvium_grid::{NodeFaces, NodeWall, NodeWalls, WallKind};
+
+use crate::transfer::background_grid::BackgroundGrid;
+
+/// A half-space with its face normal to an axis.
+struct WallHalfSpace {
+    /// How it acts; its node is where the face stood last.
+    wall: NodeWall,
+    /// Coordinate of the face when the stage began (m).
+    start: f64,
+    /// Time at which it stood there (s).
+    since: f64,
+}
+
+/// The walls of a stage.
+#[derive(Default)]
+pub struct BoundaryConditions {
+    faces: Vec<WallHalfSpace>,
+    walls: NodeWalls,
+    nodes: Vec<usize>,
+}
+
+impl BoundaryConditions {
+    /// Those that stand in a stage, beside obstacles.
+    pub fn new<const D: usize>(
+        case: &Case,
+        stage: usize,
+        background: &BackgroundGrid<D>,
+        obstacles: Arc<NodeFaces>,
+    ) -> Self {
+        let face = |(_, boundary): (usize, &Boundary)| WallHalfSpace {
+            wall: node_wall(boundary),
+            start: boundary.position(&case.domain),
+            // Walls move from the beginning of the run.
+            since: 0.0,
+        };
+        let faces = case.active_boundaries(stage).into_iter().map(face).collect();
+        let cells = &background.grid.cells;
+        let nodes = cells.iter().map(|cells| background.basis_1d.nodes(*cells)).collect();
+        let mut boundaries = Self { faces, walls: NodeWalls::default().with_faces(obstacles), nodes };
+        boundaries.set(background);
+        boundaries.move_to(0.0, background);
+        boundaries
+    }
+
+    fn set<const D: usize>(&mut self, _background: &BackgroundGrid<D>) {
+        let walls = NodeWalls::new(&self.nodes, self.faces.iter().map(|face| face.wall).collect());
+        self.walls = walls.with_faces(Arc::clone(self.walls.faces()));
+    }
+
+    /// Puts moving walls where they are at a time (s).
+    pub fn move_to<const D: usize>(&mut self, time: f64, background: &BackgroundGrid<D>) {
+        let mut changed = false;
+        for face in &mut self.faces {
+            let axis = face.wall.axis;
+            let place = face.start + face.wall.velocity[axis] * (time - face.since);
+            let below = background.node_below(axis, place);
+            let node = match face.wall.upper {
+                false => below,
+                // The first node at or above the face.
+                true if lies_at(background, axis, below, place) => below,
+                true => (below + 1).min(self.nodes[axis] - 1),
+            };
+            changed |= node != face.wall.node;
+            face.wall.node = node;
+        }
+        if changed {
+            self.set(background);
+        }
+    }
+
+    /// The obstacles on the nodes.
+    pub fn obstacles(&self) -> Arc<NodeFaces> {
+        Arc::clone(self.walls.faces())
+    }
+
+    /// The same, to be changed.
+    pub fn obstacles_mut(&mut self) -> &mut NodeFaces {
+        self.walls.faces_mut()
+    }
+
+    /// The walls, where they are.
+    pub fn walls(&self) -> &NodeWalls {
+        &self.walls
+    }
+
+    /// Whether a wall stands across the side of the domain, upper or lower, of an axis, so that a point beyond is held.
+    pub fn has_wall(&self, axis: usize, upper: bool) -> bool {
+        self.faces.iter().any(|face| face.wall.axis == axis && face.wall.upper == upper)
+    }
+}
+
+/// Whether a node along `axis` lies at a place (m), but for round-off.
+fn lies_at<const D: usize>(background: &BackgroundGrid<D>, axis: usize, node: usize, place: f64) -> bool {
+    let local = (place - background.grid.origin[axis]) / background.grid.cell;
+    (background.basis_1d.coordinate(node, background.grid.cells[axis]) - local).abs() < 1e-6
+}
+
+/// How the wall of a boundary acts.
+fn node_wall(boundary: &Boundary) -> NodeWall {
+    let kind = match boundary.wall {
+        CaseWall::Rough => WallKind::Rough,
+        CaseWall::Smooth | CaseWall::Absorbing { .. } => WallKind::Smooth,
+        CaseWall::Frictional { friction_coefficient: coefficient, .. } => {
+            WallKind::Frictional { coefficient }
+        }
+    };
+    NodeWall {
+        axis: boundary.side.axis(),
+        upper: boundary.side.is_max(),
+        node: 0,
+        kind,
+        separation: boundary.separation || boundary.wall.allows_separation(),
+        velocity: boundary.velocity.as_deref().map_or([0.0; 3], spatial),
+    }
+}

@@ -1,0 +1,102 @@
+//! The time step (sheet: snow-mpm §3.4), found anew in every step.
+
+use colluvium_case::{StepLimit, TimeStep, spatial};
+use colluvium_constitutive::{BLOCK_SIZE, Material, StateBlock, SymTensor};
+
+use crate::config::SnowOptions;
+use crate::points::bodies::Bodies;
+use crate::points::vectors::square;
+use crate::step_bound::StepBound;
+
+/// The limit of a step by how far the fastest point goes.
+const POINT_SPEED: StepLimit = StepLimit::new("speed of a point");
+
+/// What steps are measured by.
+#[derive(Clone, Copy, Debug)]
+pub struct StepCoefficients {
+    /// Step times (wave speed + speed) over the cell size.
+    elastic: f64,
+    /// Step times speed over the cell size.
+    velocity: f64,
+    /// Edge of a cell (m).
+    cell: f64,
+    /// Number of axes.
+    dimension: f64,
+}
+
+impl StepCoefficients {
+    /// Of the options in so many dimensions: a step that the case fixes has to keep below the critical one only.
+    pub fn of_options(options: &SnowOptions, dimension: usize) -> Self {
+        let [elastic, velocity] = match options.time_step {
+            Some(_) => [1.0, 1.0],
+            None => [options.courant_elastic, options.courant_velocity],
+        };
+        Self { elastic, velocity, cell: options.cell_size, dimension: dimension as f64 }
+    }
+
+    /// The pace of a block of points, the first of which is number `first`.
+    pub fn step_bound<const D: usize>(
+        &self,
+        first: usize,
+        material: &dyn Material,
+        (velocity, mass, volume): (&[[f64; D]], &[f64], &[f64]),
+        (stress, states): (&[SymTensor], &StateBlock),
+    ) -> StepBound {
+        let (mut moduli, mut viscosities) = ([0.0; BLOCK_SIZE], [0.0; BLOCK_SIZE]);
+        let count = velocity.len();
+        material.wave_moduli(stress, states, &mut moduli[..count]);
+        material.viscosities(stress, states, &mut viscosities[..count]);
+        let (mut speeds, mut specific) = ([0.0; BLOCK_SIZE], [1.0; BLOCK_SIZE]);
+        let points = velocity.iter().zip(mass.iter().zip(volume));
+        for ((speed, specific), (velocity, (mass, volume))) in
+            speeds.iter_mut().zip(&mut specific).zip(points)
+        {
+            (*speed, *specific) = (square(velocity), volume / mass);
+        }
+        let [by_wave, by_motion] = [self.elastic, self.velocity].map(|courant| 1.0 / (courant * self.cell));
+        let by_viscosity = 4.0 * self.dimension / (self.cell * self.cell);
+        // One over the longest step, of each of the three limits.
+        let mut rates = [[0.0; BLOCK_SIZE]; 3];
+        for p in 0..BLOCK_SIZE {
+            let (speed, specific) = (speeds[p].sqrt(), specific[p]);
+            rates[0][p] = ((moduli[p] * specific).sqrt() + speed) * by_wave;
+            rates[1][p] = speed * by_motion;
+            rates[2][p] = viscosities[p] * specific * by_viscosity;
+        }
+        let mut pace = StepBound::NONE;
+        let highest = rates
+            .as_flattened()
+            .as_chunks::<8>()
+            .0
+            .iter()
+            .fold([0f64; 8], |most, rates| std::array::from_fn(|i| most[i].max(rates[i])));
+        let highest = highest.iter().fold(0f64, |most, rate| most.max(*rate));
+        // The first point of those that limit most.
+        if let Some(p) = (0..count).find(|&p| rates.iter().any(|of| of[p] == highest)) {
+            pace.tighten(rates[0][p], StepLimit::ELASTIC_WAVE, first + p);
+            pace.tighten(rates[1][p], POINT_SPEED, first + p);
+            pace.tighten(rates[2][p], StepLimit::VISCOSITY, first + p);
+        }
+        pace
+    }
+}
+
+/// The time step that the reports of the bodies leave.
+pub fn time_step<const D: usize>(bodies: &Bodies<D>) -> TimeStep {
+    let (mut pace, mut place) = (StepBound::NONE, None);
+    for body in &bodies.all {
+        for report in body.reports.iter().flatten().filter(|report| report.index < body.points.len()) {
+            let before = pace.rate;
+            pace.tighten(report.rate, report.limit, report.index);
+            if pace.rate > before {
+                place = Some((body.points.id[report.index], body.points.position[report.index]));
+            }
+        }
+    }
+    TimeStep {
+        dt: 1.0 / pace.rate,
+        limit: pace.limit,
+        point: place.map(|(id, _)| u64::from(id)),
+        position: place.map_or([0.0; 3], |(_, position)| spatial(&position)),
+    }
+}

@@ -1,0 +1,100 @@
+//! Obstacles on the nodes: those in the solid or on its surface have the velocity that it allows (sheet: snow-mpm §3.7).
+
+use colluvium_case::description::Obstacle;
+use colluvium_case::{
+    Case, CaseError, MovingObstacles, ObstacleLaw, PlacedObstacle, TimeStep, constraining_obstacles,
+    limit_step_by_obstacles,
+};
+use colluvium_grid::{NodeFace, NodeFaces};
+
+use crate::transfer::background_grid::BackgroundGrid;
+
+/// Obstacles whose reactions are added up, at most.
+pub const MAX_RECORDED: usize = 8;
+
+/// The obstacles of a case.
+pub struct NodeObstacles<const D: usize> {
+    /// Faces of those at rest.
+    rest: NodeFaces,
+    moving: MovingObstacles<NodeFace, D>,
+    /// Names of those whose reaction is measured.
+    bearers: Vec<String>,
+}
+
+impl<const D: usize> NodeObstacles<D> {
+    /// The obstacles of `case` on the nodes of a grid.
+    ///
+    /// # Errors
+    /// Where the reactions of too many are measured.
+    pub fn new(
+        case: &Case,
+        standing: &[PlacedObstacle<'_, D>],
+        background: &BackgroundGrid<D>,
+    ) -> Result<Self, CaseError> {
+        let bearers = recorded_obstacles(case)?;
+        let face = |obstacle: &Obstacle, law: &ObstacleLaw, normal| NodeFace {
+            reaction_index: bearers.iter().position(|name| *name == obstacle.name).map(|number| number as u8),
+            ..NodeFace::at_rest(normal, law.friction(), law.allows_separation())
+        };
+        let BackgroundGrid { grid, layout, basis_1d: axis, low, high, .. } = background;
+        let acts = |obstacle: &Obstacle, law: &ObstacleLaw| face(obstacle, law, [0.0; 3]);
+        let moving = MovingObstacles::new(standing, (*low, *high), acts);
+        let rest = if moving.iter().count() == standing.len() {
+            NodeFaces::default()
+        } else {
+            NodeFaces::from_positions(grid, layout, axis, |place, found| {
+                let held = constraining_obstacles(standing, place, grid.cell);
+                found.extend(held.map(|(obstacle, law, normal)| face(obstacle, &law, normal)));
+            })
+        };
+        Ok(Self { rest, moving, bearers })
+    }
+
+    /// Faces of the obstacles at rest.
+    pub fn rest(&self) -> &NodeFaces {
+        &self.rest
+    }
+
+    /// Names of those whose reaction is measured.
+    pub fn recorded(&self) -> &[String] {
+        &self.bearers
+    }
+
+    /// Whether any is on its way.
+    pub fn are_moving(&self) -> bool {
+        !self.moving.is_empty()
+    }
+
+    /// The step from `time` (s) in which none goes farther than half a `cell` (m), where that is shorter than the `critical` one.
+    pub fn limit_by_obstacle_motion(&self, critical: TimeStep, time: f64, cell: f64) -> TimeStep {
+        limit_step_by_obstacles(critical, self.moving.iter(), (time, 0.5 * cell, 1))
+    }
+
+    /// Finds the faces of the active nodes for a step of so long from a time (s).
+    pub fn update_faces(&mut self, step: (f64, f64), background: &BackgroundGrid<D>, faces: &mut NodeFaces) {
+        self.moving.update_positions(step);
+        let BackgroundGrid { grid, layout, basis_1d: axis, .. } = background;
+        faces.rebuild(grid, layout, axis, &self.rest, |place, found| {
+            let held = self.moving.constraining(place, grid.cell);
+            found.extend(held.map(|(face, normal, velocity)| NodeFace { normal, velocity, ..face }));
+        });
+    }
+}
+
+/// Names of the obstacles whose reactions the case measures.
+fn recorded_obstacles(case: &Case) -> Result<Vec<String>, CaseError> {
+    let mut names: Vec<String> = Vec::new();
+    for (measure, of) in
+        case.measures.iter().filter_map(|(name, measure)| Some((name, measure.reaction_target()?)))
+    {
+        if names.iter().any(|name| name == of) {
+            continue;
+        }
+        if names.len() == MAX_RECORDED {
+            let problem = format!("snow-mpm adds up the reactions of {MAX_RECORDED} obstacles at most");
+            return Err(CaseError::new(format!("measures.{measure}.of"), problem));
+        }
+        names.push(of.to_owned());
+    }
+    Ok(names)
+}

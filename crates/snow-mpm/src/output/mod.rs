@@ -1,0 +1,7 @@
+//! Values that a run writes beside the points: energy balance, hazard rasters, measures.
+//!
+//! The room reads the solver and changes nothing.
+
+pub(crate) mod energy_balance;
+pub(crate) mod hazard_rasters;
+pub(crate) mod report;

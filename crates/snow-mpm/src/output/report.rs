@@ -1,0 +1,118 @@
+//! What the solver tells: snapshot, budget, readings, equilibrium.
+
+use colluvium_case::bodies::law_points::{LawPoints, law_fields};
+use colluvium_case::measure::ScalarOutput;
+use colluvium_case::{Budget, Equilibrium, Field, FieldData, Snapshot, spatial};
+
+use crate::points::bodies::{BodyPoints, PointColumns};
+use crate::solver::SnowSolver;
+
+impl<const D: usize> SnowSolver<D> {
+    /// Everything on the points, in the order of ids.
+    pub(crate) fn collect_snapshot(&self) -> Snapshot {
+        let bodies = &self.bodies.all;
+        let mut order: Vec<(u32, usize, usize)> = Vec::new();
+        for (number, body) in bodies.iter().enumerate() {
+            order.extend(body.points.id.iter().enumerate().map(|(index, &id)| (id, number, index)));
+        }
+        order.sort_unstable();
+        let scalar = |value: &dyn Fn(&PointColumns<D>, usize) -> f64| -> FieldData {
+            FieldData::Scalar(order.iter().map(|&(_, b, i)| value(&bodies[b].points, i)).collect())
+        };
+        let vector = |value: &dyn Fn(&PointColumns<D>, usize) -> [f64; 3]| -> Vec<[f64; 3]> {
+            order.iter().map(|&(_, b, i)| value(&bodies[b].points, i)).collect()
+        };
+        let displacement = |points: &PointColumns<D>, i: usize| -> [f64; 3] {
+            spatial(&std::array::from_fn::<f64, D, _>(|c| points.position[i][c] - points.origin[i][c]))
+        };
+        let stress = order.iter().map(|&(_, b, i)| bodies[b].points.stress[i]).collect();
+        let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
+        let mut fields = vec![
+            field("velocity", "m/s", FieldData::Vector(vector(&|p, i| spatial(&p.velocity[i])))),
+            field("displacement", "m", FieldData::Vector(vector(&displacement))),
+            field("stress", "Pa", FieldData::Tensor(stress)),
+            field("pressure", "Pa", scalar(&|p, i| p.stress[i].pressure())),
+            field("deviatoric_stress", "Pa", scalar(&|p, i| p.stress[i].q())),
+            field("mass", "kg", scalar(&|p, i| p.mass[i])),
+            field("volume", "m3", scalar(&|p, i| p.volume[i])),
+            field("density", "kg/m3", scalar(&|p, i| p.mass[i] / p.volume[i])),
+        ];
+        let laws: Vec<LawPoints<'_>> = bodies.iter().map(BodyPoints::law_points).collect();
+        let places: Vec<(usize, usize)> = order.iter().map(|&(_, body, index)| (body, index)).collect();
+        fields.extend(law_fields(&laws, &places));
+        Snapshot {
+            time: self.clock.time,
+            step: self.clock.step,
+            ids: order.iter().map(|&(id, ..)| u64::from(id)).collect(),
+            bodies: order.iter().map(|&(_, b, _)| bodies[b].number).collect(),
+            positions: vector(&|p, i| spatial(&p.position[i])),
+            extents: order.iter().map(|&(_, b, _)| spatial(&[bodies[b].width; D])).collect(),
+            fields,
+        }
+    }
+
+    /// Totals over the points; kinetic energy and angular momentum with what turns and stretches within the points.
+    pub(crate) fn collect_budget(&self) -> Budget {
+        let stored = self.stored();
+        let mut budget =
+            Budget { kinetic: stored.kinetic + stored.affine, elastic: stored.elastic, ..Budget::default() };
+        let gravity = self.case.gravity3();
+        for body in &self.bodies.all {
+            let PointColumns { position, velocity, affine, mass, .. } = &body.points;
+            for i in 0..mass.len() {
+                let (x, v, m) = (spatial(&position[i]), spatial(&velocity[i]), mass[i]);
+                budget.mass += m;
+                for c in 0..3 {
+                    let (a, b) = ((c + 1) % 3, (c + 2) % 3);
+                    budget.momentum[c] += m * v[c];
+                    budget.angular_momentum[c] += m * (x[a] * v[b] - x[b] * v[a]);
+                    budget.potential -= m * gravity[c] * x[c];
+                    if a < D && b < D {
+                        // Sheet: snow-mpm §3.6.
+                        budget.angular_momentum[c] += m * (affine[i][b][a] - affine[i][a][b]);
+                    }
+                }
+            }
+        }
+        budget
+    }
+
+    /// The energy balance, the speed of the fastest point, the volume of all, and what obstacles and cuts tell.
+    pub(crate) fn collect_scalar_outputs(&self) -> Vec<ScalarOutput> {
+        let stored = self.stored();
+        let mut readings = self.energy_balance.scalar_outputs(&stored);
+        let squares =
+            self.bodies.all.iter().flat_map(|body| &body.points.velocity).map(crate::points::vectors::square);
+        let fastest = squares.fold(0.0, f64::max).sqrt();
+        readings.push(("largest_speed".to_owned(), "m/s".to_owned(), fastest));
+        // Sheet: snow-mpm §3.11.
+        let volume = self.bodies.all.iter().flat_map(|body| &body.points.volume).sum();
+        readings.push(("volume".to_owned(), "m3".to_owned(), volume));
+        if !self.case.obstacles.is_empty() {
+            readings.push(("obstacles.friction".to_owned(), "J".to_owned(), self.energy_balance.friction()));
+        }
+        for (cut, taken) in self.case.removal_shapes.iter().zip(self.energy_balance.removals()) {
+            let entries =
+                [("travel", "m", taken.travel), ("mass", "kg", taken.mass), ("energy", "J", taken.energy)];
+            let readings_of =
+                entries.map(|(name, unit, value)| (format!("{}.{name}", cut.name), unit.to_owned(), value));
+            readings.extend(readings_of);
+        }
+        readings
+    }
+
+    /// Distance from rest: forces out of balance over the weight, kinetic energy over the work from outside.
+    pub(crate) fn measure_equilibrium(&self) -> Equilibrium {
+        let sums = &self.clock.sums;
+        let ratio = |value: f64, scale: f64| match (value == 0.0, scale > 0.0) {
+            (true, _) => 0.0,
+            (false, true) => value / scale,
+            (false, false) => f64::INFINITY,
+        };
+        Equilibrium {
+            unbalanced_force: ratio(sums.unbalanced.sqrt(), sums.weight.sqrt()),
+            kinetic_ratio: ratio(sums.kinetic, self.clock.external_work.abs()),
+            kinetic: sums.kinetic,
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! The points of the bodies, as structures of arrays.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use colluvium_case::bodies::law_points::LawPoints;
+use colluvium_constitutive::{BLOCK_SIZE, Material, States, SymTensor};
+use colluvium_grid::{
+    DomainSlice, FixedDomain, PointSlice as Places, SquareMatrix, Vector4, sort_by_cell, wrap,
+};
+use colluvium_points::{ScratchBuffers, struct_of_arrays};
+
+use crate::step_bound::StepBound;
+use crate::transfer::background_grid::BackgroundGrid;
+
+struct_of_arrays! {
+    /// What a point is.
+    pub struct PointColumns<const D: usize> {
+        /// Ids, the same for life.
+        pub id: u32,
+        /// Positions (m).
+        pub position: [f64; D],
+        /// Positions from which displacement is counted (m).
+        pub origin: [f64; D],
+        /// Velocities (m/s).
+        pub velocity: [f64; D],
+        /// Moments `Σ N v (x_i - x_p)ᵀ` of the velocity field around the point (m²/s), row `i`, column `j`; zero with FLIP.
+        pub affine: SquareMatrix<D>,
+        /// Masses (kg).
+        pub mass: f64,
+        /// Current volumes (m³; m² × 1 m in the plane).
+        pub volume: f64,
+        /// Cauchy stresses (Pa).
+        pub stress: SymTensor as [f64; 6],
+        /// Energy stored at the start and work of the stress since (J).
+        pub work: f64,
+    }
+}
+
+/// The points of a body, with its law.
+pub struct BodyPoints<const D: usize> {
+    /// Index into `Case::bodies`.
+    pub number: u32,
+    /// The law.
+    pub material: Arc<dyn Material>,
+    /// States of the law.
+    pub states: States,
+    /// Width of a point (m).
+    pub width: f64,
+    /// Whether points that leave the domain are taken away.
+    pub remove_outside: bool,
+    /// The points, in the order of the last sort.
+    pub points: PointColumns<D>,
+    /// Bounds of the slabs of the grid within the columns.
+    pub slabs: Vec<usize>,
+    /// What each block of points reports of the last update.
+    pub(crate) reports: Vec<Result<StepBound, PointFailure>>,
+}
+
+/// A point that failed.
+#[derive(Clone, Debug)]
+pub struct PointFailure {
+    /// Index within its body.
+    pub index: usize,
+    /// Why.
+    pub reason: String,
+}
+
+/// Domains of points of splines: nothing.
+static FIXED: [FixedDomain; BLOCK_SIZE] = [FixedDomain; BLOCK_SIZE];
+
+/// A block of points at `position`, for a sweep.
+#[inline(always)]
+pub fn point_slice<'a, const D: usize>(position: &'a [[f64; D]], extent: &'a [f64; D]) -> Places<'a, D> {
+    Places { position, domain: DomainSlice::Fixed(&FIXED[..position.len()]), extent }
+}
+
+impl<const D: usize> BodyPoints<D> {
+    /// The points of a slab in blocks of [`BLOCK`] or fewer, by their numbers.
+    #[inline(always)]
+    pub fn blocks_of(&self, slab: usize) -> impl Iterator<Item = Range<usize>> {
+        let (start, end) = (self.slabs[slab], self.slabs[slab + 1]);
+        (start..end).step_by(BLOCK_SIZE).map(move |first| first..(first + BLOCK_SIZE).min(end))
+    }
+
+    /// The points as their law sees them.
+    pub fn law_points(&self) -> LawPoints<'_> {
+        LawPoints { material: &*self.material, stress: &self.points.stress, states: &self.states }
+    }
+
+    /// Recoverable energies of the points (J), zero where the law defines none.
+    pub fn stored_energies(&self) -> Vec<f64> {
+        let mut energies = self.law_points().stored_energies();
+        energies.iter_mut().zip(&self.points.volume).for_each(|(energy, volume)| *energy *= volume);
+        energies
+    }
+
+    /// Kinetic energies of the points as bodies of their own, and of the velocity fields around them (J), where `moment` is
+    /// the second moment of the shape functions (m²).
+    pub fn kinetic_energies(&self, moment: f64) -> [f64; 2] {
+        let PointColumns { velocity, affine, mass, .. } = &self.points;
+        let mut sums = [0.0; 2];
+        for ((velocity, affine), mass) in velocity.iter().zip(affine).zip(mass) {
+            sums[0] += 0.5 * mass * crate::points::vectors::square(velocity);
+            // Sheet: snow-mpm §2.11.
+            sums[1] += 0.5 * mass * affine.as_flattened().iter().map(|b| b * b).sum::<f64>() / moment;
+        }
+        sums
+    }
+
+    /// Memory of the points (bytes), with what sorting takes.
+    pub fn bytes(&self) -> usize {
+        let state = self.material.state_size();
+        self.points.bytes() + self.points.len() * (2 * state + 16 + size_of::<SquareMatrix<D>>())
+    }
+
+    /// Point `i` becomes what point `order[i]` was; points that `order` does not name vanish.
+    fn reorder(&mut self, order: &[u32], spare: &mut ScratchBuffers) {
+        self.points.reorder(order, spare);
+        self.states = self.states.permuted(order);
+    }
+}
+
+/// The points of all bodies.
+#[derive(Default)]
+pub struct Bodies<const D: usize> {
+    /// The bodies that there are.
+    pub all: Vec<BodyPoints<D>>,
+    /// Sum over the steps since the last sort of the largest move along an axis (m).
+    pub travel: f64,
+    /// Mean mass of a point (kg).
+    pub mean_mass: f64,
+    scratch: ScratchBuffers,
+}
+
+impl<const D: usize> Bodies<D> {
+    /// Of these bodies.
+    pub fn new(all: Vec<BodyPoints<D>>) -> Self {
+        Self { all, ..Self::default() }
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.all.iter().map(|body| body.points.len()).sum()
+    }
+
+    /// Sorts the points by cell and finds the active nodes. Nodes must be empty.
+    pub fn sort(&mut self, background: &mut BackgroundGrid<D>) {
+        for body in &mut self.all {
+            let order = sort_by_cell(&background.grid, &body.points.position);
+            if order.iter().enumerate().any(|(i, &old)| i != old as usize) {
+                body.reorder(&order, &mut self.scratch);
+            }
+        }
+        self.travel = 0.0;
+        self.find_active_nodes(background);
+    }
+
+    /// Active nodes and bounds of slabs from the sorted points.
+    pub fn find_active_nodes(&mut self, background: &mut BackgroundGrid<D>) {
+        background.layout.clear();
+        let (mut mass, mut count) = (0.0, 0);
+        for body in &mut self.all {
+            body.slabs = background.layout.add_points(&body.points.position);
+            body.reports.resize(body.points.len().div_ceil(BLOCK_SIZE), Ok(StepBound::NONE));
+            mass += body.points.mass.iter().sum::<f64>();
+            count += body.points.len();
+        }
+        self.mean_mass = if count > 0 { mass / count as f64 } else { 0.0 };
+    }
+
+    /// Brings points back that left through a periodic side, on the other one.
+    pub fn wrap(&mut self, background: &BackgroundGrid<D>) {
+        let BackgroundGrid { low, high, periodic, .. } = background;
+        if *periodic == [false; D] {
+            return;
+        }
+        for body in &mut self.all {
+            let PointColumns { position, origin, .. } = &mut body.points;
+            if wrap([low, high], periodic, position, origin) {
+                // They are in other slabs now.
+                self.travel = f64::INFINITY;
+            }
+        }
+    }
+
+    /// Keeps the points of which `keep` approves, by body and index, and the bodies that have any; whether any is gone.
+    pub fn retain(&mut self, keep: impl Fn(&BodyPoints<D>, usize) -> bool) -> bool {
+        let before = self.len();
+        for body in &mut self.all {
+            let order: Vec<u32> = (0..body.points.len() as u32).filter(|&i| keep(body, i as usize)).collect();
+            if order.len() < body.points.len() {
+                body.reorder(&order, &mut self.scratch);
+            }
+        }
+        self.all.retain(|body| !body.points.is_empty());
+        self.len() < before
+    }
+}
+
+/// `columns[j] = -V σ e_j`.
+#[inline(always)]
+pub fn stress_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Vector4; D] {
+    let mut columns = [Vector4::ZERO; D];
+    for j in 0..D {
+        let mut column = [0.0; 4];
+        for i in 0..D {
+            column[i] = -volume * stress.at(i, j);
+        }
+        columns[j] = Vector4::new(column);
+    }
+    columns
+}

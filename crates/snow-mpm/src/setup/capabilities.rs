@@ -1,0 +1,214 @@
+//! What the method takes of a case, what it refuses, and what it warns of.
+
+use colluvium_case::description::{CrackTip, Measure, ObstacleWall, Wall, min_extent};
+use colluvium_case::{Capabilities, Case, CaseError};
+use colluvium_constitutive::MaterialSpec;
+use colluvium_points::Shape;
+
+use crate::config::{NAME, SnowOptions};
+use crate::setup::saw_test;
+
+const ADHESION: &str = "snow-mpm knows no area of the nodes that an obstacle holds: leave it out";
+
+/// What the method says to the features of a case.
+pub(crate) fn capabilities(case: &Case) -> Capabilities {
+    let honours = Capabilities::for_point_methods(NAME)
+        .supports(&[
+            "domain.origin",
+            "domain.periodic*",
+            "bodies.drop_outside",
+            "boundaries",
+            "boundaries.name",
+            "boundaries.side=*",
+            "boundaries.position",
+            "boundaries.separation",
+            "boundaries.velocity",
+            "boundaries.wall=rough",
+            "boundaries.wall=smooth",
+            "boundaries.wall=frictional",
+            "boundaries.wall.bilateral",
+            "obstacles",
+            "obstacles.shape=*",
+            "obstacles.shape.*",
+            "obstacles.wall=rough",
+            "obstacles.wall=smooth",
+            "obstacles.wall=frictional",
+            "obstacles.separation",
+            "obstacles.motion*",
+            "obstacles.regions*",
+            "cuts",
+            "cuts.*",
+            "cuts.action=remove",
+            "stages.damping",
+            "stages.damping_axes",
+            "measures=dissipation",
+            "measures=reaction",
+            "measures=impact-pressure",
+            "output.rasters*",
+        ])
+        .rejects("output.rasters.mapped", "only depth-sph compares rasters with a mapped outline")
+        .rejects("space=axisymmetric", "snow-mpm has no axisymmetric form: use plane-strain or 3d")
+        .rejects("bodies.rigid", "snow-mpm has no rigid bodies: use a boundary with a velocity")
+        .rejects("bodies.pore_fluid", "snow-mpm has one phase only: use mpm")
+        .rejects("boundaries.group", "snow-mpm has no mesh with groups of nodes")
+        .rejects("boundaries.wall=absorbing", "snow-mpm has no absorbing boundaries: use mpm")
+        .rejects("obstacles.wall.adhesion", ADHESION)
+        .rejects("obstacles.regions.wall.adhesion", ADHESION)
+        .rejects("loads", "snow-mpm has no loads on surfaces: use a body that lies on it, a boundary with a velocity, or mpm")
+        .rejects("patches", "snow-mpm has no patches of nodes: use a boundary with a velocity")
+        .rejects("stages.excavate", "snow-mpm removes whole bodies only: use remove_bodies")
+        .rejects("stages.rayleigh_damping", "snow-mpm has local damping only: use damping");
+    if case.domain.periodic.is_empty() {
+        return honours;
+    }
+    honours
+        .rejects("obstacles", "an obstacle has no image beyond the sides of a periodic domain: use boundaries, and tilt gravity")
+        .rejects("cuts", "a cut has no image beyond the sides of a periodic domain: use walls")
+}
+
+/// What of a case is allowed but deserves a warning (sheet: snow-mpm §7).
+pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
+    let mut warnings = case.warnings();
+    warnings.extend(options.warnings());
+    for (path, coefficient) in friction_coefficients(case).filter(|(_, coefficient)| *coefficient > 2.0) {
+        warnings.push(format!(
+            "{path}.wall.friction_coefficient: {coefficient} is more than snow or soil has on anything; a rough wall holds what \
+             touches it"
+        ));
+    }
+    warnings.extend(poissons_ratio_warnings(case));
+    let dimension = case.dimension();
+    for (number, cut) in case.removal_shapes.iter().enumerate() {
+        let thinnest = min_extent(&cut.bounds(dimension));
+        // Sheet: snow-mpm P12.
+        if thinnest < 2.0 * options.cell_size * (1.0 - 1e-9) {
+            warnings.push(format!(
+                "cuts[{number}].shape: {thinnest} m across at its thinnest, less than two cells; what stands on both sides of so thin \
+                 a cut goes on touching: make it wider, or cells smaller"
+            ));
+        }
+    }
+    for (number, body) in case.bodies.iter().enumerate() {
+        let cells = body.shape.min_thickness(dimension) / options.cell_size;
+        // Sheet: snow-mpm P10.
+        let (least, why) = if may_soften(&case.materials[&body.material]) {
+            (
+                4.0,
+                "a layer that softens needs 4 or more, and what it takes to break it depends on how many there are",
+            )
+        } else {
+            (2.0, "functions of nodes reach across it: 2 or more let it bend and shear by itself")
+        };
+        if cells < least - 1e-9 {
+            warnings.push(format!("bodies[{number}].shape: {cells:.2} cells across at its thinnest; {why}"));
+        }
+        warnings.extend(bare_ground_warning(case, number, options));
+    }
+    warnings.extend(saw_test::warnings(case));
+    warnings
+        .extend(case.measures.iter().filter_map(|(name, measure)| measure_warning(name, measure, options)));
+    warnings
+}
+
+/// Warns of a weak layer along a track with less than two cells of other snow below it.
+fn bare_ground_warning(case: &Case, number: usize, options: &SnowOptions) -> Option<String> {
+    let body = &case.bodies[number];
+    let Shape::ArcLayer { from, .. } = &body.shape else { return None };
+    let cells = from / options.cell_size;
+    (saw_test::is_weak(case, body) && cells < 2.0 - 1e-9).then(|| {
+        format!(
+            "bodies[{number}].shape.from: a weak layer {cells:.2} cells above the ground, whose nodes lie in steps of a cell where it lies \
+             along no axis: points at a step collapse under the slab alone; lay two cells or more of old, elastic snow below it"
+        )
+    })
+}
+
+/// Warns of a measure whose lengths do not go with the cells (sheet: snow-mpm §3.11).
+fn measure_warning(name: &str, measure: &Measure, options: &SnowOptions) -> Option<String> {
+    let cell = options.cell_size;
+    match measure {
+        Measure::Fragments { link, .. } if !(1.0 - 1e-9..=1.5 + 1e-9).contains(&(link / cell)) => {
+            let cells = link / cell;
+            Some(format!(
+                "measures.{name}.link: {link} m is {cells:.2} cells; points of one piece lie up to 1 to 1.5 cells apart"
+            ))
+        }
+        Measure::CrackTip(CrackTip { bin, .. })
+            if *bin < cell / options.points_per_cell as f64 * (1.0 - 1e-9) =>
+        {
+            Some(format!(
+                "measures.{name}.bin: {bin} m is less than points are apart, so that bins lack points: take a cell, {cell} m"
+            ))
+        }
+        _ => None,
+    }
+}
+
+/// Coefficients of the frictional walls of a case, and where they stand in it.
+fn friction_coefficients(case: &Case) -> impl Iterator<Item = (String, f64)> {
+    let boundaries = case.boundaries.iter().enumerate().filter_map(|(number, boundary)| {
+        let Wall::Frictional { friction_coefficient, .. } = boundary.wall else { return None };
+        Some((format!("boundaries[{number}]"), friction_coefficient))
+    });
+    let walls = case.obstacles.iter().enumerate().flat_map(|(number, obstacle)| {
+        let parts = obstacle.regions.iter().enumerate();
+        let parts =
+            parts.map(move |(part, region)| (format!("obstacles[{number}].regions[{part}]"), region.wall));
+        std::iter::once((format!("obstacles[{number}]"), obstacle.wall)).chain(parts)
+    });
+    let obstacles = walls.filter_map(|(path, wall)| {
+        let ObstacleWall::Frictional { friction_coefficient, .. } = wall else { return None };
+        Some((path, friction_coefficient))
+    });
+    boundaries.chain(obstacles)
+}
+
+/// Warns of Poisson's ratios of laws that do not do so themselves (sheet: snow-mpm §7).
+fn poissons_ratio_warnings(case: &Case) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for (name, spec) in &case.materials {
+        let Some((_, ratio)) = saw_test::elastic_constants(spec) else { continue };
+        if spec.warnings().iter().any(|warning| warning.starts_with("poissons_ratio")) {
+            continue;
+        }
+        if ratio > 0.45 {
+            warnings.push(format!(
+                "materials.{name}.poissons_ratio: {ratio} is above 0.45: low-order grids lock"
+            ));
+        } else if ratio < 0.0 {
+            warnings.push(format!(
+                "materials.{name}.poissons_ratio: {ratio} is negative: what is pressed grows thinner across"
+            ));
+        }
+    }
+    warnings
+}
+
+/// Whether a law may lose strength: neither elastic nor a fluid.
+fn may_soften(spec: &MaterialSpec) -> bool {
+    use MaterialSpec::{FixedCorotated, LinearElastic, NeoHookean, PressureElastic, StVenantKirchhoff};
+    let elastic = |spec: &MaterialSpec| {
+        matches!(
+            spec,
+            LinearElastic(_) | NeoHookean(_) | StVenantKirchhoff(_) | FixedCorotated(_) | PressureElastic(_)
+        )
+    };
+    !spec.is_fluid() && !elastic(spec.inner().unwrap_or(spec))
+}
+
+/// Refuses weak layers of less than two cells, across which functions of nodes reach (sheet: snow-mpm §7).
+pub(super) fn check_layer_thickness(case: &Case, options: &SnowOptions) -> Result<(), CaseError> {
+    for (number, body) in case.bodies.iter().enumerate() {
+        let weak = saw_test::is_weak(case, body);
+        let thickness = body.shape.min_thickness(case.dimension());
+        if weak && thickness < 2.0 * options.cell_size * (1.0 - 1e-9) {
+            let problem = format!(
+                "a weak layer of {thickness} m is less than two cells of {} m thick, so that what is above it touches what is below: \
+                 make the cells smaller",
+                options.cell_size
+            );
+            return Err(CaseError::new(format!("bodies[{number}].shape"), problem));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,63 @@
+//! Cuts of the case: shapes that move and take away the points that they cover (sheet: snow-mpm A5).
+
+use std::sync::Arc;
+
+use colluvium_case::SolverError;
+use colluvium_case::description::{RemovalShape, SweptRegion};
+
+use crate::points::bodies::BodyPoints;
+use crate::solver::SnowSolver;
+
+impl<const D: usize> SnowSolver<D> {
+    /// Takes away what the cuts have covered in the last step, which was `dt` long (s), and books it.
+    ///
+    /// # Errors
+    /// Where the first of them finds a weak layer that has yielded at rest.
+    pub(super) fn apply_removal_shapes(&mut self, dt: f64) -> Result<(), SolverError> {
+        let case = Arc::clone(&self.case);
+        for (number, cut) in case.removal_shapes.iter().enumerate() {
+            let Some(begun) = self.start_time_of(cut) else { continue };
+            let (from, to) = (self.clock.time - dt - begun, self.clock.time - begun);
+            if !cut.is_active_between(from, to) {
+                continue;
+            }
+            if self.energy_balance.removals().iter().all(|taken| taken.travel == 0.0) {
+                self.check_rest(cut)?;
+            }
+            self.energy_balance.removal(number).travel +=
+                cut.speed() * (cut.moving_time(to) - cut.moving_time(from));
+            let sweep = cut.swept_region(from, to, &self.cut_bounds[number]);
+            let takes = |body: &BodyPoints<D>| cut.applies_to(&case.bodies[body.number as usize].name);
+            let mass = self.mass_in_region(&sweep, takes);
+            if mass > 0.0 {
+                let keeps =
+                    |body: &BodyPoints<D>, i: usize| !(takes(body) && sweep.covers(&body.points.position[i]));
+                let energy = self.retain(keeps);
+                let taken = self.energy_balance.removal(number);
+                taken.mass += mass;
+                taken.energy += energy;
+            }
+        }
+        Ok(())
+    }
+
+    /// When the times of a cut began to count (s); `None` where its stage is not the one that runs.
+    fn start_time_of(&self, cut: &RemovalShape) -> Option<f64> {
+        match &cut.stage {
+            None => Some(0.0),
+            Some(name) => {
+                (self.case.stages[self.clock.stage].name == *name).then_some(self.clock.stage_start)
+            }
+        }
+    }
+
+    /// Mass of the points that a sweep covers (kg).
+    fn mass_in_region(&self, sweep: &SweptRegion<'_>, takes: impl Fn(&BodyPoints<D>) -> bool) -> f64 {
+        let mut mass = 0.0;
+        for body in self.bodies.all.iter().filter(|body| takes(body)) {
+            let points = body.points.position.iter().zip(&body.points.mass);
+            mass += points.filter(|(place, _)| sweep.covers(place)).map(|(_, mass)| mass).sum::<f64>();
+        }
+        mass
+    }
+}

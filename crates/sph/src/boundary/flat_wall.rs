@@ -1,0 +1,69 @@
+//! Flat walls.
+
+use crate::config::TimeHistory;
+
+/// What a wall of particles does to the motion along it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WallContact {
+    /// Nothing slips.
+    NoSlip,
+    /// Nothing holds.
+    FreeSlip,
+    /// Coulomb friction; nothing holds in tension.
+    Friction(f64),
+}
+
+/// A half space that material cannot enter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlatWall<const D: usize> {
+    /// Index into `Case::boundaries`.
+    pub boundary: usize,
+    /// Axis normal to the face.
+    pub axis: usize,
+    /// Coordinate of the face at time zero (m).
+    pub position: f64,
+    /// True where the wall lies above the face.
+    pub upper: bool,
+    /// Velocity of the wall (m/s) where the factor on it is one; along the normal it carries the face.
+    pub velocity: [f64; D],
+    /// The factor on this velocity over time; one without.
+    pub history: Option<TimeHistory>,
+    /// Its mean over the step.
+    pub factor: f64,
+    /// How far the face has moved along its axis since time zero (m).
+    pub displacement: f64,
+    /// What it does along the face.
+    pub contact: WallContact,
+}
+
+impl<const D: usize> FlatWall<D> {
+    /// Coordinate of the face (m).
+    #[inline]
+    pub fn face(&self) -> f64 {
+        self.position + self.displacement
+    }
+
+    /// Mean velocity over the step (m/s).
+    #[inline]
+    pub fn mean_velocity(&self) -> [f64; D] {
+        self.velocity.map(|v| self.factor * v)
+    }
+
+    /// Coordinate of the face at `time` (m).
+    pub fn face_at(&self, time: f64) -> f64 {
+        self.position + self.displacement_between(0.0, time)
+    }
+
+    /// How far the face moves between two times (m): the integral of its velocity.
+    pub(crate) fn displacement_between(&self, start: f64, end: f64) -> f64 {
+        let elapsed = self.history.as_ref().map_or(end - start, |history| history.integral(start, end));
+        self.velocity[self.axis] * elapsed
+    }
+
+    /// Distance of `x` from the face, positive outside of the wall (m).
+    #[inline]
+    pub fn distance(&self, x: &[f64; D]) -> f64 {
+        let along = x[self.axis] - self.face();
+        if self.upper { -along } else { along }
+    }
+}

@@ -1,0 +1,200 @@
+//! The flat walls of a stage: where they stand, and of which particles they are made.
+
+use crate::boundary::flat_wall::FlatWall;
+use crate::boundary::image_particle::{ImageParticle, PeriodicAxis};
+
+/// The flat walls in force.
+#[derive(Clone, Debug, Default)]
+pub struct FlatWalls<const D: usize> {
+    /// Walls that mirror.
+    pub mirrors: Vec<FlatWall<D>>,
+    /// Walls of particles.
+    pub faces: Vec<FlatWall<D>>,
+    /// Periodic axes.
+    pub periods: Vec<PeriodicAxis>,
+    /// Particles of the walls at time zero (m).
+    pub particles: Vec<[f64; D]>,
+    /// The wall each of them belongs to.
+    pub face_of: Vec<u32>,
+}
+
+/// How many particles a wall normal to `axis` has along each axis: layers as deep as `reach` (m), over the box from
+/// `low` to `high` and as far beyond it. As real numbers: a large box may need more than can be counted.
+pub fn particle_counts<const D: usize>(
+    axis: usize,
+    (low, high): &([f64; D], [f64; D]),
+    spacing: f64,
+    reach: f64,
+) -> [f64; D] {
+    let whole = |length: f64| (length / spacing - 1e-9).ceil();
+    let layers = whole(reach);
+    std::array::from_fn(|c| if c == axis { layers } else { whole(high[c] - low[c]) + 2.0 * layers })
+}
+
+impl<const D: usize> FlatWalls<D> {
+    /// The walls, those of particles in layers as deep as `reach` (m) over the box from `low` to `high` and as
+    /// far beyond it, which is also what periods of whole spacings make of them. Their [`particle_counts`] must not be too many.
+    pub fn new(
+        mirrors: Vec<FlatWall<D>>,
+        faces: Vec<FlatWall<D>>,
+        periods: Vec<PeriodicAxis>,
+        span: ([f64; D], [f64; D]),
+        spacing: f64,
+        reach: f64,
+    ) -> Self {
+        let (mut particles, mut face_of) = (Vec::new(), Vec::new());
+        for (number, plane) in faces.iter().enumerate() {
+            let counts = particle_counts(plane.axis, &span, spacing, reach).map(|count| count as i64);
+            let layers = counts[plane.axis];
+            let line = |axis: usize| -> Vec<f64> {
+                if axis == plane.axis {
+                    let sign = if plane.upper { 1.0 } else { -1.0 };
+                    return (0..layers).map(|k| plane.position + sign * (k as f64 + 0.5) * spacing).collect();
+                }
+                let all = -layers..counts[axis] - layers;
+                all.map(|k| span.0[axis] + (k as f64 + 0.5) * spacing).collect()
+            };
+            let lines: [Vec<f64>; D] = std::array::from_fn(line);
+            let total: usize = lines.iter().map(Vec::len).product();
+            for index in 0..total {
+                let mut rest = index;
+                let site: [f64; D] = std::array::from_fn(|axis| {
+                    let k = rest % lines[axis].len();
+                    rest /= lines[axis].len();
+                    lines[axis][k]
+                });
+                // Where two walls meet, the first has the corner.
+                if faces[..number].iter().all(|other| other.distance(&site) > 0.0) {
+                    particles.push(site);
+                    face_of.push(number as u32);
+                }
+            }
+        }
+        Self { mirrors, faces, periods, particles, face_of }
+    }
+
+    fn planes(&self) -> impl Iterator<Item = &FlatWall<D>> {
+        self.mirrors.iter().chain(&self.faces)
+    }
+
+    fn planes_mut(&mut self) -> impl Iterator<Item = &mut FlatWall<D>> {
+        self.mirrors.iter_mut().chain(&mut self.faces)
+    }
+
+    /// Where the first faces stand at `time` (s) that close `axis` below and above (m).
+    pub fn ends(&self, axis: usize, time: f64) -> (f64, f64) {
+        self.planes().filter(|plane| plane.axis == axis).fold(
+            (-f64::INFINITY, f64::INFINITY),
+            |(low, high), plane| {
+                let face = plane.face_at(time);
+                if plane.upper { (low, high.min(face)) } else { (low.max(face), high) }
+            },
+        )
+    }
+
+    /// The first wall that `x` is behind the face of at `time` (s) by more than `margin` (m).
+    pub fn first_passed(&self, x: &[f64; D], time: f64, margin: f64) -> Option<&FlatWall<D>> {
+        self.planes().find(|plane| {
+            let (x, face) = (x[plane.axis], plane.face_at(time));
+            if plane.upper { x > face + margin } else { x < face - margin }
+        })
+    }
+
+    /// How far a face has moved at most between two times (m).
+    pub fn max_displacement(&self, start: f64, end: f64) -> f64 {
+        self.planes().map(|plane| plane.displacement_between(start, end).abs()).fold(0.0, f64::max)
+    }
+
+    /// Faces to where they are at `time` (s).
+    pub fn move_to(&mut self, time: f64) {
+        self.planes_mut().for_each(|plane| plane.displacement = plane.displacement_between(0.0, time));
+    }
+
+    /// Walls whose velocities vary in time get those of the step from `start` to `end` (s); whether there are any.
+    pub fn update_time_histories(&mut self, start: f64, end: f64) -> bool {
+        let mut varies = false;
+        for plane in self.planes_mut() {
+            let Some(history) = &plane.history else { continue };
+            plane.factor = history.mean(start, end);
+            varies = true;
+        }
+        varies
+    }
+
+    /// Images to where their mirrors are, with the velocities of these.
+    pub fn move_images(&self, images: &mut [ImageParticle<D>]) {
+        if self.mirrors.iter().all(|plane| plane.velocity == [0.0; D]) {
+            return;
+        }
+        for image in images.iter_mut().filter(|image| image.across != [None; D]) {
+            image.velocity_shift = [0.0; D];
+            for (number, plane) in (0..).zip(&self.mirrors) {
+                if image.across[plane.axis] == Some(number) {
+                    image.apply_mirror(plane);
+                }
+            }
+        }
+    }
+
+    /// Where the particles of the walls are.
+    pub fn place_particles(&self, slots: &mut [[f64; D]]) {
+        for ((slot, base), &face) in slots.iter_mut().zip(&self.particles).zip(&self.face_of) {
+            *slot = *base;
+            let plane = &self.faces[face as usize];
+            slot[plane.axis] += plane.displacement;
+        }
+    }
+
+    /// Puts positions that left a periodic domain back into it, and what counts displacement as far.
+    pub fn wrap(&self, positions: &mut [[f64; D]], origins: &mut [[f64; D]]) {
+        for PeriodicAxis { axis, low, high } in &self.periods {
+            let length = high - low;
+            for (x, origin) in positions.iter_mut().zip(&mut *origins) {
+                let shift = length * ((x[*axis] - low) / length).floor();
+                if shift != 0.0 {
+                    x[*axis] -= shift;
+                    origin[*axis] -= shift;
+                }
+            }
+        }
+    }
+
+    /// Images of the particles within `reach` (m) of mirrors and ends of periods, in the order of the
+    /// particles; in corners also those along several axes.
+    pub fn images(&self, positions: &[[f64; D]], reach: f64, images: &mut Vec<ImageParticle<D>>) {
+        images.clear();
+        if self.mirrors.is_empty() && self.periods.is_empty() {
+            return;
+        }
+        for (source, x) in positions.iter().enumerate() {
+            let first = images.len();
+            let itself = ImageParticle::of_particle(source as u32);
+            // Every image of the particle along other axes has one along this axis.
+            let mut add = |axis: usize, change: &dyn Fn(ImageParticle<D>) -> ImageParticle<D>| {
+                let end = images.len();
+                for k in first..end {
+                    let image = images[k];
+                    if image.flip[axis] > 0.0 && image.shift[axis] == 0.0 {
+                        images.push(change(image));
+                    }
+                }
+                images.push(change(itself));
+            };
+            for PeriodicAxis { axis, low, high } in &self.periods {
+                for (near, shift) in [(x[*axis] - low, high - low), (high - x[*axis], low - high)] {
+                    if near < reach {
+                        add(*axis, &|mut image| {
+                            image.shift[*axis] = shift;
+                            image
+                        });
+                    }
+                }
+            }
+            for (number, plane) in (0..).zip(&self.mirrors) {
+                if plane.distance(x) < reach {
+                    add(plane.axis, &|image| image.flipped(number, plane));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Images of particles in mirrors and across the ends of periods.
+
+use crate::boundary::flat_wall::{FlatWall, WallContact};
+use crate::points::particles::SquareMatrix;
+
+/// An image of a particle in mirrors and periods: `x' = flip x + shift`, `v' = turn v + lift`, `σ' = B σ B` with
+/// `B = diag bend`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImageParticle<const D: usize> {
+    /// The particle.
+    pub source: u32,
+    /// -1 along the axes that are mirrored.
+    pub flip: [f64; D],
+    /// Twice the coordinate of the mirror, or a period.
+    pub shift: [f64; D],
+    /// Sign of the velocity: of smooth mirrors `flip`, of rough ones -1 along every axis.
+    pub velocity_sign: [f64; D],
+    /// Twice the velocity of the mirror (m/s).
+    pub velocity_shift: [f64; D],
+    /// Sign of the axes for stress: of smooth mirrors `flip`, of rough ones 1, which keep it.
+    pub stress_sign: [f64; D],
+    /// Number of the mirror across each axis that is mirrored.
+    pub(crate) across: [Option<u32>; D],
+}
+
+impl<const D: usize> ImageParticle<D> {
+    /// The velocity gradient of the image of a particle with the gradient `l` (1/s).
+    #[inline]
+    pub fn gradient(&self, l: &SquareMatrix<D>) -> SquareMatrix<D> {
+        std::array::from_fn(|a| std::array::from_fn(|b| self.velocity_sign[a] * l[a][b] * self.flip[b]))
+    }
+
+    /// The particle itself.
+    pub(crate) fn of_particle(source: u32) -> Self {
+        let (none, same) = ([0.0; D], [1.0; D]);
+        Self {
+            source,
+            flip: same,
+            shift: none,
+            velocity_sign: same,
+            velocity_shift: none,
+            stress_sign: same,
+            across: [None; D],
+        }
+    }
+
+    /// The image in the mirror `plane` of this number.
+    pub(crate) fn flipped(mut self, number: u32, plane: &FlatWall<D>) -> Self {
+        let axis = plane.axis;
+        self.across[axis] = Some(number);
+        self.flip[axis] = -1.0;
+        if plane.contact == WallContact::NoSlip {
+            self.velocity_sign = self.velocity_sign.map(|c| -c);
+        } else {
+            self.velocity_sign[axis] = -self.velocity_sign[axis];
+            self.stress_sign[axis] = -1.0;
+        }
+        self.apply_mirror(plane);
+        self
+    }
+
+    /// What the place and the velocity of its last mirror do to it.
+    pub(crate) fn apply_mirror(&mut self, plane: &FlatWall<D>) {
+        let (axis, pace) = (plane.axis, plane.mean_velocity());
+        self.shift[axis] = 2.0 * plane.face();
+        if plane.contact == WallContact::NoSlip {
+            self.velocity_shift = std::array::from_fn(|c| 2.0 * pace[c] - self.velocity_shift[c]);
+        } else {
+            self.velocity_shift[axis] = 2.0 * pace[axis] - self.velocity_shift[axis];
+        }
+    }
+}
+
+/// An axis along which the domain repeats itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PeriodicAxis {
+    /// The axis.
+    pub axis: usize,
+    /// Lower end (m).
+    pub low: f64,
+    /// Upper end (m).
+    pub high: f64,
+}

@@ -1,0 +1,124 @@
+//! Factors that vary in time.
+
+use colluvium_case::files::piecewise_linear as lines;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A factor that varies in time: straight lines between the given values, constant before the first and after the last.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TimeHistory {
+    /// Times of the run (s), each later than the one before.
+    pub times: Vec<f64>,
+    /// The factor at each of them.
+    pub factors: Vec<f64>,
+}
+
+impl TimeHistory {
+    /// Checks that it is a function of time.
+    ///
+    /// # Errors
+    /// What is wrong, as (key, problem).
+    pub fn validate(&self) -> Result<(), (String, String)> {
+        if self.times.is_empty() {
+            return Err(("times".to_owned(), "is empty: at least one time is needed".to_owned()));
+        }
+        if self.times.len() != self.factors.len() {
+            let problem = format!("has {} entries for {} times", self.factors.len(), self.times.len());
+            return Err(("factors".to_owned(), problem));
+        }
+        for (key, values) in [("times", &self.times), ("factors", &self.factors)] {
+            if let Some(number) = values.iter().position(|value| !value.is_finite()) {
+                return Err((format!("{key}[{number}]"), format!("{} is not finite", values[number])));
+            }
+        }
+        let descent = lines::non_ascending(self.times.iter().copied(), false).next();
+        descent.map_or(Ok(()), |(number, time, before)| {
+            let problem = format!("{time} s is not later than the time before, {before} s");
+            Err((format!("times[{number}]"), problem))
+        })
+    }
+
+    /// The factor at `time` (s).
+    pub fn at(&self, time: f64) -> f64 {
+        lines::value_at(&self.times, |t| *t, |number| self.factors[number], time).unwrap_or(1.0)
+    }
+
+    /// Its mean from `start` to the later time `end` (s): what moves with it in a step ends where it should, however long
+    /// the step is.
+    pub fn mean(&self, start: f64, end: f64) -> f64 {
+        let (area, last, rest) = self.integral_pieces(start, end);
+        if last == start { rest } else { (area + (end - last) * rest) / (end - start) }
+    }
+
+    /// The area under it from `start` to the later time `end` (s).
+    pub fn integral(&self, start: f64, end: f64) -> f64 {
+        let (area, last, rest) = self.integral_pieces(start, end);
+        area + (end - last) * rest
+    }
+
+    /// The area under it from `start` to its last corner before `end`, the time of this corner (`start` without any), and
+    /// its mean from there to `end`.
+    fn integral_pieces(&self, start: f64, end: f64) -> (f64, f64, f64) {
+        let (mut area, mut last) = (0.0, (start, self.at(start)));
+        let first = self.times.partition_point(|t| *t <= start);
+        for (&time, &factor) in self.times[first..].iter().zip(&self.factors[first..]) {
+            if time >= end {
+                break;
+            }
+            area += (time - last.0) * 0.5 * (last.1 + factor);
+            last = (time, factor);
+        }
+        (area, last.0, 0.5 * (last.1 + self.at(end)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn history() -> TimeHistory {
+        TimeHistory { times: vec![1.0, 2.0, 4.0], factors: vec![0.0, 3.0, -1.0] }
+    }
+
+    #[test]
+    fn factors_lie_on_straight_lines_and_stay_beyond_the_ends() {
+        for (time, factor) in
+            [(-1.0, 0.0), (1.0, 0.0), (1.5, 1.5), (2.0, 3.0), (3.5, 0.0), (4.0, -1.0), (9.0, -1.0)]
+        {
+            assert_eq!(history().at(time), factor, "{time}");
+        }
+        let step = TimeHistory { times: vec![2.0], factors: vec![0.7] };
+        assert_eq!((step.at(0.0), step.mean(0.0, 5.0)), (0.7, 0.7));
+    }
+
+    #[test]
+    fn means_are_those_of_the_lines() {
+        let h = history();
+        // ∫ is 1.5 over the first line and 2 over the second.
+        assert!((h.mean(0.0, 5.0) - (1.5 + 2.0 - 1.0) / 5.0).abs() < 1e-15);
+        assert!((h.integral(0.0, 5.0) - 2.5).abs() < 1e-15 && h.integral(3.0, 3.0) == 0.0);
+        assert!((h.mean(1.0, 1.5) - 0.75).abs() < 1e-15);
+        assert!((h.mean(1.5, 3.0) - (1.125 + 2.0) / 1.5).abs() < 1e-15);
+        let (mut sum, mut time) = (0.0, 0.0);
+        for k in 0..500 {
+            let next = f64::from(k + 1) * 0.01;
+            sum += h.mean(time, next) * (next - time);
+            time = next;
+        }
+        assert!((sum - 2.5).abs() < 1e-13);
+    }
+
+    #[test]
+    fn what_is_no_function_of_time_is_refused() {
+        for (times, factors, key) in [
+            (vec![], vec![], "times"),
+            (vec![0.0, 1.0], vec![1.0], "factors"),
+            (vec![0.0, f64::NAN], vec![1.0, 1.0], "times[1]"),
+            (vec![0.0, 1.0], vec![1.0, f64::INFINITY], "factors[1]"),
+            (vec![0.0, 1.0, 1.0], vec![1.0, 1.0, 2.0], "times[2]"),
+        ] {
+            assert_eq!(TimeHistory { times, factors }.validate().unwrap_err().0, key);
+        }
+    }
+}

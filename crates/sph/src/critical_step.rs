@@ -1,0 +1,112 @@
+//! The largest stable step (sheet: sph §3.4).
+
+use colluvium_case::{StepLimit, TimeStep, limit_step_by_obstacles, spatial};
+use colluvium_constitutive::{BLOCK_SIZE, StateBlock};
+use rayon::prelude::*;
+
+use crate::clock::STEPS_PER_TIME_STEP;
+use crate::config::SoundSpeed;
+use crate::context::SolverContext;
+use crate::momentum::rates::Rates;
+use crate::pairs::ShortRangeRepulsion;
+use crate::points::particles::{Bodies, Particles};
+use crate::points::vector_algebra::square;
+use crate::walls::ObstacleFaces;
+
+/// The undamped leapfrog is stable up to about so many times `h / c` (sheet: sph §3.4, §7).
+const STABLE: f64 = 1.8;
+
+/// Largest move of an obstacle in a step (spacings).
+const MAX_OBSTACLE_MOVE: f64 = 0.1;
+
+/// What keeps particles apart swings.
+const REPULSION: StepLimit = StepLimit::new("repulsion of close particles");
+
+/// A step, what limits it, and where.
+pub type LimitingParticle = (f64, StepLimit, Option<usize>);
+
+/// The largest step that waves, forces, viscosity and damping allow (sheet: sph §3.4), and the particle that asks for it;
+/// renews the speeds of sound. Where the case fixes the step, waves may cross as much as is stable.
+pub fn critical_step<const D: usize>(
+    setting: &SolverContext<D>,
+    bodies: &mut Bodies<D>,
+    rates: &Rates<D>,
+) -> LimitingParticle {
+    let (options, guests) = (&setting.options, &bodies.ghost_particles);
+    let courant = if options.time_step.is_some() { STABLE } else { options.courant };
+    let close = ShortRangeRepulsion::of_groups(setting, &bodies.groups);
+    let p = &mut bodies.particles;
+    let mut least: LimitingParticle = (f64::INFINITY, StepLimit::NOTHING, None);
+    for group in bodies.groups.iter().filter(|group| !group.smooth) {
+        let range = group.range();
+        let sounds = p.sound[range.clone()].par_chunks_mut(BLOCK_SIZE);
+        let blocks = group.states.blocks().par_iter().zip(sounds).enumerate();
+        let (stresses, densities) = (&p.stress[range.clone()], &p.density[range.clone()]);
+        let (lengths, velocities) = (&p.length[range.clone()], &p.velocity[range.clone()]);
+        let accelerations = &rates.derivatives.acceleration;
+        let of_block = |(number, (states, sounds)): (usize, (&StateBlock, &mut [f64]))| {
+            let first = number * BLOCK_SIZE;
+            let stress = &stresses[first..first + states.len()];
+            let (mut moduli, mut viscosities) = ([0.0; BLOCK_SIZE], [0.0; BLOCK_SIZE]);
+            group.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
+            group.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
+            let mut least: LimitingParticle = (f64::INFINITY, StepLimit::NOTHING, None);
+            for k in 0..states.len() {
+                let (density, h) = (densities[first + k], lengths[first + k]);
+                let wave = (moduli[k] / density).sqrt();
+                sounds[k] = match (options.sound_speed, group.youngs_modulus) {
+                    (SoundSpeed::YoungsModulus, Some(modulus)) => (modulus / density).sqrt(),
+                    _ => wave,
+                };
+                if guests.get(range.start + first + k).is_some_and(|guest| *guest) {
+                    continue;
+                }
+                let speed = square(&velocities[first + k]).sqrt();
+                let pull = accelerations.get(range.start + first + k).map_or(0.0, square).sqrt();
+                let apart = close.filter(|_| group.is_free_fluid());
+                let limits = [
+                    (courant * h / (wave + speed), StepLimit::ELASTIC_WAVE),
+                    (0.25 * (h / pull).sqrt(), StepLimit::ACCELERATION),
+                    (0.125 * h * h * density / viscosities[k], StepLimit::VISCOSITY),
+                    (0.2 * h / (options.damping * sounds[k]), StepLimit::DAMPING),
+                    (apart.map_or(f64::INFINITY, |close| close.stable_step(wave)), REPULSION),
+                ];
+                for (dt, name) in limits {
+                    if dt < least.0 {
+                        least = (dt, name, Some(range.start + first + k));
+                    }
+                }
+            }
+            least
+        };
+        // Of equal ones the first particle's.
+        least = blocks.map(of_block).reduce(|| least, |a, b| if b.0 < a.0 { b } else { a });
+    }
+    least
+}
+
+/// The critical step at a `time` (s), or a shorter one in which obstacles move by no more than a share of the `spacing` (m).
+pub fn limit_by_obstacle_motion<const D: usize>(
+    critical: TimeStep,
+    obstacles: &ObstacleFaces<D>,
+    (time, spacing): (f64, f64),
+) -> TimeStep {
+    limit_step_by_obstacles(
+        critical,
+        obstacles.moving(),
+        (time, MAX_OBSTACLE_MOVE * spacing, STEPS_PER_TIME_STEP + 1),
+    )
+}
+
+/// A limit as it is told.
+pub fn to_time_step<const D: usize>(
+    (dt, limit, index): LimitingParticle,
+    particles: &Particles<D>,
+) -> TimeStep {
+    TimeStep {
+        dt,
+        limit,
+        point: index.map(|i| u64::from(particles.id[i])),
+        position: index.map_or([0.0; 3], |i| spatial(&particles.position[i])),
+    }
+}

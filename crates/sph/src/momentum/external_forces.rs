@@ -1,0 +1,231 @@
+//! The forces of loads on particles, and how loads follow the surface ([`loads`](crate::momentum::body_loads)).
+
+use colluvium_case::loads::load_vectors::{cofactor, nanson};
+
+use crate::clock::Clock;
+use crate::context::SolverContext;
+use crate::momentum::body_loads::BodyLoads;
+use crate::momentum::rates::{Rates, ReactionSample, ReactionSum};
+use crate::pairs::PairSums;
+use crate::points::particles::{Bodies, ParticleGroup, Particles, SquareMatrix};
+use crate::points::vector_algebra::{dot, separation};
+use crate::transfer::kernel::Smoothing;
+use crate::transfer::verlet_lists::VerletLists;
+use crate::walls::{ObstacleEnergies, Walls};
+
+/// Adds the loads at the end of a step of `dt` (s) to the accelerations.
+pub fn apply_loads<const D: usize>(
+    setting: &SolverContext<D>,
+    clock: &Clock,
+    bodies: &Bodies<D>,
+    rates: &mut Rates<D>,
+    dt: f64,
+) {
+    let BodyLoads { all, starts } = &bodies.loads;
+    if all.is_empty() {
+        return;
+    }
+    let p = &bodies.particles;
+    if setting.options.confining.is_none() {
+        rates.external_accelerations.clear();
+        rates.external_accelerations.resize(p.len(), [0.0; D]);
+    }
+    for on in all {
+        let load = &setting.case.loads[on.number];
+        let factor = load.factor(clock.time + dt - starts[on.number]);
+        let group = bodies.groups.iter().find(|group| group.body == on.body);
+        let Some(group) = group.filter(|_| factor != 0.0) else { continue };
+        for i in group.range() {
+            let carried = &on.vectors[(p.id[i] - on.first) as usize];
+            if *carried == [0.0; D] {
+                continue;
+            }
+            let force = load.force(carried);
+            for c in 0..D {
+                let push = factor * force[c] / p.mass[i];
+                rates.external_accelerations[i][c] += push;
+                rates.derivatives.acceleration[i][c] += push;
+            }
+        }
+    }
+}
+
+/// What obstacles whose reaction is measured bear of the particles at the sums of a step, the opposite of what they do to these, and
+/// the power of those that move. Row after row, so that it does not depend on threads.
+pub fn record_reactions<const D: usize>(
+    sums: &PairSums<'_, D>,
+    setting: &SolverContext<D>,
+    walls: &Walls<D>,
+    rates: &mut Rates<D>,
+) {
+    let obstacles = &walls.obstacles;
+    if obstacles.recorded_or_moving().next().is_none() {
+        return;
+    }
+    let first = setting.case.bodies.len();
+    let Rates {
+        obstacle_accelerations: by_obstacles, reactions: felt, power, reaction_samples: told, ..
+    } = rates;
+    told.clear();
+    if obstacles.recorded_obstacles().next().is_some() {
+        felt.resize(first + setting.case.obstacles.len(), ReactionSum::default());
+        felt[first..].iter_mut().for_each(ReactionSum::begin);
+    }
+    power.clear();
+    power.resize(by_obstacles.len(), 0.0);
+    let p = sums.particles;
+    for (i, whole) in by_obstacles.iter().enumerate() {
+        let Some(nearest) = obstacles.faces(i).first() else { continue };
+        let alone = obstacles.faces(i).iter().all(|face| face.obstacle == nearest.obstacle);
+        for (number, is_told) in obstacles.recorded_or_moving() {
+            let own = match (alone, nearest.obstacle as usize == number) {
+                (true, true) => *whole,
+                (true, false) => continue,
+                (false, _) => sums.acceleration_by_obstacle(i, number as u32),
+            };
+            power[i] += dot(&own, &obstacles.velocity_at(number, &p.position[i]));
+            if is_told {
+                let (bearer, force) = ((first + number) as u32, own.map(|a| -p.mass[i] * a));
+                told.push(ReactionSample {
+                    particle: i as u32,
+                    reaction_index: bearer,
+                    place: p.position[i],
+                    force,
+                    impulse: None,
+                });
+            }
+        }
+    }
+    told.iter().for_each(|one| felt[one.reaction_index as usize].accumulate(one));
+}
+
+/// Stops particles before obstacles at the end of a step of `dt` (s), and finds what obstacles have taken in it: friction by the
+/// acceleration along the nearest face at the last sums of the step and the slip at its end. Whether any was stopped.
+pub fn stop_at_obstacles<const D: usize>(
+    setting: &SolverContext<D>,
+    bodies: &mut Bodies<D>,
+    walls: &mut Walls<D>,
+    rates: &mut Rates<D>,
+    (end, dt): (f64, f64),
+) -> bool {
+    if walls.obstacles.is_empty() {
+        return false;
+    }
+    let Rates {
+        obstacle_accelerations: by_obstacles,
+        obstacle_energies: borne,
+        reactions: felt,
+        power,
+        reaction_samples: told,
+        support_reactions: stood,
+        ..
+    } = rates;
+    let p = &bodies.particles;
+    borne.clear();
+    borne.resize(p.len(), ObstacleEnergies::default());
+    for (i, (borne, a)) in borne.iter_mut().zip(by_obstacles).enumerate() {
+        let faces = walls.obstacles.faces(i);
+        let Some(face) = faces.iter().min_by(|one, other| one.distance.total_cmp(&other.distance)) else {
+            continue;
+        };
+        let v: [f64; D] = std::array::from_fn(|c| p.velocity[i][c] - face.velocity[c]);
+        let slip = dot(a, &v) - dot(a, &face.normal) * dot(&v, &face.normal);
+        borne.friction = -dt * p.mass[i] * slip;
+        borne.work = dt * p.mass[i] * power.get(i).copied().unwrap_or(0.0);
+    }
+    for (particle, own) in &*stood {
+        borne[*particle].friction += own.friction;
+        borne[*particle].work += own.work;
+    }
+    let first = setting.case.bodies.len();
+    let mut hits = |particle: usize, obstacle: u32, x: &[f64; D], impulse: [f64; D]| {
+        let bearer = first + obstacle as usize;
+        if let Some(felt) = felt.get_mut(bearer) {
+            let (force, impulse) = (impulse.map(|p| p / dt), Some(impulse));
+            let hit = ReactionSample {
+                particle: particle as u32,
+                reaction_index: bearer as u32,
+                place: *x,
+                force,
+                impulse,
+            };
+            felt.accumulate(&hit);
+            told.push(hit);
+        }
+    };
+    for (particle, own) in &*stood {
+        let (x, impulse) = (own.place, own.impulse);
+        if walls.obstacles.is_recorded(own.obstacle as u32) {
+            hits(
+                *particle,
+                own.obstacle as u32,
+                &std::array::from_fn(|c| x[c]),
+                std::array::from_fn(|c| impulse[c]),
+            );
+        }
+    }
+    walls.obstacles.limit_penetration(bodies, borne, (end, dt, setting.options.spacing), hits)
+}
+
+/// Lets the loads follow the surfaces over a step of `dt` (s) that has just been made. Over a reference configuration (`total`)
+/// the gradients of the rates are exact for turns; those of the present one lack the neighbours beyond the surface, and are found anew.
+pub fn update_follower_loads<const D: usize>(
+    setting: &SolverContext<D>,
+    bodies: &mut Bodies<D>,
+    lists: &VerletLists<D>,
+    rates: &Rates<D>,
+    total: bool,
+    dt: f64,
+) {
+    let Bodies { particles: p, groups, loads, ghost_particles: guests, .. } = bodies;
+    for on in loads.all.iter_mut().filter(|on| on.is_follower(&setting.case)) {
+        let Some(group) = groups.iter().find(|group| group.body == on.body) else { continue };
+        // Those of other ranks lack neighbours here, and bring what they carry.
+        for i in group.range().filter(|i| !guests.get(*i).is_some_and(|guest| *guest)) {
+            let vector = &mut on.vectors[(p.id[i] - on.first) as usize];
+            if *vector == [0.0; D] {
+                continue;
+            }
+            let gradient = if total {
+                Some(rates.derivatives.gradient[i])
+            } else {
+                linear_velocity_gradient(&setting.smoothing, p, group, i, lists.neighbours.neighbours(i))
+            };
+            if let Some(gradient) = gradient {
+                *vector = nanson(&gradient.map(|row| row.map(|l| dt * l)), vector);
+            }
+        }
+    }
+}
+
+/// Velocity gradient at particle `i` (1/s), exact where velocities are linear, from its neighbours in the same body; `None` where they
+/// do not span the space.
+fn linear_velocity_gradient<const D: usize>(
+    smoothing: &Smoothing<D>,
+    p: &Particles<D>,
+    group: &ParticleGroup,
+    i: usize,
+    row: &[u32],
+) -> Option<SquareMatrix<D>> {
+    let (mut moments, mut sums) = ([[0.0; D]; D], [[0.0; D]; D]);
+    for j in row.iter().map(|&j| j as usize).filter(|j| group.range().contains(j)) {
+        let (away, square) = separation(&p.position[i], &p.position[j]);
+        // Any weights do; those of the present densities would not be there in other ranks.
+        let weight = -smoothing.gradient_factor(square.sqrt()) * p.mass[j] / group.density;
+        for a in 0..D {
+            for b in 0..D {
+                moments[a][b] += weight * away[a] * away[b];
+                sums[a][b] += weight * (p.velocity[j][a] - p.velocity[i][a]) * away[b];
+            }
+        }
+    }
+    let cofactors = cofactor(&moments);
+    let determinant: f64 = (0..D).map(|c| moments[0][c] * cofactors[0][c]).sum();
+    // A full support has moments of one, in whatever direction.
+    if !(determinant > 1e-4) {
+        return None;
+    }
+    Some(std::array::from_fn(|a| {
+        std::array::from_fn(|b| (0..D).map(|c| sums[a][c] * cofactors[c][b]).sum::<f64>() / determinant)
+    }))
+}

@@ -1,0 +1,10 @@
+//! Accelerations and rates of change: loads, confining pressure, sums of pairs, motion of rigid bodies.
+//!
+//! The room reads stresses and writes accelerations (sheet: sph §2.4).
+
+pub(crate) mod body_loads;
+pub(crate) mod confining_pressure;
+pub(crate) mod external_forces;
+pub(crate) mod rate_sums;
+pub(crate) mod rates;
+pub(crate) mod rigid_motion;

@@ -1,0 +1,429 @@
+//! Obstacles: rigid geometry of any shape, seen by each particle as the half spaces behind the faces near it (sheet: sph §2.13).
+//!
+//! Behind a face stand the places at which a wall of particles would be: layers half a spacing behind it and then a spacing
+//! apart, along a lattice through the foot of the particle. Nothing is kept of them: a raster needs no wall particles, and a
+//! face may lean as it likes. Where two faces meet in an inner corner the nearer one has what lies behind both.
+
+use std::sync::Arc;
+
+use colluvium_case::description::ObstacleWall;
+use colluvium_case::rigid::ObstacleContact;
+use colluvium_case::{Case, CaseError, MovingObstacle, ObstacleLaws, PlacedObstacle};
+use colluvium_points::surface::{ContactQuery, NearestPoint};
+use colluvium_points::{BLOCK_POINTS, Surface};
+use rayon::prelude::*;
+
+use crate::boundary::flat_wall::WallContact;
+use crate::context::leading_components;
+use crate::points::vector_algebra::dot;
+
+/// A face of an obstacle near a particle: the plane that touches the obstacle there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObstacleFace<const D: usize> {
+    /// Unit normal out of the solid.
+    pub normal: [f64; D],
+    /// Distance of the particle from it, zero where the particle lies deeper (m).
+    pub distance: f64,
+    /// What it does along itself.
+    pub contact: WallContact,
+    /// Shear stress that it bears beside friction where the material is pressed on it (Pa).
+    pub adhesion: f64,
+    /// Whether material lifts off.
+    pub allows_separation: bool,
+    /// Number of its obstacle.
+    pub obstacle: u32,
+    /// Velocity that the obstacle, as a rigid body, has at the particle (m/s).
+    pub velocity: [f64; D],
+}
+
+/// A place behind a face at which a particle of a wall would stand.
+#[derive(Clone, Copy, Debug)]
+pub struct DummySite<'a, const D: usize> {
+    /// The face.
+    pub face: &'a ObstacleFace<D>,
+    /// How far it lies behind the face (m).
+    pub depth: f64,
+    /// Its place less that of the particle (m).
+    pub separation: [f64; D],
+}
+
+impl<const D: usize> ObstacleFace<D> {
+    /// That of obstacle number `obstacle` at its nearest place to a particle at `x` (m).
+    fn at_nearest(solid: &RigidObstacle<D>, near: &NearestPoint<D>, x: &[f64; D], obstacle: u32) -> Self {
+        let law = solid.laws.at(&near.position);
+        let contact = match law.wall {
+            ObstacleWall::Rough => WallContact::NoSlip,
+            ObstacleWall::Smooth => WallContact::FreeSlip,
+            ObstacleWall::Frictional { friction_coefficient, .. } => {
+                WallContact::Friction(friction_coefficient)
+            }
+        };
+        let (adhesion, lets_go) = (law.adhesion(), law.allows_separation());
+        let distance = near.distance.max(0.0);
+        let course = solid.velocity_at(x);
+        Self {
+            normal: near.normal,
+            distance,
+            contact,
+            adhesion,
+            allows_separation: lets_go,
+            obstacle,
+            velocity: course,
+        }
+    }
+
+    /// Directions along the face, one for each axis but one.
+    fn tangents(&self) -> [[f64; D]; 2] {
+        let n = &self.normal;
+        let mut along = [[0.0; D]; 2];
+        if D == 2 {
+            (along[0][0], along[0][1]) = (n[1], -n[0]);
+        } else if D == 3 {
+            let flattest = (0..D).fold(0, |best, c| if n[c].abs() < n[best].abs() { c } else { best });
+            along[0] = std::array::from_fn(|c| f64::from(u8::from(c == flattest)) - n[flattest] * n[c]);
+            let size = dot(&along[0], &along[0]).sqrt();
+            along[0] = along[0].map(|c| c / size);
+            let t = along[0];
+            along[1] = std::array::from_fn(|c| {
+                let (a, b) = ((c + 1) % D, (c + 2) % D);
+                n[a] * t[b] - n[b] * t[a]
+            });
+        }
+        along
+    }
+}
+
+/// The places behind `faces` within `reach` (m) of the particle, a `spacing` (m) apart, each with its place less that of the
+/// particle and the square of their distance.
+pub fn dummy_sites<const D: usize>(
+    faces: &[ObstacleFace<D>],
+    spacing: f64,
+    reach: f64,
+) -> impl Iterator<Item = (DummySite<'_, D>, ([f64; D], f64))> {
+    faces.iter().enumerate().flat_map(move |(number, face)| {
+        let along = face.tangents();
+        let layers = ((reach - face.distance) / spacing + 0.5).max(0.0) as usize;
+        let half = (reach / spacing) as usize;
+        let wide = 2 * half + 1;
+        (0..layers * wide.pow(D as u32 - 1)).filter_map(move |index| {
+            let depth = ((index % layers) as f64 + 0.5) * spacing;
+            let mut rest = index / layers;
+            let mut apart = face.normal.map(|n| -n * (face.distance + depth));
+            for direction in &along[..D - 1] {
+                let steps = (rest % wide) as f64 - half as f64;
+                rest /= wide;
+                (0..D).for_each(|c| apart[c] += steps * spacing * direction[c]);
+            }
+            let square = dot(&apart, &apart);
+            // The nearer face has what lies behind both.
+            let taken =
+                || faces[..number].iter().any(|nearer| dot(&nearer.normal, &apart) < -nearer.distance);
+            (square < reach * reach && !taken())
+                .then_some((DummySite { face, depth, separation: apart }, (apart, square)))
+        })
+    })
+}
+
+/// An obstacle of the case.
+#[derive(Clone, Debug)]
+pub(crate) struct RigidObstacle<const D: usize> {
+    name: String,
+    pub(crate) laws: ObstacleLaws,
+    surface: Arc<dyn Surface<D>>,
+    /// Its motion; `None` at rest.
+    moving: Option<MovingObstacle<D>>,
+    /// Whether its reaction is measured.
+    recorded: bool,
+}
+
+impl<const D: usize> RigidObstacle<D> {
+    /// As what rigid bodies stand on.
+    pub(crate) fn rigid_contact(&self) -> ObstacleContact<'_, D> {
+        ObstacleContact { surface: self.current_surface(), laws: &self.laws, moving: self.moving.as_ref() }
+    }
+
+    /// Its surface where it is.
+    pub(crate) fn current_surface(&self) -> &dyn Surface<D> {
+        match &self.moving {
+            Some(moving) => &moving.placed,
+            None => &*self.surface,
+        }
+    }
+
+    /// Velocity of its part at `x` (m/s).
+    pub(crate) fn velocity_at(&self, x: &[f64; D]) -> [f64; D] {
+        self.moving.as_ref().map_or([0.0; D], |moving| moving.velocity(x))
+    }
+}
+
+/// A particle and an obstacle that may meet before the next lists.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ObstacleCandidate<const D: usize> {
+    /// Number of the particle in its block.
+    particle: u32,
+    /// Number of the obstacle.
+    pub(crate) solid: u32,
+    /// Normal of the obstacle at the place nearest to where the particle was listed; zero deep inside.
+    pub(crate) normal: [f64; D],
+}
+
+/// What is near the particles of a block of [`ROWS`].
+#[derive(Clone, Debug, Default)]
+struct FaceBlock<const D: usize> {
+    /// Particles that may meet obstacles before the next lists.
+    listed: Vec<ObstacleCandidate<D>>,
+    /// Faces near the particles, one after another.
+    faces: Vec<ObstacleFace<D>>,
+    /// Where those of each particle end.
+    ends: Vec<u32>,
+    contacts: ContactQuery<D>,
+    /// The particle that lies deepest in an obstacle, which one, and how deep (m).
+    deepest: Option<(u32, u32, f64)>,
+}
+
+/// The obstacles, and their faces near each particle.
+#[derive(Clone, Debug, Default)]
+pub struct ObstacleFaces<const D: usize> {
+    pub(crate) solids: Vec<RigidObstacle<D>>,
+    blocks: Vec<FaceBlock<D>>,
+    /// Room for what a particle touches that is stopped.
+    pub(crate) found: ContactQuery<D>,
+}
+
+impl<const D: usize> ObstacleFaces<D> {
+    /// Those of a case. `bodies` has the places of the particles of each body (m), none of which may lie in an obstacle; `slack` is
+    /// how deep they may lie nevertheless, and `support` how far they look (m).
+    ///
+    /// # Errors
+    /// An obstacle that cannot be built, or one that covers a particle.
+    pub fn new<'a>(
+        case: &Case,
+        bodies: impl Iterator<Item = (usize, &'a [[f64; D]])>,
+        (slack, support): (f64, f64),
+    ) -> Result<Self, CaseError> {
+        let standing = case.placed_obstacles::<D>()?;
+        for (body, places) in bodies {
+            case.reject_overlapping_points(&standing, body, places, slack)?;
+        }
+        let told = |name: &str| case.measures.values().any(|measure| measure.reaction_target() == Some(name));
+        let (low, high) =
+            (leading_components::<D>(&case.domain.min), leading_components::<D>(&case.domain.max));
+        let domain = (low.map(|c| c - support), high.map(|c| c + support));
+        let solids =
+            standing.into_iter().map(|PlacedObstacle { obstacle, surface, laws, .. }| RigidObstacle {
+                name: obstacle.name.clone(),
+                laws,
+                moving: obstacle.motion.as_ref().map(|motion| MovingObstacle::new(motion, &surface, domain)),
+                surface,
+                recorded: told(&obstacle.name),
+            });
+        Ok(Self { solids: solids.collect(), ..Self::default() })
+    }
+
+    /// The same, with nothing found yet.
+    pub fn empty_like(&self) -> Self {
+        Self { solids: self.solids.clone(), ..Self::default() }
+    }
+
+    /// Numbers and names of those whose reaction is measured.
+    pub fn recorded_obstacles(&self) -> impl Iterator<Item = (usize, &str)> {
+        self.solids
+            .iter()
+            .enumerate()
+            .filter(|(_, own)| own.recorded)
+            .map(|(number, own)| (number, own.name.as_str()))
+    }
+
+    /// Numbers of those whose reaction is measured, or that move.
+    pub fn recorded_or_moving(&self) -> impl Iterator<Item = (usize, bool)> {
+        let watched = |own: &RigidObstacle<D>| own.recorded || own.moving.is_some();
+        self.solids
+            .iter()
+            .enumerate()
+            .filter(move |(_, own)| watched(own))
+            .map(|(number, own)| (number, own.recorded))
+    }
+
+    /// Those on their way.
+    pub fn moving(&self) -> impl Iterator<Item = &MovingObstacle<D>> {
+        self.solids.iter().filter_map(|own| own.moving.as_ref())
+    }
+
+    /// Whether any is on its way.
+    pub fn are_moving(&self) -> bool {
+        self.moving().next().is_some()
+    }
+
+    /// Brings them to where they are at `time` (s).
+    pub fn move_to(&mut self, time: f64) {
+        self.solids.iter_mut().filter_map(|own| own.moving.as_mut()).for_each(|moving| moving.move_to(time));
+    }
+
+    /// Gives them the mean velocities of a step of `dt` (s) that ends at `end` (s).
+    pub fn set_mean_velocity(&mut self, end: f64, dt: f64) {
+        let moving = self.solids.iter_mut().filter_map(|own| own.moving.as_mut());
+        moving.for_each(|moving| moving.set_mean_velocity(end, dt));
+    }
+
+    /// How far a place of them has moved at most between two times (m).
+    pub fn max_displacement(&self, start: f64, end: f64) -> f64 {
+        self.moving().map(|moving| moving.max_displacement(start, end)).fold(0.0, f64::max)
+    }
+
+    /// Velocity of the part of obstacle number `number` at `x` (m/s).
+    pub fn velocity_at(&self, number: usize, x: &[f64; D]) -> [f64; D] {
+        self.solids[number].velocity_at(x)
+    }
+
+    /// By how much the velocity of obstacle number `number` differs between two places `apart` (m) (m/s); `None` at rest.
+    #[inline]
+    pub fn rotational_velocity(&self, number: u32, apart: &[f64; D]) -> Option<[f64; D]> {
+        self.solids[number as usize].moving.as_ref().map(|moving| moving.rotational_velocity(apart))
+    }
+
+    /// Whether the reaction of obstacle number `number` is measured.
+    pub(crate) fn is_recorded(&self, number: u32) -> bool {
+        self.solids[number as usize].recorded
+    }
+
+    /// Whether there are none.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.solids.is_empty()
+    }
+
+    /// Lists which particles at `positions` may come within a support of an obstacle while none goes farther than `reach` (m)
+    /// allows.
+    pub fn list_candidates(&mut self, positions: &[[f64; D]], reach: f64) {
+        let Self { solids, blocks, .. } = self;
+        if solids.is_empty() {
+            return;
+        }
+        blocks.resize_with(positions.len().div_ceil(BLOCK_POINTS), FaceBlock::default);
+        blocks.par_iter_mut().zip(positions.par_chunks(BLOCK_POINTS)).for_each(|(block, positions)| {
+            block.listed.clear();
+            for (k, x) in positions.iter().enumerate() {
+                for (number, solid) in solids.iter().enumerate() {
+                    let gap = solid.current_surface().gap(x, reach);
+                    if gap.is_some() || solid.current_surface().contains(x) {
+                        let normal = gap.map_or([0.0; D], |gap| gap.normal);
+                        block.listed.push(ObstacleCandidate {
+                            particle: k as u32,
+                            solid: number as u32,
+                            normal,
+                        });
+                    }
+                }
+            }
+        });
+    }
+
+    /// Finds the faces within `support` (m) of the particles at `positions`.
+    pub fn find_faces(&mut self, positions: &[[f64; D]], support: f64) {
+        let Self { solids, blocks, .. } = self;
+        blocks.par_iter_mut().zip(positions.par_chunks(BLOCK_POINTS)).for_each(|(block, positions)| {
+            block.faces.clear();
+            block.ends.clear();
+            block.deepest = None;
+            let mut listed = block.listed.iter().peekable();
+            for (k, x) in positions.iter().enumerate() {
+                while let Some(ObstacleCandidate { solid: number, .. }) =
+                    listed.next_if(|own| own.particle as usize == k)
+                {
+                    let solid = &solids[*number as usize];
+                    let surface = solid.current_surface();
+                    block.contacts.clear();
+                    surface.query_contacts(x, support, &mut block.contacts);
+                    let touched = block.contacts.all().iter();
+                    block.faces.extend(touched.map(|near| ObstacleFace::at_nearest(solid, near, x, *number)));
+                    if block.contacts.is_empty()
+                        && let Some(deeper) = surface.gap(x, support).filter(|gap| gap.distance < 0.0)
+                    {
+                        block.faces.push(ObstacleFace::at_nearest(solid, &deeper, x, *number));
+                        let depth = -deeper.distance;
+                        if block.deepest.is_none_or(|(.., most)| depth > most) {
+                            block.deepest = Some((k as u32, *number, depth));
+                        }
+                    }
+                }
+                block.ends.push(block.faces.len() as u32);
+            }
+        });
+    }
+
+    /// The obstacles that particle `i` may meet.
+    pub(crate) fn candidates(&self, i: usize) -> &[ObstacleCandidate<D>] {
+        let Some(block) = self.blocks.get(i / BLOCK_POINTS) else { return &[] };
+        let k = (i % BLOCK_POINTS) as u32;
+        let first = block.listed.partition_point(|own| own.particle < k);
+        let count = block.listed[first..].iter().take_while(|own| own.particle == k).count();
+        &block.listed[first..first + count]
+    }
+
+    /// The first particle that lies deeper than `margin` (m) in an obstacle, with the obstacle's name.
+    pub fn first_inside(&self, margin: f64) -> Option<(usize, &str)> {
+        self.blocks.iter().enumerate().find_map(|(number, block)| {
+            let (k, solid, _) = block.deepest.filter(|(.., depth)| *depth > margin)?;
+            Some((number * BLOCK_POINTS + k as usize, self.solids[solid as usize].name.as_str()))
+        })
+    }
+
+    /// The faces near particle `i`, of each obstacle the nearest first.
+    #[inline]
+    pub fn faces(&self, i: usize) -> &[ObstacleFace<D>] {
+        let Some(block) = self.blocks.get(i / BLOCK_POINTS) else { return &[] };
+        let k = i % BLOCK_POINTS;
+        let Some(&end) = block.ends.get(k) else { return &[] };
+        let start = if k == 0 { 0 } else { block.ends[k - 1] };
+        &block.faces[start as usize..end as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn face<const D: usize>(normal: [f64; D], distance: f64) -> ObstacleFace<D> {
+        ObstacleFace {
+            normal,
+            distance,
+            contact: WallContact::FreeSlip,
+            adhesion: 0.0,
+            allows_separation: false,
+            obstacle: 0,
+            velocity: [0.0; D],
+        }
+    }
+
+    #[test]
+    fn places_behind_a_face_are_those_of_a_wall_of_particles_turned_with_it() {
+        let flat: Vec<_> =
+            dummy_sites(&[face([0.0, 1.0], 0.05)], 0.1, 0.25).map(|(_, (apart, _))| apart).collect();
+        // Layers 0.1 and 0.2 below the particle: five places within 0.25 m in the first, three in the second.
+        assert_eq!(flat.len(), 8);
+        assert!(flat.iter().all(|apart| apart[1] < -0.09 && apart[0].hypot(apart[1]) < 0.25));
+        let (sin, cos) = 0.5f64.sin_cos();
+        let turned: Vec<_> =
+            dummy_sites(&[face([sin, cos], 0.05)], 0.1, 0.25).map(|(_, (apart, _))| apart).collect();
+        for (a, b) in flat.iter().zip(&turned) {
+            let back = [cos * b[0] - sin * b[1], sin * b[0] + cos * b[1]];
+            assert!((a[0] - back[0]).abs() < 1e-15 && (a[1] - back[1]).abs() < 1e-15, "{a:?} {back:?}");
+        }
+        let leaning = [face([0.0, 0.6, 0.8], 0.05)];
+        let space = dummy_sites(&leaning, 0.1, 0.15).map(|(site, (apart, square))| {
+            let depth = -(0.6 * apart[1] + 0.8 * apart[2]) - 0.05;
+            assert!((depth - site.depth).abs() < 1e-15 && (square.sqrt() - 0.15) < 0.0);
+        });
+        // The foot and its four neighbours at √(0.1² + 0.1²) = 0.141.
+        assert_eq!(space.count(), 5);
+    }
+
+    #[test]
+    fn in_an_inner_corner_no_place_counts_twice() {
+        let both = [face([0.0, 1.0], 0.05), face([1.0, 0.0], 0.06)];
+        let found: Vec<_> =
+            dummy_sites(&both, 0.1, 0.3).map(|(site, (apart, _))| (site.face.normal, apart)).collect();
+        assert!(found.iter().any(|(normal, _)| normal[0] == 1.0));
+        assert!(found.iter().all(|(normal, apart)| normal[0] == 0.0 || apart[1] >= -0.05));
+    }
+}

@@ -1,0 +1,195 @@
+//! No particle gets into an obstacle: one that its stress has not pushed off is stopped before the surface.
+//!
+//! A particle of thin and fast flow has no stress to answer with. It is stopped as by an inelastic hit, with friction by Coulomb's
+//! law: the step is as if it had been made with the velocity that keeps the particle before the surface.
+
+use colluvium_points::surface::{ContactQuery, NearestPoint};
+use serde::{Deserialize, Serialize};
+
+use crate::obstacles::thin_obstacles::ParticlePath;
+use crate::points::particles::{Bodies, ParticleGroup};
+use crate::points::vector_algebra::{dot, square};
+use crate::walls::ObstacleFaces;
+
+/// Least distance of a particle from an obstacle (spacings).
+const MIN_DISTANCE: f64 = 0.05;
+
+/// Share of that by which it may be nearer.
+const DISTANCE_TOLERANCE: f64 = 1e-3;
+
+/// Places one after another at which a particle is stopped in a step, at most.
+const MAX_STOPS: usize = 4;
+
+/// What obstacles take of the energy of particles (J).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ObstacleEnergies {
+    /// Work of friction.
+    pub friction: f64,
+    /// Energy of motion into the surface.
+    pub normal_loss: f64,
+    /// Work of the motion of obstacles on the particles.
+    pub work: f64,
+}
+
+impl ObstacleEnergies {
+    /// Adds what another one has taken.
+    pub fn add(&mut self, other: &Self) {
+        self.friction += other.friction;
+        self.normal_loss += other.normal_loss;
+        self.work += other.work;
+    }
+}
+
+impl<const D: usize> ObstacleFaces<D> {
+    /// Stops particles before the surfaces where these are at the `end` (s) of a step of `dt` (s), and says what that takes from each;
+    /// whether there were any. `spacing` is that of the particles (m); `hits` hears of each hit on an obstacle whose
+    /// reaction is measured which particle and which obstacle it is, where (m), and the impulse on it (N s).
+    pub fn limit_penetration(
+        &mut self,
+        bodies: &mut Bodies<D>,
+        borne: &mut [ObstacleEnergies],
+        (end, dt, spacing): (f64, f64, f64),
+        mut hits: impl FnMut(usize, u32, &[f64; D], [f64; D]),
+    ) -> bool {
+        self.move_to(end);
+        let come = self.max_displacement(end - dt, end);
+        let (mut any, mut found) = (false, std::mem::take(&mut self.found));
+        let Bodies { particles: p, groups, .. } = bodies;
+        let free = groups.iter().filter(|group| group.held.is_none() && group.rigid.is_none());
+        for i in free.flat_map(ParticleGroup::range) {
+            let before = self.faces(i).iter().map(|face| face.distance).fold(f64::INFINITY, f64::min);
+            let way = 2.0 * dt * square(&p.velocity[i]).sqrt() + come;
+            // Schemes with stages look at predicted places, which may lie within.
+            let kept =
+                if before > 0.0 { (MIN_DISTANCE * spacing).min(before) } else { MIN_DISTANCE * spacing };
+            if before > kept + way {
+                continue;
+            }
+            let mut hit =
+                StoppedParticle { x: p.position[i], v: p.velocity[i], lost: ObstacleEnergies::default() };
+            let mass = p.mass[i];
+            let own = &*self;
+            let mut heard = |obstacle: u32, x: &[f64; D], slower: [f64; D]| {
+                if own.is_recorded(obstacle) {
+                    hits(i, obstacle, x, slower.map(|v| mass * v));
+                }
+            };
+            let from = std::array::from_fn(|c| hit.x[c] - dt * hit.v[c]);
+            let looks = (kept, kept + way);
+            let way = ParticlePath { from, to: hit.x, dt, spacing };
+            if !self.deflect(i, &mut hit, &mut found, (looks, way), &mut heard) {
+                continue;
+            }
+            any = true;
+            if let Some(previous) = p.previous.get_mut(i) {
+                (0..D).for_each(|c| previous[c] += hit.v[c] - p.velocity[i][c]);
+            }
+            (p.position[i], p.velocity[i]) = (hit.x, hit.v);
+            borne[i].add(&ObstacleEnergies {
+                friction: p.mass[i] * hit.lost.friction,
+                normal_loss: p.mass[i] * hit.lost.normal_loss,
+                work: p.mass[i] * hit.lost.work,
+            });
+        }
+        self.found = found;
+        any
+    }
+
+    /// Turns a particle off what it is nearer to on its `way` than the first of `looks` (m), the second being how deep it may be; whether it
+    /// was. `heard` gets the velocity that is taken off.
+    fn deflect(
+        &self,
+        i: usize,
+        hit: &mut StoppedParticle<D>,
+        found: &mut ContactQuery<D>,
+        (looks, way): ((f64, f64), ParticlePath<D>),
+        heard: &mut impl FnMut(u32, &[f64; D], [f64; D]),
+    ) -> bool {
+        let (mut any, kept) = (false, looks.0);
+        for _ in 0..MAX_STOPS {
+            let mut deepest: Option<(NearestPoint<D>, u32)> = None;
+            let x = hit.x;
+            self.contacts_on_path(i, &ParticlePath { to: x, ..way }, looks, found, |place, number| {
+                let nearer = deepest.as_ref().is_none_or(|(deepest, _)| place.distance < deepest.distance);
+                if nearer && place.distance < (1.0 - DISTANCE_TOLERANCE) * kept {
+                    deepest = Some((*place, number));
+                }
+            });
+            let Some((place, number)) = deepest else { break };
+            let (before, solid) = (hit.v, &self.solids[number as usize]);
+            let friction = solid.laws.at(&place.position).friction();
+            hit.stop(&place.normal, kept - place.distance, friction, &solid.velocity_at(&x), way.dt);
+            heard(number, &hit.x, std::array::from_fn(|c| before[c] - hit.v[c]));
+            any = true;
+        }
+        any
+    }
+}
+
+/// A particle that is stopped.
+struct StoppedParticle<const D: usize> {
+    x: [f64; D],
+    v: [f64; D],
+    /// What it has lost, over its mass (J/kg).
+    lost: ObstacleEnergies,
+}
+
+impl<const D: usize> StoppedParticle<D> {
+    /// Takes back `lacks` (m) of its way along the normal of a place of an obstacle with the velocity `course` (m/s), and the velocity
+    /// with which it has gone that.
+    fn stop(&mut self, normal: &[f64; D], lacks: f64, friction: f64, course: &[f64; D], dt: f64) {
+        (0..D).for_each(|c| self.x[c] += lacks * normal[c]);
+        let before = self.v;
+        let seen: [f64; D] = std::array::from_fn(|c| before[c] - course[c]);
+        let closing = dot(&seen, normal);
+        let after = (closing + lacks / dt).min(closing.max(0.0));
+        let slip: [f64; D] = std::array::from_fn(|c| seen[c] - closing * normal[c]);
+        let speed = dot(&slip, &slip).sqrt();
+        let rubs = if friction == 0.0 { 0.0 } else { (friction * (after - closing)).min(speed) };
+        // Nothing to rub, not even with infinite friction.
+        let rubs = if after > closing && speed > 0.0 { rubs } else { 0.0 };
+        let left = if speed > 0.0 { 1.0 - rubs / speed } else { 1.0 };
+        self.lost.normal_loss += 0.5 * (closing * closing - after * after);
+        self.lost.friction += 0.5 * speed * speed * (1.0 - left * left);
+        self.v = std::array::from_fn(|c| course[c] + left * slip[c] + after * normal[c]);
+        self.lost.work += (0..D).map(|c| course[c] * (self.v[c] - before[c])).sum::<f64>();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hit_on_what_moves_is_the_same_seen_from_there_and_its_work_is_told() {
+        let (normal, course) = ([0.0, 1.0], [0.7, 2.0]);
+        let mut still = StoppedParticle { x: [1.0, -0.2], v: [3.0, -4.0], lost: ObstacleEnergies::default() };
+        let mut carried =
+            StoppedParticle { x: [1.0, -0.2], v: [3.7, -2.0], lost: ObstacleEnergies::default() };
+        still.stop(&normal, 0.3, 0.5, &[0.0; 2], 0.1);
+        carried.stop(&normal, 0.3, 0.5, &course, 0.1);
+        assert!((0..2).all(|c| (carried.v[c] - course[c] - still.v[c]).abs() < 1e-14), "{:?}", carried.v);
+        assert!((carried.lost.friction - still.lost.friction).abs() < 1e-14);
+        let gained = 0.5 * dot(&carried.v, &carried.v) - 0.5 * (3.7 * 3.7 + 4.0);
+        let ObstacleEnergies { friction, normal_loss: stopped, work } = carried.lost;
+        assert!((gained - (work - friction - stopped)).abs() < 1e-13, "{gained} {work}");
+    }
+
+    #[test]
+    fn a_hit_takes_the_way_back_and_the_energy_that_it_tells() {
+        let normal = [0.0, 1.0];
+        for friction in [0.0, 0.5, f64::INFINITY] {
+            let mut hit =
+                StoppedParticle { x: [1.0, -0.2], v: [3.0, -4.0], lost: ObstacleEnergies::default() };
+            hit.stop(&normal, 0.3, friction, &[0.0; 2], 0.1);
+            assert!((hit.x[1] - 0.1).abs() < 1e-15 && (hit.v[1] + 1.0).abs() < 1e-14, "{:?}", hit.v);
+            assert!((hit.v[0] - (3.0 - (friction * 3.0).min(3.0))).abs() < 1e-14 || friction == 0.0);
+            let lost = 12.5 - 0.5 * dot(&hit.v, &hit.v);
+            assert!((lost - hit.lost.friction - hit.lost.normal_loss).abs() < 1e-12, "{friction}");
+        }
+        // What leaves is not sped up.
+        let mut hit = StoppedParticle { x: [0.0, 0.0], v: [1.0, 2.0], lost: ObstacleEnergies::default() };
+        hit.stop(&normal, 0.1, 0.5, &[0.0; 2], 0.1);
+        assert_eq!((hit.v, hit.lost), ([1.0, 2.0], ObstacleEnergies::default()));
+    }
+}

@@ -1,0 +1,45 @@
+//! Rigid bodies that move freely stand on walls and obstacles.
+
+use colluvium_case::Case;
+use colluvium_case::rigid::{RigidStep, SupportPoints, WallPlane};
+use colluvium_case::spatial;
+
+use crate::boundary::flat_wall::FlatWall;
+use crate::obstacles::obstacle_faces::RigidObstacle;
+use crate::walls::Walls;
+
+impl<const D: usize> FlatWall<D> {
+    /// As what rigid bodies stand on, in a case.
+    fn wall_plane(&self, case: &Case) -> WallPlane {
+        let friction = case.boundaries[self.boundary].wall.friction();
+        let off = if self.upper { -1.0 } else { 1.0 };
+        WallPlane {
+            axis: self.axis,
+            off,
+            face: self.face(),
+            velocity: spatial(&self.mean_velocity()),
+            friction,
+        }
+    }
+}
+
+impl<const D: usize> Walls<D> {
+    /// Lets walls and obstacles of a case bear a rigid body in a step of `dt` (s), whose points are squares or cubes of some half width (m) at
+    /// places (m); says whether that has been found to the last digit, and leaves where they do in `planks`.
+    pub fn support_rigid_body(
+        &self,
+        case: &Case,
+        (body, dt): (&mut RigidStep, f64),
+        points: (&[[f64; D]], f64),
+        planks: &mut SupportPoints,
+    ) -> bool {
+        let sides = self.planes.faces.iter().chain(&self.planes.mirrors).map(|plane| plane.wall_plane(case));
+        planks.list(
+            (&*body, dt),
+            points,
+            sides,
+            self.obstacles.solids.iter().map(RigidObstacle::rigid_contact),
+        );
+        planks.solve(body)
+    }
+}

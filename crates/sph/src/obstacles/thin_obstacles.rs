@@ -1,0 +1,92 @@
+//! Obstacles that are thinner than the support of a particle: what is on their two sides is no neighbour, and passes from neither to the
+//! other in a step.
+
+use colluvium_points::surface::{ContactQuery, NearestPoint, path_enters_solid, solid_blocks_path};
+
+use crate::points::vector_algebra::{dot, square};
+use crate::walls::ObstacleFaces;
+
+/// Cosine between the normals on the two sides of what is thin: it leaves the corners of boxes alone.
+const MAX_OPPOSITE_COSINE: f64 = -0.5;
+
+/// How deep under a face solid is looked for (spacings).
+const PROBE_DEPTH: f64 = 1e-4;
+
+/// The way of a particle in a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ParticlePath<const D: usize> {
+    /// Where it began (m).
+    pub from: [f64; D],
+    /// Where it has come to (m).
+    pub to: [f64; D],
+    /// The step (s).
+    pub dt: f64,
+    /// Spacing of the particles (m).
+    pub spacing: f64,
+}
+
+impl<const D: usize> ObstacleFaces<D> {
+    /// Whether an obstacle stands between particle `i` and another one, which is listed too if it has a number, at these places (m), for a
+    /// `spacing` (m).
+    pub fn separates(
+        &self,
+        (i, one): (usize, &[f64; D]),
+        (j, other): (Option<usize>, &[f64; D]),
+        spacing: f64,
+    ) -> bool {
+        self.candidates(i).iter().any(|meeting| {
+            let surface = self.solids[meeting.solid as usize].current_surface();
+            let normal = match j {
+                Some(j) => {
+                    self.candidates(j).iter().find(|own| own.solid == meeting.solid).map(|own| own.normal)
+                }
+                None => {
+                    let away: [f64; D] = std::array::from_fn(|c| other[c] - one[c]);
+                    surface.gap(other, square(&away).sqrt()).map(|gap| gap.normal)
+                }
+            };
+            normal.is_some_and(|normal| dot(&normal, &meeting.normal) < MAX_OPPOSITE_COSINE)
+                && solid_blocks_path(surface, one, other, PROBE_DEPTH * spacing)
+        })
+    }
+
+    /// Places that a ball of this `radius` (m) around where particle `i` has come to touches, of each obstacle that it may meet; where it
+    /// lies in one, the nearest place of that within `reach` (m). Of an obstacle through which it has come, the place where it has.
+    pub(crate) fn contacts_on_path(
+        &self,
+        i: usize,
+        way: &ParticlePath<D>,
+        (radius, reach): (f64, f64),
+        found: &mut ContactQuery<D>,
+        mut visit: impl FnMut(&NearestPoint<D>, u32),
+    ) {
+        for meeting in self.candidates(i) {
+            let surface = self.solids[meeting.solid as usize].current_surface();
+            found.clear();
+            surface.query_contacts(&way.to, radius, found);
+            let inside = if found.is_empty() { surface.gap(&way.to, reach) } else { None };
+            let through = self.crossing(meeting.solid, way, reach);
+            let faces = |place: &&NearestPoint<D>| {
+                through.is_none_or(|through| dot(&place.normal, &through.normal) > 0.0)
+            };
+            let mut any = false;
+            for place in found.all().iter().chain(inside.as_ref()).filter(faces) {
+                any |= place.distance < radius;
+                visit(place, meeting.solid);
+            }
+            if let Some(place) = through.filter(|_| !any) {
+                visit(&place, meeting.solid);
+            }
+        }
+    }
+
+    /// Where a particle has come through the surface of obstacle number `number` on its way, seen from there; `None` where it has not.
+    fn crossing(&self, number: u32, way: &ParticlePath<D>, reach: f64) -> Option<NearestPoint<D>> {
+        let solid = &self.solids[number as usize];
+        let (surface, course) = (solid.current_surface(), solid.velocity_at(&way.to));
+        let from = std::array::from_fn(|c| way.from[c] + way.dt * course[c]);
+        let goes = std::array::from_fn(|c| way.to[c] - from[c]);
+        let now = surface.gap(&from, reach)?;
+        path_enters_solid(surface, &from, &goes, &now, PROBE_DEPTH * way.spacing)
+    }
+}

@@ -1,0 +1,168 @@
+//! What the solver tells: snapshot, budget, scales.
+
+use colluvium_case::bodies::law_points::{LawPoints, law_fields};
+use colluvium_case::rigid::RigidState;
+use colluvium_case::{Budget, EquilibriumScales, Field, FieldData, Snapshot, spatial};
+use colluvium_points::surface::cross;
+
+use crate::config::{SmoothingLength, TimeIntegration};
+use crate::pairs::repulsion_energy;
+use crate::points::particles::ParticleGroup;
+use crate::points::vector_algebra::square;
+use crate::solver::SphSolver;
+
+impl<const D: usize> SphSolver<D> {
+    /// What to compare unbalanced force and kinetic energy with where nothing acts from outside.
+    pub(crate) fn equilibrium_scales(&self) -> EquilibriumScales {
+        let (mut scales, p) = (EquilibriumScales::default(), &self.bodies.particles);
+        for group in self.bodies.groups.iter().filter(|group| group.held.is_none()) {
+            let moduli = p.law_points(group).law_values(1, |stress, states, out| {
+                group.material.wave_moduli(stress, states, out);
+            });
+            for (i, modulus) in group.range().zip(moduli) {
+                let volume = p.mass[i] / p.density[i];
+                scales.add(volume, volume.powf(1.0 / D as f64), &p.stress[i], &p.stress[i], modulus);
+            }
+        }
+        scales
+    }
+
+    /// Velocities at the time of the positions (m/s).
+    fn velocity(&self, i: usize) -> [f64; D] {
+        let (v, a, half) = (
+            &self.bodies.particles.velocity[i],
+            &self.rates.derivatives.acceleration[i],
+            self.velocity_lag(i),
+        );
+        let factor = self.damping_factor(i, half);
+        std::array::from_fn(|c| (v[c] + half * a[c]) * factor)
+    }
+
+    /// What viscous damping leaves of a velocity over the time `half` (s) that it is behind. The leapfrog damps whole
+    /// steps, so that its velocities lack none.
+    fn damping_factor(&self, i: usize, half: f64) -> f64 {
+        let p = &self.bodies.particles;
+        match self.setting.options.integration {
+            TimeIntegration::LeapfrogRates => self.setting.damping_factor(p.sound[i], p.length[i], half),
+            _ => 1.0,
+        }
+    }
+
+    /// How far the velocity of a particle is behind its position: half a step, or nothing (s).
+    fn velocity_lag(&self, i: usize) -> f64 {
+        let held = self.bodies.groups.iter().any(|group| group.held.is_some() && group.range().contains(&i));
+        if self.setting.has_half_step_velocities() && !held { 0.5 * self.clock.last_step } else { 0.0 }
+    }
+
+    /// Angular momentum over mass at the time of the positions (m²/s). The last acceleration belongs to the positions
+    /// a step ago; with the present ones it would have a torque where there is none.
+    fn specific_angular_momentum(&self, i: usize) -> [f64; 3] {
+        let p = &self.bodies.particles;
+        let (velocity, half) = (&p.velocity[i], self.velocity_lag(i));
+        let [x, v, a] =
+            [&p.position[i], velocity, &self.rates.derivatives.acceleration[i]].map(|vector| spatial(vector));
+        let before: [f64; 3] = std::array::from_fn(|c| x[c] - 2.0 * half * v[c]);
+        let (own, pull, factor) = (cross(&x, &v), cross(&before, &a), self.damping_factor(i, half));
+        std::array::from_fn(|c| (own[c] + half * pull[c]) * factor)
+    }
+
+    /// How a rigid body moves at the time of the positions.
+    pub(crate) fn rigid_state_at_positions(&self, group: &ParticleGroup) -> Option<RigidState> {
+        Some(group.rigid?.extrapolated(0.5 * self.clock.last_step))
+    }
+
+    /// Everything on the particles, in the order of ids.
+    pub(crate) fn collect_snapshot(&self) -> Snapshot {
+        let p = &self.bodies.particles;
+        let mut order: Vec<usize> = (0..p.len()).collect();
+        order.sort_unstable_by_key(|&i| p.id[i]);
+        let mut bodies = vec![0; p.len()];
+        self.bodies.groups.iter().for_each(|group| bodies[group.range()].fill(group.body));
+        let scalar =
+            |value: &dyn Fn(usize) -> f64| FieldData::Scalar(order.iter().map(|&i| value(i)).collect());
+        let vector = |value: &dyn Fn(usize) -> [f64; D]| -> Vec<[f64; 3]> {
+            order.iter().map(|&i| spatial(&value(i))).collect()
+        };
+        let moved = |i: usize| std::array::from_fn(|c| p.position[i][c] - p.origin[i][c]);
+        let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
+        let mut fields = vec![
+            field("velocity", "m/s", FieldData::Vector(vector(&|i| self.velocity(i)))),
+            field("displacement", "m", FieldData::Vector(vector(&moved))),
+            field("stress", "Pa", FieldData::Tensor(order.iter().map(|&i| p.stress[i]).collect())),
+            field("pressure", "Pa", scalar(&|i| p.stress[i].pressure())),
+            field("deviatoric_stress", "Pa", scalar(&|i| p.stress[i].q())),
+            field("mass", "kg", scalar(&|i| p.mass[i])),
+            field("volume", "m3", scalar(&|i| p.mass[i] / p.density[i])),
+            field("density", "kg/m3", scalar(&|i| p.density[i])),
+        ];
+        if self.setting.options.is_variable() {
+            fields.push(field("smoothing_length", "m", FieldData::Scalar(self.lengths(&order))));
+        }
+        let mut places = vec![(0, 0); p.len()];
+        for (number, group) in self.bodies.groups.iter().enumerate() {
+            group.range().for_each(|i| places[i] = (number, i - group.start));
+        }
+        let laws: Vec<LawPoints<'_>> = self.bodies.groups.iter().map(|group| p.law_points(group)).collect();
+        let places: Vec<(usize, usize)> = order.iter().map(|&i| places[i]).collect();
+        fields.extend(law_fields(&laws, &places));
+        fields.extend(self.diagnostic_fields(&order));
+        let width = |i: usize| [(p.mass[i] / p.density[i]).powf(1.0 / D as f64); D];
+        Snapshot {
+            time: self.clock.time,
+            step: self.clock.step,
+            ids: order.iter().map(|&i| u64::from(p.id[i])).collect(),
+            bodies: order.iter().map(|&i| bodies[i]).collect(),
+            positions: vector(&|i| p.position[i]),
+            extents: vector(&width),
+            fields,
+        }
+    }
+
+    /// Smoothing lengths that go with the densities, where they follow them (m).
+    fn lengths(&self, order: &[usize]) -> Vec<f64> {
+        let p = &self.bodies.particles;
+        let mut lengths = p.length[..p.len()].to_vec();
+        if self.setting.options.smoothing_length == SmoothingLength::Density {
+            for group in &self.bodies.groups {
+                group.range().for_each(|i| lengths[i] = self.setting.length_at(group.density, p.density[i]));
+            }
+        }
+        order.iter().map(|&i| lengths[i]).collect()
+    }
+
+    /// Whether nothing works on the particles from outside, and their laws tell what they store.
+    pub(crate) fn is_energetically_closed(&self) -> bool {
+        let (bodies, p) = (&self.bodies, &self.bodies.particles);
+        let open = |group: &ParticleGroup| {
+            group.held.is_some() || group.confined || !p.law_points(group).defines_energy()
+        };
+        self.setting.case.is_isolated(self.clock.stage) && !bodies.groups.iter().any(open)
+    }
+
+    /// Totals over the particles.
+    pub(crate) fn collect_budget(&self) -> Budget {
+        let mut budget = Budget::default();
+        let p = &self.bodies.particles;
+        for group in &self.bodies.groups {
+            if let Some(rigid) = self.rigid_state_at_positions(group) {
+                let mass = group.range().map(|i| p.mass[i]).sum();
+                rigid.add_rotation_energy(mass, self.setting.options.spacing, &mut budget);
+            }
+            let energies = p.law_points(group).stored_energies();
+            for (k, i) in group.range().enumerate() {
+                let (v, m) = (spatial(&self.velocity(i)), p.mass[i]);
+                let (x, turn) = (spatial(&p.position[i]), self.specific_angular_momentum(i));
+                budget.mass += m;
+                budget.kinetic += 0.5 * m * square(&v);
+                budget.elastic += energies[k] * m / p.density[i];
+                for c in 0..3 {
+                    budget.momentum[c] += m * v[c];
+                    budget.angular_momentum[c] += m * turn[c];
+                    budget.potential -= m * spatial(&self.setting.gravity)[c] * x[c];
+                }
+            }
+        }
+        budget.elastic += repulsion_energy(&self.setting, &self.bodies, &self.walls, self.clock.time);
+        budget
+    }
+}

@@ -1,0 +1,7 @@
+//! Particles of the bodies: columns of their state, rigid bodies, small vector algebra.
+//!
+//! Every other room reads them.
+
+pub(crate) mod particles;
+pub(crate) mod rigid_body;
+pub(crate) mod vector_algebra;

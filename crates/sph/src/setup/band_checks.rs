@@ -1,0 +1,62 @@
+//! What laws with bands ask of the particles (sheet: sph §0, fracture).
+
+use colluvium_case::{Case, CaseError};
+use colluvium_constitutive::MaterialSpec;
+
+use crate::config::SphOptions;
+use crate::stress::stress_update::band_length;
+use crate::transfer::kernel::Kernel;
+
+/// Largest smoothing length over spacing with which a crack opens two rows of particles: with 1.5 a bar that is pulled apart
+/// spends 1.6 to 2.9 times its fracture energy, with 2 up to 3.8 times.
+const MAX_SMOOTHING_RATIO: f64 = 1.2;
+
+/// Refuses kernels that spread a crack over more than two rows of particles, and particles whose bands snap back.
+pub(super) fn check_bands<const D: usize>(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+    for body in case.bodies.iter().filter(|body| !body.rigid) {
+        let Some(law) = case.materials.get(&body.material).and_then(MaterialSpec::double_scale) else {
+            continue;
+        };
+        if law.size.is_some() {
+            continue;
+        }
+        let name = &body.material;
+        if options.kernel != Kernel::CubicSpline {
+            let problem = format!(
+                "bands of the material {name:?} spend their fracture energy with cubic-spline only: take that, or give the material \
+                 the length of its bands (`size`)"
+            );
+            return Err(CaseError::new("methods.sph.kernel", problem));
+        }
+        if options.smoothing > MAX_SMOOTHING_RATIO * (1.0 + 1e-9) {
+            let problem = format!(
+                "{} spreads a crack of the material {name:?} over more than two rows of particles, and it spends up to four times its \
+                 fracture energy: at most {MAX_SMOOTHING_RATIO}, or give the material the length of its bands (`size`)",
+                options.smoothing
+            );
+            return Err(CaseError::new("methods.sph.smoothing", problem));
+        }
+        let Some(largest) = law.largest_band() else { continue };
+        if band_length::<D>(options.spacing.powi(D as i32)) >= largest {
+            let problem = format!(
+                "bands of the material {name:?} snap back from {:.4e} m on, half of E G/f_t² or of that with \
+                 the shear modulus if it is less: make it smaller, or set `allow_snapback` in the material",
+                0.5 * largest
+            );
+            return Err(CaseError::new("methods.sph.spacing", problem));
+        }
+    }
+    Ok(())
+}
+
+/// Rigid bodies are neighbours of the soil, which gets no gap to them.
+pub(super) fn rigid_sticking_warning(case: &Case) -> Option<String> {
+    let soil = |material: &str| case.materials.get(material).is_some_and(|spec| !spec.is_fluid());
+    let number = case.bodies.iter().position(|body| body.rigid)?;
+    let stuck = case.bodies.iter().find(|body| !body.rigid && soil(&body.material))?;
+    Some(format!(
+        "bodies[{number}].rigid: in sph {:?} sticks to the rigid body {:?}, in tension too, and neither slips along it nor lifts off \
+         it: where that matters use an obstacle, which may move as told (`obstacles.motion`), or mpm with `contacts`",
+        stuck.name, case.bodies[number].name
+    ))
+}

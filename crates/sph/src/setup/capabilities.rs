@@ -1,0 +1,393 @@
+//! What SPH refuses of a case, by its path, and what it allows with a word.
+
+use colluvium_case::description::{Body, ObstacleShape, Wall};
+use colluvium_case::{Capabilities, Case, CaseError};
+use colluvium_constitutive::{MaterialSpec, ModelFamily};
+
+use crate::config::{
+    ConfinedParticles, ContinuityEquation, DensityReset, LagrangianFormulation, MomentumEquation,
+    Regularisation, RoughWall, SmoothWall, SphOptions, Symmetrisation, Tensile, TimeIntegration,
+    VelocityGradientOperator, WallStress, WallVelocity,
+};
+use crate::points::particles::ParticleGroup;
+use crate::setup::band_checks::rigid_sticking_warning;
+use crate::setup::defaults::{densities, has_jump};
+use crate::stress::total_lagrangian;
+use crate::walls::is_mirror;
+
+/// Share by which the width of listed particles may differ from `spacing` without a word.
+const LISTED_SLACK: f64 = 0.1;
+
+/// What SPH says to the features of a case.
+pub(crate) fn capabilities(options: &SphOptions) -> Capabilities {
+    let total = options.formulation == LagrangianFormulation::TotalLagrangian;
+    let in_total = |problem: &str| format!("{problem}, in the total-Lagrangian form");
+    Capabilities::for_point_methods("sph")
+        .supports(&[
+            "domain.origin",
+            "domain.periodic*",
+            "boundaries",
+            "boundaries.name",
+            "boundaries.side=*",
+            "boundaries.position",
+            "boundaries.velocity",
+            "boundaries.wall=rough",
+            "boundaries.wall=smooth",
+            "boundaries.wall=frictional",
+            "stages.damping",
+            "stages.motions*",
+            "bodies.rigid",
+            "measures=reaction",
+            "measures=impact-pressure",
+            "loads*",
+            "obstacles",
+            "obstacles.shape=*",
+            "obstacles.shape.*",
+            "obstacles.wall=rough",
+            "obstacles.wall=smooth",
+            "obstacles.wall=frictional",
+            "obstacles.wall.adhesion",
+            "obstacles.separation",
+            "obstacles.regions*",
+            "obstacles.motion*",
+        ])
+        .rejects("space=axisymmetric", "sph has no axisymmetric form: use plane-strain or 3d")
+        .rejects_if(total, "bodies.rigid", in_total("bodies deform or are held"))
+        .rejects_if(options.ranks > 1, "bodies.rigid", "a rigid body is not shared out among ranks: use one")
+        .rejects("bodies.drop_outside", "sph has no sides that points leave by")
+        .rejects("bodies.pore_fluid", "sph has one phase; where no fluid leaves use the material undrained")
+        .rejects("boundaries.group", "sph has no mesh with groups of nodes")
+        .rejects("boundaries.wall=absorbing", "sph has no absorbing boundaries")
+        .rejects("boundaries.separation", "material cannot lift off the rough and smooth walls of sph")
+        .rejects("boundaries.wall.bilateral", "material can always lift off the frictional walls of sph")
+        .rejects("loads=pore-pressure", "sph has one phase: a total pressure is a `pressure`")
+        .rejects("loads.carrier", "sph has no nodes: its particles carry loads")
+        .rejects("patches", "sph has no nodes to prescribe")
+        .rejects("stages.damping_axes", "sph damps all axes alike")
+        .rejects("stages.rayleigh_damping", "sph has no Rayleigh damping")
+        .rejects("stages.excavate", "sph removes whole bodies only: use remove_bodies")
+        .rejects("measures=dissipation", "sph does not count dissipation")
+        .rejects_if(total, "obstacles", in_total("obstacles do not act: hold a body as a clamp"))
+        .rejects_if(total, "boundaries", in_total("walls do not act: hold a body as a clamp"))
+        .rejects_if(total, "stages.remove_bodies", in_total("bodies stay"))
+        .rejects_if(total, "domain.periodic", in_total("there are no periods"))
+}
+
+/// Refuses by name what SPH cannot do (yet).
+pub(super) fn check_supported(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+    check_walls(case, options)?;
+    check_obstacles(case, options)?;
+    check_obstacle_periods(case)?;
+    check_periods(case, options)?;
+    check_names(case, options)?;
+    check_rigid(case, options)?;
+    if options.formulation == LagrangianFormulation::TotalLagrangian {
+        total_lagrangian::check_supported(options)?;
+    }
+    check_density_forms(case, options)
+}
+
+/// Walls that the options do not go with, and motions of walls that are none.
+fn check_walls(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+    for (number, boundary) in case.boundaries.iter().enumerate() {
+        let path = |key: &str| format!("boundaries[{number}].{key}");
+        let frictional = matches!(boundary.wall, Wall::Frictional { .. });
+        if frictional && options.wall_stress != WallStress::Pairwise {
+            return Err(CaseError::new(
+                path("wall"),
+                "frictional walls answer pairwise: set wall_stress to pairwise",
+            ));
+        }
+    }
+    for (name, history) in &options.wall_history {
+        let path = format!("methods.sph.wall_history.{name}");
+        match case.boundaries.iter().find(|boundary| boundary.name() == name) {
+            None => {
+                return Err(CaseError::new(path, format!("{name:?} is not the name of a wall")));
+            }
+            Some(wall) if wall.velocity.is_none() => {
+                return Err(CaseError::new(
+                    path,
+                    format!("the wall {name:?} has no velocity that could vary"),
+                ));
+            }
+            Some(_) => {}
+        }
+        history.validate().map_err(|(key, problem)| CaseError::new(format!("{path}.{key}"), problem))?;
+    }
+    Ok(())
+}
+
+/// Options whose sums go over particles of walls, of which obstacles have none.
+fn check_obstacles(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+    if case.obstacles.is_empty() {
+        return Ok(());
+    }
+    let grad_h = options.is_variable() && options.symmetrisation == Symmetrisation::GradH;
+    let surface =
+        options.confining.as_ref().is_some_and(|confining| confining.on == ConfinedParticles::Surface);
+    for (key, on, cure) in [
+        ("wall_stress", options.wall_stress != WallStress::Pairwise, "set pairwise"),
+        ("continuity", options.continuity == ContinuityEquation::Summation, "take trace, mass or volume"),
+        ("momentum", options.momentum == MomentumEquation::Corrected, "take rho2 or rho-rho"),
+        ("symmetrisation", grad_h, "take another, or a constant smoothing length"),
+        ("shifting", options.shifting > 0.0, "leave it out"),
+        ("confining.on", surface, "take another form"),
+    ] {
+        if on {
+            let problem = format!("does not go with obstacles, which have no particles: {cure}");
+            return Err(CaseError::new(format!("methods.sph.{key}"), problem));
+        }
+    }
+    Ok(())
+}
+
+/// Obstacles are where the case has them, and not again in the next period.
+fn check_obstacle_periods(case: &Case) -> Result<(), CaseError> {
+    for (number, obstacle) in case.obstacles.iter().enumerate() {
+        let Some(motion) = &obstacle.motion else { continue };
+        for axis in case.domain.periodic.iter().map(|axis| axis.number()) {
+            let along = motion.velocity.get(axis).is_some_and(|v| *v != 0.0);
+            let same = matches!(&obstacle.shape, ObstacleShape::Plane { normal, .. } if normal[axis] == 0.0);
+            let path = |key: &str| format!("obstacles[{number}].motion.{key}");
+            if motion.rotation != 0.0 {
+                let problem = "in a periodic domain sph has no obstacles that turn: they do not repeat";
+                return Err(CaseError::new(path("rotation"), problem));
+            }
+            if along && !same {
+                let problem = "carries the obstacle over the end of a period, where it does not come back: of what moves along a \
+                               periodic axis sph takes planes along it only";
+                return Err(CaseError::new(path("velocity"), problem));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// What rigid bodies do not go with.
+fn check_rigid(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+    let Some(number) = case.bodies.iter().position(|body| body.rigid) else { return Ok(()) };
+    let problem = |problem: &str| Err(CaseError::new(format!("bodies[{number}].rigid"), problem));
+    if options.held.contains(&case.bodies[number].name) {
+        return problem(
+            "sph holds the body (`held`), or it is rigid and moves as the `motions` say: take one",
+        );
+    }
+    if options.integration != TimeIntegration::Leapfrog {
+        return problem("rigid bodies need methods.sph.integration leapfrog");
+    }
+    if !case.domain.periodic.is_empty() {
+        return problem("in a periodic domain sph has no rigid bodies");
+    }
+    Ok(())
+}
+
+/// Bodies that the options name.
+fn check_names(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+    for (number, name) in options.held.iter().enumerate() {
+        if !case.bodies.iter().any(|body| body.name == *name) {
+            let problem = format!("{name:?} is not the name of a body");
+            return Err(CaseError::new(format!("methods.sph.held[{number}]"), problem));
+        }
+    }
+    for (number, name) in options.smooth_bodies.iter().enumerate() {
+        if !options.held.contains(name) {
+            let problem = format!("{name:?} is not among the bodies that are held: only these can be smooth");
+            return Err(CaseError::new(format!("methods.sph.smooth_bodies[{number}]"), problem));
+        }
+    }
+    for (name, history) in &options.held_history {
+        let path = format!("methods.sph.held_history.{name}");
+        if !options.held.contains(name) {
+            let problem = format!("{name:?} is not among the bodies that are held");
+            return Err(CaseError::new(path, problem));
+        }
+        history.validate().map_err(|(key, problem)| CaseError::new(format!("{path}.{key}"), problem))?;
+    }
+    if case.bodies.iter().all(|body| options.held.contains(&body.name)) {
+        return Err(CaseError::new("methods.sph.held", "at least one body must be free to move"));
+    }
+    for (number, name) in options.confining.iter().flat_map(|c| c.bodies.iter().flatten()).enumerate() {
+        if !case.bodies.iter().any(|body| body.name == *name) {
+            let problem = format!("{name:?} is not the name of a body");
+            return Err(CaseError::new(format!("methods.sph.confining.bodies[{number}]"), problem));
+        }
+    }
+    Ok(())
+}
+
+/// Periodic axes must be longer than the reach of a particle, and a whole number of spacings.
+fn check_periods(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+    // Walls that interpolate go on beyond the ends by one reach, and ask the soil one further out.
+    let layers = if options.wall_stress == WallStress::Pairwise { 1.0 } else { 2.0 };
+    let reach = options.kernel.support()
+        * options.smoothing_length_value()
+        * options.smoothing_growth.max(1.2).max(layers);
+    for (number, axis) in case.domain.periodic.iter().enumerate() {
+        let path = format!("domain.periodic[{number}]");
+        let axis = axis.number();
+        let length = case.domain.max[axis] - case.domain.min[axis];
+        if length < reach {
+            let problem =
+                format!("the domain is {length} m long, less than the reach of a particle, {reach} m");
+            return Err(CaseError::new(path, problem));
+        }
+        let count = length / options.spacing;
+        if (count - count.round()).abs() > 1e-6 {
+            let problem =
+                format!("the domain is {count} spacings of methods.sph long: a whole number is needed");
+            return Err(CaseError::new(path, problem));
+        }
+    }
+    Ok(())
+}
+
+/// Density by summation across jumps, and what is for fluids only.
+fn check_density_forms(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+    let (low, high) = densities(case);
+    if options.continuity == ContinuityEquation::Summation && low < high && !options.allow_summation {
+        let problem = format!(
+            "summation smears the jump between bodies of {low} and {high} kg/m³: use volume, or allow_summation"
+        );
+        return Err(CaseError::new("methods.sph.continuity", problem));
+    }
+    let fluid = case.bodies.iter().any(|body| {
+        case.materials.get(&body.material).is_some_and(|spec| spec.facts().kind == ModelFamily::Fluid)
+    });
+    for (name, on) in [
+        ("density_diffusion", options.density_diffusion > 0.0),
+        ("density_reset", options.density_reset != DensityReset::None),
+    ] {
+        if on && !fluid {
+            return Err(CaseError::new(
+                format!("methods.sph.{name}"),
+                "is for fluids, and no body is made of one",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Laws that are not in rate form find their stress anew in every step: nothing is left of what smooths it.
+pub(super) fn check_stress_forms(groups: &[ParticleGroup], options: &SphOptions) -> Result<(), CaseError> {
+    if groups.iter().any(|group| group.material.is_hypoelastic()) {
+        return Ok(());
+    }
+    for (name, on) in [
+        ("regularisation", options.regularisation != Regularisation::None),
+        ("stress_diffusion", options.stress_diffusion > 0.0),
+    ] {
+        if on {
+            let problem =
+                "is for laws in rate form, and no body is made of one: others find their stress anew";
+            return Err(CaseError::new(format!("methods.sph.{name}"), problem));
+        }
+    }
+    Ok(())
+}
+
+/// What the forms of the sums make of bodies of different densities.
+fn jump_warnings(case: &Case, options: &SphOptions) -> Vec<String> {
+    let (low, high) = densities(case);
+    let mut warnings = Vec::new();
+    if options.formulation == LagrangianFormulation::TotalLagrangian {
+        return warnings;
+    }
+    if options.momentum == MomentumEquation::Rho2 && has_jump(case) {
+        warnings.push(format!(
+            "methods.sph.momentum: bodies of {low} and {high} kg/m³: where they touch, rho2 sets even a uniform stress in \
+             motion and reflects waves too strongly: use rho-rho"
+        ));
+    }
+    // A gradient that follows the form of the momentum is cured with it.
+    let wrong = match (options.continuity, options.velocity_gradient) {
+        (ContinuityEquation::Mass, _) => Some(("continuity", "density", "volume")),
+        (_, VelocityGradientOperator::DensityDifference) => {
+            Some(("velocity_gradient", "strain", "difference"))
+        }
+        _ => None,
+    };
+    if let Some((key, what, cure)) = wrong.filter(|_| high >= 2.0 * low) {
+        warnings.push(format!(
+            "methods.sph.{key}: bodies of {low} and {high} kg/m³: where they touch, weights by mass miscount their {what}: use \
+             {cure}"
+        ));
+    }
+    warnings
+}
+
+/// Elastic bodies bear tension for good, under which particles that change neighbours clump.
+fn tension_warning(case: &Case, options: &SphOptions) -> Option<String> {
+    if options.formulation == LagrangianFormulation::TotalLagrangian || options.tensile != Tensile::None {
+        return None;
+    }
+    let elastic = |name: &str| {
+        case.materials.get(name).is_some_and(|spec| {
+            matches!(
+                spec,
+                MaterialSpec::LinearElastic(_)
+                    | MaterialSpec::NeoHookean(_)
+                    | MaterialSpec::StVenantKirchhoff(_)
+                    | MaterialSpec::FixedCorotated(_)
+            )
+        })
+    };
+    let bears = |b: &&Body| elastic(&b.material) && !b.rigid && !options.held.contains(&b.name);
+    let body = case.bodies.iter().find(bears)?;
+    Some(format!(
+        "methods.sph.tensile: the body {} is elastic: where it comes under tension its particles clump and it crumbles; use \
+         artificial-stress, or the formulation total-lagrangian where its particles keep their neighbours",
+        body.name
+    ))
+}
+
+/// Round sides on a lattice are stepped, and their corners are where a solid is weighed worst.
+fn stepped_edge_warning(case: &Case, options: &SphOptions) -> Option<String> {
+    if options.formulation != LagrangianFormulation::TotalLagrangian || case.dimension() != 2 {
+        return None;
+    }
+    let stepped = |b: &Body| b.points.is_none() && b.sampling.is_lattice() && b.shape.has_round_edges();
+    let number = case.bodies.iter().position(|b| stepped(b) && !options.held.contains(&b.name))?;
+    Some(format!(
+        "bodies[{number}].sampling: on a lattice the round sides of {:?} are stepped, and stress next to them comes out 10 to 20 % \
+         short at ten particles to a radius: use \"fitted\"",
+        case.bodies[number].name
+    ))
+}
+
+/// What is allowed but worth a word, of the case and its options together.
+pub(super) fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
+    let mut warnings = case.warnings();
+    warnings.extend(options.warnings());
+    warnings.extend(stepped_edge_warning(case, options));
+    for number in 0..case.bodies.len() {
+        let Ok(Some(list)) = case.point_list(number) else { continue };
+        let spacing = list.spacing(case.dimension());
+        if (spacing / options.spacing - 1.0).abs() > LISTED_SLACK {
+            warnings.push(format!(
+                "bodies[{number}].points: they are {spacing:.4e} m wide on the mean, methods.sph.spacing is {} m, and the \
+                 smoothing length follows from that",
+                options.spacing
+            ));
+        }
+    }
+    warnings.extend(jump_warnings(case, options));
+    warnings.extend(tension_warning(case, options));
+    warnings.extend(rigid_sticking_warning(case));
+    let any = |of: &dyn Fn(&Wall) -> bool| case.boundaries.iter().any(|boundary| of(&boundary.wall));
+    let of_particles = any(&|wall| !is_mirror(wall, options));
+    let (rough, smooth) = (any(&|wall| *wall == Wall::Rough), any(&|wall| *wall == Wall::Smooth));
+    let opposes = rough && options.rough_wall != RoughWall::Mirror;
+    for (name, is_set, has_effect, none) in [
+        ("wall_stress", options.wall_stress != WallStress::default(), of_particles, "is made of particles"),
+        ("wall_guard", options.wall_guard != 0.0, of_particles, "is made of particles"),
+        ("wall_velocity", options.wall_velocity != WallVelocity::default(), opposes, "of particles is rough"),
+        ("rough_wall", options.rough_wall != RoughWall::default(), rough, "is rough"),
+        ("smooth_wall", options.smooth_wall != SmoothWall::default(), smooth, "is smooth"),
+    ] {
+        if is_set && !has_effect {
+            warnings.push(format!("methods.sph.{name}: has no effect, no wall {none}"));
+        }
+    }
+    warnings
+}

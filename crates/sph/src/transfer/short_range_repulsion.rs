@@ -1,0 +1,155 @@
+//! Repulsion of particles of fluids that come closer than the pressure keeps them apart.
+//!
+//! The force of the pressure between two particles falls as `F(r) r` with their distance `r`, to nothing where they meet. A
+//! particle of a liquid and its own image in a smooth wall approach along one line and have no way round each other: they
+//! go on until they meet in the face. Pairs within [`RANGE`] spacings therefore have the potential energy
+//! `s μ c² (1 - r²/r_0²)²` beside that of the law, with `μ = 2 m_i m_j/(m_i + m_j)`, the mean `c²` of both, `r_0` the reach
+//! and `s` the option `close_repulsion`. Its forces are central: momentum, angular momentum and energy are kept.
+
+use std::ops::Range;
+
+use colluvium_points::NeighbourList;
+
+use crate::config::LagrangianFormulation;
+use crate::context::SolverContext;
+use crate::pairs::PairSums;
+use crate::points::particles::{Bodies, ParticleGroup};
+use crate::points::vector_algebra::separation;
+use crate::transfer::simd_pairs::Lanes;
+use crate::walls::{ImageParticle, WallContact, Walls};
+
+/// Up to which distance particles repel each other, in spacings. An even liquid has none so close.
+pub(crate) const RANGE: f64 = 0.7;
+
+/// The repulsion within the fluids of a case.
+#[derive(Clone, Copy)]
+pub(crate) struct ShortRangeRepulsion {
+    /// Square of the distance up to which it acts (m²).
+    pub square: f64,
+    strength: f64,
+}
+
+impl ShortRangeRepulsion {
+    /// That of `setting`; `None` where `groups` hold nothing that it acts on.
+    pub(crate) fn of_groups<const D: usize>(
+        setting: &SolverContext<D>,
+        groups: &[ParticleGroup],
+    ) -> Option<Self> {
+        let strength = setting.options.close_repulsion;
+        let reach = RANGE * setting.options.spacing;
+        let updated = setting.options.formulation == LagrangianFormulation::Updated;
+        (strength > 0.0 && updated && groups.iter().any(ParticleGroup::is_free_fluid))
+            .then_some(Self { square: reach * reach, strength })
+    }
+
+    /// Acceleration over the distance vector (1/s²) of a particle of mass `own` towards one of mass `other` (kg), negative:
+    /// squares of their distance (m²) and of the speed of sound (m²/s²).
+    #[inline]
+    fn acceleration_factor(self, square: f64, sound: f64, (own, other): (f64, f64)) -> f64 {
+        let share = 2.0 * other / (own + other);
+        -4.0 * self.strength * share * sound / self.square * (1.0 - square / self.square).max(0.0)
+    }
+
+    /// The energy of a pair (J).
+    fn energy(self, square: f64, sound: f64, (own, other): (f64, f64)) -> f64 {
+        let left = (1.0 - square / self.square).max(0.0);
+        self.strength * 2.0 * own * other / (own + other) * sound * left * left
+    }
+
+    /// The longest step (s) in which two particles swing stably against each other at the speed of sound `sound` (m/s), with a
+    /// third in hand. The stiffness of a pair is at most `8 s c²/r_0²` over the mass, and half of the mass swings.
+    pub(crate) fn stable_step(self, sound: f64) -> f64 {
+        4.0 / 3.0 * (self.square / (16.0 * self.strength)).sqrt() / sound
+    }
+}
+
+impl<const D: usize> PairSums<'_, D> {
+    /// Whether particle `i` is one of a fluid that moves by itself.
+    fn is_free_fluid(&self, i: usize) -> bool {
+        self.groups.iter().any(|group| group.is_free_fluid() && group.range().contains(&i))
+    }
+
+    /// Adds to `sum` what the neighbours `four` that are too close do to `i`, each `apart` (m) from it.
+    #[cold]
+    pub(crate) fn add_repulsion(
+        &self,
+        i: usize,
+        (close, four): (ShortRangeRepulsion, [usize; 4]),
+        (apart, square): (&[Lanes; D], Lanes),
+        sum: &mut [f64; D],
+    ) {
+        let p = self.particles;
+        for (lane, (j, square)) in four.into_iter().zip(square.to_array()).enumerate() {
+            let counts = j != i && j < self.first_wall_particle && square < close.square;
+            if !(counts && self.is_free_fluid(i) && self.is_free_fluid(self.source(j))) {
+                continue;
+            }
+            let sound = 0.5 * (p.sound[i] * p.sound[i] + p.sound[j] * p.sound[j]);
+            let pull = close.acceleration_factor(square, sound, (p.mass[i], p.mass[j]));
+            (0..D).for_each(|c| sum[c] += pull * apart[c].to_array()[lane]);
+        }
+    }
+
+    /// Adds to `sum` what the image of `i` in smooth walls of particles would do to it.
+    pub(crate) fn add_image_repulsion(&self, i: usize, close: ShortRangeRepulsion, sum: &mut [f64; D]) {
+        let p = self.particles;
+        for plane in self.walls.planes.faces.iter().filter(|plane| plane.contact == WallContact::FreeSlip) {
+            let between = 2.0 * plane.distance(&p.position[i]);
+            if between * between < close.square && self.is_free_fluid(i) {
+                let pull = close.acceleration_factor(
+                    between * between,
+                    p.sound[i] * p.sound[i],
+                    (p.mass[i], p.mass[i]),
+                );
+                sum[plane.axis] += if plane.upper { pull * between } else { -pull * between };
+            }
+        }
+    }
+}
+
+/// Energy of the repulsion (J), of each particle that of half of its pairs with others and with images.
+pub(crate) fn repulsion_energy<const D: usize>(
+    setting: &SolverContext<D>,
+    bodies: &Bodies<D>,
+    walls: &Walls<D>,
+    time: f64,
+) -> f64 {
+    let Some(close) = ShortRangeRepulsion::of_groups(setting, &bodies.groups) else { return 0.0 };
+    let (p, reach) = (&bodies.particles, close.square.sqrt());
+    let free: Vec<Range<usize>> =
+        bodies.groups.iter().filter(|group| group.is_free_fluid()).map(ParticleGroup::range).collect();
+    let numbers: Vec<usize> = free.into_iter().flatten().collect();
+    let mut positions: Vec<[f64; D]> = numbers.iter().map(|&i| p.position[i]).collect();
+    let (mut planes, mut images) = (walls.planes.clone(), Vec::<ImageParticle<D>>::new());
+    planes.move_to(time);
+    planes.images(&positions, reach, &mut images);
+    for image in &images {
+        let x = positions[image.source as usize];
+        positions.push(std::array::from_fn(|c| image.flip[c] * x[c] + image.shift[c]));
+    }
+    let mut near = NeighbourList::new();
+    let keeps = |k: u32, other: u32| {
+        let [k, other] = [k, other].map(|number| number as usize);
+        let own = (numbers.get(other).copied(), &positions[other]);
+        !walls.obstacles.separates((numbers[k], &positions[k]), own, setting.options.spacing)
+    };
+    if near.build_first(&positions, numbers.len(), reach, keeps).is_err() {
+        return f64::NAN;
+    }
+    let source = |k: usize| k.checked_sub(numbers.len()).map_or(k, |image| images[image].source as usize);
+    let mut sum = 0.0;
+    for (k, &i) in numbers.iter().enumerate() {
+        let own = p.sound[i] * p.sound[i];
+        for &other in near.neighbours(k) {
+            let (j, (_, square)) =
+                (numbers[source(other as usize)], separation(&positions[k], &positions[other as usize]));
+            let sound = 0.5 * (own + p.sound[j] * p.sound[j]);
+            sum += 0.5 * close.energy(square, sound, (p.mass[i], p.mass[j]));
+        }
+        for plane in planes.faces.iter().filter(|plane| plane.contact == WallContact::FreeSlip) {
+            let between = 2.0 * plane.distance(&p.position[i]);
+            sum += 0.5 * close.energy(between * between, own, (p.mass[i], p.mass[i]));
+        }
+    }
+    sum
+}

@@ -1,0 +1,290 @@
+//! Four neighbours at a time.
+
+use crate::transfer::kernel::{Kernel, Smoothing};
+
+/// One number of each of four neighbours.
+pub use wide::f64x4 as Lanes;
+
+/// What a particle shows its neighbours, in rows of four so that four particles can be turned into lanes:
+/// position and velocity; volume, density, speed of sound and smoothing length; stress. Volumes, not masses: they take a
+/// division out of most sums over pairs.
+pub type PairRecord = [[f64; 4]; 4];
+
+/// A record.
+#[inline(always)]
+pub fn pair_record<const D: usize>(
+    x: &[f64; D],
+    v: &[f64; D],
+    [volume, density, sound, length]: [f64; 4],
+    [xx, yy, zz, xy, yz, zx]: [f64; 6],
+) -> PairRecord {
+    if D == 3 {
+        [[x[0], x[1], x[2], volume], [v[0], v[1], v[2], density], [xx, yy, zz, xy], [yz, zx, sound, length]]
+    } else {
+        let (last_x, last_v) = if D == 2 { (x[1], v[1]) } else { (0.0, 0.0) };
+        [[x[0], last_x, v[0], last_v], [volume, density, sound, length], [xx, yy, xy, 0.0], [0.0; 4]]
+    }
+}
+
+/// Puts another velocity into a record.
+#[inline(always)]
+pub fn set_velocity<const D: usize>(record: &mut PairRecord, v: &[f64; D]) {
+    if D == 3 {
+        record[1][..D].copy_from_slice(v);
+    } else {
+        record[0][2..2 + D].copy_from_slice(v);
+    }
+}
+
+/// Takes the volume out of a record: it no longer counts in sums over neighbours.
+#[inline(always)]
+pub fn clear_volume<const D: usize>(record: &mut PairRecord) {
+    if D == 3 {
+        record[0][3] = 0.0;
+    } else {
+        record[1][0] = 0.0;
+    }
+}
+
+/// Place and motion of four particles.
+pub struct PackedKinematics<const D: usize> {
+    pub x: [Lanes; D],
+    pub v: [Lanes; D],
+    pub volume: Lanes,
+    pub density: Lanes,
+}
+
+/// The rest of them.
+pub struct PackedState {
+    pub sound: Lanes,
+    pub length: Lanes,
+    /// Components as in `SymTensor`.
+    pub stress: [Lanes; 6],
+}
+
+/// Lanes of the four numbers of a row. Not `Lanes::transpose`, which is not inlined.
+#[inline(always)]
+fn transpose([a, b, c, d]: [&PairRecord; 4], row: usize) -> [Lanes; 4] {
+    let (a, b, c, d) = (&a[row], &b[row], &c[row], &d[row]);
+    let lane = |k: usize| Lanes::new([a[k], b[k], c[k], d[k]]);
+    [lane(0), lane(1), lane(2), lane(3)]
+}
+
+/// Lanes of position, velocity, volume and density.
+#[inline(always)]
+pub fn packed_kinematics<const D: usize>(four: [&PairRecord; 4]) -> PackedKinematics<D> {
+    let (first, second) = (transpose(four, 0), transpose(four, 1));
+    if D == 3 {
+        PackedKinematics {
+            x: std::array::from_fn(|c| first[c]),
+            v: std::array::from_fn(|c| second[c]),
+            volume: first[3],
+            density: second[3],
+        }
+    } else {
+        PackedKinematics {
+            x: std::array::from_fn(|c| first[c]),
+            v: std::array::from_fn(|c| first[2 + c]),
+            volume: second[0],
+            density: second[1],
+        }
+    }
+}
+
+/// Lanes of everything else.
+#[inline(always)]
+pub fn packed_state<const D: usize>(four: [&PairRecord; 4]) -> PackedState {
+    if D == 3 {
+        let ([xx, yy, zz, xy], [yz, zx, sound, length]) = (transpose(four, 2), transpose(four, 3));
+        PackedState { sound, length, stress: [xx, yy, zz, xy, yz, zx] }
+    } else {
+        let ([_, _, sound, length], [xx, yy, xy, zero]) = (transpose(four, 1), transpose(four, 2));
+        PackedState { sound, length, stress: [xx, yy, zero, xy, zero, zero] }
+    }
+}
+
+/// Product of a symmetric tensor and a vector.
+#[inline(always)]
+pub fn product<const D: usize>(tensor: &[Lanes; 6], x: &[Lanes; D]) -> [Lanes; D] {
+    // Component (a, b) of a SymTensor.
+    const AT: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
+    std::array::from_fn(|a| {
+        let mut sum = tensor[AT[a][0]] * x[0];
+        for b in 1..D {
+            sum += tensor[AT[a][b]] * x[b];
+        }
+        sum
+    })
+}
+
+/// `a·b`.
+#[inline(always)]
+pub fn dot<const D: usize>(a: &[Lanes; D], b: &[Lanes; D]) -> Lanes {
+    let mut sum = a[0] * b[0];
+    for c in 1..D {
+        sum += a[c] * b[c];
+    }
+    sum
+}
+
+/// Sum of the lanes, in this order on every machine.
+#[inline(always)]
+pub fn sum(lanes: Lanes) -> f64 {
+    let [a, b, c, d] = lanes.to_array();
+    (a + b) + (c + d)
+}
+
+/// Calls `visit(first entry, four neighbours, how many of them count)` for the neighbours in `row`; what fills
+/// up the last four is `own`, whose distance is zero. In one place, so that `visit` becomes part of the loop.
+#[inline(always)]
+pub fn for_each_four(row: &[u32], own: usize, mut visit: impl FnMut(usize, [usize; 4], usize)) {
+    let mut left = row;
+    let mut start = 0;
+    while !left.is_empty() {
+        let (four, count) = match left.first_chunk::<4>() {
+            Some(four) => (four.map(|j| j as usize), 4),
+            None => {
+                let of = |k: usize| left.get(k).map_or(own, |&j| j as usize);
+                ([of(0), of(1), of(2), own], left.len())
+            }
+        };
+        visit(start, four, count);
+        left = &left[count..];
+        start += 4;
+    }
+}
+
+/// Four numbers from the end of a row, zero where it ends.
+#[inline(always)]
+pub fn load_four(values: &[f64], start: usize, count: usize) -> Lanes {
+    match values[start..].first_chunk::<4>() {
+        Some(four) if count == 4 => Lanes::new(*four),
+        _ => {
+            let mut four = [0.0; 4];
+            four[..count].copy_from_slice(&values[start..start + count]);
+            Lanes::new(four)
+        }
+    }
+}
+
+/// Puts the first `count` lanes into a row from `start` on.
+#[inline(always)]
+pub fn store_four(values: &mut [f64], start: usize, count: usize, lanes: Lanes) {
+    let lanes = lanes.to_array();
+    match values[start..].first_chunk_mut::<4>() {
+        Some(four) if count == 4 => *four = lanes,
+        _ => values[start..start + count].iter_mut().zip(lanes).for_each(|(value, lane)| *value = lane),
+    }
+}
+
+/// `x^n` for `n` from 2 to 7.
+#[inline(always)]
+fn power(x: Lanes, n: u32) -> Lanes {
+    match n {
+        2 => x * x,
+        3 => x * x * x,
+        4 => (x * x) * (x * x),
+        5 => (x * x) * (x * x) * x,
+        6 => (x * x * x) * (x * x * x),
+        _ => (x * x * x) * (x * x * x) * x,
+    }
+}
+
+impl<const D: usize> Smoothing<D> {
+    /// As [`Smoothing::gradient_factor`], of four distances squared: `F = -W'/r`.
+    #[inline(always)]
+    pub(crate) fn weights(&self, square: Lanes) -> Lanes {
+        let (zero, one, two) = (Lanes::splat(0.0), Lanes::splat(1.0), Lanes::splat(2.0));
+        let clip = |x: Lanes| x.fast_max(zero);
+        // Particles at the same place: the gradient is zero for their distance is.
+        let q = (square.sqrt() * self.inverse).fast_max(Lanes::splat(1e-12));
+        let t = clip(one - q * 0.5);
+        let steepness = match self.kernel {
+            // 2 - 3q/2 up to 1, (2 - q)²/(2q) from there on.
+            Kernel::CubicSpline => (power(clip(two - q), 2) - power(clip(one - q), 2) * 4.0) / (q * 2.0),
+            Kernel::Gaussian => (zero - q * q).exp() * 2.0,
+            Kernel::Quadratic => t * 0.75 / q,
+            Kernel::QuinticSpline => {
+                let three = Lanes::splat(3.0);
+                let slope = power(clip(three - q), 4) - power(clip(two - q), 4) * 6.0
+                    + power(clip(one - q), 4) * 15.0;
+                slope * 5.0 / q
+            }
+            Kernel::WendlandC2 if D == 1 => t * t * 3.0,
+            Kernel::WendlandC2 => power(t, 3) * 5.0,
+            Kernel::WendlandC4 => power(t, 5) * (q * (35.0 / 3.0) + 14.0 / 3.0),
+            Kernel::WendlandC6 => power(t, 7) * 2.75 * ((q * 8.0 + 7.0) * q + 2.0),
+        };
+        let inside = (q * self.length).simd_lt(Lanes::splat(self.radius));
+        inside & (steepness * (self.constant * self.inverse * self.inverse))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn agrees<const D: usize>() {
+        for kernel in Kernel::ALL {
+            let Ok(smoothing) = Smoothing::<D>::new(kernel, 0.37) else { continue };
+            let scale = smoothing.gradient_factor(0.05);
+            for k in 0..100 {
+                let r: [f64; 4] = std::array::from_fn(|lane| 0.003 * f64::from(4 * k + lane as i32) + 1e-4);
+                let found = smoothing.weights(Lanes::new(r.map(|r| r * r))).to_array();
+                for (r, found) in r.iter().zip(found) {
+                    assert!(
+                        (found - smoothing.gradient_factor(*r)).abs() < 1e-12 * scale,
+                        "{kernel:?} {D}D at {r}"
+                    );
+                }
+            }
+            assert!(smoothing.weights(Lanes::splat(0.0)).to_array().iter().all(|w| w.is_finite()));
+        }
+    }
+
+    #[test]
+    fn four_weights_at_once_are_the_single_ones() {
+        agrees::<1>();
+        agrees::<2>();
+        agrees::<3>();
+    }
+
+    #[test]
+    fn rows_of_any_length_are_visited_once() {
+        for length in 0..11u32 {
+            let row: Vec<u32> = (10..10 + length).collect();
+            let mut seen = Vec::new();
+            for_each_four(&row, 7, |start, four, count| {
+                assert_eq!(start, seen.len());
+                assert!(four[count..].iter().all(|&j| j == 7));
+                seen.extend(four[..count].iter().map(|&j| j as u32));
+            });
+            assert_eq!(seen, row);
+        }
+        assert_eq!(load_four(&[1.0, 2.0, 3.0, 4.0, 5.0], 4, 1).to_array(), [5.0, 0.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn records_give_back_what_they_hold() {
+        let of = |k: f64| {
+            pair_record::<3>(
+                &[k, k + 1.0, k + 2.0],
+                &[0.0; 3],
+                [k + 3.0, k + 4.0, k + 5.0, k + 6.0],
+                [7.0, 8.0, 9.0, 10.0, 11.0, k],
+            )
+        };
+        let mut all = [of(0.0), of(10.0), of(20.0), of(30.0)];
+        set_velocity(&mut all[2], &[1.0, 2.0, 3.0]);
+        let four = [&all[0], &all[1], &all[2], &all[3]];
+        let m = packed_kinematics::<3>(four);
+        assert_eq!(m.x[2].to_array(), [2.0, 12.0, 22.0, 32.0]);
+        assert_eq!(m.v[1].to_array(), [0.0, 0.0, 2.0, 0.0]);
+        assert_eq!(m.density.to_array(), [4.0, 14.0, 24.0, 34.0]);
+        let r = packed_state::<3>(four);
+        assert_eq!(r.sound.to_array(), [5.0, 15.0, 25.0, 35.0]);
+        assert_eq!(r.stress[5].to_array(), [0.0, 10.0, 20.0, 30.0]);
+        let p = product::<3>(&r.stress, &[Lanes::splat(1.0), Lanes::splat(0.0), Lanes::splat(0.0)]);
+        assert_eq!(p.map(|l| l.to_array()[1]), [7.0, 10.0, 10.0]);
+    }
+}

@@ -1,0 +1,168 @@
+//! Velocity gradient of a particle.
+
+use crate::config::{ContinuityEquation, VelocityGradientOperator};
+use crate::pairs::{PairSums, VelocityGradient};
+use crate::points::particles::SquareMatrix;
+use crate::transfer::operators::{GradientMoment, product};
+use crate::transfer::simd_pairs;
+use crate::transfer::simd_pairs::Lanes;
+
+fn sum_lanes<const D: usize>(sums: &[[Lanes; D]; D]) -> SquareMatrix<D> {
+    sums.map(|row| row.map(simd_pairs::sum))
+}
+
+/// A symmetric matrix by its upper half.
+#[inline]
+fn from_upper_half<const D: usize>(upper: &SquareMatrix<D>) -> SquareMatrix<D> {
+    std::array::from_fn(|a| std::array::from_fn(|b| upper[a.min(b)][a.max(b)]))
+}
+
+/// Makes a velocity gradient (1/s) of sums with the moment `M` exact for rotations: `L - RM + R`, `R` being the rotation that fits the
+/// velocities of the neighbours best (docs/theory/sph.md, equations of a step). Where velocities are the chords of a step of `chord` (s),
+/// `R` is that of the chords, `Ω + (cos θ - 1)/Δt` across the axis with `sin θ = Ω Δt`. Returns by how much the trace has changed.
+#[inline]
+fn corotate<const D: usize>(gradient: &mut SquareMatrix<D>, moment: &GradientMoment<D>, chord: f64) -> f64 {
+    let Some(spin) = moment.rotation(gradient) else { return 0.0 };
+    let square: SquareMatrix<D> =
+        std::array::from_fn(|a| product(&spin.map(|row| row.map(|c| -c)), &spin[a]));
+    let rate = -0.5 * (0..D).map(|c| square[c][c]).sum::<f64>();
+    let short = chord / (1.0 + (1.0 - rate * chord * chord).max(0.0).sqrt());
+    let mut change = 0.0;
+    for (a, row) in gradient.iter_mut().enumerate() {
+        let turn: [f64; D] = std::array::from_fn(|b| spin[a][b] + short * square[a][b]);
+        let seen = product(&moment.matrix, &turn);
+        (0..D).for_each(|b| row[b] += turn[b] - seen[b]);
+        change += turn[a] - seen[a];
+    }
+    change
+}
+
+impl<const D: usize> PairSums<'_, D> {
+    /// Velocity gradient of particle `i`: step 6 of `sheet: sph §3.3`. The weights are those of its acceleration; velocities are the
+    /// chords of a step of `chord` (s), or zero for those at the positions.
+    #[inline]
+    pub fn velocity_gradient(
+        &self,
+        i: usize,
+        (row, weights): (&[u32], &[f64]),
+        chord: f64,
+    ) -> VelocityGradient<D> {
+        self.velocity_gradient_generic::<false>(i, (row, weights), &[[0.0; D]; D], true, chord)
+    }
+
+    /// The same of a particle of a rigid body that turns with the gradient `turn` (1/s): what others do is counted as seen from
+    /// the body. Walls and obstacles strain it where they are `ground`; they bear a body that moves freely as a whole.
+    #[inline(never)]
+    pub fn velocity_gradient_rotating(
+        &self,
+        i: usize,
+        row: &[u32],
+        weights: &[f64],
+        turn: &SquareMatrix<D>,
+        ground: bool,
+    ) -> VelocityGradient<D> {
+        let row = if ground { row } else { &row[..self.neighbours_before(row, self.particles.len())] };
+        let mut rate = self.velocity_gradient_generic::<true>(i, (row, weights), turn, ground, 0.0);
+        for a in 0..D {
+            (0..D).for_each(|b| rate.gradient[a][b] += turn[a][b]);
+            rate.divergence += turn[a][a];
+        }
+        rate
+    }
+
+    #[inline(always)]
+    fn velocity_gradient_generic<const TURNS: bool>(
+        &self,
+        i: usize,
+        (row, weights): (&[u32], &[f64]),
+        turn: &SquareMatrix<D>,
+        ground: bool,
+        chord: f64,
+    ) -> VelocityGradient<D> {
+        let records = &self.shown.records;
+        let regular = self.first_mirrored(row);
+        let own = simd_pairs::packed_kinematics::<D>([&records[i]; 4]);
+        let operator = self.options.gradient_operator();
+        let by_mass = operator == VelocityGradientOperator::DensityDifference;
+        let corrected = operator == VelocityGradientOperator::Corrected;
+        let corotated = self.options.is_corotated();
+        let continuity = self.options.continuity;
+        // Where the two forms go together the divergence is the trace.
+        let apart_forms = match continuity {
+            ContinuityEquation::Mass => !by_mass,
+            ContinuityEquation::Volume => by_mass || corrected,
+            ContinuityEquation::Trace | ContinuityEquation::Summation => false,
+        };
+        let mut gradient = [[Lanes::splat(0.0); D]; D];
+        let (mut moment, mut neighbours) = ([[Lanes::splat(0.0); D]; D], Lanes::splat(0.0));
+        let mut trace = Lanes::splat(0.0);
+        simd_pairs::for_each_four(&row[..regular], i, |start, four, count| {
+            let other = simd_pairs::packed_kinematics::<D>(four.map(|j| &records[j]));
+            let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
+            let mut relative: [Lanes; D] = std::array::from_fn(|c| other.v[c] - own.v[c]);
+            if TURNS {
+                for (relative, row) in relative.iter_mut().zip(turn) {
+                    (0..D).for_each(|b| *relative -= apart[b] * row[b]);
+                }
+            }
+            let volume = other.volume * simd_pairs::load_four(weights, start, count);
+            let mass = volume * other.density;
+            let scaled = apart.map(|c| c * if by_mass { mass } else { volume });
+            for a in 0..D {
+                for b in 0..D {
+                    gradient[a][b] += relative[a] * scaled[b];
+                }
+            }
+            if apart_forms {
+                let weight = if continuity == ContinuityEquation::Mass { mass } else { volume };
+                trace += simd_pairs::dot(&relative, &apart) * weight;
+            }
+            if corrected || corotated {
+                // The upper half: the moment is symmetric.
+                for a in 0..D {
+                    for b in a..D {
+                        moment[a][b] += apart[a] * scaled[b];
+                    }
+                }
+            }
+            if corrected {
+                neighbours += volume.simd_gt(Lanes::splat(0.0)) & Lanes::splat(1.0);
+            }
+        });
+        let density = self.particles.density[i];
+        let mut gradient = sum_lanes(&gradient);
+        let neighbours = if corrected { simd_pairs::sum(neighbours) as u32 } else { row.len() as u32 };
+        let mut moment = GradientMoment { matrix: from_upper_half(&sum_lanes(&moment)), neighbours };
+        if by_mass {
+            gradient = gradient.map(|row| row.map(|c| c / density));
+            let volume = 1.0 / density;
+            moment.matrix = moment.matrix.map(|row| row.map(|c| c * volume));
+        }
+        let by_density = if continuity == ContinuityEquation::Mass { density } else { 1.0 };
+        let mut trace = simd_pairs::sum(trace) / by_density;
+        if !self.walls.smooth.is_empty() {
+            self.add_smooth_gradient(i, row, (&mut gradient, &mut trace, &mut moment));
+        }
+        if regular < row.len() {
+            self.add_wall_gradient(i, &row[regular..], (&mut gradient, &mut trace, &mut moment));
+        }
+        if ground && !self.walls.obstacles.is_empty() {
+            self.add_obstacle_gradient(i, (&mut gradient, &mut trace, &mut moment));
+        }
+        let spread = if self.grad_h() { self.shown.grad_h_factor[i] } else { 1.0 };
+        // The corrected gradient is exact for the weights as they are: 1/ϑ belongs to the other sums.
+        let correction = if corrected { moment.correction() } else { None };
+        let mut gradient = match correction {
+            Some(l) => gradient.map(|row| product(&l, &row)),
+            None => gradient.map(|row| row.map(|c| c * spread)),
+        };
+        if corotated {
+            if self.grad_h() {
+                moment.matrix = moment.matrix.map(|row| row.map(|c| c * spread));
+            }
+            trace += corotate(&mut gradient, &moment, chord) / spread;
+        }
+        let divergence = if apart_forms { trace * spread } else { (0..D).map(|c| gradient[c][c]).sum() };
+        VelocityGradient { gradient, divergence }
+    }
+}

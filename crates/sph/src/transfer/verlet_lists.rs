@@ -1,0 +1,249 @@
+//! Lists of neighbours, and what stands in them beside the particles: images and walls (sheet: sph §3.3, step 1).
+
+use colluvium_case::SolverError;
+use colluvium_points::{CellList, NeighbourList, ScratchBuffers};
+use rayon::prelude::*;
+
+use crate::clock::Clock;
+use crate::config::WallStress;
+use crate::context::SolverContext;
+use crate::momentum::rates::Rates;
+use crate::points::particles::{Bodies, MIN_PARTICLES_PER_TASK, Particles};
+use crate::points::vector_algebra::square;
+use crate::walls::Walls;
+
+/// Least number of steps between two sorts by cell.
+const STEPS_PER_SORT: u64 = 100;
+/// Margin of the neighbour lists over the radius of the support: lists last until a particle has moved by
+/// half of it.
+const SKIN: f64 = 0.1;
+
+/// For which places the neighbour list was made.
+#[derive(Clone, Debug, Default)]
+pub struct ListedPositions<const D: usize> {
+    /// Positions of the particles; empty where there is no list (m).
+    pub positions: Vec<[f64; D]>,
+    /// Time, where walls move (s).
+    pub time: f64,
+    /// Distance within which neighbours are listed (m).
+    pub reach: f64,
+}
+
+/// The pairs: neighbours of each particle, and the weights of these.
+pub struct VerletLists<const D: usize> {
+    /// The neighbours.
+    pub neighbours: NeighbourList<D>,
+    /// Weights of the pairs, block by block as the neighbours.
+    pub weights: Vec<Vec<f64>>,
+    /// Whether the weights are those of the positions.
+    pub weights_current: bool,
+    /// For which places the neighbours are listed.
+    pub listed: ListedPositions<D>,
+    /// Step of the last sort.
+    pub sorted: Option<u64>,
+    cells: CellList<D>,
+    scratch: ScratchBuffers,
+}
+
+impl<const D: usize> VerletLists<D> {
+    /// No lists, for the places `listed`, after a sort in step `sorted`.
+    pub fn new(listed: ListedPositions<D>, sorted: Option<u64>) -> Self {
+        Self {
+            neighbours: NeighbourList::new(),
+            weights: Vec::new(),
+            weights_current: false,
+            listed,
+            sorted,
+            cells: CellList::new(),
+            scratch: ScratchBuffers::default(),
+        }
+    }
+
+    /// The same without lists and places.
+    pub fn empty_like(&self) -> Self {
+        let listed = ListedPositions { positions: Vec::new(), ..self.listed };
+        Self { weights_current: self.weights_current, ..Self::new(listed, self.sorted) }
+    }
+
+    /// Step 1: lists where particles have moved too far for the last ones; images and walls in their places.
+    /// Particles may change their order, and their period, when a step begins, and not within it.
+    pub fn refresh(
+        &mut self,
+        setting: &SolverContext<D>,
+        clock: &Clock,
+        bodies: &mut Bodies<D>,
+        walls: &mut Walls<D>,
+        rates: &mut Rates<D>,
+        begins: bool,
+    ) -> Result<(), SolverError> {
+        bodies.follow_density(setting);
+        let support = setting.support(bodies.max_smoothing_length(setting));
+        if self.is_outdated(setting, clock, &bodies.particles, walls, support) {
+            if begins {
+                let p = &mut bodies.particles;
+                walls.planes.wrap(&mut p.position[..p.id.len()], &mut p.origin);
+                if self.is_sort_due(clock) {
+                    self.sort(setting, clock, bodies, rates)?;
+                    self.sorted = Some(clock.step);
+                }
+            }
+            self.set_list_positions(setting, clock, &bodies.particles, support);
+            rates.current = false;
+            self.build(setting, clock, bodies, walls)?;
+        }
+        self.place_images_and_walls(setting, clock, bodies, walls, support)
+    }
+
+    /// Images, walls and what is near of obstacles in their places.
+    ///
+    /// # Errors
+    /// When a particle lies deep in an obstacle.
+    pub fn place_images_and_walls(
+        &mut self,
+        setting: &SolverContext<D>,
+        clock: &Clock,
+        bodies: &mut Bodies<D>,
+        walls: &mut Walls<D>,
+        support: f64,
+    ) -> Result<(), SolverError> {
+        walls.place_at_time(clock.time, &mut bodies.particles);
+        let p = &bodies.particles;
+        walls.obstacles.find_faces(&p.position[..p.len()], support);
+        self.weights_current = false;
+        match walls.obstacles.first_inside(0.5 * setting.options.spacing) {
+            None => Ok(()),
+            Some((i, name)) => {
+                let reason = format!(
+                    "it passed the surface of the obstacle {name:?}, before which particles are stopped: look at where that is \
+                     thinner or more curved than a spacing"
+                );
+                Err(p.particle_error(clock, i, reason))
+            }
+        }
+    }
+
+    /// Whether neighbours within the radius `support` (m) may be missing.
+    fn is_outdated(
+        &self,
+        setting: &SolverContext<D>,
+        clock: &Clock,
+        particles: &Particles<D>,
+        walls: &Walls<D>,
+        support: f64,
+    ) -> bool {
+        self.listed.positions.len() != particles.len()
+            || self.max_approach(setting, clock, particles, walls) + support > self.listed.reach
+    }
+
+    /// Whether particles are to be sorted by cell when they are next listed.
+    pub fn is_sort_due(&self, clock: &Clock) -> bool {
+        self.sorted.is_none_or(|step| clock.step >= step + STEPS_PER_SORT)
+    }
+
+    /// Lists are to be made for the places where the particles are now, with a margin over the radius `support` (m).
+    pub fn set_list_positions(
+        &mut self,
+        setting: &SolverContext<D>,
+        clock: &Clock,
+        particles: &Particles<D>,
+        support: f64,
+    ) {
+        let listed = &mut self.listed;
+        listed.positions.clear();
+        listed.positions.extend_from_slice(&particles.position[..particles.len()]);
+        (listed.time, listed.reach) =
+            (clock.time, support * (1.0 + SKIN) + setting.options.max_shift_approach());
+    }
+
+    /// How much closer two particles may be than when they were listed, shifted before the step as they may be (m).
+    pub fn max_approach(
+        &self,
+        setting: &SolverContext<D>,
+        clock: &Clock,
+        particles: &Particles<D>,
+        walls: &Walls<D>,
+    ) -> f64 {
+        let pairs = particles.position[..particles.len()].par_iter().zip(&self.listed.positions);
+        let of_pair = |(x, old): (&[f64; D], &[f64; D])| {
+            let apart: [f64; D] = std::array::from_fn(|c| x[c] - old[c]);
+            let square = square(&apart);
+            if square.is_finite() { square } else { f64::INFINITY }
+        };
+        let farthest =
+            pairs.with_min_len(8 * MIN_PARTICLES_PER_TASK).map(of_pair).reduce(|| 0.0, f64::max).sqrt();
+        // A mirror moves its images twice as far.
+        let wall = 2.0 * walls.planes.max_displacement(self.listed.time, clock.time);
+        let wall = wall.max(walls.obstacles.max_displacement(self.listed.time, clock.time));
+        2.0 * farthest + wall + setting.options.max_shift_approach()
+    }
+
+    /// Images and neighbours of the listed positions.
+    pub fn build(
+        &mut self,
+        setting: &SolverContext<D>,
+        clock: &Clock,
+        bodies: &mut Bodies<D>,
+        walls: &mut Walls<D>,
+    ) -> Result<(), SolverError> {
+        let ListedPositions { positions, time, reach } = &self.listed;
+        let pairwise = setting.options.wall_stress == WallStress::Pairwise;
+        // Walls that interpolate go on beyond the ends of periods, and ask the soil still further out.
+        let asks = !pairwise && !walls.planes.periods.is_empty();
+        walls.find_images(positions, *time, if asks { 2.0 * reach } else { *reach });
+        walls.obstacles.list_candidates(positions, *reach);
+        let len = bodies.particles.len();
+        walls.smooth.find(&bodies.groups, len, &walls.images);
+        let total = walls.first(len) + walls.planes.particles.len();
+        bodies.resize(total);
+        let p = &mut bodies.particles;
+        p.length[len..].fill(setting.smoothing.length());
+        // After a restart particles are no longer where they were listed.
+        let current = (p.position[..len] != positions[..]).then(|| p.position[..len].to_vec());
+        p.position[..len].copy_from_slice(positions);
+        walls.place_all(p);
+        let (x, count, first) = (&p.position, if pairwise { len } else { total }, walls.first(len));
+        let parts = |i: usize, j: usize| {
+            let other = (Some(j).filter(|j| *j < len), &x[j]);
+            j < first && walls.obstacles.separates((i, &x[i]), other, setting.options.spacing)
+        };
+        let keeps = |i: u32, j: u32| !parts(i as usize, j as usize);
+        let built = self.neighbours.build_first(x, count, *reach, keeps);
+        if let Some(current) = current {
+            p.position[..current.len()].copy_from_slice(&current);
+        }
+        built.map_err(|error| p.particle_error(clock, 0, format!("neighbour search: {error}")))?;
+        let blocks = self.neighbours.blocks();
+        self.weights.resize_with(blocks.len(), Vec::new);
+        self.weights.iter_mut().zip(blocks).for_each(|(weights, rows)| {
+            weights.resize(rows.indices().len(), 0.0);
+        });
+        self.weights_current = false;
+        Ok(())
+    }
+
+    /// Sorts the particles of each body by cell.
+    fn sort(
+        &mut self,
+        setting: &SolverContext<D>,
+        clock: &Clock,
+        bodies: &mut Bodies<D>,
+        rates: &mut Rates<D>,
+    ) -> Result<(), SolverError> {
+        for group in &mut bodies.groups {
+            let (range, p) = (group.range(), &mut bodies.particles);
+            let built = self.cells.build(&p.position[range.clone()], setting.smoothing.radius());
+            built.map_err(|error| {
+                p.particle_error(clock, range.start, format!("neighbour search: {error}"))
+            })?;
+            let order = self.cells.order();
+            if order.iter().enumerate().all(|(i, &old)| i == old as usize) {
+                continue;
+            }
+            p.reorder_range(range.clone(), order, &mut self.scratch);
+            // Rates of the step before, which one of the schemes predicts from.
+            rates.derivatives.reorder_range(range, order, &mut self.scratch);
+            group.states = group.states.permuted(order);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,192 @@
+//! Closed triangle meshes.
+
+use std::io::{Cursor, ErrorKind};
+use std::path::Path;
+
+use colluvium_points::surface::FacettedSurface;
+
+use crate::mesh::triangulation;
+
+/// Round-off of the corners over the extent of a mesh that is no longer taken.
+const MAX_ROUND_OFF: f64 = 1e-5;
+
+/// Bytes of the head of a binary STL file with the number of its triangles, and of a triangle.
+const STL_HEADER_BYTES: usize = 84;
+const STL_TRIANGLE_BYTES: usize = 50;
+
+/// The bytes of an STL file as one solid: a text may hold several, and have its words in capitals.
+fn merge_solids(bytes: Vec<u8>) -> Result<Vec<u8>, String> {
+    let count = bytes
+        .get(STL_HEADER_BYTES - 4..STL_HEADER_BYTES)
+        .and_then(|count| count.try_into().ok())
+        .map(u32::from_le_bytes);
+    let whole = |count: u32| STL_HEADER_BYTES + STL_TRIANGLE_BYTES * count as usize;
+    let begins = bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    // A binary file may begin with any words.
+    if !begins || count.is_some_and(|count| whole(count) == bytes.len()) {
+        return Ok(bytes);
+    }
+    let text = String::from_utf8_lossy(&bytes).to_lowercase();
+    let solids = text.lines().filter(|line| line.trim_start().starts_with("solid")).count();
+    let ends = text.lines().filter(|line| line.trim_start().starts_with("endsolid")).count();
+    if solids != ends {
+        return Err(format!("begins {solids} solids and ends {ends}: it may be cut short"));
+    }
+    let is_inner =
+        |line: &&str| !["solid", "endsolid"].iter().any(|word| line.trim_start().starts_with(word));
+    let lines: Vec<&str> = text.lines().filter(is_inner).collect();
+    Ok(format!("solid all\n{}\nendsolid all\n", lines.join("\n")).into_bytes())
+}
+
+/// The first line of the corners of a text that has something else than three numbers.
+fn first_invalid_line(lines: &[String]) -> Option<String> {
+    let is_wrong = |line: &&String| {
+        let mut words = line.split_whitespace();
+        let numbers = words.next() == Some("vertex");
+        let read = |word: &str| word.parse::<f32>().ok().filter(|number| number.is_finite());
+        numbers && (words.clone().count() != 3 || words.any(|word| read(word).is_none()))
+    };
+    let line = lines.iter().find(is_wrong)?;
+    let cure = if line.contains(',') { ": write numbers with a decimal point" } else { "" };
+    Some(format!(": {:?} has no three numbers{cure}", line.trim()))
+}
+
+/// An STL file, text or binary: the triangles of all its solids. Its numbers have single precision; corners with the same numbers are one
+/// vertex.
+pub(crate) fn read_stl(
+    file: &Path,
+    placed: &dyn Fn(usize, f64) -> f64,
+) -> Result<FacettedSurface<3>, String> {
+    let bytes = std::fs::read(file).map_err(|error| format!("cannot be read: {error}"))?;
+    let count = bytes
+        .get(STL_HEADER_BYTES - 4..STL_HEADER_BYTES)
+        .map_or(0, |count| count.iter().rev().fold(0, |sum, byte| 256 * sum + usize::from(*byte)));
+    let length = bytes.len();
+    let bytes = merge_solids(bytes)?;
+    let lines = String::from_utf8_lossy(&bytes).lines().map(str::to_owned).collect::<Vec<_>>();
+    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|error| match error.kind() {
+        ErrorKind::UnexpectedEof => format!(
+            "is no STL file, or is cut short: its {length} bytes are not the head and the {count} triangles that a binary one would have"
+        ),
+        _ => {
+            let place = first_invalid_line(&lines).unwrap_or_default();
+            format!("is not an STL file that can be read{place} ({error})")
+        }
+    })?;
+    if mesh.faces.is_empty() {
+        return Err("holds no triangles".to_owned());
+    }
+    let all = || mesh.vertices.iter();
+    let extents = (0..3).map(|c| {
+        let along = || all().map(|vertex| f64::from(vertex[c]));
+        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+    });
+    let (extent, far) = (
+        extents.fold(0.0, f64::max),
+        all().flat_map(|v| (0..3).map(|c| f64::from(v[c].abs()))).fold(0.0, f64::max),
+    );
+    if far * f64::from(f32::EPSILON) > MAX_ROUND_OFF * extent {
+        return Err(format!(
+            "lies up to {far:.0} m from its origin, where the single precision of STL is {:.1e} m, on a mesh of {extent:.1} m: \
+             write it as an OBJ file with all digits",
+            far * f64::from(f32::EPSILON)
+        ));
+    }
+    let corner = |number: usize| -> [f64; 3] {
+        std::array::from_fn(|c| placed(c, f64::from(mesh.vertices[number][c])))
+    };
+    let triangles: Vec<[[f64; 3]; 3]> = mesh.faces.iter().map(|face| face.vertices.map(corner)).collect();
+    FacettedSurface::from_triangles(&triangles).map_err(|error| error.problem)
+}
+
+/// A Wavefront OBJ file: the faces of all its objects, cut into triangles. Materials are not looked at.
+pub(crate) fn read_obj(
+    file: &Path,
+    placed: &dyn Fn(usize, f64) -> f64,
+) -> Result<FacettedSurface<3>, String> {
+    let options = tobj::LoadOptions { ignore_points: true, ignore_lines: true, ..Default::default() };
+    let text = join_continued_lines(&crate::read_text(file).map_err(|error| error.problem)?);
+    let no_materials = |_: &Path| Ok(Default::default());
+    let read = |text: &str| tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials);
+    let (models, _) = read(&text).map_err(|error| {
+        // The shortest head of the file that cannot be read ends with the line.
+        let ends = text.split_inclusive('\n').scan(0, |end, line| {
+            *end += line.len();
+            Some(*end)
+        });
+        let ends: Vec<usize> = ends.collect();
+        let line = ends.partition_point(|end| read(&text[..*end]).is_ok());
+        let said = text.lines().nth(line).unwrap_or_default().trim();
+        format!("line {}: {said:?} cannot be read: {error}", line + 1)
+    })?;
+    check_weights(&text)?;
+    let mut lines = face_lines(&text);
+    let mut triangles = Vec::new();
+    for tobj::Model { mesh, .. } in &models {
+        let corner =
+            |number: &u32| -> [f64; 3] { std::array::from_fn(|c| mesh.positions[3 * *number as usize + c]) };
+        let in_case = |x: [f64; 3]| -> [f64; 3] { std::array::from_fn(|c| placed(c, x[c])) };
+        // Where all faces are triangles, their counts of corners are left out.
+        let all_triangles = vec![3; mesh.indices.len() / 3];
+        let counts = if mesh.face_arities.is_empty() { &all_triangles } else { &mesh.face_arities };
+        let mut rest = mesh.indices.as_slice();
+        for count in counts {
+            let (face, after) = rest.split_at((*count as usize).min(rest.len()));
+            rest = after;
+            let corners: Vec<[f64; 3]> = face.iter().map(corner).collect();
+            let line = lines.next().unwrap_or_default();
+            let cut =
+                triangulation::triangulate(&corners).map_err(|problem| format!("line {line}: {problem}"))?;
+            triangles.extend(cut.into_iter().map(|t| t.map(|k| in_case(corners[k]))));
+        }
+    }
+    if triangles.is_empty() {
+        return Err("holds no faces".to_owned());
+    }
+    FacettedSurface::from_triangles(&triangles).map_err(|error| error.problem)
+}
+
+/// A text in which a line that goes on in the next ones, by a backslash at its end, stands in its first line.
+fn join_continued_lines(text: &str) -> String {
+    let (mut whole, mut owed) = (String::with_capacity(text.len()), 0);
+    for line in text.lines() {
+        if let Some(begun) = line.strip_suffix('\\') {
+            whole.extend([begun, " "]);
+            owed += 1;
+        } else {
+            whole.extend([line, "\n"]);
+            // Blank lines keep the numbers of those that come after.
+            whole.extend(std::iter::repeat_n('\n', std::mem::take(&mut owed)));
+        }
+    }
+    whole
+}
+
+/// Refuses vertices with a weight: those of rational curves and surfaces, which meshes do not have.
+fn check_weights(text: &str) -> Result<(), String> {
+    for (number, line) in text.lines().enumerate() {
+        let mut words = line.split_whitespace();
+        if words.next() != Some("v") {
+            continue;
+        }
+        let numbers: Vec<&str> = words.take(5).collect();
+        if let [_, _, _, weight] = numbers[..]
+            && weight.parse() != Ok(1.0)
+        {
+            return Err(format!(
+                "line {}: the vertex has the fourth number {weight}, a weight: write x, y and z alone",
+                number + 1
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Numbers of the lines with a face of three corners or more, from 1.
+fn face_lines(text: &str) -> impl Iterator<Item = usize> {
+    let is_face = |line: &str| {
+        let mut words = line.split_whitespace();
+        words.next() == Some("f") && words.nth(2).is_some()
+    };
+    text.lines().enumerate().filter(move |(_, line)| is_face(line)).map(|(number, _)| number + 1)
+}

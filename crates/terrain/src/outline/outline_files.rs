@@ -1,0 +1,293 @@
+//! Outlines in plan.
+
+use std::path::{Path, PathBuf};
+
+use colluvium_points::{Outline, OutlineFeature, Polygon, Ring};
+use geojson::{GeoJson, GeometryValue, Position};
+use shapefile::dbase::{self, FieldValue};
+use shapefile::{PolygonRing, Shape};
+
+use crate::reference_system;
+use crate::reference_system::prj_file;
+use crate::{FileError, error_in_file, extension, read_text, unknown_format};
+
+/// Reads the polygons of a GeoJSON file (`.geojson`, `.json`) or of a shapefile (`.shp`) as one outline: what lies in any of them, and
+/// in none of its own holes. Features without geometry, and those whose row of the table beside a shapefile is deleted, do not count.
+/// Coordinates are metres in the frame of the case; degrees, which GeoJSON has by its standard, are refused,
+/// and so are units other than metres that a `.prj` beside a shapefile names.
+///
+/// # Errors
+/// When the file cannot be read, holds no polygon, a feature of another kind, or a ring that crosses itself; when it lies in degrees.
+pub fn read_outlines(file: &Path) -> Result<Outline, FileError> {
+    let polygons = features(file, None)?.into_iter().flat_map(|feature| feature.polygons).collect();
+    outline(file, polygons)
+}
+
+/// Reads the polygons of a file as [`read_outlines`] does, each feature by itself, with the number that it has under `attribute` as its
+/// thickness: a property of GeoJSON, a field of the `.dbf` beside a shapefile. Where no name is the same, the only one that differs in
+/// capitals alone counts. Features without polygons are passed over.
+///
+/// # Errors
+/// As [`read_outlines`]; when a feature has no such number.
+pub fn read_features(file: &Path, attribute: &str) -> Result<Vec<OutlineFeature>, FileError> {
+    let features = features(file, Some(attribute))?.into_iter().enumerate();
+    let mut found = Vec::new();
+    for (number, feature) in features.filter(|(_, feature)| !feature.polygons.is_empty()) {
+        let number = number + 1;
+        let thickness = feature.number.map_err(|why| {
+            error_in_file(file)(format!("feature {number} has no number under {attribute:?}: {why}"))
+        })?;
+        found.push(OutlineFeature { number, outline: outline(file, feature.polygons)?, thickness });
+    }
+    Ok(found)
+}
+
+/// A feature of a file, and the number that it has under the name that is asked for, or why it has none.
+struct FeaturePolygons {
+    polygons: Vec<Polygon>,
+    number: Result<f64, String>,
+}
+
+/// The reason for which a feature with these names has no number.
+fn missing_attribute<'n>(names: impl Iterator<Item = &'n String>) -> String {
+    let mut names: Vec<&str> = names.map(String::as_str).take(20).collect();
+    names.sort_unstable();
+    if names.is_empty() {
+        "it has no attributes".to_owned()
+    } else {
+        format!("its attributes are {}", names.join(", "))
+    }
+}
+
+fn features(file: &Path, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>, FileError> {
+    match extension(file).as_str() {
+        "geojson" | "json" => geojson_features(&read_text(file)?, attribute).map_err(error_in_file(file)),
+        "shp" => prj_file::check_metres(file)
+            .and_then(|()| shapefile_features(file, attribute))
+            .map_err(error_in_file(file)),
+        _ => Err(unknown_format(file, ".geojson, .json or .shp")),
+    }
+}
+
+fn outline(file: &Path, polygons: Vec<Polygon>) -> Result<Outline, FileError> {
+    let outline = Outline::new(polygons).map_err(error_in_file(file))?;
+    let (low, high) = outline.bounds();
+    // No terrain of a case is this small in metres and lies there; degrees do.
+    let like_degrees =
+        extension(file) != "shp" && (0..2).all(|c| low[c].abs() <= 180.0 && high[c] - low[c] < 0.5);
+    if like_degrees {
+        let problem = format!(
+            "seems to lie in degrees ({low:?} to {high:?}): project it to metres, for example to UTM"
+        );
+        return Err(error_in_file(file)(problem));
+    }
+    Ok(outline)
+}
+
+/// The value under a name, or under the only name that differs from it in capitals alone.
+fn find_attribute<'a, T>(all: impl Iterator<Item = (&'a String, T)> + Clone, name: &str) -> Option<T> {
+    let exact = all.clone().find(|(own, _)| *own == name);
+    let mut alike = all.filter(|(own, _)| own.to_lowercase() == name.to_lowercase());
+    let only = alike.next().filter(|_| alike.next().is_none());
+    exact.or(only).map(|(_, value)| value)
+}
+
+/// Fault of a feature of another kind.
+fn not_a_polygon(kind: &str) -> String {
+    format!("is a {kind}, and only polygons are taken: take it out of the file, or draw it as a polygon")
+}
+
+fn geojson_features(text: &str, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>, String> {
+    let parsed: GeoJson = text.parse().map_err(|error| format!("is not GeoJSON: {error}"))?;
+    reference_system::geojson_system(&parsed)?.map_or(Ok(()), |system| system.check())?;
+    let feature =
+        |(index, geometry, properties): (usize, Option<geojson::Geometry>, Option<geojson::JsonObject>)| {
+            let mut polygons = Vec::new();
+            let added = geometry.iter().try_for_each(|geometry| add(&geometry.value, &mut polygons));
+            added.map_err(|problem| format!("feature {}: {problem}", index + 1))?;
+            let number = attribute.map_or(Err(String::new()), |name| {
+                let properties = properties.unwrap_or_default();
+                let value = find_attribute(properties.iter(), name)
+                    .ok_or_else(|| missing_attribute(properties.keys()))?;
+                value.as_f64().ok_or_else(|| format!("it is {value}"))
+            });
+            Ok(FeaturePolygons { polygons, number })
+        };
+    match parsed {
+        GeoJson::Geometry(geometry) => Ok(vec![feature((0, Some(geometry), None))?]),
+        GeoJson::Feature(one) => Ok(vec![feature((0, one.geometry, one.properties))?]),
+        GeoJson::FeatureCollection(all) => {
+            let each = all.features.into_iter().enumerate();
+            each.map(|(index, one)| feature((index, one.geometry, one.properties))).collect()
+        }
+    }
+}
+
+fn add(geometry: &GeometryValue, polygons: &mut Vec<Polygon>) -> Result<(), String> {
+    let place = |position: &Position| match position.as_slice() {
+        [x, y, ..] => Ok([*x, *y]),
+        short => Err(format!("a position has {} coordinates", short.len())),
+    };
+    let ring = |ring: &Vec<Position>| -> Result<Ring, String> { ring.iter().map(place).collect() };
+    let mut take = |polygon: &Vec<Vec<Position>>| {
+        polygons.push(polygon.iter().map(ring).collect::<Result<_, _>>()?);
+        Ok(())
+    };
+    match geometry {
+        GeometryValue::Polygon { coordinates } => take(coordinates),
+        GeometryValue::MultiPolygon { coordinates } => coordinates.iter().try_for_each(take),
+        GeometryValue::GeometryCollection { geometries } => {
+            geometries.iter().try_for_each(|inner| add(&inner.value, polygons))
+        }
+        other => Err(not_a_polygon(other.type_name())),
+    }
+}
+
+fn shapefile_features(file: &Path, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>, String> {
+    let wrong = |error: shapefile::Error| format!("is not a shapefile that can be read: {error}");
+    let shapes = shapefile::read_shapes(file).map_err(wrong)?;
+    let table = attribute_table(file);
+    let is_deleted =
+        table.as_ref().map_or_else(|| Ok(vec![false; shapes.len()]), |table| deleted_rows(table))?;
+    if is_deleted.len() != shapes.len() {
+        return Err(format!(
+            "its shapes are {}, and the rows of the .dbf beside it {}: they do not belong together; write the shapefile anew",
+            shapes.len(),
+            is_deleted.len()
+        ));
+    }
+    let records = attribute.map_or_else(|| Ok(Vec::new()), |_| attribute_rows(table.as_deref()))?;
+    let mut records = records.iter();
+    let feature = |((index, shape), is_deleted): ((usize, Shape), bool)| {
+        if is_deleted {
+            return Ok(FeaturePolygons {
+                polygons: Vec::new(),
+                number: Err("its row is deleted".to_owned()),
+            });
+        }
+        // Rows that are deleted are not among the records.
+        let record = records.next();
+        let number = attribute.map_or(Err(String::new()), |name| {
+            let record = record.ok_or("the .dbf beside it has fewer rows")?;
+            let fields = record.as_ref();
+            let value =
+                find_attribute(fields.iter(), name).ok_or_else(|| missing_attribute(fields.keys()))?;
+            number(value).ok_or_else(|| format!("it is {value}"))
+        });
+        let polygons = polygons(&shape).map_err(|problem| format!("feature {}: {problem}", index + 1))?;
+        Ok(FeaturePolygons { polygons, number })
+    };
+    shapes.into_iter().enumerate().zip(is_deleted).map(feature).collect()
+}
+
+/// The table of attributes beside a shapefile, where there is one.
+fn attribute_table(file: &Path) -> Option<PathBuf> {
+    ["dbf", "DBF"].map(|ending| file.with_extension(ending)).into_iter().find(|path| path.is_file())
+}
+
+/// Rows of a table of attributes, without those that are deleted.
+fn attribute_rows(table: Option<&Path>) -> Result<Vec<dbase::Record>, String> {
+    let table = table.ok_or("has no .dbf beside it, which holds its attributes")?;
+    dbase::read(table).map_err(|error| format!("the .dbf beside it cannot be read: {error}"))
+}
+
+/// Whether each row of a table of attributes is marked as deleted (dBASE III: the first byte of a row).
+fn deleted_rows(table: &Path) -> Result<Vec<bool>, String> {
+    let bytes =
+        std::fs::read(table).map_err(|error| format!("the .dbf beside it cannot be read: {error}"))?;
+    let cut = || "the .dbf beside it is cut short".to_owned();
+    let short = |at: usize| {
+        let two: [u8; 2] = bytes.get(at..at + 2)?.try_into().ok()?;
+        Some(usize::from(u16::from_le_bytes(two)))
+    };
+    let count: [u8; 4] = bytes.get(4..8).and_then(|four| four.try_into().ok()).ok_or_else(cut)?;
+    let (head, row) = short(8).zip(short(10)).ok_or_else(cut)?;
+    let mark = |number: usize| bytes.get(head + number * row).map(|mark| *mark == b'*').ok_or_else(cut);
+    (0..u32::from_le_bytes(count) as usize).map(mark).collect()
+}
+
+fn number(value: &FieldValue) -> Option<f64> {
+    match value {
+        FieldValue::Numeric(value) => *value,
+        FieldValue::Float(value) => value.map(f64::from),
+        FieldValue::Integer(value) => Some(f64::from(*value)),
+        FieldValue::Double(value) | FieldValue::Currency(value) => Some(*value),
+        _ => None,
+    }
+}
+
+/// Polygons of a record; none where it has no geometry.
+fn polygons(shape: &Shape) -> Result<Vec<Polygon>, String> {
+    let found = match shape {
+        Shape::NullShape => Some(Vec::new()),
+        Shape::Polygon(polygon) => group_rings(polygon.rings(), |p| [p.x, p.y]),
+        Shape::PolygonZ(polygon) => group_rings(polygon.rings(), |p| [p.x, p.y]),
+        Shape::PolygonM(polygon) => group_rings(polygon.rings(), |p| [p.x, p.y]),
+        other => return Err(not_a_polygon(&other.shapetype().to_string())),
+    };
+    found.ok_or_else(|| {
+        "a ring within another runs the same way round, so that it is no hole: repair the geometry (in QGIS with “Fix geometries”)"
+            .to_owned()
+    })
+}
+
+/// The polygons of a record, whose rings stand in any order: those that run with the clock are outer ones, and the others are holes of
+/// the smallest outer one around them. A hole that lies in none is a polygon drawn the wrong way round. `None` where an outer ring lies
+/// within another and in no hole of it.
+fn group_rings<P>(rings: &[PolygonRing<P>], place: impl Fn(&P) -> [f64; 2]) -> Option<Vec<Polygon>> {
+    let corners = |ring: &PolygonRing<P>| -> Ring { ring.points().iter().map(&place).collect() };
+    let is_outer = |ring: &&PolygonRing<P>| matches!(ring, PolygonRing::Outer(_));
+    let (outer, inner): (Vec<_>, Vec<_>) = rings.iter().partition(is_outer);
+    let mut polygons: Vec<Polygon> = outer.into_iter().map(|ring| vec![corners(ring)]).collect();
+    let whole: Vec<Option<(Outline, f64)>> = polygons
+        .iter()
+        .map(|polygon| {
+            let outline = Outline::new(vec![polygon.clone()]).ok()?;
+            let area = outline.area();
+            Some((outline, area))
+        })
+        .collect();
+    for hole in inner.into_iter().map(corners) {
+        let around = |outline: &Outline| hole.iter().all(|corner| outline.contains(*corner));
+        let found = whole.iter().enumerate().filter_map(|(number, outer)| {
+            outer.as_ref().filter(|(outline, _)| around(outline)).map(|(_, area)| (number, *area))
+        });
+        match found.min_by(|(_, a), (_, b)| a.total_cmp(b)) {
+            Some((number, _)) => polygons[number].push(hole),
+            None => polygons.push(vec![hole]),
+        }
+    }
+    let within = |ring: &Ring, around: &Ring| {
+        Outline::new(vec![vec![around.clone()]])
+            .is_ok_and(|outline| ring.iter().all(|corner| outline.contains(*corner)))
+    };
+    let is_doubtful = polygons.iter().enumerate().any(|(number, inner)| {
+        polygons.iter().enumerate().any(|(other, outer)| {
+            number != other
+                && within(&inner[0], &outer[0])
+                && !within(&outer[0], &inner[0])
+                && !outer[1..].iter().any(|hole| within(&inner[0], hole))
+        })
+    });
+    (!is_doubtful).then_some(polygons)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ring_within_another_is_a_hole_an_island_or_in_doubt() {
+        let square = |size: f64| {
+            let at = |x: f64, y: f64| shapefile::Point::new(size * x, size * y);
+            vec![at(-1.0, -1.0), at(-1.0, 1.0), at(1.0, 1.0), at(1.0, -1.0), at(-1.0, -1.0)]
+        };
+        let (outer, hole) =
+            (|size| PolygonRing::Outer(square(size)), |size| PolygonRing::Inner(square(size)));
+        let found = |rings: &[PolygonRing<shapefile::Point>]| group_rings(rings, |p| [p.x, p.y]);
+        let area = |polygons: Vec<Polygon>| Outline::new(polygons).unwrap().area();
+        assert!((area(found(&[outer(4.0), hole(3.0)]).unwrap()) - 28.0).abs() < 1e-9);
+        assert!((area(found(&[outer(4.0), hole(3.0), outer(1.0)]).unwrap()) - 32.0).abs() < 1e-9);
+        assert_eq!(found(&[outer(4.0), outer(3.0)]), None);
+    }
+}

@@ -1,0 +1,93 @@
+//! Masks of validity in a TIFF, and what its reader does not decode: masks and palettes.
+
+use std::io::Cursor;
+
+use tiff::ColorType;
+use tiff::decoder::{Decoder, DecodingResult};
+use tiff::tags::{ByteOrder, Tag};
+
+use crate::raster::geotiff::{TiffDecoder, tiff_error};
+
+/// Number of the tag for what a value means, and two meanings.
+const PHOTOMETRIC: u16 = 262;
+const BLACK_IS_ZERO: u8 = 1;
+pub(super) const PALETTE: u32 = 3;
+/// Bit of `NewSubfileType` that a mask has, and that of a smaller copy of an image.
+const IS_MASK: u32 = 4;
+const IS_REDUCED: u32 = 1;
+
+/// The bytes of a TIFF whose current image counts as plain numbers, whatever its colours mean.
+pub(super) fn without_palette(bytes: &[u8], decoder: &mut TiffDecoder<'_>) -> Option<Vec<u8>> {
+    let at = usize::try_from(decoder.ifd_pointer()?.0).ok()?;
+    let is_little = decoder.byte_order() == ByteOrder::LittleEndian;
+    let short = |at: usize| {
+        let two: [u8; 2] = bytes.get(at..at + 2)?.try_into().ok()?;
+        Some(if is_little { u16::from_le_bytes(two) } else { u16::from_be_bytes(two) })
+    };
+    let is_big = short(2)? == 43;
+    // The count of entries has two bytes or eight, an entry twelve or twenty, its value stands four or eight before its end.
+    let (first, entry, value) = if is_big { (8, 20, 12) } else { (2, 12, 8) };
+    let count = usize::from(short(if is_big && !is_little { at + 6 } else { at })?);
+    let found = (0..count).map(|k| at + first + k * entry).find(|at| short(*at) == Some(PHOTOMETRIC))?;
+    let mut changed = bytes.to_vec();
+    let place = changed.get_mut(found + value..found + value + 2)?;
+    place.copy_from_slice(&if is_little { [BLACK_IS_ZERO, 0] } else { [0, BLACK_IS_ZERO] });
+    Some(changed)
+}
+
+/// Whether each pixel is valid by the mask in the file, from north to south; `None` without one.
+pub(super) fn embedded_mask(bytes: &[u8], size: (u32, u32)) -> Result<Option<Vec<bool>>, String> {
+    let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(tiff_error)?;
+    let mut number = 0;
+    while decoder.more_images() {
+        decoder.next_image().map_err(tiff_error)?;
+        number += 1;
+        let kind: u32 = decoder.find_tag_unsigned(Tag::NewSubfileType).ok().flatten().unwrap_or(0);
+        if kind & IS_MASK != 0 && kind & IS_REDUCED == 0 && decoder.dimensions().ok() == Some(size) {
+            return decode_mask(bytes, &mut decoder, number, size).map(Some);
+        }
+    }
+    Ok(None)
+}
+
+/// Whether each pixel is valid by a file that is a mask as a whole.
+pub(super) fn mask_file(bytes: &[u8], size: (u32, u32)) -> Result<Vec<bool>, String> {
+    let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(tiff_error)?;
+    let found = decoder.dimensions().map_err(tiff_error)?;
+    if found != size {
+        return Err(format!(
+            "has {} columns and {} rows, the raster {} and {}",
+            found.0, found.1, size.0, size.1
+        ));
+    }
+    decode_mask(bytes, &mut decoder, 0, size)
+}
+
+fn decode_mask(
+    bytes: &[u8],
+    decoder: &mut TiffDecoder<'_>,
+    number: usize,
+    size: (u32, u32),
+) -> Result<Vec<bool>, String> {
+    let changed = without_palette(bytes, decoder);
+    let mut decoder = Decoder::new(Cursor::new(changed.as_deref().unwrap_or(bytes))).map_err(tiff_error)?;
+    decoder.seek_to_image(number).map_err(tiff_error)?;
+    let (columns, rows) = (size.0 as usize, size.1 as usize);
+    let kind = decoder.colortype().map_err(tiff_error)?;
+    let DecodingResult::U8(values) = decoder.read_image().map_err(tiff_error)? else {
+        return Err("has a mask that is not of bits or bytes".to_owned());
+    };
+    match kind {
+        ColorType::Gray(8) if values.len() == columns * rows => {
+            Ok(values.iter().map(|value| *value != 0).collect())
+        }
+        ColorType::Gray(1) if values.len() == columns.div_ceil(8) * rows => {
+            let bit = |k: usize| {
+                let (row, column) = (k / columns, k % columns);
+                values[row * columns.div_ceil(8) + column / 8] >> (7 - column % 8) & 1 == 1
+            };
+            Ok((0..columns * rows).map(bit).collect())
+        }
+        _ => Err("has a mask that is not of bits or bytes".to_owned()),
+    }
+}

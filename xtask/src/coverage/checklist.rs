@@ -1,0 +1,236 @@
+//! Rows of the checklists, and what is known of them.
+
+use std::path::Path;
+
+use colluvium::case::output::OutputError;
+
+use crate::benchmarks::all;
+
+/// Sheets whose checklists are numbered tables, in the order of the page.
+const SHEETS: [&str; 6] = ["depth-sph", "dem", "snow-mpm", "mpm", "sph", "constitutive"];
+
+/// How a row stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChecklistState {
+    /// Not implemented.
+    Missing,
+    /// Implemented in part, or shown by nothing.
+    Partial,
+    /// Nobody has looked.
+    NotChecked,
+    /// Implemented, with a test or a benchmark that shows it.
+    Done,
+    /// Theory that holds nothing to compute, or that its sheet leaves out.
+    Background,
+}
+
+impl ChecklistState {
+    /// Each, in the order of the page.
+    pub const ALL: [Self; 5] = [Self::Missing, Self::Partial, Self::NotChecked, Self::Done, Self::Background];
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Missing => "missing",
+            Self::Partial => "in part",
+            Self::NotChecked => "not checked",
+            Self::Done => "done",
+            Self::Background => "background",
+        }
+    }
+}
+
+/// A row of a checklist.
+#[derive(Clone, Debug)]
+pub struct ChecklistRow {
+    /// Its number or label.
+    pub id: String,
+    /// What it asks for.
+    pub text: String,
+    /// How it stands.
+    pub state: ChecklistState,
+    /// Files that implement it.
+    pub files: Vec<String>,
+    /// Tests, as `file::name`.
+    pub tests: Vec<String>,
+    /// Names of benchmarks.
+    pub benchmarks: Vec<String>,
+    /// What is missing, or where else it is.
+    pub note: String,
+}
+
+/// A sheet with its rows.
+#[derive(Clone, Debug)]
+pub struct ChecklistSheet {
+    /// Its name.
+    pub name: &'static str,
+    /// Its rows, in their order.
+    pub rows: Vec<ChecklistRow>,
+    /// What of the data belongs to no row, or cannot be read.
+    unassigned: Vec<String>,
+}
+
+/// All sheets, with what is known of their rows.
+pub fn load_sheets() -> Result<Vec<ChecklistSheet>, String> {
+    SHEETS.iter().map(|name| sheet(name)).collect()
+}
+
+fn sheet(name: &'static str) -> Result<ChecklistSheet, String> {
+    let read = |file: &Path| {
+        std::fs::read_to_string(file).map_err(|error| OutputError::new(file, error).to_string())
+    };
+    let folder = crate::root().join("docs/sheets");
+    let mut sheet = ChecklistSheet {
+        name,
+        rows: checklist(&read(&folder.join(format!("{name}.md")))?),
+        unassigned: Vec::new(),
+    };
+    let data = folder.join("coverage").join(format!("{name}.csv"));
+    if data.exists() {
+        sheet.know(&read(&data)?);
+    }
+    Ok(sheet)
+}
+
+/// The rows of the table below the heading “Feature checklist”.
+fn checklist(text: &str) -> Vec<ChecklistRow> {
+    let table = text.split_once("## 4. Feature checklist").map_or("", |(_, after)| after);
+    let table = table.split("\n## ").next().unwrap_or_default();
+    let row = |line: &str| {
+        let mut cells = line.trim().strip_prefix('|')?.split('|').map(str::trim);
+        let (id, text) = (cells.next()?, cells.next()?);
+        let numbered = id.trim_start_matches(|c: char| c.is_ascii_uppercase());
+        let named = numbered.starts_with(|c: char| c.is_ascii_digit()) && !text.is_empty();
+        named.then(|| ChecklistRow {
+            id: id.to_owned(),
+            text: text.to_owned(),
+            state: ChecklistState::NotChecked,
+            files: Vec::new(),
+            tests: Vec::new(),
+            benchmarks: Vec::new(),
+            note: String::new(),
+        })
+    };
+    table.lines().filter_map(row).collect()
+}
+
+impl ChecklistSheet {
+    /// Takes in lines `row;state;files;tests;benchmarks;note`, names separated by spaces.
+    fn know(&mut self, data: &str) {
+        for (number, line) in data.lines().enumerate() {
+            if line.starts_with('#') || line.trim().is_empty() || number == 0 {
+                continue;
+            }
+            let cells: Vec<&str> = line.splitn(6, ';').map(str::trim).collect();
+            let state = cells
+                .get(1)
+                .and_then(|name| ChecklistState::ALL.into_iter().find(|state| state.name() == *name));
+            let row = self.rows.iter_mut().find(|row| Some(&row.id.as_str()) == cells.first());
+            let (Some(row), Some(state), 6) = (row, state, cells.len()) else {
+                self.unassigned.push(format!("{}, line {}: {line}", self.file(), number + 1));
+                continue;
+            };
+            let names = |k: usize| cells[k].split_whitespace().map(str::to_owned).collect();
+            (row.state, row.files, row.tests, row.benchmarks) = (state, names(2), names(3), names(4));
+            row.note = cells[5].to_owned();
+        }
+    }
+
+    /// The file of what is known.
+    pub fn file(&self) -> String {
+        format!("docs/sheets/coverage/{}.csv", self.name)
+    }
+
+    /// How many rows are in a state.
+    pub fn count(&self, state: ChecklistState) -> usize {
+        self.rows.iter().filter(|row| row.state == state).count()
+    }
+
+    /// What is wrong: names that are not there, and states without what they need.
+    pub fn wrong(&self) -> Vec<String> {
+        let of = |row: &ChecklistRow| {
+            let said = |what: String| format!("{}, row {}: {what}", self.file(), row.id);
+            row.wrong().into_iter().map(said).collect::<Vec<_>>()
+        };
+        self.unassigned
+            .iter()
+            .map(|line| format!("{line}: no row and state"))
+            .chain(self.rows.iter().flat_map(of))
+            .collect()
+    }
+}
+
+impl ChecklistRow {
+    fn wrong(&self) -> Vec<String> {
+        let mut wrong = Vec::new();
+        let there = |file: &str| crate::root().join(file).is_file();
+        wrong.extend(
+            self.files.iter().filter(|file| !there(file)).map(|file| format!("there is no file {file}")),
+        );
+        for test in &self.tests {
+            let (file, name) = test.split_once("::").unwrap_or((test, ""));
+            let text = std::fs::read_to_string(crate::root().join(file)).unwrap_or_default();
+            if name.is_empty() || !text.contains(&format!("fn {name}(")) {
+                wrong.push(format!("there is no test {test}"));
+            }
+        }
+        let known = |id: &String| all().any(|benchmark| benchmark.id == id);
+        wrong.extend(
+            self.benchmarks.iter().filter(|id| !known(id)).map(|id| format!("there is no benchmark {id}")),
+        );
+        let shown = !self.tests.is_empty() || !self.benchmarks.is_empty();
+        if self.state == ChecklistState::Done && (self.files.is_empty() || !shown) {
+            wrong.push("done, and names no file, or no test or benchmark".to_owned());
+        }
+        if matches!(self.state, ChecklistState::Missing | ChecklistState::Partial) && self.note.is_empty() {
+            wrong.push(format!("{}, and does not say what is missing", self.state.name()));
+        }
+        wrong
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "## 4. Feature checklist\n\n| # | feature | source |\n|---|---|---|\n| 1 | drag | (2) |\n\
+                        | F2 | shear | (3) |\n\n## 5. Benchmarks\n| 3 | no row | |\n";
+
+    fn known(data: &str) -> ChecklistSheet {
+        let mut sheet = ChecklistSheet { name: "dem", rows: checklist(TEXT), unassigned: Vec::new() };
+        sheet.know(&format!("row;state;files;tests;benchmarks;note\n{data}"));
+        sheet
+    }
+
+    #[test]
+    fn rows_are_those_of_the_checklist_and_unknown_ones_are_not_checked() {
+        let sheet = known("");
+        let rows: Vec<(&str, &str)> =
+            sheet.rows.iter().map(|row| (row.id.as_str(), row.text.as_str())).collect();
+        assert_eq!(rows, [("1", "drag"), ("F2", "shear")]);
+        assert_eq!((sheet.count(ChecklistState::NotChecked), sheet.wrong()), (2, vec![]));
+        let counts =
+            load_sheets().unwrap().iter().map(|sheet| (sheet.name, sheet.rows.len())).collect::<Vec<_>>();
+        assert_eq!(counts[..3], [("depth-sph", 64), ("dem", 52), ("snow-mpm", 56)]);
+        assert!(counts.iter().all(|(_, rows)| *rows > 20), "{counts:?}");
+    }
+
+    #[test]
+    fn names_that_are_not_there_are_told() {
+        let file = "xtask/src/coverage/checklist.rs";
+        let test = format!("{file}::names_that_are_not_there_are_told");
+        assert!(known(&format!("1;done;{file};{test};dem/gas;")).wrong().is_empty());
+        for (data, words) in [
+            ("1;done;crates/none.rs;;dem/gas;".to_owned(), "no file crates/none.rs"),
+            (format!("1;done;{file};{file}::no_such_test;;"), "no test"),
+            (format!("1;done;{file};;dem/none;"), "no benchmark dem/none"),
+            (format!("1;done;{file};;;"), "names no file, or no test"),
+            (format!("F2;in part;{file};;;"), "does not say what is missing"),
+            ("9;done;;;;".to_owned(), "no row and state"),
+            ("1;well;;;;".to_owned(), "no row and state"),
+        ] {
+            let wrong = known(&data).wrong().join("\n");
+            assert!(wrong.contains(words), "{data}: {wrong}");
+        }
+    }
+}

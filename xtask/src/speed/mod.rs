@@ -1,0 +1,7 @@
+//! `cargo xtask bench`: point updates per second of methods and laws, against textbook kernels in the same program.
+
+pub(crate) mod case;
+pub(crate) mod laws;
+pub(crate) mod mpm;
+pub(crate) mod sph;
+pub(crate) mod textbook_mpm;

@@ -1,0 +1,163 @@
+//! How often each rule is known to be broken in each part of the tree: a number that may only fall.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use crate::tidy::RuleViolation;
+
+/// Known findings by rule and part of the tree.
+pub struct Baseline {
+    known: ViolationCounts,
+}
+
+type ViolationCounts = BTreeMap<String, BTreeMap<String, usize>>;
+
+/// How the findings stand with the ratchet.
+pub struct BaselineComparison {
+    /// Rule, part, known count and count found, where more are found than are known.
+    worse: Vec<(String, String, usize, usize)>,
+    /// The same where fewer are found.
+    better: Vec<(String, String, usize, usize)>,
+    known: usize,
+}
+
+fn count(findings: &[RuleViolation]) -> ViolationCounts {
+    let mut counts = ViolationCounts::new();
+    for finding in findings {
+        *counts.entry(finding.rule.to_owned()).or_default().entry(finding.part()).or_default() += 1;
+    }
+    counts
+}
+
+fn number(counts: &ViolationCounts, rule: &str, part: &str) -> usize {
+    counts.get(rule).and_then(|parts| parts.get(part)).copied().unwrap_or(0)
+}
+
+impl Baseline {
+    /// Reads the ratchet; a file that is not there knows of nothing.
+    ///
+    /// # Errors
+    ///
+    /// A file that is no ratchet.
+    pub fn read(path: &Path) -> Result<Self, String> {
+        let Ok(text) = fs::read_to_string(path) else { return Ok(Self { known: ViolationCounts::new() }) };
+        let known = serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
+        Ok(Self { known })
+    }
+
+    /// Writes the ratchet.
+    ///
+    /// # Errors
+    ///
+    /// What the file system says.
+    pub fn write(&self, path: &Path) -> Result<(), String> {
+        let text = serde_json::to_string_pretty(&self.known).map_err(|error| error.to_string())?;
+        fs::write(path, text + "\n").map_err(|error| format!("{}: {error}", path.display()))
+    }
+
+    /// Compares what was found with what is known.
+    pub fn compare(&self, findings: &[RuleViolation]) -> BaselineComparison {
+        let found = count(findings);
+        let mut verdict = BaselineComparison { worse: Vec::new(), better: Vec::new(), known: 0 };
+        for counts in [&found, &self.known] {
+            for (rule, parts) in counts {
+                for part in parts.keys() {
+                    let row = (
+                        rule.clone(),
+                        part.clone(),
+                        number(&self.known, rule, part),
+                        number(&found, rule, part),
+                    );
+                    if row.3 > row.2 && !verdict.worse.contains(&row) {
+                        verdict.worse.push(row);
+                    } else if row.3 < row.2 && !verdict.better.contains(&row) {
+                        verdict.better.push(row);
+                    }
+                }
+            }
+        }
+        verdict.known = findings.iter().filter(|finding| !verdict.is_new(finding)).count();
+        verdict
+    }
+
+    /// Takes over the counts that have fallen. What has risen stays as it was known.
+    pub fn lower(&mut self, findings: &[RuleViolation]) {
+        let found = count(findings);
+        for (rule, parts) in &mut self.known {
+            for (part, known) in &mut *parts {
+                *known = (*known).min(number(&found, rule, part));
+            }
+            parts.retain(|_, known| *known > 0);
+        }
+        self.known.retain(|_, parts| !parts.is_empty());
+    }
+}
+
+impl BaselineComparison {
+    /// Whether `finding` is of a rule and part with more findings than are known.
+    pub fn is_new(&self, finding: &RuleViolation) -> bool {
+        let part = finding.part();
+        self.worse.iter().any(|(rule, of, ..)| *rule == finding.rule && *of == part)
+    }
+
+    /// Whether nothing is worse than known.
+    pub fn passes(&self) -> bool {
+        self.worse.is_empty()
+    }
+
+    /// Says how the counts stand.
+    pub fn print(&self) {
+        for (rule, part, known, found) in &self.worse {
+            println!("{part}: {found} × {rule}, where {known} are known: mend those above that are new");
+        }
+        for (rule, part, known, found) in &self.better {
+            println!("{part}: {found} × {rule}, where {known} were known");
+        }
+        if !self.better.is_empty() {
+            println!("write the lower counts down: cargo xtask tidy --lower");
+        }
+        let end = if self.passes() { "tidy" } else { "not tidy" };
+        println!("{end}; {} known findings (cargo xtask tidy --all)", self.known);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn finding(rule: &'static str, file: &str) -> RuleViolation {
+        RuleViolation::new(rule, file, 1, String::new())
+    }
+
+    fn ratchet(rule: &str, part: &str, known: usize) -> Baseline {
+        Baseline {
+            known: ViolationCounts::from([(rule.to_owned(), BTreeMap::from([(part.to_owned(), known)]))]),
+        }
+    }
+
+    #[test]
+    fn more_findings_than_are_known_fail_and_fewer_pass() {
+        let two = [finding("long", "crates/a/src/x.rs"), finding("long", "crates/a/src/y.rs")];
+        assert!(!ratchet("long", "crates/a", 1).compare(&two).passes());
+        assert!(ratchet("long", "crates/a", 2).compare(&two).passes());
+        assert!(ratchet("long", "crates/a", 3).compare(&two).passes());
+        assert!(
+            !ratchet("long", "crates/b", 3).compare(&two).passes(),
+            "another crate's findings are not known"
+        );
+    }
+
+    #[test]
+    fn a_ratchet_falls_and_never_rises() {
+        let two = [finding("long", "crates/a/src/x.rs"), finding("long", "crates/a/src/y.rs")];
+        let mut loose = ratchet("long", "crates/a", 5);
+        loose.lower(&two);
+        assert_eq!(number(&loose.known, "long", "crates/a"), 2);
+        let mut tight = ratchet("long", "crates/a", 1);
+        tight.lower(&two);
+        assert_eq!(number(&tight.known, "long", "crates/a"), 1);
+        tight.lower(&[]);
+        assert!(tight.known.is_empty());
+    }
+}

@@ -1,0 +1,259 @@
+//! Circles between the modules of a crate: modules at its root that need each other, directly or by way of others.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use syn::visit::Visit;
+
+use crate::tidy::RuleViolation;
+use crate::tidy::source_tree::{SourceFile, SourceTree};
+
+/// Which module at the root names which others.
+type ModuleGraph = BTreeMap<String, BTreeSet<String>>;
+
+/// Modules that are part of a circle.
+///
+/// # Errors
+///
+/// A source that is no Rust.
+pub fn module_cycles(tree: &SourceTree) -> Result<Vec<RuleViolation>, String> {
+    let mut crates: BTreeMap<&str, Vec<&SourceFile>> = BTreeMap::new();
+    for file in tree.sources() {
+        if let Some((krate, _)) = file.path.split_once("/src/") {
+            crates.entry(krate).or_default().push(file);
+        }
+    }
+    let mut findings = Vec::new();
+    for (krate, files) in crates {
+        let graph = graph(krate, &files)?;
+        for module in graph.keys() {
+            let circle = cycle(&graph, module);
+            if circle.len() > 1 {
+                let others: Vec<_> = circle.into_iter().filter(|other| other != module).collect();
+                let message = format!("module {module} is in a circle with {}", others.join(", "));
+                findings.push(RuleViolation::new(
+                    "module in a circle",
+                    &file_of(krate, module, &files),
+                    0,
+                    message,
+                ));
+            }
+        }
+    }
+    Ok(findings)
+}
+
+fn file_of(krate: &str, module: &str, files: &[&SourceFile]) -> String {
+    let folder = format!("{krate}/src/{module}/mod.rs");
+    if files.iter().any(|file| file.path == folder) { folder } else { format!("{krate}/src/{module}.rs") }
+}
+
+/// The modules that `module` needs and that need it, itself among them.
+fn cycle(graph: &ModuleGraph, module: &str) -> Vec<String> {
+    let needed = reached(graph, module);
+    needed.iter().filter(|other| reached(graph, other).contains(module)).cloned().collect()
+}
+
+fn reached(graph: &ModuleGraph, from: &str) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    let mut open = vec![from];
+    while let Some(module) = open.pop() {
+        for next in graph.get(module).into_iter().flatten() {
+            if found.insert(next.clone()) {
+                open.push(next);
+            }
+        }
+    }
+    found
+}
+
+fn graph(krate: &str, files: &[&SourceFile]) -> Result<ModuleGraph, String> {
+    let prefix = format!("{krate}/src/");
+    let inside = |file: &SourceFile| file.path[prefix.len()..].trim_end_matches(".rs").to_owned();
+    let roots = ["lib", "main"];
+    let is_module = |stem: &str| !roots.contains(&stem) && !stem.starts_with("bin/");
+    let modules: BTreeSet<String> = files
+        .iter()
+        .map(|file| inside(file))
+        .filter(|stem| is_module(stem))
+        .map(|stem| stem.split('/').next().unwrap_or_default().to_owned())
+        .collect();
+    let mut exports = BTreeMap::new();
+    for file in files.iter().filter(|file| roots.contains(&inside(file).as_str())) {
+        exports.extend(root_exports(&parse(file)?, &modules));
+    }
+    let mut graph = ModuleGraph::new();
+    for file in files {
+        let stem = inside(file);
+        if !is_module(&stem) {
+            continue;
+        }
+        let path: Vec<String> = stem.trim_end_matches("/mod").split('/').map(str::to_owned).collect();
+        let mut names = ModuleReferences {
+            path: path.clone(),
+            modules: &modules,
+            exports: &exports,
+            found: BTreeSet::new(),
+        };
+        names.visit_file(&parse(file)?);
+        names.found.remove(&path[0]);
+        graph.entry(path[0].clone()).or_default().extend(names.found);
+    }
+    Ok(graph)
+}
+
+fn parse(file: &SourceFile) -> Result<syn::File, String> {
+    syn::parse_file(&file.text).map_err(|error| format!("{}: {error}", file.path))
+}
+
+/// The module behind each name that the root re-exports.
+fn root_exports(root: &syn::File, modules: &BTreeSet<String>) -> BTreeMap<String, String> {
+    let mut exports = BTreeMap::new();
+    for item in &root.items {
+        if let syn::Item::Use(item) = item {
+            let mut paths = Vec::new();
+            flatten(&item.tree, &mut Vec::new(), &mut paths);
+            for path in paths {
+                let path: Vec<_> =
+                    path.into_iter().skip_while(|name| name == "crate" || name == "self").collect();
+                if let (Some(first), Some(last)) = (path.first(), path.last())
+                    && modules.contains(first)
+                    && path.len() > 1
+                {
+                    exports.insert(last.clone(), first.clone());
+                }
+            }
+        }
+    }
+    exports
+}
+
+/// The paths of a tree of uses; a renamed one ends with its new name.
+fn flatten(tree: &syn::UseTree, above: &mut Vec<String>, paths: &mut Vec<Vec<String>>) {
+    let with = |name: String| above.iter().cloned().chain([name]).collect();
+    match tree {
+        syn::UseTree::Path(path) => {
+            above.push(path.ident.to_string());
+            flatten(&path.tree, above, paths);
+            above.pop();
+        }
+        syn::UseTree::Name(name) => paths.push(with(name.ident.to_string())),
+        syn::UseTree::Rename(rename) => paths.push(with(rename.ident.to_string())),
+        syn::UseTree::Glob(_) => paths.push(above.clone()),
+        syn::UseTree::Group(group) => group.items.iter().for_each(|item| flatten(item, above, paths)),
+    }
+}
+
+/// The modules at the root that a file names by `crate::…` or `super::…`. Tests may name all.
+struct ModuleReferences<'a> {
+    path: Vec<String>,
+    modules: &'a BTreeSet<String>,
+    exports: &'a BTreeMap<String, String>,
+    found: BTreeSet<String>,
+}
+
+impl ModuleReferences<'_> {
+    fn name(&mut self, path: &[String]) {
+        let first = match path.first().map(String::as_str) {
+            Some("crate") => path.get(1),
+            Some("super") => {
+                let up = path.iter().take_while(|name| *name == "super").count();
+                if up < self.path.len() {
+                    return;
+                }
+                path.get(up)
+            }
+            _ => return,
+        };
+        let Some(first) = first else { return };
+        if self.modules.contains(first) {
+            self.found.insert(first.clone());
+        } else if let Some(module) = self.exports.get(first) {
+            self.found.insert(module.clone());
+        }
+    }
+}
+
+fn is_test(attributes: &[syn::Attribute]) -> bool {
+    attributes.iter().any(|attribute| {
+        attribute.path().is_ident("cfg")
+            && attribute.meta.require_list().is_ok_and(|list| list.tokens.to_string().contains("test"))
+    })
+}
+
+impl<'ast> Visit<'ast> for ModuleReferences<'_> {
+    fn visit_item_use(&mut self, item: &'ast syn::ItemUse) {
+        let mut paths = Vec::new();
+        flatten(&item.tree, &mut Vec::new(), &mut paths);
+        for path in paths {
+            self.name(&path);
+        }
+    }
+
+    fn visit_path(&mut self, path: &'ast syn::Path) {
+        let names: Vec<String> = path.segments.iter().map(|segment| segment.ident.to_string()).collect();
+        self.name(&names);
+        syn::visit::visit_path(self, path);
+    }
+
+    fn visit_item_mod(&mut self, module: &'ast syn::ItemMod) {
+        if module.content.is_none() || is_test(&module.attrs) {
+            return;
+        }
+        self.path.push(module.ident.to_string());
+        syn::visit::visit_item_mod(self, module);
+        self.path.pop();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(files: &[(&str, &str)]) -> Vec<String> {
+        let files: Vec<_> =
+            files.iter().map(|(name, text)| (format!("crates/k/src/{name}"), *text)).collect();
+        let files: Vec<_> = files.iter().map(|(path, text)| (path.as_str(), *text)).collect();
+        module_cycles(&SourceTree::of(&files)).unwrap().into_iter().map(|finding| finding.message).collect()
+    }
+
+    #[test]
+    fn a_chain_is_no_circle() {
+        let files = [
+            ("lib.rs", "mod a; mod b; mod c;"),
+            ("a.rs", "use crate::b::B;"),
+            ("b.rs", "use crate::c::C;"),
+            ("c.rs", ""),
+        ];
+        assert_eq!(found(&files), [""; 0]);
+    }
+
+    #[test]
+    fn a_circle_is_seen_through_uses_paths_folders_and_re_exports() {
+        let files = [
+            ("lib.rs", "mod a; mod b; mod c; pub use c::Deep;"),
+            ("a.rs", "fn f() -> crate::b::B { todo!() }"),
+            ("b/mod.rs", "use crate::Deep;"),
+            ("c/mod.rs", "mod inner;"),
+            ("c/inner.rs", "use crate::tidy::a::A;"),
+        ];
+        assert_eq!(
+            found(&files),
+            [
+                "module a is in a circle with b, c",
+                "module b is in a circle with a, c",
+                "module c is in a circle with a, b"
+            ]
+        );
+    }
+
+    #[test]
+    fn tests_and_parents_make_no_circle() {
+        let files = [
+            ("lib.rs", "mod a; mod b;"),
+            ("a/mod.rs", "mod part; use crate::b::B;"),
+            ("a/part.rs", "use super::Whole;"),
+            ("b.rs", "#[cfg(test)] mod tests { use crate::a::A; }"),
+        ];
+        assert_eq!(found(&files), [""; 0]);
+    }
+}
