@@ -55,7 +55,7 @@ fn print_result(MethodResult { method, chosen_options: took, outcome, .. }: &Met
         MethodOutcome::Failed(why) => println!("{method}: FAILED, {why}"),
         MethodOutcome::Interrupted => println!("{method}: interrupted"),
         MethodOutcome::Completed(report) => {
-            println!("{method}: {} steps in {:.1} s", report.steps, report.wall_time)
+            println!("{method}: {} steps in {:.1} s", report.steps, report.wall_time);
         }
     }
     if !took.is_empty() {

@@ -21,6 +21,18 @@
 //! Who uses the library alone takes it without its default feature `cli`, which brings the command line; the feature
 //! `reports` brings pictures and reports of runs and sweeps.
 
+#[cfg(feature = "reports")]
+pub mod compare;
+pub mod output;
+#[cfg(feature = "reports")]
+mod parallel_runs;
+mod reference;
+#[cfg(feature = "reports")]
+pub mod report;
+#[cfg(feature = "reports")]
+pub mod sweep;
+mod templates;
+
 pub use colluvium_case as case;
 pub use colluvium_constitutive as constitutive;
 pub use colluvium_dem as dem;
@@ -32,20 +44,6 @@ pub use colluvium_plots as plots;
 pub use colluvium_points as points;
 pub use colluvium_snow_mpm as snow_mpm;
 pub use colluvium_sph as sph;
-
-#[cfg(feature = "reports")]
-pub mod compare;
-#[cfg(feature = "reports")]
-pub mod output;
-#[cfg(feature = "reports")]
-mod parallel_runs;
-#[cfg(feature = "reports")]
-pub mod report;
-#[cfg(feature = "reports")]
-pub mod sweep;
-mod templates;
-
-mod reference;
 
 pub use crate::reference::case_reference::case_reference;
 pub use crate::reference::models_reference::models_reference;

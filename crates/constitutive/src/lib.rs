@@ -21,7 +21,6 @@ pub mod localisation;
 pub mod porous;
 mod return_maps;
 mod tangent;
-mod tensor;
 pub mod tensors;
 
 pub use crate::adapters::corotational::{Corotational, FirstOrderSpin};
@@ -37,7 +36,7 @@ pub use crate::contract::stress_update::{
     InitialCondition, Law, Point, PointLaw, SmallStrain, StressUpdate, UpdateCost,
 };
 pub use crate::tensors::spectral::Spectrum;
+pub use crate::tensors::tensor::{Mat3, SymTensor};
 pub use error::{BatchError, MaterialError, UnconvergedStep};
 pub use laws::{MaterialFactory, register_material};
 pub use tangent::Tangent;
-pub use tensor::{Mat3, SymTensor};

@@ -1,6 +1,6 @@
 //! Consistent tangents: what implicit solvers need of a stress update (sheet: constitutive §3.10).
 
-use crate::tensor::PAIRS;
+use crate::tensors::tensor::PAIRS;
 use crate::{Mat3, MaterialError, Motion, Spectrum, SymTensor};
 
 /// Consistent tangent of a stress update: derivative of the new Cauchy stress (rows, tensor

@@ -16,7 +16,6 @@ pub mod contact;
 mod force_loop;
 pub mod material;
 mod momentum;
-mod motion;
 mod neighbours;
 mod obstacles;
 pub mod output;

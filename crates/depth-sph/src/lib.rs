@@ -1,8 +1,8 @@
 //! Depth-integrated smoothed particle hydrodynamics: flows over terrain.
 //!
-//! A column of flowing material is a node that moves in plan. Its depth is a sum over the nodes around it ([`kernel`]), and
-//! depth gradients, the slope of the bed ([`bed`]) and the resistance of the bed ([`friction`]) accelerate it. Grains and pore
-//! fluid may be two sets of nodes that [`drag`] couples; excess pore pressure lives on a [`body_column`](mod@column) of finite differences at
+//! A column of flowing material is a node that moves in plan. Its depth is a sum over the nodes around it (`neighbours::kernel`), and
+//! depth gradients, the slope of the bed ([`bed`]) and the resistance of the bed (`phases::drag_and_resistance`) accelerate it. Grains and pore
+//! fluid may be two sets of nodes that `phases::interphase_drag` couples; excess pore pressure lives on a column of finite differences at
 //! every node of the grains. [`flow::Flow`] holds nodes and step, without a case; [`DepthSph`] is the way in from one.
 
 pub mod analytical_solutions;

@@ -11,15 +11,15 @@ use colluvium_case::{
 };
 use serde::{Deserialize, Serialize};
 
+use crate::boundary::walls::{ObstacleEnergies, flat_walls};
 use crate::clock::Clock;
 use crate::config::TimeIntegration;
 use crate::momentum::confining_pressure::is_confined;
 use crate::momentum::rates::ReactionSum;
+use crate::neighbours::verlet_lists::ListedPositions;
 use crate::points::particles::ParticleGroup;
 use crate::points::rigid_body::RigidBody;
 use crate::solver::{EquilibriumTerms, SphSolver};
-use crate::transfer::verlet_lists::ListedPositions;
-use crate::walls::{ObstacleEnergies, flat_walls};
 
 /// Version of the layout of a checkpoint.
 const FORMAT: u32 = 11;

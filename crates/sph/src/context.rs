@@ -6,7 +6,7 @@ use colluvium_case::Case;
 
 use crate::SphOptions;
 use crate::clock::Clock;
-use crate::transfer::kernel::Smoothing;
+use crate::pairs::kernel::Smoothing;
 
 /// The first components of a vector of the case.
 pub fn leading_components<const D: usize>(values: &[f64]) -> [f64; D] {

@@ -4,6 +4,7 @@ use colluvium_case::{StepLimit, TimeStep, limit_step_by_obstacles, spatial};
 use colluvium_constitutive::{BLOCK_SIZE, StateBlock};
 use rayon::prelude::*;
 
+use crate::boundary::walls::ObstacleFaces;
 use crate::clock::STEPS_PER_TIME_STEP;
 use crate::config::SoundSpeed;
 use crate::context::SolverContext;
@@ -11,7 +12,6 @@ use crate::momentum::rates::Rates;
 use crate::pairs::ShortRangeRepulsion;
 use crate::points::particles::{Bodies, Particles};
 use crate::points::vector_algebra::square;
-use crate::walls::ObstacleFaces;
 
 /// The undamped leapfrog is stable up to about so many times `h / c` (sheet: sph §3.4, §7).
 const STABLE: f64 = 1.8;

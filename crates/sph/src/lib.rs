@@ -1,8 +1,8 @@
 //! Smoothed particle hydrodynamics of solids.
 //!
 //! A body is a set of particles that carry mass, velocity, density, stress and the state of its law. A
-//! field at a particle, its gradient and its Laplacian are sums over the particles around it: [`kernel`]
-//! holds the smoothing kernels, [`operators`] the sums. The solver moves particles by the momentum
+//! field at a particle, its gradient and its Laplacian are sums over the particles around it: [`pairs::kernel`]
+//! holds the smoothing kernels, [`pairs::operators`] the sums. The solver moves particles by the momentum
 //! equation in leapfrog steps, velocities half a step ahead (sheet: sph §3.3; [`SphSolver`] holds the step).
 //! One dimension, plane strain and three dimensions; rough walls are layers of particles, smooth walls
 //! mirrors. [`RankedSolver`] shares the particles out among ranks that exchange copies of them.
@@ -16,17 +16,16 @@ mod config;
 mod context;
 mod critical_step;
 mod momentum;
+mod neighbours;
 mod obstacles;
 mod output;
-mod pairs;
+pub mod pairs;
 mod points;
 mod ranks;
 pub mod setup;
-mod shifting;
 mod solver;
 mod stress;
 pub mod transfer;
-mod walls;
 
 use colluvium_case::{Capabilities, Case, CaseError, Method, Plan, ProblemSize, Solver};
 use schemars::Schema;

@@ -96,7 +96,7 @@ pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
                 .or_else(|| beside.crs.clone());
             let mut raster = raster::ascii_grid::parse(&read_text(file)?, beside);
             raster.iter_mut().for_each(|raster| {
-                reference_system::prj_file::set_georeference(&mut raster.reference, system.clone())
+                reference_system::prj_file::set_georeference(&mut raster.reference, system.clone());
             });
             raster
         }

@@ -94,7 +94,7 @@ pub fn record_run(method: &str, case: &Case, report: &RunReport) {
     };
     let Ok(text) = serde_json::to_value(case) else { return };
     let plane = view_plane_for_gravity(case.gravity.get(2).copied(), None);
-    let ground = colluvium::output::rigid_geometry(case);
+    let ground = colluvium::output::rigid_geometry::rigid_geometry(case);
     let view =
         View { bytes: ANIMATION_BYTES, ground, ..colluvium::output::animation::view(&text, plane, &[]) };
     if let Some(animation) = Animation::from_panels(&[panel], &view) {

@@ -4,9 +4,10 @@ mod benchmark_page;
 mod index_page;
 mod provenance;
 mod scope;
+mod value_text;
+
 #[cfg(test)]
 mod tests;
-mod value_text;
 
 use std::path::Path;
 

@@ -1,5 +1,13 @@
 //! Points of a body from a file, in place of points on a lattice.
 
+pub(crate) mod arc_layer;
+pub(crate) mod formula;
+pub(crate) mod initial_stress;
+pub mod law_points;
+pub(crate) mod plan_region;
+pub(crate) mod point_sampling;
+pub(crate) mod terrain_layers;
+
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -433,12 +441,5 @@ fn check_distinct(positions: &[[f64; 3]], lines: &[u64]) -> Result<(), String> {
     }
 }
 
-pub(crate) mod arc_layer;
-pub(crate) mod formula;
-pub(crate) mod initial_stress;
-pub mod law_points;
-pub(crate) mod plan_region;
-pub(crate) mod point_sampling;
-pub(crate) mod terrain_layers;
 #[cfg(test)]
 mod tests;

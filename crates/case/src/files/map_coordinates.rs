@@ -65,7 +65,7 @@ fn visit_obstacle(of: &mut ObstacleShape, visit: &mut CoordinateVisitor<'_>) {
             }
         }
         ObstacleShape::Polygon { vertices } => {
-            vertices.iter_mut().for_each(|corner| visit_place(corner, visit))
+            vertices.iter_mut().for_each(|corner| visit_place(corner, visit));
         }
         ObstacleShape::Extruded { vertices, axis, from, to } => {
             let mut across = (0..3).filter(|other| other != axis);
@@ -137,7 +137,7 @@ impl Case {
                     }
                 }
                 Load::Surface { within, .. } => {
-                    within.iter_mut().for_each(|region| visit_shape(region, visit))
+                    within.iter_mut().for_each(|region| visit_shape(region, visit));
                 }
             }
         }

@@ -6,8 +6,8 @@ use vtkio::model::{Attributes, Coordinates, DataSet, Extent, IOBuffer, Rectiline
 
 use crate::Lattice;
 use crate::description::Compression;
-use crate::output::vtk_xml::{VtkArray, write_xml};
-use crate::output::vtu_frames::{WrittenPoints, write_mesh, write_points};
+use crate::output::vtk::frames::{WrittenPoints, write_mesh, write_points};
+use crate::output::vtk::xml::{VtkArray, write_xml};
 use crate::output::{FileChecksum, OutputError};
 use crate::solver::{Dataset, DatasetGeometry, FramePoints, PlanNodes};
 

@@ -9,9 +9,7 @@ mod grid_averages;
 mod npz;
 pub(crate) mod plan_rasters;
 mod table;
-mod vtk_encoding;
-mod vtk_xml;
-mod vtu_frames;
+pub(crate) mod vtk;
 
 pub use crate::output::atomic_files::{
     OutputError, create_folder, read_json, write_atomically, write_in_place, write_stream_atomically,
@@ -21,6 +19,6 @@ pub use crate::output::dataset_files::{file_extension, write_dataset};
 pub use crate::output::derived_files::{DERIVED, DerivedFiles};
 pub use crate::output::file_names::{PLAIN_NAME_RULE, is_plain, named_file};
 pub use crate::output::grid_averages::{averages, grid_nodes};
-pub use crate::output::vtu_frames::{Collection, WriteOptions, read_frame, read_lines, write_frame};
+pub use crate::output::vtk::frames::{Collection, WriteOptions, read_frame, read_lines, write_frame};
 pub use npz::{NpzArray, NpzValues, frame_arrays, read_npz, table_arrays, write_npz};
 pub use table::{Table, TableFile, column_heading};

@@ -4,9 +4,10 @@
 mod rigid_contact_newton;
 mod rigid_step;
 mod support;
+mod twist;
+
 #[cfg(test)]
 mod tests;
-mod twist;
 
 use serde::{Deserialize, Serialize};
 

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::RunError;
 use super::progress::RunProgress;
 use crate::output::FileChecksum;
-use crate::run::run_folder;
-use crate::run::run_folder::CHECKPOINT;
+use crate::run::output::run_folder;
+use crate::run::output::run_folder::CHECKPOINT;
 use crate::solver::restore_value;
 use crate::{Case, CaseErrors, Method, Solver};
 

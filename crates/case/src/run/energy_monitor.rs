@@ -12,7 +12,7 @@ const MIN_EXCHANGE: f64 = 0.1;
 
 /// The total energy of a stage: kinetic, recoverable and potential.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct EnergyMonitor {
+pub(crate) struct EnergyMonitor {
     /// Kinetic, recoverable and potential energy at its first row (J).
     first: Option<[f64; 3]>,
     /// Least total so far (J).

@@ -4,14 +4,10 @@ mod checkpoint;
 mod energy_monitor;
 mod error;
 mod factor_of_safety;
-mod measure_row;
-mod messages;
+pub(crate) mod output;
 mod progress;
-mod recorder;
-mod run_folder;
 mod run_timing;
 mod step_size;
-mod summary;
 mod verify;
 
 use std::collections::BTreeMap;
@@ -24,7 +20,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::description::Stage;
 use crate::output::Table;
-use crate::run::recorder::RunRecorder;
+use crate::run::output::recorder::RunRecorder;
 use crate::run::step_size::{is_negligible, stable_step, stop_requested};
 use crate::{Budget, Case, CaseError, CaseErrors, Method, Snapshot, Solver};
 use progress::RunProgress;
@@ -32,8 +28,8 @@ use progress::RunProgress;
 pub use crate::run::factor_of_safety::{
     SafetyResult, SearchCost, SearchOutcome, StrengthTrial, TrialVerdict,
 };
-pub use crate::run::measure_row::{check_names, column_names};
-pub use crate::run::run_folder::remove_run;
+pub use crate::run::output::measure_row::{check_names, column_names};
+pub use crate::run::output::run_folder::remove_run;
 pub use crate::run::run_timing::{RunTiming, frame_memory};
 pub use checkpoint::last_state;
 pub use error::RunError;

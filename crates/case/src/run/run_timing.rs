@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crate::output::{WriteOptions, averages, write_frame};
-use crate::run::measure_row;
+use crate::run::output::measure_row;
 use crate::{Case, FrameRequest, Plan, Solver};
 
 /// Fewest steps that are measured beside the first, unless they take longer than what they may.

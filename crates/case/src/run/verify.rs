@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 
 use crate::Case;
 use crate::output::{FileChecksum, OutputError, read_json};
-use crate::run::run_folder;
-use crate::run::run_folder::{CASE, FRAMES, RASTERS, SUMMARY};
+use crate::run::output::run_folder;
+use crate::run::output::run_folder::{CASE, FRAMES, RASTERS, SUMMARY};
 
 /// The seals of all files of a run in `out` but its summary, by name: `sealed` while it ran, and those of the files that were
 /// written at its ends, `rasters` among them.

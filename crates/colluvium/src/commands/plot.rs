@@ -8,7 +8,7 @@ use colluvium::case::output::{
 };
 use colluvium::case::{Dataset, Snapshot};
 use colluvium::output::raster_maps::raster_maps;
-use colluvium::output::rigid_geometry_of_run;
+use colluvium::output::rigid_geometry::rigid_geometry_of_run;
 use colluvium::output::run_pictures::{
     charts, line_picture, point_picture, read_case_value, read_collection_frame, set_force_units, view_plane,
 };

@@ -10,7 +10,7 @@ use crate::compare::key_figures::{
 };
 use crate::compare::reference_profiles::distance_to;
 use crate::output::animation;
-use crate::output::rigid_geometry;
+use crate::output::rigid_geometry::rigid_geometry;
 use crate::plots::{Animation, CommonScales, LineChart, Panel, Picture, PointCloud, RigidGeometry, View};
 
 /// Times in the strip of pictures.

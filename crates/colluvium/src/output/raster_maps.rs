@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::case::output::OutputError;
 use crate::case::{Case, CaseError};
-use crate::output::case_of_run;
+use crate::output::rigid_geometry::case_of_run;
 use crate::output::run_pictures::read_case_value;
 use crate::plots::{MapCells, TerrainMap};
 

@@ -16,7 +16,7 @@ use crate::case::output::{
     Collection, DerivedFiles, OutputError, Table, named_file, read_json, write_atomically,
 };
 use crate::output::animation;
-use crate::output::rigid_geometry_of_run;
+use crate::output::rigid_geometry::rigid_geometry_of_run;
 use crate::output::run_pictures;
 use crate::plots::{
     Animation, CommonScales, LineChart, Panel, Picture, PointCloud, RigidGeometry, Series, Style, TerrainMap,

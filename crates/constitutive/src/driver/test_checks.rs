@@ -130,7 +130,7 @@ impl TestProblems {
                 self.number(&at("shear"), *shear);
             }
             LoadingPath::SimpleShearStress { shear_stress } => {
-                self.number(&at("shear_stress"), *shear_stress)
+                self.number(&at("shear_stress"), *shear_stress);
             }
             LoadingPath::Strain { increment } | LoadingPath::Stress { increment } => {
                 self.finite(&at("increment"), increment);

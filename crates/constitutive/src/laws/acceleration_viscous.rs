@@ -92,7 +92,7 @@ impl AccelerationViscosity {
         let spectrum = stretching.spectrum();
         let axes = spectrum.rotation();
         let mut local = inviscid.rotated(&axes.transpose());
-        for (k, &(a, b)) in crate::tensor::PAIRS.iter().enumerate() {
+        for (k, &(a, b)) in crate::tensors::tensor::PAIRS.iter().enumerate() {
             let share = phi * (spectrum.values[a] + spectrum.values[b]);
             local[k] /= (1.0 - share).max(1.0 / MAX_AMPLIFICATION);
         }

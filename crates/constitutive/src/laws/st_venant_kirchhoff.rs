@@ -14,7 +14,7 @@ use super::Elasticity;
 use super::finite_elastic::{FiniteElastic, PrincipalStress, log_jacobian, solve_deformation};
 use super::linear_elastic::incompressibility_warnings;
 use crate::contract::model::{Model, ModelFamily, ModelInfo};
-use crate::tensor::PAIRS;
+use crate::tensors::tensor::PAIRS;
 use crate::{Material, MaterialError, SymTensor, Tangent};
 
 /// Parameters of `st-venant-kirchhoff`.

@@ -4,3 +4,4 @@
 
 pub(crate) mod spectral;
 pub mod strain_measures;
+pub(crate) mod tensor;

@@ -188,7 +188,7 @@ impl Spectrum {
     pub fn compose(&self, values: [f64; 3]) -> SymTensor {
         let mut out = SymTensor::ZERO;
         for (value, n) in values.into_iter().zip(self.directions) {
-            for (k, &(i, j)) in crate::tensor::PAIRS.iter().enumerate() {
+            for (k, &(i, j)) in crate::tensors::tensor::PAIRS.iter().enumerate() {
                 out[k] += value * n[i] * n[j];
             }
         }

@@ -318,16 +318,16 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
                 }
             }
             ForceKernel::SimdLinear(false) => {
-                self.simd_wall_forces::<false, false>(walls, list.0, slab, &mut shares)
+                self.simd_wall_forces::<false, false>(walls, list.0, slab, &mut shares);
             }
             ForceKernel::SimdLinear(true) => {
-                self.simd_wall_forces::<false, true>(walls, list.0, slab, &mut shares)
+                self.simd_wall_forces::<false, true>(walls, list.0, slab, &mut shares);
             }
             ForceKernel::SimdHertz(false) => {
-                self.simd_wall_forces::<true, false>(walls, list.0, slab, &mut shares)
+                self.simd_wall_forces::<true, false>(walls, list.0, slab, &mut shares);
             }
             ForceKernel::SimdHertz(true) => {
-                self.simd_wall_forces::<true, true>(walls, list.0, slab, &mut shares)
+                self.simd_wall_forces::<true, true>(walls, list.0, slab, &mut shares);
             }
         }
     }

@@ -181,16 +181,16 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         match self.kernel {
             ForceKernel::Scalar => self.scalar_pair_forces(pairs, rows, shares, slab),
             ForceKernel::SimdLinear(false) => {
-                self.simd_forces::<false, false>((pairs, close), &rows, shares, slab)
+                self.simd_forces::<false, false>((pairs, close), &rows, shares, slab);
             }
             ForceKernel::SimdLinear(true) => {
-                self.simd_forces::<false, true>((pairs, close), &rows, shares, slab)
+                self.simd_forces::<false, true>((pairs, close), &rows, shares, slab);
             }
             ForceKernel::SimdHertz(false) => {
-                self.simd_forces::<true, false>((pairs, close), &rows, shares, slab)
+                self.simd_forces::<true, false>((pairs, close), &rows, shares, slab);
             }
             ForceKernel::SimdHertz(true) => {
-                self.simd_forces::<true, true>((pairs, close), &rows, shares, slab)
+                self.simd_forces::<true, true>((pairs, close), &rows, shares, slab);
             }
         }
     }

@@ -12,6 +12,7 @@
 mod cell_operations;
 mod porosity_search;
 mod spec;
+
 #[cfg(test)]
 mod tests;
 

@@ -231,13 +231,13 @@ mod tests {
         let nodes = CoarseGrainingNodes::<2> { origin: [-1.0; 2], spacing: 0.02, count: [101; 2] };
         let mut sum = 0.0;
         nodes.for_each_node_around(&CoarseGrainingKernel::new(0.7), &[0.013, -0.04], |_, weight| {
-            sum += weight * 4e-4
+            sum += weight * 4e-4;
         });
         assert!((sum - 1.0).abs() < 1e-4, "{sum}");
         let nodes = CoarseGrainingNodes::<3> { origin: [-1.0; 3], spacing: 0.04, count: [51; 3] };
         let mut sum = 0.0;
         nodes.for_each_node_around(&CoarseGrainingKernel::new(0.7), &[0.013, -0.04, 0.02], |_, weight| {
-            sum += weight * 6.4e-5
+            sum += weight * 6.4e-5;
         });
         assert!((sum - 1.0).abs() < 1e-3, "{sum}");
         assert!((GAUSS_RULE.iter().map(|(_, share)| share).sum::<f64>() - 1.0).abs() < 1e-15);

@@ -4,7 +4,7 @@ use colluvium_case::measure::ScalarOutput;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::ContactEnergies;
-use crate::motion::GrainSums;
+use crate::momentum::time_integration::GrainSums;
 
 /// A bond that has broken.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

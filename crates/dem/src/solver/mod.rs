@@ -18,7 +18,7 @@ use crate::contact::{ContactEnergies, PairLaw};
 use crate::force_loop::{
     ContactInput, ForceKernel, ForceTorque, GrainRecords, Virial, grain_records, scatter_forces,
 };
-use crate::motion::{ExternalActions, GrainSums, integrate_grains, rotate};
+use crate::momentum::time_integration::{ExternalActions, GrainSums, integrate_grains, rotate};
 use crate::neighbours::VerletLists;
 use crate::output::energy_balance::{BrokenBond, EnergyBalance};
 use crate::points::grains::Grains;

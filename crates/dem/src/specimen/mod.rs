@@ -1,6 +1,6 @@
 //! Random packings: grains at random places grow to their sizes while overlaps are pushed apart (radius expansion; sheet:
-//! dem §3.8.6). The same in [`layers`] that are pressed one on another, and grains that are dropped and roll, [disks](deposit) and
-//! [spheres](roll).
+//! dem §3.8.6). The same in [`undercompaction`] that are pressed one on another, and grains that are dropped and roll, [disks](drop_and_roll_2d) and
+//! [spheres](drop_and_roll_3d).
 
 pub mod drop_and_roll_2d;
 pub mod drop_and_roll_3d;

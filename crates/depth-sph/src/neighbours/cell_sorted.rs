@@ -253,7 +253,7 @@ impl<const D: usize> CellSorted<D> {
         let reach = kernel.support() * length;
         let mut part = KernelSum::<D>::of(kernel, length);
         self.for_each_neighbour(x, reach, |first, _, square| {
-            part.add(kernel, square.sqrt(), four_values(&self.volume, first))
+            part.add(kernel, square.sqrt(), four_values(&self.volume, first));
         });
         part.whole()
     }
@@ -384,7 +384,7 @@ impl<const D: usize> NearbyNodes<'_, D> {
         } else {
             let packed = self.packed;
             packed.for_each_neighbour(&self.x, reach, |first, _, square| {
-                add(square.sqrt(), four_values(&packed.volume, first))
+                add(square.sqrt(), four_values(&packed.volume, first));
             });
         }
         let factor = kernel.factor::<D>() * inverse.powi(D as i32);

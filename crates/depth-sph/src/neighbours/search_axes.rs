@@ -46,7 +46,7 @@ impl<const D: usize> SearchAxes<D> {
 
     /// A place on these axes (m).
     #[inline(always)]
-    pub fn to_axes(&self, x: &PlanVector<D>) -> PlanVector<D> {
+    pub fn to_axes(self, x: &PlanVector<D>) -> PlanVector<D> {
         let Some(along) = self.along else { return *x };
         let mut turned = *x;
         turned[D - 1] = x[0] * along[0] + x[D - 1] * along[D - 1];

@@ -1,12 +1,13 @@
 //! The solver of a case: a flow with what a run asks of it.
 
 pub(crate) mod energy_balance;
-#[cfg(test)]
-pub(crate) mod energy_balance_tests;
 pub mod export_points;
 pub(crate) mod gauges;
 pub mod hazard_rasters;
 mod report;
+
+#[cfg(test)]
+pub(crate) mod energy_balance_tests;
 
 use std::io::{Read, Write};
 use std::sync::Arc;
@@ -249,7 +250,7 @@ impl<const D: usize> DepthSolver<D> {
         }
         match (&mut flow.bed, saved.erosion) {
             (Bed::Erodible(worn), Some([shown, pending])) => {
-                worn.restore::<D>(ErosionState { in_surface: shown, pending })?
+                worn.restore::<D>(ErosionState { in_surface: shown, pending })?;
             }
             (Bed::Erodible(_), None) | (_, Some(_)) => return None,
             _ => {}

@@ -5,7 +5,7 @@ use colluvium_case::{Capabilities, Case, CaseError, RequiredInput};
 
 use crate::config::DepthOptions;
 use crate::config::choices::{Phases, SearchOrientation};
-use crate::setup::case_bed::{is_smooth, lowest};
+use crate::setup::bed::case_bed::{is_smooth, lowest};
 use crate::setup::stages::is_passed_over;
 use crate::setup::{NAME, pore_fluid};
 

@@ -5,7 +5,7 @@ use colluvium_case::{Case, CaseError};
 use colluvium_points::{Georeference, Raster};
 
 use crate::output::hazard_rasters::{HazardRasters, PlanCells};
-use crate::setup::case_bed::CaseBed;
+use crate::setup::bed::case_bed::CaseBed;
 
 /// Share of an area that is round-off.
 const NEGLIGIBLE: f64 = 1e-6;

@@ -8,7 +8,7 @@ use crate::config::DepthOptions;
 use crate::config::choices::Phases;
 use crate::config::settings::Mixture;
 use crate::phases::interphase_drag::MixtureDensities;
-use crate::setup::case_bed::BedFriction;
+use crate::setup::bed::case_bed::BedFriction;
 use crate::setup::pore_fluid;
 
 /// Largest difference of the density of a material from that of the mixture, in shares.

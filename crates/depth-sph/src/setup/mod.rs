@@ -1,11 +1,8 @@
 //! From a case to a solver: refuses what the method cannot honour, by JSON path.
 
-mod bed_zones;
+pub(crate) mod bed;
 mod body_nodes;
 mod capabilities;
-mod case_bed;
-mod dams;
-mod face_heights;
 mod hazard_rasters;
 mod inflows;
 mod material;
@@ -19,8 +16,8 @@ use colluvium_case::description::Space;
 use colluvium_case::{Case, CaseError, Plan, ProblemSize, Resolution, Solver};
 use colluvium_points::Raster;
 
+use crate::setup::bed::case_bed::CaseBed;
 pub(crate) use crate::setup::capabilities::capabilities;
-use crate::setup::case_bed::CaseBed;
 
 use crate::NAME;
 use crate::bed::Bed;
@@ -163,7 +160,7 @@ fn build_in<const D: usize>(
     case: &Case,
     options: &DepthOptions,
 ) -> Result<(DepthSolver<D>, Vec<String>), CaseError> {
-    let ground = case_bed::case_bed::<D>(case, options)?;
+    let ground = bed::case_bed::case_bed::<D>(case, options)?;
     let mut of_maps = Vec::new();
     let maps = hazard_rasters::hazard_rasters(case, &ground, options.spacing, &mut of_maps)?;
     let CaseBed { mut bed, departure, mut warnings, .. } = ground;
@@ -246,7 +243,7 @@ fn settings<const D: usize>(case: &Case, options: &DepthOptions) -> Result<FlowS
         material,
         drag,
         column: column(options, &material),
-        zones: bed_zones::zones(case, options)?,
+        zones: bed::bed_zones::zones(case, options)?,
         earth_pressure: options.earth_pressure.map(|earth| {
             let (internal, basal) = (earth.internal_friction_angle, earth.basal_friction_angle);
             EarthPressure::savage_hutter(internal.to_radians(), basal.to_radians())

@@ -10,7 +10,7 @@ use crate::config::DepthOptions;
 use crate::config::choices::{DepthFrame, Phases};
 use crate::phases::interphase_drag::{InterphaseDrag, MixtureDensities};
 use crate::pore_pressure::pore_pressure_column::Drainage;
-use crate::setup::case_bed::highest_wall;
+use crate::setup::bed::case_bed::highest_wall;
 use crate::setup::{NAME, option_error};
 
 /// Largest difference of what is said twice, in shares: of densities and permeabilities, which follow from others.

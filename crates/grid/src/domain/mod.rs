@@ -5,6 +5,7 @@ mod convected_domains;
 mod domain_columns;
 mod element_domain;
 mod reference_domain;
+
 #[cfg(test)]
 mod tests;
 

@@ -3,6 +3,7 @@
 mod build;
 mod conformity;
 pub(crate) mod msh;
+
 #[cfg(test)]
 mod tests;
 

@@ -169,7 +169,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Transfers<D
         out: &mut [InterpolatedMotion<D>],
     ) {
         for_each_point::<D, S, B, P>(ground, points, |p, support| {
-            out[p] = support.g2p(nodes, &ground.strides)
+            out[p] = support.g2p(nodes, &ground.strides);
         });
     }
 

@@ -220,7 +220,7 @@ pub fn impose_rigid_velocity_remapped<const D: usize>(
     remapped: &mut [Vector4],
 ) {
     for_free_rigid_nodes(background, driven, contacts, remapped, |[x, y, z], node| {
-        *node = Vector4::new([x, y, z, 0.0])
+        *node = Vector4::new([x, y, z, 0.0]);
     });
 }
 

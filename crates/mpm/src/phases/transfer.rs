@@ -135,7 +135,7 @@ pub(super) fn remap_phases<const D: usize>(
         }
     });
     background.layout.sum_periodic_images(remapped, |sum, node| {
-        [SOLID, LIQUID].into_iter().for_each(|i| sum[i] += node[i])
+        [SOLID, LIQUID].into_iter().for_each(|i| sum[i] += node[i]);
     });
     let walls = [&boundary.walls, &*walls];
     let row_length = layout.strides()[0];

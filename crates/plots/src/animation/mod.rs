@@ -5,6 +5,7 @@ mod colour_fields;
 mod decimation;
 mod geometry_data;
 mod quantisation;
+
 #[cfg(test)]
 mod tests;
 

@@ -1,5 +1,10 @@
 //! Sampling shapes with points.
 
+mod fitted;
+mod gauss;
+mod poisson;
+mod terrain_rows;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
@@ -7,11 +12,6 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::{LayerRows, Shape};
-
-mod fitted;
-mod gauss;
-mod poisson;
-mod terrain_rows;
 
 pub use fitted::fitted;
 pub use gauss::gauss_per_cell;

@@ -1,6 +1,9 @@
 //! Shapes and their boolean combinations.
 
 mod boundary_edges;
+pub(crate) mod boundary_points;
+pub(crate) mod box_classification;
+pub(crate) mod microstructure;
 mod terrain_layers;
 mod volume;
 
@@ -451,8 +454,5 @@ fn validate_polygon(vertices: &PolygonVertices, dimension: usize) -> Result<(), 
     })
 }
 
-pub(crate) mod boundary_points;
-pub(crate) mod box_classification;
-pub(crate) mod microstructure;
 #[cfg(test)]
 mod tests;

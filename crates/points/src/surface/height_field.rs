@@ -2,8 +2,8 @@
 
 use super::vector::{difference, dot, unit};
 use super::{ContactQuery, NearestPoint, Surface};
-use crate::surface::contact_query::FacetCandidate;
-use crate::surface::nearest_on_facet::{FacetFeature, facet_normal, nearest_on_facet};
+use crate::surface::queries::contact_query::FacetCandidate;
+use crate::surface::queries::nearest_on_facet::{FacetFeature, facet_normal, nearest_on_facet};
 use crate::{Raster, RasterError};
 
 /// The ground under a raster of heights (z along the third axis), with two triangles to each cell between four nodes, cut from

@@ -5,28 +5,24 @@
 //! ([`RevolvedSurface`]), rasters as triangles ([`HeightField`]), and any of them turned and shifted ([`PlacedSurface`]).
 
 mod ball;
-mod bounding_volume_tree;
-mod contact_query;
 mod extruded;
 mod facetted;
 mod ground_profile;
 mod half_space;
 mod height_field;
-mod nearest_on_facet;
-mod path_intersection;
 mod placed_surface;
+pub(crate) mod queries;
 mod revolved;
-mod triangle_intersection;
 pub(crate) mod vector;
 
 use std::fmt::Debug;
 use std::sync::Arc;
 
-pub use crate::surface::contact_query::ContactQuery;
 pub use crate::surface::ground_profile::GroundProfile;
-pub use crate::surface::nearest_on_facet::distance_to_line;
-pub use crate::surface::path_intersection::{path_enters_solid, solid_blocks_path};
 pub use crate::surface::placed_surface::{PlacedSurface, RigidTransform};
+pub use crate::surface::queries::contact_query::ContactQuery;
+pub use crate::surface::queries::nearest_on_facet::distance_to_line;
+pub use crate::surface::queries::path_intersection::{path_enters_solid, solid_blocks_path};
 pub use ball::BallSurface;
 pub use facetted::{FacettedSurface, SurfaceError};
 pub use half_space::HalfSpace;

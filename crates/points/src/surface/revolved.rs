@@ -55,7 +55,7 @@ impl RevolvedSurface {
         ([radius, x[self.axis]], unit(&across).unwrap_or(any))
     }
 
-    fn from_section(&self, flat: &NearestPoint<2>, outward: &[f64; 3]) -> NearestPoint<3> {
+    fn section_to_space(&self, flat: &NearestPoint<2>, outward: &[f64; 3]) -> NearestPoint<3> {
         let full = |[r, z]: [f64; 2]| {
             let mut x = add_scaled(&[0.0; 3], r, outward);
             x[self.axis] = z;
@@ -77,12 +77,14 @@ impl Surface<3> for RevolvedSurface {
 
     fn gap(&self, x: &[f64; 3], reach: f64) -> Option<NearestPoint<3>> {
         let (flat, outward) = self.to_section(x);
-        self.section.gap(&flat, reach).map(|gap| self.from_section(&gap, &outward))
+        self.section.gap(&flat, reach).map(|gap| self.section_to_space(&gap, &outward))
     }
 
     fn query_contacts(&self, x: &[f64; 3], radius: f64, found: &mut ContactQuery<3>) {
         let (flat, outward) = self.to_section(x);
-        found.add_planar_contacts(&self.section, &flat, radius, |place| self.from_section(place, &outward));
+        found.add_planar_contacts(&self.section, &flat, radius, |place| {
+            self.section_to_space(place, &outward)
+        });
     }
 
     fn bounds(&self) -> ([f64; 3], [f64; 3]) {

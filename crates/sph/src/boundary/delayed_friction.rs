@@ -6,9 +6,9 @@
 use rayon::prelude::*;
 
 use crate::boundary::flat_wall::WallContact;
+use crate::boundary::walls::Walls;
 use crate::context::SolverContext;
 use crate::points::particles::{Bodies, MIN_PARTICLES_PER_TASK, Particles};
-use crate::walls::Walls;
 
 /// Time of the delay, in those that a wave takes over a spacing.
 const DELAY: f64 = 3.0;
@@ -74,7 +74,7 @@ mod tests {
         let cases =
             [(0.0, 5.0, 5.0), (5.0, -1.0, -1.0), (1.0, 10.0, 1.0), (30.0, 10.0, 20.0), (9.0, 10.0, 9.0)];
         cases.iter().for_each(|(delayed, present, counts)| {
-            assert_eq!(friction_pressure(*delayed, *present), *counts)
+            assert_eq!(friction_pressure(*delayed, *present), *counts);
         });
     }
 

@@ -3,16 +3,16 @@
 
 use rayon::prelude::*;
 
+use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::config::ConfinedParticles;
 use crate::context::SolverContext;
 use crate::momentum::rates::Rates;
+use crate::neighbours::verlet_lists::VerletLists;
 use crate::pairs::PairContext;
+use crate::pairs::kernel::Smoothing;
 use crate::points::particles::{Bodies, Derivatives, MIN_PARTICLES_PER_TASK};
 use crate::points::vector_algebra::{separation, square};
-use crate::transfer::kernel::Smoothing;
-use crate::transfer::verlet_lists::VerletLists;
-use crate::walls::Walls;
 
 /// `Σ_{j≠i} V_j W` up to which a particle lies at the surface, in 1, 2 and 3 dimensions (BN 129; on a line that of
 /// the sheet's rule: between the first layer and the rest).
@@ -97,7 +97,7 @@ pub(crate) fn apply_confining_pressure<const D: usize>(
     let pairs = PairContext::new(setting, p, walls);
     let all = crowding.par_iter_mut().zip(&mut *pushes).enumerate();
     all.with_min_len(MIN_PARTICLES_PER_TASK).for_each(|(i, (index, push))| {
-        (*index, *push) = pairs.surface_index_and_normal(i, neighbours.neighbours(i))
+        (*index, *push) = pairs.surface_index_and_normal(i, neighbours.neighbours(i));
     });
     let near = 1.05 * setting.options.spacing;
     // Also those beside the surface, which carry what is left of its force (sheet's proposal), across the ends of
@@ -127,7 +127,7 @@ pub(crate) fn apply_confining_pressure<const D: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::transfer::kernel::Kernel;
+    use crate::pairs::kernel::Kernel;
 
     fn told_apart<const D: usize>(kernel: Kernel, ratio: f64) -> bool {
         surface_detection_problem(&Smoothing::<D>::new(kernel, ratio).unwrap(), 1.0).is_none()

@@ -2,16 +2,16 @@
 
 use colluvium_case::loads::load_vectors::{cofactor, nanson};
 
+use crate::boundary::walls::{ObstacleEnergies, Walls};
 use crate::clock::Clock;
 use crate::context::SolverContext;
 use crate::momentum::body_loads::BodyLoads;
 use crate::momentum::rates::{Rates, ReactionSample, ReactionSum};
+use crate::neighbours::verlet_lists::VerletLists;
 use crate::pairs::PairSums;
+use crate::pairs::kernel::Smoothing;
 use crate::points::particles::{Bodies, ParticleGroup, Particles, SquareMatrix};
 use crate::points::vector_algebra::{dot, separation};
-use crate::transfer::kernel::Smoothing;
-use crate::transfer::verlet_lists::VerletLists;
-use crate::walls::{ObstacleEnergies, Walls};
 
 /// Adds the loads at the end of a step of `dt` (s) to the accelerations.
 pub fn apply_loads<const D: usize>(

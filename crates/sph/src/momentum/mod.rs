@@ -8,3 +8,4 @@ pub(crate) mod external_forces;
 pub(crate) mod rate_sums;
 pub(crate) mod rates;
 pub(crate) mod rigid_motion;
+pub(crate) mod shifting;

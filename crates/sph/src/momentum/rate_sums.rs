@@ -4,16 +4,16 @@ use colluvium_constitutive::SymTensor;
 use colluvium_points::BLOCK_POINTS;
 use rayon::prelude::*;
 
+use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::config::SmoothingLength;
 use crate::context::SolverContext;
 use crate::momentum::confining_pressure::apply_confining_pressure;
 use crate::momentum::external_forces::{apply_loads, record_reactions};
 use crate::momentum::rates::Rates;
+use crate::neighbours::verlet_lists::VerletLists;
 use crate::pairs::{PairContext, PairSums, for_each_particle};
 use crate::points::particles::{Bodies, Derivatives};
-use crate::transfer::verlet_lists::VerletLists;
-use crate::walls::Walls;
 
 /// Accelerations, gravity and local damping of the stage included; keeps the weights of the pairs.
 pub fn accelerate<const D: usize>(

@@ -5,9 +5,9 @@ use colluvium_case::spatial;
 use colluvium_constitutive::SymTensor;
 use serde::{Deserialize, Serialize};
 
+use crate::boundary::walls::ObstacleEnergies;
 use crate::points::particles::Derivatives;
 use crate::points::rigid_body::RigidForces;
-use crate::walls::ObstacleEnergies;
 
 /// What a rigid body or an obstacle bears of the others.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]

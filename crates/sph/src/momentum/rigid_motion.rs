@@ -13,13 +13,13 @@ use colluvium_case::rigid::{
 use colluvium_case::spatial;
 use rayon::prelude::*;
 
+use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::context::SolverContext;
 use crate::momentum::rates::{Rates, ReactionSum};
+use crate::pairs::simd_pairs::set_velocity;
 use crate::points::particles::{Bodies, ParticleGroup, SquareMatrix};
 use crate::points::rigid_body::{RigidBody, RigidForces};
-use crate::transfer::simd_pairs::set_velocity;
-use crate::walls::Walls;
 
 /// Energy (kinetic, of the change of motion) that the ground and the forces make together in a step over that of the forces alone, above
 /// which it is a blow.

@@ -6,5 +6,6 @@ pub(crate) mod obstacle_faces;
 pub(crate) mod obstacle_mirror;
 pub(crate) mod penetration_limit;
 pub(crate) mod rigid_support;
+pub(crate) mod smooth_bodies;
 pub(crate) mod smooth_body_mirror;
 pub(crate) mod thin_obstacles;

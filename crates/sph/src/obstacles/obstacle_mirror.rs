@@ -3,13 +3,13 @@
 use colluvium_constitutive::SymTensor;
 
 use crate::boundary::wall_mirror::{MAX_MIRROR_FACTOR, MirrorState, STICK_RATIO, SlipFriction};
+use crate::boundary::walls::{DummySite, ObstacleFace, WallContact, dummy_sites};
 use crate::config::WallVelocity;
 use crate::obstacles::smooth_body_mirror::reflected_stress;
+use crate::pairs::operators::GradientMoment;
 use crate::pairs::{MomentumForm, PairSums};
 use crate::points::particles::SquareMatrix;
 use crate::points::vector_algebra::dot;
-use crate::transfer::operators::GradientMoment;
-use crate::walls::{DummySite, ObstacleFace, WallContact, dummy_sites};
 
 /// The stress whose mean with `stress` has the shear traction `wanted`, in place of `own`, on faces of the normal `n`.
 fn with_shear_traction<const D: usize>(

@@ -6,10 +6,10 @@
 use colluvium_points::surface::{ContactQuery, NearestPoint};
 use serde::{Deserialize, Serialize};
 
+use crate::boundary::walls::ObstacleFaces;
 use crate::obstacles::thin_obstacles::ParticlePath;
 use crate::points::particles::{Bodies, ParticleGroup};
 use crate::points::vector_algebra::{dot, square};
-use crate::walls::ObstacleFaces;
 
 /// Least distance of a particle from an obstacle (spacings).
 const MIN_DISTANCE: f64 = 0.05;

@@ -11,10 +11,10 @@ use std::ops::Range;
 use colluvium_constitutive::SymTensor;
 
 use crate::boundary::wall_mirror::MirrorState;
+use crate::pairs::operators::GradientMoment;
 use crate::pairs::{MomentumForm, PairContext, PairSums};
 use crate::points::particles::SquareMatrix;
 use crate::points::vector_algebra::separation;
-use crate::transfer::operators::GradientMoment;
 
 /// A smooth body as a particle sees it: the direction into it, and its particles among the neighbours.
 struct SmoothBodyFace<'a, const D: usize> {

@@ -3,8 +3,8 @@
 
 use colluvium_points::surface::{ContactQuery, NearestPoint, path_enters_solid, solid_blocks_path};
 
+use crate::boundary::walls::ObstacleFaces;
 use crate::points::vector_algebra::{dot, square};
-use crate::walls::ObstacleFaces;
 
 /// Cosine between the normals on the two sides of what is thin: it leaves the corners of boxes alone.
 const MAX_OPPOSITE_COSINE: f64 = -0.5;

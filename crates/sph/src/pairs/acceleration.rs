@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use super::{PairSums, SOFTENING};
 use crate::config::MomentumEquation;
-use crate::transfer::simd_pairs;
-use crate::transfer::simd_pairs::{Lanes, PackedKinematics, PackedState};
+use crate::pairs::simd_pairs;
+use crate::pairs::simd_pairs::{Lanes, PackedKinematics, PackedState};
 
 /// What the momentum equation multiplies the stresses of a pair with.
 #[derive(Clone, Copy)]

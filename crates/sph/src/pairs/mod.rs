@@ -5,6 +5,14 @@
 //! the acceleration, and kept for the velocity gradient.
 
 mod acceleration;
+pub(crate) mod corrected_momentum;
+pub(crate) mod diffusion;
+pub mod kernel;
+pub mod operators;
+pub(crate) mod pair_data;
+pub(crate) mod short_range_repulsion;
+pub(crate) mod simd_pairs;
+pub(crate) mod velocity_gradient;
 
 use std::ops::Deref;
 
@@ -12,18 +20,18 @@ use colluvium_constitutive::SymTensor;
 use colluvium_points::{BLOCK_POINTS, NeighbourList};
 use rayon::prelude::*;
 
-pub use crate::transfer::diffusion::Shift;
-pub(crate) use crate::transfer::short_range_repulsion::{ShortRangeRepulsion, repulsion_energy};
+pub use crate::pairs::diffusion::Shift;
+pub(crate) use crate::pairs::short_range_repulsion::{ShortRangeRepulsion, repulsion_energy};
 pub use acceleration::MomentumForm;
 
 use crate::config::{MomentumEquation, SphOptions, Symmetrisation};
 use crate::context::SolverContext;
+use crate::pairs::kernel::Smoothing;
 use crate::points::particles::{Bodies, PairData, ParticleGroup, Particles, SquareMatrix};
 use crate::points::vector_algebra::separation;
-use crate::transfer::kernel::Smoothing;
-use crate::transfer::simd_pairs;
-use crate::transfer::simd_pairs::Lanes;
-use crate::walls::Walls;
+
+use crate::boundary::walls::Walls;
+use crate::pairs::simd_pairs::Lanes;
 
 /// Keeps the viscosity finite for particles that meet (sheet: sph §2.8).
 pub const SOFTENING: f64 = 0.01;

@@ -13,8 +13,8 @@ use crate::clock::Clock;
 use crate::config::{SmoothingLength, TimeHistory};
 use crate::context::SolverContext;
 use crate::momentum::body_loads::BodyLoads;
+use crate::pairs::simd_pairs::{PairRecord, pair_record, set_velocity};
 use crate::points::rigid_body::RigidBody;
-use crate::transfer::simd_pairs::{PairRecord, pair_record, set_velocity};
 
 /// Least number of particles per task.
 pub(crate) const MIN_PARTICLES_PER_TASK: usize = 512;

@@ -4,8 +4,8 @@ use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::MaterialSpec;
 
 use crate::config::SphOptions;
+use crate::pairs::kernel::Kernel;
 use crate::stress::stress_update::band_length;
-use crate::transfer::kernel::Kernel;
 
 /// Largest smoothing length over spacing with which a crack opens two rows of particles: with 1.5 a bar that is pulled apart
 /// spends 1.6 to 2.9 times its fracture energy, with 2 up to 3.8 times.

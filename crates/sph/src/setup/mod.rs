@@ -11,18 +11,20 @@ use std::sync::Arc;
 
 use colluvium_case::{Capabilities, Case, CaseError, Plan, ProblemSize, Resolution, Solver};
 
+use crate::boundary::walls::{
+    ObstacleFaces, Walls, check_walls, flat_walls, has_friction, wall_particle_count,
+};
 use crate::config::{ConfinedParticles, ContinuityEquation, LagrangianFormulation, SphOptions};
 use crate::context::{SolverContext, leading_components};
 use crate::momentum::body_loads::{BodyLoads, LoadedBody};
 use crate::momentum::confining_pressure::surface_detection_problem;
+use crate::pairs::kernel::Smoothing;
 use crate::points::particles::{Bodies, ParticleGroup};
 use crate::ranks::RankedSolver;
 use crate::setup::band_checks::check_bands;
 use crate::setup::capabilities::{check_stress_forms, check_supported, warnings};
 use crate::solver::SphSolver;
 use crate::stress::total_lagrangian::TotalLagrangianReference;
-use crate::transfer::kernel::Smoothing;
-use crate::walls::{ObstacleFaces, Walls, check_walls, flat_walls, has_friction, wall_particle_count};
 use bodies::{add_body, check_distances};
 
 /// Share by which the density of a particle may be off when it is summed up. Of full supports it is by up to 2 %

@@ -18,22 +18,22 @@ pub use crate::solver::time_integration::SavedState;
 #[cfg(test)]
 pub(crate) use crate::momentum::rate_sums::diffuse_stress;
 pub(crate) use crate::momentum::rate_sums::find_rates;
-pub(crate) use crate::transfer::pair_data::{sum_densities, update_pair_data};
+pub(crate) use crate::pairs::pair_data::{sum_densities, update_pair_data};
 
 use colluvium_case::{SolverError, TimeStep};
 use serde::{Deserialize, Serialize};
 
+use crate::boundary::walls::{ObstacleEnergies, Walls};
 use crate::clock::Clock;
 use crate::context::SolverContext;
 use crate::critical_step::{critical_step, limit_by_obstacle_motion, to_time_step};
 use crate::momentum::external_forces::{stop_at_obstacles, update_follower_loads};
 use crate::momentum::rates::Rates;
+use crate::momentum::shifting::Shifting;
+use crate::neighbours::verlet_lists::{ListedPositions, VerletLists};
 use crate::points::particles::Bodies;
-use crate::shifting::Shifting;
 use crate::stress::regularisation::SmoothedFields;
 use crate::stress::total_lagrangian::TotalLagrangianReference;
-use crate::transfer::verlet_lists::{ListedPositions, VerletLists};
-use crate::walls::{ObstacleEnergies, Walls};
 
 /// Distance from equilibrium and its pieces.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]

@@ -3,15 +3,15 @@
 use colluvium_case::SolverError;
 use rayon::prelude::*;
 
+use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::context::SolverContext;
 use crate::momentum::rates::Rates;
+use crate::neighbours::verlet_lists::VerletLists;
+use crate::pairs::simd_pairs::set_velocity;
 use crate::points::particles::{Bodies, MIN_PARTICLES_PER_TASK, ParticleGroup, Particles};
 use crate::points::vector_algebra::square;
 use crate::solver::EquilibriumTerms;
-use crate::transfer::simd_pairs::set_velocity;
-use crate::transfer::verlet_lists::VerletLists;
-use crate::walls::Walls;
 
 /// Unbalanced and external forces, kinetic energy and work of the step, of each of the free particles.
 pub fn equilibrium_terms<const D: usize>(

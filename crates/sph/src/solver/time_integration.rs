@@ -3,19 +3,19 @@
 use colluvium_case::SolverError;
 use colluvium_constitutive::{States, SymTensor};
 
+use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::config::TimeIntegration;
 use crate::context::SolverContext;
 use crate::momentum::external_forces::apply_loads;
 use crate::momentum::rate_sums::{accelerate, diffuse_stress, find_rates};
 use crate::momentum::rates::Rates;
+use crate::neighbours::verlet_lists::VerletLists;
+use crate::pairs::pair_data::{update_pair_data, update_pair_velocities};
 use crate::points::particles::{Bodies, SquareMatrix};
 use crate::solver::SphSolver;
 use crate::solver::particle_motion::{drift, kick};
 use crate::stress::stress_update::{StageTime, update_stress};
-use crate::transfer::pair_data::{update_pair_data, update_pair_velocities};
-use crate::transfer::verlet_lists::VerletLists;
-use crate::walls::Walls;
 
 /// Steps of the Verlet scheme between two plain ones, which keep odd and even steps together.
 const STEPS_PER_PLAIN: u64 = 40;

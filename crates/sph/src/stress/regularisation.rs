@@ -6,14 +6,14 @@ use colluvium_case::SolverError;
 use colluvium_constitutive::SymTensor;
 use rayon::prelude::*;
 
+use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::config::{DensityReset, Regularisation};
 use crate::context::SolverContext;
+use crate::neighbours::verlet_lists::VerletLists;
+use crate::pairs::kernel::Smoothing;
 use crate::points::particles::{Bodies, MIN_PARTICLES_PER_TASK, Particles};
 use crate::stress::stress_update::return_to_yield;
-use crate::transfer::kernel::Smoothing;
-use crate::transfer::verlet_lists::VerletLists;
-use crate::walls::Walls;
 
 /// Pivots below this share of the largest entry make the moments of a particle ill-conditioned (sheet: sph §2.10).
 const MIN_PIVOT_RATIO: f64 = 1e-8;

@@ -10,9 +10,9 @@ use colluvium_points::{NeighbourList, SearchError};
 use rayon::prelude::*;
 
 use crate::SphOptions;
+use crate::pairs::kernel::Smoothing;
+use crate::pairs::operators::GradientMoment;
 use crate::points::particles::{Derivatives, MIN_PARTICLES_PER_TASK, Particles, SquareMatrix};
-use crate::transfer::kernel::Smoothing;
-use crate::transfer::operators::GradientMoment;
 
 /// Keeps the viscosity finite for particles that meet, as in the pair sums (sheet: sph §2.8).
 const SOFTENING: f64 = 0.01;

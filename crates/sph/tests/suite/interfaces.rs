@@ -4,8 +4,8 @@
 use colluvium_case::{Case, Method};
 use colluvium_constitutive::SymTensor;
 use colluvium_sph::Sph;
+use colluvium_sph::pairs::kernel::{Kernel, Smoothing};
 use colluvium_sph::setup::rates_only::{PrescribedParticle, prepared_solver, rates};
-use colluvium_sph::transfer::kernel::{Kernel, Smoothing};
 use serde_json::{Value, json};
 
 use crate::common::{advance_steps, begin, case_with, scalars, stresses, vectors};

@@ -3,9 +3,9 @@
 use colluvium_case::Case;
 use colluvium_constitutive::SymTensor;
 use colluvium_points::NeighbourList;
+use colluvium_sph::pairs::kernel::{Kernel, Smoothing};
+use colluvium_sph::pairs::operators::{DiffusivityMean, Gradient, Laplacian, ParticleCloud, test_lattice};
 use colluvium_sph::setup::rates_only::{ParticleRates, PrescribedParticle, rates};
-use colluvium_sph::transfer::kernel::{Kernel, Smoothing};
-use colluvium_sph::transfer::operators::{DiffusivityMean, Gradient, Laplacian, ParticleCloud, test_lattice};
 use serde_json::{Value, json};
 
 /// Largest error over the inner particles of `found(cloud, field, i)`.

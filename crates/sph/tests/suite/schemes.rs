@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use colluvium_case::{Case, Method, Snapshot, Solver, StepLimit};
 use colluvium_sph::Sph;
+use colluvium_sph::pairs::kernel::{Kernel, Smoothing};
 use colluvium_sph::setup::rates_only::unchecked_energy_history;
-use colluvium_sph::transfer::kernel::{Kernel, Smoothing};
 use serde_json::{Value, json};
 
 use crate::common::{advance_steps, begin, scalars, stresses, vectors};

@@ -91,7 +91,7 @@ impl MapProjection {
             let number = || number_after_name(after);
             match keyword.as_str() {
                 "PROJECTION" | "METHOD" => {
-                    found.kind = projection_method(&normalised_name(quoted_name(after)?))
+                    found.kind = projection_method(&normalised_name(quoted_name(after)?));
                 }
                 "SPHEROID" | "ELLIPSOID" => found.ellipsoid = number(),
                 "PRIMEM" => greenwich = number()?,

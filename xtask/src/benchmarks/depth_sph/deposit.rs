@@ -134,7 +134,7 @@ fn case(run: BedStopRun, angle: f64, spacing: f64) -> Result<Case, String> {
         json!({ "model": "coulomb", "friction_angle": angle }),
     );
     let mut without = |keys: &[&str]| {
-        keys.iter().for_each(|key| set_method_option(&mut case, "depth-sph", key, Value::Null))
+        keys.iter().for_each(|key| set_method_option(&mut case, "depth-sph", key, Value::Null));
     };
     match run {
         BedStopRun::Dry => without(&["mixture", "column"]),
@@ -208,9 +208,9 @@ fn fitted(spacing: f64) -> Result<f64, String> {
     for _ in 0..7 {
         let angle = 0.5 * (low + high);
         if compute(BedStopRun::Dry, angle, spacing, 0.0)?.runout[0] > 11.8 {
-            low = angle
+            low = angle;
         } else {
-            high = angle
+            high = angle;
         }
     }
     Ok(0.5 * (low + high))

@@ -124,10 +124,22 @@ fn smoothed(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, quick: bool) 
         let name = format!("A-29 smoothed, rough, {cells} cells: pressure at the end over c_u");
         match cells {
             8 => {
-                outcome.assert_within(name, "5.142 (prototype 5.371)", last, (5.14, 5.60), "the sheet's band")
+                outcome.assert_within(
+                    name,
+                    "5.142 (prototype 5.371)",
+                    last,
+                    (5.14, 5.60),
+                    "the sheet's band",
+                );
             }
             16 => {
-                outcome.assert_within(name, "5.142 (prototype 5.255)", last, (5.14, 5.40), "the sheet's band")
+                outcome.assert_within(
+                    name,
+                    "5.142 (prototype 5.255)",
+                    last,
+                    (5.14, 5.40),
+                    "the sheet's band",
+                );
             }
             _ => outcome.info(name, "5.142 (prototype 5.587)", last, "the sheet judges 8 and 16 cells"),
         }

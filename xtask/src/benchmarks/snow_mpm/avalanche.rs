@@ -283,7 +283,7 @@ fn at_rest(outcome: &mut BenchmarkOutcome, reports: &[(&AvalancheRegime, RunRepo
         let name = format!("A6 {}: pieces of 20 points and more", regime.name);
         match range {
             Some((claim, range)) => {
-                outcome.assert_within(name, claim, pieces, range, "the sheet's criterion")
+                outcome.assert_within(name, claim, pieces, range, "the sheet's criterion");
             }
             None => outcome.info(name, "many", pieces, "the sheet judges slab and plug"),
         }

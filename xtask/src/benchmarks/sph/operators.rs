@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use colluvium::plots::{LineChart, Series, Style};
 use colluvium::points::NeighbourList;
-use colluvium::sph::transfer::kernel::{Kernel, Smoothing};
-use colluvium::sph::transfer::operators::{Gradient, Laplacian, ParticleCloud, test_lattice};
+use colluvium::sph::pairs::kernel::{Kernel, Smoothing};
+use colluvium::sph::pairs::operators::{Gradient, Laplacian, ParticleCloud, test_lattice};
 
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, reference_curve, reference_table};

@@ -2,6 +2,7 @@
 //! state at rest, bisected between a factor at which the bodies come to rest again and one at which they do not.
 
 mod elastic_settling;
+pub(crate) mod safety_factor;
 mod search_cost;
 mod slope_scale;
 mod strength_trial;
@@ -15,7 +16,7 @@ use crate::output::{Table, WriteOptions, read_frame, write_frame};
 use crate::run::factor_of_safety::elastic_settling::ElasticSettling;
 use crate::run::factor_of_safety::slope_scale::SlopeScale;
 use crate::run::factor_of_safety::strength_trial::{BLOCKS, FailureCriterion, RunningTrial, run_trial};
-use crate::run::run_folder::{failing, trials};
+use crate::run::output::run_folder::{failing, trials};
 use crate::run::{RunError, RunOptions};
 use crate::{Case, CaseErrors, Method, Snapshot};
 
@@ -347,6 +348,5 @@ fn write_failed_points(context: &SearchContext<'_>, points: &Snapshot) -> Result
     Ok(())
 }
 
-pub(crate) mod safety_factor;
 #[cfg(test)]
 mod tests;

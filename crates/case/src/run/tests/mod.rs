@@ -8,6 +8,7 @@ use std::io::{Read, Write};
 use super::*;
 use crate::description::Reset;
 use crate::output::Collection;
+use crate::run::output::run_folder::lock;
 use crate::solver::{restore_value, save_value};
 use crate::{
     Advance, Dataset, DatasetGeometry, Equilibrium, Field, FieldData, Frame, FrameRequest, Lattice,
@@ -386,7 +387,7 @@ fn a_stage_that_does_not_settle_is_an_error() {
 fn two_runs_do_not_write_into_one_folder() {
     let out = tempfile::tempdir().unwrap();
     let case = case(r#"[ { "name": "all", "duration": 1.0 } ]"#);
-    let other = run_folder::lock(out.path()).unwrap();
+    let other = lock(out.path()).unwrap();
     let error = run(&case, Oscillators::boxed(0.0, None), &options(out.path())).unwrap_err();
     assert!(error.to_string().contains("another run is writing here"), "{error}");
     drop(other);

@@ -1,6 +1,7 @@
 //! Files of an earlier run, and of others, when a run overwrites.
 
 use super::*;
+use crate::run::output::run_folder::names;
 
 #[test]
 fn overwriting_removes_what_the_earlier_run_left() {
@@ -27,7 +28,7 @@ fn overwriting_removes_what_the_earlier_run_left() {
         assert!(!folder.path().join(name).exists(), "{name}: what is of a run goes");
     }
     remove_run(folder.path()).unwrap();
-    let mut left = run_folder::names(folder.path()).unwrap();
+    let mut left = names(folder.path()).unwrap();
     left.sort();
     assert_eq!(left, ["frames", "notes.txt", "rasters"]);
 }

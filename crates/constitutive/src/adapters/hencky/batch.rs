@@ -24,7 +24,7 @@ const AT_REST: f64 = 2.0;
 impl<const N: usize> SimdBatch<N> {
     /// Kirchhoff to Cauchy stresses; points whose stress is no number are left, and those that do not move marked.
     #[inline(never)]
-    fn to_cauchy_stress<const PLANAR: bool>(&mut self, trials: &TrialBatch<'_, N>) {
+    fn convert_to_cauchy_stress<const PLANAR: bool>(&mut self, trials: &TrialBatch<'_, N>) {
         let TrialBatch { deformation: [a, b, c, d, e, f, g, h, k], jacobian, .. } = trials;
         for i in 0..N {
             let stress = self.stress_of(i) * (1.0 / jacobian[i]);
@@ -258,7 +258,7 @@ impl<L: PrincipalReturn> Hencky<L> {
         if yielding {
             self.update_elastic_deformation::<N, PLANAR>(trials, &mut few);
         }
-        few.to_cauchy_stress::<PLANAR>(trials);
+        few.convert_to_cauchy_stress::<PLANAR>(trials);
         for i in 0..N {
             if few.fallback[i] == 0.0 {
                 stresses[i] = few.stress_of(i);

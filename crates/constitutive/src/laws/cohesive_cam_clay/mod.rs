@@ -17,9 +17,10 @@
 
 mod batch_newton;
 mod parameters;
+mod yield_ellipse;
+
 #[cfg(test)]
 mod tests;
-mod yield_ellipse;
 
 use serde::{Deserialize, Serialize};
 

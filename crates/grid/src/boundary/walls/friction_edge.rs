@@ -43,7 +43,7 @@ impl FrictionEdge<'_> {
                         pushes[axis] = None;
                     }
                     None if wall.approach_velocity(&end) > 0.0 => {
-                        pushes[axis] = Some(self.normal_impulse(wall))
+                        pushes[axis] = Some(self.normal_impulse(wall));
                     }
                     _ => {}
                 }
@@ -87,7 +87,7 @@ impl FrictionEdge<'_> {
         }
         if acting().count() == 1 {
             acting().for_each(|wall| {
-                wall.apply_friction(&self.start, &mut end, pushes[wall.axis].unwrap_or(0.0))
+                wall.apply_friction(&self.start, &mut end, pushes[wall.axis].unwrap_or(0.0));
             });
             return (end, [0.0; 3]);
         }

@@ -6,6 +6,7 @@
 
 mod diagnostics;
 mod reader;
+
 #[cfg(test)]
 mod tests;
 

@@ -6,10 +6,10 @@ use thiserror::Error;
 
 use super::vector::{cross, difference, dot, unit};
 use super::{ContactQuery, NearestPoint, Surface};
-use crate::surface::bounding_volume_tree::BoundingVolumeTree;
-use crate::surface::contact_query::FacetCandidate;
-use crate::surface::nearest_on_facet::{FacetFeature, facet_normal, nearest_on_facet};
-use crate::surface::triangle_intersection;
+use crate::surface::queries::bounding_volume_tree::BoundingVolumeTree;
+use crate::surface::queries::contact_query::FacetCandidate;
+use crate::surface::queries::nearest_on_facet::{FacetFeature, facet_normal, nearest_on_facet};
+use crate::surface::queries::triangle_intersection;
 
 /// What is wrong with a surface.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]

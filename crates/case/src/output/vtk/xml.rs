@@ -11,12 +11,12 @@ use vtkio::xml::{self, Compressor, DataArrayFormat, se};
 
 use crate::description::Compression;
 use crate::output::atomic_files::write_stream_atomically;
-use crate::output::vtk_encoding;
+use crate::output::vtk::encoding;
 use crate::output::{ChecksumWriter, FileChecksum, OutputError};
 use crate::{Field, FieldData};
 
 /// An array of a file, made when its turn comes.
-pub(super) struct VtkArray<'a> {
+pub(crate) struct VtkArray<'a> {
     name: &'a str,
     components: u32,
     values: Box<dyn Fn() -> IOBuffer + 'a>,
@@ -24,7 +24,7 @@ pub(super) struct VtkArray<'a> {
 
 impl<'a> VtkArray<'a> {
     /// An array of what `values` gives.
-    pub(super) fn new<V>(name: &'a str, components: u32, values: impl Fn() -> V + 'a) -> Self
+    pub(crate) fn new<V>(name: &'a str, components: u32, values: impl Fn() -> V + 'a) -> Self
     where
         V: Into<IOBuffer>,
     {
@@ -32,7 +32,7 @@ impl<'a> VtkArray<'a> {
     }
 
     /// The values of a field; of tensors full 3×3 components, row by row, as ParaView expects them.
-    pub(super) fn from_field(field: &'a Field) -> Self {
+    pub(crate) fn from_field(field: &'a Field) -> Self {
         let name = &field.name;
         match &field.data {
             FieldData::Integer(values) => Self::new(name, 1, || values.clone()),
@@ -54,7 +54,7 @@ impl<'a> VtkArray<'a> {
     }
 
     /// The attribute that has it, without values.
-    pub(super) fn without_values(&self) -> Attribute {
+    pub(crate) fn without_values(&self) -> Attribute {
         Attribute::DataArray(self.with(IOBuffer::U8(Vec::new())))
     }
 
@@ -75,7 +75,7 @@ impl<'a> VtkArray<'a> {
         let head = se::to_string(&head).map_err(io::Error::other)?;
         let head =
             head.strip_suffix(HEAD_END).ok_or_else(|| io::Error::other("has an array with content"))?;
-        let text = vtk_encoding::encode(&values, compression)?;
+        let text = encoding::encode(&values, compression)?;
         for part in [head, ">", &text, DATA_END] {
             out.write_all(part.as_bytes())?;
         }
@@ -87,17 +87,17 @@ impl<'a> VtkArray<'a> {
 const DATA_END: &str = "</DataArray>";
 
 /// What bears the arrays of a file of points or cells.
-pub(super) struct VtkGeometry<'a> {
+pub(crate) struct VtkGeometry<'a> {
     /// Number of places.
-    pub(super) places: usize,
+    pub(crate) places: usize,
     /// Number of cells.
-    pub(super) cells: usize,
+    pub(crate) cells: usize,
     /// Places, corners, ends and kinds of cells.
-    pub(super) arrays: [VtkArray<'a>; 4],
+    pub(crate) arrays: [VtkArray<'a>; 4],
 }
 
 /// Writes points or cells with arrays on either as a VTU file; the seal of the file.
-pub(super) fn write_unstructured(
+pub(crate) fn write_unstructured(
     path: &Path,
     geometry: VtkGeometry<'_>,
     (point, cell): (Vec<VtkArray<'_>>, Vec<VtkArray<'_>>),
@@ -115,7 +115,7 @@ pub(super) fn write_unstructured(
 }
 
 /// Writes a file of `hollow` data whose arrays, in the order of the file, have other values; the seal of the file.
-pub(super) fn write_xml<'a>(
+pub(crate) fn write_xml<'a>(
     path: &Path,
     hollow: DataSet,
     arrays: impl Iterator<Item = VtkArray<'a>>,

@@ -11,39 +11,39 @@ use crate::output::{
 };
 use crate::run::RunError;
 
-pub(super) const CASE: &str = "case.json";
-pub(super) const CHECKPOINT: &str = "checkpoint.bin";
-pub(super) const SUMMARY: &str = "summary.json";
-pub(super) const MEASURES: &str = "measures.csv";
-pub(super) const COLLECTION: &str = "frames.pvd";
-pub(super) const FRAMES: &str = "frames";
-pub(super) const RASTERS: &str = "rasters";
+pub(crate) const CASE: &str = "case.json";
+pub(crate) const CHECKPOINT: &str = "checkpoint.bin";
+pub(crate) const SUMMARY: &str = "summary.json";
+pub(crate) const MEASURES: &str = "measures.csv";
+pub(crate) const COLLECTION: &str = "frames.pvd";
+pub(crate) const FRAMES: &str = "frames";
+pub(crate) const RASTERS: &str = "rasters";
 /// Name of the map in the folder of rasters.
-pub(super) const MAP: &str = "map.png";
+pub(crate) const MAP: &str = "map.png";
 
 /// What the columns mean, at the head of each table.
 const ABOUT: &str = "SI units; stress tension-positive, pressure compression-positive; per metre of thickness in \
                      plane strain, per radian in axisymmetry";
 
 /// Name of a file of frame number `number`.
-pub(super) fn frame(dataset: &str, number: usize, ending: &str) -> String {
+pub(crate) fn frame(dataset: &str, number: usize, ending: &str) -> String {
     format!("{FRAMES}/{dataset}-{number:05}.{ending}")
 }
 
 /// Dataset and number of a file of [`transform`].
-pub(super) fn parse_frame_name(file: &str) -> Option<(&str, usize)> {
+pub(crate) fn parse_frame_name(file: &str) -> Option<(&str, usize)> {
     let (stem, _) = file.strip_prefix(FRAMES)?.strip_prefix('/')?.split_once('.')?;
     let (dataset, number) = stem.rsplit_once('-')?;
     Some((dataset, number.parse().ok()?))
 }
 
 /// Name of the collection of a dataset beside the first of the frames.
-pub(super) fn collection(dataset: &str) -> String {
+pub(crate) fn collection(dataset: &str) -> String {
     format!("{dataset}.pvd")
 }
 
 /// The collections in a folder: lists of files of frames.
-pub(super) fn collections(out: &Path) -> Result<Vec<String>, OutputError> {
+pub(crate) fn collections(out: &Path) -> Result<Vec<String>, OutputError> {
     let mut names = names(out)?;
     names.retain(|name| {
         let listed = || Collection::read(&out.join(name)).map(|collection| collection.frames);
@@ -56,22 +56,22 @@ pub(super) fn collections(out: &Path) -> Result<Vec<String>, OutputError> {
 }
 
 /// Name of the file of a profile.
-pub(super) fn profile(name: &str) -> String {
+pub(crate) fn profile(name: &str) -> String {
     format!("profile-{name}.csv")
 }
 
 /// Name of the file of the trials of a search for a factor of safety.
-pub(super) fn trials(name: &str) -> String {
+pub(crate) fn trials(name: &str) -> String {
     format!("trials-{name}.csv")
 }
 
 /// Name of the file of the points at the end of the last failing trial of a search.
-pub(super) fn failing(name: &str) -> String {
+pub(crate) fn failing(name: &str) -> String {
     format!("failing-{name}.vtu")
 }
 
 /// Name of the file with the solver's state at the end of stage number `stage`.
-pub(super) fn state(stage: usize) -> String {
+pub(crate) fn state(stage: usize) -> String {
     format!("state-{stage}.bin")
 }
 
@@ -79,11 +79,11 @@ fn is_of_search(name: &str) -> bool {
     is_trials(name) || is_failing(name) || is_state(name)
 }
 
-pub(super) fn is_trials(name: &str) -> bool {
+pub(crate) fn is_trials(name: &str) -> bool {
     name.starts_with("trials-") && name.ends_with(".csv")
 }
 
-pub(super) fn is_failing(name: &str) -> bool {
+pub(crate) fn is_failing(name: &str) -> bool {
     name.starts_with("failing-") && name.ends_with(".vtu")
 }
 
@@ -96,7 +96,7 @@ fn is_profile(name: &str) -> bool {
 }
 
 /// The names in a folder; none where there is no folder.
-pub(super) fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
+pub(crate) fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
     if !folder.is_dir() {
         return Ok(Vec::new());
     }
@@ -106,7 +106,7 @@ pub(super) fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
 }
 
 /// What lies in the folder under a name that a run gives to its own files.
-pub(super) fn existing_run_file(out: &Path) -> Result<Option<String>, OutputError> {
+pub(crate) fn existing_run_file(out: &Path) -> Result<Option<String>, OutputError> {
     let own = [CASE, MEASURES, FRAMES, RASTERS];
     let is_own = |name: &String| {
         own.contains(&name.as_str()) || name.ends_with(".pvd") || is_profile(name) || is_of_search(name)
@@ -122,12 +122,12 @@ fn remove(file: &Path) -> Result<(), OutputError> {
 }
 
 /// Makes the folder, with its folder of frames.
-pub(super) fn create(out: &Path) -> Result<(), OutputError> {
+pub(crate) fn create(out: &Path) -> Result<(), OutputError> {
     create_folder(&out.join(FRAMES))
 }
 
 /// Writes a state so that [`read_state`] sees whether it is whole.
-pub(super) fn write_state(
+pub(crate) fn write_state(
     path: &Path,
     state: impl FnOnce(&mut dyn Write) -> Result<(), SolverError>,
 ) -> Result<(), RunError> {
@@ -151,7 +151,7 @@ pub(super) fn write_state(
 ///
 /// # Errors
 /// When the file cannot be read or is not what was written.
-pub(super) fn read_state(path: &Path) -> Result<impl Read + use<>, OutputError> {
+pub(crate) fn read_state(path: &Path) -> Result<impl Read + use<>, OutputError> {
     let fail = |error| OutputError::new(path, error);
     let damaged = || fail(std::io::Error::other("is damaged: run the case anew"));
     let mut file = File::open(path).map_err(fail)?;
@@ -173,7 +173,7 @@ pub(super) fn read_state(path: &Path) -> Result<impl Read + use<>, OutputError> 
 ///
 /// # Errors
 /// When it cannot be made, or another run has it.
-pub(super) fn lock(out: &Path) -> Result<Option<File>, OutputError> {
+pub(crate) fn lock(out: &Path) -> Result<Option<File>, OutputError> {
     create_folder(out)?;
     let Ok(folder) = File::open(out) else { return Ok(None) };
     match folder.try_lock() {
@@ -189,8 +189,8 @@ pub(super) fn lock(out: &Path) -> Result<Option<File>, OutputError> {
 const RESERVED_BYTES: usize = 1 << 16;
 
 /// Keeps room in the folder, beside that for `text`, until the file is closed; it has no name there. `None` where that is not
-/// possible: such a run writes its [last words](crate::run::summary) over the summary that there is.
-pub(super) fn reserve_space(out: &Path, text: &str) -> Option<File> {
+/// possible: such a run writes its [last words](crate::run::output::summary) over the summary that there is.
+pub(crate) fn reserve_space(out: &Path, text: &str) -> Option<File> {
     let mut file = tempfile::tempfile_in(out).ok()?;
     file.write_all(&vec![1; RESERVED_BYTES + 2 * text.len()]).and_then(|()| file.sync_all()).ok()?;
     Some(file)
@@ -198,7 +198,7 @@ pub(super) fn reserve_space(out: &Path, text: &str) -> Option<File> {
 
 /// Whether a file in the folder of rasters has the name of one that methods make: what else lies there, as styles of a program for maps,
 /// is not the run's.
-pub(super) fn is_map(name: &str) -> bool {
+pub(crate) fn is_map(name: &str) -> bool {
     let name = name.strip_suffix(".tmp").unwrap_or(name);
     if name == MAP {
         return true;
@@ -208,7 +208,7 @@ pub(super) fn is_map(name: &str) -> bool {
 }
 
 /// Whether a file in the folder of frames is one, whole or torn.
-pub(super) fn is_frame(name: &str) -> bool {
+pub(crate) fn is_frame(name: &str) -> bool {
     let name = name.strip_suffix(".tmp").unwrap_or(name);
     let ending = [".vtu", ".vtr"].iter().any(|ending| name.ends_with(ending));
     ending && parse_frame_name(&format!("{FRAMES}/{name}")).is_some()
@@ -233,7 +233,7 @@ pub fn remove_run(out: &Path) -> Result<(), OutputError> {
 }
 
 /// Removes everything that a run writes but its case and its summary, and nothing else.
-pub(super) fn clear(out: &Path) -> Result<(), OutputError> {
+pub(crate) fn clear(out: &Path) -> Result<(), OutputError> {
     for name in collections(out)?.iter().map(String::as_str).chain([CHECKPOINT, MEASURES]) {
         remove(&out.join(name))?;
     }
@@ -250,13 +250,13 @@ pub(super) fn clear(out: &Path) -> Result<(), OutputError> {
 }
 
 /// Removes the profiles but those named.
-pub(super) fn keep_profiles(out: &Path, kept: &[&str]) -> Result<(), OutputError> {
+pub(crate) fn keep_profiles(out: &Path, kept: &[&str]) -> Result<(), OutputError> {
     let stale = |name: &&String| is_profile(name) && !kept.contains(&name.as_str());
     names(out)?.iter().filter(stale).try_for_each(|name| remove(&out.join(name)))
 }
 
 /// Removes files that a killed run was in the middle of writing.
-pub(super) fn remove_partial_files(out: &Path) -> Result<(), OutputError> {
+pub(crate) fn remove_partial_files(out: &Path) -> Result<(), OutputError> {
     for name in [CASE, CHECKPOINT, SUMMARY] {
         remove(&out.join(format!("{name}.tmp")))?;
     }
@@ -269,19 +269,19 @@ pub(super) fn remove_partial_files(out: &Path) -> Result<(), OutputError> {
 
 /// The tables of a run on disk, by file name; none without a folder.
 #[derive(Debug, Default)]
-pub(super) struct Tables {
+pub(crate) struct Tables {
     out: Option<PathBuf>,
     files: BTreeMap<String, TableFile>,
 }
 
 impl Tables {
     /// No tables yet, in a folder.
-    pub(super) fn new(out: Option<PathBuf>) -> Self {
+    pub(crate) fn new(out: Option<PathBuf>) -> Self {
         Self { out, files: BTreeMap::new() }
     }
 
     /// Adds rows to a table, which begins with its first.
-    pub(super) fn append(
+    pub(crate) fn append(
         &mut self,
         name: &str,
         columns: &[(String, String)],
@@ -295,12 +295,12 @@ impl Tables {
     }
 
     /// Brings all rows safely to the disk; name and seal of each table.
-    pub(super) fn sync(&self) -> Result<Vec<(String, FileChecksum)>, OutputError> {
+    pub(crate) fn sync(&self) -> Result<Vec<(String, FileChecksum)>, OutputError> {
         self.files.iter().map(|(name, file)| Ok((name.clone(), file.sync()?))).collect()
     }
 
     /// Takes the tables up again where they had the given seals: all of them, or none is touched.
-    pub(super) fn resume(&mut self, seals: &[(String, FileChecksum)]) -> Result<(), OutputError> {
+    pub(crate) fn resume(&mut self, seals: &[(String, FileChecksum)]) -> Result<(), OutputError> {
         let Some(out) = &self.out else { return Ok(()) };
         let mut files = BTreeMap::new();
         for (name, seal) in seals {

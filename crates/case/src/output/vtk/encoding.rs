@@ -20,7 +20,7 @@ const BLOCK: usize = 1 << 15;
 ///
 /// # Errors
 /// When zlib refuses.
-pub(super) fn encode(values: &IOBuffer, compression: Compression) -> io::Result<String> {
+pub(crate) fn encode(values: &IOBuffer, compression: Compression) -> io::Result<String> {
     let bytes = bytes(values)?;
     if compression == Compression::None {
         let whole = [&(bytes.len() as u64).to_le_bytes(), bytes.as_slice()].concat();

@@ -11,21 +11,21 @@ use vtkio::model::{
 };
 
 use crate::description::Compression;
-use crate::output::vtk_xml::{VtkArray, VtkGeometry, write_unstructured};
+use crate::output::vtk::xml::{VtkArray, VtkGeometry, write_unstructured};
 use crate::output::{FileChecksum, OutputError, write_atomically};
 use crate::solver::{Dataset, DatasetGeometry, FieldRole, PolygonMesh, on_nodes};
 use crate::{Field, FieldData, Snapshot};
 
 /// Points as a file has them, and their fields.
-pub(super) struct WrittenPoints<'a> {
-    pub(super) ids: &'a [u64],
+pub(crate) struct WrittenPoints<'a> {
+    pub(crate) ids: &'a [u64],
     /// Empty for methods without bodies.
-    pub(super) bodies: &'a [u32],
+    pub(crate) bodies: &'a [u32],
     /// Positions (m).
-    pub(super) positions: &'a [[f64; 3]],
+    pub(crate) positions: &'a [[f64; 3]],
     /// Full widths (m); empty for points without.
-    pub(super) extents: &'a [[f64; 3]],
-    pub(super) fields: Vec<&'a Field>,
+    pub(crate) extents: &'a [[f64; 3]],
+    pub(crate) fields: Vec<&'a Field>,
 }
 
 /// Fields of a frame that are written, and how.
@@ -55,7 +55,7 @@ pub fn write_frame(
 }
 
 /// Writes points, moved by `origin` (m), with their fields as a VTU file that ParaView opens; the seal of the file.
-pub(super) fn write_points(
+pub(crate) fn write_points(
     path: &Path,
     shown: WrittenPoints<'_>,
     origin: [f64; 3],
@@ -97,7 +97,7 @@ fn shifted(places: &[[f64; 3]], origin: [f64; 3]) -> Vec<f64> {
 }
 
 /// Writes a mesh, moved by `origin` (m), with fields on its cells as a VTU file that ParaView opens; the seal of the file.
-pub(super) fn write_mesh(
+pub(crate) fn write_mesh(
     path: &Path,
     mesh: &PolygonMesh,
     origin: [f64; 3],
@@ -253,7 +253,7 @@ impl Arrays {
             ("body", _) => self.bodies = Some(values.iter().map(|v| *v as u32).collect()),
             ("extent", _) => self.extents = Some(values.as_chunks().0.to_vec()),
             (crate::output::dataset_files::GHOSTS, _) => {
-                self.mask = values.iter().map(|v| *v == 0.0).collect()
+                self.mask = values.iter().map(|v| *v == 0.0).collect();
             }
             (_, 3) => push(FieldData::Vector(values.as_chunks().0.to_vec())),
             (_, 9) => {

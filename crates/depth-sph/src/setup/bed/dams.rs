@@ -4,8 +4,8 @@ use colluvium_case::{Case, CaseError};
 use colluvium_points::Raster;
 use colluvium_points::surface::distance_to_line;
 
-use super::option_error;
 use crate::config::{DamOptions, DepthOptions};
+use crate::setup::option_error;
 
 /// Height of a dam over the ground at a distance from its line (m).
 fn height(dam: &DamOptions, distance: f64) -> f64 {

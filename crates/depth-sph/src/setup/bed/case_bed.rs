@@ -10,8 +10,8 @@ use crate::bed::{Bed, BedPoint, BedSurface, ErodibleBed, TerrainBed};
 use crate::config::DepthOptions;
 use crate::config::choices::TimeScheme;
 use crate::output::hazard_rasters::PlanCells;
-use crate::setup::dams;
-use crate::setup::face_heights::highest_faces;
+use crate::setup::bed::dams;
+use crate::setup::bed::face_heights::highest_faces;
 
 /// Fewest nodes of a raster along an axis (sheet: depth-sph §7).
 const FEWEST_NODES: usize = 4;

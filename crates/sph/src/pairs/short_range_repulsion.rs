@@ -10,13 +10,13 @@ use std::ops::Range;
 
 use colluvium_points::NeighbourList;
 
+use crate::boundary::walls::{ImageParticle, WallContact, Walls};
 use crate::config::LagrangianFormulation;
 use crate::context::SolverContext;
 use crate::pairs::PairSums;
+use crate::pairs::simd_pairs::Lanes;
 use crate::points::particles::{Bodies, ParticleGroup};
 use crate::points::vector_algebra::separation;
-use crate::transfer::simd_pairs::Lanes;
-use crate::walls::{ImageParticle, WallContact, Walls};
 
 /// Up to which distance particles repel each other, in spacings. An even liquid has none so close.
 pub(crate) const RANGE: f64 = 0.7;

@@ -7,9 +7,9 @@ use colluvium_constitutive::SymTensor;
 
 use crate::config::MAX_SHIFT;
 use crate::pairs::PairContext;
+use crate::pairs::operators::{GradientMoment, product};
 use crate::points::particles::SquareMatrix;
 use crate::points::vector_algebra::{geostatic_stress, separation};
-use crate::transfer::operators::{GradientMoment, product};
 
 /// Keeps the diffusion of stress finite for particles that meet (sheet: sph §2.10).
 const SOFTENING: f64 = 1e-4;
@@ -234,7 +234,7 @@ impl<const D: usize> PairContext<'_, D> {
         }
     }
 
-    /// Trace of [`Self::moment`].
+    /// Trace of the moment of a row.
     pub fn moment_trace(&self, i: usize, row: &[u32]) -> f64 {
         let (p, support, mut squares) = (self.particles, self.support_square(), [0.0; D]);
         for &j in row {
@@ -250,7 +250,7 @@ impl<const D: usize> PairContext<'_, D> {
     }
 
     /// `M = Σ V F x ⊗ x`, whose trace falls at free surfaces (sheet: sph §2.13 h).
-    pub fn moment(&self, i: usize, row: &[u32]) -> GradientMoment<D> {
+    pub(crate) fn moment(&self, i: usize, row: &[u32]) -> GradientMoment<D> {
         let mut moment = GradientMoment::default();
         self.for_each_weighted(i, row, |weight, apart| moment.add(weight, apart));
         moment

@@ -6,7 +6,7 @@ use crate::surface::vector::{cross, difference, dot};
 const TOUCH_TOLERANCE: f64 = 1e-6;
 
 /// Whether one of two triangles (m) passes through the other. What touches, or lies in one plane, does not.
-pub(super) fn triangles_intersect(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> bool {
+pub(crate) fn triangles_intersect(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> bool {
     let edges = |t: &[[f64; 3]; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
     edges(a).iter().any(|edge| segment_pierces_triangle(edge, b))
         || edges(b).iter().any(|edge| segment_pierces_triangle(edge, a))

@@ -2,19 +2,19 @@
 
 use wide::f64x4 as Lanes;
 
-use crate::motion::{ExternalActions, GrainSums, LeapfrogKick};
+use crate::momentum::time_integration::{ExternalActions, GrainSums, LeapfrogKick};
 use crate::points::grains::inertia;
 use crate::points::vector::dot;
 
 /// What does not change of the grains of a block as they move.
-pub(super) struct GrainBlock<'a, const D: usize, const R: usize> {
+pub(crate) struct GrainBlock<'a, const D: usize, const R: usize> {
     /// Number of the first of them.
-    pub(super) first: usize,
-    pub(super) radius: &'a [f64],
-    pub(super) mass: &'a [f64],
-    pub(super) force: &'a [[f64; D]],
-    pub(super) torque: &'a [[f64; R]],
-    pub(super) listed: &'a [[f64; D]],
+    pub(crate) first: usize,
+    pub(crate) radius: &'a [f64],
+    pub(crate) mass: &'a [f64],
+    pub(crate) force: &'a [[f64; D]],
+    pub(crate) torque: &'a [[f64; R]],
+    pub(crate) listed: &'a [[f64; D]],
 }
 
 /// Grains that are moved side by side.
@@ -65,7 +65,7 @@ fn largest(lanes: Lanes) -> f64 {
 impl<const D: usize, const R: usize> GrainBlock<'_, D, R> {
     /// Moves grains under contact forces and gravity, four at once and component by component: what `Grain::advance` does to
     /// them, to the last bit. How many it has moved: the rest of a block is left.
-    pub(super) fn integrate(
+    pub(crate) fn integrate(
         &self,
         (drive, kick): (&ExternalActions<'_, D>, &LeapfrogKick),
         position: &mut [[f64; D]],
@@ -133,7 +133,7 @@ impl<const D: usize, const R: usize> GrainBlock<'_, D, R> {
 #[cfg(test)]
 mod tests {
     use crate::config::DampingForm;
-    use crate::motion::{ExternalActions, GrainSums, integrate_grains};
+    use crate::momentum::time_integration::{ExternalActions, GrainSums, integrate_grains};
     use crate::points::grains::Grains;
 
     /// Grains of several sizes that move, turn and bear forces; those of the second block are held in part.

@@ -3,10 +3,10 @@
 //! With `L^v_i = Σ V_j (v_j - v_i) ⊗ L_i ∇W` the stress power `-Σ V_i σ_i : L^v_i` is the power of the pair forces
 //! `V_i V_j (σ_i L_i + σ_j L_j) ∇W`: they conserve energy with it, and linear momentum too, for they are antisymmetric.
 
+use crate::pairs::operators::product;
 use crate::pairs::{PairContext, PairSums};
 use crate::points::particles::SquareMatrix;
 use crate::points::vector_algebra::separation;
-use crate::transfer::operators::product;
 
 impl<const D: usize> PairContext<'_, D> {
     /// `L_i = M_i⁻¹` of the corrected gradient; the unit matrix where a particle sees too little around it.

@@ -1,6 +1,6 @@
 //! Four neighbours at a time.
 
-use crate::transfer::kernel::{Kernel, Smoothing};
+use crate::pairs::kernel::{Kernel, Smoothing};
 
 /// One number of each of four neighbours.
 pub use wide::f64x4 as Lanes;

@@ -5,18 +5,18 @@ use std::fs;
 
 use serde_json::json;
 
-use super::checkpoint::checkpoint_error;
-use super::progress::{RunProgress, StepBoundCount};
-use super::{RunError, SafetyResult, verify};
 use crate::description::Stage;
 use crate::output::{OutputError, write_atomically, write_in_place};
-use crate::run::recorder::RunRecorder;
-use crate::run::run_folder::{CHECKPOINT, SUMMARY};
+use crate::run::checkpoint::checkpoint_error;
+use crate::run::output::recorder::RunRecorder;
+use crate::run::output::run_folder::{CHECKPOINT, SUMMARY};
+use crate::run::progress::{RunProgress, StepBoundCount};
+use crate::run::{RunError, SafetyResult, verify};
 use crate::{Budget, Solver};
 
 impl RunRecorder<'_> {
     /// Writes the summary, with wall-clock time (s), factors of safety and remarks on the state.
-    pub(super) fn summary(
+    pub(crate) fn summary(
         &self,
         status: &str,
         reason: Option<&str>,
@@ -102,7 +102,7 @@ impl RunRecorder<'_> {
         stages.map(record).collect()
     }
 
-    pub(super) fn write_summary(&self, summary: &serde_json::Value) -> Result<(), RunError> {
+    pub(crate) fn write_summary(&self, summary: &serde_json::Value) -> Result<(), RunError> {
         let Some(out) = &self.options.out else { return Ok(()) };
         let text = serde_json::to_string_pretty(summary)
             .map_err(|error| checkpoint_error(out, error.to_string()))?;

@@ -11,7 +11,7 @@ const ALWAYS_IN_FRAMES: [&str; 3] = ["id", "body", "extent"];
 
 /// What stands in a row whatever the case measures: time, totals, what the method adds. `time_step` is the bound on the
 /// last step (s).
-pub(super) fn run_outputs(solver: &dyn Solver, time_step: Option<f64>) -> Vec<ScalarOutput> {
+pub(crate) fn run_outputs(solver: &dyn Solver, time_step: Option<f64>) -> Vec<ScalarOutput> {
     let mut readings = Vec::new();
     let mut push = |name: &str, unit: &str, value: f64| {
         readings.push((name.to_owned(), unit.to_owned(), value));
@@ -52,7 +52,7 @@ fn totals(budget: &Budget, dissipated: Option<f64>, push: &mut dyn FnMut(&str, &
 }
 
 /// What stands in a row because the case measures it.
-pub(super) fn case_outputs(case: &Case, solver: &dyn Solver, snapshot: &Snapshot) -> Vec<ScalarOutput> {
+pub(crate) fn case_outputs(case: &Case, solver: &dyn Solver, snapshot: &Snapshot) -> Vec<ScalarOutput> {
     let mut readings = measure::read(case, snapshot, solver.cell_size(), &solver.removal_shape_travel());
     readings.extend(measure::solver_outputs(case, solver));
     readings

@@ -1,6 +1,6 @@
 //! The places at which balls touch a surface.
 
-use crate::surface::nearest_on_facet::nearest_on_facet;
+use crate::surface::queries::nearest_on_facet::nearest_on_facet;
 use crate::surface::vector::{difference, dot};
 use crate::surface::{NearestPoint, Surface};
 
@@ -19,9 +19,9 @@ pub struct ContactQuery<const D: usize> {
 
 /// A facet near a point.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct FacetCandidate<const D: usize> {
-    pub(super) corners: [[f64; D]; D],
-    pub(super) place: NearestPoint<D>,
+pub(crate) struct FacetCandidate<const D: usize> {
+    pub(crate) corners: [[f64; D]; D],
+    pub(crate) place: NearestPoint<D>,
 }
 
 impl<const D: usize> ContactQuery<D> {
@@ -57,16 +57,16 @@ impl<const D: usize> ContactQuery<D> {
         self.ends.push(self.contacts.len());
     }
 
-    pub(super) fn contacts_since_mut(&mut self, start: usize) -> &mut [NearestPoint<D>] {
+    pub(crate) fn contacts_since_mut(&mut self, start: usize) -> &mut [NearestPoint<D>] {
         &mut self.contacts[start..]
     }
 
-    pub(super) fn add_if_outside(&mut self, place: Option<NearestPoint<D>>) {
+    pub(crate) fn add_if_outside(&mut self, place: Option<NearestPoint<D>>) {
         self.contacts.extend(place.filter(|place| place.distance >= 0.0));
     }
 
     /// Adds what a disk around `x` touches of a section in the plane, brought into space by `out`.
-    pub(super) fn add_planar_contacts(
+    pub(crate) fn add_planar_contacts(
         &mut self,
         section: &impl Surface<2>,
         x: &[f64; 2],
@@ -80,13 +80,13 @@ impl<const D: usize> ContactQuery<D> {
     }
 
     /// Facets near the point that [`ContactQuery::select_distinct`] is to choose from.
-    pub(super) fn candidates(&mut self) -> &mut Vec<FacetCandidate<D>> {
+    pub(crate) fn candidates(&mut self) -> &mut Vec<FacetCandidate<D>> {
         &mut self.candidates
     }
 
     /// Of the candidates those that are contacts of their own. One whose place also belongs to a facet that is nearer is the
     /// edge at which that facet ends, or lies beyond it on the same side.
-    pub(super) fn select_distinct(&mut self, radius: f64) {
+    pub(crate) fn select_distinct(&mut self, radius: f64) {
         let key = |c: &FacetCandidate<D>| (c.place.distance, c.place.feature_id);
         self.candidates.sort_unstable_by(|a, b| {
             let (a, b) = (key(a), key(b));

@@ -14,11 +14,12 @@ use crate::output::{
     read_frame, read_json, write_atomically, write_dataset, write_frame,
 };
 use crate::run::checkpoint::{Checkpoint, checkpoint_error, read_checkpoint};
+use crate::run::output::measure_row;
+use crate::run::output::run_folder;
+use crate::run::output::run_folder::{CASE, CHECKPOINT, COLLECTION, MEASURES, RASTERS, SUMMARY, Tables};
 use crate::run::progress::RunProgress;
-use crate::run::run_folder;
-use crate::run::run_folder::{CASE, CHECKPOINT, COLLECTION, MEASURES, RASTERS, SUMMARY, Tables};
 use crate::run::verify;
-use crate::run::{RunError, RunOptions, measure_row};
+use crate::run::{RunError, RunOptions};
 use crate::solver::save_value;
 use crate::{
     Case, Dataset, DatasetGeometry, Frame, FrameRequest, PlanRaster, Snapshot, Solver, SolverError, measure,
@@ -41,33 +42,33 @@ fn measured_snapshot<'a>(points: Option<&'a Snapshot>, others: &Frame) -> Cow<'a
 }
 
 /// Writes measures, frames, checkpoints and the summary of a run.
-pub(super) struct RunRecorder<'a> {
-    pub(super) case: &'a Case,
-    pub(super) options: &'a RunOptions,
+pub(crate) struct RunRecorder<'a> {
+    pub(crate) case: &'a Case,
+    pub(crate) options: &'a RunOptions,
     frame_interval: Option<f64>,
     row_interval: f64,
     /// Whether steps end at the times of rows: where the case names an interval.
     ends_on_rows: bool,
-    pub(super) tables: Tables,
-    pub(super) table: Table,
-    pub(super) kept_frames: Vec<Snapshot>,
+    pub(crate) tables: Tables,
+    pub(crate) table: Table,
+    pub(crate) kept_frames: Vec<Snapshot>,
     /// States of the solver at the ends of stages, by their names.
     states: BTreeMap<String, Vec<u8>>,
     /// Of the case.
     fingerprint: u64,
     /// Marks of the files that the case names, by their paths.
-    pub(super) files: BTreeMap<String, String>,
+    pub(crate) files: BTreeMap<String, String>,
     /// Keeps other runs out of the folder.
     lock: Option<fs::File>,
     /// Keeps room on the disk for the last summary.
-    pub(super) reserved_space: Option<fs::File>,
+    pub(crate) reserved_space: Option<fs::File>,
     /// Names of the files of rasters that were written, in the folder of the run.
-    pub(super) rasters: Vec<String>,
+    pub(crate) rasters: Vec<String>,
 }
 
 impl<'a> RunRecorder<'a> {
     /// Takes the folder into use.
-    pub(super) fn open(case: &'a Case, options: &'a RunOptions) -> Result<Self, RunError> {
+    pub(crate) fn open(case: &'a Case, options: &'a RunOptions) -> Result<Self, RunError> {
         let files = case.file_checksums();
         let mut recorder = Self {
             case,
@@ -129,7 +130,7 @@ impl<'a> RunRecorder<'a> {
     }
 
     /// Writes the case where a run was killed before it had done so, or somebody has taken it away.
-    pub(super) fn keep_case(&self, out: &Path) -> Result<(), OutputError> {
+    pub(crate) fn keep_case(&self, out: &Path) -> Result<(), OutputError> {
         if out.join(CASE).exists() { Ok(()) } else { self.write_case(out) }
     }
 
@@ -152,12 +153,12 @@ impl<'a> RunRecorder<'a> {
     }
 
     /// The fingerprint of the case in a summary.
-    pub(super) fn case_fingerprint(&self) -> String {
+    pub(crate) fn case_fingerprint(&self) -> String {
         format!("{:016x}", self.fingerprint)
     }
 
     /// First row and frame, at time zero.
-    pub(super) fn begin(&mut self, solver: &dyn Solver, progress: &mut RunProgress) -> Result<(), RunError> {
+    pub(crate) fn begin(&mut self, solver: &dyn Solver, progress: &mut RunProgress) -> Result<(), RunError> {
         progress.start = solver.budget();
         self.output(solver, progress)
     }
@@ -169,7 +170,7 @@ impl<'a> RunRecorder<'a> {
     }
 
     /// Time of the next row or frame at which a step is to end (s).
-    pub(super) fn next_output(&self, progress: &RunProgress) -> f64 {
+    pub(crate) fn next_output(&self, progress: &RunProgress) -> f64 {
         let [row, frame] = self.intervals();
         // Before the first of them nothing is infinitely far.
         let next = |count: u64, interval: f64| if count == 0 { 0.0 } else { count as f64 * interval };
@@ -177,18 +178,18 @@ impl<'a> RunRecorder<'a> {
     }
 
     /// The shortest time between two outputs at which steps end (s).
-    pub(super) fn shortest_interval(&self) -> f64 {
+    pub(crate) fn shortest_interval(&self) -> f64 {
         let [row, frame] = self.intervals();
         row.min(frame)
     }
 
     /// Whether a row is due at `time` (s) for which no step was to end.
-    pub(super) fn is_unscheduled_row_due(&self, time: f64, progress: &RunProgress) -> bool {
+    pub(crate) fn is_unscheduled_row_due(&self, time: f64, progress: &RunProgress) -> bool {
         !self.ends_on_rows && is_due(time, progress.rows, self.row_interval)
     }
 
     /// Writes the row and the frame that are due.
-    pub(super) fn output(&mut self, solver: &dyn Solver, progress: &mut RunProgress) -> Result<(), RunError> {
+    pub(crate) fn output(&mut self, solver: &dyn Solver, progress: &mut RunProgress) -> Result<(), RunError> {
         let time = solver.time();
         let row = is_due(time, progress.rows, self.row_interval);
         let frame = match self.frame_interval {
@@ -216,7 +217,7 @@ impl<'a> RunRecorder<'a> {
     }
 
     /// Row and frame at the end, unless they have just been written.
-    pub(super) fn output_last(
+    pub(crate) fn output_last(
         &mut self,
         solver: &dyn Solver,
         progress: &mut RunProgress,
@@ -347,7 +348,7 @@ impl<'a> RunRecorder<'a> {
     }
 
     /// Writes the checkpoint, once the rows before it are safely on the disk.
-    pub(super) fn save(&self, solver: &dyn Solver, progress: &RunProgress) -> Result<(), RunError> {
+    pub(crate) fn save(&self, solver: &dyn Solver, progress: &RunProgress) -> Result<(), RunError> {
         let Some(out) = &self.options.out else { return Ok(()) };
         let checkpoint = Checkpoint {
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -363,7 +364,7 @@ impl<'a> RunRecorder<'a> {
     }
 
     /// Keeps the state of the solver at the end of a stage, in the folder too.
-    pub(super) fn keep_state(&mut self, stage: &str, bytes: Vec<u8>) -> Result<(), RunError> {
+    pub(crate) fn keep_state(&mut self, stage: &str, bytes: Vec<u8>) -> Result<(), RunError> {
         if let Some(path) = self.state_file(stage) {
             run_folder::write_state(&path, |file| Ok(file.write_all(&bytes)?))?;
         }
@@ -372,7 +373,7 @@ impl<'a> RunRecorder<'a> {
     }
 
     /// The state that was kept, before a restart too.
-    pub(super) fn state(&self, stage: &str) -> Result<Vec<u8>, RunError> {
+    pub(crate) fn state(&self, stage: &str) -> Result<Vec<u8>, RunError> {
         match (self.states.get(stage), self.state_file(stage)) {
             (Some(bytes), _) => Ok(bytes.clone()),
             (None, Some(path)) => {
@@ -392,7 +393,7 @@ impl<'a> RunRecorder<'a> {
 
     /// Takes solver and progress from the checkpoint; `None` where the run died before its first, and
     /// starts anew. Tables and collection are set back to what they were at the checkpoint.
-    pub(super) fn resume(&mut self, solver: &mut dyn Solver) -> Result<Option<RunProgress>, RunError> {
+    pub(crate) fn resume(&mut self, solver: &mut dyn Solver) -> Result<Option<RunProgress>, RunError> {
         let Some(out) = &self.options.out else { return Ok(None) };
         let of_run = (self.fingerprint, self.options.method.as_str());
         let Some((checkpoint, mut state)) = read_checkpoint(out, of_run)? else {
@@ -437,7 +438,7 @@ impl<'a> RunRecorder<'a> {
 
     /// Writes the rasters that the case asks for, each as an ESRI ASCII grid and as a GeoTIFF; those without a number are left
     /// out.
-    pub(super) fn rasters(&mut self, solver: &dyn Solver) -> Result<(), OutputError> {
+    pub(crate) fn rasters(&mut self, solver: &dyn Solver) -> Result<(), OutputError> {
         let (Some(out), true) = (&self.options.out, self.case.output.rasters.is_some()) else {
             return Ok(());
         };
@@ -469,7 +470,7 @@ impl<'a> RunRecorder<'a> {
     }
 
     /// Probes that no point has come near.
-    pub(super) fn probes_without_points(&self) -> Vec<String> {
+    pub(crate) fn probes_without_points(&self) -> Vec<String> {
         let sees = |name: &str| {
             let own = |column: &str| column.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
             let own: Vec<usize> =

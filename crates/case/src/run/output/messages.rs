@@ -8,7 +8,7 @@ use crate::run::{PROGRESS_INTERVAL, RunError, RunLoop};
 use crate::{Advance, TimeStep};
 
 impl RunLoop<'_> {
-    pub(super) fn warnings_so_far(&self) -> Vec<String> {
+    pub(crate) fn warnings_so_far(&self) -> Vec<String> {
         let RunProgress {
             collapse, warning, energy_warning: grown, energy, missed_equilibria: missed, ..
         } = &self.progress;
@@ -18,7 +18,7 @@ impl RunLoop<'_> {
     }
 
     /// Says once that the step has become a small part of the first one.
-    pub(super) fn check_step_collapse(&mut self, limit: &TimeStep) {
+    pub(crate) fn check_step_collapse(&mut self, limit: &TimeStep) {
         let first = *self.progress.first_time_step.get_or_insert(limit.dt);
         if self.progress.collapse.is_some() {
             return;
@@ -28,7 +28,7 @@ impl RunLoop<'_> {
     }
 
     /// Says once what the solver warns of, and follows its energy. Asked at every row.
-    pub(super) fn check_solver_warning(&mut self) {
+    pub(crate) fn check_solver_warning(&mut self) {
         if self.progress.energy.is_followed() {
             self.update_energy_monitor();
         }
@@ -39,7 +39,7 @@ impl RunLoop<'_> {
     }
 
     /// A stage begins: what changes with it is no growth, and what grew before is kept in words.
-    pub(super) fn begin_energy(&mut self) {
+    pub(crate) fn begin_energy(&mut self) {
         let grown = std::mem::take(&mut self.progress.energy).warning();
         self.progress.energy_warning = self.progress.energy_warning.take().or(grown);
         if self.solver.is_isolated() {
@@ -48,7 +48,7 @@ impl RunLoop<'_> {
     }
 
     /// Says that a stage is over that has not come to rest and need not.
-    pub(super) fn note_missed_equilibrium(&mut self, why: &RunError) {
+    pub(crate) fn note_missed_equilibrium(&mut self, why: &RunError) {
         let remark = why.to_string();
         self.progress.missed_equilibria.push((self.progress.stage, remark.clone()));
         self.report_warning(Some(remark));
@@ -61,7 +61,7 @@ impl RunLoop<'_> {
     }
 
     /// Shows how far the run has come, as a bar or as a line every few seconds.
-    pub(super) fn show_progress(&mut self, &Advance { dt, limit }: &Advance) {
+    pub(crate) fn show_progress(&mut self, &Advance { dt, limit }: &Advance) {
         let steps = self.solver.step_count();
         if !self.options.progress || !steps.is_multiple_of(16) {
             return;

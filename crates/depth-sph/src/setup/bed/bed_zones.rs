@@ -5,7 +5,7 @@ use colluvium_constitutive::basal::BasalRheology;
 
 use crate::config::settings::{BedZone, FluidResistance};
 use crate::config::{DepthOptions, FluidResistanceOptions};
-use crate::setup::case_bed::{bed_friction, obstacle_friction};
+use crate::setup::bed::case_bed::{bed_friction, obstacle_friction};
 use crate::setup::{material, option_error};
 
 /// A part of the bed that an obstacle says of how it holds, and its law.

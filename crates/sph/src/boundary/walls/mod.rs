@@ -5,7 +5,6 @@
 //! itself, or they take stress and velocity from the soil around (`soil`). Bodies that are held and smooth
 //! answer as smooth walls of any shape do (`smooth_bodies`). [`ObstacleFaces`] are rigid geometry of any shape, without particles.
 
-mod smooth_bodies;
 #[cfg(test)]
 mod tests;
 
@@ -15,13 +14,13 @@ pub use crate::boundary::flat_walls::FlatWalls;
 pub use crate::boundary::image_particle::ImageParticle;
 pub use crate::obstacles::obstacle_faces::{DummySite, ObstacleFace, ObstacleFaces, dummy_sites};
 pub use crate::obstacles::penetration_limit::ObstacleEnergies;
-pub use smooth_bodies::SmoothBodies;
+pub use crate::obstacles::smooth_bodies::SmoothBodies;
 
 use crate::config::WallStress;
 use crate::context::SolverContext;
+use crate::pairs::simd_pairs::set_velocity;
 use crate::points::particles::{Bodies, Derivatives, PairData, ParticleGroup, Particles};
 use crate::points::vector_algebra::mirrored_stress;
-use crate::transfer::simd_pairs::set_velocity;
 
 /// What stands around the particles. The images come behind the particles in the arrays of [`Particles`], then the
 /// particles of the walls.

@@ -22,7 +22,7 @@ use colluvium_points::NeighbourList;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::transfer::kernel::Smoothing;
+use crate::pairs::kernel::Smoothing;
 
 /// Below this share of the determinant of an isotropic moment of the same trace, a particle sees too
 /// little around it for a correction (sheet: sph §2.3).

@@ -1,11 +1,11 @@
 //! Velocity gradient of a particle.
 
 use crate::config::{ContinuityEquation, VelocityGradientOperator};
+use crate::pairs::operators::{GradientMoment, product};
+use crate::pairs::simd_pairs;
+use crate::pairs::simd_pairs::Lanes;
 use crate::pairs::{PairSums, VelocityGradient};
 use crate::points::particles::SquareMatrix;
-use crate::transfer::operators::{GradientMoment, product};
-use crate::transfer::simd_pairs;
-use crate::transfer::simd_pairs::Lanes;
 
 fn sum_lanes<const D: usize>(sums: &[[Lanes; D]; D]) -> SquareMatrix<D> {
     sums.map(|row| row.map(simd_pairs::sum))

@@ -1,8 +1,6 @@
 //! Grains move: leap-frog, velocities half a step ahead of positions (sheet: dem §3.4).
 
-mod integrate_simd;
-
-use crate::motion::integrate_simd::GrainBlock;
+use crate::momentum::integrate_simd::GrainBlock;
 use rayon::prelude::*;
 use wide::f64x4 as Lanes;
 
@@ -158,15 +156,15 @@ pub fn integrate_grains<const D: usize, const R: usize>(
 }
 
 /// What a step does to all velocities alike.
-struct LeapfrogKick {
+pub(crate) struct LeapfrogKick {
     /// Time over which forces act (s).
-    time: f64,
+    pub(crate) time: f64,
     /// Share of it before the time of the forces.
-    share: f64,
+    pub(crate) share: f64,
     /// What is left of a velocity by damping by mass.
-    damping_factor: f64,
+    pub(crate) damping_factor: f64,
     /// Time over which forces act on it, less what damping by mass takes (s).
-    force_time: f64,
+    pub(crate) force_time: f64,
     /// Damping by mass (1/s).
     viscous: f64,
 }
