@@ -25,7 +25,6 @@ mod ranks;
 pub mod setup;
 mod solver;
 mod stress;
-pub mod transfer;
 
 use colluvium_case::{Capabilities, Case, CaseError, Method, Plan, ProblemSize, Solver};
 use schemars::Schema;
