@@ -50,7 +50,7 @@ fn block(size: &Size, shape: &str, material: &Value) -> Case {
         "domain": { "min": floor, "max": all(2.0) },
         "gravity": gravity,
         "materials": { "snow": material },
-        "bodies": [{ "name": "block", "material": "snow", "drop_outside": true,
+        "bodies": [{ "name": "block", "material": "snow", "remove_outside": true,
             "shape": { "kind": "box", "min": all(0.0), "max": all(1.0) },
             "velocity": { "kind": "linear", "value": all(0.0), "origin": all(0.0), "gradient": pressed } }],
         "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }],

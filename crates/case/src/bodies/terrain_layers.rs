@@ -120,7 +120,7 @@ impl Case {
         let patches = self.patches.iter_mut().enumerate();
         let patches = patches.map(|(number, patch)| (format!("patches[{number}].region"), &mut patch.region));
         let cuts = self.removal_shapes.iter_mut().enumerate();
-        let cuts = cuts.map(|(number, cut)| (format!("cuts[{number}].shape"), &mut cut.shape));
+        let cuts = cuts.map(|(number, cut)| (format!("removal_shapes[{number}].shape"), &mut cut.shape));
         let stages = self.stages.iter_mut().enumerate().flat_map(|(stage, of)| {
             let regions = of.excavate.iter_mut().enumerate();
             regions.map(move |(number, region)| (format!("stages[{stage}].excavate[{number}]"), region))

@@ -45,7 +45,6 @@ pub struct Body {
     /// Whether points of it that leave the domain are taken away, with all that they carry, as through an outlet; else that
     /// ends the run.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    #[serde(rename = "drop_outside")]
     pub remove_outside: bool,
 }
 

@@ -69,7 +69,6 @@ pub struct Case {
     pub patches: Vec<Patch>,
     /// Shapes that move through bodies and take away what they cover.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    #[serde(rename = "cuts")]
     pub removal_shapes: Vec<RemovalShape>,
     /// Stages, run one after another.
     pub stages: Vec<Stage>,

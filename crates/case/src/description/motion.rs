@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct PrescribedMotion {
     /// Name of the rigid body or patch.
-    #[serde(rename = "of")]
     pub target: String,
     /// Velocity (m/s), one number per space dimension. Null leaves a component free: nodes of a patch then have their own, and
     /// a rigid body moves along it by Newton's law, with the mass of its points, under its weight, `force`, and the forces of

@@ -144,7 +144,6 @@ pub struct BreakageCriterion {
     pub field: String,
     /// A point has broken where the field is at most this.
     #[serde(default)]
-    #[serde(rename = "at_most")]
     pub max: f64,
 }
 
@@ -225,7 +224,6 @@ pub enum Measure {
     /// fraction of the mass lies, by where each point is nearest to it. Rigid bodies do not count, unless `bodies` names them.
     ArcFront {
         /// Name of the obstacle, a `profile` or a `ground-line`.
-        #[serde(rename = "of")]
         obstacle: String,
         /// Fraction of the mass behind the front; with 1 it is that of the foremost point, with 0.99 stray points do not move it.
         #[serde(default = "default_fraction")]
@@ -272,7 +270,6 @@ pub enum Measure {
     /// the last step, and its impulse since the start (N s), whose slope is the mean force: columns `NAME.x`, `NAME.impulse.x`, ….
     Reaction {
         /// Name of the rigid body, patch or obstacle.
-        #[serde(rename = "of")]
         target: String,
         /// A place (m) about which the moment of the force of the last step is told too (N m; in plane strain N m per metre, anticlockwise):
         /// columns `NAME.moment.x`, …, in the plane `NAME.moment`. Of obstacles, in the plane and in space.
@@ -284,7 +281,6 @@ pub enum Measure {
     /// pressure.
     ImpactPressure {
         /// Name of the rigid body, patch or obstacle.
-        #[serde(rename = "of")]
         target: String,
         /// Direction of what is pressed by, of any length.
         direction: Vec<f64>,

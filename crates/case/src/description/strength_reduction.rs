@@ -217,7 +217,13 @@ mod tests {
         for mut reduced in all.iter().filter_map(|spec| spec.strength_reduced(&reduction).ok()) {
             set_return_to_yield(&mut reduced);
             let law = serde_json::to_value(innermost(&reduced)).unwrap();
-            assert_eq!(law["project"], Value::Bool(true), "{} around {}", reduced.name(), law["model"]);
+            assert_eq!(
+                law["return_initial_stress_to_yield"],
+                Value::Bool(true),
+                "{} around {}",
+                reduced.name(),
+                law["model"]
+            );
             names.push(reduced.name());
         }
         for name in ["mohr-coulomb", "undrained", "eigenstrain", "strength-reduced"] {

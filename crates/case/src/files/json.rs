@@ -9,6 +9,20 @@ use serde_json::{Map, Value};
 
 use crate::{CaseError, CaseErrors};
 
+/// Keys of earlier versions and their present names. A case with an old key is refused with the new name.
+const RENAMED_KEYS: [(&str, &str); 7] = [
+    ("at_most", "max"),
+    ("carrier", "applied_to"),
+    ("cuts", "removal_shapes"),
+    ("drop_outside", "remove_outside"),
+    ("of", "obstacle"),
+    ("of", "target"),
+    ("project", "return_initial_stress_to_yield"),
+];
+
+/// Choices of earlier versions and their present names.
+const RENAMED_CHOICES: [(&str, &str); 1] = [("other", "external")];
+
 /// Reads a `T` from JSON text.
 ///
 /// # Errors
@@ -293,6 +307,10 @@ impl<'a> Checker<'a> {
             return;
         }
         let names: Vec<&str> = choices.iter().filter_map(Value::as_str).collect();
+        let renamed = |found| RENAMED_CHOICES.iter().find(|(old, new)| *old == found && names.contains(new));
+        if let Some((old, new)) = value.as_str().and_then(renamed) {
+            return self.report(path, format!("{old:?} is now called {new:?}"));
+        }
         let hint = value.as_str().and_then(|found| closest(found, &names));
         let hint = hint.map_or(String::new(), |name| format!("; did you mean {name:?}?"));
         self.report(path, format!("{} is not one of {}{hint}", describe(value), list(choices)));
@@ -387,6 +405,10 @@ impl<'a> Checker<'a> {
 
     fn unknown_key(&mut self, key: &str, keys: &ObjectKeys<'_>, path: &str) {
         let names: Vec<&str> = keys.properties.iter().map(|(name, _)| *name).collect();
+        let renamed = RENAMED_KEYS.iter().find(|(old, new)| *old == key && names.contains(new));
+        if let Some((_, new)) = renamed {
+            return self.report(path, format!("this key is now called {new:?}"));
+        }
         let hint = closest(key, &names).map_or(String::new(), |name| format!(" did you mean {name:?}?"));
         self.report(path, format!("unknown key;{hint} allowed: {}", names.join(", ")));
     }

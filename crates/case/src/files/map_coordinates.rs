@@ -261,7 +261,7 @@ mod tests {
                 { "name": "c", "shape": { "kind": "profile", "start": at(0.0, 1.0),
                   "pieces": [{ "to": at(1.0, 0.0), "centre": at(1.0, 1.0) }] }, "wall": { "kind": "rough" } }
             ],
-            "measures": { "push": { "kind": "reaction", "of": "l", "about": at(0.3, 0.9) }, "run": { "kind": "run-out", "side": "x-max", "origin": x(0.2), "initial_length": 1 },
+            "measures": { "push": { "kind": "reaction", "target": "l", "about": at(0.3, 0.9) }, "run": { "kind": "run-out", "side": "x-max", "origin": x(0.2), "initial_length": 1 },
                           "eye": { "kind": "probe", "position": at(0.7, 0.9), "radius": 1, "fields": ["stress"] } },
             "stages": [{ "name": "s", "duration": 1, "excavate": [{ "kind": "ball", "centre": at(0.6, 0.9), "radius": 0.1 }] }]
         });

@@ -35,7 +35,6 @@ pub enum Load {
         profile: Option<LoadProfile>,
         /// What carries it.
         #[serde(default, skip_serializing_if = "LoadTarget::is_points")]
-        #[serde(rename = "carrier")]
         applied_to: LoadTarget,
     },
     /// A pressure (Pa) on one side of a body, carried by its outermost points: it follows the surface, stays normal to
@@ -86,7 +85,6 @@ pub enum Load {
         profile: Option<LoadProfile>,
         /// What carries it.
         #[serde(default, skip_serializing_if = "LoadTarget::is_points")]
-        #[serde(rename = "carrier")]
         applied_to: LoadTarget,
     },
     /// A pressure and a shear (Pa) on the surface of a body, or on a part of it, straight or curved, carried by the points next to

@@ -27,8 +27,8 @@ mod tests {
             "obstacles": [ { "name": "track", "wall": { "kind": "rough" },
                 "shape": { "kind": "profile", "start": [-4, 3], "pieces": [{ "to": [0, 0] }, { "to": [10, 0] }] } } ],
             "stages": [ { "name": "go", "duration": 1 } ],
-            "measures": { "front": { "kind": "arc-front", "of": "track", "zero": 5 },
-                          "middle": { "kind": "arc-front", "of": "track", "quantile": 0.5 } }
+            "measures": { "front": { "kind": "arc-front", "obstacle": "track", "zero": 5 },
+                          "middle": { "kind": "arc-front", "obstacle": "track", "quantile": 0.5 } }
         }"#;
         let case = Case::from_json(text).unwrap();
         // At 1 m and at 3 m down the slope, each a little above it, and at 2.5 m on the flat.

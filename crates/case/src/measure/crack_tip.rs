@@ -123,7 +123,7 @@ mod tests {
             "title": "crack", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, -10],
             "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
             "bodies": [ { "name": "weak", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 0.1] } } ],
-            "cuts": [ { "name": "saw", "shape": { "kind": "box", "min": [1, 0], "max": [1.2, 0.1] }, "velocity": [-0.25, 0] } ],
+            "removal_shapes": [ { "name": "saw", "shape": { "kind": "box", "min": [1, 0], "max": [1.2, 0.1] }, "velocity": [-0.25, 0] } ],
             "stages": [ { "name": "go", "duration": 1 } ]
         }"#;
         let count = points.len();

@@ -48,7 +48,7 @@ impl ErrorCollector<'_> {
             self.velocity(&format!("{path}.velocity"), shape, &body.velocity);
             self.initial_stress(&format!("{path}.stress"), shape, &body.stress);
             let whole = !(body.rigid && body.remove_outside);
-            self.require(whole, format!("{path}.drop_outside"), "a rigid body stays whole");
+            self.require(whole, format!("{path}.remove_outside"), "a rigid body stays whole");
             self.start_of_rigid(&format!("{path}.velocity"), number);
             let slack = !body.rigid || body.stress == InitialStress::None;
             self.require(slack, format!("{path}.stress"), "a rigid body carries no stress");

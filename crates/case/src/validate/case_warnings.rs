@@ -171,7 +171,7 @@ impl Case {
             };
             if !self.bodies.iter().any(|body| meets(&body)) {
                 warnings.push(format!(
-                    "cuts[{number}]: nothing that it cuts lies in its way at the start (look at shape, velocity, start and \
+                    "removal_shapes[{number}]: nothing that it cuts lies in its way at the start (look at shape, velocity, start and \
                      bodies)"
                 ));
             }

@@ -86,7 +86,7 @@ impl ErrorCollector<'_> {
         let mut known = movable_names(self.case);
         known.extend(self.case.obstacles.iter().map(|obstacle| obstacle.name.as_str()));
         let what = "the name of a rigid body, a patch or an obstacle";
-        self.name(&format!("{path}.of"), of, &known, what);
+        self.name(&format!("{path}.target"), of, &known, what);
     }
 
     fn arc_front(&mut self, path: &str, measure: &Measure) {
@@ -98,7 +98,7 @@ impl ErrorCollector<'_> {
         let lines = self.case.obstacles.iter().filter(is_line);
         let lines: Vec<&str> = lines.map(|obstacle| obstacle.name.as_str()).collect();
         self.name(
-            &format!("{path}.of"),
+            &format!("{path}.obstacle"),
             of,
             &lines,
             "the name of an obstacle that is a profile or a ground-line",
@@ -117,7 +117,7 @@ impl ErrorCollector<'_> {
         self.counted_bodies(path, bodies.as_deref());
         self.positive(format!("{path}.link"), *link, "m");
         if let Some(broken) = broken {
-            self.finite(format!("{path}.broken.at_most"), broken.max);
+            self.finite(format!("{path}.broken.max"), broken.max);
             let problem = format!("{:?}: names of fields are made of letters, digits, _ and -", broken.field);
             self.require(is_plain(&broken.field), format!("{path}.broken.field"), problem);
         }

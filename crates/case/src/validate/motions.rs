@@ -14,7 +14,7 @@ impl ErrorCollector<'_> {
         let mut seen = HashSet::new();
         for (number, motion) in stage.motions.iter().enumerate() {
             let path = format!("{path}.motions[{number}]");
-            let of = format!("{path}.of");
+            let of = format!("{path}.target");
             match case.obstacles.iter().position(|obstacle| obstacle.name == motion.target) {
                 Some(number) if !driven.contains(&motion.target.as_str()) => {
                     let free = motion.velocity.contains(&None);
@@ -33,7 +33,7 @@ impl ErrorCollector<'_> {
                 _ => self.name(&of, &motion.target, &driven, "the name of a rigid body or of a patch"),
             }
             let problem = format!("{:?} has two motions in the stage", motion.target);
-            self.require(seen.insert(&motion.target), format!("{path}.of"), problem);
+            self.require(seen.insert(&motion.target), format!("{path}.target"), problem);
             let dimension = case.dimension();
             let count = motion.velocity.len();
             let problem = format!("has {count} entries, the space has {dimension} dimensions");
@@ -117,7 +117,7 @@ impl ErrorCollector<'_> {
         for (number, motion) in case.stages[stage].motions.iter().enumerate() {
             if gone.contains(motion.target.as_str()) {
                 let problem = format!("the body {:?} is removed by then", motion.target);
-                self.report(format!("stages[{stage}].motions[{number}].of"), problem);
+                self.report(format!("stages[{stage}].motions[{number}].target"), problem);
             }
         }
     }

@@ -10,7 +10,7 @@ impl ErrorCollector<'_> {
     pub(super) fn removal_shapes(&mut self) {
         let mut names = HashSet::new();
         for (number, cut) in self.case.removal_shapes.iter().enumerate() {
-            let path = format!("cuts[{number}]");
+            let path = format!("removal_shapes[{number}]");
             self.require(is_plain(&cut.name), format!("{path}.name"), PLAIN_NAME_RULE);
             let problem = format!("{:?} names two cuts", cut.name);
             self.require(names.insert(&cut.name), format!("{path}.name"), problem);

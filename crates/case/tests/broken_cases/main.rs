@@ -59,6 +59,30 @@ fn every_kind_of_mistake_is_named_where_it_is() {
     // What is put where, the path of the error, words in it.
     let table: Vec<(&str, Value, &str, &str)> = vec![
         ("/titel", json!("x"), "titel", "did you mean \"title\"?"),
+        // Keys of earlier versions.
+        (
+            "/materials/sand/project",
+            json!(true),
+            "materials.sand.project",
+            "now called \"return_initial_stress_to_yield\"",
+        ),
+        ("/bodies/0/drop_outside", json!(true), "bodies[0].drop_outside", "now called \"remove_outside\""),
+        ("/cuts", json!([]), "cuts", "now called \"removal_shapes\""),
+        ("/loads/0/carrier", json!("nodes"), "loads[0].carrier", "now called \"applied_to\""),
+        ("/stages/0/motions", json!([{ "of": "a" }]), "stages[0].motions[0].of", "now called \"target\""),
+        (
+            "/measures/push",
+            json!({ "kind": "reaction", "of": "a" }),
+            "measures.push.of",
+            "now called \"target\"",
+        ),
+        (
+            "/measures/arc",
+            json!({ "kind": "arc-front", "of": "a" }),
+            "measures.arc.of",
+            "now called \"obstacle\"",
+        ),
+        ("/materials/sand/model", json!("other"), "materials.sand.model", "now called \"external\""),
         ("/title", Value::Null, "case file", "\"title\" is missing"),
         ("/title", json!(7), "title", "7 is not of type string"),
         ("/space", json!("2d"), "space", "is not one of 1d, plane-strain"),
@@ -81,15 +105,15 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         ),
         (
             "/stages/0/motions",
-            json!([{ "of": "a", "velocity": [0, 0] }]),
-            "stages[0].motions[0].of",
+            json!([{ "target": "a", "velocity": [0, 0] }]),
+            "stages[0].motions[0].target",
             "is not the name of a rigid body or of a patch",
         ),
         ("/stages/0/damping_axes", json!([2]), "stages[0].damping_axes[0]", "is not an axis of a space of 2"),
         (
             "/measures/front",
-            json!({ "kind": "reaction", "of": "b" }),
-            "measures.front.of",
+            json!({ "kind": "reaction", "target": "b" }),
+            "measures.front.target",
             "is not the name of a rigid body, a patch or an obstacle",
         ),
         (
@@ -124,7 +148,12 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         ("/materials/sand/poissons_ratio", json!(0.5), "materials.sand.poissons_ratio", "0.5 is not between"),
         ("/materials/sand/youngs_modulus", json!(-1), "materials.sand.youngs_modulus", "positive (Pa)"),
         ("/materials/sand/density", json!("heavy"), "materials.sand.density", "is not of type number"),
-        ("/materials/sand/project", json!("yes"), "materials.sand.project", "is not of type boolean"),
+        (
+            "/materials/sand/return_initial_stress_to_yield",
+            json!("yes"),
+            "materials.sand.return_initial_stress_to_yield",
+            "is not of type boolean",
+        ),
         (
             "/materials/sand/softening",
             softening,
@@ -223,7 +252,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         (
             "/stages/0",
             json!({ "name": "settle", "duration": 1, "equilibrium": {},
-                    "motions": [{ "of": "a", "velocity": [0, -1], "ramp": 1.5 }] }),
+                    "motions": [{ "target": "a", "velocity": [0, -1], "ramp": 1.5 }] }),
             "stages[0].motions[0].ramp",
             "longer than the stage",
         ),
@@ -342,9 +371,9 @@ fn the_motion_of_an_obstacle_is_sent_to_the_obstacle() {
     value["obstacles"] = json!([
         { "name": "ground", "shape": { "kind": "plane", "point": [0, 0], "normal": [0, 1] }, "wall": { "kind": "rough" } }
     ]);
-    value["stages"][0]["motions"] = json!([{ "of": "ground", "velocity": [0, 0] }]);
+    value["stages"][0]["motions"] = json!([{ "target": "ground", "velocity": [0, 0] }]);
     let errors = Case::from_json(&value.to_string()).unwrap_err();
-    assert_eq!(errors.0[0].path, "stages[0].motions[0].of", "{errors}");
+    assert_eq!(errors.0[0].path, "stages[0].motions[0].target", "{errors}");
     assert!(errors.0[0].problem.contains("give its motion in obstacles[0].motion"), "{errors}");
 }
 
@@ -574,47 +603,49 @@ fn motions_that_make_no_sense_are_named_where_they_are() {
         case["stages"][0]["motions"] = json!([motion]);
         Case::from_json(&case.to_string())
     };
-    assert!(driven(json!({ "of": "a", "velocity": [0, -1], "ramp": 0.5 })).is_ok());
-    assert!(driven(json!({ "of": "p", "velocity": [null, -1] })).is_ok());
+    assert!(driven(json!({ "target": "a", "velocity": [0, -1], "ramp": 0.5 })).is_ok());
+    assert!(driven(json!({ "target": "p", "velocity": [null, -1] })).is_ok());
     assert!(
-        driven(json!({ "of": "a", "velocity": [0, null], "force": [0, -1], "turns": true, "moment": [2] }))
-            .is_ok()
+        driven(
+            json!({ "target": "a", "velocity": [0, null], "force": [0, -1], "turns": true, "moment": [2] })
+        )
+        .is_ok()
     );
     let table = [
-        (json!({ "of": "a", "velocity": [0] }), "stages[0].motions[0].velocity", "has 1 entries"),
+        (json!({ "target": "a", "velocity": [0] }), "stages[0].motions[0].velocity", "has 1 entries"),
         (
-            json!({ "of": "a", "velocity": [0, null], "force": [1, 2] }),
+            json!({ "target": "a", "velocity": [0, null], "force": [1, 2] }),
             "stages[0].motions[0].force[0]",
             "whose velocity is prescribed",
         ),
         (
-            json!({ "of": "p", "velocity": [null, 1], "force": [1, 0] }),
+            json!({ "target": "p", "velocity": [null, 1], "force": [1, 0] }),
             "stages[0].motions[0].force",
             "has no mass",
         ),
         (
-            json!({ "of": "a", "velocity": [null, 1], "force": [1] }),
+            json!({ "target": "a", "velocity": [null, 1], "force": [1] }),
             "stages[0].motions[0].force",
             "1 entries",
         ),
         (
-            json!({ "of": "a", "velocity": [null, 1], "moment": [1] }),
+            json!({ "target": "a", "velocity": [null, 1], "moment": [1] }),
             "stages[0].motions[0].moment",
             "keeps its orientation",
         ),
         (
-            json!({ "of": "a", "velocity": [null, 1], "turns": true, "moment": [0, 0, 1] }),
+            json!({ "target": "a", "velocity": [null, 1], "turns": true, "moment": [0, 0, 1] }),
             "stages[0].motions[0].moment",
             "one in the plane",
         ),
         (
-            json!({ "of": "p", "velocity": [0, 1], "ramp": -1 }),
+            json!({ "target": "p", "velocity": [0, 1], "ramp": -1 }),
             "stages[0].motions[0].ramp",
             "must not be negative",
         ),
         (
-            json!({ "of": "q", "velocity": [0, 1] }),
-            "stages[0].motions[0].of",
+            json!({ "target": "q", "velocity": [0, 1] }),
+            "stages[0].motions[0].target",
             "is not the name of a rigid body or of a patch",
         ),
     ];
@@ -671,7 +702,7 @@ fn what_is_removed_is_neither_moved_nor_loaded() {
     case["loads"][0]["stage"] = json!("go");
     case["stages"] = json!([
         { "name": "settle", "duration": 1, "remove_bodies": ["a", "b"] },
-        { "name": "go", "duration": 1, "motions": [{ "of": "b", "velocity": [0, 0] }] }
+        { "name": "go", "duration": 1, "motions": [{ "target": "b", "velocity": [0, 0] }] }
     ]);
     let found = Case::from_json(&case.to_string()).unwrap_err().to_string();
     let lines: Vec<&str> = found.lines().collect();
@@ -679,7 +710,7 @@ fn what_is_removed_is_neither_moved_nor_loaded() {
         lines,
         [
             "loads[0].stage: the body \"a\" is removed by then",
-            "stages[1].motions[0].of: the body \"b\" is removed by then"
+            "stages[1].motions[0].target: the body \"b\" is removed by then"
         ]
     );
     // Until they are removed they may be.

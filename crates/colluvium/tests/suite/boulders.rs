@@ -54,7 +54,7 @@ fn case(file: &Path, shape: &Value, friction: f64) -> Case {
         "obstacles": [{ "name": "ground", "shape": { "kind": "raster", "file": file.display().to_string() },
                         "wall": { "kind": "frictional", "friction_coefficient": friction } }],
         "stages": [{ "name": "s", "duration": 2,
-                     "motions": [{ "of": "boulder", "velocity": [null, null, null], "turns": true }] }],
+                     "motions": [{ "target": "boulder", "velocity": [null, null, null], "turns": true }] }],
         "methods": { "sph": { "spacing": WIDTH, "time_step": STEP },
                      "mpm": { "cell_size": 2.0 * WIDTH, "time_step": STEP, "obstacles": "points" } }
     });

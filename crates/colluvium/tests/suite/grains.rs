@@ -14,7 +14,7 @@ const STEPS: usize = 15;
 /// A cell of 60 disks, friction 0.5, with a stiffness of 500 pressures.
 fn cell() -> Value {
     json!({
-        "model": "other", "law": "granular-cell", "density": 2000,
+        "model": "external", "law": "granular-cell", "density": 2000,
         "parameters": {
             "grains": 60, "grain_density": 2600, "seed": 5,
             "diameter": { "distribution": "uniform", "min": 0.8e-3, "max": 1.2e-3 },

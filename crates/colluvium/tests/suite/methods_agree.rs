@@ -102,7 +102,7 @@ fn tumbled(method: &dyn Method, more: &Value) -> Vec<f64> {
             "materials": { "rock": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },
             "bodies": [{ "name": "box", "material": "rock", "rigid": true,
                          "shape": { "kind": "box", "min": [-0.12, -0.08, -0.04], "max": [0.12, 0.08, 0.04] } }],
-            "stages": [{ "name": "s", "duration": 0.2, "motions": [{ "of": "box", "velocity": [null, null, null], "turns": true }] }],
+            "stages": [{ "name": "s", "duration": 0.2, "motions": [{ "target": "box", "velocity": [null, null, null], "turns": true }] }],
             "output": { "measures": 0.01 },
             "methods": { "sph": { "spacing": 0.02, "time_step": 2e-4 }, "mpm": { "cell_size": 0.04, "time_step": 2e-4 } }
         }),
@@ -134,7 +134,7 @@ fn rigid_boxes_of_sph_and_mpm_move_alike_in_space() {
         } else {
             json!({ "kind": "smooth" })
         };
-        let motion = json!({ "of": "box", "velocity": [null, null, null], "turns": true });
+        let motion = json!({ "target": "box", "velocity": [null, null, null], "turns": true });
         let stage = json!({ "name": "s", "duration": 0.3, "gravity_ramp": 0.05, "motions": [motion] });
         let slope = json!({ "gravity": [4, 0, -8], "boundaries": [{ "side": "z-min", "wall": wall }], "stages": [stage] });
         let exact = (4.0 - 8.0 * friction) * (0.3 - 0.5 * 0.05);

@@ -34,7 +34,7 @@ fn block(
         "materials": { "rock": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 5e6, "poissons_ratio": 0.2 } },
         "bodies": [{ "name": "block", "material": "rock", "rigid": true,
                      "shape": { "kind": "box", "min": [0, 0], "max": [width, height] } }],
-        "stages": [{ "name": "s", "duration": duration, "motions": [{ "of": "block", "velocity": [null, null], "turns": true }] }],
+        "stages": [{ "name": "s", "duration": duration, "motions": [{ "target": "block", "velocity": [null, null], "turns": true }] }],
         "measures": {},
         "output": { "measures": 0.02 },
         "methods": { "sph": { "spacing": 0.02, "time_step": 2e-4 },
@@ -52,7 +52,7 @@ fn block(
     } else {
         case["methods"]["mpm"]["obstacles"] = json!("points");
         case["obstacles"] = json!([{ "name": "ground", "shape": shape, "wall": wall }]);
-        case["measures"] = json!({ "bearing": { "kind": "reaction", "of": "ground" } });
+        case["measures"] = json!({ "bearing": { "kind": "reaction", "target": "ground" } });
     }
     let case = Case::from_json(&case.to_string()).unwrap();
     run(&case, method.build(&case).unwrap(), &RunOptions::default()).unwrap()

@@ -168,7 +168,7 @@ models! {
     /// Elastic–perfectly plastic soil with pressure from density.
     "cfd-soil" => CfdSoil(CfdSoilSpec),
     /// A law that a method brings, such as a periodic cell of grains.
-    "other" => Other(ExternalSpec),
+    "external" => External(ExternalSpec),
 }
 
 /// Most materials around one another.

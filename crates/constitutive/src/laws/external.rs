@@ -27,7 +27,7 @@ pub trait MaterialFactory: Send + Sync {
 
 static FACTORIES: RwLock<Vec<&'static dyn MaterialFactory>> = RwLock::new(Vec::new());
 
-/// Makes the law of a factory known to case files, as `{"model": "other", "law": …}`. Of two factories with one name the first
+/// Makes the law of a factory known to case files, as `{"model": "external", "law": …}`. Of two factories with one name the first
 /// stays.
 pub fn register_material(factory: &'static dyn MaterialFactory) {
     let mut known = FACTORIES.write().unwrap_or_else(PoisonError::into_inner);
@@ -36,7 +36,7 @@ pub fn register_material(factory: &'static dyn MaterialFactory) {
     }
 }
 
-/// Parameters of `other`.
+/// Parameters of `external`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ExternalSpec {

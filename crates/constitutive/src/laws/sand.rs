@@ -57,7 +57,6 @@ pub struct SandSpec {
     pub invariants: StressInvariants,
     /// Start on the cone, where the return of the initial stress ends, if that stress lies outside; refused when false.
     #[serde(default)]
-    #[serde(rename = "project")]
     pub return_initial_stress_to_yield: bool,
 }
 

@@ -45,7 +45,6 @@ pub struct VonMisesSpec {
     /// Start on the yield surface, where the return of the initial stress ends, if that stress lies outside;
     /// refused when false.
     #[serde(default)]
-    #[serde(rename = "project")]
     pub return_initial_stress_to_yield: bool,
 }
 

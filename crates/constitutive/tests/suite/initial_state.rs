@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 /// Set R1 of the sheet in kPa, told to project.
 fn projecting(extra: &Value) -> MaterialSpec {
-    let mut value = json!({ "density": 2.0, "youngs_modulus": 20e3, "poissons_ratio": 0.3, "project": true });
+    let mut value = json!({ "density": 2.0, "youngs_modulus": 20e3, "poissons_ratio": 0.3, "return_initial_stress_to_yield": true });
     value.as_object_mut().unwrap().extend(extra.as_object().unwrap().clone());
     serde_json::from_value(value).unwrap_or_else(|error| panic!("{error}"))
 }
@@ -114,7 +114,7 @@ fn projection_is_the_return_of_the_initial_stress() {
             let mut plastic = [1.0];
             law.outputs(&[found], &states.blocks()[0], &mut plastic);
             assert_eq!(plastic, [0.0], "{model}");
-            let refusing = projecting(&with(model.clone(), "project", json!(false)));
+            let refusing = projecting(&with(model.clone(), "return_initial_stress_to_yield", json!(false)));
             let error = start(&*build(&refusing), SymTensor(stress)).unwrap_err();
             assert!(error.contains("outside the yield surface"), "{error}");
         }

@@ -30,7 +30,7 @@ impl MaterialFactory for Doubled {
 fn a_law_from_outside_is_found_by_its_name_also_within_another() {
     register_material(&Doubled);
     let read = |text: &str| serde_json::from_str::<MaterialSpec>(text).unwrap().build();
-    let other = r#"{"model": "other", "law": "doubled", "density": 2000, "parameters": {"modulus": 5e6}}"#;
+    let other = r#"{"model": "external", "law": "doubled", "density": 2000, "parameters": {"modulus": 5e6}}"#;
     let law = read(other).unwrap();
     let start = InitialCondition { stress: SymTensor::ZERO, density: 2000.0 };
     let (stress, states) = law.initial(&[start]).unwrap();

@@ -33,7 +33,7 @@ use crate::material::cell_operations::CellCase;
 
 const NAME: &str = "granular-cell";
 
-/// Brings `{"model": "other", "law": "granular-cell"}` to case files (see [`colluvium_constitutive::register_material`]).
+/// Brings `{"model": "external", "law": "granular-cell"}` to case files (see [`colluvium_constitutive::register_material`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GranularCells;
 

@@ -90,7 +90,7 @@ fn tolerance() -> f64 {
 
 /// An error about a parameter of the cell.
 pub fn parameter_error(field: &str, rule: impl Into<String>) -> MaterialError {
-    MaterialError::Choice { model: "other", field: field.to_owned(), rule: rule.into() }
+    MaterialError::Choice { model: "external", field: field.to_owned(), rule: rule.into() }
 }
 
 impl GranularCellSpec {
@@ -104,7 +104,7 @@ impl GranularCellSpec {
                 return Ok(());
             }
             let (model, field, rule) =
-                ("other", field.to_owned(), format!("is not between {low} and {high}"));
+                ("external", field.to_owned(), format!("is not between {low} and {high}"));
             Err(MaterialError::Parameter { model, field, value, rule })
         };
         if !(2..=3).contains(&self.dimension) {

@@ -67,7 +67,7 @@ pub fn capabilities() -> Capabilities {
             "dem has no rigid bodies: what moves at a velocity is `held` in methods.dem.bodies, what follows a force is bonded, with \
              `forces` in methods.dem.stages",
         )
-        .rejects("bodies.drop_outside", "dem has no sides that grains leave by")
+        .rejects("bodies.remove_outside", "dem has no sides that grains leave by")
         .rejects("bodies.pore_fluid", "dem has dry grains only")
         .rejects(
             "bodies.stress*",

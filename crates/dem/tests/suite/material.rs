@@ -30,7 +30,7 @@ fn disks(friction_of_preparation: f64, seed: u64) -> Value {
 
 fn material(spec: &Value) -> MaterialSpec {
     register_material(&GranularCells);
-    MaterialSpec::Other(ExternalSpec {
+    MaterialSpec::External(ExternalSpec {
         density: 2000.0,
         law: spec["law"].as_str().unwrap().to_owned(),
         parameters: spec["parameters"].as_object().unwrap().clone(),

@@ -196,9 +196,9 @@ fn a_plate_from_a_mesh_follows_no_stress_and_a_wall_bears_it_on_the_area_that_is
     }
     let error = refused(&|value| {
         value["stages"][0]["motions"] =
-            json!([{ "of": "plate", "velocity": [0, 0, null], "force": [0, 0, -4500] }]);
+            json!([{ "target": "plate", "velocity": [0, 0, null], "force": [0, 0, -4500] }]);
     });
-    let start = "stages[0].motions[0].of: \"plate\" is an obstacle, which moves as obstacles[0].motion says and follows no force";
+    let start = "stages[0].motions[0].target: \"plate\" is an obstacle, which moves as obstacles[0].motion says and follows no force";
     assert!(error.starts_with(start) && error.contains("a wall of boundaries"), "{error}");
 
     // What the refusals name: a wall across the domain, 200 m wide, that bears the stress on the plate's area.

@@ -52,7 +52,7 @@ pub(crate) fn capabilities() -> Capabilities {
             "the pore fluid of depth-sph keeps its volume",
         )
         .rejects(
-            "bodies.drop_outside",
+            "bodies.remove_outside",
             "nodes of depth-sph that leave the terrain are removed and counted: see its options",
         )
         .ignores_with_warning("obstacles.separation", "flows of depth-sph stay on their bed")

@@ -57,7 +57,7 @@ pub fn nodal_loads<const D: usize>(
         if matches!(options.shape, ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2) {
             let problem =
                 "nodes is not available with cpdi and cpdi2, whose domains reach over the side: use points";
-            return Err(CaseError::new(format!("loads[{number}].carrier"), problem));
+            return Err(CaseError::new(format!("loads[{number}].applied_to"), problem));
         }
         let set = &sets[point_loads::loaded_set(case, number, sets)?];
         let areas = if background.is_meshed() {
@@ -93,7 +93,7 @@ fn loaded_grid_nodes<const D: usize>(
 ) -> Result<BTreeMap<usize, f64>, CaseError> {
     let BackgroundGrid { grid, layout, basis_1d: basis, .. } = background;
     let load = &case.loads[number];
-    let refuse = |problem: String| Err(CaseError::new(format!("loads[{number}].carrier"), problem));
+    let refuse = |problem: String| Err(CaseError::new(format!("loads[{number}].applied_to"), problem));
     let Some(side) = load.side() else { return Ok(BTreeMap::new()) };
     let (axis, sign) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
     let outermost = set.points.position.iter().map(|x| sign * x[axis]).fold(f64::NEG_INFINITY, f64::max);

@@ -44,7 +44,7 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
             let problem = format!(
                 "with {what} mpm sums up the reaction of obstacles with `methods.mpm.obstacles` `points` only"
             );
-            return Err(CaseError::new(format!("measures.{name}.of"), problem));
+            return Err(CaseError::new(format!("measures.{name}.target"), problem));
         }
     }
     if let Some(number) = case.obstacles.iter().position(|obstacle| obstacle.motion.is_some())

@@ -49,7 +49,7 @@ impl ReactionRecorder {
             let Some(of) = of else { continue };
             if names.len() == MAX_OBSTACLES {
                 let problem = format!("mpm adds up the reactions of {MAX_OBSTACLES} obstacles at most");
-                return Err(CaseError::new(format!("measures.{name}.of"), problem));
+                return Err(CaseError::new(format!("measures.{name}.target"), problem));
             }
             names.push(of.to_owned());
         }

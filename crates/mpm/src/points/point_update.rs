@@ -306,7 +306,7 @@ impl<const D: usize> PointUpdater<'_, D> {
             if (position[axis] < low && !self.has_wall[axis][0])
                 || (position[axis] > high && !self.has_wall[axis][1])
             {
-                let reason = "it left the domain: enlarge the domain, add a wall on that side or let the body drop_outside";
+                let reason = "it left the domain: enlarge the domain, add a wall on that side or set remove_outside of the body";
                 return Err(reason.to_owned());
             }
             position[axis] = position[axis].clamp(low, high);

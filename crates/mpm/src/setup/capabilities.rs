@@ -9,7 +9,7 @@ const SUPPORTED: [&str; 44] = [
     "space=axisymmetric",
     "domain.origin",
     "domain.periodic*",
-    "bodies.drop_outside",
+    "bodies.remove_outside",
     "bodies.rigid",
     "bodies.pore_fluid*",
     "boundaries",
@@ -78,7 +78,7 @@ pub fn capabilities(case: &Case) -> Result<Capabilities, CaseError> {
     if options.formulation == LagrangianFormulation::TotalLagrangian {
         let name = "the total-Lagrangian formulation of mpm";
         honours = without_driven(honours, name)
-            .rejects("bodies.drop_outside", format!("{name} has no sides that points leave by"))
+            .rejects("bodies.remove_outside", format!("{name} has no sides that points leave by"))
             .rejects("obstacles", format!("{name} has no places in space that an obstacle could hold"));
     }
     if options.mesh.is_some() {

@@ -25,7 +25,7 @@ fn bar(cells: u32, mpm: &Value) -> Case {
                 { "name": "left", "region": { "kind": "box", "min": [-4.0 * cell], "max": [0] } },
                 { "name": "right", "region": { "kind": "box", "min": [LENGTH], "max": [LENGTH + 4.0 * cell] } }],
             "stages": [{ "name": "pull", "duration": 20, "motions": [
-                { "of": "left", "velocity": [0] }, { "of": "right", "velocity": [PULL_SPEED] }] }],
+                { "target": "left", "velocity": [0] }, { "target": "right", "velocity": [PULL_SPEED] }] }],
             "methods": { "mpm": methods }
         }),
         &json!({}),

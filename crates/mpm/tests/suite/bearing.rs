@@ -31,7 +31,7 @@ fn on_a_slope(space: &str, obstacles: &str, wall: &Value, stage: &Value) -> Valu
         "bodies": [{ "name": "body", "material": "m", "shape": { "kind": "polygon", "vertices": corners } }],
         "obstacles": [{ "name": "ground", "shape": ground, "wall": wall }],
         "stages": [stage],
-        "measures": { "reaction": { "kind": "reaction", "of": "ground" } },
+        "measures": { "reaction": { "kind": "reaction", "target": "ground" } },
         "methods": { "mpm": { "cell_size": 0.1, "obstacles": obstacles } }
     })
 }
@@ -85,7 +85,7 @@ fn in_a_corner(obstacles: &str, wall: &Value, wall_first: bool) -> [[f64; 3]; 2]
                      "shape": { "kind": "polygon", "vertices": [[0, 0], [0.8, 0], [0.8, 0.8], [-0.6, 0.8]] } }],
         "obstacles": planes,
         "stages": [{ "name": "rest", "duration": 1, "damping": 0.5 }],
-        "measures": { "of_floor": { "kind": "reaction", "of": "floor" }, "of_wall": { "kind": "reaction", "of": "wall" } },
+        "measures": { "of_floor": { "kind": "reaction", "target": "floor" }, "of_wall": { "kind": "reaction", "target": "wall" } },
         "methods": { "mpm": { "cell_size": 0.1, "obstacles": obstacles } }
     });
     let mut solver = start_solver(&Mpm, &case_with(value, &json!({})));
@@ -141,7 +141,7 @@ fn column(space: &str, obstacles: &str) -> Value {
             "wall": { "kind": "smooth" }
         }],
         "stages": [{ "name": "settle", "duration": 2 }],
-        "measures": { "reaction": { "kind": "reaction", "of": "ground" } },
+        "measures": { "reaction": { "kind": "reaction", "target": "ground" } },
         "methods": { "mpm": { "cell_size": 0.1, "obstacles": obstacles } }
     })
 }

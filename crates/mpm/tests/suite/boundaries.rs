@@ -113,7 +113,7 @@ fn a_load_that_varies_along_its_side_has_the_resultants_of_its_profile() {
     ];
     let on_nodes = table.iter().filter(|(load, _)| load["kind"] == "traction");
     let on_nodes =
-        on_nodes.map(|(load, exact)| (with_keys(load.clone(), &json!({ "carrier": "nodes" })), *exact));
+        on_nodes.map(|(load, exact)| (with_keys(load.clone(), &json!({ "applied_to": "nodes" })), *exact));
     for (load, exact) in table.iter().cloned().chain(on_nodes) {
         for options in
             grids.iter().filter(|options| load.get("carrier").is_none() || options["shape"] != "quadratic")
@@ -140,7 +140,7 @@ fn a_load_on_nodes_is_exact_up_to_the_side() {
                 "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
                 "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": min, "max": max } }],
                 "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }],
-                "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": value, "carrier": "nodes", "ramp": 0.1 }],
+                "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": value, "applied_to": "nodes", "ramp": 0.1 }],
                 "stages": [{ "name": "s", "duration": 10, "damping": 0.5,
                              "equilibrium": { "unbalanced_force": 1e-5, "kinetic_energy": 1e-8 } }],
                 "methods": { "mpm": options }
@@ -177,7 +177,7 @@ fn saturated_ground_under_open_water_stays_at_rest() {
     // pressure of that depth on skeleton and fluid together and on the fluid.
     let load = |kind: &str, side: &str, value: Value, profile: Value| {
         json!({ "kind": kind, "body": "b", "side": side,
-        "value": value, "profile": profile, "carrier": "nodes" })
+        "value": value, "profile": profile, "applied_to": "nodes" })
     };
     let deep = json!({ "axis": "y", "shares": [[0, 2], [2, 0]] });
     let level = json!({ "axis": "x", "shares": [[0, 1], [1, 1]] });
@@ -214,7 +214,7 @@ fn saturated_ground_under_open_water_stays_at_rest() {
 
 #[test]
 fn loads_on_nodes_survive_a_restart_and_ask_for_a_side_on_a_grid_line() {
-    let load = json!({ "kind": "traction", "body": "b", "side": "x-max", "value": [-100, 20], "carrier": "nodes", "ramp": 0.3,
+    let load = json!({ "kind": "traction", "body": "b", "side": "x-max", "value": [-100, 20], "applied_to": "nodes", "ramp": 0.3,
                        "profile": { "axis": "y", "shares": [[0.35, 1], [0.65, 0.2]] } });
     let held = json!([{ "side": "x-min", "position": 0.35, "wall": { "kind": "rough" } }]);
     let sound = case(json!({ "loads": [load], "boundaries": held }));
@@ -231,7 +231,7 @@ fn loads_on_nodes_survive_a_restart_and_ask_for_a_side_on_a_grid_line() {
         (json!({ "cell_size": 0.05, "shape": "cpdi" }), 0.65, "cpdi"),
     ] {
         let problem = refused(options, max);
-        assert!(problem.starts_with("loads[0].carrier") && problem.contains(words), "{problem}");
+        assert!(problem.starts_with("loads[0].applied_to") && problem.contains(words), "{problem}");
     }
 }
 
@@ -393,7 +393,7 @@ fn periodic_runs_are_the_same_on_any_thread_and_after_a_restart() {
 
 #[test]
 fn loads_on_nodes_are_the_same_on_any_thread() {
-    let load = json!({ "kind": "traction", "body": "b", "side": "x-max", "value": [-100, 20], "carrier": "nodes", "ramp": 0.05,
+    let load = json!({ "kind": "traction", "body": "b", "side": "x-max", "value": [-100, 20], "applied_to": "nodes", "ramp": 0.05,
                        "profile": { "axis": "y", "shares": [[0.35, 1], [0.65, 0.2]] } });
     let held = json!([{ "side": "x-min", "position": 0.35, "wall": { "kind": "rough" } }]);
     for options in [

@@ -42,9 +42,9 @@ fn late(report: &RunReport, impulse: &str) -> f64 {
 /// A stage in which the lid presses the block by 1 % and stops, and one in which it rests.
 fn press(of: &str) -> Value {
     json!([{ "name": "press", "duration": 1, "damping": 0.3,
-             "motions": [{ "of": of, "velocity": [0, -0.0125], "ramp": 0.4 }] },
+             "motions": [{ "target": of, "velocity": [0, -0.0125], "ramp": 0.4 }] },
            { "name": "rest", "duration": 1, "damping": 0.5,
-             "motions": [{ "of": of, "velocity": [0, 0] }] }])
+             "motions": [{ "target": of, "velocity": [0, 0] }] }])
 }
 
 #[test]
@@ -57,7 +57,7 @@ fn a_rigid_lid_presses_with_the_force_of_the_oedometer() {
             let case = case(json!({
                 "bodies": [block(), lid()],
                 "stages": press("lid"),
-                "measures": { "force": { "kind": "reaction", "of": "lid" } },
+                "measures": { "force": { "kind": "reaction", "target": "lid" } },
                 "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "stress_update": scheme, "contacts": contacts } }
             }));
             let report = solve(&case);
@@ -110,8 +110,8 @@ fn a_plate_over_a_whole_period_moves_all_of_its_nodes() {
                 "bodies": [{ "name": "oil", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.3, 1] } }],
                 "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }, { "side": "y-max", "wall": { "kind": "smooth" } }],
                 "patches": [{ "name": "plate", "region": { "kind": "box", "min": [region[0], 1], "max": [region[1], 1.2] } }],
-                "measures": { "force": { "kind": "reaction", "of": "plate" } },
-                "stages": [{ "name": "flow", "duration": 0.5, "motions": [{ "of": "plate", "velocity": [1, 0] }] }],
+                "measures": { "force": { "kind": "reaction", "target": "plate" } },
+                "stages": [{ "name": "flow", "duration": 0.5, "motions": [{ "target": "plate", "velocity": [1, 0] }] }],
                 "methods": { "mpm": { "cell_size": 0.1, "shape": shape } }
             }));
             solve(&case)
@@ -158,7 +158,7 @@ fn a_rigid_plate_from_wall_to_wall_presses_evenly() {
     for shape in ["linear", "ugimp", "quadratic"] {
         let case = case(json!({
             "bodies": [block(), lid()],
-            "stages": [{ "name": "press", "duration": 0.4, "motions": [{ "of": "lid", "velocity": [0, -0.3] }] }],
+            "stages": [{ "name": "press", "duration": 0.4, "motions": [{ "target": "lid", "velocity": [0, -0.3] }] }],
             "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "shape": shape } }
         }));
         let mut solver = begin(&case);
@@ -182,8 +182,8 @@ fn a_rigid_plate_over_a_whole_period_drags_evenly() {
                 "bodies": [{ "name": "oil", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [width, 1] } },
                            { "name": "lid", "material": "m", "shape": { "kind": "box", "min": [0, 1], "max": [width, 1.2] }, "rigid": true }],
                 "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }],
-                "measures": { "force": { "kind": "reaction", "of": "lid" } },
-                "stages": [{ "name": "flow", "duration": 0.5, "motions": [{ "of": "lid", "velocity": [1, 0] }] }],
+                "measures": { "force": { "kind": "reaction", "target": "lid" } },
+                "stages": [{ "name": "flow", "duration": 0.5, "motions": [{ "target": "lid", "velocity": [1, 0] }] }],
                 "methods": { "mpm": { "cell_size": 0.1, "shape": shape } }
             }));
             let report = solve(&flow);
@@ -223,8 +223,8 @@ fn a_rigid_plate_presses_where_points_keep_their_places() {
     // Far beyond a cell: the plate goes on pressing the surface where that was at the start.
     let case = case(json!({
         "bodies": [block(), lid()],
-        "stages": [{ "name": "press", "duration": 1, "damping": 0.5, "motions": [{ "of": "lid", "velocity": [0, -0.3], "ramp": 0.2 }] }],
-        "measures": { "force": { "kind": "reaction", "of": "lid" } },
+        "stages": [{ "name": "press", "duration": 1, "damping": 0.5, "motions": [{ "target": "lid", "velocity": [0, -0.3], "ramp": 0.2 }] }],
+        "measures": { "force": { "kind": "reaction", "target": "lid" } },
         "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "formulation": "small-displacement" } }
     }));
     let report = solve(&case);
@@ -253,7 +253,7 @@ fn a_rigid_lid_presses_on_triangles_and_tetrahedra_too() {
         let case = case(json!({
             "bodies": [block(), lid()],
             "stages": press("lid"),
-            "measures": { "force": { "kind": "reaction", "of": "lid" } },
+            "measures": { "force": { "kind": "reaction", "target": "lid" } },
             "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "shape": "linear", "mesh": { "kind": "box" },
                                   "stress_update": scheme, "contacts": contacts } }
         }));
@@ -276,7 +276,7 @@ fn a_rigid_lid_presses_on_triangles_and_tetrahedra_too() {
                    { "name": "lid", "material": "m", "shape": corner(1.0, 1.2), "rigid": true }],
         "boundaries": sides,
         "stages": stages,
-        "measures": { "force": { "kind": "reaction", "of": "lid" } },
+        "measures": { "force": { "kind": "reaction", "target": "lid" } },
         "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "shape": "linear", "mesh": { "kind": "box" },
                               "stress_update": "musl" } }
     }));
@@ -290,7 +290,7 @@ fn a_rigid_body_that_leaves_is_an_error() {
         let case = case(json!({
             "bodies": [block(), { "name": "lid", "material": "m", "shape": { "kind": "box", "min": [0, 1.2], "max": [1, 1.6] },
                                   "rigid": true }],
-            "stages": [{ "name": "up", "duration": 1, "motions": [{ "of": "lid", "velocity": [0, 1] }] }],
+            "stages": [{ "name": "up", "duration": 1, "motions": [{ "target": "lid", "velocity": [0, 1] }] }],
             "methods": { "mpm": { "cell_size": 0.2, "shape": "linear", "mesh": mesh } }
         }));
         let mut solver = begin(&case);
@@ -321,7 +321,7 @@ fn a_patch_presses_with_the_force_of_the_oedometer() {
         let case = case(json!({
             "patches": [{ "name": "lid", "region": { "kind": "box", "min": [0, 1], "max": [1, 1.2] }, "moves": moves }],
             "stages": press("lid"),
-            "measures": { "force": { "kind": "reaction", "of": "lid" } },
+            "measures": { "force": { "kind": "reaction", "target": "lid" } },
             "methods": { "mpm": options }
         }));
         let force = late(&solve(&case), "force.impulse.y");
@@ -337,8 +337,8 @@ fn the_impulse_on_a_patch_is_what_the_material_gets() {
         let case = case(json!({
             "boundaries": [],
             "patches": [{ "name": "hand", "region": { "kind": "box", "min": [0, 0], "max": [1, 2] } }],
-            "stages": [{ "name": "s", "duration": 0.5, "motions": [{ "of": "hand", "velocity": [null, 0.05], "ramp": ramp }] }],
-            "measures": { "force": { "kind": "reaction", "of": "hand" } },
+            "stages": [{ "name": "s", "duration": 0.5, "motions": [{ "target": "hand", "velocity": [null, 0.05], "ramp": ramp }] }],
+            "measures": { "force": { "kind": "reaction", "target": "hand" } },
             "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "fixed_nodes": fixed } }
         }));
         let report = solve(&case);
@@ -361,8 +361,8 @@ fn a_patch_that_makes_a_material_flow_feels_its_strength_however_fast() {
             "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "x-min", "wall": { "kind": "smooth" } }],
             "patches": [{ "name": "lid", "region": { "kind": "box", "min": [0, 1], "max": [1, 1.1] } }],
             "stages": [{ "name": "s", "duration": 0.02 / speed,
-                         "motions": [{ "of": "lid", "velocity": [null, -speed], "ramp": 0.1 }] }],
-            "measures": { "force": { "kind": "reaction", "of": "lid" } },
+                         "motions": [{ "target": "lid", "velocity": [null, -speed], "ramp": 0.1 }] }],
+            "measures": { "force": { "kind": "reaction", "target": "lid" } },
             "output": { "measures": 0.002 / speed },
             "methods": { "mpm": { "cell_size": 0.1, "shape": "linear", "volumetric_strain": "cell-average",
                                   "formulation": "small-displacement" } }
@@ -384,7 +384,7 @@ fn the_impulse_on_a_rigid_body_is_what_the_material_loses() {
                 { "name": "lid", "material": "m", "shape": { "kind": "box", "min": [0, 1], "max": [1, 1.2] }, "rigid": true }],
             "boundaries": [],
             "stages": [{ "name": "s", "duration": 1 }],
-            "measures": { "force": { "kind": "reaction", "of": "lid" } },
+            "measures": { "force": { "kind": "reaction", "target": "lid" } },
             "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4,
                                   "contacts": [{ "bodies": ["ball", "lid"], "friction_coefficient": friction,
                                                  "normal": [0, 1], "test": "gap" }] } }
@@ -409,7 +409,7 @@ fn driven_runs_are_the_same_on_two_threads_and_after_a_restart() {
         "bodies": [block(), lid()],
         "patches": [{ "name": "foot", "region": { "kind": "box", "min": [0, 0.4], "max": [0.3, 0.6] }, "moves": true }],
         "stages": [{ "name": "s", "duration": 0.2, "motions": [
-            { "of": "lid", "velocity": [0.01, -0.05], "ramp": 0.1 }, { "of": "foot", "velocity": [null, 0.02] }] }],
+            { "target": "lid", "velocity": [0.01, -0.05], "ramp": 0.1 }, { "target": "foot", "velocity": [null, 0.02] }] }],
     }));
     let hash = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -438,7 +438,7 @@ fn a_patch_without_nodes_is_named() {
     let patch = |low: f64, high: f64| {
         let case = case(json!({
             "patches": [{ "name": "plate", "region": { "kind": "box", "min": [0.2, low], "max": [0.8, high] } }],
-            "stages": [{ "name": "s", "duration": 0.1, "motions": [{ "of": "plate", "velocity": [0, -0.01] }] }]
+            "stages": [{ "name": "s", "duration": 0.1, "motions": [{ "target": "plate", "velocity": [0, -0.01] }] }]
         }));
         Mpm.plan(&case).unwrap().warnings
     };

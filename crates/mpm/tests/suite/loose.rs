@@ -20,7 +20,7 @@ fn case(more: Value) -> Case {
             },
             "bodies": [block(json!([0.8, 1.0]))],
             "stages": [{ "name": "s", "duration": 0.1,
-                         "motions": [{ "of": "block", "velocity": [null, null], "turns": true }] }],
+                         "motions": [{ "target": "block", "velocity": [null, null], "turns": true }] }],
             "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4 } }
         }),
         &more,
@@ -107,7 +107,7 @@ fn a_free_block_in_space_keeps_its_angular_momentum_and_wobbles_with_its_energy(
                              "shape": { "kind": "box", "min": [0.6, 0.8, 0.9], "max": [1.4, 1.2, 1.1] },
                              "velocity": { "kind": "linear", "value": [0, 0, 0], "origin": [1, 1, 1], "gradient": gradient } }],
                 "stages": [{ "name": "s", "duration": 0.3,
-                             "motions": [{ "of": "block", "velocity": [null, null, null], "turns": true }] }],
+                             "motions": [{ "target": "block", "velocity": [null, null, null], "turns": true }] }],
                 "methods": { "mpm": { "cell_size": 0.1, "time_step": dt } }
             }),
             &json!({}),
@@ -142,7 +142,7 @@ fn a_push_moves_a_block_on_a_wall_by_its_mass_and_friction() {
                 "gravity": [0, -G], "bodies": [block(json!([0.4, 0.0]))],
                 "boundaries": [{ "side": "y-min", "wall": wall }],
                 "stages": [{ "name": "s", "duration": 0.4,
-                             "motions": [{ "of": "block", "velocity": [null, null], "force": [force, 0], "turns": turns }] }],
+                             "motions": [{ "target": "block", "velocity": [null, null], "force": [force, 0], "turns": turns }] }],
                 "methods": { "mpm": { "cell_size": 0.1, "time_step": 1e-3 } }
             })));
             let exact = 0.4 * (force / mass - friction * G);
@@ -164,7 +164,7 @@ fn a_slender_block_on_a_rough_wall_tips_where_the_push_passes_its_edge() {
         let report = solve(&case(json!({
             "gravity": [0, -G], "bodies": [tall], "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }],
             "stages": [{ "name": "s", "duration": 0.3,
-                         "motions": [{ "of": "block", "velocity": [null, null], "force": [share * weight, 0], "turns": true }] }],
+                         "motions": [{ "target": "block", "velocity": [null, null], "force": [share * weight, 0], "turns": true }] }],
             "methods": { "mpm": { "cell_size": 0.1, "time_step": 1e-3 } }
         })));
         last(&report, "block.angle")
@@ -177,7 +177,7 @@ fn collision(contacts: &Value, scheme: &str, turns: bool) -> ([Budget; 2], f64) 
     let flight = json!({ "kind": "uniform", "value": [0.3, -2.0] });
     let case = case(json!({
         "bodies": [with_velocity(block(json!([0.65, 1.05])), &flight), soft([0.8, 0.6], [1.4, 1.0])],
-        "stages": [{ "name": "s", "duration": 0.2, "motions": [{ "of": "block", "velocity": [null, null], "turns": turns }] }],
+        "stages": [{ "name": "s", "duration": 0.2, "motions": [{ "target": "block", "velocity": [null, null], "turns": turns }] }],
         "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "stress_update": scheme, "contacts": contacts } }
     }));
     let mut solver = begin(&case);
@@ -217,9 +217,9 @@ fn rests(contacts: &Value, force: f64, turns: bool) -> (f64, f64) {
         "bodies": [block(json!([0.0, 0.65])), soft([0.0, 0.0], [0.4, 0.6])],
         "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "x-min", "wall": { "kind": "smooth" } },
                        { "side": "x-max", "wall": { "kind": "smooth" } }],
-        "measures": { "reaction": { "kind": "reaction", "of": "block" } },
+        "measures": { "reaction": { "kind": "reaction", "target": "block" } },
         "stages": [{ "name": "drop", "duration": 2, "damping": 0.3,
-                     "motions": [{ "of": "block", "velocity": [null, null], "force": [0, -force], "turns": turns }] }],
+                     "motions": [{ "target": "block", "velocity": [null, null], "force": [0, -force], "turns": turns }] }],
         "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "contacts": contacts } }
     }));
     let report = solve(&case);
@@ -252,12 +252,12 @@ fn friction_of_a_bed_takes_its_share_of_a_push() {
         "bodies": [block(json!([0.2, 0.3])), soft([0.0, 0.0], [2.0, 0.3])],
         "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }, { "side": "x-min", "wall": { "kind": "smooth" } },
                        { "side": "x-max", "wall": { "kind": "smooth" } }],
-        "measures": { "reaction": { "kind": "reaction", "of": "block" } },
+        "measures": { "reaction": { "kind": "reaction", "target": "block" } },
         "stages": [
-            { "name": "settle", "duration": 0.3, "damping": 0.3, "motions": [{ "of": "block", "velocity": [null, null] }],
+            { "name": "settle", "duration": 0.3, "damping": 0.3, "motions": [{ "target": "block", "velocity": [null, null] }],
               "reset": ["velocity"] },
             { "name": "push", "duration": 0.5,
-              "motions": [{ "of": "block", "velocity": [null, null], "force": [force, 0] }] }],
+              "motions": [{ "target": "block", "velocity": [null, null], "force": [force, 0] }] }],
         "methods": { "mpm": { "cell_size": 0.05, "courant": 0.4,
                               "contacts": [{ "bodies": ["block", "bed"], "friction_coefficient": friction, "test": "gap",
                                              "normal": [0, -1] }] } }
@@ -285,7 +285,7 @@ fn a_light_block_does_not_bounce_about_on_heavy_ground() {
             "bodies": [block(json!([0.8, 0.5])), soft([0.0, 0.0], [2.0, 0.5])],
             "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }, { "side": "x-min", "wall": { "kind": "smooth" } },
                            { "side": "x-max", "wall": { "kind": "smooth" } }],
-            "stages": [{ "name": "s", "duration": 0.5, "motions": [{ "of": "block", "velocity": [null, null], "turns": true }] }],
+            "stages": [{ "name": "s", "duration": 0.5, "motions": [{ "target": "block", "velocity": [null, null], "turns": true }] }],
             "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "contacts": contacts } }
         }));
         let mut solver = begin(&case);
@@ -362,9 +362,9 @@ fn a_stage_with_equilibrium_ends_where_a_loaded_block_rests() {
         "bodies": [block(json!([0.0, 0.6])), soft([0.0, 0.0], [0.4, 0.6])],
         "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "x-min", "wall": { "kind": "smooth" } },
                        { "side": "x-max", "wall": { "kind": "smooth" } }],
-        "measures": { "reaction": { "kind": "reaction", "of": "block" } },
+        "measures": { "reaction": { "kind": "reaction", "target": "block" } },
         "stages": [{ "name": "rest", "duration": 10, "damping": 0.5, "equilibrium": { "unbalanced_force": 1e-3, "kinetic_energy": 1e-4 },
-                     "motions": [{ "of": "block", "velocity": [0, null], "force": [0, -4000], "ramp": 0.2 }] }]
+                     "motions": [{ "target": "block", "velocity": [0, null], "force": [0, -4000], "ramp": 0.2 }] }]
     }));
     let report = solve(&case);
     let end = last(&report, "time");

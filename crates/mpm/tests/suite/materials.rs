@@ -30,7 +30,7 @@ fn cell(space: &str, mpm: &Value) -> Case {
                          "shape": { "kind": "box", "min": corner(0.0, 0.0), "max": corner(CELL, CELL) } }],
             "boundaries": sides,
             "patches": [{ "name": "grip", "region": { "kind": "box", "min": corner(CELL, 0.0), "max": corner(2.0 * CELL, CELL) } }],
-            "stages": [{ "name": "pull", "duration": 1, "motions": [{ "of": "grip", "velocity": corner(PULL, 0.0) }] }],
+            "stages": [{ "name": "pull", "duration": 1, "motions": [{ "target": "grip", "velocity": corner(PULL, 0.0) }] }],
             "methods": { "mpm": methods }
         }),
         &json!({}),

@@ -85,7 +85,7 @@ fn the_moment_of_a_reaction_is_that_of_the_weight() {
         let mut value = block(obstacles, &level());
         value["bodies"][0]["velocity"] = json!({ "kind": "rest" });
         value["obstacles"][0]["wall"] = json!({ "kind": "rough" });
-        value["measures"] = json!({ "push": { "kind": "reaction", "of": "floor", "about": [0.1, 0.5] } });
+        value["measures"] = json!({ "push": { "kind": "reaction", "target": "floor", "about": [0.1, 0.5] } });
         value["stages"] = json!([{ "name": "rest", "duration": 1, "damping": 0.7 }]);
         let case = case_with(value, &json!({}));
         let mut solver = start_solver(&Mpm, &case);
@@ -137,7 +137,7 @@ fn regions_that_are_none_are_refused_where_they_stand() {
     });
     assert!(found.starts_with("obstacles[0].regions[0].wall.adhesion: mpm"), "{found}");
     let found = problem(&|case: &mut Value| {
-        case["measures"] = json!({ "push": { "kind": "reaction", "of": "floor", "about": [0] } });
+        case["measures"] = json!({ "push": { "kind": "reaction", "target": "floor", "about": [0] } });
     });
     assert!(found.starts_with("measures.push.about"), "{found}");
 }

@@ -99,7 +99,7 @@ fn reactions_are_the_momentum_that_is_lost_and_a_saved_run_goes_on_with_them() {
     for fixed in ["force", "momentum"] {
         let mut value = slope([0.0; 2]);
         value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.0, -1.0] });
-        value["measures"] = json!({ "push": { "kind": "reaction", "of": "ground" } });
+        value["measures"] = json!({ "push": { "kind": "reaction", "target": "ground" } });
         value["methods"]["mpm"]["fixed_nodes"] = json!(fixed);
         let case = case_with(value, &json!({}));
         let mut solver = start_solver(&Mpm, &case);

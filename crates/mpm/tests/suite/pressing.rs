@@ -22,7 +22,7 @@ pub fn block(wall: &Value) -> Value {
             "shape": { "kind": "plane", "point": [0, 0.5], "normal": [0, 1] }
         }],
         "stages": [{ "name": "rest", "duration": 1, "damping": 0.7 }],
-        "measures": { "reaction": { "kind": "reaction", "of": "floor" } },
+        "measures": { "reaction": { "kind": "reaction", "target": "floor" } },
         "methods": { "mpm": { "cell_size": 0.1, "obstacles": "points" } }
     })
 }

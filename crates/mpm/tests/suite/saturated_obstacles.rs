@@ -74,7 +74,7 @@ fn thrown(obstacles: &str) -> Value {
             "name": "ground", "wall": { "kind": "frictional", "friction_coefficient": 0.4 },
             "shape": { "kind": "ground-line", "points": [[-0.1, 1.2], [1.1, 1.1], [2.3, 0.3], [3.7, 0.2]] }
         }],
-        "measures": { "push": { "kind": "reaction", "of": "ground" } },
+        "measures": { "push": { "kind": "reaction", "target": "ground" } },
         "stages": [{ "name": "slide", "duration": 0.5 }],
         "methods": { "mpm": { "cell_size": 0.1, "obstacles": obstacles } }
     })

@@ -532,7 +532,7 @@ fn what_leaves_a_body_that_lets_it_is_taken_away() {
             json!({
                 "domain": { "min": [0, 0], "max": [1, 0.4] }, "gravity": [0, 0],
                 "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.3, 0], "max": [0.8, 0.2] },
-                             "velocity": { "kind": "uniform", "value": [1, 0] }, "drop_outside": true, "pore_fluid": pore }],
+                             "velocity": { "kind": "uniform", "value": [1, 0] }, "remove_outside": true, "pore_fluid": pore }],
                 "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }],
                 "stages": [{ "name": "slide", "duration": 0.45 }]
             }),

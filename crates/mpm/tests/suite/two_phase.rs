@@ -228,8 +228,8 @@ fn under_a_plate(drained: bool, more: &Value) -> Case {
         "domain": { "min": [0], "max": [1.2] },
         "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }],
         "patches": [{ "name": "lid", "region": { "kind": "box", "min": [1], "max": [1.2] }, "moves": true, "drained": drained }],
-        "stages": [{ "name": "s", "duration": 1, "motions": [{ "of": "lid", "velocity": [-1e-3] }] }],
-        "measures": { "force": { "kind": "reaction", "of": "lid" } }
+        "stages": [{ "name": "s", "duration": 1, "motions": [{ "target": "lid", "velocity": [-1e-3] }] }],
+        "measures": { "force": { "kind": "reaction", "target": "lid" } }
     }));
     case_with(serde_json::to_value(&plate).unwrap(), more)
 }
@@ -261,9 +261,9 @@ fn a_porous_plate_presses_the_water_out() {
     // Pressed by 1 %; then the skeleton bears all (H²/c_v is 1 s), or the water most of it, for good.
     let stages = |damping: f64| {
         json!([
-            { "name": "press", "duration": 0.2, "motions": [{ "of": "lid", "velocity": [-0.05], "ramp": 0.04 }] },
-            { "name": "rest", "duration": 2, "damping": damping, "motions": [{ "of": "lid", "velocity": [0] }] },
-            { "name": "hold", "duration": 1, "damping": damping, "motions": [{ "of": "lid", "velocity": [0] }],
+            { "name": "press", "duration": 0.2, "motions": [{ "target": "lid", "velocity": [-0.05], "ramp": 0.04 }] },
+            { "name": "rest", "duration": 2, "damping": damping, "motions": [{ "target": "lid", "velocity": [0] }] },
+            { "name": "hold", "duration": 1, "damping": damping, "motions": [{ "target": "lid", "velocity": [0] }],
               "equilibrium": { "unbalanced_force": 1e-6, "kinetic_energy": 1e-3 } }
         ])
     };

@@ -17,7 +17,7 @@ pub enum SearchError {
     /// Points so far apart that their cells would take more memory than they do: number of the cells, and the point farthest from all.
     #[error(
         "the points spread over {0:.2e} cells of the search radius, point {1} farthest from the others: it has flown off; take smaller \
-         steps or a stiffer floor, or let what leaves the domain be taken away (`drop_outside`)"
+         steps or a stiffer floor, or let what leaves the domain be taken away (`remove_outside`)"
     )]
     TooSpread(f64, usize),
 }

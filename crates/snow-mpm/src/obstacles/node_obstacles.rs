@@ -92,7 +92,7 @@ fn recorded_obstacles(case: &Case) -> Result<Vec<String>, CaseError> {
         }
         if names.len() == MAX_RECORDED {
             let problem = format!("snow-mpm adds up the reactions of {MAX_RECORDED} obstacles at most");
-            return Err(CaseError::new(format!("measures.{measure}.of"), problem));
+            return Err(CaseError::new(format!("measures.{measure}.target"), problem));
         }
         names.push(of.to_owned());
     }

@@ -16,7 +16,7 @@ pub(crate) fn capabilities(case: &Case) -> Capabilities {
         .supports(&[
             "domain.origin",
             "domain.periodic*",
-            "bodies.drop_outside",
+            "bodies.remove_outside",
             "boundaries",
             "boundaries.name",
             "boundaries.side=*",
@@ -36,9 +36,9 @@ pub(crate) fn capabilities(case: &Case) -> Capabilities {
             "obstacles.separation",
             "obstacles.motion*",
             "obstacles.regions*",
-            "cuts",
-            "cuts.*",
-            "cuts.action=remove",
+            "removal_shapes",
+            "removal_shapes.*",
+            "removal_shapes.action=remove",
             "stages.damping",
             "stages.damping_axes",
             "measures=dissipation",
@@ -63,7 +63,7 @@ pub(crate) fn capabilities(case: &Case) -> Capabilities {
     }
     honours
         .rejects("obstacles", "an obstacle has no image beyond the sides of a periodic domain: use boundaries, and tilt gravity")
-        .rejects("cuts", "a cut has no image beyond the sides of a periodic domain: use walls")
+        .rejects("removal_shapes", "a cut has no image beyond the sides of a periodic domain: use walls")
 }
 
 /// What of a case is allowed but deserves a warning (sheet: snow-mpm §7).
@@ -83,7 +83,7 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
         // Sheet: snow-mpm P12.
         if thinnest < 2.0 * options.cell_size * (1.0 - 1e-9) {
             warnings.push(format!(
-                "cuts[{number}].shape: {thinnest} m across at its thinnest, less than two cells; what stands on both sides of so thin \
+                "removal_shapes[{number}].shape: {thinnest} m across at its thinnest, less than two cells; what stands on both sides of so thin \
                  a cut goes on touching: make it wider, or cells smaller"
             ));
         }

@@ -151,7 +151,7 @@ pub(crate) fn check_saw_tests(case: &Case) -> Result<(), CaseError> {
                 cut.speed(),
                 rounded_down(HIGHEST_SPEED * waves)
             );
-            return Err(CaseError::new(format!("cuts[{number}].velocity"), problem));
+            return Err(CaseError::new(format!("removal_shapes[{number}].velocity"), problem));
         }
         let (length, least) = (column.length(), LEAST_LENGTH * column.thickness());
         if length < least * (1.0 - ROUND_OFF) {
@@ -160,7 +160,7 @@ pub(crate) fn check_saw_tests(case: &Case) -> Result<(), CaseError> {
                  in the crack: make it {least:.4} m long or longer",
                 column.thickness()
             );
-            return Err(CaseError::new(format!("cuts[{number}]"), problem));
+            return Err(CaseError::new(format!("removal_shapes[{number}]"), problem));
         }
         check_layer_strength(case, &column)?;
     }
@@ -258,7 +258,7 @@ pub(crate) fn warnings(case: &Case) -> Vec<String> {
             // Sheet: snow-mpm P25.
             if first && cut.start == 0.0 {
                 warnings.push(format!(
-                    "cuts[{number}]: begins with the run, when the slab does not yet weigh on the layer: let it settle before, in a stage with \
+                    "removal_shapes[{number}]: begins with the run, when the slab does not yet weigh on the layer: let it settle before, in a stage with \
                      gravity_ramp and damping"
                 ));
             }
@@ -269,14 +269,14 @@ pub(crate) fn warnings(case: &Case) -> Vec<String> {
             && case.bodies.iter().any(|body| is_weak(case, body))
         {
             warnings.push(format!(
-                "cuts[{number}]: takes all bodies, what lies on the weak layer with it: give it `bodies` with the weak layer alone for a saw test"
+                "removal_shapes[{number}]: takes all bodies, what lies on the weak layer with it: give it `bodies` with the weak layer alone for a saw test"
             ));
             continue;
         }
         let left = case.bodies.iter().filter(|body| !cut.applies_to(&body.name));
         if let Some(waves) = fastest_waves(case, left).filter(|waves| is_too_fast(cut, *waves)) {
             warnings.push(format!(
-                "cuts[{number}].velocity: {} m/s is above a twentieth of the speed of shear waves in what it leaves ({waves:.1} m/s): the crack \
+                "removal_shapes[{number}].velocity: {} m/s is above a twentieth of the speed of shear waves in what it leaves ({waves:.1} m/s): the crack \
                  depends on how fast it is cut",
                 cut.speed()
             ));
@@ -285,7 +285,7 @@ pub(crate) fn warnings(case: &Case) -> Vec<String> {
             && length < LEAST_LENGTH * thickness * (1.0 - ROUND_OFF)
         {
             warnings.push(format!(
-                "cuts[{number}]: what it cuts is {length} m long, less than five times the {thickness:.3} m of what it leaves: its far end \
+                "removal_shapes[{number}]: what it cuts is {length} m long, less than five times the {thickness:.3} m of what it leaves: its far end \
                  takes part in the crack"
             ));
         }

@@ -116,9 +116,9 @@ impl<const D: usize> PointUpdater<'_, D> {
     /// Grid to points: velocity, deformation, stress, position (steps 4 to 9), for all points of a body; each block of
     /// points leaves a report.
     pub fn body(&self, body: &mut BodyPoints<D>) {
-        let BodyPoints { points, states, material, reports, width, remove_outside: drop_outside, .. } = body;
+        let BodyPoints { points, states, material, reports, width, remove_outside, .. } = body;
         let PointColumns { position, velocity, affine, volume, stress, work, mass, .. } = points;
-        let (material, extent, drop_outside) = (&**material, [*width; D], *drop_outside);
+        let (material, extent, remove_outside) = (&**material, [*width; D], *remove_outside);
         let blocks = (
             position.par_chunks_mut(BLOCK_SIZE),
             velocity.par_chunks_mut(BLOCK_SIZE),
@@ -136,7 +136,7 @@ impl<const D: usize> PointUpdater<'_, D> {
                 let first = number * BLOCK_SIZE;
                 let mut block =
                     PointBlock { first, position, velocity, affine, volume, stress, work, mass, states };
-                *report = self.block(&mut block, bench, material, (&extent, drop_outside));
+                *report = self.block(&mut block, bench, material, (&extent, remove_outside));
             },
         );
     }
@@ -146,7 +146,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         block: &mut PointBlock<'_, D>,
         bench: &mut Workspace<D>,
         material: &dyn Material,
-        (extent, drop_outside): (&[f64; D], bool),
+        (extent, remove_outside): (&[f64; D], bool),
     ) -> Result<StepBound, PointFailure> {
         let (sweeps, ground) = (self.background.transfers, self.background.grid_view());
         let count = block.position.len();
@@ -162,7 +162,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         if let Some((p, reason)) = motions.change_volumes(&stretches, block.volume, block.mass) {
             return Err(PointFailure { index: block.first + p, reason });
         }
-        let (moved, left) = self.move_points(block, reads, drop_outside)?;
+        let (moved, left) = self.move_points(block, reads, remove_outside)?;
         let work = StressWork::before_step::<D>(block.stress);
         material.update_block(motions, block.stress, block.states).map_err(|error| {
             let index = block.first + error.index;
@@ -189,7 +189,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         &self,
         block: &mut PointBlock<'_, D>,
         reads: &[InterpolatedMotion<D>],
-        drop_outside: bool,
+        remove_outside: bool,
     ) -> Result<(f64, bool), PointFailure> {
         let BackgroundGrid { low, high, .. } = self.background;
         let (mut moved, mut inside) = ([0f64; D], true);
@@ -207,7 +207,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         if inside && moved <= self.max_move() {
             return Ok((moved, false));
         }
-        Ok((moved, self.check_outside(block, reads, drop_outside)?))
+        Ok((moved, self.check_outside(block, reads, remove_outside)?))
     }
 
     /// Longest move along an axis in a step (m).
@@ -221,7 +221,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         &self,
         block: &PointBlock<'_, D>,
         reads: &[InterpolatedMotion<D>],
-        drop_outside: bool,
+        remove_outside: bool,
     ) -> Result<bool, PointFailure> {
         let mut left = false;
         for (p, (position, read)) in block.position.iter().zip(reads).enumerate() {
@@ -236,8 +236,8 @@ impl<const D: usize> PointUpdater<'_, D> {
             }
             let outside = self.background.distance_outside(position);
             if outside > 0.0 && !self.is_held_by_wall(position, outside) {
-                if !drop_outside {
-                    let reason = "it left the domain: enlarge the domain, add a wall on that side or let the body drop_outside";
+                if !remove_outside {
+                    let reason = "it left the domain: enlarge the domain, add a wall on that side or set remove_outside of the body";
                     return Err(failed(reason.to_owned()));
                 }
                 left = true;

@@ -11,7 +11,7 @@ use crate::common::{begun, block, reading, refused};
 /// The block, 0.6 m by 0.4 m of 400 kg/m³, that moves to the right with 1 m/s, with a saw through its lower quarter.
 fn sawn() -> Value {
     let mut case = block(&json!({ "kind": "uniform", "value": [1, 0] }), &json!({}));
-    case["cuts"] = json!([{ "name": "saw", "shape": { "kind": "box", "min": [1.5, 0], "max": [1.7, 0.9] }, "velocity": [-4, 0],
+    case["removal_shapes"] = json!([{ "name": "saw", "shape": { "kind": "box", "min": [1.5, 0], "max": [1.7, 0.9] }, "velocity": [-4, 0],
         "start": 0.01, "stop": 0.085 }]);
     case
 }
@@ -43,12 +43,12 @@ fn a_saw_takes_the_points_in_its_way_and_books_them() {
 fn a_cut_of_a_stage_begins_with_it_and_takes_its_bodies_only() {
     let mut value = sawn();
     value["stages"] = json!([{ "name": "wait", "duration": 0.02 }, { "name": "go", "duration": 0.09 }]);
-    value["cuts"][0]["stage"] = json!("go");
+    value["removal_shapes"][0]["stage"] = json!("go");
     let mut other = value["bodies"][0].clone();
     (other["name"], other["shape"]["min"], other["shape"]["max"]) =
         (json!("other"), json!([1.3, 0.8]), json!([1.4, 1.2]));
     value["bodies"].as_array_mut().unwrap().push(other);
-    value["cuts"][0]["bodies"] = json!(["other"]);
+    value["removal_shapes"][0]["bodies"] = json!(["other"]);
     let case = Case::from_json(&value.to_string()).unwrap();
     let mut solver = begun(&value);
     advance_to(&mut *solver, 0.02);
@@ -86,19 +86,25 @@ fn a_restored_solver_goes_on_cutting_bit_for_bit() {
 fn cuts_that_cannot_be_made_are_refused_by_path() {
     let change = |key: &str, to: Value| {
         let mut case = sawn();
-        case["cuts"][0][key] = to;
+        case["removal_shapes"][0][key] = to;
         refused(&case)
     };
     for (error, words) in [
-        (change("stop", json!(0.01)), "cuts[0].stop: 0.01 s must be after start, 0.01 s"),
-        (change("start", json!(-1)), "cuts[0].start: -1 must not be negative"),
+        (change("stop", json!(0.01)), "removal_shapes[0].stop: 0.01 s must be after start, 0.01 s"),
+        (change("start", json!(-1)), "removal_shapes[0].start: -1 must not be negative"),
         (
             change("stage", json!("og")),
-            "cuts[0].stage: \"og\" is not the name of a stage; did you mean \"go\"?",
+            "removal_shapes[0].stage: \"og\" is not the name of a stage; did you mean \"go\"?",
         ),
-        (change("bodies", json!(["rock"])), "cuts[0].bodies[0]: \"rock\" is not the name of a body"),
-        (change("velocity", json!([1])), "cuts[0].velocity: has 1 entries, the space has 2 dimensions"),
-        (change("name", json!("a saw")), "cuts[0].name: "),
+        (
+            change("bodies", json!(["rock"])),
+            "removal_shapes[0].bodies[0]: \"rock\" is not the name of a body",
+        ),
+        (
+            change("velocity", json!([1])),
+            "removal_shapes[0].velocity: has 1 entries, the space has 2 dimensions",
+        ),
+        (change("name", json!("a saw")), "removal_shapes[0].name: "),
     ] {
         assert!(error.contains(words), "{error}");
     }
@@ -108,13 +114,13 @@ fn cuts_that_cannot_be_made_are_refused_by_path() {
 fn doubtful_cuts_are_warned_of() {
     let change = |key: &str, to: Value| {
         let mut case = sawn();
-        case["cuts"][0][key] = to;
+        case["removal_shapes"][0][key] = to;
         SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).unwrap().warnings
     };
     let thin = change("shape", json!({ "kind": "box", "min": [1.5, 0], "max": [1.6, 0.9] }));
-    assert!(thin.len() == 1 && thin[0].starts_with("cuts[0].shape: 0.1"), "{thin:?}");
+    assert!(thin.len() == 1 && thin[0].starts_with("removal_shapes[0].shape: 0.1"), "{thin:?}");
     let away = change("velocity", json!([4, 0]));
-    assert!(away.len() == 1 && away[0].starts_with("cuts[0]: nothing that it cuts"), "{away:?}");
+    assert!(away.len() == 1 && away[0].starts_with("removal_shapes[0]: nothing that it cuts"), "{away:?}");
 }
 
 #[test]

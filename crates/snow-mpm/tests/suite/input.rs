@@ -119,7 +119,7 @@ fn saw_test(length: f64, layer: f64, speed: f64) -> Value {
             { "name": "weak", "material": "weak", "shape": { "kind": "box", "min": [0, 0], "max": [length, layer] } },
             { "name": "slab", "material": "slab", "shape": { "kind": "box", "min": [0, layer], "max": [length, layer + 0.4] } }],
         "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }],
-        "cuts": [{ "name": "saw", "stage": "saw", "bodies": ["weak"], "velocity": [-speed, 0],
+        "removal_shapes": [{ "name": "saw", "stage": "saw", "bodies": ["weak"], "velocity": [-speed, 0],
             "shape": { "kind": "box", "min": [length, -0.1], "max": [length + 1.0, 0.2] } }],
         "stages": [{ "name": "settle", "duration": 0.01 }, { "name": "saw", "duration": 0.01 }],
         "methods": { "snow-mpm": { "cell_size": 0.025 } }
@@ -147,17 +147,17 @@ fn a_saw_test_that_measures_something_else_is_refused() {
     parallelogram["bodies"][0]["shape"] = slanted(0.0, 0.0, 0.1);
     parallelogram["bodies"][1]["shape"] = slanted(0.0, 0.1, 0.4);
     for (error, words) in [
-        (refused(&saw_test(2.0, 0.1, 3.5)), "cuts[0].velocity: 3.5 m/s is above a twentieth"),
+        (refused(&saw_test(2.0, 0.1, 3.5)), "removal_shapes[0].velocity: 3.5 m/s is above a twentieth"),
         (
             refused(&saw_test(2.0, 0.1, 3.5)),
             "in the slab (67.9 m/s), so that the crack depends on how fast it is cut: saw with 3.39 m/s",
         ),
         (
             refused(&saw_test(1.9, 0.1, 1.0)),
-            "cuts[0]: the column that it cuts is 1.9000 m long, less than five times the 0.4000 m of its slab",
+            "removal_shapes[0]: the column that it cuts is 1.9000 m long, less than five times the 0.4000 m of its slab",
         ),
         (refused(&saw_test(1.9, 0.1, 1.0)), "make it 2.0000 m long or longer"),
-        (refused(&parallelogram), "cuts[0]: the column that it cuts is 1.9"),
+        (refused(&parallelogram), "removal_shapes[0]: the column that it cuts is 1.9"),
         (
             refused(&saw_test(2.0, 0.025, 1.0)),
             "bodies[0].shape: a weak layer of 0.025 m is less than two cells",
@@ -184,19 +184,22 @@ fn what_is_no_saw_test_is_warned_of() {
     };
     assert_eq!(warnings(2.0, 1.0), Vec::<String>::new());
     for (found, words) in [
-        (warnings(2.0, 3.5), "cuts[0].velocity: 3.5 m/s is above a twentieth"),
-        (warnings(1.9, 1.0), "cuts[0]: what it cuts is 1.9 m long, less than five times the 0.400 m"),
+        (warnings(2.0, 3.5), "removal_shapes[0].velocity: 3.5 m/s is above a twentieth"),
+        (
+            warnings(1.9, 1.0),
+            "removal_shapes[0]: what it cuts is 1.9 m long, less than five times the 0.400 m",
+        ),
     ] {
         assert!(found.len() == 1 && found[0].starts_with(words), "{words}: {found:?}");
     }
     let mut at_once = saw_test(2.0, 0.1, 1.0);
-    at_once["cuts"][0]["stage"] = json!("settle");
+    at_once["removal_shapes"][0]["stage"] = json!("settle");
     let said = SnowMpm.plan(&Case::from_json(&at_once.to_string()).unwrap()).unwrap().warnings;
-    assert!(said.len() == 1 && said[0].starts_with("cuts[0]: begins with the run"), "{said:?}");
+    assert!(said.len() == 1 && said[0].starts_with("removal_shapes[0]: begins with the run"), "{said:?}");
     let mut all = saw_test(2.0, 0.1, 1.0);
-    all["cuts"][0].as_object_mut().unwrap().remove("bodies");
+    all["removal_shapes"][0].as_object_mut().unwrap().remove("bodies");
     let said = SnowMpm.plan(&Case::from_json(&all.to_string()).unwrap()).unwrap().warnings;
-    assert!(said.len() == 1 && said[0].starts_with("cuts[0]: takes all bodies"), "{said:?}");
+    assert!(said.len() == 1 && said[0].starts_with("removal_shapes[0]: takes all bodies"), "{said:?}");
     // What lies below the layer, or on a small part of it, is no slab.
     let mut case = saw_test(2.0, 0.1, 1.0);
     case["gravity"] = json!([0, 9.81]);
@@ -251,7 +254,7 @@ fn a_layer_that_yields_before_the_saw_ends_the_run() {
 #[test]
 fn layers_along_a_track_are_as_thin_as_they_lie_and_its_friction_is_looked_at() {
     let mut case = saw_test(2.0, 0.1, 1.0);
-    (case["cuts"], case["boundaries"]) = (json!([]), json!([]));
+    (case["removal_shapes"], case["boundaries"]) = (json!([]), json!([]));
     case["domain"] = json!({ "min": [-1, -2], "max": [3, 1] });
     case["obstacles"] = json!([{ "name": "track", "wall": { "kind": "frictional", "friction_coefficient": 2.5 },
         "shape": { "kind": "profile", "start": [-0.5, 0.5], "pieces": [{ "to": [2.5, -1] }] },
@@ -298,7 +301,7 @@ fn a_point_that_leaves_ends_the_run_unless_its_body_lets_it() {
         }
     };
     assert!(error.contains("it left the domain: enlarge the domain"), "{error}");
-    value["bodies"][0]["drop_outside"] = json!(true);
+    value["bodies"][0]["remove_outside"] = json!(true);
     let mut solver = begun(&value);
     let mass = solver.totals().mass;
     while solver.time() < 0.05 {

@@ -99,8 +99,8 @@ fn rammed(wall: &Value) -> Value {
     case["obstacles"] = json!([{ "name": "ram", "wall": wall, "motion": { "velocity": [3, 0.5] },
         "shape": { "kind": "ball", "centre": [1.2, 1.5], "radius": 0.25 } }]);
     case["stages"] = json!([{ "name": "ram", "duration": 0.1 }]);
-    case["measures"] = json!({ "ram": { "kind": "reaction", "of": "ram", "about": [0, 0] },
-        "pressure": { "kind": "impact-pressure", "of": "ram", "direction": [2, 0], "area": 0.5 } });
+    case["measures"] = json!({ "ram": { "kind": "reaction", "target": "ram", "about": [0, 0] },
+        "pressure": { "kind": "impact-pressure", "target": "ram", "direction": [2, 0], "area": 0.5 } });
     case
 }
 
@@ -163,7 +163,7 @@ fn a_settled_block_presses_by_its_weight() {
     let mut case = block_on_plane(&json!({ "kind": "rough" }));
     case["bodies"][0]["shape"] = json!({ "kind": "box", "min": [1.5, 1], "max": [2.5, 1.5] });
     case["obstacles"][0]["shape"] = json!({ "kind": "plane", "point": [0, 1], "normal": [0, 1] });
-    case["measures"] = json!({ "ground": { "kind": "reaction", "of": "plane" } });
+    case["measures"] = json!({ "ground": { "kind": "reaction", "target": "plane" } });
     case["stages"] = json!([
         { "name": "settle", "duration": 0.5, "gravity_ramp": 0.3, "damping": 0.5 },
         { "name": "rest", "duration": 0.5 }
@@ -195,10 +195,11 @@ fn reactions_of_more_obstacles_than_are_added_up_are_refused() {
             .as_array_mut()
             .unwrap()
             .push(json!({ "name": format!("o{number}"), "wall": { "kind": "rough" }, "shape": shape }));
-        case["measures"][format!("z{number}")] = json!({ "kind": "reaction", "of": format!("o{number}") });
+        case["measures"][format!("z{number}")] =
+            json!({ "kind": "reaction", "target": format!("o{number}") });
     }
     let error = refused(&case);
-    assert!(error.starts_with("measures.z7.of: snow-mpm adds up"), "{error}");
+    assert!(error.starts_with("measures.z7.target: snow-mpm adds up"), "{error}");
 }
 
 #[test]

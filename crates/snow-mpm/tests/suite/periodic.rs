@@ -136,9 +136,9 @@ fn what_cannot_be_periodic_is_refused_by_name() {
     let error = refused(&case);
     assert!(error.starts_with("obstacles") && error.contains("use boundaries"), "{error}");
     let mut case = drifting(0.0, 0.0, &json!({}));
-    case["cuts"] = json!([{ "name": "saw", "velocity": [1, 0], "shape": { "kind": "box", "min": [0, 0.4], "max": [0.1, 0.6] } }]);
+    case["removal_shapes"] = json!([{ "name": "saw", "velocity": [1, 0], "shape": { "kind": "box", "min": [0, 0.4], "max": [0.1, 0.6] } }]);
     let error = refused(&case);
-    assert!(error.starts_with("cuts"), "{error}");
+    assert!(error.starts_with("removal_shapes"), "{error}");
     let mut case = drifting(0.0, 0.0, &json!({}));
     case["bodies"][0]["shape"]["max"][0] = json!(1.1);
     assert!(refused(&case).contains("domain"), "a body beyond a periodic side");

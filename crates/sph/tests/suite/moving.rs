@@ -95,7 +95,7 @@ impl Tilting {
             "obstacles": [{ "name": "floor", "wall": { "kind": "frictional", "friction_coefficient": 20f64.to_radians().tan() },
                 "motion": { "rotation": -Self::RATE, "centre": [0.3, 0], "start": begins, "ramp": ramp },
                 "shape": { "kind": "plane", "point": [0, 0], "normal": [0, 1] } }],
-            "measures": { "on": { "kind": "reaction", "of": "floor" } },
+            "measures": { "on": { "kind": "reaction", "target": "floor" } },
             "stages": [{ "name": "settle", "duration": begins, "gravity_ramp": 0.2, "damping": 0.6 }, { "name": "tilt", "duration": 8 }],
             "methods": { "sph": { "spacing": spacing } }
         }));
@@ -220,7 +220,7 @@ fn a_piston_pushes_with_the_impedance_of_the_column_and_gives_it_its_momentum() 
         "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [2, 0.2] } }],
         "obstacles": [{ "name": "piston", "wall": { "kind": "smooth" }, "motion": { "velocity": [speed, 0] },
             "shape": { "kind": "plane", "point": [0, 0], "normal": [1, 0] } }],
-        "measures": { "on": { "kind": "reaction", "of": "piston" } },
+        "measures": { "on": { "kind": "reaction", "target": "piston" } },
         "methods": { "sph": { "spacing": 0.02 } }
     }));
     let mut solver = begin(&case);
@@ -257,7 +257,7 @@ fn paddle(space: &str, integration: &str) -> Case {
         "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": at([0.3, 0.15], -0.15), "max": at([0.6, 0.45], 0.15) } }],
         "obstacles": [{ "name": "paddle", "wall": { "kind": "frictional", "friction_coefficient": 0.4 }, "motion": motion,
             "shape": { "kind": "box", "min": at([-0.7, -0.1], -0.4), "max": at([0.7, 0.1], 0.4) } }],
-        "measures": { "on": { "kind": "reaction", "of": "paddle" } },
+        "measures": { "on": { "kind": "reaction", "target": "paddle" } },
         "methods": { "sph": { "spacing": 0.05, "integration": integration } }
     }))
 }

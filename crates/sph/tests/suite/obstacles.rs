@@ -104,8 +104,8 @@ fn slide(angle: f64, friction: f64) -> [f64; 2] {
 fn borne(angle: f64, friction: f64, damping: f64, [from, to]: [f64; 2]) -> ([f64; 2], [f64; 2], f64, f64) {
     let (folder, mut text) = slope(angle, friction);
     let (sin, cos) = angle.to_radians().sin_cos();
-    text["measures"] = json!({ "on": { "kind": "reaction", "of": "slope" },
-        "under": { "kind": "impact-pressure", "of": "slope", "direction": [-sin, -cos], "area": 0.6 } });
+    text["measures"] = json!({ "on": { "kind": "reaction", "target": "slope" },
+        "under": { "kind": "impact-pressure", "target": "slope", "direction": [-sin, -cos], "area": 0.6 } });
     text["stages"][0]["duration"] = json!(to);
     text["stages"][0]["damping"] = json!(damping);
     let case = Case::from_json(&text.to_string()).unwrap();

@@ -273,8 +273,8 @@ fn obstacles_and_what_they_take_are_the_same_in_ranks() {
               "shape": { "kind": "box", "min": [1.02, 0.01], "max": [1.1, 0.5] } }
         ],
         "measures": {
-            "on_ground": { "kind": "reaction", "of": "ground" },
-            "on_gate": { "kind": "reaction", "of": "gate", "about": [1.1, 0] }
+            "on_ground": { "kind": "reaction", "target": "ground" },
+            "on_gate": { "kind": "reaction", "target": "gate", "about": [1.1, 0] }
         },
         "domain": { "min": [-1, -1], "max": [2, 1] } });
     let case = heap(&json!({}), &ground);

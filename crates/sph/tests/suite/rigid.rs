@@ -18,7 +18,7 @@ fn case(more: &Value) -> Case {
                 "soft": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 }
             },
             "bodies": [block([0.4, 0.4])],
-            "stages": [{ "name": "s", "duration": 0.1, "motions": [{ "of": "block", "velocity": [null, null], "turns": true }] }],
+            "stages": [{ "name": "s", "duration": 0.1, "motions": [{ "target": "block", "velocity": [null, null], "turns": true }] }],
             "methods": { "sph": { "spacing": 0.02 } }
         }),
         more,
@@ -37,7 +37,7 @@ fn a_free_block_falls_and_spins_as_one() {
     let report = solve(&case(&json!({
         "gravity": [1, -3], "bodies": [spinning],
         "stages": [{ "name": "s", "duration": 0.1,
-                     "motions": [{ "of": "block", "velocity": [null, null], "force": [10, 0], "turns": true }] }]
+                     "motions": [{ "target": "block", "velocity": [null, null], "force": [10, 0], "turns": true }] }]
     })));
     let velocities = vectors(&report.snapshot, "velocity");
     let n = velocities.len() as f64;
@@ -89,7 +89,7 @@ fn a_block_of_half_the_density_of_water_floats_with_half_of_it_under_water() {
         "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "x-min", "wall": { "kind": "smooth" } },
                        { "side": "x-max", "wall": { "kind": "smooth" } }],
         "stages": [{ "name": "s", "duration": 3, "gravity_ramp": 0.5, "damping": 0.05,
-                     "motions": [{ "of": "block", "velocity": [0, null] }] }]
+                     "motions": [{ "target": "block", "velocity": [0, null] }] }]
     })));
     let of_block =
         report.snapshot.positions.iter().zip(&report.snapshot.bodies).filter(|(_, body)| **body == 3);
@@ -111,8 +111,8 @@ fn a_rigid_body_tells_the_force_on_it() {
         let free = motion[0].is_null();
         let case = case(&json!({
             "gravity": [0, -5], "bodies": [flying.clone(), bed.clone()], "output": { "measures": 0.01 },
-            "measures": { "push": { "kind": "reaction", "of": "block" } },
-            "stages": [{ "name": "s", "duration": 0.05, "motions": [{ "of": "block", "velocity": motion, "force": if free { json!([3, 0]) } else { json!([0, 0]) }, "turns": true }] }]
+            "measures": { "push": { "kind": "reaction", "target": "block" } },
+            "stages": [{ "name": "s", "duration": 0.05, "motions": [{ "target": "block", "velocity": motion, "force": if free { json!([3, 0]) } else { json!([0, 0]) }, "turns": true }] }]
         }));
         let report = solve(&case);
         let impulse =
@@ -162,7 +162,7 @@ fn in_space(more: &Value) -> Case {
             "materials": { "rock": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },
             "bodies": [{ "name": "box", "material": "rock", "rigid": true,
                          "shape": { "kind": "box", "min": [-0.1, -0.06, -0.04], "max": [0.1, 0.06, 0.04] } }],
-            "stages": [{ "name": "s", "duration": 0.3, "motions": [{ "of": "box", "velocity": [null, null, null], "turns": true }] }],
+            "stages": [{ "name": "s", "duration": 0.3, "motions": [{ "target": "box", "velocity": [null, null, null], "turns": true }] }],
             "output": { "measures": 0.01 }, "methods": { "sph": { "spacing": 0.02, "time_step": 2e-4 } }
         }),
         more,
@@ -183,7 +183,7 @@ fn a_moment_spins_a_box_up_by_its_moment_of_inertia() {
         moment[axis] = 0.5;
         let report = solve(&in_space(&json!({
             "stages": [{ "name": "s", "duration": 0.1,
-                         "motions": [{ "of": "box", "velocity": [null, null, null], "moment": moment, "turns": true }] }]
+                         "motions": [{ "target": "box", "velocity": [null, null, null], "moment": moment, "turns": true }] }]
         })));
         let spin = *report.table.column(&format!("box.spin.{name}")).unwrap().last().unwrap();
         let exact = 0.5 * 0.1 / inertia[axis];
@@ -235,7 +235,7 @@ fn on_slope(tan: f64, wall: &Value) -> (RunReport, [f64; 2]) {
         "gravity": [g * tan, 0, -g], "domain": { "min": [-0.2, -0.2, -0.04], "max": [1, 0.2, 0.4] },
         "boundaries": [{ "side": "z-min", "wall": wall }],
         "stages": [{ "name": "s", "duration": 0.3, "gravity_ramp": 0.05,
-                     "motions": [{ "of": "box", "velocity": [null, null, null], "turns": true }] }],
+                     "motions": [{ "target": "box", "velocity": [null, null, null], "turns": true }] }],
         "output": { "measures": 0.01 }, "methods": { "sph": { "spacing": 0.02 } }
     })));
     (report, [g * tan, g])
@@ -272,7 +272,7 @@ fn a_slender_box_topples_down_a_slope_in_space_where_its_weight_passes_its_edge(
             "gravity": [g * tan, 0, -g], "domain": { "min": [-0.2, -0.2, 0.0], "max": [1, 0.2, 0.4] }, "bodies": [tall],
             "boundaries": [{ "side": "z-min", "wall": { "kind": "frictional", "friction_coefficient": 1.0 } }],
             "stages": [{ "name": "s", "duration": 0.4, "gravity_ramp": 0.1,
-                         "motions": [{ "of": "box", "velocity": [null, null, null], "turns": true }] }],
+                         "motions": [{ "target": "box", "velocity": [null, null, null], "turns": true }] }],
             "output": { "measures": 0.01 }, "methods": { "sph": { "spacing": 0.02 } }
         })));
         // How far the top has gone ahead of the foot, over the height between them.

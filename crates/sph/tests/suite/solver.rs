@@ -269,8 +269,8 @@ fn what_cannot_be_honoured_is_refused_by_name() {
     let table = [
         (json!({ "space": "axisymmetric" }), "space"),
         (
-            json!({ "loads": [{ "kind": "traction", "body": "b", "side": "y-max", "value": [0, -1], "carrier": "nodes" }] }),
-            "loads[0].carrier",
+            json!({ "loads": [{ "kind": "traction", "body": "b", "side": "y-max", "value": [0, -1], "applied_to": "nodes" }] }),
+            "loads[0].applied_to",
         ),
         (json!({ "measures": { "lost": { "kind": "dissipation" } } }), "measures.lost"),
         (

@@ -358,7 +358,7 @@ fn no_stage_is_at_rest_before_its_loads_have_grown() {
 #[test]
 fn no_stage_is_at_rest_before_its_motions_have_grown() {
     let mut case = case(r#"[ { "name": "settle", "duration": 40.0, "equilibrium": { "hold": 1 } } ]"#);
-    let motion = serde_json::json!({ "of": "p", "velocity": [1, null], "ramp": 8 });
+    let motion = serde_json::json!({ "target": "p", "velocity": [1, null], "ramp": 8 });
     case.stages[0].motions = vec![serde_json::from_value(motion).unwrap()];
     let patch = serde_json::json!({ "name": "p", "region": { "kind": "box", "min": [0, 0], "max": [1, 1] } });
     case.patches = vec![serde_json::from_value(patch).unwrap()];

@@ -42,7 +42,6 @@ pub struct CamClaySpec {
     /// Start on the yield surface where the initial stress lies outside it: pressure at most `p_c`, and then as
     /// much of the deviator as there is room for; refused when false.
     #[serde(default)]
-    #[serde(rename = "project")]
     pub return_initial_stress_to_yield: bool,
 }
 

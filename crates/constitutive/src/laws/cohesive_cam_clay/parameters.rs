@@ -43,7 +43,6 @@ pub struct CohesiveCamClaySpec {
     /// Start on the yield surface where the initial stress lies outside it, at the point of the return; refused
     /// when false.
     #[serde(default)]
-    #[serde(rename = "project")]
     pub return_initial_stress_to_yield: bool,
 }
 

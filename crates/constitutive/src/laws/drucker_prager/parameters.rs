@@ -63,7 +63,6 @@ pub struct DruckerPragerSpec {
     /// Start on the yield surface, where the return of the initial stress ends, if that stress lies outside;
     /// refused when false.
     #[serde(default)]
-    #[serde(rename = "project")]
     pub return_initial_stress_to_yield: bool,
 }
 

@@ -50,7 +50,6 @@ pub struct SimsandSpec {
     /// Start with as much of the deviator as the sand carries at the initial pressure after a plastic shear of 1,
     /// where the initial stress has more; refused when false.
     #[serde(default)]
-    #[serde(rename = "project")]
     pub return_initial_stress_to_yield: bool,
 }
 

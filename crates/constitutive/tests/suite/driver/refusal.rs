@@ -65,7 +65,7 @@ impl MaterialFactory for StubbornLaw {
 /// Why the path stops, and the stretch in y it reaches.
 fn stopped(path: LoadingPath, steps: usize) -> (DriverError, f64) {
     register_material(&StubbornLaw);
-    let law = json!({ "model": "other", "law": "stubborn", "density": 2000, "parameters": {} });
+    let law = json!({ "model": "external", "law": "stubborn", "density": 2000, "parameters": {} });
     let trace = test(serde_json::from_value(law).unwrap(), 0.0, &[(path, steps)]).trace().unwrap();
     (trace.stopped.unwrap(), trace.path.last("strain_yy"))
 }
