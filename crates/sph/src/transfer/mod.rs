@@ -1,3 +1,3 @@
 //! Sums over neighbours: kernels, neighbour lists, pair data, gradients and their corrections.
 //!
-//! The room knows positions, masses and fields, no material law (sheet: sph §2.2, §2.3).
+//! The module uses positions, masses and fields, no material law (sheet: sph §2.2, §2.3).
