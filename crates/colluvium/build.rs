@@ -1,4 +1,4 @@
-//! Tells the crate the commit that it is built from, as `COLLUVIUM_COMMIT`; says nothing where there is no git.
+//! Build script: gives the crate the commit it is built from as `COLLUVIUM_COMMIT`; sets nothing without git.
 
 use std::path::Path;
 use std::process::Command;
@@ -11,14 +11,14 @@ fn main() {
     let branch = git(&["symbolic-ref", "--quiet", "HEAD"]);
     let names = ["HEAD", "packed-refs"].into_iter().chain(branch.as_deref());
     for path in names.filter_map(|name| git(&["rev-parse", "--git-path", name])) {
-        // Cargo takes a file that is not there for one that has changed.
+        // Cargo treats a missing file as changed.
         if Path::new(&path).exists() {
             println!("cargo::rerun-if-changed={path}");
         }
     }
 }
 
-/// What git answers; `None` where it does not know.
+/// Output of a `git` command; `None` where it fails.
 fn git(arguments: &[&str]) -> Option<String> {
     let output = Command::new("git").args(arguments).output().ok()?;
     let answer = String::from_utf8(output.stdout).ok()?.trim().to_owned();

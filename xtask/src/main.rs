@@ -62,7 +62,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Root of the repository.
+/// Root folder of the repository.
 fn root() -> &'static std::path::Path {
     std::path::Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies in the repository")
 }

@@ -1,8 +1,8 @@
 //! `cargo xtask same-bits REV`: results of two revisions, compared to the last bit.
 //!
-//! The cases are those of `validation/same-bits`: families of a base case and factors, of which each pair of levels is in a row. Each
-//! revision runs the rows of its own files, so that a key of a case may be renamed between them. Columns and fields that were renamed stand
-//! in `validation/same-bits/renamed.csv`.
+//! The cases are those of `validation/same-bits`: families of a base case and factors; each pair of levels is in a row. Each revision runs
+//! the rows of its own files, so that a key of a case may be renamed between them. Renamed columns and fields are in
+//! `validation/same-bits/renamed.csv`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -36,13 +36,13 @@ const FAMILY_FOLDER: &str = "validation/same-bits";
 /// Longest time of a run; most take less than a second.
 const LIMIT: Duration = Duration::from_secs(20);
 
-/// A tree of the repository and its program.
+/// Tree of the repository and its program.
 struct BuiltRevision {
     tree: PathBuf,
     program: PathBuf,
 }
 
-/// Compares; true when all results agree.
+/// Compares two revisions; returns whether all results agree.
 ///
 /// # Errors
 /// When a revision cannot be built or a file cannot be read.
@@ -87,7 +87,7 @@ pub fn run(arguments: &SameBitsArguments) -> Result<bool, String> {
     Ok(differences.is_empty())
 }
 
-/// Whether the program of the working tree takes a case.
+/// Whether the program of the working tree accepts a case.
 fn is_accepted(case: &Value) -> bool {
     let Some(method) = case["methods"].as_object().and_then(|methods| methods.keys().next()) else {
         return false;
@@ -96,7 +96,7 @@ fn is_accepted(case: &Value) -> bool {
     colluvium::method(method).is_some_and(|method| method.plan(&read).is_ok())
 }
 
-/// A work tree of the revision, built. There is one tree for all revisions, so that a build compiles only what changed.
+/// Checks out and builds a revision. One tree serves all revisions, so that a build compiles only the changes.
 fn checkout_and_build(
     root: &Path,
     folder: &Path,
@@ -150,7 +150,7 @@ fn renamed_columns(file: &Path) -> Result<BTreeMap<String, String>, String> {
     Ok(pairs.map(|(old, new)| (old.to_owned(), new.to_owned())).collect())
 }
 
-/// Everything that a run writes, as text and bits.
+/// Output of a run, as text and bits.
 #[derive(Default)]
 struct RunFiles {
     /// Exit code.
@@ -161,7 +161,7 @@ struct RunFiles {
     fields: BTreeMap<String, Vec<u64>>,
 }
 
-/// Runs a case in a folder of its own and reads what it wrote.
+/// Runs a case in a folder of its own and reads its output.
 fn outcome(revision: &BuiltRevision, case: &Value) -> Result<RunFiles, String> {
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
     let (file, out) = (folder.path().join("case.json"), folder.path().join("out"));
@@ -172,7 +172,7 @@ fn outcome(revision: &BuiltRevision, case: &Value) -> Result<RunFiles, String> {
     Ok(outcome)
 }
 
-/// Exit code of a run; none when it takes longer than [`LIMIT`].
+/// Exit code of a run; `None` when it takes longer than [`LIMIT`].
 fn exit_code(revision: &BuiltRevision, file: &Path, out: &Path) -> Result<Option<i32>, String> {
     let wrong = |error: std::io::Error| format!("{}: {error}", revision.program.display());
     let mut command = Command::new(&revision.program);

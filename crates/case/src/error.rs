@@ -1,28 +1,28 @@
-//! Errors in a case.
+//! Errors of a case.
 
 use std::path::Path;
 
 use thiserror::Error;
 
-/// What is wrong in a case file, and where: `materials.sand.friction_angle: 95 is not in 0..=60 degrees`.
+/// Error in a case file, with its path: `materials.sand.friction_angle: 95 is not in 0..=60 degrees`.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{}", printable(&format!("{path}: {problem}")))]
 pub struct CaseError {
-    /// JSON path of the offending value, e.g. `bodies[1].shape.radius`.
+    /// JSON path of the invalid value, e.g. `bodies[1].shape.radius`.
     pub path: String,
-    /// What is wrong with it, naming value and rule.
+    /// Description of the error, with value and rule.
     pub problem: String,
 }
 
 impl CaseError {
-    /// An error at `path`.
+    /// Error at `path`.
     pub fn new(path: impl Into<String>, problem: impl Into<String>) -> Self {
         Self { path: path.into(), problem: problem.into() }
     }
 }
 
-/// A message as one line that a terminal can show: control characters and those that turn the direction of writing, which
-/// names and texts of a file may hold, become escapes, and numbers of more than 24 digits get an exponent.
+/// Message as one line for a terminal: control characters and those that change the direction of writing, which names and texts of a file
+/// may contain, become escapes, and numbers of more than 24 digits get an exponent.
 pub fn printable(message: &str) -> String {
     let mut line = String::with_capacity(message.len());
     let mut rest = message;
@@ -41,13 +41,13 @@ pub fn printable(message: &str) -> String {
     line
 }
 
-/// Longest word of a message that is shown whole (characters).
+/// Longest word of a message that is not shortened (characters).
 const MAX_WORD: usize = 240;
 
-/// Longest message that is shown whole (characters).
+/// Longest message that is not shortened (characters).
 const MAX_MESSAGE: usize = 2000;
 
-/// A message of which long words, as names in a file may be, and what is long as a whole lack their middle.
+/// Message in which long words, as of names in a file, and a long text as a whole lose their middle.
 pub fn shortened(message: &str) -> String {
     if message.len() <= MAX_WORD {
         return message.to_owned();
@@ -56,7 +56,7 @@ pub fn shortened(message: &str) -> String {
     shorten_middle(&words, MAX_MESSAGE)
 }
 
-/// A text of at most so many characters, as it is, or two thirds of them from its beginning and a third from its end.
+/// Text of at most `most` characters: unchanged, or two thirds of them from its beginning and a third from its end.
 fn shorten_middle(text: &str, most: usize) -> String {
     let count = text.chars().count();
     if count <= most {
@@ -68,12 +68,12 @@ fn shorten_middle(text: &str, most: usize) -> String {
     format!("{begin}… ({} characters) …{end}", to - from)
 }
 
-/// Whether a character breaks a line or turns the direction of writing.
+/// Whether a character breaks a line or changes the direction of writing.
 fn breaks_line(c: char) -> bool {
     matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// Everything found wrong in a case file, at least one error; displayed one a line.
+/// All errors of a case file, at least one; displayed one per line.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{}", error_lines(.0))]
 pub struct CaseErrors(pub Vec<CaseError>);
@@ -84,12 +84,12 @@ fn error_lines(errors: &[CaseError]) -> String {
 }
 
 impl CaseErrors {
-    /// A single error.
+    /// List of a single error.
     pub fn one(error: CaseError) -> Self {
         Self(vec![error])
     }
 
-    /// The same errors, with the file that they are in before their places.
+    /// Errors with the name of their file before their paths.
     #[must_use]
     pub fn in_file(self, file: &Path) -> Self {
         let located =
@@ -97,7 +97,7 @@ impl CaseErrors {
         Self(self.0.into_iter().map(located).collect())
     }
 
-    /// The first error.
+    /// First error.
     pub fn first(&self) -> &CaseError {
         &self.0[0]
     }
@@ -137,7 +137,7 @@ mod tests {
         {
             assert_eq!(printable(&format!("radius: {value} is not")), format!("radius: {short} is not"));
         }
-        // Names and versions are no numbers.
+        // Digits in names and versions are not numbers.
         let name = format!("a{}", "1".repeat(40));
         assert_eq!(printable(&name), name);
         let dots = "1.2.3.4.5.6.7.8.9.10.11.12.13.14";

@@ -1,4 +1,4 @@
-//! The problem and its run: what a case file says, what a solver must offer, and the loop between.
+//! Case description, solver interface and run loop.
 //!
 //! A [`Case`] describes a problem once; a [`Method`] turns it into a [`Solver`].
 

@@ -51,7 +51,7 @@ pub enum PorePressure {
     /// None.
     #[default]
     None,
-    /// The same everywhere.
+    /// Uniform pressure.
     Uniform {
         /// Pressure (Pa), compression-positive.
         value: f64,
@@ -80,8 +80,8 @@ fn water_viscosity() -> f64 {
 }
 
 impl PoreFluid {
-    /// Drag per Darcy velocity, `ρ g / k` or viscosity over intrinsic permeability (Pa s/m²), under `gravity`
-    /// (m/s², a length).
+    /// Drag force per volume and Darcy velocity, `ρ g / k` or viscosity over intrinsic permeability (Pa s/m²), under gravity of magnitude
+    /// `gravity` (m/s²).
     pub fn resistance(&self, gravity: f64) -> f64 {
         match (self.permeability, self.intrinsic_permeability) {
             (Some(conductivity), _) => self.density * gravity / conductivity,
@@ -90,12 +90,12 @@ impl PoreFluid {
         }
     }
 
-    /// Density of the saturated body (kg/m³) with a skeleton of the given dry density.
+    /// Density of the saturated body (kg/m³) for a skeleton of the given dry density.
     pub fn saturated_density(&self, dry: f64) -> f64 {
         dry + self.porosity * self.density
     }
 
-    /// Coordinate along the axis of gravity (m) where a hydrostatic pressure begins; `None` for other fields.
+    /// Coordinate along the axis of gravity (m) of the surface of a hydrostatic pressure; `None` for other fields.
     pub fn surface(&self) -> Option<f64> {
         match self.pressure {
             PorePressure::Hydrostatic { surface } => Some(surface),

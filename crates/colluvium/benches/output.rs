@@ -1,5 +1,5 @@
-//! Time of what a run writes and of reading it back: frames, rows of measures, checkpoints, archives for scripts, rasters and the report. Of a column
-//! of sand in fall: with 22 500 points, frames with 90 000 as well.
+//! Benchmarks of output: time to write and to read back frames, rows of measures, checkpoints, NPZ archives, rasters and the report. The
+//! case is a falling column of sand with 22 500 points; frames also with 90 000.
 //!
 //! `cargo bench -p colluvium --bench output [-- NAME]`, on one thread.
 
@@ -14,7 +14,7 @@ use colluvium::case::{Case, RunOptions, Snapshot, run};
 use colluvium::report::{self, ReportOptions};
 use criterion::{Criterion, Throughput};
 
-/// The column of the first template with cells of this width (m), run for some steps.
+/// Column of the first template with cells of this width (m), after some steps.
 fn column(cell: f64, out: Option<&Path>) -> (Case, Snapshot) {
     let text = colluvium::template("column-collapse").expect("a template");
     let mut value: serde_json::Value = serde_json::from_str(text).expect("a case");

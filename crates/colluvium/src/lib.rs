@@ -1,7 +1,7 @@
 //! Colluvium: point-based numerical methods for geomechanics.
 //!
-//! This crate gathers the others and holds the command line. A [`case::Case`] describes a problem
-//! once; a [`case::Method`] turns it into a [`case::Solver`]; [`case::run_method()`] runs it.
+//! This crate joins the others and contains the command line. A [`case::Case`] describes a problem once; a [`case::Method`] turns it into a
+//! [`case::Solver`]; [`case::run_method()`] runs it.
 //!
 //! ```
 //! use colluvium::case::{Case, Method, RunOptions, run};
@@ -18,8 +18,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Who uses the library alone takes it without its default feature `cli`, which brings the command line; the feature
-//! `reports` brings pictures and reports of runs and sweeps.
+//! Library users disable the default feature `cli`, which brings the command line; the feature `reports` brings pictures and reports of
+//! runs and sweeps.
 
 #[cfg(feature = "reports")]
 pub mod compare;
@@ -52,10 +52,10 @@ use case::{Case, CaseError, CaseErrors, Method};
 use constitutive::driver::{DriverError, ElementTest};
 use serde_json::Value;
 
-/// Commit that this was built from; `None` where there was no git.
+/// Commit that this was built from; `None` without git.
 pub const COMMIT: Option<&str> = option_env!("COLLUVIUM_COMMIT");
 
-/// Makes the materials that methods bring known to case files; [`methods`] and [`element_test`] do so as well.
+/// Registers the materials of the methods for case files; [`methods`] and [`element_test`] do so as well.
 pub fn register_materials() {
     constitutive::register_material(&dem::material::GranularCells);
 }
@@ -66,7 +66,7 @@ pub fn methods() -> &'static [&'static dyn Method] {
     &[&mpm::Mpm, &sph::Sph, &dem::Dem, &depth_sph::DepthSph, &snow_mpm::SnowMpm]
 }
 
-/// The method called `name`.
+/// Returns the method called `name`.
 pub fn method(name: &str) -> Option<&'static dyn Method> {
     methods().iter().copied().find(|method| method.name() == name)
 }
@@ -77,7 +77,7 @@ pub fn case_schema() -> Value {
     Case::schema(&options)
 }
 
-/// An element test from the text of its file.
+/// Reads an element test from the text of its file.
 ///
 /// ```
 /// let text = r#"{
@@ -94,15 +94,15 @@ pub fn case_schema() -> Value {
 /// ```
 ///
 /// # Errors
-/// Everything wrong in the file, each with its JSON path.
+/// All errors of the file, each with its JSON path.
 pub fn element_test(text: &str) -> Result<ElementTest, CaseErrors> {
     check_element_test(case::files::json::read(text)?)
 }
 
-/// An element test from a file.
+/// Reads an element test from a file.
 ///
 /// # Errors
-/// As [`element_test`], syntax with the file as well, and when it cannot be read.
+/// As [`element_test`], with the file for errors of syntax, and when the file cannot be read.
 pub fn load_element_test(file: &std::path::Path) -> Result<ElementTest, CaseErrors> {
     check_element_test(case::files::json::read_file(file)?)
 }
@@ -118,7 +118,7 @@ fn check_element_test(test: ElementTest) -> Result<ElementTest, CaseErrors> {
     }
 }
 
-/// Starting cases that need no other file: name and JSON text.
+/// Templates of cases that need no other file: name and JSON text.
 pub const TEMPLATES: [(&str, &str); 10] = [
     ("column-collapse", include_str!("templates/column-collapse.json")),
     ("oedometer", include_str!("templates/oedometer.json")),
@@ -132,17 +132,17 @@ pub const TEMPLATES: [(&str, &str); 10] = [
     ("remote-triggering", include_str!("templates/remote-triggering.json")),
 ];
 
-/// Names of all starting cases.
+/// Names of all templates.
 pub fn template_names() -> Vec<&'static str> {
     TEMPLATES.iter().chain([&templates::CASE_TEXT]).map(|(name, _)| *name).collect()
 }
 
-/// The starting case called `name`.
+/// JSON text of the template called `name`.
 pub fn template(name: &str) -> Option<&'static str> {
     TEMPLATES.iter().chain([&templates::CASE_TEXT]).find(|(known, _)| *known == name).map(|(_, text)| *text)
 }
 
-/// Names of the files that the starting case called `name` needs beside it.
+/// Names of the files that the template called `name` needs beside it.
 pub fn template_files(name: &str) -> Vec<&'static str> {
     if name == templates::CASE_TEXT.0 {
         vec![templates::TERRAIN_FILES, templates::RELEASE_FILE.0]
@@ -151,10 +151,10 @@ pub fn template_files(name: &str) -> Vec<&'static str> {
     }
 }
 
-/// Writes the files that the starting case called `name` needs into a folder.
+/// Writes the files that the template called `name` needs into a folder.
 ///
 /// # Errors
-/// When one cannot be written.
+/// When a file cannot be written.
 pub fn write_template_files(name: &str, folder: &std::path::Path) -> Result<(), case::output::OutputError> {
     use case::output::{OutputError, write_atomically};
     if name != templates::CASE_TEXT.0 {

@@ -1,12 +1,12 @@
-//! Several runs at a time, each on threads of its own.
+//! Several simultaneous runs, each on its own threads.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Does `work` for all numbers below `count`, `jobs` at a time, each on a pool of `threads` threads of its own. What fails ends the work
-/// of its thread; the others go on.
+/// Calls `work` for all numbers below `count`, `jobs` at a time, each on a pool of `threads` threads of its own. A failure ends the work of
+/// its thread; the others continue.
 ///
 /// # Errors
-/// The first failure in the order of the threads; of threads that the system does not give or that panic what `lost` makes of it.
+/// The first failure in the order of the threads; `lost` makes the error of threads that the system does not start or that panic.
 pub(crate) fn run_in_parallel<E: Send>(
     count: usize,
     (jobs, threads): (usize, usize),

@@ -1,6 +1,6 @@
-//! What a plan says of memory is what a run takes.
+//! Memory that a plan estimates against the memory that a run takes.
 
-// Counting what is held takes an allocator of our own.
+// Counting allocated bytes requires an allocator of our own.
 #![allow(unsafe_code)]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 static HELD: AtomicUsize = AtomicUsize::new(0);
 static MOST: AtomicUsize = AtomicUsize::new(0);
 
-/// The system's allocator, counting bytes.
+/// System allocator with a count of bytes.
 struct Counting;
 
 fn taken(bytes: usize) {
@@ -20,7 +20,7 @@ fn taken(bytes: usize) {
     MOST.fetch_max(held, Ordering::Relaxed);
 }
 
-// SAFETY: every call goes to the system's allocator as it came.
+// SAFETY: every call is passed unchanged to the system's allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         taken(layout.size());
@@ -37,7 +37,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// What the solver of a case holds at most while it is made, and while it steps and sorts (bytes).
+/// Largest memory of the solver of a case while it is built, and while it steps and sorts (bytes).
 fn held(case: &Case, method: &str) -> [f64; 2] {
     let before = HELD.load(Ordering::Relaxed);
     MOST.store(before, Ordering::Relaxed);
@@ -45,7 +45,7 @@ fn held(case: &Case, method: &str) -> [f64; 2] {
     let made = (MOST.load(Ordering::Relaxed) - before) as f64;
     solver.begin_stage(0, 0.0).unwrap();
     MOST.store(HELD.load(Ordering::Relaxed), Ordering::Relaxed);
-    // Far enough for points to be sorted.
+    // Enough steps for points to be sorted.
     for _ in 0..12 {
         let dt = solver.limit().dt;
         solver.step(dt).unwrap();
@@ -53,7 +53,7 @@ fn held(case: &Case, method: &str) -> [f64; 2] {
     [made, (MOST.load(Ordering::Relaxed) - before) as f64]
 }
 
-/// A block that flies faster than sound in it, so that it crosses a cell in a few steps.
+/// Block that moves faster than its speed of sound, so that it crosses a cell in a few steps.
 fn block(space: &str, method: &str, options: &Value, change: &Value) -> Case {
     let (domain, upper, velocity) = match space {
         "3d" => ([4.0, 2.0, 2.0].as_slice(), [1.9, 1.7, 1.7].as_slice(), [30.0, 0.0, 0.0].as_slice()),
@@ -146,7 +146,7 @@ fn a_plan_knows_what_its_run_will_hold() {
         let method_of = colluvium::method(method).unwrap();
         let (size, plan) = (method_of.problem_size(&case).unwrap(), method_of.plan(&case).unwrap());
         let [made, held] = held(&case, method);
-        // Grains may take most before they move.
+        // Grains may take most memory before they move.
         let most = if method == "dem" { made.max(held) } else { held };
         let (said, before) = (plan.memory as f64 / held, size.memory / most);
         println!(

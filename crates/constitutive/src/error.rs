@@ -5,61 +5,61 @@ use thiserror::Error;
 use crate::driver::{ElementTest, LoadingPath, TestStage};
 use crate::{Mat3, MaterialSpec, Motion, SymTensor};
 
-/// Why a law refused its parameters, its initial state or a step.
+/// Error of a law: rejected parameters, initial state or step.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum MaterialError {
-    /// A parameter lies outside its range.
+    /// Parameter outside its range.
     #[error("{field}: {value} {rule}{}", model_suffix(model))]
     Parameter {
-        /// Name of the model as it stands in a case file; empty where a law is built by itself.
+        /// Name of the model in a case file; empty where a law is built by itself.
         model: &'static str,
-        /// Name of the parameter as it stands in a case file.
+        /// Name of the parameter in a case file.
         field: String,
-        /// The value given, in the units of the case file.
+        /// Given value, in the units of the case file.
         value: f64,
-        /// The rule it breaks, e.g. `is not in 0..=60 degrees`.
+        /// Violated rule, e.g. `is not in 0..=60 degrees`.
         rule: String,
     },
-    /// Options that do not go together, or a part that is missing.
+    /// Incompatible options, or a missing part.
     #[error("{field}: {rule}{}", model_suffix(model))]
     Choice {
-        /// Name of the model as it stands in a case file; empty where a law is built by itself.
+        /// Name of the model in a case file; empty where a law is built by itself.
         model: &'static str,
-        /// Name of the option as it stands in a case file.
+        /// Name of the option in a case file.
         field: String,
-        /// The rule it breaks.
+        /// Violated rule.
         rule: String,
     },
-    /// The initial stress or state is not admissible.
+    /// Initial stress or state that is not admissible.
     #[error("initial state of {model}: {reason}")]
     Initial {
-        /// Model name.
+        /// Name of the model.
         model: &'static str,
-        /// What is wrong.
+        /// Reason.
         reason: String,
     },
-    /// The motion of a step cannot be used (not finite, inverted, too large).
+    /// Motion of a step that cannot be used (not finite, inverted, too large).
     #[error("{model}: {reason}")]
     Motion {
-        /// Model name.
+        /// Name of the model.
         model: &'static str,
-        /// What is wrong.
+        /// Reason.
         reason: &'static str,
     },
-    /// The local solve did not converge.
+    /// Local solve that did not converge.
     #[error("{model}: the stress update did not converge ({reason})")]
     NotConverged {
-        /// Model name.
+        /// Name of the model.
         model: &'static str,
-        /// Where it stopped.
+        /// Reason of the stop.
         reason: &'static str,
     },
-    /// As [`MaterialError::NotConverged`], with the step it happened in.
+    /// Unconverged solve as [`MaterialError::NotConverged`], with its step.
     #[error(transparent)]
     UnconvergedStep(Box<UnconvergedStep>),
 }
 
-/// A step whose stress no local solve found.
+/// Step without a converged local solve.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error(
     "{model}: the stress update did not converge ({reason}), from the stress {:?} Pa by the mid-step gradient {:?} \
@@ -68,9 +68,9 @@ pub enum MaterialError {
     gradient.0
 )]
 pub struct UnconvergedStep {
-    /// Model name.
+    /// Name of the model.
     pub model: &'static str,
-    /// Where the solve stopped.
+    /// Reason of the stop.
     pub reason: &'static str,
     /// Stress before the step (Pa).
     pub stress: SymTensor,
@@ -81,7 +81,7 @@ pub struct UnconvergedStep {
 }
 
 impl UnconvergedStep {
-    /// The step as an element test of `material`, to look at it alone. Internal variables are those of a point that
+    /// Returns the step as an element test of `material`, to examine it separately. Internal variables are those of a point that
     /// starts with this stress.
     pub fn element_test(&self, material: MaterialSpec) -> ElementTest {
         let velocity_gradient = (self.gradient * (1.0 / self.dt)).0;
@@ -98,23 +98,23 @@ impl UnconvergedStep {
     }
 }
 
-/// The model's name behind a message.
+/// Name of the model as the suffix of a message.
 fn model_suffix(model: &str) -> String {
     if model.is_empty() { String::new() } else { format!(" ({model})") }
 }
 
 impl MaterialError {
-    /// `field` has the value `value`, which breaks `rule`.
+    /// Error of `field` with the value `value`, which violates `rule`.
     pub(crate) fn parameter(field: impl Into<String>, value: f64, rule: impl Into<String>) -> Self {
         Self::Parameter { model: "", field: field.into(), value, rule: rule.into() }
     }
 
-    /// `field` was chosen against `rule`.
+    /// Error of the choice of `field` against `rule`.
     pub(crate) fn choice(field: impl Into<String>, rule: impl Into<String>) -> Self {
         Self::Choice { model: "", field: field.into(), rule: rule.into() }
     }
 
-    /// The same error of a parameter, said of `name`; an inner material's keeps its own name.
+    /// Sets the model of a parameter's error to `name`; an inner material's keeps its own name.
     pub(crate) fn with_model(mut self, name: &'static str) -> Self {
         if let Self::Parameter { model, .. } | Self::Choice { model, .. } = &mut self
             && model.is_empty()
@@ -124,7 +124,7 @@ impl MaterialError {
         self
     }
 
-    /// The same error of a parameter, of a material that stands under the key `part` of another.
+    /// Prefixes the key of a parameter's error by `part`, the key of the material inside another.
     pub(crate) fn under_key(mut self, part: &str) -> Self {
         if let Self::Parameter { field, .. } | Self::Choice { field, .. } = &mut self {
             *field = format!("{part}.{field}");
@@ -132,7 +132,7 @@ impl MaterialError {
         self
     }
 
-    /// The same error of the parameter `from`, under the key `to`.
+    /// Renames the parameter `from` of the error to the key `to`.
     pub(crate) fn with_key(mut self, from: &str, to: &str) -> Self {
         if let Self::Parameter { field, .. } | Self::Choice { field, .. } = &mut self
             && field == from
@@ -142,7 +142,7 @@ impl MaterialError {
         self
     }
 
-    /// Key of the parameter that the error is about, and what is wrong with it, the model's name included;
+    /// Key of the parameter of the error, and the reason, with the model's name;
     /// `None` for errors about no parameter.
     pub fn parameter_problem(&self) -> Option<(&str, String)> {
         match self {
@@ -155,18 +155,18 @@ impl MaterialError {
     }
 }
 
-/// A [`MaterialError`] and the index, within the batch, of the point it happened at.
+/// A [`MaterialError`] with the index of its point within the batch.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("point {index} of the batch: {source}")]
 pub struct BatchError {
     /// Index within the batch.
     pub index: usize,
-    /// What went wrong.
+    /// Error of the point.
     pub source: MaterialError,
 }
 
 impl BatchError {
-    /// The same error with the step that it happened in, where a solve failed.
+    /// Adds the step to the error, where a solve failed.
     pub(crate) fn with_step(self, motion: impl Fn(usize) -> Motion, stresses: &[SymTensor]) -> Self {
         let MaterialError::NotConverged { model, reason } = self.source else { return self };
         let (stress, motion) = (stresses[self.index], motion(self.index));

@@ -1,11 +1,11 @@
 //! Constitutive laws for geomechanics behind one contract.
 //!
-//! Every law implements [`StressUpdate`]: given what a material point undergoes in a step
+//! Every law implements [`StressUpdate`]: from the motion of a material point in a step
 //! ([`Motion`]) and its old stress and state ([`Point`]), it returns the new ones. Small-strain laws
-//! implement the smaller [`SmallStrain`] and are made objective by [`Corotational`], or taken to
-//! finite strain by [`Hencky`]. Solvers hold `Arc<dyn `[`Material`]`>`: the same law with the
-//! state's type erased and updated in batches, so that no virtual call is paid per point. What is no
-//! volume, a cohesive band or a contact, obeys the sister trait [`InterfaceLaw`].
+//! implement the smaller [`SmallStrain`] and are made objective by [`Corotational`], or extended to
+//! finite strain by [`Hencky`]. Solvers own an `Arc<dyn `[`Material`]`>`: the law with the
+//! state's type erased and updated in batches, so that no virtual call is paid per point. Interfaces
+//! without a volume (cohesive bands, contacts) implement the trait [`InterfaceLaw`].
 //!
 //! Conventions: SI units; stress and strain are tension-positive; pressure `p = -tr σ / 3` is
 //! compression-positive; stress is always the full 3D tensor, component order xx yy zz xy yz zx,

@@ -21,7 +21,7 @@ pub fn acoustic_tensor(stiffness: &Tangent, normal: [f64; 3]) -> Mat3 {
     acoustic
 }
 
-/// The direction in which a stiffness is nearest to losing ellipticity.
+/// Direction in which a stiffness is nearest to loss of ellipticity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ellipticity {
     /// Least determinant of the acoustic tensor (Pa³): ellipticity is lost where it is not positive.
@@ -31,14 +31,14 @@ pub struct Ellipticity {
 }
 
 /// Least `det(n·D·n)` over all directions, by a scan every five degrees and a refinement of the best. The
-/// scan is laid out along `axes` (columns): with the principal axes of stress it turns with the
+/// scan is oriented along `axes` (columns): with the principal axes of stress it rotates with the
 /// material.
 pub fn least_ellipticity(stiffness: &Tangent, axes: &Mat3) -> Ellipticity {
     scan_directions(stiffness, axes, 72)
 }
 
-/// As [`least_ellipticity`], of an isotropic law at its principal `axes` (columns), whose stiffness is the
-/// same on both sides of the planes between them: the one of the like normals whose components along the
+/// Least ellipticity as [`least_ellipticity`], of an isotropic law at its principal `axes` (columns), whose stiffness is
+/// symmetric about the planes between them: of equivalent normals the one whose components along the
 /// axes are not negative.
 pub fn least_isotropic_ellipticity(stiffness: &Tangent, axes: &Mat3) -> Ellipticity {
     let found = scan_directions(stiffness, axes, 18);
@@ -46,7 +46,7 @@ pub fn least_isotropic_ellipticity(stiffness: &Tangent, axes: &Mat3) -> Elliptic
     Ellipticity { normal: axes.apply(along), ..found }
 }
 
-/// The scan over `azimuths` steps of five degrees from the first axis.
+/// Scans `azimuths` steps of five degrees from the first axis.
 fn scan_directions(stiffness: &Tangent, axes: &Mat3, azimuths: u32) -> Ellipticity {
     let normal = |polar: f64, azimuth: f64| {
         let (s, c) = polar.sin_cos();
@@ -82,7 +82,7 @@ fn scan_directions(stiffness: &Tangent, axes: &Mat3, azimuths: u32) -> Elliptici
     Ellipticity { determinant: best.1, normal: normal(best.0[0], best.0[1]) }
 }
 
-/// A band of finite thickness in a point, with the stiffness inside and outside.
+/// Band of finite thickness in a point, with the stiffness inside and outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FiniteBand {
     thickness: f64,
@@ -92,7 +92,7 @@ pub struct FiniteBand {
     inside: Tangent,
 }
 
-/// What a strain (increment) does to a banded point.
+/// Response of a banded point to a strain (increment).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BandResponse {
     /// Jump across the band (m).
@@ -106,7 +106,7 @@ pub struct BandResponse {
 }
 
 impl FiniteBand {
-    /// A band of `thickness` (m) with unit `normal` in a point of effective `size` (m).
+    /// Returns a band of `thickness` (m) with unit `normal` in a point of effective `size` (m).
     ///
     /// # Errors
     /// Unless `0 < thickness ≤ size` and `normal` has unit length.

@@ -1,9 +1,9 @@
-//! Quantities of porous media that belong to no single law (sheet: constitutive §2.17).
+//! Quantities of porous media common to several laws (sheet: constitutive §2.17).
 
 use crate::contract::model::{check, positive};
 use crate::{MaterialError, SymTensor};
 
-/// Grains, skeleton and fluid of a saturated soil or rock.
+/// Biot's poroelastic constants of a saturated soil or rock: grains, skeleton and fluid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Biot {
     /// Biot coefficient `B = 1 - K_T/K_s`.
@@ -17,7 +17,7 @@ pub struct Biot {
 }
 
 impl Biot {
-    /// From the drained bulk modulus `K_T` of the skeleton (Pa) and those of grains and fluid.
+    /// Returns the constants from the drained bulk modulus `K_T` of the skeleton (Pa) and those of grains and fluid.
     ///
     /// # Errors
     /// Unless all moduli are positive, `0 ≤ B ≤ 1` and the porosity lies between 0 and 1.
@@ -31,10 +31,10 @@ impl Biot {
         Self::with_coefficient(1.0 - skeleton_modulus / grain_modulus, grain_modulus, fluid_modulus, porosity)
     }
 
-    /// From the coefficient itself.
+    /// Returns the constants from the Biot coefficient.
     ///
     /// # Errors
-    /// As [`Biot::new`].
+    /// Those of [`Biot::new`].
     pub fn with_coefficient(
         coefficient: f64,
         grain_modulus: f64,
@@ -56,7 +56,7 @@ impl Biot {
         grain * fluid / (fluid * (self.coefficient - self.porosity) + grain * self.porosity)
     }
 
-    /// Bulk modulus without drainage, `K_u = K_T + B² M_B` (Pa), of a skeleton with modulus `K_T`.
+    /// Undrained bulk modulus `K_u = K_T + B² M_B` (Pa), of a skeleton with modulus `K_T`.
     pub fn undrained_modulus(&self, skeleton_modulus: f64) -> f64 {
         skeleton_modulus + self.coefficient * self.coefficient * self.modulus()
     }
@@ -95,7 +95,7 @@ pub fn apparent_cohesion(saturation: f64, suction: f64, friction_angle: f64) -> 
     saturation * suction * friction_angle.tan()
 }
 
-/// `K₀` stress at the depth `z` (m, positive down) of a soil of weight `gamma` (N/m³): vertical in y,
+/// Geostatic `K₀` stress (Pa) at the depth `z` (m, positive down) of a soil of weight `gamma` (N/m³): vertical in y,
 /// `σ_v = -γ z`, horizontal `K₀ σ_v` (sheet: constitutive §3.11).
 pub fn geostatic_stress(gamma: f64, depth: f64, earth_pressure: f64) -> SymTensor {
     let vertical = -gamma * depth;

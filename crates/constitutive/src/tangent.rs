@@ -1,4 +1,4 @@
-//! Consistent tangents: what implicit solvers need of a stress update (sheet: constitutive §3.10).
+//! Consistent tangents of stress updates, for implicit solvers (sheet: constitutive §3.10).
 
 use crate::tensors::tensor::PAIRS;
 use crate::{Mat3, MaterialError, Motion, Spectrum, SymTensor};
@@ -10,7 +10,7 @@ use crate::{Mat3, MaterialError, Motion, Spectrum, SymTensor};
 pub struct Tangent(pub [[f64; 6]; 6]);
 
 impl Tangent {
-    /// The tangent that vanishes.
+    /// Zero tangent.
     pub const ZERO: Self = Self([[0.0; 6]; 6]);
 
     /// Adds `factor a ⊗ b`.
@@ -22,7 +22,7 @@ impl Tangent {
         }
     }
 
-    /// The tangent of a stress that is turned by `rotation` afterwards.
+    /// Tangent of a stress that is rotated by `rotation` afterwards.
     pub(crate) fn rotated(&self, rotation: &Mat3) -> Self {
         let mut turned = *self;
         for column in 0..6 {
@@ -34,14 +34,14 @@ impl Tangent {
         turned
     }
 
-    /// The stress increment of the strain increment `strain` (tensor shear components).
+    /// Stress increment (Pa) of the strain increment `strain` (tensor shear components).
     pub fn apply(&self, strain: &SymTensor) -> SymTensor {
         let [a, b, c, d, e, f] = strain.0;
         let engineering = [a, b, c, 2.0 * d, 2.0 * e, 2.0 * f];
         SymTensor(self.0.map(|row| row.iter().zip(engineering).map(|(c, e)| c * e).sum()))
     }
 
-    /// `a : D` for the symmetric tensor `a`, as the row that a strain increment is contracted with.
+    /// Contraction `a : D` with the symmetric tensor `a`, as the row to be contracted with a strain increment.
     pub(crate) fn apply_left(&self, a: &SymTensor) -> SymTensor {
         let twice = |row: usize| if row < 3 { 1.0 } else { 2.0 };
         SymTensor(std::array::from_fn(|column| {
@@ -49,8 +49,8 @@ impl Tangent {
         }))
     }
 
-    /// From principal values: normal part `block = ∂σ_A/∂ε_B` and shear moduli `shear[C]` of the plane
-    /// across direction `C`, with `σ_AB = 2 shear ε_AB` there (eq. 3.11).
+    /// Tangent from principal values: normal part `block = ∂σ_A/∂ε_B` and shear moduli `shear[C]` of the plane
+    /// normal to direction `C`, with `σ_AB = 2 shear ε_AB` there (eq. 3.11).
     pub(crate) fn spectral(spectrum: &Spectrum, block: &[[f64; 3]; 3], shear: [f64; 3]) -> Self {
         let n = spectrum.directions;
         let dyads = n.map(|n| SymTensor::symmetric_dyad(n, n));
@@ -68,8 +68,8 @@ impl Tangent {
     }
 }
 
-/// Shear moduli of the planes across each principal direction for [`Tangent::spectral`]:
-/// `(σ_A - σ_B) / (2 (ε_A - ε_B))`, its limit where the strains meet.
+/// Shear moduli of the planes normal to each principal direction for [`Tangent::spectral`]:
+/// `(σ_A - σ_B) / (2 (ε_A - ε_B))`, its limit where the strains are equal.
 pub(crate) fn shear_moduli(stress: [f64; 3], strain: [f64; 3], block: &[[f64; 3]; 3]) -> [f64; 3] {
     std::array::from_fn(|c| {
         let (a, b) = ((c + 1) % 3, (c + 2) % 3);
@@ -107,8 +107,8 @@ pub(crate) fn kirchhoff_tangent(
     Tangent::spectral(spectrum, &normal, shear)
 }
 
-/// The tangent with respect to the strain increment of the step from the spatial tangent `c` of the
-/// Kirchhoff stress: a change `δA` of the mid-step gradient turns the deformation by
+/// Tangent with respect to the strain increment of the step, from the spatial tangent `c` of the
+/// Kirchhoff stress: a change `δA` of the mid-step gradient changes the deformation by
 /// `δl = (1 - A/2)⁻¹ δA (1 + A/2)⁻¹`, and `δσ = (c : δd)/J + δl σ + σ δlᵀ - tr(δl) σ`.
 pub(crate) fn from_spatial(
     c: &Tangent,
@@ -135,12 +135,12 @@ pub(crate) fn from_spatial(
     Some(tangent)
 }
 
-/// Central differences of a stress update with respect to the strain increment.
+/// Tangent by central differences of a stress update with respect to the strain increment.
 pub(crate) fn numerical_tangent(
     motion: &Motion,
     stress: impl Fn(&Motion) -> Result<SymTensor, MaterialError>,
 ) -> Result<Tangent, MaterialError> {
-    // Not so small that the last digit of a density, times the stiffness, shows.
+    // Large enough that the round-off of a density, times the stiffness, is negligible.
     let step = 1e-6 * motion.velocity_gradient_dt.sym().norm().max(1e-2);
     let mut tangent = [[0.0; 6]; 6];
     for (k, &(i, j)) in PAIRS.iter().enumerate() {

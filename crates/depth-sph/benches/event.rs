@@ -1,6 +1,6 @@
-//! A whole event, told once: 3000 m³ on 5,000 nodes over 60 s, of one phase, and 10⁵ nodes with columns of pore pressure over a raster of
-//! 1000 × 1000 nodes. Time, node-updates per second and memory. And a strip of 500 m by 10 m along the axes and at an angle to them: what
-//! cells of the search that were turned with the flow could save.
+//! Benchmark of a whole event, run once: 3000 m³ on 5,000 nodes over 60 s, of one phase, and 10⁵ nodes with columns of pore pressure over a
+//! raster of 1000 × 1000 nodes. Time, node-updates per second and memory. And a strip of 500 m by 10 m along the axes and at an angle to
+//! them: the possible gain of cells of the search that were rotated with the flow.
 //!
 //! `cargo bench -p colluvium-depth-sph --bench event [-- event|terrain|strip] [--threads N]`.
 
@@ -19,7 +19,7 @@ use serde_json::{Value, json};
 /// Area of the outline of the release, an ellipse (m²).
 const AREA: f64 = std::f64::consts::PI * 35.6 * 17.6;
 
-/// The release of `depth-sph/yu-tung` as a layer of even thickness that holds `volume` (m³), on as many nodes.
+/// Release of `depth-sph/yu-tung` as a layer of even thickness with `volume` (m³), on as many nodes.
 fn case(folder: &Path, volume: f64, nodes: f64) -> Value {
     let text = std::fs::read_to_string(folder.join("case.json")).expect("the case of the benchmark");
     let mut value: Value = serde_json::from_str(&text).expect("a case");
@@ -32,7 +32,7 @@ fn case(folder: &Path, volume: f64, nodes: f64) -> Value {
     value
 }
 
-/// Memory in use and its peak (MiB), where the system tells.
+/// Memory in use and its peak (MiB), where the system has them.
 fn memory() -> [f64; 2] {
     let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     ["VmRSS:", "VmHWM:"].map(|name| {
@@ -42,7 +42,7 @@ fn memory() -> [f64; 2] {
     })
 }
 
-/// Time of the processor that the process has used (s), in hundredths; not-a-number where the system does not tell.
+/// Time of the processor that the process has used (s), in hundredths; not-a-number where the system does not report it.
 fn processor() -> f64 {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields = text.rsplit(") ").next().unwrap_or_default().split(' ').collect::<Vec<_>>();
@@ -50,7 +50,7 @@ fn processor() -> f64 {
     0.01 * (ticks(11) + ticks(12))
 }
 
-/// Runs a case up to `end` (s) and tells of it.
+/// Runs a case up to `end` (s) and prints its figures.
 fn run(name: &str, case: &Case, end: f64) {
     let clock = Instant::now();
     let mut solver = DepthSph.build(case).expect("a solver");
@@ -91,7 +91,7 @@ fn fine_terrain() -> String {
     text
 }
 
-/// A strip of water of 500 m by 10 m and 1 m deep that spreads for 300 steps, at an angle (degrees) to the axes.
+/// Strip of water of 500 m by 10 m and 1 m deep that spreads for 300 steps, at an angle (degrees) to the axes.
 fn strip(degrees: f64, search: SearchOrientation) {
     let (spacing, (sin, cos)) = (0.6, degrees.to_radians().sin_cos());
     let mut nodes = Vec::new();
@@ -127,7 +127,7 @@ fn main() {
     let words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
     let after = |name: &str| words.iter().position(|word| word == name).and_then(|k| words.get(k + 1));
     let threads = after("--threads").map_or(1, |count| count.parse().expect("a number of threads"));
-    // Within a pool, as runs are: calls from without wake a thread for each sum.
+    // Within a pool, as runs are: calls from outside wake a thread for each sum.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
     let asked = |name: &str| {
         !words.iter().any(|word| ["event", "terrain", "strip"].contains(&word.as_str()))

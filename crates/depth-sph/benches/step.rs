@@ -7,7 +7,7 @@ use colluvium_depth_sph::DepthSph;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use serde_json::{Value, json};
 
-/// The case of the benchmark `depth-sph/yu-tung` with nodes 0.61 m apart and other options; those that are null are left out.
+/// Case of the benchmark `depth-sph/yu-tung` with nodes 0.61 m apart and other options; those that are null are left out.
 fn case(options: &[(&str, Value)]) -> Case {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../validation/depth-sph/debris-flow");
     let text = std::fs::read_to_string(folder.join("case.json")).expect("the case of the benchmark");
@@ -27,7 +27,7 @@ fn nodes(case: &Case) -> u64 {
     DepthSph.build(case).expect("a solver").points() as u64
 }
 
-/// The flow ten seconds after its release.
+/// Flow ten seconds after its release.
 fn flowing(case: &Case) -> Box<dyn Solver> {
     let mut solver = DepthSph.build(case).expect("a solver");
     solver.begin_stage(0, 0.0).expect("a stage");
@@ -53,7 +53,7 @@ fn all(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("step");
     group.sample_size(10);
     for (name, options) in settings {
-        // Built where a filter lets it be measured, and once.
+        // Built where a filter selects a measurement, and once.
         let mut made = None;
         group.throughput(Throughput::Elements(nodes(&case(&options))));
         group.bench_function(BenchmarkId::new("debris flow", name), |bencher| {

@@ -1,12 +1,12 @@
-//! Closed forms of depth-integrated flow, for verification (sheet: depth-sph §5).
+//! Closed-form solutions of depth-integrated flow, for verification (sheet: depth-sph §5).
 
-/// Ritter's dam break on a dry bed: depth and velocity at `x` (m) after `t` (s), of a reservoir of depth `h0` (m) at `x < 0`.
+/// Ritter's dam break on a dry bed: depth (m) and velocity (m/s) at `x` (m) after `t` (s), of a reservoir of depth `h0` (m) at `x < 0`.
 pub fn ritter(gravity: f64, h0: f64, x: f64, t: f64) -> (f64, f64) {
     frictional_dam_break(gravity, h0, 0.0, x, t)
 }
 
-/// The dam break of a frictional material on an incline: as [`ritter`] with a net acceleration `pull` = `g'(tan θ - tan δ)`
-/// (m/s²) along a bed whose normal gravity is `gravity`.
+/// Dam break of a frictional material on an incline: [`ritter`] with a net acceleration `pull` = `g'(tan θ - tan δ)`
+/// (m/s²) along a bed whose normal gravity is `gravity` (m/s²).
 pub fn frictional_dam_break(gravity: f64, h0: f64, pull: f64, x: f64, t: f64) -> (f64, f64) {
     let celerity = (gravity * h0).sqrt();
     let fall = 0.5 * pull * t * t;
@@ -20,7 +20,7 @@ pub fn frictional_dam_break(gravity: f64, h0: f64, pull: f64, x: f64, t: f64) ->
     (head * head / (9.0 * gravity), 2.0 / 3.0 * (x / t + celerity + pull * t))
 }
 
-/// Stoker's dam break on a wet bed: the state between the waves.
+/// Stoker's dam break on a wet bed, with the state between the waves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stoker {
     gravity: f64,
@@ -50,7 +50,7 @@ fn bore(gravity: f64, a: f64, b: f64) -> f64 {
 }
 
 impl Stoker {
-    /// Depths `left` > `right` > 0 (m).
+    /// Creates the solution of depths `left` > `right` > 0 (m).
     pub fn new(gravity: f64, left: f64, right: f64) -> Self {
         let celerity = |h: f64| (gravity * h).sqrt();
         let balance = |h: f64| 2.0 * (celerity(h) - celerity(left)) + bore(gravity, right, h);
@@ -74,7 +74,7 @@ impl Stoker {
         }
     }
 
-    /// Depth behind the bore after it has met a wall, and the velocity with which it comes back (m, m/s).
+    /// Depth (m) behind the bore after its reflection at a wall, and velocity of the reflected bore (m/s).
     pub fn reflected(&self) -> (f64, f64) {
         let (h, u) = (self.depth, self.velocity);
         let depth = root(h, 100.0 * h, |wall| bore(self.gravity, h, wall) - u);
@@ -82,7 +82,7 @@ impl Stoker {
     }
 }
 
-/// The dam break of a mixture whose phases are locked, with a density of its own on each side (sheet: depth-sph §5.2, B1).
+/// Dam break of a mixture whose phases move together, with a density of its own on each side (sheet: depth-sph §5.2, B1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LockedDam {
     gravity: f64,
@@ -97,7 +97,7 @@ pub struct LockedDam {
 }
 
 impl LockedDam {
-    /// Densities (kg/m³) and depths (m) left and right.
+    /// Creates the solution of densities (kg/m³) and depths (m) left and right.
     pub fn new(gravity: f64, densities: [f64; 2], depths: [f64; 2]) -> Self {
         let star = |side: usize, p: f64| (2.0 * p / (gravity * densities[side])).sqrt();
         let jump = |side: usize, p: f64| {
@@ -131,7 +131,7 @@ impl LockedDam {
         [left, left_tail, self.velocity, right_tail, right]
     }
 
-    /// Depth and velocity at `x` (m) after `t` (s), before anything is reflected.
+    /// Depth and velocity at `x` (m) after `t` (s), before any reflection.
     pub fn at(&self, x: f64, t: f64) -> (f64, f64) {
         let (place, [left, left_tail, contact, right_tail, right]) = (x / t, self.waves());
         let fan = |side: usize, sign: f64| {
@@ -155,12 +155,12 @@ impl LockedDam {
     }
 }
 
-/// The parabolic cap of Savage and Hutter on an incline, from rest.
+/// Parabolic cap of Savage and Hutter on an incline, from rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParabolicCap {
-    /// Half of its first length (m).
+    /// Half of the initial length (m).
     pub half: f64,
-    /// Its area (m²).
+    /// Area of the cap (m²).
     pub area: f64,
     /// Gravity normal to the bed (m/s²).
     pub gravity: f64,
@@ -169,7 +169,7 @@ pub struct ParabolicCap {
 }
 
 impl ParabolicCap {
-    /// Half of its length (m) and the speed with which that grows (m/s) after `t` (s).
+    /// Half of the length (m) and its growth rate (m/s) after `t` (s).
     pub fn half_length(&self, t: f64) -> (f64, f64) {
         let strength = 1.5 * self.coefficient * self.gravity * self.area;
         let first = self.half;
@@ -183,7 +183,7 @@ impl ParabolicCap {
         (half, (2.0 * strength * (1.0 / first - 1.0 / half).max(0.0)).sqrt())
     }
 
-    /// Depth (m) at a distance from its middle (m) when it is `half` (m) long.
+    /// Depth (m) at a distance from the middle (m) when half of the length is `half` (m).
     pub fn depth(&self, half: f64, from_middle: f64) -> f64 {
         let xi = from_middle / half;
         0.75 * self.area / half * (1.0 - xi * xi).max(0.0)

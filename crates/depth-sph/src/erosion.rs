@@ -1,4 +1,4 @@
-//! Material taken up from the bed (sheet: depth-sph §2.8).
+//! Erosion of the bed: rates of entrainment (sheet: depth-sph §2.8).
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -33,10 +33,10 @@ pub enum Erosion {
 }
 
 impl Erosion {
-    /// Checks the parameters: the name of the first that is out of range, and why.
+    /// Checks the parameters.
     ///
     /// # Errors
-    /// That name and reason.
+    /// The name of the first parameter that is out of range, and the reason.
     pub fn validate(&self) -> Result<(), (&'static str, String)> {
         let within = |name: &'static str, value: f64, high: f64, rule: &str| {
             if (0.0..=high).contains(&value) { Ok(()) } else { Err((name, format!("{value} {rule}"))) }
@@ -58,9 +58,9 @@ impl Erosion {
         }
     }
 
-    /// Growth of the volume of a node in a step, over its volume: exact for Hungr's law of a block that nothing else acts
-    /// on. `speeds` are those along the bed and in plan (m/s), `tangent` that of the slope, `depth` the vertical one (m),
-    /// `concentration` `(1 - n)(ρ_s - ρ_w)` over the same and `ρ_w`.
+    /// Growth of the volume of a node in a step, over its volume: exact for Hungr's law of a block without other forces.
+    /// `speeds` are those along the bed and in plan (m/s), `tangent` is that of the slope, `depth` the vertical one (m),
+    /// `concentration` is `(1 - n)(ρ_s - ρ_w)` over the sum of this and `ρ_w`.
     #[inline]
     pub fn growth(&self, speeds: [f64; 2], tangent: f64, depth: f64, concentration: f64, dt: f64) -> f64 {
         let [speed, plan] = speeds;
@@ -71,7 +71,7 @@ impl Erosion {
                 let balance = (concentration * friction_angle.to_radians().tan()).atan();
                 speed * (tangent.atan() - balance).tan().max(0.0) / depth * dt
             }
-            // At rest nothing is taken up.
+            // At rest nothing is eroded.
             Self::Prescribed { rate } if speed > 0.0 => rate / depth * dt,
             Self::Prescribed { .. } => 0.0,
         }
@@ -82,7 +82,7 @@ impl Erosion {
 mod tests {
     use super::*;
 
-    /// V24: a block that nothing else acts on, in any step.
+    /// V24: a block without other forces, in any step.
     #[test]
     fn a_block_that_takes_up_its_bed_slows_down_exactly() {
         let law = Erosion::Hungr { rate: 0.0011, plan_speed: false };
@@ -111,7 +111,7 @@ mod tests {
         assert!(problem.contains("per metre"), "{problem}");
     }
 
-    /// The rates of the other laws, `e_R = growth h / dt`, against their formulas worked out by hand.
+    /// Rates of the other laws, `e_R = growth h / dt`, against their formulas evaluated by hand.
     #[test]
     fn other_laws_take_up_what_their_formulas_say() {
         let (depth, dt) = (2.0, 0.01);

@@ -1,9 +1,9 @@
 //! Depth-integrated smoothed particle hydrodynamics: flows over terrain.
 //!
-//! A column of flowing material is a node that moves in plan. Its depth is a sum over the nodes around it (`neighbours::kernel`), and
-//! depth gradients, the slope of the bed ([`bed`]) and the resistance of the bed (`phases::drag_and_resistance`) accelerate it. Grains and pore
-//! fluid may be two sets of nodes that `phases::interphase_drag` couples; excess pore pressure lives on a column of finite differences at
-//! every node of the grains. [`flow::Flow`] holds nodes and step, without a case; [`DepthSph`] is the way in from one.
+//! A node is a column of flowing material that moves in plan. Its depth is a sum over its neighbours (`neighbours::kernel`), and
+//! depth gradients, slope ([`bed`]) and resistance of the bed (`phases::drag_and_resistance`) accelerate it. Grains and pore fluid may be
+//! two sets of nodes that `phases::interphase_drag` couples; excess pore pressure is computed on a column of finite differences at every
+//! node of the grains. [`flow::Flow`] has nodes and step, without a case; [`DepthSph`] is the entry point from a case.
 
 pub mod analytical_solutions;
 pub mod bed;

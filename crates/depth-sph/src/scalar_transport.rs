@@ -1,42 +1,42 @@
 //! Scalars on the nodes of a line: convection, diffusion, decay, and Burgers' equation (sheet: depth-sph §2.1, V1 to V3, V4a to V4c).
 //!
-//! Nodes carry a value along their paths. Between nodes it is linear. Where nodes that carry their own velocity meet, two become one
-//! with the value that keeps the area under the line: shocks then move as the conserved form has them.
+//! Nodes carry a value along their paths. Between nodes it is linear. Where nodes with their own velocity collide, two become one
+//! with the value that keeps the area under the line: shocks then move as in the conserved form.
 
 use rayon::prelude::*;
 
 use crate::neighbours::kernel::Kernel;
 
-/// Nodes of a line in ascending order, with a value each.
+/// Nodes of a line in ascending order, each with a value.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ScalarNodes {
-    /// Places (m), ascending.
+    /// Positions (m), ascending.
     pub places: Vec<f64>,
     /// Values; velocities (m/s) in Burgers' equation.
     pub values: Vec<f64>,
 }
 
 impl ScalarNodes {
-    /// Nodes at `places` (m), ascending, with the values of a formula.
+    /// Creates nodes at `places` (m), ascending, with the values of a formula.
     pub fn new(places: impl Iterator<Item = f64>, value: impl Fn(f64) -> f64) -> Self {
         let places: Vec<f64> = places.collect();
         let values = places.iter().map(|x| value(*x)).collect();
         Self { places, values }
     }
 
-    /// All nodes move with one velocity `speed` (m/s) for `dt` (s).
+    /// Moves all nodes with one velocity `speed` (m/s) for `dt` (s).
     pub fn convect(&mut self, speed: f64, dt: f64) {
         self.places.iter_mut().for_each(|x| *x += speed * dt);
     }
 
-    /// A node enters behind the first one.
+    /// Inserts a node behind the first one.
     pub fn enter(&mut self, place: f64, value: f64) {
         self.places.insert(0, place);
         self.values.insert(0, value);
     }
 
-    /// Diffusion by `diffusivity` (m²/s) and decay at the rate `sink` (1/s) for `dt` (s), by the midpoint rule, with a smoothing
-    /// length `length` (m); of nodes `spacing` (m) apart. Stable for `dt` up to a quarter of `length²/diffusivity`.
+    /// Applies diffusion by `diffusivity` (m²/s) and decay at the rate `sink` (1/s) for `dt` (s), by the midpoint rule, with a smoothing
+    /// length `length` (m) and nodes `spacing` (m) apart. Stable for `dt` up to a quarter of `length²/diffusivity`.
     pub fn spread(&mut self, length: f64, spacing: f64, diffusivity: f64, sink: f64, dt: f64) {
         let first = self.laplacian(&self.values, length, spacing);
         let half = |(value, bend): (&f64, &f64)| value + 0.5 * dt * diffusivity * bend;
@@ -48,7 +48,7 @@ impl ScalarNodes {
         }
     }
 
-    /// Second derivative at each node, `2 Σ Ω_J (φ_I - φ_J) x·∇W/|x|²`: the quotient is finite for nodes that meet, so that nothing is
+    /// Second derivative at each node, `2 Σ Ω_J (φ_I - φ_J) x·∇W/|x|²`: the quotient is finite for coincident nodes, so that nothing is
     /// added to the square (sheet: depth-sph §2.1).
     fn laplacian(&self, values: &[f64], length: f64, spacing: f64) -> Vec<f64> {
         let kernel = Kernel::CubicSpline;
@@ -66,7 +66,7 @@ impl ScalarNodes {
         (0..values.len()).into_par_iter().map(bend).collect::<Vec<_>>()
     }
 
-    /// Burgers' equation for `time` (s): every node moves with its own value, and nodes that meet become one.
+    /// Integrates Burgers' equation for `time` (s): every node moves with its own value, and colliding nodes become one.
     pub fn steepen(&mut self, time: f64) {
         let mut left = time;
         loop {
@@ -86,7 +86,7 @@ impl ScalarNodes {
         }
     }
 
-    /// Makes one of the nodes `i` and `i + 1`, which have met.
+    /// Merges the nodes `i` and `i + 1`, which have collided.
     fn merge(&mut self, i: usize) {
         let (places, values) = (&self.places, &self.values);
         let place = 0.5 * (places[i] + places[i + 1]);
@@ -100,14 +100,14 @@ impl ScalarNodes {
             }
             _ => 0.5 * (values[i] + values[i + 1]),
         };
-        // Round-off of nodes that all lie at one place.
+        // Round-off of nodes at one position.
         let value = value.clamp(values[i].min(values[i + 1]), values[i].max(values[i + 1]));
         (self.places[i], self.values[i]) = (place, value);
         self.places.remove(i + 1);
         self.values.remove(i + 1);
     }
 
-    /// The value at a place (m), linear between the nodes; that of the outermost ones beyond them.
+    /// Value at a position (m), linear between the nodes; beyond them that of the outermost ones.
     pub fn at(&self, x: f64) -> f64 {
         let after = self.places.partition_point(|y| *y < x);
         if after == 0 || after == self.places.len() {
@@ -146,7 +146,7 @@ mod tests {
             );
         let before = line.area();
         line.steepen(1.0);
-        // What has come in at the left end and left at the right one.
+        // Inflow at the left end and outflow at the right one.
         let carried = line.area() - before;
         let ends = [line.places[0] + 1.975, line.places[line.places.len() - 1] - 1.975];
         let swept = 0.5 * (1.2 * 1.2 - 0.2 * 0.2) - 1.2 * ends[0] + 0.2 * ends[1];

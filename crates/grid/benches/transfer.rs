@@ -1,4 +1,4 @@
-//! Points per second of the transfers, for every family of shape functions, on one thread.
+//! Benchmark of the transfers (points per second) for every family of shape functions, on one thread.
 
 use std::hint::black_box;
 
@@ -8,7 +8,7 @@ use colluvium_grid::{
 };
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 
-/// Two points per cell and direction in the middle half of a box, sorted by cell.
+/// Positions of two points per cell and direction in the middle half of a box, sorted by cell.
 fn points<const D: usize>(grid: &Grid<D>) -> Vec<[f64; D]> {
     let per_axis = grid.cells[0];
     let place = |number: usize| {

@@ -1,8 +1,8 @@
-//! The grid: a box of equal cells.
+//! Structured background grid: a box of equal cells.
 
 use thiserror::Error;
 
-/// Why a grid cannot be made.
+/// Reason why a grid cannot be built.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum GridError {
     /// The cell size is not positive and finite.
@@ -22,29 +22,29 @@ pub enum GridError {
         cells: f64,
         /// Cell size (m).
         cell: f64,
-        /// A cell size near the one given that divides the width (m).
+        /// Cell size near the given one that divides the width (m).
         suggestion: f64,
     },
-    /// Too many cells for this machine to address.
+    /// More nodes than can be addressed.
     #[error(
         "the grid would have {0:.3e} nodes, more than 2^28 (16 GiB): use larger cells or a smaller domain"
     )]
     TooLarge(f64),
 }
 
-/// A box of equal cells with edge [`Grid::cell`], in `D` dimensions.
+/// Box of equal cells with edge [`Grid::cell`], in `D` dimensions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid<const D: usize> {
     /// Lower corner (m).
     pub origin: [f64; D],
-    /// Edge of a cell (m).
+    /// Edge length of a cell (m).
     pub cell: f64,
     /// Cells per axis.
     pub cells: [usize; D],
 }
 
 impl<const D: usize> Grid<D> {
-    /// A grid of cells with edge `cell` over the box from `min` to `max` (m).
+    /// Returns the grid of cells with edge `cell` over the box from `min` to `max` (m).
     ///
     /// # Errors
     /// When the box is not a whole number of cells wide (to 10⁻⁶ of a cell), or too large.
@@ -71,21 +71,21 @@ impl<const D: usize> Grid<D> {
         Ok(Self { origin: min, cell, cells })
     }
 
-    /// Position in units of cells from the lower corner.
+    /// Position relative to the lower corner, in cells.
     #[inline]
     pub fn local(&self, position: &[f64; D]) -> [f64; D] {
         let inverse = 1.0 / self.cell;
         std::array::from_fn(|a| (position[a] - self.origin[a]) * inverse)
     }
 
-    /// Cell that holds `position`, clamped to the grid. A point on a face belongs to the upper cell.
+    /// Cell that contains `position`, clamped to the grid. A point on a face belongs to the upper cell.
     #[inline]
     pub fn cell_of(&self, position: &[f64; D]) -> [usize; D] {
         let local = self.local(position);
         std::array::from_fn(|a| (local[a].max(0.0) as usize).min(self.cells[a] - 1))
     }
 
-    /// True when `position` lies in the box.
+    /// Whether `position` lies in the box.
     #[inline]
     pub fn contains(&self, position: &[f64; D]) -> bool {
         let local = self.local(position);

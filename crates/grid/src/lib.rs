@@ -3,10 +3,10 @@
 //! A [`Grid`] is a box of equal square (cubic) cells in one, two or three dimensions. A [`Basis`]
 //! gives the shape functions of one axis (linear, GIMP, quadratic and cubic B-splines); a
 //! [`Stencil`] is their product at a point, with [`NodeSupport::p2g`] (point to grid) and
-//! [`NodeSupport::g2p`] (grid to point). What is no such product ([`CpdiBasis`] of convected domains,
-//! the elements of a [`Mesh`]) offers the same transfers as a [`NodeSupport`]. [`Layout`] keeps points sorted by cell and lets slabs of
-//! cells scatter in parallel in an order fixed by the data: results are the same on any number of
-//! threads. Solvers go through [`Transfers`], which are compiled here for each kind of shape functions and point domains, and chosen
+//! [`NodeSupport::g2p`] (grid to point). Supports that are no such product ([`CpdiBasis`] of convected domains, the elements of a [`Mesh`])
+//! have the same transfers as a [`NodeSupport`]. [`Layout`] keeps points sorted by cell; slabs of cells scatter in parallel in an order
+//! fixed by the data, so that results are the same on any number of threads. Solvers use [`Transfers`], which are compiled here for each
+//! kind of shape functions and point domains, and chosen
 //! at run time by a [`ShapeFunctionKind`]. [`NodeWalls`] imposes the boundary conditions on the nodes.
 
 mod boundary;

@@ -1,9 +1,9 @@
-//! Points that leave a periodic domain.
+//! Wrapping of points that leave a periodic domain.
 
 use rayon::prelude::*;
 
-/// Moves points beyond the corners `low` and `high` (m) of a box to its other side along the axes that are periodic,
-/// and what displacement is counted from (`origins`) with them; says whether there were any.
+/// Moves points beyond the corners `low` and `high` (m) of a box to the opposite side along the periodic axes, and the
+/// origins of their displacements (`origins`) with them; returns whether there were any.
 pub fn wrap<const D: usize>(
     [low, high]: [&[f64; D]; 2],
     periodic: &[bool; D],

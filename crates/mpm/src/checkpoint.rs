@@ -1,4 +1,4 @@
-//! Saving and restoring the solver, and the `Solver` face of it.
+//! Checkpoint of the solver, and its implementation of `Solver`.
 
 use std::io::{Read, Write};
 
@@ -25,10 +25,10 @@ use crate::solver::MpmSolver;
 /// Version of the layout of a checkpoint.
 const FORMAT: u32 = 18;
 
-/// Depth of a point under an obstacle of which is told (cells).
+/// Depth of a point under an obstacle (cells) above which the run reports it.
 const REPORTED_DEPTH: f64 = 0.1;
 
-/// What is no column of points.
+/// State of the solver beside the columns of points.
 #[derive(Serialize, Deserialize)]
 struct CheckpointState {
     format: u32,
@@ -46,11 +46,11 @@ struct CheckpointState {
     load_starts: Vec<f64>,
     /// Sums of mixture and liquid in a case with pore fluid.
     phase_sums: Option<PhaseEquilibriumTerms>,
-    /// Displacements at absorbing boundaries, by their number.
+    /// Displacements at absorbing boundaries (m), by the number of the boundary.
     absorbing_displacements: Vec<(usize, Vec<[f64; 3]>)>,
-    /// What obstacles on nodes have borne.
+    /// Reactions of obstacles on the nodes.
     reactions: Option<Reactions>,
-    /// What obstacles on points have borne, and what has changed of them.
+    /// Reactions and energies of obstacles on the points.
     obstacle_reactions: Vec<ObstacleReaction>,
     obstacle_history: ObstacleHistory,
     /// Index of the body of each set of points.
@@ -290,7 +290,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
 }
 
 impl<const D: usize> MpmSolver<D> {
-    /// What is to be said of points that lie in obstacles which act on the nodes.
+    /// Warning on points within obstacles that act on the nodes.
     fn node_obstacle_warning(&self) -> Option<String> {
         if self.clock.case.obstacles.is_empty() || self.boundary.penalty_obstacles.is_some() {
             return None;
@@ -302,8 +302,8 @@ impl<const D: usize> MpmSolver<D> {
         self.clock.case.overlap_warning(&places, REPORTED_DEPTH * self.background.grid.cell, reason)
     }
 
-    /// Active nodes and slabs after a restart. Slab bounds come from the checkpoint: since the sort
-    /// points may have drifted, and the order of summation must stay what it was.
+    /// Restores active nodes and slabs after a restart. The bounds of the slabs come from the checkpoint, so that the order of summation is
+    /// that of the uninterrupted run.
     fn restore_layout(&mut self, travel: f64) {
         let slabs: Vec<Vec<usize>> = self.bodies.sets.iter().map(|set| set.slabs.clone()).collect();
         self.find_active_nodes();

@@ -1,4 +1,4 @@
-//! What is solved and when: case, stage, time, step and its limit.
+//! Clock of a run: case, stage, time, step and its limit.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use colluvium_case::{Case, SolverError, TimeStep};
 
 use crate::MpmOptions;
 
-/// The clock of a run, and what it runs. In a step it is only read.
+/// Clock of a run with its case and options; constant during a step.
 pub struct Clock {
     pub(crate) case: Arc<Case>,
     pub(crate) options: MpmOptions,
@@ -16,23 +16,23 @@ pub struct Clock {
     /// Full gravity (m/s²).
     pub(crate) gravity: [f64; 3],
     pub(crate) stage: usize,
-    /// When the stage began (s).
+    /// Start time of the stage (s).
     pub(crate) stage_start: f64,
-    /// At the start of the step (s).
+    /// Time at the start of the step (s).
     pub(crate) time: f64,
-    /// The step (s).
+    /// Time step (s).
     pub(crate) dt: f64,
     /// Number of steps before this one.
     pub(crate) step: u64,
     pub(crate) limit: Option<TimeStep>,
-    /// Courant number of steps of the limit.
+    /// Courant number of the step limit.
     pub(crate) courant: f64,
-    /// Steps since the limit was found.
+    /// Number of steps since the limit was computed.
     pub(crate) limit_age: u64,
 }
 
 impl Clock {
-    /// At time zero.
+    /// Returns the clock at time zero.
     pub fn new(case: &Case, options: &MpmOptions) -> Self {
         Self {
             flip: options.flip_share(&case.stages[0]),
@@ -50,17 +50,17 @@ impl Clock {
         }
     }
 
-    /// The stage that runs.
+    /// Current stage.
     pub fn stage(&self) -> &Stage {
         &self.case.stages[self.stage]
     }
 
-    /// Whether a node that is held keeps its momentum at the start of the step.
+    /// Whether a held node keeps its momentum at the start of the step.
     pub fn keeps_initial_velocity(&self) -> bool {
         self.options.fixed_nodes == crate::FixedNodes::Momentum
     }
 
-    /// Share of what the grid cannot see of the points' velocities that XPIC takes in the step.
+    /// Share of the null-space velocities of the points that XPIC removes in the step.
     pub fn residual_share(&self) -> f64 {
         self.options.residual_time.map_or(1.0, |time| -(-self.dt / time).exp_m1())
     }
@@ -71,7 +71,7 @@ impl Clock {
         self.gravity.map(|g| g * factor)
     }
 
-    /// Ends the step.
+    /// Ends the step: advances time and count.
     pub fn end(&mut self) {
         self.time += self.dt;
         self.step += 1;
@@ -90,7 +90,7 @@ impl Clock {
         }
     }
 
-    /// The error of a step.
+    /// Returns the error of a step.
     pub fn step_error(&self, reason: String) -> SolverError {
         SolverError::Step { step: self.step, time: self.time, reason }
     }

@@ -1,5 +1,5 @@
 //! Pictures, as PNG or SVG: line charts and clouds of points; and animations of points for a browser. The font is built in, so that
-//! pictures come out the same on any machine.
+//! pictures are identical on any machine.
 
 mod animation;
 mod charts;
@@ -25,7 +25,7 @@ pub use animation::{Animation, DEFAULT_BYTES, Panel, PointClasses, QuantisedRang
 /// Name under which the built-in font is registered.
 const FONT: &str = "sans-serif";
 
-/// Colours that stay apart for colour-blind readers (Okabe and Ito).
+/// Colours that colour-blind readers can distinguish (Okabe and Ito).
 const PALETTE: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -44,18 +44,18 @@ fn load_font() {
     });
 }
 
-/// Something that can be drawn.
+/// Drawable picture.
 pub trait Picture {
     /// Width and height (pixels).
     fn size(&self) -> (u32, u32);
 
-    /// Draws on the given area.
+    /// Draws the picture on the given area.
     ///
     /// # Errors
     /// When the back end fails.
     fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, plotters::coord::Shift>) -> Result<(), String>;
 
-    /// The picture as SVG text.
+    /// Returns the picture as SVG text.
     ///
     /// # Errors
     /// When the back end fails.
@@ -70,7 +70,7 @@ pub trait Picture {
         Ok(text)
     }
 
-    /// The picture as red, green and blue of each pixel, row by row.
+    /// Returns the picture as red, green and blue of each pixel, row by row.
     ///
     /// # Errors
     /// When the back end fails.
@@ -86,7 +86,7 @@ pub trait Picture {
         Ok(pixels)
     }
 
-    /// The picture as the bytes of a PNG file.
+    /// Returns the picture as the bytes of a PNG file.
     ///
     /// # Errors
     /// When the back end fails.
@@ -103,10 +103,10 @@ pub trait Picture {
         written.map(|()| bytes).map_err(|error| error.to_string())
     }
 
-    /// Writes the picture; the file's extension, `png` or `svg`, decides how.
+    /// Writes the picture; the file's extension, `png` or `svg`, decides the format.
     ///
     /// # Errors
-    /// For other extensions, or when the disk refuses.
+    /// For other extensions, or when the file cannot be written.
     fn write(&self, path: &Path) -> Result<(), OutputError> {
         let fail = |problem: String| OutputError::new(path, problem);
         let bytes = match path.extension().and_then(|extension| extension.to_str()) {
@@ -118,7 +118,7 @@ pub trait Picture {
     }
 }
 
-/// Range of finite values with a margin; a unit range around constants, 0 to 1 for nothing.
+/// Range of finite values with a margin; a unit range around constants, 0 to 1 without values.
 fn range(values: impl Iterator<Item = f64>, margin: f64) -> std::ops::Range<f64> {
     let (low, high) = values
         .filter(|v| v.is_finite())
@@ -134,7 +134,7 @@ fn range(values: impl Iterator<Item = f64>, margin: f64) -> std::ops::Range<f64>
     low - margin * width..high + margin * width
 }
 
-/// Short labels for axes: plain where that is short, with an exponent otherwise.
+/// Short label for an axis: plain where that is short, with an exponent otherwise.
 fn label(value: &f64) -> String {
     let size = value.abs();
     if size != 0.0 && !(1e-3..1e5).contains(&size) {
@@ -145,7 +145,7 @@ fn label(value: &f64) -> String {
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
-/// A number in words of three significant digits.
+/// Text of a number with three significant digits.
 fn significant(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 || !size.is_finite() {
@@ -279,7 +279,7 @@ mod tests {
         assert!(cloud.write(&dir.path().join("a.gif")).is_err());
     }
 
-    /// Draws a little, and then fails.
+    /// Picture whose drawing fails after the first elements.
     struct Broken;
 
     impl Picture for Broken {
@@ -301,7 +301,7 @@ mod tests {
         for name in ["a.png", "a.svg"] {
             let path = dir.path().join(name);
             std::fs::write(&path, "old").unwrap();
-            // A reader that has the old file open keeps it, whole.
+            // A reader that has the old file open keeps its whole content.
             let reader = dir.path().join("reader");
             std::fs::hard_link(&path, &reader).unwrap();
             assert!(Broken.write(&path).unwrap_err().to_string().contains("out of ink"));

@@ -5,7 +5,7 @@ use std::hint::black_box;
 use colluvium_points::{CellList, HalfNeighbourList, NeighbourList, Shape, poisson_disk, random};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 
-/// About this many points, at random in a box, and a radius that holds about `neighbours` of them.
+/// About `count` random points in a box, and the radius (m) for about `neighbours` points within it.
 fn points<const D: usize>(count: usize, neighbours: f64) -> (Vec<[f64; D]>, f64) {
     let shape = Shape::Box { min: vec![0.0; D], max: vec![1.0; D] };
     let samples = random::<D>(&shape, count, 1).expect("a box has a measure");

@@ -1,10 +1,10 @@
-//! Structures of arrays: one list of columns, from which sorting, removal, memory and checkpoints follow.
+//! Structures of arrays: one list of columns defines sorting, removal, memory and checkpoints.
 //!
-//! [`struct_of_arrays!`](crate::struct_of_arrays!) declares a struct whose fields are vectors with one entry per point. A column that a problem
-//! does not use stays empty; every operation leaves it so.
+//! [`struct_of_arrays!`](crate::struct_of_arrays!) declares a struct whose fields are vectors with one entry per point. A column that a
+//! problem does not use is empty, and remains so in every operation.
 //!
 //! ```
-//! use colluvium_points::{Spare, struct_of_arrays};
+//! use colluvium_points::{ScratchBuffers, struct_of_arrays};
 //!
 //! struct_of_arrays! {
 //!     /// Grains.
@@ -19,7 +19,7 @@
 //! }
 //!
 //! let mut grains = Grains::<2> { id: vec![7, 8, 9], position: vec![[0.0; 2], [1.0; 2], [2.0; 2]], ..Grains::default() };
-//! grains.reorder(&[2, 0], &mut Spare::default());
+//! grains.reorder(&[2, 0], &mut ScratchBuffers::default());
 //! assert_eq!((grains.id.as_slice(), grains.spin.len()), ([9, 7].as_slice(), 0));
 //!
 //! let mut bytes = Vec::new();
@@ -34,18 +34,18 @@ use std::any::Any;
 use std::io::{self, Read, Write};
 use std::ops::Range;
 
-/// Bytes that are written or read at once.
+/// Bytes per read or write.
 const IO_CHUNK_BYTES: usize = 1 << 16;
 
-/// A value with a fixed number of bytes, little-endian in a file.
+/// Value with a fixed number of bytes, little-endian in a file.
 pub trait FixedBytes: Copy + Send + 'static {
-    /// Its number of bytes.
+    /// Number of bytes of a value.
     const BYTE_COUNT: usize;
 
-    /// Appends its bytes.
+    /// Appends the bytes of the value.
     fn append_bytes(self, out: &mut Vec<u8>);
 
-    /// From [`FixedBytes::BYTE_COUNT`] bytes.
+    /// Value of [`FixedBytes::BYTE_COUNT`] bytes.
     fn from_bytes(bytes: &[u8]) -> Self;
 }
 
@@ -92,7 +92,7 @@ impl<T: FixedBytes, const N: usize> FixedBytes for [T; N] {
     }
 }
 
-/// Buffers of a permutation, one for each type of column: none is allocated when points are sorted again.
+/// Scratch buffers of a permutation, one for each type of column, reused so that repeated sorting allocates no memory.
 #[derive(Default)]
 pub struct ScratchBuffers {
     buffers: Vec<Box<dyn Any + Send + Sync>>,
@@ -111,8 +111,8 @@ impl ScratchBuffers {
     }
 }
 
-/// Entry `i` of `range` becomes what entry `order[i]` of it was; entries that `order` does not name vanish. An empty column
-/// stays empty.
+/// Permutes the entries of `range`: entry `i` becomes the old entry `order[i]`. Entries that `order` does not name are removed. An empty
+/// column remains empty.
 pub fn reorder_entries<T: Copy + Send + Sync + 'static>(
     column: &mut Vec<T>,
     range: Range<usize>,
@@ -132,13 +132,13 @@ pub fn reorder_entries<T: Copy + Send + Sync + 'static>(
     column.drain(range.end - gone..range.end);
 }
 
-/// Keeps the entries of a column that are `kept`, in their order. An empty column stays empty.
+/// Retains the entries of a column that are `kept`, in their order. An empty column remains empty.
 pub fn retain_entries<T>(column: &mut Vec<T>, kept: &[bool]) {
     let mut kept = kept.iter();
     column.retain(|_| kept.next() == Some(&true));
 }
 
-/// A column becomes copies of the entries `indices` of another one; empty where that is.
+/// Copies the entries `indices` of another column; empty where that is empty.
 pub fn copy_entries<T: Copy>(column: &mut Vec<T>, from: &[T], indices: &[u32]) {
     column.clear();
     if !from.is_empty() {
@@ -146,12 +146,12 @@ pub fn copy_entries<T: Copy>(column: &mut Vec<T>, from: &[T], indices: &[u32]) {
     }
 }
 
-/// Entry `indices[k]` of a column becomes entry `k` of another one; nothing where that is empty.
+/// Overwrites entry `indices[k]` of a column by entry `k` of another one; no effect where that is empty.
 pub fn overwrite_entries<T: Copy>(column: &mut [T], from: &[T], indices: &[u32]) {
     indices.iter().zip(from).for_each(|(&i, value)| column[i as usize] = *value);
 }
 
-/// A column becomes copies of the entries `(part, number)` of several ones; empty where these are.
+/// Copies the entries `(part, number)` of several columns; empty where these are empty.
 pub fn gather_entries<'a, T: Copy + 'a>(
     column: &mut Vec<T>,
     part: impl Fn(usize) -> &'a [T],
@@ -167,7 +167,7 @@ pub fn gather_entries<'a, T: Copy + 'a>(
 /// Writes a column: its number of entries, then their bytes.
 ///
 /// # Errors
-/// When `out` refuses.
+/// When writing to `out` fails.
 pub fn write_column<T: Copy, R: FixedBytes>(
     column: &[T],
     raw: impl Fn(T) -> R,
@@ -185,11 +185,11 @@ pub fn write_column<T: Copy, R: FixedBytes>(
     out.write_all(&bytes)
 }
 
-/// Reads a column of [`write_column`] in place of what `column` holds. A number of entries that the bytes do not bear out
-/// takes no memory.
+/// Reads a column written by [`write_column`] in place of the contents of `column`. A number of entries beyond the bytes that follow
+/// allocates no memory for them.
 ///
 /// # Errors
-/// When `input` ends early or refuses.
+/// When `input` ends early or reading fails.
 pub fn read_column<T, R: FixedBytes>(
     column: &mut Vec<T>,
     value: impl Fn(R) -> T,
@@ -215,15 +215,15 @@ pub fn read_column<T, R: FixedBytes>(
     Ok(())
 }
 
-/// The error of bytes that are no such columns.
+/// Error for bytes that are no valid columns.
 #[must_use]
 pub fn invalid_data(problem: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, problem)
 }
 
 /// Declares a structure of arrays (see the [module](mod@crate::struct_of_arrays)). The first column has an entry for every point; each
-/// other one too, or none. A column whose type is no [`FixedBytes`] names the one that its bytes are those of, with conversions both
-/// ways: `pub stress: SymTensor as [f64; 6]`.
+/// other column has as many, or none. A column whose type is not [`FixedBytes`] names a type for its bytes, with conversions both ways:
+/// `pub stress: SymTensor as [f64; 6]`.
 #[macro_export]
 macro_rules! struct_of_arrays {
     (
@@ -265,7 +265,7 @@ macro_rules! struct_of_arrays {
                 size_of_val(&self.$first[..]) $(+ size_of_val(&self.$column[..]))*
             }
 
-            /// The first column that is neither empty nor has an entry per point.
+            /// Name of the first column that is neither empty nor has an entry per point.
             #[must_use]
             pub fn uneven(&self) -> Option<&'static str> {
                 let counts: &[usize] = &[self.$first.len() $(, self.$column.len())*];
@@ -273,43 +273,43 @@ macro_rules! struct_of_arrays {
                 uneven.map(|number| Self::COLUMNS[number])
             }
 
-            /// Whether the columns that are in use are those of `other`; without points there are none to tell.
+            /// Whether the same columns are in use as in `other`; true without points.
             #[must_use]
             pub fn uses_columns_of(&self, other: &Self) -> bool {
                 let alike: &[bool] = &[$(self.$column.is_empty() == other.$column.is_empty()),*];
                 self.is_empty() || other.is_empty() || alike.iter().all(|alike| *alike)
             }
 
-            /// Point `i` becomes what point `order[i]` was; points that `order` does not name vanish.
+            /// Permutes the points: point `i` becomes the old point `order[i]`. Points that `order` does not name are removed.
             pub fn reorder(&mut self, order: &[u32], spare: &mut $crate::ScratchBuffers) {
                 self.reorder_range(0..self.len(), order, spare);
             }
 
-            /// As `reorder` within the points of `range`, by their numbers in it.
+            /// Permutes the points of `range` as `reorder`, with numbers relative to its start.
             pub fn reorder_range(&mut self, range: std::ops::Range<usize>, order: &[u32], spare: &mut $crate::ScratchBuffers) {
                 $crate::struct_of_arrays::reorder_entries(&mut self.$first, range.clone(), order, spare);
                 $($crate::struct_of_arrays::reorder_entries(&mut self.$column, range.clone(), order, spare);)*
             }
 
-            /// Becomes copies of the points `indices` of `from`.
+            /// Replaces all points by copies of the points `indices` of `from`.
             pub fn pick(&mut self, from: &Self, indices: &[u32]) {
                 $crate::struct_of_arrays::copy_entries(&mut self.$first, &from.$first, indices);
                 $($crate::struct_of_arrays::copy_entries(&mut self.$column, &from.$column, indices);)*
             }
 
-            /// Point `indices[k]` becomes what point `k` of `from` is.
+            /// Overwrites point `indices[k]` by point `k` of `from`.
             pub fn put(&mut self, from: &Self, indices: &[u32]) {
                 $crate::struct_of_arrays::overwrite_entries(&mut self.$first, &from.$first, indices);
                 $($crate::struct_of_arrays::overwrite_entries(&mut self.$column, &from.$column, indices);)*
             }
 
-            /// Becomes copies of the points `(part, number)` of several `parts`.
+            /// Replaces all points by copies of the points `(part, number)` of several `parts`.
             pub fn gather(&mut self, parts: &[&Self], picks: &[(u32, u32)]) {
                 $crate::struct_of_arrays::gather_entries(&mut self.$first, |part| &parts[part].$first, parts.len(), picks);
                 $($crate::struct_of_arrays::gather_entries(&mut self.$column, |part| &parts[part].$column, parts.len(), picks);)*
             }
 
-            /// Keeps the points whose number `keep` approves, in their order; how many are left.
+            /// Retains the points whose number `keep` accepts, in their order; returns their number.
             pub fn retain(&mut self, keep: impl Fn(usize) -> bool) -> usize {
                 let kept: Vec<bool> = (0..self.len()).map(keep).collect();
                 $crate::struct_of_arrays::retain_entries(&mut self.$first, &kept);
@@ -317,14 +317,14 @@ macro_rules! struct_of_arrays {
                 self.len()
             }
 
-            /// Takes over all points of `other`, behind its own. Both use the same columns.
+            /// Moves all points of `other` to the end. Both must use the same columns.
             pub fn append(&mut self, other: &mut Self) {
                 self.$first.append(&mut other.$first);
                 $(self.$column.append(&mut other.$column);)*
                 debug_assert_eq!(self.uneven(), None);
             }
 
-            /// Keeps the first `count` points.
+            /// Retains the first `count` points.
             pub fn truncate(&mut self, count: usize) {
                 self.$first.truncate(count);
                 $(self.$column.truncate(count);)*
@@ -333,7 +333,7 @@ macro_rules! struct_of_arrays {
             /// Writes all columns, with their names.
             ///
             /// # Errors
-            /// When `out` refuses.
+            /// When writing to `out` fails.
             pub fn write(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
                 let names = Self::COLUMNS.join(",");
                 $crate::struct_of_arrays::write_column(names.as_bytes(), std::convert::identity, out)?;
@@ -342,10 +342,10 @@ macro_rules! struct_of_arrays {
                 Ok(())
             }
 
-            /// Reads what `write` has written, in place of what it holds.
+            /// Reads columns written by `write`, in place of the contents.
             ///
             /// # Errors
-            /// When the bytes are those of other columns, or end early; what it holds then is of no use.
+            /// When the bytes are those of other columns, or end early; the contents are then invalid.
             pub fn read(&mut self, input: &mut dyn std::io::Read) -> std::io::Result<()> {
                 let mut names: Vec<u8> = Vec::new();
                 $crate::struct_of_arrays::read_column(&mut names, std::convert::identity, input)?;
@@ -363,7 +363,7 @@ macro_rules! struct_of_arrays {
     };
 }
 
-/// Writes one column of [`struct_of_arrays!`](crate::struct_of_arrays!). No closures: each would be compiled by itself, and these are once for each type.
+/// Writes one column of [`struct_of_arrays!`](crate::struct_of_arrays!). It has no closures: each would be compiled anew for every column.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! write_field {

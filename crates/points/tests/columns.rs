@@ -1,4 +1,4 @@
-//! Structures of arrays: what one list of columns gives.
+//! Structures of arrays: operations on all columns.
 
 use std::io;
 
@@ -22,17 +22,17 @@ impl From<[f64; 1]> for Turn {
 }
 
 struct_of_arrays! {
-    /// Points of a test.
+    /// Points of the test.
     struct Points<const D: usize> {
         /// Ids.
         id: u32,
-        /// Places.
+        /// Positions.
         place: [f64; D],
-        /// Whether held.
+        /// Whether the point is held.
         held: bool,
-        /// Turns.
+        /// Rotations.
         turn: Turn as [f64; 1],
-        /// Matrices, not used by all.
+        /// Matrices, not used by all points.
         matrix: [[f64; D]; D],
     }
 }
@@ -135,7 +135,7 @@ fn bytes_of_other_columns_and_counts_without_bytes_are_refused() {
     points(2).write(&mut bytes).unwrap();
     let error = Others::default().read(&mut bytes.as_slice()).unwrap_err();
     assert!(error.to_string().contains("not the columns of Others"), "{error}");
-    // A count beyond all memory, and nothing behind it.
+    // A number of entries beyond all memory, without bytes after it.
     let error = read_column::<f64, f64>(&mut Vec::new(), |v| v, &mut [0xff; 8].as_slice()).unwrap_err();
     assert_eq!(error.kind(), io::ErrorKind::UnexpectedEof);
     let mut torn = points(2);

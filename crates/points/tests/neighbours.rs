@@ -1,4 +1,4 @@
-//! Cells and lists of neighbours against brute force.
+//! Cell lists and neighbour lists against brute force.
 
 use colluvium_points::{CellList, HalfNeighbourList, NeighbourList, SearchError};
 use proptest::prelude::*;
@@ -43,7 +43,7 @@ proptest! {
     }
 }
 
-/// Cells begin at the least coordinates: here every point lies on their faces, and pairs stand exactly at the radius.
+/// Cells begin at the smallest coordinates: here every point lies on their faces, and pairs are exactly at the radius.
 #[test]
 fn points_on_the_faces_of_cells_are_found() {
     for edge in [1.0, 0.1, 1.0 / 3.0] {
@@ -76,8 +76,8 @@ fn one_point_has_no_neighbours_and_no_point_no_list() {
     assert!(list.is_empty());
 }
 
-/// Points of radii of their own: the list of the longest holds the neighbours of all, and those closer than the mean
-/// of two radii are what brute force finds.
+/// Points with individual radii: the list of the largest radius contains the neighbours of all points, and those closer than the mean of
+/// two radii equal the pairs that brute force finds.
 #[test]
 fn the_list_of_the_longest_radius_holds_those_of_all() {
     let noise = |i: u32, k: f64| (f64::from(i + 1) * k).fract();
@@ -104,7 +104,7 @@ fn what_lies_around_points_of_another_set_is_found_within_the_radius_of_each() {
         (0..count).map(|i| [noise(i, 0.618_034 * k), noise(i, 0.754_878 * k)]).collect()
     };
     let (targets, sources) = (points(300, 1.0), points(200, 1.7));
-    // From a part of the edge of a cell to many of them.
+    // From a fraction of a cell's edge to many cells.
     let radius = |i: usize| 0.01 + 0.002 * i as f64;
     let mut list = NeighbourList::new();
     list.build_between(&targets, radius, &sources, 0.05, |_, j| j != 7).unwrap();

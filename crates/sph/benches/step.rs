@@ -1,11 +1,11 @@
-//! Particle-updates per second of one step, on one thread.
+//! Benchmark of one step (particle updates per second), on one thread.
 
 use colluvium_case::{Case, Method};
 use colluvium_sph::Sph;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use serde_json::json;
 
-/// A block that settles on a rough floor under a little gravity.
+/// Block that settles on a rough floor under reduced gravity.
 fn block(dimension: usize, edge: usize, model: &str) -> Case {
     let spacing = 1.0 / edge as f64;
     let all = |value: f64| vec![value; dimension];

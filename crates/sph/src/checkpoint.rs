@@ -1,4 +1,4 @@
-//! Saving and restoring the solver, and the `Solver` face of it.
+//! Checkpoints of the solver, and its implementation of `Solver`.
 
 use std::io::{Read, Write};
 
@@ -21,7 +21,7 @@ use crate::points::particles::ParticleGroup;
 use crate::points::rigid_body::RigidBody;
 use crate::solver::{EquilibriumTerms, SphSolver};
 
-/// Version of the layout of a checkpoint.
+/// Version of the checkpoint format.
 const FORMAT: u32 = 11;
 
 #[derive(Serialize, Deserialize)]
@@ -33,19 +33,19 @@ struct CheckpointState {
     obstacle_energies: ObstacleEnergies,
     /// Body, number of particles and states of the law.
     groups: Vec<(u32, usize, Vec<u8>)>,
-    /// The rigid ones of them, in this order.
+    /// Rigid bodies of these groups, in this order.
     rigid: Vec<Option<RigidBody>>,
     /// Columns of the particles, and of their rates.
     particles: Vec<u8>,
     rates: Vec<u8>,
-    /// Positions for which the neighbours are listed, with time and reach: sums run in the order of the list.
+    /// Positions of the last neighbour list, with time and reach: the order of sums is that of the list.
     listed: Vec<f64>,
     listed_at: [f64; 2],
     sorted: Option<u64>,
     current: bool,
-    /// When loads begin (s), and what particles carry of them.
+    /// Start times of loads (s), and the load vectors of particles.
     loads: (Vec<f64>, Vec<Vec<f64>>),
-    /// What rigid bodies and obstacles bear.
+    /// Reactions of rigid bodies and obstacles.
     reactions: Vec<ReactionSum>,
 }
 
@@ -85,7 +85,7 @@ impl<const D: usize> SphSolver<D> {
         }
     }
 
-    /// Takes the arrays; `None` where they do not fit together.
+    /// Restores the arrays; `None` where they do not fit together.
     fn restore_state(&mut self, saved: &CheckpointState) -> Option<()> {
         let Self { bodies, lists, rates, .. } = self;
         bodies.particles.read(&mut saved.particles.as_slice()).ok()?;
@@ -203,9 +203,9 @@ impl<const D: usize> Solver for SphSolver<D> {
                         .filter_map(|group| group.rigid.as_mut())
                         .for_each(RigidBody::stop);
                     self.rates.derivatives.acceleration.fill([0.0; D]);
-                    // Some schemes move what is held before they kick.
+                    // Some schemes move held bodies before the kick.
                     self.bodies.impose_held_velocities();
-                    // The next step starts from rest: it kicks by half.
+                    // The next step starts from rest, with a kick by half a step.
                     self.clock.last_step = 0.0;
                 }
                 Reset::Displacement => {

@@ -1,4 +1,4 @@
-//! Time, stage and the step.
+//! Time, stage and time step.
 
 use colluvium_case::{SolverError, TimeStep};
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Steps between two evaluations of the speeds of sound and the time step.
 pub const STEPS_PER_TIME_STEP: u64 = 10;
 
-/// Where a run stands.
+/// Progress of a run.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Clock {
     /// Index into `Case::stages`.
@@ -19,16 +19,16 @@ pub struct Clock {
     pub step: u64,
     /// Length of the step before, zero at the start (s).
     pub last_step: f64,
-    /// The step that is stable, or that the case fixes.
+    /// Stable time step, or the fixed one of the case.
     pub limit: Option<TimeStep>,
-    /// Steps since it was found.
+    /// Steps since the limit was computed.
     pub limit_age: u64,
-    /// Time up to which particles have been shifted for their way (s).
+    /// Time of the last particle shift (s).
     pub last_shift_time: f64,
 }
 
 impl Clock {
-    /// Counts a step of `dt` (s).
+    /// Advances the clock by a step of `dt` (s).
     pub fn end_step(&mut self, dt: f64) {
         self.time += dt;
         self.step += 1;
@@ -36,31 +36,31 @@ impl Clock {
         self.limit_age += 1;
     }
 
-    /// Whether what happens every so many steps happens in this one.
+    /// Whether an action with the period `every` (steps) is due in this step.
     pub fn is_due(&self, every: u64) -> bool {
         self.step > 0 && self.step.is_multiple_of(every)
     }
 
-    /// Whether the stable step is to be found anew.
+    /// Whether the stable step must be recomputed.
     pub fn is_limit_due(&self) -> bool {
         self.limit.is_none() || self.limit_age >= STEPS_PER_TIME_STEP
     }
 
-    /// Takes the critical step, or the one that the case fixes (s); which it is.
+    /// Sets the limit to the critical step, or to the fixed one of the case (s); returns it.
     pub fn set_limit(&mut self, critical: TimeStep, fixed: Option<f64>) -> TimeStep {
-        // The first of a stage knows nothing of its forces: it is for one step.
+        // The first limit of a stage does not include its forces and is for one step.
         let age = if self.limit.is_none() { STEPS_PER_TIME_STEP - 1 } else { 0 };
         let limit = critical.or_fixed(fixed);
         (self.limit, self.limit_age) = (Some(limit), age);
         limit
     }
 
-    /// What is wrong with the step that the case fixes (s), where it is longer than the critical one.
+    /// Problem of the fixed step of the case (s), where it is longer than the critical one.
     pub fn fixed_step_problem(&self, fixed: Option<f64>) -> Option<String> {
         self.limit.as_ref()?.fixed_step_problem(fixed)
     }
 
-    /// The error of a step that cannot be done.
+    /// Error of a step that failed.
     pub fn step_error(&self, reason: String) -> SolverError {
         SolverError::Step { step: self.step, time: self.time, reason }
     }

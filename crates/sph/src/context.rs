@@ -1,4 +1,4 @@
-//! What a run is of.
+//! Case, options and kernel of a run.
 
 use std::sync::Arc;
 
@@ -8,19 +8,19 @@ use crate::SphOptions;
 use crate::clock::Clock;
 use crate::pairs::kernel::Smoothing;
 
-/// The first components of a vector of the case.
+/// Leading components of a vector of the case.
 pub fn leading_components<const D: usize>(values: &[f64]) -> [f64; D] {
     std::array::from_fn(|axis| values[axis])
 }
 
-/// The case, its options and the kernel. Nobody changes them during a run.
+/// Case, options and kernel, constant during a run.
 #[derive(Clone)]
 pub struct SolverContext<const D: usize> {
-    /// The problem.
+    /// Case.
     pub case: Arc<Case>,
-    /// Its options of this method.
+    /// Options of this method.
     pub options: SphOptions,
-    /// The kernel at the initial smoothing length.
+    /// Kernel at the initial smoothing length.
     pub smoothing: Smoothing<D>,
     /// Full gravity (m/s²).
     pub gravity: [f64; D],
@@ -33,25 +33,25 @@ impl<const D: usize> SolverContext<D> {
         self.gravity.map(|g| g * factor)
     }
 
-    /// `h₀ (ρ₀/ρ)^(1/d)`, bounded (m), of the `initial` and the present density (kg/m³).
+    /// Smoothing length `h₀ (ρ₀/ρ)^(1/d)`, bounded (m), of the `initial` and the present density (kg/m³).
     pub fn length_at(&self, initial: f64, density: f64) -> f64 {
         let ratio = (initial / density).powf(1.0 / D as f64);
         self.smoothing.length() * ratio.min(self.options.smoothing_growth)
     }
 
-    /// What viscous damping leaves of a velocity after `dt` (s), at the speed of sound `sound` (m/s) and the smoothing
+    /// Factor of viscous damping on a velocity after `dt` (s), at the speed of sound `sound` (m/s) and the smoothing
     /// length `h` (m).
     pub fn damping_factor(&self, sound: f64, h: f64, dt: f64) -> f64 {
         let damping = self.options.damping;
         if damping > 0.0 { (-damping / h * sound * dt).exp() } else { 1.0 }
     }
 
-    /// Radius of the support of the kernel of smoothing length `length` (m).
+    /// Radius of the kernel support at the smoothing length `length` (m).
     pub fn support(&self, length: f64) -> f64 {
         self.smoothing.kernel().support() * length
     }
 
-    /// Whether the stage asks how far from rest the particles are.
+    /// Whether the stage has an equilibrium criterion.
     pub fn needs_equilibrium(&self, clock: &Clock) -> bool {
         self.case.stages[clock.stage].equilibrium.is_some()
     }

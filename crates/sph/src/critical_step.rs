@@ -1,4 +1,4 @@
-//! The largest stable step (sheet: sph §3.4).
+//! Critical time step (sheet: sph §3.4).
 
 use colluvium_case::{StepLimit, TimeStep, limit_step_by_obstacles, spatial};
 use colluvium_constitutive::{BLOCK_SIZE, StateBlock};
@@ -13,19 +13,19 @@ use crate::pairs::ShortRangeRepulsion;
 use crate::points::particles::{Bodies, Particles};
 use crate::points::vector_algebra::square;
 
-/// The undamped leapfrog is stable up to about so many times `h / c` (sheet: sph §3.4, §7).
+/// Stability limit of the undamped leapfrog, in times `h / c` (sheet: sph §3.4, §7).
 const STABLE: f64 = 1.8;
 
 /// Largest move of an obstacle in a step (spacings).
 const MAX_OBSTACLE_MOVE: f64 = 0.1;
 
-/// What keeps particles apart swings.
+/// Limit by the oscillation of close particles under repulsion.
 const REPULSION: StepLimit = StepLimit::new("repulsion of close particles");
 
-/// A step, what limits it, and where.
+/// Time step (s), its limit, and the particle.
 pub type LimitingParticle = (f64, StepLimit, Option<usize>);
 
-/// The largest step that waves, forces, viscosity and damping allow (sheet: sph §3.4), and the particle that asks for it;
+/// Critical time step of waves, forces, viscosity and damping (sheet: sph §3.4), and the limiting particle;
 /// renews the speeds of sound. Where the case fixes the step, waves may cross as much as is stable.
 pub fn critical_step<const D: usize>(
     setting: &SolverContext<D>,
@@ -79,13 +79,13 @@ pub fn critical_step<const D: usize>(
             }
             least
         };
-        // Of equal ones the first particle's.
+        // Of equal steps, that of the first particle.
         least = blocks.map(of_block).reduce(|| least, |a, b| if b.0 < a.0 { b } else { a });
     }
     least
 }
 
-/// The critical step at a `time` (s), or a shorter one in which obstacles move by no more than a share of the `spacing` (m).
+/// Critical step at a `time` (s), or a shorter one in which obstacles move by no more than a share of the `spacing` (m).
 pub fn limit_by_obstacle_motion<const D: usize>(
     critical: TimeStep,
     obstacles: &ObstacleFaces<D>,
@@ -98,7 +98,7 @@ pub fn limit_by_obstacle_motion<const D: usize>(
     )
 }
 
-/// A limit as it is told.
+/// Limit as a [`TimeStep`] for reports.
 pub fn to_time_step<const D: usize>(
     (dt, limit, index): LimitingParticle,
     particles: &Particles<D>,

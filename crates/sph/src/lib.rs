@@ -1,13 +1,13 @@
 //! Smoothed particle hydrodynamics of solids.
 //!
 //! A body is a set of particles that carry mass, velocity, density, stress and the state of its law. A
-//! field at a particle, its gradient and its Laplacian are sums over the particles around it: [`pairs::kernel`]
-//! holds the smoothing kernels, [`pairs::operators`] the sums. The solver moves particles by the momentum
-//! equation in leapfrog steps, velocities half a step ahead (sheet: sph §3.3; [`SphSolver`] holds the step).
+//! field at a particle, its gradient and its Laplacian are sums over the particles around it: [`pairs::kernel`] has the smoothing kernels,
+//! [`pairs::operators`] the sums. The solver moves particles by the momentum equation in leapfrog steps, velocities half a step ahead
+//! (sheet: sph §3.3; [`SphSolver`]).
 //! One dimension, plane strain and three dimensions; rough walls are layers of particles, smooth walls
-//! mirrors. [`RankedSolver`] shares the particles out among ranks that exchange copies of them.
+//! mirrors. [`RankedSolver`] distributes the particles over ranks that exchange copies of them.
 //!
-//! [`Sph`] is the way in: it turns a [`Case`] into a [`Solver`].
+//! [`Sph`] is the entry point: it turns a [`Case`] into a [`Solver`].
 
 mod boundary;
 mod checkpoint;
@@ -38,7 +38,7 @@ pub use config::{
 pub use ranks::RankedSolver;
 pub use solver::SphSolver;
 
-/// Smoothed particle hydrodynamics.
+/// Method of smoothed particle hydrodynamics.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sph;
 

@@ -1,4 +1,4 @@
-//! A step allocates nothing.
+//! Test that a step allocates no memory.
 
 use colluvium_case::Case;
 use colluvium_sph::Sph;
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// A block that settles between a mirror and a rough floor.
+/// Block that settles between a mirror and a rough floor.
 fn block(space: &str, options: &Value) -> Case {
     let d = if space == "3d" { 3 } else { 2 };
     let all = |value: f64| vec![value; d];
@@ -55,7 +55,7 @@ fn block(space: &str, options: &Value) -> Case {
     Case::from_json(&text.to_string()).unwrap()
 }
 
-// One test, so that no other one allocates meanwhile.
+// One test only, so that no other test allocates at the same time.
 #[test]
 fn a_step_allocates_nothing() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();

@@ -1,7 +1,7 @@
 //! Readers and writers of terrain: rasters (ESRI ASCII grid, GeoTIFF), closed triangle meshes (STL, OBJ) and outlines in plan
-//! (GeoJSON, shapefile). What a file holds is told by the ending of its name.
+//! (GeoJSON, shapefile). The extension of the file name determines the format.
 //!
-//! Of the workspace it knows [`colluvium_points`] only, and only what reads case files knows it.
+//! It depends only on [`colluvium_points`] in the workspace; only crates that read case files depend on it.
 
 mod mesh;
 mod outline;
@@ -21,29 +21,29 @@ pub use crate::sidecar_files::sidecar_files;
 
 use crate::raster::world_file::WorldFile;
 
-/// What is wrong with a file, in a line.
+/// Error of a file, in one line.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{}: {problem}", file.display())]
 pub struct FileError {
-    /// The file.
+    /// Path of the file.
     pub file: PathBuf,
-    /// What is wrong with it.
+    /// Description of the error.
     pub problem: String,
 }
 
-/// Names the file of a problem.
+/// Makes an error of a file of a description.
 fn error_in_file(file: &Path) -> impl Fn(String) -> FileError {
     move |problem| FileError { file: file.to_owned(), problem }
 }
 
-/// Mark of byte order, with which some editors begin a file.
+/// Byte order mark, with which some editors begin a file.
 const BYTE_ORDER: char = '\u{feff}';
 
-/// Reads a text: UTF-8, or UTF-16 with its mark of byte order, as some spreadsheets write it. What is neither is taken for Latin-1, in
-/// which units such as m³ are written; letters of that kind stand in names and remarks, not in numbers.
+/// Reads a text file: UTF-8, or UTF-16 with a byte order mark, as some spreadsheets write it. Other texts are read as Latin-1, in which
+/// units such as m³ are written; such letters occur in names and comments, not in numbers.
 ///
 /// # Errors
-/// When the file cannot be read, or holds bytes that no text has.
+/// When the file cannot be read, or contains bytes that no text has.
 pub fn read_text(file: &Path) -> Result<String, FileError> {
     let bytes = std::fs::read(file).map_err(|e| error_in_file(file)(format!("cannot be read: {e}")))?;
     decode_text(bytes).map_err(error_in_file(file))
@@ -67,7 +67,7 @@ fn decode_text(bytes: Vec<u8>) -> Result<String, String> {
     Ok(text.trim_start_matches(BYTE_ORDER).to_owned())
 }
 
-/// The ending of a file's name, in small letters.
+/// Extension of a file name, in lower case.
 fn extension(file: &Path) -> String {
     file.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
@@ -79,9 +79,9 @@ fn unknown_format(file: &Path, known: &str) -> FileError {
     ))
 }
 
-/// Reads heights or other numbers on a grid in plan: an ESRI ASCII grid (`.asc`, `.grd`, `.txt`) or a GeoTIFF (`.tif`, `.tiff`). The
-/// numbers are as the file means them: scale, offset and unit of the band count, those that are no data are not-a-number, by the mark of
-/// the file, by its mask, or as they are not finite, and heights in feet become metres.
+/// Reads heights or other numbers on a grid in plan: an ESRI ASCII grid (`.asc`, `.grd`, `.txt`) or a GeoTIFF (`.tif`, `.tiff`). Scale,
+/// offset and unit of the band are applied, and heights in feet become metres. Values without data, by the no-data value or mask of the
+/// file, and values that are not finite become NaN.
 ///
 /// # Errors
 /// When the file cannot be read, is not such a raster, is rotated, is empty, or lies in degrees or in units that are not known: by
@@ -129,18 +129,18 @@ pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
             reference_system::prj_file::read_text(file).map_err(error_in_file(file))?,
         );
     }
-    // A GeoTIFF tells its units itself, but what GDAL writes beside it comes before that.
+    // A GeoTIFF states its units itself, but an `.aux.xml` of GDAL beside it takes precedence.
     if is_nameless || is_beside || !extension(file).starts_with("tif") {
         reference_system::prj_file::check_metres(file).map_err(error_in_file(file))?;
     }
     Ok(raster)
 }
 
-/// Writes a raster with its georeference: an ESRI ASCII grid (`.asc`) or a GeoTIFF (`.tif`, `.tiff`). Numbers keep all their
-/// digits. An ASCII grid cannot name a coordinate reference system: a `.prj` beside it does, where the raster has one.
+/// Writes a raster with its georeference: an ESRI ASCII grid (`.asc`) or a GeoTIFF (`.tif`, `.tiff`). Numbers are written with all digits.
+/// An ASCII grid cannot name a coordinate reference system: a `.prj` beside it does, where the raster has one.
 ///
 /// # Errors
-/// When the raster is none, or the file cannot be written.
+/// When the raster is invalid, or the file cannot be written.
 pub fn write_raster(file: &Path, raster: &Raster) -> Result<(), FileError> {
     raster.validate().map_err(|error| error_in_file(file)(error.to_string()))?;
     let bytes = match extension(file).as_str() {
@@ -161,12 +161,12 @@ pub fn write_raster(file: &Path, raster: &Raster) -> Result<(), FileError> {
     }
 }
 
-/// Reads a closed triangle mesh: STL (`.stl`, text or binary) or Wavefront OBJ (`.obj`). `placed` makes a coordinate of the
-/// mesh (m) of an axis and of that in the file.
+/// Reads a closed triangle mesh: STL (`.stl`, text or binary) or Wavefront OBJ (`.obj`). `placed` maps an axis and a coordinate of the file
+/// to a coordinate of the mesh (m).
 ///
 /// # Errors
-/// When the file cannot be read or is not such a mesh; when an STL file lies so far from its origin that its seven digits do not
-/// tell its corners apart; when the surface is open, with the place.
+/// When the file cannot be read or is not such a mesh; when an STL file lies so far from its origin that its seven digits do not separate
+/// its vertices; when the surface is open, with the position.
 pub fn read_mesh(file: &Path, placed: &dyn Fn(usize, f64) -> f64) -> Result<FacettedSurface<3>, FileError> {
     let mesh = match extension(file).as_str() {
         "stl" => mesh::mesh_files::read_stl(file, placed),

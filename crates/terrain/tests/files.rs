@@ -1,4 +1,4 @@
-//! Files written and read again, and files that are refused.
+//! Round trips of files, and rejected files.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ fn file(folder: &tempfile::TempDir, name: &str, text: &str) -> PathBuf {
     path
 }
 
-/// Coordinates as the file has them.
+/// Coordinates as in the file.
 fn as_it_is(_axis: usize, x: f64) -> f64 {
     x
 }
@@ -37,7 +37,7 @@ fn a_raster_is_the_same_in_both_formats() {
     assert!(read_raster(&file(&folder, "b.asc", blank)).unwrap_err().problem.contains("no data"));
 }
 
-/// A tetrahedron with a corner at the origin and edges of one along the axes.
+/// Tetrahedron with a corner at the origin and edges of length one along the axes.
 const TETRAHEDRON: [[[f64; 3]; 3]; 4] = [
     [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]],
     [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
@@ -88,7 +88,7 @@ fn closed_meshes_are_read_and_open_ones_refused() {
 #[test]
 fn polygons_of_an_obj_file_keep_their_dents_and_what_is_no_plane_polygon_is_refused_with_its_line() {
     let folder = tempfile::tempdir().unwrap();
-    // A prism over an L, from each of its corners on.
+    // Prism over an L, starting at each of its corners.
     let plan = [[-1, 5], [-5, 5], [-5, -5], [5, -5], [5, -1], [-1, -1]];
     for first in 0..6 {
         let mut text = String::new();
@@ -114,7 +114,7 @@ fn polygons_of_an_obj_file_keep_their_dents_and_what_is_no_plane_polygon_is_refu
     assert!(problem("f 5 6 7 8", "f 5 7 6 8").starts_with("line 10: is a polygon that crosses itself"));
     assert!(read(&cube.replacen("v 1 1 1", "v 1 1 1.1", 1)).is_ok(), "bent as quadrilaterals of terrain are");
     assert!(problem("v 1 1 1", "v 1 1 3").starts_with("line 10: is a polygon whose corners lie up to"));
-    // A line that goes on in the next does not shift the numbers of those after it.
+    // A continued line does not shift the line numbers of the following lines.
     let goes_on = cube.replace("f 4 3 2 1", "f 4 3 \\\n2 1").replace("f 5 6 7 8", "f 5 7 6 8");
     assert!(read(&goes_on).unwrap_err().problem.starts_with("line 11: "));
     assert!(problem("v 1 1 1", "v 1 1 1 2").starts_with("line 7: the vertex has the fourth number 2"));
@@ -140,7 +140,7 @@ fn all_solids_of_an_stl_file_are_read_and_its_words_may_be_capitals() {
                 && !mesh.contains(&[3.0, 0.1, 0.1])
         );
     }
-    // A binary file whose head is the word of a text.
+    // Binary file whose header begins with the keyword of a text file.
     let mut binary = b"solid made by a program".to_vec();
     binary.resize(80, b' ');
     binary.extend(4u32.to_le_bytes());
@@ -154,7 +154,7 @@ fn all_solids_of_an_stl_file_are_read_and_its_words_may_be_capitals() {
     assert_eq!(read_mesh(&path, &as_it_is).unwrap().facets().len(), 4);
 }
 
-/// A collection of polygons, each a feature with its rings.
+/// Feature collection of polygons, each a feature with its rings.
 fn collection(features: &[Vec<Vec<[f64; 2]>>]) -> String {
     let feature = |rings: &Vec<Vec<[f64; 2]>>| {
         format!(
@@ -235,12 +235,12 @@ fn rings_of_a_shapefile_in_any_order_are_polygons_with_their_holes() {
         shapefile::ShapeWriter::from_path(&path).unwrap().write_shapes(&shapes).unwrap();
         read_outlines(&path).unwrap()
     };
-    // A hole that stands before the ring it is in, with an island of its own record over it.
+    // A hole before its outer ring, with an island in a separate record over it.
     let holed = vec![hole([1.0; 2], [3.0; 2]), outer([0.0; 2], [4.0; 2]), outer([6.0, 0.0], [7.0, 4.0])];
     let outline = write("a.shp", vec![holed, vec![outer([1.5; 2], [2.5; 2])]]);
     assert!((outline.area() - 17.0).abs() < 1e-12, "{}", outline.area());
     assert!(outline.contains([2.0, 2.0]) && !outline.contains([1.2, 2.0]) && outline.contains([6.5, 1.0]));
-    // Records that touch, and one whose ring runs the wrong way round.
+    // Records that touch, and one whose ring has the wrong sense.
     let outline = write("b.shp", vec![vec![outer([0.0; 2], [2.0, 4.0])], vec![hole([2.0, 0.0], [4.0; 2])]]);
     assert!((outline.area() - 16.0).abs() < 1e-12 && outline.contains([2.0, 1.0]));
 }
@@ -304,7 +304,7 @@ fn rows_that_are_deleted_do_not_count_and_shapes_must_be_as_many_polygons_as_the
         writer.write_shape_and_record(&Polygon::new(PolygonRing::Outer(ring)), &record).unwrap();
     }
     drop(writer);
-    // A name in other capitals is the same where it is the only one.
+    // A name that differs in case matches where it is the only one.
     let found = |path: &Path| {
         read_features(path, "Depth")
             .map(|all| all.into_iter().map(|one| (one.number, one.thickness)).collect::<Vec<_>>())

@@ -1,11 +1,11 @@
-//! Rasters as other programs write them: what a file says of its numbers is believed, or refused by name.
+//! Rasters as other programs write them: the metadata of a file are used, or the file is rejected by name.
 
 use std::path::{Path, PathBuf};
 
 use colluvium_points::Raster;
 use colluvium_terrain::{read_raster, read_reference_system};
 
-/// A tag of a TIFF with its values.
+/// Tag of a TIFF with its values.
 #[derive(Clone)]
 enum Tag {
     Short(u16, Vec<u16>),
@@ -14,7 +14,7 @@ enum Tag {
     Text(u16, String),
 }
 
-/// Bytes of numbers in the order of a file.
+/// Bytes of numbers in the byte order of a file.
 struct Bytes {
     is_big_endian: bool,
     all: Vec<u8>,
@@ -33,7 +33,7 @@ impl Bytes {
     put!(long, u32);
     put!(double, f64);
 
-    /// A directory with its tags, then the image of one strip and the values that do not fit into the directory.
+    /// Image file directory with its tags, then the image of one strip and the values that do not fit into the directory.
     fn directory(&mut self, tags: &[Tag], image: &[u8], is_last: bool) {
         let mut tags = tags.to_vec();
         let (at, count) = (self.all.len(), tags.len() + 2);
@@ -87,7 +87,7 @@ impl Bytes {
     }
 }
 
-/// A grid of 4 by 3 cells of 5 m in UTM zone 32.
+/// Grid of 4 by 3 cells of 5 m in UTM zone 32.
 fn placed(bits: u16, format: u16) -> Vec<Tag> {
     vec![
         Tag::Short(256, vec![4]),
@@ -104,7 +104,7 @@ fn placed(bits: u16, format: u16) -> Vec<Tag> {
     ]
 }
 
-/// Keys of a projected system, whose pixels are areas.
+/// Keys of a projected system whose pixels are areas.
 fn keys(more: &[(u16, u16)]) -> Tag {
     let all: Vec<(u16, u16)> = [(1024, 1), (1025, 1)].iter().chain(more).copied().collect();
     let mut directory = vec![1, 1, 0, all.len() as u16];
@@ -128,7 +128,7 @@ fn file(folder: &Path, name: &str, is_big_endian: bool, images: &[(Vec<Tag>, Vec
     path
 }
 
-/// The image of the numbers 0 to 11, row by row from the north.
+/// Image of the numbers 0 to 11, row by row from the north.
 fn counted<const N: usize>(of: impl Fn(u8) -> [u8; N]) -> Vec<u8> {
     (0..12).flat_map(of).collect()
 }
@@ -191,7 +191,7 @@ fn scale_offset_and_units_of_a_band_and_of_heights_are_believed() {
         "scaled.tif",
         &[metadata(&[item("offset", "50"), item("scale", "0.1")]), Tag::Text(42113, "3".to_owned())],
     ));
-    // The mark of no data is a number of the file, before scale and offset.
+    // The no-data value is a number of the file, before scale and offset.
     assert!((scaled.value(1, 2) - 50.1).abs() < 1e-12 && scaled.value(3, 2).is_nan());
     let feet = read(&with("feet.tif", &[metadata(&[item("unittype", "ft")])]));
     assert!((feet.value(3, 0) - 11.0 * 0.3048).abs() < 1e-12);
@@ -203,7 +203,7 @@ fn scale_offset_and_units_of_a_band_and_of_heights_are_believed() {
         tags.push(keys(&system));
         read_raster(&file(folder.path(), name, false, &[(tags, image())]))
     };
-    // NAVD88 height (ftUS) by its number, and by the unit of the heights.
+    // NAVD88 height (ftUS) by its code, and by the unit of the heights.
     for more in [&[(4096, 6360)][..], &[(4099, 9003)]] {
         let raster = heights("heights.tif", more).unwrap();
         assert!((raster.value(3, 0) - 11.0 * 1200.0 / 3937.0).abs() < 1e-12, "{more:?}");
@@ -217,7 +217,7 @@ fn scale_offset_and_units_of_a_band_and_of_heights_are_believed() {
 fn masks_take_away_what_they_hide() {
     let folder = tempfile::tempdir().unwrap();
     let image = || counted(|x| f32::from(x).to_le_bytes());
-    // Of bits: all but the second pixel of the first row and the last of the last.
+    // Mask of bits: all but the second pixel of the first row and the last of the last.
     let mut mask = without(without(placed(1, 1), 262), 339);
     mask.extend([Tag::Long(254, vec![4]), Tag::Short(262, vec![4])]);
     let bits = vec![0b1011_0000, 0b1111_0000, 0b1110_0000];
@@ -228,7 +228,7 @@ fn masks_take_away_what_they_hide() {
         assert_eq!(raster.reference.undeclared_no_data, 0);
     };
     hidden(&read(&path));
-    // Of bytes in a file beside it.
+    // Mask of bytes in a sidecar file.
     let path =
         file(folder.path(), "beside.tif", true, &[(placed(32, 3), counted(|x| f32::from(x).to_be_bytes()))]);
     assert_eq!(read(&path).value(1, 2), 1.0);
@@ -298,7 +298,7 @@ fn texts_of_grids_are_read_as_programs_write_them() {
     let pairs: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
     write(&[&[0xff, 0xfe], &pairs[..]].concat());
     assert_eq!(of(&read(&path)), right, "UTF-16");
-    // Marks that have lost digits, or are kept in single precision.
+    // No-data values that have lost digits, or are stored in single precision.
     let marked = |mark: &str, value: &str| {
         write(format!("{head}NODATA_value {mark}\r\n1 2 {value}\r\n3 4 5\r\n").as_bytes());
         read(&path).value(2, 1).is_nan()

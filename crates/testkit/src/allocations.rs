@@ -1,6 +1,6 @@
-//! Counting allocations.
+//! Count of memory allocations in tests.
 
-// Counting what is allocated takes an allocator of our own.
+// A counting allocator implements an unsafe trait.
 #![allow(unsafe_code)]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -8,39 +8,38 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
 
-/// The system's allocator, counting. A test that counts makes it its own:
+/// Allocator of the system that counts its allocations. A test sets it as its global allocator:
 ///
 /// ```
-/// use colluvium_testkit::{Counting, allocations_during};
+/// use colluvium_testkit::{CountingAllocator, allocations_during};
 ///
 /// #[global_allocator]
-/// static ALLOCATOR: Counting = Counting;
+/// static ALLOCATOR: CountingAllocator = CountingAllocator;
 ///
 /// assert_eq!(allocations_during(|| drop(Box::new(7))), 1);
 /// assert_eq!(allocations_during(|| ()), 0);
 /// ```
 pub struct CountingAllocator;
 
-// SAFETY: every call goes to the system's allocator as it came.
+// SAFETY: every call is forwarded unchanged to the system's allocator.
 unsafe impl GlobalAlloc for CountingAllocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        // SAFETY: as the caller promises.
+        // SAFETY: the caller fulfils the contract of `alloc`.
         unsafe { System.alloc(layout) }
     }
     unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        // SAFETY: as the caller promises.
+        // SAFETY: the caller fulfils the contract of `realloc`.
         unsafe { System.realloc(place, layout, size) }
     }
     unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
-        // SAFETY: as the caller promises.
+        // SAFETY: the caller fulfils the contract of `dealloc`.
         unsafe { System.dealloc(place, layout) }
     }
 }
 
-/// How often memory is allocated, or made larger, while `work` runs, on all threads; zero where [`CountingAllocator`] is not the
-/// global allocator.
+/// Number of allocations and reallocations of all threads while `work` runs; zero where [`CountingAllocator`] is not the global allocator.
 pub fn allocations_during(work: impl FnOnce()) -> usize {
     let before = ALLOCATIONS.load(Ordering::Relaxed);
     work();

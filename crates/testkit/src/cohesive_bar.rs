@@ -1,4 +1,4 @@
-//! A bar of a material with bands that is pulled apart.
+//! Tension test of a bar of a material with localisation bands.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::solver_runs::stresses;
 
-/// Young's modulus (Pa). The bar is a fourth of `E G/f_t²` long, and the crack opens by little of a spacing.
+/// Young's modulus (Pa). The bar is a fourth of `E G/f_t²` long, so that the crack opening is small against the point spacing.
 pub const STIFFNESS: f64 = 1e8;
 /// Tensile strength (Pa).
 pub const STRENGTH: f64 = 1e3;
@@ -17,12 +17,12 @@ pub const ENERGY: f64 = 0.04;
 pub const DENSITY: f64 = 1000.0;
 /// Length of the bar (m).
 pub const LENGTH: f64 = 1.0;
-/// Speed of its end (m/s), a tenth of `f_t/√(E ρ)`.
+/// Speed of the pulled end (m/s), a tenth of `f_t/√(E ρ)`.
 pub const PULL_SPEED: f64 = 0.0003;
-/// Strength of the weak middle over that of the rest.
+/// Tensile strength of the weak middle over that of the rest.
 pub const WEAK_STRENGTH_RATIO: f64 = 0.95;
 
-/// Material of a share of the strength and with a fracture energy (J/m²).
+/// Material with a share of the tensile strength and with a fracture energy (J/m²).
 pub fn cohesive_material(share: f64, energy: f64) -> Value {
     json!({
         "model": "double-scale", "density": DENSITY, "youngs_modulus": STIFFNESS, "poissons_ratio": 0,
@@ -31,8 +31,8 @@ pub fn cohesive_material(share: f64, energy: f64) -> Value {
     })
 }
 
-/// Work of the end over the fracture energy, up to six times the opening over which the strength falls to 1/e: the mean stress of the
-/// points between two abscissas (m), where the bar stays whole, times the way.
+/// Work of the pulled end over the fracture energy, up to six times the opening over which the strength falls to 1/e. The work is the mean
+/// stress of the points between the abscissas `whole` (m), where no crack forms, times the displacement.
 ///
 /// # Panics
 /// When a step fails.

@@ -1,7 +1,7 @@
-//! What the tests of the other crates share. Tests and benches depend on it, nothing else does.
+//! Test helpers of the other crates. Only tests and benches depend on this crate.
 //!
-//! [`assert_near`] and [`assert_close`] compare numbers, [`CountingAllocator`] counts allocations, and [`solver_runs`] makes cases and drives solvers through
-//! [`colluvium_case`]'s contract, [`taylor_green`] and [`cohesive_bar`] are cases of several methods.
+//! [`assert_near`] and [`assert_close`] compare numbers, [`CountingAllocator`] counts allocations, and [`solver_runs`] makes cases and runs
+//! solvers by the traits of [`colluvium_case`]; [`taylor_green`] and [`cohesive_bar`] are cases of several methods.
 
 mod allocations;
 pub mod cohesive_bar;

@@ -1,4 +1,4 @@
-//! Cases that cover all pairs of options.
+//! Test cases that cover all pairs of options.
 //!
 //! A family of cases is a JSON file: a `base` case and `factors`, each a list of named levels. A level sets values of the case by JSON
 //! pointers (`null` removes one). A row chooses one level of each factor. The rows cover each pair of levels of two factors that some case
@@ -9,15 +9,15 @@ use std::path::Path;
 
 use serde_json::{Map, Value};
 
-/// A base case and the factors that vary it.
+/// Base case and the factors that vary it.
 pub struct CaseFamily {
-    /// Name: that of its file.
+    /// Name of the family: that of its file.
     pub name: String,
     base: Value,
     factors: Vec<Factor>,
 }
 
-/// An option and its levels; the first is that of the base.
+/// Option and its levels; the first level is that of the base.
 struct Factor {
     name: String,
     levels: Vec<(String, Map<String, Value>)>,
@@ -27,7 +27,7 @@ struct Factor {
 pub type LevelRow = Vec<usize>;
 
 impl CaseFamily {
-    /// Reads a family.
+    /// Reads a family of cases.
     ///
     /// # Errors
     /// When the file cannot be read or has another form, as a text that names it.
@@ -42,10 +42,10 @@ impl CaseFamily {
         Ok(Self { name, base: json["base"].clone(), factors })
     }
 
-    /// All families of a folder, by name.
+    /// All families of a folder, in the order of their file names.
     ///
     /// # Errors
-    /// As of [`CaseFamily::read`].
+    /// See [`CaseFamily::read`].
     pub fn read_all(folder: &Path) -> Result<Vec<Self>, String> {
         let entries = std::fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
         let files: BTreeSet<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
@@ -56,10 +56,10 @@ impl CaseFamily {
             .collect()
     }
 
-    /// The row of the base with the levels of the given factors.
+    /// Row of the base with the given levels of the given factors.
     ///
     /// # Panics
-    /// When a factor or level is not there.
+    /// When a factor or level does not exist.
     pub fn row(&self, levels: &[(&str, &str)]) -> LevelRow {
         let mut row = vec![0; self.factors.len()];
         for (name, level) in levels {
@@ -71,7 +71,7 @@ impl CaseFamily {
         row
     }
 
-    /// The row with the levels of a row of another state of the family: by their names, or by their numbers where a name is not there.
+    /// Converts a row of another version of the family by the names of factors and levels, or by their numbers without such names.
     pub fn row_of(&self, other: &Self, row: &[usize]) -> LevelRow {
         let level = |(place, factor): (usize, &Factor)| {
             let known = other.factors.iter().position(|own| own.name == factor.name).unwrap_or(place);
@@ -82,7 +82,7 @@ impl CaseFamily {
         self.factors.iter().enumerate().map(level).collect()
     }
 
-    /// The case of a row. Levels that the family does not have are left out.
+    /// Case of a row. Levels that the family does not have are ignored.
     pub fn case(&self, row: &[usize]) -> Value {
         let mut case = self.base.clone();
         for (factor, level) in self.factors.iter().zip(row) {
@@ -93,7 +93,7 @@ impl CaseFamily {
         case
     }
 
-    /// Levels of a row that are not those of the base.
+    /// Text with the levels of a row that differ from the base.
     pub fn description(&self, row: &[usize]) -> String {
         let chosen = self.factors.iter().zip(row).filter(|(_, level)| **level > 0);
         let names: Vec<String> = chosen
@@ -104,7 +104,7 @@ impl CaseFamily {
         if names.is_empty() { "base".to_owned() } else { names.join(", ") }
     }
 
-    /// Rows with one level that is not of the base, and the base itself, of those that `accepts` accepts.
+    /// Rows with one level that differs from the base, and the base itself, for which `accepts` accepts the case.
     pub fn single_changes(&self, accepts: &dyn Fn(&Value) -> bool) -> Vec<LevelRow> {
         let mut rows = vec![vec![0; self.factors.len()]];
         for (place, factor) in self.factors.iter().enumerate() {
@@ -118,8 +118,8 @@ impl CaseFamily {
         rows
     }
 
-    /// Rows that cover each pair of levels for which `accepts` accepts a case, chosen one after the other: each begins with a pair that no
-    /// row has yet, and takes of each further factor the level that adds most pairs.
+    /// Rows that cover each pair of levels for which `accepts` accepts a case, built one after the other: each begins with an uncovered
+    /// pair and takes, for each further factor, the level that covers most uncovered pairs.
     pub fn pairwise_rows(&self, accepts: &dyn Fn(&Value) -> bool) -> Vec<LevelRow> {
         let mut open = self.all_pairs();
         let mut rows = Vec::new();
@@ -152,7 +152,7 @@ impl CaseFamily {
         pairs
     }
 
-    /// Gives the factor at `place` the level with which the row has most open pairs.
+    /// Sets the factor at `place` to the accepted level that covers most uncovered pairs.
     fn choose_level(
         &self,
         place: usize,
@@ -179,7 +179,7 @@ impl CaseFamily {
     }
 }
 
-/// Two factors by number, each with a level; the smaller number is first.
+/// Two factors by number, each with a level; the smaller factor number is first.
 type LevelPair = ((usize, usize), (usize, usize));
 
 fn pair(a: (usize, usize), b: (usize, usize)) -> LevelPair {
@@ -194,7 +194,7 @@ fn factor(json: &Value) -> Option<Factor> {
     Some(Factor { name: json["factor"].as_str()?.to_owned(), levels: levels.collect::<Option<Vec<_>>>()? })
 }
 
-/// Sets a value by its JSON pointer; objects on the way are made where there are none, and a list grows by one entry. `null` removes the key.
+/// Sets a value by its JSON pointer; missing parent objects are made, and a list grows by one entry. `null` removes the key.
 pub fn set_value(json: &mut Value, pointer: &str, value: &Value) {
     let (parent, key) = pointer.rsplit_once('/').unwrap_or(("", pointer));
     if json.pointer(parent).is_none() {

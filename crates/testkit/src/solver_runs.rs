@@ -1,25 +1,25 @@
-//! Cases and solvers. Whatever fails here is the test's own mistake, and panics.
+//! Cases and solvers for tests. Failures are errors of the test and panic.
 
 use colluvium_case::{Case, Method, RunOptions, RunReport, Snapshot, Solver, run};
 use serde_json::Value;
 
-/// An object with the keys of `more` at its top in place of its own.
+/// Object with its top-level keys replaced by those of `more`.
 pub fn with_keys(mut object: Value, more: &Value) -> Value {
     object.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
     object
 }
 
-/// The case `text` with the keys of `more` at its top in place of its own.
+/// Case of `text` with its top-level keys replaced by those of `more`.
 pub fn case_with(text: Value, more: &Value) -> Case {
     Case::from_json(&with_keys(text, more).to_string()).unwrap()
 }
 
-/// Leaves what the caller's thread computes in parallel to that thread. Tests keep all threads of a machine busy side by side, and loops of a
-/// step that go to the pool of all would wake its threads each time. What runs in a pool already stays there.
+/// Restricts the parallel loops of the calling thread to that thread. Tests run in parallel on all threads of a machine, and loops in the
+/// global pool would wake its threads at each step. A thread of another pool stays in that pool.
 pub fn single_threaded() {
     if rayon::current_thread_index().is_none() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build().unwrap();
-        // The thread is of the pool for as long as it lives.
+        // The thread belongs to the pool until it ends.
         std::mem::forget(pool);
     }
 }
@@ -30,7 +30,7 @@ pub fn solve(method: &dyn Method, case: &Case) -> RunReport {
     run(case, method.build(case).unwrap(), &RunOptions::default()).unwrap()
 }
 
-/// A solver at the start of the first stage.
+/// Solver at the start of the first stage.
 pub fn start_solver(method: &dyn Method, case: &Case) -> Box<dyn Solver> {
     single_threaded();
     build_solver(method, case)
@@ -42,9 +42,9 @@ fn build_solver(method: &dyn Method, case: &Case) -> Box<dyn Solver> {
     solver
 }
 
-// Steps are taken on a thread of a pool, as runs take them: each loop of a step would wake one from any other.
+// Steps run on a thread of a pool, as in a run: from any other thread each loop of a step would wake a thread of the pool.
 
-/// Takes steps as large as is stable.
+/// Takes `steps` steps of the largest stable size.
 pub fn advance_steps(solver: &mut dyn Solver, steps: usize) {
     rayon::scope(|_| {
         for _ in 0..steps {
@@ -63,7 +63,7 @@ pub fn take_steps(solver: &mut dyn Solver, count: usize, dt: f64) {
     });
 }
 
-/// Takes steps as large as is stable until the time is `end` (s) or later.
+/// Takes steps of the largest stable size until the time is `end` (s) or later.
 pub fn advance_to(solver: &mut dyn Solver, end: f64) {
     rayon::scope(|_| {
         while solver.time() < end {
@@ -72,11 +72,11 @@ pub fn advance_to(solver: &mut dyn Solver, end: f64) {
     });
 }
 
-/// Asserts that thirty steps of `case` allocate nothing, after `first` steps that may: lists and the queues of the threads
-/// grow in them. The test's allocator is [`CountingAllocator`](crate::CountingAllocator), and it runs alone.
+/// Asserts that thirty steps of `case` allocate no memory, after `first` steps in which lists and the queues of the threads may grow. The
+/// test's allocator is [`CountingAllocator`](crate::CountingAllocator), and no other test runs in parallel.
 ///
 /// # Panics
-/// When a step allocates; `name` says which case it was.
+/// When a step allocates; `name` is the case in the message.
 pub fn assert_allocates_nothing(method: &dyn Method, case: &Case, first: usize, name: &str) {
     let mut solver = build_solver(method, case);
     advance_steps(&mut *solver, first);
@@ -84,17 +84,17 @@ pub fn assert_allocates_nothing(method: &dyn Method, case: &Case, first: usize, 
     assert_eq!(count, 0, "{name}: allocations in 30 steps");
 }
 
-/// A field of scalars.
+/// Values of a scalar field.
 pub fn scalars(snapshot: &Snapshot, name: &str) -> Vec<f64> {
     snapshot.scalars(name).unwrap().to_vec()
 }
 
-/// A field of vectors.
+/// Values of a vector field.
 pub fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
     snapshot.vectors(name).unwrap().to_vec()
 }
 
-/// The stresses (Pa).
+/// Stresses of the points (Pa).
 pub fn stresses(snapshot: &Snapshot) -> Vec<[f64; 6]> {
     snapshot.tensors("stress").unwrap().iter().map(|s| s.0).collect()
 }

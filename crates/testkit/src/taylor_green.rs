@@ -1,4 +1,4 @@
-//! Vortices of a liquid in a periodic box, which decay by its viscosity alone.
+//! Taylor–Green vortices of a liquid in a periodic box, which decay by viscosity alone.
 
 use std::f64::consts::TAU;
 
@@ -11,7 +11,7 @@ use crate::solver_runs::{case_with, scalars, vectors};
 const DENSITY: f64 = 1000.0;
 const VISCOSITY: f64 = 10.0;
 
-/// Taylor–Green vortices of 1 m and 1 m/s that decay for so long (s).
+/// Case of Taylor–Green vortices with a wavelength of 1 m and a velocity of 1 m/s that decay over `duration` (s).
 pub fn taylor_green_case(duration: f64, methods: &Value) -> Case {
     let text = json!({
         "title": "vortices", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x", "y"] },
@@ -26,7 +26,7 @@ pub fn taylor_green_case(duration: f64, methods: &Value) -> Case {
     case_with(text, &json!({}))
 }
 
-/// Kinetic energy of the vortices over the exact one, which decays as `exp(-4 ν k² t)` from a mean square of the velocity of a half.
+/// Kinetic energy of the vortices over the exact one, `exp(-4 ν k² t)` times that of a mean square velocity of 1/2 at the start.
 pub fn energy_ratio(snapshot: &Snapshot, duration: f64) -> f64 {
     let (masses, velocities) = (scalars(snapshot, "mass"), vectors(snapshot, "velocity"));
     let energy: f64 =

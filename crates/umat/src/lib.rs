@@ -2,7 +2,7 @@
 //! incremental driver can call it.
 //!
 //! Build the shared library with `cargo build --release -p colluvium-umat`; it exports `umat_`. The
-//! environment variable `COLLUVIUM_MATERIALS` names a JSON file of materials as case files have them,
+//! environment variable `COLLUVIUM_MATERIALS` names a JSON file of materials in the format of case files,
 //!
 //! ```json
 //! { "sand": { "model": "mohr-coulomb", "density": 1800, "youngs_modulus": 2e7, "poissons_ratio": 0.3,
@@ -10,14 +10,14 @@
 //! ```
 //!
 //! and the name of the material (`CMNAME`, upper or lower case) chooses one of them. `PROPS` is not read.
-//! SI units, tension-positive, 11 22 33 12 13 23 with engineering shear, as Abaqus has it; three-dimensional
-//! stress (`NTENS = 6`), plane strain and axisymmetry (`NDI = 3`, `NSHR = 1`). A stress that stands when
-//! `STATEV(1)` is zero is the initial stress. Initial density is the material's.
+//! SI units, tension-positive, 11 22 33 12 13 23 with engineering shear, as in Abaqus; three-dimensional
+//! stress (`NTENS = 6`), plane strain and axisymmetry (`NDI = 3`, `NSHR = 1`). The stress passed while
+//! `STATEV(1)` is zero is the initial stress. Initial density is that of the material.
 //!
-//! `STATEV(1)` holds the length of the state in bytes, the next numbers the state (six bytes in each, so that
-//! they are whole numbers which every program copies as they are), the rest the law's outputs. What cannot be
-//! done (an unknown name, too few state variables, a step that does not converge) leaves stress and state as
-//! they were, sets `PNEWDT` to 0.25 and says why on standard error.
+//! `STATEV(1)` is the length of the state in bytes, the next numbers are the state (six bytes in each, so that
+//! they are whole numbers which every program copies unchanged), the rest the law's outputs. A call that fails
+//! (an unknown name, too few state variables, a step that does not converge) leaves stress and state
+//! unchanged, sets `PNEWDT` to 0.25 and writes the reason to standard error.
 
 #![allow(unsafe_code, reason = "the interface of a UMAT is raw pointers")]
 
@@ -27,22 +27,22 @@ use std::sync::{Arc, OnceLock};
 
 use colluvium_constitutive::{InitialCondition, Mat3, Material, MaterialSpec, Motion, States, SymTensor};
 
-/// Environment variable that names the file of materials.
+/// Environment variable with the path of the file of materials.
 pub const MATERIALS: &str = "COLLUVIUM_MATERIALS";
 
 /// Bytes of the state in each state variable: whole numbers below 2⁴⁸ are exact in a double.
 const BYTES: usize = 6;
 
-/// Where each component xx yy zz xy yz zx stands among 11 22 33 12 13 23, and the other way round.
+/// Index of each component xx yy zz xy yz zx among 11 22 33 12 13 23, and the inverse.
 const ORDER: [usize; 6] = [0, 1, 2, 3, 5, 4];
 
-/// A material ready for use and its density.
+/// Material ready for use, with its density.
 struct Ready {
     law: Arc<dyn Material>,
     density: f64,
 }
 
-/// The materials of the file, by lower-case name.
+/// Materials of the file, by lower-case name.
 fn materials() -> Result<&'static HashMap<String, Ready>, String> {
     static READY: OnceLock<Result<HashMap<String, Ready>, String>> = OnceLock::new();
     READY.get_or_init(read_materials).as_ref().map_err(Clone::clone)
@@ -61,14 +61,14 @@ fn read_materials() -> Result<HashMap<String, Ready>, String> {
     specs.into_iter().map(ready).collect()
 }
 
-/// The state of a point as numbers: its length in bytes, then the bytes.
+/// Packs the state of a point as numbers: its length in bytes, then the bytes.
 fn pack(law: &dyn Material, states: &States) -> Vec<f64> {
     let bytes = law.save(states);
     let number = |part: &[u8]| part.iter().rev().fold(0u64, |n, byte| n << 8 | u64::from(*byte)) as f64;
     std::iter::once(bytes.len() as f64).chain(bytes.chunks(BYTES).map(number)).collect()
 }
 
-/// The state of numbers made by [`pack`].
+/// Unpacks the state from numbers made by [`pack`].
 fn unpack(law: &dyn Material, numbers: &[f64]) -> Option<States> {
     let (length, rest) = numbers.split_first()?;
     let length = *length as usize;
@@ -80,7 +80,7 @@ fn unpack(law: &dyn Material, numbers: &[f64]) -> Option<States> {
     law.load(&bytes).filter(|states| states.len() == 1)
 }
 
-/// What one call has to go on, in Rust's terms.
+/// Arguments of one call, as Rust types.
 struct Call<'a> {
     name: String,
     stress: &'a mut [f64],
@@ -99,14 +99,14 @@ fn from_columns(m: &[f64]) -> Mat3 {
     Mat3(std::array::from_fn(|i| std::array::from_fn(|j| m[3 * j + i])))
 }
 
-/// A tensor of `values` in the order of Abaqus, shear components times `shear`.
+/// Tensor from `values` in the order of Abaqus, shear components times `shear`.
 fn tensor(values: &[f64], shear: f64) -> SymTensor {
     let full: [f64; 6] =
         std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0) * if k < 3 { 1.0 } else { shear });
     SymTensor(std::array::from_fn(|k| full[ORDER[k]]))
 }
 
-/// The motion of the step: from the deformation gradients where they differ, else from strain and rotation.
+/// Motion of the step: from the deformation gradients where they differ, else from strain and rotation.
 fn motion(call: &Call, density: f64) -> Option<Motion> {
     let volume = |f: &Mat3| f.determinant();
     if call.before != call.after {
@@ -133,7 +133,7 @@ fn run(call: &mut Call) -> Result<(), String> {
             call.stress.len()
         ));
     }
-    // Abaqus has turned the stress already; the law turns it itself.
+    // Abaqus has already rotated the stress; the law rotates it itself.
     let stress = tensor(call.stress, 1.0).rotated(&call.rotation.transpose());
     let fresh = call.state.first().copied().unwrap_or(0.0) == 0.0;
     let (stress, states) = if fresh {
@@ -172,10 +172,10 @@ fn run(call: &mut Call) -> Result<(), String> {
     Ok(())
 }
 
-/// The user material of Abaqus/Standard. See the head of this crate.
+/// User material of Abaqus/Standard. See the head of this crate.
 ///
 /// # Safety
-/// Every pointer must be to an array of the length that the interface of a UMAT names: `ntens` numbers in
+/// Every pointer must be to an array of the length required by the interface of a UMAT: `ntens` numbers in
 /// `stress`, `stran` and `dstran`, `ntens²` in `ddsdde`, `nstatv` in `statev`, 80 bytes in `cmname`, 9 numbers
 /// in `drot`, `dfgrd0` and `dfgrd1`, one in `dtime`, `pnewdt` and `celent`.
 #[unsafe(no_mangle)]
@@ -220,12 +220,12 @@ pub unsafe extern "C" fn umat_(
     _kinc: *const c_int,
     _cmname_length: usize,
 ) {
-    // SAFETY: the lengths are those the interface names, on the word of the caller.
+    // SAFETY: the lengths are those of the interface, guaranteed by the caller.
     let result = unsafe {
         let length = |count: *const c_int| usize::try_from(*count).unwrap_or(0);
         let (ntens, nstatv) = (length(ntens), length(nstatv));
         let name = std::slice::from_raw_parts(cmname.cast::<u8>(), 80);
-        // C programs end the name with a zero, Fortran fills it up with blanks.
+        // C programs end the name with a zero, Fortran pads it with blanks.
         let end = name.iter().position(|byte| *byte == 0).unwrap_or(name.len());
         let matrix = |m: *const f64| from_columns(std::slice::from_raw_parts(m, 9));
         let mut call = Call {

@@ -1,4 +1,4 @@
-//! Loading a UMAT that is not ours: a small one in C, built here.
+//! Loading of a foreign UMAT: a small one in C, built here.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -7,12 +7,12 @@ use colluvium_constitutive::driver::incremental::{IncrementalInput, IncrementalT
 use colluvium_constitutive::laws::{LinearElasticSpec, StrainMeasure, UmatSpec, allow_libraries};
 use colluvium_constitutive::{InitialCondition, Mat3, Material, MaterialSpec, Motion, States, SymTensor};
 
-/// The C file of the tests as a shared library, which may be loaded.
+/// Builds the C file of the tests as a shared library.
 fn built(folder: &Path) -> PathBuf {
     allow_libraries();
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/elastic_umat.c");
     let library = folder.join("libelastic_umat.so");
-    // The linker that Rust itself needs is a C compiler.
+    // The linker required by Rust is a C compiler.
     let compiler = std::env::var("CC").unwrap_or("cc".to_owned());
     let mut command = Command::new(compiler);
     let output = command.args(["-shared", "-fPIC", "-O1", "-o"]).arg(&library).arg(source).output().unwrap();
@@ -52,7 +52,7 @@ fn an_elastic_umat_in_kilopascals_is_the_elastic_law() {
     });
     let elastic = elastic.build().unwrap();
     let (mut here, mut there) = (start(&*umat), start(&*elastic));
-    // Without spin: full rotation before and half rotations around the step are then the same.
+    // Without spin, full rotation before the step and half rotations around it are equal.
     let shear = Mat3([[1e-3, 2e-3, -5e-4], [2e-3, -3e-3, 7e-4], [-5e-4, 7e-4, 1.5e-3]]);
     let motion = Motion::from_velocity_gradient(&shear, 1.0, 2000.0, 0.1).unwrap();
     for (law, point) in [(&umat, &mut here), (&elastic, &mut there)] {
@@ -116,7 +116,7 @@ fn what_is_wrong_with_a_library_is_named() {
     std::fs::write(&text, "no library").unwrap();
     let not_one = fail(spec(text));
     assert!(not_one.starts_with("library: ") && not_one.contains("cannot be loaded"), "{not_one}");
-    // The loader of the system says why.
+    // The system's loader gives the reason.
     #[cfg(target_os = "linux")]
     assert!(not_one.contains("file too short") || not_one.contains("invalid ELF header"), "{not_one}");
     let no_file = fail(spec(folder.path().to_owned()));
@@ -127,7 +127,7 @@ fn what_is_wrong_with_a_library_is_named() {
     assert!(symbol.contains("undefined symbol: vumat_"), "{symbol}");
     let props = fail(UmatSpec { props: vec![1.0, f64::NAN], ..spec(library.clone()) });
     assert!(props.starts_with("props: NaN"), "{props}");
-    // Too few properties: this library then asks for a shorter step.
+    // Too few properties: this library then requests a shorter step.
     let law = MaterialSpec::Umat(UmatSpec { props: vec![1.0], ..spec(library) }).build().unwrap();
     let condition = InitialCondition { stress: SymTensor::ZERO, density: 2000.0 };
     let error = law.initial(&[condition]).expect_err("refused").to_string();
@@ -137,7 +137,7 @@ fn what_is_wrong_with_a_library_is_named() {
 #[test]
 fn a_stiffness_that_is_no_number_stops_the_step() {
     let folder = tempfile::tempdir().unwrap();
-    // With a modulus for the time step from the user as well.
+    // Also with a user-defined modulus for the time step.
     for wave_modulus in [None, Some(1e8)] {
         let broken = UmatSpec { symbol: "nan_".to_owned(), wave_modulus, ..spec(built(folder.path())) };
         let law = MaterialSpec::Umat(broken).build().unwrap();
@@ -149,7 +149,7 @@ fn a_stiffness_that_is_no_number_stops_the_step() {
     }
 }
 
-/// The files of incrementalDriver fill what a user material leaves open; what it gives itself rules, a unit of one pascal too.
+/// The files of incrementalDriver supply values that a user material omits; its own values, a unit of one pascal too, have priority.
 #[test]
 fn files_fill_only_what_a_user_material_leaves_open() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Every law of ours called as a UMAT by our own loader gives the stresses of the law itself.
+//! Every law of Colluvium called as a UMAT through the UMAT loader gives the stresses of the law itself.
 
 #![allow(unsafe_code, reason = "setting an environment variable is unsafe; this file has one test only")]
 
@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use colluvium_constitutive::laws::{UmatSpec, allow_libraries};
 use colluvium_constitutive::{InitialCondition, Mat3, Material, MaterialSpec, Motion, States, SymTensor};
 
-/// The shared library of this package, built beside its tests.
+/// Shared library of this package, built beside its tests.
 fn library() -> PathBuf {
     let deps = std::env::current_exe().unwrap().parent().unwrap().to_owned();
     let name = format!("{}colluvium_umat{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
@@ -56,7 +56,7 @@ fn every_law_as_a_umat_gives_its_own_stresses() {
             density: spec.density(),
             library: library(),
             symbol: "umat_".to_owned(),
-            // Abaqus hands names over in capitals.
+            // Abaqus passes names in capitals.
             material_name: name.to_uppercase(),
             props: Vec::new(),
             state_variables: vec![0.0; 80],

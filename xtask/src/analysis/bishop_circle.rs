@@ -1,16 +1,16 @@
-//! Bishop's simplified method for a homogeneous slope on a firm base at the level of its toe: the limit-equilibrium
-//! check of factors of safety (Bishop 1955; sheet: sph V-40).
+//! Bishop's simplified method for a homogeneous slope on a firm base at the level of its toe: the limit-equilibrium check of factors of
+//! safety (Bishop 1955; sheet: sph V-40).
 
 use crate::analysis::statistics::grid_search_minimum;
 
-/// A slope whose toe is the origin; it rises towards positive x to its height and is level behind.
+/// Homogeneous slope whose toe is the origin; it rises towards positive x to its height and is level behind.
 #[derive(Clone, Copy, Debug)]
 pub struct HomogeneousSlope {
     /// Height (m).
     pub height: f64,
     /// Horizontal length of the face over its height.
     pub cotangent: f64,
-    /// Weight (N/m³).
+    /// Unit weight (N/m³).
     pub unit_weight: f64,
     /// Cohesion (Pa).
     pub cohesion: f64,
@@ -18,16 +18,16 @@ pub struct HomogeneousSlope {
     pub friction_angle: f64,
 }
 
-/// A slip circle and its factor.
+/// Slip circle and its factor of safety.
 #[derive(Clone, Copy, Debug)]
 pub struct SlipCircle {
     /// Centre (m).
     pub centre: [f64; 2],
     /// Radius (m).
     pub radius: f64,
-    /// Where it leaves the face (m).
+    /// Position of the exit at the face (m).
     pub toe_exit: f64,
-    /// Where it meets the crest (m).
+    /// Position of the entry at the crest (m).
     pub crest_entry: f64,
     /// Factor of safety.
     pub safety_factor: f64,
@@ -39,18 +39,18 @@ impl SlipCircle {
         self.centre[1] - (self.radius * self.radius - (x - self.centre[0]).powi(2)).max(0.0).sqrt()
     }
 
-    /// Distance of a point from it (m), negative within.
+    /// Distance of a point from the circle (m), negative within.
     pub fn distance(&self, [x, y]: [f64; 2]) -> f64 {
         (x - self.centre[0]).hypot(y - self.centre[1]) - self.radius
     }
 }
 
 const SLICES: usize = 200;
-/// Places per direction of a round of the search, and how much narrower the next one is.
+/// Positions per direction of a round of the search, and the ratio of its width to that of the round before.
 const SEARCH_GRID: (usize, f64) = (11, 0.5);
 
 impl HomogeneousSlope {
-    /// The slope with its strength divided by a factor.
+    /// Slope with its strength divided by a factor.
     pub fn weakened(&self, factor: f64) -> Self {
         Self {
             cohesion: self.cohesion / factor,
@@ -63,7 +63,7 @@ impl HomogeneousSlope {
         (x / self.cotangent).clamp(0.0, self.height)
     }
 
-    /// The circle through two points of the surface with a sag (m) below their chord.
+    /// Slip circle through two points of the surface with a sag (m) below their chord.
     fn slip_circle(&self, exit: f64, entry: f64, sag: f64) -> Option<SlipCircle> {
         let (low, high) = ([exit, self.surface(exit)], [entry, self.surface(entry)]);
         let (centre, radius) = circle_through(low, high, sag);
@@ -79,7 +79,7 @@ impl HomogeneousSlope {
         })
     }
 
-    /// The factor of a circle, by iteration.
+    /// Factor of safety of a circle, by iteration.
     fn safety_factor(&self, circle: &SlipCircle) -> f64 {
         let width = (circle.crest_entry - circle.toe_exit) / SLICES as f64;
         let friction = self.friction_angle.to_radians().tan();
@@ -100,7 +100,7 @@ impl HomogeneousSlope {
         })
     }
 
-    /// The circle with the least factor.
+    /// Circle with the least factor of safety.
     pub fn critical_circle(&self) -> Option<SlipCircle> {
         let face = self.height * self.cotangent;
         let limits = [(0.0, 0.5 * face), (face, face + 3.0 * self.height), (1e-3 * self.height, self.height)];
@@ -121,8 +121,8 @@ pub fn circle_through(low: [f64; 2], high: [f64; 2], sag: f64) -> ([f64; 2], f64
     (centre, radius)
 }
 
-/// The factor with which what `resisting` says of it balances what drives a circle; infinite where none does, or where
-/// `resisting` is.
+/// Factor of safety at which the resistance `resisting(factor)` balances the driving moment of a circle; infinite without a driving moment,
+/// or where `resisting` is infinite.
 pub fn solve_safety_factor(driving: f64, resisting: impl Fn(f64) -> f64) -> f64 {
     let mut factor = 1.0;
     for _ in 0..100 {

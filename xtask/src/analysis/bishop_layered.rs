@@ -1,15 +1,15 @@
 //! Bishop's simplified method for a slope of several soils on a firm base (Bishop 1955): the limit-equilibrium check of factors of safety
-//! whose soils differ.
+//! of layered slopes.
 
 use crate::analysis::bishop_circle::{circle_through, solve_safety_factor};
 use crate::analysis::statistics::grid_search_minimum;
 
-/// A soil, from its top down to the next one.
+/// Soil layer, from its top down to the next one.
 #[derive(Clone, Debug)]
 pub struct SoilLayer {
     /// Corners of its top, from left to right (m); level beyond them.
     pub top: Vec<[f64; 2]>,
-    /// Weight (N/m³).
+    /// Unit weight (N/m³).
     pub unit_weight: f64,
     /// Cohesion (Pa).
     pub cohesion: f64,
@@ -17,7 +17,7 @@ pub struct SoilLayer {
     pub friction_angle: f64,
 }
 
-/// A slope that rises towards positive x. The top of the first soil is the surface.
+/// Layered slope that rises towards positive x. The top of the first soil is the surface.
 #[derive(Clone, Debug)]
 pub struct LayeredSlope {
     /// The soils, from above.
@@ -27,9 +27,9 @@ pub struct LayeredSlope {
 }
 
 const SLICES: usize = 100;
-/// Places per direction of a round of the search, and how much narrower the next one is.
+/// Positions per direction of a round of the search, and the ratio of its width to that of the round before.
 const SEARCH_GRID: (usize, f64) = (11, 0.6);
-/// Least `cos α + sin α tan φ / F` of a slice: below it the normal force on its base is no longer one (Whitman & Bailey 1967).
+/// Least `cos α + sin α tan φ / F` of a slice: below it the normal force on its base is not meaningful (Whitman & Bailey 1967).
 const MIN_SLICE_DENOMINATOR: f64 = 0.2;
 
 /// Height of a line at `x` (m).
@@ -44,7 +44,7 @@ impl LayeredSlope {
         height(&self.soils[0].top, x)
     }
 
-    /// Weight (N/m) above `y` at `x` per width, and the soil there.
+    /// Weight (N/m) above `y` at `x` per width, and the soil at that point.
     fn column_weight(&self, x: f64, y: f64) -> (f64, &SoilLayer) {
         let (mut weight, mut above, mut here) = (0.0, self.surface(x), &self.soils[0]);
         for (number, soil) in self.soils.iter().enumerate() {
@@ -60,7 +60,7 @@ impl LayeredSlope {
         (weight, here)
     }
 
-    /// Factor of the circle through two points of the surface with a sag (m) below their chord; infinite of one that is none.
+    /// Factor of safety of the circle through two points of the surface with a sag (m) below their chord; infinite for an invalid circle.
     fn safety_factor(&self, [exit, entry, sag]: [f64; 3]) -> f64 {
         let (low, high) = ([exit, self.surface(exit)], [entry, self.surface(entry)]);
         let (centre, radius) = circle_through(low, high, sag);
@@ -100,7 +100,7 @@ impl LayeredSlope {
         })
     }
 
-    /// The least factor of circles that leave and meet the surface in these ranges (m).
+    /// Least factor of safety of circles with exit and entry at the surface in these ranges (m).
     pub fn min_safety_factor(&self, exit: (f64, f64), entry: (f64, f64)) -> f64 {
         let deepest = self.surface(entry.1) - self.base;
         let limits = [exit, entry, (0.02 * deepest, deepest)];

@@ -1,37 +1,37 @@
-//! The upper bound theorem of limit analysis for a homogeneous slope with a level crest: a rigid body of soil that turns
-//! about a point beyond the face on a logarithmic spiral through the toe (Chen 1975, *Limit Analysis and Soil
-//! Plasticity*, §9.2). No slope of associated Mohr–Coulomb soil has a factor of safety above the one found here.
+//! Upper bound theorem of limit analysis for a homogeneous slope with a level crest: a rigid body of soil that turns about a point beyond
+//! the face on a logarithmic spiral through the toe (Chen 1975, *Limit Analysis and Soil Plasticity*, §9.2). No slope of associated
+//! Mohr–Coulomb soil has a factor of safety above the one found here.
 
 use crate::analysis::bishop_circle::HomogeneousSlope;
 use crate::analysis::statistics::grid_search_minimum;
 
-/// A spiral and the factor that it bounds.
+/// Logarithmic spiral and the upper bound of its factor of safety.
 #[derive(Clone, Copy, Debug)]
 pub struct LogSpiral {
     /// Factor of safety.
     pub safety_factor: f64,
-    /// Where it meets the crest, from the toe (m).
+    /// Position of the entry at the crest, from the toe (m).
     pub crest_entry: f64,
 }
 
-/// Places per angle of a round of the search, and how much narrower the next one is.
+/// Positions per angle of a round of the search, and the ratio of its width to that of the round before.
 const SEARCH_GRID: (usize, f64) = (25, 0.5);
-/// Halvings of the factor.
+/// Number of bisections of the factor.
 const BISECTIONS: usize = 40;
 
-/// Critical height times unit weight over cohesion, and what meets the crest over the height, of a spiral whose radii to
-/// the crest and to the toe stand at the angles `from` and `to`; `None` where they make no mechanism.
+/// Critical height times unit weight over cohesion, and length of the moving crest over the height, of a spiral with radii to the crest and
+/// to the toe at the angles `from` and `to`; `None` where they make no mechanism.
 fn mechanism(slope: f64, friction: f64, [from, to]: [f64; 2]) -> Option<[f64; 2]> {
     let t = friction.tan();
     let grown = ((to - from) * t).exp();
-    // Height and length of the crest that moves, over the radius to the crest.
+    // Height and length of the moving crest, over the radius to the crest.
     let height = to.sin() * grown - from.sin();
     let crest = (to - from).sin() / to.sin() - (to + slope).sin() / (to.sin() * slope.sin()) * height;
-    // Written so that NaN is none.
+    // Written so that NaN gives none.
     if !(height > 0.0 && crest > 0.0) {
         return None;
     }
-    // Work of the weight: the sector of the spiral less the two triangles of what is not there.
+    // Work of the weight: the sector of the spiral less the two triangles outside the soil.
     let end = |angle: f64, size: f64| (3.0 * t * angle.cos() + angle.sin()) * size;
     let sector = (end(to, grown.powi(3)) - end(from, 1.0)) / (3.0 * (1.0 + 9.0 * t * t));
     let above = crest * (2.0 * from.cos() - crest) * from.sin() / 6.0;
@@ -42,7 +42,7 @@ fn mechanism(slope: f64, friction: f64, [from, to]: [f64; 2]) -> Option<[f64; 2]
     (work > 0.0).then(|| [dissipated / work * height, crest / height])
 }
 
-/// The least stability number `γ H / c` of a slope (angles in radians), and the crest that moves over the height.
+/// Least stability number `γ H / c` of a slope (angles in radians), and the length of the moving crest over the height.
 fn min_stability_number(slope: f64, friction: f64) -> Option<[f64; 2]> {
     let limits = [(0.02, 2.0), (0.1, 3.0)];
     let found = |at: [f64; 2]| mechanism(slope, friction, at).filter(|_| at[1] > at[0]);
@@ -52,7 +52,7 @@ fn min_stability_number(slope: f64, friction: f64) -> Option<[f64; 2]> {
 }
 
 impl HomogeneousSlope {
-    /// The least upper bound of the factor of safety by spirals through the toe.
+    /// Least upper bound of the factor of safety by spirals through the toe.
     pub fn log_spiral(&self) -> Option<LogSpiral> {
         let face = (1.0 / self.cotangent).atan();
         let reduced = |factor: f64| {

@@ -1,9 +1,9 @@
-//! How far runs of manufactured solutions are from them.
+//! Errors of runs of manufactured solutions.
 
 use colluvium::case::{Snapshot, Solver};
 
-/// The largest of each of `errors` over the steps of a run until `end` (s). A body that the grid has torn may leave the domain, or
-/// turn inside out: that is as wrong as can be.
+/// Largest value of each of `errors` over the steps of a run until `end` (s). Where the body leaves the domain or inverts after a numerical
+/// fracture, the errors are infinite.
 ///
 /// # Errors
 /// Where the first stage cannot begin.
@@ -25,7 +25,7 @@ pub fn max_errors_over_steps<const N: usize>(
     Ok(largest)
 }
 
-/// Root mean square distance (m) of points from where a solution has them at the time of a snapshot.
+/// Root mean square distance (m) of points from their exact positions at the time of a snapshot.
 pub fn rms_position_error(snapshot: &Snapshot, exact: impl Fn([f64; 3], f64) -> [f64; 3]) -> f64 {
     let displacement = snapshot.vectors("displacement").unwrap_or(&[]);
     let squares = snapshot.positions.iter().zip(displacement).map(|(x, u)| {

@@ -1,4 +1,4 @@
-//! What several benchmarks compute of a run, and closed forms that several compare with.
+//! Evaluations of runs, and closed forms, that several benchmarks share.
 
 pub mod bishop_circle;
 pub mod bishop_layered;

@@ -1,4 +1,4 @@
-//! How far points reach, and where what moves ends.
+//! Run-out of points, and base of a moving mass.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use colluvium::case::Snapshot;
 
 use crate::analysis::statistics::MaxOrNan;
 
-/// How far `along` that share of the particles reaches, all of one mass (m).
+/// Quantile of the position `along` for a share of the particles, all of one mass (m).
 pub fn mass_quantile_position(snapshot: &Snapshot, share: f64, along: impl Fn(&[f64; 3]) -> f64) -> f64 {
     let mut places: Vec<f64> = snapshot.positions.iter().map(along).collect();
     places.sort_by(f64::total_cmp);
@@ -14,12 +14,12 @@ pub fn mass_quantile_position(snapshot: &Snapshot, share: f64, along: impl Fn(&[
     places.get(number.saturating_sub(1)).copied().unwrap_or(f64::NAN)
 }
 
-/// The outermost particle along x with at least two neighbours within 1.5 spacings (sheet: sph §5.4 set S), in m.
+/// Position along x of the outermost particle with at least two neighbours within 1.5 spacings (m; sheet: sph §5.4 set S).
 pub fn connected_front(snapshot: &Snapshot, spacing: f64) -> f64 {
     farthest_connected(snapshot, spacing, |x| x[0])
 }
 
-/// How far `along` the particles reach that have at least two neighbours within 1.5 spacings (m).
+/// Farthest position `along` of particles with at least two neighbours within 1.5 spacings (m).
 pub fn farthest_connected(snapshot: &Snapshot, spacing: f64, along: impl Fn(&[f64; 3]) -> f64) -> f64 {
     let x = &snapshot.positions;
     let near = |a: &[f64; 3], b: &[f64; 3]| {
@@ -37,8 +37,8 @@ pub fn crest(snapshot: &Snapshot, x: f64) -> f64 {
     near.map(|(p, e)| p[1] + 0.5 * e[1]).max_or_nan()
 }
 
-/// Where what moves ends: in each column of particles, given by their places at the start (m) and a value, from the top
-/// down the first place where the value falls below a level.
+/// Base of the moving mass: in each column of particles, given by their initial positions (m) and a value, the first position from the top
+/// down where the value falls below a level.
 pub fn base_of_moving_mass(
     particles: impl IntoIterator<Item = ([f64; 2], f64)>,
     spacing: f64,
@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn a_front_is_held_by_two_neighbours() {
-        // A row a metre apart, the last of which has one neighbour, and one that flew off.
+        // A row a metre apart, the last of which has one neighbour, and one detached point.
         let mut row: Vec<[f64; 3]> = (0..4).map(|i| [f64::from(i), 0.0, 0.0]).collect();
         row.push([9.0, 0.0, 0.0]);
         assert_eq!(connected_front(&snapshot(row.clone()), 1.0), 2.0);
@@ -95,7 +95,7 @@ mod tests {
 
     #[test]
     fn what_moves_ends_between_the_places_above_and_below_the_level() {
-        // Two columns: the value falls by one a metre downwards, and in the second one nothing stands still.
+        // Two columns: the value falls by one a metre downwards; in the second column everything moves.
         let first = (0..4).map(|i| ([0.5, f64::from(i)], f64::from(i)));
         let second = (0..4).map(|i| ([1.5, f64::from(i)], 9.0));
         assert_eq!(base_of_moving_mass(first.chain(second), 1.0, 1.25), [[0.5, 1.25]]);

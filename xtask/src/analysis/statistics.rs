@@ -1,20 +1,20 @@
-//! Numbers out of many numbers: the largest, the least over a box, a straight line through points.
+//! Statistics: largest value, least value over a box, straight line through points.
 
-/// The larger of both; not a number where one of them is none, so that a check fails on it.
+/// Larger of two numbers; NaN where one of them is NaN, so that a check fails.
 pub fn max_or_nan(a: f64, b: f64) -> f64 {
     if a.is_nan() || a >= b { a } else { b }
 }
 
-/// Mean of some drawings, and their standard deviation.
+/// Mean and standard deviation of samples.
 pub fn mean_and_deviation(drawn: &[f64]) -> (f64, f64) {
     let mean = drawn.iter().sum::<f64>() / drawn.len() as f64;
     let square = drawn.iter().map(|own| (own - mean).powi(2)).sum::<f64>() / (drawn.len() - 1) as f64;
     (mean, square.sqrt())
 }
 
-/// The largest of what a benchmark found.
+/// Largest value of an iterator.
 pub trait MaxOrNan {
-    /// NaN, which fails every check, where there are no numbers or one of them is none.
+    /// Returns the largest value; NaN, which fails every check, where there are no numbers or one of them is NaN.
     fn max_or_nan(self) -> f64;
 }
 
@@ -24,10 +24,10 @@ impl<I: Iterator<Item = f64>> MaxOrNan for I {
     }
 }
 
-/// Rounds of a search, each in a finer box around the best place.
+/// Number of rounds of a search, each in a finer box around the best position.
 const SEARCH_ROUNDS: usize = 12;
 
-/// The least value over a box and where it is, by `places` along each axis in each round; each box is as wide as `narrower` of the one
+/// Least value over a box and its position, by `places` along each axis in each round; each box is `narrower` times as wide as the one
 /// before. `None` where no value is finite.
 pub fn grid_search_minimum<const N: usize>(
     limits: [(f64, f64); N],
@@ -58,7 +58,7 @@ pub fn grid_search_minimum<const N: usize>(
     best.0.is_finite().then_some(best)
 }
 
-/// Slope of the straight line through the points, by least squares.
+/// Slope of the regression line through points, by least squares.
 pub fn regression_slope(points: &[(f64, f64)]) -> f64 {
     let n = points.len() as f64;
     let (mx, my) = points.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));

@@ -1,19 +1,18 @@
-//! Upper bounds of limit analysis for slopes of clays that do not drain: a slip circle, which for soil without friction is a motion
-//! that the soil can make, and a block that slides along a weak layer, pushed by a wedge. The least of such factors is at least the
-//! right one.
+//! Upper bounds of limit analysis for slopes of undrained clays: a slip circle, which is a kinematically admissible motion of frictionless
+//! soil, and a block that slides along a weak layer, pushed by a wedge. The least of such factors is at least the exact one.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::analysis::statistics::grid_search_minimum;
 
-/// A slope whose toe is the origin; it rises towards positive x to its height and is level behind, on level clays.
+/// Slope in layered clay whose toe is the origin; it rises towards positive x to its height and is level behind, on level clays.
 #[derive(Clone, Debug)]
 pub struct LayeredClaySlope {
     /// Height (m).
     pub height: f64,
     /// Horizontal length of the face over its height.
     pub cotangent: f64,
-    /// Weight (N/m³).
+    /// Unit weight (N/m³).
     pub unit_weight: f64,
     /// Tops of the clays (m; infinite for the uppermost) and their undrained strengths (Pa), from above.
     pub layers: Vec<(f64, f64)>,
@@ -22,7 +21,7 @@ pub struct LayeredClaySlope {
 }
 
 const ARC_SEGMENTS: usize = 400;
-/// Places per direction of a round of a search, and how much narrower the next one is.
+/// Positions per direction of a round of a search, and the ratio of its width to that of the round before.
 const SEARCH_GRID: (usize, f64) = (11, 0.6);
 
 impl LayeredClaySlope {
@@ -34,7 +33,7 @@ impl LayeredClaySlope {
         self.layers.iter().rev().find(|(top, _)| y <= *top).map_or(f64::NAN, |(_, strength)| *strength)
     }
 
-    /// Factor of a circle: moment of the strengths along it over that of the weight above it.
+    /// Factor of safety of a circle: moment of the strengths along it over that of the weight above it.
     fn circle_safety_factor(&self, centre: [f64; 2], radius: f64) -> f64 {
         if centre[1] < self.height || radius <= 0.0 {
             return f64::INFINITY;
@@ -55,7 +54,7 @@ impl LayeredClaySlope {
         if in_one_piece && driving > 0.0 { resisting / driving } else { f64::INFINITY }
     }
 
-    /// The least factor of circles above the firm base.
+    /// Least factor of safety of circles above the firm base.
     pub fn min_circle_safety_factor(&self) -> f64 {
         let (h, base) = (self.height, self.base);
         let limits = [(-h, 4.0 * h), (h, 6.0 * h), (0.2 * h, 9.0 * h)];
@@ -65,7 +64,7 @@ impl LayeredClaySlope {
         found.map_or(f64::INFINITY, |(factor, _)| factor)
     }
 
-    /// Strength times length along a line (N/m).
+    /// Integral of the strength along a line (N/m).
     fn strength_integral(&self, from: [f64; 2], to: [f64; 2]) -> f64 {
         let piece = |k: usize| {
             let share = (k as f64 + 0.5) / ARC_SEGMENTS as f64;
@@ -75,9 +74,9 @@ impl LayeredClaySlope {
             * (to[0] - from[0]).hypot(to[1] - from[1])
     }
 
-    /// Factor of a block that slides along `level` (m, at the toe or below it) from `rear` (m) to below the toe: what is dissipated over the
-    /// work of the weight. A wedge on a plane at `angle` (rad) pushes it, from which it parts along a plane that leans by `lean` (rad) into
-    /// the slope; in front of the toe it pushes up a wedge of 45°.
+    /// Factor of safety of a block that slides along `level` (m, at the toe or below it) from `rear` (m) to below the toe: dissipation over
+    /// the work of the weight. A wedge on a plane at `angle` (rad) pushes it along an interface that leans by `lean` (rad) into the slope;
+    /// in front of the toe the block pushes up a wedge of 45°.
     fn block_safety_factor(&self, level: f64, [rear, angle, lean]: [f64; 3]) -> f64 {
         let foot = [rear, level];
         let way = |angle: f64| [angle.cos(), angle.sin()];
@@ -91,7 +90,7 @@ impl LayeredClaySlope {
         let mut corners = vec![foot, back];
         corners.extend((front[0] < crest[0] && crest[0] < back[0]).then_some(crest));
         corners.push(front);
-        // Velocities over that of the wedge behind: of the block, and along the plane between them.
+        // Velocities over that of the wedge behind: of the block, and along the interface.
         let (block, between) = (angle.cos() - angle.sin() * lean.tan(), angle.sin() / lean.cos());
         let (heel, toe) = ([0.0, level], [0.0, 0.0]);
         let lifted = 0.5 * level * level * block;
@@ -100,7 +99,7 @@ impl LayeredClaySlope {
             return f64::INFINITY;
         }
         let behind = self.strength_integral(foot, back) + self.strength_integral(foot, front) * between;
-        // The weaker of the clays that meet there.
+        // The weaker of the clays at the boundary.
         let near = 1e-9 * self.height;
         let below = self.strength(level + near).min(self.strength(level - near)) * rear * block;
         let before = (self.strength_integral(heel, [level, 0.0]) * 2f64.sqrt()
@@ -109,14 +108,14 @@ impl LayeredClaySlope {
         (behind + below + before) / work
     }
 
-    /// The least factor of blocks that slide along `level` (m), which is at the toe or below it.
+    /// Least factor of safety of blocks that slide along `level` (m), which is at the toe or below it.
     pub fn min_block_safety_factor(&self, level: f64) -> f64 {
         let limits = [(0.1 * self.height, 4.0 * self.height), (0.4, 1.4), (-1.2, 1.2)];
         grid_search_minimum(limits, SEARCH_GRID, |at| self.block_safety_factor(level, at))
             .map_or(f64::INFINITY, |(factor, _)| factor)
     }
 
-    /// Where a line from a place within meets the surface.
+    /// Intersection of a line from an interior point with the surface (m).
     fn surface_intersection(&self, from: [f64; 2], way: [f64; 2]) -> Option<[f64; 2]> {
         let at = |t: f64| [from[0] + t * way[0], from[1] + t * way[1]];
         let below = |t: f64| at(t)[1] < self.surface(at(t)[0]);
@@ -148,7 +147,7 @@ mod tests {
 
     #[test]
     fn one_clay_has_the_factor_of_taylor() {
-        // Stability number 0.170 of a slope of 26.6° on a foundation as deep as it is high (Taylor 1937).
+        // Stability number 0.170 of a slope of 26.6° on a foundation of a depth equal to its height (Taylor 1937).
         assert!((clays(&[], -10.0).min_circle_safety_factor() - 0.25 / 0.170).abs() < 0.01);
     }
 

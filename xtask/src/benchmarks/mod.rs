@@ -1,4 +1,4 @@
-//! The benchmarks: a folder a method, a module each.
+//! Benchmarks: a folder for each method, a module for each benchmark.
 
 mod compare;
 mod dem;
@@ -17,23 +17,23 @@ use crate::analysis::max_or_nan;
 pub use outcome::{BenchmarkAnimation, BenchmarkOutcome, Check, CheckVerdict, Criterion, OpenDefect};
 pub use recorder::InputRecorder;
 
-/// A benchmark: a source, what must hold, and the way to find out.
+/// Benchmark: a source, its requirements, and the function that checks them.
 pub struct Benchmark {
     /// Path-like name.
     pub id: &'static str,
-    /// What it is, in a line.
+    /// Title, in a line.
     pub title: &'static str,
-    /// Where it comes from.
+    /// Source.
     pub source: &'static str,
-    /// Seconds to expect of the short form, on one core; `None` where `--quick` leaves it out.
+    /// Expected time of the short form, on one core (s); `None` where `--quick` leaves it out.
     pub short_seconds: Option<u32>,
-    /// Seconds to expect of the full form, on one core.
+    /// Expected time of the full form, on one core (s).
     pub full_seconds: u32,
-    /// Runs it; `quick` asks for the short form.
+    /// Runs the benchmark, in the short form where `quick` is true.
     pub run: fn(quick: bool) -> Result<BenchmarkOutcome, String>,
 }
 
-/// The benchmarks of each method, a line each.
+/// Benchmarks of each method, a line each.
 #[rustfmt::skip]
 const METHODS: &[&[Benchmark]] = &[
     element::ALL,
@@ -50,21 +50,21 @@ pub fn all() -> impl Iterator<Item = &'static Benchmark> {
     METHODS.iter().copied().flatten()
 }
 
-/// The case of a benchmark, `validation/<folder>/case.json`.
+/// Reads the case of a benchmark, `validation/<folder>/case.json`.
 fn load_case(folder: &str) -> Result<Case, String> {
     let path = crate::root().join("validation").join(folder).join("case.json");
     recorder::record_file(&path);
     Case::load(&path).map_err(|errors| format!("{}: {errors}", path.display()))
 }
 
-/// Reference data, a CSV file under `validation/` whose first lines say where the numbers are from.
+/// Reads reference data, a CSV file under `validation/` whose first lines name the source.
 fn reference_table(file: &str) -> Result<Table, String> {
     let path = crate::root().join("validation").join(file);
     recorder::record_file(&path);
     Table::read(&path).map_err(|error| error.to_string())
 }
 
-/// Two columns of reference data, without the rows that lack one of them.
+/// Curve of two columns of reference data, without the rows that lack one of them.
 fn reference_curve(table: &Table, x: &str, y: &str) -> Result<Vec<(f64, f64)>, String> {
     let pairs = table.pairs(x, y).ok_or_else(|| format!("the reference data lack {x} or {y}"))?;
     Ok(pairs.into_iter().filter(|(x, y)| x.is_finite() && y.is_finite()).collect())
@@ -82,7 +82,7 @@ fn set_method_option(case: &mut Case, method: &str, option: &str, value: impl In
     }
 }
 
-/// Changes a case by JSON pointers: what each leads to is set, or added to the object above it.
+/// Changes a case by JSON pointers: sets the value at each, or adds it to the object above.
 fn patched_case(case: &Case, changes: &[(&str, serde_json::Value)]) -> Result<Case, String> {
     let mut text: serde_json::Value = serde_json::from_str(&case.to_json()).map_err(|e| e.to_string())?;
     for (pointer, value) in changes {
@@ -104,16 +104,16 @@ fn set_material(case: &mut Case, material: &str, keys: &[(&str, serde_json::Valu
     Ok(())
 }
 
-/// Runs a case with the material point method in memory, frames kept.
+/// Runs a case with the material point method in memory, with all frames.
 fn run_mpm(case: &Case) -> Result<RunReport, String> {
     run_in_memory("mpm", case)
 }
 
-/// Runs a case in memory, frames kept.
+/// Runs a case in memory, with all frames.
 fn run_in_memory(name: &str, case: &Case) -> Result<RunReport, String> {
     let method = colluvium::method(name).ok_or_else(|| format!("no method {name}"))?;
     let options = RunOptions { method: name.to_owned(), keep_frames: true, ..RunOptions::default() };
-    // Where a case names no interval steps end on its rows all the same, so that series are at even times.
+    // Where a case has no output interval, steps still end at the times of its rows, so that series have even times.
     let mut case = case.clone();
     case.output.measures = case.output.measures.or(Some(case.end_time() / 100.0));
     let report = colluvium::case::run_method(method, &case, &options).map_err(|error| error.to_string())?;
@@ -121,7 +121,7 @@ fn run_in_memory(name: &str, case: &Case) -> Result<RunReport, String> {
     Ok(report)
 }
 
-/// Vectors of a field; none where it is not there.
+/// Vectors of a field; empty where it is missing.
 fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
     match snapshot.field(name).map(|f| &f.data) {
         Some(FieldData::Vector(values)) => values.clone(),
@@ -129,7 +129,7 @@ fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
     }
 }
 
-/// A JSON object with entries of another added or replaced.
+/// JSON object with entries of another added or replaced.
 fn merged(mut object: serde_json::Value, more: serde_json::Value) -> serde_json::Value {
     if let (Some(object), serde_json::Value::Object(more)) = (object.as_object_mut(), more) {
         object.extend(more);
@@ -137,13 +137,13 @@ fn merged(mut object: serde_json::Value, more: serde_json::Value) -> serde_json:
     object
 }
 
-/// A field of one number a point.
+/// Scalars of a field.
 fn scalars(snapshot: &Snapshot, name: &str) -> Vec<f64> {
     snapshot.scalars(name).unwrap_or_default().to_vec()
 }
 
-/// The largest depth of a point's centre under the first obstacle of a case in space, in any frame (m). A centre on the surface, to
-/// the round-off of its coordinates, is not under it.
+/// Largest depth of a point's centre under the first obstacle of a case in space, in any frame (m). A centre on the surface, to the
+/// round-off of its coordinates, is not under it.
 fn max_penetration(case: &Case, report: &RunReport) -> Result<f64, String> {
     let standing = case.placed_obstacles::<3>().map_err(|error| error.to_string())?;
     let surface = &standing[0].surface;
@@ -163,7 +163,7 @@ fn centre_of_mass(snapshot: &Snapshot) -> [f64; 3] {
     [0, 1, 2].map(|c| mass.iter().zip(&snapshot.positions).map(|(m, x)| m * x[c]).sum::<f64>() / all)
 }
 
-/// Stresses of the points.
+/// Stresses of the points (Pa).
 fn stresses(snapshot: &Snapshot) -> Vec<colluvium::constitutive::SymTensor> {
     match snapshot.field("stress").map(|f| &f.data) {
         Some(FieldData::Tensor(values)) => values.clone(),
@@ -171,23 +171,23 @@ fn stresses(snapshot: &Snapshot) -> Vec<colluvium::constitutive::SymTensor> {
     }
 }
 
-/// A column of the measures; empty where there is none.
+/// Column of the measures over time; empty where it is missing.
 fn measure_series(report: &RunReport, name: &str) -> Vec<(f64, f64)> {
     report.table.pairs("time", name).unwrap_or_default()
 }
 
-/// What becomes of gravity's work on obstacles, over that work.
+/// Energies of the contact with obstacles, over the work of gravity.
 struct ObstacleEnergyShares {
-    /// Largest rise of the sum of all energies, with what obstacles took.
+    /// Largest rise of the sum of all energies, including the work on obstacles.
     rise: f64,
     /// Work of friction.
     friction: f64,
-    /// What was taken from points that were stopped before a surface.
+    /// Energy removed by the penetration limit.
     penetration_limit: f64,
 }
 
-/// The balance of energy of a run with obstacles; kinetic, elastic and potential energy, what springs hold, and what friction and
-/// stops took: their sum falls by what the material dissipates.
+/// Energy balance of a run with obstacles: the sum of kinetic, elastic and potential energy, spring energy, and the work of friction and of
+/// the penetration limit falls by the dissipation in the material.
 fn obstacle_energy_shares(report: &RunReport) -> ObstacleEnergyShares {
     let parts =
         ["kinetic_energy", "elastic_energy", "potential_energy", "obstacles.friction", "obstacles.stopped"];
@@ -205,7 +205,7 @@ fn obstacle_energy_shares(report: &RunReport) -> ObstacleEnergyShares {
     ObstacleEnergyShares { rise: rise / fallen, friction: last(&friction), penetration_limit: last(&stopped) }
 }
 
-/// Where the points of a case in the plane were at the start (m).
+/// Initial positions of the points of a case in the plane (m).
 fn initial_positions(snapshot: &Snapshot) -> Vec<[f64; 2]> {
     let displacement = vectors(snapshot, "displacement");
     snapshot.positions.iter().zip(displacement).map(|(x, u)| [x[0] - u[0], x[1] - u[1]]).collect()

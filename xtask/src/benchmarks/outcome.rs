@@ -1,77 +1,77 @@
-//! What a benchmark found: checks, their verdicts, and figures.
+//! Outcome of a benchmark: checks, their verdicts, and figures.
 
 use colluvium::plots::Picture;
 use serde::{Deserialize, Serialize};
 
-/// What a benchmark found.
+/// Outcome of a benchmark.
 #[derive(Default, Serialize, Deserialize)]
 pub struct BenchmarkOutcome {
-    /// What must hold, and whether it does.
+    /// Checks with their measured values and bounds.
     pub checks: Vec<Check>,
     /// Pictures.
     pub figures: Vec<BenchmarkFigure>,
     /// Runs as animations.
     #[serde(rename = "films")]
     pub animations: Vec<BenchmarkAnimation>,
-    /// Runs of one case by several methods side by side: part of a page.
+    /// Comparison of several methods on one case: part of a page.
     #[serde(default)]
     pub comparison: Option<String>,
 }
 
-/// A run as an animation.
+/// Animation of a run.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct BenchmarkAnimation {
-    /// What it shows.
+    /// Caption.
     pub caption: String,
-    /// The element of HTML that the player's script takes.
+    /// HTML element that the animation script takes.
     pub element: String,
 }
 
-/// One thing that must hold, or that is shown without a judgement.
+/// Check of one value against bounds, or a value without a judgement.
 #[derive(Serialize, Deserialize)]
 pub struct Check {
-    /// What is checked.
+    /// Name of the checked quantity.
     pub name: String,
-    /// What the source says.
+    /// Value or statement of the source.
     pub claim: String,
-    /// What we found.
+    /// Measured value.
     pub measured: f64,
-    /// Lower and upper bound of what passes; `None` where the value is shown and not judged.
+    /// Lower and upper bound; `None` where the value is shown and not judged.
     pub range: Option<(f64, f64)>,
-    /// Why these bounds, or why none.
+    /// Reason for the bounds, or for their absence.
     pub reason: String,
-    /// What is known of a check that does not hold: an open defect.
+    /// Open defect of a check that fails.
     #[serde(skip)]
     pub defect: Option<OpenDefect>,
 }
 
-/// What is known of an open defect.
+/// Open defect.
 #[derive(Clone, Debug, Serialize)]
 pub struct OpenDefect {
-    /// How it stands with what the source asks.
+    /// Relation of the failure to the requirement of the source.
     pub criterion: Criterion,
-    /// What was found.
+    /// Observation.
     #[serde(rename = "found")]
     pub observation: String,
 }
 
-/// How a check that fails stands with what its source asks.
+/// Relation of a failed check to the requirement of its source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Criterion {
-    /// What the source asks is not met.
+    /// The requirement of the source is not met.
     Missed,
-    /// What the source asks disagrees with a closed form, with another of its references or with its own computation.
+    /// The requirement of the source disagrees with a closed form, with another of its references or with its own computation.
     Disputed,
-    /// What the source asks is met elsewhere; this check goes beyond it.
+    /// The requirement of the source is met elsewhere; this check goes beyond it.
     Met,
 }
 
 impl Criterion {
-    /// Each, in order of weight.
+    /// All criteria, in order of weight.
     pub const ALL: [Self; 3] = [Self::Missed, Self::Disputed, Self::Met];
 
-    /// In words, after a number of checks or before what was found.
+    /// Text of the criterion, after a number of checks or before an observation.
     pub fn text(self) -> &'static str {
         match self {
             Self::Missed => "against a criterion of the source that is missed",
@@ -81,21 +81,21 @@ impl Criterion {
     }
 }
 
-/// What a check says.
+/// Verdict of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CheckVerdict {
     /// The value lies within its bounds.
     Pass,
-    /// It does not.
+    /// The value lies outside its bounds.
     Fail,
-    /// It does not, and is listed among the open defects.
+    /// The value lies outside its bounds, and the check is listed among the open defects.
     Open,
-    /// It has no bounds.
+    /// The check has no bounds.
     Unbounded,
 }
 
 impl CheckVerdict {
-    /// The verdict in words.
+    /// Name of the verdict.
     pub fn name(self) -> &'static str {
         match self {
             Self::Pass => "pass",
@@ -107,7 +107,7 @@ impl CheckVerdict {
 }
 
 impl Check {
-    /// Whether the measured value lies within the bounds; NaN never does.
+    /// Verdict: whether the measured value lies within the bounds; NaN never does.
     pub fn verdict(&self) -> CheckVerdict {
         match self.range {
             None => CheckVerdict::Unbounded,
@@ -118,18 +118,18 @@ impl Check {
     }
 }
 
-/// A picture with its caption, as a file.
+/// Picture with its caption, as a file.
 #[derive(Serialize, Deserialize)]
 pub struct BenchmarkFigure {
     /// Caption.
     pub caption: String,
     /// `svg` or `png`.
     pub extension: String,
-    /// Its file.
+    /// Content of the file.
     pub bytes: Vec<u8>,
 }
 
-/// A number of the source to ten digits, plain where that is short.
+/// Number of the source to ten digits, plain where that is short.
 fn ten_digits(value: f64) -> String {
     let rounded: f64 = format!("{value:.9e}").parse().unwrap_or(value);
     match rounded.abs() {
@@ -152,13 +152,13 @@ impl BenchmarkOutcome {
         self.checks.push(Check { name, claim, measured, range: Some(range), reason, defect: None });
     }
 
-    /// A value that is shown and not judged; the reason says why.
+    /// Adds a value that is shown and not judged, with the reason.
     pub fn info(&mut self, name: impl Into<String>, claim: &str, measured: f64, reason: &str) {
         let (name, claim, reason) = (name.into(), claim.to_owned(), reason.to_owned());
         self.checks.push(Check { name, claim, measured, range: None, reason, defect: None });
     }
 
-    /// Within a relative distance of the source's value (absolute for a value of zero).
+    /// Adds a check within a relative distance of the source's value (absolute for a value of zero).
     pub fn assert_close(
         &mut self,
         name: impl Into<String>,

@@ -1,4 +1,4 @@
-//! What a benchmark reads, its case files and reference data, and the runs of which its page shows an animation.
+//! Recorder of the case files and reference data that a benchmark reads, and of the runs that its page shows as animations.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -12,14 +12,14 @@ use rayon::ThreadPool;
 
 use super::BenchmarkAnimation;
 
-/// Runs of a benchmark that are shown as animations, at most: the first ones.
+/// Largest number of runs of a benchmark shown as animations: the first ones.
 const MAX_ANIMATIONS: usize = 4;
-/// Bytes of an animation.
+/// Size of an animation (bytes).
 const ANIMATION_BYTES: usize = 300_000;
-/// Frames and points below which there is nothing to see.
+/// Least numbers of frames and points of an animation.
 const MIN_FRAMES_AND_POINTS: [usize; 2] = [5, 30];
 
-/// Follows what the threads of a pool do.
+/// Recorder of the inputs and runs of the threads of a pool.
 #[derive(Clone, Default)]
 pub struct InputRecorder(Arc<Mutex<RecordedInputs>>);
 
@@ -35,19 +35,19 @@ thread_local! {
 }
 
 impl InputRecorder {
-    /// Of what the threads of `pool` do from now on.
+    /// Attaches a recorder to the threads of `pool`.
     pub fn attach(pool: &ThreadPool) -> Self {
         let recorder = Self::default();
         pool.broadcast(|_| OF_THREAD.replace(Some(recorder.clone())));
         recorder
     }
 
-    /// The files read, below the root of the repository, in order.
+    /// Files read, relative to the root of the repository, in order.
     pub fn files(&self) -> Vec<String> {
         self.record().files.iter().cloned().collect()
     }
 
-    /// The animations, each with its place among the runs.
+    /// Animations, with the number of runs in their captions.
     pub fn animations(&self) -> Vec<BenchmarkAnimation> {
         let record = self.record();
         let told = |film: &BenchmarkAnimation| BenchmarkAnimation {
@@ -62,12 +62,12 @@ impl InputRecorder {
     }
 }
 
-/// The recorder of this thread; none outside of the benchmarks of `validate`.
+/// Recorder of this thread; `None` outside of the benchmarks of `validate`.
 fn of_thread() -> Option<InputRecorder> {
     OF_THREAD.with_borrow(Clone::clone)
 }
 
-/// Notes that the benchmark of this thread reads a file.
+/// Records a file that the benchmark of this thread reads.
 pub fn record_file(path: &Path) {
     let name = path.strip_prefix(crate::root()).unwrap_or(path).to_string_lossy().into_owned();
     if let Some(recorder) = of_thread() {
@@ -75,7 +75,7 @@ pub fn record_file(path: &Path) {
     }
 }
 
-/// Notes a run of the benchmark of this thread, and keeps an animation of the first ones.
+/// Records a run of the benchmark of this thread, and an animation of the first runs.
 pub fn record_run(method: &str, case: &Case, report: &RunReport) {
     let Some(recorder) = of_thread() else { return };
     let mut record = recorder.record();
@@ -125,7 +125,7 @@ mod tests {
             second.files(),
             ["validation/mpm/slope-in-motion/case.json", "validation/sph/balance/case.json"]
         );
-        // The next benchmark of a pool begins with none.
+        // The next benchmark of a pool begins without records.
         assert!(InputRecorder::attach(&one).files().is_empty());
     }
 

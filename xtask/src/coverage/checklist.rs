@@ -1,4 +1,4 @@
-//! Rows of the checklists, and what is known of them.
+//! Rows of the checklists, and their recorded states.
 
 use std::path::Path;
 
@@ -9,26 +9,26 @@ use crate::benchmarks::all;
 /// Sheets whose checklists are numbered tables, in the order of the page.
 const SHEETS: [&str; 6] = ["depth-sph", "dem", "snow-mpm", "mpm", "sph", "constitutive"];
 
-/// How a row stands.
+/// State of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChecklistState {
     /// Not implemented.
     Missing,
-    /// Implemented in part, or shown by nothing.
+    /// Implemented in part, or without a test or benchmark.
     Partial,
     /// Nobody has looked.
     NotChecked,
     /// Implemented, with a test or a benchmark that shows it.
     Done,
-    /// Theory that holds nothing to compute, or that its sheet leaves out.
+    /// Theory without anything to compute, or that its sheet leaves out.
     Background,
 }
 
 impl ChecklistState {
-    /// Each, in the order of the page.
+    /// All states, in the order of the page.
     pub const ALL: [Self; 5] = [Self::Missing, Self::Partial, Self::NotChecked, Self::Done, Self::Background];
 
-    /// In words.
+    /// Name of the state.
     pub fn name(self) -> &'static str {
         match self {
             Self::Missing => "missing",
@@ -40,14 +40,14 @@ impl ChecklistState {
     }
 }
 
-/// A row of a checklist.
+/// Row of a checklist.
 #[derive(Clone, Debug)]
 pub struct ChecklistRow {
-    /// Its number or label.
+    /// Number or label.
     pub id: String,
-    /// What it asks for.
+    /// Requirement.
     pub text: String,
-    /// How it stands.
+    /// State.
     pub state: ChecklistState,
     /// Files that implement it.
     pub files: Vec<String>,
@@ -55,22 +55,22 @@ pub struct ChecklistRow {
     pub tests: Vec<String>,
     /// Names of benchmarks.
     pub benchmarks: Vec<String>,
-    /// What is missing, or where else it is.
+    /// Missing parts, or the place where they are implemented.
     pub note: String,
 }
 
-/// A sheet with its rows.
+/// Sheet with its checklist rows.
 #[derive(Clone, Debug)]
 pub struct ChecklistSheet {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// Its rows, in their order.
+    /// Rows, in their order.
     pub rows: Vec<ChecklistRow>,
-    /// What of the data belongs to no row, or cannot be read.
+    /// Lines of the data that belong to no row or cannot be read.
     unassigned: Vec<String>,
 }
 
-/// All sheets, with what is known of their rows.
+/// Reads all sheets, with the recorded states of their rows.
 pub fn load_sheets() -> Result<Vec<ChecklistSheet>, String> {
     SHEETS.iter().map(|name| sheet(name)).collect()
 }
@@ -92,7 +92,7 @@ fn sheet(name: &'static str) -> Result<ChecklistSheet, String> {
     Ok(sheet)
 }
 
-/// The rows of the table below the heading “Feature checklist”.
+/// Rows of the table below the heading “Feature checklist”.
 fn checklist(text: &str) -> Vec<ChecklistRow> {
     let table = text.split_once("## 4. Feature checklist").map_or("", |(_, after)| after);
     let table = table.split("\n## ").next().unwrap_or_default();
@@ -115,7 +115,7 @@ fn checklist(text: &str) -> Vec<ChecklistRow> {
 }
 
 impl ChecklistSheet {
-    /// Takes in lines `row;state;files;tests;benchmarks;note`, names separated by spaces.
+    /// Reads lines `row;state;files;tests;benchmarks;note`, names separated by spaces.
     fn know(&mut self, data: &str) {
         for (number, line) in data.lines().enumerate() {
             if line.starts_with('#') || line.trim().is_empty() || number == 0 {
@@ -136,17 +136,17 @@ impl ChecklistSheet {
         }
     }
 
-    /// The file of what is known.
+    /// Path of the file of recorded states.
     pub fn file(&self) -> String {
         format!("docs/sheets/coverage/{}.csv", self.name)
     }
 
-    /// How many rows are in a state.
+    /// Number of rows in a state.
     pub fn count(&self, state: ChecklistState) -> usize {
         self.rows.iter().filter(|row| row.state == state).count()
     }
 
-    /// What is wrong: names that are not there, and states without what they need.
+    /// Errors of the records: unknown names, and states without the entries they need.
     pub fn wrong(&self) -> Vec<String> {
         let of = |row: &ChecklistRow| {
             let said = |what: String| format!("{}, row {}: {what}", self.file(), row.id);

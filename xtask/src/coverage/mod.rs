@@ -1,7 +1,6 @@
-//! `cargo xtask coverage`: every row of the checklists of specification sheets, with what implements it and what shows it.
+//! `cargo xtask coverage`: every row of the checklists of specification sheets, with its implementation, tests and benchmarks.
 //!
-//! Rows stand in their sheets; what is known of them in `docs/sheets/coverage/<sheet>.csv`. A row of which nothing stands there is
-//! not checked.
+//! Rows are in their sheets, their states in `docs/sheets/coverage/<sheet>.csv`. A row without an entry there is not checked.
 
 mod checklist;
 mod page;
@@ -15,10 +14,10 @@ pub use page::{html, summary_text};
 #[derive(Args)]
 pub struct CoverageArguments {}
 
-/// The page of the documentation that is made of the rows.
+/// Path of the page of the documentation made from the rows.
 pub const PAGE_FILE: &str = "docs/coverage.md";
 
-/// Writes the page; true when every name in the rows is there.
+/// Writes the page; returns whether every name in the rows exists.
 pub fn run(_: &CoverageArguments) -> Result<bool, String> {
     let sheets = load_sheets()?;
     let wrong: Vec<String> = sheets.iter().flat_map(ChecklistSheet::wrong).collect();

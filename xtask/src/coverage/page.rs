@@ -1,4 +1,4 @@
-//! The rows as a page of the documentation and of the report.
+//! Page of the checklist rows for the documentation and the report.
 
 use std::fmt::Write;
 
@@ -6,7 +6,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::coverage::checklist::{ChecklistRow, ChecklistSheet, ChecklistState};
 
-/// How many rows are in each state, in a line.
+/// Text with the number of rows in each state.
 pub fn summary_text(sheets: &[ChecklistSheet]) -> String {
     let all: usize = sheets.iter().map(|sheet| sheet.rows.len()).sum();
     let count = |state: ChecklistState| sheets.iter().map(|sheet| sheet.count(state)).sum::<usize>();
@@ -14,7 +14,7 @@ pub fn summary_text(sheets: &[ChecklistSheet]) -> String {
     format!("{all} rows: {}", parts.join(", "))
 }
 
-/// The rows of a sheet, those that lack something first.
+/// Rows of a sheet, incomplete ones first.
 fn incomplete_first(sheet: &ChecklistSheet) -> Vec<&ChecklistRow> {
     let mut rows: Vec<&ChecklistRow> = sheet.rows.iter().collect();
     let rank = |row: &&ChecklistRow| ChecklistState::ALL.iter().position(|state| *state == row.state);
@@ -22,7 +22,7 @@ fn incomplete_first(sheet: &ChecklistSheet) -> Vec<&ChecklistRow> {
     rows
 }
 
-/// The page of the documentation.
+/// Page of the documentation as Markdown.
 pub fn markdown(sheets: &[ChecklistSheet]) -> String {
     let mut text = format!(
         "# Coverage of specification sheets\n\nEvery row of the checklists of the [specification sheets](sheets/README.md): what implements it, \
@@ -68,7 +68,7 @@ pub fn markdown(sheets: &[ChecklistSheet]) -> String {
     text
 }
 
-/// The page of the report; `up` leads to the root of the repository.
+/// Page of the report as HTML; `up` is the link to the root of the repository.
 pub fn html(sheets: &[ChecklistSheet], style: &str, up: &str) -> Markup {
     let link = |file: &str, text: &str| html! { a href={ (up) (file) } { (text) } };
     html! {
@@ -111,7 +111,7 @@ pub fn html(sheets: &[ChecklistSheet], style: &str, up: &str) -> Markup {
     }
 }
 
-/// The badge of a state.
+/// Badge class of a state.
 fn badge_class(state: ChecklistState) -> &'static str {
     match state {
         ChecklistState::Missing => "fail",

@@ -1,4 +1,4 @@
-//! Killed runs: what they leave never looks complete, and taken up again they end as if nothing had happened.
+//! Killed runs: their folders never look complete, and after a restart they end as if uninterrupted.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,17 +14,17 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::fuzz::Fallible;
 
-/// Wall-clock time of a whole run (s), about, on one thread of a release build.
+/// Approximate wall-clock time of a whole run (s), on one thread of a release build.
 const WALL_TIME: f64 = 0.5;
 
-/// Frames, rows, of a whole run.
+/// Number of frames, and of rows, of a whole run.
 const FRAMES: f64 = 8.0;
 const ROWS: f64 = 40.0;
 
-/// Times that one run is killed, at most.
+/// Largest number of times that one run is killed.
 const KILLS: u64 = 4;
 
-/// Kills runs `times` in all; prints what failed.
+/// Kills runs `times` in all; prints the failures.
 ///
 /// # Errors
 /// When scratch files cannot be written.
@@ -55,7 +55,7 @@ pub fn run(times: u64, seed: u64) -> Fallible<bool> {
     Ok(failures == 0)
 }
 
-/// Runs one case in a folder, from its checkpoint where there is one.
+/// Runs one case in a folder, from its checkpoint if there is one.
 ///
 /// # Errors
 /// When the run fails.
@@ -69,7 +69,7 @@ pub fn run_one(case: &Case, out: &Path) -> Fallible<bool> {
     Ok(true)
 }
 
-/// A run that nothing disturbed.
+/// Run without interruption.
 struct ReferenceRun {
     name: &'static str,
     case: PathBuf,
@@ -108,7 +108,7 @@ impl ReferenceRun {
         Ok(Self { name, case, folder: folder.to_owned(), wall, files: folder_files(&whole)? })
     }
 
-    /// Kills a run some times and lets it end; how often it was killed, and what is wrong.
+    /// Kills a run some times and lets it end; returns the number of kills and the problem, if any.
     fn kill_and_resume(&self, random: &mut ChaCha8Rng) -> Fallible<(u64, Option<String>)> {
         let out = self.folder.join("killed");
         if out.exists() {
@@ -152,8 +152,8 @@ fn spawn_run(case: &Path, out: &Path) -> std::io::Result<std::process::Child> {
     command.args(["fuzz", "--one"]).arg(case).arg(out).stdout(Stdio::null()).stderr(Stdio::null()).spawn()
 }
 
-/// What is wrong in the folder of a run that may have been killed: complete it is only with all its files, and what its
-/// collection names is there.
+/// Problem in the folder of a run that may have been killed: a complete run has all its files, and every file that its collection names
+/// exists.
 fn folder_problem(out: &Path) -> Option<String> {
     let summary = out.join("summary.json");
     if !summary.exists() {
@@ -183,7 +183,7 @@ fn folder_problem(out: &Path) -> Option<String> {
     }
 }
 
-/// The files in a folder and below, but the summary, which holds times of the clock.
+/// Files in a folder and below, except the summary, which has wall-clock times.
 fn folder_files(folder: &Path) -> std::io::Result<BTreeMap<PathBuf, Vec<u8>>> {
     let mut files = BTreeMap::new();
     let mut folders = vec![folder.to_owned()];

@@ -7,7 +7,7 @@ mod mutated_cases;
 use clap::Args;
 use colluvium::case::Case;
 
-/// What may fail while scratch files are written.
+/// Result of an operation on scratch files.
 type Fallible<T> = Result<T, Box<dyn std::error::Error>>;
 
 /// Which, and how many.
@@ -33,7 +33,7 @@ pub struct FuzzArguments {
     one: Option<Vec<std::path::PathBuf>>,
 }
 
-/// Runs it; `false` where something failed.
+/// Runs the fuzz test; `false` where something failed.
 ///
 /// # Errors
 /// When scratch files cannot be written.

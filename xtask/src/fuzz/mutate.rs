@@ -1,11 +1,11 @@
-//! Changes to a JSON value that keep its structure in mind.
+//! Structure-aware mutations of a JSON value.
 
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
-/// Numbers at which programs fail.
+/// Numbers that often break programs.
 const NUMBERS: [f64; 19] = [
     0.0,
     -0.0,
@@ -28,7 +28,7 @@ const NUMBERS: [f64; 19] = [
     3.0,
 ];
 
-/// Texts at which programs fail.
+/// Texts that often break programs.
 const TEXTS: [&str; 9] = [
     "",
     " ",
@@ -41,7 +41,7 @@ const TEXTS: [&str; 9] = [
     "none-of-the-names-in-the-case-file",
 ];
 
-/// Changes one to three things. `others` are values that parts are taken from.
+/// Makes one to three changes. `others` are values that parts are taken from.
 pub fn mutate(value: &mut Value, others: &[Value], random: &mut ChaCha8Rng) {
     for _ in 0..random.random_range(1..=3) {
         let count = value_count(value);
@@ -55,7 +55,7 @@ pub fn mutate(value: &mut Value, others: &[Value], random: &mut ChaCha8Rng) {
     }
 }
 
-/// How many values there are in a value, itself included.
+/// Number of values in a value, itself included.
 fn value_count(value: &Value) -> usize {
     1 + match value {
         Value::Array(items) => items.iter().map(value_count).sum(),
@@ -64,7 +64,7 @@ fn value_count(value: &Value) -> usize {
     }
 }
 
-/// The value of that number, depth first; the whole where there are not as many.
+/// Value of a number, depth first; the whole where there are fewer.
 fn nth_value(value: &Value, number: usize) -> &Value {
     fn find<'a>(value: &'a Value, left: &mut usize) -> Option<&'a Value> {
         if *left == 0 {

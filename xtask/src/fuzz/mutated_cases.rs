@@ -1,4 +1,4 @@
-//! Broken case files: none may make the program panic, hang or write what is no number.
+//! Broken case files: none may make the program panic, hang or write values that are not numbers.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -19,27 +19,27 @@ use crate::fuzz::mutate::mutate;
 /// Longest time for one file.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// Most memory that a problem may need to be built (bytes), and most points to be run.
+/// Largest memory (bytes) of a problem that is built, and largest number of points of one that is run.
 const MEMORY: f64 = 5e8;
 const POINTS: usize = 4000;
 
-/// Most grains of a plan: specimens of grains are drawn for it, which takes as long as there are many, and says nothing of the file.
+/// Largest number of grains of a plan: a plan generates specimens of grains, which takes long and says nothing of the file.
 const PLANNED: f64 = 30_000.0;
 
-/// Longest line that is still a message.
+/// Longest line of a readable message.
 const LINE: usize = 1500;
 
-/// Steps that a sound case is run for.
+/// Number of steps of a valid case.
 const STEPS: usize = 3;
 
-/// A file to begin from, and the folder it is tried in, where the files that it names lie.
+/// File that mutations begin from, and the folder with the files that it names, in which it is tried.
 struct SeedFile {
     name: String,
     value: Value,
     folder: PathBuf,
 }
 
-/// How far a file got; one that is too large to be tried counts as refused.
+/// Outcome of a file; a file that is too large to be tried counts as refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FuzzOutcome {
     Refused,
@@ -47,7 +47,7 @@ pub enum FuzzOutcome {
     Run,
 }
 
-/// Tries the files of these numbers, from all cases or those of a method; prints what failed and keeps it under `target/fuzz`.
+/// Tries the files of these numbers, from all cases or those of a method; prints failures and keeps their files under `target/fuzz`.
 ///
 /// # Errors
 /// When scratch files cannot be written, or no case is of that method.
@@ -85,7 +85,7 @@ pub fn run(numbers: Range<u64>, seed: u64, method: Option<&str>) -> Fallible<boo
             Err(problem) => {
                 let kept = folder.join(format!("failed-{seed}-{number}.json"));
                 fs::copy(&path, &kept)?;
-                // One of each kind is enough to read.
+                // One of each kind of problem is enough.
                 let kind: String = problem.chars().filter(|c| !c.is_ascii_digit()).take(120).collect();
                 failures.entry(kind).or_insert_with(|| {
                     let line =
@@ -124,7 +124,7 @@ fn keep(origins: &mut Vec<SeedFile>, method: Option<&str>) -> Fallible<()> {
     }
 }
 
-/// All starting cases, benchmark cases, element tests and cases for this alone (`validation/fuzz`), each with a folder of its own.
+/// Reads all starting cases, benchmark cases, element tests and fuzz cases (`validation/fuzz`), each with a folder of its own.
 fn origins(scratch: &Path) -> Fallible<Vec<SeedFile>> {
     if scratch.exists() {
         fs::remove_dir_all(scratch)?;
@@ -135,7 +135,7 @@ fn origins(scratch: &Path) -> Fallible<Vec<SeedFile>> {
         fs::create_dir_all(&folder)?;
         files(&folder)?;
         let value: Value = serde_json::from_str(text)?;
-        // Cells of grains are brought under their stress by up to two million steps.
+        // Cells of grains need up to two million steps to reach their stress.
         let ready = !text.contains("granular-cell");
         if value.get("stages").is_some() && ready {
             origins.push(SeedFile { name, value, folder });
@@ -162,7 +162,7 @@ fn origins(scratch: &Path) -> Fallible<Vec<SeedFile>> {
     Ok(origins)
 }
 
-/// The JSON files in a folder and below, in the order of their names.
+/// JSON files in a folder and below, in the order of their names.
 fn json_files(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let mut entries: Vec<PathBuf> =
         fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>()?;
@@ -180,7 +180,7 @@ fn json_files(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// What `check` does with a file, and the first steps of what it finds sound.
+/// Result of `check` on a file and of the first steps of a valid case.
 fn try_file(path: &Path, element: bool) -> Result<FuzzOutcome, String> {
     if element {
         return match colluvium::load_element_test(path) {
@@ -241,7 +241,7 @@ fn try_method(method: &dyn Method, case: &Case) -> Result<FuzzOutcome, String> {
     }
 }
 
-/// What is refused is refused in lines that can be read.
+/// Checks that the messages of a refusal are readable.
 fn check_messages(errors: &CaseErrors) -> Result<FuzzOutcome, String> {
     for error in &errors.0 {
         check_readable(&error.to_string())?;
@@ -261,7 +261,7 @@ fn check_readable(line: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// Ends the program where one file takes too long.
+/// Starts a thread that ends the program where one file takes too long.
 fn start_watchdog() -> Arc<Mutex<Option<(Instant, PathBuf)>>> {
     let watched: Arc<Mutex<Option<(Instant, PathBuf)>>> = Arc::default();
     let seen = watched.clone();
@@ -280,7 +280,7 @@ fn start_watchdog() -> Arc<Mutex<Option<(Instant, PathBuf)>>> {
     watched
 }
 
-/// Takes what panics say in place of standard error.
+/// Redirects the messages of panics from standard error to a buffer.
 fn capture_panics() -> Arc<Mutex<String>> {
     let said: Arc<Mutex<String>> = Arc::default();
     let heard = said.clone();

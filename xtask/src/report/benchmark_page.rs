@@ -1,4 +1,4 @@
-//! The page of a benchmark.
+//! Page of a benchmark.
 
 use colluvium::compare::SECTIONS_STYLE;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -13,7 +13,7 @@ pub fn picture(entry: &BenchmarkEntry, number: usize) -> String {
     format!("{name}-{}.{}", number + 1, entry.outcome.figures[number].extension)
 }
 
-/// The page; `up` leads from it to the root of the repository.
+/// Page of a benchmark; `up` is the link from it to the root of the repository.
 pub fn page(entry: &BenchmarkEntry, about: &Provenance, up: &str) -> Markup {
     let benchmark = entry.benchmark;
     // A page lies as deep below the folder of the report as its name has parts.
@@ -49,7 +49,7 @@ pub fn page(entry: &BenchmarkEntry, about: &Provenance, up: &str) -> Markup {
     }
 }
 
-/// The checks that are known to fail, by what was found.
+/// Section of the checks that are known to fail, with the observations.
 fn open(entry: &BenchmarkEntry) -> Markup {
     let known = entry.outcome.checks.iter().filter(|check| check.verdict() == CheckVerdict::Open);
     let mut causes: Vec<(&str, &str, Vec<&str>)> = Vec::new();
@@ -71,7 +71,7 @@ fn open(entry: &BenchmarkEntry) -> Markup {
     }
 }
 
-/// Runs as animations.
+/// Section of animations of runs.
 fn animation_section(entry: &BenchmarkEntry) -> Markup {
     let films = &entry.outcome.animations;
     html! {
@@ -125,7 +125,7 @@ fn checks(entry: &BenchmarkEntry) -> Markup {
     }
 }
 
-/// Case files, commands, theory and sheets.
+/// Section with case files, commands, theory and sheets.
 fn reproduction_section(entry: &BenchmarkEntry, up: &str) -> Markup {
     let id = entry.benchmark.id;
     let form = if entry.short { " --quick" } else { " --long" };
@@ -156,12 +156,12 @@ fn reproduction_section(entry: &BenchmarkEntry, up: &str) -> Markup {
     }
 }
 
-/// The folder of the benchmark's module.
+/// Folder of the benchmark's module.
 fn source(id: &str) -> String {
     format!("xtask/src/benchmarks/{}", id.split('/').next().unwrap_or_default().replace('-', "_"))
 }
 
-/// The page on the theory of a method.
+/// Page on the theory of a method.
 pub fn theory(method: &str) -> String {
     match method {
         "element" => "docs/theory/constitutive.md".to_owned(),
@@ -170,7 +170,7 @@ pub fn theory(method: &str) -> String {
     }
 }
 
-/// The sheets that a source cites.
+/// Sheets that a source cites.
 pub fn sheets(source: &str) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
     for after in source.split("sheet: ").skip(1) {

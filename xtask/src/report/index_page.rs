@@ -1,4 +1,4 @@
-//! The index of a report: a row for each benchmark.
+//! Index of a report: a row for each benchmark.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use crate::benchmarks::CheckVerdict;
 use crate::report::value_text::{STYLE, badge, duration_text, open_defect_text};
 use crate::report::{BenchmarkEntry, BenchmarkStatus, COVERAGE, PAGES, Provenance, ReportScope, form_text};
 
-/// The page.
+/// Index page.
 pub fn page(entries: &[BenchmarkEntry], about: &Provenance, scope: &ReportScope) -> Markup {
     let worst =
         [BenchmarkStatus::Fail, BenchmarkStatus::Open].into_iter().find(|status| count(entries, *status) > 0);
@@ -73,7 +73,7 @@ fn head(entries: &[BenchmarkEntry], about: &Provenance, scope: &ReportScope) -> 
     }
 }
 
-/// Search and filters; hidden where there are no scripts.
+/// Search and filters; hidden without scripts.
 fn filter_section(entries: &[BenchmarkEntry]) -> Markup {
     let methods: BTreeSet<&str> = entries.iter().map(BenchmarkEntry::method).collect();
     let all: BTreeSet<String> = entries.iter().flat_map(|entry| sources(entry.benchmark.source)).collect();
@@ -125,7 +125,7 @@ fn row(entry: &BenchmarkEntry) -> Markup {
     }
 }
 
-/// The works that a benchmark names as its source, without figures and rows: what one filters by.
+/// Works that a benchmark names as its source, without figures and rows, for the filter.
 pub fn sources(text: &str) -> Vec<String> {
     let work = |part: &str| -> Option<String> {
         let part = part.trim();
@@ -133,7 +133,7 @@ pub fn sources(text: &str) -> Vec<String> {
             let name = sheet.split([' ', ',']).next()?;
             return Some(format!("sheet: {name}"));
         }
-        // A name with its year; what comes after says where in it.
+        // A name with its year; the rest locates the figure or row.
         let words: Vec<&str> = part.split([' ', ',']).collect();
         let digits = |word: &&str| word.len() == 4 && word.chars().all(|c| c.is_ascii_digit());
         let year = words.iter().position(digits)?;

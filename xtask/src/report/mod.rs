@@ -1,4 +1,4 @@
-//! The validation report: an index, a page of each benchmark with its pictures beside it, and the same as JSON.
+//! Validation report: an index, a page of each benchmark with its pictures, and the same data as JSON.
 
 mod benchmark_page;
 mod index_page;
@@ -19,37 +19,37 @@ pub use crate::report::value_text::open_defect_text;
 use provenance::{Provenance, provenance};
 pub use scope::ReportScope;
 
-/// A benchmark and what came of it.
+/// Entry of a benchmark in the report.
 pub struct BenchmarkEntry {
     /// The benchmark.
     pub benchmark: &'static Benchmark,
     /// Whether it ran in its short form.
     pub short: bool,
-    /// What it found.
+    /// Outcome of the benchmark.
     pub outcome: BenchmarkOutcome,
-    /// Why it could not finish.
+    /// Reason why the benchmark could not finish.
     pub error: Option<String>,
     /// Wall-clock time (s).
     pub seconds: f64,
-    /// Case files and reference data that it read, below the root of the repository.
+    /// Case files and reference data that the benchmark read, relative to the root of the repository.
     pub files: Vec<String>,
-    /// Whether it was kept from an earlier run of the same program and files.
+    /// Whether the outcome is from an earlier run of the same program and files.
     pub cached: bool,
 }
 
-/// How a benchmark stands.
+/// Status of a benchmark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BenchmarkStatus {
-    /// Every check that is judged holds.
+    /// Every judged check passes.
     Pass,
-    /// What does not hold is listed among the open defects.
+    /// Every failed check is listed among the open defects.
     Open,
-    /// A check fails, nothing was judged, or it could not finish.
+    /// A check fails, nothing was judged, or the benchmark could not finish.
     Fail,
 }
 
 impl BenchmarkStatus {
-    /// In a word.
+    /// Name of the status.
     pub fn name(self) -> &'static str {
         match self {
             Self::Pass => "pass",
@@ -60,12 +60,12 @@ impl BenchmarkStatus {
 }
 
 impl BenchmarkEntry {
-    /// True when it finished, judged something, and no check failed but for open defects.
+    /// Whether the benchmark finished, judged something, and no check failed except open defects.
     pub fn passes(&self) -> bool {
         self.error.is_none() && self.judged() > 0 && self.count(CheckVerdict::Fail) == 0
     }
 
-    /// How it stands.
+    /// Status of the benchmark.
     pub fn status(&self) -> BenchmarkStatus {
         match (self.passes(), self.count(CheckVerdict::Open)) {
             (false, _) => BenchmarkStatus::Fail,
@@ -74,7 +74,7 @@ impl BenchmarkEntry {
         }
     }
 
-    /// The method: the first part of its name.
+    /// Name of the method: the first part of the benchmark's name.
     pub fn method(&self) -> &'static str {
         self.benchmark.id.split('/').next().unwrap_or_default()
     }
@@ -90,7 +90,7 @@ impl BenchmarkEntry {
     }
 }
 
-/// In which form a benchmark ran.
+/// Text on the form in which a benchmark ran.
 fn form_text(entry: &BenchmarkEntry) -> &'static str {
     if entry.short { "short" } else { "full" }
 }
@@ -98,7 +98,7 @@ fn form_text(entry: &BenchmarkEntry) -> &'static str {
 /// Folder of the pages of benchmarks in that of a report.
 const PAGES: &str = "pages";
 
-/// The page on rows of specification sheets.
+/// Name of the page on rows of specification sheets.
 const COVERAGE: &str = "coverage.html";
 
 /// Writes `index.html`, `report.json` and the page of each benchmark to `folder`.
@@ -128,7 +128,7 @@ pub fn write(folder: &Path, entries: &[BenchmarkEntry], scope: &ReportScope) -> 
     save(&folder.join("index.html"), index_page::page(entries, &about, scope).into_string().as_bytes())
 }
 
-/// The way from a page up to the root of the repository, as a relative link that ends in a slash; empty for a page elsewhere.
+/// Relative link from a page to the root of the repository, with a slash at its end; empty for a page elsewhere.
 fn path_to_root(page: &Path) -> String {
     let below = page.strip_prefix(crate::root()).ok().and_then(Path::parent);
     below.map_or(String::new(), |folder| "../".repeat(folder.components().count()))

@@ -1,8 +1,8 @@
-//! Where and when a report was made.
+//! Machine, compiler, commit and date of a report.
 
 use std::process::Command;
 
-/// Where and when the report was made.
+/// Provenance of a report.
 pub struct Provenance {
     /// Processor, cores and system.
     pub machine: String,
@@ -19,7 +19,7 @@ fn output(program: &str, arguments: &[&str]) -> String {
     result.map(|o| String::from_utf8_lossy(&o.stdout).trim().to_owned()).unwrap_or_default()
 }
 
-/// Of this report.
+/// Returns the provenance of this report.
 pub fn provenance() -> Provenance {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model =

@@ -1,23 +1,23 @@
-//! What part of the benchmarks a report covers.
+//! Scope of a report: the benchmarks that it covers.
 
 use std::path::PathBuf;
 
-/// What part of the benchmarks a report covers.
+/// Scope of a report: the benchmarks that it covers.
 pub struct ReportScope {
-    /// What was asked for by name; all benchmarks where there is none.
+    /// Names that were requested; all benchmarks without them.
     pub filter: Option<String>,
-    /// Whether short forms were asked for.
+    /// Whether short forms were requested.
     pub quick: bool,
-    /// How many benchmarks run in their short form.
+    /// Number of benchmarks in their short form.
     pub short: usize,
-    /// How many run in their full form.
+    /// Number of benchmarks in their full form.
     pub full: usize,
-    /// Names of those that do not run: they have no short form, or their full form takes minutes.
+    /// Names of benchmarks that do not run: they have no short form, or their full form takes minutes.
     pub left_out: Vec<&'static str>,
 }
 
 impl ReportScope {
-    /// Where the report goes: a report of a part never takes the place of one of the whole.
+    /// Folder of the report: a partial report never replaces a whole one.
     pub fn folder(&self) -> PathBuf {
         let folder = crate::root().join("target/validation");
         let Some(filter) = &self.filter else { return folder };
@@ -26,7 +26,7 @@ impl ReportScope {
         folder.join("filtered").join(if self.quick { format!("{name}.quick") } else { name })
     }
 
-    /// Which benchmarks run, and in which form.
+    /// Text on the benchmarks that run, and their forms.
     pub fn text(&self) -> String {
         let (run, left) = (self.short + self.full, self.left_out.len());
         let mut words = match left {

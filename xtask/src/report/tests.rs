@@ -1,4 +1,4 @@
-//! What the pages of the report say.
+//! Tests of the texts on the pages of the report.
 
 use super::*;
 use crate::benchmarks::{Criterion, OpenDefect, all};
@@ -35,7 +35,7 @@ fn scope(entries: &[BenchmarkEntry]) -> ReportScope {
 #[test]
 fn a_failing_check_makes_a_benchmark_fail_whatever_else_is_open() {
     assert_eq!(entry(&[(1.0, false)]).status(), BenchmarkStatus::Pass);
-    // A defect that does not show any more is none.
+    // A listed defect whose check passes counts as a pass.
     assert_eq!(entry(&[(1.0, true)]).status(), BenchmarkStatus::Pass);
     assert_eq!(entry(&[(1.0, false), (2.0, true)]).status(), BenchmarkStatus::Open);
     assert_eq!(entry(&[(2.0, true), (2.0, false)]).status(), BenchmarkStatus::Fail);

@@ -1,14 +1,14 @@
-//! Numbers and states in words.
+//! Texts of numbers and states.
 
 use maud::{Markup, html};
 
 use crate::benchmarks::{Check, CheckVerdict, Criterion};
 use crate::report::{BenchmarkEntry, BenchmarkStatus};
 
-/// What every page looks like.
+/// Style sheet of all pages.
 pub const STYLE: &str = include_str!("report.css");
 
-/// How many checks fail as open defects, and how each kind stands with its source.
+/// Text on the number of checks that fail as open defects, by criterion.
 pub fn open_defect_text(entries: &[BenchmarkEntry]) -> String {
     let known: Vec<Criterion> = entries
         .iter()
@@ -28,7 +28,7 @@ pub fn open_defect_text(entries: &[BenchmarkEntry]) -> String {
     }
 }
 
-/// A state as a badge: colour, sign and word differ.
+/// Badge of a status: colour, sign and word differ.
 pub fn badge(status: BenchmarkStatus) -> Markup {
     let sign = match status {
         BenchmarkStatus::Pass => "✓",
@@ -38,7 +38,7 @@ pub fn badge(status: BenchmarkStatus) -> Markup {
     html! { span class={ "badge " (status.name()) } { (sign) " " (status.name()) } }
 }
 
-/// The verdict on a check as a badge.
+/// Badge of the verdict of a check.
 pub fn verdict_badge(check: &Check) -> Markup {
     match check.verdict() {
         CheckVerdict::Unbounded => html! { span class="badge shown" { "not judged" } },
@@ -48,7 +48,7 @@ pub fn verdict_badge(check: &Check) -> Markup {
     }
 }
 
-/// A number, plain where that is short.
+/// Text of a number, plain where that is short.
 pub fn number_text(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 {
@@ -61,7 +61,7 @@ pub fn number_text(value: f64) -> String {
     }
 }
 
-/// A time that something took.
+/// Text of a duration (s).
 pub fn duration_text(value: f64) -> String {
     match value {
         value if value < 10.0 => format!("{value:.1} s"),
@@ -70,7 +70,7 @@ pub fn duration_text(value: f64) -> String {
     }
 }
 
-/// What passes.
+/// Text of the bounds of a check.
 pub fn bounds_text(range: Option<(f64, f64)>) -> String {
     let Some((low, high)) = range else { return "–".to_owned() };
     match (low.is_finite(), high.is_finite()) {

@@ -5,21 +5,21 @@ use std::time::Instant;
 
 use colluvium::case::Case;
 
-/// What is measured of a case.
+/// Settings of the measurement of a case.
 pub struct CaseBenchSettings<'a> {
     pub file: &'a Path,
     /// Only this method of the case.
     pub method: Option<&'a str>,
     /// Numbers of threads, one after the other.
     pub threads: &'a [usize],
-    /// Steps before the clock starts.
+    /// Steps before the measurement.
     pub warm_up_steps: usize,
-    /// Steps with the clock; when absent, as many as the first number of threads makes in `seconds`.
+    /// Measured steps; when absent, as many as the first number of threads makes in `seconds`.
     pub steps: Option<usize>,
     pub seconds: f64,
 }
 
-/// Points at the end, steps that were counted, point-updates and the time that they took (s).
+/// Measurement: points at the end, counted steps, point-updates and their time (s).
 struct CaseMeasurement {
     points: usize,
     steps: usize,
@@ -34,7 +34,7 @@ impl CaseMeasurement {
     }
 }
 
-/// Begins the case anew and makes steps of its first stage: `steps` of them, or those of `seconds`.
+/// Starts the case anew and makes steps of its first stage: `steps` of them, or as many as fit in `seconds`.
 fn measure(
     case: &Case,
     method: &str,
@@ -63,7 +63,7 @@ fn measure(
     Ok(measured)
 }
 
-/// Prints a row for each method and number of threads. All of a method make the same steps, so that they have the same to do.
+/// Prints a row for each method and number of threads. All rows of a method have the same steps, so that their work is equal.
 pub fn print_table(settings: &CaseBenchSettings) -> Result<(), String> {
     let case = Case::load(settings.file).map_err(|errors| errors.to_string())?;
     let methods: Vec<&str> = match settings.method {

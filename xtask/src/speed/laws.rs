@@ -18,10 +18,10 @@ const STRAIN_STEP: f64 = 1e-4;
 /// Steps of the warm-up: every point yields after them.
 const WARM_UP: usize = 100;
 
-/// Steps of a lap.
+/// Number of steps of a lap.
 const STEPS_PER_LAP: usize = 20;
 
-/// What was measured.
+/// Measurement of a law.
 struct LawMeasurement {
     /// Million updates per second.
     rate: f64,
@@ -31,7 +31,7 @@ struct LawMeasurement {
     decomposition_share: [f64; 2],
 }
 
-/// Points under way.
+/// State of the measured points.
 #[derive(Clone)]
 struct BenchPoints {
     motions: Vec<Motion>,
@@ -39,7 +39,7 @@ struct BenchPoints {
     states: States,
 }
 
-/// Prints the table; only models whose description contains `filter`.
+/// Prints the table, only of models whose description contains `filter`.
 pub fn run(filter: Option<&str>, seconds: f64) -> Result<(), String> {
     println!("model,form,million updates per second,share yielding,share of spectral decomposition");
     for spec in MaterialSpec::examples().into_iter().chain(MaterialSpec::wrapped_examples()) {
@@ -60,7 +60,7 @@ pub fn run(filter: Option<&str>, seconds: f64) -> Result<(), String> {
     Ok(())
 }
 
-/// Whether a law decomposes a tensor in every step that yields, point by point or a batch at once.
+/// Use of a spectral decomposition by a law in every yielding step, point by point or in batches.
 enum DecompositionUse {
     None,
     Alone,
@@ -84,7 +84,7 @@ fn decomposition(spec: &MaterialSpec) -> DecompositionUse {
     }
 }
 
-/// What tells examples of one model apart: its options, not its numbers.
+/// Text that distinguishes examples of one model: its options, not its numbers.
 fn option_text(spec: &MaterialSpec) -> String {
     let value = serde_json::to_value(spec).unwrap_or_default();
     let mut words = Vec::new();
@@ -105,7 +105,7 @@ fn option_text(spec: &MaterialSpec) -> String {
     words.join(" ")
 }
 
-/// A start that the law admits: sheared if it may be, else isotropic compression.
+/// Initial states that the law admits: sheared where possible, else isotropic compression.
 fn initial_states(law: &dyn Material, density: f64) -> Result<(Vec<SymTensor>, States), String> {
     let sheared = SymTensor([-60e3, -50e3, -45e3, 3e3, -2e3, 1e3]);
     let at = |stress| law.initial(&vec![InitialCondition { stress, density }; POINTS]);
@@ -127,7 +127,7 @@ fn measure(law: &dyn Material, density: f64, seconds: f64) -> Result<LawMeasurem
     for _ in 0..WARM_UP {
         points.step(law)?;
     }
-    // Every lap goes on from the same yielding state: what is measured is loading.
+    // Every lap continues from the same yielding state, so that it measures loading.
     let start = points.clone();
     let (mut best, mut yielding) = (f64::INFINITY, 0.0);
     let began = Instant::now();

@@ -1,4 +1,4 @@
-//! `cargo xtask bench`: point updates per second of methods and laws, against textbook kernels in the same program.
+//! `cargo xtask bench`: point updates per second of methods and laws, compared with textbook kernels in the same program.
 
 pub(crate) mod case;
 pub(crate) mod laws;

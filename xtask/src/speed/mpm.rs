@@ -51,7 +51,7 @@ pub struct BenchArguments {
     seconds: f64,
 }
 
-/// A number of threads.
+/// Parses a number of threads.
 fn threads(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(0) | Err(_) => Err("a number of threads is 1 or more".to_owned()),
@@ -59,7 +59,7 @@ fn threads(text: &str) -> Result<usize, String> {
     }
 }
 
-/// The soil of the block, and what pulls at it: small, so that the block stays in place while it is measured.
+/// Density of the soil of the block (kg/m³), and gravity: small, so that the block stays in place during the measurement.
 const DENSITY: f64 = 2000.0;
 const YOUNGS_MODULUS: f64 = 1e6;
 const POISSONS_RATIO: f64 = 0.3;
@@ -68,7 +68,7 @@ const GRAVITY: f64 = -0.1;
 /// The elastic soil with water in its pores, solved as two phases.
 const SATURATED: &str = "two-phase";
 
-/// What is measured.
+/// Setting of a measurement.
 struct BenchSetting {
     dimension: usize,
     shape: &'static str,
@@ -84,13 +84,12 @@ impl BenchSetting {
         format!("{dimension}d,{shape},{scheme},{model},{points},{threads}")
     }
 
-    /// Cells along an edge of the block.
+    /// Number of cells along an edge of the block.
     fn cells(&self) -> usize {
         ((self.points as f64).powf(1.0 / self.dimension as f64) / 2.0).round().max(2.0) as usize
     }
 
-    /// A block that rests on the floor of its box and settles under a little gravity: two points per cell and
-    /// direction.
+    /// Case of a block at rest on the floor of its box that settles under a small gravity: two points per cell and direction.
     fn case(&self) -> Result<Case, String> {
         let cell = 1.0 / self.cells() as f64;
         let all = |value: f64| vec![value; self.dimension];
@@ -127,7 +126,7 @@ impl BenchSetting {
         Case::from_json(&text.to_string()).map_err(|errors| errors.to_string())
     }
 
-    /// Million point-updates per second.
+    /// Returns the number of points and million point-updates per second.
     fn measure(&self, seconds: f64) -> Result<(usize, f64), String> {
         let pool =
             rayon::ThreadPoolBuilder::new().num_threads(self.threads).build().map_err(|e| e.to_string())?;
@@ -142,7 +141,7 @@ impl BenchSetting {
         })
     }
 
-    /// The solver at the start.
+    /// Solver at the start.
     fn solver(&self) -> Result<Box<dyn Solver>, String> {
         let method = colluvium::method("mpm").ok_or("no method mpm")?;
         let mut solver = method.build(&self.case()?).map_err(|error| error.to_string())?;
@@ -150,7 +149,7 @@ impl BenchSetting {
         Ok(solver)
     }
 
-    /// The same problem for the textbook kernel; elastic only.
+    /// Textbook solver of this problem; elastic only.
     fn textbook<const D: usize>(&self) -> TextbookSolver<D> {
         TextbookSolver::new(TextbookProblem {
             cells: self.cells(),
@@ -162,7 +161,7 @@ impl BenchSetting {
         })
     }
 
-    /// Million point-updates per second of the textbook kernel, with the step of our solver.
+    /// Returns million point-updates per second of the textbook kernel, with the step of our solver.
     fn measure_textbook<const D: usize>(&self, seconds: f64) -> Result<f64, String> {
         let dt = self.solver()?.limit().dt;
         let mut textbook = self.textbook::<D>();
@@ -172,7 +171,7 @@ impl BenchSetting {
         })
     }
 
-    /// Our solver and the textbook kernel in turn, three times: the best of each.
+    /// Measures our solver and the textbook kernel in turn, three times; returns the best of each.
     fn measure_against_textbook(&self, seconds: f64) -> Result<(usize, f64, f64), String> {
         let (mut points, mut ours, mut textbook) = (0, 0f64, 0f64);
         for _ in 0..3 {
@@ -188,7 +187,7 @@ impl BenchSetting {
     }
 }
 
-/// Million point-updates per second of `step`, over about so many seconds.
+/// Million point-updates per second of `step`, over about `seconds`.
 pub fn updates_per_second(
     points: usize,
     seconds: f64,
@@ -232,7 +231,7 @@ fn bandwidth(threads: usize) -> Result<f64, String> {
     Ok(best)
 }
 
-/// Largest memory this process has held so far (MB), where the system tells.
+/// Largest memory of this process so far (MB), where the system reports it.
 fn peak_memory() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
@@ -240,7 +239,7 @@ fn peak_memory() -> Option<f64> {
     Some(kilobytes / 1e3)
 }
 
-/// Measures and prints a table in CSV.
+/// Measures all settings and prints a table in CSV.
 pub fn run(arguments: &BenchArguments) -> Result<bool, String> {
     if arguments.laws {
         crate::speed::laws::run(arguments.filter.as_deref(), arguments.seconds)?;
@@ -293,7 +292,7 @@ pub fn run(arguments: &BenchArguments) -> Result<bool, String> {
     Ok(failed == 0)
 }
 
-/// Prints a row, or that its setting failed and why: the table goes on. Returns how many failed.
+/// Prints a row, or the failure of its setting: the table continues. Returns the number of failures.
 fn print_row(setting: &BenchSetting, row: Result<String, String>) -> usize {
     match row {
         Ok(row) => {
@@ -307,7 +306,7 @@ fn print_row(setting: &BenchSetting, row: Result<String, String>) -> usize {
     }
 }
 
-/// Prints the rates of all settings; returns how many failed.
+/// Prints the rates of all settings; returns the number of failures.
 fn print_table(
     sizes: &[usize],
     seconds: f64,
@@ -344,7 +343,7 @@ fn print_table(
     failed
 }
 
-/// Our solver against the method as a textbook writes it, compiled into the same program; returns how many failed.
+/// Prints our solver against the textbook kernel, compiled into the same program; returns the number of failures.
 fn print_textbook_table(sizes: &[usize], seconds: f64, wanted: impl Fn(&BenchSetting) -> bool) -> usize {
     let mut failed = 0;
     println!("# race against a textbook kernel: array of structs, plain loops, one thread");
@@ -371,7 +370,7 @@ fn print_textbook_table(sizes: &[usize], seconds: f64, wanted: impl Fn(&BenchSet
 mod tests {
     use super::*;
 
-    /// A race between two that do not compute the same is none.
+    /// Checks that both solvers compute the same positions, without which a comparison of speed has no meaning.
     fn both_end_at_the_same_places<const D: usize>(points: usize) {
         let setting = BenchSetting {
             dimension: D,

@@ -5,7 +5,7 @@ use serde_json::json;
 
 use crate::speed::mpm::updates_per_second;
 
-/// What is measured.
+/// Setting of a measurement.
 struct SphBenchSetting {
     dimension: usize,
     model: &'static str,
@@ -14,13 +14,13 @@ struct SphBenchSetting {
     threads: usize,
 }
 
-/// What the particles do meanwhile.
+/// Motion of the particles during a measurement.
 #[derive(Clone, Copy, PartialEq)]
 enum BenchMotion {
-    /// They settle: neighbours last.
+    /// The particles settle: neighbours remain.
     Settling,
-    /// They shear past each other: neighbours are found again and again. Along the motion the block goes on without
-    /// end, so that the measurement may take as long as it likes.
+    /// The particles shear past each other: neighbours change again and again. The block is periodic along the motion, so that the
+    /// measurement may take any time.
     Shearing,
 }
 
@@ -31,7 +31,7 @@ impl SphBenchSetting {
         format!("sph,{dimension}d,{motion},{model},{points},{threads}")
     }
 
-    /// A block on a rough floor: cubic spline, smoothing 1.2.
+    /// Case of a block on a rough floor: cubic spline, smoothing 1.2.
     fn case(&self) -> Result<Case, String> {
         let edge = (self.points as f64).powf(1.0 / self.dimension as f64).round();
         let spacing = 1.0 / edge;
@@ -49,9 +49,9 @@ impl SphBenchSetting {
         let mut periodic = json!([]);
         if self.motion == BenchMotion::Shearing {
             (floor[0], ceiling[0], periodic) = (0.0, 1.0, json!(["x"]));
-            // What is thrown up stays in the domain.
+            // A wall keeps ejected particles in the domain.
             ceiling[1] = 2.0;
-            // At the top a fifth of the speed of sound (26 m/s): lists last some ten steps.
+            // At the top a fifth of the speed of sound (26 m/s): neighbour lists are valid for some ten steps.
             let mut gradient = vec![all(0.0); self.dimension];
             gradient[0][1] = 5.0;
             velocity =
@@ -90,7 +90,7 @@ impl SphBenchSetting {
     }
 }
 
-/// Prints the table.
+/// Prints the table of all settings.
 pub fn print_table(
     sizes: &[usize],
     seconds: f64,

@@ -1,6 +1,6 @@
-//! The material point method as a textbook writes it, to race against: an array of structs, plain loops
-//! over the points and their nodes, one thread, nothing sorted, nothing fused. USL, linear elasticity
-//! with the Jaumann rate, linear shape functions or quadratic B-splines.
+//! Textbook implementation of the material point method for comparisons of speed: an array of structs, plain loops over the points and
+//! their nodes, one thread, nothing sorted, nothing fused. USL, linear elasticity with the Jaumann rate, linear shape functions or
+//! quadratic B-splines.
 
 /// Shape functions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,10 +11,10 @@ pub enum TextbookShape {
     Quadratic,
 }
 
-/// A block that settles on a rough floor: edge 1 m, two points per cell and direction.
+/// Problem of a block that settles on a rough floor: edge 1 m, two points per cell and direction.
 #[derive(Clone, Copy, Debug)]
 pub struct TextbookProblem {
-    /// Cells along an edge of the block.
+    /// Number of cells along an edge of the block.
     pub cells: usize,
     /// Shape functions.
     pub shape: TextbookShape,
@@ -28,7 +28,7 @@ pub struct TextbookProblem {
     pub gravity: f64,
 }
 
-/// A material point.
+/// Material point.
 #[derive(Clone, Copy, Debug)]
 pub struct TextbookPoint<const D: usize> {
     /// Position (m).
@@ -55,7 +55,7 @@ struct TextbookWeights<const D: usize> {
     gradient: [[f64; D]; 27],
 }
 
-/// The solver.
+/// Solver of the textbook method.
 pub struct TextbookSolver<const D: usize> {
     problem: TextbookProblem,
     /// Material points.
@@ -69,7 +69,7 @@ pub struct TextbookSolver<const D: usize> {
 const MARGIN: usize = 4;
 
 impl<const D: usize> TextbookSolver<D> {
-    /// The points at rest, without stress.
+    /// Builds the solver, with points at rest and without stress.
     pub fn new(problem: TextbookProblem) -> Self {
         let cell = 1.0 / problem.cells as f64;
         let per_axis = 2 * problem.cells;
@@ -153,12 +153,12 @@ impl<const D: usize> TextbookSolver<D> {
         weights
     }
 
-    /// One step of `dt` (s).
+    /// Makes one step of `dt` (s).
     pub fn step(&mut self, dt: f64) {
         for node in &mut self.nodes {
             *node = TextbookNode { mass: 0.0, momentum: [0.0; D], force: [0.0; D] };
         }
-        // Points to grid.
+        // Particle to grid.
         for p in 0..self.points.len() {
             let point = self.points[p];
             let weights = self.weights(&point.position);
@@ -174,7 +174,7 @@ impl<const D: usize> TextbookSolver<D> {
                 node.force[1] += weights.value[n] * point.mass * self.problem.gravity;
             }
         }
-        // Momentum: from here on `momentum` holds the velocity and `force` the acceleration.
+        // Momentum: from here on `momentum` is the velocity and `force` the acceleration.
         for number in 0..self.nodes.len() {
             let height = if D == 3 { number / self.width % self.width } else { number % self.width };
             let node = &mut self.nodes[number];
@@ -189,7 +189,7 @@ impl<const D: usize> TextbookSolver<D> {
                 node.force = [0.0; D];
             }
         }
-        // Grid to points.
+        // Grid to particle.
         let (e, nu) = (self.problem.youngs_modulus, self.problem.poissons_ratio);
         let lame = e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
         let shear = 0.5 * e / (1.0 + nu);

@@ -1,4 +1,4 @@
-//! How often each rule is known to be broken in each part of the tree: a number that may only fall.
+//! Known number of violations of each rule in each part of the tree: a number that may only fall.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -6,18 +6,18 @@ use std::path::Path;
 
 use crate::tidy::RuleViolation;
 
-/// Known findings by rule and part of the tree.
+/// Known violations by rule and part of the tree.
 pub struct Baseline {
     known: ViolationCounts,
 }
 
 type ViolationCounts = BTreeMap<String, BTreeMap<String, usize>>;
 
-/// How the findings stand with the ratchet.
+/// Comparison of the violations with the baseline.
 pub struct BaselineComparison {
     /// Rule, part, known count and count found, where more are found than are known.
     worse: Vec<(String, String, usize, usize)>,
-    /// The same where fewer are found.
+    /// Rule, part, known count and count found, where fewer are found than are known.
     better: Vec<(String, String, usize, usize)>,
     known: usize,
 }
@@ -35,28 +35,28 @@ fn number(counts: &ViolationCounts, rule: &str, part: &str) -> usize {
 }
 
 impl Baseline {
-    /// Reads the ratchet; a file that is not there knows of nothing.
+    /// Reads the baseline; a missing file is an empty one.
     ///
     /// # Errors
     ///
-    /// A file that is no ratchet.
+    /// A file that is not a baseline.
     pub fn read(path: &Path) -> Result<Self, String> {
         let Ok(text) = fs::read_to_string(path) else { return Ok(Self { known: ViolationCounts::new() }) };
         let known = serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
         Ok(Self { known })
     }
 
-    /// Writes the ratchet.
+    /// Writes the baseline.
     ///
     /// # Errors
     ///
-    /// What the file system says.
+    /// The error of the file system.
     pub fn write(&self, path: &Path) -> Result<(), String> {
         let text = serde_json::to_string_pretty(&self.known).map_err(|error| error.to_string())?;
         fs::write(path, text + "\n").map_err(|error| format!("{}: {error}", path.display()))
     }
 
-    /// Compares what was found with what is known.
+    /// Compares the violations found with the known ones.
     pub fn compare(&self, findings: &[RuleViolation]) -> BaselineComparison {
         let found = count(findings);
         let mut verdict = BaselineComparison { worse: Vec::new(), better: Vec::new(), known: 0 };
@@ -81,7 +81,7 @@ impl Baseline {
         verdict
     }
 
-    /// Takes over the counts that have fallen. What has risen stays as it was known.
+    /// Lowers the known counts to those found. Counts that have risen stay unchanged.
     pub fn lower(&mut self, findings: &[RuleViolation]) {
         let found = count(findings);
         for (rule, parts) in &mut self.known {
@@ -95,18 +95,18 @@ impl Baseline {
 }
 
 impl BaselineComparison {
-    /// Whether `finding` is of a rule and part with more findings than are known.
+    /// Whether `finding` is of a rule and part with more violations than are known.
     pub fn is_new(&self, finding: &RuleViolation) -> bool {
         let part = finding.part();
         self.worse.iter().any(|(rule, of, ..)| *rule == finding.rule && *of == part)
     }
 
-    /// Whether nothing is worse than known.
+    /// Whether no count is above the known one.
     pub fn passes(&self) -> bool {
         self.worse.is_empty()
     }
 
-    /// Says how the counts stand.
+    /// Prints the comparison.
     pub fn print(&self) {
         for (rule, part, known, found) in &self.worse {
             println!("{part}: {found} × {rule}, where {known} are known: mend those above that are new");

@@ -1,4 +1,4 @@
-//! Citations of the specification sheets: `sheet: mpm §3.3`, `sheet: sph V-40`, and what else `docs/sheets/README.md` lists.
+//! Citations of the specification sheets: `sheet: mpm §3.3`, `sheet: sph V-40`, and the other forms that `docs/sheets/README.md` lists.
 
 use crate::tidy::RuleViolation;
 use crate::tidy::sheet_index::{CitableSheet, SheetIndex, label};
@@ -6,12 +6,11 @@ use crate::tidy::source_tree::{SourceFile, SourceTree};
 
 const RULE: &str = "citation of a sheet";
 
-/// Citations of sheets, sections and rows that are not there, labels that belong to no sheet, and files that speak of “the sheet”
-/// and cite none.
+/// Citations of missing sheets, sections and rows, labels that belong to no sheet, and files that mention “the sheet” and cite none.
 pub fn citations(tree: &SourceTree, sheets: &SheetIndex) -> Vec<RuleViolation> {
     let mut findings = Vec::new();
     for file in &tree.files {
-        // What is made of the sheets quotes them.
+        // Pages made from the sheets quote them.
         let quotes = file.path == crate::coverage::PAGE_FILE;
         if quotes || file.path.starts_with("docs/sheets/") || file.path.starts_with("xtask/src/tidy/") {
             continue;
@@ -56,7 +55,7 @@ fn check(file: &SourceFile, sheets: &SheetIndex, findings: &mut Vec<RuleViolatio
     }
 }
 
-/// The sheets that a folder is about.
+/// Sheets on the subject of a folder.
 fn folder_sheets(path: &str) -> &'static [&'static str] {
     let folders: Vec<_> = path.split('/').collect();
     let name = match folders[..] {
@@ -76,13 +75,13 @@ fn folder_sheets(path: &str) -> &'static [&'static str] {
     }
 }
 
-/// The text with comment signs at the beginnings of lines taken off, so that a citation may go on in the next line.
+/// Text without the comment signs at the beginnings of lines, so that a citation may continue on the next line.
 fn without_margins(text: &str) -> String {
     let margin = |line: &str| line.trim_start().trim_start_matches(['/', '!', '#', '\\']).to_owned();
     text.lines().map(margin).collect::<Vec<_>>().join("\n")
 }
 
-/// Places behind `sheet: `.
+/// Byte positions behind `sheet: `.
 fn starts(text: &str) -> impl Iterator<Item = usize> {
     text.match_indices("sheet: ").filter_map(|(at, found)| {
         let before = text[..at].chars().next_back();
@@ -90,7 +89,7 @@ fn starts(text: &str) -> impl Iterator<Item = usize> {
     })
 }
 
-/// Line of a citation as “sheet: mpm §2.5” or “Sheet V-01”.
+/// Line of a citation in the form “sheet: mpm §2.5” or “Sheet V-01”.
 fn outdated_form(text: &str) -> Option<usize> {
     let found = text.match_indices("heet ").find(|(at, found)| {
         let rest = &text[at + found.len()..];
@@ -99,7 +98,7 @@ fn outdated_form(text: &str) -> Option<usize> {
     found.map(|(at, _)| text[..at].matches('\n').count() + 1)
 }
 
-/// Labels of rows as the sheets of soils have them, `V-40`, with their lines.
+/// Labels of rows in the form of the sheets of soils, `V-40`, with their lines.
 fn unprefixed_labels(text: &str) -> Vec<(usize, &str)> {
     let mut labels = Vec::new();
     for (number, line) in text.lines().enumerate() {
@@ -120,7 +119,7 @@ fn unprefixed_labels(text: &str) -> Vec<(usize, &str)> {
     labels
 }
 
-/// What follows `sheet: `.
+/// Parser of the text after `sheet: `.
 struct CitationParser<'a, 'f> {
     rest: &'a str,
     line: usize,
@@ -129,8 +128,7 @@ struct CitationParser<'a, 'f> {
 }
 
 impl<'a> CitationParser<'a, '_> {
-    /// Reads names and items; returns the sheets that are cited. Where no item follows the name it is no citation, but a variable
-    /// of a program.
+    /// Reads names and items; returns the cited sheets. A name without an item is not a citation but a variable of a program.
     fn read(&mut self, sheets: &SheetIndex) -> Vec<&'a str> {
         let mut cited = Vec::new();
         loop {
@@ -185,7 +183,7 @@ impl<'a> CitationParser<'a, '_> {
         }
     }
 
-    /// A letter, a row or a set behind the number of a section.
+    /// Reads a letter, a row or a set behind the number of a section.
     fn section_detail(&mut self, sheet: &CitableSheet, name: &str, number: &str) {
         for word in ["row ", "set "] {
             if let Some(rest) = self.rest.strip_prefix(' ').and_then(|rest| rest.strip_prefix(word)) {
@@ -204,7 +202,7 @@ impl<'a> CitationParser<'a, '_> {
         if let Some(letter) = characters.next().filter(|c| ('a'..='h').contains(c))
             && !characters.next().is_some_and(|c| c.is_alphanumeric() || c == '\'')
         {
-            // “§2.5 a” might be an article in running text: a letter that the section lacks is one only where it is attached.
+            // “§2.5 a” might be an article in running text: a letter that the section lacks counts only where it is attached.
             let known = sheet.has_letter(number, letter);
             if known || attached.len() == self.rest.len() {
                 if !known {
@@ -215,7 +213,7 @@ impl<'a> CitationParser<'a, '_> {
         }
     }
 
-    /// Goes to the item that follows `,`, `;`, `and`, `to` or a dash; false where none does.
+    /// Moves to the item that follows `,`, `;`, `and`, `to` or a dash; false where there is none.
     fn next_item(&mut self) -> bool {
         let trimmed = self.rest.trim_start();
         for joint in [",", ";", "and ", "to ", "–", "…", "..."] {
@@ -224,7 +222,7 @@ impl<'a> CitationParser<'a, '_> {
                 let rest = rest.strip_prefix("and ").unwrap_or(rest).trim_start();
                 let is_range = joint == "–" && rest.starts_with(|c: char| c.is_ascii_digit());
                 if is_range {
-                    // `§2.8–2.11`: the end of a range of sections has no sign of its own.
+                    // `§2.8–2.11`: the end of a range of sections has no section sign.
                     let number = number(rest);
                     self.rest = &rest[number.len()..];
                     return self.next_item();

@@ -1,4 +1,4 @@
-//! The invariants of `docs/architecture.md` on crates: which one may depend on which, and on what from outside.
+//! Dependency rules of `docs/architecture.md`: the allowed dependencies of each crate, inside and outside the workspace.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -11,7 +11,7 @@ use crate::tidy::RuleViolation;
 
 const RULE: &str = "crate graph";
 
-/// A package of this workspace as `cargo metadata` describes it.
+/// Package of this workspace from `cargo metadata`.
 struct PackageDependencies {
     folder: String,
     normal: BTreeSet<String>,
@@ -20,7 +20,7 @@ struct PackageDependencies {
 
 type Packages = BTreeMap<String, PackageDependencies>;
 
-/// Dependencies that point up or sideways, or that a crate must not have; names and lints that are not those of the workspace.
+/// Dependencies that point up or sideways, or that a crate must not have; names and lints other than those of the workspace.
 ///
 /// # Errors
 ///
@@ -46,7 +46,7 @@ pub fn crate_graph(root: &Path) -> Result<Vec<RuleViolation>, String> {
     Ok(findings)
 }
 
-/// What users of the methods as libraries build and do not need, by manifest.
+/// Dependencies that users of the methods as libraries build without need, by manifest.
 ///
 /// # Errors
 ///
@@ -74,14 +74,14 @@ pub fn unneeded_dependencies(root: &Path) -> Result<Vec<RuleViolation>, String> 
     Ok(findings)
 }
 
-/// Names of all that a library user of a package builds.
+/// Names of all packages that a library user of a package builds.
 fn built_packages(root: &Path, package: &str, arguments: &[&str]) -> Result<BTreeSet<String>, String> {
     let fixed = ["tree", "--offline", "--edges", "normal,build", "--prefix", "none", "--package", package];
     let tree = cargo(root, &[&fixed, arguments].concat())?;
     Ok(tree.lines().filter_map(|line| Some(line.split_whitespace().next()?.to_owned())).collect())
 }
 
-/// What `cargo` prints.
+/// Standard output of a `cargo` command.
 fn cargo(root: &Path, arguments: &[&str]) -> Result<String, String> {
     let output = Command::new(std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned()))
         .args(arguments)
@@ -120,7 +120,7 @@ fn package(entry: &Value) -> (String, PackageDependencies) {
     (text(&entry["name"]), package)
 }
 
-/// Crates of the workspace that the one in `folder` may name; `None` where it may name all.
+/// Crates of the workspace that the one in `folder` may depend on; `None` where it may depend on all.
 fn allowed(folder: &str) -> Option<&'static [&'static str]> {
     match folder {
         "colluvium" | "xtask" => None,
@@ -129,13 +129,13 @@ fn allowed(folder: &str) -> Option<&'static [&'static str]> {
         "terrain" => Some(&["colluvium-points"]),
         "case" => Some(&["colluvium-constitutive", "colluvium-points", "colluvium-terrain"]),
         "plots" => Some(&["colluvium-case", "colluvium-constitutive"]),
-        // What remains is a method, or what the tests of methods share.
+        // The others are methods, or the shared test code of methods.
         _ => Some(&["colluvium-case", "colluvium-constitutive", "colluvium-grid", "colluvium-points"]),
     }
 }
 
-/// Dependencies from outside that one crate below the facade may have, or none: output is the business of `case`, pictures are
-/// that of `plots`, and the command line that of the facade.
+/// External dependencies of at most one crate below the facade: output belongs to `case`, pictures to `plots`, and the command line to the
+/// facade.
 const EXCLUSIVE_DEPENDENCIES: [(&str, Option<&str>); 5] = [
     ("clap", None),
     ("plotters", Some("plots")),
@@ -144,10 +144,10 @@ const EXCLUSIVE_DEPENDENCIES: [(&str, Option<&str>); 5] = [
     ("indicatif", Some("case")),
 ];
 
-/// What programs need, and a library user of a method does not build.
+/// Dependencies of programs that a library user of a method does not build.
 const PROGRAM_DEPENDENCIES: [&str; 6] = ["clap", "ctrlc", "gif", "plotters", "png", "sysinfo"];
 
-/// All that the constitutive core may depend on: a finite-element code uses it alone.
+/// All allowed dependencies of the constitutive core: a finite-element code uses it alone.
 const CORE_DEPENDENCIES: [&str; 7] =
     ["libloading", "nalgebra", "postcard", "schemars", "serde", "serde_json", "thiserror"];
 

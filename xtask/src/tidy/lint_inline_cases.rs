@@ -1,4 +1,4 @@
-//! The case of a benchmark is a file that `colluvium run` takes; code may change it, and does not write one.
+//! Inline cases: the case of a benchmark is a file that `colluvium run` takes; code may change it, but not write it.
 
 use crate::tidy::RuleViolation;
 use crate::tidy::source_tree::SourceTree;

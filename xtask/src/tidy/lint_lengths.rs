@@ -1,4 +1,4 @@
-//! Files and functions that are too long to be read in one piece.
+//! Overlong files and functions.
 
 use syn::spanned::Spanned;
 use syn::visit::Visit;
@@ -6,10 +6,10 @@ use syn::visit::Visit;
 use crate::tidy::RuleViolation;
 use crate::tidy::source_tree::SourceTree;
 
-/// Lines of a module.
+/// Largest number of lines of a module.
 const MAX_FILE_LINES: usize = 500;
 
-/// Lines of a function, from its signature to its closing brace.
+/// Largest number of lines of a function, from its signature to its closing brace.
 const MAX_FUNCTION_LINES: usize = 60;
 
 /// Files of more than 500 lines.
@@ -28,7 +28,7 @@ pub fn long_files(tree: &SourceTree) -> Vec<RuleViolation> {
 ///
 /// # Errors
 ///
-/// A source that is no Rust.
+/// A source that is not Rust.
 pub fn long_functions(tree: &SourceTree) -> Result<Vec<RuleViolation>, String> {
     let mut findings = Vec::new();
     for file in tree.sources() {

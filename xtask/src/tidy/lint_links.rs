@@ -1,9 +1,9 @@
-//! Links of the documentation lead somewhere, and every page is in the table of contents.
+//! Links of the documentation to existing targets, and entries of all pages in the table of contents.
 
 use crate::tidy::RuleViolation;
 use crate::tidy::source_tree::{SourceFile, SourceTree};
 
-/// Links to files that are not there, and to headings that their page does not have.
+/// Links to missing files, and to headings that their page does not have.
 pub fn broken_links(tree: &SourceTree) -> Vec<RuleViolation> {
     let mut findings = Vec::new();
     for page in tree.pages() {
@@ -38,12 +38,12 @@ pub fn pages_without_entry(tree: &SourceTree) -> Vec<RuleViolation> {
         .collect()
 }
 
-/// Targets of `[text](target)`.
+/// Link targets of `[text](target)`.
 fn targets(text: &str) -> impl Iterator<Item = &str> {
     text.split("](").skip(1).filter_map(|rest| rest.split_once(')')).map(|(target, _)| target)
 }
 
-/// The path of `file` as seen from the folder of `page`.
+/// Path of `file` relative to the folder of `page`.
 fn relative_path(page: &str, file: &str) -> String {
     let mut parts: Vec<&str> = page.split('/').collect();
     parts.pop();
@@ -67,7 +67,7 @@ fn target_exists(tree: &SourceTree, path: &str, heading: &str) -> bool {
     }
 }
 
-/// The anchor that a heading gets: lower case, dashes for spaces, no other punctuation.
+/// Anchor of a heading: lower case, dashes for spaces, no other punctuation.
 fn anchor(heading: &str) -> String {
     let kept = heading.trim().chars().filter(|c| c.is_alphanumeric() || "-_ ".contains(*c));
     kept.collect::<String>().to_lowercase().replace(' ', "-")

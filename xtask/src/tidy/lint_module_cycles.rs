@@ -1,4 +1,4 @@
-//! Circles between the modules of a crate: modules at its root that need each other, directly or by way of others.
+//! Cycles between the modules of a crate: modules at its root that depend on each other, directly or through others.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,14 +7,14 @@ use syn::visit::Visit;
 use crate::tidy::RuleViolation;
 use crate::tidy::source_tree::{SourceFile, SourceTree};
 
-/// Which module at the root names which others.
+/// Modules at the root that each module at the root refers to.
 type ModuleGraph = BTreeMap<String, BTreeSet<String>>;
 
-/// Modules that are part of a circle.
+/// Modules that are part of a cycle.
 ///
 /// # Errors
 ///
-/// A source that is no Rust.
+/// A source that is not Rust.
 pub fn module_cycles(tree: &SourceTree) -> Result<Vec<RuleViolation>, String> {
     let mut crates: BTreeMap<&str, Vec<&SourceFile>> = BTreeMap::new();
     for file in tree.sources() {
@@ -47,7 +47,7 @@ fn file_of(krate: &str, module: &str, files: &[&SourceFile]) -> String {
     if files.iter().any(|file| file.path == folder) { folder } else { format!("{krate}/src/{module}.rs") }
 }
 
-/// The modules that `module` needs and that need it, itself among them.
+/// Modules that `module` depends on and that depend on it, itself among them.
 fn cycle(graph: &ModuleGraph, module: &str) -> Vec<String> {
     let needed = reached(graph, module);
     needed.iter().filter(|other| reached(graph, other).contains(module)).cloned().collect()
@@ -105,7 +105,7 @@ fn parse(file: &SourceFile) -> Result<syn::File, String> {
     syn::parse_file(&file.text).map_err(|error| format!("{}: {error}", file.path))
 }
 
-/// The module behind each name that the root re-exports.
+/// Module behind each name that the root re-exports.
 fn root_exports(root: &syn::File, modules: &BTreeSet<String>) -> BTreeMap<String, String> {
     let mut exports = BTreeMap::new();
     for item in &root.items {
@@ -127,7 +127,7 @@ fn root_exports(root: &syn::File, modules: &BTreeSet<String>) -> BTreeMap<String
     exports
 }
 
-/// The paths of a tree of uses; a renamed one ends with its new name.
+/// Collects the paths of a use tree; a renamed one ends with its new name.
 fn flatten(tree: &syn::UseTree, above: &mut Vec<String>, paths: &mut Vec<Vec<String>>) {
     let with = |name: String| above.iter().cloned().chain([name]).collect();
     match tree {
@@ -143,7 +143,7 @@ fn flatten(tree: &syn::UseTree, above: &mut Vec<String>, paths: &mut Vec<Vec<Str
     }
 }
 
-/// The modules at the root that a file names by `crate::…` or `super::…`. Tests may name all.
+/// Modules at the root that a file refers to by `crate::…` or `super::…`. Tests may refer to all.
 struct ModuleReferences<'a> {
     path: Vec<String>,
     modules: &'a BTreeSet<String>,

@@ -1,4 +1,4 @@
-//! A module with files of its own stands in its folder: `name/mod.rs`, not `name.rs` beside `name/`.
+//! Placement of modules: a module with files of its own is in its folder, `name/mod.rs`, not `name.rs` beside `name/`.
 
 use crate::tidy::RuleViolation;
 use crate::tidy::source_tree::SourceTree;

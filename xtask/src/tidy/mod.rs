@@ -1,9 +1,8 @@
-//! What a machine can check of the house rules: lengths of files and functions, which crate may know which, circles between
-//! modules, where modules are, words of comments and names, cases written in code, links of the documentation, and citations of the specification
-//! sheets.
+//! Machine-checked house rules: lengths of files and functions, dependencies of crates, cycles between modules, placement of modules, words
+//! of comments and names, inline cases, links of the documentation, and citations of the specification sheets.
 //!
-//! A rule that the tree breaks today has a ratchet (`xtask/tidy-ratchet.json`): so many findings per crate are known, more are not
-//! allowed, and `--lower` writes down the new number once there are fewer.
+//! A rule that the tree breaks today has a baseline (`xtask/tidy-ratchet.json`): the known number of violations per crate. More are not
+//! allowed; `--lower` writes the new number once there are fewer.
 
 mod baseline;
 mod lint_citations;
@@ -33,16 +32,16 @@ pub struct TidyArguments {
     all: bool,
 }
 
-/// A place where a rule is broken.
+/// Violation of a rule.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct RuleViolation {
-    /// The rule, as the ratchet names it.
+    /// Name of the rule, as in the baseline.
     rule: &'static str,
-    /// The file from the root of the repository, with `/`.
+    /// Path of the file from the root of the repository, with `/`.
     file: String,
-    /// The line, from one; zero where the finding is about the whole file.
+    /// Line number, from one; zero where the violation concerns the whole file.
     line: usize,
-    /// What is wrong, and what would be right.
+    /// Description of the violation and its remedy.
     message: String,
 }
 
@@ -51,7 +50,7 @@ impl RuleViolation {
         Self { rule, file: file.to_owned(), line, message }
     }
 
-    /// The part of the tree that the ratchet counts in: `crates/<name>`, or the first folder.
+    /// Part of the tree that the baseline counts in: `crates/<name>`, or the first folder.
     fn part(&self) -> String {
         let mut folders = self.file.split('/');
         match (folders.next(), folders.next()) {
@@ -62,11 +61,11 @@ impl RuleViolation {
     }
 }
 
-/// Checks the tree. Returns whether nothing is worse than the ratchet knows.
+/// Checks the tree. Returns whether no count is above the baseline.
 ///
 /// # Errors
 ///
-/// What of the tree cannot be read, as text.
+/// The file that cannot be read, as text.
 pub fn run(arguments: &TidyArguments) -> Result<bool, String> {
     let root = crate::root();
     let findings = all_violations(root)?;
@@ -87,7 +86,7 @@ pub fn run(arguments: &TidyArguments) -> Result<bool, String> {
     Ok(verdict.passes())
 }
 
-/// All findings, in the order of rule, file and line.
+/// All violations, in the order of rule, file and line.
 fn all_violations(root: &Path) -> Result<Vec<RuleViolation>, String> {
     let tree = SourceTree::read(root)?;
     let sheets = sheet_index::SheetIndex::of(&tree);

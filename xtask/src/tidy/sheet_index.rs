@@ -1,20 +1,20 @@
-//! What of the specification sheets can be cited: sections, numbered rows and items of a section, and labelled rows.
+//! Citable items of the specification sheets: sections, numbered rows and items of a section, and labelled rows.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::tidy::source_tree::SourceTree;
 
-/// The sheets under `docs/sheets/`, by name.
+/// Sheets under `docs/sheets/`, by name.
 pub struct SheetIndex {
     by_name: BTreeMap<String, CitableSheet>,
 }
 
-/// What a sheet has that can be cited.
+/// Citable items of a sheet.
 #[derive(Default)]
 pub struct CitableSheet {
-    /// Text of each section and of all below it, by number (`2.5`, `3`).
+    /// Text of each section and its subsections, by number (`2.5`, `3`).
     sections: BTreeMap<String, String>,
-    /// Labels that a line, a row of a table or a passage in bold begins with (`V-40`, `A-27`, `B2`).
+    /// Labels at the beginning of a line, a row of a table or a passage in bold (`V-40`, `A-27`, `B2`).
     labels: BTreeSet<String>,
 }
 
@@ -31,7 +31,7 @@ impl SheetIndex {
         Self { by_name }
     }
 
-    /// The sheet of this name.
+    /// Sheet of a name.
     pub fn get(&self, name: &str) -> Option<&CitableSheet> {
         self.by_name.get(name)
     }
@@ -77,7 +77,7 @@ impl CitableSheet {
         })
     }
 
-    /// Whether `section` has a part that is lettered so: `(b)`, `b)`, or `**b` at its beginning.
+    /// Whether `section` has a part with this letter: `(b)`, `b)`, or `**b` at its beginning.
     pub fn has_letter(&self, section: &str, letter: char) -> bool {
         self.sections.get(section).is_some_and(|body| {
             body.contains(&format!("({letter})")) || body.lines().any(|line| begins_with_letter(line, letter))
@@ -89,7 +89,7 @@ impl CitableSheet {
         self.labels.contains(label)
     }
 
-    /// Whether `section` speaks of the set of this name.
+    /// Whether `section` mentions the set of this name.
     pub fn has_set(&self, section: &str, set: &str) -> bool {
         self.sections.get(section).is_some_and(|body| body.contains(&format!("Set {set}")))
     }
@@ -101,7 +101,7 @@ fn begins_with_letter(line: &str, letter: char) -> bool {
     characters.next() == Some(letter) && matches!(characters.next(), Some(')' | '.'))
 }
 
-/// The number that a heading begins with.
+/// Section number at the beginning of a heading.
 fn section_number(line: &str) -> Option<String> {
     let heading = line.strip_prefix('#')?.trim_start_matches('#').trim_start();
     let number: String = heading.chars().take_while(|c| c.is_ascii_digit() || *c == '.').collect();
@@ -109,7 +109,7 @@ fn section_number(line: &str) -> Option<String> {
     (!number.is_empty()).then(|| number.to_owned())
 }
 
-/// The label at the beginning of `text`: capitals, a dash or none, digits, a small letter or none.
+/// Label at the beginning of `text`: capitals, a dash or none, digits, a small letter or none.
 pub fn label(text: &str) -> Option<String> {
     let capitals = text.chars().take_while(char::is_ascii_uppercase).count();
     if !(1..=3).contains(&capitals) {

@@ -1,42 +1,42 @@
-//! The text of the repository.
+//! Text files of the repository.
 
 use std::fs;
 use std::path::Path;
 
-/// Endings of the files that are read.
+/// Extensions of the files that are read.
 const EXTENSIONS: [&str; 6] = ["rs", "md", "json", "csv", "toml", "py"];
 
-/// Folders that are read, and the files beside them.
+/// Folders that are read, beside the files at the root.
 const FOLDERS: [&str; 4] = ["crates", "docs", "validation", "xtask"];
 
-/// A file of the repository.
+/// Text file of the repository.
 pub struct SourceFile {
     /// Path from the root, with `/`.
     pub path: String,
-    /// All of it.
+    /// Text of the file.
     pub text: String,
 }
 
 impl SourceFile {
-    /// The ending of its name.
+    /// Extension of the file.
     pub fn ending(&self) -> &str {
         self.path.rsplit_once('.').map_or("", |(_, ending)| ending)
     }
 }
 
-/// The files of the repository, in the order of their paths.
+/// Text files of the repository, in the order of their paths.
 pub struct SourceTree {
-    /// What was read.
+    /// Files that were read.
     pub files: Vec<SourceFile>,
 }
 
 impl SourceTree {
-    /// Reads what lies in the folders of the repository. Build folders and results, which begin with a dot or are named
-    /// `target`, are none of it.
+    /// Reads the files in the folders of the repository. Build and result folders, which begin with a dot or are named `target`, are left
+    /// out.
     ///
     /// # Errors
     ///
-    /// What cannot be read.
+    /// A file that cannot be read.
     pub fn read(root: &Path) -> Result<Self, String> {
         let mut files = Vec::new();
         for name in ["README.md", "CHANGELOG.md"] {
@@ -51,7 +51,7 @@ impl SourceTree {
         Ok(Self { files })
     }
 
-    /// A tree of these files, for tests.
+    /// Tree of these files, for tests.
     #[cfg(test)]
     pub fn of(files: &[(&str, &str)]) -> Self {
         let file =
@@ -59,17 +59,17 @@ impl SourceTree {
         Self { files: files.iter().map(file).collect() }
     }
 
-    /// The sources of all crates, tests and benches included.
+    /// Sources of all crates, tests and benches included.
     pub fn sources(&self) -> impl Iterator<Item = &SourceFile> {
         self.files.iter().filter(|file| file.ending() == "rs")
     }
 
-    /// The pages of the documentation and those at the root.
+    /// Pages of the documentation and those at the root.
     pub fn pages(&self) -> impl Iterator<Item = &SourceFile> {
         self.files.iter().filter(|file| file.ending() == "md")
     }
 
-    /// The file at `path`, if there is one.
+    /// File at `path`, if there is one.
     pub fn get(&self, path: &str) -> Option<&SourceFile> {
         self.files.iter().find(|file| file.path == path)
     }

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use super::RuleViolation;
 use crate::tidy::source_tree::{SourceFile, SourceTree};
 
-/// First words that a doc comment does not have: its first sentence says what the item is, noun first.
+/// Forbidden first words of a doc comment: its first sentence names the item, noun first.
 const OPENINGS: [&str; 3] = ["What ", "The same", "As it"];
 
-/// Phrases that are not used, each with other words for it.
+/// Forbidden phrases, each with a replacement.
 const PHRASES: [(&str, &str); 16] = [
     ("what is", "the noun that is meant"),
     ("the same,", "equal, or the noun again"),
@@ -127,7 +127,7 @@ pub fn phrases(tree: &SourceTree) -> Vec<RuleViolation> {
     findings
 }
 
-/// Comment and texts in quotation marks of a line.
+/// Comment and quoted texts of a line.
 fn prose(line: &str) -> String {
     let (code, comment) = line.split_once("//").unwrap_or((line, ""));
     let quoted: Vec<&str> = code.split('"').skip(1).step_by(2).collect();
@@ -144,7 +144,7 @@ fn has_words(text: &str, phrase: &str) -> bool {
     })
 }
 
-/// Types of one name in a crate.
+/// Types of the same name in a crate.
 pub fn twins(tree: &SourceTree) -> Vec<RuleViolation> {
     let mut known: BTreeMap<(String, String), String> = BTreeMap::new();
     let mut findings = Vec::new();
@@ -209,7 +209,7 @@ fn is_term(glossary: &str, name: &str) -> bool {
     })
 }
 
-/// Path of the file or folder below `src` that a file is in, without ending, and the file.
+/// Path of the file or folder below `src` that contains a file, without extension, and the file.
 fn root_name(file: &SourceFile) -> Option<(String, String)> {
     let (crate_path, below) = file.path.split_once("/src/")?;
     let first = below.split('/').next()?.trim_end_matches(".rs");

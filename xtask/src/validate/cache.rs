@@ -1,4 +1,4 @@
-//! What earlier runs of benchmarks found: a benchmark is not run again while the program and the files that it reads are the same.
+//! Cache of the outcomes of benchmarks: a benchmark is not run again while the program and the files that it reads are unchanged.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
@@ -8,26 +8,26 @@ use serde::{Deserialize, Serialize};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, CheckVerdict};
 use crate::report::BenchmarkEntry;
 
-/// Where outcomes are kept.
+/// Folder of cached outcomes.
 pub struct OutcomeCache {
-    /// Below which the files of benchmarks are.
+    /// Root of the files of benchmarks.
     root: PathBuf,
     folder: PathBuf,
-    /// Mark of the program: every benchmark and all that it calls is in it.
+    /// Hash of the program, which contains every benchmark and all code that it calls.
     program_hash: u64,
 }
 
-/// An outcome with what it depends on.
+/// Cached outcome with its dependencies.
 #[derive(Serialize, Deserialize)]
 struct CachedOutcome {
     program: u64,
-    /// Files with the marks of what they hold.
+    /// Files with the hashes of their contents.
     files: Vec<(String, u64)>,
     seconds: f64,
     outcome: BenchmarkOutcome,
 }
 
-/// A mark of some bytes.
+/// Hash of some bytes.
 fn content_hash(bytes: &[u8]) -> u64 {
     let mut hasher = DefaultHasher::new();
     bytes.hash(&mut hasher);
@@ -35,7 +35,7 @@ fn content_hash(bytes: &[u8]) -> u64 {
 }
 
 impl OutcomeCache {
-    /// That of this program and repository.
+    /// Opens the cache of this program and repository.
     pub fn open() -> Result<Self, String> {
         let program = std::env::current_exe().and_then(std::fs::read);
         let program =
@@ -53,7 +53,7 @@ impl OutcomeCache {
         std::fs::read(self.root.join(Path::new(file))).ok().map(|bytes| content_hash(&bytes))
     }
 
-    /// What a benchmark found before, where nothing that it depends on has changed since.
+    /// Cached entry of a benchmark whose program and files have not changed since; `None` otherwise.
     pub fn find(&self, benchmark: &'static Benchmark, short: bool) -> Option<BenchmarkEntry> {
         let bytes = std::fs::read(self.file(benchmark, short)).ok()?;
         let kept: CachedOutcome = postcard::from_bytes(&bytes).ok()?;
@@ -70,14 +70,14 @@ impl OutcomeCache {
         })
     }
 
-    /// Keeps what a benchmark found; not of one that fails, which runs again.
+    /// Stores the entry of a benchmark; a failed one is not stored, so that it runs again.
     pub fn store(&self, entry: BenchmarkEntry) -> Result<BenchmarkEntry, String> {
         let file = self.file(entry.benchmark, entry.short);
         let marks: Option<Vec<(String, u64)>> =
             entry.files.iter().map(|name| Some((name.clone(), self.file_hash(name)?))).collect();
         let Some(files) = marks.filter(|_| entry.error.is_none() && entry.count(CheckVerdict::Fail) == 0)
         else {
-            // What was kept before is of another state.
+            // The earlier outcome is of another state.
             let _ = std::fs::remove_file(&file);
             return Ok(entry);
         };

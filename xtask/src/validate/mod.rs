@@ -1,7 +1,7 @@
 //! `cargo xtask validate`.
 //!
-//! A check that fails makes the command fail, unless `validation/open-defects.json` lists it: it is then shown as a
-//! failure all the same, with what is known of it, and counted apart.
+//! A check that fails makes the command fail, unless `validation/open-defects.json` lists it: it is then still shown as a failure, with its
+//! defect record, and counted apart.
 
 mod cache;
 mod open_defects;
@@ -47,7 +47,7 @@ pub struct ValidateArguments {
 const LONG_SECONDS: u32 = 50;
 
 impl ValidateArguments {
-    /// Whether a benchmark is asked for: by its own name, by a part of it that no other one has as its name, or with all.
+    /// Whether a benchmark is requested: by its own name, by a part of it that is not the name of another one, or with all.
     fn asks_for(&self, benchmark: &Benchmark) -> bool {
         let asks = |name: &String| match all().find(|other| other.id == name.as_str()) {
             Some(one) => one.id == benchmark.id,
@@ -63,7 +63,7 @@ impl ValidateArguments {
     }
 }
 
-/// Runs the benchmarks; true when everything holds.
+/// Runs the benchmarks; returns whether all checks pass.
 pub fn run(arguments: &ValidateArguments) -> Result<bool, String> {
     let chosen: Vec<&'static Benchmark> = all().filter(|benchmark| arguments.asks_for(benchmark)).collect();
     if arguments.list {
@@ -104,14 +104,14 @@ pub fn run(arguments: &ValidateArguments) -> Result<bool, String> {
     Ok(failed == 0)
 }
 
-/// A benchmark to run.
+/// Benchmark to run.
 struct BenchmarkJob {
     benchmark: &'static Benchmark,
     short: bool,
 }
 
 impl BenchmarkJob {
-    /// Seconds to expect on one core.
+    /// Expected time on one core (s).
     fn seconds(&self) -> u32 {
         if self.short {
             self.benchmark.short_seconds.unwrap_or(self.benchmark.full_seconds)
@@ -121,21 +121,21 @@ impl BenchmarkJob {
     }
 }
 
-/// What is known before anything runs.
+/// Cached outcomes and known defects.
 struct KnownResults {
     store: OutcomeCache,
     defects: Vec<DefectRecord>,
 }
 
 impl KnownResults {
-    /// What was kept of a benchmark that has not changed since, unless it fails by what is known of its defects now.
+    /// Cached entry of an unchanged benchmark; `None` where it fails by the current defect records.
     fn find(&self, work: &BenchmarkJob) -> Option<BenchmarkEntry> {
         let mut entry = self.store.find(work.benchmark, work.short)?;
         self.judge(work.benchmark, &mut entry.outcome);
         entry.passes().then_some(entry)
     }
 
-    /// Notes what is known of checks that fail.
+    /// Attaches the defect records to the checks.
     fn judge(&self, benchmark: &Benchmark, outcome: &mut BenchmarkOutcome) {
         for check in &mut outcome.checks {
             check.defect = open_defects::known(&self.defects, benchmark.id, &check.name);
@@ -143,7 +143,7 @@ impl KnownResults {
     }
 }
 
-/// The entries of all benchmarks, in their order: those that have not changed as they were kept, the others from their runs.
+/// Entries of all benchmarks, in their order: cached ones where unchanged, the others from their runs.
 fn all_entries(
     work: &[BenchmarkJob],
     known: &KnownResults,
@@ -162,11 +162,11 @@ fn all_entries(
     Ok(entries.into_iter().flatten().collect())
 }
 
-/// A benchmark's number and what came of it, or why that could not be kept.
+/// Number of a benchmark and its entry, or the reason why the entry could not be stored.
 type JobResult = (usize, Result<BenchmarkEntry, String>);
 
-/// Runs the benchmarks of some numbers, as many at a time as there are cores, the longest first: most are too small for many
-/// threads, and results do not depend on their number. Each is kept when it is done, so that what is interrupted can go on.
+/// Runs the benchmarks of some numbers, as many at a time as there are cores, the longest first: most are too small for many threads, and
+/// results do not depend on their number. Each is stored when complete, so that an interrupted validation can continue.
 fn run_jobs(
     work: &[BenchmarkJob],
     mut order: Vec<usize>,
@@ -198,7 +198,7 @@ fn run_jobs(
     Ok(done.into_inner().expect("no benchmark panics out of its entry"))
 }
 
-/// Prints what there is and what it costs.
+/// Prints the benchmarks and their expected times.
 fn list(chosen: &[&Benchmark]) {
     println!("{:28} {:>8} {:>8}  seconds to expect on one core", "name", "--quick", "full");
     for benchmark in chosen {
@@ -211,7 +211,7 @@ fn list(chosen: &[&Benchmark]) {
     println!("{:28} {:>8} {:>8}", "together", format!("{quick} s"), format!("{full} s"));
 }
 
-/// Runs a benchmark on the threads of a pool and prints what came of it.
+/// Runs a benchmark on the threads of a pool and prints its outcome.
 fn run_benchmark(
     work: &BenchmarkJob,
     pool: &ThreadPool,
@@ -229,7 +229,7 @@ fn run_benchmark(
         Ok(Err(error)) => (BenchmarkOutcome::default(), Some(error)),
         Err(_) => (BenchmarkOutcome::default(), Some("the benchmark panicked".to_owned())),
     };
-    // A comparison has the runs on one slider.
+    // A comparison already has the runs on one slider.
     if outcome.comparison.is_none() {
         outcome.animations = recorder.animations();
     }
@@ -249,7 +249,7 @@ fn run_benchmark(
     if let Some(error) = &error {
         let _ = writeln!(text, "  FAIL        {error}");
     }
-    // At once: others report meanwhile.
+    // Printed in one call: other threads report meanwhile.
     let line = progress.finished_text(work.seconds(), seconds);
     println!("\n{line}: {} — {}\n{text}  {seconds:.1} s", benchmark.id, benchmark.title);
     BenchmarkEntry { benchmark, short, outcome, error, seconds, files: recorder.files(), cached: false }

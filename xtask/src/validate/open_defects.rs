@@ -4,21 +4,21 @@ use serde::Deserialize;
 
 use crate::benchmarks::{Criterion, OpenDefect, all};
 
-/// Checks that are known to fail, for one cause.
+/// Record of checks that are known to fail, for one cause.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DefectRecord {
     /// Name of the benchmark.
     benchmark: String,
-    /// How the names of the checks begin.
+    /// Prefixes of the names of the checks.
     checks: Vec<String>,
-    /// How they stand with what the source asks.
+    /// Criterion: relation of the failure to the requirement of the source.
     criterion: Criterion,
-    /// What was found.
+    /// Observation.
     found: String,
 }
 
-/// The open defects; a benchmark that is none is an error.
+/// Reads the open defects; an unknown benchmark is an error.
 pub fn open() -> Result<Vec<DefectRecord>, String> {
     let path = crate::root().join("validation/open-defects.json");
     let wrong = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
@@ -30,7 +30,7 @@ pub fn open() -> Result<Vec<DefectRecord>, String> {
     }
 }
 
-/// What is known of a check.
+/// Open defect of a check; `None` where none is recorded.
 pub fn known(defects: &[DefectRecord], benchmark: &str, check: &str) -> Option<OpenDefect> {
     let of_check = |defect: &&DefectRecord| {
         defect.benchmark == benchmark && defect.checks.iter().any(|begin| check.starts_with(begin))

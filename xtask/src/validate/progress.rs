@@ -1,9 +1,9 @@
-//! How far a validation is, and the time to expect of the rest.
+//! Progress of a validation, and the estimated remaining time.
 
 use std::sync::Mutex;
 use std::time::Instant;
 
-/// Counts benchmarks and compares what they took with what was expected.
+/// Counts benchmarks and compares their times with the expected ones.
 pub struct ValidationProgress {
     number: usize,
     workers: usize,
@@ -11,31 +11,31 @@ pub struct ValidationProgress {
     count: Mutex<ProgressCount>,
 }
 
-/// What is done and what is left.
+/// Completed and remaining work.
 struct ProgressCount {
     done: usize,
-    /// Seconds that the finished benchmarks took, and that were expected of them.
+    /// Time of the finished benchmarks and their expected time (s).
     elapsed: f64,
     expected: f64,
-    /// Seconds expected of the others, each on one core.
+    /// Expected time of the others, each on one core (s).
     remaining: f64,
 }
 
 impl ValidationProgress {
-    /// Of benchmarks with the seconds to expect of each on one core, so many at a time.
+    /// Builds the progress of benchmarks from their expected times on one core (s) and the number of simultaneous ones.
     pub fn new(seconds: impl Iterator<Item = u32>, workers: usize) -> Self {
         let seconds: Vec<f64> = seconds.map(f64::from).collect();
         let count = ProgressCount { done: 0, elapsed: 0.0, expected: 0.0, remaining: seconds.iter().sum() };
         Self { number: seconds.len(), workers, start: Instant::now(), count: Mutex::new(count) }
     }
 
-    /// What lies ahead, in a line.
+    /// Text on the work ahead, in a line.
     pub fn header_text(&self) -> String {
         let left = self.count.lock().expect("nothing panics while it counts").remaining;
         format!("{} at a time, about {}", self.workers, duration(left / self.workers as f64))
     }
 
-    /// Counts a benchmark; says which number it is, and the time to expect of the rest.
+    /// Counts a finished benchmark; returns a text with its number and the estimated remaining time.
     pub fn finished_text(&self, expected: u32, took: f64) -> String {
         let mut count = self.count.lock().expect("nothing panics while it counts");
         count.done += 1;
@@ -52,13 +52,13 @@ impl ValidationProgress {
 }
 
 impl ProgressCount {
-    /// Seconds of one core to expect of what is left, at the speed of what is done.
+    /// Estimated remaining time on one core (s), at the speed of the finished benchmarks.
     fn rest(&self) -> f64 {
         self.remaining * self.elapsed / self.expected.max(1.0)
     }
 }
 
-/// A time in words, rounded.
+/// Text of a duration, rounded.
 fn duration(seconds: f64) -> String {
     match seconds.round() as u64 {
         seconds @ 0..120 => format!("{seconds} s"),

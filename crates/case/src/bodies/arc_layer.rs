@@ -1,11 +1,11 @@
-//! Layers along the line of an obstacle in the plane, between two lengths of it.
+//! Layers along the ground line of an obstacle in the plane, between two arc lengths.
 
 use crate::description::{ObstacleShape, ProfilePiece};
 
-/// Largest turn of an arc between two corners of the outline (rad).
+/// Largest turning angle of an arc between two corners of the outline (rad).
 const MAX_TURN: f64 = 0.004;
 
-/// A piece of a line.
+/// Segment of a ground line.
 enum LinePiece {
     Straight { from: [f64; 2], along: [f64; 2], length: f64 },
     Arc { centre: [f64; 2], radius: f64, from: f64, sweep: f64 },
@@ -26,7 +26,7 @@ impl LinePiece {
             Some(centre) => {
                 let angle = |x: [f64; 2]| (x[1] - centre[1]).atan2(x[0] - centre[0]);
                 let full = 2.0 * std::f64::consts::PI;
-                // The shorter way round.
+                // The shorter arc.
                 let sweep = (angle(to) - angle(from) + 0.5 * full).rem_euclid(full) - 0.5 * full;
                 let radius = (from[0] - centre[0]).hypot(from[1] - centre[1]);
                 Self::Arc { centre, radius, from: angle(from), sweep }
@@ -41,7 +41,7 @@ impl LinePiece {
         }
     }
 
-    /// Place (m) and normal, to the left of the way along the line, at a length from its beginning (m).
+    /// Position (m) at an arc length from the start (m), and the normal to the left of the direction along the line.
     fn point_and_normal(&self, length: f64) -> ([f64; 2], [f64; 2]) {
         match self {
             Self::Straight { from, along, .. } => {
@@ -49,14 +49,14 @@ impl LinePiece {
             }
             Self::Arc { centre, radius, from, sweep } => {
                 let (sine, cosine) = (from + sweep.signum() * length / radius).sin_cos();
-                // The centre lies to the left where the arc turns anticlockwise.
+                // The centre lies to the left where the arc turns counter-clockwise.
                 let out = -sweep.signum();
                 ([centre[0] + radius * cosine, centre[1] + radius * sine], [out * cosine, out * sine])
             }
         }
     }
 
-    /// Lengths at which it is looked at, between two of them (m).
+    /// Arc lengths of the outline's corners, between two arc lengths (m).
     fn stations(&self, from: f64, to: f64) -> Vec<f64> {
         let count = match self {
             Self::Straight { .. } => 1,
@@ -66,11 +66,11 @@ impl LinePiece {
     }
 }
 
-/// Outline of what lies along the line of an obstacle, between the lengths `start` and `end` of it (m) and the distances `from` and
-/// `to` along its normal out of the ground (m).
+/// Outline of the layer along the line of an obstacle, between the arc lengths `start` and `end` (m) and the distances `from` and `to`
+/// along the normal out of the ground (m).
 ///
 /// # Errors
-/// A key of the layer and what is wrong with it.
+/// Key of the layer and a description of the error.
 pub fn outline(
     shape: &ObstacleShape,
     [start, end]: [f64; 2],
@@ -97,7 +97,7 @@ pub fn outline(
     if end > length * (1.0 + 1e-9) {
         return Err(("end", format!("{end} m is beyond the line of the obstacle, which is {length} m long")));
     }
-    // Ground lies below: a ground-line may come from the right.
+    // The ground lies below: a ground line may run from right to left.
     let up = if here[0] >= first[0] { 1.0 } else { -1.0 };
     let (mut sides, mut begun): ([Vec<[f64; 2]>; 2], f64) = (Default::default(), 0.0);
     let mut before: Option<[f64; 2]> = None;
@@ -111,7 +111,7 @@ pub fn outline(
             let (place, normal) = piece.point_and_normal(station);
             let mut normal = normal.map(|n| up * n);
             if let Some(last) = before.filter(|_| number == 0) {
-                // Where pieces meet at an angle the corner lies at the distance from both.
+                // Where segments meet at an angle the corner lies at the distance from both.
                 let share = 1.0 + normal[0] * last[0] + normal[1] * last[1];
                 if !(share > 0.1) {
                     return Err(("on", "the line turns back on itself within the layer".to_owned()));
@@ -151,7 +151,7 @@ mod tests {
     }
 
     fn track() -> Value {
-        // A slope of 5 m that falls by 30 degrees, an arc of 4 m and a flat of 6 m.
+        // A slope of 5 m that falls by 30 degrees, an arc of 4 m and a level of 6 m.
         let (sine, cosine) = 30f64.to_radians().sin_cos();
         let foot = [-4.0 * sine, 4.0 * (1.0 - cosine)];
         json!({ "kind": "profile", "start": [foot[0] - 5.0 * cosine, foot[1] + 5.0 * sine],
@@ -164,7 +164,7 @@ mod tests {
         let layer = |start: f64, end: f64, from: f64, to: f64| json!({ "kind": "arc-layer", "on": "track", "start": start, "end": end, "from": from, "to": to });
         let shape = |value: Value| case(&value, &track()).unwrap().bodies[0].shape.clone();
         let whole = shape(layer(1.0, 5.0 + arc + 3.0, 0.2, 0.7));
-        // The arc is hollow: the layer is shorter on top.
+        // The arc is concave: the layer is shorter on top.
         let exact = 7.0 * 0.5 + 0.5 * 30f64.to_radians() * (3.8f64.powi(2) - 3.3f64.powi(2));
         let area = whole.measure(2).unwrap();
         assert!((area / exact - 1.0).abs() < 1e-5, "{area} for {exact}");
@@ -173,7 +173,7 @@ mod tests {
             !whole.contains(&[2.9, 0.19]) && !whole.contains(&[3.1, 0.5]) && !whole.contains(&[2.0, 0.71])
         );
         let Shape::ArcLayer { .. } = whole else { panic!() };
-        // The lowest of rows 0.1 m high lies half of that above the lower side, on slope, arc and flat alike.
+        // The lowest of rows 0.1 m high lies half of that above the lower side, on slope, arc and level.
         let mut rows = layer(1.0, 5.0 + arc + 3.0, 0.2, 0.7);
         rows["rows"] = json!("terrain");
         let samples = colluvium_points::lattice(&shape(rows), [0.0; 2], 0.1).unwrap();
@@ -198,7 +198,7 @@ mod tests {
         let line = json!({ "kind": "ground-line", "points": [[10, 0], [0, 0], [-6, 8]] });
         let layer = json!({ "kind": "arc-layer", "on": "track", "start": 2, "end": 15, "to": 1 });
         let shape = case(&layer, &line).unwrap().bodies[0].shape.clone();
-        // Two straight parts of 8 and 5 m; between them, tan of half the turn on either side is gone.
+        // Two straight parts of 8 and 5 m; on either side of the corner the tangent of half the turning angle is missing.
         let half = 0.5 * (8f64.atan2(6.0));
         let exact = 13.0 - half.tan();
         assert!(

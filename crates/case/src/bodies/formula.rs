@@ -1,4 +1,4 @@
-//! Formulas of the coordinates, for fields at the start of a run.
+//! Formulas of the coordinates, for initial fields.
 
 use std::borrow::Cow;
 
@@ -8,9 +8,9 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Names of the coordinates in a formula.
 const COORDINATES: [&str; 3] = ["x", "y", "z"];
-/// Length from which a text is no formula that a person wrote (bytes): its parser recurses.
+/// Largest length of a formula (bytes), since its parser is recursive.
 const MAX_LENGTH: usize = 4000;
-/// Depth of brackets that its parser may recurse to.
+/// Largest depth of brackets, since its parser is recursive.
 const MAX_DEPTH: usize = 100;
 
 /// A formula of the coordinates `x`, `y` and `z` (m, from `domain.origin` where the case has one), as text, or a number.
@@ -20,15 +20,15 @@ const MAX_DEPTH: usize = 100;
 #[derive(Clone, Debug)]
 pub struct Formula {
     text: FormulaSource,
-    /// Kept apart, for it is large, and most of what may hold a formula holds none.
+    /// Parsed expression, boxed because it is large and most fields have no formula.
     tree: Box<Expression>,
-    /// Axes of its variables, in the order in which it takes them.
+    /// Axes of its variables, in the order of its arguments.
     axes: Vec<usize>,
 }
 
 type Expression = FlatEx<f64, FloatOpsFactory<f64>, JsonNumbers>;
 
-/// Numbers as in JSON, `2.5e-3`: the parser's own have no exponents.
+/// Number format of JSON, `2.5e-3`: the parser's own has no exponents.
 #[derive(Clone, Debug, Default)]
 struct JsonNumbers;
 
@@ -51,7 +51,7 @@ impl MatchLiteral for JsonNumbers {
     }
 }
 
-/// A formula as the case file has it.
+/// Formula as written in the case file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 enum FormulaSource {
@@ -60,10 +60,10 @@ enum FormulaSource {
 }
 
 impl Formula {
-    /// The formula that `text` is.
+    /// Parses a formula.
     ///
     /// # Errors
-    /// What is wrong with it, or the name in it that is no coordinate.
+    /// Description of the error, or the name in it that is not a coordinate.
     pub fn new(text: &str) -> Result<Self, String> {
         Self::from_source(FormulaSource::Words(text.to_owned()))
     }
@@ -103,7 +103,7 @@ impl Formula {
         Ok(Self { text, tree: Box::new(tree), axes })
     }
 
-    /// Its value at `x`; not finite where it has none.
+    /// Value at `x` (m); not finite where it is undefined.
     pub fn at(&self, x: [f64; 3]) -> f64 {
         let mut values = [0.0; 3];
         for (value, axis) in values.iter_mut().zip(&self.axes) {
@@ -112,7 +112,7 @@ impl Formula {
         self.tree.eval(&values[..self.axes.len()]).unwrap_or(f64::NAN)
     }
 
-    /// The first coordinate in it that a space of `dimension` axes does not have.
+    /// First coordinate of the formula that a space of `dimension` axes does not have.
     pub(crate) fn unknown_coordinate(&self, dimension: usize) -> Option<&'static str> {
         self.axes.iter().find(|axis| **axis >= dimension).map(|axis| COORDINATES[*axis])
     }

@@ -1,18 +1,18 @@
-//! Initial stress: the weight of what lies above (sheet: mpm §2.19).
+//! Initial stress: K0 stress by the weight of the material above (sheet: mpm §2.19).
 
 use colluvium_constitutive::{MaterialSpec, SymTensor};
 
 use crate::Case;
 use crate::description::{Body, InitialStress, PoreFluid};
 
-/// Places per direction at which the weight above a body is compared.
+/// Sampling points per direction for the comparison of the weights above a body.
 const SAMPLES: usize = 24;
-/// What counts as a difference of weights or of heights, of the largest.
+/// Relative tolerance of weights and heights, over the largest one.
 const WEIGHT_TOLERANCE: f64 = 1e-6;
 
 impl Case {
-    /// Initial stress of `body` at `x` (Pa, tension-positive): the effective one where it has a pore fluid, the total one
-    /// where its material is undrained.
+    /// Initial stress of `body` at `x` (Pa, tension-positive): the effective stress with a pore fluid, the total stress for an undrained
+    /// material.
     pub fn initial_stress(&self, body: &Body, x: [f64; 3]) -> SymTensor {
         match &body.stress {
             InitialStress::None => SymTensor::ZERO,
@@ -38,8 +38,8 @@ impl Case {
         (0..3).find(|&axis| gravity[axis] != 0.0)
     }
 
-    /// Weight per area (Pa) of what is on the vertical from `x`, a place in `body`, up: the bodies to the coordinate `surface`
-    /// (m), and the open water to that of the pore fluid of `body`. Rigid bodies carry themselves.
+    /// Weight per area (Pa) above `x`, a position in `body`: of the bodies up to the coordinate `surface` (m), and of open water up to the
+    /// surface of the pore fluid of `body`. Rigid bodies do not count.
     fn weight_above(&self, x: [f64; 3], axis: usize, surface: f64, body: &Body) -> f64 {
         let gravity = self.gravity3()[axis];
         let above = |end: f64, start: f64| (start - end) * gravity.signum() > 0.0;
@@ -65,13 +65,13 @@ impl Case {
         cuts.windows(2).map(weight).sum()
     }
 
-    /// Density of a body with what fills its pores (kg/m³).
+    /// Bulk density of a body with its pore fluid (kg/m³).
     pub(crate) fn bulk_density(&self, body: &Body) -> f64 {
         let own = self.materials.get(&body.material).map_or(0.0, MaterialSpec::density);
         body.pore_fluid.as_ref().map_or(own, |fluid| fluid.saturated_density(own))
     }
 
-    /// Warns of K0 stresses that are in no balance, and of surfaces that nothing reaches.
+    /// Warns of K0 stresses that are not in equilibrium, and of surfaces above all bodies.
     pub(crate) fn warn_of_weights(&self, warnings: &mut Vec<String>) {
         let Some(axis) = self.vertical() else { return };
         let settles = self.stages.first().is_some_and(|stage| stage.equilibrium.is_some());
@@ -112,7 +112,7 @@ impl Case {
         }
     }
 
-    /// Warns of a water table within a body: its pores are full above it too.
+    /// Warns of a water table within a body: its pores are saturated above the table too.
     fn warn_of_table(&self, (number, body): (usize, &Body), axis: usize, warnings: &mut Vec<String>) {
         let Some(table) = body.pore_fluid.as_ref().and_then(PoreFluid::surface) else { return };
         let (low, high) = body.shape.bounds(self.dimension());
@@ -125,7 +125,7 @@ impl Case {
         }
     }
 
-    /// Whether the weight above a body is the same along each horizontal plane through it.
+    /// Whether the weight above a body is constant on each horizontal plane through it.
     fn is_level(&self, body: &Body, axis: usize, surface: f64) -> bool {
         let dimension = self.dimension();
         let (low, high) = body.shape.bounds(dimension);
@@ -151,7 +151,7 @@ impl Case {
     }
 }
 
-/// Pore pressure (Pa) that a material holds at the start, in itself or in what it is around.
+/// Initial pore pressure (Pa) of an undrained material, including those of wrapped materials.
 fn undrained_pressure(material: &MaterialSpec) -> f64 {
     let own = match material {
         MaterialSpec::Undrained(spec) => spec.initial_pore_pressure,
@@ -247,14 +247,14 @@ mod tests {
         let both = |surface: f64| {
             layers(&[("/bodies/0/pore_fluid", water(surface)), ("/bodies/1/pore_fluid", water(surface))])
         };
-        // The effective stress under water does not know how deep the water is: buoyant weights of 2400 and 400 kg/m³.
+        // The effective stress under water does not depend on the water depth: buoyant weights of 2400 and 400 kg/m³.
         for surface in [3.0, 5.0, 7.5] {
             let case = both(surface);
             assert!((vertical(&case, 1, [1.0, 2.5, 0.0]) + 12e3).abs() < 1e-9, "{surface}");
             assert!((vertical(&case, 0, [1.0, 1.0, 0.0]) + 28e3).abs() < 1e-9, "{surface}");
             assert!(vertical(&case, 1, [1.0, 3.0, 0.0]).abs() < 1e-9, "{surface}");
         }
-        // Under a slope too, where water fills what the ground leaves.
+        // Also under a slope, where water fills the space above the ground.
         let slope = json!({ "kind": "polygon", "vertices": [[2, 2], [8, 2], [8, 3], [3, 3]] });
         let changes = [
             ("/bodies/1/shape", slope),
@@ -273,7 +273,7 @@ mod tests {
         for material in [clay, drying] {
             let case = layers(&[("/materials/light", material)]);
             let stress = case.initial_stress(&case.bodies[0], [4.0, 1.0, 0.0]);
-            // 40 kPa in all, 34 kPa of them effective.
+            // 40 kPa in total, 34 kPa of them effective.
             let exact = [-23e3, -40e3, -23e3, 0.0, 0.0, 0.0];
             assert!(stress.0.iter().zip(exact).all(|(s, e)| (s - e).abs() < 1e-9), "{stress:?}");
         }

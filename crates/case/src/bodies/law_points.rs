@@ -1,4 +1,4 @@
-//! What the law of a body begins with and what it tells of its points, for every solver alike.
+//! Initial state of a body's material law and its output fields, for all solvers.
 
 use std::sync::Arc;
 
@@ -7,22 +7,22 @@ use colluvium_constitutive::{BLOCK_SIZE, InitialCondition, Material, StateBlock,
 use crate::solver::reset_error;
 use crate::{Case, CaseError, Field, FieldData, PointList, spatial};
 
-/// The law of a body and what it begins with.
+/// Material law of a body with its initial stresses and states.
 pub struct InitialLawState {
-    /// The law.
+    /// Material law.
     pub material: Arc<dyn Material>,
     /// Stresses (Pa).
     pub stress: Vec<SymTensor>,
-    /// States of the law.
+    /// States of the material law.
     pub states: States,
 }
 
 impl Case {
-    /// The law of body number `number` at its points: their `positions` (m), and where they come from a file, `listed`.
+    /// Initialises the law of body number `number` at its points at `positions` (m); `listed` is their list where they come from a file.
     ///
     /// # Errors
-    /// When the law cannot be built, or cannot begin at a point with the stress that the case gives there; when the points have pore
-    /// pressures and the body no pore fluid.
+    /// When the law cannot be built, or cannot start at a point with the given initial stress; when the points have pore pressures and the
+    /// body has no pore fluid.
     pub fn initialise_law<const D: usize>(
         &self,
         number: usize,
@@ -55,22 +55,22 @@ impl Case {
     }
 }
 
-/// The points of a body as its law sees them.
+/// Points of a body with the data of its material law.
 #[derive(Clone, Copy)]
 pub struct LawPoints<'a> {
-    /// The law.
+    /// Material law.
     pub material: &'a dyn Material,
     /// Stresses (Pa).
     pub stress: &'a [SymTensor],
-    /// States of the law.
+    /// States of the material law.
     pub states: &'a States,
 }
 
-/// Index of a point among those of its body, and what its law says against its state.
+/// Index of a point in its body, and the reason why its law rejects its state.
 pub type LawRefusal = (usize, String);
 
 impl LawPoints<'_> {
-    /// `width` numbers a point, point after point, which `values` writes block by block.
+    /// Array of `width` numbers per point, point after point, which `values` computes block by block.
     pub fn law_values(
         &self,
         width: usize,
@@ -86,14 +86,14 @@ impl LawPoints<'_> {
         out
     }
 
-    /// Recoverable energies per unit volume (J/m³), zero where the law defines none.
+    /// Recoverable energies per volume (J/m³), zero where the law defines none.
     pub fn stored_energies(&self) -> Vec<f64> {
         self.law_values(1, |stress, states, out| {
             self.material.stored_energies(stress, states, out);
         })
     }
 
-    /// Whether the law tells how much energy it stores.
+    /// Whether the law defines a recoverable energy.
     pub fn defines_energy(&self) -> bool {
         let mut out = vec![0.0; BLOCK_SIZE];
         let first = self.stress.chunks(BLOCK_SIZE).zip(self.states.blocks()).next();
@@ -102,11 +102,11 @@ impl LawPoints<'_> {
         })
     }
 
-    /// Stresses and states with which the law begins anew from the stresses that are there, at the densities (kg/m³) that
-    /// `density` gives by the index of a point.
+    /// Stresses and states of a new start of the law from the present stresses, at the densities (kg/m³) that `density` gives by the index
+    /// of a point.
     ///
     /// # Errors
-    /// The first point at which the law cannot.
+    /// The first point at which the law cannot start.
     pub fn reinitialised(
         &self,
         density: impl Fn(usize) -> f64,
@@ -119,8 +119,8 @@ impl LawPoints<'_> {
     }
 }
 
-/// The own scalars of the laws of `bodies` at the points of `order`, each the number of its body and its index there; NaN
-/// where a point's law has no such scalar.
+/// Scalar output fields of the laws of `bodies` at the points of `order`, each given by the number of its body and its index there; NaN
+/// where the law of a point has no such scalar.
 pub fn law_fields(bodies: &[LawPoints<'_>], order: &[(usize, usize)]) -> Vec<Field> {
     let names: Vec<&[&'static str]> = bodies.iter().map(|body| body.material.output_names()).collect();
     let table = |(body, names): (&LawPoints<'_>, &&[&'static str])| {

@@ -1,4 +1,4 @@
-//! Points of a body from a file, in place of points on a lattice.
+//! Points of a body from a file, instead of points on a lattice.
 
 pub(crate) mod arc_layer;
 pub(crate) mod formula;
@@ -54,7 +54,7 @@ pub struct PointFile {
     pub spacing: Option<f64>,
 }
 
-/// The points of a body as its file has them.
+/// Points of a body from its file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointList {
     /// Positions (m); unused components are zero.
@@ -69,32 +69,32 @@ pub struct PointList {
     pub stresses: Option<Vec<SymTensor>>,
     /// Initial pore pressures (Pa, compression-positive), if the file has them.
     pub pore_pressures: Option<Vec<f64>>,
-    /// What the file says of grains.
+    /// Columns of grains.
     pub grains: GrainColumns,
 }
 
-/// What a file of points says of grains.
+/// Columns of grains in a file of points.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GrainColumns {
     /// Radii (m).
     pub radii: Option<Vec<f64>>,
-    /// Names of kinds.
+    /// Names of grain types.
     pub grain_types: Option<Vec<String>>,
     /// Initial spins (rad/s).
     pub spins: Option<Vec<[f64; 3]>>,
-    /// Whether they are held.
+    /// Whether the grains are fixed.
     pub held: Option<Vec<bool>>,
-    /// Their numbers.
+    /// Ids.
     pub ids: Option<Vec<u32>>,
 }
 
 impl GrainColumns {
     /// Columns with the initial spin (rad/s).
     pub const SPIN: [&str; 3] = ["spin_x", "spin_y", "spin_z"];
-    /// The other columns.
+    /// Other columns of grains.
     const OTHERS: [&str; 4] = [RADIUS, KIND, HELD, ID];
 
-    /// Those that the file has, empty.
+    /// Empty columns for those in the file.
     fn of(columns: &PointFileColumns) -> Self {
         Self {
             radii: columns.has(&[RADIUS]).then(Vec::new),
@@ -105,7 +105,7 @@ impl GrainColumns {
         }
     }
 
-    /// Takes what a line says.
+    /// Adds the values of a row.
     fn add_row(&mut self, row: &PointFileRow<'_>, columns: &PointFileColumns) -> Result<(), String> {
         if let Some(radii) = &mut self.radii {
             radii.push(row.positive(columns, RADIUS)?);
@@ -136,7 +136,7 @@ impl PointList {
     /// Column with the initial pore pressure (Pa, compression-positive).
     pub const PORE_PRESSURE: &str = "pore_pressure";
 
-    /// Places and volumes.
+    /// Positions and volumes.
     pub fn samples<const D: usize>(&self) -> Vec<Sample<D>> {
         let sample = |(position, volume): (&[f64; 3], &f64)| Sample {
             position: std::array::from_fn(|axis| position[axis]),
@@ -145,7 +145,7 @@ impl PointList {
         self.positions.iter().zip(&self.volumes).map(sample).collect()
     }
 
-    /// Mean distance of the points (m) in a space of `dimension` coordinates, as if each stood for a square or a cube.
+    /// Mean spacing of the points (m) in a space of `dimension` coordinates: the edge of a square or cube of their mean volume.
     pub fn spacing(&self, dimension: usize) -> f64 {
         let mean = self.volumes.iter().sum::<f64>() / self.volumes.len() as f64;
         mean.powf(1.0 / dimension as f64)
@@ -153,8 +153,8 @@ impl PointList {
 }
 
 impl PointFile {
-    /// About how many points the file holds, without reading them: its lines but the head and remarks. None of a file that
-    /// cannot be read.
+    /// Approximate number of points in the file, without parsing it: its lines except the header and comments. Zero for a file that cannot
+    /// be read.
     pub(crate) fn count(&self) -> f64 {
         let Ok(file) = File::open(&self.file) else { return 0.0 };
         let lines = BufReader::new(file).split(b'\n').map_while(Result::ok);
@@ -164,11 +164,11 @@ impl PointFile {
 }
 
 impl Case {
-    /// The points of a body from its file; `None` for bodies without one.
+    /// Points of a body from its file; `None` for bodies without a file.
     ///
     /// # Errors
-    /// When the file cannot be read or is not such a list, with line and column; when a point is not in the shape of the
-    /// body, or two are at one place.
+    /// When the file cannot be read or is invalid, with line and column; when a point is outside the shape of the body, or two points
+    /// coincide.
     pub fn point_list(&self, body: usize) -> Result<Option<PointList>, CaseError> {
         let Some(source) = &self.bodies[body].points else { return Ok(None) };
         let list = self.read_points(&self.bodies[body], source);
@@ -177,11 +177,11 @@ impl Case {
         })
     }
 
-    /// Density of the material, without fluid in its pores, at point `point` of body `number` (kg/m³): that of the mass in its list,
-    /// or the material's own.
+    /// Density of the material, without pore fluid, at point `point` of body `number` (kg/m³): from the mass in its list, or that of the
+    /// material.
     ///
     /// # Errors
-    /// When the fluid in the pores alone is heavier.
+    /// When the mass is less than that of the pore fluid alone.
     pub fn density_at(
         &self,
         number: usize,
@@ -205,7 +205,7 @@ impl Case {
         Err(CaseError::new(format!("bodies[{number}].points.file"), problem))
     }
 
-    /// Initial stress (Pa, tension-positive) of point number `point` of a body, which is at `x` (m).
+    /// Initial stress (Pa, tension-positive) of point number `point` of a body, at the position `x` (m).
     pub(crate) fn initial_stress_of(
         &self,
         body: &Body,
@@ -275,7 +275,7 @@ const KIND: &str = "kind";
 const HELD: &str = "held";
 const ID: &str = "id";
 
-/// Quantity of a column.
+/// Physical quantity of a column.
 fn quantity(name: &str) -> Quantity {
     let is_one_of = |names: &[&str]| names.contains(&name);
     match name {
@@ -290,7 +290,7 @@ fn quantity(name: &str) -> Quantity {
     }
 }
 
-/// The names of the columns, and what makes SI units of the numbers of each.
+/// Names of the columns, and their factors to SI units.
 struct PointFileColumns {
     names: Vec<String>,
     factors: Vec<f64>,
@@ -336,12 +336,12 @@ impl PointFileColumns {
         self.names.iter().position(|known| known == name)
     }
 
-    /// Whether any of the columns is there.
+    /// Whether one of the columns exists.
     fn has(&self, names: &[&str]) -> bool {
         names.iter().any(|name| self.position(name).is_some())
     }
 
-    /// Refuses what is said twice, and what a rigid body does not have.
+    /// Rejects contradictory data, and columns that a rigid body does not have.
     fn check_against(&self, body: &Body, source: &PointFile) -> Result<(), String> {
         let twice = |what: &str, key: &str| {
             Err(format!("has {what}, and the body has `{key}` as well: give one of them"))
@@ -372,7 +372,7 @@ impl PointFileColumns {
     }
 }
 
-/// A line of the file.
+/// Row of the file.
 struct PointFileRow<'a> {
     line: u64,
     record: &'a csv::StringRecord,
@@ -380,7 +380,7 @@ struct PointFileRow<'a> {
 }
 
 impl PointFileRow<'_> {
-    /// The number in a column, in SI units; zero where there is no such column.
+    /// Number in a column, in SI units; zero without such a column.
     fn number(&self, columns: &PointFileColumns, name: &str) -> Result<f64, String> {
         let Some(column) = columns.position(name) else { return Ok(0.0) };
         let text = &self.record[column];
@@ -410,7 +410,7 @@ impl PointFileRow<'_> {
         Err(format!("line {}, column {name:?}: {value} must be positive", self.line))
     }
 
-    /// The whole number in a column, at most `most`.
+    /// Integer in a column, at most `most`.
     fn whole(&self, columns: &PointFileColumns, name: &str, most: u32) -> Result<u32, String> {
         let text = self.text(columns, name);
         let value = text.parse().ok().filter(|value| *value <= most);
@@ -419,15 +419,15 @@ impl PointFileRow<'_> {
         value.ok_or_else(problem)
     }
 
-    /// The text in a column; none where there is no such column.
+    /// Text in a column; empty without such a column.
     fn text(&self, columns: &PointFileColumns, name: &str) -> &str {
         columns.position(name).map_or("", |column| &self.record[column])
     }
 }
 
-/// Refuses two points at one place; `lines` are theirs in the file.
+/// Rejects coinciding points; `lines` are their line numbers in the file.
 fn check_distinct(positions: &[[f64; 3]], lines: &[u64]) -> Result<(), String> {
-    // Both zeros are one place.
+    // Zero and minus zero are the same coordinate.
     let key = |number: &usize| positions[*number].map(|x| x + 0.0);
     let mut order: Vec<usize> = (0..positions.len()).collect();
     let compare = |a: &usize, b: &usize| {

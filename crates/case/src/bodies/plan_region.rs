@@ -1,4 +1,4 @@
-//! Parts of a surface, as they are seen in plan.
+//! Regions of a surface in plan.
 
 use std::sync::Arc;
 
@@ -7,22 +7,22 @@ use colluvium_points::{Outline, Raster, Shape};
 use crate::Case;
 use crate::description::RasterCellSelection;
 
-/// Most numbers of a raster that a message lists.
+/// Largest number of raster values in a message.
 const MOST_LISTED: usize = 12;
 
-/// A part of the plan.
+/// Region in plan.
 #[derive(Clone, Debug)]
 pub enum PlanRegion {
-    /// A shape in the coordinates of the plan.
+    /// Shape in plan coordinates.
     Shape(Shape),
-    /// An outline in the two coordinates of a plan.
+    /// Outline in plan.
     Outline(Arc<Outline>),
-    /// Cells of a raster over a plan.
+    /// Cells of a raster in plan.
     Cells(Arc<RasterCells>),
 }
 
 impl PlanRegion {
-    /// Whether it holds a place with these coordinates in plan (m).
+    /// Whether the region contains a position in plan (m).
     #[inline]
     pub fn contains(&self, place: &[f64]) -> bool {
         match self {
@@ -33,7 +33,7 @@ impl PlanRegion {
     }
 }
 
-/// Some of the cells of a raster, each half a spacing to all sides of its node.
+/// Selected cells of a raster, each extending half a spacing to all sides of its node.
 #[derive(Clone, Debug)]
 pub struct RasterCells {
     counts: [usize; 2],
@@ -43,7 +43,7 @@ pub struct RasterCells {
 }
 
 impl RasterCells {
-    /// The cells of a raster that hold `value`, or any number.
+    /// Cells of a raster with the value `value`, or with any number.
     fn of(raster: &Raster, value: Option<f64>) -> Self {
         let is_chosen = |held: &f64| value.map_or(held.is_finite(), |value| *held == value);
         Self {
@@ -54,7 +54,7 @@ impl RasterCells {
         }
     }
 
-    /// Whether a place in plan (m) lies in one of them; on a line between two the one with the greater coordinate counts.
+    /// Whether a position in plan (m) lies in one of the cells; on a common edge the cell with the larger coordinate counts.
     #[inline]
     fn contain(&self, place: [f64; 2]) -> bool {
         let [x, y] = std::array::from_fn(|c| (place[c] - self.low[c]) / self.spacing[c]);
@@ -62,7 +62,7 @@ impl RasterCells {
         !beyond && self.selected.get(y as usize * self.counts[0] + x as usize).is_some_and(|chosen| *chosen)
     }
 
-    /// Whether one of them reaches between two corners of the plan (m).
+    /// Whether one of the cells overlaps a box between two corners in plan (m).
     fn intersect_box(&self, low: &[f64], high: &[f64]) -> bool {
         let chosen = self.selected.iter().enumerate().filter(|(_, chosen)| **chosen);
         chosen.map(|(number, _)| [number % self.counts[0], number / self.counts[0]]).any(|cell| {
@@ -75,12 +75,12 @@ impl RasterCells {
 }
 
 impl Case {
-    /// The part of the plan in a shape with coordinates from `domain.origin`, in the outline of a file, or in cells of a raster.
+    /// Region in plan of a shape with coordinates from `domain.origin`, of the outline of a file, or of cells of a raster.
     ///
     /// # Errors
-    /// The key, `shape`, `outline` or `raster`, with what is below it, and what is wrong: none is given, or more than one; a shape that is
-    /// none in plan; an outline or a raster where the plan is a line, or whose file cannot be read; a value that no cell holds; what lies
-    /// beyond the domain.
+    /// The key `shape`, `outline` or `raster` with the path below it, and a description: none or several keys are given; a shape that is
+    /// invalid in plan; an outline or a raster where the plan is a line, or whose file cannot be read; a value without a cell; a region
+    /// outside the domain.
     pub fn plan_region(
         &self,
         shape: Option<Shape>,
@@ -123,10 +123,10 @@ impl Case {
         }
     }
 
-    /// The cells of a raster's file that hold its value; the key below that of the raster, and what is wrong.
+    /// Cells of a raster file with its value; the key below that of the raster and a description as the error.
     fn cells_of(&self, of: &RasterCellSelection) -> Result<RasterCells, (&'static str, String)> {
         let RasterCellSelection { file, value } = of;
-        // A class is looked for by its number; any number is one only where it does not stand for no data.
+        // A class is selected by its number; the selection of any number needs a declared no-data value.
         let raster = match value {
             Some(_) => self.raster_of_classes(file),
             None => self.plan_raster(file),
@@ -150,15 +150,15 @@ impl Case {
         Ok(cells)
     }
 
-    /// What is wrong with a part of space, or of the plan, between corners with coordinates from `domain.origin` (m), where none of
-    /// it lies in the domain.
+    /// Error text for a part of space or of the plan between corners with coordinates from `domain.origin` (m) that lies outside the
+    /// domain; `None` where they overlap.
     pub fn outside_domain_problem(&self, low: &[f64], high: &[f64]) -> Option<String> {
         let apart = self.outside_extent(low, high, true)?;
         Some(format!("reaches {apart}: none of it lies there"))
     }
 
-    /// From where to where what lies between these corners reaches along an axis along which it is apart from the domain, and the domain
-    /// too; whether what only `touches` the domain is apart from it.
+    /// Text with the extents of a box and of the domain along the first axis along which the box lies outside the domain; with `touches`, a
+    /// box that only touches the domain is outside.
     pub(crate) fn outside_extent(&self, low: &[f64], high: &[f64], touches: bool) -> Option<String> {
         let (origin, domain) = (self.origin(), &self.domain);
         let c = (0..low.len()).find(|&c| {
@@ -171,7 +171,7 @@ impl Case {
     }
 }
 
-/// What the cells of a raster hold, in words.
+/// Text with the values of a raster.
 fn values_text(raster: &Raster) -> String {
     let mut values: Vec<f64> = raster.values.iter().copied().filter(|value| value.is_finite()).collect();
     values.sort_by(f64::total_cmp);
@@ -193,7 +193,7 @@ mod tests {
 
     use super::*;
 
-    /// Land cover at coordinates of a map: 1 in the west, 3 in the east, and nothing in the north.
+    /// Land cover at map coordinates: 1 in the west, 3 in the east, and no data in the north.
     fn cover(folder: &Path, name: &str) {
         let value = |x: f64, y: f64| match (x, y) {
             (_, y) if y > 5_000_016.0 => f64::NAN,
@@ -232,7 +232,7 @@ mod tests {
             cover(folder.path(), name);
             let class = of(folder.path(), name, Some(3.0)).unwrap();
             let any = of(folder.path(), name, None).unwrap();
-            // To the rim of the cells, which is half a cell beyond their centres.
+            // Cells extend half a spacing beyond their centres.
             for (place, in_class, in_any) in [
                 ([10.1, 15.9], true, true),
                 ([9.9, 15.9], false, true),
@@ -259,7 +259,7 @@ mod tests {
             let raster = Raster::from_function([10, 10], [600_001.0, 5_000_001.0], [2.0; 2], value);
             let text = folder.path().join("cover.asc");
             colluvium_terrain::write_raster(&text, &raster).unwrap();
-            // Without a line that names the mark.
+            // Without a line for the no-data value.
             let lines = std::fs::read_to_string(&text).unwrap();
             let silent: Vec<&str> = lines.lines().filter(|line| !line.starts_with("NODATA")).collect();
             std::fs::write(&text, silent.join("\n")).unwrap();
@@ -288,7 +288,7 @@ mod tests {
             key == "raster.file" && problem.contains("reaches from 600100 to 600120 m along x"),
             "{problem}"
         );
-        // The class is there, but west of the domain.
+        // The class exists, but west of the domain.
         write("west.asc", 599_991.0, &|x, _| if x < 600_000.0 { 7.0 } else { 8.0 });
         let (key, problem) = refused("west.asc", Some(7.0));
         assert!(key == "raster.value" && problem.ends_with("hold 7 lies in the domain"), "{problem}");

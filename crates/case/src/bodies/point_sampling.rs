@@ -1,4 +1,4 @@
-//! The points that methods set in bodies.
+//! Sampling of bodies with points.
 
 use colluvium_points::{Sample, Sampling, Shape, fitted, lattice, poisson_spaced};
 
@@ -6,10 +6,10 @@ use crate::description::Space;
 use crate::{Case, CaseError};
 
 impl Case {
-    /// Points of body `number`, about a `spacing` (m) apart, as its `sampling` says: the lattice begins half a spacing from `origin` (m).
+    /// Points of body number `number`, about a `spacing` (m) apart, by its `sampling`; a lattice begins half a spacing from `origin` (m).
     ///
     /// # Errors
-    /// When its shape cannot be sampled so, by the path of what is wrong.
+    /// When its shape cannot be sampled this way, with the path of the invalid value.
     pub fn samples<const D: usize>(
         &self,
         number: usize,
@@ -28,8 +28,8 @@ impl Case {
         samples.map_err(|error| CaseError::new(format!("bodies[{number}].{key}"), error.to_string()))
     }
 
-    /// Random points whose areas, the same for all, make up the volume of the shape: where it is turned about an axis the scatter of their
-    /// radii would be one of the mass.
+    /// Random points with equal areas whose sum gives the volume of the shape. In axisymmetry, this prevents that the scatter of their
+    /// radii becomes a scatter of the mass.
     fn weighted_by_radius<const D: usize>(
         &self,
         shape: &Shape,

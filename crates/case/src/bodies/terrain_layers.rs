@@ -1,4 +1,4 @@
-//! Layers on terrain: what the files of a case make of them.
+//! Terrain layers of a case, built from their files.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use crate::bodies::arc_layer;
 use crate::files::decimal_sum::relative_to_origin;
 use crate::{Case, CaseError};
 
-/// The files that the layers of a shape name.
+/// File names in the layers of a shape.
 pub fn layer_files(shape: &mut Shape) -> Vec<&mut String> {
     let mut files = Vec::new();
     for (_, layer) in shape.layers_mut(String::new()) {
@@ -25,7 +25,7 @@ pub fn layer_files(shape: &mut Shape) -> Vec<&mut String> {
 }
 
 impl Case {
-    /// Reads the files of layers; the numbers of the bodies that have some.
+    /// Reads the files of layers; returns the numbers of the bodies with layers.
     pub(crate) fn load_layers(&mut self) -> Result<Vec<usize>, CaseError> {
         self.reject_misplaced_layers()?;
         let mut layered = Vec::new();
@@ -46,23 +46,23 @@ impl Case {
         Ok(layered)
     }
 
-    /// The outline in a file (GeoJSON or shapefile), from `domain.origin`.
+    /// Outline in a file (GeoJSON or shapefile), relative to `domain.origin`.
     ///
     /// # Errors
-    /// When the file cannot be read or holds none, in a line.
+    /// When the file cannot be read or contains no outline, as one line.
     pub fn outline(&self, file: &str) -> Result<Outline, String> {
         let read = colluvium_terrain::read_outlines(Path::new(file)).map_err(|error| error.to_string())?;
         self.relative_outline(&read).map_err(|error| format!("{file}: {error}"))
     }
 
-    /// An outline of a map, from `domain.origin`.
+    /// Outline in map coordinates, relative to `domain.origin`.
     fn relative_outline(&self, read: &Outline) -> Result<Outline, String> {
         let origin = self.origin();
         let ring = |ring: &Ring| ring.iter().map(|x| shift(*x, &origin)).collect();
         Outline::new(read.polygons().iter().map(|rings| rings.iter().map(ring).collect()).collect())
     }
 
-    /// The features of the outline in a file, with the thickness (m) that each has under a name.
+    /// Features of the outline in a file, with the thickness (m) of each under an attribute.
     fn features_of(&self, file: &str, attribute: &str) -> Result<Vec<OutlineFeature>, String> {
         let read = colluvium_terrain::read_features(Path::new(file), attribute);
         let read = read.map_err(|error| error.to_string())?;
@@ -72,7 +72,7 @@ impl Case {
         read.iter().map(shifted).collect::<Result<_, String>>().map_err(|error| format!("{file}: {error}"))
     }
 
-    /// Warns of features with thicknesses of their own that lie over one place.
+    /// Warns of overlapping features with thicknesses of their own.
     pub(crate) fn warn_of_overlaps(&self, warnings: &mut Vec<String>) {
         for (number, body) in self.bodies.iter().enumerate() {
             for (path, layer) in body.shape.clone().layers_mut(format!("bodies[{number}].shape")) {
@@ -94,11 +94,11 @@ impl Case {
         }
     }
 
-    /// The raster of thicknesses or depths over the plan in a file (ESRI ASCII grid or GeoTIFF), from `domain.origin`; its values are as
-    /// they stand there.
+    /// Raster of thicknesses or depths in plan from a file (ESRI ASCII grid or GeoTIFF), relative to `domain.origin`, with unchanged
+    /// values.
     ///
     /// # Errors
-    /// When the file cannot be read, in a line, and when numbers in it seem to stand for no data without being named so.
+    /// When the file cannot be read, as one line, and when numbers in it seem to stand for no data without a declared no-data value.
     pub fn plan_raster(&self, file: &str) -> Result<Raster, String> {
         let raster = self.raster_of_classes(file)?;
         match raster.undeclared_no_data_warning() {
@@ -107,10 +107,10 @@ impl Case {
         }
     }
 
-    /// The raster over the plan in a file, from `domain.origin`, whatever its numbers.
+    /// Raster in plan from a file, relative to `domain.origin`, with any values.
     ///
     /// # Errors
-    /// When the file cannot be read, in a line.
+    /// When the file cannot be read, as one line.
     pub(crate) fn raster_of_classes(&self, file: &str) -> Result<Raster, String> {
         let raster = colluvium_terrain::read_raster(Path::new(file)).map_err(|error| error.to_string())?;
         Ok(Raster { origin: shift(raster.origin, &self.origin()), ..raster })
@@ -133,7 +133,7 @@ impl Case {
         Ok(())
     }
 
-    /// Finds the outline of a layer along the line of an obstacle, which stands at `path`.
+    /// Builds the outline of a layer along the line of an obstacle; `path` is the path of the layer.
     fn load_arc_layer(&self, layer: &mut Shape, path: &str) -> Result<(), CaseError> {
         let Shape::ArcLayer { on, start, end, from, to, outline, .. } = layer else { return Ok(()) };
         let obstacle = self.obstacles.iter().find(|obstacle| obstacle.name == *on).ok_or_else(|| {
@@ -145,7 +145,7 @@ impl Case {
         Ok(())
     }
 
-    /// Reads the files of one layer, which stands at `path`.
+    /// Reads the files of one layer; `path` is the path of the layer.
     fn load_layer(&self, layer: &mut Shape, path: &str) -> Result<(), CaseError> {
         if let Shape::ArcLayer { .. } = layer {
             return self.load_arc_layer(layer, path);
@@ -206,7 +206,7 @@ mod tests {
 
     use super::*;
 
-    /// A case with a layer of 2 m on a slope, 10 m by 20 m, at coordinates of a map.
+    /// Case with a layer of 2 m on a slope, 10 m by 20 m, at map coordinates.
     fn layered() -> Value {
         json!({
             "title": "layer", "space": "3d", "gravity": [0, 0, -9.81],
@@ -255,7 +255,7 @@ mod tests {
         outline(folder.path(), [[10.0, 10.0], [21.0, 10.0], [21.0, 30.0], [10.0, 30.0]]);
         let outlined = Case::from_value(&value, folder.path()).unwrap();
         assert_ne!(before, outlined.fingerprint());
-        // A file beside the raster, which says more of it.
+        // A sidecar file of the raster.
         let (before, marks) = (outlined.fingerprint(), outlined.file_checksums());
         std::fs::write(folder.path().join("slope.asc.aux.xml"), "<PAMDataset></PAMDataset>").unwrap();
         assert_ne!(before, outlined.fingerprint());
@@ -322,7 +322,7 @@ mod tests {
         assert!(case.bodies[0].shape.contains(&[25.0, 20.0, 50.0 + 18.75 + 2.9]));
         assert!(!case.bodies[0].shape.contains(&[10.0, 20.0, 50.0 + 7.5 + 1.1]));
         assert_eq!(Case::from_json(&case.to_json()).unwrap().fingerprint(), case.fingerprint());
-        // The second one over the first, as far as 5 m.
+        // The second feature over the first, up to 5 m.
         let over = [feature(5.0, json!(1.0)), feature(10.0, json!(3.0))];
         let text = json!({ "type": "FeatureCollection", "features": over }).to_string();
         std::fs::write(folder.path().join("release.geojson"), text).unwrap();

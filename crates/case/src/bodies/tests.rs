@@ -1,4 +1,4 @@
-//! What files of points hold, and what is wrong with them.
+//! Files of points and their errors.
 
 use crate::bodies::*;
 

@@ -1,4 +1,4 @@
-//! What there is at the start: bodies with their velocity and stress.
+//! Bodies with their initial velocity and stress.
 
 use colluvium_points::{Sampling, Shape};
 use schemars::JsonSchema;
@@ -22,7 +22,7 @@ pub struct Body {
     /// How the points lie that a method sets in the shape; grains (dem) and methods over the plan have ways of their own.
     #[serde(default, skip_serializing_if = "Sampling::is_lattice")]
     pub sampling: Sampling,
-    /// What the places of `poisson-disk` follow from: another number, other places.
+    /// Seed of the positions of `poisson-disk`: another number gives other positions.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub sampling_seed: u64,
     /// Name of its material.
@@ -60,7 +60,7 @@ pub enum Velocity {
     /// At rest.
     #[default]
     Rest,
-    /// The same everywhere.
+    /// Uniform velocity.
     Uniform {
         /// Velocity (m/s).
         value: Vec<f64>,
@@ -111,7 +111,7 @@ pub enum InitialStress {
     /// Stress-free.
     #[default]
     None,
-    /// The same everywhere (Pa, tension-positive): xx yy zz xy yz zx.
+    /// Uniform stress (Pa, tension-positive): xx yy zz xy yz zx.
     Uniform {
         /// Stress components.
         value: [f64; 6],
@@ -122,8 +122,8 @@ pub enum InitialStress {
         value: Box<[Formula; 6]>,
     },
     /// Weight of the material above along gravity, and a ratio of horizontal to vertical stress. All bodies count that lie
-    /// above the point, up to `surface`, each with its own density (with a pore fluid the saturated one); what is rigid
-    /// weighs nothing, and what is empty neither, unless it lies below the surface of a hydrostatic pore fluid of the body:
+    /// above the point, up to `surface`, each with its own density (with a pore fluid the saturated one). Rigid bodies
+    /// have no weight, and empty space has none, unless it lies below the surface of a hydrostatic pore fluid of the body:
     /// that is open water, which a case puts on the ground as a `pressure` and a `pore-pressure`. Pore pressure is taken
     /// off, and that of an `undrained` material added again to the total stress with which it starts. The stress is in
     /// balance under level ground in level layers; where the weight above differs at the same height, let the first stage

@@ -1,4 +1,4 @@
-//! What a case file says: plain data, SI units, angles in degrees (converted once, on load).
+//! Case files: plain data in SI units, angles in degrees (converted once, on load).
 
 mod body;
 mod motion;
@@ -37,7 +37,7 @@ pub struct Case {
     /// Address of the JSON Schema, for editors; ignored.
     #[serde(rename = "$schema", default, skip_serializing_if = "Option::is_none")]
     pub schema: Option<String>,
-    /// What the case is, in a line.
+    /// Title of the case, one line.
     pub title: String,
     /// Longer notes; ignored.
     #[serde(default)]
@@ -72,7 +72,7 @@ pub struct Case {
     pub removal_shapes: Vec<RemovalShape>,
     /// Stages, run one after another.
     pub stages: Vec<Stage>,
-    /// What is written.
+    /// Output files and their times.
     #[serde(default)]
     pub output: Output,
     /// Quantities to follow, by name; those of the columns that are there anyway are taken.
@@ -142,19 +142,19 @@ pub enum Axis {
 }
 
 impl Axis {
-    /// Its number, from zero.
+    /// Number of the axis, from zero.
     pub fn number(self) -> usize {
         self as usize
     }
 }
 
 impl Domain {
-    /// Whether the domain repeats itself along an axis.
+    /// Whether the domain is periodic along an axis.
     pub fn is_periodic(&self, axis: usize) -> bool {
         self.periodic.iter().any(|periodic| periodic.number() == axis)
     }
 
-    /// Its size along the longest axis (m).
+    /// Size of the domain along its longest axis (m).
     pub fn max_extent(&self) -> f64 {
         self.min.iter().zip(&self.max).map(|(min, max)| max - min).fold(0.0, f64::max)
     }
@@ -204,12 +204,12 @@ impl Side {
         }
     }
 
-    /// True for the upper sides.
+    /// Whether it is an upper side.
     pub fn is_max(self) -> bool {
         matches!(self, Self::XMax | Self::YMax | Self::ZMax)
     }
 
-    /// Its name in a case file.
+    /// Name in a case file.
     pub fn name(self) -> &'static str {
         match self {
             Self::XMin => "x-min",
@@ -240,7 +240,7 @@ pub enum Wall {
     Frictional {
         /// Coefficient of friction, tangent of the friction angle of the interface.
         friction_coefficient: f64,
-        /// Whether the wall holds the normal velocity both ways, as a smooth one does: it also bears tension, under which
+        /// Whether the wall holds the normal velocity both ways, as a smooth one does: it also carries tension, under which
         /// there is no friction.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         bilateral: bool,
@@ -262,12 +262,12 @@ pub enum Wall {
 }
 
 impl Wall {
-    /// Whether material lifts off it by its nature, with or without `separation`.
+    /// Whether material may separate from it, with or without `separation`.
     pub fn allows_separation(&self) -> bool {
         matches!(self, Self::Frictional { bilateral: false, .. })
     }
 
-    /// Coefficient of friction; infinite where nothing slips, zero where there is no wall.
+    /// Friction coefficient; infinite for a no-slip wall, zero without a wall.
     pub fn friction(&self) -> f64 {
         match *self {
             Self::Rough => f64::INFINITY,
@@ -339,7 +339,7 @@ pub struct Stage {
     /// How rigid bodies and patches move.
     #[serde(default)]
     pub motions: Vec<PrescribedMotion>,
-    /// What is set back at the end of the stage.
+    /// Quantities that are reset at the end of the stage.
     #[serde(default)]
     pub reset: Vec<Reset>,
     /// Names of boundaries that vanish when the stage begins, e.g. a gate.
@@ -351,8 +351,8 @@ pub struct Stage {
     /// Regions whose material vanishes when the stage begins, of whatever body: an excavation in lifts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub excavate: Vec<Shape>,
-    /// Strength that is lost when the stage begins, for good or until a later stage says otherwise: counted
-    /// from what the materials are in the case.
+    /// Strength reduction from the start of the stage until a later stage changes it, relative to the materials
+    /// of the case.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weakening: Option<Weakening>,
 }
@@ -363,7 +363,7 @@ impl Stage {
         if self.gravity_ramp > 0.0 { (elapsed / self.gravity_ramp).min(1.0) } else { 1.0 }
     }
 
-    /// How the rigid body or patch of that name moves.
+    /// Prescribed motion of the rigid body or patch of that name.
     pub fn motion_of(&self, name: &str) -> Option<&PrescribedMotion> {
         self.motions.iter().find(|motion| motion.target == name)
     }
@@ -395,7 +395,7 @@ impl Default for EquilibriumCriterion {
     }
 }
 
-/// What a stage sets back when it ends.
+/// Quantity that a stage resets at its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reset {

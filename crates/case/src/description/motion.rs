@@ -1,4 +1,4 @@
-//! How rigid bodies and patches move.
+//! Motions of rigid bodies and patches.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -33,12 +33,12 @@ pub struct PrescribedMotion {
 }
 
 impl PrescribedMotion {
-    /// Share of the velocity, force and moment after `elapsed` seconds of the stage, 0 to 1.
+    /// Ramp factor of velocity, force and moment after `elapsed` seconds of the stage, 0 to 1.
     fn ramp_factor(&self, elapsed: f64) -> f64 {
         if self.ramp > 0.0 { (elapsed / self.ramp).clamp(0.0, 1.0) } else { 1.0 }
     }
 
-    /// Velocity after `elapsed` seconds of the stage (m/s); `None` for a component that is free.
+    /// Velocity after `elapsed` seconds of the stage (m/s); `None` for a free component.
     pub fn velocity_at(&self, elapsed: f64) -> [Option<f64>; 3] {
         let factor = self.ramp_factor(elapsed);
         std::array::from_fn(|c| self.velocity.get(c).copied().flatten().map(|v| factor * v))
@@ -50,7 +50,7 @@ impl PrescribedMotion {
         std::array::from_fn(|c| factor * self.force.get(c).copied().unwrap_or(0.0))
     }
 
-    /// Moment about the centre of mass after `elapsed` seconds of the stage (N m); in the plane the last component counts.
+    /// Moment about the centre of mass after `elapsed` seconds of the stage (N m); in the plane only the last component is used.
     pub fn moment_at(&self, elapsed: f64) -> [f64; 3] {
         let factor = self.ramp_factor(elapsed);
         match self.moment[..] {
@@ -60,7 +60,7 @@ impl PrescribedMotion {
         }
     }
 
-    /// Whether a rigid body that moves so follows forces in any way.
+    /// Whether a component of the motion of a rigid body follows from forces.
     pub fn is_free(&self) -> bool {
         self.rotates || self.velocity.contains(&None)
     }

@@ -1,4 +1,4 @@
-//! Rigid geometry that bodies meet.
+//! Obstacles: rigid geometry in contact with bodies.
 
 use colluvium_points::Shape;
 use colluvium_points::surface::RigidTransform;
@@ -85,13 +85,13 @@ pub struct ObstacleMotion {
 }
 
 impl ObstacleMotion {
-    /// Time (s) for which it would have moved at its full velocity by `time` (s).
+    /// Equivalent time of motion at full velocity by `time` (s).
     pub fn full_time(&self, time: f64) -> f64 {
         let since = (time - self.start).max(0.0);
         if since < self.ramp { 0.5 * since * since / self.ramp } else { since - 0.5 * self.ramp }
     }
 
-    /// Share of its full velocity that it has at `time` (s), 0 to 1.
+    /// Share of its full velocity at `time` (s), 0 to 1.
     pub fn ramp_factor(&self, time: f64) -> f64 {
         let since = time - self.start;
         if since < 0.0 {
@@ -103,7 +103,7 @@ impl ObstacleMotion {
         }
     }
 
-    /// Where it is at `time` (s).
+    /// Position and rotation at `time` (s).
     pub fn transform<const D: usize>(&self, time: f64) -> RigidTransform<D> {
         let full = self.full_time(time);
         let at = |values: &[f64], c: usize| values.get(c).copied().unwrap_or(0.0);
@@ -126,14 +126,14 @@ pub enum ObstacleWall {
     Frictional {
         /// Coefficient of friction, tangent of the friction angle of the interface.
         friction_coefficient: f64,
-        /// Shear stress that it bears beside friction where the material is pressed on it (Pa).
+        /// Adhesion: shear strength beside friction where the material is pressed on it (Pa).
         #[serde(default, skip_serializing_if = "is_zero")]
         adhesion: f64,
     },
 }
 
 impl From<ObstacleWall> for Wall {
-    /// The wall that acts alike but for adhesion.
+    /// Wall with the same friction law but without adhesion.
     fn from(wall: ObstacleWall) -> Self {
         match wall {
             ObstacleWall::Rough => Self::Rough,
@@ -216,7 +216,7 @@ pub enum ObstacleShape {
         centre: [f64; 3],
     },
     /// In 3D, ground under the heights of a raster: an ESRI ASCII grid (`.asc`, `.grd`, `.txt`) or a GeoTIFF (`.tif`, `.tiff`),
-    /// in metres. Contact sees two triangles between four nodes. Beyond the raster, and where it has no data, there is no ground.
+    /// in metres. Contact uses two triangles between four nodes. Beyond the raster, and where it has no data, there is no ground.
     Raster {
         /// The file, from the folder of the case.
         file: String,
@@ -244,12 +244,12 @@ pub struct ProfilePiece {
 }
 
 impl ObstacleShape {
-    /// Whether it names a file.
+    /// Whether it has a file.
     pub fn has_file(&self) -> bool {
         matches!(self, Self::GroundLine { file: Some(_), .. } | Self::Raster { .. } | Self::Mesh { .. })
     }
 
-    /// The file that it names.
+    /// Name of its file, mutable.
     pub fn file_mut(&mut self) -> Option<&mut String> {
         match self {
             Self::GroundLine { file, .. } => file.as_mut(),

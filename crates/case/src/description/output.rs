@@ -1,11 +1,11 @@
-//! What is written and measured.
+//! Output and measures.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{FactorOfSafety, Side, default_fraction};
 
-/// What is written, and when.
+/// Output files and their times.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
@@ -67,18 +67,18 @@ pub enum Compression {
 }
 
 impl Compression {
-    /// Whether it is [`Compression::Fast`], which a case need not name.
+    /// Whether it is [`Compression::Fast`], the default in a case.
     #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
     fn is_fast(&self) -> bool {
         *self == Self::Fast
     }
 
-    /// Level of zlib; zero for none.
+    /// Compression level of zlib; zero without compression.
     #[must_use]
     pub fn level(self) -> u32 {
         match self {
             Self::None => 0,
-            // A fifth of the time of level 5, and 1.01 times its size; level 1 makes files 1.15 times as large.
+            // A fifth of the time of level 5 at 1.01 times its size; level 1 makes files 1.15 times as large.
             Self::Fast => 2,
             Self::Best => 9,
         }
@@ -120,7 +120,7 @@ const fn default_min_points() -> usize {
 pub struct CrackTip {
     /// Name of the body: the weak layer.
     pub body: String,
-    /// Name of a field of numbers that tells what has failed: `collapsed` of a weak layer of `cohesive-cam-clay`.
+    /// Name of a scalar field that marks failure: `collapsed` of a weak layer of `cohesive-cam-clay`.
     pub field: String,
     /// A point has failed where the field is at least this.
     #[serde(default = "default_damage")]
@@ -167,7 +167,7 @@ pub enum Measure {
         #[serde(default = "default_fraction")]
         quantile: f64,
         /// Width of the columns (m), for a quantile of 1; by default the cells of the method's grid, or two
-        /// point widths for a method that tells of none.
+        /// point widths for a method without a grid.
         #[serde(default)]
         cell: Option<f64>,
         /// Names of the bodies whose points count; all that are not rigid when absent, those that a method holds (`held`)
@@ -217,7 +217,7 @@ pub enum Measure {
         /// Names of fields.
         fields: Vec<String>,
     },
-    /// How far a crack has run through a body: columns `NAME`, the end of what is cracked or cut away without a gap from where it
+    /// Length of a crack through a body: columns `NAME`, the end of the part that is cracked or cut away without a gap from where it
     /// begins, and `NAME.farthest`, the end of the farthest part that is (m), as of a crack that has opened ahead.
     CrackTip(CrackTip),
     /// How far a flow has come along the line of an obstacle in the plane, slope, arcs and all (m): the place along it behind which a
@@ -236,15 +236,15 @@ pub enum Measure {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         bodies: Option<Vec<String>>,
     },
-    /// Into how many pieces bodies have come apart: columns `NAME.count`, `NAME.largest` and `NAME.second` (kg), and `NAME.loose`,
-    /// what is in pieces that are too small to count (kg). Rigid bodies do not count, unless `bodies` names them.
+    /// Number of pieces into which bodies have broken: columns `NAME.count`, `NAME.largest` and `NAME.second` (kg), and `NAME.loose`,
+    /// the mass of pieces that are too small to count (kg). Rigid bodies do not count, unless `bodies` names them.
     Fragments {
         /// Points not farther apart than this (m) hang together: 1 to 1.5 cells of the method's grid.
         link: f64,
         /// Points of the smallest piece that counts.
         #[serde(default = "default_min_points")]
         least: usize,
-        /// What has broken and holds no pieces together: points that crumble in a crack bridge it. All points count when absent.
+        /// Broken points, which connect no pieces: points that crumble in a crack bridge it. All points count when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         broken: Option<BreakageCriterion>,
         /// Names of the bodies whose points count; all that are not rigid when absent, those that a method holds (`held`)
@@ -271,7 +271,7 @@ pub enum Measure {
     Reaction {
         /// Name of the rigid body, patch or obstacle.
         target: String,
-        /// A place (m) about which the moment of the force of the last step is told too (N m; in plane strain N m per metre, anticlockwise):
+        /// Reference point (m) of the moment of the force of the last step, output too (N m; in plane strain N m per metre, anticlockwise):
         /// columns `NAME.moment.x`, …, in the plane `NAME.moment`. Of obstacles, in the plane and in space.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         about: Vec<f64>,
@@ -282,7 +282,7 @@ pub enum Measure {
     ImpactPressure {
         /// Name of the rigid body, patch or obstacle.
         target: String,
-        /// Direction of what is pressed by, of any length.
+        /// Direction of the force component, a vector of any length.
         direction: Vec<f64>,
         /// Area that the force is taken over (m²; in plane strain a length, in m), as that of the obstacle across the flow.
         area: f64,
@@ -297,7 +297,7 @@ pub enum Measure {
 }
 
 impl Measure {
-    /// What the material's force on is measured: a rigid body, a patch or an obstacle.
+    /// Name of the rigid body, patch or obstacle on which the force of the material is measured.
     pub fn reaction_target(&self) -> Option<&str> {
         match self {
             Self::Reaction { target: of, .. } | Self::ImpactPressure { target: of, .. } => Some(of),

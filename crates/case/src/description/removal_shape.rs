@@ -1,4 +1,4 @@
-//! Shapes that move through bodies and take material away.
+//! Removal shapes: shapes that move through bodies and remove material.
 
 use colluvium_points::Shape;
 use schemars::JsonSchema;
@@ -29,12 +29,12 @@ pub struct RemovalShape {
     /// Names of the bodies that it cuts; all when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bodies: Option<Vec<String>>,
-    /// What becomes of the points that it covers.
+    /// Action on the points that it covers.
     #[serde(default)]
     pub action: RemovalAction,
 }
 
-/// What a cut does to points.
+/// Action of a removal shape on points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RemovalAction {
@@ -44,27 +44,27 @@ pub enum RemovalAction {
 }
 
 impl RemovalShape {
-    /// How long it has been moving (s) at `elapsed` seconds after its times begin to count.
+    /// Time of motion (s) at `elapsed` seconds after the start of its time scale.
     pub fn moving_time(&self, elapsed: f64) -> f64 {
         elapsed.min(self.stop.unwrap_or(f64::INFINITY)).max(self.start) - self.start
     }
 
-    /// Whether it cuts at some time between two (s), counted as `start` is.
+    /// Whether it is active at some time between two times (s), on the time scale of `start`.
     pub fn is_active_between(&self, from: f64, to: f64) -> bool {
         to > self.start && self.stop.is_none_or(|stop| from < stop)
     }
 
-    /// How fast it is (m/s).
+    /// Speed (m/s).
     pub fn speed(&self) -> f64 {
         self.velocity.iter().map(|v| v * v).sum::<f64>().sqrt()
     }
 
-    /// Whether it cuts the body of this name.
+    /// Whether it removes material of the body of this name.
     pub fn applies_to(&self, body: &str) -> bool {
         self.bodies.as_ref().is_none_or(|names| names.iter().any(|name| name == body))
     }
 
-    /// Ends of its shape along each axis of a space of `dimension` coordinates (m), where it begins.
+    /// Bounds of its initial shape along each axis of a space of `dimension` coordinates (m).
     pub fn bounds(&self, dimension: usize) -> AxisBounds {
         let (low, high) = self.shape.bounds(dimension);
         let mut bounds = [[f64::NEG_INFINITY, f64::INFINITY]; 3];
@@ -72,11 +72,11 @@ impl RemovalShape {
         bounds
     }
 
-    /// What it sweeps between two times (s), counted as `start` is; `bounds` are those of its shape.
+    /// Region swept between two times (s), on the time scale of `start`; `bounds` are those of its shape.
     pub fn swept_region(&self, from: f64, to: f64, bounds: &AxisBounds) -> SweptRegion<'_> {
         let (begun, ended) = (self.moving_time(from), self.moving_time(to));
         let way = self.speed() * (ended - begun);
-        // A shape that moves by more than a part of its thickness is looked at on the way too.
+        // A shape that moves by more than a fraction of its thickness is also sampled on the way.
         let looks = (way / (SAMPLE_FRACTION * min_extent(bounds))).ceil().clamp(1.0, MAX_SAMPLES);
         let mut bounds = *bounds;
         for ([low, high], v) in bounds.iter_mut().zip(&self.velocity) {
@@ -87,20 +87,20 @@ impl RemovalShape {
     }
 }
 
-/// Lower and upper end along each axis (m); those of axes that the space does not have are infinite.
+/// Lower and upper bound along each axis (m); infinite for axes that the space does not have.
 pub type AxisBounds = [[f64; 2]; 3];
 
-/// Extent along the axis along which it is least (m).
+/// Smallest extent along the axes (m).
 pub fn min_extent(bounds: &AxisBounds) -> f64 {
     bounds.iter().map(|[low, high]| high - low).fold(f64::INFINITY, f64::min)
 }
 
-/// Share of the thickness of a shape by which it moves between two looks at what it covers.
+/// Displacement between two samples of a sweep over the thickness of the shape.
 const SAMPLE_FRACTION: f64 = 0.25;
-/// Looks in a step at most.
+/// Largest number of samples per step.
 const MAX_SAMPLES: f64 = 64.0;
 
-/// What a cut covers in a step.
+/// Region that a removal shape sweeps in a step.
 #[derive(Clone, Copy, Debug)]
 pub struct SweptRegion<'a> {
     shape: &'a RemovalShape,
@@ -111,12 +111,12 @@ pub struct SweptRegion<'a> {
 }
 
 impl SweptRegion<'_> {
-    /// Ends of what it sweeps along each axis (m).
+    /// Bounds of the swept region along each axis (m).
     pub fn bounds(&self) -> &AxisBounds {
         &self.bounds
     }
 
-    /// Whether the shape covers a place (m) at some time of the sweep.
+    /// Whether the shape covers a position (m) at some sample of the sweep.
     pub fn covers<const D: usize>(&self, place: &[f64; D]) -> bool {
         let within = |axis: usize| place[axis] >= self.bounds[axis][0] && place[axis] <= self.bounds[axis][1];
         (0..D).all(within) && (0..=self.samples).any(|look| self.covers_at(look, place))
@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn what_it_passes_within_a_step_is_covered_too() {
         let saw = saw();
-        // From 1 m to 0 m in one go, ten times its width.
+        // From 1 m to 0 m in one step, ten times its width.
         let sweep = saw.swept_region(0.5, 1.0, &saw.bounds(2));
         for i in 0..=100 {
             assert!(sweep.covers(&[0.001 + 0.01 * f64::from(i), 0.1]), "{i}");

@@ -1,4 +1,4 @@
-//! Strength that is lost in a stage, and the search for how much may be.
+//! Strength reduction in a stage, and the search for the factor of safety.
 
 use colluvium_constitutive::laws::{ReductionScope, StrengthReduction};
 use colluvium_constitutive::{MaterialError, MaterialSpec};
@@ -22,7 +22,7 @@ pub struct Weakening {
     pub materials: Option<Vec<String>>,
 }
 
-/// Takes an initial stress outside the yield surface back to it, in materials around another too.
+/// Sets the return of an initial stress outside the yield surface to it, also in wrapped materials.
 fn set_return_to_yield(material: &mut MaterialSpec) {
     match material {
         MaterialSpec::DruckerPrager(spec) => spec.return_initial_stress_to_yield = true,
@@ -33,7 +33,7 @@ fn set_return_to_yield(material: &mut MaterialSpec) {
         MaterialSpec::Eigenstrain(spec) => set_return_to_yield(&mut spec.material),
         MaterialSpec::StrengthReduced(spec) => set_return_to_yield(&mut spec.material),
         MaterialSpec::Undrained(spec) => set_return_to_yield(&mut spec.skeleton),
-        // No other can be weakened.
+        // Other materials have no strength reduction.
         _ => {}
     }
 }
@@ -72,7 +72,7 @@ pub struct FactorOfSafety {
     pub materials: Option<Vec<String>>,
 }
 
-/// Local damping with which elastic bodies come to rest fastest, about (Cundall 1987).
+/// Local damping with about the fastest decay of elastic vibrations (Cundall 1987).
 const STRONG_DAMPING: f64 = 0.8;
 
 fn strong_damping() -> f64 {
@@ -89,8 +89,8 @@ fn hundredth() -> f64 {
 }
 
 impl FactorOfSafety {
-    /// The case of a trial of at most `duration` (s) with strength divided by `factor`: the stages up to that of the state at rest,
-    /// and one more with the weakened materials.
+    /// Case of a trial of at most `duration` (s) with strength divided by `factor`: the stages up to the state at rest, and one more with
+    /// the weakened materials.
     pub fn trial(&self, case: &Case, name: &str, factor: f64, duration: f64) -> Case {
         let mut case = case.clone();
         let rest = case.stages.iter().position(|stage| stage.name == self.after).map_or(0, |n| n + 1);
@@ -115,8 +115,8 @@ impl FactorOfSafety {
         case
     }
 
-    /// The case in which half of the weight is taken from bodies that do not yield, for at most `duration` (s): as
-    /// [`FactorOfSafety::trial`], with the least factor there is and with strong damping.
+    /// Case in which half of the weight is removed from bodies that do not yield, for at most `duration` (s): like
+    /// [`FactorOfSafety::trial`], with the smallest factor of the range and strong damping.
     pub fn unloading(&self, case: &Case, name: &str, duration: f64) -> Case {
         let mut case = self.trial(case, name, self.range[0].min(1.0), duration);
         case.gravity.iter_mut().for_each(|g| *g *= 0.5);
@@ -128,17 +128,16 @@ impl FactorOfSafety {
 }
 
 impl Case {
-    /// What the materials have lost in stage number `stage`.
+    /// Strength reduction in effect in stage number `stage`.
     pub fn weakening(&self, stage: usize) -> Option<&Weakening> {
         self.stages.iter().take(stage.saturating_add(1)).rev().find_map(|stage| stage.weakening.as_ref())
     }
 
-    /// The case with the materials as they are in stage number `stage`. Weakened ones have `project`: the initial stress,
-    /// which the full strength bears, may lie outside what is left of it, and a state at the start of the stage replaces
-    /// it anyway.
+    /// Case with the materials of stage number `stage`. Weakened materials return their initial stress to yield: that of the full strength
+    /// may lie outside the reduced yield surface, and a state at the start of the stage replaces it anyway.
     ///
     /// # Errors
-    /// When a material cannot be weakened, by the path of the stage.
+    /// When the strength of a material cannot be reduced, with the path of the stage.
     pub fn with_weakening(&self, stage: usize) -> Result<Self, CaseError> {
         let Some(number) =
             (0..=stage).rev().find(|&n| self.stages.get(n).is_some_and(|s| s.weakening.is_some()))
@@ -171,7 +170,7 @@ impl Case {
         if any { Ok(case) } else { Err(CaseError::new(path, "no material has a strength to reduce")) }
     }
 
-    /// The searches for a factor of safety, with their names.
+    /// Searches for a factor of safety, with their names.
     pub fn factors_of_safety(&self) -> impl Iterator<Item = (&str, &FactorOfSafety)> {
         self.measures.iter().filter_map(|(name, measure)| match measure {
             Measure::FactorOfSafety(search) => Some((name.as_str(), search)),
@@ -179,7 +178,7 @@ impl Case {
         })
     }
 
-    /// Checks that both ends of the range of a search can be built.
+    /// Checks that the materials at both ends of the range of a search can be built.
     pub(crate) fn check_search(&self, search: &FactorOfSafety) -> Result<(), String> {
         for factor in search.range {
             let weakening = Weakening { factor, scope: search.scope, materials: search.materials.clone() };

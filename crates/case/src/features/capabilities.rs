@@ -1,10 +1,10 @@
-//! What a method says to the features of a case.
+//! Capabilities of a method: the features of a case that it supports, ignores with a warning, or rejects.
 
 use std::borrow::Cow;
 
 use crate::{Case, CaseError, RequestedFeature};
 
-/// What a method needs of a case to have a problem at all.
+/// Inputs that a method requires of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RequiredInput {
     /// At least one body.
@@ -16,7 +16,7 @@ pub struct RequiredInput {
 }
 
 impl Default for RequiredInput {
-    /// Bodies made of materials.
+    /// Default inputs of a method: bodies made of materials.
     fn default() -> Self {
         Self { bodies: true, materials: true, gravity: false }
     }
@@ -29,11 +29,11 @@ enum Capability {
     Rejected(String),
 }
 
-/// What a method says to features: it takes them, passes them over with a note, or refuses them with a reason. What it does
-/// not name it refuses.
+/// Capabilities of a method: it supports a feature, ignores it with a warning, or rejects it with a reason. Features without a rule are
+/// rejected.
 ///
-/// A pattern is the name of a feature, or the beginning of names with a `*` behind it: `bodies.shape*` is every shape with all
-/// that it consists of. Of several patterns that fit, a whole name counts before a beginning, then the longest, then the last.
+/// A pattern is the name of a feature, or the start of names followed by `*`: `bodies.shape*` matches every shape with all its keys. Of
+/// several matching patterns a whole name has priority over a start, then the longest pattern, then the last one.
 #[derive(Clone, Debug)]
 pub struct Capabilities {
     method: Cow<'static, str>,
@@ -41,10 +41,10 @@ pub struct Capabilities {
     rules: Vec<(Cow<'static, str>, Capability)>,
 }
 
-/// What the run loop sees to, whatever the method.
+/// Features that the run loop handles for every method.
 const HANDLED_BY_RUN: [&str; 2] = ["output*", "stages.equilibrium*"];
 
-/// What holds of bodies and stages for every method that moves points.
+/// Features of bodies and stages that every method with moving points supports.
 const HANDLED_BY_POINT_METHODS: [&str; 27] = [
     "bodies",
     "materials",
@@ -76,7 +76,7 @@ const HANDLED_BY_POINT_METHODS: [&str; 27] = [
 ];
 
 impl Capabilities {
-    /// A method that takes what the run loop sees to, and nothing else.
+    /// Capabilities of a method that supports the features of the run loop only.
     #[must_use]
     pub fn new(method: impl Into<Cow<'static, str>>) -> Self {
         Self { method: method.into(), needs: RequiredInput::default(), rules: Vec::new() }
@@ -85,48 +85,48 @@ impl Capabilities {
             .rejects("output.contacts", "only grains (dem) have contacts to write")
     }
 
-    /// A method that moves points of bodies in one, two and three dimensions: it takes shapes, points from files, initial
-    /// fields, materials and their weakening, what stages remove and reset, and the measures of points.
+    /// Capabilities of a method with moving points of bodies in one, two and three dimensions: shapes, points from files, initial fields,
+    /// materials and their weakening, removal and reset in stages, and the measures of points.
     #[must_use]
     pub fn for_point_methods(method: impl Into<Cow<'static, str>>) -> Self {
         Self::new(method).supports(&HANDLED_BY_POINT_METHODS)
     }
 
-    /// What it needs; bodies with materials when not said.
+    /// Sets the required inputs; the default is bodies with materials.
     #[must_use]
     pub fn requires(mut self, needs: RequiredInput) -> Self {
         self.needs = needs;
         self
     }
 
-    /// Whether it computes stress by the laws of the materials.
+    /// Whether the method computes stress by the laws of the materials.
     #[must_use]
     pub fn has_materials(&self) -> bool {
         self.needs.materials
     }
 
-    /// Takes the features that fit the patterns.
+    /// Adds the features that match the patterns.
     #[must_use]
     pub fn supports(mut self, patterns: &[&'static str]) -> Self {
         self.rules.extend(patterns.iter().map(|pattern| (Cow::Borrowed(*pattern), Capability::Supported)));
         self
     }
 
-    /// Goes on without the features that fit, and says so in a warning: the note says what happens instead.
+    /// Ignores matching features with a warning; the note describes the behaviour of the method instead.
     #[must_use]
     pub fn ignores_with_warning(mut self, pattern: &'static str, note: impl Into<String>) -> Self {
         self.rules.push((Cow::Borrowed(pattern), Capability::IgnoredWithWarning(note.into())));
         self
     }
 
-    /// Refuses the features that fit, for a reason that names what to do instead.
+    /// Rejects matching features for a reason that names an alternative.
     #[must_use]
     pub fn rejects(mut self, pattern: &'static str, reason: impl Into<String>) -> Self {
         self.rules.push((Cow::Borrowed(pattern), Capability::Rejected(reason.into())));
         self
     }
 
-    /// As [`Capabilities::rejects`], where `holds`.
+    /// Rejects matching features like [`Capabilities::rejects`], if `holds`.
     #[must_use]
     pub fn rejects_if(self, holds: bool, pattern: &'static str, reason: impl Into<String>) -> Self {
         if holds { self.rejects(pattern, reason) } else { self }
@@ -135,20 +135,20 @@ impl Capabilities {
     fn capability(&self, name: &str) -> Option<&Capability> {
         let found =
             self.rules.iter().filter_map(|(pattern, answer)| Some((match_pattern(pattern, name)?, answer)));
-        // Of equals the last.
+        // Of equal matches the last one.
         found.max_by_key(|(fit, _)| *fit).map(|(_, answer)| answer)
     }
 
-    /// Whether a rule speaks of the feature of that name, in whatever way.
+    /// Whether a rule matches the feature of that name.
     #[must_use]
     pub fn has_rule(&self, name: &str) -> bool {
         self.capability(name).is_some()
     }
 
-    /// Holds the case against what the method honours; the notes of what it passes over.
+    /// Checks the case against the capabilities of the method; returns the notes about ignored features.
     ///
     /// # Errors
-    /// The first feature that it refuses, or what it needs and the case lacks, by JSON path.
+    /// The first rejected feature, or the required input that the case lacks, by JSON path.
     pub fn check(&self, case: &Case) -> Result<Vec<String>, CaseError> {
         self.check_needs(case)?;
         let mut notes: Vec<String> = Vec::new();
@@ -191,7 +191,7 @@ impl Capabilities {
     }
 }
 
-/// How closely a pattern fits a name: whether it is the whole of it, and how much of it it says; `None` where it does not fit.
+/// Quality of the match of a pattern with a name: whether it is the whole name, and its length; `None` without a match.
 fn match_pattern(pattern: &str, name: &str) -> Option<(bool, usize)> {
     match pattern.strip_suffix('*') {
         Some(beginning) => name.starts_with(beginning).then_some((false, beginning.len())),

@@ -1,8 +1,8 @@
-//! What a case asks for, and what a method says to it: nothing in a case is ignored.
+//! Features of a case, and the capabilities of a method: no feature of a case is ignored silently.
 //!
-//! A *feature* is an optional key that a case sets to something else than its default, or a variant that it chooses, named by
-//! the keys from the top: `stages.excavate`, `boundaries.wall=frictional`. The list follows from the JSON Schema of a case, so
-//! that a new key is a feature at once, and a method that never heard of it refuses it.
+//! A *feature* is an optional key with a value other than its default, or a variant of an object, named by the keys from the top:
+//! `stages.excavate`, `boundaries.wall=frictional`. The list follows from the JSON Schema of a case, so that a new key is a feature at
+//! once, and is rejected by a method without a rule for it.
 
 mod capabilities;
 mod requested_features;

@@ -1,4 +1,4 @@
-//! The features of a case, from its JSON Schema.
+//! Features of a case, from its JSON Schema.
 
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
@@ -7,29 +7,28 @@ use serde_json::{Map, Value};
 
 use crate::Case;
 
-/// Something that a case asks for.
+/// Feature that a case uses.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct RequestedFeature {
-    /// The keys from the top, without names and numbers of entries, and the variant: `bodies.velocity=sine`.
+    /// Keys from the top, without names and numbers of entries, and the variant: `bodies.velocity=sine`.
     pub name: String,
-    /// JSON path of where it stands: `bodies[2].velocity`.
+    /// JSON path of the feature in the case: `bodies[2].velocity`.
     pub path: String,
 }
 
-/// What no method has to know: it says what the case is, not what is solved; options of methods are theirs; what a law makes
-/// of its parameters is its own affair.
+/// Keys that are no features: descriptions of the case, and options of methods, which the methods check themselves.
 const METHOD_INDEPENDENT_KEYS: [&str; 4] = ["$schema", "title", "notes", "methods"];
 
-/// Keys that say which variant an object is.
+/// Keys with the variant of an object.
 const TAGS: [&str; 2] = ["kind", "model"];
 
-/// Where the contents of an entry are not looked at: the law is the feature.
+/// Key of entries whose contents are no features: the material law is the feature, and checks its parameters itself.
 const OPAQUE_KEY: &str = "materials";
 
 static SCHEMA: LazyLock<Value> = LazyLock::new(|| schemars::schema_for!(Case).to_value());
 
 impl Case {
-    /// What the case asks for beyond what every case has, in the order of their paths in the file.
+    /// Features of the case other than defaults and required keys, in the order of their paths in the file.
     #[must_use]
     pub fn features(&self) -> Vec<RequestedFeature> {
         let value = serde_json::to_value(self).unwrap_or_default();
@@ -38,7 +37,7 @@ impl Case {
         found
     }
 
-    /// The names of all features that a case can ask for; shapes within shapes count once.
+    /// Names of all features that a case can have; shapes within shapes count once.
     #[must_use]
     pub fn known_features() -> BTreeSet<String> {
         let mut names = BTreeSet::new();
@@ -47,7 +46,7 @@ impl Case {
     }
 }
 
-/// Where a walk is.
+/// Position of a walk through the case.
 #[derive(Clone, Default)]
 struct FeaturePath {
     name: String,
@@ -64,7 +63,7 @@ impl FeaturePath {
         Self { name: self.name.clone(), path: format!("{}[{number}]", self.path) }
     }
 
-    /// An entry of a table by name.
+    /// Position of an entry of a table by name.
     fn entry(&self, name: &str) -> Self {
         Self { name: self.name.clone(), path: format!("{}.{name}", self.path) }
     }
@@ -78,7 +77,7 @@ impl FeaturePath {
     }
 }
 
-/// The schema that `schema` refers to, or itself.
+/// Schema to which `schema` refers, or `schema` itself.
 fn resolved(schema: &Value) -> &Value {
     match schema["$ref"].as_str().and_then(|to| to.strip_prefix("#/$defs/")) {
         Some(name) => &SCHEMA["$defs"][name],
@@ -86,19 +85,19 @@ fn resolved(schema: &Value) -> &Value {
     }
 }
 
-/// The alternatives of a schema.
+/// Alternatives of a schema.
 fn alternatives(schema: &Value) -> &[Value] {
     let list = ["oneOf", "anyOf"].iter().find_map(|key| schema[*key].as_array());
     list.map_or(&[], Vec::as_slice)
 }
 
-/// What one of the alternatives of a schema is called: the text itself, or the tag of the object.
+/// Name of one of the alternatives of a schema: its text, or the tag of the object.
 fn variant_of(schema: &Value) -> Option<&str> {
     let tag = || TAGS.iter().find_map(|tag| schema["properties"][*tag]["const"].as_str());
     schema["const"].as_str().or_else(tag)
 }
 
-/// The names of a plain enumeration.
+/// Names of a plain enumeration.
 fn names_of(schema: &Value) -> impl Iterator<Item = &str> {
     schema["enum"].as_array().into_iter().flatten().filter_map(Value::as_str)
 }
@@ -128,7 +127,7 @@ fn walk_value(schema: &Value, value: &Value, place: &FeaturePath, found: &mut dy
     }
 }
 
-/// The alternative that `value` is, with its contents.
+/// Walks through the alternative of `value`, with its contents.
 fn walk_alternative(
     alternatives: &[Value],
     value: &Value,
@@ -154,7 +153,7 @@ fn walk_alternative(
     if place.name == OPAQUE_KEY {
         return found(&place.variant("other"));
     }
-    // An optional value, or one without a name: whatever is not null.
+    // An optional value, or a value without a name: anything except null.
     if !value.is_null()
         && let Some(schema) = alternatives.iter().find(|schema| schema["type"] != "null")
     {
@@ -176,7 +175,7 @@ fn walk_object(
             if is_default(property, value) {
                 continue;
             }
-            // Of a list of objects the first is what asks.
+            // The first item of a list of objects represents the feature.
             let first = value.as_array().and_then(|items| items.first()).is_some_and(Value::is_object);
             found(&if first { here.item(0) } else { here.clone() });
         }
@@ -192,7 +191,7 @@ fn is_required(schema: &Value, key: &str) -> bool {
     schema["required"].as_array().is_some_and(|required| required.iter().any(|name| name == key))
 }
 
-/// Whether a value says nothing: it is the default, or nothing.
+/// Whether a value is the default or empty.
 fn is_default(property: &Value, value: &Value) -> bool {
     let empty = match value {
         Value::Null => true,
@@ -212,7 +211,7 @@ fn walk_schema<'a>(
     let name = schema["$ref"].as_str();
     let within = if name.is_some() { resolved(schema) } else { schema };
     if name.is_some_and(|name| above.contains(&name)) {
-        // A shape within a shape: its kinds, once.
+        // The kinds of a shape within a shape, once.
         let kinds = alternatives(within).iter().filter_map(variant_of);
         return names.extend(kinds.map(|kind| place.variant(kind).name));
     }

@@ -1,4 +1,4 @@
-//! From a file to a checked [`Case`], and what every method asks of one.
+//! Reading and checking of a [`Case`], and its properties that all methods use.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
@@ -19,7 +19,7 @@ impl Case {
     /// Reads and checks a case.
     ///
     /// # Errors
-    /// Everything that is wrong, each with its JSON path.
+    /// All errors, each with its JSON path.
     pub fn from_json(text: &str) -> Result<Self, CaseErrors> {
         let mut case: Self = json::read(text)?;
         case.default_gravity();
@@ -28,10 +28,10 @@ impl Case {
         case.with_layers()
     }
 
-    /// Checks everything that the schema cannot say: for cases that are made in code.
+    /// Checks all rules beyond the schema: for cases that are built in code.
     ///
     /// # Errors
-    /// Everything that is wrong, each with its JSON path.
+    /// All errors, each with its JSON path.
     pub fn validate(&self) -> Result<(), CaseErrors> {
         validate::validate(self)
     }
@@ -39,16 +39,16 @@ impl Case {
     /// Reads and checks a case file.
     ///
     /// # Errors
-    /// When the file cannot be read, or as [`Case::from_json`].
+    /// When the file cannot be read; see [`Case::from_json`].
     pub fn load(path: &Path) -> Result<Self, CaseErrors> {
         Self::from_value(&json::value(path)?, path.parent().unwrap_or(Path::new("")))
     }
 
-    /// Reads the copy of a case in the folder of a run, which was checked when the run began. Files that the case names are not read: they may
-    /// be gone.
+    /// Reads the copy of a case in a run folder, which was checked when the run began. Files that the case names are not read: they may no
+    /// longer exist.
     ///
     /// # Errors
-    /// When the file cannot be read, or is no case.
+    /// When the file cannot be read, or is not a case.
     pub fn load_without_files(path: &Path) -> Result<Self, CaseErrors> {
         let mut case: Self = json::from_value(&json::value(path)?, "")?;
         case.default_gravity();
@@ -56,10 +56,10 @@ impl Case {
         Ok(case)
     }
 
-    /// Reads and checks a case from a JSON value; files that it names are meant from `folder`.
+    /// Reads and checks a case from a JSON value; its file names are relative to `folder`.
     ///
     /// # Errors
-    /// As [`Case::from_json`].
+    /// See [`Case::from_json`].
     pub fn from_value(value: &Value, folder: &Path) -> Result<Self, CaseErrors> {
         let mut case: Self = json::from_value(value, "")?;
         case.default_gravity();
@@ -69,23 +69,23 @@ impl Case {
         case.with_layers()
     }
 
-    /// A case that names no gravity has none.
+    /// Sets gravity to zero in a case without gravity.
     fn default_gravity(&mut self) {
         if self.gravity.is_empty() {
             self.gravity = vec![0.0; self.dimension()];
         }
     }
 
-    /// The case with what the files of its layers hold, checked.
+    /// Case with the data of the files of its layers, checked.
     fn with_layers(mut self) -> Result<Self, CaseErrors> {
         let layered = self.load_layers()?;
         validate::validate_layers(&self, &layered)?;
         Ok(self)
     }
 
-    /// Files that the case names are meant from the folder of the case; a whole path is the same from
-    /// wherever the case, or the copy of it that a run keeps, is read. What is no file, as a device or a pipe, is refused: reading it
-    /// may never end, and so are files of maps in systems of coordinates that differ. `value` is the case as it was written.
+    /// Makes file names relative to the case folder absolute, so that a copy of the case in a run folder refers to the same files. Rejects
+    /// paths that are not files, as a device or a pipe, whose reading may never end, and map files in different coordinate reference
+    /// systems. `value` is the case as written.
     fn resolve_files(&mut self, folder: &Path, value: &Value) -> Result<(), CaseErrors> {
         let mut systems: Vec<(String, CoordinateReferenceSystem)> = Vec::new();
         for file in self.files() {
@@ -109,7 +109,7 @@ impl Case {
         Ok(())
     }
 
-    /// The files that bodies, layers and obstacles name, and options of methods: `mesh.file`, `regions[].outline`,
+    /// Names of the files of bodies, layers, obstacles and options of methods: `mesh.file`, `regions[].outline`,
     /// `regions[].raster.file`, `inflows[].hydrograph`, `erodible_depth_raster`, `specimen`.
     pub(crate) fn files(&mut self) -> impl Iterator<Item = &mut String> {
         let bodies = self.bodies.iter_mut().flat_map(|body| {
@@ -127,20 +127,20 @@ impl Case {
         bodies.chain(surfaces).chain(mapped).chain(self.methods.values_mut().flat_map(files_of_options))
     }
 
-    /// The case as JSON text, with coordinates of the map.
+    /// Case as JSON text, with map coordinates.
     pub fn to_json(&self) -> String {
         let mut case = self.clone();
         case.add_origin();
         serde_json::to_string_pretty(&case).expect("plain data always serialises")
     }
 
-    /// A number that differs between cases that differ in anything that matters to a run. Of files that it
-    /// names what is in them counts, not where they are.
+    /// Fingerprint of the case: it differs between cases with different results. Of the files that it names the contents count, not their
+    /// paths.
     pub fn fingerprint(&self) -> u64 {
         self.fingerprint_with(&self.file_checksums())
     }
 
-    /// Fingerprint with the marks of the files that the case names, which are not read again.
+    /// Fingerprint with given checksums of the files that the case names, which are not read again.
     pub(crate) fn fingerprint_with(&self, marks: &BTreeMap<String, String>) -> u64 {
         let mut case = self.clone();
         case.schema = None;
@@ -154,8 +154,7 @@ impl Case {
         fnv1a(serde_json::to_string(&case).expect("plain data always serialises").as_bytes())
     }
 
-    /// Marks of what is in the files that the case names, by their paths: they differ where a file, or one beside it that is read with it,
-    /// differs.
+    /// Checksums of the files that the case names, by their paths, including their sidecar files.
     pub fn file_checksums(&self) -> BTreeMap<String, String> {
         self.clone().files().filter_map(|file| Some((file.clone(), file_checksum(file)?))).collect()
     }
@@ -194,7 +193,7 @@ impl Case {
         self.space.dimension()
     }
 
-    /// About how many points `spacing` (m) apart fill each body, in their order; of a file of points, how many it has.
+    /// Approximate number of points `spacing` (m) apart in each body; for a file of points, their number.
     pub fn point_counts(&self, spacing: f64) -> Vec<f64> {
         let dimension = self.dimension();
         let filled = |body: &Body| body.shape.volume(dimension, false) / spacing.powi(dimension as i32);
@@ -207,7 +206,7 @@ impl Case {
         spatial(&self.gravity)
     }
 
-    /// Size of gravity (m/s²).
+    /// Magnitude of gravity (m/s²).
     pub fn gravity_magnitude(&self) -> f64 {
         self.gravity.iter().map(|g| g * g).sum::<f64>().sqrt()
     }
@@ -217,8 +216,7 @@ impl Case {
         self.stages.iter().map(|stage| stage.duration).sum()
     }
 
-    /// The walls that stand during stage number `stage`, with their number in `boundaries`; beyond the
-    /// last stage, those that stood at its end.
+    /// Walls that are present in stage number `stage`, with their number in `boundaries`; beyond the last stage, those at its end.
     pub fn active_boundaries(&self, stage: usize) -> Vec<(usize, &Boundary)> {
         let removed = |boundary: &Boundary| {
             self.stages
@@ -229,7 +227,7 @@ impl Case {
         self.boundaries.iter().enumerate().filter(|(_, boundary)| !removed(boundary)).collect()
     }
 
-    /// How long each boundary stands (s), in their order: until the stage that removes it.
+    /// Duration of each boundary (s), in their order: until the stage that removes it.
     pub fn boundary_durations(&self) -> Vec<f64> {
         let mut left: HashMap<&str, f64> = HashMap::new();
         let mut time = 0.0;
@@ -243,8 +241,7 @@ impl Case {
         self.boundaries.iter().map(stands).collect()
     }
 
-    /// Whether nothing that a case can say works on the bodies in stage number `stage`, but for gravity at its full size across
-    /// an axis that does not repeat itself.
+    /// Whether the bodies have no external actions in stage number `stage` except constant gravity along an axis that is not periodic.
     pub fn is_isolated(&self, stage: usize) -> bool {
         let moves =
             |velocity: &Option<Vec<f64>>| velocity.as_ref().is_some_and(|v| v.iter().any(|c| *c != 0.0));
@@ -261,7 +258,7 @@ impl Case {
             && self.stages.get(stage).is_some_and(|stage| stage.gravity_ramp == 0.0)
     }
 
-    /// Whether stage number `stage` or one before it has removed the body of that name.
+    /// Whether the body of that name has been removed by the end of stage number `stage`.
     pub fn is_removed(&self, body: &str, stage: usize) -> bool {
         self.stages
             .iter()
@@ -274,28 +271,28 @@ impl Case {
         self.stages.iter().filter_map(|stage| stage.motion_of(body)).any(PrescribedMotion::is_free)
     }
 
-    /// Young's modulus of the material of that name (Pa), where it has one; what it is wrapped around is not asked.
+    /// Young's modulus of the material of that name (Pa), where it has one; wrapped materials are not considered.
     pub fn youngs_modulus(&self, material: &str) -> Option<f64> {
         serde_json::to_value(self.materials.get(material)?).ok()?.get("youngs_modulus")?.as_f64()
     }
 
-    /// The options of method `name`, its defaults where the case gives none.
+    /// Options of method `name`, its defaults where the case has none.
     ///
     /// # Errors
-    /// When they do not fit, with the path from the top of the case.
+    /// When they are invalid, with the path from the root of the case.
     pub fn method_options<T: DeserializeOwned + JsonSchema>(&self, name: &str) -> Result<T, CaseError> {
         let empty = json!({});
         let value = self.methods.get(name).unwrap_or(&empty);
         json::from_value(value, &format!("methods.{name}")).map_err(|errors| errors.first().clone())
     }
 
-    /// Whether dissipated energy is among the measures.
+    /// Whether dissipated energy is measured.
     pub fn measures_dissipation(&self) -> bool {
         self.measures.values().any(|measure| matches!(measure, Measure::Dissipation {}))
     }
 }
 
-/// The files that the options of a method name.
+/// File names in the options of a method.
 fn files_of_options(options: &mut Value) -> Vec<&mut String> {
     let mut files = Vec::new();
     for (key, value) in options.as_object_mut().into_iter().flatten() {
@@ -314,12 +311,12 @@ fn files_of_options(options: &mut Value) -> Vec<&mut String> {
     files
 }
 
-/// The parts of a list; none of what is none.
+/// Entries of a list; empty for other values.
 fn parts_of(value: &mut Value) -> impl Iterator<Item = &mut Value> {
     value.as_array_mut().into_iter().flatten()
 }
 
-/// The files that say where a region is.
+/// File names in the definition of a region.
 fn files_of_region(region: &mut Value) -> Vec<&mut Value> {
     let keys = region.as_object_mut().into_iter().flatten();
     keys.filter_map(|(key, value)| match key.as_str() {
@@ -330,7 +327,7 @@ fn files_of_region(region: &mut Value) -> Vec<&mut Value> {
     .collect()
 }
 
-/// Path of the first text `wanted` in a JSON value.
+/// Path of the first occurrence of the text `wanted` in a JSON value.
 fn path_of_text(value: &Value, wanted: &str) -> Option<String> {
     match value {
         Value::String(text) => (text == wanted).then(String::new),
@@ -345,13 +342,13 @@ fn path_of_text(value: &Value, wanted: &str) -> Option<String> {
     }
 }
 
-/// The same below a key or a number, with the point that parts keys.
+/// Path of a text below a key or an index, with the separating point.
 fn path_within(value: &Value, wanted: &str) -> Option<String> {
     let place = path_of_text(value, wanted)?;
     Some(if place.is_empty() || place.starts_with('[') { place } else { format!(".{place}") })
 }
 
-/// A mark of what is in a file and in those beside it that are read with it; `None` where it cannot be read.
+/// Checksum of the contents of a file and its sidecar files; `None` where it cannot be read.
 fn file_checksum(file: &str) -> Option<String> {
     let mut mark = format!("{:016x}", fnv1a(&std::fs::read(file).ok()?));
     for beside in colluvium_terrain::sidecar_files(Path::new(file)) {
@@ -367,13 +364,13 @@ pub(crate) fn fnv1a(bytes: &[u8]) -> u64 {
     FileChecksum::of_bytes(bytes).fnv1a
 }
 
-/// A vector of one to three components in space; what is not there is zero.
+/// Vector in space of one to three components; missing components are zero.
 #[inline]
 pub fn spatial(vector: &[f64]) -> [f64; 3] {
     std::array::from_fn(|c| vector.get(c).copied().unwrap_or(0.0))
 }
 
-/// Shape of the first mode of a cantilever at `x` of its length; the root is that of `cos kL cosh kL = -1`.
+/// First mode shape of a cantilever at the share `x` of its length; the root is that of `cos kL cosh kL = -1`.
 fn cantilever_mode(x: f64) -> f64 {
     const ROOT: f64 = 1.875_104_068_711_961_3;
     let (k, kx) = (ROOT, ROOT * x);
@@ -412,7 +409,7 @@ impl Velocity {
 }
 
 impl Boundary {
-    /// Its name, or that of its side.
+    /// Name, or that of its side.
     pub fn name(&self) -> &str {
         self.name.as_deref().unwrap_or(self.side.name())
     }

@@ -1,9 +1,9 @@
-//! Sums of numbers as their decimals say.
+//! Exact sums of decimal numbers.
 
-/// Decimal digits by which two numbers may differ in place and their difference be found exactly.
+/// Largest difference of the decimal exponents of two numbers with an exact sum.
 const MAX_DIGITS: u32 = 18;
 
-/// A number as whole digits and a power of ten: those that are least to tell it from all others.
+/// Shortest decimal representation of a number as an integer and a power of ten.
 fn digits(x: f64) -> Option<(i128, i32)> {
     let text = format!("{x:e}");
     let (digits, power) = text.split_once('e')?;
@@ -11,7 +11,7 @@ fn digits(x: f64) -> Option<(i128, i32)> {
     Some((digits.replace('.', "").parse().ok()?, power.parse::<i32>().ok()? - decimals))
 }
 
-/// Sum or, with a `sign` of minus one, difference of two numbers as decimals; with round-off where they are too far apart.
+/// Sum or, with a `sign` of minus one, difference of two numbers as decimals; with round-off where their exponents differ too much.
 pub(crate) fn decimal_sum(x: f64, by: f64, sign: i128) -> f64 {
     let rounded = x + sign as f64 * by;
     if by == 0.0 || x == 0.0 || !rounded.is_finite() {
@@ -29,7 +29,7 @@ pub(crate) fn decimal_sum(x: f64, by: f64, sign: i128) -> f64 {
     exact().unwrap_or(rounded)
 }
 
-/// A coordinate from that of the map.
+/// Coordinate relative to the origin of the map (m).
 pub(crate) fn relative_to_origin(x: f64, origin: f64) -> f64 {
     decimal_sum(x, origin, -1)
 }

@@ -1,5 +1,5 @@
-//! Reading JSON with errors that say where: a text is checked against the JSON Schema of the type it
-//! is read into, and everything wrong is reported with its path.
+//! JSON reader with paths in its errors: a text is checked against the JSON Schema of the type it is read into, and all errors are reported
+//! with their paths.
 
 use std::path::Path;
 
@@ -26,25 +26,25 @@ const RENAMED_CHOICES: [(&str, &str); 1] = [("other", "external")];
 /// Reads a `T` from JSON text.
 ///
 /// # Errors
-/// Everything that does not fit the type's schema: syntax (with line and column), duplicate and
-/// unknown keys (with the likely intended one), missing keys, wrong types, unknown choices.
+/// All deviations from the type's schema: syntax (with line and column), duplicate and unknown keys (with the likely intended one), missing
+/// keys, wrong types, unknown variants.
 pub fn read<T: DeserializeOwned + JsonSchema>(text: &str) -> Result<T, CaseErrors> {
     let value = parse(text).map_err(CaseErrors::one)?;
     from_value(&value, "")
 }
 
-/// Reads a `T` from a JSON file that a user names.
+/// Reads a `T` from a JSON file of a user.
 ///
 /// # Errors
-/// As [`read`], syntax with the file as well, and when it cannot be read.
+/// See [`read`], syntax with the file as well; when the file cannot be read.
 pub fn read_file<T: DeserializeOwned + JsonSchema>(file: &Path) -> Result<T, CaseErrors> {
     from_value(&value(file)?, "")
 }
 
-/// Reads a `T` from a JSON value that stands at `path` in its file.
+/// Reads a `T` from a JSON value with the path `path` in its file.
 ///
 /// # Errors
-/// As [`read`], syntax aside.
+/// See [`read`], except for syntax.
 pub fn from_value<T: DeserializeOwned + JsonSchema>(value: &Value, path: &str) -> Result<T, CaseErrors> {
     let schema = schemars::schema_for!(T).to_value();
     let mut checker = Checker { root: &schema, errors: Vec::new() };
@@ -58,7 +58,7 @@ pub fn from_value<T: DeserializeOwned + JsonSchema>(value: &Value, path: &str) -
     })
 }
 
-/// `path` and what stands below it: a key, after a dot, or an index.
+/// Path extended by a key, after a point, or by an index.
 fn join(path: &str, key: &str) -> String {
     match (path.is_empty(), key.is_empty() || key == ".") {
         (true, _) => key.to_owned(),
@@ -68,14 +68,14 @@ fn join(path: &str, key: &str) -> String {
     }
 }
 
-/// The text of a file that a user names.
+/// Text of a file of a user.
 ///
 /// # Errors
 /// When it cannot be read; the path is that of the file.
 pub fn text(file: &Path) -> Result<String, CaseErrors> {
     let unreadable = |problem: String| CaseErrors::one(CaseError::new(file.display().to_string(), problem));
     let bytes = std::fs::read(file).map_err(|error| unreadable(format!("cannot be read: {error}")))?;
-    // UTF-16 with its mark of byte order, as some editors write it.
+    // UTF-16 with its byte order mark, as some editors write it.
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
         return colluvium_terrain::read_text(file).map_err(|error| unreadable(error.problem));
     }
@@ -83,7 +83,7 @@ pub fn text(file: &Path) -> Result<String, CaseErrors> {
         .map_err(|_| unreadable("cannot be read: it is no text in UTF-8 or UTF-16".to_owned()))
 }
 
-/// The JSON value in a file that a user names.
+/// JSON value in a file of a user.
 ///
 /// # Errors
 /// When it cannot be read; syntax and duplicate keys, with file, line and column.
@@ -91,7 +91,7 @@ pub fn value(file: &Path) -> Result<Value, CaseErrors> {
     parse(&text(file)?).map_err(|error| CaseErrors::one(error).in_file(file))
 }
 
-/// JSON text to a value; the mark of byte order with which some editors begin a file is passed over.
+/// Parses JSON text; a byte order mark at the beginning is skipped.
 ///
 /// # Errors
 /// Syntax and duplicate keys, with line and column.
@@ -162,13 +162,13 @@ impl<'de> Visitor<'de> for StrictJson {
     }
 }
 
-/// Walks a value and a schema side by side.
+/// Recursive check of a value against a schema.
 struct Checker<'a> {
     root: &'a Value,
     errors: Vec<CaseError>,
 }
 
-/// Keys of an object schema, references and variants resolved.
+/// Keys of an object schema, with references and variants resolved.
 struct ObjectKeys<'a> {
     properties: Vec<(&'a str, &'a Value)>,
     required: Vec<&'a str>,
@@ -258,7 +258,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// The words that a value without a tag may be, and whether it may be a number.
+    /// Possible texts of a value without a tag, and whether it may be a number.
     fn plain(&self, schema: &'a Value, words: &mut Vec<Value>, number: &mut bool) {
         let schema = self.resolve(schema).unwrap_or(schema);
         *number |= schema.get("type").and_then(Value::as_str) == Some("number");
@@ -285,7 +285,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// A value under the name of its variant, `{ "calibration": { … } }`.
+    /// Checks a value under the name of its variant, `{ "calibration": { … } }`.
     fn check_named(&mut self, variants: &[(&str, &'a Value)], value: &Value, path: &str) {
         let names: Vec<Value> = variants.iter().map(|(name, _)| Value::from(*name)).collect();
         let keys = value.as_object().filter(|map| map.len() == 1);
@@ -414,7 +414,7 @@ impl<'a> Checker<'a> {
     }
 }
 
-/// The key of an internally tagged variant.
+/// Key of the tag of an internally tagged variant.
 fn tag_of(variant: &Value) -> Option<&str> {
     let properties = variant.get("properties")?.as_object()?;
     properties.iter().find(|(_, schema)| schema.get("const").is_some()).map(|(key, _)| key.as_str())
@@ -440,7 +440,7 @@ fn describe(value: &Value) -> String {
     if short.len() < text.len() { format!("{short}…") } else { short }
 }
 
-/// The one of `names` that `word` was probably meant to be.
+/// Name in `names` that `word` probably stands for.
 pub fn closest<'n>(word: &str, names: &[&'n str]) -> Option<&'n str> {
     let likeness = |name: &&str| strsim::damerau_levenshtein(word, name);
     let best = names.iter().min_by_key(|name| likeness(name))?;

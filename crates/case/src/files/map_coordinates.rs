@@ -1,7 +1,6 @@
-//! Coordinates of a map: `domain.origin` is taken off as a case is read, and put back on what a run writes.
+//! Map coordinates: `domain.origin` is subtracted when a case is read, and added to the output of a run.
 //!
-//! Differences are those of the decimal numbers, so that a case whose numbers have the origin added gives the bits of the case
-//! without.
+//! Differences are those of decimal numbers, so that a case whose coordinates have the origin added gives bit-identical results.
 
 use colluvium_points::Shape;
 
@@ -12,8 +11,8 @@ use crate::files::decimal_sum::decimal_sum;
 use crate::validate::MAX_DISTANCE_RATIO;
 use crate::{Case, CaseError, Snapshot};
 
-/// How far the origin of a map may lie from zero, over the size of the domain: coordinates of the map then have 22 binary digits
-/// and more for places in the domain.
+/// Largest distance of the map's origin from zero, over the size of the domain: map coordinates then have at least 22 binary digits for
+/// positions in the domain.
 const MAX_ORIGIN_RATIO: f64 = 1e9;
 
 type CoordinateVisitor<'a> = dyn FnMut(usize, &mut f64) + 'a;
@@ -33,7 +32,7 @@ fn visit_shape(of: &mut Shape, visit: &mut CoordinateVisitor<'_>) {
             vertices.vertices_mut().iter_mut().for_each(|corner| visit_place(corner, visit));
         }
         Shape::Cylinder { base, .. } => visit_place(base, visit),
-        // What its files hold is looked at where they are read.
+        // Coordinates in its files are converted when they are read.
         Shape::Layer { .. } | Shape::ArcLayer { .. } => {}
         Shape::Union { shapes } | Shape::Intersection { shapes } => {
             shapes.iter_mut().for_each(|inner| visit_shape(inner, visit));
@@ -45,7 +44,7 @@ fn visit_shape(of: &mut Shape, visit: &mut CoordinateVisitor<'_>) {
     }
 }
 
-/// Files hold coordinates of the map too: they are looked at where they are read.
+/// Coordinates in files are map coordinates too and are converted when the files are read.
 fn visit_obstacle(of: &mut ObstacleShape, visit: &mut CoordinateVisitor<'_>) {
     match of {
         ObstacleShape::Plane { point, .. } => visit_place(point, visit),
@@ -77,7 +76,7 @@ fn visit_obstacle(of: &mut ObstacleShape, visit: &mut CoordinateVisitor<'_>) {
             visit(*axis, to);
         }
         ObstacleShape::Turned { vertices, axis, centre } => {
-            // Distances from the line stay.
+            // Distances from the axis are unchanged.
             vertices.iter_mut().for_each(|corner| visit(*axis, &mut corner[1]));
             visit_place(centre, visit);
         }
@@ -107,7 +106,7 @@ fn visit_body(of: &mut Body, vertical: Option<usize>, visit: &mut CoordinateVisi
 }
 
 impl Case {
-    /// Calls `visit` with the axis of every coordinate in the case, and the coordinate (m). Options of methods have none.
+    /// Calls `visit` with the axis of every coordinate in the case and the coordinate (m). Options of methods are not included.
     fn each_coordinate(&mut self, visit: &mut CoordinateVisitor<'_>) {
         let vertical = self.gravity.iter().position(|g| *g != 0.0);
         visit_place(&mut self.domain.min, visit);
@@ -159,10 +158,10 @@ impl Case {
         }
     }
 
-    /// The case with the coordinates of its file as those from `domain.origin`.
+    /// Subtracts `domain.origin` from the coordinates of the case.
     ///
     /// # Errors
-    /// When the domain is not near it, or the map is so far away that its coordinates do not tell the domain's points apart.
+    /// When the domain is not near the origin, or map coordinates are too large to resolve positions in the domain.
     pub(crate) fn subtract_origin(&mut self) -> Result<(), CaseError> {
         self.shift(-1);
         let refuse = |problem: String| Err(CaseError::new("domain.origin", problem));
@@ -186,7 +185,7 @@ impl Case {
         Ok(())
     }
 
-    /// The case with the coordinates that stood in its file.
+    /// Adds `domain.origin` to the coordinates of the case.
     pub(crate) fn add_origin(&mut self) {
         self.shift(1);
     }
@@ -199,19 +198,19 @@ impl Case {
         self.each_coordinate(&mut |axis, x| *x = decimal_sum(*x, origin[axis], sign));
     }
 
-    /// What has been taken off coordinates (m): `domain.origin`, or zero.
+    /// Origin that is subtracted from coordinates (m): `domain.origin`, or zero.
     pub fn origin(&self) -> [f64; 3] {
         crate::spatial(&self.domain.origin)
     }
 
-    /// A place (m) at its coordinates of the map, to be told.
+    /// Position (m) in map coordinates, for output.
     #[must_use]
     pub fn map_position<const D: usize>(&self, place: &[f64; D]) -> [f64; D] {
         let origin = self.origin();
         std::array::from_fn(|c| place[c] + origin[c])
     }
 
-    /// A shape that stands in the options of a method, with coordinates of the map, as one from `domain.origin`.
+    /// Shape in the options of a method, in map coordinates, converted to coordinates from `domain.origin`.
     #[must_use]
     pub fn relative_to_origin(&self, mut of: Shape) -> Shape {
         let origin = self.origin();
@@ -219,7 +218,7 @@ impl Case {
         of
     }
 
-    /// A snapshot at the coordinates of the map.
+    /// Snapshot in map coordinates.
     #[must_use]
     pub fn snapshot_on_map(&self, mut snapshot: Snapshot) -> Snapshot {
         if !self.domain.origin.is_empty() {
@@ -238,7 +237,7 @@ mod tests {
 
     use super::*;
 
-    /// A case with a coordinate of every kind, moved by `by`.
+    /// Case with a coordinate of every kind, translated by `by`.
     fn moved(by: [f64; 2]) -> Value {
         let at = |x: f64, y: f64| json!([decimal_sum(x, by[0], 1), decimal_sum(y, by[1], 1)]);
         let (x, y) = (|x: f64| decimal_sum(x, by[0], 1), |y: f64| decimal_sum(y, by[1], 1));

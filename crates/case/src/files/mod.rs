@@ -1,4 +1,4 @@
-//! Tables of a user: columns of numbers in a text, with or without a line of names.
+//! Tables in text files: columns of numbers, with or without a header line.
 
 pub(crate) mod case_file;
 pub(crate) mod decimal_sum;
@@ -11,23 +11,23 @@ use std::path::Path;
 
 pub use crate::files::units::Quantity;
 
-/// A table as it stands in a file: its columns are separated by commas, by semicolons or tabs, between which numbers may have decimal
-/// commas, or by blanks where it has no names. Lines that begin with `#` are remarks.
+/// Table in a text file. Its columns are separated by commas, by semicolons or tabs (numbers may then have decimal commas), or by blanks
+/// where there is no header. Lines that begin with `#` are comments.
 pub struct ColumnFile {
     text: String,
     separator: u8,
     heads: Option<Vec<String>>,
 }
 
-/// A line of a table.
+/// Row of a table.
 pub struct ColumnRow {
-    /// Its number in the file, from 1.
+    /// Line number in the file, from 1.
     pub line: u64,
-    /// What stands in its columns.
+    /// Texts of the cells.
     pub cells: csv::StringRecord,
 }
 
-/// A column's name, and the unit after it: between brackets, as in `t (h)`, after a stroke, as in `t/h`, after “in” or a blank.
+/// Name and unit in the head of a column: the unit is in brackets, as in `t (h)`, after a slash, as in `t/h`, after “in” or a blank.
 fn name_and_unit(head: &str) -> (&str, Option<&str>) {
     if let Some(at) = head.find(['(', '[']) {
         let unit = head[at + 1..].trim_end().trim_end_matches([')', ']']);
@@ -42,7 +42,7 @@ fn is_comment(line: &str) -> bool {
     line.starts_with('#') || line.trim().is_empty()
 }
 
-/// A number with a decimal point, or with a comma where columns are not separated by it.
+/// Number with a decimal point, or with a decimal comma where the separator is not a comma.
 fn number(cell: &str, separator: u8) -> Option<f64> {
     let cell = cell.trim();
     if separator != b',' && cell.contains(',') && !cell.contains('.') {
@@ -52,10 +52,10 @@ fn number(cell: &str, separator: u8) -> Option<f64> {
 }
 
 impl ColumnFile {
-    /// Reads a file.
+    /// Reads a table.
     ///
     /// # Errors
-    /// What is wrong with it, in a line with its place.
+    /// Description of the error, in one line with its position.
     pub fn read(file: &Path) -> Result<Self, String> {
         let text = colluvium_terrain::read_text(file).map_err(|error| error.problem)?;
         Self::from_text(text)
@@ -65,7 +65,7 @@ impl ColumnFile {
         let Some(mut first) = text.lines().find(|line| !is_comment(line)).map(str::to_owned) else {
             return Ok(Self { text, separator: b',', heads: None });
         };
-        // Spreadsheets name the separator in a line of its own.
+        // Spreadsheets may name the separator in the first line.
         let named = first.trim().strip_prefix("sep=").and_then(|rest| rest.bytes().next());
         if named.is_some() {
             text = text.replacen(&first, "#", 1);
@@ -100,7 +100,7 @@ impl ColumnFile {
         Ok(table)
     }
 
-    /// The names in the first line; `None` where it holds numbers.
+    /// Names in the first line; `None` where it contains numbers.
     fn names(&self, head: &csv::StringRecord) -> Result<Option<Vec<String>>, String> {
         let filled = || head.iter().filter(|cell| !cell.is_empty());
         let numbers = filled().filter(|cell| number(cell, self.separator).is_some()).count();
@@ -117,7 +117,7 @@ impl ColumnFile {
         ))
     }
 
-    /// The names of the columns; `None` where the first line holds numbers.
+    /// Names of the columns; `None` where the first line contains numbers.
     pub fn headings(&self) -> Option<&[String]> {
         self.heads.as_deref()
     }
@@ -131,10 +131,10 @@ impl ColumnFile {
             .from_reader(self.text.as_bytes())
     }
 
-    /// The lines below the names, each as long as the first.
+    /// Rows below the header, each with as many cells as the first.
     ///
     /// # Errors
-    /// Each line that has another number of columns, in words with its place.
+    /// Each row with another number of cells, as a text with its position.
     pub fn rows(&self) -> impl Iterator<Item = Result<ColumnRow, String>> {
         self.reader().into_records().map(|record| {
             let cells = record.map_err(|error| self.line_problem(&error))?;
@@ -142,19 +142,19 @@ impl ColumnFile {
         })
     }
 
-    /// The finite number in a cell.
+    /// Finite number in a cell.
     pub fn number(&self, cell: &str) -> Option<f64> {
         number(cell, self.separator).filter(|value| value.is_finite())
     }
 
-    /// Number of the line of the record at a position, which is that of the remarks and empty lines before it.
+    /// Line number of the record at a position, which is that of the preceding comments and empty lines.
     fn line(&self, at: &csv::Position) -> u64 {
         let rest = self.text.get(at.byte() as usize..).unwrap_or_default();
         let passed = |line: &&str| line.starts_with('#') || line.trim_end_matches(['\r', '\n']).is_empty();
         at.line() + rest.split_inclusive('\n').take_while(passed).count() as u64
     }
 
-    /// What is wrong with a line that is not one of the table.
+    /// Error text for a line that is not a row of the table.
     fn line_problem(&self, error: &csv::Error) -> String {
         let csv::ErrorKind::UnequalLengths { pos, expected_len, len } = error.kind() else {
             return error.to_string();
@@ -165,7 +165,7 @@ impl ColumnFile {
         format!("line {line}: has {len} values, the {first} has {expected_len} columns{cure}")
     }
 
-    /// A cure where `found` columns in place of `wanted` may be decimal commas.
+    /// Advice for the case that `found` columns instead of `wanted` may result from decimal commas.
     fn decimal_comma_advice(&self, found: u64, wanted: u64) -> &'static str {
         if self.separator == b',' && found > wanted {
             "; with decimal commas separate the columns by semicolons"
@@ -174,10 +174,10 @@ impl ColumnFile {
         }
     }
 
-    /// What makes SI units of the numbers of a column with this head.
+    /// Factor to SI units of the numbers in a column with this head.
     ///
     /// # Errors
-    /// A unit that is not known or of another quantity.
+    /// When a unit is unknown or of another quantity.
     pub fn factor(head: &str, quantity: Quantity) -> Result<f64, String> {
         let (name, unit) = name_and_unit(head);
         // A unit alone, as `hours` or `m3/s`.
@@ -195,7 +195,7 @@ impl ColumnFile {
     }
 }
 
-/// Factor of the unit of a quantity after a line in a name, as in `t_h`, `Q_l_s`, `q_ls` or `discharge_m3s`, where it is one.
+/// Factor of the unit of a quantity after an underscore in a name, as in `t_h`, `Q_l_s`, `q_ls` or `discharge_m3s`, if there is one.
 fn unit_after_underscore(name: &str, quantity: Quantity) -> Option<f64> {
     let (_, first) = name.split_once('_')?;
     let (_, last) = name.rsplit_once('_')?;
@@ -208,7 +208,7 @@ fn unit_after_underscore(name: &str, quantity: Quantity) -> Option<f64> {
         .or_else(|| known(last))
 }
 
-/// Which of two quantities a column with this head has, by the words in its name or by its unit; `None` where neither tells, or both do.
+/// Index of the quantity of a column with this head, by the words in its name or by its unit; `None` where it is ambiguous.
 fn matching_quantity(head: &str, of: &[(Quantity, &[&str]); 2]) -> Option<usize> {
     let (name, unit) = name_and_unit(head);
     let name = name.to_lowercase();
@@ -228,11 +228,11 @@ fn matching_quantity(head: &str, of: &[(Quantity, &[&str]); 2]) -> Option<usize>
     only(&is_named).or_else(|| only(&unit_of))
 }
 
-/// Two columns of numbers of a file, in SI units: with a line of names or without. Each quantity comes with the words that columns of it are
-/// called by, the first of which is used in messages; their names or units tell which column is which.
+/// Reads two columns of numbers from a file, in SI units, with or without a header. Each quantity is given with names of its columns, the
+/// first of which is used in messages; names or units of the columns determine their order.
 ///
 /// # Errors
-/// Fault of the file, in a line with its place.
+/// Error of the file, in one line with its position.
 pub fn read_pairs(file: &str, of: [(Quantity, &[&str]); 2]) -> Result<Vec<[f64; 2]>, String> {
     let table = ColumnFile::read(Path::new(file))?;
     let mut factors = [1.0; 2];

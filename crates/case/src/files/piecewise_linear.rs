@@ -1,8 +1,8 @@
-//! Functions of one variable that are given by points, with straight lines between them.
+//! Piecewise linear functions of one variable.
 
-/// The value at `x` of the function through `points`, whose abscissae `place` gives, in ascending order, and whose values
-/// `value` gives by number: straight lines in between, beyond the first and the last point the value there, and on a jump,
-/// which two points with the same abscissa make, the value above it. `None` without points.
+/// Value at `x` of the piecewise linear function through `points`; `place` gives the abscissae, in ascending order, and `value` the values
+/// by number. It is constant beyond the first and the last point, and on a jump (two points with the same abscissa) it is the value above.
+/// `None` without points.
 pub fn value_at<T>(
     points: &[T],
     place: impl Fn(&T) -> f64,
@@ -22,8 +22,8 @@ pub fn value_at<T>(
     })
 }
 
-/// The abscissae that do not come after the one before: number, that one, and the one before. Where `jumps` are allowed
-/// they may be equal. Those that are not finite are passed over.
+/// Abscissae that are not larger than the previous one: number, abscissa, and the previous one. With `jumps` they may be equal. Values that
+/// are not finite are skipped.
 pub fn non_ascending(
     places: impl Iterator<Item = f64>,
     jumps: bool,

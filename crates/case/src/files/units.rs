@@ -1,33 +1,32 @@
-//! Units in the heads of columns, as `m`, `kN/m²` or `l s-1`.
+//! Units in the heads of columns, such as `m`, `kN/m²` or `l s-1`.
 
 use std::f64::consts::{PI, TAU};
 
-/// Quantity of a column, by the powers of length, mass and time in its unit. Where a space of fewer dimensions has another unit, either
-/// counts.
+/// Physical quantity of a column, by the powers of length, mass and time in its unit. Units of spaces with fewer dimensions are valid too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
-    /// A length (m).
+    /// Length (m).
     Length,
-    /// A time (s).
+    /// Time (s).
     Time,
-    /// A discharge (m³/s; m²/s in a profile).
+    /// Discharge (m³/s; m²/s in a profile).
     Discharge,
-    /// A velocity (m/s).
+    /// Velocity (m/s).
     Velocity,
-    /// An angular velocity (rad/s).
+    /// Angular velocity (rad/s).
     AngularVelocity,
-    /// A stress (Pa).
+    /// Stress (Pa).
     Stress,
-    /// A mass (kg; kg/m in plane strain, kg/rad in axisymmetry).
+    /// Mass (kg; kg/m in plane strain, kg/rad in axisymmetry).
     Mass,
-    /// A volume (m³; m² in the plane, m in one dimension).
+    /// Volume (m³; m² in the plane, m in one dimension).
     Volume,
-    /// A number without a unit, or a text.
+    /// Number without a unit, or text.
     Dimensionless,
 }
 
 impl Quantity {
-    /// Powers of length, mass and time, and the unit in words.
+    /// Powers of length, mass and time, and the unit as text.
     fn units(self) -> (&'static [[i32; 3]], &'static str) {
         match self {
             Self::Length => (&[[1, 0, 0]], "a length, as m, mm or ft"),
@@ -42,7 +41,7 @@ impl Quantity {
         }
     }
 
-    /// Factor that makes SI units of numbers in `unit`, where that is known to be one of the quantity. An inch may be meant as “in”.
+    /// Factor to SI units of numbers in `unit`, if it is known to be one of the quantity. “in” may be an inch.
     pub(super) fn known_factor(self, unit: &str) -> Option<f64> {
         let powers = self.units().0;
         parse(unit)
@@ -50,10 +49,10 @@ impl Quantity {
             .map(|parsed| parsed.factor)
     }
 
-    /// Factor that makes SI units of numbers in `unit`.
+    /// Factor to SI units of numbers in `unit`.
     ///
     /// # Errors
-    /// A unit that is not known, or of another quantity, in words.
+    /// When a unit is unknown, or of another quantity, as a text.
     pub(super) fn factor(self, unit: &str) -> Result<f64, String> {
         let (powers, words) = self.units();
         if powers.is_empty() {
@@ -66,7 +65,7 @@ impl Quantity {
     }
 }
 
-/// A unit: how many SI units it is, and their powers of length, mass and time.
+/// Unit: its size in SI units, and its powers of length, mass and time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Unit {
     factor: f64,
@@ -89,7 +88,7 @@ pub(super) fn is_known(word: &str) -> bool {
     parse(word).is_some_and(|unit| unit.powers != [0; 3])
 }
 
-/// The unit of a text; `None` of one that is not known.
+/// Unit of a text; `None` where it is unknown.
 fn parse(text: &str) -> Option<Unit> {
     let plain = text
         .replace('²', "2")
@@ -103,7 +102,7 @@ fn parse(text: &str) -> Option<Unit> {
     for (number, part) in plain.split('/').enumerate() {
         let mut words = part.split_whitespace();
         let sign = if number == 0 { 1 } else { -1 };
-        // Of `m3/s m` the last word is above the line.
+        // In `m3/s m` the last word is in the numerator.
         let first = words.next()?;
         unit = factor_of(first, unit, sign)?;
         for word in words {
@@ -113,7 +112,7 @@ fn parse(text: &str) -> Option<Unit> {
     Some(unit)
 }
 
-/// `unit` times a word with its power, as `m`, `s-1` or `m3`.
+/// Product of `unit` and a word with its power, as `m`, `s-1` or `m3`.
 fn factor_of(word: &str, unit: Unit, sign: i32) -> Option<Unit> {
     if word == "1" || word == "-" {
         return Some(unit);

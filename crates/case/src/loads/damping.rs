@@ -1,12 +1,12 @@
-//! Damping of velocities in a step, for every method.
+//! Damping of velocities in a step, for all methods.
 
-/// Velocity at the end of a step that Rayleigh damping `share` (damping times step) slows, from those at the start and at
-/// the end without it: the damping force is that of the mean of both, so that it is of second order and no step is too long.
+/// Velocity at the end of a step with Rayleigh damping of coefficient times step `share`, from the velocities at the start and at the end
+/// without damping. The damping force is that of their mean: second order, and stable for any step.
 pub fn rayleigh_damped_velocity(start: f64, end: f64, share: f64) -> f64 {
     (end - 0.5 * share * start) / (1.0 + 0.5 * share)
 }
 
-/// Sign, and zero of zero.
+/// Sign of a number, and zero for zero.
 pub fn sign_or_zero(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
 }

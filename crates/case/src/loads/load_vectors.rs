@@ -1,26 +1,26 @@
-//! What the points next to a loaded surface carry of a load, for every method (sheet: mpm §2.11).
+//! Load vectors of points next to a loaded surface, for all methods (sheet: mpm §2.11).
 //!
-//! Each of them has a vector: of a traction its force, which stays as it is ("dead load"); of a pressure its force, and of a load on
-//! a curved surface its area, which turn and grow with the motion of the point by Nanson's formula, `dA ← det f f⁻ᵀ dA`.
+//! Each point has a vector: for a traction its force, which is constant ("dead load"); for a pressure its force, and for a load on a curved
+//! surface its area, both of which follow the motion of the point by Nanson's formula, `dA ← det f f⁻ᵀ dA`.
 
 use colluvium_points::boundary_area_vectors;
 
 use crate::description::{Load, Side, Space};
 use crate::{Case, CaseError};
 
-/// Distance of the lines that find a surface over that of the points that carry it.
+/// Spacing of the lines that detect a surface over that of the points.
 const LINE_SPACING: f64 = 0.25;
 
-/// The same for points in rows along the surface, in the plane, where each has an even part of it.
+/// Line spacing over point spacing for points in rows along the surface, in the plane, so that each has an even share of it.
 const FINE_LINE_SPACING: f64 = 1.0 / 64.0;
 
 impl Case {
-    /// When its loads begin (s): at once, or never as long as their stage has not.
+    /// Start times of the loads (s); infinite until their stage begins.
     pub fn load_starts(&self) -> Vec<f64> {
         self.loads.iter().map(|load| if load.stage().is_none() { 0.0 } else { f64::INFINITY }).collect()
     }
 
-    /// Sets when the loads begin (s) that begin with this stage, which begins at `start` (s).
+    /// Sets the start times (s) of the loads that begin with this stage, which begins at `start` (s).
     pub fn begin_loads(&self, starts: &mut [f64], stage: usize, start: f64) {
         for (load, begins) in self.loads.iter().zip(starts) {
             if load.stage().is_some_and(|name| name == self.stages[stage].name) {
@@ -29,12 +29,11 @@ impl Case {
         }
     }
 
-    /// Vector of load `number` at each of `positions` (m), of points of a body that each stand for a box of these edges (m): of a
-    /// load on a side the full force (N; per metre in the plane, per radian in axisymmetry), else the area (m²) with its outward
-    /// normal. Zero within the body.
+    /// Vectors of load `number` at `positions` (m), the points of a body with boxes of these edges (m): for a load on a side the full force
+    /// (N; per metre in the plane, per radian in axisymmetry), else the area (m²) with its outward normal. Zero within the body.
     ///
     /// # Errors
-    /// When a load that is not bound to a side lies on nothing.
+    /// When a load that is not bound to a side has no surface.
     pub fn load_vectors<const D: usize>(
         &self,
         number: usize,
@@ -64,8 +63,8 @@ impl Case {
         Ok(carried)
     }
 
-    /// Area (m²; m in the plane, per radian in axisymmetry) of the box of each point on the loaded side, with the share of the
-    /// load at its place; zero within the body.
+    /// Area (m²; m in the plane, per radian in axisymmetry) of each point's box on the loaded side, times the load profile at its position;
+    /// zero within the body.
     pub fn side_areas<const D: usize>(
         &self,
         load: &Load,
@@ -92,7 +91,7 @@ impl Case {
 }
 
 impl Load {
-    /// Full load on an area of one (Pa), as a vector; none where it is not bound to a side.
+    /// Full load per area (Pa) as a vector; zero for a load that is not bound to a side.
     pub fn per_area<const D: usize>(&self) -> [f64; D] {
         match self {
             Self::Traction { value, .. } => std::array::from_fn(|c| value[c]),
@@ -104,7 +103,7 @@ impl Load {
         }
     }
 
-    /// Full force (N) of what a point carries of it.
+    /// Full force (N) of the load vector of a point.
     #[inline]
     pub fn force<const D: usize>(&self, carried: &[f64; D]) -> [f64; D] {
         let Self::Surface { pressure, shear, axis, .. } = self else { return *carried };
@@ -124,7 +123,7 @@ impl Load {
     }
 }
 
-/// `cof f = det f f⁻ᵀ`.
+/// Cofactor matrix `cof f = det f f⁻ᵀ`.
 pub fn cofactor<const D: usize>(f: &[[f64; D]; D]) -> [[f64; D]; D] {
     let at = |a: usize, b: usize| f[a % D][b % D];
     match D {
@@ -138,7 +137,7 @@ pub fn cofactor<const D: usize>(f: &[[f64; D]; D]) -> [[f64; D]; D] {
     }
 }
 
-/// An area vector after its surface has moved by the gradient of displacement `step`: `det f f⁻ᵀ a` for `f = 1 + step`.
+/// Area vector after a displacement with the gradient `step`: `det f f⁻ᵀ a` for `f = 1 + step`.
 pub fn nanson<const D: usize>(step: &[[f64; D]; D], a: &[f64; D]) -> [f64; D] {
     let f = std::array::from_fn(|i| std::array::from_fn(|j| step[i][j] + if i == j { 1.0 } else { 0.0 }));
     cofactor::<D>(&f).map(|row| row.iter().zip(a).map(|(cofactor, a)| cofactor * a).sum())
@@ -158,7 +157,7 @@ mod tests {
         let turned = nanson(&[[-1.0, -1.0], [1.0, -1.0]], &[1.0, 0.0]);
         assert_eq!(turned, [0.0, 1.0], "a quarter turn");
         assert_eq!(nanson(&[[0.5]], &[2.0]), [2.0]);
-        // Shear along x leaves the surface normal to y as it is and tilts the one normal to x.
+        // Shear along x does not change the surface normal to y and tilts the one normal to x.
         assert_eq!(nanson(&[[0.0, 0.5], [0.0, 0.0]], &[0.0, 1.0]), [0.0, 1.0]);
         assert_eq!(nanson(&[[0.0, 0.5], [0.0, 0.0]], &[1.0, 0.0]), [1.0, -0.5]);
     }
@@ -180,7 +179,7 @@ mod tests {
         points.into_iter().zip(carried.iter().map(|vector| case.loads[0].force(vector))).collect()
     }
 
-    /// A pressure on a disk has no resultant and the virial of its area; a shear has none either, and a moment of twice that.
+    /// A pressure on a disk has no resultant and a virial of its area; a shear has no resultant, and a moment of twice that.
     #[test]
     fn pressure_and_shear_around_a_disk_have_the_resultants_of_the_closed_form() {
         let sums = |forces: &[([f64; 2], [f64; 2])]| {
@@ -208,7 +207,7 @@ mod tests {
         );
     }
 
-    /// On the right half it is the pressure times the width.
+    /// The resultant on the right half is the pressure times the width.
     #[test]
     fn a_part_of_a_surface_carries_its_projection() {
         let half = json!({ "kind": "box", "min": [0, -2], "max": [2, 2] });

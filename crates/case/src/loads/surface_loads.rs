@@ -33,7 +33,7 @@ pub enum Load {
         /// How it varies along its side; the same everywhere when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         profile: Option<LoadProfile>,
-        /// What carries it.
+        /// Carrier of the load: points or nodes.
         #[serde(default, skip_serializing_if = "LoadTarget::is_points")]
         applied_to: LoadTarget,
     },
@@ -83,7 +83,7 @@ pub enum Load {
         /// How it varies along its side; the same everywhere when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         profile: Option<LoadProfile>,
-        /// What carries it.
+        /// Carrier of the load: points or nodes.
         #[serde(default, skip_serializing_if = "LoadTarget::is_points")]
         applied_to: LoadTarget,
     },
@@ -120,7 +120,7 @@ pub enum Load {
 }
 
 impl Load {
-    /// The body it acts on.
+    /// Name of the loaded body.
     pub fn body(&self) -> &str {
         match self {
             Self::Traction { body, .. }
@@ -130,7 +130,7 @@ impl Load {
         }
     }
 
-    /// The side of the body it acts on; `None` for one that is not bound to a side.
+    /// Loaded side of the body; `None` for a load that is not bound to a side.
     pub fn side(&self) -> Option<Side> {
         match self {
             Self::Traction { side, .. } | Self::Pressure { side, .. } | Self::PorePressure { side, .. } => {
@@ -140,7 +140,7 @@ impl Load {
         }
     }
 
-    /// Name of the stage with which it begins; `None` for the first.
+    /// Name of the stage with which the load begins; `None` for the first.
     pub fn stage(&self) -> Option<&str> {
         match self {
             Self::Traction { stage, .. }
@@ -150,7 +150,7 @@ impl Load {
         }
     }
 
-    /// How it varies along its side; `None` where it does not.
+    /// Profile along its side; `None` for a uniform load.
     pub fn profile(&self) -> Option<&LoadProfile> {
         match self {
             Self::Traction { profile, .. }
@@ -165,12 +165,12 @@ impl Load {
         matches!(self, Self::PorePressure { .. })
     }
 
-    /// Whether it turns with the surface and grows with its area.
+    /// Whether it is a follower load, which rotates with the surface and grows with its area.
     pub fn is_follower(&self) -> bool {
         !matches!(self, Self::Traction { .. })
     }
 
-    /// What carries it: points, if it follows the surface.
+    /// Carrier of the load: points, if it follows the surface.
     pub fn applied_to(&self) -> LoadTarget {
         match self {
             Self::Traction { applied_to: carrier, .. } | Self::PorePressure { applied_to: carrier, .. } => {
@@ -180,23 +180,23 @@ impl Load {
         }
     }
 
-    /// Share of its value that acts at a place (m) on its side.
+    /// Share of the load at a position (m) on its side.
     pub fn profile_factor(&self, place: &[f64]) -> f64 {
         self.profile().map_or(1.0, |profile| profile.factor_at(place))
     }
 
-    /// Number of the stage with which it begins; `None` where no stage has its name.
+    /// Number of the stage with which it begins; `None` where no stage has that name.
     pub(crate) fn begins(&self, stages: &[Stage]) -> Option<usize> {
         self.stage().map_or(Some(0), |name| stages.iter().position(|stage| stage.name == name))
     }
 
-    /// Share of the load that acts `elapsed` seconds after it began; none before, where that is negative.
+    /// Share of the load at `elapsed` seconds after its start; zero for negative values.
     pub fn factor(&self, elapsed: f64) -> f64 {
         let (ramp, shape) = self.ramp();
         if elapsed < 0.0 { 0.0 } else { shape.factor(elapsed, ramp) }
     }
 
-    /// Time over which it grows (s), and how.
+    /// Duration of its ramp (s), and the shape of the ramp.
     pub fn ramp(&self) -> (f64, RampShape) {
         match self {
             Self::Traction { ramp, ramp_shape, .. }
@@ -222,7 +222,7 @@ pub struct LoadProfile {
 }
 
 impl LoadProfile {
-    /// Share of the load at a place (m), above a jump on it.
+    /// Share of the load at a position (m); on a jump the value above.
     fn factor_at(&self, place: &[f64]) -> f64 {
         let Some(&x) = place.get(self.axis.number()) else { return 1.0 };
         piecewise_linear::value_at(&self.shares, |[at, _]| *at, |number| self.shares[number][1], x)
@@ -230,7 +230,7 @@ impl LoadProfile {
     }
 }
 
-/// What carries a load (sheet: mpm §2.11).
+/// Carrier of a load: points or nodes (sheet: mpm §2.11).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LoadTarget {
@@ -264,7 +264,7 @@ impl RampShape {
         *self == Self::Linear
     }
 
-    /// Share of the load at `time` of a ramp of length `ramp` (s).
+    /// Share of the load at `time` of a ramp of duration `ramp` (s).
     pub fn factor(self, time: f64, ramp: f64) -> f64 {
         if time >= ramp {
             return 1.0;

@@ -1,10 +1,10 @@
-//! What grows in a stage: gravity, loads, prescribed motions.
+//! Ramps in a stage: gravity, loads, prescribed motions.
 
 use crate::Case;
 use crate::description::Load;
 
 impl Case {
-    /// The loads that act in stage number `stage`: their numbers, and those of the stages they begin with.
+    /// Loads that act in stage number `stage`: their numbers, and those of the stages they begin with.
     pub(crate) fn loads_in(&self, stage: usize) -> impl Iterator<Item = (usize, usize, &Load)> {
         self.loads.iter().enumerate().filter_map(move |(number, load)| {
             let begins = load.begins(&self.stages)?;
@@ -12,8 +12,8 @@ impl Case {
         })
     }
 
-    /// Whether gravity, the motions of the stage and all loads have their full size at `time` (s). `starts` are when the
-    /// stages began (s), the one that runs the last.
+    /// Whether the ramps of gravity, of the motions of the stage and of all loads are complete at `time` (s). `starts` are the start times
+    /// of the stages (s), up to the current one.
     pub(crate) fn ramps_are_complete(&self, starts: &[f64], time: f64) -> bool {
         let Some(number) = starts.len().checked_sub(1) else { return false };
         let stage = &self.stages[number];

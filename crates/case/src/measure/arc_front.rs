@@ -1,10 +1,10 @@
-//! How far a flow has come along the line of an obstacle (sheet: snow-mpm §3.11).
+//! Front of a flow by arc length along the line of an obstacle (sheet: snow-mpm §3.11).
 
 use crate::measure::front::foremost;
 use crate::{Case, Snapshot};
 
-/// Distance along the line of the obstacle called `of` (m), behind which the fraction `quantile` of the mass lies; points are looked
-/// at where they are nearest to it. NaN without points, their `mass` or such an obstacle.
+/// Arc length along the line of the obstacle `of` (m), behind which the fraction `quantile` of the mass lies. Each point counts at its
+/// nearest place on the line. NaN without points, their `mass` or such an obstacle.
 pub fn arc_front(case: &Case, snapshot: &Snapshot, of: &str, quantile: f64) -> f64 {
     let Some(line) = case.ground_line(of) else { return f64::NAN };
     let place = |x: &[f64; 3]| line.arc_length(&[x[0], x[1]]).unwrap_or(f64::NAN);
@@ -19,7 +19,7 @@ mod tests {
 
     #[test]
     fn the_front_is_counted_along_slope_arc_and_flat() {
-        // 5 m down a slope of 3 to 4, a quarter turn is none here: a flat behind it.
+        // A slope of 3 to 4, 5 m long, and a flat without a transition arc behind it.
         let text = r#"{
             "title": "track", "space": "plane-strain", "domain": { "min": [-5, -1], "max": [10, 5] }, "gravity": [0, -10],
             "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
@@ -31,7 +31,7 @@ mod tests {
                           "middle": { "kind": "arc-front", "obstacle": "track", "quantile": 0.5 } }
         }"#;
         let case = Case::from_json(text).unwrap();
-        // At 1 m and at 3 m down the slope, each a little above it, and at 2.5 m on the flat.
+        // Points at 1 m and at 3 m down the slope, each slightly above it, and at 2.5 m on the flat.
         let positions = vec![[-3.2 + 0.06, 2.4 + 0.08, 0.0], [-1.6, 1.2, 0.0], [2.5, 0.3, 0.0]];
         let snapshot = Snapshot {
             time: 0.0,

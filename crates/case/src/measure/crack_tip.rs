@@ -1,30 +1,30 @@
-//! How far a crack has run (sheet: snow-mpm §3.11).
+//! Crack tip: the distance that a crack has propagated (sheet: snow-mpm §3.11).
 
 use crate::description::{CrackTip, RemovalShape};
 use crate::measure::ScalarOutput;
 use crate::{Case, Snapshot};
 
-/// What became of the points of a bin.
+/// State of the points in a bin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum CrackBin {
-    /// None is there: cut away, where the case cuts the body, else there was none.
+    /// No point in the bin: removed where a removal shape has passed, else empty from the start.
     Empty,
-    /// None has failed.
+    /// No failed point.
     Intact,
-    /// At least one has failed.
+    /// At least one failed point.
     Failed,
 }
 
 impl CrackTip {
-    /// Distances along the direction from where the crack begins (m): of the end of what is cracked or cut without a gap, and
-    /// of the end of the farthest bin that is. NaN where the snapshot lacks the field. `travels` are those of the
-    /// cuts by then ([`Solver::removal_shape_travel`](crate::Solver::removal_shape_travel)).
+    /// Distances along the direction from the start of the crack (m): to the end of the bins that are failed or cut without a gap, and to
+    /// the end of the farthest such bin. NaN where the snapshot lacks the field. `travels` are those of the removal shapes at this time
+    /// ([`Solver::removal_shape_travel`](crate::Solver::removal_shape_travel)).
     pub fn read(&self, case: &Case, snapshot: &Snapshot, travels: &[Option<f64>]) -> [f64; 2] {
         let (Some(bins), Some(end)) = (self.bins(case, snapshot), self.body_end(case)) else {
             return [f64::NAN; 2];
         };
         let reached = |count: usize| (count as f64 * self.bin).min(end);
-        // Slanted ends of a layer leave bins without a point, at the sawn end too.
+        // Slanted ends of a layer leave bins without a point, also at the sawn end.
         let ways: Vec<[f64; 2]> = self.swept_intervals(case, travels);
         let is_cut = |number: usize| {
             let [low, high] = [number, number + 1].map(|side| side as f64 * self.bin);
@@ -40,7 +40,7 @@ impl CrackTip {
         [reached(farthest(whole)), reached(farthest(bins.len()))]
     }
 
-    /// What the cuts of the body have swept (m from where the crack begins, along the direction).
+    /// Intervals swept by the removal shapes of the body (m from the start of the crack, along the direction).
     fn swept_intervals(&self, case: &Case, travels: &[Option<f64>]) -> Vec<[f64; 2]> {
         let along = self.unit_direction();
         let way = |(cut, travel): (&RemovalShape, &Option<f64>)| {
@@ -59,7 +59,7 @@ impl CrackTip {
         case.removal_shapes.iter().zip(travels).filter_map(way).collect()
     }
 
-    /// Where the body ends along the direction (m from where the crack begins).
+    /// End of the body along the direction (m from the start of the crack).
     fn body_end(&self, case: &Case) -> Option<f64> {
         let body = case.bodies.iter().find(|body| body.name == self.body)?;
         let (low, high) = body.shape.bounds(case.dimension());
@@ -69,7 +69,7 @@ impl CrackTip {
         Some((0..case.dimension()).map(most).sum::<f64>() - start)
     }
 
-    /// The direction, of length one.
+    /// Unit vector of the direction.
     fn unit_direction(&self) -> [f64; 3] {
         let length = self.direction.iter().map(|c| c * c).sum::<f64>().sqrt();
         std::array::from_fn(|axis| self.direction.get(axis).map_or(0.0, |c| c / length))
@@ -86,7 +86,7 @@ impl CrackTip {
             if snapshot.bodies[i] as usize != number {
                 continue;
             }
-            // Points keep the bin in which they were at the start.
+            // Points remain in the bin of their initial position.
             let at = |axis: usize| place[axis] - moved.map_or(0.0, |moved| moved[i][axis]);
             let from = |axis: usize| self.from.get(axis).copied().unwrap_or(0.0);
             let way: f64 = (0..3).map(|axis| along[axis] * (at(axis) - from(axis))).sum();
@@ -99,7 +99,7 @@ impl CrackTip {
         Some(bins)
     }
 
-    /// The columns of the measure called `name`.
+    /// Columns of the measure `name`.
     pub(super) fn scalar_outputs(
         &self,
         name: &str,
@@ -117,7 +117,7 @@ mod tests {
     use super::*;
     use crate::{Field, FieldData};
 
-    /// A body from 0 to 1 m with points at these places, with how far each has moved and whether it has failed.
+    /// Body from 0 to 1 m with points of the given positions, displacements and failure values.
     fn cracked(points: &[(f64, f64, f64)]) -> (Case, Snapshot) {
         let case = r#"{
             "title": "crack", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, -10],
@@ -164,7 +164,7 @@ mod tests {
 
     #[test]
     fn the_tip_is_the_end_of_what_is_cut_or_cracked_without_a_gap() {
-        // From the right: two bins cut away, two cracked, one of which has moved into its neighbour; a daughter crack beyond.
+        // From the right: two bins cut away, two cracked, one of whose points has moved into the next bin; a daughter crack beyond.
         let places: Vec<(f64, f64, f64)> = (0..8)
             .map(|i| {
                 (
@@ -187,7 +187,7 @@ mod tests {
     fn a_layer_whose_ends_are_slanted_is_not_cracked_where_it_has_no_point() {
         let places: Vec<(f64, f64, f64)> = (2..9).map(|i| (0.05 + 0.1 * f64::from(i), 0.0, 0.0)).collect();
         let (mut case, snapshot) = cracked(&places);
-        // What lacks points at 0.95 m the saw, which begins at 1 m, takes on its way to 0.75 m; what lacks them below 0.2 m it never does.
+        // The saw starts at 1 m and passes the empty bin at 0.95 m on its way to 0.75 m, but never reaches the empty bins below 0.2 m.
         let tips =
             |case: &Case, travel: Option<f64>| tip([-1.0, 0.0], [1.0, 0.0]).read(case, &snapshot, &[travel]);
         assert_eq!(tips(&case, None), [0.0, 0.0], "before the saw begins");

@@ -1,16 +1,16 @@
-//! Into how many pieces bodies have come apart (sheet: snow-mpm §3.11).
+//! Fragments of bodies: connected pieces and their masses (sheet: snow-mpm §3.11).
 
 use colluvium_points::{CellList, UnionFind};
 
 use super::ScalarOutput;
 use crate::{FieldRole, Snapshot};
 
-/// The masses of the connected pieces (kg), largest first, and the mass of what is in smaller ones than `least` points. Points
-/// not farther apart than `link` (m) hang together. `None` where places or masses are no numbers.
+/// Masses of the connected pieces of at least `least` points (kg), largest first, and the mass of smaller pieces (kg). Points within a
+/// distance `link` (m) are connected. `None` where positions or masses are not finite.
 pub fn fragments(snapshot: &Snapshot, link: f64, least: usize) -> Option<(Vec<f64>, f64)> {
     let mass = snapshot.amounts(FieldRole::Mass)?;
     let mut cells = CellList::<3>::new();
-    // A little wider, so that round-off does not keep a neighbour in a cell that is not looked at.
+    // Slightly larger cells, so that round-off does not place a neighbour in a cell that is not searched.
     cells.build(&snapshot.positions, link * (1.0 + 1e-6)).ok()?;
     let mut joined = UnionFind::new(mass.len());
     for (i, place) in snapshot.positions.iter().enumerate() {
@@ -34,7 +34,7 @@ pub fn fragments(snapshot: &Snapshot, link: f64, least: usize) -> Option<(Vec<f6
     Some((large, loose))
 }
 
-/// The columns of the measure called `name`.
+/// Columns of the measure `name`.
 pub(super) fn scalar_outputs(name: &str, snapshot: &Snapshot, link: f64, least: usize) -> Vec<ScalarOutput> {
     let found = fragments(snapshot, link, least);
     let size = |number: usize| {
@@ -54,7 +54,7 @@ mod tests {
 
     #[test]
     fn points_within_a_link_hang_together() {
-        // Pieces of five, three and one, in an order that mixes them.
+        // Pieces of five, three and one points, in mixed order.
         let places = [0.0, 5.0, 0.1, 9.0, 0.2, 5.1, 0.3, 5.2, 0.4];
         let snapshot = Snapshot {
             time: 0.0,

@@ -1,14 +1,13 @@
-//! How far the mass reaches.
+//! Front of the mass.
 
 use crate::description::Side;
 use crate::{Case, FieldRole, Snapshot};
 
-/// Width of a column in point widths, where the method tells of no cells: two points per cell and
-/// direction are the usual.
+/// Width of a column in point widths, for methods without a grid: two points per cell and direction are usual.
 const POINT_WIDTHS_PER_COLUMN: f64 = 2.0;
 
-/// Place towards `side` behind which the fraction `quantile` of the mass lies (m): the end of the domain
-/// of the point there. NaN without points or their `mass`.
+/// Coordinate of the front towards `side` (m), behind which the fraction `quantile` of the mass lies: the end of the domain of the point
+/// there. NaN without points or their `mass`.
 pub fn front(snapshot: &Snapshot, side: Side, quantile: f64) -> f64 {
     let (axis, sign) = (side.axis(), sign(side));
     let along: Vec<f64> = snapshot.positions.iter().map(|x| sign * x[axis]).collect();
@@ -16,8 +15,8 @@ pub fn front(snapshot: &Snapshot, side: Side, quantile: f64) -> f64 {
     last.map_or(f64::NAN, |i| sign * (along[i] + 0.5 * snapshot.extents[i][axis]))
 }
 
-/// The point up to which, in the order of the numbers `along`, the fraction `quantile` of the mass lies; `None` without points or
-/// their `mass`.
+/// Index of the point up to which, in ascending order of `along`, the fraction `quantile` of the mass lies; `None` without points or their
+/// `mass`.
 pub(super) fn foremost(snapshot: &Snapshot, along: &[f64], quantile: f64) -> Option<usize> {
     let mass = snapshot.amounts(FieldRole::Mass)?;
     let mut order: Vec<usize> = (0..along.len()).collect();
@@ -35,26 +34,26 @@ fn sign(side: Side) -> f64 {
     if side.is_max() { 1.0 } else { -1.0 }
 }
 
-/// The columns of cells that stand on the base, in which the front of `sheet: mpm §3.9` is looked for: a column is occupied
-/// where a point lies in it, at any height. Flow that rolls over a rough base leaves few points in its lowest cells.
+/// Columns of cells on the base, which locate the front of `sheet: mpm §3.9`: a column is occupied where it contains a point, at any
+/// height. Flow that rolls over a rough base leaves few points in its lowest cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrontColumns {
-    /// Where the front moves.
+    /// Side towards which the front moves.
     pub side: Side,
-    /// Coordinate of the wall behind the mass (m); the columns are counted from it.
+    /// Coordinate of the wall behind the mass (m), from which the columns are counted.
     pub wall: f64,
-    /// Axis across which columns stand side by side, in three dimensions, unless gravity pulls along the front's axis or
-    /// not at all.
+    /// Horizontal axis perpendicular to the front's axis, along which columns are separated: in three dimensions, unless gravity acts
+    /// mainly along the front's axis or is zero.
     pub across: Option<usize>,
     /// Width of a column (m).
     pub cell: f64,
 }
 
-/// A column: its number along the front's axis, counted from the wall, and across.
+/// Column: its number along the front's axis, counted from the wall, and its number across.
 type FrontColumn = (i64, i64);
 
 impl FrontColumns {
-    /// The columns of a case. `cell` is their width (m); without one it follows from the points' widths.
+    /// Columns of a case. `cell` is their width (m), which follows from the widths of the points where it is `None`.
     pub fn of_case(case: &Case, side: Side, cell: Option<f64>, snapshot: &Snapshot) -> Self {
         let axis = side.axis();
         let g = case.gravity3();
@@ -70,16 +69,15 @@ impl FrontColumns {
         }
     }
 
-    /// The front (m): the farthest end of a point's domain in the columns that are occupied without a gap
-    /// from the wall. NaN without points.
+    /// Front (m): the farthest end of a point domain in the columns that are occupied without a gap from the wall. NaN without points.
     pub fn front(&self, snapshot: &Snapshot) -> f64 {
         if !(self.cell.is_finite() && self.cell > 0.0) {
-            // Points without width form no columns.
+            // Points without width have no columns.
             return front(snapshot, self.side, 1.0);
         }
         let columns: Vec<FrontColumn> = snapshot.positions.iter().map(|x| self.column(x)).collect();
         let mut occupied = columns.clone();
-        // Most points stand in the column of the one before.
+        // Most points are in the column of the point before.
         occupied.dedup();
         occupied.sort_unstable();
         occupied.dedup();
@@ -97,12 +95,12 @@ impl FrontColumns {
     fn column(&self, x: &[f64; 3]) -> FrontColumn {
         let along = sign(self.side) * (x[self.side.axis()] - self.wall) / self.cell;
         let across = self.across.map_or(0.0, |axis| x[axis] / self.cell);
-        // What has sunk into the wall by round-off stands at the wall.
+        // Points that round-off has placed behind the wall count at the wall.
         (along.floor().max(0.0) as i64, across.floor() as i64)
     }
 }
 
-/// Which of the `occupied` columns, in ascending order, hang together, by shared faces, with the rearmost.
+/// Whether each of the `occupied` columns, in ascending order, is connected to the rearmost by shared faces.
 fn connected_columns(occupied: &[FrontColumn]) -> Vec<bool> {
     let mut region = vec![false; occupied.len()];
     let Some((rear, _)) = occupied.first() else { return region };
@@ -130,7 +128,7 @@ fn side_of(axis: usize, max: bool) -> Side {
     }
 }
 
-/// Coordinate of the side of the domain (m), or of the innermost wall on it that stays for the whole run.
+/// Coordinate of the side of the domain (m), or of the innermost wall on it that exists for the whole run.
 fn innermost_wall(case: &Case, side: Side) -> f64 {
     let axis = side.axis();
     let end = if side.is_max() { case.domain.max[axis] } else { case.domain.min[axis] };
@@ -169,7 +167,7 @@ mod tests {
         }
     }
 
-    /// A layer of points 0.05 m above the base, 0.1 m wide, at these places.
+    /// Layer of points 0.05 m above the base, 0.1 m wide, at the given coordinates.
     fn layer(places: &[f64]) -> Snapshot {
         points(places.iter().map(|&x| [x, 0.05, 0.0]).collect(), 0.1)
     }
@@ -197,7 +195,7 @@ mod tests {
         let places = [0.05, 0.15, 0.25, 0.35, 0.75, 0.85];
         // Columns of 0.2 m: the third, from 0.4 to 0.6 m, is empty, though four widths would bridge the gap.
         close(columns(0.2).front(&layer(&places)), 0.4);
-        // Columns of 0.3 m: none is.
+        // Columns of 0.3 m: none is empty.
         close(columns(0.3).front(&layer(&places)), 0.9);
         assert!(columns(0.2).front(&layer(&[])).is_nan());
     }
@@ -214,14 +212,14 @@ mod tests {
         let places = [[0.1, 0.05], [0.3, 0.05], [0.5, 0.35], [0.7, 0.05], [1.1, 0.05]];
         let mut positions = places.map(|[x, y]| [x, y, 0.0]).to_vec();
         close(columns(0.2).front(&points(positions.clone(), 0.04)), 0.72);
-        // In the air as a whole.
+        // The whole deposit in the air.
         positions.iter_mut().for_each(|x| x[1] += 5.0);
         close(columns(0.2).front(&points(positions, 0.04)), 0.72);
     }
 
     #[test]
     fn columns_hang_together_across_in_three_dimensions() {
-        // A bow around an empty column, and a detached point beside it.
+        // Points around an empty column, and a detached point beside them.
         let places = [[0.1, 0.1], [0.1, 0.3], [0.3, 0.3], [0.5, 0.3], [0.5, 0.1], [0.9, 0.1]];
         let positions = places.map(|[x, y]| [x, y, 0.05]).to_vec();
         let flat = FrontColumns { across: Some(1), ..columns(0.2) };

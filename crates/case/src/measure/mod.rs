@@ -18,8 +18,8 @@ pub use front::{FrontColumns, front};
 /// Name, unit and value of a measured number.
 pub type ScalarOutput = (String, String, f64);
 
-/// Reads all scalar measures of the case off a snapshot, in the order of their names; `cell` is the width
-/// of the cells of the method's grid (m), if it has one; `travels` are those of the cuts by then ([`Solver::removal_shape_travel`]).
+/// Evaluates all scalar measures of the case on a snapshot, in the order of their names. `cell` is the width of the grid cells of the
+/// method (m), if there are any; `travels` are those of the removal shapes at this time ([`Solver::removal_shape_travel`]).
 pub fn read(
     case: &Case,
     snapshot: &Snapshot,
@@ -76,7 +76,7 @@ pub fn read(
     readings
 }
 
-/// Whether a measure is read off the places of a frame: points, or in their place nodes or cells.
+/// Whether a measure reads the places of a frame: points, or nodes or cells in their place.
 pub(crate) fn needs_places(measure: &Measure) -> bool {
     match measure {
         Measure::Front { .. }
@@ -95,7 +95,7 @@ pub(crate) fn needs_places(measure: &Measure) -> bool {
     }
 }
 
-/// The points that count where mass is looked for, with their `mass`: those of `bodies`, or of all that are not rigid.
+/// Points whose mass counts in a measure, with their `mass`: those of `bodies`, or of all bodies that are not rigid.
 pub fn counted_points<'a>(
     case: &Case,
     snapshot: &'a Snapshot,
@@ -114,15 +114,15 @@ pub fn counted_points<'a>(
     Cow::Owned(point_subset(snapshot, &kept))
 }
 
-/// The points that have not broken, with their `mass`; all of them where there is no such field.
+/// Points that have not broken, with their `mass`; all points without such a field.
 fn unbroken_points<'a>(snapshot: &'a Snapshot, broken: &BreakageCriterion) -> Cow<'a, Snapshot> {
     let Some(values) = snapshot.scalars(&broken.field) else { return Cow::Borrowed(snapshot) };
-    // What has no such number, as of another law, has not broken.
+    // Points without the value, such as those of another law, have not broken.
     let kept: Vec<usize> = (0..values.len()).filter(|&i| !(values[i] <= broken.max)).collect();
     Cow::Owned(point_subset(snapshot, &kept))
 }
 
-/// Some of the points, with their `mass`.
+/// Subset of the points, with their `mass`.
 fn point_subset(snapshot: &Snapshot, kept: &[usize]) -> Snapshot {
     let mass = snapshot.amounts(FieldRole::Mass).map(|values| {
         let data = FieldData::Scalar(kept.iter().map(|&i| values[i]).collect());
@@ -139,8 +139,8 @@ fn point_subset(snapshot: &Snapshot, kept: &[usize]) -> Snapshot {
     }
 }
 
-/// Reads what the case measures and no snapshot tells off a solver: of reactions, force and impulse along each axis; energy
-/// dissipated; depth and velocity at gauges, discharge across lines.
+/// Evaluates the measures of the case that need the solver: force and impulse of reactions along each axis, dissipated energy, depth and
+/// velocity at gauges, discharge across lines.
 pub fn solver_outputs(case: &Case, solver: &dyn Solver) -> Vec<ScalarOutput> {
     let mut readings = Vec::new();
     for (name, measure) in &case.measures {
@@ -176,7 +176,7 @@ pub fn solver_outputs(case: &Case, solver: &dyn Solver) -> Vec<ScalarOutput> {
     readings
 }
 
-/// A moment: its components, or in the plane the one out of it.
+/// Components of a moment; in the plane only the one perpendicular to it.
 fn moments(name: &str, dimension: usize, [x, y, z]: [f64; 3]) -> Vec<ScalarOutput> {
     let reading = |name: String, value: f64| (name, "N m".to_owned(), value);
     if dimension < 3 {
@@ -186,7 +186,7 @@ fn moments(name: &str, dimension: usize, [x, y, z]: [f64; 3]) -> Vec<ScalarOutpu
     named.map(|(axis, value)| reading(format!("{name}.moment.{axis}"), value)).collect()
 }
 
-/// Pressure on what bears `reaction` along `direction` over `area` (m²).
+/// Pressure and impulse per area of a `reaction` along `direction` over `area` (m²).
 fn pressure(name: &str, reaction: Option<Reaction>, direction: &[f64], area: f64) -> [ScalarOutput; 2] {
     let length = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
     let over =
@@ -198,7 +198,7 @@ fn pressure(name: &str, reaction: Option<Reaction>, direction: &[f64], area: f64
     ]
 }
 
-/// Height of the surface in bins of width `bin` (m) along `axis`: pairs of bin centre and height.
+/// Height of the surface in bins of width `bin` (m) along `axis`: pairs of bin centre and height (m).
 pub fn profile(snapshot: &Snapshot, axis: usize, height: usize, bin: f64) -> Vec<(f64, f64)> {
     let mut bins: BTreeMap<i64, f64> = BTreeMap::new();
     for (position, extent) in snapshot.positions.iter().zip(&snapshot.extents) {
@@ -224,7 +224,7 @@ fn probe(
     let inside: Vec<usize> =
         (0..snapshot.positions.len()).filter(|&i| near(&snapshot.positions[i])).collect();
     let mean = |value: &dyn Fn(usize) -> f64| {
-        // NaN where the probe sees no point.
+        // NaN without a point in the probe.
         inside.iter().map(|&i| value(i)).sum::<f64>() / inside.len() as f64
     };
     let mut readings = Vec::new();

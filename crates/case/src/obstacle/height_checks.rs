@@ -1,22 +1,22 @@
-//! Heights of rasters that are none.
+//! Checks of raster heights that probably stand for no data.
 
 use colluvium_points::Raster;
 
 use crate::Case;
 use crate::description::ObstacleShape;
 
-/// How to say that a number stands for no data.
+/// Advice on the declaration of a no-data value.
 const NO_DATA_ADVICE: &str = "name it in the file, under NODATA_value or in the tag of GDAL";
 
-/// Height below which there is no ground on Earth that anything flows over (m): what is lower is likely to stand for no data.
+/// Height (m) below any ground on Earth with flows: lower values probably stand for no data.
 const MIN_HEIGHT: f64 = -9000.0;
 
-/// Steepness from which on the rim of a level part is no ground, where it is that steep all around.
+/// Slope of the boundary of a level part above which, all around, it is probably not ground.
 const MIN_RIM_SLOPE: f64 = 5.0;
 
 impl Case {
-    /// Warns of heights that are no finite number, and of such as stand for no data without being named so. What cannot be read is refused
-    /// elsewhere.
+    /// Warns of heights that are not finite, and of heights that probably stand for an undeclared no-data value. Files that cannot be read
+    /// are rejected elsewhere.
     pub(crate) fn warn_of_heights(&self, warnings: &mut Vec<String>) {
         for (number, obstacle) in self.obstacles.iter().enumerate() {
             let ObstacleShape::Raster { file, .. } = &obstacle.shape else { continue };
@@ -50,17 +50,17 @@ impl Case {
     }
 }
 
-/// The lowest or the highest nodes of a raster, which stand apart from all others.
+/// Lowest or highest nodes of a raster, separated from all others by a step.
 struct IsolatedLevel {
-    /// Height of them all (m).
+    /// Common height (m).
     level: f64,
-    /// Their number.
+    /// Number of nodes.
     count: usize,
-    /// Least height of what is beside them over theirs, with its sign (m).
+    /// Smallest height of the adjacent nodes over theirs, with its sign (m).
     rim: f64,
 }
 
-/// Lowest and highest nodes with an upright rim all around.
+/// Lowest and highest nodes with a steep boundary all around.
 fn isolated_levels(raster: &Raster) -> Vec<IsolatedLevel> {
     let known = || raster.values.iter().copied().filter(|height| height.is_finite());
     let ends = [known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max)];
@@ -80,7 +80,7 @@ fn isolated_levels(raster: &Raster) -> Vec<IsolatedLevel> {
             rim = apart.fold(rim, f64::min);
         }
         let upright = MIN_RIM_SLOPE * raster.spacing[0].max(raster.spacing[1]);
-        // Of two levels the one of fewer nodes is the doubtful one.
+        // Of two levels the one of fewer nodes is doubtful.
         let is_few = 2 * count < raster.values.len();
         (is_few && rim.is_finite() && rim > upright).then_some(IsolatedLevel {
             level,

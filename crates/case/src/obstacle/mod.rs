@@ -1,4 +1,4 @@
-//! Obstacles of a case as surfaces, for methods.
+//! Obstacles of a case as surfaces, for all methods.
 
 mod height_checks;
 mod moving_obstacle;
@@ -17,38 +17,38 @@ use colluvium_points::{Raster, Surface};
 use crate::description::{Obstacle, ObstacleRegion, ObstacleShape};
 use crate::{Case, CaseError};
 
-/// An obstacle of a case with its surface.
+/// Obstacle of a case with its surface.
 #[derive(Clone, Debug)]
 pub struct PlacedObstacle<'a, const D: usize> {
-    /// Number among the obstacles of the case.
+    /// Number in the obstacles of the case.
     pub number: usize,
-    /// What the case says of it.
+    /// Obstacle in the case.
     pub obstacle: &'a Obstacle,
-    /// Its surface.
+    /// Surface of the obstacle.
     pub surface: Arc<dyn Surface<D>>,
-    /// How it acts.
+    /// Boundary laws of the obstacle.
     pub laws: ObstacleLaws,
 }
 
-/// How deep points may lie in an obstacle at the start, and nodes above its surface that count as on it, over the cell of a grid.
+/// Tolerance of the initial overlap of points with an obstacle and of the height of nodes on its surface, over the cell size.
 pub const OVERLAP_TOLERANCE: f64 = 1e-9;
 
-/// A place that an obstacle covers.
+/// Position inside an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObstacleOverlap {
     /// Number of the obstacle.
     pub obstacle: usize,
-    /// Number of the place among those asked for.
+    /// Number of the position in the query.
     pub place: usize,
-    /// How deep it lies under the surface (m).
+    /// Depth below the surface (m).
     pub depth: f64,
 }
 
 impl Case {
-    /// The obstacles with their surfaces; files are read.
+    /// Obstacles with their surfaces; reads their files.
     ///
     /// # Errors
-    /// A shape that is none in this space, or a file that cannot be read or holds none, with its path; the same of regions.
+    /// A shape that is invalid in this space, or a file that cannot be read or contains none, with its path; errors of regions.
     pub fn placed_obstacles<const D: usize>(&self) -> Result<Vec<PlacedObstacle<'_, D>>, CaseError> {
         let mut standing = Vec::with_capacity(self.obstacles.len());
         for (number, obstacle) in self.obstacles.iter().enumerate() {
@@ -70,7 +70,7 @@ impl Case {
         Ok(standing)
     }
 
-    /// The line of the obstacle of that name in the plane, along which places have a length; `None` where it has none.
+    /// Ground line of the obstacle of that name in the plane, with arc lengths; `None` where it has none.
     pub fn ground_line(&self, name: &str) -> Option<Arc<dyn Surface<2>>> {
         let number = self.obstacles.iter().position(|obstacle| obstacle.name == name)?;
         let shape = &self.obstacles[number].shape;
@@ -78,19 +78,19 @@ impl Case {
         surface_builder::surface(shape, "", &self.origin()).ok().filter(|_| is_line)
     }
 
-    /// The heights (m, from `domain.origin`) of obstacle `number`, where its shape is a raster; the file is read.
+    /// Heights (m, from `domain.origin`) of obstacle `number`, where its shape is a raster; reads its file.
     ///
     /// # Errors
-    /// A file that cannot be read or holds no raster, with its path.
+    /// A file that cannot be read or contains no raster, with its path.
     pub fn heights(&self, number: usize) -> Result<Option<Raster>, CaseError> {
         let path = format!("obstacles[{number}].shape");
         surface_builder::raster_of(&self.obstacles[number].shape, &path, &self.origin())
     }
 
-    /// Refuses points of a body at `places` (m) that lie deeper than `slack` (m) in an obstacle.
+    /// Rejects points of a body at `places` (m) deeper than `slack` (m) in an obstacle.
     ///
     /// # Errors
-    /// The point that lies deepest.
+    /// The deepest point.
     pub fn reject_overlapping_points<const D: usize>(
         &self,
         standing: &[PlacedObstacle<'_, D>],
@@ -110,8 +110,8 @@ impl Case {
 }
 
 impl Case {
-    /// What is to be said at the end of a run of points at `places` (m) that lie deeper than `slack` (m) in an obstacle that stands
-    /// still: how deep the deepest lies, with `reason`. Nothing where there is none.
+    /// Warning at the end of a run about points at `places` (m) deeper than `slack` (m) in an obstacle at rest: the largest depth, with
+    /// `reason`. `None` without such points.
     pub fn overlap_warning<const D: usize>(
         &self,
         places: &[[f64; D]],
@@ -129,7 +129,7 @@ impl Case {
     }
 }
 
-/// The place that lies deepest in an obstacle, and by more than `slack` (m).
+/// Deepest position in an obstacle, deeper than `slack` (m).
 fn deepest_overlap<const D: usize>(
     standing: &[PlacedObstacle<'_, D>],
     places: &[[f64; D]],
@@ -148,7 +148,7 @@ fn deepest_overlap<const D: usize>(
 }
 
 impl ObstacleShape {
-    /// Checks that the shape, which has no file, makes a surface in a space of `dimension` coordinates; it stands at `path`.
+    /// Checks that the shape, without its file, has a surface in a space of `dimension` coordinates; `path` is its path.
     pub(crate) fn check(&self, dimension: usize, path: &str) -> Result<(), CaseError> {
         match dimension {
             1 => surface_builder::surface::<1>(self, path, &[0.0; 3]).map(|_| ()),

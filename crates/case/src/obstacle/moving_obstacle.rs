@@ -1,4 +1,4 @@
-//! Obstacles on their way, for every method.
+//! Moving obstacles, for all methods.
 
 use std::sync::Arc;
 
@@ -9,36 +9,36 @@ use crate::description::ObstacleMotion;
 use crate::obstacle::normal_inside;
 use crate::{StepLimit, TimeStep};
 
-/// A step that is limited by how far an obstacle goes in it.
+/// Step limit by the displacement of an obstacle.
 const MOTION: StepLimit = StepLimit::new("motion of an obstacle");
 
-/// An obstacle on a prescribed way.
+/// Obstacle with a prescribed motion.
 #[derive(Clone, Debug)]
 pub struct MovingObstacle<const D: usize> {
-    /// How it moves.
+    /// Prescribed motion.
     pub motion: ObstacleMotion,
-    /// Its surface where it is.
+    /// Surface at its current position.
     pub placed: PlacedSurface<D>,
-    /// A place on the line about which it turns (m).
+    /// Point on the axis of rotation (m).
     centre: [f64; D],
-    /// Velocity of that place (m/s).
+    /// Velocity of that point (m/s).
     velocity: [f64; D],
     /// Angular velocity (rad/s).
     spin: [f64; 3],
-    /// How far from that place its surface reaches, at most (m).
+    /// Largest distance of its surface from that point (m).
     reach: f64,
     /// Corners of the domain (m).
     domain: ([f64; D], [f64; D]),
 }
 
-/// Distance of the farthest corner of a box from a place (m).
+/// Distance of the farthest corner of a box from a position (m).
 fn farthest_corner<const D: usize>(centre: &[f64; D], (low, high): &([f64; D], [f64; D])) -> f64 {
     let far = |c: usize| (low[c] - centre[c]).abs().max((high[c] - centre[c]).abs());
     (0..D).map(|c| far(c).powi(2)).sum::<f64>().sqrt()
 }
 
 impl<const D: usize> MovingObstacle<D> {
-    /// One that is where the case has it, in a domain with these corners (m).
+    /// Obstacle at its initial position, in a domain with these corners (m).
     pub fn new(motion: &ObstacleMotion, surface: &Arc<dyn Surface<D>>, domain: ([f64; D], [f64; D])) -> Self {
         let centre: [f64; D] = std::array::from_fn(|c| motion.centre.get(c).copied().unwrap_or(0.0));
         let mut moving = Self {
@@ -55,7 +55,7 @@ impl<const D: usize> MovingObstacle<D> {
         moving
     }
 
-    /// Brings it to where it is at `time` (s).
+    /// Moves it to its position at `time` (s).
     pub fn move_to(&mut self, time: f64) {
         let at = |values: &[f64], c: usize| values.get(c).copied().unwrap_or(0.0);
         let full = self.motion.full_time(time);
@@ -64,8 +64,8 @@ impl<const D: usize> MovingObstacle<D> {
             std::array::from_fn(|c| at(&self.motion.centre, c) + full * at(&self.motion.velocity, c));
     }
 
-    /// Gives it the mean velocity of a step of `step` (s) that ends at `end` (s), so that work is force times way; without a length
-    /// that at the end.
+    /// Sets the mean velocity of a step of `step` (s) that ends at `end` (s), so that work is force times displacement; for a step of zero
+    /// length the velocity at `end`.
     pub fn set_mean_velocity(&mut self, end: f64, step: f64) {
         let motion = &self.motion;
         let at = |values: &[f64], c: usize| values.get(c).copied().unwrap_or(0.0);
@@ -82,29 +82,29 @@ impl<const D: usize> MovingObstacle<D> {
         self.spin = if rate == 0.0 { [0.0; 3] } else { axis.map(|c| rate * c / length) };
     }
 
-    /// Speed of the fastest place of its surface in the domain once its motion is at its full rate (m/s).
+    /// Largest speed of its surface in the domain once its motion has its full rate (m/s).
     pub fn max_speed(&self) -> f64 {
         let reach = self.reach.min(farthest_corner(&self.centre, &self.domain));
         let along = self.motion.velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
         along + self.motion.rotation.to_radians().abs() * reach
     }
 
-    /// How far a place of its surface in the domain moves from `start` to `end` (s), at most (m).
+    /// Upper bound of the displacement of its surface in the domain from `start` to `end` (s) (m).
     pub fn max_displacement(&self, start: f64, end: f64) -> f64 {
         self.max_speed() * (self.motion.full_time(end) - self.motion.full_time(start))
     }
 
-    /// Velocity of its part at `x` (m/s).
+    /// Velocity at the position `x` (m/s).
     pub fn velocity(&self, x: &[f64; D]) -> [f64; D] {
         self.velocity_with_rotation(&self.velocity, &std::array::from_fn(|c| x[c] - self.centre[c]))
     }
 
-    /// What its rotation adds to the velocity along an arm (m/s).
+    /// Velocity of the rotation at an arm (m/s).
     pub fn rotational_velocity(&self, arm: &[f64; D]) -> [f64; D] {
         self.velocity_with_rotation(&[0.0; D], arm)
     }
 
-    /// A velocity (m/s), and what the rotation adds along an arm (m).
+    /// Sum of a velocity (m/s) and that of the rotation at an arm (m).
     fn velocity_with_rotation(&self, velocity: &[f64; D], arm: &[f64; D]) -> [f64; D] {
         let at = |c: usize| arm.get(c).copied().unwrap_or(0.0);
         std::array::from_fn(|c| {
@@ -113,13 +113,13 @@ impl<const D: usize> MovingObstacle<D> {
         })
     }
 
-    /// Its angular velocity (rad/s).
+    /// Angular velocity (rad/s).
     pub fn angular_velocity<const R: usize>(&self) -> [f64; R] {
         if R == 1 { [self.spin[2]; R] } else { std::array::from_fn(|c| self.spin[c]) }
     }
 
-    /// How it holds a node at `place` (m) of a grid with cells of a size (m) over a step of `dt` (s) that takes it to the frame `next`:
-    /// its normal out of the solid there, and the velocity of its part (m/s). `None` where the node is not in it.
+    /// Constraint on a node at `place` (m) of a grid with cells of size `cell` (m), over a step of `dt` (s) to the frame `next`: the
+    /// outward normal and the velocity of the obstacle (m/s). `None` where the node is not in it.
     pub fn nodal_constraint(
         &self,
         place: &[f64; D],
@@ -133,14 +133,14 @@ impl<const D: usize> MovingObstacle<D> {
         Some((normal, velocity))
     }
 
-    /// Where its part that is at `x` (m) is in another frame of it (m).
+    /// Position in another frame of the material point of the obstacle at `x` (m).
     pub fn material_position(&self, x: &[f64; D], frame: &RigidTransform<D>) -> [f64; D] {
         frame.to_space(&self.placed.transform.to_body(x))
     }
 }
 
-/// The step from `time` (s) in which no place of obstacles in the domain goes farther than `most` (m), where that is shorter than
-/// the `critical` one; it is to be found anew after so many `steps`.
+/// Time step from `time` (s) in which obstacles in the domain are displaced by at most `most` (m), where it is shorter than the `critical`
+/// one; it must be computed again after `steps` steps.
 pub fn limit_step_by_obstacles<'a, const D: usize>(
     critical: TimeStep,
     moving: impl Iterator<Item = &'a MovingObstacle<D>>,
@@ -195,7 +195,7 @@ mod tests {
         let found = |time: f64| limit_step_by_obstacles(critical, own.iter(), (time, 0.05, 10));
         assert_eq!(found(0.5).dt, 0.1);
         assert_eq!((found(1.5).dt, found(1.5).limit), (0.01, MOTION));
-        // Turning at a radian per second, its farthest place in the domain is 5 m from the centre.
+        // With a rotation of one radian per second, its farthest position in the domain is 5 m from the centre.
         let turning = [moving(&[], 1f64.to_degrees(), 0.0)];
         let found = limit_step_by_obstacles(critical, turning.iter(), (1.0, 0.05, 10));
         assert!((found.dt - 0.01).abs() < 1e-15, "{}", found.dt);

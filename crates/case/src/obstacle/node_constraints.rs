@@ -1,4 +1,4 @@
-//! Obstacles as the nodes of a grid find them.
+//! Constraints of grid nodes by obstacles.
 
 use colluvium_points::Surface;
 use colluvium_points::surface::{NearestPoint, RigidTransform};
@@ -7,10 +7,10 @@ use crate::description::Obstacle;
 use crate::obstacle::{MovingObstacle, OVERLAP_TOLERANCE, ObstacleLaw, PlacedObstacle};
 use crate::spatial;
 
-/// How deep under the surface nodes of a grid are held, over its cell: points do not get below that.
+/// Largest depth below the surface of constrained grid nodes, over the cell size: points do not get deeper.
 const MAX_NODE_DEPTH: f64 = 6.0;
 
-/// The obstacles at rest that a node of a grid with cells of a size (m) lies in or on, each with its law and its normal there.
+/// Obstacles at rest that contain a node of a grid with cells of size `cell` (m), each with its law and its normal there.
 pub fn constraining_obstacles<'s, 'a, const D: usize>(
     standing: &'s [PlacedObstacle<'a, D>],
     place: &'s [f64; D],
@@ -23,7 +23,7 @@ pub fn constraining_obstacles<'s, 'a, const D: usize>(
     })
 }
 
-/// The normal of a surface at a node of a grid with cells of a size (m) that lies behind or on it, not too deep.
+/// Outward normal of a surface at a node, in a grid with cells of size `cell` (m), that lies in or on the solid, not too deep.
 pub fn normal_inside<const D: usize>(
     surface: &dyn Surface<D>,
     place: &[f64; D],
@@ -40,7 +40,7 @@ fn gap_inside<const D: usize>(
     surface.gap(place, MAX_NODE_DEPTH * cell).filter(|gap| gap.distance <= OVERLAP_TOLERANCE * cell)
 }
 
-/// The obstacles on their way, each with how a method has it act (`F`).
+/// Moving obstacles, each with its action `F` in a method.
 #[derive(Clone, Debug)]
 pub struct MovingObstacles<F, const D: usize> {
     all: Vec<(F, MovingObstacle<D>, RigidTransform<D>)>,
@@ -48,7 +48,7 @@ pub struct MovingObstacles<F, const D: usize> {
 }
 
 impl<F: Copy, const D: usize> MovingObstacles<F, D> {
-    /// Those among the obstacles of a case in a domain with these corners (m); `acts` says how one with a law acts.
+    /// Moving obstacles of a case in a domain with these corners (m); `acts` maps a law to the action in the method.
     pub fn new(
         standing: &[PlacedObstacle<'_, D>],
         domain: ([f64; D], [f64; D]),
@@ -62,18 +62,17 @@ impl<F: Copy, const D: usize> MovingObstacles<F, D> {
         Self { all: standing.iter().filter_map(moving).collect(), step: 0.0 }
     }
 
-    /// Whether there are none.
+    /// Whether there are no moving obstacles.
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
     }
 
-    /// Each of them.
+    /// Iterates over the moving obstacles.
     pub fn iter(&self) -> impl Iterator<Item = &MovingObstacle<D>> {
         self.all.iter().map(|(_, own, _)| own)
     }
 
-    /// Puts them where they are at the start of a step of `dt` (s) from `time` (s), with the velocity that takes them to where they
-    /// are at its end.
+    /// Moves them to the start of a step of `dt` (s) from `time` (s), with the mean velocity of the step.
     pub fn update_positions(&mut self, (time, dt): (f64, f64)) {
         self.step = dt;
         for (_, own, next) in &mut self.all {
@@ -82,7 +81,7 @@ impl<F: Copy, const D: usize> MovingObstacles<F, D> {
         }
     }
 
-    /// Those that a node of a grid with cells of a size (m) lies in or on: how they act, their normal and their velocity (m/s) there.
+    /// Moving obstacles that contain a node of a grid with cells of size `cell` (m): action, normal and velocity (m/s) there.
     pub fn constraining(&self, place: &[f64; D], cell: f64) -> impl Iterator<Item = (F, [f64; 3], [f64; 3])> {
         self.all.iter().filter_map(move |(acts, own, next)| {
             let (normal, velocity) = own.nodal_constraint(place, cell, (next, self.step))?;

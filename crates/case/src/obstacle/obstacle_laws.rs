@@ -1,24 +1,24 @@
-//! How an obstacle acts, from place to place.
+//! Boundary laws of an obstacle by region.
 
 use crate::PlanRegion;
 use crate::description::{Obstacle, ObstacleWall, Wall};
 
-/// How an obstacle acts at a place of its surface.
+/// Boundary law of an obstacle at a position of its surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObstacleLaw {
-    /// What it does along itself.
+    /// Wall law (friction, adhesion).
     pub wall: ObstacleWall,
-    /// Whether material may lift off, whatever the wall.
+    /// Whether material may separate, whatever the wall.
     pub separation: bool,
 }
 
 impl ObstacleLaw {
-    /// Coefficient of friction; infinite where nothing slips.
+    /// Friction coefficient; infinite for no slip.
     pub fn friction(&self) -> f64 {
         Wall::from(self.wall).friction()
     }
 
-    /// Shear stress that it bears beside friction (Pa).
+    /// Adhesion: shear strength beside friction (Pa).
     pub fn adhesion(&self) -> f64 {
         match self.wall {
             ObstacleWall::Frictional { adhesion, .. } => adhesion,
@@ -26,29 +26,29 @@ impl ObstacleLaw {
         }
     }
 
-    /// Whether material lifts off it.
+    /// Whether material may separate.
     pub fn allows_separation(&self) -> bool {
         self.separation || matches!(self.wall, ObstacleWall::Frictional { .. })
     }
 }
 
-/// How an obstacle acts, from place to place: by its regions, and by its own wall in the rest.
+/// Boundary laws of an obstacle: those of its regions, and of its own wall elsewhere.
 #[derive(Clone, Debug)]
 pub struct ObstacleLaws {
     regions: Vec<PlanRegion>,
-    /// Of the regions, and of the rest.
+    /// Laws of the regions, then the law elsewhere.
     laws: Vec<ObstacleLaw>,
 }
 
 impl ObstacleLaws {
-    /// Of an obstacle whose regions are these, in their order.
+    /// Laws of an obstacle with these regions, in their order.
     pub(super) fn new(obstacle: &Obstacle, regions: Vec<PlanRegion>) -> Self {
         let walls = obstacle.regions.iter().map(|region| region.wall).chain([obstacle.wall]);
         let laws = walls.map(|wall| ObstacleLaw { wall, separation: obstacle.separation });
         Self { regions, laws: laws.collect() }
     }
 
-    /// Number of the region that rules at a place of the surface (m): that of the first that holds it, or one beyond the last.
+    /// Number of the region at a position of the surface (m): the first that contains it, or one beyond the last.
     #[inline]
     pub fn region(&self, place: &[f64]) -> usize {
         if self.regions.is_empty() {
@@ -58,13 +58,13 @@ impl ObstacleLaws {
         self.regions.iter().position(|region| region.contains(plan)).unwrap_or(self.regions.len())
     }
 
-    /// How it acts at a place of the surface (m).
+    /// Law at a position of the surface (m).
     #[inline]
     pub fn at(&self, place: &[f64]) -> &ObstacleLaw {
         &self.laws[self.region(place)]
     }
 
-    /// Whether it acts alike everywhere.
+    /// Whether the law is the same everywhere.
     pub fn is_uniform(&self) -> bool {
         self.regions.is_empty()
     }

@@ -1,4 +1,4 @@
-//! Surfaces from the shapes of obstacles.
+//! Surfaces built from the shapes of obstacles.
 
 use std::any::Any;
 use std::path::Path;
@@ -14,10 +14,10 @@ use crate::description::{ObstacleShape, ProfilePiece};
 use crate::files::decimal_sum::relative_to_origin;
 use crate::files::{Quantity, read_pairs};
 
-/// What is wrong with a shape: where below it, and what.
+/// Error in a shape: path below it, and description.
 type ShapeProblem = (String, String);
 
-/// The surface of a shape that stands at `path` in its case; `origin` (m) is taken off what its file holds.
+/// Surface of a shape with the path `path` in its case; `origin` (m) is subtracted from coordinates of its file.
 pub(super) fn surface<const D: usize>(
     shape: &ObstacleShape,
     path: &str,
@@ -56,7 +56,7 @@ pub(super) fn surface<const D: usize>(
     made.map_err(|problem| error_at(path, problem))
 }
 
-/// The heights (m) of a shape that stands at `path` in its case, where it is a raster.
+/// Heights (m) of a shape with the path `path` in its case, where it is a raster.
 pub(super) fn raster_of(
     shape: &ObstacleShape,
     path: &str,
@@ -81,7 +81,7 @@ fn file_problem(problem: &dyn std::fmt::Display) -> ShapeProblem {
     ("file".to_owned(), problem.to_string())
 }
 
-/// A surface of `N` coordinates in a space of `D`, which must be as many.
+/// Surface of `N` coordinates in a space of `D`, which must be equal.
 fn in_space<const N: usize, const D: usize>(
     surface: SharedSurface<N>,
 ) -> Result<SharedSurface<D>, ShapeProblem> {
@@ -90,7 +90,7 @@ fn in_space<const N: usize, const D: usize>(
     own.map_err(|_| (String::new(), format!("is a shape of {N} dimensions, the space has {D}")))
 }
 
-/// A vector as one of the space; its length is checked before.
+/// Vector of the space; its length has been checked.
 fn vector<const D: usize>(values: &[f64]) -> [f64; D] {
     std::array::from_fn(|c| values.get(c).copied().unwrap_or(f64::NAN))
 }
@@ -148,13 +148,13 @@ fn profile(start: [f64; 2], pieces: &[ProfilePiece]) -> Result<GroundProfile, Sh
 
 fn revolved(vertices: &[[f64; 2]], axis: usize, centre: [f64; 3]) -> Result<PlacedSurface<3>, ShapeProblem> {
     axis_of_space(axis)?;
-    // Coordinates along the line are those of space.
+    // Coordinates along the axis are those of space.
     let offset: [f64; 3] = std::array::from_fn(|c| if c == axis { 0.0 } else { centre[c] });
     let shape = RevolvedSurface::new(vertices, axis).map_err(from_surface_error)?;
     Ok(PlacedSurface { surface: shape.into_shared(), transform: RigidTransform::default().shifted(&offset) })
 }
 
-/// The heights of a raster's file; `origin` (m) is taken off.
+/// Heights of a raster file; `origin` (m) is subtracted.
 fn heights(file: &str, spacing: Option<f64>, origin: &[f64; 3]) -> Result<Raster, ShapeProblem> {
     let mut raster = colluvium_terrain::read_raster(Path::new(file)).map_err(|error| file_problem(&error))?;
     (0..2).for_each(|c| raster.origin[c] = relative_to_origin(raster.origin[c], origin[c]));

@@ -1,4 +1,4 @@
-//! Files that are either whole or not there.
+//! Files that are written completely or not at all.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
@@ -6,36 +6,36 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-/// A file that could not be written or read.
+/// Error of writing or reading a file.
 #[derive(Debug, Error)]
 #[error("{}: {problem}", path.display())]
 pub struct OutputError {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
-    /// What went wrong.
+    /// Description of the problem.
     pub problem: String,
 }
 
 impl OutputError {
-    /// An error about `path`.
+    /// Creates an error about `path`.
     pub fn new(path: &Path, problem: impl std::fmt::Display) -> Self {
         Self { path: path.to_owned(), problem: format!("{problem}") }
     }
 }
 
-/// The JSON value in a file that a run has left.
+/// Reads a JSON value from a file of a run.
 ///
 /// # Errors
-/// When it cannot be read, or is no JSON: with line and column.
+/// When the file cannot be read, or is no valid JSON: with line and column.
 pub fn read_json(path: &Path) -> Result<serde_json::Value, OutputError> {
     let text = fs::read_to_string(path).map_err(|error| OutputError::new(path, error))?;
     crate::files::json::parse(&text).map_err(|error| OutputError::new(path, error))
 }
 
-/// Makes a folder with those above it, where there is none.
+/// Creates a folder and its missing parent folders.
 ///
 /// # Errors
-/// When the disk refuses, and when a file or a link that leads nowhere has its name.
+/// When the folder cannot be created, and when a file or a broken link has its name.
 pub fn create_folder(path: &Path) -> Result<(), OutputError> {
     fs::create_dir_all(path).map_err(|error| {
         let in_the_way = path.ancestors().find(|part| part.symlink_metadata().is_ok() && !part.is_dir());
@@ -49,19 +49,18 @@ pub fn create_folder(path: &Path) -> Result<(), OutputError> {
     })
 }
 
-/// Writes a file beside its place and moves it there, so that a crash leaves the old one or the new
-/// one, never a part.
+/// Writes a temporary file and renames it, so that a crash leaves the old file or the new one, never a part.
 ///
 /// # Errors
-/// When the disk refuses.
+/// When the file cannot be written.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     write_stream_atomically(path, |file| file.write_all(bytes))
 }
 
-/// Writes a text over that of a file, on the room that the file has: for a disk that takes no more. A crash meanwhile may leave a part.
+/// Overwrites a file with a text within the space of the file, for a full disk. A crash during the write may leave a part.
 ///
 /// # Errors
-/// When there is no such file, or it is shorter than the text.
+/// When there is no such file, or the file is shorter than the text.
 pub fn write_in_place(path: &Path, text: &str) -> Result<(), OutputError> {
     let write = || -> std::io::Result<()> {
         let mut file = File::options().write(true).open(path)?;
@@ -75,10 +74,10 @@ pub fn write_in_place(path: &Path, text: &str) -> Result<(), OutputError> {
     write().map_err(|error| OutputError::new(path, error))
 }
 
-/// As [`write_atomically`], with what `content` writes; nothing is left where it fails.
+/// Writes the output of `content` like [`write_atomically`]; no file is left after a failure.
 ///
 /// # Errors
-/// When the disk refuses, or `content` does.
+/// When the file cannot be written, or `content` fails.
 pub fn write_stream_atomically(
     path: &Path,
     content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
@@ -93,7 +92,7 @@ pub fn write_stream_atomically(
         fs::rename(&temporary, path)
     };
     write().map_err(|error| {
-        // What is torn would keep the room that the summary needs.
+        // A partial file would take the space that the summary needs.
         let _ = fs::remove_file(&temporary);
         OutputError::new(path, error)
     })

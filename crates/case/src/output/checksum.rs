@@ -1,4 +1,4 @@
-//! Seals: length and hash of a file, by which one sees later whether it is still what was written.
+//! Checksums: length and hash of a file, which show later whether the file has changed.
 
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::output::OutputError;
 
-/// Length (bytes) and FNV-1a hash (64 bits) of what was written. It shows damage and edits, not forgery.
+/// Length (bytes) and FNV-1a hash (64 bits) of a file. They detect damage and edits, not forgery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FileChecksum {
     /// Number of bytes.
     pub bytes: u64,
-    /// Their hash.
+    /// Hash of the bytes (FNV-1a, 64 bits).
     pub fnv1a: u64,
 }
 
@@ -24,17 +24,17 @@ impl Default for FileChecksum {
 }
 
 impl FileChecksum {
-    /// The seal of bytes.
+    /// Computes the checksum of bytes.
     pub fn of_bytes(bytes: &[u8]) -> Self {
         let mut seal = Self::default();
         seal.add(bytes);
         seal
     }
 
-    /// The seal of a file; of its first `length` bytes, if it has as many, where one is given.
+    /// Computes the checksum of a file, or of its first `length` bytes; of the whole file if it is shorter.
     ///
     /// # Errors
-    /// When it cannot be read.
+    /// When the file cannot be read.
     pub fn of_file(path: &Path, length: Option<u64>) -> Result<Self, OutputError> {
         let mut sealed = ChecksumWriter { into: io::sink(), checksum: Self::default() };
         File::open(path)
@@ -43,7 +43,7 @@ impl FileChecksum {
         Ok(sealed.checksum)
     }
 
-    /// Goes on with more bytes.
+    /// Adds bytes to the checksum.
     pub fn add(&mut self, bytes: &[u8]) {
         self.bytes += bytes.len() as u64;
         let step = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3);
@@ -51,11 +51,11 @@ impl FileChecksum {
     }
 }
 
-/// Passes on what is written and seals it.
+/// Writer that computes the checksum of its output.
 pub struct ChecksumWriter<W> {
-    /// Where it goes.
+    /// Target of the output.
     pub into: W,
-    /// The seal of what has gone there.
+    /// Checksum of the bytes written so far.
     pub checksum: FileChecksum,
 }
 
@@ -77,7 +77,7 @@ mod tests {
 
     #[test]
     fn hashes_are_those_of_the_published_test_vectors() {
-        // Of the authors of the hash (Fowler, Noll and Vo): empty, "a", "foobar".
+        // Test values of the authors of the hash (Fowler, Noll and Vo): empty, "a", "foobar".
         let known =
             [("", 0xcbf2_9ce4_8422_2325), ("a", 0xaf63_dc4c_8601_ec8c), ("foobar", 0x8594_4171_f739_67e8)];
         for (text, fnv1a) in known {

@@ -1,4 +1,4 @@
-//! Datasets that are on no points, as files for ParaView.
+//! Files for ParaView of datasets of all geometries: points, meshes, lattices and rasters.
 
 use std::path::Path;
 
@@ -11,13 +11,13 @@ use crate::output::vtk::xml::{VtkArray, write_xml};
 use crate::output::{FileChecksum, OutputError};
 use crate::solver::{Dataset, DatasetGeometry, FramePoints, PlanNodes};
 
-/// What ParaView takes for a node that is not to be shown (`vtkDataSetAttributes::HIDDENPOINT`).
+/// Flag of ParaView for a hidden node (`vtkDataSetAttributes::HIDDENPOINT`).
 const HIDDEN: u8 = 2;
 
-/// Name of the array that says so.
+/// Name of the array of these flags.
 pub(super) const GHOSTS: &str = "vtkGhostType";
 
-/// Ending of the file of a dataset.
+/// File extension of a dataset.
 #[must_use]
 pub fn file_extension(support: &DatasetGeometry) -> &'static str {
     match support {
@@ -26,11 +26,11 @@ pub fn file_extension(support: &DatasetGeometry) -> &'static str {
     }
 }
 
-/// Writes a dataset, its coordinates moved by `origin` (m), as a file that ParaView opens: points and meshes as VTU, lattices and
-/// rasters as VTR. Returns the seal of the file.
+/// Writes a dataset, its coordinates moved by `origin` (m), as a file for ParaView: points and meshes as VTU, lattices and rasters as VTR.
+/// Returns the checksum of the file.
 ///
 /// # Errors
-/// When the disk refuses.
+/// When the file cannot be written.
 pub fn write_dataset(
     path: &Path,
     dataset: &Dataset,
@@ -63,7 +63,7 @@ fn along(origin: f64, low: f64, spacing: f64, count: usize) -> Vec<f64> {
     (0..count).map(|node| origin + (low + spacing * node as f64)).collect()
 }
 
-/// The nodes that are not in a mask, as ParaView knows them.
+/// Flags of ParaView that hide the nodes outside a mask.
 fn hidden_nodes(mask: &[bool]) -> Vec<u8> {
     mask.iter().map(|bears| if *bears { 0 } else { HIDDEN }).collect()
 }

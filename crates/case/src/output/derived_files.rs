@@ -1,4 +1,4 @@
-//! Files that commands make of the results of a run: pictures, archives, lists of points, reports.
+//! Files that commands derive from the results of a run: images, archives, lists of points, reports.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 
 use crate::output::{FileChecksum, OutputError};
 
-/// Name of the list of such files in their folder.
+/// Name of the list of derived files in their folder.
 pub const DERIVED: &str = "derived.txt";
 
-/// The files in a folder that commands made of results, with their seals: a line `hash bytes name` each, the last of a name counts. A
-/// file of the same name that is not in the list, or not as it was written, is not replaced.
+/// Derived files in a folder, with their checksums: a line `hash bytes name` each, of which the last one of a name counts. A file with the
+/// same name that is not in the list, or has changed, is not replaced.
 #[derive(Debug)]
 pub struct DerivedFiles {
     folder: PathBuf,
@@ -20,7 +20,7 @@ pub struct DerivedFiles {
 }
 
 impl DerivedFiles {
-    /// The list of a folder, empty where there is none. With `overwrite` any file is replaced.
+    /// Reads the list of a folder, empty without one. With `overwrite` any file is replaced.
     ///
     /// # Errors
     /// When the list cannot be read.
@@ -34,7 +34,7 @@ impl DerivedFiles {
         Ok(Self { folder: folder.to_owned(), seals: text.lines().filter_map(entry).collect(), overwrite })
     }
 
-    /// Whether a file of the folder is as a command wrote it.
+    /// Whether a file in the folder is unchanged since a command wrote it.
     ///
     /// # Errors
     /// When the file cannot be read.
@@ -46,10 +46,10 @@ impl DerivedFiles {
         }
     }
 
-    /// Refuses to replace a file of the folder that no command wrote.
+    /// Rejects the replacement of a file that no command wrote.
     ///
     /// # Errors
-    /// When there is such a file.
+    /// When the file exists, no command wrote it in this state, and `overwrite` is not set.
     pub fn check(&self, name: &str) -> Result<(), OutputError> {
         let path = self.folder.join(name);
         if self.overwrite || path.symlink_metadata().is_err() || self.is_own(name)? {
@@ -59,10 +59,10 @@ impl DerivedFiles {
         Err(OutputError::new(&path, problem))
     }
 
-    /// Writes a file of the folder, and adds it to the list.
+    /// Writes a file in the folder and adds it to the list.
     ///
     /// # Errors
-    /// When it would replace one that no command wrote, and when `write` or the disk refuses.
+    /// When it would replace a file that no command wrote, and when `write` or the disk fails.
     pub fn write<E: From<OutputError>>(
         &mut self,
         name: &str,
@@ -83,7 +83,7 @@ impl DerivedFiles {
     }
 }
 
-/// Name and seal of a line of the list.
+/// Name and checksum in a line of the list.
 fn entry(line: &str) -> Option<(String, FileChecksum)> {
     let mut parts = line.splitn(3, ' ');
     let fnv1a = u64::from_str_radix(parts.next()?, 16).ok()?;
@@ -111,7 +111,7 @@ mod tests {
         write(folder.path(), true, "first").unwrap();
         write(folder.path(), false, "second").unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), "second");
-        // One that was changed since is somebody's work.
+        // A file that has been changed since is the work of a user.
         fs::write(&path, "drawn on").unwrap();
         write(folder.path(), false, "third").unwrap_err();
         assert_eq!(fs::read_to_string(&path).unwrap(), "drawn on");

@@ -1,29 +1,29 @@
-//! Names that become files: every name that a user or a file gives goes to a path through [`named_file`].
+//! Names of files: every name from a user or a file becomes a path by [`named_file`].
 
 use std::path::{Path, PathBuf};
 
 use crate::output::OutputError;
 
-/// Most characters of a name that becomes a column and a file; two of them and an ending fit into a file's name anywhere.
+/// Largest length of a name that becomes a column and a file (characters); two names and an ending fit into any file name.
 const MAX_PLAIN: usize = 100;
-/// Most bytes of a file's name, with room for the endings of temporary files.
+/// Largest length of a file name (bytes), with room for the endings of temporary files.
 const MAX_BYTES: usize = 240;
 
-/// What a name must be that becomes a column and a file.
+/// Rule for a name that becomes a column and a file.
 pub const PLAIN_NAME_RULE: &str =
     "a name is made of up to 100 letters, digits, _ and -: it becomes a column and a file";
 
-/// Whether a name can stand in the head of a table and in the name of a file: see [`PLAIN_NAME_RULE`].
+/// Whether a name is valid as a column of a table and in the name of a file: see [`PLAIN_NAME_RULE`].
 pub fn is_plain(name: &str) -> bool {
     let known = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     (1..=MAX_PLAIN).contains(&name.len()) && name.chars().all(known)
 }
 
-/// The file `stem.ending` in a folder. The stem may have dots within, spaces and letters of any language; nothing that
-/// leads to another folder, hides the file or cannot be shown.
+/// Path of the file `stem.ending` in a folder. The stem may contain dots after its first character, spaces and letters of any language, but
+/// no character that changes the folder, hides the file or cannot be displayed.
 ///
 /// # Errors
-/// When the stem has something else, or is too long.
+/// When the stem contains another character, or is too long.
 pub fn named_file(folder: &Path, stem: &str, ending: &str) -> Result<PathBuf, OutputError> {
     let harmless = |c: char| !c.is_control() && !r#"/\:*?"<>|"#.contains(c);
     let whole = stem.starts_with(|c: char| c.is_alphanumeric() || c == '_' || c == '-');

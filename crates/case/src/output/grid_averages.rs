@@ -1,21 +1,21 @@
-//! Frames on a regular grid: averages of what the points carry, for iso-surfaces and volume rendering (sheet: mpm §3.9).
+//! Averages of the fields of points on a regular grid, for iso-surfaces and volume rendering (sheet: mpm §3.9).
 
 use colluvium_constitutive::SymTensor;
 
 use crate::description::Space;
 use crate::{Case, Dataset, DatasetGeometry, Field, FieldData, FieldRole, Lattice, Snapshot};
 
-/// Name of the field of masses over volumes of space.
+/// Name of the field of mass per volume of space.
 const DENSITY: &str = "density";
 
-/// The share of a point's mass (kg) at a node.
+/// Part of the mass of a point at a node (kg).
 struct NodeShare {
     point: usize,
     node: usize,
     mass: f64,
 }
 
-/// Nodes a cell apart over the domain of a case.
+/// Nodes of a regular grid over the domain of a case, one cell apart.
 struct AveragingNodes {
     low: [f64; 3],
     cell: f64,
@@ -23,10 +23,9 @@ struct AveragingNodes {
     dimension: usize,
 }
 
-/// Averages at the nodes of cells of edge `cell` (m) over the domain of a case: `density` (kg/m³ of space, which falls from that
-/// of the bulk to zero within a cell of a surface), and the averages weighted with mass of the fields named in `only`, or all;
-/// zero where there is no mass. With linear weights, points beyond the domain left out. The two ends of an axis on which the
-/// domain repeats itself are one.
+/// Averages at the nodes of cells of edge `cell` (m) over the domain of a case: `density` (kg/m³ of space, which falls from that of the
+/// bulk to zero within a cell of a surface), and mass-weighted averages of the fields in `only`, or of all; zero where there is no mass.
+/// The weights are linear, and points outside the domain do not count. The two ends of a periodic axis are one.
 pub fn averages(case: &Case, cell: f64, snapshot: &Snapshot, only: Option<&[String]>) -> Dataset {
     let nodes = lattice(case, cell);
     let Lattice { low, count, .. } = nodes;
@@ -68,7 +67,7 @@ pub fn averages(case: &Case, cell: f64, snapshot: &Snapshot, only: Option<&[Stri
 }
 
 impl AveragingNodes {
-    /// Sums over the points of shares times what they carry, a node after the other.
+    /// Sums of the values of points times their parts of mass, node by node.
     fn sums(
         &self,
         shares: &[NodeShare],
@@ -86,7 +85,7 @@ impl AveragingNodes {
         sums
     }
 
-    /// What the points give to the nodes around them, by linear weights; those beyond the domain nothing.
+    /// Parts of the masses of points at the nodes around them, by linear weights; points outside the domain have none.
     fn shares(&self, snapshot: &Snapshot) -> Vec<NodeShare> {
         let masses = snapshot.amounts(FieldRole::Mass).unwrap_or_default();
         let strides = [1, self.count[0], self.count[0] * self.count[1]];
@@ -115,13 +114,13 @@ impl AveragingNodes {
         shares
     }
 
-    /// Place of a node along each axis, in cells.
+    /// Index of a node along each axis.
     fn index(&self, node: usize) -> [usize; 3] {
         let [nx, ny, _] = self.count;
         [node % nx, node / nx % ny, node / (nx * ny)]
     }
 
-    /// Adds what the first and the last nodes of an axis have, and gives it to both.
+    /// Adds the sums of the first and the last nodes of a periodic axis, and assigns the result to both.
     fn sum_periodic_images(&self, sums: &mut [f64], components: usize, axis: usize) {
         let stride: usize = self.count[..axis].iter().product();
         let way = (self.count[axis] - 1) * stride;
@@ -134,7 +133,7 @@ impl AveragingNodes {
         }
     }
 
-    /// Volume of space that a node stands for (m³; per metre in plane strain, per radian in axisymmetry).
+    /// Volume of space of a node (m³; per metre in plane strain, per radian in axisymmetry).
     fn volume(&self, node: usize, radial: bool, periodic: &[usize]) -> f64 {
         let index = self.index(node);
         let share = |axis: usize| {
@@ -145,7 +144,7 @@ impl AveragingNodes {
         if !radial {
             return volume;
         }
-        // The mean radius with the linear weight of the node.
+        // Mean radius with the linear weight of the node.
         let (radius, third) = (self.low[0] + self.cell * index[0] as f64, self.cell / 3.0);
         let offset = match index[0] {
             0 => third,
@@ -156,7 +155,7 @@ impl AveragingNodes {
     }
 }
 
-/// Nodes of cells of edge `cell` (m) that cover the domain of a case; the last may reach beyond it.
+/// Nodes of cells of edge `cell` (m) that cover the domain of a case; the last ones may lie outside it.
 fn lattice(case: &Case, cell: f64) -> Lattice {
     let (mut low, mut count) = ([0.0; 3], [1; 3]);
     for axis in 0..case.dimension() {
@@ -167,20 +166,20 @@ fn lattice(case: &Case, cell: f64) -> Lattice {
 }
 
 impl Case {
-    /// The nodes of `output.grid`; `None` where it asks for none.
+    /// Nodes of `output.grid`; `None` where the case has none.
     #[must_use]
     pub fn lattice(&self) -> Option<Lattice> {
         self.output.grid.map(|cell| lattice(self, cell))
     }
 }
 
-/// A whole number.
+/// Number of nodes along an axis, a whole number.
 fn nodes_along(case: &Case, cell: f64, axis: usize) -> f64 {
     let width = case.domain.max[axis] - case.domain.min[axis];
     (width / cell - 1e-6).ceil().max(1.0) + 1.0
 }
 
-/// Number of nodes of cells of edge `cell` (m) over the domain of a case; a float, since it may be larger than any other.
+/// Number of nodes of cells of edge `cell` (m) over the domain of a case; a float, since it may exceed the range of integers.
 pub fn grid_nodes(case: &Case, cell: f64) -> f64 {
     (0..case.dimension()).map(|axis| nodes_along(case, cell, axis)).product()
 }
@@ -250,7 +249,7 @@ mod tests {
             FieldData::Scalar(density) => density.clone(),
             _ => panic!("a scalar"),
         };
-        // Volume per radian times radius with the weight of each node, to the spread of points over a cell.
+        // Volume per radian times radius with the weight of each node, within the spread of points over a cell.
         let rings = of(&case("axisymmetric", &[]), true);
         assert!(rings.iter().all(|rho| (rho / 1500.0 - 1.0).abs() < 0.13), "{rings:?}");
         assert!((rings[2] / 1500.0 - 1.0).abs() < 1e-12, "{rings:?}");

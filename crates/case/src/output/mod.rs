@@ -1,4 +1,4 @@
-//! What a run writes: frames for ParaView, tables, summaries.
+//! Output files of a run: frames for ParaView, tables, arrays, checksums.
 
 mod atomic_files;
 mod checksum;

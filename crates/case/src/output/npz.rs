@@ -10,23 +10,23 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter};
 use super::{OutputError, Table, write_atomically};
 use crate::{FieldData, Snapshot};
 
-/// Values of an [`NpzArray`], the last axis fastest.
+/// Values of an [`NpzArray`], with the last axis varying fastest.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NpzValues {
-    /// Numbers.
+    /// Floating-point numbers.
     Float(Vec<f64>),
-    /// Whole numbers.
+    /// Integers.
     Integer(Vec<i64>),
 }
 
-/// An array with a name.
+/// Array with a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NpzArray {
-    /// Its key in the archive.
+    /// Key of the array in the archive.
     pub name: String,
-    /// Length of each axis; none for a single number.
+    /// Length of each axis; empty for a single number.
     pub shape: Vec<u64>,
-    /// What is in it.
+    /// Values of the array.
     pub values: NpzValues,
 }
 
@@ -53,8 +53,8 @@ fn numbers<T: npyz::AutoSerialize + Copy>(
     writer.finish()
 }
 
-/// What is no number in an array becomes zero, and an array after it, named with `.mask`, is one there and zero elsewhere, as the
-/// masked arrays of NumPy have it.
+/// Replaces non-finite values of an array by zero, and adds an array named with `.mask` behind it, one at those values and zero elsewhere,
+/// as in the masked arrays of NumPy.
 fn with_masks(arrays: Vec<NpzArray>) -> Vec<NpzArray> {
     let mut all = Vec::with_capacity(arrays.len());
     for mut array in arrays {
@@ -76,9 +76,9 @@ fn with_masks(arrays: Vec<NpzArray>) -> Vec<NpzArray> {
     all
 }
 
-/// The arrays of a frame: `time` (s), `id`, `body`, `position` and `extent` (m) of shape (points, 3), and each field
-/// by its name: vectors of shape (points, 3), tensors of shape (points, 6) in the order xx, yy, zz, xy, yz, zx. Where a field is no
-/// number an array `NAME.mask` says so.
+/// Arrays of a frame: `time` (s), `id`, `body`, `position` and `extent` (m) of shape (points, 3), and each field by its name: vectors of
+/// shape (points, 3), tensors of shape (points, 6) in the order xx, yy, zz, xy, yz, zx. An array `NAME.mask` marks the values of a field
+/// that are not finite.
 pub fn frame_arrays(snapshot: &Snapshot) -> Vec<NpzArray> {
     let count = snapshot.ids.len() as u64;
     let whole = |name: &str, values: Vec<i64>| NpzArray {
@@ -109,7 +109,7 @@ pub fn frame_arrays(snapshot: &Snapshot) -> Vec<NpzArray> {
     with_masks(arrays)
 }
 
-/// The columns of a table, each an array by its name without the unit, with its mask where a cell is empty.
+/// Columns of a table, each an array by its name without the unit, with a mask where a cell is empty.
 pub fn table_arrays(table: &Table) -> Vec<NpzArray> {
     let column = |(index, (name, _)): (usize, &(String, String))| {
         let values: Vec<f64> = table.rows.iter().map(|row| row[index]).collect();
@@ -118,10 +118,10 @@ pub fn table_arrays(table: &Table) -> Vec<NpzArray> {
     with_masks(table.columns.iter().enumerate().map(column).collect())
 }
 
-/// Writes arrays as an archive that `numpy.load` opens, not compressed.
+/// Writes arrays as an uncompressed archive for `numpy.load`.
 ///
 /// # Errors
-/// When the disk refuses.
+/// When the file cannot be written.
 pub fn write_npz(path: &Path, arrays: &[NpzArray]) -> Result<(), OutputError> {
     let archive = || -> Result<Vec<u8>, zip::result::ZipError> {
         let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
@@ -139,10 +139,10 @@ pub fn write_npz(path: &Path, arrays: &[NpzArray]) -> Result<(), OutputError> {
     write_atomically(path, &bytes)
 }
 
-/// Reads an archive of arrays of numbers of eight bytes.
+/// Reads an archive of arrays of 8-byte numbers.
 ///
 /// # Errors
-/// When the file cannot be read, or holds anything else.
+/// When the file cannot be read, or contains other data.
 pub fn read_npz(path: &Path) -> Result<Vec<NpzArray>, OutputError> {
     let fail = |problem: &dyn std::fmt::Display| OutputError::new(path, problem);
     let file = std::fs::File::open(path).map_err(|error| fail(&error))?;

@@ -1,18 +1,18 @@
-//! Cells of the rasters over the plan that a case asks for.
+//! Cells of the output rasters in plan view.
 
 use colluvium_points::{Georeference, Raster};
 
 use crate::description::Rasters;
 use crate::{Case, CaseError};
 
-/// Most cells of a raster: more than that fill the memory of a small machine.
+/// Largest number of cells of a raster: more fill the memory of a small machine.
 const MOST_CELLS: f64 = 5e7;
 
 impl Case {
-    /// The rasters that it asks for.
+    /// Output rasters of the case in plan view.
     ///
     /// # Errors
-    /// Where the space has no plan.
+    /// Where the space has no plan view.
     pub fn plan_rasters(&self) -> Result<Option<&Rasters>, CaseError> {
         if self.output.rasters.is_some() && self.dimension() != 3 {
             let problem = "a profile has no plan: rasters need a space of 3d";
@@ -23,10 +23,10 @@ impl Case {
 }
 
 impl Rasters {
-    /// Square cells of the width `cell` (m) from the corner `low` to the corner `high` (m), without values.
+    /// Creates square cells of width `cell` (m) from the corner `low` to the corner `high` (m), without values.
     ///
     /// # Errors
-    /// For more cells than a machine holds.
+    /// For more cells than fit into memory.
     pub fn raster_grid(
         low: [f64; 2],
         high: [f64; 2],

@@ -1,4 +1,4 @@
-//! Tables of numbers: the measures of a run in time.
+//! Tables of numbers: the measures of a run over time.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Seek, SeekFrom, Write};
@@ -9,23 +9,23 @@ use serde::{Deserialize, Serialize};
 
 use super::{FileChecksum, OutputError, write_atomically};
 
-/// Columns with names and units, rows of numbers.
+/// Table of numbers with names and units of the columns.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Table {
     /// Name and unit of each column.
     pub columns: Vec<(String, String)>,
-    /// The rows; each has one number per column.
+    /// Rows with one number per column.
     pub rows: Vec<Vec<f64>>,
 }
 
 impl Table {
-    /// The values of a column, or `None` where there is none of that name.
+    /// Values of a column; `None` without a column of that name.
     pub fn column(&self, name: &str) -> Option<Vec<f64>> {
         let index = self.columns.iter().position(|(column, _)| column == name)?;
         Some(self.rows.iter().map(|row| row[index]).collect())
     }
 
-    /// Pairs of two columns, for plots.
+    /// Pairs of the values of two columns, for plots.
     pub fn pairs(&self, x: &str, y: &str) -> Option<Vec<(f64, f64)>> {
         Some(self.column(x)?.into_iter().zip(self.column(y)?).collect())
     }
@@ -35,8 +35,8 @@ impl Table {
         self.column(name)?.last().copied()
     }
 
-    /// The table as CSV; lines that start with `#` say what it is. Numbers are written so that they read back to the last bit; where
-    /// there is none, not-a-number or infinity, the cell is empty, and reads back as not-a-number.
+    /// Formats the table as CSV; lines that start with `#` describe it. Numbers read back to the last bit. Not-a-number and infinity are
+    /// empty cells, which read back as not-a-number.
     pub fn to_csv(&self, about: &str) -> String {
         head(about, &self.columns) + &lines(&self.rows)
     }
@@ -44,13 +44,13 @@ impl Table {
     /// Writes the table as CSV.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// When the file cannot be written.
     pub fn write(&self, path: &Path, about: &str) -> Result<(), OutputError> {
         write_atomically(path, self.to_csv(about).as_bytes())
     }
 
-    /// Reads a table that [`Table::write`] or a [`TableFile`] wrote. A last line without an end, which a
-    /// run that was killed may leave, does not count.
+    /// Reads a table written by [`Table::write`] or [`TableFile`]. A last line without a line end, which a killed run may leave, is
+    /// ignored.
     ///
     /// # Errors
     /// When the file cannot be read or is not such a table.
@@ -75,7 +75,7 @@ impl Table {
     }
 }
 
-/// A name with its unit, if it has one: `front (m)`.
+/// Name with its unit, if there is one: `front (m)`.
 pub fn column_heading(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.to_owned() } else { format!("{name} ({unit})") }
 }
@@ -94,8 +94,8 @@ fn lines(rows: &[Vec<f64>]) -> String {
     rows.iter().map(line).collect()
 }
 
-/// A table on disk that grows row by row, in the form of [`Table::to_csv`]. What a killed run leaves may
-/// end in a torn row: its seal at a checkpoint says how much of it counts, and whether that is still what was written.
+/// Table on disk that grows by rows, in the format of [`Table::to_csv`]. A killed run may leave a partial last row: the checksum at a
+/// checkpoint gives the valid length, and shows whether that part has changed.
 #[derive(Debug)]
 pub struct TableFile {
     path: PathBuf,
@@ -104,10 +104,10 @@ pub struct TableFile {
 }
 
 impl TableFile {
-    /// Begins a table anew: its head, no rows.
+    /// Creates a table without rows.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// When the file cannot be created or written.
     pub fn create(path: &Path, about: &str, columns: &[(String, String)]) -> Result<Self, OutputError> {
         let file = File::create(path).map_err(|error| OutputError::new(path, error))?;
         let mut table = Self { path: path.to_owned(), file, checksum: FileChecksum::default() };
@@ -115,10 +115,10 @@ impl TableFile {
         Ok(table)
     }
 
-    /// Opens a table of which what had the seal counts; nothing changes before [`TableFile::truncate`].
+    /// Opens a table whose valid part has the checksum `seal`; nothing changes before [`TableFile::truncate`].
     ///
     /// # Errors
-    /// When the file cannot be opened, is shorter than that or has been changed.
+    /// When the file cannot be opened, is shorter than that part or has been changed.
     pub fn open(path: &Path, seal: FileChecksum) -> Result<Self, OutputError> {
         let fail = |problem: &dyn std::fmt::Display| OutputError::new(path, problem);
         let file = OpenOptions::new().write(true).open(path).map_err(|error| fail(&error))?;
@@ -133,10 +133,10 @@ impl TableFile {
         Ok(Self { path: path.to_owned(), file, checksum: seal })
     }
 
-    /// Cuts off what does not count.
+    /// Removes everything after the valid part.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// When the file cannot be changed.
     pub fn truncate(&mut self) -> Result<(), OutputError> {
         let length = self.checksum.bytes;
         let cut = self.file.set_len(length).and_then(|()| self.file.seek(SeekFrom::Start(length)));
@@ -146,7 +146,7 @@ impl TableFile {
     /// Adds rows.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// When the file cannot be written.
     pub fn append(&mut self, rows: &[Vec<f64>]) -> Result<(), OutputError> {
         self.write(&lines(rows))
     }
@@ -157,10 +157,10 @@ impl TableFile {
         Ok(())
     }
 
-    /// Brings all rows safely to the disk; the seal of the file.
+    /// Synchronises all rows to the disk; returns the checksum of the file.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// When the rows cannot be synchronised.
     pub fn sync(&self) -> Result<FileChecksum, OutputError> {
         self.file.sync_all().map_err(|error| OutputError::new(&self.path, error))?;
         Ok(self.checksum)

@@ -1,5 +1,5 @@
-//! Rigid bodies that forces move, for every method: mass and moments of inertia of their points, motion and orientation, and a step
-//! of both by Newton's and Euler's laws (docs/theory/mpm.md, rigid bodies).
+//! Free rigid bodies, for all methods: mass and moments of inertia of their points, motion and orientation, and their time step by Newton's
+//! and Euler's laws (docs/theory/mpm.md, rigid bodies).
 
 mod rigid_contact_newton;
 mod rigid_step;
@@ -24,16 +24,16 @@ pub use crate::rigid::twist::{
     IDENTITY_AXES, Twist, multiply, rotation, solve, transposed, velocity_at, wrench_at,
 };
 
-/// Motion and orientation of a rigid body: what a restart needs.
+/// State of a rigid body in a restart: motion and orientation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RigidState {
     /// Velocity of the centre of mass (m/s).
     pub velocity: [f64; 3],
-    /// Spin (rad/s).
+    /// Angular velocity (rad/s).
     pub angular_velocity: [f64; 3],
     /// Angular momentum about the centre of mass (kg m²/s), with mass scaling.
     pub angular_momentum: [f64; 3],
-    /// Its axes at the start of the case, where they are now, as columns.
+    /// Current directions of its initial axes, as columns.
     pub axes: [[f64; 3]; 3],
 }
 
@@ -49,7 +49,7 @@ impl Default for RigidState {
 }
 
 impl RigidState {
-    /// With the velocity that the case gives it: uniform, or linear with a turn.
+    /// State with the velocity of the case: uniform, or linear with a rotation.
     pub fn initial(mass: &RigidMass, given: &Velocity) -> Self {
         let velocity = given.at(mass.centre);
         // The velocity is linear: differences over a metre are its gradient.
@@ -67,7 +67,7 @@ impl RigidState {
         }
     }
 
-    /// With the momentum of points of these masses (kg) and velocities (m/s).
+    /// State with the momentum of points of these masses (kg) and velocities (m/s).
     pub fn of_points<const D: usize>(
         mass: &RigidMass,
         masses: &[f64],
@@ -81,7 +81,7 @@ impl RigidState {
         }
         let [px, py, pz, lx, ly, lz] = sum;
         let free = [false, false, false, D == 3, D == 3, D >= 2];
-        // The points do not turn themselves, before they belong to the body.
+        // Before they belong to the body, the points have no rotation of their own.
         let spin = RigidMass::of_points(masses, positions, 0.0).angular_velocity(&[lx, ly, lz], &free);
         let velocity = [px, py, pz].map(|p| p / mass.mass);
         Self {
@@ -92,20 +92,20 @@ impl RigidState {
         }
     }
 
-    /// Brings it to rest where it is.
+    /// Sets the velocity and angular momentum to zero at the current position.
     pub fn stop(&mut self) {
         *self = Self { axes: self.axes, ..Self::default() };
     }
 
-    /// Adds what its points have beside their motion to a budget: they turn themselves. They are squares or cubes of some width (m)
-    /// and of a mass together (kg).
+    /// Adds the rotational energy and angular momentum of the points about their own centres to a budget: squares or cubes of one width (m)
+    /// and of a total mass (kg).
     pub fn add_rotation_energy(&self, mass: f64, width: f64, budget: &mut Budget) {
         let own = own_inertia(width) * mass;
         budget.kinetic += 0.5 * own * self.angular_velocity.iter().map(|w| w * w).sum::<f64>();
         (0..3).for_each(|c| budget.angular_momentum[c] += own * self.angular_velocity[c]);
     }
 
-    /// What tables tell of a body of some name in a space of `dimension` axes: velocity, spin, and in the plane the angle.
+    /// Scalar outputs of the body `name` in a space of `dimension` axes: velocity, angular velocity, and in the plane the angle.
     pub fn scalar_outputs(&self, name: &str, dimension: usize) -> Vec<ScalarOutput> {
         let axes = ["x", "y", "z"].into_iter().enumerate();
         let along = axes.clone().take(dimension);
@@ -117,7 +117,7 @@ impl RigidState {
         all.map(|(column, unit, value)| (column, unit.to_owned(), value)).collect()
     }
 
-    /// How far it has turned in the plane, from -π to π (rad).
+    /// Rotation angle in the plane, from -π to π (rad).
     fn angle(&self) -> f64 {
         self.axes[1][0].atan2(self.axes[0][0])
     }
@@ -130,17 +130,17 @@ pub struct RigidMass {
     pub mass: f64,
     /// Centre of mass (m).
     pub centre: [f64; 3],
-    /// Moments of inertia about it (kg m²).
+    /// Moments of inertia about the centre of mass (kg m²).
     pub inertia: [[f64; 3]; 3],
 }
 
-/// Moment of inertia of a point about its own middle, over its mass (m²): that of a square or a cube of some width (m).
+/// Moment of inertia of a point about its own centre, over its mass (m²): that of a square or a cube of this width (m).
 fn own_inertia(width: f64) -> f64 {
     width * width / 6.0
 }
 
 impl RigidMass {
-    /// Of points of these masses (kg), which are squares or cubes of some width (m).
+    /// Mass properties of points of these masses (kg), squares or cubes of one width (m).
     pub fn of_points<const D: usize>(masses: &[f64], positions: &[[f64; D]], width: f64) -> Self {
         let mut sum = [0.0; D];
         for (m, x) in masses.iter().zip(positions) {
@@ -161,19 +161,19 @@ impl RigidMass {
         Self { mass, centre, inertia }
     }
 
-    /// The same with all inertia times a factor.
+    /// Mass properties with all inertia times a factor.
     pub fn scaled(mut self, scale: f64) -> Self {
         self.mass *= scale;
         self.inertia = self.inertia.map(|row| row.map(|i| scale * i));
         self
     }
 
-    /// A place from the centre of mass (m).
+    /// Position relative to the centre of mass (m).
     pub fn arm(&self, x: &[f64; 3]) -> [f64; 3] {
         std::array::from_fn(|c| x[c] - self.centre[c])
     }
 
-    /// Mass and moments of inertia as one matrix.
+    /// Mass and moments of inertia as one 6 × 6 matrix.
     pub fn matrix(&self) -> [Twist; 6] {
         std::array::from_fn(|i| {
             std::array::from_fn(|j| match (i < 3, j < 3) {
@@ -184,14 +184,14 @@ impl RigidMass {
         })
     }
 
-    /// Spin (rad/s) about the components that are `free`, with an angular momentum (kg m²/s).
+    /// Angular velocity (rad/s) about the `free` components, for an angular momentum (kg m²/s).
     pub fn angular_velocity(&self, turning: &[f64; 3], free: &[bool; 6]) -> [f64; 3] {
         let right = [0.0, 0.0, 0.0, turning[0], turning[1], turning[2]];
         let only = [false, false, false, free[3], free[4], free[5]];
         solve(&self.matrix(), &right, &only).map_or([0.0; 3], |x| [x[3], x[4], x[5]])
     }
 
-    /// Radius of gyration about the axis of the largest (m).
+    /// Largest radius of gyration about an axis (m).
     pub fn radius(&self) -> f64 {
         (0..3).map(|k| self.inertia[k][k] / self.mass).fold(0.0, f64::max).sqrt()
     }

@@ -1,36 +1,36 @@
-//! The motion of a rigid body with which the laws hold at all places that it touches.
+//! Newton's method for the motion of a rigid body that satisfies the contact laws at all contact points.
 
 use crate::rigid::{RigidStep, Twist, solve, velocity_at, wrench_at};
 
-/// Most steps of Newton's method.
+/// Largest number of Newton iterations.
 const MAX_ITERATIONS: usize = 60;
-/// Most times that a step is halved.
+/// Largest number of halvings of an iteration step.
 const HALVINGS: usize = 12;
-/// Change of the motion over the motion at which it has ended.
+/// Change of the motion over the motion at convergence.
 const CONVERGENCE_TOLERANCE: f64 = 1e-13;
 
-/// A place that a rigid body touches: what it gets there follows from the velocity that it has.
+/// Contact law at a point of a rigid body: impulse as a function of the velocity there.
 pub trait ContactLawAtPoint {
-    /// From the centre of mass (m).
+    /// Position relative to the centre of mass (m).
     fn arm(&self) -> &[f64; 3];
 
-    /// Impulse (N s) on the body that has the velocity `w` (m/s) here.
+    /// Impulse (N s) on the body for the velocity `w` (m/s) at this point.
     fn impulse(&self, w: &[f64; 3]) -> [f64; 3];
 
-    /// How the impulse falls with that velocity (kg).
+    /// Decrease of the impulse with that velocity (kg).
     fn stiffness(&self, w: &[f64; 3]) -> [[f64; 3]; 3];
 }
 
-/// All that a rigid body touches.
+/// All contacts of a rigid body.
 pub trait ContactSystem {
-    /// Impulse (N s) and its moment on the body that has some motion; of ground to which all sticks that it bears where `stuck`.
+    /// Impulse (N s) and its moment (N m s) on the body for a motion; with `stuck`, contacts stick to the ground that supports the body.
     fn impulse(&self, motion: &Twist, stuck: bool) -> Twist;
 
-    /// How that falls with the motion.
+    /// Decrease of impulse and moment with the motion.
     fn stiffness(&self, motion: &Twist, stuck: bool) -> [Twist; 6];
 }
 
-/// Adds what the touches of one kind give a body of some motion.
+/// Adds the impulses of the contacts of one kind on a body with this motion.
 pub fn add_impulses<T: ContactLawAtPoint>(touches: impl Iterator<Item = T>, motion: &Twist, sum: &mut Twist) {
     for touch in touches {
         let own = wrench_at(&touch.impulse(&velocity_at(motion, touch.arm())), touch.arm());
@@ -38,7 +38,7 @@ pub fn add_impulses<T: ContactLawAtPoint>(touches: impl Iterator<Item = T>, moti
     }
 }
 
-/// Adds how that falls with the motion.
+/// Adds the decrease of the impulses of the contacts of one kind with the motion.
 pub fn add_stiffness<T: ContactLawAtPoint>(
     touches: impl Iterator<Item = T>,
     motion: &Twist,
@@ -48,7 +48,7 @@ pub fn add_stiffness<T: ContactLawAtPoint>(
         let (arm, fall) = (touch.arm(), touch.stiffness(&velocity_at(motion, touch.arm())));
         for axis in 0..3 {
             let column = wrench_at(&std::array::from_fn(|c| fall[c][axis]), arm);
-            // The velocity along an axis, by the six components of the motion.
+            // Velocity along an axis, by the six components of the motion.
             let along = wrench_at(&std::array::from_fn(|c| if c == axis { 1.0 } else { 0.0 }), arm);
             for i in 0..6 {
                 (0..6).for_each(|j| sum[i][j] += column[i] * along[j]);
@@ -57,7 +57,7 @@ pub fn add_stiffness<T: ContactLawAtPoint>(
     }
 }
 
-/// What is to be said of so many `times` in which what a body touches was not met.
+/// Warning about the number of steps (`times`) in which the contact was not solved; `None` for zero.
 pub fn unconverged_warning(times: u64) -> Option<String> {
     (times > 0).then(|| {
         format!(
@@ -67,16 +67,16 @@ pub fn unconverged_warning(times: u64) -> Option<String> {
     })
 }
 
-/// Largest velocity and spin of two motions.
+/// Largest velocity and angular velocity of two motions.
 fn speeds(one: &Twist, other: &Twist) -> [f64; 2] {
     [0..3, 3..6].map(|part| part.map(|k| one[k].abs().max(other[k].abs())).fold(0.0, f64::max))
 }
 
 impl RigidStep {
-    /// The motion of the body with which it gets what all that it touches gives it; says too whether that has been found.
+    /// Motion of the body that is consistent with the impulses of all contacts, and whether the iteration has converged.
     ///
-    /// By Newton's method. From a motion that slides it may go round where friction that ends the sliding presses more than it slows (as
-    /// in Painlevé's paradox); it is then begun anew from the motion with which all sticks.
+    /// Newton's method may cycle from a sliding motion where friction that ends the sliding increases the normal force more than it
+    /// decelerates (as in Painlevé's paradox); it is then restarted from the motion with sticking contacts.
     pub fn solve_contact(&self, touched: &dyn ContactSystem) -> (Twist, bool) {
         let first = self.solve_contact_from(&self.motion, touched, false);
         if first.1 {
@@ -84,7 +84,7 @@ impl RigidStep {
         }
         let stuck = self.solve_contact_from(&self.motion, touched, true).0;
         let again = self.solve_contact_from(&stuck, touched, false);
-        // What sticks takes energy and gives none; where Newton's method has not ended its last motion may be any.
+        // Sticking contacts dissipate energy; the last iterate of Newton's method without convergence is arbitrary.
         if again.1 { again } else { (stuck, false) }
     }
 

@@ -1,4 +1,4 @@
-//! A rigid body in a step.
+//! Time step of a rigid body.
 
 use crate::description::PrescribedMotion;
 use crate::loads::damping::{rayleigh_damped_velocity, sign_or_zero};
@@ -7,12 +7,12 @@ use crate::rigid::{
 };
 use crate::spatial;
 
-/// What acts on a rigid body from outside in a step, and what its motion follows.
+/// External actions on a rigid body in a step, and the free components of its motion.
 #[derive(Clone, Copy, Debug)]
 pub struct RigidBodyActions {
-    /// Which components of its motion follow forces.
+    /// Whether each component of its motion follows from forces.
     pub free: [bool; 6],
-    /// Velocities along those that do not (m/s).
+    /// Prescribed velocities of the other components (m/s).
     pub prescribed: [Option<f64>; 3],
     /// Force (N).
     pub force: [f64; 3],
@@ -21,11 +21,11 @@ pub struct RigidBodyActions {
 }
 
 impl RigidBodyActions {
-    /// Nothing, on a body at rest that nothing moves.
+    /// No forces, on a body at rest without free components.
     pub const REST: Self =
         Self { free: [false; 6], prescribed: [Some(0.0); 3], force: [0.0; 3], moment: [0.0; 3] };
 
-    /// By the motion of a stage after `elapsed` seconds of it, in a space of `dimension` axes, beside a force (N) and a moment (N m).
+    /// Actions of the motion of a stage after `elapsed` seconds in a space of `dimension` axes, with an added force (N) and moment (N m).
     pub fn of_motion(
         motion: &PrescribedMotion,
         elapsed: f64,
@@ -47,37 +47,37 @@ impl RigidBodyActions {
         }
     }
 
-    /// Force and moment.
+    /// Force and moment (N, N m).
     pub fn applied(&self) -> Twist {
         let ([fx, fy, fz], [mx, my, mz]) = (self.force, self.moment);
         [fx, fy, fz, mx, my, mz]
     }
 
-    /// Whether the body turns.
+    /// Whether the body rotates.
     fn rotates(&self) -> bool {
         self.free[5]
     }
 }
 
-/// A rigid body in a step.
+/// State of a rigid body during a step.
 #[derive(Clone, Copy, Debug)]
 pub struct RigidStep {
-    /// Its mass, where it is at the start of the step.
+    /// Mass properties at the start of the step.
     pub mass: RigidMass,
-    /// Its axes at the start of the case, where they are at the start of the step, as columns.
+    /// Directions of its initial axes at the start of the step, as columns.
     pub axes: [[f64; 3]; 3],
-    /// Which components of its motion follow forces.
+    /// Whether each component of its motion follows from forces.
     pub free: [bool; 6],
-    /// Its motion at the start of the step.
+    /// Motion at the start of the step.
     pub start: Twist,
-    /// Its motion at the end, as far as it is known.
+    /// Current estimate of the motion at the end of the step.
     pub motion: Twist,
-    /// Force and moment from outside (N, N m).
+    /// External force and moment (N, N m).
     pub applied: Twist,
 }
 
 impl RigidStep {
-    /// The motion that forces from outside give a body in `dt` (s), with Rayleigh damping `share` (damping times step).
+    /// Motion of a body after `dt` (s) under external forces, with Rayleigh damping of coefficient times step `share`.
     pub fn new(mass: RigidMass, state: &RigidState, acts: &RigidBodyActions, dt: f64, share: f64) -> Self {
         let RigidBodyActions { free, prescribed: held, force, moment } = *acts;
         let turning = state.angular_momentum.map(|l| if acts.rotates() { l } else { 0.0 });
@@ -95,26 +95,26 @@ impl RigidStep {
         Self { mass, axes: state.axes, free, start, motion, applied: acts.applied() }
     }
 
-    /// Velocity of the body at a place (m/s).
+    /// Velocity of the body at a position (m/s).
     pub fn velocity_at(&self, x: &[f64; 3]) -> [f64; 3] {
         velocity_at(&self.motion, &self.mass.arm(x))
     }
 
-    /// Kinetic energy (J) that the change of its motion in the step would have by itself.
+    /// Kinetic energy (J) of the change of its motion in the step.
     pub fn kinetic_energy_gain(&self) -> f64 {
         let change: Twist = std::array::from_fn(|k| self.motion[k] - self.start[k]);
         let momentum = multiply(&self.mass.matrix(), &change);
         0.5 * (0..6).map(|k| change[k] * momentum[k]).sum::<f64>()
     }
 
-    /// Takes an impulse and its moment about the centre of mass (N s, N m s).
+    /// Adds an impulse and its moment about the centre of mass (N s, N m s) to the motion.
     pub fn add_impulse(&mut self, impulse: &Twist) {
         if let Some(change) = solve(&self.mass.matrix(), impulse, &self.free) {
             (0..6).for_each(|k| self.motion[k] += change[k]);
         }
     }
 
-    /// Local damping of its free components by all that accelerates it; rotation by the largest factor of the axes.
+    /// Applies local damping to the free components by their total change; rotations have the largest factor of the axes.
     pub fn damp(&mut self, damping: &[f64; 3]) {
         let most = damping.iter().copied().fold(0.0, f64::max);
         for k in (0..6).filter(|k| self.free[*k]) {
@@ -138,26 +138,26 @@ impl RigidStep {
         [self.motion[0], self.motion[1], self.motion[2]]
     }
 
-    /// Spin (rad/s).
+    /// Angular velocity (rad/s).
     pub fn angular_velocity(&self) -> [f64; 3] {
         [self.motion[3], self.motion[4], self.motion[5]]
     }
 
-    /// Work of the forces from outside in a step of `dt` (J).
+    /// Work of the external forces in a step of `dt` (J).
     pub fn work(&self, dt: f64) -> f64 {
         (0..6).filter(|k| self.free[*k]).map(|k| self.applied[k] * self.motion[k] * dt).sum()
     }
 
-    /// Gives the body the motion at the end of the step, where it is at the start.
+    /// Sets the state to the motion at the end of the step, with the position at its start.
     pub fn finish(&self, state: &mut RigidState) {
         (state.velocity, state.angular_velocity, state.angular_momentum) =
             (self.velocity(), self.angular_velocity(), self.angular_momentum());
     }
 
-    /// Turn of a step of `dt` (s): by the spin that the angular momentum makes in the middle of the step, so that it is of second order.
+    /// Rotation matrix of a step of `dt` (s), by the angular velocity that the angular momentum gives at mid-step: of second order.
     fn rotation(&self, dt: f64) -> [[f64; 3]; 3] {
         let by = |spin: [f64; 3], time: f64| rotation(&spin.map(|w| time * w));
-        // About an axis that stays, the spin does too.
+        // The angular velocity about a fixed axis is constant.
         let middle = if self.free[3] {
             self.spin_after(&by(self.angular_velocity(), 0.5 * dt))
         } else {
@@ -166,7 +166,7 @@ impl RigidStep {
         by(middle, dt)
     }
 
-    /// Spin of the body after a turn, with the angular momentum that it has (rad/s).
+    /// Angular velocity of the body after a rotation, for its angular momentum (rad/s).
     fn spin_after(&self, turn: &[[f64; 3]; 3]) -> [f64; 3] {
         multiply(
             turn,
@@ -174,13 +174,13 @@ impl RigidStep {
         )
     }
 
-    /// Mean velocity gradient of a step of `dt` (s), over the places at its start: that of the turn (1/s).
+    /// Mean velocity gradient of a step of `dt` (s), over the positions at its start: that of the rotation (1/s).
     pub fn mean_gradient(&self, dt: f64) -> [[f64; 3]; 3] {
         let turn = if self.rotates() { self.rotation(dt) } else { IDENTITY_AXES };
         std::array::from_fn(|i| std::array::from_fn(|j| (turn[i][j] - IDENTITY_AXES[i][j]) / dt))
     }
 
-    /// Turns the body in a step of `dt` (s), by a matrix: it keeps its angular momentum.
+    /// Rotates the body in a step of `dt` (s) with constant angular momentum, and returns the rotation matrix.
     pub fn rotate(&self, dt: f64, state: &mut RigidState) -> [[f64; 3]; 3] {
         let turn = self.rotation(dt);
         state.axes = std::array::from_fn(|i| {
@@ -190,7 +190,7 @@ impl RigidStep {
         turn
     }
 
-    /// Moves the body and its points in a step of `dt` (s), and gives them their velocities there: the body keeps its angular momentum.
+    /// Moves the body and its points in a step of `dt` (s) and sets the velocities of the points, with constant angular momentum.
     pub fn move_points<const D: usize>(
         &self,
         dt: f64,

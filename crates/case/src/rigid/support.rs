@@ -1,4 +1,4 @@
-//! Rigid bodies stand on walls and obstacles: each corner of a point near one meets it where it is.
+//! Support of rigid bodies by walls and obstacles: contacts of the corners of their points.
 
 use colluvium_points::Surface;
 use colluvium_points::surface::dot;
@@ -7,56 +7,56 @@ use crate::rigid::rigid_contact_newton::{ContactLawAtPoint, ContactSystem, add_i
 use crate::rigid::{RigidStep, Twist, velocity_at};
 use crate::{MovingObstacle, ObstacleLaws, spatial};
 
-/// Inertia with which the ground takes what comes, over the mass of the body: it sinks in under its weight this much more slowly
-/// than it would fall from rest in a step.
+/// Inertia of the ground in the contact law, over the mass of the body: a body sinks into the ground under its weight by this factor more
+/// slowly than it falls from rest in a step.
 const SUPPORT_INERTIA_RATIO: f64 = 1e6;
 
-/// A corner of a body near the ground.
+/// Corner of a body near the ground.
 #[derive(Clone, Copy, Debug)]
 pub struct SupportPoint {
-    /// From the centre of mass (m).
+    /// Position relative to the centre of mass (m).
     pub arm: [f64; 3],
     /// Velocity of the ground (m/s).
     pub velocity: [f64; 3],
-    /// Number of the obstacle; `None` of a wall.
+    /// Number of the obstacle; `None` for a wall.
     pub obstacle: Option<usize>,
-    /// Unit vector off the ground.
+    /// Unit normal out of the ground.
     normal: [f64; 3],
-    /// Velocity of approach that takes the corner to the ground in the step (m/s).
+    /// Approach velocity with which the corner reaches the ground in the step (m/s).
     max_approach_velocity: f64,
-    /// Coefficient of friction; infinite where it sticks.
+    /// Friction coefficient; infinite for sticking.
     friction: f64,
 }
 
-/// A flat wall that rigid bodies stand on.
+/// Plane wall that supports rigid bodies.
 #[derive(Clone, Copy, Debug)]
 pub struct WallPlane {
-    /// Axis across its face.
+    /// Axis normal to its face.
     pub axis: usize,
-    /// Direction along that off the wall: 1 or -1.
+    /// Sign of the normal along that axis: 1 or -1.
     pub off: f64,
     /// Coordinate of its face (m).
     pub face: f64,
-    /// Its velocity (m/s).
+    /// Velocity (m/s).
     pub velocity: [f64; 3],
-    /// Coefficient of friction; infinite where it sticks.
+    /// Friction coefficient; infinite for sticking.
     pub friction: f64,
 }
 
-/// An obstacle that rigid bodies stand on.
+/// Obstacle that supports rigid bodies.
 #[derive(Clone, Copy, Debug)]
 pub struct ObstacleContact<'a, const D: usize> {
-    /// Its surface where it is.
+    /// Surface at its current position.
     pub surface: &'a dyn Surface<D>,
-    /// How it acts.
+    /// Boundary laws.
     pub laws: &'a ObstacleLaws,
-    /// Its motion; `None` at rest.
+    /// Motion; `None` at rest.
     pub moving: Option<&'a MovingObstacle<D>>,
 }
 
 impl SupportPoint {
-    /// Push of ground of some inertia on a body with the velocity `w` (m/s) here, share of a sliding velocity that it takes
-    /// away times the inertia (kg), and that velocity; `None` off the ground.
+    /// Normal impulse of ground of this inertia (kg) on a body with the velocity `w` (m/s) here, tangential impulse per sliding velocity
+    /// (kg), and the sliding velocity (m/s); `None` without contact.
     fn support_force(&self, inertia: f64, w: &[f64; 3], stuck: bool) -> Option<(f64, f64, [f64; 3])> {
         let relative: [f64; 3] = std::array::from_fn(|c| w[c] - self.velocity[c]);
         let away = dot(&relative, &self.normal);
@@ -64,12 +64,12 @@ impl SupportPoint {
         let along: [f64; 3] = std::array::from_fn(|c| relative[c] - away * self.normal[c]);
         let slip = dot(&along, &along).sqrt();
         let held = if slip > 0.0 && !stuck { inertia.min(self.friction * push / slip) } else { inertia };
-        // Written so that NaN is off the ground.
+        // The comparison gives no contact for NaN.
         (push > 0.0).then_some((push, held, along))
     }
 }
 
-/// A corner, the inertia of the ground (kg), and whether all sticks to it.
+/// Support point, inertia of the ground (kg), and whether all contacts stick.
 struct StiffSupport<'a>(&'a SupportPoint, f64, bool);
 
 impl ContactLawAtPoint for StiffSupport<'_> {
@@ -101,33 +101,33 @@ impl ContactLawAtPoint for StiffSupport<'_> {
     }
 }
 
-/// What an obstacle gets from a rigid body in a step.
+/// Reaction of a rigid body on an obstacle in a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SupportReaction {
     /// Number of the obstacle.
     pub obstacle: usize,
-    /// Impulse on it (N s).
+    /// Impulse on the obstacle (N s).
     pub impulse: [f64; 3],
-    /// Where (m).
+    /// Position (m).
     pub place: [f64; 3],
-    /// Work of friction (J), not negative.
+    /// Dissipation by friction (J), not negative.
     pub friction: f64,
-    /// Work of its motion on the body (J).
+    /// Work of the obstacle's motion on the body (J).
     pub work: f64,
 }
 
-/// The corners of the points of a rigid body in a step.
+/// Corners of the points of a rigid body in a step.
 struct BodyCorners<'a, const D: usize> {
     step: &'a RigidStep,
     dt: f64,
     places: &'a [[f64; D]],
     /// Half the width of a point (m).
     half: f64,
-    /// From the middle of a point to its corners (m); in a plane the third axis has none.
+    /// Positions of the corners relative to the centre of a point (m); zero along the third axis in a plane.
     corner_offsets: [[f64; 3]; 8],
-    /// How far the body reaches from its centre of mass, but for the width of its points (m).
+    /// Distance of the farthest point from the centre of mass, without its width (m).
     radius: f64,
-    /// How far what it can come to in the step is away from a corner, at most (m).
+    /// Largest distance from a corner of surfaces that it can reach in the step (m).
     search_distance: f64,
 }
 
@@ -144,7 +144,7 @@ impl<'a, const D: usize> BodyCorners<'a, D> {
         Self { step, dt, places, half, corner_offsets: own, radius, search_distance: near }
     }
 
-    /// One with its arm from the centre of mass.
+    /// Corner position relative to the centre of mass (m).
     fn arm(&self, x: &[f64; D], own: &[f64; 3]) -> [f64; 3] {
         let at = spatial(x);
         self.step.mass.arm(&std::array::from_fn(|c| at[c] + own[c]))
@@ -202,7 +202,7 @@ impl<'a, const D: usize> BodyCorners<'a, D> {
     }
 }
 
-/// The corners of a rigid body that can reach the ground in a step.
+/// Corners of a rigid body that can reach the ground in a step.
 #[derive(Clone, Debug, Default)]
 pub struct SupportPoints {
     all: Vec<SupportPoint>,
@@ -211,23 +211,23 @@ pub struct SupportPoints {
 }
 
 impl SupportPoints {
-    /// Whether there are none.
+    /// Whether there are no support points.
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
     }
 
-    /// Adds the impulse of the ground on a body of some motion, to which all sticks that it bears where `stuck`.
+    /// Adds the impulses of the ground on a body with this motion; with `stuck`, all supports stick.
     pub fn add_impulses(&self, motion: &Twist, stuck: bool, sum: &mut Twist) {
         add_impulses(self.all.iter().map(|plank| StiffSupport(plank, self.inertia, stuck)), motion, sum);
     }
 
-    /// Adds how that falls with the motion.
+    /// Adds the decrease of these impulses with the motion.
     pub fn add_stiffness(&self, motion: &Twist, stuck: bool, sum: &mut [Twist; 6]) {
         add_stiffness(self.all.iter().map(|plank| StiffSupport(plank, self.inertia, stuck)), motion, sum);
     }
 
-    /// What obstacles get from the body with the motion at the end of its step, place by place. Where all sticks (`stuck`), as in a step
-    /// whose contact was not solved, that is what holds it there, and friction does no work but that of the slip that is left.
+    /// Reactions on obstacles for the motion of the body at the end of its step, point by point. With `stuck`, as in a step whose contact
+    /// was not solved, they are the sticking forces, and friction only dissipates the work of the residual slip.
     pub fn reactions<'a>(
         &'a self,
         step: &'a RigidStep,
@@ -247,7 +247,7 @@ impl SupportPoints {
         })
     }
 
-    /// Lists the corners of a rigid body with points at `places` (m), squares or cubes of some `half` width (m), that can reach walls or
+    /// Finds the corners of a rigid body with points at `places` (m), squares or cubes of half width `half` (m), that can reach walls or
     /// obstacles in a step of `dt` (s).
     pub fn list<'a, const D: usize>(
         &mut self,
@@ -265,8 +265,8 @@ impl SupportPoints {
         }
     }
 
-    /// Lets the body stand: it gets the motion with which it is off the ground or borne by it, says whether that has been found to the
-    /// last digit.
+    /// Solves the contact of the body: sets the motion with which it is off the ground or supported by it, and returns whether the
+    /// iteration has converged.
     pub fn solve(&self, step: &mut RigidStep) -> bool {
         if self.is_empty() {
             return true;

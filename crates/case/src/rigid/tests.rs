@@ -1,4 +1,4 @@
-//! Rigid bodies against closed forms.
+//! Tests of rigid bodies against closed forms.
 
 use serde_json::json;
 
@@ -9,7 +9,7 @@ use super::{
 use crate::Case;
 use crate::description::Velocity;
 
-/// Points of a box of cubes of 0.1 m, so many along each axis, of 1 kg each.
+/// Points of a box of cubes of 0.1 m and 1 kg, with these numbers along the axes.
 fn points(counts: [usize; 3]) -> (Vec<f64>, Vec<[f64; 3]>) {
     let mut places = Vec::new();
     for i in 0..counts[0] {
@@ -27,7 +27,7 @@ fn boxed(counts: [usize; 3]) -> RigidMass {
 
 const FREE: RigidBodyActions = RigidBodyActions { free: [true; 6], ..RigidBodyActions::REST };
 
-/// The body after so many steps of `dt` (s) from a state.
+/// Body after a number of steps of `dt` (s) from a state.
 fn moved(
     mass: &RigidMass,
     mut state: RigidState,
@@ -37,7 +37,7 @@ fn moved(
 ) -> RigidState {
     let inertia = mass.inertia;
     for _ in 0..steps {
-        // Moments of inertia where it is.
+        // Moments of inertia in the current orientation.
         let turned: [[f64; 3]; 3] = std::array::from_fn(|i| {
             multiply(&state.axes, &multiply(&inertia, &std::array::from_fn(|k| state.axes[i][k])))
         });
@@ -93,13 +93,13 @@ fn a_moment_about_a_principal_axis_spins_a_body_up() {
         let state = moved(&mass, RigidState::default(), &acts, steps, dt);
         let exact = 0.7 / mass.inertia[axis][axis];
         assert!((state.angular_velocity[axis] / exact - 1.0).abs() < 1e-12);
-        // Velocities are those at the end of each step: half a step ahead.
+        // Velocities are those at the end of each step, half a step ahead.
         state.axes[0][2].atan2(state.axes[0][0]) - 0.5 * exact * (1.0 + dt)
     };
     assert!(angle(100).abs() < 1e-12 && angle(200).abs() < 1e-12);
 }
 
-/// A symmetric top without moments: its axis goes round its angular momentum at L over its transverse moment of inertia.
+/// Symmetric top without moments: its axis precesses about its angular momentum at L over its transverse moment of inertia.
 #[test]
 fn the_axis_of_a_free_top_goes_round_its_angular_momentum_to_second_order() {
     let mass = boxed([2, 2, 6]);
@@ -113,9 +113,9 @@ fn the_axis_of_a_free_top_goes_round_its_angular_momentum_to_second_order() {
         let start = RigidState { angular_velocity: spin, angular_momentum: turning, ..RigidState::default() };
         let acts = RigidBodyActions { prescribed: [None; 3], ..FREE };
         let state = moved(&mass, start, &acts, steps, end / steps as f64);
-        // The momentum stays.
+        // The angular momentum is constant.
         assert!((0..3).all(|c| (state.angular_momentum[c] - turning[c]).abs() < 1e-12 * size));
-        // The axis z of the start, turned about the momentum.
+        // Initial axis z, rotated about the angular momentum.
         let about = super::rotation(&turning.map(|l| l / size * rate * end));
         let exact = multiply(&about, &[0.0, 0.0, 1.0]);
         let found: [f64; 3] = std::array::from_fn(|c| state.axes[c][2]);
@@ -125,7 +125,7 @@ fn the_axis_of_a_free_top_goes_round_its_angular_momentum_to_second_order() {
     assert!(coarse < 1e-3 && fine < 0.27 * coarse, "{coarse} {fine}");
 }
 
-/// Ground to which all sticks, whatever is asked.
+/// Ground with sticking contacts, whatever the argument.
 struct Sticky<'a>(&'a SupportPoints);
 
 impl ContactSystem for Sticky<'_> {
@@ -138,7 +138,7 @@ impl ContactSystem for Sticky<'_> {
     }
 }
 
-/// A box that falls aslant on a half-space with friction: corners that it meets, the box in the step before it meets them.
+/// Box that falls obliquely on a half-space with friction: support points, and the box in the step before contact.
 fn falling() -> (SupportPoints, RigidStep) {
     let (_, places) = points([5, 3, 2]);
     let mut planks = SupportPoints::default();
@@ -177,7 +177,7 @@ fn what_obstacles_get_is_what_the_body_loses_whether_it_slides_or_sticks() {
             assert!((got - lost).abs() < 1e-8 * size, "{stuck} {c}: {got} for {lost}");
         }
         let friction: f64 = stood.iter().map(|own| own.friction).sum();
-        // It slides away after the blow; what sticks rubs no more.
+        // It slides after the impact; sticking contacts have no friction work.
         let slip = body.mass.mass * body.start[0].powi(2);
         assert!(if stuck { friction < 1e-5 * slip } else { friction > 1e-2 * slip }, "{stuck}: {friction}");
     }

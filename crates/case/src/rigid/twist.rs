@@ -3,36 +3,36 @@
 use colluvium_points::surface::{RigidTransform, cross, dot};
 use nalgebra::{SMatrix, SVector};
 
-/// Three numbers of translation, then three of rotation.
+/// Three components of translation, then three of rotation.
 pub type Twist = [f64; 6];
 
-/// Axes of a body that has not turned.
+/// Axes of a body without rotation.
 pub const IDENTITY_AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// A matrix times a vector.
+/// Product of a matrix and a vector.
 pub fn multiply<const N: usize>(matrix: &[[f64; N]; N], vector: &[f64; N]) -> [f64; N] {
     std::array::from_fn(|i| (0..N).map(|j| matrix[i][j] * vector[j]).sum())
 }
 
-/// A matrix with rows and columns exchanged.
+/// Transposed matrix.
 pub fn transposed(matrix: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| matrix[j][i]))
 }
 
-/// Velocity (m/s) at an arm (m) from the centre of what moves with a velocity and a spin (rad/s).
+/// Velocity (m/s) at an arm (m) from the reference point of a motion with velocity and angular velocity (rad/s).
 pub fn velocity_at(motion: &Twist, arm: &[f64; 3]) -> [f64; 3] {
     let [vx, vy, vz, wx, wy, wz] = *motion;
     let turn = cross(&[wx, wy, wz], arm);
     [vx + turn[0], vy + turn[1], vz + turn[2]]
 }
 
-/// A vector at an arm (m) from the centre, as a resultant and its moment about the centre.
+/// Resultant and moment about the reference point of a vector at an arm (m).
 pub fn wrench_at(vector: &[f64; 3], arm: &[f64; 3]) -> Twist {
     let moment = cross(arm, vector);
     [vector[0], vector[1], vector[2], moment[0], moment[1], moment[2]]
 }
 
-/// Matrix of the turn about the vector `turn`, by its length (rad).
+/// Rotation matrix of the rotation vector `turn`, whose length is the angle (rad).
 pub fn rotation(turn: &[f64; 3]) -> [[f64; 3]; 3] {
     RigidTransform::rotation_about([0.0; 3], *turn, dot(turn, turn).sqrt()).rotation
 }

@@ -1,4 +1,4 @@
-//! What lies in the folder of a run to go on from.
+//! Checkpoint of a run: the file from which an interrupted run continues.
 
 use std::io::Read;
 use std::path::Path;
@@ -13,24 +13,24 @@ use crate::run::output::run_folder::CHECKPOINT;
 use crate::solver::restore_value;
 use crate::{Case, CaseErrors, Method, Solver};
 
-/// What of a run a checkpoint holds before the state of its solver.
+/// Data of a run in front of the state of its solver in a checkpoint.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Checkpoint {
     pub(super) version: String,
     pub(super) fingerprint: u64,
     pub(super) method: String,
     pub(super) progress: RunProgress,
-    /// Seals of the tables on disk: what stands beyond is written again.
+    /// Checksums of the tables on disk; rows beyond them are written again.
     pub(super) tables: Vec<(String, FileChecksum)>,
 }
 
-/// An error of the checkpoint in a folder.
+/// Error about the checkpoint in a folder.
 pub(super) fn checkpoint_error(out: &Path, problem: String) -> RunError {
     RunError::Folder { path: out.join(CHECKPOINT), problem }
 }
 
-/// What the checkpoint of a case of this fingerprint by this method says of the run, and the state of the solver behind it; `None` where
-/// there is none.
+/// Reads the checkpoint of a case with this fingerprint by this method, and a reader at the state of the solver behind it; `None` without a
+/// checkpoint.
 pub(super) fn read_checkpoint(
     out: &Path,
     (fingerprint, method): (u64, &str),
@@ -52,8 +52,8 @@ pub(super) fn read_checkpoint(
     Ok(Some((checkpoint, file)))
 }
 
-/// A solver as the last checkpoint in the folder of a run of `case` by `method` has it, in its stage: that at the end of a complete run of
-/// a method with [specimens](Solver::specimen). `None` where there is no checkpoint.
+/// Returns the solver of the last checkpoint in the folder of a run of `case` by `method`, in its stage. After a complete run only methods
+/// with [specimens](Solver::specimen) have one, that at the end. `None` without a checkpoint.
 ///
 /// # Errors
 /// When the case cannot be built, and when the checkpoint is damaged, of another case, method or version.

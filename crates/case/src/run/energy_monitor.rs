@@ -1,37 +1,37 @@
-//! Whether the energy of a run grows of itself.
+//! Monitor of the total energy of a run, which warns of spurious growth.
 
 use serde::{Deserialize, Serialize};
 
 use crate::Budget;
 
-/// Share of the largest exchange of energy by which the total may grow without a word.
+/// Relative growth of the total energy without a warning, over the largest exchange of energy.
 const GROWTH_TOLERANCE: f64 = 0.01;
 
-/// Share of the recoverable energy below which an exchange counts as none: what is nearly still is known no better.
+/// Least exchange of energy over the largest recoverable energy: smaller exchanges are within the accuracy of the energies.
 const MIN_EXCHANGE: f64 = 0.1;
 
-/// The total energy of a stage: kinetic, recoverable and potential.
+/// Monitor of the total energy of a stage, the sum of kinetic, recoverable and potential energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct EnergyMonitor {
-    /// Kinetic, recoverable and potential energy at its first row (J).
+    /// Kinetic, recoverable and potential energy at the first row (J).
     first: Option<[f64; 3]>,
-    /// Least total so far (J).
+    /// Least total energy so far (J).
     min_total: f64,
-    /// Largest change of one of the three since the first row (J).
+    /// Largest change of one of the three energies since the first row (J).
     exchange: f64,
     /// Largest recoverable energy so far (J).
     stored: f64,
-    /// Most that the total was above an earlier one (J), and when (s).
+    /// Largest rise of the total energy above an earlier value (J), and its time (s).
     growth: (f64, f64),
 }
 
 impl EnergyMonitor {
-    /// Whether the stage began with a row: nothing works on its bodies from outside.
+    /// Whether the monitor has a first row: no external work is done on the bodies of the stage.
     pub(super) fn is_followed(&self) -> bool {
         self.first.is_some()
     }
 
-    /// A row at `time` (s).
+    /// Adds the energies of a row at `time` (s).
     pub(super) fn add_row(&mut self, budget: &Budget, time: f64) {
         let now = [budget.kinetic, budget.elastic, budget.potential];
         let total = budget.total();
@@ -51,7 +51,7 @@ impl EnergyMonitor {
         }
     }
 
-    /// What is worth a word.
+    /// Returns a warning if the total energy has grown beyond the tolerance.
     pub(super) fn warning(&self) -> Option<String> {
         let (growth, time) = self.growth;
         if growth <= GROWTH_TOLERANCE * self.exchange.max(MIN_EXCHANGE * self.stored) {
@@ -87,7 +87,7 @@ mod tests {
         assert_eq!(watched(|time| 3.0 + 0.01 * (40.0 * time).sin()), None);
         let told = watched(|time| 3.0 + 0.1 * time).unwrap();
         assert!(told.contains("grown by 1.99e-1 J until 1.9900 s"), "{told}");
-        // Also after it fell.
+        // Growth after a decrease of the energy.
         assert!(watched(|time| if time < 1.0 { 3.0 - time } else { 2.0 + 0.2 * (time - 1.0) }).is_some());
     }
 }

@@ -1,4 +1,4 @@
-//! Why runs fail.
+//! Errors of runs.
 
 use std::path::PathBuf;
 
@@ -7,29 +7,29 @@ use thiserror::Error;
 use crate::output::OutputError;
 use crate::{CaseErrors, SolverError, StepLimit};
 
-/// Why a run failed.
+/// Reason for the failure of a run.
 #[derive(Debug, Error)]
 pub enum RunError {
-    /// The case is wrong.
+    /// Invalid case.
     #[error(transparent)]
     Case(#[from] CaseErrors),
-    /// The solver could not go on.
+    /// Failure of the solver.
     #[error(transparent)]
     Solver(#[from] SolverError),
-    /// The solver stopped after there was output.
+    /// Failure of the solver after the first output.
     #[error("{source}; the last output is {frame}, t = {time} s")]
     Stopped {
-        /// Why.
+        /// Error of the solver.
         source: SolverError,
-        /// The last frame.
+        /// Name of the last frame.
         frame: String,
-        /// Its time (s).
+        /// Time of the last frame (s).
         time: f64,
     },
-    /// A file could not be written or read.
+    /// Failure to write or read a file.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// A quasi-static stage did not come to rest.
+    /// Quasi-static stage without equilibrium at its end.
     #[error(
         "stages[{stage}]: no equilibrium within its duration of {duration} s (unbalanced force {unbalanced:.3e}, \
          kinetic energy {kinetic:.3e} of the external work)"
@@ -37,14 +37,14 @@ pub enum RunError {
     NoEquilibrium {
         /// Number of the stage.
         stage: usize,
-        /// Its duration (s).
+        /// Duration of the stage (s).
         duration: f64,
         /// Unbalanced-force ratio at the end.
         unbalanced: f64,
         /// Kinetic-energy ratio at the end.
         kinetic: f64,
     },
-    /// Nothing limits the time step: there is no material that moves.
+    /// No limit of the time step, because no material is left that moves.
     #[error(
         "stage {stage:?}, t = {time} s: nothing is left to move, all bodies are removed, rigid or have left"
     )]
@@ -54,7 +54,7 @@ pub enum RunError {
         /// Time (s).
         time: f64,
     },
-    /// A step that is lost beside the time in double precision.
+    /// Time step below the precision of the time in double precision.
     #[error(
         "t = {time} s: a step of {dt:.3e} s, limited by: {limit}, is lost beside the end at {end} s, more than 2^53 steps away: \
          the run stands still (look at stiffness, density and sizes)"
@@ -62,34 +62,34 @@ pub enum RunError {
     StepTooSmall {
         /// Time (s).
         time: f64,
-        /// The step (s).
+        /// Time step (s).
         dt: f64,
-        /// What limits it.
+        /// Limit of the time step.
         limit: StepLimit,
-        /// The end of the stage (s).
+        /// End of the stage (s).
         end: f64,
     },
-    /// The solver has no usable time step.
+    /// No usable time step.
     #[error("t = {time} s: no stable time step (found {dt} s, limited by: {limit})")]
     TimeStep {
         /// Time (s).
         time: f64,
-        /// What the solver offers (s).
+        /// Time step of the solver (s).
         dt: f64,
-        /// Why.
+        /// Limit of the time step.
         limit: StepLimit,
     },
-    /// A trial of a search for a factor of safety could not go on.
+    /// Failure of a trial in a search for a factor of safety.
     #[error("measures.{measure}: trial with the factor {factor}: {source}")]
     Trial {
         /// Name of the measure.
         measure: String,
-        /// The factor.
+        /// Strength reduction factor `F` of the trial.
         factor: f64,
-        /// Why.
+        /// Error of the trial.
         source: Box<RunError>,
     },
-    /// Bodies that do not yield do not come to rest, so that the duration of a trial cannot be found.
+    /// No rest of the bodies without yielding, so that the duration of a trial cannot be determined.
     #[error(
         "measures.{measure}.duration: cannot be found: with half of their weight taken away the bodies did not come to rest within \
          {time:.4} s of strong damping (unbalanced force {unbalanced:.1e} of the external one): give the longest duration of a trial (s)"
@@ -99,15 +99,15 @@ pub enum RunError {
         measure: String,
         /// Unbalanced-force ratio at the end.
         unbalanced: f64,
-        /// How long it was waited for (s).
+        /// Time at the end of the wait (s).
         time: f64,
     },
-    /// The folder cannot be used.
+    /// Unusable folder of the run.
     #[error("{}: {problem}", path.display())]
     Folder {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
-        /// Why not.
+        /// Problem with the folder.
         problem: String,
     },
 }

@@ -35,98 +35,96 @@ pub use checkpoint::last_state;
 pub use error::RunError;
 pub use verify::{VerificationResult, changed_inputs, verify};
 
-/// Wall-clock time between two summaries of a run that goes on, at least: frames may follow each other faster than a disk
-/// has them.
+/// Shortest wall-clock time between two summaries of a running run: frames may follow each other faster than a disk can write.
 const SUMMARY_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Wall-clock time between two lines of progress where no terminal shows a bar.
+/// Wall-clock time between two lines of progress without a terminal.
 const PROGRESS_INTERVAL: Duration = Duration::from_secs(5);
 
-/// How to run.
+/// Options of a run.
 #[derive(Clone, Debug, Default)]
 pub struct RunOptions {
-    /// Name of the method, for the record.
+    /// Name of the method, for the summary.
     pub method: String,
-    /// Folder for everything that is written; nothing is written without one.
+    /// Folder for all files; without one no file is written.
     pub out: Option<PathBuf>,
-    /// Continue the run whose checkpoint lies in the folder.
+    /// Whether to continue the run whose checkpoint is in the folder.
     pub resume: bool,
-    /// Throw away what an earlier run left in the folder.
+    /// Whether to remove the files of an earlier run from the folder.
     pub overwrite: bool,
-    /// Show a progress bar; a line every few seconds where standard error is no terminal.
+    /// Whether to show a progress bar; without a terminal on standard error, a line every few seconds.
     pub progress: bool,
-    /// Keep the frames in memory, in [`RunReport::frames`]. After a resume, those before the checkpoint
-    /// are read from their files and hold the fields that `output.fields` names.
+    /// Whether to keep the frames in memory, in [`RunReport::frames`]. After a resume, frames before the checkpoint are read from their
+    /// files and have only the fields in `output.fields`.
     pub keep_frames: bool,
-    /// Keep what [`Solver::specimen`] gives at the end, in [`RunReport::specimen`].
+    /// Whether to keep the [`Solver::specimen`] at the end, in [`RunReport::specimen`].
     pub keep_specimen: bool,
-    /// Set from elsewhere to stop at the next step, with a checkpoint.
+    /// Flag that another thread sets to stop the run at the next step, with a checkpoint.
     pub stop: Option<Arc<AtomicBool>>,
-    /// Commit of the program, for the record.
+    /// Commit of the program, for the summary.
     pub commit: Option<String>,
-    /// Takes what is worth a word while the run goes on; it is among the [`RunReport::warnings_at_end`] too.
+    /// Receives warnings during the run; they are in [`RunReport::warnings_at_end`] too.
     pub warn: Option<fn(&str)>,
-    /// What was said of the case before it ran, for the record.
+    /// Warnings about the case from before the run, for the summary.
     pub warnings: Vec<String>,
 }
 
-/// How a run ended.
+/// End of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RunEnd {
-    /// All stages and searches for a factor of safety are done.
+    /// All stages and searches for a factor of safety are complete.
     Completed,
-    /// It was asked to stop.
+    /// The run was stopped on request.
     Interrupted,
 }
 
-/// What a run gives back.
+/// Results of a run.
 #[derive(Clone, Debug)]
 pub struct RunReport {
-    /// How it ended.
+    /// End of the run.
     pub ending: RunEnd,
-    /// The points at the end.
+    /// Points at the end.
     pub snapshot: Snapshot,
-    /// Measures in time.
+    /// Measures over time.
     pub table: Table,
     /// Frames, if they were to be kept.
     pub frames: Vec<Snapshot>,
-    /// Totals at the start; [`Budget::UNKNOWN`] of a method that keeps none.
+    /// Totals at the start; [`Budget::UNKNOWN`] for methods without totals.
     pub start: Budget,
-    /// Totals at the end, likewise.
+    /// Totals at the end; [`Budget::UNKNOWN`] for methods without totals.
     pub end: Budget,
-    /// Steps done, those before a restart included.
+    /// Number of steps, including those before a restart.
     pub steps: u64,
-    /// What of the run and of its state at the end is worth a word.
+    /// Warnings about the run and its final state.
     pub warnings_at_end: Vec<String>,
-    /// What the method tells of the run with which nothing is wrong ([`Solver::notes`]).
+    /// Notes of the method about the run, which are no warnings ([`Solver::notes`]).
     pub notes: Vec<String>,
-    /// Which of these [`RunOptions::warn`] has taken already.
+    /// Warnings that [`RunOptions::warn`] has received during the run.
     pub reported: Vec<String>,
     /// Wall-clock time of this run (s).
     pub wall: f64,
-    /// Point-updates per second of wall-clock time.
+    /// Point updates per second of wall-clock time.
     pub updates_per_second: f64,
-    /// What the searches for a factor of safety found, by the name of the measure.
+    /// Results of the searches for a factor of safety, by the name of the measure.
     pub safety: BTreeMap<String, SafetyResult>,
-    /// The points at the end of the last failing trial of each, that with the least factor; `trial_displacement` is counted from its
-    /// start.
+    /// Points at the end of the failing trial with the least factor of each search; `trial_displacement` is the displacement since the
+    /// start of the trial.
     pub failed_trials: BTreeMap<String, Snapshot>,
-    /// What another case can begin with, if it was to be kept.
+    /// Specimen from which another case can start, if it was to be kept.
     pub specimen: Option<String>,
 }
 
-/// Runs a case with a method from its start, or from its checkpoint, to the end, and searches for the factors
-/// of safety that it measures.
+/// Runs a case with a method from its start, or from its checkpoint, to the end, and searches for the factors of safety among its measures.
 ///
 /// # Errors
-/// When the case is wrong, before anything is written; when the solver, the disk or an equilibrium
-/// fails. What was written until then stays, marked as failed, with the last good frame.
+/// When the case is invalid, before any file is written; when the solver, the disk or an equilibrium fails. Earlier output remains, marked
+/// as failed, with the last valid frame.
 pub fn run_method(method: &dyn Method, case: &Case, options: &RunOptions) -> Result<RunReport, RunError> {
     let solver = method.build(case).map_err(CaseErrors::one)?;
     start(case, solver, Some(method), options)
 }
 
-/// As [`run_method`], with the solver that [`Method::plan_and_build`] has made already.
+/// Runs a case like [`run_method`], with the solver from [`Method::plan_and_build`].
 ///
 /// # Errors
 /// As [`run_method`].
@@ -139,7 +137,7 @@ pub fn run_with_plan(
     start(case, solver, Some(method), options)
 }
 
-/// As [`run_method`], with a solver that is made already: for cases whose materials stay what they are.
+/// Runs a case like [`run_method`], with an existing solver: for cases without changes of material strength.
 ///
 /// # Errors
 /// As [`run_method`], and when a stage weakens materials or a factor of safety is to be found.
@@ -160,7 +158,7 @@ fn start(
     method: Option<&dyn Method>,
     options: &RunOptions,
 ) -> Result<RunReport, RunError> {
-    // On a thread of the pool: each loop of a step would wake one, and wait for it, from any other.
+    // Runs on a thread of the pool: from any other thread each loop of a step would wake a thread of the pool and wait for it.
     rayon::scope(|_| run_on_thread_pool(case, solver, method, options))
 }
 
@@ -212,7 +210,7 @@ struct RunLoop<'a> {
     options: &'a RunOptions,
     solver: Box<dyn Solver>,
     method: Option<&'a dyn Method>,
-    /// Stage whose weakening the solver's materials have.
+    /// Stage whose strength reduction is in the materials of the solver.
     weakened: Option<usize>,
     recorder: RunRecorder<'a>,
     progress: RunProgress,
@@ -220,19 +218,19 @@ struct RunLoop<'a> {
     started: Instant,
     saved: Instant,
     last_report: Instant,
-    /// When progress was last written as a line.
+    /// Time of the last line of progress.
     last_progress_line: Instant,
     first_step: u64,
     safety: BTreeMap<String, SafetyResult>,
-    /// The points of its last failing trial, by the name of the measure.
+    /// Points of the last failing trial, by the name of the measure.
     failing: BTreeMap<String, Snapshot>,
     /// Wall-clock time of the searches.
     searched: Duration,
-    /// Wall-clock time of the sessions before this one (s).
+    /// Wall-clock time of earlier sessions (s).
     earlier: f64,
-    /// What of the run is worth a word.
+    /// Warnings about the run.
     warnings_at_end: Vec<String>,
-    /// What was said while it went on.
+    /// Warnings that were reported during the run.
     reported: Vec<String>,
 }
 
@@ -259,7 +257,7 @@ impl RunLoop<'_> {
         let resumed = self.progress.begun;
         let last = self.case.stages.len() - 1;
         if self.progress.stage > last {
-            // What was interrupted is a search: the solver stands where the last stage ended.
+            // A search was interrupted: the state of the solver is that at the end of the last stage.
             self.weaken(last)?;
             self.solver.begin_stage(last, self.progress.stage_start())?;
         }
@@ -294,7 +292,7 @@ impl RunLoop<'_> {
         self.search()
     }
 
-    /// Adds to an error of the solver how far the output reaches.
+    /// Adds the last frame and its time to an error of the solver.
     fn with_last_output(&self, error: RunError) -> RunError {
         let error = match error {
             RunError::Solver(source) => RunError::Solver(source.on_map(self.case.origin())),
@@ -308,7 +306,7 @@ impl RunLoop<'_> {
         }
     }
 
-    /// Puts the state into a solver whose materials have the strength of the stage.
+    /// Transfers the state to a solver whose materials have the strength of the stage.
     fn weaken(&mut self, stage: usize) -> Result<(), RunError> {
         let by = self.case.stages.iter().take(stage + 1).rposition(|stage| stage.weakening.is_some());
         let (Some(method), true) = (self.method, by != self.weakened) else { return Ok(()) };
@@ -320,7 +318,7 @@ impl RunLoop<'_> {
         Ok(())
     }
 
-    /// Steps through a stage.
+    /// Advances the solver through a stage.
     fn stage(&mut self, stage: &Stage) -> Result<RunEnd, RunError> {
         let end = self.progress.stage_start() + stage.duration;
         let span = stage.duration.min(self.recorder.shortest_interval());
@@ -357,7 +355,7 @@ impl RunLoop<'_> {
         }
     }
 
-    /// The duration is over: fine, unless the stage was to come to rest.
+    /// Ends a stage at its duration; an error if the stage requires equilibrium.
     fn finish_stage(&mut self, stage: &Stage) -> Result<RunEnd, RunError> {
         let Some(criterion) = &stage.equilibrium else { return Ok(RunEnd::Completed) };
         let last = self.solver.equilibrium();
@@ -400,7 +398,7 @@ impl RunLoop<'_> {
         self.write_interim_summary_if_due()
     }
 
-    /// Writes what is due.
+    /// Writes the row and the frame that are due.
     fn output(&mut self) -> Result<(), RunError> {
         let (rows, frames) = (self.progress.rows, self.progress.frames);
         self.recorder.output(&*self.solver, &mut self.progress)?;
@@ -410,13 +408,13 @@ impl RunLoop<'_> {
         if self.progress.frames > frames { self.write_interim_summary_if_due() } else { Ok(()) }
     }
 
-    /// Writes the summary of a run that goes on: it is what one that is killed leaves.
+    /// Writes the summary of a running run, which remains if the run is killed.
     fn write_interim_summary(&mut self) -> Result<(), RunError> {
         self.last_report = Instant::now();
         self.summary("running", None, &self.warnings_so_far())
     }
 
-    /// Likewise, but not too often.
+    /// Writes the summary of a running run if [`SUMMARY_INTERVAL`] has passed since the last one.
     fn write_interim_summary_if_due(&mut self) -> Result<(), RunError> {
         if self.last_report.elapsed() < SUMMARY_INTERVAL { Ok(()) } else { self.write_interim_summary() }
     }
@@ -444,11 +442,11 @@ impl RunLoop<'_> {
         }
     }
 
-    /// What is written once a run is complete.
+    /// Writes the last output of a complete run.
     fn last_output(&mut self) -> Result<(), RunError> {
         self.recorder.output_last(&*self.solver, &mut self.progress)?;
         if self.solver.has_specimen() {
-            // Nothing goes on from here: without times of clocks the file is the same for the same case.
+            // Final state: without wall-clock times the file is identical for the same case.
             self.recorder.save(&*self.solver, &RunProgress { wall: 0.0, ..self.progress.clone() })?;
         }
         Ok(self.recorder.rasters(&*self.solver)?)

@@ -1,4 +1,4 @@
-//! Where a run stands.
+//! Progress of a run.
 
 use std::collections::BTreeMap;
 
@@ -8,12 +8,12 @@ use crate::output::{Collection, FileChecksum};
 use crate::run::energy_monitor::EnergyMonitor;
 use crate::{Budget, TimeStep};
 
-/// Where a run stands: everything but the solver that a restart needs.
+/// Progress of a run: all data of a restart except the state of the solver.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct RunProgress {
     pub(crate) begun: bool,
     pub(crate) stage: usize,
-    /// When the stages so far began (s).
+    /// Start times of the stages so far (s).
     pub(crate) stage_starts: Vec<f64>,
     pub(crate) checks_at_rest: u32,
     /// Wall-clock time so far (s).
@@ -21,9 +21,9 @@ pub(crate) struct RunProgress {
     pub(crate) frames: u64,
     pub(crate) rows: u64,
     pub(crate) collection: Collection,
-    /// Seals of the files of the frames, by name.
+    /// Checksums of the frame files, by name.
     pub(crate) seals: BTreeMap<String, FileChecksum>,
-    /// Steps done at each frame of the collection.
+    /// Step numbers of the frames in the collection.
     pub(crate) frame_steps: Vec<u64>,
     /// Totals at the start.
     pub(crate) start: Option<Budget>,
@@ -31,34 +31,34 @@ pub(crate) struct RunProgress {
     pub(crate) time_step: Option<f64>,
     /// Bound on the first step (s).
     pub(crate) first_time_step: Option<f64>,
-    /// What was said when the step had become a small part of the first one.
+    /// Warning that the step has become a small part of the first one.
     pub(crate) collapse: Option<String>,
-    /// What the solver warned of first.
+    /// First warning of the solver.
     pub(crate) warning: Option<String>,
-    /// The energy of the stage.
+    /// Monitor of the energy of the stage.
     pub(crate) energy: EnergyMonitor,
-    /// What was to be said of the energy of the stages before.
+    /// Warning about the energy of earlier stages.
     pub(crate) energy_warning: Option<String>,
-    /// Stages that ended before they came to rest, which they need not, and what was said.
+    /// Numbers of stages that ended without their optional equilibrium, with the warnings.
     pub(crate) missed_equilibria: Vec<(usize, String)>,
-    /// When the stages that are over ended (s).
+    /// End times of the completed stages (s).
     pub(crate) stage_ends: Vec<f64>,
-    /// What has bounded the steps so far.
+    /// Counts of the limits of the steps so far.
     pub(crate) step_bounds: Vec<StepBoundCount>,
 }
 
-/// How often something bounded the step, and where most.
+/// Number of steps with the same limit, and their least bound.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct StepBoundCount {
     pub(crate) steps: u64,
-    /// The least bound.
+    /// Least bound.
     pub(crate) min_step: TimeStep,
-    /// When it was (s).
+    /// Time of the least bound (s).
     pub(crate) time: f64,
 }
 
 impl RunProgress {
-    /// Counts a step from `time` (s) for what bounds it.
+    /// Counts a step from `time` (s) for its limit.
     pub(crate) fn count(&mut self, bound: &TimeStep, time: f64) {
         self.time_step = Some(bound.dt);
         match self.step_bounds.iter_mut().find(|known| known.min_step.limit == bound.limit) {
@@ -72,7 +72,7 @@ impl RunProgress {
         }
     }
 
-    /// When the stage began (s).
+    /// Start time of the stage (s).
     pub(crate) fn stage_start(&self) -> f64 {
         self.stage_starts.last().copied().unwrap_or(0.0)
     }

@@ -6,50 +6,50 @@ use crate::output::{WriteOptions, averages, write_frame};
 use crate::run::output::measure_row;
 use crate::{Case, FrameRequest, Plan, Solver};
 
-/// Fewest steps that are measured beside the first, unless they take longer than what they may.
+/// Least number of measured steps after the first, unless they exceed the time limit.
 const MIN_STEPS: u32 = 3;
 
-/// Time of a step on one thread (s), as the plan expects it, above which none is made: of laws that are models of their own.
+/// Longest expected time of a step on one thread (s) for which steps are measured; material laws that are models themselves exceed it.
 const LONGEST_STEP: f64 = 20.0;
-/// Points from which on frames and rows are estimated: they would take the memory of the points once more.
+/// Number of points from which frames and rows are estimated, since measuring them would double the memory of the points.
 const MAX_MEASURED_POINTS: usize = 200_000;
-/// Time of a frame for each of them (s), and of a row.
+/// Time of a frame per point (s), and of a row.
 const FRAME_OF_POINT: f64 = 3e-6;
 const ROW_OF_POINT: f64 = 5e-7;
-/// Memory of a frame for each of them, with what is made of it for its file (bytes).
+/// Memory of a frame per point, including the contents of its file (bytes).
 const FRAME_BYTES_OF_POINT: f64 = 250.0;
 
-/// Memory of a frame of so many points (bytes), with what is made of it for its file.
+/// Memory of a frame with this number of points, including the contents of its file (bytes).
 pub fn frame_memory(points: usize) -> f64 {
     FRAME_BYTES_OF_POINT * points as f64
 }
 
-/// Wall-clock time of the parts of a run (s), and how many steps it has.
+/// Wall-clock time of the parts of a run (s), and its number of steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunTiming {
-    /// A step.
+    /// Time of a step.
     pub step: f64,
-    /// A frame, with its file.
+    /// Time of a frame, including its file.
     pub frame: f64,
-    /// A row of the measures.
+    /// Time of a row of the measures.
     pub row: f64,
-    /// Steps of the whole run: those of the plan, as much shorter as they were when the measurement ended.
+    /// Steps of the whole run: those of the plan, increased by the shortening of the step during the measurement.
     pub steps: f64,
-    /// Memory of a frame (bytes) where none was made: one that was counts in that of the process.
+    /// Memory of a frame (bytes) if none was made; a frame that was made is in the memory of the process.
     pub frame_memory: f64,
 }
 
 impl RunTiming {
-    /// That of a solver at time zero, which steps on in the first stage for a time that it `may` take, and is of no further use. `None`
-    /// where no step can be done, as the run will say, and where one would take too long.
+    /// Measures a solver at time zero, which steps in the first stage for at most the time `may` and is of no further use. `None` where no
+    /// step is possible, which the run will report, or a step would take too long.
     pub fn measure(case: &Case, plan: &Plan, solver: &mut dyn Solver, may: Duration) -> Option<Self> {
         if plan.seconds() > LONGEST_STEP * plan.steps as f64 {
             return None;
         }
-        // On a thread of the pool: each loop of a step would wake one, and wait for it, from any other.
+        // Runs on a thread of the pool: from any other thread each loop of a step would wake a thread of the pool and wait for it.
         rayon::scope(|_| {
             let steps = MeasuredSteps::measure(case, solver, may)?;
-            // Points that have moved are more work to compress.
+            // Moved points take longer to compress.
             let points = solver.points() as f64;
             let [frame, row, frame_memory] = match solver.points() {
                 MAX_MEASURED_POINTS.. => {
@@ -64,7 +64,7 @@ impl RunTiming {
         })
     }
 
-    /// Time of a run, without its searches for factors of safety (s).
+    /// Time of a run without its searches for factors of safety (s).
     pub fn run_time(&self, case: &Case) -> f64 {
         let outputs = |interval: Option<f64>, others: f64| {
             interval.map_or(others, |interval| (case.end_time() / interval).floor() + 1.0)
@@ -74,14 +74,14 @@ impl RunTiming {
     }
 }
 
-/// The first steps of a run.
+/// Measurement of the first steps of a run.
 struct MeasuredSteps {
     count: u32,
-    /// Time that they have come to (s).
+    /// Time after these steps (s).
     until: f64,
-    /// Bound on the next one (s).
+    /// Bound on the next step (s).
     dt: f64,
-    /// Mean wall-clock time of those after the first, which makes lists and buffers (s).
+    /// Mean wall-clock time of a step (s), without the first one, which builds lists and buffers.
     mean: f64,
 }
 
@@ -111,7 +111,7 @@ impl MeasuredSteps {
     }
 }
 
-/// Time of a frame of points with its file, and of its averages on a grid (s); zero where no file can be made.
+/// Time of a frame of points with its file and its averages on a grid (s); zero where no file can be made.
 fn frame(case: &Case, solver: &dyn Solver) -> f64 {
     let begun = Instant::now();
     let Some(points) = solver.frame(FrameRequest::Written).take_points() else {

@@ -1,4 +1,4 @@
-//! How long steps are.
+//! Size of the time step.
 
 use std::sync::atomic::Ordering;
 
@@ -11,7 +11,7 @@ pub(super) fn stop_requested(options: &RunOptions) -> bool {
     options.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
 }
 
-/// The solver's stable step in the stage, which ends at `end` (s).
+/// Stable time step of the solver in the stage, which ends at `end` (s).
 pub(super) fn stable_step(solver: &mut dyn Solver, stage: &Stage, end: f64) -> Result<TimeStep, RunError> {
     let limit = solver.limit();
     if limit.is_below_precision(end) {
@@ -27,8 +27,8 @@ pub(super) fn stable_step(solver: &mut dyn Solver, stage: &Stage, end: f64) -> R
     Err(RunError::TimeStep { time: solver.time(), dt: limit.dt, limit: limit.limit })
 }
 
-/// Whether the time that is left (s) is nothing beside a step of at most `limit` (s), which is therefore no longer than what is
-/// waited for.
+/// Whether the remaining time `left` (s) is negligible beside a step of at most `limit` (s), the shorter of the stable step and the time
+/// span to cover.
 pub(super) fn is_negligible(left: f64, limit: f64) -> bool {
     left <= 1e-9 * limit
 }

@@ -1,4 +1,4 @@
-//! Whether the files of a run are still what it wrote.
+//! Verification of the files of a run by their checksums.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,8 +11,8 @@ use crate::output::{FileChecksum, OutputError, read_json};
 use crate::run::output::run_folder;
 use crate::run::output::run_folder::{CASE, FRAMES, RASTERS, SUMMARY};
 
-/// The seals of all files of a run in `out` but its summary, by name: `sealed` while it ran, and those of the files that were
-/// written at its ends, `rasters` among them.
+/// Checksums of all files of a run in `out` except its summary, by name: those in `sealed` from the run, and those of the files written at
+/// its end, including `rasters`.
 pub(super) fn file_checksums(
     out: &Path,
     sealed: BTreeMap<String, FileChecksum>,
@@ -36,7 +36,7 @@ pub(super) fn file_checksums(
     Ok(seals)
 }
 
-/// Seals as they stand in a summary.
+/// Checksums as JSON for a summary.
 pub(super) fn to_json(seals: &BTreeMap<String, FileChecksum>) -> Value {
     let one = |(name, seal): (&String, &FileChecksum)| {
         (name.clone(), json!({ "bytes": seal.bytes, "fnv1a": format!("{:016x}", seal.fnv1a) }))
@@ -44,19 +44,19 @@ pub(super) fn to_json(seals: &BTreeMap<String, FileChecksum>) -> Value {
     Value::Object(seals.iter().map(one).collect())
 }
 
-/// What is wrong with the files of a run.
+/// Result of the verification of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct VerificationResult {
-    /// Number of files that were looked at.
+    /// Number of verified files.
     pub files: usize,
-    /// What is not as it was written, a line for each file.
+    /// Files that differ from their checksums, one line each.
     pub problems: Vec<String>,
 }
 
-/// Holds the files of a complete run in `out` against the seals in its summary.
+/// Verifies the files of a complete run in `out` by the checksums in its summary.
 ///
 /// # Errors
-/// When there is no summary, when it is not one of a complete run, or names no files: runs of older programs.
+/// When there is no summary, when the run is not complete, or when the summary names no files, as in runs of older versions.
 pub fn verify(out: &Path) -> Result<VerificationResult, OutputError> {
     let path = out.join(SUMMARY);
     let summary = read_json(&path)?;
@@ -100,7 +100,7 @@ pub fn verify(out: &Path) -> Result<VerificationResult, OutputError> {
     Ok(VerificationResult { files: files.len(), problems })
 }
 
-/// Names of the files in the folder of a run that have the names of results.
+/// Names of the files in the folder of a run that have names of results.
 fn results(out: &Path) -> Result<Vec<String>, OutputError> {
     let within = |folder: &str, is_own: fn(&str) -> bool| {
         let mut names = run_folder::names(&out.join(folder))?;
@@ -109,12 +109,12 @@ fn results(out: &Path) -> Result<Vec<String>, OutputError> {
         Ok::<_, OutputError>(names.into_iter().map(|name| format!("{folder}/{name}")).collect::<Vec<_>>())
     };
     let mut names = within(FRAMES, run_folder::is_frame)?;
-    // The map is drawn of the rasters after the end of the run.
+    // The map is drawn from the rasters after the end of the run.
     names.extend(within(RASTERS, |name| run_folder::is_map(name) && name != run_folder::MAP)?);
     Ok(names)
 }
 
-/// Paths of the files that the case of a run names and that are not as they were when it began, or are gone.
+/// Paths of the input files of a case that have changed since the start of the run, or are missing.
 ///
 /// # Errors
 /// When there is no summary.
@@ -122,7 +122,7 @@ pub fn changed_inputs(out: &Path, case: &Case) -> Result<Vec<String>, OutputErro
     Ok(changed_files(&read_json(&out.join(SUMMARY))?, &case.file_checksums()))
 }
 
-/// Paths of the files that a summary names and that have other marks now, or none.
+/// Paths of the input files of a summary whose checksums differ now or are missing.
 pub(super) fn changed_files(summary: &Value, now: &BTreeMap<String, String>) -> Vec<String> {
     let then = summary["inputs"].as_object().into_iter().flatten();
     let changed = then.filter(|(path, mark)| now.get(*path).map(String::as_str) != mark.as_str());

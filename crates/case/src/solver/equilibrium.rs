@@ -1,36 +1,35 @@
-//! How far from static equilibrium (sheet: mpm §2.14; Anura3D manual 2021, eqs. 6.29 and 6.30).
+//! Measures of static equilibrium (sheet: mpm §2.14; Anura3D manual 2021, eqs. 6.29 and 6.30).
 
 use colluvium_constitutive::SymTensor;
 
-/// Share of the reference scale below which there is no external force.
+/// Share of the reference scale below which an external force counts as zero.
 const NO_FORCE: f64 = 1e-12;
-/// Share of the energy that the stresses may hold up to which external work is no measure: a stage that begins at rest
-/// does next to none.
+/// External work over the reference energy of the stresses below which it is no scale: a stage that begins at rest has almost none.
 const MIN_WORK_RATIO: f64 = 1e-3;
 
-/// How far from static equilibrium.
+/// Measures of the distance from static equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Equilibrium {
     /// `|F_ext - F_int| / |F_ext|` over the free degrees of freedom.
     pub unbalanced_force: f64,
     /// Kinetic energy over the work of the external forces since the stage began.
     pub kinetic_ratio: f64,
-    /// That kinetic energy (J), of what the method solves for: of the nodes, where it has a grid.
+    /// Kinetic energy of that ratio (J): of the nodes, in a method with a grid.
     pub kinetic: f64,
 }
 
-/// What unbalanced force and kinetic energy are compared with where nothing acts from outside, from the points.
+/// Reference scales of unbalanced force and kinetic energy where there are no external actions, from the points.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EquilibriumScales {
     /// Sum of the squares of stress times volume over spacing (N²).
     force_square: f64,
-    /// `Σ V |σ|² / 2 M` with the modulus of waves: what the stresses may hold (J).
+    /// Reference energy of the stresses `Σ V |σ|² / 2 M` with the P-wave modulus (J).
     energy: f64,
 }
 
 impl EquilibriumScales {
-    /// Adds a point of `volume` (m³), of the total stress `total` (Pa) and `spacing` (m) from its neighbours, whose skeleton
-    /// has the stress `effective` (Pa) and the modulus of waves `modulus` (Pa), zero where it has none.
+    /// Adds a point of volume `volume` (m³), total stress `total` (Pa) and spacing `spacing` (m), whose skeleton has the effective stress
+    /// `effective` (Pa) and the P-wave modulus `modulus` (Pa), zero where it has none.
     pub fn add(&mut self, volume: f64, spacing: f64, total: &SymTensor, effective: &SymTensor, modulus: f64) {
         self.force_square += (volume / spacing * total.norm()).powi(2);
         if modulus > 0.0 {
@@ -38,13 +37,13 @@ impl EquilibriumScales {
         }
     }
 
-    /// Unbalanced force (N) over the external one, or over the reference where that is next to nothing.
+    /// Unbalanced force (N) over the external force, or over the reference where the external force is negligible.
     pub fn force_ratio(&self, unbalanced: f64, external: f64) -> f64 {
         let reference = self.force_square.sqrt();
         ratio(unbalanced, if external > NO_FORCE * reference { external } else { reference })
     }
 
-    /// Kinetic energy (J) over the size of the external work, or over a thousandth of the reference where that is more.
+    /// Kinetic energy (J) over the absolute external work, or over a thousandth of the reference energy where that is larger.
     pub fn energy_ratio(&self, kinetic: f64, work: f64) -> f64 {
         ratio(kinetic, work.abs().max(MIN_WORK_RATIO * self.energy))
     }
@@ -71,7 +70,7 @@ mod tests {
         let stress = SymTensor::diagonal(3.0, 0.0, 4.0);
         scales.add(2.0, 0.5, &stress, &stress, 10.0);
         assert_eq!((scales.force_ratio(10.0, 0.0), scales.force_ratio(10.0, 40.0)), (0.5, 0.25));
-        // They hold 2.5 J.
+        // The reference energy is 2.5 J.
         assert_eq!((scales.energy_ratio(0.005, 1e-4), scales.energy_ratio(5.0, -10.0)), (2.0, 0.5));
     }
 }

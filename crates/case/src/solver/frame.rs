@@ -1,51 +1,50 @@
-//! Frames: named datasets on points, on lattices, on rasters over the plan or on meshes.
+//! Output frames: named datasets on points, lattices, plan rasters or meshes.
 
 use colluvium_points::{Georeference, Raster};
 
 use super::{Field, FieldData, Snapshot};
 
-/// The state of a solver at an instant.
+/// State of a solver at an instant.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frame {
     /// Time (s).
     pub time: f64,
-    /// Steps done.
+    /// Number of steps.
     pub step: u64,
-    /// What there is; each has a name of its own.
+    /// Datasets, each with its own name.
     pub datasets: Vec<Dataset>,
 }
 
-/// Fields on what bears them.
+/// Fields on a common geometry.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dataset {
     /// Name in lower case, with which its files begin.
     pub name: String,
-    /// What bears the fields.
+    /// Geometry of the fields.
     pub geometry: DatasetGeometry,
     /// One value for each point, node or cell.
     pub fields: Vec<Field>,
 }
 
-/// What bears the fields of a [`Dataset`].
+/// Geometry of the fields of a [`Dataset`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum DatasetGeometry {
     /// Points.
     Points(FramePoints),
-    /// Nodes at equal distances.
+    /// Nodes of a regular lattice.
     Lattice {
         /// The nodes.
         nodes: Lattice,
-        /// Which of them bear anything; empty where all do.
+        /// Whether each node has data; empty where all have.
         mask: Vec<bool>,
     },
-    /// Nodes over the plan, with where they lie on Earth. What bears nothing is not-a-number in the fields.
+    /// Nodes in plan, with their georeference. Fields are NaN at nodes without data.
     Raster(PlanNodes),
-    /// Lines and polygons; fields are those of these.
+    /// Lines and polygons; fields are per cell.
     Mesh(PolygonMesh),
 }
 
-/// Points, in the order of their ids, whatever order the solver keeps. They may come and go; an id is that of one point for
-/// its whole life.
+/// Points, sorted by id, whatever order the solver uses. Points may be created and removed; an id always belongs to the same point.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FramePoints {
     /// Ids, ascending.
@@ -58,55 +57,55 @@ pub struct FramePoints {
     pub extents: Vec<[f64; 3]>,
 }
 
-/// Nodes at equal distances, the first axis fastest.
+/// Nodes of a regular lattice, the first axis fastest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lattice {
-    /// The first node (m).
+    /// First node (m).
     pub low: [f64; 3],
     /// Distance of the nodes along each axis (m).
     pub spacing: f64,
-    /// Nodes along each axis; one along those that the space has not.
+    /// Number of nodes along each axis; one along axes that the space does not have.
     pub count: [usize; 3],
 }
 
 /// Nodes of a raster, in the order of [`Raster::values`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanNodes {
-    /// Nodes along x.
+    /// Number of nodes along x.
     pub columns: usize,
-    /// Nodes along y.
+    /// Number of nodes along y.
     pub rows: usize,
-    /// The node with the least x and y (m).
+    /// Node with the smallest x and y (m).
     pub origin: [f64; 2],
     /// Distance of the nodes along x and y (m).
     pub spacing: [f64; 2],
-    /// Where they lie on Earth.
+    /// Georeference.
     pub reference: Georeference,
 }
 
-/// Lines and polygons between places.
+/// Lines and polygons between vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PolygonMesh {
-    /// Places (m).
+    /// Vertices (m).
     pub vertices: Vec<[f64; 3]>,
-    /// Numbers of the places at the corners of the cells, cell after cell: two of a line, in turn those of a polygon.
+    /// Vertex numbers of the cells, cell after cell: two for a line, those of a polygon in order.
     pub corners: Vec<u64>,
-    /// Where in `corners` each cell ends.
+    /// End of each cell in `corners`.
     pub ends: Vec<u64>,
 }
 
-/// Numbers on a raster over the plan.
+/// Raster of a quantity in plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanRaster {
-    /// Name in snake case, that of its files.
+    /// Name in snake case, as in its file names.
     pub name: String,
     /// SI unit.
     pub unit: &'static str,
-    /// The numbers; not-a-number where there is none.
+    /// Values; NaN where there is none.
     pub raster: Raster,
 }
 
-/// What a field is to those that do not know the method. A field with a role is called by it.
+/// Role of a field, independent of the method. A field with a role has its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FieldRole {
     /// Mass (kg).
@@ -124,7 +123,7 @@ pub enum FieldRole {
 impl FieldRole {
     const ALL: [Self; 5] = [Self::Mass, Self::Volume, Self::Velocity, Self::Depth, Self::Bed];
 
-    /// Name of the fields that have it.
+    /// Name of fields with this role.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -136,7 +135,7 @@ impl FieldRole {
         }
     }
 
-    /// SI unit of the fields that have it.
+    /// SI unit of fields with this role.
     #[must_use]
     pub const fn unit(self) -> &'static str {
         match self {
@@ -147,37 +146,37 @@ impl FieldRole {
         }
     }
 
-    /// Whether it is an amount of what bears it, which has no average.
+    /// Whether it is extensive, without an average.
     #[must_use]
     pub const fn is_amount(self) -> bool {
         matches!(self, Self::Mass | Self::Volume)
     }
 
-    /// The role of fields of a name.
+    /// Role of fields with a name.
     #[must_use]
     pub fn of(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|role| role.name() == name)
     }
 }
 
-/// Which datasets of a frame are wanted.
+/// Requested datasets of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameRequest {
-    /// What rows of measures, searches and their like read: points, or what a method has in place of them.
+    /// Data of measures and searches: points, or the first dataset of the method in place of them.
     Measured,
-    /// All that the case asks for in its frames.
+    /// All datasets that the case requests for its frames.
     Written,
 }
 
 impl Dataset {
-    /// Name of a dataset on points.
+    /// Name of the dataset on points.
     pub const POINTS: &'static str = "points";
     /// Name of the dataset on the nodes of `output.grid`.
     pub const GRID: &'static str = "grid";
     /// Name of the dataset on the contacts of `output.contacts`.
     pub const CONTACTS: &'static str = "contacts";
 
-    /// Numbers on a raster.
+    /// Dataset of a raster.
     #[must_use]
     pub fn of_raster(PlanRaster { name, unit, raster }: PlanRaster) -> Self {
         let Raster { columns, rows, origin, spacing, values, reference } = raster;
@@ -186,7 +185,7 @@ impl Dataset {
         Self { name, geometry: support, fields: vec![field] }
     }
 
-    /// Its scalars as rasters; none where it lies on something else.
+    /// Scalar fields as rasters; empty for other geometries.
     pub fn rasters(&self) -> impl Iterator<Item = PlanRaster> {
         let nodes = match &self.geometry {
             DatasetGeometry::Raster(nodes) => Some(nodes),
@@ -203,7 +202,7 @@ impl Dataset {
 }
 
 impl PlanNodes {
-    /// A raster of these values.
+    /// Raster of these values.
     #[must_use]
     pub fn with_values(&self, values: Vec<f64>) -> Raster {
         let Self { columns, rows, origin, spacing, ref reference } = *self;
@@ -212,7 +211,7 @@ impl PlanNodes {
 }
 
 impl PolygonMesh {
-    /// Lines between pairs of places (m).
+    /// Lines between pairs of positions (m).
     #[must_use]
     pub fn of_lines(lines: &[[[f64; 3]; 2]]) -> Self {
         Self {
@@ -222,7 +221,7 @@ impl PolygonMesh {
         }
     }
 
-    /// Places of the corners of each cell (m).
+    /// Corner positions of each cell (m).
     pub fn cells(&self) -> impl Iterator<Item = Vec<[f64; 3]>> {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
         starts.zip(&self.ends).map(|(start, end)| {
@@ -233,20 +232,20 @@ impl PolygonMesh {
 }
 
 impl Frame {
-    /// The dataset called `name`.
+    /// Dataset with the name `name`.
     #[must_use]
     pub fn dataset(&self, name: &str) -> Option<&Dataset> {
         self.datasets.iter().find(|dataset| dataset.name == name)
     }
 
-    /// The same with another dataset.
+    /// Frame with an additional dataset.
     #[must_use]
     pub fn with(mut self, dataset: Dataset) -> Self {
         self.datasets.push(dataset);
         self
     }
 
-    /// Takes out what is on points.
+    /// Removes the dataset on points and returns it.
     #[must_use]
     pub fn take_points(&mut self) -> Option<Snapshot> {
         let on_points = |dataset: &Dataset| matches!(dataset.geometry, DatasetGeometry::Points(_));

@@ -1,10 +1,10 @@
-//! What lies on nodes and cells as points, for all that reads numbers off places.
+//! Conversion of nodes and cells to points, for code that reads values at positions.
 
 use crate::solver::frame::{Dataset, DatasetGeometry, Frame, FramePoints, Lattice, PlanNodes};
 use crate::solver::snapshot::{Field, FieldData, Snapshot};
 
 impl FieldData {
-    /// Those with the numbers `kept`.
+    /// Subset of the points with the numbers `kept`.
     #[must_use]
     pub fn subset(&self, kept: &[usize]) -> Self {
         fn some<T: Copy>(values: &[T], kept: &[usize]) -> Vec<T> {
@@ -18,7 +18,7 @@ impl FieldData {
         }
     }
 
-    /// Whether number `k` is there; what bears nothing is not-a-number.
+    /// Whether entry `k` is defined, i.e. not NaN.
     fn is_defined(&self, k: usize) -> bool {
         match self {
             Self::Integer(_) => true,
@@ -30,8 +30,8 @@ impl FieldData {
 }
 
 impl Dataset {
-    /// What it bears as points: nodes of a lattice or a raster that bear something, each as wide as their distance along the axes
-    /// that have more than one; cells of a mesh at the mean of their corners, without width. Numbers of nodes and cells are the ids.
+    /// Dataset as points: lattice or raster nodes with data, with extents of the node spacing along axes with more than one node; mesh
+    /// cells at the mean of their corners, without extents. Numbers of nodes and cells become ids.
     #[must_use]
     pub fn into_points(self, time: f64, step: u64) -> Snapshot {
         let Self { geometry: support, fields, .. } = self;
@@ -66,7 +66,7 @@ impl Dataset {
     }
 }
 
-/// Nodes at the coordinates `axes` (m), the first axis fastest: those in `mask`, or all where it is empty, that bear a number in a
+/// Points at the nodes with coordinates `axes` (m), the first axis fastest: those in `mask`, or all where it is empty, with a value in a
 /// field.
 pub(crate) fn on_nodes(axes: &[Vec<f64>; 3], mask: &[bool], fields: Vec<Field>) -> (FramePoints, Vec<Field>) {
     let [nx, ny, nz] = [0, 1, 2].map(|c| axes[c].len());
@@ -88,13 +88,13 @@ pub(crate) fn on_nodes(axes: &[Vec<f64>; 3], mask: &[bool], fields: Vec<Field>) 
 }
 
 impl Frame {
-    /// What comes first, as points; `None` where there is nothing.
+    /// First dataset as points; `None` without datasets.
     #[must_use]
     pub fn first_as_points(&self) -> Option<Snapshot> {
         Some(self.datasets.first()?.clone().into_points(self.time, self.step))
     }
 
-    /// What measures read: what is on points, or else what comes first, as points; no point where there is nothing.
+    /// Points of measures: the dataset on points, or else the first dataset as points; empty without datasets.
     #[must_use]
     pub fn into_measured(mut self) -> Snapshot {
         let (time, step) = (self.time, self.step);

@@ -1,36 +1,36 @@
-//! Manufactured solutions: a motion chosen beforehand, with the body force that makes it one.
+//! Manufactured solutions: a chosen motion with the body force that satisfies the equation of motion.
 //!
-//! A method that can run one has a function beside its [`Method`](crate::Method), which takes a case and a [`Manufactured`]: the force
-//! is no key of a case.
+//! A method with support for them has a function beside its [`Method`](crate::Method) with a case and a [`Manufactured`] as arguments: the
+//! force is not part of a case.
 
 use colluvium_constitutive::{Mat3, Motion, PoreFluidState};
 
-/// Where a point is, how fast, and how its surroundings are deformed.
+/// Prescribed position, velocity and deformation of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrescribedState {
     /// Position (m).
     pub position: [f64; 3],
     /// Velocity (m/s).
     pub velocity: [f64; 3],
-    /// Deformation gradient since the body was free of stress, row by row.
+    /// Deformation gradient from the stress-free state, row by row.
     pub deformation: [[f64; 3]; 3],
 }
 
-/// State at time zero of the point that a body free of stress has at a place (m).
+/// Initial state of the point at a position (m) in the stress-free state.
 type InitialStateField = dyn Fn([f64; 3]) -> PrescribedState + Send + Sync;
 /// Body force (m/s²) on that point at a time (s).
 type BodyForceField = dyn Fn([f64; 3], f64) -> [f64; 3] + Send + Sync;
 
-/// A solution of the equation of motion by choice: points begin as `start` says, and `force` acts on them all along.
+/// Manufactured solution: initial states of the points and the body force on them.
 pub struct Manufactured {
-    /// State at time zero of the point that a body free of stress has at a place (m).
+    /// Initial state of the point at a position (m) in the stress-free state.
     pub start: Box<InitialStateField>,
     /// Body force (m/s²) on that point at a time (s).
     pub force: Box<BodyForceField>,
 }
 
 impl PrescribedState {
-    /// The deformation as one step from the state free of stress, of a point that has this density (kg/m³) now, and this size (m).
+    /// Deformation as one step from the stress-free state, of a point with this current density (kg/m³) and size (m).
     pub fn motion(&self, density: f64, size: f64) -> Motion {
         let deformation = Mat3(self.deformation);
         let gradient = deformation - Mat3::IDENTITY;
@@ -46,8 +46,8 @@ impl PrescribedState {
 }
 
 impl Manufactured {
-    /// Velocity gradient `∂v/∂x` (1/s; row `i`, column `j`) at time zero around the point that a body free of stress has at `place`
-    /// (m), by differences over `width` (m). `None` where the deformation there cannot be inverted.
+    /// Initial velocity gradient `∂v/∂x` (1/s; row `i`, column `j`) around the point at `place` (m) in the stress-free state, by
+    /// differences over `width` (m). `None` where the deformation is not invertible.
     pub fn velocity_gradient(&self, place: [f64; 3], width: f64) -> Option<[[f64; 3]; 3]> {
         let velocity = |axis: usize, shift: f64| {
             let mut at = place;
@@ -67,7 +67,7 @@ mod tests {
 
     #[test]
     fn the_velocity_gradient_is_that_in_the_deformed_body() {
-        // Stretched to the double along x, and drawn out further at a rate of 3/s there: v = 3 x = 6 X; sheared by 0.5 y a second.
+        // Stretched to the double along x, with a further stretching rate of 3/s there: v = 3 x = 6 X; sheared by 0.5 y a second.
         let solution = Manufactured {
             start: Box::new(|[x, y, z]| PrescribedState {
                 position: [2.0 * x, y, z],

@@ -1,4 +1,4 @@
-//! What every method offers: [`Method`] makes a [`Solver`] of a [`Case`].
+//! Interface of all methods: a [`Method`] builds a [`Solver`] from a [`Case`].
 
 pub(crate) mod equilibrium;
 mod frame;
@@ -30,24 +30,23 @@ pub use plan::{Plan, ProblemSize};
 pub use plan_warnings::Resolution;
 pub use snapshot::{Field, FieldData, Snapshot};
 
-/// A numerical method: its options, and the way from a case to a running solver.
+/// Numerical method: its options, and the construction of a solver from a case.
 pub trait Method: Send + Sync {
     /// Name of the method, the key under `methods` in a case file.
     fn name(&self) -> &'static str;
 
-    /// One sentence on what the method is.
+    /// Description of the method in one sentence.
     fn summary(&self) -> &'static str;
 
     /// JSON Schema of the options under `methods.<name>`.
     fn options_schema(&self) -> Schema;
 
-    /// Whether bodies have a stiffness, and with it times of elastic waves and of consolidation. Flows that are integrated over their depth
-    /// have none.
+    /// Whether bodies have a stiffness, and with it time scales of elastic waves and of consolidation. Depth-integrated flows have none.
     fn has_elasticity(&self) -> bool {
         true
     }
 
-    /// About how large the problem is, without making its points. Methods that do not tell are of no size.
+    /// Approximate size of the problem, without generating its points; zero for methods that do not estimate it.
     ///
     /// # Errors
     /// When its options are wrong.
@@ -56,48 +55,48 @@ pub trait Method: Send + Sync {
         Ok(ProblemSize::default())
     }
 
-    /// What the method says to the features of a case, with the options that the case gives it. What it does not name is
-    /// refused. Combinations of its own options are left to [`Method::plan_supported_case`] and [`Method::build_supported_case`].
+    /// Support of the method for the features of a case, with its options in the case. Features without an entry are rejected. Combinations
+    /// of its own options are checked by [`Method::plan_supported_case`] and [`Method::build_supported_case`].
     ///
     /// # Errors
     /// When its options are wrong.
     fn capabilities(&self, case: &Case) -> Result<Capabilities, CaseError>;
 
-    /// [`Method::plan`] of a case whose features it honours.
+    /// [`Method::plan`] of a case whose features it supports.
     ///
     /// # Errors
-    /// The first combination of options that it cannot honour.
+    /// The first unsupported combination of options.
     fn plan_supported_case(&self, case: &Case) -> Result<Plan, CaseError>;
 
-    /// [`Method::build`] of a case whose features it honours.
+    /// [`Method::build`] of a case whose features it supports.
     ///
     /// # Errors
-    /// As [`Method::plan_supported_case`].
+    /// See [`Method::plan_supported_case`].
     fn build_supported_case(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError>;
 
-    /// [`Method::plan_and_build`] of a case whose features it honours. Methods whose points take long to place make them once for both.
+    /// [`Method::plan_and_build`] of a supported case. Methods with expensive sampling generate their points once for both.
     ///
     /// # Errors
-    /// As [`Method::plan_supported_case`].
+    /// See [`Method::plan_supported_case`].
     fn plan_and_build_supported_case(&self, case: &Case) -> Result<(Plan, Box<dyn Solver>), CaseError> {
         Ok((self.plan_supported_case(case)?, self.build_supported_case(case)?))
     }
 
-    /// What would be solved, without solving it. Refuses, by JSON path, whatever the method cannot honour; what it passes over
-    /// is among the warnings. Not to be overridden.
+    /// Plan of the solution, without solving. Rejects, by JSON path, all that the method does not support; ignored features are among the
+    /// warnings. Not to be overridden.
     ///
     /// # Errors
-    /// The first thing in the case that this method cannot honour.
+    /// The first unsupported part of the case.
     fn plan(&self, case: &Case) -> Result<Plan, CaseError> {
         let honours = self.capabilities(case)?;
         let notes = honours.check(case)?;
         self.plan_supported_case(case)?.complete(case, notes, honours.has_materials())
     }
 
-    /// [`Method::plan`] and [`Method::build`] at once. Not to be overridden.
+    /// [`Method::plan`] and [`Method::build`] together. Not to be overridden.
     ///
     /// # Errors
-    /// As [`Method::plan`].
+    /// See [`Method::plan`].
     fn plan_and_build(&self, case: &Case) -> Result<(Plan, Box<dyn Solver>), CaseError> {
         let honours = self.capabilities(case)?;
         let notes = honours.check(case)?;
@@ -105,10 +104,10 @@ pub trait Method: Send + Sync {
         Ok((plan.complete(case, notes, honours.has_materials())?, solver))
     }
 
-    /// A solver at time zero, before the first stage begins. Not to be overridden.
+    /// Solver at time zero, before the first stage. Not to be overridden.
     ///
     /// # Errors
-    /// As [`Method::plan`].
+    /// See [`Method::plan`].
     fn build(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
         self.capabilities(case)?.check(case)?;
         self.build_supported_case(case)
@@ -130,12 +129,12 @@ pub struct Budget {
     pub elastic: f64,
     /// Potential energy of gravity, zero at the origin (J).
     pub potential: f64,
-    /// The share of the pore fluid in all of these; `None` where nothing is saturated.
+    /// Share of the pore fluid in these totals; `None` without saturated material.
     pub liquid: Option<PhaseBudget>,
 }
 
 impl Budget {
-    /// That of a method that keeps none: not-a-number throughout.
+    /// Budget of a method without one: NaN throughout.
     pub const UNKNOWN: Self = Self {
         mass: f64::NAN,
         momentum: [f64::NAN; 3],
@@ -146,7 +145,7 @@ impl Budget {
         liquid: None,
     };
 
-    /// Kinetic, recoverable and potential energy (J).
+    /// Sum of kinetic, recoverable and potential energy (J).
     pub fn total(&self) -> f64 {
         self.kinetic + self.elastic + self.potential
     }
@@ -167,20 +166,20 @@ pub struct PhaseBudget {
     pub potential: f64,
 }
 
-/// What the material does to a rigid body or to a patch of prescribed velocity.
+/// Reaction: action of the material on a rigid body or on a patch of prescribed velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Reaction {
     /// Force in the last step (N; per metre in plane strain, per radian in axisymmetry).
     pub force: [f64; 3],
     /// Impulse since the start (N s).
     pub impulse: [f64; 3],
-    /// Moment of the force about the zero of the coordinates (N m; per metre in plane strain, where the last component counts); `None`
-    /// where the method does not tell it.
+    /// Moment of the force about the origin (N m; per metre in plane strain, where only the last component is used); `None` where the
+    /// method does not compute it.
     pub moment: Option<[f64; 3]>,
 }
 
 impl Reaction {
-    /// Moment of the force about a place `about` (m); `None` where the method does not tell it.
+    /// Moment of the force about a position `about` (m) (N m); `None` where the method does not compute it.
     pub fn moment_about(&self, about: &[f64; 3]) -> Option<[f64; 3]> {
         let force = &self.force;
         let arm = |c: usize| {
@@ -191,20 +190,20 @@ impl Reaction {
     }
 }
 
-/// The problem of a body whose law cannot begin anew from the stress it has, for its own `reason`.
+/// Error text of a body whose law cannot restart from its present stress, with the `reason`.
 pub fn reset_error(reason: &str) -> String {
     format!(
         "reset of state at the end of the stage: its law cannot begin anew from the stress it has ({reason})"
     )
 }
 
-/// Why a run had to stop.
+/// Error that stops a run.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum SolverError {
-    /// A point left what the method can follow: NaN, runaway velocity, inverted, outside the grid.
+    /// Point whose state the method cannot continue: NaN, excessive velocity, inverted, outside the grid.
     #[error("step {step}, t = {time:.6} s, point {point} at {position:.4?} m: {reason}")]
     Point {
-        /// Step during which it happened.
+        /// Step of the error.
         step: u64,
         /// Time at the start of that step (s).
         time: f64,
@@ -212,26 +211,26 @@ pub enum SolverError {
         point: u64,
         /// Its position (m).
         position: [f64; 3],
-        /// What happened.
+        /// Description of the error.
         reason: String,
     },
-    /// A step that could not be done.
+    /// Step that failed.
     #[error("step {step}, t = {time:.6} s: {reason}")]
     Step {
-        /// The step.
+        /// Number of the step.
         step: u64,
         /// Time at its start (s).
         time: f64,
-        /// What happened.
+        /// Description of the error.
         reason: String,
     },
-    /// A checkpoint does not fit this case or this version.
+    /// Checkpoint that does not fit this case or this version.
     #[error("checkpoint: {0}")]
     Checkpoint(String),
 }
 
 impl SolverError {
-    /// The same with its place moved by `origin` (m).
+    /// Error with its position translated by `origin` (m).
     pub(crate) fn on_map(mut self, origin: [f64; 3]) -> Self {
         if let Self::Point { position, .. } = &mut self {
             (0..3).for_each(|c| position[c] += origin[c]);
@@ -240,66 +239,64 @@ impl SolverError {
     }
 }
 
-/// A method's running instance.
+/// Running instance of a method.
 pub trait Solver: Send {
     /// Time (s).
     fn time(&self) -> f64;
 
-    /// Steps done.
+    /// Number of steps.
     fn step_count(&self) -> u64;
 
     /// Number of points.
     fn points(&self) -> usize;
 
-    /// The largest step from here, safety factor included, and what limits it: the same until the next step.
+    /// Largest stable step from the current state, with its safety factor, and its limit. It is constant until the next step.
     fn limit(&mut self) -> TimeStep;
 
-    /// Advances by one step, of `at_most` so much time (s); explicit solvers take [`TimeStep::limited_to`] of their limit. A
-    /// solver may take less, cut back and try again, or advance an increment of load, and says what it has done.
+    /// Advances by one step of at most `at_most` (s); explicit solvers take [`TimeStep::limited_to`] of their limit. A solver may take
+    /// less, cut back and retry, or advance an increment of load; the result says which step it took.
     ///
     /// # Errors
-    /// When a point can no longer be followed; the solver is then not to be used further.
+    /// When a point cannot be continued; the solver must then not be used further.
     fn step(&mut self, at_most: f64) -> Result<Advance, SolverError>;
 
-    /// Prepares a stage: its boundaries, damping, gravity ramp. Called once when the stage begins,
-    /// and after [`Solver::restore`] with the stage the checkpoint lies in; `stage` is an index into
-    /// `Case::stages`, `start` the time the stage began (s).
+    /// Prepares a stage: its boundaries, damping, gravity ramp. Called once when the stage begins, and after [`Solver::restore`] with the
+    /// stage of the checkpoint; `stage` is an index into `Case::stages`, `start` the start time of the stage (s).
     ///
     /// # Errors
-    /// When the stage cannot be begun.
+    /// When the stage cannot begin.
     fn begin_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError>;
 
     /// Ends a stage: performs its `reset` (velocities, displacements, plastic strains).
     ///
     /// # Errors
-    /// When the stage cannot be ended.
+    /// When the stage cannot end.
     fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError>;
 
-    /// Width of the cells of its grid (m); `None` for methods without a grid.
+    /// Cell size of the grid (m); `None` for methods without a grid.
     fn cell_size(&self) -> Option<f64> {
         None
     }
 
-    /// Steps between two questions for [`Solver::equilibrium`].
+    /// Number of steps between two calls of [`Solver::equilibrium`].
     fn steps_between_checks(&self) -> u64 {
         100
     }
 
-    /// Distance from equilibrium after the last step; `None` where the method has no measure of it.
+    /// Distance from equilibrium after the last step; `None` where the method has no measure.
     fn equilibrium(&self) -> Option<Equilibrium>;
 
-    /// Whether what its own options let grow with time has its full size: before that nothing is at rest.
+    /// Whether the time ramps of the method's own options are complete: before that, no state is at rest.
     fn ramps_are_complete(&self) -> bool {
         true
     }
 
-    /// What else the method tells of itself in each row of the measures; always the same names in the same order, NaN for
-    /// what it does not know at the time.
+    /// Scalar outputs of the method in each row of the measures, with constant names and order; NaN for unknown values.
     fn scalar_outputs(&self) -> Vec<ScalarOutput> {
         Vec::new()
     }
 
-    /// How far each cut of the case has moved (m), in their order; `None` of one that has not begun. Nothing from methods without cuts.
+    /// Travel of each removal shape of the case (m), in their order; `None` before it begins. Empty for methods without removal shapes.
     fn removal_shape_travel(&self) -> Vec<Option<f64>> {
         Vec::new()
     }
@@ -310,104 +307,99 @@ pub trait Solver: Send {
         None
     }
 
-    /// Depth (m) and velocity (m/s; not-a-number where it is dry) of a flow over a place in plan; `None` for methods that follow no
-    /// depth.
+    /// Depth (m) and velocity (m/s; NaN where it is dry) of a flow at a position in plan; `None` for methods without a depth.
     fn gauge(&self, place: &[f64]) -> Option<(f64, [f64; 3])> {
         let _ = place;
         None
     }
 
-    /// Volume that crosses a line in plan per time (m³/s), positive to the right of who walks along it; `None` for methods that
-    /// follow no depth.
+    /// Discharge across a line in plan (m³/s), positive to the right of its direction; `None` for methods without a depth.
     fn discharge(&self, from: [f64; 2], to: [f64; 2]) -> Option<f64> {
         let _ = (from, to);
         None
     }
 
-    /// Energy (J) that the materials of the points that are there have dissipated since the start; `None` where the case
-    /// does not measure it.
+    /// Energy (J) that the materials of the present points have dissipated since the start; `None` where the case does not measure it.
     fn dissipated(&self) -> Option<f64> {
         None
     }
 
-    /// Whether the budget holds all energy there is and nothing works on it from outside in the stage: no loads, nothing that is
-    /// driven, materials that all tell what they store. The run then says when energy grows. False where a method cannot tell.
+    /// Whether the budget contains all energy and there is no external work in the stage: no loads, no prescribed motions, materials with a
+    /// stored energy. The run then reports growth of energy. False where a method cannot decide.
     fn is_isolated(&self) -> bool {
         false
     }
 
-    /// What of the state is worth a word while the run goes on: liquids in tension, … Asked at every row of the measures until
-    /// there is something to say.
+    /// Warning about the state during the run: liquids in tension, … Requested at every row of the measures until there is one.
     fn warning(&self) -> Option<String> {
         None
     }
 
-    /// What of the state is worth a word when a run ends: points that are where their law is no longer meant to hold, …
+    /// Warnings about the state at the end of a run: points whose law is outside its range of validity, …
     fn warnings_at_end(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// What is worth telling of the run with which nothing is wrong: how densely grains were filled in, …
+    /// Notes on a run that are no warnings: the density of grain packings, …
     fn notes(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// The state as it is now, as the datasets that are `wanted`.
+    /// Current state as the datasets of `wanted`.
     fn frame(&self, wanted: FrameRequest) -> Frame;
 
-    /// What a run leaves beside its frames, so far: peaks over the plan and the like, where the case asks for them.
+    /// Results besides the frames, up to now: maxima over the plan and others, where the case requests them.
     fn products(&self) -> Vec<Dataset> {
         Vec::new()
     }
 
-    /// What is measured, as points: what is on points, or else what comes first in such a frame; no point where nothing is.
+    /// Measured state as points: the dataset on points, or else the first of the frame; empty without datasets.
     fn snapshot(&self) -> Snapshot {
         self.frame(FrameRequest::Measured).into_measured()
     }
 
-    /// The rasters among the products.
+    /// Rasters among the products.
     fn rasters(&self) -> Vec<PlanRaster> {
         self.products().iter().flat_map(Dataset::rasters).collect()
     }
 
-    /// Totals; `None` for methods that keep none.
+    /// Budget of totals; `None` for methods without one.
     fn budget(&self) -> Option<Budget> {
         None
     }
 
-    /// The budget; [`Budget::UNKNOWN`] where the method keeps none.
+    /// Budget of totals; [`Budget::UNKNOWN`] for methods without one.
     fn totals(&self) -> Budget {
         self.budget().unwrap_or(Budget::UNKNOWN)
     }
 
-    /// Writes the complete state: a restored solver continues bit-identically. Large arrays go out as they are, without a copy
-    /// of all of them.
+    /// Writes the complete state: a restored solver continues bit-identically. Large arrays are written without a copy of the whole state.
     ///
     /// # Errors
-    /// When `out` refuses.
+    /// When writing to `out` fails.
     fn save(&self, out: &mut dyn Write) -> Result<(), SolverError>;
 
-    /// Takes the state of [`Solver::save`] of the same case.
+    /// Restores the state of [`Solver::save`] of the same case.
     ///
     /// # Errors
-    /// When the bytes are not such a state.
+    /// When the bytes are no such state.
     fn restore(&mut self, input: &mut dyn Read) -> Result<(), SolverError>;
 
-    /// The points with all that they carry, as the text of a file that another case of the method can begin with; `None` for methods
-    /// without such a file.
+    /// Points with their complete data, as the text of a file with which another case of the method can begin; `None` for methods without
+    /// such a file.
     fn specimen(&self) -> Option<String> {
         None
     }
 
-    /// Whether [`Solver::specimen`] gives one: the folder of a run then keeps the state at its end.
+    /// Whether [`Solver::specimen`] returns a text: the run folder then has the state at its end.
     fn has_specimen(&self) -> bool {
         false
     }
 
-    /// The state of [`Solver::save`] as bytes.
+    /// State of [`Solver::save`] as bytes.
     ///
     /// # Errors
-    /// As [`Solver::save`].
+    /// See [`Solver::save`].
     fn saved(&self) -> Result<Vec<u8>, SolverError> {
         let mut bytes = Vec::new();
         self.save(&mut bytes)?;
@@ -421,10 +413,10 @@ impl From<std::io::Error> for SolverError {
     }
 }
 
-/// Writes a value as part of a state.
+/// Writes a value as part of a saved state.
 ///
 /// # Errors
-/// When `out` refuses.
+/// When writing to `out` fails.
 pub fn save_value<T: Serialize>(value: &T, out: &mut dyn Write) -> Result<(), SolverError> {
     let bytes = postcard::to_stdvec(value).map_err(|error| SolverError::Checkpoint(error.to_string()))?;
     out.write_all(&(bytes.len() as u64).to_le_bytes())?;
@@ -434,7 +426,7 @@ pub fn save_value<T: Serialize>(value: &T, out: &mut dyn Write) -> Result<(), So
 /// Reads a value of [`save_value`].
 ///
 /// # Errors
-/// When the bytes are not such a value.
+/// When the bytes are no such value.
 pub fn restore_value<T: DeserializeOwned>(input: &mut dyn Read) -> Result<T, SolverError> {
     let mut length = [0; 8];
     input.read_exact(&mut length)?;

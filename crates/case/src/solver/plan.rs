@@ -1,35 +1,35 @@
-//! How large a problem is.
+//! Size of a problem and plan of its solution.
 
 use super::TimeStep;
 use crate::output::grid_nodes;
 use crate::{Case, CaseError, Resolution};
 
-/// About how large a problem is, known before any of it is made.
+/// Approximate size of a problem, before its points are generated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ProblemSize {
-    /// Number of points, those of walls included.
+    /// Number of points, including those of walls.
     pub points: f64,
     /// Number of grid nodes.
     pub nodes: f64,
-    /// The memory that is needed at least (bytes).
+    /// Least memory (bytes).
     pub memory: f64,
-    /// Key of the case that it follows from: the size of cells, a spacing, or grains.
+    /// Key of the case that determines it: the cell size, a spacing, or grains.
     pub key: &'static str,
-    /// Time that it takes to place the points (s), where that is more than the time to write them down.
+    /// Time to place the points (s), where it exceeds the time to write them.
     pub placing_time: f64,
-    /// What to do where it does not fit; “make it larger” when empty.
+    /// Advice where it does not fit; “make it larger” when empty.
     pub advice: &'static str,
 }
 
-/// Time to place points (s) from which on it is told beforehand.
+/// Time to place points (s) above which it is reported in advance.
 const LONG_PLACING_TIME: f64 = 5.0;
 
-/// Memory of a node of `output.grid` (bytes): some twenty numbers of its fields, once as they are added up and once as they are written.
+/// Memory of a node of `output.grid` (bytes): some twenty numbers of its fields, once as sums and once as output.
 const BYTES_OF_GRID_NODE: f64 = 320.0;
-/// Memory of the share of a point at a node of it (bytes).
+/// Memory of the weight of a point at a node of `output.grid` (bytes).
 const BYTES_OF_SHARE: f64 = 24.0;
 
-/// A duration (s) in words.
+/// Duration (s) as text.
 fn duration_text(seconds: f64) -> String {
     match seconds {
         s if s < 1.0 => "a second".to_owned(),
@@ -40,8 +40,7 @@ fn duration_text(seconds: f64) -> String {
 }
 
 impl ProblemSize {
-    /// What is told before the points are made: how many, and the time and the memory that they take; nothing where they are made
-    /// in seconds.
+    /// Notice before the points are generated, with their number, time and memory; `None` where they take seconds.
     pub fn size_notice(&self) -> Option<String> {
         (self.placing_time >= LONG_PLACING_TIME).then(|| {
             format!(
@@ -54,12 +53,12 @@ impl ProblemSize {
         })
     }
 
-    /// Refuses a problem that does not fit in the memory that is there (bytes).
+    /// Rejects a problem that does not fit in the available memory (bytes).
     ///
     /// # Errors
-    /// With the number of points and what they need, at the key that it follows from.
+    /// The number of points and their memory, at the key that determines it.
     pub fn check_memory(&self, available: f64) -> Result<(), CaseError> {
-        // What is no number fits nowhere.
+        // The comparison rejects NaN.
         if self.memory <= available {
             return Ok(());
         }
@@ -80,7 +79,7 @@ impl ProblemSize {
     }
 }
 
-/// The size of a problem, for `check` and for the progress bar.
+/// Plan of a solution, for `check` and for the progress bar.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// Number of points.
@@ -89,28 +88,27 @@ pub struct Plan {
     pub nodes: usize,
     /// Estimated number of steps over all stages.
     pub steps: u64,
-    /// First time step and what limits it.
+    /// First time step with its limit.
     pub time_step: TimeStep,
-    /// Estimated memory (bytes): points with the states of their laws, nodes, mesh or neighbours, and what sorting takes.
+    /// Estimated memory (bytes): points with their states, nodes, mesh or neighbours, and buffers of sorting.
     pub memory: u64,
-    /// Volume of the points of each body at the start (m³; m² × 1 m in plane strain, per radian in axisymmetry), rigid ones
-    /// included.
+    /// Initial volume of the points of each body, including rigid ones (m³; m² × 1 m in plane strain, per radian in axisymmetry).
     pub volumes: Vec<f64>,
-    /// Of a method whose points are grains with voids between them, the mass of those of each body (kg; per metre in plane strain): it
-    /// is not that of a bulk with the density of the material, and the grains need not hold the volume of the shape.
+    /// Mass of the grains of each body (kg; per metre in plane strain), for a method with grains and voids: it is not that of a bulk
+    /// material with its density, and the grains need not fill the volume of the shape.
     pub grains: Option<Vec<f64>>,
-    /// Density of each body (kg/m³) where options of the method rule it, as those of a mixture do.
+    /// Density of each body (kg/m³) where options of the method determine it, as for a mixture.
     pub densities: Option<Vec<f64>>,
-    /// Widths in which bodies are seen; `None` where they are not shared out in cells or spacings.
+    /// Resolution of bodies; `None` for methods without cells or spacings.
     pub resolution: Option<Resolution>,
-    /// Point-updates per second to expect per thread, from this project's benchmarks.
+    /// Expected point updates per second and thread, from this project's benchmarks.
     pub updates_per_second: f64,
-    /// Warnings worth showing: under-sampled cells, a Poisson ratio near 0.5, …
+    /// Warnings: under-sampled cells, a Poisson ratio near 0.5, …
     pub warnings: Vec<String>,
 }
 
 impl Plan {
-    /// The plan with `notes` and the cost of the laws, where the method has any, or a refusal of what leads to no end.
+    /// Plan with `notes` and the costs of the laws, where the method has such; an error for a case that cannot end.
     pub(super) fn complete(
         mut self,
         case: &Case,
@@ -127,7 +125,7 @@ impl Plan {
         Ok(self)
     }
 
-    /// Refuses a body of which no point is there: nothing of it is above the ground, or all of it falls between the points.
+    /// Rejects a body without points: none of it is above the ground, or all of it lies between the points.
     fn has_points(&self, case: &Case) -> Result<(), CaseError> {
         let empty = self.volumes.iter().position(|volume| *volume <= 0.0).filter(|_| self.grains.is_none());
         let Some(body) = empty.filter(|body| *body < case.bodies.len()) else { return Ok(()) };
@@ -136,7 +134,7 @@ impl Plan {
         Err(CaseError::new(format!("bodies[{body}].shape"), problem))
     }
 
-    /// Refuses a case in which nothing moves, and one whose end steps do not lead to.
+    /// Rejects a case without motion, and a case whose end cannot be reached by its steps.
     fn check_progress(&self, case: &Case) -> Result<(), CaseError> {
         let TimeStep { dt, limit, .. } = self.time_step;
         if dt == f64::INFINITY {
@@ -159,7 +157,7 @@ impl Plan {
         Ok(())
     }
 
-    /// Adds the steps that outputs cut, and the memory of a frame on a grid.
+    /// Adds the steps shortened by outputs, and the memory of a frame on a grid.
     fn count_output(&mut self, case: &Case) {
         let (end, dt) = (case.end_time(), self.time_step.dt);
         for interval in case.output.frames.into_iter().chain(case.output.measures) {
@@ -173,7 +171,7 @@ impl Plan {
         }
     }
 
-    /// Lowers the updates per second by what the laws take at the least, and tells of it, body by body.
+    /// Reduces the updates per second by the least cost of the laws, and adds a note for each body.
     fn count_laws(&mut self, case: &Case) {
         let whole: f64 = self.volumes.iter().sum();
         let mut seconds = 0.0;

@@ -1,4 +1,4 @@
-//! Warnings about a plan: bodies that are seen coarsely, and outputs that follow each other faster than steps.
+//! Warnings about a plan: bodies with coarse resolution, and outputs more frequent than steps.
 
 use colluvium_points::surface::distance_to_line;
 use colluvium_points::{Shape, common_interior_point};
@@ -7,7 +7,7 @@ use crate::description::{Body, Space};
 use crate::validate::OVERLAP_RESOLUTION;
 use crate::{Case, Plan};
 
-/// Share of its volume by which the points of a body may miss its shape without a word.
+/// Relative difference of the volume of a body's points from its shape above which there is a warning.
 const VOLUME_TOLERANCE: f64 = 0.02;
 
 impl Plan {
@@ -24,8 +24,7 @@ impl Plan {
         self.grains.clone().unwrap_or_else(of_bulk)
     }
 
-    /// Its warnings, and a word on bodies of which their points are no good picture and on outputs that follow each other
-    /// faster than steps.
+    /// Warnings of the plan, extended by those about bodies with poor resolution or volume and about outputs more frequent than steps.
     pub fn all_warnings(&self, case: &Case) -> Vec<String> {
         let mut warnings = self.warnings.clone();
         let bodies = case.bodies.iter().zip(&self.volumes).enumerate();
@@ -60,27 +59,27 @@ impl Plan {
     }
 }
 
-/// Widths in which a method sees a body.
+/// Resolution of bodies in a method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resolution {
     /// Width of a cell, or spacing of the points (m).
     pub width: f64,
-    /// Distance of points (m).
+    /// Distance of the points (m).
     pub point_distance: f64,
-    /// Number of axes along which they stand, from the first: those of the plan for a flow over terrain.
+    /// Number of axes with this resolution, from the first: those of the plan for a flow over terrain.
     pub axes: usize,
-    /// Key of the case that says how wide it is.
+    /// Key of the case that determines the width.
     pub key: &'static str,
-    /// Widths in the words of a message: `cells` or `spacings`.
+    /// Noun for widths in a message: `cells` or `spacings`.
     pub noun: &'static str,
 }
 
-/// Fewest widths across a body with which it bends and shears.
+/// Smallest number of widths across a body for bending and shear.
 const MIN_WIDTHS: f64 = 2.0;
-/// Share of a width that is round-off.
+/// Share of a width that counts as round-off.
 const ROUND_OFF: f64 = 1e-6;
 
-/// Thinnest extent of a body (m) in which it does not span the domain, and the axis; none for a layer, which is thin across itself.
+/// Smallest extent of a body (m) along which it does not span the domain, and its axis; no axis for a layer, thin along its normal.
 fn thinnest(case: &Case, body: &Body, axes: usize) -> Option<(f64, Option<usize>)> {
     let (low, high) = body.shape.bounds(case.dimension());
     let spans = |axis: usize| {
@@ -116,7 +115,7 @@ fn thin_bodies(case: &Case, resolution: &Resolution) -> Vec<String> {
     found
 }
 
-/// Warns of bodies that stand less than a width apart: they act on each other before they touch, and a gap that small may not be meant.
+/// Warns of bodies less than a width apart: they interact before contact, and so small a gap may be unintended.
 fn gaps(case: &Case, resolution: &Resolution) -> Vec<String> {
     let Resolution { width, key, noun, .. } = *resolution;
     let bounds: Vec<_> = case.bodies.iter().map(|body| body.shape.bounds(case.dimension())).collect();
@@ -142,7 +141,7 @@ fn gaps(case: &Case, resolution: &Resolution) -> Vec<String> {
     found
 }
 
-/// Gap (m) between two boxes that stand beside each other along one axis, with that axis in words.
+/// Gap (m) between two boxes beside each other along one axis, with the name of that axis.
 fn gap_of_boxes(
     (low, high): &(Vec<f64>, Vec<f64>),
     (other_low, other_high): &(Vec<f64>, Vec<f64>),
@@ -186,7 +185,7 @@ mod tests {
     use crate::TimeStep;
     use serde_json::{Value, json};
 
-    /// A case of a body of 1 m with this output, and a plan of it in steps of 0.02 s whose points hold `volume` (m).
+    /// Case of a body of 1 m with this output, and its plan with steps of 0.02 s and a total point volume `volume` (m).
     fn planned(output: &Value, volume: f64) -> (Case, Plan) {
         let case = json!({
             "title": "t", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
@@ -229,7 +228,7 @@ mod tests {
         assert_eq!((plan.all_warnings(&case).len(), plan.masses(&case)), (0, vec![2.5]));
     }
 
-    /// Warnings about two boxes of 1 m in the plane with cells of 0.2 m, the second changed.
+    /// Warnings about two boxes of 1 m in the plane with cells of 0.2 m, the second one changed by `change`.
     fn of_boxes(change: impl Fn(&mut Value)) -> Vec<String> {
         let mut case = json!({
             "title": "t", "space": "plane-strain", "domain": { "min": [0, 0], "max": [4, 4] }, "gravity": [0, 0],

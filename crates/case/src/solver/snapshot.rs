@@ -1,10 +1,10 @@
-//! The state of all points at an instant.
+//! State of all points at an instant.
 
 use colluvium_constitutive::SymTensor;
 
 use super::FieldRole;
 
-/// One named quantity on points, nodes or cells.
+/// Named quantity on points, nodes or cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
     /// Name in snake case: `velocity`, `stress`, `mass`, `volume`, `displacement`, `density`, …
@@ -28,14 +28,14 @@ pub enum FieldData {
     Tensor(Vec<SymTensor>),
 }
 
-/// What is on the points of a [`Frame`](super::Frame), in the order of their ids, whatever order the solver keeps.
+/// Points of a [`Frame`](super::Frame) with their fields, sorted by id, whatever order the solver uses.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Snapshot {
     /// Time (s).
     pub time: f64,
-    /// Steps done.
+    /// Number of steps.
     pub step: u64,
-    /// Ids, ascending; an id is the point's for its whole life.
+    /// Ids, ascending; an id always belongs to the same point.
     pub ids: Vec<u64>,
     /// Index into `Case::bodies` of each point, or [`Snapshot::NO_BODY`].
     pub bodies: Vec<u32>,
@@ -48,15 +48,15 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// Body of points that belong to none.
+    /// Body number of points without a body.
     pub const NO_BODY: u32 = u32::MAX;
 
-    /// The field called `name`.
+    /// Field with the name `name`.
     pub fn field(&self, name: &str) -> Option<&Field> {
         self.fields.iter().find(|f| f.name == name)
     }
 
-    /// The scalars of the field called `name`, one a point; `None` where there is none of scalars.
+    /// Values of the scalar field `name`, one per point; `None` without such a scalar field.
     pub fn scalars(&self, name: &str) -> Option<&[f64]> {
         match &self.field(name)?.data {
             FieldData::Scalar(values) => Some(values),
@@ -64,12 +64,12 @@ impl Snapshot {
         }
     }
 
-    /// The scalars with a role, one a point; `None` where there are none.
+    /// Values of the scalar field with a role, one per point; `None` without such a field.
     pub fn amounts(&self, role: FieldRole) -> Option<&[f64]> {
         self.scalars(role.name())
     }
 
-    /// The vectors of the field called `name`, one a point; `None` where there is none of vectors.
+    /// Values of the vector field `name`, one per point; `None` without such a vector field.
     pub fn vectors(&self, name: &str) -> Option<&[[f64; 3]]> {
         match &self.field(name)?.data {
             FieldData::Vector(values) => Some(values),
@@ -77,7 +77,7 @@ impl Snapshot {
         }
     }
 
-    /// The tensors of the field called `name`, one a point; `None` where there is none of tensors.
+    /// Values of the tensor field `name`, one per point; `None` without such a tensor field.
     pub fn tensors(&self, name: &str) -> Option<&[SymTensor]> {
         match &self.field(name)?.data {
             FieldData::Tensor(values) => Some(values),
@@ -87,13 +87,12 @@ impl Snapshot {
 }
 
 impl Snapshot {
-    /// A number that is the same only for snapshots equal to the last bit: time, step, ids, bodies,
-    /// places and fields with their names.
+    /// Hash that is equal only for bit-identical snapshots: time, step, ids, bodies, positions and fields with their names.
     pub fn hash(&self) -> u64 {
         let mut bytes: Vec<u8> = Vec::new();
         bytes.extend(self.time.to_bits().to_le_bytes());
         bytes.extend(self.step.to_le_bytes());
-        // Counts keep apart what would run together.
+        // Counts separate consecutive arrays.
         bytes.extend((self.ids.len() as u64).to_le_bytes());
         bytes.extend(self.ids.iter().flat_map(|id| id.to_le_bytes()));
         bytes.extend(self.bodies.iter().flat_map(|body| body.to_le_bytes()));

@@ -1,31 +1,31 @@
-//! Time steps.
+//! Time steps and their limits.
 
 use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// What limits a time step, in a few words: a method names its own.
+/// Limit of a time step, as a short text that the method gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepLimit(&'static str);
 
 impl StepLimit {
-    /// A wave crosses a cell, or a smoothing length.
+    /// Travel time of an elastic wave across a cell or a smoothing length.
     pub const ELASTIC_WAVE: Self = Self::new("elastic wave");
-    /// Momentum diffuses by a viscosity.
+    /// Diffusion of momentum by viscosity.
     pub const VISCOSITY: Self = Self::new("viscosity");
-    /// A force moves a point.
+    /// Displacement of a point by its acceleration.
     pub const ACCELERATION: Self = Self::new("acceleration");
     /// Viscous damping.
     pub const DAMPING: Self = Self::new("damping");
-    /// The drag between skeleton and pore fluid.
+    /// Drag between skeleton and pore fluid.
     pub const SEEPAGE_DRAG: Self = Self::new("seepage drag");
-    /// The case fixes the step.
+    /// Fixed step of the case.
     pub const FIXED: Self = Self::new("fixed by the case");
-    /// There is nothing that moves.
+    /// No limit: nothing moves.
     pub const NOTHING: Self = Self::new("nothing");
 
-    /// A limit of that name.
+    /// Limit with this name.
     #[must_use]
     pub const fn new(name: &'static str) -> Self {
         Self(name)
@@ -50,7 +50,7 @@ impl<'de> Deserialize<'de> for StepLimit {
     }
 }
 
-/// The text of that content which lives as long as the program; a checkpoint names a handful.
+/// Text with static lifetime and this content; a checkpoint has only a few.
 fn static_name(name: String) -> &'static str {
     static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
     let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
@@ -62,33 +62,33 @@ fn static_name(name: String) -> &'static str {
     kept
 }
 
-/// What a step has done.
+/// Result of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Advance {
-    /// By how much time went on (s), or the load factor of a static solver.
+    /// Increment of time (s), or of the load factor of a static solver.
     pub dt: f64,
-    /// What kept it from being longer.
+    /// Limit of the step.
     pub limit: StepLimit,
 }
 
-/// A stable time step and its reason.
+/// Stable time step with its limit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimeStep {
-    /// The step (s).
+    /// Time step (s).
     pub dt: f64,
-    /// What limits it.
+    /// Limit of the step.
     pub limit: StepLimit,
     /// Id of the limiting point, if a point limits it.
     pub point: Option<u64>,
-    /// Where that point is (m).
+    /// Position of that point (m).
     pub position: [f64; 3],
 }
 
 impl TimeStep {
-    /// A step of less than this share of the first one of a run is worth a word.
+    /// Share of the first step of a run below which a step leads to a warning.
     const COLLAPSED: f64 = 1e-3;
 
-    /// What to say of a step at `time` (s) that has become a small part of the `first` one (s): a run that hardly goes on.
+    /// Warning about a step at `time` (s) that has become a small part of the `first` one (s), so that the run hardly advances.
     #[must_use]
     pub fn collapse(&self, first: f64, time: f64) -> Option<String> {
         let Self { dt, limit, point, position } = self;
@@ -101,14 +101,14 @@ impl TimeStep {
         })
     }
 
-    /// Whether the step is lost beside a time (s) in double precision: more than 2^53 of them lead there.
+    /// Whether the step is below double precision at a time (s): more than 2^53 steps lead to it.
     #[must_use]
     pub fn is_below_precision(&self, time: f64) -> bool {
         self.dt > 0.0 && self.dt < 0.5 * f64::EPSILON * time
     }
 
-    /// The step of an explicit method that is to go on by `at_most` (s): no longer than this one, the last two before the end
-    /// alike so that none is a sliver.
+    /// Step of an explicit method that is to advance by `at_most` (s): at most this one; the last two steps before the end are equal so
+    /// that none is tiny.
     #[must_use]
     pub fn limited_to(&self, at_most: f64) -> f64 {
         if at_most <= self.dt * (1.0 + 1e-9) {
@@ -120,7 +120,7 @@ impl TimeStep {
         }
     }
 
-    /// The step that a case fixes (s), if it does and this critical one allows it.
+    /// Fixed step of the case (s), where it has one and this critical one allows it.
     #[must_use]
     pub fn or_fixed(self, fixed: Option<f64>) -> Self {
         match fixed {
@@ -131,7 +131,7 @@ impl TimeStep {
         }
     }
 
-    /// What is wrong with the step that a case fixes (s), where it is longer than this one.
+    /// Error text for a fixed step of the case (s) that exceeds this one.
     #[must_use]
     pub fn fixed_step_problem(&self, fixed: Option<f64>) -> Option<String> {
         let Self { dt, limit, .. } = self;

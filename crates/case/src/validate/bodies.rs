@@ -1,4 +1,4 @@
-//! Rules of bodies: where they are, how they begin, what is in their pores.
+//! Rules of bodies: position, initial state, pore fluid.
 
 use std::collections::HashSet;
 
@@ -9,7 +9,7 @@ use super::{ErrorCollector, OVERLAP_RESOLUTION};
 use crate::Formula;
 use crate::description::{InitialStress, PoreFluid, PorePressure, Velocity};
 
-/// Places along each axis of a body at which its formulas are tried.
+/// Sample points along each axis of a body at which its formulas are evaluated.
 const SAMPLES: usize = 7;
 
 impl ErrorCollector<'_> {
@@ -71,8 +71,8 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Rows along sides are laid in the plane, in shapes with straight and round sides, where a method sets the points; a seed is of
-    /// places at random.
+    /// Checks the sampling: boundary-fitted rows need a plane, a shape with straight or round sides, and points that are not from a file; a
+    /// seed needs Poisson-disk sampling.
     fn sampling(&mut self, number: usize) {
         let body = &self.case.bodies[number];
         let seeded = body.sampling == Sampling::PoissonDisk;
@@ -87,13 +87,13 @@ impl ErrorCollector<'_> {
             let rows = "the points of rows that follow a terrain have their places";
             return self.require(!body.shape.follows_terrain(), path, rows);
         }
-        // What is wrong with the shape itself is told of it.
+        // Errors of the shape itself are reported with the shape.
         let sides = self.case.dimension() == 2
             && (body.shape.validate(2).is_err() || body.shape.has_boundary_edges());
         self.require(sides, path, SamplingError::NoBoundaryEdges.to_string());
     }
 
-    /// What can be said of bodies with layers only once their files are read.
+    /// Checks bodies with layers after their files are read.
     pub(super) fn layers(&mut self, layered: &[usize]) {
         for &number in layered {
             self.within_domain(number);
@@ -105,7 +105,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Whether a microstructure reaches beyond the domain, which is reported: its balls would be packed for seconds in vain.
+    /// Whether a microstructure reaches beyond the domain, which is reported here because packing its balls takes seconds.
     fn is_packed_beyond_domain(&mut self, number: usize) -> bool {
         let dimension = self.case.dimension();
         let Shape::Microstructure { min, max, .. } = &self.case.bodies[number].shape else { return false };
@@ -117,7 +117,7 @@ impl ErrorCollector<'_> {
         self.errors.len() > before
     }
 
-    /// A body must lie in the domain.
+    /// Requires a body in the domain.
     fn within_domain(&mut self, number: usize) {
         let (case, dimension) = (self.case, self.case.dimension());
         let (low, high) = case.bodies[number].shape.bounds(dimension);
@@ -134,7 +134,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Two bodies must not overlap.
+    /// Requires that two bodies do not overlap.
     fn no_overlap(&mut self, first: usize, second: usize) {
         let (a, b) = (&self.case.bodies[first], &self.case.bodies[second]);
         if let Some(place) =
@@ -146,8 +146,8 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// A formula over `shape`: the space must have its coordinates, and it a value at places all over the shape. What none of these
-    /// hits shows as a state that is not finite when the run starts.
+    /// Requires coordinates of the space in a formula, and finite values at sample points of `shape`. A value that is not finite elsewhere
+    /// appears as a non-finite state at the start of the run.
     fn formula(&mut self, path: impl Into<String>, shape: Option<&Shape>, formula: &Formula) {
         let dimension = self.case.dimension();
         let Some(shape) = shape else { return };
@@ -285,7 +285,7 @@ impl ErrorCollector<'_> {
     }
 }
 
-/// Why a material cannot be the skeleton around a pore fluid.
+/// Reason why a material cannot be the skeleton around a pore fluid.
 fn no_skeleton(material: &MaterialSpec) -> Option<&'static str> {
     if material.is_fluid() {
         return Some("is a fluid and has no pores");
@@ -294,13 +294,13 @@ fn no_skeleton(material: &MaterialSpec) -> Option<&'static str> {
     has_layer(material, "undrained").then_some(problem)
 }
 
-/// Why a material cannot be a soil without a pore fluid.
+/// Reason why a material cannot be a soil without a pore fluid.
 fn no_soil(material: &MaterialSpec) -> Option<&'static str> {
     let problem = "loses strength as its saturation grows, and without a pore_fluid the body has none";
     has_layer(material, "saturation-softened").then_some(problem)
 }
 
-/// Whether a material is of the model, or is around one that is.
+/// Whether a material is of the model, or wraps one that is.
 fn has_layer(material: &MaterialSpec, model: &str) -> bool {
     material.name() == model || material.inner().is_some_and(|inner| has_layer(inner, model))
 }

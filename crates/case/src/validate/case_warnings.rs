@@ -1,4 +1,4 @@
-//! What is allowed in a case but worth a word.
+//! Warnings about valid cases.
 
 use std::path::Path;
 
@@ -8,14 +8,14 @@ use crate::Case;
 use crate::description::{Body, Boundary, Load, Stage, Wall};
 use crate::validate::OVERLAP_RESOLUTION;
 
-/// Places along each axis of a side at which it is looked at.
+/// Sample points along each axis of a side.
 const SAMPLES: usize = 32;
 
-/// How far from a side one looks for what is there, over the size of the domain.
+/// Distance of the sample points from a side, over the size of the domain.
 const PROBE_DISTANCE: f64 = 1e-6;
 
 impl Case {
-    /// What is allowed but worth a word.
+    /// Warnings about a valid case.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         for (name, spec) in &self.materials {
@@ -56,7 +56,7 @@ impl Case {
         warnings
     }
 
-    /// A word where two files of maps name coordinate reference systems of which it is not known whether they are one.
+    /// Warning where two map files have coordinate reference systems that may differ.
     fn reference_system_warning(&self) -> Option<String> {
         let mut case = self.clone();
         let systems: Vec<_> = case
@@ -73,7 +73,7 @@ impl Case {
         ))
     }
 
-    /// A word where gravity acts and nothing can stop what falls: no wall across its way or with friction along it, no
+    /// Warning where gravity acts and the fall of the bodies is not limited: no wall against gravity or with friction along it, no
     /// obstacle, no rigid or held body.
     fn unlimited_fall_warning(&self) -> Option<String> {
         let stops = |boundary: &Boundary| {
@@ -117,7 +117,7 @@ impl Case {
         }
     }
 
-    /// Warns of obstacles at rest that nothing in the domain can meet. What cannot be read is refused elsewhere.
+    /// Warns of obstacles at rest that are outside the domain. Unreadable surfaces are reported elsewhere.
     fn warn_of_obstacles<const D: usize>(&self, warnings: &mut Vec<String>) {
         for standing in self.placed_obstacles::<D>().iter().flatten().filter(|s| s.obstacle.motion.is_none())
         {
@@ -129,7 +129,7 @@ impl Case {
         }
     }
 
-    /// Warns of searches for a factor of safety from a state that need not be at rest.
+    /// Warns of searches for a factor of safety from a state that may not be at rest.
     fn warn_of_searches(&self, warnings: &mut Vec<String>) {
         for (name, search) in self.factors_of_safety() {
             let rests = |stage: &Stage| stage.name == search.after && stage.equilibrium.is_some();
@@ -143,7 +143,7 @@ impl Case {
         }
     }
 
-    /// Warns of regions that hold nothing to take away.
+    /// Warns of excavation regions without a body.
     fn warn_of_excavations(&self, warnings: &mut Vec<String>) {
         for (stage, of_stage) in self.stages.iter().enumerate() {
             for (number, region) in of_stage.excavate.iter().enumerate() {
@@ -158,7 +158,7 @@ impl Case {
         }
     }
 
-    /// Warns of cuts that meet nothing of what is there at the start.
+    /// Warns of removal shapes whose swept region contains no body at the start.
     fn warn_of_removal_shapes(&self, warnings: &mut Vec<String>) {
         for (number, cut) in self.removal_shapes.iter().enumerate() {
             let sweep = cut.swept_region(0.0, self.end_time(), &cut.bounds(self.dimension()));
@@ -178,7 +178,7 @@ impl Case {
         }
     }
 
-    /// Warns of loads of a side on what is not, or not all, a free and flat side.
+    /// Warns of loads on a side that is not, or not entirely, free and flat.
     fn warn_of_load(&self, number: usize, load: &Load, warnings: &mut Vec<String>) {
         let Some(body) = self.bodies.iter().find(|body| body.name == load.body()) else { return };
         let (Some(side), dimension) = (load.side(), self.dimension()) else { return };
@@ -241,7 +241,7 @@ impl Case {
     }
 }
 
-/// Whether a wall normal to `axis` bears a load on what it holds.
+/// Whether a wall normal to `axis` supports a load on the side that it constrains.
 fn supports_load(wall: &Wall, load: &Load, axis: usize) -> bool {
     match (wall, load) {
         (Wall::Absorbing { .. }, _) => false,
@@ -256,7 +256,7 @@ mod tests {
     use super::*;
     use serde_json::{Value, json};
 
-    /// Warnings of a block of 1 m on the floor of its domain with a pressure on `side`, changed by `change`.
+    /// Warnings for a block of 1 m on the floor of its domain with a pressure on `side`, changed by `change`.
     fn warnings(side: &str, change: impl Fn(&mut Value)) -> Vec<String> {
         let mut case = json!({
             "title": "block", "space": "plane-strain", "domain": { "min": [0, 0], "max": [4, 2] }, "gravity": [0, 0],
@@ -309,7 +309,7 @@ mod tests {
             floor.len() == 1 && floor[0].contains("loads[0].side") && floor[0].contains("bears the load"),
             "{floor:?}"
         );
-        // A smooth wall lets what acts along it act, a rough one does not.
+        // A load along a wall acts at a smooth wall, but not at a rough one.
         let shear = |wall: &'static str| {
             warnings("y-min", move |case| {
                 case["loads"][0] =

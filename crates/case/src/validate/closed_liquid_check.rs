@@ -1,15 +1,15 @@
-//! Liquids without tensile strength in closed boxes.
+//! Check of liquids without tensile strength in closed boxes.
 
 use colluvium_constitutive::MaterialSpec;
 
 use crate::Case;
 use crate::description::{Body, InitialStress};
 
-/// Share of the domain from which on bodies fill it, with no free surface.
+/// Share of the domain from which bodies fill it without a free surface.
 const FULL_DOMAIN_FRACTION: f64 = 0.99;
 
 impl Case {
-    /// Warning for liquids that fill the domain and neither bear tension nor are under pressure: they open where they move.
+    /// Warning about liquids that fill the domain without tensile strength or pressure: they cavitate where they move.
     pub(crate) fn closed_liquid(&self) -> Option<String> {
         let opens = |body: &Body| match self.materials.get(&body.material) {
             Some(MaterialSpec::NewtonianFluid(liquid)) => {

@@ -1,4 +1,4 @@
-//! Rules of stages that come to rest.
+//! Rules of stages that end at equilibrium.
 
 use super::ErrorCollector;
 

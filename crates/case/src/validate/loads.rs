@@ -1,4 +1,4 @@
-//! Loads, and sides without a wall.
+//! Rules of loads, and of sides without a wall.
 
 use crate::description::{Boundary, Load, LoadProfile, Side, Wall};
 use crate::files::piecewise_linear;
@@ -61,7 +61,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// A pressure and a shear on a part of a surface.
+    /// Checks a pressure and a shear traction on a part of a surface.
     fn surface_load(&mut self, path: &str, load: &Load) {
         let Load::Surface { body, within, pressure, shear, axis, .. } = load else { return };
         let (case, dimension) = (self.case, self.case.dimension());
@@ -120,7 +120,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// A pore pressure needs pores, and no wall that prescribes the motion of their fluid.
+    /// Checks a pore pressure, which needs a pore fluid and no wall that prescribes the motion of the fluid.
     fn pore_load(&mut self, path: &str, load: &Load) {
         let (case, Some(side)) = (self.case, load.side()) else { return };
         let Some(body) = case.bodies.iter().find(|body| body.name == load.body()) else { return };

@@ -134,7 +134,7 @@ impl ErrorCollector<'_> {
         self.positive(format!("{path}.bin"), tip.bin, "m");
     }
 
-    /// Gauges and lines in plan.
+    /// Checks gauges and lines in plan.
     fn flow_measure(&mut self, path: &str, measure: &Measure) {
         let dimension = self.case.dimension();
         match measure {
@@ -153,7 +153,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Coordinates must lie in the domain.
+    /// Requires coordinates in the domain.
     fn places_inside(&mut self, path: &str, place: &[f64]) {
         for (axis, x) in place.iter().enumerate().take(self.case.dimension()) {
             if x.is_finite() {

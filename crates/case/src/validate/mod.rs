@@ -1,4 +1,4 @@
-//! What a case must satisfy beyond its schema.
+//! Validation of a case beyond its schema.
 
 mod bodies;
 pub(crate) mod case_warnings;
@@ -19,26 +19,26 @@ use crate::files::json::closest;
 use crate::output::grid_nodes;
 use crate::{Case, CaseError, CaseErrors};
 
-/// Points per direction of the search for overlaps of bodies.
+/// Points per direction in the search for overlaps of bodies.
 pub const OVERLAP_RESOLUTION: usize = 24;
 
-/// How far a domain may lie from zero, over its size: beyond that positions lose more than three of their sixteen digits.
+/// Largest distance of a domain from zero, over its size: beyond it positions lose more than three of their sixteen digits.
 pub const MAX_DISTANCE_RATIO: f64 = 1e3;
 
-/// More nodes than fit into a file that anyone opens.
+/// Largest number of nodes of an output grid: larger files are impractical to open.
 const MAX_NODES: f64 = 1e8;
-/// More frames than anyone wants to keep.
+/// Largest number of frames of a run: more are impractical to keep.
 const MAX_FRAMES: f64 = 1e5;
 
-/// Collects errors under paths.
+/// Collector of the errors of a case, with their paths.
 struct ErrorCollector<'a> {
     case: &'a Case,
     errors: Vec<CaseError>,
-    /// Place of the map (m) from which the coordinates of the case count.
+    /// Map coordinates of the origin of the case (m).
     origin: [f64; 3],
 }
 
-/// Checks everything that the schema cannot say.
+/// Checks all rules that the schema does not contain.
 ///
 /// # Errors
 /// Every violation found, with its JSON path.
@@ -59,7 +59,7 @@ pub fn validate(case: &Case) -> Result<(), CaseErrors> {
     if findings.errors.is_empty() { Ok(()) } else { Err(CaseErrors(findings.errors)) }
 }
 
-/// Checks where the bodies of these numbers are, whose layers have been laid.
+/// Checks the positions of bodies with these numbers after their layers are placed.
 ///
 /// # Errors
 /// Every violation found, with its JSON path.
@@ -103,15 +103,14 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Ends of the domain along an axis (m); `None` where the case does not say or they make no sense,
-    /// which [`ErrorCollector::space`] reports.
+    /// Ends of the domain along an axis (m); `None` where they are missing or invalid, which [`ErrorCollector::space`] reports.
     fn extent(&self, axis: usize) -> Option<(f64, f64)> {
         let domain = &self.case.domain;
         let (min, max) = (*domain.min.get(axis)?, *domain.max.get(axis)?);
         (min.is_finite() && max.is_finite() && min < max).then_some((min, max))
     }
 
-    /// A place at coordinate `value` along an axis must lie in the domain.
+    /// Requires coordinate `value` along an axis in the domain.
     fn inside(&mut self, path: String, axis: usize, value: f64) {
         if let Some((min, max)) = self.extent(axis) {
             let problem = format!("{value} is outside the domain, {min} to {max} m");
@@ -162,7 +161,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Coordinates far from zero need an origin near the domain.
+    /// Requires an origin near the domain for coordinates far from zero.
     fn origin(&mut self) {
         let domain = &self.case.domain;
         if !domain.origin.is_empty() {
@@ -271,7 +270,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Only where something is saturated can it drain.
+    /// Requires a pore fluid for drainage.
     fn drained(&mut self, path: &str, drained: bool) {
         let saturated = self.case.bodies.iter().any(|body| body.pore_fluid.is_some());
         let problem = "no body has a pore_fluid that could drain";
@@ -348,7 +347,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// The grid that frames are averaged on.
+    /// Checks the grid on which frames are averaged.
     fn grid(&mut self, cell: f64) {
         let path = || "output.grid".to_owned();
         self.positive(path(), cell, "m");

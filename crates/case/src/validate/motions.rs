@@ -1,4 +1,4 @@
-//! What moves in a stage.
+//! Rules of prescribed motions in a stage.
 
 use std::collections::HashSet;
 
@@ -46,7 +46,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Forces are on rigid bodies, and on what is free of them.
+    /// Checks forces, moments and rotation, which only rigid bodies have; a force needs a free velocity component.
     fn forces(&mut self, path: &str, motion: &PrescribedMotion) {
         let case = self.case;
         let patch = case.patches.iter().any(|patch| patch.name == motion.target);
@@ -84,7 +84,7 @@ impl ErrorCollector<'_> {
         self.require(!(rigid && radial), format!("{path}.velocity[0]"), problem);
     }
 
-    /// A rigid body has a velocity at the start where it moves freely from there.
+    /// Requires a free motion in the first stage for a rigid body with an initial velocity.
     pub(super) fn start_of_rigid(&mut self, path: &str, number: usize) {
         let body = &self.case.bodies[number];
         if !body.rigid || body.velocity == Velocity::Rest {
@@ -111,7 +111,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// What is `gone` cannot be moved.
+    /// Rejects motions of bodies that have been removed (`gone`).
     pub(super) fn motions_of_removed(&mut self, stage: usize, gone: &HashSet<&str>) {
         let case = self.case;
         for (number, motion) in case.stages[stage].motions.iter().enumerate() {
@@ -123,7 +123,7 @@ impl ErrorCollector<'_> {
     }
 }
 
-/// Names of rigid bodies and patches: what can be driven.
+/// Names of rigid bodies and patches, whose motion can be prescribed.
 pub(super) fn movable_names(case: &Case) -> Vec<&str> {
     let rigid = case.bodies.iter().filter(|body| body.rigid).map(|body| body.name.as_str());
     rigid.chain(case.patches.iter().map(|patch| patch.name.as_str())).collect()

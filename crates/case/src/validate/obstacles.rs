@@ -45,7 +45,7 @@ impl ErrorCollector<'_> {
         self.require(obstacle.motion.is_none(), path.clone(), problem);
         for (number, region) in obstacle.regions.iter().enumerate() {
             self.obstacle_wall(&format!("{path}[{number}].wall"), region.wall);
-            // What stands in files is looked at when the surface is needed.
+            // Surfaces from files are checked when they are read.
             let ObstacleRegion { shape, outline, raster, .. } = region;
             let of_file = shape.is_none() && (outline.is_some() != raster.is_some());
             if case.dimension() > 1
@@ -103,7 +103,7 @@ impl ErrorCollector<'_> {
             }
             _ => {}
         }
-        // What stands in files is looked at when the surface is needed: they are found after this.
+        // Surfaces from files are checked when they are read: the files are located after this check.
         if self.errors.is_empty()
             && !obstacle.shape.has_file()
             && let Err(error) = obstacle.shape.check(self.case.dimension(), &path)

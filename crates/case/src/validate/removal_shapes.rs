@@ -1,4 +1,4 @@
-//! Rules of cuts.
+//! Rules of removal shapes (cuts).
 
 use std::collections::HashSet;
 

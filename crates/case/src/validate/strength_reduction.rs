@@ -3,7 +3,7 @@
 use crate::description::FactorOfSafety;
 use crate::validate::ErrorCollector;
 
-/// More trials than anyone wants to wait for.
+/// Largest number of trials of a search: more would take impractically long.
 const MAX_TRIALS: f64 = 40.0;
 
 impl ErrorCollector<'_> {

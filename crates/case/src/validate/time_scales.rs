@@ -1,4 +1,4 @@
-//! Times that decide what a case shows: of consolidation, of waves, of free fall.
+//! Time scales of a case: consolidation, waves, free fall.
 
 use colluvium_constitutive::{InitialCondition, MaterialSpec, SymTensor};
 
@@ -8,34 +8,34 @@ use crate::description::Body;
 /// Densities of a body with pore fluid (kg/m³).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyDensities {
-    /// Of the skeleton: that of its material.
+    /// Density of the skeleton, the one of its material.
     pub dry: f64,
-    /// Of skeleton and fluid.
+    /// Density of skeleton and fluid.
     pub saturated: f64,
-    /// Of the grains: dry density over one minus porosity.
+    /// Density of the grains: dry density over one minus porosity.
     pub grains: f64,
 }
 
 impl BodyDensities {
-    /// Densities that the grains of soils and rocks have (kg/m³).
+    /// Usual range of the grain density of soils and rocks (kg/m³).
     const OF_GRAINS: [f64; 2] = [2300.0, 3000.0];
 
-    /// Whether grains are as dense as those of soils and rocks.
+    /// Whether the grain density is usual for soils and rocks.
     fn are_usual(&self) -> bool {
         (Self::OF_GRAINS[0]..=Self::OF_GRAINS[1]).contains(&self.grains)
     }
 }
 
-/// Times that decide what a case shows (s).
+/// Time scales of a case (s).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeScales {
-    /// Extent of all bodies along gravity, or of the largest layer across (m).
+    /// Extent of all bodies along gravity, or the largest layer thickness `h` (m).
     pub height: f64,
-    /// `h²/c_v` of the body that takes longest, `c_v = (k/γ_w) / (1/M + n/K_f)`; `None` without pore fluid.
+    /// Consolidation time `h²/c_v` of the slowest body, `c_v = (k/γ_w) / (1/M + n/K_f)`; `None` without pore fluid.
     pub consolidation: Option<f64>,
-    /// `h/c` in the softest body, skeleton and fluid moving as one; `None` where laws have no stiffness.
+    /// Wave travel time `h/c` in the softest body, with skeleton and fluid moving together; `None` where laws have no stiffness.
     pub wave: Option<f64>,
-    /// `√(h/g)`; `None` without gravity.
+    /// Fall time `√(h/g)`; `None` without gravity.
     pub fall_time: Option<f64>,
 }
 
@@ -52,7 +52,7 @@ impl Case {
         })
     }
 
-    /// Times that decide what the case shows.
+    /// Time scales of the case.
     #[must_use]
     pub fn time_scales(&self) -> TimeScales {
         let gravity = self.gravity_magnitude();
@@ -76,7 +76,7 @@ impl Case {
         TimeScales { height, consolidation, wave, fall_time: fall.is_finite().then_some(fall) }
     }
 
-    /// Extent of all bodies along gravity, along the first axis without it; of layers on terrain the largest thickness (m).
+    /// Extent of all bodies along gravity, or along the first axis without gravity; the largest thickness of layers on terrain (m).
     fn height(&self) -> f64 {
         let layers = self.bodies.iter().filter_map(|body| body.shape.layer_thickness());
         let thickest = layers.fold(0.0, f64::max);
@@ -92,13 +92,13 @@ impl Case {
         ends[1] - ends[0]
     }
 
-    /// Axis along which gravity is largest, the first one without it.
+    /// Axis of the largest component of gravity, the first axis without gravity.
     fn steepest_axis(&self) -> usize {
         let axes = (0..self.gravity.len()).rev();
         axes.max_by(|a, b| self.gravity[*a].abs().total_cmp(&self.gravity[*b].abs())).unwrap_or(0)
     }
 
-    /// Modulus of P-waves of a body at its start without stress (Pa).
+    /// P-wave modulus of a body at its initial density without stress (Pa).
     fn modulus(&self, body: &Body) -> Option<f64> {
         let spec = self.materials.get(&body.material)?;
         let law = spec.build().ok()?;
@@ -109,7 +109,7 @@ impl Case {
         Some(modulus[0]).filter(|modulus| modulus.is_finite() && *modulus > 0.0)
     }
 
-    /// Warns of grains that are heavier or lighter than those of soils and rocks: a density that was meant for the whole.
+    /// Warns of grain densities unusual for soils and rocks: the given density may be meant for skeleton and fluid.
     pub(crate) fn warn_of_grains(&self, warnings: &mut Vec<String>) {
         for (number, body) in self.bodies.iter().enumerate().filter(|(_, body)| !body.rigid) {
             let (Some(fluid), Some(densities)) = (&body.pore_fluid, self.densities(body)) else { continue };
@@ -137,12 +137,12 @@ impl Case {
     }
 }
 
-/// The longer of two times (s), of which the second may be no number.
+/// Longer of two times (s), of which the second may be not-a-number.
 fn longer(known: Option<f64>, time: f64) -> Option<f64> {
     if time.is_finite() { Some(known.map_or(time, |known| known.max(time))) } else { known }
 }
 
-/// Extent of a body along gravity, or across it where it is a layer (m).
+/// Extent of a body along gravity, or the thickness of a layer (m).
 fn extent(case: &Case, body: &Body) -> f64 {
     if let Some(thickness) = body.shape.layer_thickness() {
         return thickness;
@@ -156,7 +156,7 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    /// A saturated column, 2 m high, with this dry density (kg/m³).
+    /// Saturated column, 2 m high, with this dry density (kg/m³).
     fn column(density: f64) -> Case {
         let text = json!({
             "title": "column", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 3] }, "gravity": [0, -10],

@@ -1,4 +1,4 @@
-//! Broken case files: each gives an error that says where and what.
+//! Invalid case files: each gives an error with path and description.
 
 mod mutations;
 
@@ -28,7 +28,7 @@ fn sound() -> Value {
     })
 }
 
-/// The sound case with the value at a JSON pointer replaced (or removed, for `Null`).
+/// Valid case with the value at a JSON pointer replaced (or removed, for `Null`).
 fn with(pointer: &str, value: Value) -> Value {
     let mut case = sound();
     let (parent, key) = pointer.rsplit_once('/').expect("a pointer");
@@ -56,7 +56,7 @@ fn the_sound_case_is_sound_and_round_trips() {
 #[test]
 fn every_kind_of_mistake_is_named_where_it_is() {
     let softening = json!({ "residual_friction_angle": 40, "residual_cohesion": 0, "friction_rate": 1, "cohesion_rate": 1 });
-    // What is put where, the path of the error, words in it.
+    // Pointer, value, path of the error, words of the error.
     let table: Vec<(&str, Value, &str, &str)> = vec![
         ("/titel", json!("x"), "titel", "did you mean \"title\"?"),
         // Keys of earlier versions.
@@ -477,7 +477,7 @@ fn the_axis_of_symmetry_is_smooth() {
     assert!(wall("x-min", 0.0, "smooth").is_ok());
 }
 
-/// The sound case with everything in it that is a number.
+/// Valid case with all its numeric keys.
 fn numbers() -> Case {
     let mut case = sound();
     case["bodies"][0]["stress"] = json!({ "kind": "uniform", "value": [1, 2, 3, 4, 5, 6] });
@@ -713,7 +713,7 @@ fn what_is_removed_is_neither_moved_nor_loaded() {
             "stages[1].motions[0].target: the body \"b\" is removed by then"
         ]
     );
-    // Until they are removed they may be.
+    // Names are valid until the bodies are removed.
     case["stages"][0]["remove_bodies"] = json!([]);
     case["stages"][1]["remove_bodies"] = json!(["a"]);
     case["loads"][0]["stage"] = json!("settle");
@@ -731,12 +731,12 @@ fn a_case_is_the_same_from_wherever_it_is_read() {
     let read = Case::load(&file).unwrap();
     let mesh = |case: &Case| case.methods["mpm"]["mesh"]["file"].as_str().unwrap().to_owned();
     assert_eq!(mesh(&read), folder.path().join("a.msh").to_str().unwrap());
-    // The copy in another folder.
+    // The copy of the case in another folder.
     let copy = folder.path().join("out/case.json");
     std::fs::create_dir(folder.path().join("out")).unwrap();
     std::fs::write(&copy, read.to_json()).unwrap();
     assert_eq!(Case::load(&copy).unwrap(), read);
-    // From the working directory, which is that of the crate.
+    // Path from the working directory, which is that of the crate.
     let here = std::env::current_dir().unwrap();
     let up = "../".repeat(here.components().count() - 1);
     let relative = std::path::Path::new(&up).join(file.strip_prefix("/").unwrap_or(&file));

@@ -1,4 +1,4 @@
-//! Cases changed at random, in their structure and in their text: whatever comes, there is no panic.
+//! Random changes of the structure and the text of cases: none leads to a panic.
 
 use colluvium_case::Case;
 use proptest::prelude::*;
@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::{numbers, sound};
 
-/// All pointers into a value.
+/// All JSON pointers into a value.
 fn pointers(value: &Value, at: &str, all: &mut Vec<String>) {
     match value {
         Value::Object(map) => map.iter().for_each(|(key, child)| {
@@ -52,14 +52,14 @@ fn survives(text: &str) {
     }
 }
 
-/// A change of a case's structure: at a place, one of all there are.
+/// Change of a case's structure at one of its JSON pointers.
 #[derive(Clone, Debug)]
 enum Change {
     Replace(Value),
     Remove,
-    /// Puts a value beside the place: under this key in an object, before it in a list.
+    /// Inserts a value beside the position: under this key in an object, before it in a list.
     Insert(String, Value),
-    /// Puts a copy of the value at another place here.
+    /// Replaces the value here by a copy of that at another position.
     Copy(prop::sample::Index),
 }
 
@@ -101,13 +101,13 @@ fn apply(case: &mut Value, place: &prop::sample::Index, change: Change) {
             _ => return,
         },
     };
-    // A key that holds a slash leads nowhere.
+    // A key that contains a slash leads to no value.
     if let Some(place) = case.pointer_mut(pointer) {
         *place = slot;
     }
 }
 
-/// A change of a case's text.
+/// Change of a case's text.
 #[derive(Clone, Debug)]
 enum Edit {
     Delete(usize),

@@ -80,7 +80,7 @@ pub fn run(arguments: &CheckArguments) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// Prints the masses of the bodies, and the densities of those with pore fluid.
+/// Prints the masses of the bodies, and the densities of bodies with pore fluid.
 fn print_body_masses(case: &Case, plan: &Plan) -> Result<(), CommandError> {
     for (body, mass) in case.bodies.iter().zip(plan.masses(case)) {
         let (name, material) = (printable(&body.name), printable(&body.material));
@@ -97,7 +97,7 @@ fn print_body_masses(case: &Case, plan: &Plan) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// Times that decide what a case shows, beside that of its run; those of stiffness where the method `has_laws`.
+/// Text with the characteristic times of a case beside its duration (s); those of stiffness only where the method `has_laws`.
 fn time_scales(case: &Case, has_laws: bool) -> String {
     let TimeScales { height, consolidation, wave, fall_time: fall } = case.time_scales();
     let of_law = |time: Option<f64>| time.filter(|_| has_laws);
@@ -108,7 +108,7 @@ fn time_scales(case: &Case, has_laws: bool) -> String {
     format!("{known}run {:.4} s; h = {height:.4} m", case.end_time())
 }
 
-/// What the search `name` for a factor of safety takes beside the stages.
+/// Text with the cost of the search `name` for a factor of safety, beside the duration of the stages.
 fn search_cost_text(name: &str, cost: &SearchCost, threads: usize) -> String {
     let SearchCost { trials: [likely, most], blocks, block, seconds } = cost;
     let trials =

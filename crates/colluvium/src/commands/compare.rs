@@ -75,7 +75,7 @@ pub fn run(arguments: &CompareArguments) -> Result<(), CommandError> {
     }
 }
 
-/// Says what came of a method, and what was chosen for it.
+/// Prints the result of a method and the options chosen for it.
 fn print_method_result(result: &MethodResult, quiet: bool) {
     let MethodResult { method, chosen_options: took, outcome, .. } = result;
     let line = match outcome {
@@ -90,6 +90,6 @@ fn print_method_result(result: &MethodResult, quiet: bool) {
         }
     };
     let chosen = if took.is_empty() { String::new() } else { format!("; it took {took}") };
-    // Where nobody reads on the program ends; any other failure meets the last line too.
+    // If nobody reads the output, the program ends; any other failure appears again at the last line.
     let _ = write_stdout(format_args!("{line}{chosen}"));
 }

@@ -70,7 +70,7 @@ pub fn run(arguments: &ElementTestArguments) -> Result<(), CommandError> {
     trace.stopped.map_or(Ok(()), |error| Err(CommandError::Other(error.to_string())))
 }
 
-/// Reads the files of an incrementalDriver.
+/// Reads the files of an incrementalDriver test.
 fn read_incremental_driver(
     folder: &Path,
     material: &Path,
@@ -93,7 +93,7 @@ fn read_incremental_driver(
     };
     let test = IncrementalTest::read(&input).map_err(|problems| {
         let located = problems.into_iter().map(|TestProblem { path, problem }| {
-            // What does not stand in one of the files stands in the material's.
+            // A key that is in none of the files belongs to the material.
             let inner = path.strip_prefix("material.").map(beside);
             CaseError::new(inner.unwrap_or_else(|| folder.join(path).display().to_string()), problem)
         });
@@ -111,7 +111,7 @@ fn read_incremental_driver(
     Ok(test)
 }
 
-/// The table and the pictures, in place of those of an earlier test.
+/// Writes the table and the pictures, in place of those of an earlier test.
 fn write_results(title: &str, trace: &TestTrace, out: &Path, format: &str) -> Result<(), CommandError> {
     let fail = |error: std::io::Error| CommandError::Other(format!("{}: {error}", out.display()));
     create_folder(out)?;
@@ -122,7 +122,7 @@ fn write_results(title: &str, trace: &TestTrace, out: &Path, format: &str) -> Re
         .flat_map(|name| ["png", "svg"].map(|format| out.join(format!("{name}.{format}"))))
         .filter(|picture| picture.exists())
         .collect();
-    // Tables of element tests begin alike, and no other file does.
+    // All tables of element tests have the same beginning, which no other file has.
     let units = table.split(|byte| *byte == b'\n').next().unwrap_or_default();
     let is_table = std::fs::read(&path).is_ok_and(|earlier| earlier.starts_with(units));
     let foreign = Some(&path).filter(|path| path.exists()).or(pictures.first());

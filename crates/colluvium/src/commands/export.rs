@@ -74,7 +74,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// Writes the last frame as a list of points, those of one body or all.
+/// Writes the last frame as a list of points: all of them, or those of one body.
 fn write_point_list(from: &Path, arguments: &ExportArguments) -> Result<(), CommandError> {
     let mut files = DerivedFiles::open(from, arguments.overwrite)?;
     files.check(POINTS_FILE)?;
@@ -117,7 +117,7 @@ fn write_point_list(from: &Path, arguments: &ExportArguments) -> Result<(), Comm
     Ok(())
 }
 
-/// Masses of a list of points and of the frame that it is of (kg), where they differ: of grains and fluid points stand for the grains.
+/// Masses of a list of points and of its frame (kg), where they differ: for grains and fluid, points stand for the grains.
 fn mass_mismatch(snapshot: &Snapshot, list: &PointList) -> Option<[f64; 2]> {
     let outside = snapshot.scalars("outside");
     let inside = |node: usize| outside.is_none_or(|outside| outside[node] == 0.0);
@@ -126,7 +126,7 @@ fn mass_mismatch(snapshot: &Snapshot, list: &PointList) -> Option<[f64; 2]> {
     ((masses[0] / masses[1] - 1.0).abs() > 1e-9).then_some(masses)
 }
 
-/// Refuses frames that leave out what another case must know of grains.
+/// Refuses frames without the fields of grains that another case needs.
 fn check_grain_columns(case: &Case, snapshot: &Snapshot) -> Result<(), String> {
     let Some(written) = &case.output.fields else { return Ok(()) };
     let of_bodies = case.methods.get("dem").and_then(|options| options.get("bodies")?.as_object());
@@ -142,7 +142,7 @@ fn check_grain_columns(case: &Case, snapshot: &Snapshot) -> Result<(), String> {
     Err(format!("the frames of this run are without {}: output.fields leaves it out", missing.join(", ")))
 }
 
-/// Numbers of the points of a body.
+/// Indices of the points of a body.
 fn point_indices_of_body(
     case: &Case,
     snapshot: &Snapshot,
@@ -152,7 +152,7 @@ fn point_indices_of_body(
     let number = case.bodies.iter().position(|body| body.name == name).map(|number| number as u32);
     let own = |i: &usize| snapshot.bodies.get(*i).copied() == number;
     let kept: Vec<usize> = (0..list.positions.len()).filter(own).collect();
-    // Stacks of points have no bodies.
+    // Points stacked over the depth have no bodies.
     if number.is_none() || kept.is_empty() || list.positions.len() != snapshot.bodies.len() {
         let known: Vec<&str> = case.bodies.iter().map(|body| body.name.as_str()).collect();
         let problem =
@@ -162,12 +162,12 @@ fn point_indices_of_body(
     Ok(kept)
 }
 
-/// The points of a frame, as they are.
+/// List of the points of a frame.
 fn point_list(case: &Case, snapshot: &Snapshot) -> Option<PointList> {
-    // Dry points have no pressure in their pores.
+    // Dry points have zero pore pressure.
     let pressures = |all: &[f64]| all.iter().map(|p| if p.is_nan() { 0.0 } else { *p }).collect();
     let (volumes, at) = (snapshot.scalars("volume")?, &snapshot.positions);
-    // In axisymmetry lists have areas.
+    // In axisymmetry the volumes of a list are areas.
     let turn = |x: &[f64; 3]| if case.space == Space::Axisymmetric { x[0] } else { 1.0 };
     Some(PointList {
         positions: at.clone(),
@@ -180,7 +180,7 @@ fn point_list(case: &Case, snapshot: &Snapshot) -> Option<PointList> {
     })
 }
 
-/// What a frame says of grains; of other methods only the radii that there are.
+/// Columns of a frame with grain data; for other methods only the radii, if any.
 fn grain_columns(case: &Case, snapshot: &Snapshot) -> GrainColumns {
     let radii = snapshot.scalars("radius").map(<[f64]>::to_vec);
     let known = colluvium::dem::kinds(case).unwrap_or_default();
@@ -198,7 +198,7 @@ fn grain_columns(case: &Case, snapshot: &Snapshot) -> GrainColumns {
     }
 }
 
-/// Some of a list of points as a table with a head.
+/// CSV text of the `kept` points of a list, with a header.
 fn point_table(list: &PointList, dimension: usize, kept: &[usize]) -> String {
     let (axes, of_grains) = (&["x", "y", "z"][..dimension], &list.grains);
     let turning = if dimension == 3 { 0 } else { 2 };
@@ -245,7 +245,7 @@ fn remove_earlier_archives(folder: &Path, files: &DerivedFiles) -> Result<(), Ou
     Ok(())
 }
 
-/// Names of what is in a folder, in order.
+/// Sorted names of the entries of a folder.
 fn file_names(folder: &Path) -> Result<Vec<String>, OutputError> {
     let fail = |error| OutputError::new(folder, error);
     let mut names = Vec::new();
@@ -256,7 +256,7 @@ fn file_names(folder: &Path) -> Result<Vec<String>, OutputError> {
     Ok(names)
 }
 
-/// Names of the tables in the folder of a run, that of the measures in any case.
+/// Names of the tables in the folder of a run; always with that of the measures.
 fn table_names(folder: &Path) -> Result<Vec<String>, OutputError> {
     let is_table = |name: &String| {
         let kinds = ["profile-", "trials-"];

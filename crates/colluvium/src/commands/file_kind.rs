@@ -21,7 +21,7 @@ pub enum FileKind {
 }
 
 impl FileKind {
-    /// The kind of a JSON value by the keys that no other kind has; `None` where there are none, or those of several.
+    /// Kind of a JSON value by keys that only one kind has; `None` without such keys or with those of several kinds.
     fn from_keys(value: &Value) -> Option<Self> {
         let has = |key: &str| value.get(key).is_some();
         let case = ["space", "domain", "bodies", "materials", "methods"].into_iter().any(has);
@@ -35,7 +35,7 @@ impl FileKind {
         }
     }
 
-    /// Name, and the command that takes it.
+    /// Name of the kind, and the command that takes it.
     fn name_and_command(self) -> (&'static str, &'static str) {
         match self {
             Self::Case => ("a case", "colluvium check"),
@@ -45,10 +45,10 @@ impl FileKind {
     }
 }
 
-/// Where files of terrain and tables are named.
+/// Hint where files of terrain and tables are named.
 const REFERENCED_BY_CASE: &str = "a case names such files; `colluvium new debris-flow` writes one that does";
 
-/// Kind of a file that its ending tells, and what to do with it.
+/// Kind of a file from its extension, and a hint how to use it.
 fn from_extension(file: &Path) -> Option<(&'static str, &'static str)> {
     let ending = file.extension()?.to_string_lossy().to_lowercase();
     Some(match ending.as_str() {
@@ -61,8 +61,8 @@ fn from_extension(file: &Path) -> Option<(&'static str, &'static str)> {
     })
 }
 
-/// Refuses a file that is plainly of another kind than a command takes, with the command for it. What cannot be read is refused where it
-/// is.
+/// Refuses a file that is clearly of another kind than the command takes, and names the command for it. An unreadable file is refused
+/// later, where it is read.
 pub fn require_kind(file: &Path, wanted: FileKind) -> Result<(), CommandError> {
     let wrong = |is: &str, cure: String| {
         let problem = format!("is {is}, and not {}: {cure}", wanted.name_and_command().0);

@@ -5,7 +5,7 @@ macro_rules! print_line {
     ($($part:tt)*) => { $crate::commands::write_stdout(format_args!($($part)*))? };
 }
 
-/// Prints a line on standard error. One that nobody can take is no reason to end.
+/// Prints a line on standard error. A failure to print is ignored.
 macro_rules! print_error_line {
     ($($part:tt)*) => { $crate::commands::write_stderr(format_args!($($part)*)) };
 }
@@ -37,7 +37,7 @@ use colluvium::compare::CompareError;
 use colluvium::sweep::SweepError;
 use thiserror::Error;
 
-/// Prints a line; what of it would move the cursor or colour is escaped. Where nobody reads on, as behind `head`, the program ends without a word.
+/// Prints a line, with control characters and colours escaped. Ends the program silently where nobody reads on, as behind `head`.
 fn write_stdout(line: std::fmt::Arguments<'_>) -> Result<(), CommandError> {
     match writeln!(std::io::stdout().lock(), "{}", escape_lines(&line.to_string())) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
@@ -45,18 +45,17 @@ fn write_stdout(line: std::fmt::Arguments<'_>) -> Result<(), CommandError> {
     }
 }
 
-/// Lines that a terminal can show.
+/// Text with control characters escaped for a terminal.
 fn escape_lines(text: &str) -> String {
     text.split('\n').map(printable).collect::<Vec<_>>().join("\n")
 }
 
-/// Prints a line on standard error, if that is possible; what of it would move the cursor or colour is escaped, and what is too long to
-/// read is left out in its middle.
+/// Prints a line on standard error, if possible. Control characters and colours are escaped; the middle of an overlong line is left out.
 pub fn write_stderr(line: std::fmt::Arguments<'_>) {
     let _ = writeln!(std::io::stderr().lock(), "{}", shortened(&printable(&line.to_string())));
 }
 
-/// Why a command ends without success.
+/// Reason why a command ends without success.
 #[derive(Debug, Error)]
 pub enum CommandError {
     /// The case file is wrong.
@@ -103,16 +102,16 @@ impl CommandError {
     }
 }
 
-/// What Ctrl-C sets, so that a run stops with a checkpoint.
+/// Returns the flag that Ctrl-C sets, so that a run stops with a checkpoint.
 fn stop_on_interrupt() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let handler = stop.clone();
-    // Without a handler Ctrl-C ends the run the hard way; the checkpoint on disk is good either way.
+    // Without a handler Ctrl-C ends the run at once; the checkpoint on disk is valid either way.
     let _ = ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed));
     stop
 }
 
-/// Content of a file of a run. Where the file cannot be read, prints a warning with the consequence `without` and returns the default.
+/// Content of a file of a run. For an unreadable file, prints a warning with the consequence `without` and returns the default.
 fn or_default_with_warning<T: Default>(read: Result<T, OutputError>, without: &str) -> T {
     read.unwrap_or_else(|error| {
         print_error_line!("warning: {error}: {without}");
@@ -134,12 +133,12 @@ fn check_run_folder(folder: &Path) -> Result<(), CommandError> {
     Err(CommandError::Usage(format!("{name}: holds no run (there is no summary.json)")))
 }
 
-/// Number of threads that this machine runs at a time.
+/// Number of hardware threads of this machine.
 fn available_threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// Memory that is free (bytes): of the machine, or of the group of processes that this one is in.
+/// Free memory (bytes) of the machine, or of the control group of this process.
 fn free_memory() -> f64 {
     let mut system = sysinfo::System::new();
     system.refresh_memory();
@@ -147,7 +146,7 @@ fn free_memory() -> f64 {
     system.available_memory().min(group) as f64
 }
 
-/// Largest memory that this process has had so far (bytes), where the system tells.
+/// Largest memory of this process so far (bytes), where the system reports it.
 fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
@@ -165,7 +164,7 @@ fn duration_text(seconds: f64) -> String {
     }
 }
 
-/// Threads for a run; all cores where no number is asked for.
+/// Thread pool of a run; all cores where no number is given.
 fn thread_pool(threads: Option<u16>) -> Result<rayon::ThreadPool, CommandError> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from))
@@ -173,7 +172,7 @@ fn thread_pool(threads: Option<u16>) -> Result<rayon::ThreadPool, CommandError> 
         .map_err(|error| CommandError::Other(format!("threads: {error}")))
 }
 
-/// The method to run a case with: the one asked for, or the only one the case has options for.
+/// Method of a run: the requested one, or the only one that the case has options for.
 fn select_method(case: &Case, asked: Option<&str>) -> Result<&'static dyn Method, CommandError> {
     let known: Vec<&str> = colluvium::methods().iter().map(|method| method.name()).collect();
     for name in case.methods.keys() {
@@ -201,13 +200,13 @@ fn select_method(case: &Case, asked: Option<&str>) -> Result<&'static dyn Method
     })
 }
 
-/// Where the results go, and what is done with those that lie there.
+/// Folder of the results, and how earlier results in it are treated.
 #[derive(Args)]
 pub struct OutputArguments {
     /// Folder for the results; `<file>-<method>` by default.
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Continue what was interrupted; what is complete stays.
+    /// Continue interrupted runs; complete runs are kept.
     #[arg(long)]
     resume: bool,
     /// Replace earlier results.
@@ -219,7 +218,7 @@ pub struct OutputArguments {
 }
 
 impl OutputArguments {
-    /// The folder for what `method` makes of a file: `folder/case.json` with `mpm` gives `case-mpm`.
+    /// Folder of the results of `method` for a file: `folder/case.json` with `mpm` gives `case-mpm`.
     fn output_folder(&self, file: &Path, method: &str) -> PathBuf {
         let stem = || file.file_stem().unwrap_or_default().to_string_lossy();
         self.out.clone().unwrap_or_else(|| format!("{}-{method}", stem()).into())

@@ -16,14 +16,14 @@ use colluvium::plots::{CommonScales, ForceChains, FramePicture, Picture, PointCl
 
 use super::{CommandError, check_run_folder, or_default_with_warning};
 
-/// Frames of an animation, at most.
+/// Largest number of frames of an animation.
 const MAX_ANIMATION_FRAMES: usize = 120;
 
 #[derive(Args)]
 pub struct PlotArguments {
     /// Folder of a run.
     folder: PathBuf,
-    /// What is drawn: `points`, or another dataset of the run, as `grid` of `output.grid` or `contacts` of `output.contacts`. Nodes
+    /// Dataset that is drawn: `points`, or another dataset of the run, as `grid` of `output.grid` or `contacts` of `output.contacts`. Nodes
     /// are squares, polygons dots in their middle, and contacts lines as wide as their force, or as another field that is named.
     #[arg(long, default_value = Dataset::POINTS)]
     dataset: String,
@@ -53,7 +53,7 @@ pub struct PlotArguments {
     view: Option<String>,
 }
 
-/// Two numbers, the second beyond the first.
+/// Parses two numbers, the second larger than the first.
 fn parse_range(text: &str) -> Result<(f64, f64), String> {
     let (low, high) = text.split_once(',').ok_or("give two numbers, LOW,HIGH")?;
     let number = |part: &str| {
@@ -129,13 +129,13 @@ fn output_file_name(out: &Path, stem: &str, ending: &str) -> Result<String, Outp
     Ok(file.file_name().unwrap_or_default().to_string_lossy().into_owned())
 }
 
-/// Time (s) and file of the frames of a dataset.
+/// Times (s) and files of the frames of a dataset.
 fn frame_list(folder: &Path, dataset: &str) -> Result<Vec<(f64, String)>, CommandError> {
     let first = Collection::read(&folder.join("frames.pvd"))?.frames;
     let own = folder.join(format!("{dataset}.pvd"));
     let is_own = |name: &str| first.first().is_some_and(|(_, file)| file.contains(&format!("/{name}-")));
     match dataset {
-        // Of a method without points, what it has in their place.
+        // For a method without points, the dataset it has instead.
         Dataset::POINTS => Ok(first),
         _ if is_own(dataset) => Ok(first),
         _ if own.exists() => Ok(Collection::read(&own)?.frames),
@@ -151,7 +151,7 @@ fn frame_list(folder: &Path, dataset: &str) -> Result<Vec<(f64, String)>, Comman
     }
 }
 
-/// Numbers of the frames that are asked for.
+/// Numbers of the requested frames.
 fn selected_frames(arguments: &PlotArguments, count: usize) -> Result<Vec<usize>, CommandError> {
     let number = match arguments.frame.as_str() {
         "all" => return Ok((0..count).collect()),
@@ -166,7 +166,7 @@ fn selected_frames(arguments: &PlotArguments, count: usize) -> Result<Vec<usize>
     Err(CommandError::Usage(format!("--frame {}: the run has {count} frames", arguments.frame)))
 }
 
-/// Name of a picture of a field: with that of the dataset, where it is not that of the points.
+/// File name of a picture of a field, with the name of the dataset where it is not `points`.
 fn picture_name(arguments: &PlotArguments, field: &str) -> String {
     match arguments.dataset.as_str() {
         Dataset::POINTS => field.to_owned(),
@@ -203,12 +203,12 @@ fn draw_pictures(
     Ok(found.into_iter().map(|(name, number, one)| (name, number, FramePicture::Points(one))).collect())
 }
 
-/// The message where a frame has no such field.
+/// Error message for a frame without the requested field.
 fn unknown_field_error(field: Option<&str>, known: &str) -> CommandError {
     CommandError::Usage(format!("--fields {}: the frame has {known}", field.unwrap_or_default()))
 }
 
-/// Lines of some frames between the points of the same times.
+/// Lines of some frames between the points at the same times.
 fn line_pictures(
     arguments: &PlotArguments,
     (frames, numbers): (&[(f64, String)], &[usize]),

@@ -85,10 +85,10 @@ pub fn run(arguments: &RunArguments) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// Place of the map in the folder of a run.
+/// Path of the map in the folder of a run.
 pub(super) const MAP_FILE: &str = "rasters/map.png";
 
-/// Whether a folder holds rasters of which a map would be drawn, and no map.
+/// Whether a folder has rasters that a map would be drawn of, and no map.
 pub(super) fn is_map_missing(out: &Path) -> bool {
     !out.join(MAP_FILE).exists() && raster_maps(out).is_ok_and(|maps| !maps.is_empty())
 }
@@ -100,7 +100,7 @@ fn is_complete_without_map(case: &Case, out: &Path) -> bool {
     same && summary["status"] == "completed" && case.output.rasters.is_some() && is_map_missing(out)
 }
 
-/// Draws the most telling raster of the run beside the rasters.
+/// Draws the most informative raster of the run, beside the rasters.
 fn draw_map(out: &Path) -> Result<(), OutputError> {
     match raster_maps(out)?.first() {
         Some((_, map)) => map.write(&out.join(MAP_FILE)),

@@ -50,7 +50,7 @@ pub fn run(arguments: &SpecimenArguments) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// A specimen.
+/// Specimen of grains.
 struct PreparedSpecimen {
     text: String,
     grains: usize,
@@ -58,7 +58,7 @@ struct PreparedSpecimen {
     time: f64,
 }
 
-/// What a method without grains is told.
+/// Error for a method without grains.
 fn no_grains_error(method: &dyn Method) -> CommandError {
     CommandError::Usage(format!("specimens are of grains with contacts, and {} has none", method.name()))
 }
@@ -100,7 +100,7 @@ fn run_case(arguments: &SpecimenArguments) -> Result<PreparedSpecimen, CommandEr
     Ok(PreparedSpecimen { text: report.specimen.unwrap_or_default(), grains, time })
 }
 
-/// Takes what a run has left in its folder.
+/// Reads the specimen from the folder of a run.
 fn specimen_of_run_folder(arguments: &SpecimenArguments) -> Result<PreparedSpecimen, CommandError> {
     let from = arguments.case.as_path();
     check_run_folder(from)?;
@@ -140,7 +140,7 @@ fn specimen_of_run_folder(arguments: &SpecimenArguments) -> Result<PreparedSpeci
     Ok(PreparedSpecimen { text, grains: solver.points(), time: solver.time() })
 }
 
-/// Why a folder has no state to take, and what to do.
+/// Error for a folder without the requested state, with the remedy.
 fn missing_state_error(
     from: &Path,
     method: &dyn Method,
@@ -158,7 +158,7 @@ fn missing_state_error(
     )))
 }
 
-/// Leaves out what comes after a stage.
+/// Removes the stages after `stage`.
 fn truncate_stages_after(case: &mut Case, stage: &str) -> Result<(), CommandError> {
     let Some(last) = case.stages.iter().position(|own| own.name == stage) else {
         let names: Vec<&str> = case.stages.iter().map(|own| own.name.as_str()).collect();

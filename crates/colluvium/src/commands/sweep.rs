@@ -83,14 +83,14 @@ pub fn run(arguments: &SweepArguments) -> Result<(), CommandError> {
             SweepRunState::Completed => "completed",
             SweepRunState::Interrupted => "interrupted",
         };
-        // Where nobody reads on the program ends; any other failure meets the lines at the end too.
+        // If nobody reads the output, the program ends; any other failure appears again at the end.
         let _ = write_stdout(format_args!("{run}: {state}"));
     };
     let results = run_all(&sweep, &members, method, &options, &tell)?;
     write_results(&results, &options, files.quiet)
 }
 
-/// What would be run.
+/// Prints the planned runs of a sweep.
 fn print_plan(
     sweep: &Sweep,
     members: &[SweepCase],
@@ -125,13 +125,13 @@ fn print_plan(
     Ok(())
 }
 
-/// Memory of the largest runs side by side, with that of the program; a warning where there is less.
+/// Prints the memory of the largest simultaneous runs, with that of the program; warns where less is free.
 fn print_memory(plans: &[Plan], jobs: usize, free: f64) -> Result<(), CommandError> {
     let mut runs: Vec<f64> =
         plans.iter().map(|plan| plan.memory as f64 + frame_memory(plan.points)).collect();
     runs.sort_by(|a, b| b.total_cmp(a));
     runs.truncate(jobs);
-    // One of the runs has been made by now, and counts in the memory of the program.
+    // One of the runs has been built already, and counts in the memory of the program.
     let program = peak_memory().unwrap_or(0) as f64;
     let memory = runs.iter().sum::<f64>().max(program + runs.iter().skip(1).sum::<f64>());
     print_line!(
@@ -149,12 +149,12 @@ fn print_memory(plans: &[Plan], jobs: usize, free: f64) -> Result<(), CommandErr
     Ok(())
 }
 
-/// A number with a noun.
+/// Number with its noun.
 fn count_text(number: usize, noun: &str) -> String {
     if number == 1 { format!("1 {noun}") } else { format!("{number} {noun}s") }
 }
 
-/// What came of it all.
+/// Writes tables and pictures of a sweep and prints its summary.
 fn write_results(
     results: &SweepResults<'_>,
     options: &SweepOptions,

@@ -18,7 +18,7 @@ pub fn run(arguments: &VerifyArguments) -> Result<(), CommandError> {
     let folder = &arguments.folder;
     check_run_folder(folder)?;
     let mut verified = verify(folder)?;
-    // The runs of a sweep have no maps of their own.
+    // The runs of a sweep have no maps.
     let in_sweep = folder.parent().is_some_and(|sweep| sweep.join("sweep.json").exists());
     if !in_sweep && is_map_missing(folder) {
         verified.problems.push(format!("{MAP_FILE}: the run ended without it: `run --resume` draws it"));

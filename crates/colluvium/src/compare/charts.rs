@@ -1,4 +1,4 @@
-//! Charts with every method in them.
+//! Charts with the curves of all methods.
 
 use super::{CompletedRun, ReferenceProfiles};
 use crate::case::Snapshot;
@@ -7,16 +7,16 @@ use crate::compare::key_figures::{CaseAxes, KeyFigures, ProfileColumns, five_dig
 use crate::output::run_pictures;
 use crate::plots::{LineChart, Series, Style};
 
-/// Columns of the measures that say how a run went, not what came out.
+/// Columns of the measures about the progress of a run, not its results.
 const RUN_COLUMNS: [&str; 4] = ["time", "step", "time_step", "mass"];
-/// Beginnings of the names of totals, in the order in which they are shown; measures of the case come before them.
+/// Prefixes of the names of totals, in the order in which they are shown; measures of the case come first.
 const TOTAL_PREFIXES: [&str; 6] =
     ["kinetic_energy", "elastic_energy", "potential_energy", "total_energy", "liquid_", "momentum"];
 
 /// Runs by the names of their methods.
 pub(super) type MethodRuns<'a> = [(&'static str, &'a CompletedRun)];
 
-/// The frames at a time, of each run that has one there.
+/// Frames at a time, of each run that has one then.
 pub(super) fn frames_at<'a>(runs: &MethodRuns<'a>, time: f64) -> Vec<(&'static str, &'a Snapshot)> {
     let near = |frame: &&&Snapshot| (frame.time - time).abs() <= 1e-6 * time.abs().max(1e-9);
     let found = |(method, report): &(&'static str, &'a CompletedRun)| {
@@ -49,7 +49,7 @@ pub(super) fn profile_charts(
     let mut times = [sampled_times(runs, wanted), reference.times(&common)].concat();
     times.sort_by(f64::total_cmp);
     times.dedup();
-    // All start from one shape.
+    // All profiles start from one shape.
     if times.len() > 2 {
         times.remove(0);
     }
@@ -74,7 +74,7 @@ pub(super) fn profile_charts(
     times.iter().filter_map(|time| chart(*time)).collect()
 }
 
-/// A profile from the first column with points to the last: on a slope there is no floor at zero beyond.
+/// Part of a profile from the first column with points to the last: beyond it a slope has no floor at height zero.
 fn trim_empty_columns(profile: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     let filled = |(_, height): &(f64, f64)| *height != 0.0;
     let Some(first) = profile.iter().position(filled) else { return profile };
@@ -82,10 +82,10 @@ fn trim_empty_columns(profile: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     profile[first..=last].to_vec()
 }
 
-/// One of the figures of a state.
+/// Accessor of one key figure of a state.
 type KeyFigure = fn(&KeyFigures) -> f64;
 
-/// Front, top and speed in time, measured alike in all runs.
+/// Charts of front, top and speed over time, measured alike in all runs.
 pub(super) fn key_figure_charts(runs: &MethodRuns<'_>, axes: CaseAxes) -> Vec<LineChart> {
     let name = |axis: usize| ["x", "y", "z"][axis];
     let kinds: [(String, KeyFigure); 4] = [
@@ -105,7 +105,7 @@ pub(super) fn key_figure_charts(runs: &MethodRuns<'_>, axes: CaseAxes) -> Vec<Li
     kinds.iter().filter_map(chart).collect()
 }
 
-/// What the case measures, and totals, in time; nothing that stays constant in all runs.
+/// Charts of the measures of the case and of totals over time, without those constant in all runs.
 pub(super) fn measure_charts(runs: &MethodRuns<'_>) -> Vec<LineChart> {
     let mut columns: Vec<&(String, String)> = Vec::new();
     for column in runs.iter().flat_map(|(_, report)| &report.measures.columns) {
@@ -125,8 +125,8 @@ pub(super) fn measure_charts(runs: &MethodRuns<'_>) -> Vec<LineChart> {
     columns.into_iter().filter_map(chart).collect()
 }
 
-/// Where the energy of each method is, in time: a chart each, on one scale of energy. Of potential energy and of the sum what they have
-/// gained since the start.
+/// Charts of the energies of each method over time, on one scale of energy. Potential energy and the sum are shown as change since the
+/// start.
 pub(super) fn energy_charts(runs: &MethodRuns<'_>) -> Vec<LineChart> {
     let kinds = [
         ("kinetic_energy", "kinetic", false),
@@ -147,7 +147,7 @@ pub(super) fn energy_charts(runs: &MethodRuns<'_>) -> Vec<LineChart> {
     runs.iter().filter_map(chart).collect()
 }
 
-/// A chart in time; `None` where nothing changes.
+/// Chart over time; `None` where all series are constant.
 fn time_chart(label: &str, series: Vec<Series>) -> Option<LineChart> {
     let changes = |series: &Series| run_pictures::is_changing(&series.points);
     let series: Vec<Series> =

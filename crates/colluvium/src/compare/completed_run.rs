@@ -1,4 +1,4 @@
-//! What a run has left in its folder: a comparison shows what the files hold, whenever they were written.
+//! Results of a completed run, read from the files of its folder, whenever they were written.
 
 use std::path::Path;
 
@@ -9,43 +9,43 @@ use crate::case::run::SearchOutcome;
 use crate::case::{Case, RunReport, Snapshot};
 use crate::output::run_pictures;
 
-/// A run that came to its end.
+/// Results of a run that reached its end.
 #[derive(Clone, Debug)]
 pub struct CompletedRun {
-    /// Measures in time.
+    /// Measures over time.
     pub measures: Table,
-    /// The frames, at least the first and the last state.
+    /// Frames, at least of the first and the last state.
     pub frames: Vec<Snapshot>,
-    /// Steps done.
+    /// Number of steps.
     pub steps: u64,
-    /// Points at the end.
+    /// Number of points at the end.
     pub points: u64,
     /// Wall-clock time of all sessions (s).
     pub wall_time: f64,
     /// Kinetic energy at the end (J).
     pub kinetic_energy: f64,
-    /// What of the run is worth a word.
+    /// Warnings of the run.
     pub warnings: Vec<String>,
-    /// Factors of safety by the names of their measures: the largest that was stable, the least that failed, and whether the search
-    /// left it undecided between the two.
+    /// Factors of safety by the names of their measures: largest stable factor, least failing factor, and whether the search left it
+    /// undecided which factor between the two is that of safety.
     pub safety_factors: Vec<(String, [f64; 2], bool)>,
     /// Hash of all bits of the state at the end.
     pub state_hash: String,
 }
 
-/// How far the run of a folder has come.
+/// Progress of the run in a folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RunFolderState {
-    /// There is none, or one of another case.
+    /// No run, or that of another case.
     NoMatchingRun,
-    /// It began.
+    /// A run that has begun.
     Incomplete,
-    /// It is complete.
+    /// A complete run.
     Complete,
 }
 
 impl RunFolderState {
-    /// That of the run of `case` in `folder`.
+    /// State of the run of `case` in `folder`.
     pub(super) fn of_folder(folder: &Path, case: &Case) -> Self {
         let Ok(summary) = read_json(&folder.join("summary.json")) else { return Self::NoMatchingRun };
         match summary["status"].as_str() {
@@ -59,7 +59,7 @@ impl RunFolderState {
 }
 
 impl CompletedRun {
-    /// The run of a report that has kept its frames.
+    /// Results from the report of a run that kept its frames.
     pub fn from_report(report: &RunReport) -> Self {
         let safety = report.safety.iter();
         Self {
@@ -82,7 +82,7 @@ impl CompletedRun {
     /// Reads the folder of a run.
     ///
     /// # Errors
-    /// When a file is not there or cannot be read.
+    /// When a file is missing or unreadable.
     pub fn read(folder: &Path) -> Result<Self, OutputError> {
         let summary: Value = read_json(&folder.join("summary.json"))?;
         let collection = Collection::read(&folder.join("frames.pvd"))?;
@@ -113,8 +113,8 @@ impl CompletedRun {
         })
     }
 
-    /// When it came to rest (s): from then on the kinetic energy stays below a hundredth of its largest. `None` where it moves on, or never
-    /// moved.
+    /// Time at which the run came to rest (s): from then on the kinetic energy stays below a hundredth of its largest. `None` where it
+    /// keeps moving, or never moved.
     pub fn time_at_rest(&self) -> Option<f64> {
         let energy = self.measures.pairs("time", "kinetic_energy")?;
         let most = energy.iter().map(|(_, energy)| *energy).fold(0.0, f64::max);

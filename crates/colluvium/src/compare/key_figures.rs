@@ -1,23 +1,23 @@
-//! What is measured of every method in the same way, whatever the case itself measures.
+//! Key figures that are measured of every method alike, independent of the measures of the case.
 
 use crate::case::{Case, FieldData, Snapshot};
 
-/// Share of the mass that lies behind a front, or below a top: single points that fly ahead do not count.
+/// Share of the mass behind a front, or below a top: single points that fly ahead do not count.
 const QUANTILE: f64 = 0.999;
 /// Columns of a profile over the longest of all deposits.
 const PROFILE_COLUMNS: usize = 100;
 
-/// The axes in which a case is measured.
+/// Axes in which a case is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CaseAxes {
-    /// Along which deposits spread.
+    /// Axis along which deposits spread.
     pub spreading: usize,
-    /// Against gravity.
+    /// Axis against gravity.
     pub vertical: usize,
 }
 
 impl CaseAxes {
-    /// Those of a case: up is the axis along which gravity is largest, y where there is none; along is the first other one.
+    /// Axes of a case: vertical is the axis of the largest gravity, y without gravity; spreading is the first other axis.
     pub fn of_case(case: &Case) -> Self {
         let size = |axis: usize| case.gravity.get(axis).copied().unwrap_or(0.0).abs();
         let dimension = case.dimension();
@@ -28,10 +28,10 @@ impl CaseAxes {
     }
 }
 
-/// Figures of one state.
+/// Key figures of one state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeyFigures {
-    /// Place of the front along the axis of spreading (m): 99.9 % of the mass lies behind.
+    /// Position of the front along the axis of spreading (m): 99.9 % of the mass lies behind.
     pub front: f64,
     /// Height of the top (m): 99.9 % of the mass lies below.
     pub top: f64,
@@ -42,7 +42,7 @@ pub struct KeyFigures {
 }
 
 impl KeyFigures {
-    /// Those of a snapshot; `None` where it has no points.
+    /// Key figures of a snapshot; `None` where it has no points.
     pub fn of_snapshot(snapshot: &Snapshot, axes: CaseAxes) -> Option<Self> {
         let count = snapshot.positions.len();
         if count == 0 {
@@ -54,7 +54,7 @@ impl KeyFigures {
         let whole: f64 = mass.iter().sum();
         let mean =
             |axis: usize| snapshot.positions.iter().zip(mass).map(|(x, m)| x[axis] * m).sum::<f64>() / whole;
-        // What moves the points, where they carry more than that.
+        // The velocity that moves the points, where they carry more than one.
         let velocity = snapshot.field("grid_velocity").or_else(|| snapshot.field("velocity"));
         let speeds: Vec<f64> = match velocity.map(|field| &field.data) {
             Some(FieldData::Vector(v)) => v.iter().map(length).collect(),
@@ -73,7 +73,7 @@ fn length(v: &[f64; 3]) -> f64 {
     v.iter().map(|c| c * c).sum::<f64>().sqrt()
 }
 
-/// The value at which [`QUANTILE`] of the weights are reached.
+/// Weighted quantile: the value at which [`QUANTILE`] of the weights are reached.
 fn quantile(values: impl Iterator<Item = (f64, f64)>) -> f64 {
     let mut values: Vec<(f64, f64)> = values.filter(|(value, _)| value.is_finite()).collect();
     values.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -88,7 +88,7 @@ fn quantile(values: impl Iterator<Item = (f64, f64)>) -> f64 {
     values.last().map_or(f64::NAN, |(value, _)| *value)
 }
 
-/// Columns in which profiles are measured, the same for all methods.
+/// Columns of profiles, the same for all methods.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProfileColumns {
     start: f64,
@@ -97,7 +97,7 @@ pub struct ProfileColumns {
 }
 
 impl ProfileColumns {
-    /// Columns over all that the snapshots cover, none narrower than their widest points.
+    /// Columns over the extent of all snapshots, none narrower than the widest point.
     pub fn covering(snapshots: &[&Snapshot], axes: CaseAxes) -> Option<Self> {
         let ends = snapshots.iter().flat_map(|snapshot| {
             let points = snapshot.positions.iter().zip(&snapshot.extents);
@@ -117,14 +117,14 @@ impl ProfileColumns {
         Some(Self { start: low, width: (high - low) / count as f64, count })
     }
 
-    /// Height of the highest point over each column (m), with the column's centre (m); zero where there is none.
+    /// Profile: height of the highest point over each column (m), with the column's centre (m); zero without points.
     pub fn profile(&self, snapshot: &Snapshot, axes: CaseAxes) -> Vec<(f64, f64)> {
         let mut heights = vec![0.0_f64; self.count];
         for (x, e) in snapshot.positions.iter().zip(&snapshot.extents) {
             let (centre, half) = (x[axes.spreading], 0.5 * e[axes.spreading]);
             let column = |place: f64| ((place - self.start) / self.width).clamp(0.0, (self.count - 1) as f64);
             let top = x[axes.vertical] + 0.5 * e[axes.vertical];
-            // The columns whose middle it covers, and its own.
+            // The columns whose middle the point covers, and its own.
             let first = column(centre - half + 0.5 * self.width) as usize;
             let last = column(centre + half - 0.5 * self.width) as usize;
             let own = column(centre) as usize;
@@ -137,14 +137,14 @@ impl ProfileColumns {
     }
 }
 
-/// Distance of two profiles over the size of the first, root mean square.
+/// Root mean square distance of two profiles, relative to the size of the first.
 pub fn relative_profile_distance(first: &[(f64, f64)], other: &[(f64, f64)]) -> f64 {
     let sum: f64 = first.iter().zip(other).map(|(a, b)| (a.1 - b.1).powi(2)).sum();
     let size: f64 = first.iter().map(|a| a.1 * a.1).sum();
     (sum / size).sqrt()
 }
 
-/// Value of a curve at a place, linear between its points and constant beyond them; not-a-number without any.
+/// Value of a curve at a position, linear between its points and constant beyond them; NaN for an empty curve.
 pub(super) fn interpolated(curve: &[(f64, f64)], x: f64) -> f64 {
     let next = curve.partition_point(|(place, _)| *place < x);
     match (next.checked_sub(1).map(|k| curve[k]), curve.get(next)) {

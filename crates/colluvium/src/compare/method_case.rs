@@ -1,31 +1,31 @@
-//! What a method gets of a case that has no options for it.
+//! Case of one method of a comparison, with options chosen where the case has none for it.
 
 use serde_json::{Map, Value, json};
 
 use crate::case::{Case, Method};
 
-/// Points over the smallest extent of the smallest body, where no method of the case says how fine it is.
+/// Points over the smallest extent of the smallest body, where no method of the case sets a spacing.
 const DEFAULT_POINTS_ACROSS: f64 = 20.0;
 
-/// A case as one method takes it.
+/// Case with the options of one method.
 #[derive(Clone, Debug)]
 pub struct MethodCase {
     /// The case, with options for the method alone.
     pub case: Case,
-    /// What was chosen for it, in words; empty where the case has all.
+    /// Text with the options that were chosen; empty where the case has all.
     pub chosen_options: String,
 }
 
-/// A distance between points (m), and where it comes from.
+/// Distance between points (m), and its source.
 struct SpacingChoice {
     value: f64,
     origin: String,
 }
 
 impl MethodCase {
-    /// The case for `method`. Where it has no entry for it, the keys that the method cannot do without follow from the spacing
-    /// of points that another method's entry asks for, or from the smallest body. A method that needs more than a spacing
-    /// is left without, and refuses the case in its own words.
+    /// Builds the case for `method`. Where the case has no entry for it, the required keys follow from the spacing of points of another
+    /// method's entry, or from the smallest body. A method that requires more than a spacing gets no entry, and its own message refuses the
+    /// case.
     pub fn for_method(method: &dyn Method, case: &Case) -> Self {
         let name = method.name();
         let mut own = case.clone();
@@ -73,8 +73,7 @@ fn rounded_to_six_digits(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }
 
-/// The cell nearest to `wanted` (m) of which every side of the domain has a whole number; `wanted` where none within a half of it
-/// does.
+/// Cell size nearest to `wanted` (m) of which every side of the domain has a whole number; `wanted` where none is within half of it.
 fn fitted_cell_size(case: &Case, wanted: f64) -> f64 {
     let sides: Vec<f64> =
         case.domain.min.iter().zip(&case.domain.max).map(|(low, high)| high - low).collect();
@@ -95,12 +94,12 @@ fn fitted_cell_size(case: &Case, wanted: f64) -> f64 {
     nearest.unwrap_or(wanted)
 }
 
-/// A cell with six digits where it fits as well: quotients of round numbers stay round.
+/// Cell size rounded to six digits where that fits as well: quotients of round numbers stay round.
 fn rounded_where_fitting(cell: f64, fits: impl Fn(&f64) -> bool) -> f64 {
     Some(rounded_to_six_digits(cell)).filter(|rounded| fits(rounded)).unwrap_or(cell)
 }
 
-/// The spacing of points that the case asks for.
+/// Spacing of points that the case requests.
 fn requested_spacing(case: &Case) -> Option<SpacingChoice> {
     let entries = || case.methods.iter();
     let direct = entries().find_map(|(name, options)| Some((name, options["spacing"].as_f64()?)));

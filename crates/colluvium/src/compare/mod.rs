@@ -1,4 +1,4 @@
-//! One case with several methods: runs, and one page that sets them side by side.
+//! Comparison of several methods on one case: their runs, and one page that shows them side by side.
 
 mod charts;
 mod completed_run;
@@ -28,67 +28,67 @@ pub use page::{SECTIONS_STYLE, sections};
 /// Name of the page in the folder of a comparison.
 pub const PAGE_FILE: &str = "index.html";
 
-/// How a comparison is made.
+/// Options of a comparison.
 #[derive(Clone, Debug, Default)]
 pub struct CompareOptions {
-    /// Folder of the page; each method runs in a folder of its own below it, by its name.
+    /// Folder of the page; each method runs in a subfolder with its name.
     pub out: PathBuf,
-    /// Continue what was interrupted; what is complete stays.
+    /// Whether to continue interrupted runs; complete runs are kept.
     pub resume: bool,
-    /// Replace earlier results.
+    /// Whether to replace earlier results.
     pub overwrite: bool,
-    /// Show the progress of each run.
+    /// Whether to show the progress of each run.
     pub show_progress: bool,
-    /// Methods at a time, each on its share of the threads: 0 and 1 are one after the other, each on all threads.
+    /// Number of methods run at a time, each on its share of the threads: with 0 or 1 one after the other, each on all threads.
     pub jobs: usize,
-    /// Memory that the runs at a time may take (bytes).
+    /// Memory available to the simultaneous runs (bytes).
     pub free_memory: f64,
-    /// Set from elsewhere to stop at the next step.
+    /// Flag, set from elsewhere, that stops the runs at the next step.
     pub stop: Option<Arc<AtomicBool>>,
-    /// Commit of the program, for the record.
+    /// Commit of the program, recorded with the results.
     pub commit: Option<String>,
-    /// Takes what is worth a word while a run goes on.
+    /// Function called with each warning during a run.
     pub on_warning: Option<fn(&str)>,
 }
 
-/// What came of a method.
+/// Outcome of a method.
 #[derive(Debug)]
 pub enum MethodOutcome {
-    /// It cannot honour the case; the text says why.
+    /// The method does not support the case; the text gives the reason.
     Refused(String),
-    /// It began and did not finish; the text says why.
+    /// The run began and did not finish; the text gives the reason.
     Failed(String),
-    /// It was asked to stop.
+    /// The run was stopped on request.
     Interrupted,
-    /// It ran to the end, now or before.
+    /// The run reached its end, now or earlier.
     Completed(Box<CompletedRun>),
 }
 
-/// A method with what came of it.
+/// Method with its outcome.
 #[derive(Debug)]
 pub struct MethodResult {
     /// Name of the method.
     pub method: &'static str,
-    /// What the comparison chose for it, in words; empty where the case has all.
+    /// Text with the options that the comparison chose; empty where the case has all.
     pub chosen_options: String,
-    /// Memory that it needs at least (bytes), by its own estimate.
+    /// Least memory that the method needs (bytes), by its own estimate.
     pub estimated_memory: f64,
-    /// What came of it.
+    /// Outcome of the method.
     pub outcome: MethodOutcome,
 }
 
-/// Why there is no comparison.
+/// Reason why there is no comparison.
 #[derive(Debug, Error)]
 pub enum CompareError {
     /// A name is not that of a method.
     #[error("{name:?} is not a method; there are: {available}")]
     UnknownMethod {
-        /// The name.
+        /// The unknown name.
         name: String,
-        /// Those that there are.
+        /// Names of the available methods.
         available: String,
     },
-    /// No method takes the case.
+    /// No method supports the case.
     #[error("no method can honour this case:\n{0}")]
     NoMethod(String),
     /// A file could not be written.
@@ -100,9 +100,9 @@ pub enum CompareError {
     /// The reference cannot be read as profiles.
     #[error("{}: {problem}", path.display())]
     Reference {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Description of the problem.
         problem: String,
     },
     /// A picture could not be drawn.
@@ -110,7 +110,7 @@ pub enum CompareError {
     Picture(String),
 }
 
-/// The methods called `names`, all of them where there are no names.
+/// Returns the methods called `names`, or all methods where `names` is empty.
 ///
 /// # Errors
 /// When a name is not that of a method.
@@ -126,8 +126,8 @@ pub fn methods_by_name(names: &[String]) -> Result<Vec<&'static dyn Method>, Com
     names.iter().map(named).collect()
 }
 
-/// Runs `case` with each of `methods`, `options.jobs` at a time. Whatever goes wrong with one, the others still run. `tell` hears of each
-/// when it is done.
+/// Runs `case` with each of `methods`, `options.jobs` at a time. A failure of one does not stop the others. `tell` is called with each
+/// result when it is complete.
 ///
 /// # Errors
 /// When the folder has a page that no comparison wrote; when the system gives no threads.
@@ -146,7 +146,7 @@ pub fn run(
         return Err(OutputError::new(&page, problem).into());
     }
     let jobs = options.jobs.clamp(1, methods.len().max(1));
-    // Bars of several runs would write over each other.
+    // Progress bars of several runs would overwrite each other.
     let own = CompareOptions {
         show_progress: options.show_progress && jobs == 1,
         free_memory: options.free_memory / jobs as f64,
@@ -180,7 +180,7 @@ pub fn run(
     Ok(found.into_iter().map(|(_, result)| result).collect())
 }
 
-/// Runs one method, of which `size` says what the case needs.
+/// Runs one method; `size` is the problem size of the case.
 fn compare_one_method(
     method: &dyn Method,
     case: &Case,
@@ -229,7 +229,7 @@ fn compare_one_method(
         .unwrap_or_else(|_| MethodOutcome::Failed("it panicked".to_owned()))
 }
 
-/// What a run that came to its end left in `folder`.
+/// Outcome of a run that reached its end, read from `folder`.
 fn read_outcome(folder: &Path) -> MethodOutcome {
     match CompletedRun::read(folder) {
         Ok(ran) => MethodOutcome::Completed(Box::new(ran)),
@@ -237,10 +237,10 @@ fn read_outcome(folder: &Path) -> MethodOutcome {
     }
 }
 
-/// Writes the page of a comparison into `folder`, with the profiles of a reference where it has some; its file.
+/// Writes the page of a comparison into `folder`, with the profiles of a reference if any, and returns its path.
 ///
 /// # Errors
-/// When no method took the case, a picture cannot be drawn, or the disk refuses.
+/// When no method supports the case, a picture cannot be drawn, or a file cannot be written.
 pub fn write_page(
     folder: &Path,
     case: &Case,
@@ -262,7 +262,7 @@ pub fn write_page(
     Ok(file)
 }
 
-/// The runs that came to their end, with their methods.
+/// Completed runs with the names of their methods.
 fn completed_runs(results: &[MethodResult]) -> Vec<(&'static str, &CompletedRun)> {
     results
         .iter()

@@ -1,4 +1,4 @@
-//! What stands on the page of a comparison.
+//! Page of a comparison: pictures, charts and tables.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -13,14 +13,14 @@ use crate::output::animation;
 use crate::output::rigid_geometry::rigid_geometry;
 use crate::plots::{Animation, CommonScales, LineChart, Panel, Picture, PointCloud, RigidGeometry, View};
 
-/// Times in the strip of pictures.
+/// Number of times in the strip of pictures.
 const PICTURE_TIMES: usize = 5;
-/// Bytes of the animation, about.
+/// Approximate size of the animation (bytes).
 const ANIMATION_BYTES: usize = 800_000;
-/// Times of profiles.
+/// Number of times of profiles.
 const PROFILE_TIMES: usize = 4;
 
-/// Of the page of a comparison alone.
+/// Style sheet of the page of a comparison alone.
 const PAGE_STYLE: &str = "
 body { font: 15px/1.5 system-ui, sans-serif; color: #1d2733; max-width: 1400px; margin: 0 auto; padding: 28px 20px 60px; }
 h1 { margin: 0 0 6px; font-size: 27px; } h2 { margin: 34px 0 8px; font-size: 19px; } h3 { margin: 12px 0 4px; font-size: 15px; }
@@ -30,7 +30,7 @@ th { color: #5c6b7a; } td.number { font-variant-numeric: tabular-nums; white-spa
 .soft { color: #5c6b7a; }
 ";
 
-/// Of [`sections`], on whatever page they stand.
+/// Style sheet of [`sections`], for any page that has them.
 pub const SECTIONS_STYLE: &str = "
 .wide { overflow-x: auto; } .strip { display: grid; gap: 6px; } .strip img { width: 100%; height: auto; }
 .charts { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(420px, 100%), 1fr)); gap: 10px; }
@@ -66,8 +66,8 @@ pub(super) fn page(
     })
 }
 
-/// Pictures, animation and charts of some runs of a case side by side, as a page of one's own takes them, with [`SECTIONS_STYLE`]; the
-/// profiles of a reference over those of the runs.
+/// Sections with pictures, animation and charts of some runs of a case side by side, for a page of one's own with [`SECTIONS_STYLE`];
+/// profiles of a reference are drawn over those of the runs.
 ///
 /// # Errors
 /// When a picture cannot be drawn.
@@ -81,7 +81,7 @@ pub fn sections(
     Ok(own.into_string())
 }
 
-/// What is seen of the runs, and what of them is drawn over time.
+/// Sections with pictures, animation, and charts of profiles, key figures and energies.
 fn run_sections(
     case: &Case,
     runs: &MethodRuns<'_>,
@@ -121,7 +121,7 @@ fn run_sections(
     })
 }
 
-/// What the case measures, and totals, in time.
+/// Section with charts of the measures of the case and of totals over time.
 fn measure_section(runs: &MethodRuns<'_>) -> Result<Markup, CompareError> {
     let measures = charts_to_svg(&charts::measure_charts(runs))?;
     Ok(html! {
@@ -136,7 +136,7 @@ fn charts_to_svg(charts: &[LineChart]) -> Result<Vec<String>, CompareError> {
     charts.iter().map(|chart| chart.to_svg().map_err(CompareError::Picture)).collect()
 }
 
-/// All runs on one slider.
+/// Animation of all runs with one slider.
 fn player(case: &Case, runs: &MethodRuns<'_>, plane: [usize; 2], ground: RigidGeometry) -> Option<String> {
     let mut panels: Vec<Panel<'_>> = Vec::new();
     for (method, ran) in runs {
@@ -151,13 +151,13 @@ fn player(case: &Case, runs: &MethodRuns<'_>, plane: [usize; 2], ground: RigidGe
     Some(animation::player(&Animation::from_panels(&panels, &view)?))
 }
 
-/// The field that colours the points: one that every run has.
+/// Field that colours the points: one that every run has.
 fn common_field(states: &[(&'static str, &Snapshot)]) -> Option<&'static str> {
     let all = |name: &&'static str| states.iter().all(|(_, snapshot)| snapshot.field(name).is_some());
     ["displacement", "velocity"].into_iter().find(all)
 }
 
-/// Pictures at equal times, a row each, with one scale of colours and one set of axes.
+/// Strip of pictures at equal times, a row a time, with one scale of colours and one set of axes.
 fn picture_strip(
     runs: &MethodRuns<'_>,
     plane: [usize; 2],
@@ -201,7 +201,7 @@ fn picture_strip(
     })
 }
 
-/// How far the profiles at the end are from that of the first method, and from the reference.
+/// Distances of the profiles at the end from that of the first method, and from the reference.
 struct ProfileDifferences<'a> {
     axes: CaseAxes,
     columns: Option<ProfileColumns>,
@@ -236,7 +236,7 @@ impl<'a> ProfileDifferences<'a> {
     }
 }
 
-/// What differs at the end, in figures.
+/// Table of the differences at the end.
 fn difference_table(
     results: &[MethodResult],
     runs: &MethodRuns<'_>,
@@ -304,7 +304,7 @@ fn difference_table(
     }
 }
 
-/// Every method, with what was chosen for it and what came of it.
+/// Table of all methods, with the options chosen for each and its outcome.
 fn method_table(results: &[MethodResult]) -> Markup {
     html! {
         h2 { "Methods" }
@@ -333,7 +333,7 @@ fn method_table(results: &[MethodResult]) -> Markup {
     }
 }
 
-/// Factors of safety.
+/// Table of factors of safety.
 fn safety_table(case: &Case, runs: &MethodRuns<'_>) -> Markup {
     let names: Vec<&str> = case.factors_of_safety().map(|(name, _)| name).collect();
     let found =

@@ -1,4 +1,4 @@
-//! Profiles that a comparison is held against: measured ones, or those of a closed form.
+//! Reference profiles of a comparison: measured ones, or those of a closed form.
 
 use std::path::{Path, PathBuf};
 
@@ -6,22 +6,22 @@ use crate::case::{ColumnFile, ColumnRow, Quantity};
 use crate::compare::CompareError;
 use crate::compare::key_figures::interpolated;
 
-/// Name of the file of profiles beside a case.
+/// Name of the file of reference profiles beside a case.
 const SIDECAR_FILE: &str = "reference.csv";
 
-/// A curve of position and height (m).
+/// Curve of position and height (m).
 type ProfileCurve = Vec<(f64, f64)>;
 
-/// Heights of the surface of what flows, at some times.
+/// Heights of the surface of the flowing mass, at some times.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReferenceProfiles {
-    /// Times (s; that of the end where the file has none) and profiles, by time and place.
+    /// Times (s; the end where the file has none) and profiles, by time and position.
     pub profiles: Vec<(Option<f64>, ProfileCurve)>,
 }
 
 impl ReferenceProfiles {
-    /// Reads a CSV file with the columns `position` and `height` (m), and `time` (s) where there are several profiles; a unit between
-    /// brackets after a name counts. Lines that begin with `#` are remarks.
+    /// Reads a CSV file with the columns `position` and `height` (m), and `time` (s) for several profiles; a unit in brackets after a name
+    /// is applied. Lines that begin with `#` are comments.
     ///
     /// # Errors
     /// When the file cannot be read, lacks a column, or has a number that is not finite.
@@ -30,7 +30,7 @@ impl ReferenceProfiles {
             .ok_or_else(|| reference_error(path, "has no columns position and height (m)"))
     }
 
-    /// The profiles of a file; `None` where it has no columns of them.
+    /// Reads the profiles of a file; `None` where it lacks their columns.
     fn profiles_of(path: &Path) -> Result<Option<Self>, CompareError> {
         let wrong = |problem: String| reference_error(path, &problem);
         let table = ColumnFile::read(path).map_err(wrong)?;
@@ -62,11 +62,11 @@ impl ReferenceProfiles {
         Ok(Some(Self { profiles }))
     }
 
-    /// The profiles that stand beside a case, in the file `reference.csv` of its folder, with that file; `None` where there is none, or one that
-    /// has no profiles.
+    /// Profiles in the file `reference.csv` of the folder of a case, with the path of that file; `None` where the file is missing or has no
+    /// profiles.
     ///
     /// # Errors
-    /// As [`Self::read`], but for columns that lack.
+    /// As [`Self::read`], except for missing columns.
     pub fn read_sidecar(case: &Path) -> Result<Option<(PathBuf, Self)>, CompareError> {
         let file = case.with_file_name(SIDECAR_FILE);
         if !file.is_file() {
@@ -76,8 +76,8 @@ impl ReferenceProfiles {
         Ok(found.map(|found| (file, found)))
     }
 
-    /// The profiles of the file that is named, or else of that beside the case; those of no file where there is none. `tell` hears of a
-    /// file that was found.
+    /// Profiles of the named file, or else of the file beside the case; empty without a file. `tell` is called with the path of a file that
+    /// was found.
     ///
     /// # Errors
     /// As [`Self::read`].
@@ -98,19 +98,19 @@ impl ReferenceProfiles {
             .unwrap_or_default())
     }
 
-    /// The times of `frames` (s, ascending) that lie nearest to those of the profiles.
+    /// Times of `frames` (s, ascending) nearest to those of the profiles.
     pub(super) fn times(&self, frames: &[f64]) -> Vec<f64> {
         self.profiles.iter().filter_map(|(time, _)| nearest_time(frames, *time)).collect()
     }
 
-    /// The profile of which `time` is the nearest of the times of `frames` (s).
+    /// Profile whose nearest time among `frames` (s) is `time`.
     pub(super) fn at(&self, time: f64, frames: &[f64]) -> Option<&ProfileCurve> {
         let here = |(own, _): &&(Option<f64>, ProfileCurve)| nearest_time(frames, *own) == Some(time);
         self.profiles.iter().find(here).map(|(_, curve)| curve)
     }
 }
 
-/// The numbers of a column, in SI units.
+/// Numbers of a column, in SI units.
 fn column_values(table: &ColumnFile, at: usize, quantity: Quantity) -> Result<Vec<f64>, String> {
     let factor = ColumnFile::factor(&table.headings().unwrap_or_default()[at], quantity)?;
     let number = |row: Result<ColumnRow, String>| {
@@ -125,13 +125,13 @@ fn reference_error(path: &Path, problem: &str) -> CompareError {
     CompareError::Reference { path: path.to_owned(), problem: problem.into() }
 }
 
-/// The time that lies nearest to another, or the last.
+/// Time of `frames` nearest to a given one, or the last.
 fn nearest_time(frames: &[f64], time: Option<f64>) -> Option<f64> {
     let Some(time) = time else { return frames.last().copied() };
     frames.iter().copied().min_by(|a, b| (a - time).abs().total_cmp(&(b - time).abs()))
 }
 
-/// Root mean square of what a profile differs from a reference at the places of the reference, over that of the reference.
+/// Root mean square difference of a profile from a reference at the positions of the reference, relative to the reference.
 pub(super) fn distance_to(reference: &[(f64, f64)], profile: &[(f64, f64)]) -> f64 {
     let sum: f64 = reference.iter().map(|(x, height)| (interpolated(profile, *x) - height).powi(2)).sum();
     let size: f64 = reference.iter().map(|(_, height)| height * height).sum();

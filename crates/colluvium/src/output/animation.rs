@@ -1,11 +1,11 @@
-//! Players of what runs have left, with what their case says of axes, bodies and materials.
+//! Animations of runs, with axes, bodies and materials from their case.
 
 use serde_json::Value;
 
 use crate::plots::{Animation, PointClasses, RigidGeometry, SCRIPT, STYLE, View};
 
-/// What is seen of a case, as its file has it: all three axes where it has three, else those of `plane`; points coloured by
-/// `fields`, or by what is usual where there are none, by bodies and by materials.
+/// View of a case: all three axes in three dimensions, else those of `plane`; points are coloured by `fields`, or by the default fields
+/// where `fields` is empty, by bodies and by materials.
 pub fn view(case: &Value, plane: [usize; 2], fields: &[String]) -> View {
     let size = |axis: usize| case["gravity"][axis].as_f64().unwrap_or(0.0).abs();
     let solid = case["space"] == "3d";
@@ -23,7 +23,7 @@ pub fn view(case: &Value, plane: [usize; 2], fields: &[String]) -> View {
     }
 }
 
-/// The bodies of a case sorted by a text that each has.
+/// Classes of the bodies of a case by a text of each.
 fn body_classes(case: &Value, name: &str, key: &str) -> PointClasses {
     let mut names: Vec<String> = Vec::new();
     let mut of_body = Vec::new();
@@ -38,13 +38,12 @@ fn body_classes(case: &Value, name: &str, key: &str) -> PointClasses {
     PointClasses { name: name.to_owned(), names, of_body }
 }
 
-/// The player of an animation with all that a page needs for it. A page that has several takes [`Animation::element`] of each
-/// and [`scripts`] once.
+/// HTML of an animation with its scripts. A page with several animations takes [`Animation::element`] of each and [`scripts`] once.
 pub fn player(animation: &Animation) -> String {
     animation.element() + &scripts()
 }
 
-/// Style sheet and script of the players of a page.
+/// Style sheet and script of the animations of a page.
 pub fn scripts() -> String {
     format!("<style>{STYLE}</style><script>{SCRIPT}</script>")
 }

@@ -1,18 +1,18 @@
-//! The surface of a body in space as a skin of four-sided faces.
+//! Surface of a body in space as a mesh of quadrilaterals.
 
 use std::collections::HashMap;
 use std::ops::Range;
 
 use colluvium_points::Surface;
 
-/// Cells along the longest side of what is covered.
+/// Cells along the longest side of the meshed box.
 const CELLS_ALONG_LONGEST: f64 = 20.0;
 
 /// Corners (m) and faces of a surface within a window, each face with its corners counter-clockwise as seen from outside; none
 /// where the surface does not come into the window.
 ///
-/// The faces are those between cells whose middle is in the solid and cells whose middle is not, their corners moved to the
-/// nearest place of the surface: closed where the surface is, and rounded off where edges stand out.
+/// The faces lie between cells with their centre in the solid and cells with their centre outside, the corners moved to the nearest point
+/// of the surface: closed where the surface is, with rounded edges.
 pub(super) fn surface_mesh(
     surface: &dyn Surface<3>,
     window: &[Range<f64>; 3],
@@ -26,7 +26,7 @@ pub(super) fn surface_mesh(
         return shell;
     }
     let step = longest / CELLS_ALONG_LONGEST;
-    // A layer of cells around what has an end closes it; the window cuts off what has none.
+    // A layer of cells around a bounded body closes it; the window cuts off an unbounded one.
     let first: [f64; 3] = std::array::from_fn(|c| ends[c].start - step);
     let counts: [usize; 3] =
         std::array::from_fn(|c| ((ends[c].end - ends[c].start) / step).round() as usize + 2);
@@ -67,7 +67,7 @@ pub(super) fn surface_mesh(
     shell
 }
 
-/// The cell of number `k`, counted along the first axis first.
+/// Indices of the cell of number `k`, counted along the first axis first.
 fn cell_coordinates(k: usize, counts: &[usize; 3]) -> [usize; 3] {
     [k % counts[0], k / counts[0] % counts[1], k / (counts[0] * counts[1])]
 }
@@ -77,7 +77,7 @@ mod tests {
     use super::*;
     use colluvium_points::surface::{BallSurface, HalfSpace};
 
-    /// Volume within the faces (m³): that of tetrahedra from the origin.
+    /// Volume within the faces (m³), as the sum of tetrahedra from the origin.
     fn volume((corners, faces): &(Vec<[f64; 3]>, Vec<[usize; 4]>)) -> f64 {
         let det = |a: [f64; 3], b: [f64; 3], c: [f64; 3]| {
             (0..3)
@@ -102,7 +102,7 @@ mod tests {
         // Chords of a twentieth of the diameter lie within the ball by less than a percent.
         let whole = 4.0 / 3.0 * std::f64::consts::PI * 0.125;
         assert!((0.97 * whole..whole).contains(&volume(&skin)), "{} of {whole}", volume(&skin));
-        // Each side of a face is that of one other, passed the other way round.
+        // Each edge of a face belongs to one other face, in the opposite direction.
         let mut sides = std::collections::HashSet::new();
         for face in &skin.1 {
             for k in 0..4 {

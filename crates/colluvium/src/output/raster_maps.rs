@@ -1,4 +1,4 @@
-//! Maps of the rasters that a run has left.
+//! Maps of the rasters of a run.
 
 use std::path::Path;
 
@@ -11,10 +11,10 @@ use crate::output::rigid_geometry::case_of_run;
 use crate::output::run_pictures::read_case_value;
 use crate::plots::{MapCells, TerrainMap};
 
-/// Folder of the rasters in that of a run.
+/// Name of the folder of rasters in that of a run.
 pub(crate) const RASTER_FOLDER: &str = "rasters";
 
-/// Rasters that have a map, the most telling first, and what their colours mean.
+/// Rasters that have a map, the most informative first, and the labels of their colours.
 const MAPPED_RASTERS: [(&str, &str); 8] = [
     ("peak_thickness_vertical", "peak thickness (m)"),
     ("peak_thickness_normal", "peak thickness (m)"),
@@ -26,9 +26,8 @@ const MAPPED_RASTERS: [(&str, &str); 8] = [
     ("bed_change", "change of the bed (m)"),
 ];
 
-/// The map of each raster in the folder of a run, by its name: shaded terrain, the raster in colours, the outlines of layers and
-/// that of the event that was mapped, without these where the files of the case are not those of the run any more.
-/// None where there is no raster.
+/// Map of each raster in the folder of a run, by its name: shaded terrain, the coloured raster, outlines of layers and of the observed
+/// event. Outlines are missing where the files of the case have changed since the run. Empty without rasters.
 ///
 /// # Errors
 /// When a raster or the case of the run cannot be read.
@@ -64,13 +63,13 @@ fn value_text(value: &Value) -> String {
     value.as_str().unwrap_or_default().to_owned()
 }
 
-/// Title of the map of a quantity, whose label has its unit, of a case.
+/// Title of the map of a quantity (a label with a unit) of a case.
 fn map_title(label: &str, case: &str) -> String {
     let quantity = label.split(" (").next().unwrap_or(label);
     if case.is_empty() { quantity.to_owned() } else { format!("{quantity}: {case}") }
 }
 
-/// The map of a raster of a case.
+/// Map of a raster of a case.
 ///
 /// # Errors
 /// When the terrain of the case cannot be read.
@@ -95,7 +94,7 @@ fn raster_cells(raster: Raster, origin: &[f64; 3]) -> MapCells {
     }
 }
 
-/// Heights of the terrain (m), at coordinates of the map.
+/// Heights of the terrain (m), in map coordinates.
 fn terrain_heights(case: &Case) -> Result<Option<MapCells>, CaseError> {
     for number in 0..case.obstacles.len() {
         if let Some(raster) = case.heights(number)? {
@@ -105,7 +104,7 @@ fn terrain_heights(case: &Case) -> Result<Option<MapCells>, CaseError> {
     Ok(None)
 }
 
-/// Rings of the layers of the bodies (m), at coordinates of the map.
+/// Outlines of the layers of the bodies (m), in map coordinates.
 fn release_outlines(case: &Case) -> Vec<Vec<[f64; 2]>> {
     let origin = case.origin();
     let mut rings = Vec::new();
@@ -120,7 +119,7 @@ fn release_outlines(case: &Case) -> Vec<Vec<[f64; 2]>> {
     rings
 }
 
-/// Rings of the event that was mapped (m), at coordinates of the map; none where its file has gone since.
+/// Outlines of the observed event (m), in map coordinates; empty where its file is missing.
 fn observed_outlines(case: &Case) -> Vec<Vec<[f64; 2]>> {
     let file = case.output.rasters.as_ref().and_then(|rasters| rasters.mapped_outline.as_ref());
     let outline = file.and_then(|file| case.outline(file).ok());

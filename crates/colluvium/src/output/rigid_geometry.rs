@@ -1,4 +1,4 @@
-//! Obstacles of a case as pictures show them.
+//! Rigid geometry of the obstacles of a case for pictures.
 
 use std::ops::Range;
 use std::path::Path;
@@ -11,16 +11,16 @@ use crate::case::run::changed_inputs;
 use crate::case::{Case, PlacedObstacle};
 use crate::plots::{Heights, MovingLines, MovingSurface, RigidGeometry, clip_line};
 
-/// Samples along the longer side of the domain: lines in a plane.
+/// Samples along the longer side of the domain, for lines in a plane.
 const SAMPLES_IN_PLANE: f64 = 300.0;
-/// Nodes along the longer side of the domain: ground in space.
+/// Nodes along the longer side of the domain, for ground in space.
 const NODES_IN_SPACE: f64 = 96.0;
-/// Times at which it is asked how much of a moving body comes into the domain.
+/// Number of times at which the part of a moving body inside the domain is determined.
 const MOTION_SAMPLES: usize = 64;
-/// How far beyond the domain, in its lengths, a moving body is drawn.
+/// Largest distance beyond the domain, in its lengths, at which a moving body is drawn.
 const MAX_DISTANCE_DRAWN: f64 = 2.0;
 
-/// [`rigid_geometry`] of the case in the folder of a run; nothing where its files are not those of the run any more.
+/// [`rigid_geometry`] of the case in the folder of a run; empty where its files have changed since the run.
 pub fn rigid_geometry_of_run(folder: &Path) -> RigidGeometry {
     match case_of_run(folder) {
         Ok(case) => rigid_geometry(&case),
@@ -30,10 +30,10 @@ pub fn rigid_geometry_of_run(folder: &Path) -> RigidGeometry {
     }
 }
 
-/// The case in the folder of a run with the files that it names.
+/// Case in the folder of a run with the files that it names.
 ///
 /// # Errors
-/// When one of them is gone or has changed since the run, by its name.
+/// When one of the files is missing or has changed since the run, with its name.
 pub fn case_of_run(folder: &Path) -> Result<Case, String> {
     let case = Case::load(&folder.join("case.json")).map_err(|errors| errors.first().to_string())?;
     let changed = changed_inputs(folder, &case).unwrap_or_default();
@@ -43,8 +43,8 @@ pub fn case_of_run(folder: &Path) -> Result<Case, String> {
     }
 }
 
-/// The obstacles of a case over its domain and at coordinates of the map: as lines in a plane; in space those that stand still
-/// as ground seen from above, against gravity, and those that move as shells.
+/// Obstacles of a case over its domain in map coordinates: lines in a plane; in space, static obstacles as ground seen against gravity and
+/// moving ones as shells.
 pub fn rigid_geometry(case: &Case) -> RigidGeometry {
     if case.obstacles.is_empty() {
         return RigidGeometry::default();
@@ -83,12 +83,12 @@ fn domain_ranges<const D: usize>(case: &Case) -> [Range<f64>; D] {
     std::array::from_fn(|c| case.domain.min[c]..case.domain.max[c])
 }
 
-/// The place about which a body turns (m), the lower end of the domain along axes that have none.
+/// Centre of rotation of a body (m), the lower end of the domain along axes without one.
 fn rotation_centre<const D: usize>(motion: &ObstacleMotion, domain: &[Range<f64>; D]) -> [f64; D] {
     std::array::from_fn(|c| motion.centre.get(c).copied().unwrap_or(domain[c].start))
 }
 
-/// The box around all of a moving body that is in the domain at some time, as the body lies at the start.
+/// Box around the part of a moving body that is in the domain at some time, in the body's position at the start.
 fn swept_box<const D: usize>(
     case: &Case,
     motion: &ObstacleMotion,
@@ -111,11 +111,11 @@ fn swept_box<const D: usize>(
     passed
 }
 
-/// Where the distance from a surface changes its sign within a window (m), as lines shifted by `offset` (m).
+/// Zero level of the distance from a surface within a window (m), as lines shifted by `offset` (m).
 fn surface_lines(surface: &dyn Surface<2>, window: &[Range<f64>; 2], offset: [f64; 2]) -> Vec<Vec<[f64; 2]>> {
     let sides = [0, 1].map(|c| window[c].end - window[c].start);
     let step = sides[0].max(sides[1]) / SAMPLES_IN_PLANE;
-    // Two samples more than the window needs: rings close along the outermost ones, outside of it.
+    // Two samples more than the window needs: rings close along the outermost ones, outside it.
     let counts = sides.map(|side| (side / step).ceil() as usize + 4);
     let first = [0, 1].map(|c| window[c].start - 1.5 * step);
     let reach = 3.0 * step;
@@ -126,7 +126,7 @@ fn surface_lines(surface: &dyn Surface<2>, window: &[Range<f64>; 2], offset: [f6
     };
     let values: Vec<f64> = (0..counts[0] * counts[1]).map(distance).collect();
     let builder = ContourBuilder::new(counts[0], counts[1], true).x_step(step).y_step(step);
-    // The sample of number 0 lies half a step from the corner at which the rings count from.
+    // Sample 0 lies half a step from the corner that the rings are relative to.
     let corner = [0, 1].map(|c| first[c] + offset[c] - 0.5 * step);
     let rings = builder.x_origin(corner[0]).y_origin(corner[1]).lines(&values, &[0.0]).unwrap_or_default();
     let window = [0, 1].map(|c| window[c].start + offset[c]..window[c].end + offset[c]);
@@ -138,7 +138,7 @@ fn surface_lines(surface: &dyn Surface<2>, window: &[Range<f64>; 2], offset: [f6
     lines
 }
 
-/// A line without the corners that lie within `slack` (m) of the chord of their neighbours.
+/// Line without the corners within `slack` (m) of the chord of their neighbours.
 fn simplify_line(corners: impl Iterator<Item = [f64; 2]>, slack: f64) -> Vec<[f64; 2]> {
     let mut kept: Vec<[f64; 2]> = Vec::new();
     let mut passed: Vec<[f64; 2]> = Vec::new();
@@ -177,7 +177,7 @@ fn space_geometry(case: &Case, standing: &[PlacedObstacle<'_, 3>]) -> RigidGeome
     ground
 }
 
-/// The highest ground that stands still under each node of a lattice; `None` where none does.
+/// Height of the highest static ground under each node of a lattice; `None` without static obstacles.
 fn top_heights(case: &Case, standing: &[PlacedObstacle<'_, 3>]) -> Option<Heights> {
     let still = || standing.iter().filter(|one| one.obstacle.motion.is_none());
     still().next()?;
@@ -204,8 +204,8 @@ fn top_heights(case: &Case, standing: &[PlacedObstacle<'_, 3>]) -> Option<Height
     Some(Heights { counts, origin, spacing, values })
 }
 
-/// Where a surface is met from `x` down along an axis, by steps as long as nothing is nearer; `None` where that begins in the
-/// solid, or nothing is met above `bottom`.
+/// Intersection of a surface with a ray from `x` down along an axis, by steps of the distance to the surface; `None` where `x` is in the
+/// solid, or no surface lies above `bottom`.
 fn ray_down(surface: &dyn Surface<3>, mut x: [f64; 3], up: usize, bottom: f64, close: f64) -> Option<f64> {
     if surface.contains(&x) {
         return None;
@@ -307,7 +307,7 @@ mod tests {
             let far = (x - 2.0).hypot(y - 2.0);
             let floor = 1.0 - x / 4.0;
             let right = if far < 1.0 { (1.5 + (1.0 - far * far).sqrt()).max(floor) } else { floor };
-            // Near the rim of the ball, upright, a way down passes close by.
+            // Near the rim of the upright ball, a ray down passes close by.
             if !(0.9..1.001).contains(&far) {
                 assert!((height - 300.0 - right).abs() < 2e-4, "{x} {y}: {height} for {right}");
             }

@@ -1,4 +1,4 @@
-//! Pictures of what a run has left in its folder.
+//! Pictures of the files in the folder of a run.
 
 use std::path::Path;
 
@@ -8,10 +8,10 @@ use crate::case::output::{OutputError, Table, column_heading, read_frame, read_j
 use crate::case::{Dataset, Field, Snapshot};
 use crate::plots::{ForceChains, LineChart, PointCloud, Series, Style};
 
-/// Columns of the measures that are no result.
+/// Columns of the measures that are not results.
 const COUNT_COLUMNS: [&str; 2] = ["time", "step"];
 
-/// A chart in time of each column of the measures, by its name; those that never have a value are left out.
+/// Charts over time of the columns of the measures, by name; columns without values are left out.
 pub fn charts(table: &Table) -> Vec<(String, LineChart)> {
     let columns = table.columns.iter().filter(|(name, _)| !COUNT_COLUMNS.contains(&name.as_str()));
     let chart = |(name, unit): &(String, String)| {
@@ -32,18 +32,18 @@ fn time_chart(name: &str, label: &str, points: Vec<(f64, f64)>) -> LineChart {
     }
 }
 
-/// A change smaller than this share of the largest value is noise.
+/// Share of the largest value below which a change is rounding noise.
 const ROUNDING_SHARE: f64 = 1e-9;
 
-/// Whether a series changes by more than noise.
+/// Whether a series changes by more than rounding noise.
 pub(crate) fn is_changing(points: &[(f64, f64)]) -> bool {
     let values = || points.iter().map(|p| p.1).filter(|value| value.is_finite());
     let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
     high - low > ROUNDING_SHARE * high.abs().max(low.abs())
 }
 
-/// A table in which what rounding leaves is zero: values below a billionth of what columns of their kind reach. Columns of one unit
-/// are of a kind; a momentum is also held against that of the whole mass at the kinetic energy that there was.
+/// Sets rounding noise in a table to zero: values below a billionth of the largest of all columns of the same unit. A momentum is also
+/// compared with that of the whole mass at the largest kinetic energy.
 pub(crate) fn without_rounding_noise(mut table: Table) -> Table {
     let reach =
         |k: usize| table.rows.iter().map(|row| row[k].abs()).filter(|v| v.is_finite()).fold(0.0, f64::max);
@@ -58,7 +58,7 @@ pub(crate) fn without_rounding_noise(mut table: Table) -> Table {
         let kind = (0..table.columns.len()).filter(of_kind).map(reach).fold(reach(k), f64::max);
         ROUNDING_SHARE * if name.starts_with("momentum") { kind.max(momentum) } else { kind }
     };
-    // A time is no noise of a longer one.
+    // A time is not rounding noise of a longer one.
     let least: Vec<f64> =
         (0..table.columns.len()).map(|k| if table.columns[k].1 == "s" { 0.0 } else { least(k) }).collect();
     for row in &mut table.rows {
@@ -71,7 +71,7 @@ pub(crate) fn without_rounding_noise(mut table: Table) -> Table {
     table
 }
 
-/// A frame of a run: its time (s) and file, as its collection has them.
+/// Reads a frame of a run from its time (s) and file, as the collection lists them.
 ///
 /// # Errors
 /// When the file cannot be read.
@@ -79,7 +79,7 @@ pub fn read_collection_frame(folder: &Path, (time, file): &(f64, String)) -> Res
     read_frame(&folder.join(file), *time)
 }
 
-/// Names the units of forces in frames of a case: N, and N/m in plane strain, where they are those of a metre of thickness.
+/// Sets the units of forces in frames of a case: N, or N/m in plane strain, where forces are per metre of thickness.
 pub fn set_force_units(fields: &mut [Field], case: &Value) {
     let of_thickness = case["space"] == "plane-strain";
     for field in fields.iter_mut().filter(|field| of_thickness && field.unit == "N") {
@@ -87,11 +87,11 @@ pub fn set_force_units(fields: &mut [Field], case: &Value) {
     }
 }
 
-/// The points of a frame coloured by a field, with the name of the field: the one asked for, or `displacement`, or the
-/// first there is.
+/// Picture of the points of a frame coloured by a field, with the name of the field: the requested one, or `displacement`, or the first
+/// one.
 ///
 /// # Errors
-/// The names of the fields there are, where the one asked for is not among them.
+/// The names of the available fields, where the requested one is not among them.
 pub fn point_picture(
     snapshot: &Snapshot,
     field: Option<&str>,
@@ -104,11 +104,11 @@ pub fn point_picture(
     cloud.map(|cloud| (name.to_owned(), cloud)).ok_or_else(|| names.join(", "))
 }
 
-/// The lines of a frame, as of contacts, as wide as a field is large, between the grains that have the frame's time, with the name
-/// of the field: the one asked for, or `force`, or the first there is.
+/// Picture of the lines of a frame, as of contacts, between the grains at its time, as wide as a field is large, with the name of the
+/// field: the requested one, or `force`, or the first one.
 ///
 /// # Errors
-/// The names of the fields there are, where the one asked for is not among them.
+/// The names of the available fields, where the requested one is not among them.
 pub fn line_picture(
     contacts: &Dataset,
     grains: &Snapshot,
@@ -122,17 +122,17 @@ pub fn line_picture(
     chains.map(|chains| (name.to_owned(), chains)).ok_or_else(|| names.join(", "))
 }
 
-/// The two axes seen: of the view `asked` for, `xy`, `xz` or `yz`; else x and y, and in three dimensions with gravity along z
-/// x and z, as the case in the folder of the run has it.
+/// Axes of a view: of `asked`, `xy`, `xz` or `yz`; else x and y, or x and z in three dimensions with gravity along z, from the case in the
+/// folder of the run.
 ///
 /// # Errors
-/// When that case cannot be read; none need be there.
+/// When the case cannot be read; a missing one is no error.
 pub fn view_plane(folder: &Path, asked: Option<&str>) -> Result<[usize; 2], OutputError> {
     let gravity = if asked.is_none() { gravity_along_z(folder)? } else { None };
     Ok(view_plane_for_gravity(gravity, asked))
 }
 
-/// The two axes seen, as [`view_plane`] has them, where gravity along z is known (m/s²; `None` where there is no z).
+/// Axes of a view, as in [`view_plane`], where gravity along z is known (m/s²; `None` without z axis).
 pub fn view_plane_for_gravity(gravity: Option<f64>, asked: Option<&str>) -> [usize; 2] {
     match asked {
         Some("xz") => [0, 2],
@@ -142,15 +142,15 @@ pub fn view_plane_for_gravity(gravity: Option<f64>, asked: Option<&str>) -> [usi
     }
 }
 
-/// Gravity along z of the case in the folder of a run.
+/// Gravity along z (m/s²) of the case in the folder of a run.
 fn gravity_along_z(folder: &Path) -> Result<Option<f64>, OutputError> {
     Ok(read_case_value(folder)?["gravity"][2].as_f64())
 }
 
-/// The case in the folder of a run; null where there is none.
+/// Case in the folder of a run as JSON; null where there is none.
 ///
 /// # Errors
-/// When it cannot be read.
+/// When the file cannot be read.
 pub fn read_case_value(folder: &Path) -> Result<Value, OutputError> {
     let path = folder.join("case.json");
     if path.exists() { read_json(&path) } else { Ok(Value::Null) }

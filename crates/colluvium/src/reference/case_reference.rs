@@ -1,8 +1,8 @@
-//! The reference of the case file, made from its schema.
+//! Reference of the case file, made from its schema.
 
 use serde_json::Value;
 
-/// The reference as Markdown: every object with its keys, types, defaults and meanings.
+/// Reference of the case file as Markdown: every object with its keys, types, defaults and descriptions.
 pub fn case_reference() -> String {
     let schema = crate::case_schema();
     let mut text = String::from(
@@ -41,7 +41,7 @@ fn object_section(text: &mut String, name: &str, schema: &Value) {
         Some(variants) => {
             for variant in variants {
                 let tag = variant_tag(variant).map(|(key, value)| format!("\"{key}\": \"{value}\""));
-                // A value under the name of its variant.
+                // The value is under the name of its variant.
                 let name = || variant["required"].as_array()?.first()?.as_str();
                 let tag = tag.or_else(|| name().map(|name| format!("\"{name}\": …"))).unwrap_or_default();
                 text.push_str(&format!("**`{tag}`** — {}\n\n", one_line(&variant["description"])));
@@ -55,7 +55,7 @@ fn object_section(text: &mut String, name: &str, schema: &Value) {
     }
 }
 
-/// The tag of a variant: its key and its value.
+/// Tag of a variant: its key and its value.
 pub(crate) fn variant_tag(variant: &Value) -> Option<(&str, &str)> {
     let (key, schema) = variant["properties"].as_object()?.iter().find(|(_, s)| s["const"].is_string())?;
     Some((key, schema["const"].as_str()?))

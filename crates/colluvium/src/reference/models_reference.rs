@@ -1,4 +1,4 @@
-//! The list of material models, made from the facts and the schema of each.
+//! List of material models, made from their model information and schemas.
 
 use constitutive::{MaterialSpec, ModelFamily};
 use serde_json::Value;
@@ -6,7 +6,7 @@ use serde_json::Value;
 use crate::constitutive;
 use crate::reference::case_reference::{key_table, one_line, variant_tag};
 
-/// Models that the sources name without a law that could be checked: extensions for whoever needs them.
+/// Models that the sources name without a law that could be checked, as candidates for extensions.
 const UNVERIFIED_MODELS: &[&str] = &[
     "partial fluidisation with an order parameter (Aranson & Tsimring)",
     "volume-fraction model of dense flow (Josserand et al.)",
@@ -23,7 +23,7 @@ const UNVERIFIED_MODELS: &[&str] = &[
     "snow regimes (cold dense, warm shear, warm plug, sliding slab): `cohesive-cam-clay` with parameters that the sources do not print",
 ];
 
-/// The models as Markdown: a table of all, the parameters of each, and what is only named.
+/// Material models as Markdown: a table of all, the parameters of each, and the unverified models.
 pub fn models_reference() -> String {
     let schema = crate::case_schema();
     let mut text = String::from(
@@ -79,7 +79,7 @@ fn methods_of_model(name: &str, kind: ModelFamily) -> &'static str {
     }
 }
 
-/// Schema of a model, references resolved.
+/// Schema of a model, with references resolved.
 fn model_schema<'a>(schema: &'a Value, name: &str) -> Option<&'a Value> {
     let variants = schema["$defs"]["MaterialSpec"]["oneOf"].as_array()?;
     variants

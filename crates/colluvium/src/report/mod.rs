@@ -1,4 +1,4 @@
-//! The report of a run: one page that needs no other file.
+//! Report of a run: one page that needs no other file.
 
 mod page;
 mod parameters;
@@ -26,16 +26,16 @@ use crate::plots::{
 /// Name of the report in the folder of its run.
 pub const REPORT_FILE: &str = "report.html";
 
-/// What a report shows beside what is always there.
+/// Options of a report.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReportOptions {
     /// Fields that colour the points; displacement and velocity, as far as the frames have them, when empty.
     pub fields: Vec<String>,
-    /// Number of frames of each, first and last among them.
+    /// Number of frames shown of each field, the first and the last among them.
     pub frames: usize,
-    /// The two axes seen.
+    /// The two axes of the view.
     pub plane: [usize; 2],
-    /// Whether a file of the report's name that no report wrote is replaced.
+    /// Whether to replace a file of the report's name that no report wrote.
     pub overwrite: bool,
 }
 
@@ -45,53 +45,53 @@ impl Default for ReportOptions {
     }
 }
 
-/// Why there is no report.
+/// Reason why there is no report.
 #[derive(Debug, Error)]
 pub enum ReportError {
     /// A file could not be written or read.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// The folder is not one of a run.
+    /// The folder is not that of a run.
     #[error("{}: holds no run (there is no summary.json)", .0.display())]
     NoRun(PathBuf),
-    /// The frames have no such field.
+    /// The frames do not have the field.
     #[error("the frames have no field {name:?}; they have {available}")]
     Field {
-        /// The field asked for.
+        /// The requested field.
         name: String,
-        /// The fields there are.
+        /// The available fields.
         available: String,
     },
     /// A picture could not be drawn.
     #[error("picture of {subject}: {problem}")]
     Picture {
-        /// What it was to show.
+        /// Subject of the picture.
         subject: String,
-        /// What went wrong.
+        /// Description of the problem.
         problem: String,
     },
 }
 
-/// What a run has left, as far as it came.
+/// Results of a run, complete or not.
 struct RunResults {
     summary: Value,
     case: Value,
-    /// Measures in time; empty before the first row.
+    /// Measures over time; empty before the first row.
     measures: Table,
-    /// Time (s) and file of the frames.
+    /// Times (s) and files of the frames.
     frames: Vec<(f64, String)>,
-    /// Profiles, by name: of each the time, position, height.
+    /// Profiles by name, each with columns time, position and height.
     profiles: Vec<(String, Table)>,
-    /// Messages about files that are gone or cannot be read, each with what the report leaves out.
+    /// Messages about missing or unreadable files, each with the part that the report lacks.
     missing_files: Vec<String>,
 }
 
-/// A report that was written.
+/// Report that was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Report {
-    /// The page.
+    /// Path of the page.
     pub file: PathBuf,
-    /// Files that are gone, have changed or cannot be read, and what the page lacks without them.
+    /// Files that are missing, changed or unreadable, and the parts that the page lacks without them.
     pub missing_files: Vec<String>,
 }
 
@@ -127,7 +127,7 @@ impl RunResults {
         Ok(Self { summary, case, measures: table, frames, profiles, missing_files: missing })
     }
 
-    /// Whether a column of the measures is one that the case asks for.
+    /// Whether the case requests a column of the measures.
     fn is_requested(&self, column: &str) -> bool {
         let measures = self.case["measures"].as_object().into_iter().flatten();
         measures.into_iter().any(|(name, _)| {
@@ -135,43 +135,43 @@ impl RunResults {
         })
     }
 
-    /// True when all stages and searches are done.
+    /// Whether all stages and searches are complete.
     fn is_complete(&self) -> bool {
         self.summary["status"] == "completed"
     }
 }
 
-/// A picture with what stands below it.
+/// Picture with its caption.
 struct ReportFigure {
-    /// An element of HTML or SVG.
+    /// HTML or SVG element.
     element: String,
     caption: String,
 }
 
-/// What is drawn.
+/// Pictures of a report.
 struct ReportPictures {
-    /// The points in time; `None` before the second frame.
+    /// Animation of the points; `None` before the second frame.
     player: Option<String>,
     points: Vec<ReportFigure>,
-    /// Measures and profiles that the case asks for.
+    /// Measures and profiles that the case requests.
     requested: Vec<ReportFigure>,
     charts: Vec<ReportFigure>,
     maps: Vec<ReportFigure>,
     safety: Vec<ReportFigure>,
 }
 
-/// Beginnings of the names of columns that say how a run went more than what came out: they come last.
+/// Prefixes of the names of columns about the progress of a run rather than its results: they come last.
 const RUN_COLUMN_PREFIXES: [&str; 6] =
     ["time_step", "kinetic_energy", "momentum", "angular_momentum", "mass", "points"];
 
-/// Frames that are read for the player, at most.
+/// Largest number of frames read for the animation.
 const MAX_PLAYER_FRAMES: usize = 80;
 
 /// Writes the report of the run in `folder`, complete or not, into that folder.
 ///
 /// # Errors
-/// When the folder holds no run, its summary, its case or a frame cannot be read, a field is not in the frames, or a file that no report wrote is in the
-/// way.
+/// When the folder has no run, its summary, case or a frame cannot be read, a field is not in the frames, or a file that no report wrote
+/// has the report's name.
 pub fn write(folder: &Path, options: &ReportOptions) -> Result<Report, ReportError> {
     let mut results = RunResults::read(folder)?;
     let mut files = DerivedFiles::open(folder, options.overwrite)?;
@@ -196,7 +196,7 @@ pub fn write(folder: &Path, options: &ReportOptions) -> Result<Report, ReportErr
     Ok(Report { file: folder.join(REPORT_FILE), missing_files: results.missing_files })
 }
 
-/// Numbers of at most `wanted` frames of `count`, evenly from the first to the last.
+/// Numbers of at most `wanted` of `count` frames, evenly from the first to the last.
 pub(crate) fn evenly_spaced_frames(count: usize, wanted: usize) -> Vec<usize> {
     let shown = wanted.min(count);
     let last = count.saturating_sub(1);
@@ -207,7 +207,7 @@ pub(crate) fn evenly_spaced_frames(count: usize, wanted: usize) -> Vec<usize> {
     }
 }
 
-/// The player of the frames.
+/// Animation of the frames.
 fn player(
     folder: &Path,
     results: &RunResults,
@@ -226,8 +226,8 @@ fn player(
     Ok(Animation::from_panels(&[panel], &view).map(|animation| animation::player(&animation)))
 }
 
-/// The points of some frames, as PNG: as SVG, each point is an element, and there may be very many. All pictures of a field have
-/// one scale of colours and one set of axes.
+/// Pictures of the points of some frames, as PNG because in SVG each point is an element. All pictures of a field have one scale of colours
+/// and one set of axes.
 fn points(
     folder: &Path,
     results: &RunResults,
@@ -270,7 +270,7 @@ fn points(
     Ok(figures)
 }
 
-/// A picture as an `img` that carries its PNG.
+/// HTML `img` element with the PNG data of a picture.
 pub(crate) fn png(picture: &impl Picture, what: &str) -> Result<String, ReportError> {
     use base64::Engine;
     let fail = |problem| ReportError::Picture { subject: what.to_owned(), problem };
@@ -287,7 +287,7 @@ fn maps(folder: &Path) -> Result<Vec<ReportFigure>, ReportError> {
     crate::output::raster_maps::raster_maps(folder)?.into_iter().map(figure).collect()
 }
 
-/// Charts as SVG of the measures that change: those that the case asks for with its profiles, and all others.
+/// Charts (SVG) of the measures that change: the requested ones with the profiles, and all others.
 fn charts(results: &RunResults) -> Result<(Vec<ReportFigure>, Vec<ReportFigure>), ReportError> {
     let of_run = |name: &str| RUN_COLUMN_PREFIXES.iter().any(|begin| name.starts_with(begin));
     let mut measures = run_pictures::charts(&results.measures);
@@ -298,7 +298,7 @@ fn charts(results: &RunResults) -> Result<(Vec<ReportFigure>, Vec<ReportFigure>)
     let profiles = results.profiles.iter().map(|(name, table)| (name.clone(), profile(table)));
     let figure = |(name, chart): (String, LineChart)| {
         let fail = |problem| ReportError::Picture { subject: name.clone(), problem };
-        // The caption below it is its title.
+        // The caption below the chart is its title.
         let chart = LineChart { title: String::new(), ..chart };
         Ok(ReportFigure { element: chart.to_svg().map_err(fail)?, caption: name.replace('_', " ") })
     };
@@ -307,7 +307,7 @@ fn charts(results: &RunResults) -> Result<(Vec<ReportFigure>, Vec<ReportFigure>)
     Ok((asked?, others?))
 }
 
-/// A profile at some of its times.
+/// Chart of a profile at some of its times.
 fn profile(table: &Table) -> LineChart {
     let mut times: Vec<f64> = table.column("time").unwrap_or_default();
     times.dedup();

@@ -1,4 +1,4 @@
-//! What stands on the page.
+//! Page of a report.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::Value;
@@ -9,7 +9,7 @@ use crate::report::value_text::{duration_text, five_digits, value_text};
 
 const STYLE: &str = include_str!("report.css");
 
-/// The page: first what the case asks for, then what else came out, how the run went, and every parameter.
+/// Page of a report: first the requested results, then other results, the progress of the run, and every parameter.
 pub(super) fn page(results: &RunResults, pictures: &ReportPictures) -> Markup {
     let title = value_text(&results.case["title"]);
     html! {
@@ -50,7 +50,7 @@ pub(super) fn page(results: &RunResults, pictures: &ReportPictures) -> Markup {
     }
 }
 
-/// Says so, where the run is not complete.
+/// Notice where the run is not complete.
 fn incomplete_notice(results: &RunResults) -> Markup {
     if results.is_complete() {
         return html! {};
@@ -72,7 +72,7 @@ fn incomplete_notice(results: &RunResults) -> Markup {
     }
 }
 
-/// In a line: the method with what the case chose of it, how large it was and how long it took.
+/// Summary of a run in a line: method with its options in the case, size and wall-clock time.
 fn run_summary(results: &RunResults) -> Markup {
     let summary = &results.summary;
     let name = value_text(&summary["method"]);
@@ -95,7 +95,7 @@ fn run_summary(results: &RunResults) -> Markup {
     }
 }
 
-/// What the program warned of, before the run and at its end.
+/// Warnings of the program, before the run, at its end and about its folder.
 fn warnings(summary: &Value, missing: &[String]) -> Markup {
     let list = |key: &str| summary[key].as_array().cloned().unwrap_or_default();
     let parts = [
@@ -115,7 +115,7 @@ fn warnings(summary: &Value, missing: &[String]) -> Markup {
     }
 }
 
-/// How it was made.
+/// Provenance of the run.
 fn provenance(results: &RunResults) -> Markup {
     let summary = &results.summary;
     let rows = [

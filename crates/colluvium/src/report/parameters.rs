@@ -1,8 +1,8 @@
-//! Every parameter of a case, one a line.
+//! Parameters of a case, one a line.
 
 use serde_json::Value;
 
-/// A parameter: where it stands, its value, and whether it is a default that the case leaves out.
+/// Parameter: its path, its value, and whether it is a default that the case leaves out.
 pub(super) struct CaseParameter {
     pub(super) path: String,
     pub(super) value: String,
@@ -38,7 +38,7 @@ fn flatten(path: &str, value: &Value, default: bool, found: &mut Vec<CaseParamet
                 flatten(&format!("{path}[{number}]"), item, default, found);
             }
         }
-        // What is absent has no value to show.
+        // An absent value is not shown.
         Value::Null => {}
         Value::String(text) => {
             found.push(CaseParameter { path: path.to_owned(), value: text.clone(), default });

@@ -1,4 +1,4 @@
-//! Factors of safety: what was found, displacement over factor, and the slip surface.
+//! Factors of safety: results of the searches, displacement over factor, and the slip surface.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use crate::plots::{LineChart, Picture, PointCloud, Series, Style};
 use crate::report::value_text::value_text;
 use crate::report::{ReportError, ReportFigure, RunResults, png};
 
-/// What the searches found, with their pictures.
+/// Section on the results of the searches for factors of safety, with their pictures.
 pub(super) fn safety_section(summary: &Value, figures: &[ReportFigure]) -> Markup {
     let Some(found) = summary["factors_of_safety"].as_object() else { return html! {} };
     html! {
@@ -39,7 +39,7 @@ pub(super) fn safety_section(summary: &Value, figures: &[ReportFigure]) -> Marku
     }
 }
 
-/// Of each search displacement over factor, and the points of the last failing trial.
+/// Figures of each search: displacement over factor, and the points of the last failing trial.
 pub(super) fn safety_figures(
     folder: &Path,
     results: &RunResults,
@@ -73,8 +73,8 @@ pub(super) fn safety_figures(
     Ok(figures)
 }
 
-/// Displacement over factor, dimensionless where the materials have a Young's modulus. Along logarithmic axes: what failed has moved a
-/// hundred times as far as what stood, beside which the bend would not be seen.
+/// Chart of displacement over factor, dimensionless where the materials have a Young's modulus. Axes are logarithmic: failed trials have
+/// moved a hundred times as far as stable ones, which would hide the bend.
 fn chart(trials: &Table) -> LineChart {
     let scaled = trials.pairs("factor", "dimensionless_displacement").unwrap_or_default();
     let known = scaled.iter().any(|(_, value)| value.is_finite());

@@ -1,4 +1,4 @@
-//! Tables of what came out and of how the run went.
+//! Tables of the results and of the progress of a run.
 
 use maud::{Markup, html};
 use serde_json::Value;
@@ -76,7 +76,7 @@ pub(super) fn limit_table(summary: &Value) -> Markup {
     }
 }
 
-/// How much more the second is; nothing where rounding makes the difference.
+/// Difference `to - from`; zero where it is within rounding.
 fn rounded_difference(from: f64, to: f64) -> f64 {
     let difference = to - from;
     if difference.abs() < 1e-12 * from.abs().max(to.abs()) { 0.0 } else { difference }
@@ -93,7 +93,7 @@ pub(super) fn balance_table(results: &RunResults) -> Markup {
             p class="soft" { "The method keeps no totals of mass and energy." }
         };
     }
-    // The total is a sum itself.
+    // The total energy is a sum itself.
     let is_part = |k: &usize| table.columns[*k].1 == "J" && table.columns[*k].0 != "total_energy";
     let energies: Vec<usize> = found.clone().filter(is_part).collect();
     let sum = |row: &[f64]| energies.iter().map(|&k| row[k]).sum::<f64>();
@@ -123,7 +123,7 @@ pub(super) fn balance_table(results: &RunResults) -> Markup {
     }
 }
 
-/// First, least, largest and last value of the columns that the case asks for; nothing where it asks for none.
+/// Table of first, least, largest and last value of the requested columns; empty where the case requests none.
 pub(super) fn requested_measures(results: &RunResults) -> Markup {
     let columns = matching_columns(results, |name| results.is_requested(name));
     html! {
@@ -134,7 +134,7 @@ pub(super) fn requested_measures(results: &RunResults) -> Markup {
     }
 }
 
-/// First, least, largest and last value of each column.
+/// Table of first, least, largest and last value of each column.
 pub(super) fn measure_table(results: &RunResults) -> Markup {
     html! {
         h2 { "All measures" }
@@ -143,7 +143,7 @@ pub(super) fn measure_table(results: &RunResults) -> Markup {
     }
 }
 
-/// Numbers of the columns whose names are wanted.
+/// Numbers of the columns whose names satisfy `wanted`.
 fn matching_columns(results: &RunResults, wanted: impl Fn(&str) -> bool) -> Vec<usize> {
     let columns = &results.measures.columns;
     (0..columns.len()).filter(|k| wanted(&columns[*k].0)).collect()

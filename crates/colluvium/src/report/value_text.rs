@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-/// A value of a file as text.
+/// Value of a file as text.
 pub(super) fn value_text(value: &Value) -> String {
     match value {
         Value::Null => "–".to_owned(),
@@ -12,7 +12,7 @@ pub(super) fn value_text(value: &Value) -> String {
     }
 }
 
-/// A number to five digits, plain where that is short.
+/// Number to five digits, plain where that is short.
 pub(super) fn five_digits(value: f64) -> String {
     let size = value.abs();
     if !value.is_finite() {
@@ -26,7 +26,7 @@ pub(super) fn five_digits(value: f64) -> String {
     if plain.contains('.') { plain.trim_end_matches('0').trim_end_matches('.').to_owned() } else { plain }
 }
 
-/// A time that something took.
+/// Duration as text.
 pub(super) fn duration_text(seconds: f64) -> String {
     match seconds {
         s if s < 10.0 => format!("{s:.1} s"),

@@ -2,13 +2,13 @@
 
 /// Safety factor of the grid convergence index with three grids.
 const SAFETY_FACTOR: f64 = 1.25;
-/// Largest order that is looked for.
+/// Largest order that is considered.
 const MAX_ORDER: f64 = 20.0;
 
-/// What three runs, each finer than the one before, say of the limit.
+/// Convergence of three runs, each finer than the one before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConvergenceOrder {
-    /// Observed order; NaN where the values go to and fro or differ more on the finer side.
+    /// Observed order; NaN where the values oscillate or differ more on the finer side.
     pub order: f64,
     /// Value extrapolated to zero size (Richardson); NaN without an order.
     pub limit: f64,
@@ -16,8 +16,8 @@ pub struct ConvergenceOrder {
     pub grid_convergence_index: f64,
 }
 
-/// The observed order from sizes, coarse to fine, and values `f`: `p` of `f = limit + C h^p`, from
-/// `(f₁ - f₂)/(f₂ - f₃) = (h₁^p - h₂^p)/(h₂^p - h₃^p)`.
+/// Observed order from sizes, coarse to fine, and values `f`: `p` of `f = limit + C h^p`, from `(f₁ - f₂)/(f₂ - f₃) = (h₁^p - h₂^p)/(h₂^p -
+/// h₃^p)`.
 pub fn observed_order(sizes: [f64; 3], values: [f64; 3]) -> ConvergenceOrder {
     let none = ConvergenceOrder { order: f64::NAN, limit: f64::NAN, grid_convergence_index: f64::NAN };
     let [coarse, fine] = [sizes[0] / sizes[1], sizes[1] / sizes[2]];
@@ -29,7 +29,7 @@ pub fn observed_order(sizes: [f64; 3], values: [f64; 3]) -> ConvergenceOrder {
     if first == 0.0 && second == 0.0 {
         return ConvergenceOrder { order: f64::NAN, limit: values[2], grid_convergence_index: 0.0 };
     }
-    // Grows with the order from the value for order zero.
+    // The ratio grows with the order from its value for order zero.
     let ratio = |p: f64| (p * coarse.ln()).exp_m1() / -(-p * fine.ln()).exp_m1();
     let found = first / second;
     if !(found > coarse.ln() / fine.ln() && found < ratio(MAX_ORDER)) {

@@ -1,4 +1,4 @@
-//! How many of the runs of a sweep exceed a threshold, cell by cell.
+//! Share of the runs of a sweep that exceed a threshold, cell by cell.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use crate::plots::Picture;
 /// Name of the folder of these rasters.
 pub(super) const RASTER_FOLDER: &str = "rasters";
 
-/// Rasters of a run that have thresholds, what they mean, and their units.
+/// Rasters of a run that may have thresholds, their descriptions and units.
 const THRESHOLD_RASTERS: [(&str, &str, &str); 6] = [
     ("peak_thickness_vertical", "peak thickness", "m"),
     ("peak_thickness_normal", "peak thickness", "m"),
@@ -26,7 +26,7 @@ const THRESHOLD_RASTERS: [(&str, &str, &str); 6] = [
 ];
 
 impl Sweep {
-    /// Checks the thresholds against what a case writes.
+    /// Checks the thresholds against the rasters that a case writes.
     pub(super) fn check_exceedance(&self, case: &Case) -> Result<(), CaseErrors> {
         for (name, thresholds) in &self.exceedance {
             let path = format!("exceedance.{name}");
@@ -40,7 +40,7 @@ impl Sweep {
     }
 }
 
-/// What is wrong with the name of a raster that a threshold is asked of.
+/// Checks the name of a raster with thresholds.
 pub(super) fn check_raster_name(case: &Case, name: &str) -> Result<(), String> {
     if !THRESHOLD_RASTERS.iter().any(|(known, ..)| *known == name) {
         let known: Vec<&str> = THRESHOLD_RASTERS.iter().map(|(known, ..)| *known).collect();
@@ -50,7 +50,7 @@ pub(super) fn check_raster_name(case: &Case, name: &str) -> Result<(), String> {
     case.output.rasters.as_ref().map(|_| ()).ok_or_else(problem)
 }
 
-/// What is wrong with a threshold of a raster.
+/// Checks a threshold of a raster.
 pub(super) fn check_threshold(case: &Case, name: &str, threshold: f64) -> Result<(), String> {
     if !(threshold > 0.0 && threshold.is_finite()) {
         return Err(format!("{threshold} must be positive"));
@@ -67,17 +67,17 @@ pub(super) fn have_equal_cells(a: &Raster, b: &Raster) -> bool {
     (a.columns, a.rows, a.origin, a.spacing) == (b.columns, b.rows, b.origin, b.spacing)
 }
 
-/// Numbers of the complete runs; none while runs are still to be done.
+/// Numbers of the complete runs; empty while runs remain to be done.
 pub(super) fn complete_runs(rows: &[SweepRow]) -> Vec<usize> {
     let done = rows.iter().all(|row| row.status == "completed" || row.status == "failed");
     (0..rows.len()).filter(|&number| done && rows[number].status == "completed").collect()
 }
 
-/// Writes, for each threshold, the share of the complete runs that reach it: cells that none does hold no data. Nothing while runs
-/// are still to be done.
+/// Writes, for each threshold, the share of the complete runs that reach it; cells that no run reaches have no data. Writes nothing while
+/// runs remain to be done.
 ///
 /// # Errors
-/// When a raster cannot be read or written, or two runs have other cells.
+/// When a raster cannot be read or written, or two runs have different cells.
 pub(super) fn write_exceedance(
     sweep: &Sweep,
     out: &Path,
@@ -118,14 +118,14 @@ pub(super) fn write_exceedance(
     write_atomically(&own.join("exceedance.csv"), table.as_bytes())
 }
 
-/// Whether a file of the folder has the name of a raster of shares or of intensity, of its map or of their table.
+/// Whether a file of the folder has the name of a raster of shares or intensity, of its map or of their table.
 pub(super) fn is_raster(name: &str) -> bool {
     let stem =
         name.rsplit_once('.').filter(|(_, ending)| ["asc", "tif", "prj", "png", "csv"].contains(ending));
     stem.is_some_and(|(stem, _)| ["intensity", "exceedance"].iter().any(|own| stem.starts_with(own)))
 }
 
-/// Writes a raster in both formats, and its map.
+/// Writes a raster in both formats, with its map.
 pub(super) fn write_sweep_raster(
     stem: &Path,
     raster: Raster,
@@ -133,7 +133,7 @@ pub(super) fn write_sweep_raster(
     title: &str,
     label: &str,
 ) -> Result<(), OutputError> {
-    // Numbers in the name may have a point.
+    // Numbers in the name may have a decimal point.
     let file = |ending: &str| PathBuf::from(format!("{}.{ending}", stem.display()));
     for ending in ["asc", "tif"] {
         let file = file(ending);
@@ -144,7 +144,7 @@ pub(super) fn write_sweep_raster(
     map.map_err(|error| OutputError::new(&picture, error))?.write(&picture)
 }
 
-/// The rasters of that name; a run in which no cell was reached has none.
+/// Reads the rasters of a name; a run in which no cell was reached has none.
 fn read_rasters(
     name: &str,
     complete: &[usize],
@@ -168,14 +168,14 @@ fn raster_file(name: &str, folder: &Path) -> PathBuf {
     folder.join(raster_maps::RASTER_FOLDER).join(format!("{name}.asc"))
 }
 
-/// The raster of that name of a run; `None` where it has none.
+/// Reads the raster of a name of a run; `None` where it has none.
 pub(super) fn read_run_raster(name: &str, folder: &Path) -> Result<Option<Raster>, OutputError> {
     let file = raster_file(name, folder);
     let raster = file.exists().then(|| read_raster(&file)).transpose();
     raster.map_err(|error| OutputError::new(&file, error.problem))
 }
 
-/// Share of `runs` that reach a threshold.
+/// Raster of the share of `runs` that reach a threshold.
 fn exceedance_share(first: &Raster, rasters: &[Raster], threshold: f64, runs: usize) -> Raster {
     let share = |cell: usize| {
         let count = rasters.iter().filter(|raster| raster.values[cell] >= threshold).count();

@@ -21,13 +21,13 @@ use crate::case::{Case, CaseError, CaseErrors};
 pub struct IntensityClass {
     /// Its name, which files have.
     pub name: String,
-    /// What a cell must reach to be of this class, all of it in one run: thresholds by the name of the raster, as in `exceedance`.
+    /// Conditions for a cell to be of this class, all of them in one run: thresholds by the name of the raster, as in `exceedance`.
     #[serde(rename = "reaches")]
     pub thresholds: BTreeMap<String, f64>,
 }
 
 impl Sweep {
-    /// Checks the classes against what a case writes.
+    /// Checks the classes against the rasters that a case writes.
     pub(super) fn check_intensities(&self, case: &Case) -> Result<(), CaseErrors> {
         let mut names = BTreeSet::new();
         for (number, class) in self.intensities.iter().enumerate() {
@@ -52,11 +52,11 @@ impl Sweep {
     }
 }
 
-/// Writes the strongest class that any complete run has in a cell, and for each class the share of the runs that have it or a
-/// stronger one there: cells without any hold no data. Nothing while runs are still to be done.
+/// Writes the strongest class of any complete run in a cell, and for each class the share of the runs that have it or a stronger one there.
+/// Cells without a class have no data. Writes nothing while runs remain to be done.
 ///
 /// # Errors
-/// When a raster cannot be read or written, or two runs have other cells.
+/// When a raster cannot be read or written, or two runs have different cells.
 pub(super) fn write_intensity(
     sweep: &Sweep,
     out: &Path,
@@ -114,8 +114,8 @@ pub(super) fn write_intensity(
     Ok(())
 }
 
-/// Number of the strongest class that each cell of a run has, from 1 for the first; 0 for none. `None` for a run that has reached
-/// nothing.
+/// One raster of a run, and the number of the strongest class of each cell, from 1 for the first; 0 for none. `None` for a run without
+/// rasters.
 fn intensity_raster(sweep: &Sweep, folder: &Path) -> Result<Option<(Raster, Vec<usize>)>, OutputError> {
     let names: BTreeSet<&String> =
         sweep.intensities.iter().flat_map(|class| class.thresholds.keys()).collect();

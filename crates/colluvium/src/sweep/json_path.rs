@@ -1,14 +1,14 @@
-//! Places in a case, as error messages name them.
+//! Paths of values in a case, as error messages name them.
 
 use serde_json::Value;
 
-/// A step of a path: a key of an object or an index of a list.
+/// Step of a path: a key of an object or an index of a list.
 enum PathStep<'a> {
     Key(&'a str),
     Index(usize),
 }
 
-/// The steps of `bodies[0].shape.max[1]`.
+/// Parses the steps of a path as `bodies[0].shape.max[1]`.
 fn parse_path(path: &str) -> Result<Vec<PathStep<'_>>, String> {
     let odd = || format!("{path:?} is not a path like bodies[0].shape.max[1]");
     let mut steps = Vec::new();
@@ -27,10 +27,10 @@ fn parse_path(path: &str) -> Result<Vec<PathStep<'_>>, String> {
     Ok(steps)
 }
 
-/// Puts a value into a case. The last key may be new, what it stands in must be there.
+/// Sets a value in a case. The last key may be new; its parent must exist.
 ///
 /// # Errors
-/// When the path is none or leads nowhere.
+/// When the path is malformed or leads nowhere.
 pub(super) fn set_value(case: &mut Value, path: &str, value: &Value) -> Result<(), String> {
     let nowhere = || format!("{path:?} is not in the case");
     let steps = parse_path(path)?;

@@ -29,19 +29,19 @@ pub use run::{SweepError, SweepOptions, SweepRunState, run_sweep};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sweep {
-    /// What the sweep is, in a line.
+    /// Title of the sweep, in a line.
     pub title: String,
     /// The case file, from the folder of the sweep's file.
     pub case: String,
     /// Name of the method; needed when the case has options for several.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub method: Option<String>,
-    /// What is varied, by names of your own, of letters, digits, `_` and `-`: the columns of the table.
+    /// Parameters that are varied, by names of your own, of letters, digits, `_` and `-`: the columns of the table.
     pub parameters: BTreeMap<String, SweepParameter>,
     /// Which values are run together.
     #[serde(default)]
     pub plan: SamplingPlan,
-    /// What was observed, by the name of a column of the measures: the table says how far each run is from it.
+    /// Observed values, by the name of a column of the measures: the table has the distance of each run from them.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub targets: BTreeMap<String, ObservedTarget>,
     /// Thresholds of the rasters of the runs, by the name of the raster: `peak_thickness_vertical`, `final_thickness_vertical` (m),
@@ -59,7 +59,7 @@ pub struct Sweep {
     pub convergence: Option<ConvergenceStudy>,
 }
 
-/// What is varied.
+/// Parameter that is varied.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SweepParameter {
@@ -89,7 +89,7 @@ pub enum ParameterScale {
     Logarithmic,
 }
 
-/// What was observed.
+/// Observed value of a measure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObservedTarget {
@@ -109,21 +109,20 @@ pub struct ConvergenceStudy {
     pub measures: Vec<String>,
 }
 
-/// A case of a sweep.
+/// Case of a sweep.
 #[derive(Clone, Debug)]
 pub struct SweepCase {
     /// Values of the parameters, in the order of their names.
     pub values: Vec<Value>,
-    /// The case with them.
+    /// Case with these values.
     pub case: Case,
 }
 
 impl Sweep {
-    /// Reads a sweep and makes its cases.
+    /// Reads a sweep and builds its cases.
     ///
     /// # Errors
-    /// When a file cannot be read, and everything that is wrong in the sweep or in the cases it makes, each with its
-    /// JSON path.
+    /// When a file cannot be read, and all errors of the sweep or of its cases, each with its JSON path.
     pub fn load(path: &Path) -> Result<(Self, Vec<SweepCase>), CaseErrors> {
         let sweep: Self = json::read_file(path)?;
         sweep.validate()?;
@@ -141,10 +140,10 @@ impl Sweep {
         schemars::schema_for!(Self).to_value()
     }
 
-    /// The cases of the sweep, from the case that it begins with and the folder of its file, in the order of their runs.
+    /// Builds the cases of the sweep from its base case and the folder of its file, in the order of their runs.
     ///
     /// # Errors
-    /// Everything that is wrong in what the parameters make of it, by run and JSON path.
+    /// All errors of the cases with their parameters, by run and JSON path.
     pub fn cases(&self, base: &Value, folder: &Path) -> Result<Vec<SweepCase>, CaseErrors> {
         let parameters: Vec<(&String, &SweepParameter)> = self.parameters.iter().collect();
         let mut members = Vec::new();
@@ -163,24 +162,24 @@ impl Sweep {
         Ok(members)
     }
 
-    /// Errors of a case, with the run and its values before them.
+    /// Errors of a case, preceded by the run and its values.
     pub fn with_run_context(&self, number: usize, values: &[Value], errors: CaseErrors) -> CaseErrors {
         let of = self.run_description(number, values);
         let located = errors.0.into_iter().map(|e| CaseError::new(format!("{of}: {}", e.path), e.problem));
         CaseErrors(located.collect())
     }
 
-    /// `run 3 (friction = 25, width = 0.1)`.
+    /// Text that identifies a run: `run 3 (friction = 25, width = 0.1)`.
     pub fn run_description(&self, number: usize, values: &[Value]) -> String {
         let named =
             self.parameters.keys().zip(values).map(|(name, value)| format!("{name} = {}", table_text(value)));
         format!("run {} ({})", number + 1, named.collect::<Vec<_>>().join(", "))
     }
 
-    /// Checks the names of columns in targets and in the study of convergence against those that runs have.
+    /// Checks the column names in targets and in the convergence study against those of the runs.
     ///
     /// # Errors
-    /// Every name that is none, with its JSON path.
+    /// Every unknown name, with its JSON path.
     pub fn check_columns(&self, columns: &[String]) -> Result<(), CaseErrors> {
         let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
         let targets = self.targets.keys().map(|name| (format!("targets.{name}"), name));
@@ -197,7 +196,7 @@ impl Sweep {
         if errors.is_empty() { Ok(()) } else { Err(CaseErrors(errors)) }
     }
 
-    /// Everything that the schema cannot say.
+    /// Checks the sweep beyond its schema.
     fn validate(&self) -> Result<(), CaseErrors> {
         let mut errors = Vec::new();
         let mut wrong = |path: String, problem: &str| errors.push(CaseError::new(path, problem));
@@ -254,7 +253,7 @@ impl Sweep {
 }
 
 impl SweepParameter {
-    /// Key and problem of what is wrong.
+    /// Key and problem of the first error.
     fn validation_error(&self) -> Option<(&'static str, String)> {
         let plain = |value: &Value| value.is_number() || value.is_string() || value.is_boolean();
         if self.paths.is_empty() {
@@ -280,7 +279,7 @@ impl SweepParameter {
         }
     }
 
-    /// The value at a fraction of the way, from 0 to below 1.
+    /// Value at a fraction of the range, from 0 to below 1.
     fn value_at_fraction(&self, fraction: f64) -> Value {
         match (self.range, self.scale) {
             (Some([low, high]), ParameterScale::Linear) => (low + fraction * (high - low)).into(),
@@ -293,7 +292,7 @@ impl SweepParameter {
     }
 }
 
-/// A value as a word of a table: a text without its quotes.
+/// Value as a word of a table: a text without its quotes.
 fn table_text(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }

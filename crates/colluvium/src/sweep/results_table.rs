@@ -1,4 +1,4 @@
-//! What the runs of a sweep gave: one row a run.
+//! Results of the runs of a sweep: one row a run.
 
 use std::path::Path;
 
@@ -10,19 +10,19 @@ use crate::case::output::{
 use crate::plots::{LineChart, Picture, Series, Style};
 use crate::sweep::{Sweep, observed_order, table_text};
 
-/// Name of the table, and of those of convergence.
+/// Names of the table and of that of convergence.
 pub(super) const TABLE_FILES: [&str; 2] = ["runs.csv", "convergence.csv"];
 /// Name of the folder of pictures.
 pub(super) const PICTURE_FOLDER: &str = "pictures";
 
-/// What came of a run.
+/// Row of a run in the table of a sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepRow {
     /// Values of the parameters, in the order of their names.
     pub values: Vec<Value>,
-    /// How it ended: `completed`, `failed`, `interrupted`; empty for one that is yet to be run.
+    /// Status of the run: `completed`, `failed`, `interrupted`; empty where it has not been run.
     pub status: String,
-    /// Why it failed.
+    /// Reason of a failure.
     pub reason: Option<String>,
     /// Last values of the measures, with the factors of safety: name, unit, value.
     pub measures: Vec<(String, String, f64)>,
@@ -38,18 +38,17 @@ impl SweepRow {
     }
 }
 
-/// What a sweep gave.
+/// Results of a sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepResults<'a> {
     /// The sweep.
     pub sweep: &'a Sweep,
-    /// Its runs, in their order.
+    /// Rows of the runs, in their order.
     pub rows: Vec<SweepRow>,
 }
 
 impl SweepResults<'_> {
-    /// Distance of a run from the targets, in their tolerances: the root of the mean square. `None` without targets,
-    /// NaN where a run has no value.
+    /// Root mean square distance of a run from the targets, in their tolerances. `None` without targets, NaN where the run has no value.
     pub fn misfit(&self, row: &SweepRow) -> Option<f64> {
         let targets = &self.sweep.targets;
         let square = |(name, target): (&String, &crate::sweep::ObservedTarget)| {
@@ -67,10 +66,10 @@ impl SweepResults<'_> {
         misfits.filter(|(_, misfit)| misfit.is_finite()).min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Writes `runs.csv`.
+    /// Writes the table `runs.csv`.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// When the file cannot be written.
     pub fn write(&self, out: &Path) -> Result<(), OutputError> {
         let path = out.join(TABLE_FILES[0]);
         let mut columns: Vec<(&str, &str)> = Vec::new();
@@ -98,11 +97,10 @@ impl SweepResults<'_> {
         write_lines(&path, &lines)
     }
 
-    /// The study of convergence, if there is one: for each measure and three runs that follow one another, the order.
-    /// Writes `convergence.csv`.
+    /// Returns the convergence study, if any: the order for each measure and three successive runs. Writes `convergence.csv`.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// When the file cannot be written.
     pub fn write_convergence(&self, out: &Path) -> Result<Vec<String>, OutputError> {
         let Some(study) = &self.sweep.convergence else { return Ok(Vec::new()) };
         let Some(axis) = self.sweep.parameters.keys().position(|name| *name == study.parameter) else {
@@ -142,8 +140,8 @@ impl SweepResults<'_> {
         Ok(said)
     }
 
-    /// Pairs of a number of the parameter `axis` and a measure, from the largest to the least, for each set of values of
-    /// the other parameters.
+    /// Pairs of the numerical parameter `axis` and a measure, from the largest to the least, for each set of values of the other
+    /// parameters.
     fn parameter_series(&self, axis: usize, measure: &str) -> Vec<(String, Vec<(f64, f64)>)> {
         let mut series: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
         for row in &self.rows {
@@ -164,10 +162,10 @@ impl SweepResults<'_> {
         series
     }
 
-    /// Draws what the case measures over each parameter that is a number, as `pictures/MEASURE-PARAMETER.svg`.
+    /// Draws the measures of the case over each numerical parameter, as `pictures/MEASURE-PARAMETER.svg`.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// When a file cannot be written.
     pub fn draw(&self, out: &Path, measures: &[String]) -> Result<(), OutputError> {
         let folder = out.join(PICTURE_FOLDER);
         create_folder(&folder)?;
@@ -203,7 +201,7 @@ impl SweepResults<'_> {
     }
 }
 
-/// A number as it stands in a table; nothing where there is none.
+/// Text of a number in a table; empty where there is none.
 fn cell_text(value: Option<f64>) -> String {
     value.filter(|value| !value.is_nan()).map_or(String::new(), |value| format!("{value:e}"))
 }
@@ -215,7 +213,7 @@ fn write_lines(path: &Path, lines: &[Vec<String>]) -> Result<(), OutputError> {
     write_atomically(path, &writer.into_inner().map_err(|error| fail(&error))?)
 }
 
-/// What a run left in its folder.
+/// Reads the row of a run from its folder.
 ///
 /// # Errors
 /// When its files cannot be read.
@@ -234,7 +232,7 @@ pub(super) fn read_row(folder: &Path, values: Vec<Value>) -> Result<SweepRow, Ou
         let last = table.rows.last().cloned().unwrap_or_default();
         measures.extend(table.columns.into_iter().zip(last).map(|((name, unit), value)| (name, unit, value)));
     }
-    // What the case asks for comes first.
+    // Requested measures come first.
     let asked =
         |name: &str| summary["case"]["measures"].get(name.split('.').next().unwrap_or(name)).is_some();
     measures.sort_by_key(|(name, ..)| !asked(name));

@@ -1,4 +1,4 @@
-//! The runs of a sweep: several at a time, each in a folder of its own.
+//! Runs of a sweep: several at a time, each in a folder of its own.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,39 +19,39 @@ use crate::sweep::results_table;
 /// Name of the copy of the sweep in its folder.
 const SWEEP_FILE: &str = "sweep.json";
 
-/// How to run a sweep.
+/// Options of a sweep.
 #[derive(Clone, Debug, Default)]
 pub struct SweepOptions {
-    /// Folder for everything that is written.
+    /// Folder of all output.
     pub out: PathBuf,
-    /// Runs at a time.
+    /// Number of simultaneous runs.
     pub jobs: usize,
     /// Threads of each run.
     pub threads: usize,
-    /// Go on with the sweep in the folder: what is complete stays.
+    /// Whether to continue the sweep in the folder; complete runs are kept.
     pub resume: bool,
-    /// Throw away the sweep in the folder.
+    /// Whether to delete the sweep in the folder.
     pub overwrite: bool,
-    /// Set from elsewhere to stop, with checkpoints.
+    /// Flag, set from elsewhere, that stops the runs with checkpoints.
     pub stop: Arc<AtomicBool>,
-    /// Commit of the program, for the record.
+    /// Commit of the program, recorded with the results.
     pub commit: Option<String>,
 }
 
-/// How a run of a sweep has ended.
+/// State of a run of a sweep that has ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SweepRunState {
-    /// It was complete already.
+    /// The run was complete already.
     AlreadyComplete,
-    /// It is complete.
+    /// The run is complete.
     Completed,
-    /// It was asked to stop.
+    /// The run was stopped on request.
     Interrupted,
-    /// It failed; the text says why.
+    /// The run failed; the text gives the reason.
     Failed(String),
 }
 
-/// Why a sweep ended before its runs.
+/// Reason why a sweep ended before its runs.
 #[derive(Debug, Error)]
 pub enum SweepError {
     /// A file could not be written or read.
@@ -62,7 +62,7 @@ pub enum SweepError {
     Folder {
         /// The folder.
         path: PathBuf,
-        /// Why not.
+        /// Reason why it cannot be used.
         problem: String,
     },
     /// The system gives no threads.
@@ -70,22 +70,22 @@ pub enum SweepError {
     Threads(String),
 }
 
-/// The folder of a run.
+/// Folder of a run.
 fn run_folder(out: &Path, number: usize) -> PathBuf {
     out.join(format!("run-{:04}", number + 1))
 }
 
-/// Whether a name is that of such a folder.
+/// Whether a name is that of a run folder.
 fn is_run_folder(name: &str) -> bool {
     name.strip_prefix("run-")
         .is_some_and(|number| number.len() >= 4 && number.bytes().all(|b| b.is_ascii_digit()))
 }
 
-/// Runs all cases of a sweep, `jobs` at a time; one that fails does not stop the others. `runs.csv` is written anew after
-/// each run, tables and pictures of all at the end; `tell` hears of each run as it ends.
+/// Runs all cases of a sweep, `jobs` at a time; a failure does not stop the others. Writes `runs.csv` after each run, tables and pictures
+/// of all at the end; `tell` is called with each run as it ends.
 ///
 /// # Errors
-/// When the folder cannot be used, or the disk or the system refuses.
+/// When the folder cannot be used, or files or threads cannot be created.
 pub fn run_sweep<'a>(
     sweep: &'a Sweep,
     members: &[SweepCase],
@@ -123,7 +123,7 @@ pub fn run_sweep<'a>(
     Ok(results)
 }
 
-/// What the cases measure that is one number a row.
+/// Names of the measures of the cases with a single value.
 fn scalar_measures(members: &[SweepCase]) -> Vec<String> {
     let Some(first) = members.first() else { return Vec::new() };
     let number = |measure: &Measure| {
@@ -138,7 +138,7 @@ fn scalar_measures(members: &[SweepCase]) -> Vec<String> {
     first.case.measures.iter().filter(|(_, measure)| number(measure)).map(|(name, _)| name.clone()).collect()
 }
 
-/// Takes the folder into use.
+/// Prepares the folder of the sweep.
 fn prepare_folder(sweep: &Sweep, options: &SweepOptions) -> Result<(), SweepError> {
     let out = &options.out;
     let refuse = |problem: &str| Err(SweepError::Folder { path: out.clone(), problem: problem.to_owned() });
@@ -167,7 +167,7 @@ fn prepare_folder(sweep: &Sweep, options: &SweepOptions) -> Result<(), SweepErro
     Ok(write_atomically(&kept, text.as_bytes())?)
 }
 
-/// Removes the runs of an earlier sweep, with its tables, pictures and rasters, and nothing that it did not write.
+/// Removes the runs of an earlier sweep, with its tables, pictures and rasters, and no other files.
 fn remove_earlier_sweep(out: &Path, earlier: &str) -> Result<(), OutputError> {
     let earlier: Value = serde_json::from_str(earlier).unwrap_or_default();
     let parameters = earlier["parameters"].as_object().into_iter().flat_map(|all| all.keys());
@@ -190,7 +190,7 @@ fn remove_earlier_sweep(out: &Path, earlier: &str) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Removes the files of a folder whose names are the sweep's, and the folder once it is empty.
+/// Removes the files of a folder whose names are those of the sweep, and the folder once it is empty.
 fn remove_own_files(folder: &Path, is_own: &dyn Fn(&str) -> bool) -> Result<(), OutputError> {
     let fail = |error: std::io::Error| OutputError::new(folder, error);
     let mut is_empty = true;
@@ -205,7 +205,7 @@ fn remove_own_files(folder: &Path, is_own: &dyn Fn(&str) -> bool) -> Result<(), 
     if is_empty { fs::remove_dir(folder).map_err(fail) } else { Ok(()) }
 }
 
-/// One run, from where it stands.
+/// Runs a case, from its checkpoint if there is one.
 fn run_case(method: &dyn Method, case: &Case, out: &Path, options: &SweepOptions) -> SweepRunState {
     let path = out.join("summary.json");
     let begun = path.exists();
@@ -245,7 +245,7 @@ fn run_case(method: &dyn Method, case: &Case, out: &Path, options: &SweepOptions
     }
 }
 
-/// The row of a run that has ended.
+/// Table row of a run that has ended.
 fn result_row(out: &Path, member: &SweepCase, state: &SweepRunState) -> SweepRow {
     let failed = |reason: String| SweepRow {
         values: member.values.clone(),
@@ -255,7 +255,7 @@ fn result_row(out: &Path, member: &SweepCase, state: &SweepRunState) -> SweepRow
         wall_time: f64::NAN,
     };
     match (results_table::read_row(out, member.values.clone()), state) {
-        // A run that could not begin has left nothing of its own.
+        // A run that could not begin has no results of its own.
         (Ok(row), SweepRunState::Failed(reason)) => {
             SweepRow { status: "failed".to_owned(), reason: Some(reason.clone()), ..row }
         }

@@ -1,4 +1,4 @@
-//! Which values are run together.
+//! Sampling plans: combinations of parameter values that are run.
 
 use std::collections::BTreeMap;
 
@@ -11,9 +11,9 @@ use serde_json::Value;
 
 use crate::sweep::SweepParameter;
 
-/// Most runs of a sweep.
+/// Largest number of runs of a sweep.
 const MAX_RUNS: usize = 100_000;
-/// Most parameters of a Sobol sequence.
+/// Largest number of parameters of a Sobol sequence.
 const SOBOL_DIMENSIONS: usize = sobol_burley::NUM_DIMENSIONS as usize;
 
 /// Which values of the parameters are run together.
@@ -48,7 +48,7 @@ pub enum SamplingPlan {
 }
 
 impl SamplingPlan {
-    /// Path and problem of everything that is wrong.
+    /// Paths and problems of all errors.
     pub(super) fn validation_errors(
         &self,
         parameters: &BTreeMap<String, SweepParameter>,
@@ -89,7 +89,7 @@ impl SamplingPlan {
         wrong
     }
 
-    /// The values of each run, in the order of the parameters' names.
+    /// Values of each run, in the order of the parameters' names.
     pub(super) fn values(&self, parameters: &BTreeMap<String, SweepParameter>) -> Vec<Vec<Value>> {
         let count = parameters.len();
         let drawn = |fractions: Vec<Vec<f64>>| {
@@ -115,7 +115,7 @@ impl SamplingPlan {
     }
 }
 
-/// All combinations; the last parameter varies fastest.
+/// All combinations of values; the last parameter varies fastest.
 fn full_factorial(parameters: &BTreeMap<String, SweepParameter>) -> Vec<Vec<Value>> {
     parameters.values().fold(vec![Vec::new()], |runs, parameter| {
         let mut longer = Vec::with_capacity(runs.len() * parameter.values.len());
@@ -128,7 +128,7 @@ fn full_factorial(parameters: &BTreeMap<String, SweepParameter>) -> Vec<Vec<Valu
     })
 }
 
-/// Fractions in `0..1`, for each run one for each parameter.
+/// Fractions in `0..1` of a Latin hypercube, for each run one for each parameter.
 fn latin_hypercube(runs: usize, parameters: usize, seed: u64) -> Vec<Vec<f64>> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut fractions = vec![Vec::with_capacity(parameters); runs];
@@ -142,7 +142,7 @@ fn latin_hypercube(runs: usize, parameters: usize, seed: u64) -> Vec<Vec<f64>> {
     fractions
 }
 
-/// Likewise.
+/// Fractions in `0..1` of a scrambled Sobol sequence, for each run one for each parameter.
 fn sobol(runs: usize, parameters: usize, seed: u32) -> Vec<Vec<f64>> {
     let point = |run: usize| {
         let coordinate = |k: usize| f64::from(sobol_burley::sample(run as u32, k as u32, seed));

@@ -6,7 +6,7 @@ use serde_json::json;
 
 use super::*;
 
-/// A small block that is let go.
+/// Small block that falls.
 fn block() -> Value {
     json!({
         "title": "block", "space": "plane-strain", "domain": { "min": [0, 0], "max": [0.4, 0.2] }, "gravity": [0, -9.81],
@@ -35,7 +35,7 @@ fn sweep() -> Value {
     })
 }
 
-/// A folder with the files of a sweep.
+/// Folder with the files of a sweep.
 fn files(sweep: &Value) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("block.json"), block().to_string()).unwrap();
@@ -139,7 +139,7 @@ fn plans_make_their_runs() {
     assert_eq!((decades, angles), ([2; 4], [4; 2]), "each part as often as the others");
 }
 
-/// Runs the sweep of a file; the table without the times.
+/// Runs the sweep of a file and returns its table without the times.
 fn table(path: &Path, options: &SweepOptions) -> Result<(Vec<Vec<String>>, Vec<SweepRunState>), SweepError> {
     let (sweep, members) = Sweep::load(path).unwrap();
     let states = std::sync::Mutex::new(vec![SweepRunState::Interrupted; members.len()]);
@@ -241,7 +241,7 @@ fn a_run_that_fails_is_told_of_and_does_not_stop_the_others() {
     sweep["parameters"] = json!({ "side": { "at": ["domain.max[0]"], "values": [0.4, 0.1, 0.8] } });
     let (folder, path) = files(&sweep);
     let mut case = block();
-    // Sooner or later the block runs out of the narrow domain.
+    // After a while the block leaves the narrow domain.
     case["boundaries"].as_array_mut().unwrap().remove(1);
     case["stages"][0]["duration"] = json!(0.2);
     fs::write(folder.path().join("block.json"), case.to_string()).unwrap();

@@ -1,4 +1,4 @@
-//! The template of a debris flow: a case with the files that it names.
+//! Template of a debris flow: a case with the files that it names.
 
 use crate::points::Raster;
 
@@ -13,7 +13,7 @@ pub(crate) const RELEASE_FILE: (&str, &str) =
 /// South-western corner of the terrain on its map (m).
 const MAP_CORNER: [f64; 2] = [600_000.0, 5_200_000.0];
 
-/// A slope that grows gentle, with a winding channel that ends on a fan, at nodes 5 m apart.
+/// Terrain: a slope that becomes gentle, with a winding channel that ends on a fan, at nodes 5 m apart.
 pub(crate) fn terrain() -> Raster {
     Raster::from_function([181, 81], MAP_CORNER, [5.0; 2], |east, north| {
         let (x, y) = (east - MAP_CORNER[0], north - MAP_CORNER[1]);
@@ -26,7 +26,7 @@ pub(crate) fn terrain() -> Raster {
         let flanks =
             0.22 * ((aside * aside + 400.0).sqrt() - 20.0) * (1.0 - fan) - 0.0004 * aside * aside * fan;
         let channel = 9.0 * (-aside * aside / 450.0).exp() * (1.0 - fan);
-        // Centimetres, as surveys have them.
+        // Heights rounded to centimetres, as in surveys.
         ((slope + flanks - channel) * 100.0).round() / 100.0
     })
 }

@@ -1,4 +1,4 @@
-//! Every option of every method changes the result of some run, or is refused: none is read and not used.
+//! Tests that every option of every method changes the result of some run, or is refused: none is read and not used.
 
 mod trials;
 
@@ -14,16 +14,16 @@ use colluvium_testkit::pairwise::CaseFamily;
 
 use crate::trials::{Trial, trials};
 
-/// Runs in which an option is tried, at most.
+/// Largest number of runs in which an option is tried.
 const TRIALS: usize = 60;
 
-/// Steps of a run.
+/// Number of steps of a run.
 const STEPS: usize = 40;
 
 /// Cases by name.
 type Runs = BTreeMap<String, Value>;
 
-/// Levels that only together use an option.
+/// Combinations of levels that use an option only together.
 const COMBINED: [(&str, &[(&str, &str)]); 7] = [
     ("dem", &[("space", "space"), ("rolling", "rolling"), ("adhesion", "bond")]),
     ("depth-sph", &[("space", "space"), ("phases", "pore pressure")]),
@@ -42,7 +42,7 @@ fn families() -> Vec<CaseFamily> {
     CaseFamily::read_all(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../validation/same-bits")).unwrap()
 }
 
-/// The bases, cases with one level that is not that of the base, and those of [`COMBINED`].
+/// Base cases, cases with one level other than that of the base, and those of [`COMBINED`].
 fn runs(families: &[CaseFamily]) -> Runs {
     let mut runs = Runs::new();
     for family in families {
@@ -65,13 +65,13 @@ fn runs(families: &[CaseFamily]) -> Runs {
 enum Effect {
     /// All values were refused.
     Refused,
-    /// A value was taken, and nothing changed.
+    /// A value was accepted and changed nothing.
     Ignored,
-    /// The result changed.
+    /// A value was accepted and changed the result.
     Changed,
 }
 
-/// The schema that a reference stands for.
+/// Schema behind a reference.
 fn resolved<'s>(root: &'s Value, mut schema: &'s Value) -> &'s Value {
     while let Some(reference) = schema["$ref"].as_str() {
         schema = root.pointer(reference.trim_start_matches('#')).expect("a reference leads somewhere");
@@ -79,14 +79,14 @@ fn resolved<'s>(root: &'s Value, mut schema: &'s Value) -> &'s Value {
     schema
 }
 
-/// Schemas of the forms that a value may have.
+/// Schemas of the variants of a value.
 fn forms<'s>(root: &'s Value, schema: &'s Value) -> Vec<&'s Value> {
     let schema = resolved(root, schema);
     let all = ["anyOf", "oneOf"].iter().find_map(|key| schema[*key].as_array());
     all.map_or_else(|| vec![schema], |all| all.iter().flat_map(|own| forms(root, own)).collect())
 }
 
-/// Other values than `now` that the schema allows.
+/// Values other than `now` that the schema allows.
 fn others(root: &Value, schema: &Value, now: Option<&Value>) -> Vec<Value> {
     let mut all = Vec::new();
     let known = now.or_else(|| schema.get("default")).and_then(Value::as_f64);
@@ -117,7 +117,7 @@ fn others(root: &Value, schema: &Value, now: Option<&Value>) -> Vec<Value> {
     all
 }
 
-/// An object of which only the tag is needed.
+/// Object of a variant that needs only the tag.
 fn variant(root: &Value, form: &Value) -> Option<Value> {
     let required = form["required"].as_array()?;
     let mut own = Map::new();
@@ -129,14 +129,14 @@ fn variant(root: &Value, form: &Value) -> Option<Value> {
     Some(Value::Object(own))
 }
 
-/// Where an option stands in a case: its path, and its name with `[]` for entries and `*` for names.
+/// Position of an option in a case: its path, and its name with `[]` for entries and `*` for names.
 struct Place {
     path: String,
     name: String,
     others: Vec<Value>,
 }
 
-/// Options that stand in `value` or could, below a path.
+/// Collects the options in `value`, present or possible, below a path.
 fn places(root: &Value, schema: &Value, value: &Value, (path, name): (&str, &str), all: &mut Vec<Place>) {
     for form in forms(root, schema) {
         if let (Some(properties), Some(object)) = (form["properties"].as_object(), value.as_object()) {
@@ -172,7 +172,7 @@ fn places(root: &Value, schema: &Value, value: &Value, (path, name): (&str, &str
     }
 }
 
-/// All that a run shows after some steps of each stage; `None` where the case is refused.
+/// Hash of all output of a run after some steps of each stage; `None` where the case is refused.
 fn shown(case: &Value) -> Option<u64> {
     let name = case["methods"].as_object()?.keys().next()?.clone();
     let case = Case::from_json(&case.to_string()).ok()?;
@@ -201,7 +201,7 @@ fn shown(case: &Value) -> Option<u64> {
     Some(hasher.finish())
 }
 
-/// `case` with a value at a path, below which all objects are there.
+/// `case` with a value at a path whose parent objects exist.
 fn changed(case: &Value, path: &str, value: &Value) -> Option<Value> {
     let (parent, key) = path.rsplit_once('/')?;
     let mut case = case.clone();
@@ -209,10 +209,10 @@ fn changed(case: &Value, path: &str, value: &Value) -> Option<Value> {
     Some(case)
 }
 
-/// Effects of changes of an option, in the runs where it stands or could.
+/// Effects of changes of an option, in the runs in which it is present or possible.
 fn effect(all: &Runs, trials: &[(&String, Place)]) -> Effect {
     let mut best = Effect::Refused;
-    // First where the case names it.
+    // Cases that name the option come first.
     let (named, open): (Vec<_>, Vec<_>) =
         trials.iter().partition(|(run, place)| all[*run].pointer(&place.path).is_some());
     let open = open.iter().step_by(open.len().div_ceil(TRIALS).max(1)).copied();
@@ -259,14 +259,14 @@ fn every_option_changes_a_result_or_is_refused() {
     assert!(still.is_empty(), "these change nothing in runs that are made for them: {still:#?}");
 }
 
-/// The option of a trial that changes neither what comes of the run nor whether it is taken, and why neither is.
+/// Option of a trial that changes neither the result of the run nor whether it is accepted, with the reason.
 fn unchanged(trial: &Trial) -> Option<String> {
     let other = changed(&trial.case, &trial.path, &trial.value).expect("the place is there");
     let both = [shown(&trial.case), shown(&other)];
     (both[0] == both[1]).then(|| format!("{} {}", trial.option, refusal(&trial.case).unwrap_or_default()))
 }
 
-/// The reason for which a case is refused.
+/// Reason for which a case is refused.
 fn refusal(case: &Value) -> Option<String> {
     let name = case["methods"].as_object()?.keys().next()?.clone();
     let case = match Case::from_json(&case.to_string()) {

@@ -1,4 +1,4 @@
-//! Options that change nothing in the families of cases, each with a run in which it does.
+//! Options that change nothing in the families of cases, each with a run in which it has an effect.
 
 use std::path::Path;
 
@@ -30,19 +30,19 @@ fn water() -> Value {
     json!({ "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e5, "viscosity": 10 })
 }
 
-/// A run, where an option stands in it, and a value that changes what comes of it, or whether it is taken.
+/// Run, path of an option in it, and a value that changes its result, or whether it is accepted.
 pub struct Trial {
     /// Name of the option, with `*` for names.
     pub option: &'static str,
-    /// The run.
+    /// Case of the run.
     pub case: Value,
-    /// Place of the option in it.
+    /// Path of the option in it.
     pub path: String,
     /// The value.
     pub value: Value,
 }
 
-/// All of them; `folder` takes the terrain.
+/// All trials; `folder` receives the terrain.
 pub fn trials(families: &[CaseFamily], folder: &Path) -> Vec<Trial> {
     let mut all = Vec::new();
     let mut add = |option: &'static str, case: Value, value: Value| {
@@ -58,10 +58,10 @@ pub fn trials(families: &[CaseFamily], folder: &Path) -> Vec<Trial> {
     all
 }
 
-/// Takes an option, a run and a value.
+/// Function that adds an option, a run and a value.
 type Add<'a> = dyn FnMut(&'static str, Value, Value) + 'a;
 
-/// The case of some levels of a family, with more.
+/// Case of some levels of a family, with additional keys.
 fn with(families: &[CaseFamily], family: &str, levels: &[(&str, &str)], more: &Value) -> Value {
     let family = families.iter().find(|own| own.name == family).expect("a family of this name");
     let mut case = family.case(&family.row(levels));
@@ -86,7 +86,7 @@ fn grains(families: &[CaseFamily], add: &mut Add<'_>) {
         run(&[("space", "cell in the plane")], dem(&json!({ "stages": { "s": { "growth": 0.5 } } })));
     grows["methods"]["dem"]["stages"]["s"]["cell"] = json!({ "xx": { "rate": -0.5 } });
     add("dem.stages.*.grow_until", grows, json!(1e-3));
-    // Springs across are those of the stage before.
+    // Tangential springs are those of the stage before.
     let mut pressed = run(&[], dem(&json!({ "stages": { "s": {} } })));
     pressed["stages"] = json!([{ "name": "before", "duration": 10 }, { "name": "s", "duration": 10 }]);
     add("dem.stages.*.reset_contacts", pressed, json!(true));
@@ -109,7 +109,7 @@ fn terrain(folder: &Path) -> Value {
     json!({ "kind": "raster", "file": file.to_str().expect("plain letters") })
 }
 
-/// A heap on a bed that an obstacle has.
+/// Heap on a bed that an obstacle defines.
 fn on_bed(shape: &Value, more: &Value) -> Value {
     let base = json!({
         "title": "heap on a bed", "space": "3d", "gravity": [0, 0, -9.81],
@@ -138,10 +138,10 @@ fn over_terrain(folder: &Path, add: &mut Add<'_>) {
     let line = json!({ "from": [30, 4], "to": [30, 16], "discharge": [[0, 20], [9, 20]] });
     let flows_in = json!({ "methods": { "depth-sph": { "inflows": [line] } } });
     add("depth-sph.inflows[].across", on_bed(&shape, &flows_in), json!("level"));
-    // A bed that is no raster is looked up from place to place.
+    // A bed that is not a raster is evaluated at each position.
     let ball = json!({ "kind": "ball", "centre": [5, 10, -20], "radius": 40 });
     add("depth-sph.terrain_spacing", on_bed(&ball, &json!({})), json!(2.7));
-    // Out of the terrain within a few steps.
+    // The flow leaves the terrain within a few steps.
     let leaves = json!({ "bodies": [{ "name": "heap", "material": "debris", "velocity": { "kind": "uniform", "value": [-60, 0, 0] },
         "shape": { "kind": "box", "min": [1, 6, 0], "max": [6, 14, 27] } }] });
     add("depth-sph.leaving_is_an_error", on_bed(&shape, &leaves), json!(true));
@@ -155,7 +155,7 @@ fn flows(families: &[CaseFamily], add: &mut Add<'_>) {
     let dense = json!({ "phases": "two", "mixture": { "grain_density": 2650, "porosity": 0.4,
         "drag": { "law": "anderson", "settling_velocity": 0.05 } } });
     add("depth-sph.mixture.porosity", run(dense), json!(0.45));
-    // Against a wall heights grow and lengths shrink.
+    // Against a wall heights increase and lengths decrease.
     let mut jams = run(json!({ "smoothing": 1.2 }));
     jams["gravity"] = json!([-9, -9.3]);
     jams["bodies"][0]["shape"]["min"][0] = json!(0);
@@ -166,7 +166,7 @@ fn particles(families: &[CaseFamily], add: &mut Add<'_>) {
     let run = |levels: &[(&str, &str)], options: Value| {
         with(families, "sph", levels, &json!({ "methods": { "sph": options } }))
     };
-    // What they allow is refused without them.
+    // What these options allow is refused without them.
     add("sph.allow_pairing", run(&[], json!({ "smoothing": 2.5, "allow_pairing": true })), json!(false));
     let mut summed = run(&[], json!({ "continuity": "summation", "allow_summation": true }));
     summed["materials"]["m"] = water();
@@ -182,7 +182,7 @@ fn particles(families: &[CaseFamily], add: &mut Add<'_>) {
         json!({ "kind": "linear", "value": [0, 0], "gradient": [[60, 0], [0, 60]], "origin": [0.15, 0.07] });
     add("sph.smoothing_growth", spreads, json!(1.0));
     add("sph.stress_diffusion_k0", run(&[("stability", "stress diffusion")], json!({})), json!(0.9));
-    // Particles of a wall, which the body is thrown against.
+    // Wall particles, which the body hits.
     let mut hits = run(&[("walls", "rough mirror")], json!({ "rough_wall": "particles", "spacing": 0.025 }));
     hits["bodies"][0]["velocity"]["value"] = json!([0, -4]);
     add("sph.wall_guard", hits, json!(1.0));

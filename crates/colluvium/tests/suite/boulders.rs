@@ -1,4 +1,4 @@
-//! Rigid boulders fall, slide and roll on a raster in three dimensions, alike in MPM and SPH.
+//! Rigid boulders that fall, slide and roll on a raster in three dimensions, alike in MPM and SPH.
 
 use std::path::Path;
 
@@ -15,18 +15,18 @@ const GRAVITY: f64 = 9.81;
 const WIDTH: f64 = 0.05;
 /// Time step of both methods (s).
 const STEP: f64 = 5e-4;
-/// Steps between two looks.
+/// Steps between two samples.
 const LOOK: usize = 20;
 
 /// Heights (m) of the nodes of a raster, 0.2 m apart.
 type Heights = fn(f64, f64) -> f64;
 
-/// A plane that falls by 0.4 along x and by 0.3 along y: its slope is one half.
+/// Heights (m) of a plane that falls by 0.4 along x and by 0.3 along y: its slope is one half.
 fn plane(x: f64, y: f64) -> f64 {
     -0.4 * x - 0.3 * y
 }
 
-/// A slope of 30° that ends on level ground, with bumps across.
+/// Heights (m) of a slope of 30° that ends on level ground, with bumps across.
 fn hillside(x: f64, y: f64) -> f64 {
     0.577 * (1.2 - x).max(0.0) + 0.02 * (3.0 * y).sin() * (2.0 * x).cos()
 }
@@ -61,7 +61,7 @@ fn case(file: &Path, shape: &Value, friction: f64) -> Case {
     Case::from_json(&case.to_string()).unwrap()
 }
 
-/// A look at a boulder.
+/// Sampled state of a boulder.
 #[derive(Clone, Copy, Debug)]
 struct Look {
     time: f64,
@@ -73,11 +73,11 @@ struct Look {
     energy: f64,
     /// Depth of its lowest corner in the ground (m).
     depth: f64,
-    /// How far it has turned, 0 to π (rad).
+    /// Angle of rotation, 0 to π (rad).
     turned: f64,
 }
 
-/// Unit vectors along the axes of the start, as the points have turned since.
+/// Unit vectors along the axes at the start, rotated with the points.
 fn axes(start: &Snapshot, now: &Snapshot) -> [[f64; 3]; 3] {
     // A point with a neighbour along each axis.
     let near = |from: &[f64; 3], axis: usize| {
@@ -120,7 +120,7 @@ fn look(solver: &dyn Solver, start: &Snapshot, ground: &HeightField) -> Look {
     }
 }
 
-/// The way of a boulder on a raster of these heights.
+/// Sampled states of a boulder on a raster of these heights.
 fn way(method: &dyn Method, (shape, heights, friction): (&Value, Heights, f64), duration: f64) -> Vec<Look> {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("ground.asc");
@@ -145,7 +145,7 @@ fn size(vector: [f64; 3]) -> f64 {
 }
 
 /// Velocity (m/s) of a block that slides on the plane by Coulomb's law, `duration` (s) after it had the velocity `from`, in small steps:
-/// what pulls at it has the direction of the slope, friction that of its velocity.
+/// the driving force has the direction of the slope, friction that of the velocity.
 fn slid(from: [f64; 3], friction: f64, duration: f64) -> [f64; 3] {
     let normal = [0.4, 0.3, 1.0].map(|c: f64| c / 1.25f64.sqrt());
     let (mut v, steps) = (from, 1000);
@@ -161,12 +161,12 @@ fn slid(from: [f64; 3], friction: f64, duration: f64) -> [f64; 3] {
     v
 }
 
-/// Largest rise of the energy of motion and weight between two looks (J).
+/// Largest rise of kinetic plus potential energy between two samples (J).
 fn rise(looks: &[Look]) -> f64 {
     looks.windows(2).map(|pair| pair[1].energy - pair[0].energy).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// How far two boulders are from each other at most, up to a time (m).
+/// Largest distance between two boulders up to a time (m).
 fn apart([one, other]: &[Vec<Look>; 2], until: f64) -> f64 {
     let far = |(a, b): (&Look, &Look)| size(std::array::from_fn(|c| a.centre[c] - b.centre[c]));
     one.iter().zip(other).filter(|(look, _)| look.time <= until).map(far).fold(0.0, f64::max)
@@ -179,7 +179,7 @@ fn a_cube_falls_on_an_inclined_raster_lies_down_and_slides_by_coulombs_law() {
     let ways = METHODS.map(|method| way(method, (&cube, plane, friction), 0.75));
     for (method, looks) in METHODS.iter().zip(&ways) {
         let name = method.name();
-        // It has come down on a corner and an edge, and lies flat.
+        // The boulder has come down on a corner and an edge, and lies flat.
         let [lies, last] = [0.45, 0.75].map(|time| {
             *looks.iter().min_by(|a, b| (a.time - time).abs().total_cmp(&(b.time - time).abs())).unwrap()
         });
@@ -192,7 +192,7 @@ fn a_cube_falls_on_an_inclined_raster_lies_down_and_slides_by_coulombs_law() {
         let deepest = looks.iter().map(|look| look.depth).fold(f64::NEG_INFINITY, f64::max);
         assert!(deepest < 1e-4 * WIDTH, "{name}: {deepest}");
     }
-    // The blows begin up to a step apart.
+    // The impacts begin up to a step apart.
     assert!(apart(&ways, 0.75) < 0.01, "{}", apart(&ways, 0.75));
 }
 
@@ -204,11 +204,11 @@ fn a_boulder_falls_and_rolls_down_a_raster_without_gain_and_alike_in_both_method
         let (name, first, last) = (method.name(), looks[0], looks[looks.len() - 1]);
         assert!(last.turned > 1.0 && last.centre[0] > 0.8, "{name}: {last:?}");
         assert!(rise(looks) < 1e-5 * first.energy, "{name}: {}", rise(looks));
-        // A corner that comes down beyond a seam of triangles, which it did not see, is under it for a step.
+        // A corner that lands beyond an edge between triangles, undetected by the contact search, is below the ground for a step.
         let deepest = looks.iter().map(|look| look.depth).fold(f64::NEG_INFINITY, f64::max);
         assert!(deepest < 0.01 * WIDTH, "{name}: {deepest}");
     }
-    // From corner to corner it rolls alike, until it tumbles over one to this side or that.
+    // From corner to corner both roll alike, until the boulder tips over a corner to one side or the other.
     assert!(apart(&ways, 0.55) < 0.02 * WIDTH, "{}", apart(&ways, 0.55));
     assert!(apart(&ways, 0.9) < 0.5 * 0.2, "{}", apart(&ways, 0.9));
 }

@@ -1,4 +1,4 @@
-//! Files that are no JSON are named, with the line and the column where they break; messages that cannot be written.
+//! Files that are not JSON, with the line and the column of the error; messages that cannot be written.
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::{in_folder, program};
 
-/// Ends before a value: line 3, column 0.
+/// JSON text that ends before a value: line 3, column 0.
 const BROKEN: &str = "{\n  \"title\": \n";
 
 /// Exit code and errors of the program in `folder`.
@@ -134,7 +134,7 @@ fn no_message_that_cannot_be_written_brings_the_program_down() {
     assert!(folder.path().join("out/summary.json").exists(), "the run went on");
 }
 
-/// As on a full disk, but that files may be as long as 64 KiB: what is longer cannot be written.
+/// Full disk, imitated by a limit of 64 KiB for the length of a file.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_frame_that_the_disk_has_no_room_for_ends_the_run_and_leaves_nothing_half_written() {

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::{output, program};
 
-/// A small column that collapses.
+/// Small column that collapses.
 pub fn column() -> Value {
     json!({
         "title": "small column", "space": "plane-strain",
@@ -45,7 +45,7 @@ fn summary(out: &Path) -> Value {
     serde_json::from_str(&fs::read_to_string(out.join("summary.json")).expect("a summary")).expect("JSON")
 }
 
-/// Everything a finished run leaves except the wall time, by name.
+/// Output files of a finished run except the wall time, by name.
 fn results(out: &Path) -> Vec<(String, Vec<u8>)> {
     let mut files: Vec<(String, Vec<u8>)> = [out.to_owned(), out.join("frames")]
         .iter()
@@ -228,7 +228,7 @@ fn threads_do_not_change_a_bit() {
     }
 }
 
-/// The column as it hangs together until its strength is searched for.
+/// Column with cohesion for a search of its strength.
 fn searched() -> Value {
     let mut case = column();
     case["materials"]["sand"]["cohesion"] = json!(2000);
@@ -240,8 +240,7 @@ fn searched() -> Value {
     case
 }
 
-/// Eight halvings of 19.5 come below 0.1; undecided trials leave both halves to look through. A block is a twelfth of the
-/// duration.
+/// Eight halvings of 19.5 come below 0.1; undecided trials leave both halves to search. A block is a twelfth of the duration.
 #[test]
 fn a_check_tells_what_a_search_takes() {
     let folder = tempfile::tempdir().unwrap();
@@ -287,7 +286,7 @@ fn modified(file: &Path) -> Option<SystemTime> {
     fs::metadata(file).and_then(|data| data.modified()).ok()
 }
 
-/// The first frame after the start, once there is a checkpoint that was written after it.
+/// The first frame after the start, once a checkpoint was written after it.
 fn frame_before_checkpoint(out: &Path) -> Option<(PathBuf, SystemTime)> {
     let entries = fs::read_dir(out.join("frames")).ok()?.filter_map(|entry| Some(entry.ok()?.path()));
     let mut frames: Vec<PathBuf> =
@@ -310,7 +309,7 @@ fn a_killed_run_resumes_to_the_last_bit() {
     let killed = folder.path().join("killed");
     let mut kills = 0;
     let mut kept = None;
-    // Later and later, so that the run gets on between two kills whatever the speed of the machine.
+    // Later and later, so that the run progresses between two kills at any speed of the machine.
     for attempt in 0..60u64 {
         let mut command = program();
         command.args(["run", "--quiet", "--out"]).arg(&killed).arg(&file);
@@ -319,7 +318,7 @@ fn a_killed_run_resumes_to_the_last_bit() {
         }
         let mut child = command.spawn().expect("the program starts");
         let patience = Instant::now() + Duration::from_millis(30 + 37 * attempt);
-        // The first kill waits until there is something that only a run from the start would write again.
+        // The first kill waits until there is output that only a run from the start would write again.
         while kept.is_none() && child.try_wait().expect("a child").is_none() {
             std::thread::sleep(Duration::from_millis(1));
             kept = frame_before_checkpoint(&killed);
@@ -327,11 +326,11 @@ fn a_killed_run_resumes_to_the_last_bit() {
         while child.try_wait().expect("a child").is_none() && Instant::now() < patience {
             std::thread::sleep(Duration::from_millis(1));
         }
-        // The child may end by itself before the signal comes: its status tells.
+        // The child may end by itself before the signal comes; its status shows which.
         let _ = child.kill();
         let done = child.wait().expect("a dead child").success();
         kills += usize::from(!done);
-        // What the signal met between its last word and its end is complete as well; the files below tell if it was not.
+        // A run that the signal reached between its last message and its end is complete as well; the files below show if it was not.
         if done || (killed.join("summary.json").exists() && summary(&killed)["status"] == "completed") {
             break;
         }
@@ -365,7 +364,7 @@ fn a_folder_with_results_is_safe() {
     assert!(fs::read_to_string(out.join("frames.pvd")).unwrap().contains("timestep"));
 }
 
-/// Names of the pictures that `plot --field pressure` makes of the disks, without extension.
+/// Names of the pictures that `plot --field pressure` writes for the disks, without extension.
 const PICTURES: [&str; 17] = [
     "angular_momentum.z",
     "elastic_energy",
@@ -482,7 +481,7 @@ fn a_report_needs_no_other_file_and_has_all_that_a_run_left() {
     assert!(said.contains("report.html"), "{said}");
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     assert!(page.contains("<h1>a &lt;small&gt; column &amp; its fall</h1>"));
-    // Two fields of three frames; the rest of the pictures stands in the page itself, and so does what plays them.
+    // Two fields of three frames; the other pictures and the animation script are in the page itself.
     assert_eq!(page.matches("src=\"data:image/png;base64,").count(), 6);
     assert_eq!(page.matches("src=").count(), 6);
     assert!(!page.contains("href=") && page.matches("<script").count() == 2);
@@ -511,7 +510,7 @@ fn a_report_needs_no_other_file_and_has_all_that_a_run_left() {
         assert!(page.contains(wanted), "{wanted}");
     }
     let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("{text}"));
-    // What the case measures comes before energies, and those before the housekeeping.
+    // Measures of the case come before energies, and those before the data on progress.
     let order = [
         "<figcaption>front",
         "<figcaption>surface",
@@ -575,7 +574,7 @@ fn a_report_says_that_a_run_is_incomplete() {
     let failed = page();
     assert!(failed.contains("Incomplete. The run failed.") && failed.contains("no equilibrium within"));
     assert!(failed.contains("not ended") && failed.contains("In the last row"));
-    // What a run that was killed leaves, and one that was killed before its first row.
+    // Summary of a run that was killed, and of one that was killed before its first row.
     fs::write(out.join("summary.json"), r#"{ "status": "running", "method": "mpm" }"#).unwrap();
     let killed = page();
     assert!(killed.contains("was killed before its end") && killed.contains("materials.sand.friction_angle"));
@@ -631,7 +630,7 @@ fn the_schema_is_json_and_knows_the_methods() {
     assert!(code == 0 && text.starts_with("# Case file") && text.contains("`friction_angle`"));
 }
 
-/// Names in a folder, sorted.
+/// Sorted names in a folder.
 fn names_in(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).expect("a folder");
     let mut names: Vec<String> =
@@ -672,7 +671,7 @@ fn an_element_test_leaves_a_table_and_four_pictures() {
     );
     // Cohesionless, matched in triaxial compression: q = σ₃ (k - 1) = 200 kPa.
     assert!((last(&out, "q") / 2e5 - 1.0).abs() < 1e-6, "{}", last(&out, "q"));
-    // Into the same folder: nothing of the drained test stays.
+    // Into the same folder: no result of the drained test remains.
     let undrained = triaxial(&json!({ "kind": "triaxial-undrained", "axial_compression": 0.05 }));
     let file = write(folder.path(), "undrained.json", &undrained);
     let mut command = program();
@@ -684,7 +683,7 @@ fn an_element_test_leaves_a_table_and_four_pictures() {
         ["path.csv", "pore-pressure-strain.svg", "q-p.svg", "q-strain.svg", "volume-ln-p.svg"]
     );
     assert!(fs::read_to_string(out.join("q-p.svg")).unwrap().contains("yield surface"));
-    // What no element test wrote stays.
+    // Files that no element test wrote remain.
     for foreign in ["path.csv", "q-p.png"] {
         let other = folder.path().join(foreign.replace('.', "-"));
         fs::create_dir(&other).unwrap();

@@ -1,4 +1,4 @@
-//! One case with several methods.
+//! Comparison of one case by several methods.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use colluvium::compare::{
     self, CompareError, CompareOptions, MethodOutcome, MethodResult, ReferenceProfiles,
 };
 
-/// The column of the template, for a moment.
+/// Column of the template, for a short duration.
 fn column() -> Case {
     let mut case = Case::from_json(colluvium::template("column-collapse").unwrap()).unwrap();
     case.stages[0].duration = 0.002;
@@ -59,7 +59,7 @@ fn a_case_with_one_entry_runs_with_two_methods_side_by_side_and_resumes() {
     ] {
         assert!(html.contains(words), "{words}");
     }
-    // Two methods at three times, and nothing that lies elsewhere.
+    // Two methods at three times, and no external files.
     assert_eq!(html.matches("src=\"data:image/png;base64,").count(), 6);
     assert_eq!(html.matches("src=\"").count(), 6);
     // Both methods in one player.

@@ -1,4 +1,4 @@
-//! The template of a debris flow, from terrain and release area to rasters and maps, run as a user runs it.
+//! Template of a debris flow, from terrain and release area to rasters and maps, run as a user runs it.
 
 use std::fs;
 use std::path::Path;
@@ -16,7 +16,7 @@ fn change(folder: &Path, change: impl Fn(&mut Value)) {
     fs::write(file, case.to_string()).unwrap();
 }
 
-/// The last value of a column of the measures.
+/// Last value of a column of the measures.
 fn last(out: &Path, name: &str) -> f64 {
     let text = fs::read_to_string(out.join("measures.csv")).unwrap();
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));
@@ -25,7 +25,7 @@ fn last(out: &Path, name: &str) -> f64 {
     lines.next_back().unwrap().split(',').nth(column).unwrap().parse().unwrap()
 }
 
-/// The deposit holds the volume of the flow.
+/// Checks that the deposit has the volume of the flow; returns that volume (m³).
 fn sums_to_the_volume(out: &Path) -> f64 {
     let flow = last(out, "flow_volume");
     for ending in ["asc", "tif"] {
@@ -36,7 +36,7 @@ fn sums_to_the_volume(out: &Path) -> f64 {
     flow
 }
 
-/// What stands beyond an open side is in none of the rasters.
+/// Material beyond an open boundary is in none of the rasters.
 #[test]
 fn what_leaves_through_a_side_is_not_in_the_deposit() {
     let folder = tempfile::tempdir().unwrap();
@@ -80,7 +80,7 @@ fn terrain_and_release_area_go_in_and_rasters_and_maps_come_out() {
         // 1.5 m along the normal of slopes of about 30° over 3244 m².
         assert!((1.05..1.25).contains(&(flow / (1.5 * 3244.0))), "{flow}");
     }
-    // `check` names places of the map.
+    // `check` names positions in map coordinates.
     let (_, said, _) = in_folder(folder, &["check", "debris-flow.json"]);
     let place = said.split("at point").nth(1).unwrap().split(['(', ')']).nth(1).unwrap();
     let place: Vec<f64> = place.split(", ").map(|x| x.parse().unwrap()).collect();
@@ -94,7 +94,7 @@ fn terrain_and_release_area_go_in_and_rasters_and_maps_come_out() {
     assert!(code == 0 && page.contains("Maps") && page.contains("peak dynamic pressure"), "{errors}");
 }
 
-/// The deposit, which has no data where it is dry, is the thickness of the layer of a next case.
+/// A deposit, which has no data where it is dry, is the thickness of the layer of a following case.
 #[test]
 fn a_deposit_is_released_by_a_next_case() {
     let folder = tempfile::tempdir().unwrap();
@@ -126,7 +126,7 @@ fn a_deposit_is_released_by_a_next_case() {
     assert_eq!(code, 0, "{errors}");
     let [before, after] = ["first", "next"].map(|out| last(&folder.join(out), "flow_volume"));
     assert!((after / before - 1.0).abs() < 1e-4, "{after} m³ of {before} m³");
-    // An outline where all is dry.
+    // An outline in a dry area.
     let dry = ring.map(|[x, y]| [west + 0.02 * (x - west), south + 0.02 * (y - south)]);
     fs::write(folder.join("around.geojson"), outline(&dry)).unwrap();
     let (code, _, errors) = run("none");
@@ -149,7 +149,7 @@ fn rasters_are_refused_by_methods_that_have_none() {
     assert!(code == 0, "the layer is a body of the material point method too: {said} {errors}");
 }
 
-/// Writes the template, made short, and a sweep of its friction; `more` stands in the sweep.
+/// Writes the template, shortened, and a sweep of its friction with the additional keys `more`.
 fn friction_sweep(folder: &Path, more: &Value) {
     let mut sweep = json!({
         "title": "friction", "case": "debris-flow.json",
@@ -179,7 +179,7 @@ fn refused_sweep(folder: &Path, more: &Value, problem: &str) {
     assert!(code != 0 && errors.contains(problem), "{errors}");
 }
 
-/// The values of a raster of each of the three runs.
+/// Values of a raster of each of the three runs.
 fn of_runs(folder: &Path, name: &str) -> Vec<Vec<f64>> {
     let file = |run: i32| folder.join(format!("out/run-000{run}/rasters/{name}.asc"));
     (1..=3).map(|run| read_raster(&file(run)).unwrap().values).collect()
@@ -208,7 +208,7 @@ fn a_sweep_tells_how_many_of_its_runs_reach_a_threshold() {
     assert!(!folder.join("out/rasters/exceedance-peak_velocity-500.asc").exists());
     let table = fs::read_to_string(folder.join("out/rasters/exceedance.csv")).unwrap();
     assert!(table.contains("peak_velocity,500,m/s,3,3,0"), "{table}");
-    // A gauge that stays dry has no velocity.
+    // A gauge that remains dry has no velocity.
     assert!(!fs::read_to_string(folder.join("out/runs.csv")).unwrap().contains("NaN"));
     for (exceedance, problem) in [
         (json!({ "peak_height": [1] }), "exceedance.peak_height: is not a raster"),

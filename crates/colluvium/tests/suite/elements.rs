@@ -1,4 +1,4 @@
-//! The element tests of `validation/element` end where their closed forms say.
+//! Element tests of `validation/element` against their closed forms.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -6,10 +6,10 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-/// Young's modulus of reference set R1 is 20 MPa, its Poisson's ratio 0.3.
+/// Shear modulus (Pa): Young's modulus of reference set R1 is 20 MPa, its Poisson's ratio 0.3.
 const SHEAR: f64 = 20e6 / 2.6;
 
-/// What must hold at the end of each file: column, value, relative tolerance.
+/// Expected values at the end of each file: column, value, relative tolerance.
 fn expectations(name: &str) -> Option<Vec<(&'static str, f64, f64)>> {
     // Mohr–Coulomb at φ = 30°, c = 10 kPa under 100 kPa: k = 3, 100 k + 2 c √k.
     let strength = 300e3 + 20e3 * 3f64.sqrt();
@@ -54,7 +54,7 @@ fn expectations(name: &str) -> Option<Vec<(&'static str, f64, f64)>> {
         "mohr-coulomb-triaxial-drained" => vec![("q", strength - 100e3, 1e-6)],
         "mohr-coulomb-triaxial-undrained" => vec![("q", 140_784.610, 1e-6), ("p", 100e3, 1e-6)],
         "mohr-coulomb-true-triaxial" | "mohr-coulomb-direct-path" => vec![("stress_zz", -strength, 1e-6)],
-        // What is prescribed; each of 20 steps may miss 0.2 % of the stress. Grains have no closed form.
+        // Prescribed values; each of 20 steps may miss 0.2 % of the stress. Grains have no closed form.
         "granular-cell-biaxial" => vec![("stress_xx", -100e3, 0.04), ("strain_yy", -0.02, 1e-6)],
         "granular-cell-triaxial" => vec![("stress_xx", -100e3, 0.02), ("strain_zz", -0.02, 1e-6)],
         "mohr-coulomb-biaxial" => vec![("stress_yy", -strength, 1e-6)],
@@ -86,7 +86,7 @@ fn expectations(name: &str) -> Option<Vec<(&'static str, f64, f64)>> {
         }
         // sheet: constitutive §2.4: k = c in plane strain.
         "von-mises-simple-shear" => vec![("q", 20e3 * 3f64.sqrt(), 1e-9)],
-        // e + κ ln p stays.
+        // e + κ ln p is constant.
         "pressure-dependent-elastic-isotropic" => {
             vec![("void_ratio", 0.9 - 0.1 * 4f64.ln(), 1e-9), ("p", 400e3, 1e-9)]
         }
@@ -115,7 +115,7 @@ fn expectations(name: &str) -> Option<Vec<(&'static str, f64, f64)>> {
         "undrained-isotropic" => {
             vec![("p", 5.391_666_666_667e9 * 3e-5, 1e-9), ("pore_pressure", 2.15e9 / 0.4 * 3e-5, 1e-9)]
         }
-        // sheet: constitutive V-09: volume kept, so nothing goes to the water.
+        // sheet: constitutive V-09: constant volume, so no pore pressure arises.
         "undrained-triaxial" => vec![("q", 140_784.610, 1e-6), ("p", 100e3, 1e-6)],
         "eigenstrain-relaxation" => vec![("stress_xx", 0.03 * 20e6 / 1.2, 1e-9)],
         // sheet: constitutive V-27: tan φ/F, c/F.
@@ -158,15 +158,15 @@ fn every_element_test_ends_at_its_closed_form() {
         let path = path.unwrap_or_else(|error| panic!("{name}: {error}"));
         for (column, value, tolerance) in checks {
             let found = path.last(column);
-            // Where nothing should be left, 1 is the unit: Pa or rad.
+            // Where zero is expected, the scale is 1 Pa or 1 rad.
             let scale = if value == 0.0 { 1.0 } else { value.abs() };
             assert!((found - value).abs() <= tolerance * scale, "{name}: {column} is {found}, not {value}");
         }
     });
 }
 
-/// Models that no file of ours can run: what a `umat` does is in a library that is not part of this repository
-/// (the routine that the tests of the law bring along is in `crates/umat`).
+/// Models that no file here can run: the law of a `umat` is in a library outside this repository (the routine for the tests of the law is
+/// in `crates/umat`).
 const NEEDS_A_LIBRARY: [&str; 1] = ["umat"];
 
 #[test]

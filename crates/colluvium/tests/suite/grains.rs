@@ -7,11 +7,11 @@ use serde_json::{Value, json};
 use super::{in_folder, output, program};
 
 const PRESSURE: f64 = 100e3;
-/// Shortening in a step, and steps.
+/// Strain of a step, and number of steps.
 const STRAIN: f64 = 1e-4;
 const STEPS: usize = 15;
 
-/// A cell of 60 disks, friction 0.5, with a stiffness of 500 pressures.
+/// Cell of 60 disks, friction 0.5, with a stiffness of 500 pressures.
 fn cell() -> Value {
     json!({
         "model": "external", "law": "granular-cell", "density": 2000,
@@ -37,7 +37,7 @@ fn common(method: &str, more: &Value) -> Value {
     case
 }
 
-/// One cell of the grid between walls, of which one moves: all nodes are driven.
+/// One cell of the grid between walls, one of which moves: all nodes have prescribed motion.
 fn mpm() -> Value {
     let options = json!({ "cell_size": 1, "points_per_cell": 2, "shape": "linear", "time_step": 1e-3 });
     let mut case = common("mpm", &options);
@@ -54,7 +54,7 @@ fn mpm() -> Value {
     case
 }
 
-/// Particles that are driven by a linear velocity, and a free one beside them.
+/// Particles with a prescribed linear velocity, and a free one beside them.
 fn sph() -> Value {
     let options =
         json!({ "spacing": 0.1, "velocity_gradient": "corrected", "held": ["b"], "time_step": 1e-4 });
@@ -88,7 +88,7 @@ fn begun(method: &str, value: &Value) -> Box<dyn Solver> {
     solver
 }
 
-/// The points after so many steps of equal length.
+/// Points after a number of steps of equal length.
 fn stepped(solver: &mut dyn Solver, steps: usize) -> Snapshot {
     for _ in 0..steps {
         let dt = solver.limit().dt;
@@ -97,13 +97,13 @@ fn stepped(solver: &mut dyn Solver, steps: usize) -> Snapshot {
     solver.snapshot()
 }
 
-/// The stresses of the body of grains (Pa).
+/// Stresses of the body of grains (Pa).
 fn stresses(snapshot: &Snapshot) -> Vec<[f64; 6]> {
     let all = snapshot.tensors("stress").unwrap().iter().zip(&snapshot.bodies);
     all.filter(|(_, body)| **body == 0).map(|(stress, _)| stress.0).collect()
 }
 
-/// The cell alone in the element driver, by the same steps.
+/// The cell alone in the element driver, with the same steps.
 fn driven() -> TestTrace {
     let test = json!({
         "title": "the same cell", "material": cell(),
@@ -118,7 +118,7 @@ fn a_point_of_mpm_and_of_sph_has_the_stress_of_its_cell_in_the_element_driver() 
     let path = driven().path;
     let start = [-PRESSURE, -PRESSURE, -PRESSURE, 0.0, 0.0, 0.0];
     let own: Vec<f64> = ["xx", "yy", "zz", "xy"].map(|c| path.last(&format!("stress_{c}"))).to_vec();
-    // It has yielded along the way: stress grows by far less than the first stiffness has it.
+    // The cell has yielded: the stress grows by far less than by its first stiffness.
     let rise = own[1] - start[1];
     assert!(rise < -0.1 * PRESSURE, "{own:?}");
     for (method, case) in [("mpm", mpm()), ("sph", sph())] {
@@ -134,7 +134,7 @@ fn a_point_of_mpm_and_of_sph_has_the_stress_of_its_cell_in_the_element_driver() 
     }
 }
 
-/// The cell of the grid in space, of 50 spheres a point.
+/// Cell of the grid in space, of 50 spheres a point.
 fn mpm_of_spheres() -> Value {
     let mut case = mpm();
     case["space"] = json!("3d");
@@ -212,7 +212,7 @@ fn cells_of_disks_are_refused_where_there_is_strain_across_their_plane() {
     value["space"] = json!("axisymmetric");
     let refusal = read(&value).unwrap_err();
     assert!(refusal.contains("materials.grains: its law knows no strain across the plane"), "{refusal}");
-    // Grains that are pulled at the start.
+    // Grains in tension at the start.
     let mut value = mpm();
     value["bodies"][0]["stress"]["value"] = json!([1e3, -1e3, 0, 0, 0, 0]);
     let refusal = colluvium::method("mpm").unwrap().build(&case(&value)).err().unwrap().to_string();
@@ -231,13 +231,13 @@ fn a_check_tells_what_cells_of_grains_cost() {
         "{errors}"
     );
     assert!(errors.contains("for the 4 points of the body \"b\" and 1000 steps"), "{errors}");
-    // 60 grains a point, each with a step and with being taken up and put away; without them three million points a second.
+    // 60 grains a point, each with a step and with loading and storing its state; without them three million points a second.
     let plan = colluvium::method("mpm").unwrap().plan(&case(&mpm())).unwrap();
     assert!(plan.updates_per_second < 1e6 / 60.0 && plan.updates_per_second > 1e3, "{plan:?}");
     assert!(text.contains("duration       about "), "{text}");
 }
 
-/// A box that grains fill.
+/// Box that grains fill.
 fn filled(width: f64, diameter: f64) -> Value {
     json!({
         "title": "a box of grains", "space": "3d", "domain": { "min": [0, 0, 0], "max": [width, width, width] },
@@ -273,7 +273,7 @@ fn grains_that_take_long_to_place_are_told_of_before_and_those_that_do_not_fit_a
             "{errors}"
         );
     }
-    // What is told beforehand of a box of a million grains, which is not placed here.
+    // Size notice for a box of a million grains, which are not placed here.
     let dem = colluvium::method("dem").unwrap();
     let told = |value: &Value| dem.problem_size(&case(value)).unwrap().size_notice();
     let words = told(&filled(1.0, 0.01)).unwrap();
@@ -316,7 +316,7 @@ fn a_specimen_is_written_by_the_command_line_and_another_case_begins_with_it() {
     assert_eq!(command(&prepare).0, 2, "there is one already");
     let (code, _, problems) = command(&["specimen", "bed.json", "--until", "fell", "--out", "no.json"]);
     assert!(code == 3 && problems.contains("there is no stage \"fell\"; there are fall, rest"), "{problems}");
-    // A case of the second stage alone that begins with the file, from its own folder, ends where the whole run does.
+    // A case of the second stage alone, started from the file in its own folder, ends where the whole run does.
     let mut second = bed();
     second["stages"].as_array_mut().unwrap().remove(0);
     second["methods"]["dem"]["specimen"] = json!("bed.specimen.json");
@@ -351,7 +351,7 @@ fn the_folder_of_a_run_has_the_specimen_that_running_its_case_gives() {
     }
     let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     assert!(read("run.json") == read("left.json"), "to the last bit");
-    // Of what a folder does not have it says what is to be done.
+    // For a state that a folder lacks, the message names the remedy.
     let early = ["specimen", "bed", "--out", "no.json", "--until", "fall"];
     let (code, _, problems) = command(&early);
     let cure = "case.json --until fall --out no.json` runs up to that of \"fall\" again";
@@ -368,7 +368,7 @@ fn the_folder_of_a_run_has_the_specimen_that_running_its_case_gives() {
     assert!(!folder.path().join("no.json").exists());
 }
 
-/// Two kinds of grains in a box, the lower ones held, which turn and fly about.
+/// Two kinds of grains in a box, the lower ones held, with spin and velocity.
 fn mixed(dimension: usize) -> Value {
     let of = |values: [f64; 3]| values[..dimension].to_vec();
     let fill = json!({ "kind": "lattice", "packing": "square", "jitter": 0.02 });
@@ -423,7 +423,7 @@ fn points_of_an_export_are_the_grains_of_a_case_that_reads_them() {
         let out = folder.path().join("out");
         let last = Collection::read(&out.join("frames.pvd")).unwrap().frames.pop().unwrap();
         let end = read_frame(&out.join(&last.1), last.0).unwrap();
-        // One body of all grains: what they are is in the file.
+        // One body of all grains: their properties are in the file.
         let whole = json!({ "kind": "box", "min": value["domain"]["min"], "max": value["domain"]["max"] });
         value["bodies"] = json!([{ "name": "all", "material": "clay", "shape": whole, "points": { "file": "out/points.csv" } }]);
         value["methods"]["dem"]["bodies"] = json!({});

@@ -1,4 +1,4 @@
-//! What one method hands over to another as a list of points.
+//! Transfer between methods by lists of points.
 
 use std::path::Path;
 
@@ -28,14 +28,14 @@ fn a_run_hands_its_last_frame_over_to_depth_integrated_flow() {
     let (code, said, errors) = output(program().args(["run", "--out"]).arg(&then).arg(&file));
     assert_eq!(code, 0, "{said}{errors}");
     let last = read_frame(&out.join("frames/frame-00006.vtu"), 0.12).unwrap();
-    // A flow has one density: its volume is that of the mass, and not that of points that have loosened.
+    // A flow has one density: its volume follows from the mass, not from points that have loosened.
     let handed = last.scalars("mass").unwrap().iter().sum::<f64>() / 1925.0;
     let table = Table::read(&then.join("measures.csv")).unwrap();
     let flow = table.column("flow_volume").unwrap();
     assert!(flow.iter().all(|volume| (volume / handed - 1.0).abs() < 1e-12), "{handed} {flow:?}");
 }
 
-/// A saturated column, water up to its surface at 1 m, and 3 kPa at the base over it.
+/// Saturated column, water up to its surface at 1 m, with 3 kPa of excess pressure at the base.
 fn saturated() -> Value {
     let smooth = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" } });
     json!({
@@ -50,7 +50,7 @@ fn saturated() -> Value {
     })
 }
 
-/// Runs a case, writes its last frame as points, and reads the first.
+/// Runs a case, writes its last frame as points, and reads the first frame.
 fn first_frame(folder: &Path, name: &str, case: &Value) -> colluvium::case::Snapshot {
     let out = folder.join(name);
     let file = write(folder, &format!("{name}.json"), case);
@@ -61,7 +61,7 @@ fn first_frame(folder: &Path, name: &str, case: &Value) -> colluvium::case::Snap
     colluvium::case::output::read_frame(&out.join("frames/frame-00000.vtu"), 0.0).unwrap()
 }
 
-/// A saturated column of MPM at excess pressure becomes a flow that bears on its base what it bore, and points of MPM again.
+/// A saturated column of MPM at excess pressure becomes a flow with equal basal stress, and points of MPM again.
 #[test]
 fn pore_pressure_goes_from_mpm_to_depth_integrated_flow_and_back() {
     let folder = tempfile::tempdir().unwrap();
@@ -91,7 +91,7 @@ fn pore_pressure_goes_from_mpm_to_depth_integrated_flow_and_back() {
     let whole: f64 = volume.iter().zip(pressure).map(|(volume, pressure)| volume * pressure).sum();
     assert!((volume.iter().sum::<f64>() - 1.0).abs() < 1e-9);
     assert!((whole / (4905.0 + 2000.0) - 1.0).abs() < 0.01, "{whole} Pa on the mean");
-    // Effective stress and pore pressure bear the weight above.
+    // Effective stress and pore pressure carry the weight above.
     let stress = frame.tensors("stress").unwrap();
     for (i, x) in frame.positions.iter().enumerate() {
         let weight = 1990.0 * 9.81 * (1.0 - x[1]);
@@ -112,7 +112,7 @@ fn sums(out: &Path) -> [f64; 3] {
     sums_of(&read_frame(&out.join(&frames.last().unwrap().1), 0.0).unwrap())
 }
 
-/// The same sums of a frame.
+/// Sums of masses, of volumes and of momentum along x of a frame (kg/m, m², kg/s).
 fn sums_of(last: &colluvium::case::Snapshot) -> [f64; 3] {
     let [mass, volume] = ["mass", "volume"].map(|name| last.scalars(name).unwrap());
     let velocity = last.vectors("velocity").unwrap();
@@ -120,8 +120,8 @@ fn sums_of(last: &colluvium::case::Snapshot) -> [f64; 3] {
     [mass.iter().sum(), volume.iter().sum(), momentum]
 }
 
-/// A column that falls, by MPM or SPH, goes on as a flow, and that as a column of MPM or SPH again: with its mass to round-off, although the
-/// volume of points is not that of their mass at the density of the material.
+/// A column that falls, by MPM or SPH, continues as a flow, and that as a column of MPM or SPH again: the mass is equal to round-off,
+/// although the volume of points is not that of their mass at the density of the material.
 #[test]
 fn mass_is_handed_over_to_round_off_and_back() {
     let folder = tempfile::tempdir().unwrap();
@@ -171,8 +171,8 @@ fn mass_is_handed_over_to_round_off_and_back() {
     }
 }
 
-/// A saturated column that a model in depth lets fall goes on as grains and fluid on nodes of their own, which move apart, and as points again:
-/// nothing of its mass is lost.
+/// A saturated column that falls in a model in depth continues as grains and fluid on separate nodes, which move apart, and as points
+/// again: no mass is lost.
 #[test]
 fn grains_and_fluid_are_handed_over_to_round_off_and_back() {
     let folder = tempfile::tempdir().unwrap();
@@ -201,14 +201,14 @@ fn grains_and_fluid_are_handed_over_to_round_off_and_back() {
     next["bodies"][0]["points"] = json!({ "file": "flow/points.csv" });
     next["methods"] = json!({ "mpm": { "cell_size": 0.2 } });
     next["stages"][0]["duration"] = json!(1e-8);
-    // The liquid of MPM has the mass of its pores, which a step changes.
+    // The liquid of MPM has the mass in its pores, which a step changes.
     let again = sums_of(&first_frame(folder, "again", &next));
     assert!((flow[0] / before[0] - 1.0).abs() < 1e-12, "{} kg/m of {}", flow[0], before[0]);
     assert!((again[0] / flow[0] - 1.0).abs() < 1e-12, "{} kg/m of {}", again[0], flow[0]);
     assert!((again[2] / flow[2] - 1.0).abs() < 1e-12, "{} of {}", again[2], flow[2]);
 }
 
-/// In axisymmetry lists have areas and masses of a radian.
+/// In axisymmetry lists have areas, and masses per radian.
 #[test]
 fn points_of_an_axisymmetric_run_come_back_as_they_were() {
     let folder = tempfile::tempdir().unwrap();

@@ -57,7 +57,7 @@ fn a_file_of_another_kind_is_named_in_a_line_with_the_command_for_it() {
             "{command} {file}: {errors}"
         );
     }
-    // What is of no kind is told as the command sees it.
+    // A file of no known kind gives the message of the command.
     write("odd.json", &json!({ "title": "t" }));
     let (code, errors) = run(folder, &["check", "odd.json"]);
     assert!(code == 3 && errors.contains("\"space\" is missing"), "{errors}");
@@ -128,7 +128,7 @@ fn a_law_that_takes_no_properties_is_told_of_and_one_that_does_is_not() {
     law("umat.json", &json!({ "model": "umat", "density": 2000, "library": folder.join("soil.so") }));
     let (code, errors) = test("umat.json");
     assert_eq!((code, errors.as_str()), (0, ""));
-    // The properties of the file make the same elastic law.
+    // The properties of the file give the same elastic law.
     let of_umat = rows();
     let column = |head: &str| head.split(',').position(|name| name.starts_with("stress_xx")).unwrap();
     let stress = |lines: &[String]| -> f64 {

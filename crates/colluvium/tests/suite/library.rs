@@ -1,11 +1,11 @@
-//! Libraries that a file names are foreign code: they run where the user allows it, and what they do ends in words.
+//! Libraries that a file names are foreign code: they run only where the user allows it, and their failures end in messages.
 
 use std::path::Path;
 use std::process::Command;
 
 use super::{output, program};
 
-/// The C routines of the tests of `crates/umat`, with a file `loaded` as the sign that any of their code ran.
+/// Builds the C routines of the tests of `crates/umat`, which write a file `loaded` when any of their code runs.
 pub fn build(folder: &Path) {
     let routines = Path::new(env!("CARGO_MANIFEST_DIR")).join("../umat/tests/elastic_umat.c");
     let trace = "#include <stdio.h>\n\

@@ -1,4 +1,4 @@
-//! The facade and the command line as their users meet them. What has to be alone in its process stands beside this suite.
+//! Tests of the facade and the command line as users meet them. Tests that need their own process are beside this suite.
 
 mod boulders;
 mod broken_files;
@@ -21,19 +21,19 @@ mod strength;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// The program.
+/// Command of the program.
 fn program() -> Command {
     Command::new(env!("CARGO_BIN_EXE_colluvium"))
 }
 
-/// Exit code, and what a command says on both streams.
+/// Exit code, standard output and standard error of a command.
 fn output(command: &mut Command) -> (i32, String, String) {
     let Output { status, stdout, stderr } = command.output().expect("the program starts");
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
     (status.code().unwrap_or(-1), text(stdout), text(stderr))
 }
 
-/// The same of the program in a folder.
+/// Exit code, standard output and standard error of the program in a folder.
 fn in_folder(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
     output(program().current_dir(folder).args(arguments))
 }

@@ -1,4 +1,4 @@
-//! Where the methods have a case in common, they agree.
+//! Agreement of methods on common cases.
 
 use colluvium::case::{Case, Method, RunOptions, Snapshot, run};
 use colluvium::depth_sph::DepthSph;
@@ -7,13 +7,13 @@ use colluvium::snow_mpm::SnowMpm;
 use colluvium::sph::Sph;
 use serde_json::{Value, json};
 
-/// An object with the keys of another one.
+/// Object with the keys of another one added.
 fn with(mut object: Value, more: &Value) -> Value {
     object.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
     object
 }
 
-/// A ball of snow that turns, stretches and flies, cubic functions, stress last; 120 steps.
+/// Snapshot of a ball of snow that turns, stretches and flies, after 120 steps with cubic functions and stress last.
 fn flown(method: &dyn Method, snow: &Value, mpm: &Value) -> Snapshot {
     let common = json!({
         "title": "flight", "space": "plane-strain", "domain": { "min": [0, 0], "max": [2, 2] }, "gravity": [0.5, -9.81],
@@ -60,7 +60,7 @@ fn mpm_and_snow_mpm_agree_to_round_off() {
     }
 }
 
-/// One file with a pore fluid over a drained base: a model in depth with two phases, and a flow over the depth, weigh the same and both move.
+/// One file with a pore fluid over a drained base: a two-phase model in depth and a depth-integrated flow have equal weight, and both move.
 #[test]
 fn a_case_with_pore_fluid_runs_in_depth_and_over_the_depth() {
     let value = json!({
@@ -93,8 +93,8 @@ fn a_case_with_pore_fluid_runs_in_depth_and_over_the_depth() {
     }
 }
 
-/// A rigid box of 0.24 m × 0.16 m × 0.08 m in space that spins, or stands on a floor under gravity along a slope: the columns of its
-/// motion at the end.
+/// Columns of the motion at the end of a rigid box of 0.24 m × 0.16 m × 0.08 m in space that spins, or lies on a floor under gravity along
+/// a slope.
 fn tumbled(method: &dyn Method, more: &Value) -> Vec<f64> {
     let case = with(
         json!({
@@ -123,7 +123,7 @@ fn rigid_boxes_of_sph_and_mpm_move_alike_in_space() {
     let flight = json!({ "gravity": [0.5, 0, -1], "bodies": [spinning] });
     let both = [&Sph as &dyn Method, &Mpm].map(|method| tumbled(method, &flight));
     for (sph, mpm) in both[0].iter().zip(&both[1]) {
-        // Each is of second order in the step of 2e-4 s.
+        // Each method is of second order in the step of 2e-4 s.
         assert!((sph - mpm).abs() < 1e-5, "{both:?}");
     }
     let turned = [5.0, 3.0, 6.0].iter().zip(&both[0][3..]).map(|(start, end)| (start - end).abs());

@@ -1,9 +1,9 @@
-//! Points from a file, and how many there will be, through every method.
+//! Points from a file, and their estimated number, in every method.
 
 use colluvium::case::{Case, Snapshot, Solver};
 use serde_json::{Value, json};
 
-/// A block under its own weight, whose points stand on powers of two so that their widths are exact.
+/// Block under its own weight, with points at powers of two so that their widths are exact.
 fn block(method: &str) -> Value {
     json!({
         "title": "block", "space": "plane-strain", "domain": { "min": [0, 0], "max": [4, 3] }, "gravity": [0, -10],
@@ -22,7 +22,7 @@ fn block(method: &str) -> Value {
     })
 }
 
-/// The points of a snapshot as a list, last first, with or without their volumes.
+/// Points of a snapshot as a list, last first, with or without their volumes.
 fn list(snapshot: &Snapshot, with_volumes: bool) -> String {
     let [velocity, stress] = ["velocity", "stress"].map(|name| snapshot.field(name).expect("a field"));
     let (colluvium::case::FieldData::Vector(velocity), colluvium::case::FieldData::Tensor(stress)) =
@@ -111,7 +111,7 @@ fn grains_are_as_their_file_lists_them() {
     for (found, asked) in mass.iter().zip([7800.0 * area(0.2), 2000.0 * area(0.1)]) {
         assert!((found / asked - 1.0).abs() < 1e-12, "{found} for {asked}");
     }
-    // The one falls, the other is held.
+    // One point falls, the other is held.
     assert_eq!(seen.positions[0], [2.5, 1.5, 0.0]);
     assert!(seen.positions[1][1] < 0.5);
     let dem = colluvium::method("dem").unwrap();
@@ -142,7 +142,7 @@ fn points_that_do_not_suit_the_method_are_refused_or_remarked() {
         error.starts_with("bodies[0].points: ") && error.contains("more than the cells of 0.25 m"),
         "{error}"
     );
-    // As wide as a cell, to rounding, is not too wide.
+    // A width of a cell, to rounding, is not too wide.
     std::fs::write(folder.path().join("space.csv"), "x,y,z\n1.5,0.5,0.5\n2.5,1.5,0.5\n").unwrap();
     let mut value = block("mpm");
     value["space"] = json!("3d");
@@ -183,7 +183,7 @@ fn a_size_is_that_of_the_plan_before_anything_is_made() {
             let share = size.points / plan.points as f64;
             assert!((0.95..1.05).contains(&share), "{name}: {share} of the points");
             let share = size.memory / plan.memory as f64;
-            // A plan tells what a run holds. Grains take up to two and a half times that while they are made, which the size tells.
+            // A plan estimates the memory of a run. Grains take up to 2.5 times that during generation, which the size includes.
             let most = if method.name() == "dem" { 2.6 } else { 1.1 };
             assert!((0.6..most).contains(&share), "{name}: {share} of the memory");
             assert!(size.check_memory(2.0 * size.memory).is_ok() && size.check_memory(1e3).is_err());

@@ -1,8 +1,8 @@
-//! The committed schema and case reference are those of the code.
+//! Comparison of the committed schema and case reference with the code.
 
 use std::path::PathBuf;
 
-/// Compares `docs/<name>` with what the code makes. With `COLLUVIUM_WRITE_DOCS` set, writes it first.
+/// Compares `docs/<name>` with the generated text. With `COLLUVIUM_WRITE_DOCS` set, writes it first.
 fn assert_up_to_date(name: &str, made: &str) {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../docs").join(name);
     if std::env::var_os("COLLUVIUM_WRITE_DOCS").is_some() {

@@ -1,4 +1,4 @@
-//! Commands on the folder of a run: files that are not theirs, and files of the run that are gone.
+//! Commands on the folder of a run: files of other origin, and missing files of the run.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::in_folder;
 
-/// A run of a bar in the folder `out`, with five frames.
+/// Run of a bar in the folder `out`, with five frames.
 fn bar(folder: &Path) {
     let case: Value = json!({
         "title": "bar", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
@@ -45,7 +45,7 @@ fn no_command_replaces_a_file_that_it_did_not_write() {
         let (code, _, errors) = in_folder(folder, &[arguments, &["--overwrite"]].concat());
         assert_eq!(code, 0, "{file}: {errors}");
         assert_ne!(fs::read(&path).unwrap(), b"mine");
-        // Its own it replaces without being asked.
+        // The command replaces its own files without a flag.
         let (code, _, errors) = in_folder(folder, arguments);
         assert_eq!(code, 0, "{file}: {errors}");
     }
@@ -133,7 +133,7 @@ fn a_run_whose_terrain_has_moved_is_shown_and_exported_without_it() {
     assert!(errors.contains("warning: ") && errors.contains("debris-flow-terrain.asc"), "{errors}");
     let (code, _, errors) = in_folder(folder, &["verify", "out"]);
     assert_eq!(code, 0, "{errors}");
-    // A file of the name of a result that the run did not write.
+    // File with the name of a result that the run did not write.
     fs::write(folder.join("out/rasters/final_speed.asc"), "mine").unwrap();
     let (code, said, errors) = in_folder(folder, &["verify", "out"]);
     let named = "rasters/final_speed.asc: has the name of a result, and the run did not write it";
@@ -183,7 +183,7 @@ fn a_sweep_says_the_memory_of_its_runs_with_that_of_the_program() {
         let line = said.lines().find(|line| line.starts_with("memory")).unwrap();
         line.split("about ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap()
     };
-    // A run of a few points is small beside the program.
+    // The memory of a run of a few points is small beside that of the program.
     let of_program = memory(&["check", "bar.json"]);
     let [one, two] = ["1", "2"].map(|jobs| memory(&["sweep", "--check", "sweep.json", "--jobs", jobs]));
     assert!(one > 0.5 * of_program && two > one + 3.0, "{of_program} {one} {two}");

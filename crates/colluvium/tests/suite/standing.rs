@@ -1,4 +1,4 @@
-//! Rigid bodies stand, slide, tip and fall on walls and obstacles, alike in MPM and SPH.
+//! Rigid bodies that rest, slide, tip and fall on walls and obstacles, alike in MPM and SPH.
 
 use colluvium::case::{Case, Method, RunOptions, RunReport, run};
 use colluvium::mpm::Mpm;
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 const METHODS: [&dyn Method; 2] = [&Mpm, &Sph];
 
-/// A level ground in the plane.
+/// Level ground in the plane.
 #[derive(Clone, Copy, Debug)]
 enum Ground {
     Wall,
@@ -15,8 +15,8 @@ enum Ground {
     Raster,
 }
 
-/// A rigid block of `width` by `height` (m) on level ground with a coefficient of friction, under `gravity` (m/s²) for a while (s): the
-/// measures.
+/// Measures of a rigid block of `width` by `height` (m) on level ground with a coefficient of friction, under `gravity` (m/s²) for a
+/// duration (s).
 fn block(
     method: &dyn Method,
     ground: Ground,
@@ -62,8 +62,8 @@ fn last(report: &RunReport, column: &str) -> f64 {
     *report.table.column(column).unwrap_or_else(|| panic!("no column {column}")).last().unwrap()
 }
 
-/// Angle (rad) of a block that tips about its lower corner by itself, after `duration` (s): the moment of its
-/// weight about the corner over its moment of inertia there, in small steps.
+/// Angle (rad) of a block that tips about its lower corner, after `duration` (s), integrated in small steps: moment of its weight about the
+/// corner over its moment of inertia there.
 fn tipped([width, height]: [f64; 2], gravity: [f64; 2], duration: f64) -> f64 {
     let inertia = (width * width + height * height) / 3.0;
     let (mut angle, mut spin, steps) = (0.0, 0.0, 20_000);
@@ -99,7 +99,7 @@ fn a_block_that_has_tipped_falls_flat_and_comes_to_rest() {
             let angle = last(&table, "block.angle");
             assert!((angle + std::f64::consts::FRAC_PI_2).abs() < 1e-3, "{name} {ground:?}: {angle}");
             assert!(last(&table, "kinetic_energy") < 1e-6, "{name} {ground:?}");
-            // No blow gives energy.
+            // No impact adds energy.
             let total = table.table.column("total_energy").unwrap();
             assert!(total.windows(2).all(|pair| pair[1] < pair[0] + 0.1), "{name} {ground:?}: {total:?}");
         }

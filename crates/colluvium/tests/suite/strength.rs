@@ -1,10 +1,9 @@
-//! Strength that is lost by bodies whose initial stress the full strength only just bears.
+//! Loss of strength in bodies whose initial stress is close to yield at full strength.
 
 use colluvium::case::{Case, RunOptions, run_method};
 use serde_json::{Value, json};
 
-/// A confined block of sand that starts with nearly the least horizontal stress that its full strength bears, `0.33` of
-/// the vertical one at 30 degrees.
+/// Confined block of sand with nearly the least horizontal stress that its full strength allows, `0.33` of the vertical one at 30 degrees.
 fn block(material: &Value, more: &Value) -> Case {
     let mut case = json!({
         "title": "block", "space": "plane-strain",
@@ -31,7 +30,7 @@ fn sand() -> Value {
     json!({ "model": "mohr-coulomb", "density": 1800, "youngs_modulus": 1e6, "poissons_ratio": 0.3, "friction_angle": 30 })
 }
 
-/// The methods that the block has options for: those that follow the stress of a body.
+/// Methods with options in the block's case: those that integrate the stress of a body.
 fn methods() -> impl Iterator<Item = &'static dyn colluvium::case::Method> {
     let named = block(&sand(), &json!({})).methods;
     colluvium::methods().iter().copied().filter(move |method| named.contains_key(method.name()))
@@ -59,7 +58,7 @@ fn a_stage_weakens_what_started_outside_the_weakened_yield_surface() {
             let inside = (0..stress.len()).min_by(|a, b| far(a).total_cmp(&far(b))).expect("a point");
             let water = pressure.map_or(0.0, |pressure| pressure[inside]);
             let [horizontal, vertical] = [0, 1].map(|c| stress[inside].0[c] + water);
-            // With half of tan 30 degrees it is at least 0.568; the block has begun to swing.
+            // With half of tan 30 degrees the ratio is at least 0.568; the block has begun to oscillate.
             let ratio = horizontal / vertical;
             assert!((0.55..0.8).contains(&ratio), "{}, {kind}: {ratio}", method.name());
         }

@@ -1,4 +1,4 @@
-//! The co-rotational adapter: an objective stress update from a small-strain law.
+//! Co-rotational adapter: an objective stress update from a small-strain law.
 
 use crate::contract::component_arrays::{ComponentArrays, Rotations};
 use crate::laws::Elasticity;
@@ -10,14 +10,14 @@ use crate::{
     SmallStrain, StressUpdate, SymTensor, Tangent,
 };
 
-/// Makes a [`SmallStrain`] law objective (sheet: constitutive §3.2): stress is carried by half the
-/// Hughes–Winget rotation of the step, updated with the strain increment in that frame, and carried
+/// Objective stress update from a [`SmallStrain`] law (sheet: constitutive §3.2): stress is rotated by half the
+/// Hughes–Winget rotation of the step, updated with the strain increment in that frame, and rotated
 /// by the other half. Second-order accurate, exact for a rigid step, and keeps the yield condition
 /// of isotropic laws. Steps larger than [`SmallStrain::max_strain_increment`] are divided (§3.8).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corotational<L>(pub L);
 
-/// Strain increment that no step reaches.
+/// Upper bound of the strain increment of a step.
 const MAX_STRAIN_INCREMENT: f64 = 1.0 - f64::EPSILON;
 
 /// Half of the Hughes–Winget rotation `Q = (1 - W/2)⁻¹(1 + W/2)` of the spin increment `W = dt W`:
@@ -46,7 +46,7 @@ pub fn half_rotation(gradient: &Mat3) -> Option<Mat3> {
 }
 
 impl<L: SmallStrain> Corotational<L> {
-    /// The law's step in the frame that turns along.
+    /// Advances the law by one step in the co-rotating frame.
     #[inline]
     fn advance(
         &self,
@@ -64,7 +64,7 @@ impl<L: SmallStrain> Corotational<L> {
         Ok(self.substepped(strain, motion, old)?.point)
     }
 
-    /// The same in parts, with the work dissipated.
+    /// Advances the law in substeps; returns the work dissipated as well.
     #[cold]
     fn substepped(
         &self,
@@ -90,7 +90,7 @@ impl<L: SmallStrain> Corotational<L> {
         substepping::substep_count(strain, self.0.max_strain_increment()) > 1
     }
 
-    /// The point carried by a rotation.
+    /// Point rotated by `rotation`: stress and tensorial state.
     #[inline]
     fn rotated(&self, point: &Point<L::State>, rotation: &Mat3) -> Point<L::State> {
         let mut turned = Point { stress: point.stress.rotated(rotation), state: point.state.clone() };
@@ -108,7 +108,7 @@ impl<L: SmallStrain> Corotational<L> {
         }
     }
 
-    /// A batch in which some motion cannot be used.
+    /// Updates a batch point by point, where some motion cannot be used.
     #[cold]
     fn update_each(
         &self,
@@ -123,7 +123,7 @@ impl<L: SmallStrain> Corotational<L> {
         Ok(())
     }
 
-    /// The rotations of all points at once, component by component; the law too where it can, else one by one.
+    /// Updates a batch with the rotations of all points at once, component by component; the law too where it can, else one by one.
     fn update_all(
         &self,
         lanes: &mut ComponentArrays,
@@ -270,7 +270,7 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
         let analytic = match half_rotation(&motion.velocity_gradient_dt) {
             _ if self.needs_substeps(&strain) => None,
             None => self.0.tangent(&strain, motion, old),
-            // The spin is held, so that its rotation is that of the stress rows alone.
+            // The spin is fixed, so that its rotation is that of the stress rows alone.
             Some(half) => {
                 self.0.tangent(&strain, motion, &self.rotated(old, &half)).map(|t| t.rotated(&half))
             }
@@ -293,7 +293,7 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
     }
 }
 
-/// The one-term spin update of Algorithms 1 and 2 of Bui & Nguyen 2021, with the sign mended
+/// One-term spin update of Algorithms 1 and 2 of Bui & Nguyen 2021, with the sign corrected
 /// (sheet: constitutive §3.2): `σ + ΔW σ - σ ΔW`, then the small-strain law. For comparison only: a full turn in steps of ten
 /// degrees ends at twice the stress, and the yield condition is not kept.
 #[derive(Clone, Copy, Debug, PartialEq)]

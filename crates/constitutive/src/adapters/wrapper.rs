@@ -1,5 +1,5 @@
-//! Materials around another material (sheet: constitutive §3.11): what happens before and after the inner
-//! law is called, once for all of them.
+//! Materials around another material (sheet: constitutive §3.11): common steps before and after the call of the
+//! inner law.
 
 use std::sync::Arc;
 
@@ -10,45 +10,45 @@ use crate::{
     SymTensor, Tangent, UpdateCost,
 };
 
-/// What a material around another adds to it. [`WrappedMaterial`] makes a [`Material`] of it.
+/// Modification of an inner material by one around it. [`WrappedMaterial`] makes a [`Material`] of it.
 pub(crate) trait Wrapper: Send + Sync + 'static {
-    /// Own state of one point, beside that of the inner law.
+    /// Own state of one point, apart from that of the inner law.
     type OwnState: Clone + Send + Sync + Serialize + DeserializeOwned + 'static;
 
-    /// Name of the model as it stands in a case file.
+    /// Name of the model in a case file.
     const NAME: &'static str;
 
     /// Own state at the start.
     fn start(&self) -> Self::OwnState;
 
-    /// Stress the inner law sees where the point carries `stress`.
+    /// Stress passed to the inner law (Pa) for the stress `stress` of the point.
     fn inner_stress(&self, stress: &SymTensor, own: &Self::OwnState) -> SymTensor;
 
-    /// Stress the point carries where the inner law carries `inner`.
+    /// Stress of the point (Pa) for the stress `inner` of the inner law.
     fn outer_stress(&self, inner: &SymTensor, own: &Self::OwnState) -> SymTensor;
 
-    /// Motion the inner law sees, and own state at the end of the step.
+    /// Motion passed to the inner law, and own state at the end of the step.
     fn step(&self, motion: &Motion, own: &Self::OwnState) -> (Motion, Self::OwnState);
 
-    /// Whether the motion that the inner law sees depends on time, see [`crate::Law::is_time_dependent`].
+    /// Whether the motion passed to the inner law depends on time, see [`crate::Law::is_time_dependent`].
     const TIME_DEPENDENT: bool = false;
 
-    /// What is added to the wave modulus of the inner law (Pa).
+    /// Modulus added to the wave modulus of the inner law (Pa).
     fn added_modulus(&self) -> f64 {
         0.0
     }
 
-    /// What becomes of the inner law's tangent in the step `motion` from the own state `own`.
+    /// Tangent from that of the inner law, in the step `motion` from the own state `own`.
     fn tangent(&self, inner: Tangent, _motion: &Motion, _own: &Self::OwnState) -> Tangent {
         inner
     }
 
-    /// Energy stored beside that of the inner law (J/m³).
+    /// Energy stored in addition to that of the inner law (J/m³).
     fn added_energy(&self, _own: &Self::OwnState) -> f64 {
         0.0
     }
 
-    /// Name of its own scalar worth plotting, if it has one, and its value.
+    /// Name of its own output scalar, if it has one.
     const OUTPUT: Option<&'static str> = None;
 
     /// Value of [`Wrapper::OUTPUT`].
@@ -57,7 +57,7 @@ pub(crate) trait Wrapper: Send + Sync + 'static {
     }
 }
 
-/// A material around another.
+/// Material around another one.
 pub(crate) struct WrappedMaterial<W> {
     wrapper: W,
     inner: Arc<dyn Material>,
@@ -188,7 +188,7 @@ impl<W: Wrapper> Material for WrappedMaterial<W> {
         if W::OUTPUT.is_none() {
             return self.inner.outputs(&inner[..stresses.len()], block, out);
         }
-        // The inner law writes its rows without a gap at the front; they are spread from the back.
+        // The inner law writes its rows contiguously at the front; they are spread from the back.
         self.inner.outputs(&inner[..stresses.len()], block, &mut out[..stresses.len() * width]);
         for (index, own) in own.iter().enumerate().rev() {
             out.copy_within(index * width..(index + 1) * width, index * (width + 1));

@@ -1,13 +1,13 @@
-//! What speed adds to the strength of a base, and the speed that an implicit step leaves.
+//! Speed-dependent part of the basal shear stress, and the speed after an implicit step.
 
 use crate::basal::{BasalFlow, BinghamSolution};
 
-/// What speed adds to the strength of a base.
+/// Speed-dependent part of the basal shear stress.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BasalDrag {
-    /// Nothing.
+    /// No drag.
     None,
-    /// A power law of the shear rate: `μ ((1 + 2m)/m · v̄/h)^m`.
+    /// Power law of the shear rate: `μ ((1 + 2m)/m · v̄/h)^m`.
     Viscous {
         /// Consistency `μ` (Pa sᵐ).
         consistency: f64,
@@ -24,10 +24,10 @@ pub enum BasalDrag {
         /// Roughness `n` (s/m^⅓).
         roughness: f64,
     },
-    /// Dense granular flow over its friction at rest: `σ' (μ_2 - μ_s)/(I_0/I + 1)` with `I = 5 v̄ d/(2h √(σ'/ρ_s))`,
+    /// Dense granular flow beyond its friction at rest: `σ' (μ_2 - μ_s)/(I_0/I + 1)` with `I = 5 v̄ d/(2h √(σ'/ρ_s))`,
     /// that of Bagnold's profile at its base.
     Granular {
-        /// `μ_2 - μ_s`.
+        /// Friction range `μ_2 - μ_s`.
         friction_range: f64,
         /// Inertial number `I_0` at which friction is halfway between the two.
         reference: f64,
@@ -36,11 +36,11 @@ pub enum BasalDrag {
         /// Density `ρ_s` of the grains (kg/m³).
         grain_density: f64,
     },
-    /// Bingham's profile, whose yield stress is the strength.
+    /// Bingham profile, whose yield stress is the strength.
     Bingham {
         /// Plastic viscosity `μ` (Pa s).
         viscosity: f64,
-        /// How the cubic equation is solved.
+        /// Solution of the cubic equation.
         solution: BinghamSolution,
     },
 }
@@ -65,7 +65,7 @@ impl BasalDrag {
         }
     }
 
-    /// Shear stress (Pa) beside the strength; `effective` is the effective normal stress (Pa). Zero for
+    /// Shear stress (Pa) in addition to the strength; `effective` is the effective normal stress (Pa). Zero for
     /// [`BasalDrag::Bingham`], which is no sum.
     #[inline]
     pub(super) fn shear_stress(&self, effective: f64, flow: &BasalFlow) -> f64 {

@@ -1,20 +1,20 @@
-//! What a base bears without moving.
+//! Static shear strength of a base.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::basal::BasalFlow;
 
-/// Friction and cohesion at the base.
+/// Basal strength: friction and cohesion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BasalStrength {
     /// Coefficient of friction `tan φ`.
     pub friction: f64,
     /// Cohesion `c` (Pa).
     pub cohesion: f64,
-    /// How cohesion depends on the normal stress.
+    /// Dependence of cohesion on the normal stress.
     pub form: CohesionForm,
-    /// Constant pore-pressure ratio `r_u`: share of the normal stress that water carries.
+    /// Constant pore-pressure ratio `r_u`: share of the normal stress carried by water.
     pub pore_pressure_ratio: f64,
 }
 
@@ -31,17 +31,17 @@ pub enum CohesionForm {
 }
 
 impl BasalStrength {
-    /// None.
+    /// Zero strength.
     pub const NONE: Self =
         Self { friction: 0.0, cohesion: 0.0, form: CohesionForm::Constant, pore_pressure_ratio: 0.0 };
 
-    /// Effective normal stress on the base (Pa), compression-positive, never tension.
+    /// Effective normal stress on the base (Pa), compression-positive, never tensile.
     #[inline]
     pub fn effective_stress(&self, flow: &BasalFlow) -> f64 {
         ((1.0 - self.pore_pressure_ratio) * flow.normal_stress - flow.pore_pressure).max(0.0)
     }
 
-    /// Shear stress (Pa) that the base bears under `flow`.
+    /// Shear strength (Pa) of the base under `flow`.
     #[inline]
     pub fn shear_strength(&self, flow: &BasalFlow) -> f64 {
         let stress = self.effective_stress(flow);

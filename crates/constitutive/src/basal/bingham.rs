@@ -1,5 +1,5 @@
-//! Bingham's profile over a base: shear stress from mean speed, exactly and by the economised quadratic (sheet:
-//! depth-sph §2.6.2), and the speed that an implicit step leaves (§3.5).
+//! Bingham profile over a base: shear stress from mean speed, exactly and by the economised quadratic (sheet:
+//! depth-sph §2.6.2), and the speed after an implicit step (§3.5).
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -24,7 +24,7 @@ pub fn plug_ratio(a: f64) -> f64 {
 }
 
 /// Root `ζ` in (0, 1] of `ζ³ - (3 + a) ζ + 2 + push = 0`, `held = a - push >= 0`, and `1 - ζ`, both to round-off of
-/// their own: at rest the root is double, so that it is `1 - ζ` that Newton's method looks for.
+/// their own: at rest the root is double, so that Newton's method solves for `1 - ζ`.
 #[inline]
 fn plug_root(a: f64, push: f64, held: f64) -> (f64, f64) {
     let mut gap = 2.0 * held / (a + (a * a + 12.0 * held).sqrt()).max(f64::MIN_POSITIVE);
@@ -43,7 +43,7 @@ fn plug_root(a: f64, push: f64, held: f64) -> (f64, f64) {
     (zeta.clamp(f64::MIN_POSITIVE, 1.0), gap)
 }
 
-/// The same root from the economised quadratic `3/2 ζ² - (57/16 + a) ζ + 65/32 = 0`.
+/// Plug ratio `ζ` by the economised quadratic `3/2 ζ² - (57/16 + a) ζ + 65/32 = 0`.
 #[inline]
 pub fn plug_ratio_quadratic(a: f64) -> f64 {
     quadratic(57.0 / 16.0 + a, 65.0 / 32.0)
@@ -56,7 +56,7 @@ fn quadratic(b: f64, c: f64) -> f64 {
 }
 
 impl BinghamSolution {
-    /// Shear stress of a column at rest that is about to move, over the yield stress.
+    /// Ratio of the shear stress of a column at incipient motion to the yield stress.
     #[inline]
     pub(super) fn static_factor(self) -> f64 {
         match self {
@@ -78,8 +78,8 @@ impl BinghamSolution {
         }
     }
 
-    /// Speed after an implicit step that does not stop the column: `held` is the speed less what the static stress
-    /// takes. With `A = h τ_y/(6μ)` the speed of a plug ratio is `A a(ζ)`, so that `v₁ + k τ_y/ζ = v₀` is again a
+    /// Speed after an implicit step that does not stop the column: `held` is the speed less the loss by the static
+    /// stress. With `A = h τ_y/(6μ)` the speed of a plug ratio is `A a(ζ)`, so that `v₁ + k τ_y/ζ = v₀` is again a
     /// cubic (quadratic) equation of `ζ`.
     #[inline]
     pub(super) fn speed_after_step(

@@ -1,4 +1,4 @@
-//! The basal law that a material of the other methods stands for: fluids by their Bingham form, soils by friction and
+//! Basal law equivalent to a material of the other methods: fluids by their Bingham form, soils by friction and
 //! cohesion.
 
 use crate::basal::{BasalRheology, BasalSpec, BasalStrength, BinghamBaseSpec, CoulombSpec, GranularBaseSpec};

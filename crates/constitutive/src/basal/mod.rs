@@ -1,8 +1,8 @@
 //! Basal shear stress of depth-averaged flow (sheet: depth-sph §2.6, §3.5; sheet: constitutive §2.11; Pastor et
 //! al. 2020, §4).
 //!
-//! A law is a strength and what speed adds to it. With flow depth `h`, depth-averaged speed `v̄`, the share `r_u`
-//! of the normal stress that water carries, and `σ' = ((1 - r_u) σ_b - p_b)₊`:
+//! A law is the sum of a strength and a speed-dependent part. With flow depth `h`, depth-averaged speed `v̄`, the share `r_u`
+//! of the normal stress carried by water, and `σ' = ((1 - r_u) σ_b - p_b)₊`:
 //!
 //! - strength ([`BasalStrength`]): `s = σ' tan φ + c`, or cohesion that vanishes with the normal stress;
 //! - [`BasalDrag::Viscous`]: `τ_b = s + μ ((1 + 2m)/m · v̄/h)^m`;
@@ -11,7 +11,7 @@
 //! - [`BasalDrag::Granular`]: `τ_b = s + σ' (μ_2 - μ_s)/(I_0/I + 1)`, `I = 5 v̄ d/(2h √(σ'/ρ_s))`;
 //! - [`BasalDrag::Bingham`]: `v̄ = τ_b h/(6μ) (1 - ζ)² (2 + ζ)`, `ζ = s/τ_b`.
 //!
-//! All are positive numbers (Pa), to be applied against the velocity. Flow at rest is held by as much as drives it,
+//! All are positive numbers (Pa), to be applied against the velocity. Flow at rest mobilises as much as its driving stress,
 //! up to its strength. Limits: profiles of steady uniform flow; the strength is taken constant over the depth in
 //! [`BasalDrag::Bingham`], linear in the others.
 
@@ -33,7 +33,7 @@ pub use spec::{
 
 use crate::MaterialError;
 
-/// What a column of flow tells the law at its base.
+/// State of a flow column at its base.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BasalFlow {
     /// Depth `h` (m), normal to the base.
@@ -42,31 +42,31 @@ pub struct BasalFlow {
     pub speed: f64,
     /// Total normal stress on the base (Pa), compression-positive: `ρgh cos θ`, where the bed is plane.
     pub normal_stress: f64,
-    /// Pore pressure at the base (Pa), compression-positive, beside what a law's own `pore_pressure_ratio` takes.
+    /// Pore pressure at the base (Pa), compression-positive, in addition to that of a law's own `pore_pressure_ratio`.
     pub pore_pressure: f64,
-    /// Tangent of the slope that drives the flow (that of the bed, or of the energy line), for flow at rest.
+    /// Tangent of the slope that drives the flow (of the bed, or of the energy line), for flow at rest.
     pub slope: f64,
     /// Unit weight `ρg` of the flowing mass (N/m³).
     pub unit_weight: f64,
 }
 
-/// Basal shear stress from depth-averaged flow: a strength, and what speed adds to it.
+/// Basal shear stress of depth-averaged flow: a strength and a speed-dependent part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BasalRheology {
-    /// Name of the model as it stands in a case file.
+    /// Name of the model in a case file.
     pub name: &'static str,
-    /// What it bears without moving.
+    /// Static strength.
     pub strength: BasalStrength,
-    /// What speed adds.
+    /// Speed-dependent part.
     pub drag: BasalDrag,
 }
 
 impl BasalRheology {
-    /// A base that holds nothing.
+    /// Base without shear stress.
     pub const FRICTIONLESS: Self =
         Self { name: "none", strength: BasalStrength::NONE, drag: BasalDrag::None };
 
-    /// Largest basal shear stress (Pa) that flow at rest bears without moving; where it moves, the limit of
+    /// Largest basal shear stress (Pa) of flow at rest; for moving flow, the limit of
     /// [`BasalRheology::moving_shear_stress`] as the speed vanishes.
     #[inline]
     pub fn static_shear_strength(&self, flow: &BasalFlow) -> f64 {
@@ -77,7 +77,7 @@ impl BasalRheology {
         }
     }
 
-    /// Basal shear stress (Pa) of flow whose speed is above zero; depth positive.
+    /// Basal shear stress (Pa) of flow with a positive speed; depth positive.
     #[inline]
     pub fn moving_shear_stress(&self, flow: &BasalFlow) -> f64 {
         let strength = self.strength.shear_strength(flow);
@@ -89,7 +89,7 @@ impl BasalRheology {
         }
     }
 
-    /// Basal shear stress (Pa), not negative: zero where the bed is dry; at rest as much as drives the flow,
+    /// Basal shear stress (Pa), not negative: zero where the bed is dry; at rest equal to the driving stress,
     /// up to the strength.
     ///
     /// # Errors
@@ -114,7 +114,7 @@ impl BasalRheology {
         Ok(driving.min(self.static_shear_strength(flow)))
     }
 
-    /// Whether the strength and what speed adds to it are separate forces, `τ_b = s + D(v̄)`; a Bingham profile
+    /// Whether the strength and the speed-dependent part are separate forces, `τ_b = s + D(v̄)`; a Bingham profile
     /// couples them.
     pub fn is_additive(&self) -> bool {
         !matches!(self.drag, BasalDrag::Bingham { .. })
@@ -138,14 +138,14 @@ impl BasalRheology {
         }
     }
 
-    /// As [`BasalRheology::speed_after_step`], by what speed adds to the strength alone. A Bingham profile has no such part:
-    /// the speed stays.
+    /// Speed (m/s) after a step as in [`BasalRheology::speed_after_step`], with the speed-dependent part alone. A Bingham profile has
+    /// no such part: the speed is unchanged.
     #[inline]
     pub fn speed_after_drag(&self, flow: &BasalFlow, impulse: f64) -> f64 {
         self.drag.speed_after_step(self.strength.effective_stress(flow), flow, impulse)
     }
 
-    /// The same law with a coefficient of friction of at most `friction`: a bed smoother than the material.
+    /// Returns the law with a coefficient of friction of at most `friction`: a bed smoother than the material.
     #[must_use]
     pub fn with_max_friction(mut self, friction: f64) -> Self {
         self.strength.friction = self.strength.friction.min(friction);

@@ -1,4 +1,4 @@
-//! Basal laws as a case file gives them.
+//! Basal laws of a case file.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -38,7 +38,7 @@ pub enum BasalSpec {
 }
 
 impl BasalSpec {
-    /// The law, parameters checked and angles converted.
+    /// Builds the law, with parameters checked and angles converted.
     ///
     /// # Errors
     /// The first parameter out of range.
@@ -57,7 +57,7 @@ impl BasalSpec {
         Ok(BasalRheology { name, strength, drag })
     }
 
-    /// What is allowed but deserves a warning, each starting with the parameter's name.
+    /// Warnings about admissible but doubtful values, each starting with the parameter's name.
     pub fn warnings(&self) -> Vec<String> {
         let angle = match self {
             Self::ViscousFrictional(ViscousFrictionalSpec { friction_angle, .. })
@@ -75,7 +75,7 @@ impl BasalSpec {
             .collect()
     }
 
-    /// A sample of every law and every way to run it.
+    /// Samples of all variants of every law.
     pub fn examples() -> Vec<Self> {
         let bingham = |friction_angle, solution| {
             Self::Bingham(BinghamBaseSpec {
@@ -110,7 +110,7 @@ impl BasalSpec {
 
 type StrengthAndDrag = Result<(BasalStrength, BasalDrag), MaterialError>;
 
-/// `tan φ` of an angle in degrees.
+/// Friction coefficient `tan φ` of an angle in degrees.
 fn friction(angle: f64) -> Result<f64, MaterialError> {
     let rule = "is not in 0..90 degrees (90 excluded)";
     check("friction_angle", angle, (0.0..90.0).contains(&angle), rule)?;
@@ -143,7 +143,7 @@ pub struct BinghamBaseSpec {
 }
 
 impl BinghamBaseSpec {
-    /// A fluid with a constant yield stress, solved exactly.
+    /// Returns a fluid with a constant yield stress, solved exactly.
     pub fn new(yield_stress: f64, viscosity: f64) -> Self {
         let solution = BinghamSolution::Exact;
         Self { yield_stress, friction_angle: 0.0, pore_pressure_ratio: 0.0, viscosity, solution }
@@ -162,7 +162,7 @@ impl BinghamBaseSpec {
     }
 }
 
-/// A law whose strength is friction and cohesion: its own parameters, and those that all of them share.
+/// Law with a strength of friction and cohesion: its own parameters, and those common to all such laws.
 macro_rules! frictional {
     ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $kind:ty,)* }) => {
         $(#[$doc])*
@@ -182,7 +182,7 @@ macro_rules! frictional {
         }
 
         impl $name {
-            /// The law without cohesion or pore pressure.
+            /// Returns the law without cohesion or pore pressure.
             pub fn new($($field: $kind),*) -> Self {
                 let cohesion_form = CohesionForm::Constant;
                 Self { $($field,)* cohesion: 0.0, cohesion_form, pore_pressure_ratio: 0.0 }

@@ -1,5 +1,5 @@
-//! A batch of points with each component in an array of its own, so that what is the same for all points is done
-//! for several at once. The operations and their order are those of a single point.
+//! Batch of points with each component in an array of its own, so that one operation serves several points
+//! at once. The operations and their order are those of a single point.
 
 use crate::contract::motion::OUT_OF_PLANE_COMPONENTS;
 use crate::{BLOCK_SIZE, Mat3, Motion, MotionBlock, Spectrum, SymTensor};
@@ -7,7 +7,7 @@ use crate::{BLOCK_SIZE, Mat3, Motion, MotionBlock, Spectrum, SymTensor};
 /// One component of all points.
 type BlockArray = [f64; BLOCK_SIZE];
 
-/// Velocity gradients times step, and stresses.
+/// Velocity gradients times step, and stresses, component by component.
 pub struct ComponentArrays {
     gradient: [BlockArray; 9],
     pub(crate) stress: [BlockArray; 6],
@@ -15,14 +15,14 @@ pub struct ComponentArrays {
     in_plane: bool,
 }
 
-/// Rotations, row by row; those in the plane leave the third axis as it is.
+/// Rotations, row by row; rotations in the plane leave the third axis unchanged.
 pub(crate) struct Rotations {
     rows: [BlockArray; 9],
     in_plane: bool,
 }
 
 impl ComponentArrays {
-    /// A batch with nothing in it.
+    /// Empty batch.
     pub(crate) const EMPTY: Self =
         Self { gradient: [[0.0; BLOCK_SIZE]; 9], stress: [[0.0; BLOCK_SIZE]; 6], in_plane: false };
 
@@ -49,7 +49,7 @@ impl ComponentArrays {
         }
     }
 
-    /// The same from gradients that stand component by component.
+    /// Fills the batch from gradients stored component by component.
     #[inline]
     pub(crate) fn fill_from_block(&mut self, motions: &MotionBlock, stresses: &[SymTensor]) {
         let count = stresses.len().min(BLOCK_SIZE);
@@ -79,8 +79,8 @@ impl ComponentArrays {
         }
     }
 
-    /// Gives the stress of every point the new value that `step` makes of strain increment and stress; the second
-    /// result of `step` goes to `out`.
+    /// Replaces the stress of every point by the result of `step` for its strain increment and stress; the second
+    /// result of `step` is written to `out`.
     #[inline(always)]
     pub(crate) fn for_each(
         &mut self,
@@ -106,7 +106,7 @@ impl ComponentArrays {
         }
     }
 
-    /// Principal values, the largest first, and their directions of all stresses.
+    /// Computes principal values, the largest first, and their directions of all stresses.
     #[inline(never)]
     pub(crate) fn spectra(&self, spectra: &mut Spectra) {
         let [xx, yy, zz, xy, yz, zx] = &self.stress;
@@ -137,13 +137,13 @@ impl ComponentArrays {
         within
     }
 
-    /// Half of the Hughes–Winget rotation of each gradient, as `half_rotation` of the co-rotational adapter.
+    /// Computes half of the Hughes–Winget rotation of each gradient, as `half_rotation` of the co-rotational adapter.
     #[inline(never)]
     pub(crate) fn half_rotations(&self, rotations: &mut Rotations) {
         let [_, g1, g2, g3, _, g5, g6, g7, _] = &self.gradient;
         let [q0, q1, q2, q3, q4, q5, q6, q7, q8] = &mut rotations.rows;
         rotations.in_plane = self.in_plane;
-        // What scales the axial vector, and the quadratic term, from its square.
+        // Factors of the axial vector and of the quadratic term, from its square.
         let factors = |square: f64| {
             let t2 = 0.25 * square;
             let factor = 0.5 / (1.0 + (1.0 + t2).sqrt());
@@ -188,7 +188,7 @@ impl Spectra {
     pub(crate) const EMPTY: Self =
         Self { values: [[0.0; BLOCK_SIZE]; 3], directions: [[0.0; BLOCK_SIZE]; 9] };
 
-    /// The spectrum of one point.
+    /// Spectrum of one point.
     #[inline]
     pub(crate) fn spectrum(&self, index: usize) -> Spectrum {
         Spectrum {
@@ -202,13 +202,13 @@ impl Rotations {
     /// Rotations to be filled in.
     pub(crate) const EMPTY: Self = Self { rows: [[0.0; BLOCK_SIZE]; 9], in_plane: false };
 
-    /// The rotation of one point.
+    /// Rotation of one point.
     #[inline]
     pub(crate) fn rotation(&self, index: usize) -> Mat3 {
         Mat3(std::array::from_fn(|row| std::array::from_fn(|column| self.rows[3 * row + column][index])))
     }
 
-    /// `Q σ Qᵀ` of all stresses, see [`SymTensor::rotated`].
+    /// Computes `Q σ Qᵀ` of all stresses, see [`SymTensor::rotated`].
     #[inline(never)]
     pub(crate) fn rotate_stresses(&self, stress: &mut [BlockArray; 6]) {
         let [q0, q1, q2, q3, q4, q5, q6, q7, q8] = &self.rows;
@@ -247,7 +247,7 @@ impl Rotations {
     }
 }
 
-/// Principal values and directions of many tensors, several at once: what [`SymTensor::spectrum`] gives for each.
+/// Computes principal values and directions of many tensors, several at once, each equal to [`SymTensor::spectrum`].
 pub fn spectra(tensors: &[SymTensor], out: &mut [Spectrum]) {
     let (mut lanes, mut found) = (ComponentArrays::EMPTY, Spectra::EMPTY);
     for (tensors, out) in tensors.chunks(BLOCK_SIZE).zip(out.chunks_mut(BLOCK_SIZE)) {

@@ -1,4 +1,4 @@
-//! The erased, batched face of a law that solvers hold.
+//! Type-erased, batched interface of a law for solvers.
 
 use std::any::Any;
 use std::fmt;
@@ -8,8 +8,8 @@ use crate::{
     SymTensor, Tangent,
 };
 
-/// Points per block of [`States`]: the batch for which one virtual call is paid. A block's motions
-/// stay in the first-level cache.
+/// Points per block of [`States`]: the batch of one virtual call. A block's motions
+/// fit in the first-level cache.
 pub const BLOCK_SIZE: usize = 64;
 
 /// States of up to [`BLOCK_SIZE`] points, with the type erased.
@@ -17,7 +17,7 @@ pub struct StateBlock(Box<dyn ErasedBlock>);
 
 /// States of all points of one material, in blocks of [`BLOCK_SIZE`].
 ///
-/// Blocks can be handed to different threads (`blocks_mut`), reordered with the points
+/// Blocks can be given to different threads (`blocks_mut`), reordered with the points
 /// ([`States::permuted`]), cloned, and saved through the material that made them.
 #[derive(Debug, Default)]
 pub struct States {
@@ -27,10 +27,10 @@ pub struct States {
 
 trait ErasedBlock: Any + Send + Sync {
     fn clone_box(&self) -> Box<dyn ErasedBlock>;
-    /// Takes the states of a block of the same kind into its own memory; `false`, and nothing done, for another kind.
+    /// Copies the states of a block of the same kind into its own memory; `false`, without a change, for another kind.
     fn copy_from(&mut self, other: &StateBlock) -> bool;
     fn len(&self) -> usize;
-    /// Points `order` of all `blocks`, in a block of this kind.
+    /// Gathers points `order` of all `blocks` in a block of this kind.
     fn gather(&self, blocks: &[&StateBlock], order: &[u32]) -> Box<dyn ErasedBlock>;
     fn as_any(&self) -> &dyn Any;
     fn as_any_mut(&mut self) -> &mut dyn Any;
@@ -62,7 +62,7 @@ impl<S: Clone + Send + Sync + 'static> ErasedBlock for Vec<S> {
     }
 }
 
-/// States of a material around another: its own beside those of the inner one.
+/// States of a material around another: its own and those of the inner one.
 struct WrappedStates<S> {
     own: Vec<S>,
     inner: StateBlock,
@@ -119,18 +119,18 @@ impl StateBlock {
             .expect("a state block is only ever used with the material that made it")
     }
 
-    /// A block of a material around another.
+    /// Block of a material around another.
     pub(crate) fn wrap<S: Clone + Send + Sync + 'static>(own: Vec<S>, inner: Self) -> Self {
         Self(Box::new(WrappedStates { own, inner }))
     }
 
-    /// The own states of a material around another, and the block of the inner one.
+    /// Own states of a material around another, and the block of the inner one.
     pub(crate) fn own_and_inner<S: 'static>(&self) -> (&[S], &Self) {
         let nested = self.nested::<S>();
         (&nested.own, &nested.inner)
     }
 
-    /// As [`StateBlock::own_and_inner`], to change.
+    /// Mutable variant of [`StateBlock::own_and_inner`].
     pub(crate) fn own_and_inner_mut<S: 'static>(&mut self) -> (&mut [S], &mut Self) {
         let nested = self.0.as_any_mut().downcast_mut::<WrappedStates<S>>();
         let nested = nested.expect("a state block is only ever used with the material that made it");
@@ -142,7 +142,7 @@ impl StateBlock {
         self.0.len()
     }
 
-    /// True for a block without points.
+    /// Whether the block has no points.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -165,7 +165,7 @@ impl Clone for States {
         Self { blocks: self.blocks.clone(), len: self.len }
     }
 
-    /// Allocates nothing where `self` has held as many states of the same material.
+    /// Allocates nothing where `self` has capacity for as many states of the same material.
     fn clone_from(&mut self, other: &Self) {
         self.blocks.clone_from(&other.blocks);
         self.len = other.len;
@@ -184,7 +184,7 @@ impl States {
         Self { blocks, len: states.len() }
     }
 
-    /// Blocks of [`BLOCK_SIZE`] points, the last of what is left.
+    /// States from blocks of [`BLOCK_SIZE`] points, the last one possibly shorter.
     pub(crate) fn from_blocks(blocks: Vec<StateBlock>) -> Self {
         let len = blocks.iter().map(StateBlock::len).sum();
         Self { blocks, len }
@@ -199,29 +199,29 @@ impl States {
         self.len
     }
 
-    /// True when there are no points.
+    /// Whether there are no points.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// The blocks; all but the last hold exactly [`BLOCK_SIZE`] points.
+    /// Blocks; all but the last have exactly [`BLOCK_SIZE`] points.
     pub fn blocks(&self) -> &[StateBlock] {
         &self.blocks
     }
 
-    /// The blocks, to be zipped with `chunks_mut(BLOCK_SIZE)` of the other arrays of the points.
+    /// Mutable blocks, to be zipped with `chunks_mut(BLOCK_SIZE)` of the other arrays of the points.
     pub fn blocks_mut(&mut self) -> &mut [StateBlock] {
         &mut self.blocks
     }
 
-    /// The states in a new order: point `i` of the result is point `order[i]` of `self`.
+    /// States in a new order: point `i` of the result is point `order[i]` of `self`.
     #[must_use]
     pub fn permuted(&self, order: &[u32]) -> Self {
         let all: Vec<&StateBlock> = self.blocks.iter().collect();
         Self::gather_from_blocks(&all, order)
     }
 
-    /// States of points from several places, all of the same material: point `i` of the result is point `k` of
+    /// States gathered from several sets of the same material: point `i` of the result is point `k` of
     /// `parts[part]`, `(part, k)` being `picks[i]`.
     #[must_use]
     pub fn gathered(parts: &[&Self], picks: &[(u32, u32)]) -> Self {
@@ -238,7 +238,7 @@ impl States {
         Self::gather_from_blocks(&all, &order)
     }
 
-    /// Points `order` of blocks of one material, counted as if every block were full.
+    /// Gathers points `order` of blocks of one material, with indices as if every block were full.
     fn gather_from_blocks(all: &[&StateBlock], order: &[u32]) -> Self {
         let Some(first) = all.first() else { return Self::default() };
         let blocks = order.chunks(BLOCK_SIZE).map(|part| StateBlock(first.0.gather(all, part))).collect();
@@ -246,18 +246,18 @@ impl States {
     }
 }
 
-/// A law with the type of its state erased, updated a batch at a time. Blanket-implemented for
-/// every [`StressUpdate`]; solvers hold `Arc<dyn Material>`.
+/// Law with the type of its state erased, updated a batch at a time. Blanket-implemented for
+/// every [`StressUpdate`]; solvers own an `Arc<dyn Material>`.
 ///
 /// In all batch calls `motions`, `stresses` and the block have the same length, at most [`BLOCK_SIZE`].
 pub trait Material: Law {
     /// Stresses and states of points that start from `initial`.
     ///
     /// # Errors
-    /// The first point whose initial condition the law refuses.
+    /// The first point whose initial condition is not admissible.
     fn initial(&self, initial: &[InitialCondition]) -> Result<(Vec<SymTensor>, States), BatchError>;
 
-    /// One step for a batch, in place. On error the batch is of no further use: some of its points have been
+    /// Updates a batch by one step, in place. On error the batch is of no further use: some of its points have been
     /// updated.
     ///
     /// # Errors
@@ -269,7 +269,7 @@ pub trait Material: Law {
         states: &mut StateBlock,
     ) -> Result<(), BatchError>;
 
-    /// [`Material::update`] with motions component by component, which some laws read as they stand.
+    /// Updates a batch like [`Material::update`], with motions component by component, which some laws read directly.
     ///
     /// # Errors
     /// As [`Material::update`].
@@ -283,20 +283,20 @@ pub trait Material: Law {
         self.update(&motions.to_array(count)[..count], stresses, states)
     }
 
-    /// Upper bounds on the P-wave modulus (Pa), one per point.
+    /// Computes upper bounds on the P-wave modulus (Pa), one per point.
     fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]);
 
-    /// Effective viscosities (Pa s), one per point.
+    /// Computes effective viscosities (Pa s), one per point.
     fn viscosities(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]);
 
-    /// Recoverable energies per unit current volume (J/m³), zero where not defined. Returns whether
+    /// Computes recoverable energies per unit current volume (J/m³), zero where not defined. Returns whether
     /// the law defines them.
     fn stored_energies(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) -> bool;
 
-    /// Yield function values (Pa), `-inf` for laws without one.
+    /// Computes yield function values (Pa), `-inf` for laws without one.
     fn yield_values(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]);
 
-    /// The scalars of [`Law::output_names`], point after point: `out.len() = points × names`.
+    /// Computes the scalars of [`Law::output_names`], point after point: `out.len() = points × names`.
     fn outputs(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]);
 
     /// Consistent tangent of the step `motion` from point `index` of the block.
@@ -312,7 +312,7 @@ pub trait Material: Law {
     ) -> Result<Tangent, MaterialError>;
 
     /// Work dissipated by the step `motion` of a single point, `old` to `new` (stress and block of one
-    /// point each), per unit current volume (J/m³); `None` where the law cannot tell.
+    /// point each), per unit current volume (J/m³); `None` where the law does not define it.
     fn dissipation(
         &self,
         motion: &Motion,
@@ -320,17 +320,17 @@ pub trait Material: Law {
         new: (&SymTensor, &StateBlock),
     ) -> Option<f64>;
 
-    /// See [`StressUpdate::state_size`].
+    /// Memory of the state of a point (bytes), see [`StressUpdate::state_size`].
     fn state_size(&self) -> usize;
 
-    /// The states as bytes, for a checkpoint.
+    /// Saves the states as bytes, for a checkpoint.
     fn save(&self, states: &States) -> Vec<u8>;
 
-    /// States from the bytes of [`Material::save`]; `None` where they are not such bytes.
+    /// Loads states from the bytes of [`Material::save`]; `None` for other bytes.
     fn load(&self, bytes: &[u8]) -> Option<States>;
 }
 
-/// Refuses an initial stress that is no number.
+/// Rejects an initial stress that is NaN or infinite.
 fn check_finite(model: &'static str, initial: &InitialCondition) -> Result<(), MaterialError> {
     if initial.stress.is_finite() {
         return Ok(());

@@ -1,4 +1,4 @@
-//! A number of a case file that may be infinite.
+//! Number of a case file that may be infinite.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -26,7 +26,7 @@ impl MaybeInfinite {
     /// Infinite.
     pub const NONE: Self = Self::Word(NoneWord::None);
 
-    /// The number; infinity for `"none"`.
+    /// Value of the number; infinity for `"none"`.
     pub fn or_infinity(self) -> f64 {
         match self {
             Self::Number(value) => value,
@@ -34,10 +34,10 @@ impl MaybeInfinite {
         }
     }
 
-    /// The number must be positive and finite; `"none"` always is right. `unit` is named in the error.
+    /// Checks that the number is positive and finite; `"none"` is always valid. `unit` is named in the error.
     ///
     /// # Errors
-    /// A number that is not.
+    /// When the number is not positive and finite.
     pub fn check_positive(self, field: &'static str, unit: &str) -> Result<f64, crate::MaterialError> {
         if let Self::Number(value) = self {
             crate::contract::model::positive(field, value, unit)?;

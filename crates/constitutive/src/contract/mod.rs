@@ -1,6 +1,6 @@
-//! The contract between solvers and laws: motion of a step, state of a point, stress update, parameters of a case.
+//! Contract between solvers and laws: motion of a step, state of a point, stress update, parameters of a case.
 //!
-//! Solvers depend on this room, laws implement it.
+//! Solvers depend on this module, laws implement it.
 
 pub mod component_arrays;
 pub(crate) mod interface;

@@ -1,4 +1,4 @@
-//! What the list of models asks of each: its parameters as a case file gives them.
+//! Interface of the models in the list: their parameters in a case file.
 
 use std::sync::Arc;
 
@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 use crate::laws::StrengthReduction;
 use crate::{Corotational, Hencky, Material, MaterialError, MaterialSpec, PrincipalReturn, SmallStrain};
 
-/// Parameters of one model as a case file gives them, angles in degrees.
+/// Parameters of one model in a case file, angles in degrees.
 pub trait Model: Sized {
-    /// What a reader of the table of models should know.
+    /// Information for the table of models.
     const INFO: ModelInfo;
 
-    /// The law, parameters checked and angles converted. Models around another write [`Model::wrap`] in its place.
+    /// Builds the law, with parameters checked and angles converted. Models around another implement [`Model::wrap`] instead.
     ///
     /// # Errors
     /// The first parameter out of range.
@@ -23,7 +23,7 @@ pub trait Model: Sized {
         self.wrap(law)
     }
 
-    /// The law around `inner`, the law of the material this one acts on, which is valid; for models around another.
+    /// Wraps `inner`, the valid law of the material this one acts on, for models around another.
     ///
     /// # Errors
     /// The first parameter out of range.
@@ -34,46 +34,46 @@ pub trait Model: Sized {
     /// Key of the material this one acts on.
     const INNER: &'static str = "material";
 
-    /// What is allowed but worth a word, each starting with the parameter's name.
+    /// Warnings about admissible but doubtful values, each starting with the parameter's name.
     fn warnings(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// The material this one acts on, for models around another.
+    /// Material that this one acts on, for models around another.
     fn inner(&self) -> Option<&MaterialSpec> {
         None
     }
 
-    /// The same model with reduced strength; `None` for models without a strength to reduce.
+    /// Returns the model with reduced strength; `None` for models without a strength to reduce.
     fn strength_reduced(&self, _reduction: &StrengthReduction) -> Option<Result<Self, MaterialError>> {
         None
     }
 
-    /// Samples of every way to run the model: what the contract tests run over.
+    /// Samples of all variants of the model, for the contract tests.
     fn examples() -> Vec<Self>;
 }
 
-/// What a reader of the table of models should know about one.
+/// Information on a model for the table of models.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ModelInfo {
-    /// Where it comes from.
+    /// Source of the model.
     pub source: &'static str,
-    /// What it is for.
+    /// Family of the model.
     pub kind: ModelFamily,
-    /// How it measures strain.
+    /// Strain measure.
     pub strain: &'static str,
-    /// How it gets its consistent tangent.
+    /// Method of the consistent tangent.
     pub tangent: &'static str,
 }
 
 /// Families of models.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ModelFamily {
-    /// Keeps shear stress at rest.
+    /// Shear stress at rest is kept.
     Solid,
-    /// Forgets shear: at rest it carries none, or no more than its yield stress.
+    /// Shear stress at rest is zero, or at most the yield stress.
     Fluid,
-    /// Acts on another material.
+    /// Model that acts on another material.
     Wrapper,
 }
 
@@ -89,7 +89,7 @@ pub enum StrainMeasure {
 }
 
 impl StrainMeasure {
-    /// The law under this measure.
+    /// Wraps the law with this measure.
     pub(crate) fn wrap<L: SmallStrain + PrincipalReturn>(self, law: L) -> Arc<dyn Material> {
         match self {
             Self::Rate => Arc::new(Corotational(law)),
@@ -98,19 +98,19 @@ impl StrainMeasure {
     }
 }
 
-/// An error naming `field` unless `holds`.
+/// Returns an error of `field` unless `holds`.
 pub(crate) fn check(field: &'static str, value: f64, holds: bool, rule: &str) -> Result<(), MaterialError> {
     if holds { Ok(()) } else { Err(MaterialError::parameter(field, value, rule)) }
 }
 
-/// `value` must be finite and positive; `unit` is named in the error.
+/// Checks that `value` is finite and positive; `unit` is named in the error.
 pub(crate) fn positive(field: &'static str, value: f64, unit: &str) -> Result<(), MaterialError> {
     let rule =
         if unit.is_empty() { "must be positive".to_owned() } else { format!("must be positive ({unit})") };
     check(field, value, value.is_finite() && value > 0.0, &rule)
 }
 
-/// `value` must be finite and not negative; `unit` is named in the error.
+/// Checks that `value` is finite and not negative; `unit` is named in the error.
 pub(crate) fn not_negative(field: &'static str, value: f64, unit: &str) -> Result<(), MaterialError> {
     let rule = if unit.is_empty() {
         "must not be negative".to_owned()
@@ -120,7 +120,7 @@ pub(crate) fn not_negative(field: &'static str, value: f64, unit: &str) -> Resul
     check(field, value, value.is_finite() && value >= 0.0, &rule)
 }
 
-/// `value` must lie between `low` and `high`, both allowed.
+/// Checks that `value` lies between `low` and `high`, both allowed.
 pub(crate) fn within_range(
     field: &'static str,
     value: f64,

@@ -1,8 +1,8 @@
-//! What a material point undergoes in one step.
+//! Kinematics of a material point in one step.
 
 use crate::{BLOCK_SIZE, Mat3, MaterialError, SymTensor};
 
-/// Pore fluid at the point; zeros where there is none.
+/// State of the pore fluid at the point; zeros where there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PoreFluidState {
     /// Pore pressure (Pa), compression-positive.
@@ -11,7 +11,7 @@ pub struct PoreFluidState {
     pub saturation: f64,
 }
 
-/// Kinematics of one step, from `t` to `t + dt`, and what else a law may need.
+/// Kinematics of one step, from `t` to `t + dt`, and further inputs of a law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// Relative deformation gradient `f = ∂x₊/∂x` of the step.
@@ -29,7 +29,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// No motion at all, in a second, of a point of 1 m and 1 kg/m³.
+    /// Zero motion during one second, of a point of 1 m and 1 kg/m³.
     pub const AT_REST: Self = Self {
         deformation: Mat3::IDENTITY,
         velocity_gradient_dt: Mat3::ZERO,
@@ -70,7 +70,7 @@ impl Motion {
         })
     }
 
-    /// The first of `count` equal parts of the step, a power of two; `None` where it turns by more than a right
+    /// Motion of the first of `count` equal parts of the step, a power of two; `None` where it rotates by more than a right
     /// angle and a half. Density is that of the end of the step.
     pub(crate) fn equal_part(&self, count: u32) -> Option<Self> {
         let mut deformation = self.deformation;
@@ -81,8 +81,8 @@ impl Motion {
         Some(Self { pore: self.pore, ..part })
     }
 
-    /// What a step must be for any law (sheet: constitutive §7): time passes, the volume changes by no more than
-    /// a factor of two and does not turn inside out, density is a positive number.
+    /// Checks a step for admissibility in any law (sheet: constitutive §7): time is positive, the volume changes by no more than
+    /// a factor of two and does not invert, density is a positive number.
     #[inline]
     pub(crate) fn check(&self, model: &'static str) -> Result<(), MaterialError> {
         let volume = self.deformation.determinant();
@@ -122,33 +122,33 @@ impl Motion {
 /// One component of all points of a block.
 type BlockArray = [f64; BLOCK_SIZE];
 
-/// Motions of up to [`BLOCK_SIZE`] points with each component in an array of its own, so that solvers make them and laws read them for
-/// several points at once. What stands behind the points is not looked at.
+/// Motions of up to [`BLOCK_SIZE`] points with each component in an array of its own, so that solvers write and laws read
+/// several points at once. Entries behind the last point are not read.
 #[derive(Clone, Debug)]
 pub struct MotionBlock {
-    /// See [`Motion::deformation`], row by row.
+    /// Relative deformation gradients, see [`Motion::deformation`], row by row.
     pub deformation: [BlockArray; 9],
-    /// See [`Motion::velocity_gradient_dt`], row by row.
+    /// Velocity gradients times step, see [`Motion::velocity_gradient_dt`], row by row.
     pub velocity_gradient_dt: [BlockArray; 9],
-    /// See [`Motion::density`].
+    /// Densities (kg/m³), see [`Motion::density`].
     pub density: BlockArray,
-    /// See [`Motion::dt`].
+    /// Step (s), see [`Motion::dt`].
     pub dt: f64,
-    /// See [`Motion::size`].
+    /// Effective sizes (m), see [`Motion::size`].
     pub size: BlockArray,
-    /// See [`PoreFluidState::pressure`].
+    /// Pore pressures (Pa), see [`PoreFluidState::pressure`].
     pub pore_pressure: BlockArray,
-    /// See [`PoreFluidState::saturation`].
+    /// Degrees of saturation, see [`PoreFluidState::saturation`].
     pub saturation: BlockArray,
-    /// Whether nothing moves or is sheared out of the plane of the first two axes. Those components are then not looked at.
+    /// Whether nothing moves or is sheared out of the plane of the first two axes. Those components are then not read.
     pub in_plane: bool,
 }
 
-/// Rows and columns that leave the plane, of matrices that stand row by row.
+/// Indices of out-of-plane components of matrices stored row by row.
 pub(crate) const OUT_OF_PLANE_COMPONENTS: [usize; 4] = [2, 5, 6, 7];
 
 impl MotionBlock {
-    /// Points that do not move in a step of `dt` (s), of effective size `size` (m) and 1 kg/m³.
+    /// Motions of points at rest in a step of `dt` (s), of effective size `size` (m) and 1 kg/m³.
     pub const fn at_rest(dt: f64, size: f64, in_plane: bool) -> Self {
         let (zero, one) = ([0.0; BLOCK_SIZE], [1.0; BLOCK_SIZE]);
         let deformation = [one, zero, zero, zero, one, zero, zero, zero, one];
@@ -164,7 +164,7 @@ impl MotionBlock {
         }
     }
 
-    /// Gives a point its motion, whose step is that of all.
+    /// Sets the motion of a point, whose step is that of all.
     pub fn set(&mut self, index: usize, motion: &Motion) {
         for c in 0..9 {
             self.deformation[c][index] = motion.deformation.0[c / 3][c % 3];
@@ -175,7 +175,7 @@ impl MotionBlock {
         (self.pore_pressure[index], self.saturation[index]) = (motion.pore.pressure, motion.pore.saturation);
     }
 
-    /// Gives the first points the gradients whose columns along the first `D` axes `columns` lists.
+    /// Sets the gradients of the first points, whose columns along the first `D` axes `columns` lists.
     #[inline(always)]
     pub fn set_gradients<const D: usize>(&mut self, columns: impl Iterator<Item = [[f64; 4]; D]>) {
         for (index, columns) in columns.enumerate().take(BLOCK_SIZE) {
@@ -187,7 +187,7 @@ impl MotionBlock {
         }
     }
 
-    /// Deformations `1 + dt L` along the first `D` axes.
+    /// Sets the deformations `1 + dt L` along the first `D` axes.
     #[inline(always)]
     pub fn deform_linearly<const D: usize>(&mut self) {
         for i in 0..D {
@@ -211,7 +211,7 @@ impl MotionBlock {
         }
     }
 
-    /// Ratio of volume of each point, see [`MotionBlock::volume_ratio`].
+    /// Volume ratio of each point, see [`MotionBlock::volume_ratio`].
     #[inline(always)]
     pub fn volume_ratios(&self) -> [f64; BLOCK_SIZE] {
         let mut ratios = [1.0; BLOCK_SIZE];
@@ -219,8 +219,8 @@ impl MotionBlock {
         ratios
     }
 
-    /// Changes `volumes` (m³) of points of these `masses` (kg) by their `ratios`, and sets the densities that follow; the first point
-    /// whose ratio is not positive, and why that cannot be.
+    /// Multiplies `volumes` (m³) of points of these `masses` (kg) by their `ratios`, and sets the resulting densities; returns the first
+    /// point whose ratio is not positive, and the reason.
     #[inline(always)]
     pub fn change_volumes(
         &mut self,
@@ -239,7 +239,7 @@ impl MotionBlock {
         inverted.map(|p| (p, format!("the step would turn it inside out (volume ratio {})", ratios[p])))
     }
 
-    /// The motion of one point.
+    /// Motion of one point.
     pub fn motion(&self, index: usize) -> Motion {
         let matrix = |of: &[BlockArray; 9]| {
             let component = |c: usize| {
@@ -257,7 +257,7 @@ impl MotionBlock {
         }
     }
 
-    /// The motions of the first `count` points one by one, those of a block that does not move behind them.
+    /// Motions of the first `count` points one by one, followed by those of a block at rest.
     pub(crate) fn to_array(&self, count: usize) -> [Motion; BLOCK_SIZE] {
         std::array::from_fn(|i| if i < count { self.motion(i) } else { Motion::AT_REST })
     }
@@ -306,7 +306,7 @@ impl MotionBlock {
         within
     }
 
-    /// Deformations of up to `N` points from `first` on, row by row; the last of the `count` points stands for those that are missing.
+    /// Deformations of up to `N` points from `first` on, row by row; the last of the `count` points is repeated for missing ones.
     #[inline(always)]
     pub(crate) fn deformation_components<const N: usize>(
         &self,
@@ -329,7 +329,7 @@ impl MotionBlock {
 mod tests {
     use super::*;
 
-    /// Values at the bounds of each condition, on either side of them and no numbers at all.
+    /// Values at the bounds of each condition, on either side of them, and NaN or infinity.
     #[test]
     fn a_block_of_motions_is_usable_where_each_of_them_is() {
         let wild = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0, -0.0, 0.0, 5e-324, 1.0, f64::MAX];
@@ -362,7 +362,7 @@ mod tests {
         assert_eq!((index, volumes[..4].to_vec()), (3, vec![2.0, 3.0, 1.6, -0.5]));
         assert!(reason.ends_with("(volume ratio -0.25)"), "{reason}");
         assert_eq!(motions.density[..3], [1.5, 1.0, 3.0 / 1.6]);
-        // Points of the block that are not asked for are not looked at.
+        // Points of the block beyond the requested ones are not read.
         assert!(motions.change_volumes(&motions.volume_ratios(), &mut volumes[..3], &masses[..3]).is_none());
     }
 }

@@ -1,4 +1,4 @@
-//! Materials as a case file gives them: the one list of models.
+//! Materials of a case file: the list of all models.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use crate::contract::model::{Model, ModelFamily, ModelInfo};
 use crate::laws::*;
 use crate::{Material, MaterialError};
 
-/// Initial density of a model's parameters: their field `density`, or where else it stands.
+/// Initial density from a model's parameters: their field `density`, or the expression of the list.
 macro_rules! density {
     ($spec:ident) => {
         $spec.density
@@ -19,8 +19,8 @@ macro_rules! density {
     };
 }
 
-/// The enum of all models and what is asked of each of them. Where parameters have no field `density` of their own, the list
-/// says where it stands.
+/// Enum of all models and the calls of each. Where parameters have no field `density` of their own, the list
+/// gives the expression.
 macro_rules! models {
     ($($(#[$doc:meta])* $name:literal => $variant:ident($spec:ty $(, $($density:tt)+)?),)*) => {
         /// A material of a case file: the model's name and its parameters, angles in degrees.
@@ -31,7 +31,7 @@ macro_rules! models {
         }
 
         impl MaterialSpec {
-            /// Name and facts of every model, in the order of the list.
+            /// Name and information of every model, in the order of the list.
             pub const MODELS: &'static [(&'static str, ModelInfo)] = &[$(($name, <$spec as Model>::INFO),)*];
 
             /// Name of the model.
@@ -39,7 +39,7 @@ macro_rules! models {
                 match self { $(Self::$variant(_) => $name,)* }
             }
 
-            /// What a reader should know about the model.
+            /// Information on the model.
             pub fn facts(&self) -> ModelInfo {
                 match self { $(Self::$variant(_) => <$spec as Model>::INFO,)* }
             }
@@ -49,7 +49,7 @@ macro_rules! models {
                 match self { $(Self::$variant(spec) => density!(spec $(, $($density)+)?),)* }
             }
 
-            /// The law, parameters checked and angles converted.
+            /// Builds the law, with parameters checked and angles converted.
             ///
             /// # Errors
             /// The first parameter out of range.
@@ -63,17 +63,17 @@ macro_rules! models {
                 density.and_then(|()| law()).map_err(|error| error.with_model(self.name()))
             }
 
-            /// What is allowed but worth a word, each starting with the parameter's name.
+            /// Warnings about admissible but doubtful values, each starting with the parameter's name.
             pub fn warnings(&self) -> Vec<String> {
                 match self { $(Self::$variant(spec) => spec.warnings(),)* }
             }
 
-            /// The material this one acts on, for models around another.
+            /// Material that this one acts on, for models around another.
             pub fn inner(&self) -> Option<&MaterialSpec> {
                 match self { $(Self::$variant(spec) => spec.inner(),)* }
             }
 
-            /// The same material with reduced strength (sheet: constitutive §3.11).
+            /// Returns the material with reduced strength (sheet: constitutive §3.11).
             ///
             /// # Errors
             /// For models without a strength to reduce, and where the reduced peak falls below the residual.
@@ -88,7 +88,7 @@ macro_rules! models {
                 }
             }
 
-            /// A sample of every model and every way to run it: what the contract tests run over.
+            /// Samples of all variants of every model, for the contract tests.
             pub fn examples() -> Vec<Self> {
                 let mut all = Vec::new();
                 $(if <$spec as Model>::INFO.kind != ModelFamily::Wrapper {
@@ -97,7 +97,7 @@ macro_rules! models {
                 all
             }
 
-            /// As [`MaterialSpec::examples`], of the models that act on another.
+            /// Samples as in [`MaterialSpec::examples`], of the models that act on another.
             pub fn wrapped_examples() -> Vec<Self> {
                 let mut all = Vec::new();
                 $(if <$spec as Model>::INFO.kind == ModelFamily::Wrapper {
@@ -171,7 +171,7 @@ models! {
     "external" => External(ExternalSpec),
 }
 
-/// Most materials around one another.
+/// Largest depth of nested materials.
 const MAX_NESTING: usize = 8;
 
 impl MaterialSpec {
@@ -183,7 +183,7 @@ impl MaterialSpec {
         Err(MaterialError::choice("model", rule))
     }
 
-    /// The law of a point that a band may cut, where this is one, whatever stands around it.
+    /// Parameters of the double-scale law, if the material is one, whatever materials surround it.
     pub fn double_scale(&self) -> Option<&DoubleScaleSpec> {
         match self {
             Self::DoubleScale(spec) => Some(spec),
@@ -191,7 +191,7 @@ impl MaterialSpec {
         }
     }
 
-    /// True for parameters that mean something in plane strain only.
+    /// Whether the parameters are meaningful in plane strain only.
     pub fn assumes_plane_strain(&self) -> bool {
         let planar = [Matching::PlaneStrain, Matching::PlaneStrainAssociated];
         if let Some(inner) = self.inner() {
@@ -200,7 +200,7 @@ impl MaterialSpec {
         matches!(self, Self::DruckerPrager(spec) if planar.contains(&spec.matching))
     }
 
-    /// True for laws that forget shear: at rest they carry none, or no more than their yield stress.
+    /// Whether the law is a fluid: shear stress at rest is zero, or at most the yield stress.
     pub fn is_fluid(&self) -> bool {
         self.inner().map_or(self.facts().kind == ModelFamily::Fluid, Self::is_fluid)
     }

@@ -1,4 +1,4 @@
-//! The contract of a material law.
+//! Contract of a material law.
 
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -7,7 +7,7 @@ use crate::laws::Elasticity;
 use crate::tangent::numerical_tangent;
 use crate::{BatchError, MaterialError, Motion, MotionBlock, SymTensor, Tangent};
 
-/// A material point: Cauchy (effective) stress and the law's internal variables.
+/// Material point: Cauchy (effective) stress and internal variables of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point<S> {
     /// Cauchy stress, effective where there is a pore fluid (Pa, tension-positive).
@@ -16,7 +16,7 @@ pub struct Point<S> {
     pub state: S,
 }
 
-/// What a point starts from.
+/// Initial condition of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InitialCondition {
     /// Initial Cauchy (effective) stress (Pa).
@@ -25,18 +25,18 @@ pub struct InitialCondition {
     pub density: f64,
 }
 
-/// What holds of a law whatever its point: stands once for [`StressUpdate`], [`SmallStrain`] and [`crate::Material`].
+/// Point-independent properties of a law, common to [`StressUpdate`], [`SmallStrain`] and [`crate::Material`].
 pub trait Law: Send + Sync {
-    /// Name of the model as it stands in a case file.
+    /// Name of the model in a case file.
     fn name(&self) -> &'static str;
 
-    /// Whether the law knows no direction but those of its stress and state: turned motions give turned stresses.
+    /// Whether the law has no direction but those of its stress and state: rotated motions give rotated stresses.
     fn is_isotropic(&self) -> bool {
         true
     }
 
-    /// Whether the law is in rate form: a step starts from the stress of the point, so that one changed from outside
-    /// (smoothed, diffused) is kept. Other laws find their stress from the state or the motion alone.
+    /// Whether the law is in rate form: a step starts from the stress of the point, so that a stress changed externally
+    /// (smoothed, diffused) is kept. Other laws compute their stress from the state or the motion alone.
     fn is_hypoelastic(&self) -> bool {
         false
     }
@@ -46,38 +46,38 @@ pub trait Law: Send + Sync {
         false
     }
 
-    /// Change of stress over the stress that the law cannot tell from noise: implicit solvers and the element driver do not
-    /// look for more.
+    /// Relative change of stress below the accuracy of the law: implicit solvers and the element driver do not
+    /// iterate further.
     fn stress_tolerance(&self) -> f64 {
         0.0
     }
 
-    /// What an update takes, of laws that compute more than formulas; `None` where that is little beside the rest of a step.
+    /// Cost of an update, of laws with more than formulas; `None` where that is small against the rest of a step.
     fn cost(&self) -> Option<UpdateCost> {
         None
     }
 
-    /// Whether the law refuses strain across the plane of x and y.
+    /// Whether the law rejects strain out of the plane of x and y.
     fn requires_plane_strain(&self) -> bool {
         false
     }
 
-    /// Names of the scalars worth plotting, in the order of [`PointLaw::outputs`].
+    /// Names of the output scalars, in the order of [`PointLaw::outputs`].
     fn output_names(&self) -> &[&'static str] {
         &[]
     }
 }
 
-/// What an update of a point takes on one thread, about.
+/// Approximate cost of an update of a point on one thread.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UpdateCost {
-    /// Time of an update with motion, at the least (s).
+    /// Least time of an update with motion (s).
     pub update: f64,
-    /// Time over the strain, as soon as that is more (s).
+    /// Time per strain, where that is longer (s).
     pub strain: f64,
 }
 
-/// What a law says of one point: stands once for [`StressUpdate`] and [`SmallStrain`].
+/// Pointwise quantities of a law, common to [`StressUpdate`] and [`SmallStrain`].
 pub trait PointLaw: Law + 'static {
     /// Internal variables of one point (hardening, elastic strain, …): a typed struct.
     type State: Clone + Send + Sync + Serialize + DeserializeOwned + 'static;
@@ -91,7 +91,7 @@ pub trait PointLaw: Law + 'static {
     /// Upper bound on the P-wave modulus at this state (Pa): the solvers' time-step limit.
     fn wave_modulus(&self, point: &Point<Self::State>) -> f64;
 
-    /// [`PointLaw::wave_modulus`] of several points, one by one unless the law does better with the same operations.
+    /// Computes [`PointLaw::wave_modulus`] of several points, one by one unless the law has a faster variant of equal operations.
     #[inline]
     fn wave_moduli_batch(&self, stresses: &[SymTensor], states: &[Self::State], out: &mut [f64]) {
         for ((stress, state), slot) in stresses.iter().zip(states).zip(out) {
@@ -120,23 +120,23 @@ pub trait PointLaw: Law + 'static {
         self.linear_elasticity().map(|elasticity| elasticity.energy(&point.stress))
     }
 
-    /// The scalars named by [`Law::output_names`]; `out` has that length.
+    /// Computes the scalars named by [`Law::output_names`]; `out` has that length.
     fn outputs(&self, _point: &Point<Self::State>, _out: &mut [f64]) {}
 }
 
-/// A material law: how stress and state follow the motion of a point.
+/// Material law: update of stress and state by the motion of a point.
 ///
-/// `old` is never touched, so an implicit solver can call [`StressUpdate::update`] once per Newton
-/// iteration. A law never panics: what it cannot do is a [`MaterialError`].
+/// `old` is never changed, so an implicit solver can call [`StressUpdate::update`] once per Newton
+/// iteration. A law never panics: a failure is a [`MaterialError`].
 pub trait StressUpdate: PointLaw {
-    /// One step.
+    /// Updates a point by one step.
     ///
     /// # Errors
     /// When the motion cannot be used or the local solve fails.
     fn update(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Point<Self::State>, MaterialError>;
 
-    /// One step for a batch of at most [`crate::BLOCK_SIZE`] points, in place: what [`StressUpdate::update`] gives, one by one
-    /// unless the law does better. On error the batch is of no further use.
+    /// Updates a batch of at most [`crate::BLOCK_SIZE`] points by one step, in place: equal to [`StressUpdate::update`], one by one
+    /// unless the law has a faster variant. On error the batch is of no further use.
     ///
     /// # Errors
     /// The first point that fails.
@@ -156,7 +156,7 @@ pub trait StressUpdate: PointLaw {
         Ok(())
     }
 
-    /// [`StressUpdate::update_batch`] with motions component by component, for laws that take several points at once.
+    /// Updates a batch as [`StressUpdate::update_batch`], with motions component by component, for laws with batched kernels.
     ///
     /// # Errors
     /// The first point that fails.
@@ -171,12 +171,12 @@ pub trait StressUpdate: PointLaw {
         self.update_batch(&motions.to_array(count)[..count], stresses, states)
     }
 
-    /// Memory of the state of a point (bytes), with what it keeps elsewhere.
+    /// Memory of the state of a point (bytes), with its allocations.
     fn state_size(&self) -> usize {
         size_of::<Self::State>()
     }
 
-    /// Consistent tangent of [`StressUpdate::update`]; central differences unless the law knows better.
+    /// Consistent tangent of [`StressUpdate::update`]; by central differences unless the law overrides it.
     ///
     /// # Errors
     /// As [`StressUpdate::update`].
@@ -185,7 +185,7 @@ pub trait StressUpdate: PointLaw {
     }
 
     /// Work dissipated by the step from `old` to `new`, per unit current volume (J/m³): never negative
-    /// for associated flow nor for `0 ≤ ψ ≤ φ`. `None` for laws that cannot tell.
+    /// for associated flow nor for `0 ≤ ψ ≤ φ`. `None` for laws that do not define it.
     fn dissipation(
         &self,
         _motion: &Motion,
@@ -196,10 +196,10 @@ pub trait StressUpdate: PointLaw {
     }
 }
 
-/// A small-strain law: strain increment in, stress out, in a frame that turns with the material.
+/// Small-strain law: stress from a strain increment, in a frame that rotates with the material.
 ///
 /// Implement this and wrap the law in [`crate::Corotational`] to get an objective [`StressUpdate`]. A tensorial internal
-/// variable is carried with the material by [`SmallStrain::rotate_state`].
+/// variable is rotated with the material by [`SmallStrain::rotate_state`].
 pub trait SmallStrain: PointLaw {
     /// New stress and state after the strain increment `strain` (tension-positive) over `motion.dt`.
     ///
@@ -212,8 +212,8 @@ pub trait SmallStrain: PointLaw {
         old: &Point<Self::State>,
     ) -> Result<Point<Self::State>, MaterialError>;
 
-    /// [`SmallStrain::update`] of a whole batch whose steps are no larger than [`SmallStrain::max_strain_increment`], for
-    /// laws without tensorial state that can do it for several points at once, with the same operations. Returns
+    /// Updates a whole batch whose steps are no larger than [`SmallStrain::max_strain_increment`] as [`SmallStrain::update`], for
+    /// laws without tensorial state that process several points at once, with equal operations. Returns
     /// whether it has been done.
     #[inline]
     fn update_component_arrays(&self, _lanes: &mut ComponentArrays, _states: &mut [Self::State]) -> bool {
@@ -230,13 +230,13 @@ pub trait SmallStrain: PointLaw {
     #[inline]
     fn rotate_state(&self, _state: &mut Self::State, _rotation: &crate::Mat3) {}
 
-    /// `∂σ/∂ε` of [`SmallStrain::update`], where the law has it in closed form.
+    /// Tangent `∂σ/∂ε` of [`SmallStrain::update`], where the law has it in closed form.
     fn tangent(&self, _strain: &SymTensor, _motion: &Motion, _old: &Point<Self::State>) -> Option<Tangent> {
         None
     }
 
-    /// See [`StressUpdate::dissipation`]; both stresses in the co-rotating frame. With linear elasticity it is the work on
-    /// the strain between elastic trial and new stress.
+    /// Work dissipated (J/m³), see [`StressUpdate::dissipation`]; both stresses in the co-rotating frame. With linear elasticity it is
+    /// the work on the strain between elastic trial and new stress.
     fn dissipation(
         &self,
         strain: &SymTensor,

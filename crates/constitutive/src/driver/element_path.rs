@@ -1,11 +1,11 @@
-//! What a point went through, as a table.
+//! Path of an element test: a table with one row per step.
 
 use std::io::Write;
 
 use crate::driver::ElementSpecimen;
 use crate::{Motion, SymTensor};
 
-/// The columns every path has, with units.
+/// Columns of every path, with units.
 pub(super) const COLUMNS: [(&str, &str); 26] = [
     ("time", "s"),
     ("strain_xx", ""),
@@ -35,20 +35,20 @@ pub(super) const COLUMNS: [(&str, &str); 26] = [
     ("wave_speed", "m/s"),
 ];
 
-/// Where the stress stands in a row.
+/// Index of the first stress column.
 const STRESS: usize = 7;
 
-/// What a point went through: one row per step, the start included.
+/// Path of an element test: one row per step, the start included.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ElementPath {
     /// Name and unit of each column; the law's own outputs come last.
     pub columns: Vec<(&'static str, &'static str)>,
-    /// The rows.
+    /// Rows of the table.
     pub rows: Vec<Vec<f64>>,
 }
 
 impl ElementPath {
-    /// The values of a column, or `None` where there is none of that name.
+    /// Values of a column, or `None` where there is none of that name.
     pub fn column(&self, name: &str) -> Option<Vec<f64>> {
         let index = self.columns.iter().position(|(column, _)| *column == name)?;
         Some(self.rows.iter().map(|row| row.get(index).copied().unwrap_or(f64::NAN)).collect())
@@ -70,7 +70,7 @@ impl ElementPath {
         SymTensor(std::array::from_fn(|k| value(k).unwrap_or(f64::NAN)))
     }
 
-    /// Writes the path as CSV, with a head that states signs, order and units.
+    /// Writes the path as CSV, with a header that states signs, order and units.
     ///
     /// # Errors
     /// When the writer fails.
@@ -93,19 +93,19 @@ impl ElementPath {
     }
 }
 
-/// A number as a cell of a table, so that it reads back to the last bit; empty where it is not-a-number or infinite.
+/// Text of a number in a table, which reads back to the last bit; empty for NaN and infinity.
 pub fn cell(value: f64) -> String {
     if value.is_finite() { format!("{value:e}") } else { String::new() }
 }
 
-/// What is written down on the way.
+/// Recorder of the path during the test.
 pub(super) struct PathRecorder {
     time: f64,
     strain: SymTensor,
     work: f64,
-    /// Work per initial volume.
+    /// Work per initial volume (J/m³).
     reference_work: f64,
-    /// Recoverable energy per initial volume at the start.
+    /// Recoverable energy per initial volume at the start (J/m³).
     initial_energy: f64,
     initial_density: f64,
     pore_pressure: f64,
@@ -114,7 +114,7 @@ pub(super) struct PathRecorder {
 }
 
 impl PathRecorder {
-    /// A record that begins with the specimen as it is.
+    /// Returns a recorder that begins with the present state of the specimen.
     pub(super) fn new(specimen: &ElementSpecimen) -> Self {
         let mut record = Self {
             time: 0.0,
@@ -131,7 +131,7 @@ impl PathRecorder {
         record
     }
 
-    /// Adds a motion that took `before` to `after` and changed the pore pressure by `pore` (Pa).
+    /// Adds a motion from `before` to `after` that changed the pore pressure by `pore` (Pa).
     pub(super) fn add(
         &mut self,
         motion: &Motion,
@@ -154,7 +154,7 @@ impl PathRecorder {
         self.initial_density / specimen.density
     }
 
-    /// Writes a row unless the last one is the specimen's already.
+    /// Adds a row unless the last one already has the specimen's state.
     pub(super) fn push_if_moved(&mut self, specimen: &ElementSpecimen) {
         if !std::mem::take(&mut self.has_new_row) {
             return;
@@ -184,7 +184,7 @@ impl PathRecorder {
         self.rows.push(row);
     }
 
-    /// The table, with the law's own columns last.
+    /// Returns the table, with the law's own columns last.
     pub(super) fn finish(self, outputs: &[&'static str]) -> ElementPath {
         let mut columns = COLUMNS.to_vec();
         columns.extend(outputs.iter().map(|name| (*name, "")));

@@ -1,9 +1,9 @@
-//! The built-in paths, as a case file gives them.
+//! Built-in loading paths of a case file.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a stage prescribes. Amounts are totals over the stage; keys named `compression` are positive
+/// Loading path of a stage. Amounts are totals over the stage; keys named `compression` are positive
 /// when the specimen gets shorter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
@@ -100,7 +100,7 @@ pub enum LoadingPath {
     /// A list of increments one after another, each taken in the stage's number of steps and an equal
     /// share of its duration. Every row prescribes either strain or stress.
     Direct {
-        /// What each of the rows xx yy zz xy yz zx prescribes.
+        /// Quantity prescribed by each of the rows xx yy zz xy yz zx.
         control: [ControlledQuantity; 6],
         /// Increments: tensor strain, or stress (Pa), tension-positive, as `control` says.
         increments: Vec<[f64; 6]>,
@@ -135,7 +135,7 @@ pub enum LoadingPath {
     },
 }
 
-/// What a row of a direct path prescribes.
+/// Quantity prescribed by a row of a direct path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ControlledQuantity {

@@ -1,5 +1,5 @@
-//! The element driver: one material point under prescribed strains and stresses
-//! (sheet: constitutive §3.12), the way laws are tested and calibrated.
+//! Element driver: one material point under prescribed strains and stresses
+//! (sheet: constitutive §3.12), for tests and calibration of laws.
 //!
 //! An [`ElementTest`] is a material, an initial stress and a list of stages. Every step solves
 //! `S Δσ + E Δε = ΔY` for the strain increment by Newton's method with the law's own tangent.
@@ -32,14 +32,14 @@ use crate::driver::element_path::PathRecorder;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ElementTest {
-    /// What the test is, in a line.
+    /// Title of the test, one line.
     pub title: String,
     /// The material.
     pub material: MaterialSpec,
     /// Initial stress (Pa, tension-positive): xx yy zz xy yz zx.
     #[serde(default)]
     pub initial_stress: [f64; 6],
-    /// What is done to the point, one stage after another.
+    /// Stages of the test, one after another.
     pub stages: Vec<TestStage>,
 }
 
@@ -47,7 +47,7 @@ pub struct ElementTest {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TestStage {
-    /// What is prescribed.
+    /// Prescribed loading path.
     pub path: LoadingPath,
     /// Number of steps.
     #[serde(default = "steps")]
@@ -65,21 +65,21 @@ fn duration() -> f64 {
     1.0
 }
 
-/// Why an element test stopped.
+/// Reason why an element test stopped.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum DriverError {
-    /// The test is described wrongly: everything found, one problem a line.
+    /// Invalid description of the test: all problems found, one a line.
     #[error("{}", test_checks::problem_lines(.0))]
     Invalid(Vec<TestProblem>),
-    /// A stage cannot be carried out.
+    /// Stage that cannot be carried out.
     #[error("stages[{stage}].path: {problem}")]
     Stage {
         /// Number of the stage.
         stage: usize,
-        /// What is wrong.
+        /// Description of the problem.
         problem: String,
     },
-    /// No strain carries the prescribed stress: the material has reached its limit load.
+    /// Limit load of the material: no strain gives the prescribed stress.
     #[error(
         "stages[{stage}].path: limit load reached in step {step}: no strain gives the prescribed stress ({row})"
     )]
@@ -88,22 +88,22 @@ pub enum DriverError {
         stage: usize,
         /// Step in the stage.
         step: usize,
-        /// The condition that fails.
+        /// Condition that fails.
         row: String,
     },
-    /// The law failed.
+    /// Failure of the law.
     #[error("stages[{stage}].path: step {step}: {source}")]
     Law {
         /// Number of the stage.
         stage: usize,
         /// Step in the stage.
         step: usize,
-        /// What the law says.
+        /// Error of the law.
         source: MaterialError,
     },
 }
 
-/// The material point under test.
+/// Material point under test.
 #[derive(Clone)]
 struct ElementSpecimen {
     material: std::sync::Arc<dyn Material>,
@@ -132,7 +132,7 @@ impl ElementSpecimen {
         Some(motion)
     }
 
-    /// Stress and states after a motion; the specimen itself stays as it was.
+    /// Stress and states after a motion; the specimen itself is unchanged.
     fn trial_update(&self, motion: &Motion) -> Result<(SymTensor, States), MaterialError> {
         let mut states = self.states.clone();
         let mut stress = [self.stress];
@@ -156,14 +156,14 @@ impl ElementSpecimen {
         self.yield_value_at(&self.stress)
     }
 
-    /// Yield value at another stress, in the state the specimen is in.
+    /// Yield value at another stress, in the present state of the specimen.
     fn yield_value_at(&self, stress: &SymTensor) -> f64 {
         let mut value = [0.0];
         self.material.yield_values(&[*stress], self.block(), &mut value);
         value[0]
     }
 
-    /// Recoverable energy per volume; NaN where the law has none.
+    /// Recoverable energy per volume (J/m³); NaN where the law has none.
     fn energy(&self) -> f64 {
         let mut value = [0.0];
         let defined = self.material.stored_energies(&[self.stress], self.block(), &mut value);
@@ -183,21 +183,21 @@ impl ElementSpecimen {
     }
 }
 
-/// A test as far as it went.
+/// Result of a test up to its end or to its stop.
 pub struct TestTrace {
-    /// What the point went through up to the end or to where the test stopped.
+    /// Path up to the end or to the step where the test stopped.
     pub path: ElementPath,
-    /// Why the test stopped before its end; `None` where it did not.
+    /// Reason why the test stopped before its end; `None` for a complete test.
     pub stopped: Option<DriverError>,
     start: ElementSpecimen,
     end: ElementSpecimen,
 }
 
 impl ElementTest {
-    /// Checks what can be checked before the test is run.
+    /// Checks the description before the test is run.
     ///
     /// # Errors
-    /// [`DriverError::Invalid`] with everything that is wrong and where it stands.
+    /// [`DriverError::Invalid`] with all problems and their paths.
     pub fn validate(&self) -> Result<(), DriverError> {
         let problems = test_checks::problems(self);
         if problems.is_empty() { Ok(()) } else { Err(DriverError::Invalid(problems)) }
@@ -213,10 +213,10 @@ impl ElementTest {
         trace.stopped.map_or(Ok(trace.path), Err)
     }
 
-    /// Runs the test as far as it goes.
+    /// Runs the test to its end or to the first failure.
     ///
     /// # Errors
-    /// When the test is described wrongly; what happens on the way is in [`TestTrace::stopped`].
+    /// When the description of the test is invalid; a failure during the test is in [`TestTrace::stopped`].
     pub fn trace(&self) -> Result<TestTrace, DriverError> {
         self.validate()?;
         let invalid = |error| DriverError::Invalid(vec![test_checks::material_problem(&error)]);

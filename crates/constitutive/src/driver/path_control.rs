@@ -1,4 +1,4 @@
-//! Paths as conditions on stress and strain increments.
+//! Loading paths as conditions on stress and strain increments.
 
 use std::f64::consts::TAU;
 
@@ -8,49 +8,49 @@ use crate::{Mat3, SymTensor};
 /// Names of the components, for messages.
 pub(super) const NAMES: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "zx"];
 
-/// What a stage does, for the stress it starts from.
+/// Control of a stage, for its initial stress.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ControlSequence {
-    /// Parts one after another, each taken in the stage's number of steps.
+    /// Consecutive parts, each with the stage's number of steps.
     pub(super) parts: Vec<Control>,
 }
 
 /// Control of a part of a stage: either six linear equations a step, or the whole motion.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Control {
-    /// `S Δσ + E Δε = ΔY`.
+    /// Mixed control by `S Δσ + E Δε = ΔY`.
     Mixed(ControlEquations),
     /// Time integral of the velocity gradient.
     PrescribedGradient(Mat3),
-    /// A rigid rotation about z (rad).
+    /// Rigid rotation about z (rad).
     Rotation(f64),
-    /// A deformation gradient that goes from one value to another.
+    /// Deformation gradient that changes from one value to another.
     Deformation {
-        /// At the start.
+        /// Deformation gradient at the start.
         from: Mat3,
-        /// At the end.
+        /// Deformation gradient at the end.
         to: Mat3,
     },
 }
 
-/// The equation of the pore pressure, `a·Δσ' + b·Δε + c Δp_w = 0`, and its place in the six others.
+/// Equation of the pore pressure, `a·Δσ' + b·Δε + c Δp_w = 0`, and its coefficients in the six others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PorePressureEquation {
-    /// `a`.
+    /// Coefficients `a` of stress.
     pub(super) stress: [f64; 6],
-    /// `b`.
+    /// Coefficients `b` of strain.
     pub(super) strain: [f64; 6],
-    /// `c`.
+    /// Coefficient `c` of the pore pressure.
     pub(super) pressure: f64,
-    /// What `Δp_w` adds to each of the six.
+    /// Coefficient of `Δp_w` in each of the six equations.
     pub(super) column: [f64; 6],
 }
 
 impl PorePressureEquation {
-    /// It stays as it is.
+    /// Drained condition: constant pore pressure.
     const DRAINED: Self = Self { stress: [0.0; 6], strain: [0.0; 6], pressure: 1.0, column: [0.0; 6] };
 
-    /// It follows the volume by the stiffness `K_f/n` (Pa); the volume is kept without one.
+    /// Undrained condition: the pore pressure follows from the volume by the stiffness `K_f/n` (Pa); without one the volume is constant.
     fn undrained(fluid_stiffness: Option<f64>, stress: &[[f64; 6]; 6]) -> Self {
         let pressure = fluid_stiffness.map_or(0.0, f64::recip);
         // Rows of total stress, Δσ = Δσ' - Δp_w 1.
@@ -64,21 +64,21 @@ impl PorePressureEquation {
 pub(super) struct ControlEquations {
     pub(super) stress: [[f64; 6]; 6],
     pub(super) strain: [[f64; 6]; 6],
-    /// The seventh, of the pore pressure.
+    /// Seventh equation, of the pore pressure.
     pub(super) pore: PorePressureEquation,
     pub(super) total: [f64; 6],
     /// Amplitude of one period of a sine.
     pub(super) amplitude: [f64; 6],
     /// Phase of the sine (rad).
     pub(super) phase: [f64; 6],
-    /// The shear xy is simple shear: the material turns with it.
+    /// Whether the shear xy is simple shear: the material rotates with it.
     pub(super) is_simple_shear: bool,
     /// Angles of rotation about x, y, z (rad).
     pub(super) spin: [f64; 3],
 }
 
 impl ControlEquations {
-    /// All strain increments zero.
+    /// Equations of zero strain increments.
     fn zero_strain() -> Self {
         let unit = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
         Self {
@@ -110,7 +110,7 @@ impl ControlEquations {
         self
     }
 
-    /// The rows of stress are total stress; see [`PorePressureEquation::undrained`].
+    /// Equations whose rows of stress are total stress; see [`PorePressureEquation::undrained`].
     fn undrained(mut self, fluid_stiffness: Option<f64>) -> Self {
         self.pore = PorePressureEquation::undrained(fluid_stiffness, &self.stress);
         self
@@ -137,7 +137,7 @@ impl ControlEquations {
         Mat3([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]) * (2.0 * (0.5 * angle).tan() / angle)
     }
 
-    /// The way back, by a share of the amounts.
+    /// Equations of the reversal, by a share of the amounts.
     fn reversed(&self, fraction: f64) -> Self {
         let back = |amounts: [f64; 6]| amounts.map(|amount| -fraction * amount);
         Self {
@@ -171,7 +171,7 @@ impl ControlSequence {
 }
 
 impl LoadingPath {
-    /// What the path does from `stress`, within `duration` (s), after the stage `before`; `None` for a
+    /// Control of the path from `stress`, within `duration` (s), after the stage `before`; `None` for a
     /// reversal of nothing.
     pub(super) fn program(
         &self,
@@ -195,7 +195,7 @@ impl LoadingPath {
         Some(ControlSequence { parts })
     }
 
-    /// The six equations of a path that is made of them.
+    /// Six equations of a path controlled by equations.
     fn conditions(&self, start: &SymTensor) -> ControlEquations {
         let still = ControlEquations::zero_strain;
         match *self {
@@ -223,7 +223,7 @@ impl LoadingPath {
                 still().stress(0, 0.0).strain(1, -axial_compression)
             }
             Self::SimpleShearConstantVolume { shear } => {
-                // As if undrained at constant total normal stress.
+                // As for undrained loading at constant total normal stress.
                 let stress = [0.0, 1.0, 0.0, 0.0, 0.0, 0.0];
                 let pore = PorePressureEquation { stress, pressure: -1.0, ..PorePressureEquation::DRAINED };
                 ControlEquations { pore, ..still().strain(3, shear).simple_shear() }
@@ -255,7 +255,7 @@ impl LoadingPath {
                 }
             }
             Self::Creep {} => (0..6).fold(still(), |rows, c| rows.stress(c, 0.0)),
-            // The others are no equations; see `program`.
+            // The others have no equations; see `program`.
             Self::Reversal { .. }
             | Self::Direct { .. }
             | Self::Flow { .. }

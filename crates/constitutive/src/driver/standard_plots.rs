@@ -1,9 +1,9 @@
-//! The plots every soil test is looked at through.
+//! Standard plots of soil tests.
 
 use crate::SymTensor;
 use crate::driver::{ElementPath, TestTrace};
 
-/// A plot worth drawing of an element test: columns and labels.
+/// Standard plot of an element test: columns and labels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StandardPlot {
     /// Short name, for files.
@@ -19,13 +19,13 @@ pub struct StandardPlot {
 }
 
 impl StandardPlot {
-    /// The names that standard plots may have.
+    /// Names of the standard plots.
     pub const NAMES: [&'static str; 6] =
         ["q-strain", "volume-strain", "pore-pressure-strain", "q-p", "volume-ln-p", "void-ratio-ln-p"];
 }
 
 impl ElementPath {
-    /// The four standard plots: q and volume (pore pressure, where it changed) over the largest
+    /// Returns the four standard plots: q and volume (pore pressure, where it changed) over the largest
     /// compression, q over p, and volume (void ratio, where the law has one) over ln p.
     pub fn standard_plots(&self) -> [StandardPlot; 4] {
         const COMPRESSION: (&str, &str) = ("axial_compression", "largest compression (-)");
@@ -63,26 +63,26 @@ impl ElementPath {
 /// Name of the output of laws that have a void ratio.
 const VOID_RATIO: &str = "void_ratio";
 
-/// Where a law yields in triaxial compression.
+/// Yield curve of a law in triaxial compression.
 #[derive(Clone, Debug, PartialEq)]
 pub struct YieldCurve {
-    /// What it is: `yield surface`, or that of the start and of the end where it moved.
+    /// Label: `yield surface`, or that of the start and of the end where it moved.
     pub label: &'static str,
-    /// p and q (Pa).
+    /// Points p and q (Pa).
     pub points: Vec<(f64, f64)>,
 }
 
-/// Points of a yield line.
+/// Number of points of a yield curve.
 const LINE: usize = 60;
 
-/// Halvings of a bracket: to the last bit.
+/// Number of halvings of a bracket: to the last bit.
 const BISECTIONS: usize = 60;
 
-/// Doublings in the search of a stress outside the yield surface.
+/// Number of doublings in the search of a stress outside the yield surface.
 const DOUBLINGS: i32 = 40;
 
 impl TestTrace {
-    /// The yield surface in triaxial compression over the pressures the test saw: one line, two where
+    /// Yield surface in triaxial compression over the pressures of the test: one line, two where
     /// it moved, none for laws without one.
     pub fn yield_lines(&self) -> Vec<YieldCurve> {
         let extreme = |name: &str, start: f64, pick: fn(f64, f64) -> f64| {
@@ -118,7 +118,7 @@ fn compression(p: f64, q: f64) -> SymTensor {
     SymTensor::diagonal(lateral, lateral, axial)
 }
 
-/// Where `yields` crosses zero, by bisection; `None` where it starts outside or never does.
+/// Stress at which `yields` crosses zero, by bisection; `None` where it starts outside or never does.
 fn strength(yields: &dyn Fn(f64) -> f64, scale: f64) -> Option<f64> {
     if !(yields(0.0) <= 0.0) {
         return None;

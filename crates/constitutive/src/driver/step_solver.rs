@@ -1,4 +1,4 @@
-//! The step solve of the element driver.
+//! Solution of a step of the element driver.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -7,28 +7,28 @@ use crate::driver::path_control::{Control, ControlEquations, ControlSequence, NA
 use crate::driver::{DriverError, ElementSpecimen, TestStage};
 use crate::{Mat3, Motion, SymTensor, Tangent};
 
-/// Of the seven unknowns, strain increment (engineering shear) and pore pressure, and their equations.
+/// Matrix of the seven unknowns, strain increment (engineering shear) and pore pressure, and their equations.
 type Matrix7 = SMatrix<f64, 7, 7>;
 type Vector7 = SVector<f64, 7>;
 
-/// Newton iterations of a step.
+/// Largest number of Newton iterations of a step.
 const ITERATIONS: usize = 40;
 
 /// Relative residual at which a step is solved.
 const TOLERANCE: f64 = 1e-10;
 
-/// A step that fails is halved this many times, to 1/1024.
+/// Largest number of halvings of a step that fails, to 1/1024.
 const HALVINGS: u32 = 10;
 
-/// How a stage stands in its test.
+/// Stage with its number in the test.
 pub(super) struct StageContext<'t> {
     /// Number of the stage.
     pub(super) number: usize,
-    /// The stage.
+    /// Stage of the test.
     pub(super) stage: &'t TestStage,
 }
 
-/// Runs one stage; what was reached is recorded whether or not it ends well.
+/// Runs one stage; the steps reached are recorded also on failure.
 pub(super) fn run_stage(
     specimen: &mut ElementSpecimen,
     record: &mut PathRecorder,
@@ -57,7 +57,7 @@ pub(super) fn run_stage(
     Ok(())
 }
 
-/// One step of a part of a stage.
+/// Advances one step of a part of a stage.
 fn advance(
     specimen: &mut ElementSpecimen,
     record: &mut PathRecorder,
@@ -92,7 +92,7 @@ fn advance(
     apply_step(specimen, record, &motion.ok_or(StepError::Singular)?, 0.0).map_err(StepError::Law)
 }
 
-/// Takes the step, which changes the pore pressure by `pore` (Pa).
+/// Applies the step, which changes the pore pressure by `pore` (Pa).
 fn apply_step(
     specimen: &mut ElementSpecimen,
     record: &mut PathRecorder,
@@ -105,12 +105,12 @@ fn apply_step(
     Ok(())
 }
 
-/// `S Δσ' + E Δε + P Δp_w = ΔY`, the last equation that of the pore pressure.
+/// System `S Δσ' + E Δε + P Δp_w = ΔY`, the last equation that of the pore pressure.
 #[derive(Clone, Copy)]
 struct ControlSystem {
-    /// S; its last column is idle.
+    /// Matrix S; its last column is unused.
     stress: Matrix7,
-    /// E, its last column P.
+    /// Matrix E, with P as its last column.
     rest: Matrix7,
 }
 
@@ -131,23 +131,23 @@ impl ControlSystem {
         Self { stress, rest }
     }
 
-    /// Derivative by the unknowns at the stiffness `tangent`.
+    /// Derivative of the residual by the unknowns at the stiffness `tangent`.
     fn jacobian(&self, tangent: &Tangent) -> Matrix7 {
         let stiffness = Matrix7::from_fn(|i, j| if i < 6 && j < 6 { tangent.0[i][j] } else { 0.0 });
         self.stress * stiffness + self.rest
     }
 }
 
-/// The conditions must be independent for some elastic stiffness.
+/// Checks that the conditions are independent for some elastic stiffness.
 pub(super) fn check_rank(conditions: &ControlEquations) -> Result<(), String> {
-    // A generic positive stiffness stands for the material's.
+    // A generic positive stiffness replaces the material's.
     let stiffness = std::array::from_fn(|i| {
         std::array::from_fn(|j| {
             let volumetric = if i < 3 && j < 3 { 0.7 } else { 0.0 };
             if i == j { 1.3 + 0.01 * i as f64 + volumetric } else { volumetric }
         })
     });
-    // The pore pressure comes on top of the six; beside this stiffness that of a fluid is none.
+    // The pore pressure is added to the six; against this stiffness that of a fluid is zero.
     let mut jacobian = ControlSystem::of(conditions).jacobian(&Tangent(stiffness));
     if conditions.pore.strain != [0.0; 6] {
         jacobian[(6, 6)] = 0.0;
@@ -163,16 +163,16 @@ pub(super) fn check_rank(conditions: &ControlEquations) -> Result<(), String> {
     }
 }
 
-/// Residual, relative to the stresses that are subtracted in it, that is round-off.
+/// Residual, relative to the stresses subtracted in it, that counts as round-off.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Why a step cannot be solved.
+/// Reason why a step cannot be solved.
 enum StepError {
-    /// The condition that cannot be met.
+    /// Row of the condition that cannot be satisfied.
     Row(usize),
-    /// The step turns the material inside out.
+    /// Singular deformation: the step inverts the material.
     Singular,
-    /// What the law says.
+    /// Error of the law.
     Law(crate::MaterialError),
 }
 
@@ -198,7 +198,7 @@ impl MixedControl {
         a + self.spin
     }
 
-    /// One step, in halves where it does not converge.
+    /// Solves one step, in halves where it does not converge.
     fn advance(
         &self,
         specimen: &mut ElementSpecimen,
@@ -217,13 +217,13 @@ impl MixedControl {
         }
     }
 
-    /// The motion of the step, and the change of the pore pressure (Pa).
+    /// Motion of the step, and the change of the pore pressure (Pa).
     fn solve(&self, specimen: &ElementSpecimen, dt: f64) -> Result<(Motion, f64), StepError> {
         let still = specimen.motion(&Mat3::ZERO, dt).ok_or(StepError::Singular)?;
         let initial = specimen.tangent(&still).map_err(StepError::Law)?;
         let stiffness = (0..6).map(|i| initial.0[i][i].abs()).fold(1.0, f64::max);
         let ControlSystem { stress, rest } = &self.equations;
-        // Strain rows are brought to the size of stresses, the pore pressure to that of strains.
+        // Strain rows are scaled to the size of stresses, the pore pressure to that of strains.
         let of_strain = |i: usize| stress.row(i).norm() == 0.0 && rest.row(i).columns(0, 6).norm() > 0.0;
         let rows = Vector7::from_fn(|i, _| if of_strain(i) { stiffness } else { 1.0 });
         let unknowns = Vector7::from_fn(|j, _| if j == 6 { stiffness } else { 1.0 });
@@ -237,8 +237,8 @@ impl MixedControl {
             let left = stress * change + rest * x.component_mul(&unknowns);
             Ok(((left - self.total).component_mul(&rows), motion))
         };
-        // With all strains prescribed nothing but the law can stand in the way; else it does where it refuses the
-        // shortest step that is tried.
+        // With all strains prescribed only the law can fail; it counts as failed where it rejects the
+        // shortest step tried.
         let prescribed = stress.rows(0, 6).iter().all(|entry| *entry == 0.0);
         let mut refused = None;
         let mut x = Vector7::zeros();
@@ -250,7 +250,7 @@ impl MixedControl {
             let stuck = StepError::Row(r.iamax());
             let jacobian = self.equations.jacobian(&specimen.tangent(&motion).map_err(StepError::Law)?);
             let jacobian = Matrix7::from_fn(|i, j| jacobian[(i, j)] * rows[i] * unknowns[j]);
-            // On an edge of a yield surface two conditions may become one: the shortest step serves both.
+            // On an edge of a yield surface two conditions may coincide: the shortest step satisfies both.
             let svd = jacobian.svd(true, true);
             let cut = 1e-9 * svd.singular_values.amax();
             let Ok(step) = svd.solve(&r, cut) else { return Err(stuck) };
@@ -269,7 +269,7 @@ impl MixedControl {
                     tried => refused = tried.err(),
                 }
                 if length < 1e-3 {
-                    // No better: fine at the round-off of the stresses, a failure above it.
+                    // No improvement: converged at the round-off of the stresses, a failure above it.
                     let round_off = ROUND_OFF * (specimen.stress.norm() + stiffness * x.amax());
                     let solved = r.amax() <= round_off;
                     let failed = refused.unwrap_or(stuck);
@@ -283,7 +283,7 @@ impl MixedControl {
     }
 }
 
-/// Components with an idle last one.
+/// Stress components with an unused last one.
 fn stress_vector(stress: &SymTensor) -> Vector7 {
     Vector7::from_iterator(stress.0.into_iter().chain([0.0]))
 }

@@ -1,4 +1,4 @@
-//! What can be said of a test before it is run.
+//! Checks of a test before it is run.
 
 use std::fmt;
 
@@ -7,12 +7,12 @@ use crate::driver::path_control::{Control, ControlEquations};
 use crate::driver::{ElementSpecimen, ElementTest, TestStage, step_solver};
 use crate::{Mat3, MaterialError, SymTensor};
 
-/// Something wrong in a test and where: `stages[1].path.b: 2 is not in 0..=1`.
+/// Problem of a test with its path: `stages[1].path.b: 2 is not in 0..=1`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TestProblem {
     /// JSON path of the value.
     pub path: String,
-    /// What is wrong with it.
+    /// Description of the problem.
     pub problem: String,
 }
 
@@ -22,22 +22,22 @@ impl fmt::Display for TestProblem {
     }
 }
 
-/// One problem a line.
+/// Text of the problems, one a line.
 pub(super) fn problem_lines(problems: &[TestProblem]) -> String {
     let lines: Vec<String> = problems.iter().map(ToString::to_string).collect();
     lines.join("\n")
 }
 
-/// Steps of a stage: more fill the memory with rows.
+/// Largest number of steps of a stage: more fill the memory with rows.
 const MAX_STEPS: usize = 1_000_000;
 
-/// Strain of a step: where it is larger, the relative deformation of the step turns inside out.
+/// Largest strain of a step: above it, the relative deformation of the step inverts.
 const LARGEST_STRAIN: f64 = 1.0;
 
-/// Why a reversal cannot be the first stage.
+/// Message on a reversal as the first stage.
 pub(super) const NOTHING_TO_REVERSE: &str = "there is no stage before it to reverse";
 
-/// A law's refusal, at the place it is about.
+/// Problem from an error of a law, at the path of its parameter.
 pub(super) fn material_problem(error: &MaterialError) -> TestProblem {
     let (path, problem) = match error {
         error if let Some((field, problem)) = error.parameter_problem() => {
@@ -49,7 +49,7 @@ pub(super) fn material_problem(error: &MaterialError) -> TestProblem {
     TestProblem { path, problem }
 }
 
-/// Everything that is wrong with `test`.
+/// All problems of `test`.
 pub(super) fn problems(test: &ElementTest) -> Vec<TestProblem> {
     let mut findings = TestProblems(Vec::new());
     findings.finite("initial_stress", &test.initial_stress);
@@ -98,13 +98,13 @@ impl TestProblems {
         let before = self.0.len();
         let path = format!("{place}.path");
         self.amounts(&path, &stage.path);
-        // What follows needs numbers.
+        // The following checks need finite numbers.
         if self.0.len() == before {
             self.motion(&path, stage);
         }
     }
 
-    /// Every number of a path is finite and in its range.
+    /// Checks that every number of a path is finite and in its range.
     fn amounts(&mut self, place: &str, path: &LoadingPath) {
         let at = |key: &str| format!("{place}.{key}");
         match path {
@@ -184,7 +184,7 @@ impl TestProblems {
         }
     }
 
-    /// The six conditions are independent, and no step is too large.
+    /// Checks that the six conditions are independent, and no step is too large.
     fn motion(&mut self, path: &str, stage: &TestStage) {
         let Some(program) = stage.path.program(&SymTensor::ZERO, stage.duration, None) else { return };
         let steps = stage.steps.max(1) as f64;
@@ -214,7 +214,7 @@ impl TestProblems {
         }
     }
 
-    /// A deformation gradient that is reached from the unit matrix without turning inside out.
+    /// Checks that a deformation gradient is reached from the unit matrix without inversion.
     fn deformation(&mut self, path: &str, to: &Mat3) {
         let at = |share: f64| (Mat3::IDENTITY + (*to - Mat3::IDENTITY) * share).determinant();
         let inverts = (0..=100).any(|i| !(at(f64::from(i) / 100.0) > 0.0));
@@ -224,7 +224,7 @@ impl TestProblems {
     }
 }
 
-/// Largest strain that a row of strain alone prescribes.
+/// Largest strain prescribed by a row of strain alone.
 fn largest_strain(conditions: &ControlEquations) -> f64 {
     let amount = |row: usize| {
         let free = conditions.stress[row].iter().all(|s| *s == 0.0);

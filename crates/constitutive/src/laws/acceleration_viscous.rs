@@ -1,9 +1,9 @@
-//! Acceleration-based viscous stress beside a frictional law (sheet: constitutive §2.12, AL2 eqs. 8–9,
+//! Acceleration-based viscous stress in addition to a frictional law (sheet: constitutive §2.12, AL2 eqs. 8–9,
 //! 25–33: Wu, Wang & Alipour 2020).
 //!
-//! `T = T_i + T_v`: the frictional law gives `T_i`, and `T̊_v = η1 D̊ + η (T D̊ + D̊ T) + η3 D̊²` with
-//! `η = A √(m1 + m2 ‖D‖²)`, `A < 0`; `η1` and `η3` are 0 where not given, as in the source's own model. As printed, with all objective terms, that rate has no steady
-//! state. Two ways to use it:
+//! `T = T_i + T_v`: the frictional law gives `T_i`, and `T̊_v = η1 D̊ + η (T D̊ + D̊ T) + η3 D̊²` with `η = A √(m1 + m2 ‖D‖²)`, `A < 0`;
+//! `η1` and `η3` are 0 where not given, as in the source's own model. As printed, with all objective terms, that rate has
+//! no steady state. It is used in one of two ways:
 //!
 //! * `integrated`: the rate integrated at frozen `T` and fixed direction of `D`,
 //!   `T_v = η1 D + Φ(‖D‖)(T D̂ + D̂ T)`. Objective and without memory; the equation `T = T_i + T_v` is linear
@@ -62,27 +62,27 @@ pub struct AccelerationViscosity {
 }
 
 impl AccelerationViscosity {
-    /// `η = A √(m1 + m2 x²)` (s) at the stretching `x = ‖D‖` (1/s).
+    /// Coefficient `η = A √(m1 + m2 x²)` (s) at the stretching `x = ‖D‖` (1/s).
     #[inline]
     pub fn eta(&self, x: f64) -> f64 {
         self.a * (self.m1 + self.m2 * x * x).sqrt()
     }
 
-    /// `Φ(x) = ∫₀ˣ η`.
+    /// Integral `Φ(x) = ∫₀ˣ η`.
     #[inline]
     pub fn phi(&self, x: f64) -> f64 {
         let root = (self.m2 / self.m1).sqrt() * x;
-        // asinh(r)/r, which tends to 1.
+        // `asinh(r)/r`, with the limit 1.
         let ratio = if root > 0.0 { root.asinh() / root } else { 1.0 };
         0.5 * x * (self.eta(x) + self.a * self.m1.sqrt() * ratio)
     }
 
-    /// `T` with `T = T_i + η1 D + Φ (T D̂ + D̂ T)`.
+    /// Total stress `T` with `T = T_i + η1 D + Φ (T D̂ + D̂ T)`.
     pub fn total(&self, inviscid: &SymTensor, stretching: &SymTensor) -> SymTensor {
         self.amplified(&(*inviscid + *stretching * self.eta1), stretching)
     }
 
-    /// `T` with `T = T_0 + Φ (T D̂ + D̂ T)`: linear in `T_0`.
+    /// Stress `T` with `T = T_0 + Φ (T D̂ + D̂ T)`: linear in `T_0`.
     fn amplified(&self, inviscid: &SymTensor, stretching: &SymTensor) -> SymTensor {
         let rate = stretching.norm();
         if rate == 0.0 {
@@ -99,8 +99,8 @@ impl AccelerationViscosity {
         local.rotated(&axes)
     }
 
-    /// `η1 ΔD + η (T ΔD + ΔD T) + η3 ΔD²/Δt` for a change of stretching from `from` to `to` (1/s) within `dt` (s)
-    /// under the stress `stress`.
+    /// Increment `η1 ΔD + η (T ΔD + ΔD T) + η3 ΔD²/Δt` of the viscous stress for a change of stretching from `from` to `to` (1/s)
+    /// within `dt` (s) under the stress `stress`.
     pub fn increment(&self, stress: &SymTensor, from: &SymTensor, to: &SymTensor, dt: f64) -> SymTensor {
         let eta = self.eta(((*from + *to) * 0.5).norm());
         let change = (*to - *from).to_matrix();
@@ -119,14 +119,14 @@ impl AccelerationViscosity {
     }
 }
 
-/// A frictional law with a viscous stress beside it. See the module's head.
+/// Frictional law with an added viscous stress. See the module's head.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AccelerationViscous<L> {
     frictional: L,
     viscosity: AccelerationViscosity,
 }
 
-/// The parts of the stress.
+/// State of a point: the parts of the stress.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ViscousState<S> {
     /// Internal variables of the frictional law.
@@ -140,7 +140,7 @@ pub struct ViscousState<S> {
 }
 
 impl<L: StressUpdate> AccelerationViscous<L> {
-    /// `viscosity` beside `frictional`.
+    /// Returns the law `frictional` with the added `viscosity`.
     ///
     /// # Errors
     /// The first parameter out of range.
@@ -194,7 +194,7 @@ impl<L: StressUpdate> PointLaw for AccelerationViscous<L> {
         self.frictional.wave_modulus(&Self::inner(point)) / factor
     }
 
-    /// Of the viscous stress at the current rate and pressure: `T_v ≈ 2 |η| p D` for a small change of `D`.
+    /// Effective viscosity (Pa s) at the current rate and pressure: `T_v ≈ 2 |η| p D` for a small change of `D`.
     fn viscosity(&self, point: &Point<Self::State>) -> f64 {
         let own = self.viscosity.eta(point.state.stretching.norm()).abs() * point.stress.pressure().abs();
         own + 0.5 * self.viscosity.eta1
@@ -216,7 +216,7 @@ impl<L: StressUpdate> StressUpdate for AccelerationViscous<L> {
         let stress = match self.viscosity.mode {
             ViscousMode::Integrated => self.viscosity.total(&inviscid, &stretching),
             ViscousMode::RateMaterial => {
-                // The stress of the middle of the step, found by three sweeps.
+                // Stress of the middle of the step, by three sweeps.
                 let mut stress = inviscid + old.state.viscous;
                 for _ in 0..3 {
                     let middle = (old.stress + stress) * 0.5;
@@ -234,7 +234,7 @@ impl<L: StressUpdate> StressUpdate for AccelerationViscous<L> {
         Ok(Point { stress, state })
     }
 
-    /// The total stress is linear in the frictional one; by the stretching alone it is a smooth function.
+    /// Consistent tangent: the total stress is linear in the frictional one and a smooth function of the stretching.
     fn tangent(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Tangent, MaterialError> {
         if self.viscosity.mode == ViscousMode::RateMaterial {
             return numerical_tangent(motion, |m| self.update(m, old).map(|p| p.stress));
@@ -277,7 +277,7 @@ mod tests {
         mode: ViscousMode::Integrated,
     };
 
-    /// The matrices of eq. 29: in simple shear the first term gives shear, the third normal stress alone.
+    /// Matrices of eq. 29: in simple shear the first term gives shear, the third normal stress alone.
     #[test]
     fn terms_of_the_rate_in_simple_shear() {
         let (lateral, normal, shear, g, dt) = (-80.0, -100.0, 30.0, 0.4, 0.01);

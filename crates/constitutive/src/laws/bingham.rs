@@ -6,7 +6,7 @@
 //! cavitation strength, where shear is gone.
 //!
 //! By default elastic in shear up to `τ_y` and by backward Euler above it,
-//! `τ = (τᵗʳ + ζ τ_y)/(1 + ζ)`, `ζ = GΔt/μ`: a true static yield and no limit to the viscous step. Or a
+//! `τ = (τᵗʳ + ζ τ_y)/(1 + ζ)`, `ζ = GΔt/μ`: a true static yield and no limit to the viscous step. Alternatively a
 //! viscosity `η = min(μ + τ_y/γ̇, η_max)`, which creeps at rest.
 
 use std::sync::Arc;
@@ -100,7 +100,7 @@ pub struct FrictionalFluidSpec {
     pub form: YieldForm,
 }
 
-/// What both models have in common.
+/// Parameters common to both models.
 struct ViscoplasticParameters {
     bulk_modulus: f64,
     shear_modulus: Option<f64>,
@@ -163,7 +163,7 @@ impl BinghamSpec {
         }
     }
 
-    /// Checks the ranges and gives the flow curve.
+    /// Checks the ranges and returns the flow curve.
     ///
     /// # Errors
     /// The first parameter out of range.
@@ -173,7 +173,7 @@ impl BinghamSpec {
         Ok(Bingham { yield_stress: self.yield_stress, viscosity: self.viscosity })
     }
 
-    /// The viscoplastic law, whatever the form.
+    /// Viscoplastic law, whatever the form.
     ///
     /// # Errors
     /// The first parameter out of range.
@@ -193,7 +193,7 @@ impl FrictionalFluidSpec {
         }
     }
 
-    /// Checks the ranges and gives the flow curve.
+    /// Checks the ranges and returns the flow curve.
     ///
     /// # Errors
     /// The first parameter out of range.
@@ -205,7 +205,7 @@ impl FrictionalFluidSpec {
         Ok(FrictionalFluid { friction: sin, cohesion: self.cohesion * cos, viscosity: self.viscosity })
     }
 
-    /// The viscoplastic law, whatever the form.
+    /// Viscoplastic law, whatever the form.
     ///
     /// # Errors
     /// The first parameter out of range.
@@ -295,19 +295,19 @@ pub trait YieldStress: FlowOutputs + Send + Sync + 'static {
     /// Yield stress (Pa) at `pressure` (Pa).
     fn yield_stress(&self, pressure: f64) -> f64;
 
-    /// Its derivative with respect to pressure.
+    /// Derivative of the yield stress with respect to pressure.
     fn yield_slope(&self, pressure: f64) -> f64;
 
     /// Viscosity `μ` above yield (Pa s).
     fn viscosity(&self) -> f64;
 }
 
-/// Constant yield stress.
+/// Flow curve with a constant yield stress.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bingham {
-    /// `τ_y` (Pa).
+    /// Yield stress `τ_y` (Pa).
     pub yield_stress: f64,
-    /// `μ` (Pa s).
+    /// Plastic viscosity `μ` (Pa s).
     pub viscosity: f64,
 }
 
@@ -331,14 +331,14 @@ impl YieldStress for Bingham {
     }
 }
 
-/// Yield stress that grows with pressure.
+/// Flow curve with a yield stress that grows with pressure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionalFluid {
-    /// `sin φ`.
+    /// Friction coefficient `sin φ`.
     pub friction: f64,
-    /// `c cos φ` (Pa).
+    /// Cohesive strength `c cos φ` (Pa).
     pub cohesion: f64,
-    /// `μ` (Pa s).
+    /// Viscosity `μ` (Pa s).
     pub viscosity: f64,
 }
 
@@ -381,10 +381,10 @@ impl<Y: YieldStress> FlowCurve for Y {
     }
 }
 
-/// A yield stress as a viscosity with a cap.
+/// Regularised yield stress: a viscosity with a cap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Capped<Y> {
-    /// The flow curve.
+    /// Flow curve.
     pub law: Y,
     /// Largest viscosity (Pa s).
     pub max_viscosity: f64,
@@ -398,7 +398,7 @@ impl<Y: YieldStress> EffectiveViscosity for Capped<Y> {
     #[inline]
     fn viscosity(&self, rate: f64, pressure: f64) -> f64 {
         let (viscosity, strength) = (self.law.viscosity(), self.law.yield_stress(pressure));
-        // Without strength nor rate the quotient is no number.
+        // Without strength and rate the quotient is NaN.
         if strength > 0.0 { (viscosity + strength / rate).min(self.max_viscosity) } else { viscosity }
     }
 }

@@ -1,10 +1,10 @@
 //! Simple elastic–perfectly plastic soil with pressure from density (sheet: constitutive §2.8; Bui & Nguyen
 //! 2021, eqs. 58–62).
 //!
-//! `p = K (ρ/ρ₀ - 1)`; the deviator follows Hooke in the co-rotating frame and is scaled back where its
-//! norm exceeds `τ_f = max(0, c + p tan φ)`. The norm is `√J2`, which is Coulomb's reading; or `q`, as the
+//! `p = K (ρ/ρ₀ - 1)`; the deviator follows Hooke's law in the co-rotating frame and is scaled back where its
+//! norm exceeds `τ_f = max(0, c + p tan φ)`. The norm is `√J2`, which corresponds to Coulomb; or `q`, as the
 //! source prints it, which makes the strength smaller by `√3`. Tension beyond the apex `c cot φ` opens the
-//! material (for `φ = 0` never): no stress without cohesion. Limits: no dilatancy, no plastic strain kept.
+//! material (for `φ = 0` never): no stress without cohesion. Limits: no dilatancy, no plastic strain in the state.
 
 use std::sync::Arc;
 
@@ -119,12 +119,12 @@ impl Model for CfdSoilSpec {
     }
 }
 
-/// The strength `max(0, c + p tan φ)`, as a limit to `√J2`.
+/// Strength `max(0, c + p tan φ)`, as a limit to `√J2`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CfdSoil {
-    /// `tan φ`, over `√3` for the norm `q`.
+    /// Friction coefficient `tan φ`, over `√3` for the norm `q`.
     pub friction: f64,
-    /// `c` (Pa), over `√3` for the norm `q`.
+    /// Cohesion `c` (Pa), over `√3` for the norm `q`.
     pub cohesion: f64,
 }
 

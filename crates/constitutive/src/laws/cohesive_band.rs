@@ -21,7 +21,7 @@ use crate::{InterfaceLaw, InterfacePoint, MaterialError};
 
 const NAME: &str = "cohesive-friction";
 
-/// Softening beyond which nothing of the cohesion is left: `e⁻³⁰⁰`.
+/// Largest softening variable: beyond it the cohesion vanishes, `e⁻³⁰⁰`.
 const LARGEST_SOFTENING: f64 = 300.0;
 
 /// Parameters of the cohesive–frictional band.
@@ -47,13 +47,13 @@ pub struct CohesiveBandSpec {
     pub shear_stiffness: f64,
 }
 
-/// The law. See the module's head for source and limits.
+/// Law of the cohesive–frictional band. See the module's head for source and limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CohesiveBand {
     spec: CohesiveBandSpec,
-    /// `b = c - μ f_t` (Pa).
+    /// Offset `b = c - μ f_t` (Pa).
     offset: f64,
-    /// `δ_I`, `δ_II` (m).
+    /// Softening lengths `δ_I`, `δ_II` (m).
     lengths: [f64; 2],
 }
 
@@ -66,7 +66,7 @@ pub struct CohesiveState {
     pub plastic_jump: [f64; 3],
 }
 
-/// An elastic trial: normal traction, size of the shear traction, and how fast they fall with plastic opening
+/// Elastic trial: normal traction, size of the shear traction, and their decrease with plastic opening
 /// and slip (Pa/m).
 #[derive(Clone, Copy)]
 struct TractionTrial {
@@ -75,10 +75,10 @@ struct TractionTrial {
     stiffness: [f64; 2],
 }
 
-/// A point of the hyperbola of softening `χ`, at shear traction `s`, seen from the trial.
+/// Point of the hyperbola of softening `χ` at shear traction `s`, relative to the trial.
 struct HyperbolaPoint {
     normal: f64,
-    /// `A = z c - μ t_n = √(s² + z² b²)` and its derivatives by `s` and `χ`.
+    /// Term `A = z c - μ t_n = √(s² + z² b²)` and its derivatives by `s` and `χ`.
     a: [f64; 3],
     /// Plastic opening and its derivatives by `s` and `χ`.
     opening: [f64; 3],
@@ -86,7 +86,7 @@ struct HyperbolaPoint {
     slip: f64,
 }
 
-/// Where a trial returns to, with what the stiffness needs.
+/// Result of the return of a trial, with the derivatives for the stiffness.
 struct BandReturn {
     normal: f64,
     shear: f64,
@@ -144,7 +144,7 @@ impl CohesiveBand {
         (a - z * self.offset).max(0.0).sqrt() * (a + z * self.offset).max(0.0).sqrt()
     }
 
-    /// `√(t_s² + z² b²) - (z c - μ t_n)`: the yield function as a stress.
+    /// Yield function as a stress (Pa): `√(t_s² + z² b²) - (z c - μ t_n)`.
     #[inline]
     fn yield_excess(&self, normal: f64, shear: f64, softening: f64) -> f64 {
         let z = (-softening).exp();
@@ -182,7 +182,7 @@ impl CohesiveBand {
         ]
     }
 
-    /// Shear traction at which the hyperbola of `softening` is left towards the trial.
+    /// Shear traction (Pa) at which the return to the hyperbola of `softening` ends.
     fn shear_at_softening(&self, trial: &TractionTrial, softening: f64, start: f64) -> Option<f64> {
         if trial.shear == 0.0 {
             return Some(0.0);
@@ -216,7 +216,7 @@ impl CohesiveBand {
     fn return_map(&self, trial: &TractionTrial, old: f64) -> Result<BandReturn, MaterialError> {
         let failed = MaterialError::NotConverged { model: NAME, reason: "return to the band's surface" };
         let mu = self.spec.friction_coefficient;
-        // Normal traction on the surface is never below that of bare friction.
+        // Normal traction on the surface is never below that of pure friction.
         let widest = (trial.normal + trial.shear / mu) / (trial.stiffness[0] * self.lengths[0])
             + trial.shear / (trial.stiffness[1] * self.lengths[1]);
         let end = (old + widest).min(LARGEST_SOFTENING.max(old));
@@ -247,7 +247,7 @@ impl CohesiveBand {
         let [normal, s, t] = traction;
         let shear = s.hypot(t);
         let excess = self.yield_excess(normal, shear, softening);
-        // Round-off of an earlier return is not flow.
+        // Round-off of an earlier return does not count as flow.
         let scale =
             shear + self.spec.friction_coefficient * normal.abs() + self.spec.cohesion * (-softening).exp();
         (TractionTrial { normal, shear, stiffness }, !(excess <= 8.0 * f64::EPSILON * scale))
@@ -309,7 +309,7 @@ impl InterfaceLaw for CohesiveBand {
         resistance: [f64; 2],
         old: &InterfacePoint<CohesiveState>,
     ) -> Result<([f64; 3], InterfacePoint<CohesiveState>), MaterialError> {
-        // The band and its surroundings are springs in series: the same return with their common stiffness.
+        // The band and its surroundings are springs in series: the return with their common stiffness.
         let [rn, rs] = resistance;
         let (kn, ks) = (self.spec.normal_stiffness, self.spec.shear_stiffness);
         let series = [kn * rn / (kn + rn), ks * rs / (ks + rs)];

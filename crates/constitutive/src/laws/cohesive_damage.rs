@@ -27,11 +27,11 @@ pub struct CohesiveDamageSpec {
     pub stiffness: f64,
 }
 
-/// The law. See the module's head for source and limits.
+/// Law of the damage band. See the module's head for source and limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CohesiveDamage {
     spec: CohesiveDamageSpec,
-    /// `δ₀`, `δ_f` (m).
+    /// Lengths `δ₀`, `δ_f` (m).
     lengths: [f64; 2],
 }
 
@@ -40,7 +40,7 @@ pub struct CohesiveDamage {
 pub struct DamageState {
     /// Jump (m), normal first, the elastic part at insertion included.
     pub jump: [f64; 3],
-    /// Largest effective opening so far `κ` (m).
+    /// Largest effective opening in the history, `κ` (m).
     pub max_opening: f64,
 }
 
@@ -68,7 +68,7 @@ fn effective_opening(jump: [f64; 3]) -> f64 {
 }
 
 impl CohesiveDamage {
-    /// `1 - D` at the largest effective opening `κ` (m).
+    /// Integrity `1 - D` at the largest effective opening `κ` (m).
     fn integrity(&self, largest: f64) -> f64 {
         let [elastic, tail] = self.lengths;
         if largest <= elastic { 1.0 } else { elastic / largest * (-(largest - elastic) / tail).exp() }

@@ -1,8 +1,8 @@
 //! Stress-free strain (sheet: constitutive §3.11; Bui & Nguyen 2021, section 4.5): shrinkage by drying,
 //! swelling by wetting.
 //!
-//! An isotropic strain grows linearly to its final value and is taken off the motion that the inner law
-//! sees: `Δε_mech = Δε - Δε_free 1/3`. Limit: isotropic and the same for all points of the material.
+//! An isotropic strain grows linearly to its final value and is subtracted from the motion passed to the inner
+//! law: `Δε_mech = Δε - Δε_free 1/3`. Limit: isotropic and equal for all points of the material.
 
 use std::sync::Arc;
 
@@ -55,7 +55,7 @@ impl Model for EigenstrainSpec {
     }
 
     fn examples() -> Vec<Self> {
-        // Over before the first step of the contract tests begins to matter: shrinkage is no motion.
+        // Over before the first steps of the contract tests that matter: shrinkage is no motion.
         let around = |material| Self { volumetric_strain: 0.0, duration: 1.0, material: Box::new(material) };
         let inner =
             MaterialSpec::examples().into_iter().filter(|spec| spec.inner().is_none() && !spec.is_fluid());

@@ -1,8 +1,8 @@
-//! Pressure from density (sheet: constitutive §2.10, eq. 2.13; Cole 1948 for Tait's form).
+//! Equation of state: pressure from density (sheet: constitutive §2.10, eq. 2.13; Cole 1948 for Tait's form).
 //!
 //! `p = K (r - 1)` or `p = K/7 (r⁷ - 1)`, with `r = ρ/ρ₀` the density over that at zero pressure and
-//! `K = ρ₀ c₀²`. Where pressure would fall below minus the tension the material bears, it opens: pressure
-//! stays there, shear is gone, and it closes again only when the density is back.
+//! `K = ρ₀ c₀²`. Where pressure would fall below minus the tensile strength, the material opens: pressure
+//! remains there, shear vanishes, and it closes again only when the density is recovered.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -23,27 +23,27 @@ pub enum EquationOfState {
     Tait,
 }
 
-/// State of a material whose pressure follows from density. Points that start under pressure are denser
+/// State of a material whose pressure follows from density. Points under initial pressure are denser
 /// than at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FluidState {
     /// Density at zero pressure (kg/m³).
     pub rest_density: f64,
-    /// Density now (kg/m³).
+    /// Current density (kg/m³).
     pub density: f64,
     /// Shear rate `√(2 D':D')` of the last step (1/s); of its plastic part where there is an elastic one.
     pub shear_rate: f64,
 }
 
 impl FluidState {
-    /// Density over density at zero pressure.
+    /// Ratio of density to density at zero pressure.
     #[inline]
     pub fn ratio(&self) -> f64 {
         self.density / self.rest_density
     }
 }
 
-/// An equation of state with its constants.
+/// Equation of state with its constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Barotropic {
     /// Bulk modulus at zero pressure, `ρ₀ c₀²` (Pa).
@@ -55,7 +55,7 @@ pub struct Barotropic {
 }
 
 impl Barotropic {
-    /// Pressure (Pa, compression-positive) at density ratio `ratio` as if there were no limit to tension.
+    /// Pressure (Pa, compression-positive) at density ratio `ratio` without a limit to tension.
     #[inline]
     pub fn unlimited(&self, ratio: f64) -> f64 {
         match self.equation {
@@ -112,7 +112,7 @@ impl Barotropic {
         let fail = |reason: &str| MaterialError::Initial { model, reason: reason.to_owned() };
         let pressure = initial.stress.pressure();
         let ratio = self.ratio_of(pressure);
-        // The slack is round-off of a mean stress of three components.
+        // The tolerance is round-off of a mean stress of three components.
         if !(ratio > 0.0 && pressure >= -self.tension - 1e-12 * initial.stress.norm()) {
             return Err(fail("the initial tension is above what the material bears"));
         }
@@ -123,7 +123,7 @@ impl Barotropic {
         Ok(FluidState { rest_density: density / ratio, density, shear_rate: 0.0 })
     }
 
-    /// State at the end of a step, shear rate still to be found (sheet: constitutive §7: the density changes by less
+    /// State at the end of a step, without the shear rate (sheet: constitutive §7: the density changes by less
     /// than a factor of two).
     #[inline]
     pub(super) fn step(

@@ -1,4 +1,4 @@
-//! Materials that others bring: a method whose cells can stand for a material point offers a factory, and case files name it.
+//! External materials: a method whose cells represent a material point registers a factory, and case files name it.
 
 use std::sync::{Arc, PoisonError, RwLock};
 
@@ -9,15 +9,15 @@ use serde_json::{Map, Value};
 use crate::contract::model::{Model, ModelFamily, ModelInfo};
 use crate::{Material, MaterialError};
 
-/// Makes materials that this crate does not know.
+/// Factory of materials defined outside this crate.
 pub trait MaterialFactory: Send + Sync {
-    /// Name of its law, the key `law` of a case file.
+    /// Name of the law, the key `law` of a case file.
     fn name(&self) -> &'static str;
 
-    /// The law of a point with an initial density (kg/m³), from the parameters of a case file.
+    /// Builds the law of a point with an initial density (kg/m³), from the parameters of a case file.
     ///
     /// # Errors
-    /// The first parameter that is out of range or not known, by its path within `parameters`.
+    /// The first parameter that is out of range or unknown, by its path within `parameters`.
     fn build(
         &self,
         density: f64,
@@ -27,8 +27,8 @@ pub trait MaterialFactory: Send + Sync {
 
 static FACTORIES: RwLock<Vec<&'static dyn MaterialFactory>> = RwLock::new(Vec::new());
 
-/// Makes the law of a factory known to case files, as `{"model": "external", "law": …}`. Of two factories with one name the first
-/// stays.
+/// Registers a factory, whose law case files use as `{"model": "external", "law": …}`. Of two factories with one name the first
+/// is kept.
 pub fn register_material(factory: &'static dyn MaterialFactory) {
     let mut known = FACTORIES.write().unwrap_or_else(PoisonError::into_inner);
     if known.iter().all(|other| other.name() != factory.name()) {
@@ -67,7 +67,7 @@ impl Model for ExternalSpec {
         factory.build(self.density, &self.parameters).map_err(|error| error.under_key("parameters"))
     }
 
-    /// None: what there is depends on who offers it.
+    /// No samples: the laws depend on the registered factories.
     fn examples() -> Vec<Self> {
         Vec::new()
     }

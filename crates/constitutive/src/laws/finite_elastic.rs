@@ -1,5 +1,5 @@
-//! What the finite-strain elastic laws share (sheet: constitutive §2.13): the left Cauchy–Green tensor as
-//! state, its step, and the inverse from a stress to the stretches that carry it. Such a law is a [`FiniteElastic`].
+//! Common parts of the finite-strain elastic laws (sheet: constitutive §2.13): the left Cauchy–Green tensor as
+//! state, its step, and the inverse from a stress to its stretches. Such a law is a [`FiniteElastic`].
 
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +10,7 @@ use crate::{
     InitialCondition, Law, Mat3, MaterialError, Motion, Point, PointLaw, StressUpdate, SymTensor, Tangent,
 };
 
-/// Left Cauchy–Green tensor of a point less the unit tensor, `b - 1`: small strains keep their digits.
+/// Left Cauchy–Green tensor of a point less the unit tensor, `b - 1`, which keeps the digits of small strains.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeftCauchyGreen(pub SymTensor);
 
@@ -19,22 +19,22 @@ pub struct LeftCauchyGreen(pub SymTensor);
 pub struct PrincipalStress {
     /// Principal Kirchhoff stresses `τ_A` (Pa).
     pub stress: [f64; 3],
-    /// `∂τ_A/∂ε_B` with respect to the principal logarithmic strains (Pa).
+    /// Slope `∂τ_A/∂ε_B` with respect to the principal logarithmic strains (Pa).
     pub slope: [[f64; 3]; 3],
 }
 
-/// An isotropic elastic law of the left Cauchy–Green tensor `b`; its arguments are `b - 1`.
+/// Isotropic elastic law of the left Cauchy–Green tensor `b`; its arguments are `b - 1`.
 pub trait FiniteElastic: Send + Sync + 'static {
-    /// Name of the model as it stands in a case file.
+    /// Name of the model in a case file.
     const NAME: &'static str;
 
     /// Cauchy stress (Pa).
     fn cauchy_stress(&self, b: &SymTensor) -> SymTensor;
 
-    /// The tensor `b - 1` whose Cauchy stress is `stress`.
+    /// Tensor `b - 1` of the Cauchy stress `stress`.
     ///
     /// # Errors
-    /// When no deformation of moderate size carries the stress.
+    /// When no deformation of moderate size gives the stress.
     fn deformation_for_stress(&self, stress: &SymTensor) -> Result<SymTensor, MaterialError>;
 
     /// Spatial tangent (Pa) of the Kirchhoff stress.
@@ -99,25 +99,25 @@ impl<L: FiniteElastic> StressUpdate for L {
     }
 }
 
-/// `ln J` of `b - 1`, from `J² - 1 = I1 + I2 + I3` of that tensor.
+/// Logarithm `ln J` of `b - 1`, from `J² - 1 = I1 + I2 + I3` of that tensor.
 pub(super) fn log_jacobian(b: &SymTensor) -> f64 {
     let i1 = b.trace();
     let i2 = 0.5 * (i1 * i1 - b.dot(b));
     0.5 * (i1 + i2 + b.determinant()).ln_1p()
 }
 
-/// `J - 1` of the principal stretches less one.
+/// Volume change `J - 1` of the principal stretches less one.
 pub(super) fn volume_change(elongations: [f64; 3]) -> f64 {
     let [a, b, c] = elongations;
     a + b + c + a * b + b * c + c * a + a * b * c
 }
 
-/// Principal stretches less one of the principal values of `b - 1`.
+/// Principal stretches less one from the principal values of `b - 1`.
 pub(super) fn elongations(changes: [f64; 3]) -> [f64; 3] {
     changes.map(|b| b / (1.0 + (1.0 + b).sqrt()))
 }
 
-/// `b - 1` after a step.
+/// Tensor `b - 1` after a step.
 ///
 /// # Errors
 /// When the motion inverts the point or is not finite.
@@ -127,7 +127,7 @@ pub(super) fn updated_left_cauchy_green(
     motion: &Motion,
 ) -> Result<SymTensor, MaterialError> {
     let new = push_forward(b, &motion.deformation);
-    // Written so that NaN is refused.
+    // Written so that NaN is rejected.
     if motion.deformation.determinant() > 0.0 && new.is_finite() {
         Ok(new)
     } else {
@@ -135,7 +135,7 @@ pub(super) fn updated_left_cauchy_green(
     }
 }
 
-/// `stress`, or an error where it is not finite.
+/// Returns `stress`, or an error where it is not finite.
 pub(super) fn check_finite(model: &'static str, stress: SymTensor) -> Result<SymTensor, MaterialError> {
     if stress.is_finite() {
         Ok(stress)
@@ -144,11 +144,11 @@ pub(super) fn check_finite(model: &'static str, stress: SymTensor) -> Result<Sym
     }
 }
 
-/// The tensor `b - 1` whose Cauchy stress is `stress`, of an isotropic law `principal` from elongations
+/// Tensor `b - 1` of the Cauchy stress `stress`, of an isotropic law `principal` from elongations
 /// (stretches less one) to Kirchhoff stresses: Newton's method from small strain, on the logarithms.
 ///
 /// # Errors
-/// When no deformation of moderate size carries the stress.
+/// When no deformation of moderate size gives the stress.
 pub(super) fn solve_deformation(
     model: &'static str,
     stress: &SymTensor,

@@ -2,8 +2,8 @@
 //!
 //! Energy `Ψ = μ Σ (s_A - 1)² + λ/2 (J - 1)²` per initial volume of the principal stretches `s_A`; Kirchhoff
 //! stress `τ = 2μ (F - R) Fᵀ + λ (J - 1) J 1`, in principal values `τ_A = 2μ s_A (s_A - 1) + λ J (J - 1)`.
-//! Path-independent. Parameters: Young's modulus (Pa) and Poisson's ratio at small strain. Limits: it
-//! carries a finite stress however far the point is flattened, so it does not keep points from inverting.
+//! Path-independent. Parameters: Young's modulus (Pa) and Poisson's ratio at small strain. Limits: the stress
+//! is finite however far the point is flattened, so it does not prevent points from inverting.
 
 use std::sync::Arc;
 
@@ -51,7 +51,7 @@ impl Model for FixedCorotatedSpec {
     }
 }
 
-/// The law. See the module's head for source and limits.
+/// Fixed-corotated law. See the module's head for source and limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FixedCorotated {
     /// Elastic constants at small strain.

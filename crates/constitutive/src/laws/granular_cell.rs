@@ -1,5 +1,5 @@
-//! What a cell of grains tells a continuum (sheet: constitutive §2.17; Sun 2020, eqs. 23, 41–57): averages over its
-//! contacts, and the kinematics of a cell that stands for an interface.
+//! Homogenisation of a cell of grains (sheet: constitutive §2.17; Sun 2020, eqs. 23, 41–57): averages over its
+//! contacts, and the kinematics of a cell that represents an interface.
 
 use crate::contract::model::positive;
 use crate::{Mat3, MaterialError, SymTensor};
@@ -14,22 +14,22 @@ pub fn contact_stress(
     contacts: impl IntoIterator<Item = ([f64; 3], [f64; 3])>,
 ) -> Result<SymTensor, MaterialError> {
     positive("volume", volume, "m³")?;
-    // A contact that pushes has a force against its branch.
+    // A compressive contact has a force against its branch.
     let sum = contacts
         .into_iter()
         .fold(SymTensor::ZERO, |sum, (force, branch)| sum + SymTensor::symmetric_dyad(force, branch));
     Ok(sum * (1.0 / volume))
 }
 
-/// Anisotropy of the contacts of a cell.
+/// Fabric tensor: anisotropy of the contacts of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FabricTensor {
-    /// `G = Σ n ⊗ n / N_c`, of trace 1.
+    /// Tensor `G = Σ n ⊗ n / N_c`, of trace 1.
     pub tensor: SymTensor,
 }
 
 impl FabricTensor {
-    /// Over the unit normals of the contacts; `None` without contacts.
+    /// Returns the tensor of the unit normals of the contacts; `None` without contacts.
     pub fn from_normals(normals: impl IntoIterator<Item = [f64; 3]>) -> Option<Self> {
         let (sum, count) = normals.into_iter().fold((SymTensor::ZERO, 0.0), |(sum, count), n| {
             (sum + SymTensor::symmetric_dyad(n, n), count + 1.0)
@@ -37,12 +37,12 @@ impl FabricTensor {
         (count > 0.0).then(|| Self { tensor: sum * (1.0 / count) })
     }
 
-    /// `F = 15/2 (G - 1/3)`; its norm is the degree of anisotropy.
+    /// Anisotropy tensor `F = 15/2 (G - 1/3)`; its norm is the degree of anisotropy.
     pub fn anisotropy(&self) -> SymTensor {
         (self.tensor - SymTensor::isotropic(1.0 / 3.0)) * 7.5
     }
 
-    /// `A = n_F : n_s`, 1 where contacts gather in the directions of compression as the stress asks for: with the
+    /// Alignment `A = n_F : n_s`, 1 where the contacts concentrate in the directions of compression of the stress: with the
     /// deviator of the compression-positive stress. `None` where either has no direction. At the critical state
     /// `A = 1` along with `η = η_c` and `e = e_c`.
     pub fn alignment(&self, stress: &SymTensor) -> Option<f64> {
@@ -52,7 +52,7 @@ impl FabricTensor {
     }
 }
 
-/// A cell of grains in place of an interface: as high as `thickness`, its top displaced against its bottom.
+/// Cell of grains that represents an interface: of height `thickness`, its top displaced against its bottom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InterfaceCell {
     /// Unit normal `N` of the interface before it deforms.
@@ -155,7 +155,7 @@ mod tests {
         let tangent = deformed_tangent(&f, [1.0, 0.0, 0.0]).unwrap();
         assert!((0..3).map(|i| normal[i] * tangent[i]).sum::<f64>().abs() < 1e-15);
         assert_eq!(cell.deformed_normal(&Mat3::ZERO), None);
-        // An isotropic permeability seen from a body stretched by 2 along x: J F⁻¹ k F⁻ᵀ = k (1/2, 2, 2).
+        // An isotropic permeability in the reference configuration of a body stretched by 2 along x: J F⁻¹ k F⁻ᵀ = k (1/2, 2, 2).
         let stretch = Mat3([[2.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
         let back = pulled_back_permeability(&SymTensor::isotropic(3.0), &stretch).unwrap();
         assert!((back - SymTensor::diagonal(1.5, 6.0, 6.0)).norm() < 1e-15);

@@ -47,11 +47,11 @@ pub fn solid_fraction(inertial_number: f64, densest: f64, loosest: f64) -> f64 {
 /// Regimes of dry granular flow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlowRegime {
-    /// Rate plays no part, `I < 10⁻³`.
+    /// Quasi-static flow, independent of the rate, `I < 10⁻³`.
     QuasiStatic,
     /// Dense flow, in between.
     Dense,
-    /// Collisions rule, `I > 10⁻¹`.
+    /// Collisional flow, `I > 10⁻¹`.
     Collisional,
 }
 
@@ -69,11 +69,11 @@ impl FlowRegime {
 /// Regimes of grains in a fluid after Bagnold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BagnoldRegime {
-    /// Stress grows with the rate, `N_B < 40`.
+    /// Macro-viscous regime, stress grows with the rate, `N_B < 40`.
     MacroViscous,
-    /// In between.
+    /// Transitional regime, in between.
     Transitional,
-    /// Stress grows with about the square of the rate, `N_B > 450`.
+    /// Grain-inertia regime, stress grows with about the square of the rate, `N_B > 450`.
     GrainInertia,
 }
 

@@ -1,7 +1,7 @@
 //! Linear isotropic elasticity (sheet: constitutive §2.2; Hooke's law in rate form).
 //!
 //! `σ̇ = λ tr(D) 1 + 2G D` in the co-rotating frame. Parameters: Young's modulus (Pa) and Poisson's
-//! ratio. Limits: hypoelastic at finite strain, so a closed strain path may leave stress behind.
+//! ratio. Limits: hypoelastic at finite strain, so a closed strain path may leave a residual stress.
 
 use std::sync::Arc;
 
@@ -59,7 +59,7 @@ impl Model for LinearElasticSpec {
     }
 }
 
-/// A word on nearly incompressible solids (sheet: mpm §7).
+/// Warnings about nearly incompressible solids (sheet: mpm §7).
 pub(crate) fn incompressibility_warnings(poissons_ratio: f64) -> Vec<String> {
     if poissons_ratio >= 0.49 {
         vec![format!("poissons_ratio: {poissons_ratio} makes explicit steps short and low-order grids lock")]
@@ -96,7 +96,7 @@ pub struct Elasticity {
 }
 
 impl Elasticity {
-    /// From Young's modulus (Pa) and Poisson's ratio.
+    /// Returns the constants from Young's modulus (Pa) and Poisson's ratio.
     ///
     /// # Errors
     /// Unless `youngs_modulus > 0` and `-1 < poissons_ratio < 0.5`.
@@ -127,7 +127,7 @@ impl Elasticity {
         self.bulk_modulus + 4.0 / 3.0 * self.shear_modulus
     }
 
-    /// Stress of the elastic strain `strain`.
+    /// Stress (Pa) of the elastic strain `strain`.
     #[inline]
     pub fn stress(&self, strain: &SymTensor) -> SymTensor {
         let volumetric = self.lame() * strain.trace();
@@ -143,7 +143,7 @@ impl Elasticity {
         ])
     }
 
-    /// Elastic strain of the stress `stress`.
+    /// Elastic strain of the stress `stress` (Pa).
     #[inline]
     pub fn strain(&self, stress: &SymTensor) -> SymTensor {
         let s = stress.deviator() * (0.5 / self.shear_modulus);
@@ -161,7 +161,7 @@ impl Elasticity {
         stress.dot(&self.strain(&(*trial - *stress)))
     }
 
-    /// `2G θ` times the deviatoric projection.
+    /// Deviatoric tangent: `2G θ` times the deviatoric projection.
     pub(crate) fn deviatoric_tangent(&self, theta: f64) -> Tangent {
         let two_g = 2.0 * self.shear_modulus * theta;
         let mut tangent = Tangent::ZERO;
@@ -173,7 +173,7 @@ impl Elasticity {
         tangent
     }
 
-    /// The elasticity matrix of principal values.
+    /// Elasticity matrix of principal values (Pa).
     pub fn principal(&self) -> [[f64; 3]; 3] {
         let lame = self.lame();
         std::array::from_fn(|a| {
@@ -181,7 +181,7 @@ impl Elasticity {
         })
     }
 
-    /// The elasticity matrix, engineering shear on the strain side.
+    /// Elasticity matrix (Pa), engineering shear on the strain side.
     pub fn tangent(&self) -> Tangent {
         let mut c = [[0.0; 6]; 6];
         for i in 0..3 {

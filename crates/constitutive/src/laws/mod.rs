@@ -1,4 +1,4 @@
-//! The laws, one file or folder each.
+//! Constitutive laws, one file or folder each.
 
 mod acceleration_viscous;
 pub mod bingham;
@@ -84,7 +84,7 @@ pub use crate::contract::model::StrainMeasure;
 use crate::contract::model::check;
 use crate::{MaterialError, SymTensor};
 
-/// Ranges of friction and dilatancy angle (degrees), sheet: constitutive §7.
+/// Checks the ranges of friction and dilatancy angle (degrees), sheet: constitutive §7.
 fn check_angles(friction: f64, dilatancy: f64) -> Result<(), MaterialError> {
     check(
         "friction_angle",
@@ -107,7 +107,7 @@ fn angle_warnings(friction: f64, dilatancy: f64) -> Vec<String> {
     warnings
 }
 
-/// Refuses an initial stress outside the yield surface (relative tolerance 10⁻⁶).
+/// Rejects an initial stress outside the yield surface (relative tolerance 10⁻⁶).
 fn check_initial(
     model: &'static str,
     stress: &SymTensor,
@@ -125,7 +125,7 @@ fn check_initial(
     Err(MaterialError::Initial { model, reason })
 }
 
-/// Refuses an initial stress without compressive mean.
+/// Rejects an initial stress without compressive mean.
 fn check_compressive(model: &'static str, stress: &SymTensor) -> Result<(), MaterialError> {
     if stress.is_finite() && stress.pressure() > 0.0 {
         return Ok(());

@@ -5,8 +5,8 @@
 //! density `ρ_s` of the grains and pressure from density, `p = c₀² (ρ - ρ₀)`, `c₀² = K/ρ₀`.
 //!
 //! By default elastic up to the static yield stress `μ_s p` and viscoplastic above it, so that deposits come
-//! to rest; or viscous, `s = 2η dev D`, with one of three ways to keep `η` finite at rest, which all creep.
-//! Cohesionless: where the density falls below `ρ₀` there is no stress, until it is back. Limits: pressure
+//! to rest; or viscous, `s = 2η dev D`, with one of three regularisations of `η` at rest, which all creep.
+//! Cohesionless: where the density falls below `ρ₀` the stress is zero until the density is recovered. Limits: pressure
 //! has no memory of dilatancy; ill-posed at very low and high `I`.
 
 use std::sync::Arc;
@@ -85,12 +85,12 @@ impl Default for MuIForm {
     }
 }
 
-/// The floor of Bui & Nguyen (1/s).
+/// Least shear rate of Bui & Nguyen (1/s).
 fn rate_floor() -> f64 {
     1e-7
 }
 
-/// Ranges of the friction coefficients at rest and in fast flow.
+/// Checks the ranges of the friction coefficients at rest and in fast flow.
 pub(crate) fn check_friction(low: f64, high: f64) -> Result<(), MaterialError> {
     check("static_friction", low, low > 0.0 && low < 2.0, "is not between 0 and 2 (exclusive)")?;
     let rule = format!("is not between the static friction, {low}, and 2 (excluded)");
@@ -98,7 +98,7 @@ pub(crate) fn check_friction(low: f64, high: f64) -> Result<(), MaterialError> {
 }
 
 impl MuISpec {
-    /// Checks the ranges and gives the friction law.
+    /// Checks the ranges and returns the friction law.
     ///
     /// # Errors
     /// The first parameter out of range.
@@ -132,7 +132,7 @@ impl MuISpec {
         Barotropic { bulk_modulus: self.bulk_modulus, tension: 0.0, equation: EquationOfState::Linear }
     }
 
-    /// The elasto-viscoplastic law, whatever the form.
+    /// Elasto-viscoplastic law, whatever the form.
     ///
     /// # Errors
     /// The first parameter out of range.
@@ -200,14 +200,14 @@ impl Model for MuISpec {
     }
 }
 
-/// The friction law.
+/// Friction law μ(I).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MuI {
-    /// `μ_s`.
+    /// Static friction coefficient `μ_s`.
     pub static_friction: f64,
-    /// `μ_2`.
+    /// Limit friction coefficient `μ_2`.
     pub limit_friction: f64,
-    /// `I_0`.
+    /// Reference inertial number `I_0`.
     pub reference: f64,
     /// Grain diameter `d` (m).
     pub diameter: f64,
@@ -233,7 +233,7 @@ impl MuI {
     /// Friction coefficient `μ(I)`.
     #[inline]
     pub fn friction(&self, inertial_number: f64) -> f64 {
-        // Also right where the inertial number is infinite.
+        // Also valid where the inertial number is infinite.
         let share = if inertial_number > 0.0 { 1.0 / (self.reference / inertial_number + 1.0) } else { 0.0 };
         self.static_friction + (self.limit_friction - self.static_friction) * share
     }
@@ -251,7 +251,7 @@ impl MuI {
     fn fill_outputs(&self, rate: f64, shear: f64, pressure: f64, out: &mut [f64]) {
         out[0] = rate;
         out[1] = if rate > 0.0 { shear / rate } else { 0.0 };
-        // Finite also where there is no pressure left.
+        // Finite also where the pressure vanishes.
         out[2] = if pressure > 0.0 { self.inertial_number(rate, pressure) } else { 0.0 };
     }
 }
@@ -292,12 +292,12 @@ impl FlowCurve for MuI {
     }
 }
 
-/// The friction law as a viscosity that stays finite at rest.
+/// Friction law as a viscosity that is finite at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegularisedMuI {
-    /// The friction law.
+    /// Friction law.
     pub law: MuI,
-    /// How it is regularised.
+    /// Form of the regularisation.
     pub form: MuIForm,
 }
 

@@ -2,13 +2,13 @@
 //! with a tension cut-off, and the independent check of its return without one.
 //!
 //! Planes `a_i · σ ≤ b_i` with flow directions `g_i`, elastic law linear, so the return to a set of active
-//! planes is a linear system: `(A D Gᵀ) λ = A σ - b`. The first set whose multipliers are not negative and
-//! whose stress violates no other plane and keeps its order is the answer. Limit: sets whose system is
-//! singular (the apex without dilatancy) are passed over.
+//! planes is a linear system: `(A D Gᵀ) λ = A σ - b`. The solution is the first set whose multipliers are not negative and
+//! whose stress violates no other plane and remains sorted. Limit: sets whose system is
+//! singular (the apex without dilatancy) are skipped.
 
 use super::Elasticity;
 
-/// One plane of a yield surface, in principal stresses sorted `σ1 ≥ σ2 ≥ σ3`.
+/// Plane of a yield surface, in principal stresses sorted `σ1 ≥ σ2 ≥ σ3`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct YieldPlane {
     /// Outward normal `a`.
@@ -19,11 +19,11 @@ pub struct YieldPlane {
     pub flow: [f64; 3],
 }
 
-/// Planes that carry a return, one bit each.
+/// Set of active planes of a return, one bit each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ActiveSet(pub u16);
 
-/// At most three planes are active at once.
+/// Rows of a matrix: at most three planes are active at once.
 type Matrix3Rows = [[f64; 3]; 3];
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -31,7 +31,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 impl YieldPlane {
-    /// `a · σ - b` (Pa).
+    /// Yield excess `a · σ - b` (Pa).
     #[inline]
     pub fn excess(&self, stress: [f64; 3]) -> f64 {
         dot(self.normal, stress) - self.offset
@@ -108,7 +108,7 @@ fn solve(
             stress[c] -= multipliers[i] * steps[i][c];
         }
     }
-    // Where three planes meet there is no room for round-off: a corner without stress has none.
+    // At the intersection of three planes the stress is the corner itself: a corner without stress has no round-off.
     if n == 3
         && let Some(corner) = plane_intersection(&active)
     {
@@ -117,7 +117,7 @@ fn solve(
     Some((stress, multipliers))
 }
 
-/// Where three planes meet (Pa); `None` where that is no point.
+/// Intersection of three planes (Pa); `None` where that is no point.
 fn plane_intersection(active: &[YieldPlane; 3]) -> Option<[f64; 3]> {
     let inverse = inverse(active.map(|plane| plane.normal), 3)?;
     Some(inverse.map(|row| dot(row, active.map(|plane| plane.offset))))
@@ -133,7 +133,7 @@ pub fn return_to(
     solve(planes, set, elasticity, trial).map_or(trial, |(stress, _)| stress)
 }
 
-/// The planes that carry the return of `trial` (sorted, outside the surface); `None` where no set does.
+/// Active planes of the return of `trial` (sorted, outside the surface); `None` where no set is admissible.
 pub fn active_set(planes: &[YieldPlane], elasticity: &Elasticity, trial: [f64; 3]) -> Option<ActiveSet> {
     let size = trial.iter().fold(0.0, |s: f64, c| s.max(c.abs()));
     let slack = 1e-11 * (size + planes.iter().fold(0.0, |s: f64, plane| s.max(plane.offset.abs())));
@@ -146,7 +146,7 @@ pub fn active_set(planes: &[YieldPlane], elasticity: &Elasticity, trial: [f64; 3
     })
 }
 
-/// `∂σ_A/∂ε_B` of the return to the planes of `set` (Pa): `D - D Gᵀ (A D Gᵀ)⁻¹ A D`.
+/// Tangent `∂σ_A/∂ε_B` of the return to the planes of `set` (Pa): `D - D Gᵀ (A D Gᵀ)⁻¹ A D`.
 pub fn tangent(planes: &[YieldPlane], set: ActiveSet, elasticity: &Elasticity) -> [[f64; 3]; 3] {
     let mut tangent = elasticity.principal();
     let (active, n) = set.planes(planes);

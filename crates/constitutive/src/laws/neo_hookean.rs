@@ -71,20 +71,20 @@ impl Model for NeoHookeanSpec {
     }
 }
 
-/// The law. See the module's head for source and limits.
+/// Neo-Hookean law. See the module's head for source and limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NeoHookean {
     /// Elastic constants at small strain.
     pub elasticity: Elasticity,
-    /// How pressure follows the volume.
+    /// Dependence of pressure on the volume.
     pub volumetric_law: VolumetricLaw,
 }
 
-/// The volumetric term at some volume.
+/// Volumetric term at some volume.
 struct VolumetricTerm {
-    /// `U` (Pa).
+    /// Kirchhoff stress `U` (Pa).
     stress: f64,
-    /// `dU/d ln J` (Pa).
+    /// Slope `dU/d ln J` (Pa).
     slope: f64,
     /// Energy per unit initial volume (J/m³).
     energy: f64,
@@ -108,7 +108,7 @@ impl NeoHookean {
         }
     }
 
-    /// The tensor `b - 1` whose Cauchy stress is `stress`: its volume ratio by bisection in the logarithm.
+    /// Tensor `b - 1` of the Cauchy stress `stress`: its volume ratio by bisection in the logarithm.
     fn deformation_of(&self, stress: &SymTensor) -> Option<SymTensor> {
         let mu = self.elasticity.shear_modulus;
         let spectrum = stress.spectrum();

@@ -2,7 +2,7 @@
 //!
 //! `σ = -p 1 + 2 μ dev D`, pressure from density: linear `p = c² (ρ - ρ₀)` with `c² = K/ρ₀`, or
 //! Tait's `p = ρ₀ c²/7 [(ρ/ρ₀)⁷ - 1]`. Where pressure would fall below minus the cavitation
-//! strength it stays there, and the fluid carries no shear. Limit: explicit viscosity bounds the step.
+//! strength it is limited to it, and the shear stress vanishes. Limit: explicit viscosity bounds the step.
 
 use std::sync::Arc;
 
@@ -79,10 +79,10 @@ impl Model for NewtonianFluidSpec {
     }
 }
 
-/// The law. See the module's head for source and limits.
+/// Newtonian fluid law. See the module's head for source and limits.
 pub type NewtonianFluid = ViscousFluid<ConstantViscosity>;
 
-/// A constant viscosity.
+/// Constant viscosity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConstantViscosity {
     /// Dynamic viscosity `μ` (Pa s).

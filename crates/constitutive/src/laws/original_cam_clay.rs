@@ -5,7 +5,7 @@
 //! [`super::cam_clay`]. With `L = ln(p_c/p)` the yield condition at the end of a step of plastic shear `Δ`
 //! reads `L = (L_tr + a)/(1 + a)`, `a = (θ + χ) M Δ`, which leaves one falling function of `Δ`.
 //! The tip `(p_c, 0)` of the bullet is a corner: trials between its two limiting normals return to it.
-//! Limits: as modified Cam-clay; the surface carries tension where `η > 3`.
+//! Limits: as modified Cam-clay; the surface extends into tension where `η > 3`.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -24,7 +24,7 @@ use crate::{
 
 const NAME: &str = "original-cam-clay";
 
-/// Round-off of a stress that lies on the yield surface, relative to the terms of the yield function.
+/// Round-off tolerance of a stress on the yield surface, relative to the terms of the yield function.
 const ON_SURFACE: f64 = 64.0 * f64::EPSILON;
 
 /// Parameters of `original-cam-clay`: those of `modified-cam-clay`.
@@ -32,7 +32,7 @@ const ON_SURFACE: f64 = 64.0 * f64::EPSILON;
 #[serde(transparent)]
 pub struct OriginalCamClaySpec(pub CamClaySpec);
 
-/// The keys themselves and no reference to those of the other model.
+/// Schema with the keys themselves in place of a reference to those of the other model.
 impl JsonSchema for OriginalCamClaySpec {
     fn schema_name() -> Cow<'static, str> {
         "OriginalCamClaySpec".into()
@@ -74,23 +74,23 @@ impl Model for OriginalCamClaySpec {
     }
 }
 
-/// The law. See the module's head for source and limits.
+/// Original Cam-clay law. See the module's head for source and limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OriginalCamClay {
     constants: CamClayConstants,
 }
 
-/// Where the return of a step ends.
+/// Result of the return of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum OriginalCamClayReturn {
     Elastic,
-    /// On the smooth surface: pressure (Pa), `ln(p_c/p)` and plastic shear `Δε_q`.
+    /// Return to the smooth surface: pressure (Pa), `ln(p_c/p)` and plastic shear `Δε_q`.
     Surface {
         pressure: f64,
         size_ratio: f64,
         shear: f64,
     },
-    /// At the tip: pressure `p = p_c` (Pa) and plastic shear, all of the trial's.
+    /// Return to the tip: pressure `p = p_c` (Pa) and plastic shear, all of the trial's.
     Tip {
         pressure: f64,
         shear: f64,
@@ -187,7 +187,7 @@ impl OriginalCamClay {
                 let ratio = (old.state.preconsolidation_pressure / trial.pressure).ln();
                 let a = stiffness * m * shear;
                 let share = trial.theta / stiffness;
-                // Slopes of L and ln p by the plastic shear and by the volume compression.
+                // Slopes of L and ln p with the plastic shear and with the volume compression.
                 let l_by_shear = stiffness * m * (1.0 - ratio) / (1.0 + a).powi(2);
                 let p_by_shear = -share * l_by_shear;
                 let l_by_volume = -log_slope / (1.0 + a);
@@ -231,7 +231,7 @@ impl PointLaw for OriginalCamClay {
         self.constants.wave_modulus(point)
     }
 
-    /// `F p`, so that it is a stress.
+    /// Yield function `F p` (Pa), scaled to a stress.
     fn yield_value(&self, point: &Point<CamClayState>) -> Option<f64> {
         let size = point.state.preconsolidation_pressure;
         Some(point.stress.q() - self.strength(point.stress.pressure(), size))

@@ -1,13 +1,13 @@
-//! Isotropic elasticity whose stiffness grows with pressure (sheet: constitutive §2.2; Anura3D manual
+//! Isotropic elasticity with pressure-dependent stiffness (sheet: constitutive §2.2; Anura3D manual
 //! eqs. 7.6–7.11).
 //!
 //! Sand: `G = A (p/p_ref)ⁿ`, `K = 2(1+ν)/(3(1-2ν)) G`. Clay: `K = (1+e) p/κ`, `G = 3(1-2ν)/(2(1+ν)) K`.
 //! Poisson's ratio is constant; `dp = K dε_v`, `ds = 2G de` with volume compression `ε_v`, and the
-//! void ratio follows the volume, `1 + e = (1 + e₀) exp(tr ε)`. Pressure is integrated in closed form, so
-//! that it is a function of volume alone (clay: `e + κ ln p` stays), and the deviator with the secant
-//! shear modulus of the step, which is exact where the strain keeps its direction. Below the least
+//! void ratio follows from the volume, `1 + e = (1 + e₀) exp(tr ε)`. Pressure is integrated in closed form, so
+//! that it is a function of volume alone (clay: `e + κ ln p` is constant), and the deviator with the secant
+//! shear modulus of the step, which is exact for a constant direction of strain. Below the least
 //! pressure the stiffness is that of the least pressure, also in tension. Limits: with constant
-//! Poisson's ratio no elastic energy exists, so a closed strain path may leave shear stress behind.
+//! Poisson's ratio no elastic energy exists, so a closed strain path may leave a residual shear stress.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ use crate::{
 
 const NAME: &str = "pressure-dependent-elastic";
 
-/// The reference pressure of laws that have none of their own (Pa).
+/// Reference pressure of laws without one of their own (Pa).
 pub(super) const REFERENCE_PRESSURE: f64 = 1e3;
 
 /// Least pressure, as a share of the reference pressure (sheet: constitutive P-14).
@@ -76,12 +76,12 @@ fn poissons_ratio() -> f64 {
     0.2
 }
 
-/// Poisson's ratio must lie between -1 and 0.5, both excluded.
+/// Checks that Poisson's ratio lies between -1 and 0.5, both excluded.
 pub(super) fn check_poissons_ratio(value: f64) -> Result<(), MaterialError> {
     check("poissons_ratio", value, value > -1.0 && value < 0.5, "is not between -1 and 0.5 (exclusive)")
 }
 
-/// `G/K = 3(1-2ν)/(2(1+ν))`.
+/// Ratio `G/K = 3(1-2ν)/(2(1+ν))`.
 pub(super) fn shear_ratio(poissons_ratio: f64) -> f64 {
     1.5 * (1.0 - 2.0 * poissons_ratio) / (1.0 + poissons_ratio)
 }
@@ -143,7 +143,7 @@ impl Model for PressureElasticSpec {
     }
 }
 
-/// The law. See the module's head for source and limits.
+/// Pressure-dependent elastic law. See the module's head for source and limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PressureElastic {
     spec: PressureElasticSpec,
@@ -151,10 +151,10 @@ pub struct PressureElastic {
     least_pressure: f64,
 }
 
-/// The void ratio.
+/// State of a point: the void ratio.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct VoidRatio {
-    /// Volume of voids over volume of grains.
+    /// Void ratio: volume of voids over volume of grains.
     pub void_ratio: f64,
 }
 
@@ -169,17 +169,17 @@ pub(super) fn void_ratio_after(void_ratio: f64, volumetric: f64) -> f64 {
 pub(super) struct VolumeStep {
     /// Pressure `p` (Pa).
     pub pressure: f64,
-    /// `dp/dΔ` (Pa).
+    /// Tangent modulus `dp/dΔ` (Pa).
     pub tangent: f64,
-    /// Secant `(p - p_n)/Δ` (Pa).
+    /// Secant modulus `(p - p_n)/Δ` (Pa).
     pub secant: f64,
-    /// `d secant/dΔ` (Pa).
+    /// Slope `d secant/dΔ` of the secant modulus (Pa).
     pub secant_slope: f64,
 }
 
 impl VolumeStep {
-    /// Of a compression from `p_n` with bulk modulus `modulus` there, pressure growing by the factor
-    /// `1 + growth`, with bulk modulus `tangent` at the end; `curvature = dK/dΔ` at the start serves steps
+    /// Returns the step of a compression from `p_n` with bulk modulus `modulus` there, pressure growing by the factor
+    /// `1 + growth`, with bulk modulus `tangent` at the end; `curvature = dK/dΔ` at the start is used for steps
     /// too small for differences.
     pub(super) fn new(
         p_n: f64,
@@ -198,7 +198,7 @@ impl VolumeStep {
         Self { pressure, tangent, secant, secant_slope: (tangent - secant) / compression }
     }
 
-    /// Of constant bulk modulus.
+    /// Returns the step of a constant bulk modulus.
     fn linear(p_n: f64, compression: f64, modulus: f64) -> Self {
         let pressure = p_n + modulus * compression;
         Self { pressure, tangent: modulus, secant: modulus, secant_slope: 0.0 }
@@ -229,7 +229,7 @@ impl PressureElastic {
         if (p < low) == (whole.pressure < low) || p == low {
             return whole;
         }
-        // Through the least pressure: to it, and on with the other branch.
+        // Across the least pressure: up to it, and on with the other branch.
         let first = self.compression_to(p, e, low);
         let middle = void_ratio_after(e, -first);
         let second = self.compress_within_branch(low, middle, compression - first);
@@ -237,7 +237,7 @@ impl PressureElastic {
         VolumeStep { secant, secant_slope: (second.tangent - secant) / compression, ..second }
     }
 
-    /// As [`Self::compress`], pressures on one side of the least pressure.
+    /// Pressure after a compression as [`Self::compress`], pressures on one side of the least pressure.
     fn compress_within_branch(&self, p: f64, e: f64, compression: f64) -> VolumeStep {
         let modulus = self.bulk_modulus(p, e);
         let after = void_ratio_after(e, -compression);
@@ -247,7 +247,7 @@ impl PressureElastic {
             PressureStiffness::Sand { exponent, .. } => {
                 let y = modulus * compression / p;
                 let growth = if exponent < 1.0 {
-                    // Negative pressures are beyond the least pressure anyway.
+                    // Negative pressures are beyond the least pressure in any case.
                     (((1.0 - exponent) * y).max(-1.0).ln_1p() / (1.0 - exponent)).exp_m1()
                 } else {
                     y.exp_m1()
@@ -259,7 +259,7 @@ impl PressureElastic {
                 // `(e - after) / κ`, without the cancellation.
                 let drop = -(1.0 + e) * (-compression).exp_m1() / swelling_slope;
                 if linear {
-                    // K = (1+e) p_min/κ still follows the void ratio.
+                    // K = (1+e) p_min/κ still depends on the void ratio.
                     let gain = self.least_pressure * drop;
                     let tangent = self.bulk_modulus(p, after);
                     let scale = self.least_pressure;
@@ -273,7 +273,7 @@ impl PressureElastic {
         }
     }
 
-    /// Compression that takes the pressure from `p` to `to`, both on one side of the least pressure.
+    /// Compression that changes the pressure from `p` to `to`, both on one side of the least pressure.
     fn compression_to(&self, p: f64, e: f64, to: f64) -> f64 {
         match self.spec.stiffness {
             PressureStiffness::Sand { exponent, .. } => {

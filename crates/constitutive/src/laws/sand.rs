@@ -1,14 +1,14 @@
 //! Sand without cohesion at finite strain (sheet: snow-mpm §2.10b, c; Klar et al. 2016; Tampubolon et al. 2017).
 //!
 //! A cone in Kirchhoff stress, `q ≤ M p` with `M = √(3/2) d α`, `α = √(2/3) 2 sin φ / (3 - sin φ)` and the number `d` of
-//! dimensions that the invariants are taken of ([`StressInvariants`]); linear elasticity in logarithmic strain; flow keeps the
-//! volume. With `d = 3` the cone goes through triaxial compression; with `d = 2` it has two thirds of that slope, as the
-//! source prints it. The friction angle may change with flow ([`SandHardening`]); its value at the end of a step counts,
-//! where the source takes that of the start: both agree as steps shrink.
+//! dimensions of the invariants ([`StressInvariants`]); linear elasticity in logarithmic strain; flow is
+//! isochoric. With `d = 3` the cone passes through triaxial compression; with `d = 2` it has two thirds of that slope, as the
+//! source prints it. The friction angle may change with flow ([`SandHardening`]); its value at the end of a step is used,
+//! where the source uses that of the start: both agree as steps shrink.
 //!
-//! A trial in tension returns to the apex, which is free of stress, and the strain `v` by which the volume has opened there
-//! is kept. With `volume_correction` it is added to the trial's volumetric strain: no stress until what was opened is closed. Without,
-//! sand that is pulled apart keeps the volume it has gained.
+//! A trial in tension returns to the stress-free apex, and the volumetric strain `v` opened there
+//! is stored. With `volume_correction` it is added to the trial's volumetric strain: no stress until the opening is closed. Without,
+//! opened sand keeps the gained volume.
 
 use std::sync::Arc;
 
@@ -28,10 +28,10 @@ use crate::{
 
 const NAME: &str = "sand";
 
-/// `√6`.
+/// Constant `√6`.
 const ROOT_6: f64 = 2.449_489_742_783_178;
 
-/// What round-off leaves of a return, over the stress.
+/// Round-off of a return, relative to the stress.
 const YIELD_TOLERANCE: f64 = 8.0 * f64::EPSILON;
 
 /// Parameters of `sand`, angles in degrees.
@@ -49,10 +49,10 @@ pub struct SandSpec {
     /// Change of the friction angle with flow; none when absent.
     #[serde(default)]
     pub hardening: Option<SandHardening>,
-    /// Close what was pulled apart again before it bears stress. Sand keeps the volume that it has gained when false.
+    /// Whether volume gained in tension closes before the sand carries stress again; when false, sand keeps the volume it has gained.
     #[serde(default = "default_true")]
     pub volume_correction: bool,
-    /// What the invariants are taken of.
+    /// Tensor of the invariants.
     #[serde(default)]
     pub invariants: StressInvariants,
     /// Start on the cone, where the return of the initial stress ends, if that stress lies outside; refused when false.
@@ -92,13 +92,13 @@ fn below() -> f64 {
 }
 
 impl SandHardening {
-    /// What is added to the friction angle (degrees) after the plastic strain `flow`, and its slope.
+    /// Change of the friction angle (degrees) after the plastic strain `flow`, and its slope.
     fn friction_change(&self, flow: f64) -> (f64, f64) {
         let (left, fade) = (self.growth * flow - self.below, (-self.fading * flow).exp());
         (left * fade, (self.growth - self.fading * left) * fade)
     }
 
-    /// The most that is added to the friction angle (degrees).
+    /// Largest change of the friction angle (degrees).
     fn max_friction_change(&self) -> f64 {
         if self.growth == 0.0 {
             return 0.0;
@@ -107,10 +107,10 @@ impl SandHardening {
     }
 }
 
-/// The law, in small strain; [`SandSpec`] builds it on logarithmic strains.
+/// Law of cohesionless sand, in small strain; [`SandSpec`] builds it on logarithmic strains.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sand {
-    /// Of `d` dimensions.
+    /// Elastic constants of `d` dimensions.
     elasticity: Elasticity,
     spec: SandSpec,
 }
@@ -120,7 +120,7 @@ pub struct Sand {
 pub struct SandState {
     /// Sum of the norms of the plastic strain of the steps.
     pub plastic_strain: f64,
-    /// Volumetric strain that was gained at the apex and has not been closed.
+    /// Volumetric strain gained at the apex and not yet closed.
     pub volume_correction: f64,
 }
 
@@ -140,7 +140,7 @@ impl Sand {
         (share * sin / (3.0 - sin), share * 3.0 * cos / (3.0 - sin).powi(2) * turns)
     }
 
-    /// Deviatoric stress `q` (Pa) at `pressure` where a trial beyond the cone ends, and the plastic strain on the way.
+    /// Return to the cone: deviatoric stress `q` (Pa) at `pressure` for a trial beyond it, and the plastic strain.
     fn return_to_cone(&self, pressure: f64, q: f64, flow: f64) -> Result<(f64, f64), MaterialError> {
         let per_strain = ROOT_6 * self.elasticity.shear_modulus;
         if self.spec.hardening.is_none() {
@@ -157,7 +157,7 @@ impl Sand {
         Ok((self.slope(flow + grown).0 * pressure, grown))
     }
 
-    /// The return, see [`InvariantReturn::return_invariants`].
+    /// Return map, see [`InvariantReturn::return_invariants`].
     fn return_map(&self, (pressure, q): (f64, f64), state: &SandState) -> ReturnResult<SandState> {
         if !(pressure + q).is_finite() {
             return Err(MaterialError::Motion { model: NAME, reason: "the trial stress is not finite" });
@@ -255,7 +255,7 @@ impl SmallStrain for Sand {
         Ok(Point { stress, state })
     }
 
-    /// Flow keeps directions, and the return is exact at any size.
+    /// Largest strain increment, infinite: flow keeps directions, and the return is exact at any size.
     fn max_strain_increment(&self) -> f64 {
         f64::INFINITY
     }

@@ -1,7 +1,7 @@
 //! Loss of strength by wetting (sheet: constitutive §2.17; after Bui & Nguyen 2021, section 4.6).
 //!
-//! The cohesion of the inner law follows the degree of saturation of the step,
-//! `c = c_sat + (c_dry - c_sat)(1 - S_r)`; the inner law's own cohesion is `c_dry`. Where there is no pore
+//! The cohesion of the inner law depends on the degree of saturation of the step,
+//! `c = c_sat + (c_dry - c_sat)(1 - S_r)`; the inner law's own cohesion is `c_dry`. Without pore
 //! fluid (`S_r = 0`) nothing changes. Limit: rate-form Drucker–Prager and Mohr–Coulomb.
 
 use std::sync::Arc;
@@ -77,9 +77,9 @@ impl Model for SaturationSoftenedSpec {
     }
 }
 
-/// A law whose cohesion can be set anew.
+/// Law with scalable cohesion.
 pub(crate) trait ScalableCohesion: SmallStrain<State = PlasticStrain> + Clone {
-    /// The law with `share` of its cohesion, peak and residual.
+    /// Returns the law with `share` of its cohesion, peak and residual.
     fn with_cohesion_share(&self, share: f64) -> Self;
 }
 
@@ -95,7 +95,7 @@ impl ScalableCohesion for MohrCoulomb {
     }
 }
 
-/// The law. See the module's head for source and limits.
+/// Law softened by saturation. See the module's head for source and limits.
 #[derive(Clone, Debug)]
 struct SaturationSoftened<L> {
     law: L,
@@ -103,7 +103,7 @@ struct SaturationSoftened<L> {
     saturated: f64,
 }
 
-/// State of the inner law and the saturation it was left at.
+/// State of the inner law and saturation at the end of the last step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct WettedState {
     inner: PlasticStrain,

@@ -2,14 +2,14 @@
 //! 2020, eqs. 46–53).
 //!
 //! Elasticity `fixed-corotated` (or Hencky's) in the elastic part of `F = F_E F_P`, whose principal
-//! stretches are clamped to `1 - θ_c … 1 + θ_s`; what is cut off becomes plastic and changes
-//! `J_P = det F_P`. Moduli follow it, `μ = μ0 h`, `λ = λ0 h`, `h = exp(ξ (1 - J_P))`: packed snow gets
+//! stretches are clamped to `1 - θ_c … 1 + θ_s`; the excess becomes plastic and changes
+//! `J_P = det F_P`. Moduli depend on it, `μ = μ0 h`, `λ = λ0 h`, `h = exp(ξ (1 - J_P))`: compacted snow gets
 //! stiffer, torn snow softer. `J_P` enters `h` between `least_plastic_volume` and
 //! `largest_plastic_volume`.
 //!
-//! State: `b_E - 1` and `J_P`; only these matter to an isotropic law, and `J = J_P √det b_E`. Limits: the
-//! clamp is a rule on stretches, not a flow rule: it follows no potential, and with stiffening the elastic
-//! energy may grow by plastic flow, so no dissipation is given. Stress at the clamp depends on the
+//! State: `b_E - 1` and `J_P`, sufficient for an isotropic law, and `J = J_P √det b_E`. Limits: the
+//! clamp is a rule on stretches, not a flow rule: it has no potential, and with stiffening the elastic
+//! energy may grow by plastic flow, so no dissipation is defined. Stress at the clamp depends on the
 //! stiffness alone: there is no friction angle.
 
 use std::sync::Arc;
@@ -161,7 +161,7 @@ impl Model for SnowSpec {
     }
 }
 
-/// The law. See the module's head for source and limits.
+/// Snow law. See the module's head for source and limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Snow {
     elasticity: Elasticity,
@@ -171,13 +171,13 @@ pub struct Snow {
 /// State of a point of [`Snow`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SnowState {
-    /// Elastic left Cauchy–Green tensor less the unit tensor, `b_E - 1`: small strains keep their digits.
+    /// Elastic left Cauchy–Green tensor less the unit tensor, `b_E - 1`, which keeps the digits of small strains.
     pub elastic: SymTensor,
     /// Plastic volume over initial volume, `J_P`.
     pub plastic_volume: f64,
 }
 
-/// A step up to the clamp.
+/// Stretches of a step after the clamp.
 struct ClampedStretches {
     trial: SymTensor,
     spectrum: Spectrum,
@@ -195,14 +195,14 @@ impl ClampedStretches {
 }
 
 impl Snow {
-    /// Stiffness over that before plastic flow, `h = exp(ξ (1 - J_P))`.
+    /// Hardening factor of the stiffness, `h = exp(ξ (1 - J_P))`.
     #[inline]
     pub fn hardening(&self, plastic_volume: f64) -> f64 {
         let bounded = plastic_volume.clamp(self.spec.least_plastic_volume, self.spec.largest_plastic_volume);
         (self.spec.hardening_factor * (1.0 - bounded)).exp()
     }
 
-    /// `dh/d ln J_P`.
+    /// Slope `dh/d ln J_P`.
     fn hardening_slope(&self, plastic_volume: f64) -> f64 {
         let bounds = self.spec.least_plastic_volume..=self.spec.largest_plastic_volume;
         if bounds.contains(&plastic_volume) {
@@ -228,13 +228,13 @@ impl Snow {
         }
     }
 
-    /// Cuts the principal stretches of `trial = b_E - 1` to what the snow can bear.
+    /// Clamps the principal stretches of `trial = b_E - 1` to the elastic limits of the snow.
     #[inline]
     fn clamp_stretches(&self, trial: SymTensor, plastic_volume: f64) -> ClampedStretches {
         let (low, high) = (-self.spec.critical_compression, self.spec.critical_stretch);
         let spectrum = trial.spectrum();
         let stretched = elongations(spectrum.values);
-        // Round-off of an earlier clamp is not flow.
+        // Round-off of an earlier clamp does not count as flow.
         let fuzz = 4.0 * f64::EPSILON;
         let cut = stretched.map(|e| e < low - fuzz || e > high + fuzz);
         if !cut.contains(&true) {
@@ -314,14 +314,14 @@ impl PointLaw for Snow {
     fn wave_modulus(&self, point: &Point<SnowState>) -> f64 {
         let elongations = self.elongations(&point.state);
         let jacobian = point.state.plastic_volume * (1.0 + volume_change(elongations));
-        // max (c_AAAA + τ_A) of §3.9, no less than at rest, and ten per cent for packing in the step.
+        // max (c_AAAA + τ_A) of §3.9, no less than at rest, plus ten per cent for compaction in the step.
         let PrincipalStress { stress, slope } = self.principal(elongations);
         let at_rest = self.elasticity.p_wave_modulus();
         let modulus = (0..3).map(|a| slope[a][a] - stress[a]).fold(at_rest, f64::max);
         1.1 * modulus * self.hardening(point.state.plastic_volume) / jacobian
     }
 
-    /// By how much a stretch exceeds its bound, times the P-wave modulus (Pa).
+    /// Yield value (Pa): excess of a stretch over its bound, times the P-wave modulus.
     fn yield_value(&self, point: &Point<SnowState>) -> Option<f64> {
         let (low, high) = (-self.spec.critical_compression, self.spec.critical_stretch);
         let [largest, _, least] = self.elongations(&point.state);
@@ -365,7 +365,7 @@ impl StressUpdate for Snow {
         substepped_motion(motion, LARGEST_STEP, old, step)
     }
 
-    /// Consistent tangent: a clamped stretch feeds the volume, and through it the moduli.
+    /// Consistent tangent: a clamped stretch changes the plastic volume, and through it the moduli.
     fn tangent(&self, motion: &Motion, old: &Point<SnowState>) -> Result<Tangent, MaterialError> {
         if motion.strain_increment().norm() > LARGEST_STEP {
             return numerical_tangent(motion, |m| StressUpdate::update(self, m, old).map(|p| p.stress));

@@ -51,7 +51,7 @@ impl Model for StVenantKirchhoffSpec {
     }
 }
 
-/// The law. See the module's head for source and limits.
+/// St. Venant–Kirchhoff law. See the module's head for source and limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StVenantKirchhoff {
     /// Elastic constants at small strain.
@@ -110,7 +110,7 @@ impl FiniteElastic for StVenantKirchhoff {
     }
 
     fn max_wave_modulus(&self, b: &SymTensor, stress: &SymTensor) -> f64 {
-        // max (c_AAAA + τ_A) / J of §3.9, without the relief that compression gives.
+        // max (c_AAAA + τ_A) / J of §3.9, without the reduction by compression.
         let largest = 1.0 + b.principal_values()[0];
         let jacobian = log_jacobian(b).exp();
         let tension = stress.principal_values()[0].max(0.0);

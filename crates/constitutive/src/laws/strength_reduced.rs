@@ -1,8 +1,8 @@
-//! Strength reduction (sheet: constitutive §3.11; Bui & Nguyen 2021, sections 4.1 and 4.3): the factor by which
-//! strength may be divided before a slope fails is its factor of safety.
+//! Strength reduction (sheet: constitutive §3.11; Bui & Nguyen 2021, sections 4.1 and 4.3): the factor of safety of a
+//! slope is the factor by which strength is divided when it fails.
 //!
 //! `c → c/F`, `tan φ → tan φ/F`, the dilatancy angle at most the new friction angle. With `scope: peak` the
-//! residual strengths stay as they are.
+//! residual strengths are unchanged.
 
 use std::sync::Arc;
 
@@ -24,19 +24,19 @@ pub enum ReductionScope {
     Peak,
 }
 
-/// How strength is reduced.
+/// Reduction of strength: factor and scope.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrengthReduction {
     /// Factor `F`, > 0.
     pub factor: f64,
-    /// Which strengths are divided.
+    /// Strengths that are divided.
     pub scope: ReductionScope,
-    /// Keep the dilatancy angle even where it exceeds the reduced friction angle.
+    /// Whether the dilatancy angle is kept even where it exceeds the reduced friction angle.
     pub keep_dilatancy: bool,
 }
 
 impl StrengthReduction {
-    /// Both strengths by `factor`.
+    /// Returns a reduction of both strengths by `factor`.
     pub fn by(factor: f64) -> Self {
         Self { factor, scope: ReductionScope::Both, keep_dilatancy: false }
     }
@@ -46,9 +46,9 @@ impl StrengthReduction {
         (degrees.to_radians().tan() / self.factor).atan().to_degrees()
     }
 
-    /// Dilatancy angle beside the reduced friction angle (degrees).
+    /// Dilatancy angle with the reduced friction angle (degrees).
     pub(crate) fn dilatancy(&self, dilatancy: f64, reduced_friction: f64) -> f64 {
-        // Of parameters that are refused elsewhere too.
+        // Also for parameters that other checks reject.
         let bound = reduced_friction.abs();
         if self.keep_dilatancy { dilatancy } else { dilatancy.max(-bound).min(bound) }
     }
@@ -120,7 +120,7 @@ impl Model for StrengthReducedSpec {
         if (scope, keep_dilatancy) == (self.scope, self.keep_dilatancy) {
             return Some(check.map(|()| Self { factor: self.factor * factor, ..self.clone() }));
         }
-        // Of other strengths: one reduction after the other.
+        // For other strengths: one reduction after the other.
         let inner = check.and_then(|()| self.reduced());
         Some(inner.map(|inner| Self { factor, scope, keep_dilatancy, material: Box::new(inner) }))
     }

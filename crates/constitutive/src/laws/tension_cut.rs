@@ -87,7 +87,7 @@ impl Model for TensionCutSpec {
     }
 }
 
-/// The law. See the module's head for source and limits.
+/// Tension cut-off law. See the module's head for source and limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TensionCut {
     elasticity: Elasticity,

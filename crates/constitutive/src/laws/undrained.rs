@@ -1,8 +1,8 @@
 //! Undrained saturated soil in effective stresses (sheet: constitutive §2.17, §3.11; Anura3D manual
 //! eq. 4.52 with `K_L/n` in place of the printed `K_L`).
 //!
-//! The pore water follows the skeleton: `Δp_w = -(K_f/n) tr A`, at least minus the cavitation strength. The
-//! point carries the total stress `σ = σ' - p_w 1`, the skeleton's law the effective stress `σ'`. Density is
+//! The pore water moves with the skeleton: `Δp_w = -(K_f/n) tr A`, at least minus the cavitation strength. The
+//! stress of the point is the total stress `σ = σ' - p_w 1`, that of the skeleton's law the effective stress `σ'`. Density is
 //! that of the saturated soil. Limit: no seepage.
 
 use std::sync::Arc;
@@ -107,9 +107,9 @@ impl Model for UndrainedSpec {
     }
 }
 
-/// Pore water without drainage; own state: the pore pressure (Pa).
+/// Undrained pore water; own state: the pore pressure (Pa).
 struct Undrained {
-    /// `K_f/n` (Pa).
+    /// Modulus `K_f/n` (Pa).
     modulus: f64,
     start: f64,
     least: f64,
@@ -141,7 +141,7 @@ impl Wrapper for Undrained {
     }
 
     fn tangent(&self, mut inner: Tangent, motion: &Motion, pressure: &f64) -> Tangent {
-        // A fluid that cavitates is not stiff.
+        // A cavitating fluid has no stiffness.
         if self.step(motion, pressure).1 > self.least {
             inner.add_dyad(self.modulus, &SymTensor::IDENTITY, &SymTensor::IDENTITY);
         }

@@ -1,9 +1,9 @@
-//! What laws have in common whose pressure follows from density and whose shear stress is that of a flow
+//! Common parts of laws whose pressure follows from density and whose shear stress is that of a flow
 //! (sheet: constitutive §3.4, §3.7.9). `τ = √J2`, shear rate `γ̇ = √(2 D':D')`, both positive.
 //!
-//! [`ViscousFluid`]: `s = 2η(γ̇, p) dev D`; the viscosity must stay finite at rest, so there is no static yield.
-//! [`Viscoplastic`]: elastic (`G`) up to the yield stress, above it the plastic shear rate is the one that
-//! the flow curve `τ(γ̇ᵖ, p)` gives, by backward Euler: `τ + GΔt γ̇ᵖ(τ, p) = τᵗʳ`, radially back.
+//! [`ViscousFluid`]: `s = 2η(γ̇, p) dev D`; the viscosity must be finite at rest, so there is no static yield.
+//! [`Viscoplastic`]: elastic (`G`) up to the yield stress, above it the plastic shear rate is that of
+//! the flow curve `τ(γ̇ᵖ, p)`, by backward Euler: `τ + GΔt γ̇ᵖ(τ, p) = τᵗʳ`, with a radial return.
 
 use crate::laws::equation_of_state::{Barotropic, FluidState};
 use crate::laws::{Elasticity, check_initial};
@@ -12,28 +12,28 @@ use crate::{
     SymTensor, Tangent,
 };
 
-/// Names and values of what is worth plotting of a flow.
+/// Output scalars of a flow: names and values.
 pub trait FlowOutputs {
-    /// Name of the model as it stands in a case file.
+    /// Name of the model in a case file.
     const NAME: &'static str;
     /// Names of the scalars.
     const OUTPUTS: &'static [&'static str] = &["shear_rate", "effective_viscosity"];
 
-    /// The scalars at shear rate `rate` (1/s), shear stress `shear` (Pa) and `pressure` (Pa). The effective
-    /// viscosity is zero where nothing flows.
+    /// Scalars at shear rate `rate` (1/s), shear stress `shear` (Pa) and `pressure` (Pa). The effective
+    /// viscosity is zero without flow.
     fn outputs(&self, rate: f64, shear: f64, _pressure: f64, out: &mut [f64]) {
         out[0] = rate;
         out[1] = if rate > 0.0 { shear / rate } else { 0.0 };
     }
 }
 
-/// An effective viscosity.
+/// Effective viscosity as a function of shear rate and pressure.
 pub trait EffectiveViscosity: FlowOutputs + Send + Sync + 'static {
     /// Viscosity `η` (Pa s) at shear rate `rate` (1/s) and `pressure` (Pa): finite, also at rest.
     fn viscosity(&self, rate: f64, pressure: f64) -> f64;
 }
 
-/// A flow curve with a yield stress.
+/// Flow curve with a yield stress.
 pub trait FlowCurve: FlowOutputs + Send + Sync + 'static {
     /// Shear stress `τ` (Pa) of flow at the plastic shear rate `rate` (1/s); at zero the yield stress.
     fn strength(&self, rate: f64, pressure: f64) -> f64;
@@ -46,18 +46,18 @@ pub trait FlowCurve: FlowOutputs + Send + Sync + 'static {
     fn return_derivatives(&self, trial: f64, pressure: f64, stiffness: f64) -> (f64, f64);
 }
 
-/// Refuses a shear modulus that a viscous form would leave without effect; `form` is the one that has it.
+/// Rejects a shear modulus that would have no effect in a viscous form; `form` is the one that uses it.
 pub(super) fn without_shear_modulus(given: Option<f64>, form: &str) -> Result<(), MaterialError> {
     let rule = || format!("has no effect on a viscous form, only on {form}");
     given.map_or(Ok(()), |_| Err(MaterialError::choice("shear_modulus", rule())))
 }
 
-/// A fluid with an effective viscosity.
+/// Fluid with an effective viscosity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViscousFluid<V> {
-    /// Its viscosity.
+    /// Viscosity law.
     pub rheology: V,
-    /// Its pressure.
+    /// Equation of state.
     pub pressure: Barotropic,
 }
 
@@ -133,18 +133,18 @@ impl<V: EffectiveViscosity> StressUpdate for ViscousFluid<V> {
     }
 }
 
-/// A material that is elastic in shear until it yields and flows. Wrap it in [`crate::Corotational`].
+/// Material that is elastic in shear until it yields and flows. Wrap it in [`crate::Corotational`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Viscoplastic<R> {
-    /// Its flow curve.
+    /// Flow curve.
     pub rheology: R,
-    /// Its pressure.
+    /// Equation of state.
     pub pressure: Barotropic,
-    /// Its shear modulus `G` (Pa).
+    /// Shear modulus `G` (Pa).
     pub shear_modulus: f64,
 }
 
-/// An elastic trial: deviator and `√J2`.
+/// Elastic trial: deviator and `√J2`.
 struct ShearTrial {
     deviator: SymTensor,
     shear: f64,
@@ -158,7 +158,7 @@ impl<R: FlowCurve> Viscoplastic<R> {
         ShearTrial { deviator, shear }
     }
 
-    /// Whether a trial flows. Round-off of an earlier return is not flow.
+    /// Whether a trial flows. Round-off of an earlier return does not count as flow.
     #[inline]
     fn flows(&self, shear: f64, pressure: f64) -> bool {
         let slack = 8.0 * f64::EPSILON * (shear + pressure.abs());
@@ -171,7 +171,7 @@ impl<R: FlowCurve> Law for Viscoplastic<R> {
         R::NAME
     }
 
-    /// A stress above yield relaxes where the flow curve rises with the rate.
+    /// Whether the law depends on time: a stress above yield relaxes where the flow curve rises with the rate.
     fn is_time_dependent(&self) -> bool {
         let pressure = self.pressure.bulk_modulus;
         self.rheology.strength(1.0, pressure) > self.rheology.strength(0.0, pressure)
@@ -188,7 +188,7 @@ impl<R: FlowCurve> PointLaw for Viscoplastic<R> {
     fn initial(&self, initial: &InitialCondition) -> Result<Point<FluidState>, MaterialError> {
         let state = self.pressure.initial(R::NAME, initial)?;
         let (stress, pressure) = (initial.stress, initial.stress.pressure());
-        // What flows already lies above the yield stress, by as much as some shear rate can hold.
+        // Flowing material starts above the yield stress, at most at the strength that some shear rate gives.
         let (rest, most) =
             (self.rheology.strength(0.0, pressure), self.rheology.strength(f64::MAX, pressure));
         let excess = stress.j2().sqrt() - most.min(f64::MAX);
@@ -200,7 +200,7 @@ impl<R: FlowCurve> PointLaw for Viscoplastic<R> {
         self.pressure.modulus(point.state.ratio()) + 4.0 / 3.0 * self.shear_modulus
     }
 
-    /// Shear stress less that of the flow curve at the plastic shear rate of the last step (Pa).
+    /// Yield value (Pa): shear stress less that of the flow curve at the plastic shear rate of the last step.
     fn yield_value(&self, point: &Point<FluidState>) -> Option<f64> {
         let strength = self.rheology.strength(point.state.shear_rate, point.stress.pressure());
         Some(point.stress.j2().sqrt() - strength)
@@ -248,7 +248,7 @@ impl<R: FlowCurve> SmallStrain for Viscoplastic<R> {
         f64::INFINITY
     }
 
-    /// By the implicit-function theorem: `s = τ(τᵗʳ, p) m` along `m = sᵗʳ/τᵗʳ`, and
+    /// Tangent by the implicit-function theorem: `s = τ(τᵗʳ, p) m` along `m = sᵗʳ/τᵗʳ`, and
     /// `dp = -ρ p'(ρ) H : dε`, `H = (1 - A²/4)⁻¹`, the change of `ln det f` with the mid-step gradient.
     fn tangent(&self, strain: &SymTensor, motion: &Motion, old: &Point<FluidState>) -> Option<Tangent> {
         let state = self.pressure.step(R::NAME, motion, &old.state).ok()?;
@@ -287,10 +287,10 @@ impl<R: FlowCurve> SmallStrain for Viscoplastic<R> {
     }
 }
 
-/// Shear over bulk modulus at a Poisson's ratio of 0.3.
+/// Ratio of shear to bulk modulus at a Poisson's ratio of 0.3.
 const DEFAULT_SHEAR_RATIO: f64 = 6.0 / 13.0;
 
-/// The shear modulus of a material that yields: as given, or the usual share of the bulk modulus.
+/// Shear modulus (Pa) of a yielding material: as given, or the default share of the bulk modulus.
 pub(super) fn shear_modulus(given: Option<f64>, bulk_modulus: f64) -> Result<f64, MaterialError> {
     let modulus = given.unwrap_or(DEFAULT_SHEAR_RATIO * bulk_modulus);
     crate::contract::model::positive("shear_modulus", modulus, "Pa")?;

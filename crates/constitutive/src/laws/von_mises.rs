@@ -1,7 +1,7 @@
 //! Von Mises plasticity (sheet: constitutive §2.4; Bui & Nguyen 2021, section 4.3).
 //!
-//! `f = √J2 - k ≤ 0`, associated: Drucker–Prager without friction. Which cohesion `k` stands for is a
-//! matter of matching: `k = c` is exact in plane strain and simple shear (default), `k = 2c/√3` in
+//! `f = √J2 - k ≤ 0`, associated: Drucker–Prager without friction. The relation of `k` to the cohesion depends on
+//! the matching: `k = c` is exact in plane strain and simple shear (default), `k = 2c/√3` in
 //! triaxial compression (the source's, 15.47 % too strong in plane strain). Cohesion may soften
 //! exponentially with the accumulated deviatoric plastic strain.
 
@@ -92,7 +92,7 @@ impl VonMisesSpec {
         Ok(law.with_name("von-mises"))
     }
 
-    /// Either parameter of softening does nothing without the other.
+    /// Checks that the parameters of softening are given together: either does nothing without the other.
     fn check_softening_pair(&self) -> Result<(), MaterialError> {
         let refuse = |field, rule| Err(MaterialError::choice(field, rule));
         match self.residual_cohesion {

@@ -1,4 +1,4 @@
-//! Algorithms that several return maps share: radial return, substepping, scalar roots.
+//! Algorithms common to several return maps: radial return, substepping, scalar roots.
 //!
 //! They depend on tensors only.
 

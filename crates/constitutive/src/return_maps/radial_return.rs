@@ -1,18 +1,18 @@
-//! What the laws whose return shrinks the trial deviator share: `σ = -p 1 + k s_tr` with
+//! Radial return, common to the laws that scale the trial deviator: `σ = -p 1 + k s_tr` with
 //! `s_tr = s_n + 2 G dev Δε`, where `p`, `k` and `G` are functions of the strain increment.
 
 use crate::{SymTensor, Tangent};
 
-/// The trial deviator of a step. Slopes are with respect to the volume compression `Δ = -tr Δε`.
+/// Trial deviator of a step. Slopes are with respect to the volume compression `Δ = -tr Δε`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RadialTrial {
-    /// `s_tr` (Pa).
+    /// Trial deviator `s_tr` (Pa).
     pub deviator: SymTensor,
-    /// `dev Δε`.
+    /// Deviatoric strain increment `dev Δε`.
     strain: SymTensor,
     /// Shear modulus `G` of the step (Pa).
     shear: f64,
-    /// `dG/dΔ` (Pa).
+    /// Slope `dG/dΔ` (Pa).
     shear_slope: f64,
 }
 
@@ -22,17 +22,17 @@ impl RadialTrial {
         Self { deviator: stress.deviator() + strain * (2.0 * shear), strain, shear, shear_slope }
     }
 
-    /// `q` of the trial (Pa).
+    /// Deviatoric stress `q` of the trial (Pa).
     pub(crate) fn q(&self) -> f64 {
         (1.5 * self.deviator.dot(&self.deviator)).sqrt()
     }
 
-    /// Derivative of the function of the trial deviator whose derivative by it is `slope` (a deviator).
+    /// Derivative by the strain, of a function whose derivative by the trial deviator is `slope` (a deviator).
     pub(crate) fn slope(&self, slope: &SymTensor) -> SymTensor {
         *slope * (2.0 * self.shear) + SymTensor::isotropic(-2.0 * self.shear_slope * slope.dot(&self.strain))
     }
 
-    /// `-p 1 + keep s_tr`.
+    /// Stress `-p 1 + keep s_tr` (Pa).
     pub(crate) fn stress(&self, pressure: f64, keep: f64) -> SymTensor {
         self.deviator * keep + SymTensor::isotropic(-pressure)
     }

@@ -1,13 +1,13 @@
 //! Roots of scalar equations of the return maps.
 
-/// Evaluations before a root is given up: bisection alone halves a bracket of doubles fewer times.
+/// Largest number of evaluations per root: bisection alone halves a bracket of doubles fewer times.
 const EVALUATIONS: usize = 300;
 
-/// Relative size of a step from which on Newton's method converges by leaps.
+/// Relative size of a step below which Newton's method converges quadratically.
 const NEWTON_RANGE: f64 = 1e-9;
 
 /// Root of a function that falls from positive at `low` to negative at `high`, by Newton's method from
-/// `start`, safeguarded by bisection. `f` gives value and derivative. `None` where it is not finite.
+/// `start`, safeguarded by bisection. `f` returns value and derivative. `None` where it is not finite.
 pub(crate) fn falling_root(
     low: f64,
     high: f64,
@@ -32,9 +32,9 @@ pub(crate) fn falling_root(
         }
         let step = -value / slope;
         let newton = x + step;
-        // Newton's step where it stays inside and the steps go on shrinking, the middle otherwise.
+        // Newton's step where it stays inside and the steps keep shrinking, the middle otherwise.
         let good = newton > low && newton < high && step.abs() <= 0.5 * last_step.abs();
-        // Near the root a step that is not good is round-off.
+        // Near the root a step that does not shrink is round-off.
         let settled = !good && step.abs() <= NEWTON_RANGE * x.abs();
         if settled || step.abs() <= f64::EPSILON * x.abs() || high - low <= f64::EPSILON * high.abs() {
             return Some(x);
@@ -46,17 +46,17 @@ pub(crate) fn falling_root(
     None
 }
 
-/// Evaluations of [`first_fixed_point`] whose stride secants choose; later ones double it, so that it comes to an end.
+/// Evaluations of [`first_fixed_point`] with strides by secants; later ones double the stride, so that the search ends.
 const MAX_SECANT_STEPS: usize = 20;
 
-/// The least positive fixed point of a bounded `map`, to within `small`, where `first > 0` is the map of 0.
+/// Least positive fixed point of a bounded `map`, to within `small`, where `first > 0` is the map of 0.
 ///
-/// It marches from `first`, each stride by the secant of the last two points, at most to twice the place, until the
-/// map falls behind; then it closes in between ([`falling_root`]). Of several fixed points it thus finds the least,
-/// unless two of them lie within one stride. A rising map leaves none below `map(x)`, so no stride is shorter than
+/// The search marches from `first`, each stride by the secant of the last two points, at most to twice the position, until
+/// `map(x) < x`; then [`falling_root`] solves inside the last stride. Of several fixed points it thus finds the least,
+/// unless two of them lie within one stride. A rising map has no fixed point below `map(x)`, so no stride is shorter than
 /// that. The last evaluation of `map` is at the point returned. `None` where the map is not finite.
 pub(crate) fn first_fixed_point(first: f64, small: f64, mut map: impl FnMut(f64) -> f64) -> Option<f64> {
-    // How far the map is ahead; where that is next to nothing, nothing.
+    // Difference `map(x) - x`; zero where it is round-off.
     let mut ahead = |x: f64| {
         let ahead = map(x) - x;
         if ahead.abs() <= small { 0.0 } else { ahead }
@@ -88,7 +88,7 @@ pub(crate) fn first_fixed_point(first: f64, small: f64, mut map: impl FnMut(f64)
     None
 }
 
-/// `difference`, or zero where it is round-off of the terms it comes from, whose sizes add up to `terms`.
+/// Returns `difference`, or zero where it is round-off of its terms, whose sizes add up to `terms`.
 #[inline]
 pub(crate) fn drop_round_off(difference: f64, terms: f64) -> f64 {
     if difference.abs() <= 2.0 * f64::EPSILON * terms { 0.0 } else { difference }
@@ -98,7 +98,7 @@ pub(crate) fn drop_round_off(difference: f64, terms: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Fixed point and the number of evaluations it takes.
+    /// Fixed point and the number of evaluations.
     fn fixed_point(first: f64, map: impl Fn(f64) -> f64) -> (f64, usize) {
         let (mut evaluations, mut last) = (0, f64::NAN);
         let found = first_fixed_point(first, 1e-15, |x| {
@@ -127,10 +127,10 @@ mod tests {
         let map = |x: f64| x.min(5.0) - 0.04 * (x - 1.0) * (x - 2.0) * (x - 4.0);
         let (x, _) = fixed_point(map(0.0), map);
         assert!((x - 1.0).abs() < 1e-12, "{x}");
-        // A leap of the map: the place of the leap where that is the first to fall behind.
+        // A jump of the map: the position of the jump where it is the first with `map(x) < x`.
         let (x, _) = fixed_point(1.0, |x| if x < 1.5 { 2.0 } else { 1.0 });
         assert!((x - 1.5).abs() < 1e-15, "{x}");
-        // A map that falls.
+        // Falling map.
         let (x, _) = fixed_point(1.0, |x| (-x).exp());
         assert!((x - 0.567_143_290_409_783_8).abs() < 1e-15, "{x}");
         assert_eq!(first_fixed_point(1.0, 0.0, |_| f64::NAN), None);

@@ -1,21 +1,21 @@
-//! The substepping policy (sheet: constitutive §3.8): a step that is too large, or whose local solve does not
-//! converge, is taken in 2, 4, … 64 equal parts.
+//! Substepping (sheet: constitutive §3.8): a step that is too large, or whose local solve does not
+//! converge, is divided into 2, 4, … 64 equal parts.
 
 use crate::{MaterialError, Motion, Point, SymTensor};
 
-/// Most substeps before a step is given up.
+/// Largest number of substeps.
 const MAX_SUBSTEPS: u32 = 64;
 
-/// What a step or substep leads to.
+/// Result of a step or substep.
 #[derive(Clone, Debug)]
 pub(crate) struct SubstepResult<S> {
-    /// The new point.
+    /// New point.
     pub point: Point<S>,
-    /// Work dissipated on the way (J/m³).
+    /// Work dissipated in the step (J/m³).
     pub dissipated: f64,
 }
 
-/// Number of equal substeps a strain increment starts with: none of them is larger than `largest`.
+/// Initial number of equal substeps of a strain increment: none of them is larger than `largest`.
 pub(crate) fn substep_count(strain: &SymTensor, largest: f64) -> u32 {
     let norm = strain.norm();
     let mut count = 1;
@@ -25,11 +25,11 @@ pub(crate) fn substep_count(strain: &SymTensor, largest: f64) -> u32 {
     count
 }
 
-/// Applies `strain` by `step` in equal substeps: as many as its size asks for, doubled as long as the
+/// Applies `strain` by `step` in equal substeps: their number follows from the size and doubles as long as the
 /// local solve does not converge.
 ///
 /// # Errors
-/// For a strain increment of 1 or more, and what `step` says with the most substeps.
+/// For a strain increment of 1 or more, and the error of `step` with the most substeps.
 pub(crate) fn substepped<S: Clone>(
     model: &'static str,
     strain: &SymTensor,
@@ -37,7 +37,7 @@ pub(crate) fn substepped<S: Clone>(
     old: &Point<S>,
     step: impl Fn(&SymTensor, &Point<S>) -> Result<SubstepResult<S>, MaterialError>,
 ) -> Result<SubstepResult<S>, MaterialError> {
-    // Written so that NaN is refused.
+    // Written so that NaN is rejected.
     if !(strain.norm() < 1.0) {
         return Err(MaterialError::Motion { model, reason: "the strain increment is 1 or more" });
     }
@@ -50,10 +50,10 @@ pub(crate) fn substepped<S: Clone>(
     }
 }
 
-/// As [`substepped`], of a motion at finite strain: the parts are roots of its deformation.
+/// Applies a motion at finite strain as [`substepped`]: the parts are roots of its deformation.
 ///
 /// # Errors
-/// What `step` says with the most substeps.
+/// The error of `step` with the most substeps.
 pub(crate) fn substepped_motion<P>(
     motion: &Motion,
     largest: f64,
@@ -62,7 +62,7 @@ pub(crate) fn substepped_motion<P>(
 ) -> Result<P, MaterialError> {
     let mut count = substep_count(&motion.strain_increment(), largest);
     loop {
-        // A motion without a root is taken whole.
+        // A motion without a root is applied whole.
         let part = if count > 1 { motion.equal_part(count) } else { None };
         let (part, parts) = part.map_or((*motion, 1), |part| (part, count));
         let mut result = step(&part, old);

@@ -2,7 +2,7 @@
 
 use crate::{Mat3, SymTensor};
 
-/// Principal values, the largest first, and their directions.
+/// Spectral decomposition: principal values, the largest first, and their directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spectrum {
     /// Principal values in descending order.
@@ -26,7 +26,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 fn largest_root(c: f64) -> f64 {
     let root3 = 3f64.sqrt();
     let mut x = root3 + c * (1.0 / 3.0 + c * (5.0 / 3.0 - root3));
-    // Newton's method from 3e-3 off: three steps reach the last digit.
+    // Newton's method from an error of 3e-3: three steps reach the last digit.
     for _ in 0..3 {
         let square = x * x;
         x -= (x * (square - 3.0) - 2.0 * c) / (3.0 * (square - 1.0));
@@ -69,7 +69,7 @@ fn planar_eigen(a: f64, b: f64, c: f64) -> ([f64; 2], [f64; 2]) {
     ([if apart { cos } else { 1.0 }, if apart { sin } else { 0.0 }], [centre + radius, centre - radius])
 }
 
-/// Of three vectors the longest, with unit length.
+/// Longest of three vectors, normalised.
 #[inline(always)]
 fn longest_unit(vectors: [[f64; 3]; 3]) -> [f64; 3] {
     let [a, b, c] = vectors;
@@ -84,7 +84,7 @@ fn longest_unit(vectors: [[f64; 3]; 3]) -> [f64; 3] {
 
 impl SymTensor {
     /// Principal values in descending order, from the invariants: to the last digit of the deviator
-    /// where they are apart, to half the digits where two of them meet.
+    /// where they are distinct, to half the digits where two of them coincide.
     #[inline]
     pub fn principal_values(&self) -> [f64; 3] {
         let mean = self.trace() / 3.0;
@@ -98,7 +98,7 @@ impl SymTensor {
         if largest { [mean + far, mean + high, mean + low] } else { [mean - low, mean - high, mean - far] }
     }
 
-    /// The last principal value where the third axis is a principal one, for loops over many tensors.
+    /// Least principal value where the third axis is a principal one, for loops over many tensors.
     #[inline(always)]
     pub(crate) fn least_principal_value_in_plane(&self) -> f64 {
         let [xx, yy, zz, xy, ..] = self.0;
@@ -106,7 +106,7 @@ impl SymTensor {
         (centre - (half * half + xy * xy).sqrt()).min(zz)
     }
 
-    /// The last of [`SymTensor::principal_values`], for loops over many tensors.
+    /// Least of [`SymTensor::principal_values`], for loops over many tensors.
     #[inline(always)]
     pub(crate) fn least_principal_value(&self) -> f64 {
         let mean = self.trace() / 3.0;
@@ -122,13 +122,13 @@ impl SymTensor {
 
     /// Principal values and directions, to the last digits of the deviator, equal values included:
     /// the eigenvalue farthest from the others by Newton's method, its direction by a cross product,
-    /// the other two from the plane across it.
+    /// the other two from the plane normal to it.
     #[inline]
     pub fn spectrum(&self) -> Spectrum {
         self.spectrum_without_branches()
     }
 
-    /// [`SymTensor::spectrum`] for loops over many tensors.
+    /// Branch-free [`SymTensor::spectrum`] for loops over many tensors.
     #[inline(always)]
     pub(crate) fn spectrum_without_branches(&self) -> Spectrum {
         let mean = self.trace() / 3.0;
@@ -183,7 +183,7 @@ impl SymTensor {
 }
 
 impl Spectrum {
-    /// The tensor with other principal values in the same directions.
+    /// Tensor with the principal values `values` in the directions of this spectrum.
     #[inline]
     pub fn compose(&self, values: [f64; 3]) -> SymTensor {
         let mut out = SymTensor::ZERO;
@@ -195,7 +195,7 @@ impl Spectrum {
         out
     }
 
-    /// The directions as the columns of a rotation.
+    /// Rotation with the directions as columns.
     pub fn rotation(&self) -> Mat3 {
         Mat3(self.directions).transpose()
     }

@@ -69,7 +69,7 @@ mod tests {
         let exact = SymTensor::diagonal(1.3f64.ln(), 0.0, 0.0).rotated(&Mat3::rotation_z(0.7));
         assert!((hencky - exact).norm() < 1e-15);
         assert!((small_strain(&stretch(1.3)) - SymTensor::diagonal(0.3, 0.0, 0.0)).norm() < 1e-15);
-        // They agree to second order.
+        // Equal to second order.
         let size = 1e-5;
         let f = Mat3::IDENTITY + RATE * size;
         for strain in [green_strain(&f), hencky_strain(&f).unwrap()] {

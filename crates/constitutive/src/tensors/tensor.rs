@@ -26,9 +26,9 @@ impl From<SymTensor> for [f64; 6] {
 }
 
 impl SymTensor {
-    /// The zero tensor.
+    /// Zero tensor.
     pub const ZERO: Self = Self([0.0; 6]);
-    /// The unit tensor.
+    /// Unit tensor.
     pub const IDENTITY: Self = Self([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
 
     /// Diagonal tensor.
@@ -37,7 +37,7 @@ impl SymTensor {
         Self([xx, yy, zz, 0.0, 0.0, 0.0])
     }
 
-    /// `value` times the unit tensor.
+    /// Isotropic tensor: `value` times the unit tensor.
     #[inline(always)]
     pub const fn isotropic(value: f64) -> Self {
         Self::diagonal(value, value, value)
@@ -120,14 +120,14 @@ impl SymTensor {
         xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * zx) + zx * (xy * yz - yy * zx)
     }
 
-    /// The same tensor as a full matrix.
+    /// Full matrix of the tensor.
     #[inline(always)]
     pub fn to_matrix(&self) -> Mat3 {
         let [xx, yy, zz, xy, yz, zx] = self.0;
         Mat3([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]])
     }
 
-    /// `Q σ Qᵀ`: the tensor carried by the rotation (or pushed forward by the map) `q`.
+    /// Rotated tensor `Q σ Qᵀ` (pushed forward where `q` is a general map).
     #[inline(always)]
     pub fn rotated(&self, q: &Mat3) -> Self {
         let s = q.0;
@@ -166,7 +166,7 @@ impl SymTensor {
         Self(out)
     }
 
-    /// True when every component is finite.
+    /// Whether every component is finite.
     #[inline]
     pub fn is_finite(&self) -> bool {
         self.0.iter().all(|c| c.is_finite())
@@ -260,9 +260,9 @@ impl Default for Mat3 {
 }
 
 impl Mat3 {
-    /// The zero matrix.
+    /// Zero matrix.
     pub const ZERO: Self = Self([[0.0; 3]; 3]);
-    /// The unit matrix.
+    /// Unit matrix.
     pub const IDENTITY: Self = Self([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
 
     /// Rotation by `angle` (rad, right-handed) about the z axis.
@@ -306,7 +306,7 @@ impl Mat3 {
         Some(Self(std::array::from_fn(|i| std::array::from_fn(|j| cofactor(j, i) / det))))
     }
 
-    /// The root without rotations of more than a right angle, by the iteration of Denman and Beavers; `None`
+    /// Square root without rotations of more than a right angle, by the iteration of Denman and Beavers; `None`
     /// where there is none (half turns, a determinant that is not positive).
     pub fn square_root(&self) -> Option<Self> {
         let (mut root, mut inverse) = (*self, Self::IDENTITY);
@@ -350,7 +350,7 @@ impl Mat3 {
         self.0.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
     }
 
-    /// True when every entry is finite.
+    /// Whether every entry is finite.
     #[inline]
     pub fn is_finite(&self) -> bool {
         self.0.iter().flatten().all(|c| c.is_finite())

@@ -1,5 +1,5 @@
-//! What `sheet: constitutive §7` asks to refuse is refused, and the error names the field. A case file gives
-//! these materials, so they are written as it would. More of it: the hypoplastic law in `hypoplasticity.rs`, bands in
+//! Rejection of the bad input of `sheet: constitutive §7`, with the field named in the error. The materials are given in the
+//! form of a case file. Further tests: the hypoplastic law in `hypoplasticity.rs`, bands in
 //! `localisation.rs`, the driver's control in `driver/control.rs`.
 
 use colluvium_constitutive::basal::{BasalFlow, BasalSpec};
@@ -8,7 +8,7 @@ use colluvium_constitutive::porous::Biot;
 use colluvium_constitutive::{InitialCondition, Mat3, MaterialSpec, Motion, SymTensor};
 use serde_json::{Value, json};
 
-/// A material that builds.
+/// Material with valid parameters.
 fn good(model: &str) -> Value {
     let mut value = match model {
         "drucker-prager" | "mohr-coulomb" => json!({
@@ -103,13 +103,13 @@ fn spec(value: Value) -> MaterialSpec {
     serde_json::from_value(value).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The material with `field` (a path with dots) set.
+/// Material with `field` (a path with dots) set to `value`.
 fn with(model: &str, field: &str, value: f64) -> MaterialSpec {
     let mut material = good(model);
     let place = format!("/{}", field.replace('.', "/"));
     match material.pointer_mut(&place) {
         Some(slot) => *slot = json!(value),
-        // A key that has a default.
+        // Key with a default.
         None => material[field] = json!(value),
     }
     spec(material)

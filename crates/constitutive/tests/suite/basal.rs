@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use crate::common::{assert_field, assert_near, digits};
 
-/// A law of a case file.
+/// Basal law of a case file.
 fn law(value: Value) -> BasalRheology {
     serde_json::from_value::<BasalSpec>(value).unwrap().build().unwrap()
 }
@@ -58,7 +58,7 @@ fn the_exact_root_solves_its_equation_and_the_quadratic_stays_near() {
     // -2.8 % to +4.6 % over 10⁻⁴ <= a <= 10⁴, +5.2 % as a -> 0.
     assert!((least + 0.028).abs() < 5e-4 && (most - 0.046).abs() < 5e-4, "{least} {most}");
     assert!((1.0 / plug_ratio_quadratic(0.0) - 1.052).abs() < 5e-4);
-    // Where the closed form hands over to the asymptote.
+    // Transition from the closed form to the asymptote.
     assert!((plug_ratio(1e6) / plug_ratio(1e6 * (1.0 + 1e-12)) - 1.0).abs() < 1e-11);
 }
 
@@ -117,7 +117,7 @@ fn frictional_bases() {
     };
     let voellmy = BasalSpec::Voellmy(VoellmySpec::new(15.0, 600.0.into())).build().unwrap();
     digits(voellmy.shear_stress(&flow).unwrap(), 7704.476, 7);
-    // At rest: held by what drives it, up to the strength; a dry bed holds nothing.
+    // At rest: the driving stress, up to the strength; zero on a dry bed.
     let coulomb = |angle| BasalSpec::Coulomb(CoulombSpec::new(angle)).build().unwrap();
     let rest = BasalFlow { speed: 0.0, ..flow };
     let driving = unit_weight * 1.5 * slope.sin();
@@ -172,7 +172,7 @@ fn the_table_of_bingham_is_the_printed_one() {
     assert_near(rest, 1051.659, 5e-4);
 }
 
-/// V22: what speeds hold a layer of 1 m and 2000 kg/m³ on 15°.
+/// V22: steady speeds of a layer of 1 m and 2000 kg/m³ on 15°.
 #[test]
 fn steady_flow_down_a_slope_has_the_printed_speed() {
     let slope = 15f64.to_radians();
@@ -229,7 +229,7 @@ fn cohesion_and_pore_pressure_enter_the_strength() {
     assert_eq!(ramms.moving_shear_stress(&under(0.0)), 0.0);
     assert_near(ramms.moving_shear_stress(&under(1e-3)) / 1e-3, 1.0, 1e-6);
     assert_near(ramms.moving_shear_stress(&under(1e6)), 200_400.0, 1e-6);
-    // Where friction ends, cohesion does not.
+    // Where friction vanishes, cohesion does not.
     let smooth = law(json!({ "model": "coulomb", "friction_angle": 20.0, "cohesion": 300.0 }));
     assert_near(smooth.with_max_friction(0.1).moving_shear_stress(&flow), 500.0, 1e-10);
     assert_near(
@@ -251,7 +251,7 @@ fn turbulence_by_manning_and_chezy() {
     assert_eq!(none.moving_shear_stress(&flow), 0.0);
 }
 
-/// The mean of Bagnold's profile, by Simpson's rule, under the friction that its inertial number gives.
+/// Mean of Bagnold's profile, by Simpson's rule, under the friction of its inertial number.
 #[test]
 fn granular_base_belongs_to_bagnolds_profile() {
     let (inertial, diameter, grain_density, depth, stress) = (0.2, 0.02, 2500.0, 1.5f64, 18_000.0f64);
@@ -295,7 +295,7 @@ fn a_bed_without_a_law_holds_nothing() {
 }
 
 proptest! {
-    /// Any law, any step: the new speed solves its equation, and the flow stops exactly where its strength can
+    /// Implicit step of any law: the new speed solves its equation, and the flow stops exactly where its strength can
     /// stop it.
     #[test]
     fn the_implicit_step_solves_its_equation(
@@ -315,13 +315,13 @@ proptest! {
         } else {
             prop_assert!((0.0..=speed).contains(&next));
             let residual = |v: f64| v - speed + impulse * law.moving_shear_stress(&BasalFlow { speed: v, ..flow });
-            // The root lies within round-off of what was found. A shear stress with an infinite slope at rest makes
+            // The root lies within round-off of the result. A shear stress with an infinite slope at rest makes
             // the residual itself a poor measure.
             let reach = 1e-12 * next + 1e-14 * speed;
             prop_assert!(residual(next + reach) >= -1e-12 * speed, "{} {}", next, residual(next));
             prop_assert!(next <= reach || residual(next - reach) <= 1e-12 * speed, "{} {}", next, residual(next));
         }
-        // Strength and drag one after the other are the same for laws in which they are a sum.
+        // Strength and drag in sequence are equivalent for laws in which they are a sum.
         if law.is_additive() && held > 0.0 {
             prop_assert_eq!(law.speed_after_drag(&BasalFlow { speed: held, ..flow }, impulse), next);
         }

@@ -11,7 +11,7 @@ use colluvium_constitutive::{
     StressUpdate, SymTensor,
 };
 
-/// The reference set of §2.15.
+/// Reference set of §2.15.
 pub(crate) fn slab() -> CohesiveCamClaySpec {
     CohesiveCamClaySpec {
         density: 250.0,
@@ -28,7 +28,7 @@ pub(crate) fn slab() -> CohesiveCamClaySpec {
     }
 }
 
-/// The weak layer of V-14.
+/// Weak layer of V-14.
 pub(crate) fn weak_layer() -> CohesiveCamClaySpec {
     CohesiveCamClaySpec {
         youngs_modulus: 1e6,
@@ -190,7 +190,7 @@ fn returns_at_fixed_strength() {
     assert_near(p, 5000.0, 1e-9);
     assert_near(q, 666.173, 5.1e-4);
     let f = ellipse.yield_value(p, q);
-    // y is f times the sum of the terms whose difference f is.
+    // y is f times the sum of the terms whose difference is f.
     let radius = 0.5 * 0.8 * 1.1 * 10e3;
     assert_near(f * (f + 2.0 * radius), -1.866_75e7, 51.0);
     assert_eq!(ellipse.return_map(&elasticity, p, q).multiplier, 0.0);
@@ -286,7 +286,7 @@ fn hardening_is_solved_with_the_return() {
     assert_eq!(law.ellipse(&new).strength, 0.0);
     assert_near(new.volumetric, 3e-3, 1e-17);
 
-    // Frozen at the start of the step the strength would jump far beyond.
+    // With the strength frozen at the start of the step it would jump far beyond.
     let frozen = law.ellipse(&state).return_map(law.elasticity(), 37_500.0, 0.0).volumetric;
     let jump = CohesiveCamClayState { hardening_strain: state.hardening_strain + frozen, ..state };
     assert_near(law.ellipse(&jump).strength, 285_222.0, 0.5);
@@ -305,7 +305,7 @@ fn a_gap_must_close_before_packing_carries_load() {
 
 type Layer = Hencky<CohesiveCamClay>;
 
-/// Drives a layer to the logarithmic volumetric compression `total` and returns pressure in `τ` and state at
+/// Compresses a layer to the logarithmic volumetric compression `total`; returns pressure in `τ` and state at
 /// every step.
 pub(crate) fn compressed(
     law: &Layer,
@@ -326,7 +326,7 @@ pub(crate) fn compressed(
 
 #[test]
 fn tangents_hold_on_every_branch() {
-    // Elastic, hardening, softening, without stress, packing debris in the step of the collapse.
+    // Elastic, hardening, softening, stress-free, compacting debris in the step of the collapse.
     let cases = [
         (slab(), [-8e-3, -1e-3, 0.0]),
         (slab(), [4e-3, -2.2e-3, -2.3e-3]),
@@ -396,7 +396,7 @@ fn random_returns_land_on_their_surface_by_associated_flow() {
             let volumetric = new.volumetric - state.volumetric;
             assert_near(k * volumetric, p - at_trial.pressure(), 1e-9 * scale);
             assert_near(3.0 * mu * (new.deviatoric - state.deviatoric), at_trial.q() - q, 1e-9 * scale);
-            // Flow along the normal: the return of the trial to the surface of the end.
+            // Flow along the normal: the return of the trial to the surface at the end.
             let flowed = new != state && p.hypot(q) > 0.0 && new.collapsed == state.collapsed;
             if flowed {
                 let again = ellipse.return_map(law.elasticity(), at_trial.pressure(), at_trial.q());

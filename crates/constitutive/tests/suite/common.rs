@@ -1,4 +1,4 @@
-//! What the tests share.
+//! Common parts of the tests.
 
 use colluvium_constitutive::MaterialError;
 use colluvium_constitutive::laws::{DruckerPragerSpec, Elasticity, Matching, MohrCoulombSpec, StrainMeasure};
@@ -10,7 +10,7 @@ pub fn r1() -> Elasticity {
     Elasticity::new(20_000.0, 0.3).unwrap()
 }
 
-/// A cone with set R1 and a cohesion of 10 kPa, in kPa times `unit`.
+/// Drucker–Prager cone with set R1 and a cohesion of 10 kPa, in kPa times `unit`.
 pub fn drucker_prager(unit: f64, matching: Matching, dilatancy_angle: f64) -> DruckerPragerSpec {
     DruckerPragerSpec {
         density: 2.0 * unit,
@@ -28,7 +28,7 @@ pub fn drucker_prager(unit: f64, matching: Matching, dilatancy_angle: f64) -> Dr
     }
 }
 
-/// A pyramid with the same.
+/// Mohr–Coulomb pyramid with set R1 and a cohesion of 10 kPa, in kPa times `unit`.
 pub fn mohr_coulomb(unit: f64, dilatancy_angle: f64) -> MohrCoulombSpec {
     MohrCoulombSpec {
         density: 2.0 * unit,
@@ -45,13 +45,13 @@ pub fn mohr_coulomb(unit: f64, dilatancy_angle: f64) -> MohrCoulombSpec {
     }
 }
 
-/// `found` agrees with `exact` to `digits` significant digits as printed: half a unit of the last one.
+/// Asserts that `found` agrees with `exact` to `digits` significant digits as printed: half a unit of the last one.
 pub fn digits(found: f64, exact: f64, digits: i32) {
     let unit = 10f64.powi(exact.abs().log10().floor() as i32 + 1 - digits);
     assert!((found - exact).abs() <= 0.5 * unit * (1.0 + 1e-9), "{found} for {exact}");
 }
 
-/// `result` refuses the parameter `name`.
+/// Asserts that `result` rejects the parameter `name`.
 pub fn assert_field<T>(result: Result<T, MaterialError>, name: &str) {
     match result {
         Err(MaterialError::Parameter { field, .. }) => assert_eq!(field, name),

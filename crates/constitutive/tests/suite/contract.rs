@@ -1,9 +1,9 @@
-//! What every law owes its callers (sheet: constitutive §3.1), held against every registered law
+//! Contract of every law with its callers (sheet: constitutive §3.1), tested on every registered law
 //! without naming one.
 //!
-//! Round-off is measured against the stress a step handles: the stress before it plus that of its
+//! Round-off is measured against the stress of a step: the stress before it plus that of its
 //! elastic trial, `‖σ‖ + M ‖Δε‖` with the wave modulus `M` (the larger of both ends where stiffness
-//! follows pressure).
+//! depends on pressure).
 
 use std::sync::{Arc, LazyLock};
 
@@ -17,16 +17,16 @@ use colluvium_constitutive::{
 };
 use proptest::prelude::*;
 
-/// A law and the stress its points start from.
+/// Law under test and initial stress of its points.
 struct Subject {
     spec: MaterialSpec,
     law: Arc<dyn Material>,
     start: SymTensor,
-    /// What the steps of all paths are multiplied by.
+    /// Factor of the steps of all paths.
     scale: f64,
 }
 
-/// A single point on its way.
+/// Single point on a path.
 #[derive(Clone)]
 struct Walker {
     stress: SymTensor,
@@ -56,7 +56,7 @@ fn subjects() -> &'static [Subject] {
 /// Steps of 0.1 % in place of 10 %.
 const SMALL: f64 = 0.01;
 
-/// Bands whose surroundings yield too, without and with softening. They lose ellipticity, so that a long step may end
+/// Bands with yielding surroundings, without and with softening. They lose ellipticity, so that a long step may end
 /// at one of several equilibria, or at none.
 fn yielding_surroundings() -> [MaterialSpec; 2] {
     let banded = MaterialSpec::examples().into_iter().find_map(|spec| match spec {
@@ -83,8 +83,8 @@ fn yielding_surroundings() -> [MaterialSpec; 2] {
     })
 }
 
-/// Strength that falls faster than the stress unloads as it yields, 1.1 times for the pyramid, 1.3 times for the cone:
-/// the step past the peak snaps down, and no single slope foretells where it ends.
+/// Strength that falls faster than the stress unloads in yielding, 1.1 times for the pyramid, 1.3 times for the cone:
+/// the step beyond the peak snaps back, and no single slope predicts its end.
 fn steeply_softening() -> [MaterialSpec; 4] {
     let softening = Softening {
         residual_friction_angle: 2.0,
@@ -132,7 +132,7 @@ fn solids() -> impl Iterator<Item = &'static Subject> {
     subjects().iter().filter(|subject| subject.is_solid())
 }
 
-/// The laws that say that they know no direction of their own.
+/// Laws that declare isotropy.
 fn isotropic() -> impl Iterator<Item = &'static Subject> {
     subjects().iter().filter(|subject| subject.law.is_isotropic())
 }
@@ -156,7 +156,7 @@ impl Subject {
         self.apply(walker, &self.motion(gradient, dt, walker.density))
     }
 
-    /// Motion with mid-step gradient `a`, scaled, density following the volume.
+    /// Motion with mid-step gradient `a`, scaled, density following from the volume.
     fn motion(&self, a: &Mat3, dt: f64, density: f64) -> Motion {
         motion(&(*a * self.scale), dt, density)
     }
@@ -184,11 +184,11 @@ impl Subject {
         Ok(new)
     }
 
-    /// Holds a path against the same one seen by an observer turned by `q`.
+    /// Compares a path with its rotation by `q`.
     ///
     /// A path may lead to where a law amplifies the round-off of its own input: a band whose direction is that of a principal
-    /// stress hardly larger than another one. Differences of that size, told by a path that differs in its last digits, are no
-    /// matter of the observer.
+    /// stress hardly larger than another one. Differences of that size, measured by a path that differs in its last digits, are not
+    /// due to the rotation.
     fn turned_with(&self, path: &[Mat3], q: &Mat3) -> Result<(), String> {
         let (mut here, mut there) = (self.walker(), self.walker_at(self.start.rotated(q)));
         let mut near = self.walker();
@@ -200,7 +200,7 @@ impl Subject {
             near = self.apply(&near, &nearly);
             (here, there) = (self.apply(&here, &motion), self.apply(&there, &turned(&motion, q)));
             let after = self.handled(&here, &motion);
-            // Stiffness that follows pressure carries earlier differences along.
+            // Pressure-dependent stiffness carries earlier differences along.
             let own = 1e-12 + self.law.stress_tolerance();
             allowed = allowed * (after / before).max(1.0) + own * before.max(after);
             let amplified = AMPLIFIED * (near.stress - here.stress).norm();
@@ -222,20 +222,20 @@ impl Subject {
         })
     }
 
-    /// Stress that a step handles: where it starts and its elastic trial.
+    /// Scale of the stress in a step (Pa): initial stress plus its elastic trial.
     fn handled(&self, walker: &Walker, motion: &Motion) -> f64 {
         let modulus = one(walker, |stress, block, out| self.law.wave_moduli(stress, block, out));
         walker.stress.norm() + modulus * motion.velocity_gradient_dt.sym().norm()
     }
 
-    /// The point after it stopped: a viscous stress ends with the motion, so for laws that tell a viscosity
-    /// it is what is left of the stress that rest and rigid turns must not change.
+    /// Point after the end of motion: a viscous stress ends with the motion, so for laws with a viscosity
+    /// the remaining stress is the one that rest and rigid rotations must not change.
     fn stopped(&self, walker: Walker) -> Walker {
         let viscous = one(&walker, |stress, block, out| self.law.viscosities(stress, block, out)) > 0.0;
         if viscous && self.is_solid() { self.step(&walker, &Mat3::ZERO, 1e-3) } else { walker }
     }
 
-    /// Fluids have no memory of shear, so some of what holds for solids does not for them.
+    /// Whether the law is a solid: fluids have no memory of shear, so some tests of solids do not apply to them.
     fn is_solid(&self) -> bool {
         !self.spec.is_fluid()
     }
@@ -251,23 +251,23 @@ fn one(walker: &Walker, read: impl Fn(&[SymTensor], &StateBlock, &mut [f64])) ->
     out[0]
 }
 
-/// Motion with mid-step gradient `a`, density following the volume.
+/// Motion with mid-step gradient `a`, density following from the volume.
 fn motion(a: &Mat3, dt: f64, density: f64) -> Motion {
     let mut motion = Motion::from_velocity_gradient(&(*a * (1.0 / dt)), dt, density, 0.1).expect("moderate");
     motion.density = density / motion.deformation.determinant();
     motion
 }
 
-/// How many times the difference that the last digits of the input make may come of a turn, which rounds each of them some times.
+/// Allowed ratio of the difference by a rotation, which rounds each entry several times, to that by the last digits of the input.
 const AMPLIFIED: f64 = 16.0;
 
-/// The same gradient with other last digits, not all in proportion.
+/// Gradient with other last digits, not all in proportion.
 fn last_digits_changed(a: &Mat3) -> Mat3 {
     let size = 2.0 * f64::EPSILON * a.0.as_flattened().iter().map(|c| c * c).sum::<f64>().sqrt();
     *a + Mat3([[1.0, -0.4, 0.7], [0.2, -0.9, 0.5], [-0.6, 0.3, 0.8]]) * size
 }
 
-/// The same motion seen by an observer turned by `q`.
+/// Motion rotated by `q`.
 fn turned(motion: &Motion, q: &Mat3) -> Motion {
     let turn = |m: &Mat3| *q * *m * q.transpose();
     Motion {
@@ -291,7 +291,7 @@ fn rotation() -> impl Strategy<Value = Mat3> {
     })
 }
 
-/// Turns of the axes into each other, reflections left out.
+/// Rotations that permute the axes, without reflections.
 fn permutations() -> [Mat3; 3] {
     [
         Mat3([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]),
@@ -343,12 +343,12 @@ proptest! {
         let q = axis * Mat3::rotation_z(angle) * axis.transpose();
         for subject in solids() {
             let walker = subject.stopped(subject.walk(&path, 1e-3));
-            // The deformation alone: the spin that belongs to it is found by the step itself.
+            // The deformation alone: the step itself computes the spin.
             let motion = Motion::from_deformation(&q, 1e-3, walker.density, 0.1).expect("less than half a turn");
             let after = subject.apply(&walker, &motion);
             let difference = (after.stress - walker.stress.rotated(&q)).norm();
             // A rotation is given to the last digit of its entries, which the stiffness turns into stress; a
-            // turn by nearly 180° is known no better than the tangent of its half.
+            // rotation by nearly 180° is known no better than the tangent of its half.
             let modulus = one(&walker, |stress, block, out| subject.law.wave_moduli(stress, block, out));
             let given = 32.0 * f64::EPSILON * modulus / (0.5 * angle).cos().powi(2);
             prop_assert!(difference <= 1e-12 * walker.stress.norm() + given, "{}: {difference}", subject.name());
@@ -406,7 +406,7 @@ proptest! {
                 let old = (&walker.stress, &walker.states.blocks()[0]);
                 let new = (&next.stress, &next.states.blocks()[0]);
                 if let Some(dissipated) = subject.law.dissipation(&motion, old, new) {
-                    // Energy that the step handles.
+                    // Scale of the energy in a step.
                     let strain = motion.velocity_gradient_dt.sym().norm();
                     let scale = subject.handled(&walker, &motion) * strain + subject.energy(&walker);
                     prop_assert!(dissipated >= -1e-12 * scale, "{}: {dissipated} J/m³ of {scale}", subject.name());
@@ -418,7 +418,7 @@ proptest! {
 }
 
 proptest! {
-    // Each of these asks for twenty-five updates of all laws.
+    // Each of these needs twenty-five updates of all laws.
     #![proptest_config(ProptestConfig::with_cases(96))]
 
     #[test]
@@ -453,16 +453,16 @@ proptest! {
                     ((plus - minus) * (0.5 / step), (plus + minus - middle.stress * 2.0) * (1.0 / step))
                 })
             };
-            // A forward algorithm takes the more steps the larger the strain: its stress is a staircase about the
-            // slope of each tread, and jumps on both sides are seen by neither difference.
+            // A forward algorithm takes more steps for a larger strain: its stress is a staircase about the
+            // slope of each tread, and neither difference resolves jumps on both sides.
             let allowed = if subject.name().contains("integration: Explicit") { 1e-5 } else { 1e-6 };
             let step = 1e-4 * size.max(1e-4);
             let (coarse, fine) = (differences(2.0 * step), differences(step));
             for column in 0..6 {
                 for row in 0..6 {
                     // Where two steps of the difference disagree there is a switch of region between: first
-                    // differences stay as they are, second ones double with the step, but not across a kink.
-                    // A jump between, where a forward algorithm takes one more step, leaves 7/3 of what they disagree by.
+                    // differences are unchanged, second ones double with the step, but not across a kink.
+                    // A jump between, where a forward algorithm takes one more step, leaves 7/3 of their difference.
                     let (wide, near) = (coarse[column].0[row], fine[column].0[row]);
                     let kink = 2.0 * fine[column].1[row] - coarse[column].1[row];
                     if (wide - near).abs() > 4e-7 * stiffest || kink.abs() > 5e-7 * stiffest {
@@ -478,7 +478,7 @@ proptest! {
 }
 
 proptest! {
-    // What these compare is equal or it is not: few paths tell.
+    // These comparisons are exact: few paths suffice.
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
@@ -499,7 +499,7 @@ proptest! {
 
     #[test]
     fn a_batch_gives_what_its_points_give_alone(gradients in gradients(24, 0.02), flat in any::<bool>()) {
-        // What a plane of the first two axes lets happen, with or without strain along the third.
+        // Motion in the plane of the first two axes, with or without strain along the third.
         let in_plane = |a: &Mat3| {
             let [[xx, xy, _], [yx, yy, _], [.., zz]] = a.0;
             Mat3([[xx, xy, 0.0], [yx, yy, 0.0], [0.0, 0.0, zz]])
@@ -512,7 +512,7 @@ proptest! {
             let start = vec![InitialCondition { stress: subject.start, density }; motions.len()];
             let (mut stresses, mut states) = subject.law.initial(&start).expect("admissible");
             let mut block = MotionBlock::at_rest(motions[0].dt, motions[0].size, flat);
-            // What stands behind the points must not count.
+            // Entries behind the points must not count.
             block.velocity_gradient_dt[1].fill(f64::NAN);
             motions.iter().enumerate().for_each(|(i, motion)| block.set(i, motion));
             let (mut others, mut others_states) = (stresses.clone(), subject.law.initial(&start).expect("admissible").1);
@@ -528,7 +528,7 @@ proptest! {
     }
 }
 
-/// The laws, and those with a cohesion without it too, where that is one.
+/// Laws, and those with a cohesion also without it, where that is a valid law.
 fn with_and_without_cohesion() -> Vec<Subject> {
     let bare = |subject: &Subject| {
         let mut spec = serde_json::to_value(&subject.spec).ok()?;
@@ -544,7 +544,7 @@ fn with_and_without_cohesion() -> Vec<Subject> {
 
 #[test]
 fn what_is_next_to_nothing_stays_finite() {
-    // Ahead of a wave stresses are as small as numbers get, and products of them vanish in rounding.
+    // Ahead of a wave stresses are near the least numbers, and products of them vanish in rounding.
     let shear = SymTensor([0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
     let directions = [SymTensor::isotropic(1.0), SymTensor::isotropic(-1.0), shear];
     for subject in with_and_without_cohesion() {
@@ -590,7 +590,7 @@ fn only_laws_in_rate_form_keep_a_stress_changed_from_outside() {
         less.stress = whole.stress * 0.99;
         let strain = SymTensor([1e-5, -2e-5, 0.0, 1e-5, 0.0, 0.0]).to_matrix();
         let differs = subject.step(&whole, &strain, 1e-3).stress != subject.step(&less, &strain, 1e-3).stress;
-        // Fluids whose shear is in rate form have their pressure from density: shear is what they keep.
+        // Fluids whose shear is in rate form have their pressure from density: shear is the stress they keep.
         let shears = whole.stress.deviator() != SymTensor::ZERO;
         assert_eq!(differs, subject.law.is_hypoelastic() && shears, "{}", subject.name());
     }
@@ -600,7 +600,7 @@ fn only_laws_in_rate_form_keep_a_stress_changed_from_outside() {
 fn without_motion_only_time_dependent_laws_ask_how_long() {
     for subject in subjects().iter().filter(|s| s.law.is_hypoelastic()) {
         let mut beyond = subject.walker();
-        // Beyond the yield surface of most.
+        // Beyond the yield surface of most laws.
         beyond.stress += SymTensor([2e4, -1e4, -1e4, 5e4, 0.0, 0.0]);
         let after = |dt: f64| {
             let motion = motion(&Mat3::ZERO, dt, beyond.density);
@@ -608,7 +608,7 @@ fn without_motion_only_time_dependent_laws_ask_how_long() {
         };
         let differs = after(1e-4) != after(1e-3);
         assert!(!differs || subject.law.is_time_dependent(), "{}", subject.name());
-        // Without viscosity a flow keeps its yield stress at any rate.
+        // Without viscosity the stress of a flow is its yield stress at any rate.
         let flows = subject.spec.is_fluid() && !subject.name().contains("viscosity: 0.0");
         assert!(differs || !flows, "{}", subject.name());
     }
@@ -616,7 +616,7 @@ fn without_motion_only_time_dependent_laws_ask_how_long() {
 
 #[test]
 fn two_half_steps_differ_from_one_by_the_square_of_the_step() {
-    // From a state on the yield surface, in a direction that goes on loading and turns.
+    // From a state on the yield surface, in a direction that continues loading and rotates.
     let before = Mat3([[0.002, 0.002, 0.0], [0.001, -0.004, 0.0005], [0.0, 0.001, 0.001]]);
     let direction = Mat3([[0.2, 0.5, 0.0], [-0.1, -0.6, 0.1], [0.0, 0.2, 0.25]]);
     for subject in subjects() {
@@ -624,7 +624,7 @@ fn two_half_steps_differ_from_one_by_the_square_of_the_step() {
         let difference = |size: f64| {
             let a = direction * size;
             let whole = subject.apply(&walker, &motion(&a, 1e-3 * size / 4e-4, walker.density));
-            // Half of the logarithm of the motion, so that both ways end at the same deformation.
+            // Half of the logarithm of the motion, so that both paths end at the same deformation.
             let root = square_root(&motion(&a, 1.0, 1.0).deformation);
             let half = |density: f64| {
                 let mut m =
@@ -677,7 +677,7 @@ fn states_survive_saving_and_reordering() {
         let order: Vec<u32> = (0..count as u32).rev().collect();
         let twice = states.permuted(&order).permuted(&order);
         assert_eq!(subject.law.save(&twice), bytes, "{}", subject.name());
-        // Dealt out to three, one of which has none, and put together again.
+        // Distributed to three, one of which has none, and gathered again.
         let of = |kind: u32| (0..count as u32).filter(|i| i % 3 / 2 == kind).collect::<Vec<u32>>();
         let parts = [0, 1, 2].map(|kind| states.permuted(&of(kind)));
         let pick = |i: u32| (i % 3 / 2, if i % 3 == 2 { i / 3 } else { i / 3 * 2 + i % 3 });

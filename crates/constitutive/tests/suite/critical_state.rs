@@ -10,7 +10,7 @@ use colluvium_constitutive::{
     StressUpdate, SymTensor,
 };
 
-/// Relative distance of `found` from `exact`.
+/// Asserts that `found` agrees with `exact` within the relative `tolerance`.
 #[track_caller]
 fn near(found: f64, exact: f64, tolerance: f64) {
     let distance = (found - exact).abs();
@@ -21,7 +21,7 @@ fn near(found: f64, exact: f64, tolerance: f64) {
     );
 }
 
-/// Distance of `found` from `exact` in digits as printed.
+/// Asserts that `found` agrees with `exact` to the printed digits: half a `unit` of the last one.
 #[track_caller]
 fn digits(found: f64, exact: f64, unit: f64) {
     assert!((found - exact).abs() <= 0.5001 * unit, "{found} for {exact}");
@@ -35,7 +35,7 @@ fn start(stress: SymTensor) -> InitialCondition {
     InitialCondition { stress, density: 2000.0 }
 }
 
-/// The clay of the sheet, `p_c` in kPa.
+/// Clay of the sheet, `p_c` in kPa.
 fn clay(preconsolidation: f64) -> CamClaySpec {
     CamClaySpec {
         density: 1800.0,
@@ -110,7 +110,7 @@ fn elastic_pressure_is_a_function_of_volume_alone() {
         let material = MaterialSpec::PressureElastic(elastic(stiffness));
         test(material, 100.0, &[(LoadingPath::Isotropic { pressure }, steps)])
     };
-    // Clay: e + κ ln p stays, in one step as in many.
+    // Clay: e + κ ln p is constant, in one step as in many.
     for steps in [1, 7] {
         let loaded = run(CLAY, 300e3, steps);
         near(loaded.last("void_ratio"), 0.8 - 0.05 * 3f64.ln(), 1e-12);
@@ -176,7 +176,7 @@ fn modified_cam_clay_returns_as_the_sheet_prints() {
 
 #[test]
 fn modified_cam_clay_trial_is_the_one_of_the_sheet() {
-    // So strong that the same step stays elastic.
+    // Strength so high that the step is elastic.
     let law = clay(1e4).law().unwrap();
     let old = PointLaw::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
     let strain = SymTensor([-0.02, 0.004, 0.004, 0.003, 0.0, 0.0]);
@@ -292,7 +292,7 @@ fn original_cam_clay_reaches_its_undrained_strength() {
     let exact = 100e3 * (-0.75f64).exp();
     near(run.last("p"), exact, 1e-5);
     near(run.last("q"), exact, 1e-5);
-    // On the way q = M p ln(p_c/p) with p_c falling as a power of p.
+    // During the path q = M p ln(p_c/p) with p_c falling as a power of p.
     for (p, q) in run.column("p").unwrap().into_iter().zip(run.column("q").unwrap()) {
         let size = 100e3 * (p / 100e3).powf(-0.05 / 0.15);
         assert!((q - p * (size / p).ln()).abs() <= 1e-5 * p, "{q} at {p}");
@@ -336,7 +336,7 @@ fn sand_has_the_critical_states_of_the_sheet() {
         let pressure = law.critical_pressure(e).unwrap();
         digits(pressure / 1e3, p, 1e-4);
         digits(pressure / 1e3 * law.critical_slope(), q, 1e-4);
-        // There the peak and phase-transformation ratios are the critical one.
+        // The peak and phase-transformation ratios there are the critical one.
         for slope in law.slopes(pressure, e, -1.0) {
             near(slope.value, law.critical_slope(), 1e-9);
         }

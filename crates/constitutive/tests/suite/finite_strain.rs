@@ -46,7 +46,7 @@ fn build(spec: &MaterialSpec) -> Arc<dyn Material> {
     spec.build().unwrap()
 }
 
-/// Cauchy stress and energy per initial volume after one step from no stress by `f`.
+/// Cauchy stress and energy per initial volume after one step by `f` from the stress-free state.
 fn after(law: &dyn Material, f: &Mat3) -> (SymTensor, f64) {
     let start = InitialCondition { stress: SymTensor::ZERO, density: 2000.0 };
     let (mut stress, mut states) = law.initial(&[start]).unwrap();

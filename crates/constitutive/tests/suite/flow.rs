@@ -1,5 +1,5 @@
 //! Reference values of the flow laws (sheet: constitutive §2.8–2.10, §3.7.9, §7), computed there with
-//! independent scripts, and what must hold of them besides the contract.
+//! independent scripts, and properties beyond the contract.
 
 use crate::common::{assert_field, digits};
 use colluvium_constitutive::laws::bingham::{Capped, YieldStress};
@@ -18,7 +18,7 @@ use colluvium_constitutive::{
     SmallStrain, StressUpdate, SymTensor,
 };
 
-/// The set of §2.9.
+/// Parameter set of §2.9.
 fn sand() -> MuISpec {
     MuISpec {
         density: 1500.0,
@@ -75,8 +75,8 @@ fn still(dt: f64, density: f64) -> Motion {
     Motion { dt, ..Motion::from_deformation(&Mat3::IDENTITY, dt, density, 1.0).unwrap() }
 }
 
-/// The return of a trial in simple shear at `pressure`: a step without strain from there, with the
-/// density that gives the pressure.
+/// Return of a trial in simple shear at `pressure`: a step without strain, with the
+/// density of that pressure.
 fn returned<R: FlowCurve>(law: &Viscoplastic<R>, trial: f64, pressure: f64, dt: f64) -> Point<FluidState> {
     let density = 1000.0 * law.pressure.ratio_of(pressure);
     let state = FluidState { rest_density: 1000.0, density, shear_rate: 0.0 };
@@ -121,7 +121,7 @@ fn regularisations_agree_in_fast_flow_and_stay_finite_at_rest() {
     assert!((smoothed.viscosity(50.0, 1000.0) / exact - 1.0).abs() < 1e-9);
     assert_eq!(capped.viscosity(0.0, 1000.0), 1e4);
     assert!((smoothed.viscosity(0.0, 1000.0) - 380.0 / 1e-3).abs() < 1e-6);
-    // The slope of the yielding part, m μ_s p, and that of μ(I) p at rest.
+    // Slope of the yielding part, m μ_s p, and that of μ(I) p at rest.
     let slope = 0.26 * 1000.0 * law.inertial_number(1.0, 1000.0) / 0.279;
     assert!((papanastasiou.viscosity(0.0, 1000.0) - 38_000.0 - slope).abs() < 1e-9);
     let near = papanastasiou.viscosity(1e-9, 1000.0);
@@ -132,7 +132,7 @@ fn regularisations_agree_in_fast_flow_and_stay_finite_at_rest() {
     }
 }
 
-/// The floor of the shear rate of the source, 10⁻⁷ 1/s, where a case gives none: what is at rest has the viscosity at that rate.
+/// Default floor of the shear rate, 10⁻⁷ 1/s of the source: points at rest have the viscosity at that rate.
 #[test]
 fn a_viscous_form_starts_from_rest_with_the_floor_of_the_source() {
     let form: MuIForm =
@@ -181,7 +181,7 @@ fn bingham_relaxes_with_its_viscosity() {
     assert_eq!(returned(&law, 19.0, 1000.0, 1e-4).stress[3], 19.0);
 }
 
-/// Shear stress of steady simple shear at `rate` and `pressure`.
+/// Shear stress (Pa) of steady simple shear at `rate` (1/s) and `pressure` (Pa).
 fn steady_shear<L: StressUpdate>(law: &L, rate: f64, pressure: f64, dt: f64, steps: usize) -> f64 {
     let start = InitialCondition { stress: SymTensor::isotropic(-pressure), density: 1500.0 };
     let mut point = law.initial(&start).unwrap();
@@ -195,7 +195,7 @@ fn steady_shear<L: StressUpdate>(law: &L, rate: f64, pressure: f64, dt: f64, ste
 
 #[test]
 fn steady_flow_follows_the_flow_curve() {
-    // The elastic shear strain is of the order p/G = 10⁻³, its square is what the turning frame leaves.
+    // The elastic shear strain is of the order p/G = 10⁻³, its square is the error of the rotating frame.
     let law = Corotational(sand().viscoplastic().unwrap());
     for (rate, friction) in [(10.0, 0.387_507_631_8), (100.0, 0.439_590_075_2)] {
         let found = steady_shear(&law, rate, 1000.0, 1e-5, 2000) / 1000.0;
@@ -206,7 +206,7 @@ fn steady_flow_follows_the_flow_curve() {
     assert!((found / 520.0 - 1.0).abs() < 1e-6, "{found}");
 }
 
-/// What flows at the start goes on with the stress that its rate holds; what no rate holds is refused.
+/// Flow at the start continues with the stress of its rate; a stress above that of any rate is rejected.
 #[test]
 fn a_run_may_start_from_steady_flow() {
     fn goes_on<R: FlowCurve>(law: Viscoplastic<R>, rate: f64, density: f64) {
@@ -252,7 +252,7 @@ fn frictional_fluid_yields_with_pressure() {
     let law = FrictionalFluidSpec { cohesion: 100.0, ..debris() }.rheology().unwrap();
     assert!((law.yield_stress(1000.0) - 500.0 - 100.0 * 30f64.to_radians().cos()).abs() < 1e-10);
     assert_eq!(debris().rheology().unwrap().yield_stress(-1.0), 0.0);
-    // At rest it bears shear up to the static limit for ever, and no more from the start.
+    // At rest it carries shear up to the static limit indefinitely, and no more from the start.
     let law = Corotational(debris().viscoplastic().unwrap());
     let start = |shear: f64| InitialCondition {
         stress: SymTensor([-1e3, -1e3, -1e3, shear, 0.0, 0.0]),
@@ -273,7 +273,7 @@ fn a_liquid_cavitates_at_its_threshold_density() {
     let threshold = 1.0 - 1e4 / 2e7;
     assert!((pressure.pressure(threshold * (1.0 + 1e-9)).unwrap() + 1e4).abs() < 0.1);
     assert_eq!(pressure.pressure(threshold * (1.0 - 1e-9)), None);
-    // Energy is continuous there, and tension goes on working as the cavity grows.
+    // Energy is continuous there, and tension continues to do work as the cavity grows.
     let (above, below) =
         (pressure.energy(threshold * (1.0 + 1e-12)), pressure.energy(threshold * (1.0 - 1e-12)));
     assert!((above - below).abs() < 1e-5);

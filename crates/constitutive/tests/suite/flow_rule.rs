@@ -1,4 +1,4 @@
-//! Split, flow rule, consistency and stiffness of plasticity, held against the cone (sheet: constitutive §2.3, §2.4).
+//! Strain split, flow rule, consistency and stiffness of plasticity, tested on the cone (sheet: constitutive §2.3, §2.4).
 
 use crate::common::{assert_close, assert_near};
 use colluvium_constitutive::driver::{ElementPath, ElementTest, LoadingPath, TestStage};
@@ -8,7 +8,7 @@ use colluvium_constitutive::laws::{
 };
 use colluvium_constitutive::{Mat3, MaterialSpec, Motion, Point, SmallStrain, SymTensor};
 
-/// A soil of 20 MPa, in kPa.
+/// Soil of 20 MPa, in kPa.
 fn spec(matching: Matching) -> DruckerPragerSpec {
     DruckerPragerSpec {
         density: 2.0,
@@ -41,14 +41,14 @@ fn elasticity() -> Elasticity {
     Elasticity::new(20_000.0, 0.3).unwrap()
 }
 
-/// `C : σ` of linear elasticity.
+/// Elastic strain `C : σ` of linear elasticity.
 fn strain_of(stress: &SymTensor) -> SymTensor {
     let e = elasticity();
     stress.deviator() * (0.5 / e.shear_modulus)
         + SymTensor::isotropic(stress.trace() / (9.0 * e.bulk_modulus))
 }
 
-/// Numbers between -1 and 1.
+/// Pseudo-random numbers between -1 and 1.
 fn numbers() -> impl FnMut() -> f64 {
     let mut seed = 5u64;
     move || {
@@ -70,7 +70,7 @@ fn still() -> Motion {
     Motion::from_deformation(&Mat3::IDENTITY, 1.0, 2.0, 1.0).unwrap()
 }
 
-/// `Δε = Δε^e + Δλ ∂g/∂σ`, `Δσ = D : Δε^e`, `Δκ = h Δλ` with `h = 1/√3`, and `Δλ ≥ 0`, `f ≤ 0`, `Δλ f = 0`.
+/// Conditions `Δε = Δε^e + Δλ ∂g/∂σ`, `Δσ = D : Δε^e`, `Δκ = h Δλ` with `h = 1/√3`, and `Δλ ≥ 0`, `f ≤ 0`, `Δλ f = 0`.
 #[test]
 fn strain_splits_and_flows_along_the_potential_where_the_surface_is_reached() {
     let mut number = numbers();
@@ -87,7 +87,7 @@ fn strain_splits_and_flows_along_the_potential_where_the_surface_is_reached() {
                 let cone = law.cone_at(new.state.deviatoric);
                 let flown = strain - strain_of(&(new.stress - stress));
                 if new.stress.j2().sqrt() < 1e-9 * new.stress.norm() {
-                    // The apex, where the surface has no slope.
+                    // Apex, where the surface has no slope.
                     continue;
                 }
                 if multiplier == 0.0 {
@@ -105,7 +105,7 @@ fn strain_splits_and_flows_along_the_potential_where_the_surface_is_reached() {
     }
 }
 
-/// A softened soil on its surface at the plastic strain `KAPPA`.
+/// Softened soil on its surface at the plastic strain `KAPPA`.
 fn on_the_surface() -> (DruckerPrager, SymTensor) {
     let law = DruckerPragerSpec {
         softening: Some(SOFTENING),
@@ -123,8 +123,8 @@ fn on_the_surface() -> (DruckerPrager, SymTensor) {
 
 const KAPPA: f64 = 0.03;
 
-/// Eq. (2.4): the forward step takes `D^ep = D - (D : ∂g)(∂f : D) / (∂f : D : ∂g - ∂_κ f h)` of the softening cone, and stays on
-/// the surface to the first order of the step.
+/// Eq. (2.4): the forward step uses `D^ep = D - (D : ∂g)(∂f : D) / (∂f : D : ∂g - ∂_κ f h)` of the softening cone, and remains
+/// on the surface to the first order of the step.
 #[test]
 fn the_forward_step_takes_the_continuum_stiffness_and_is_consistent() {
     let (law, stress) = on_the_surface();
@@ -187,7 +187,7 @@ fn triaxial(material: DruckerPragerSpec, steps: usize) -> ElementPath {
     test.run().unwrap()
 }
 
-/// `ψ = ψ₀ e^(-sκ)`: at constant stress the volume grows by `3√3 α_ψ(ψ) dκ`, so that dilation ends.
+/// Decay `ψ = ψ₀ e^(-sκ)`: at constant stress the volume grows by `3√3 α_ψ(ψ) dκ`, so that dilation ends.
 #[test]
 fn dilation_decays_with_the_deviatoric_plastic_strain() {
     let (angle, decay) = (12f64.to_radians(), 40.0);
@@ -217,7 +217,7 @@ fn dilation_decays_with_the_deviatoric_plastic_strain() {
     let sum: f64 = (0..parts / 2).map(|i| at(2 * i) + 4.0 * at(2 * i + 1) + at(2 * i + 2)).sum();
     let exact = sum * width / 3.0;
     let found = volume(last) - volume(first);
-    // The return takes the dilatancy at the end of each step.
+    // The return uses the dilatancy at the end of each step.
     assert!((found / exact - 1.0).abs() < 2e-3, "{found} for {exact}");
     let middle = kappa.iter().position(|k| *k > 0.5 * kappa[last]).unwrap();
     assert!(volume(last) - volume(middle) < 0.2 * found, "it goes on dilating");

@@ -96,14 +96,14 @@ fn the_printed_table_is_a_degenerate_calibration() {
     let Err(MaterialError::Parameter { field, rule, .. }) = refused else { panic!("{refused:?}") };
     assert_eq!(field, "parameters.calibration.friction_angle");
     assert!(rule.contains("1.0645"), "{rule}");
-    // Given directly the printed set is there for a reader, with a word of warning.
+    // The printed set is accepted as direct constants, with a warning.
     let printed = HypoplasticSpec {
         parameters: HypoplasticParameters::Constants(HypoplasticConstants::TABLE_1),
         ..spec()
     };
     printed.law().unwrap();
     assert!(printed.warnings()[0].starts_with("parameters.constants:"), "{:?}", printed.warnings());
-    // From 18° on the wanted state is the only one.
+    // From 18° on the intended state is the only one.
     for friction in [18.0, 25.0, 30.0, 33.0] {
         let states = constants(friction, 20e6).stationary_states();
         assert_eq!(states.len(), 1, "{friction}: {states:?}");
@@ -285,8 +285,8 @@ fn fast_shear_raises_friction_and_void_ratio_and_unloads_the_skeleton() {
     }
 }
 
-/// The rate of the stretching is that of its components: in steady simple shear the viscous stress stays as it is, where a
-/// corotational rate would go on feeding it (`D W - W D` of ±γ̇²/2) and turn it.
+/// Material rate of the stretching: in steady simple shear the viscous stress is constant, where a
+/// corotational rate would continue to change it (`D W - W D` of ±γ̇²/2) and rotate it.
 #[test]
 fn with_the_material_rate_the_viscous_stress_of_steady_shear_stays() {
     use colluvium_constitutive::Corotational;

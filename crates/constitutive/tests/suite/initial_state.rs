@@ -1,4 +1,4 @@
-//! Initial stresses outside the yield surface, brought back to it where `project` asks for that
+//! Initial stresses outside the yield surface, returned to it where `return_initial_stress_to_yield` is set
 //! (sheet: constitutive §3.11, §7).
 
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use colluvium_constitutive::{InitialCondition, Mat3, Material, MaterialSpec, Mot
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
-/// Set R1 of the sheet in kPa, told to project.
+/// Set R1 of the sheet in kPa, with the return of the initial stress.
 fn projecting(extra: &Value) -> MaterialSpec {
     let mut value = json!({ "density": 2.0, "youngs_modulus": 20e3, "poissons_ratio": 0.3, "return_initial_stress_to_yield": true });
     value.as_object_mut().unwrap().extend(extra.as_object().unwrap().clone());
@@ -38,7 +38,7 @@ fn sand(lode_dependence: bool) -> SimsandSpec {
     SimsandSpec { lode_dependence, return_initial_stress_to_yield: true, ..SimsandSpec::bui_nguyen(0.81) }
 }
 
-/// Every way to be told to project.
+/// All materials with the return of the initial stress.
 fn all() -> Vec<MaterialSpec> {
     let mut all = Vec::new();
     for measure in ["rate", "hencky"] {
@@ -76,7 +76,7 @@ fn build(spec: &MaterialSpec) -> Arc<dyn Material> {
 
 #[test]
 fn projection_is_the_return_of_the_initial_stress() {
-    // The returns of §3.7.1 to §3.7.4.
+    // Returns of §3.7.1 to §3.7.4.
     let shear = [-100.0, -350.0, -120.0, 120.0, 40.0, 0.0];
     let tresca = json!({ "model": "tresca", "undrained_strength": 20.0 });
     let table = [
@@ -100,7 +100,7 @@ fn projection_is_the_return_of_the_initial_stress() {
     ];
     for (model, stress, exact) in table {
         for softens in [false, true] {
-            // The surface at the start is that of the peak; no plastic strain goes with the projection.
+            // The surface at the start is that of the peak; the return of the initial stress gives no plastic strain.
             let model = match model["model"].as_str() {
                 Some("tresca") => model.clone(),
                 _ if softens => with(model.clone(), "softening", softening()),

@@ -14,7 +14,7 @@ use colluvium_constitutive::{
     Motion, Point, PointLaw, SmallStrain, StressUpdate, SymTensor, Tangent,
 };
 
-/// `c = 4.5`, `f_t = 3` MPa, `μ = 0.6`; stiffness high enough not to be seen.
+/// Band with `c = 4.5`, `f_t = 3` MPa, `μ = 0.6`; stiffness high enough to be negligible.
 const BAND: CohesiveBandSpec = CohesiveBandSpec {
     cohesion: 4.5e6,
     tensile_strength: 3e6,
@@ -83,14 +83,14 @@ fn a_band_as_thick_as_the_point_is_the_point_and_a_thin_elastic_one_is_not_seen(
     let thin = FiniteBand::new(1e-12, 0.02, NORMAL, outside, inside).unwrap().response(&STRAIN).unwrap();
     let exact = outside.apply(&STRAIN);
     assert!((thin.mean - exact).norm() <= 1e-7 * exact.norm());
-    // Without thickness: nothing moves across a stiff band, and a soft one takes the traction away.
+    // Without thickness: a stiff band has no jump, and a soft one no traction.
     let stiff = zero_thickness_jump(&outside, &(Mat3::IDENTITY * 1e22), 0.02, NORMAL, &STRAIN).unwrap();
     let stress = zero_thickness_stress(&outside, 0.02, NORMAL, stiff, &STRAIN);
     assert!((stress - exact).norm() <= 1e-9 * exact.norm());
     let soft = zero_thickness_jump(&outside, &Mat3::ZERO, 0.02, NORMAL, &STRAIN).unwrap();
     let traction = zero_thickness_stress(&outside, 0.02, NORMAL, soft, &STRAIN).apply(NORMAL);
     assert!(traction.iter().all(|t| t.abs() <= 1e-12 * exact.norm()));
-    // A thin band of finite thickness is one without, of stiffness n·D·n/h.
+    // A thin band of finite thickness equals one without thickness, of stiffness n·D·n/h.
     let h = 1e-8;
     let inside = stiffness(3e12 * h, 0.3);
     let interface = acoustic_tensor(&inside, NORMAL) * (1.0 / h);
@@ -266,8 +266,8 @@ fn the_area_under_a_radial_path_of_the_damage_law_is_its_energy() {
     }
 }
 
-/// Elongation (m) at which the bar of V-23 (one point of size `size`, E = 30 GPa, ν = 0) carries `stress` (Pa)
-/// on its way down, and the area under stress and crack opening (J/m²).
+/// Elongation (m) at which the bar of V-23 (one point of size `size`, E = 30 GPa, ν = 0) reaches `stress` (Pa)
+/// in softening, and the area under stress and crack opening (J/m²).
 fn bar(size: f64, stress: f64) -> (f64, f64) {
     let law =
         Corotational(DoubleScaleSpec { size: Some(size), ..spec(BAND) }.law(BAND.law().unwrap()).unwrap());
@@ -316,7 +316,7 @@ fn a_bar_beyond_the_snap_back_limit_is_refused_or_warned_about() {
     let allowed = DoubleScaleSpec { allow_snapback: true, ..sized(0.4) };
     assert!(allowed.build().is_ok());
     assert!(allowed.warnings()[0].starts_with("size: snap-back"));
-    // The size that the method gives is known in a step only.
+    // The size that the method gives is known only in a step.
     let law = Corotational(spec(BAND).law(BAND.law().unwrap()).unwrap());
     let start = law.initial(&InitialCondition { stress: SymTensor::ZERO, density: 2400.0 }).unwrap();
     let strain = SymTensor::diagonal(2e-4, 0.0, 0.0);
@@ -336,7 +336,7 @@ fn traction_is_continuous_and_the_normal_turns_with_the_material() {
         point = SmallStrain::update(&law, &strain, &motion(&strain, 0.02), &point).unwrap();
     }
     assert!(point.state.localised);
-    // The band carries no more than its strength, and exactly that while it slides.
+    // The stress of the band is at most its strength, and exactly that while it slides.
     assert!(PointLaw::yield_value(&law, &point).unwrap().abs() <= 1e-9 * point.stress.norm());
     let objective = Corotational(law);
     let quarter = Mat3::rotation_z(std::f64::consts::FRAC_PI_2);
@@ -520,7 +520,7 @@ fn ellipticity_is_lost_where_rudnicki_and_rice_say() {
     assert!(elastic.to_string().starts_with("onset: ellipticity needs a strength outside"), "{elastic}");
 }
 
-/// A step that no local solve takes comes back as an element test that ends where it did.
+/// Unconverged local solve, returned as an element test that fails at the same step.
 #[test]
 fn a_step_without_solution_can_be_tried_again_in_the_driver() {
     let outside = OutsideStrength {
@@ -548,7 +548,7 @@ fn a_step_without_solution_can_be_tried_again_in_the_driver() {
         ..spec(band)
     };
     let law = spec.build().unwrap();
-    // Of many long steps from the same stress some have no solution.
+    // Of many long steps from one stress some have no solution.
     let start = InitialCondition { stress: SymTensor::isotropic(-1e3), density: 2400.0 };
     let mut seed = 3u64;
     let mut random = || {

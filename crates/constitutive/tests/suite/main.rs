@@ -1,4 +1,4 @@
-//! The laws against the reference values of the sheets, closed forms, and what the contract promises of every one of them.
+//! Tests of the laws against the reference values of the sheets, closed forms, and the contract of every law.
 
 mod bad_input;
 mod basal;

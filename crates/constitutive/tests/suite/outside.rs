@@ -1,4 +1,4 @@
-//! Laws that programs offer.
+//! External laws registered by programs.
 
 use std::sync::Arc;
 

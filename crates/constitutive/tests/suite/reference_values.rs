@@ -24,7 +24,7 @@ fn still() -> Motion {
     Motion::from_deformation(&Mat3::IDENTITY, 1.0, 2.0, 1.0).unwrap()
 }
 
-/// The return of a trial stress: a step without strain from it.
+/// Return of a trial stress: a step without strain from it.
 fn returned<L: SmallStrain>(law: &L, trial: [f64; 6], state: L::State) -> Point<L::State> {
     law.update(&SymTensor::ZERO, &still(), &Point { stress: SymTensor(trial), state }).unwrap()
 }
@@ -255,7 +255,7 @@ fn hencky_mohr_coulomb_step_of_the_sheet() {
     let old = PointLaw::initial(&law, &start).unwrap();
     let f = Mat3([[0.99, 0.02, 0.0], [0.0, 1.003, 0.0], [0.0, 0.0, 1.0]]);
     let motion = Motion::from_deformation(&f, 1.0, 2.0, 1.0).unwrap();
-    // The trial: b of the initial stress, carried; its return in principal Kirchhoff stresses.
+    // Trial: b of the initial stress, pushed forward; its return in principal Kirchhoff stresses.
     let initial = (-200.0 / (3.0 * r1().bulk_modulus)).exp();
     let strains =
         (SymTensor::IDENTITY * initial).rotated(&f).principal_values().map(|square: f64| 0.5 * square.ln());
@@ -276,7 +276,7 @@ fn hencky_mohr_coulomb_step_of_the_sheet() {
     for (found, exact) in elastic.0.into_iter().zip([0.002_828_41, -0.002, -0.014_952_33]) {
         near(found, exact, 1e-8);
     }
-    // Larger than the 1 % from which §3.8 divides a step; the sheet's figures are those of one step.
+    // Larger than the 1 % from which §3.8 divides a step; the sheet's values are those of one step.
     let new = law.single_step(&motion, &old).unwrap();
     assert_close(new.state.jacobian, 0.992_97, 1e-9);
     for (c, exact) in [(0, -331.949_197), (1, -184.137_601), (2, -195.109_230), (3, 116.237_431)] {
@@ -385,7 +385,7 @@ fn region_returns_agree_with_the_general_one() {
     };
     for (friction, cohesion, dilatancy) in [(30.0f64, 10.0, 10.0f64), (30.0, 10.0, 30.0), (0.0, 20.0, 0.0)] {
         let pyramid = Pyramid::new(friction.to_radians(), cohesion, dilatancy.to_radians());
-        // All six, since at the apex planes of the reversed order carry too.
+        // All six, since at the apex planes of the reversed order are active too.
         let mut planes = pyramid.planes();
         for (plane, [i, j]) in planes[3..].iter_mut().zip([[1, 0], [2, 1], [2, 0]]) {
             let along = |x: f64| {
@@ -441,14 +441,14 @@ fn von_mises_is_matched_to_shear_or_to_compression() {
 
 #[test]
 fn tangent_of_the_drucker_prager_cone() {
-    // §3.10: θ and H of the reference cone step, read off the tangent.
+    // §3.10: θ and H of the reference cone step, from the tangent.
     let law = drucker_prager(Matching::Compression, 10.0).law().unwrap();
     let trial = SymTensor([-100.0, -350.0, -120.0, 120.0, 40.0, 0.0]);
     let old = Point { stress: trial, state: Default::default() };
     let tangent = SmallStrain::tangent(&law, &SymTensor::ZERO, &still(), &old).unwrap();
     let (k, g) = (r1().bulk_modulus, r1().shear_modulus);
     let n = trial.deviator() * (1.0 / trial.deviator().norm());
-    // A deviator across n keeps 2 G θ of itself.
+    // A deviator normal to n keeps 2 G θ of itself.
     let other = SymTensor([1.0, 1.0, -2.0, 0.0, 0.0, 3.0]);
     let across = other - n * n.dot(&other);
     assert_close(
@@ -456,7 +456,7 @@ fn tangent_of_the_drucker_prager_cone() {
         0.821_518_351_0,
         1e-10,
     );
-    // A volume change v moves the mean stress by K (1 - 9 K α α_ψ / H) v.
+    // A volume change v changes the mean stress by K (1 - 9 K α α_ψ / H) v.
     let cone = Cone::new(Matching::Compression, 30f64.to_radians(), 10.0, 10f64.to_radians());
     let (alpha, psi) = (cone.friction, cone.dilatancy);
     let mean = tangent.apply(&SymTensor::IDENTITY).trace() / 9.0;
@@ -490,7 +490,7 @@ fn hypoelastic_simple_shear_converges_to_the_sine() {
     let first = |m: &Motion, p: &Point<()>| StressUpdate::update(&one_term, m, p).unwrap();
     let (shear, normal) = end(&first, 10);
     assert!((shear - 1.1191).abs() < 1e-4 && (normal - 1.4773).abs() < 1e-4, "{shear} {normal}");
-    // A full turn in 36 steps ends far off.
+    // A full turn in 36 steps ends far from the start.
     let spin = Mat3([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0; 3]]) * 10f64.to_radians();
     let motion = Motion::from_velocity_gradient(&spin, 1.0, 2.0, 1.0).unwrap();
     let start = Point { stress: SymTensor([-100.0, -50.0, 0.0, 20.0, 0.0, 0.0]), state: () };

@@ -69,7 +69,7 @@ fn what_was_pulled_apart_is_closed_before_it_bears() {
         assert!(open.norm() < 1e-9, "{open:?}");
         within(opened, 0.006, 1e-10, "what is still open");
         let (shut, [_, opened, _]) = end_of(&sand(30.0), &path);
-        // As if it had never been apart: p = -K ln J, J the volume since the start.
+        // As if the volume had never opened: p = -K ln J, J the volume since the start.
         within(shut.pressure(), elasticity().bulk_modulus * 0.06, 1e-9, "pressure");
         assert!(opened == 0.0 && shut.q() < 1e-6, "{shut:?}");
         let loose = SandSpec { volume_correction: false, ..sand(30.0) };
@@ -104,7 +104,7 @@ fn in_the_plane_the_cone_has_two_thirds_of_its_slope() {
 fn the_friction_angle_follows_flow() {
     let hardening = SandHardening { growth: 9.0, fading: 0.2, below: 10.0 };
     let spec = SandSpec { hardening: Some(hardening), ..sand(35.0) };
-    // Confined first, then sheared far: friction rises and then falls.
+    // First confined, then sheared far: friction rises and then falls.
     let shear = [0.02, -0.02, 0.0];
     let path: Vec<[f64; 3]> = [[-0.005; 3]].into_iter().chain(std::iter::repeat_n(shear, 400)).collect();
     for count in [2, 40, 400] {

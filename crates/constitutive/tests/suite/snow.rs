@@ -6,7 +6,7 @@ use colluvium_constitutive::{
     InitialCondition, Mat3, Model, Motion, Point, PointLaw, StressUpdate, SymTensor,
 };
 
-/// The published defaults of the sheet.
+/// Published defaults of the sheet.
 fn spec(elastic_law: SnowElasticity) -> SnowSpec {
     let example = SnowSpec::examples().remove(0);
     SnowSpec { youngs_modulus: 1.4e5, poissons_ratio: 0.2, density: 400.0, elastic_law, ..example }
@@ -27,7 +27,7 @@ fn close_matrix(found: &Mat3, exact: [[f64; 3]; 3], tolerance: f64) {
     }
 }
 
-/// The elastic trial and the plastic part of the reference step.
+/// Elastic trial and plastic part of the reference step.
 fn reference() -> (Mat3, Mat3) {
     (
         Mat3([[1.01, 0.02, 0.0], [-0.015, 0.96, 0.01], [0.0, 0.005, 1.002]]),
@@ -49,7 +49,7 @@ fn reference_step_clamps_two_stretches_and_stiffens() {
         assert_near(stretches[a], [1.010_297_34, 1.003_283_19, 0.958_736_73][a], 5.1e-9);
         assert_near(clamped[a], [1.0075, 1.003_283_19, 0.975][a], 5.1e-9);
     }
-    // The law needs no more of F_E than b_E; with the directions of the trial it has the sheet's F_E.
+    // The law needs only b_E of F_E; with the directions of the trial it has the sheet's F_E.
     let cut = spectrum.compose(std::array::from_fn(|a| clamped[a] / stretches[a])).to_matrix();
     let elastic = cut * trial;
     let difference = SymTensor::IDENTITY.rotated(&elastic) - SymTensor::IDENTITY - new.state.elastic;
@@ -151,7 +151,7 @@ fn the_step_in_the_plane_is_that_of_the_snow_sheet() {
     }
     let energy = law.stored_energy(&new).unwrap() * trial.determinant();
     assert_near(energy, 52.313_179_2, 5.1e-8);
-    // Sheet: snow-mpm V10: what is beyond the clamp is plastic.
+    // Sheet: snow-mpm V10: stretch beyond the clamp is plastic.
     let packed = moved(&law, &along_x(0.9), &at_rest(1.0));
     assert_near(packed.state.plastic_volume, 0.9 / 0.975, 1e-14);
     assert_near(law.hardening(packed.state.plastic_volume), (10.0 * (1.0 - 0.9 / 0.975f64)).exp(), 1e-12);

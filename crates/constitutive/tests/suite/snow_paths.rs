@@ -141,7 +141,7 @@ fn a_weak_layer_fails_softens_and_packs_on_the_path_of_the_sheet() {
 fn without_cohesion_the_ellipse_is_that_of_modified_cam_clay() {
     for cohesion_ratio in [0.0, 0.3, 1.0] {
         let ellipse = YieldEllipse { slope: 1.2, cohesion_ratio, strength: 3e3 };
-        // Whatever the cohesion, it cuts the critical state line at half of p0 (sheet: snow-mpm §2.6).
+        // For any cohesion, the ellipse cuts the critical state line at half of p0 (sheet: snow-mpm §2.6).
         assert!(ellipse.yield_value(1.5e3, 1.2 * 1.5e3).abs() < 1e-9);
     }
     let ellipse = YieldEllipse { slope: 1.2, cohesion_ratio: 0.0, strength: 3e3 };
@@ -152,7 +152,7 @@ fn without_cohesion_the_ellipse_is_that_of_modified_cam_clay() {
     }
 }
 
-/// A cone of the slope `slope` in `p` and `q`, without change of volume by flow.
+/// Cone of the slope `slope` in `p` and `q`, with isochoric flow.
 fn cone(slope: f64, youngs_modulus: f64) -> DruckerPragerSpec {
     DruckerPragerSpec {
         density: 917.0,

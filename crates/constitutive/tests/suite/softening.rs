@@ -8,7 +8,7 @@ use colluvium_constitutive::laws::{
 };
 use colluvium_constitutive::{Mat3, MaterialSpec, Motion, Point, SmallStrain, SymTensor};
 
-/// A clay without friction: 25 kPa, 1 kPa left, unless said otherwise.
+/// Clay without friction: cohesion of 25 kPa, residual 1 kPa, unless given otherwise.
 #[derive(Clone, Copy)]
 struct Clay {
     peak: f64,
@@ -73,14 +73,14 @@ fn run(material: MaterialSpec, path: LoadingPath, steps: usize) -> ElementPath {
     test.run().unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Stretch in x, as much compression in y, by `strain` in all.
+/// Path of pure shear: stretch in x, equal compression in y, by `strain` in all.
 fn pure_shear(material: MaterialSpec, strain: f64, steps: usize) -> ElementPath {
     run(material, LoadingPath::Strain { increment: [strain, -strain, 0.0, 0.0, 0.0, 0.0] }, steps)
 }
 
 #[test]
 fn mohr_coulomb_softens_as_steeply_as_it_is_asked_to() {
-    // σ1 - σ3 = 2c(κ) and κ = 2/√3 of the plastic stretch: ε = c(κ)/2G + √3 κ/2. The increment maps onto itself with
+    // σ1 - σ3 = 2c(κ) and κ = 2/√3 of the plastic stretch: ε = c(κ)/2G + √3 κ/2. The fixed-point map of the increment has
     // the slope rate·(c_p - c_r)/(√3 G): 0.97 to 1.15 with the first clay, 0.96 with the second.
     let shear = Clay::elasticity().shear_modulus;
     let slow = [27.0, 28.0, 29.0, 30.0, 31.0, 32.0].map(Clay::steep);
@@ -118,7 +118,7 @@ fn no_integration_of_drucker_prager_makes_a_softening_soil_stronger() {
         let law = Clay::steep(rate).drucker_prager(integration);
         run(MaterialSpec::DruckerPrager(law), LoadingPath::SimpleShearConstantVolume { shear: 0.3 }, 300)
     };
-    // From where softening is next to nothing to where strength falls three times as fast as the stress unloads.
+    // From nearly no softening to a strength that falls three times as fast as the stress unloads.
     for rate in [0.1, 5.0, 11.0, 14.0, 20.0, 23.5, 24.5, 30.0, 72.0] {
         let returned = shear(rate, PlasticIntegration::ClosestPoint);
         for integration in [PlasticIntegration::SemiImplicit, PlasticIntegration::Explicit] {
@@ -140,8 +140,8 @@ fn no_integration_of_drucker_prager_makes_a_softening_soil_stronger() {
 
 #[test]
 fn no_step_of_drucker_prager_gains_work() {
-    // Associated flow of a stiff sand that loses its cohesion within a step: too long a multiplier would swell against
-    // the pressure by more than is left of the shear stress.
+    // Associated flow of a stiff sand that loses its cohesion within a step: too large a multiplier would dilate against
+    // the pressure by more than the remaining shear stress.
     let still = Motion::from_deformation(&Mat3::IDENTITY, 1.0, 2000.0, 1.0).unwrap();
     for rate in [100.0, 200.0, 400.0, 600.0, 800.0, 1000.0, 3000.0] {
         for integration in

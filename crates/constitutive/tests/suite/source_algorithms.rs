@@ -27,7 +27,7 @@ fn spec(integration: PlasticIntegration) -> DruckerPragerSpec {
     }
 }
 
-/// The return of a trial stress: a step without strain from it.
+/// Return of a trial stress: a step without strain from it.
 fn returned(law: &DruckerPrager, trial: [f64; 6], state: PlasticStrain) -> Point<PlasticStrain> {
     let still = Motion::from_deformation(&Mat3::IDENTITY, 1.0, 2.0, 1.0).unwrap();
     law.update(&SymTensor::ZERO, &still, &Point { stress: SymTensor(trial), state }).unwrap()
@@ -53,7 +53,7 @@ fn both_algorithms_of_the_source_take_the_step_of_the_sheet() {
     let (semi_implicit, multiplier) = law.semi_implicit_step(&(start + r1().stress(&strain)), kappa);
     near(semi_implicit, [-131.873_780, -340.831_929, -149.753_890, 98.860_898, 32.698_488]);
     assert_close(multiplier * 1e4, 1.004_660_92, 1e-8);
-    // What drifts comes back to the cone at the same pressure.
+    // Drift is corrected to the cone at the same pressure.
     let mended = law.without_drift(explicit, 0.0);
     assert!(law.cone_at(0.0).yield_value(mended.j2().sqrt(), mended.trace()).abs() < 1e-10);
     assert_close(mended.trace(), explicit.trace(), 1e-14);

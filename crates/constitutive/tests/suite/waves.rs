@@ -1,14 +1,14 @@
-//! The modulus that time steps are made of bounds that of every plane wave (sheet: constitutive §3.9).
+//! Bound on the wave modulus: the modulus of the time-step limit is above that of every plane wave (sheet: constitutive §3.9).
 //!
-//! Flow that is not associated is the exception: where the potential pushes the way that the yield
-//! surface pulls, a point stiffens as it yields. For a cone and a wave along its normal that adds `(3K(α - α_ψ)/2)²/(G + 9Kαα_ψ)` at
+//! Non-associated flow is the exception: where the flow direction opposes the normal of the yield
+//! surface, a point stiffens as it yields. For a cone and a wave along its normal that adds `(3K(α - α_ψ)/2)²/(G + 9Kαα_ψ)` at
 //! most: with Poisson's ratio 0.3, 6 % of the modulus with 30° of friction and 10° of dilatancy, 23 % with 35° and none.
 
 use std::sync::Arc;
 
 use colluvium_constitutive::{InitialCondition, Mat3, Material, MaterialSpec, Motion, States, SymTensor};
 
-/// Numbers between -1 and 1.
+/// Pseudo-random numbers between -1 and 1.
 struct Numbers(u64);
 
 impl Numbers {
@@ -28,7 +28,7 @@ impl Numbers {
     }
 }
 
-/// A point of a law.
+/// Point of a law.
 #[derive(Clone)]
 struct Walker {
     law: Arc<dyn Material>,
@@ -54,7 +54,7 @@ impl Walker {
         out[0]
     }
 
-    /// Whether the step yielded: lost energy beyond what rounding makes of the stress, or, of laws that do not tell, ended on the
+    /// Whether the step yielded: dissipated energy beyond the round-off of the stress, or, for laws without dissipation, ended on the
     /// yield surface.
     fn has_flown(&self, new: &Self, deformation: &Mat3, amount: f64) -> bool {
         let Some(motion) = Motion::from_deformation(deformation, 1.0, new.density, 0.1) else { return true };
@@ -71,7 +71,7 @@ impl Walker {
         }
     }
 
-    /// `m · d(J σ f⁻ᵀ n)/da` of `f = 1 + a m ⊗ n`: what a wave with the normal `n` and the polarisation `m` pulls by, `ρ c²`
+    /// Stiffness `m · d(J σ f⁻ᵀ n)/da` of `f = 1 + a m ⊗ n` for a wave with the normal `n` and the polarisation `m`, `ρ c²`
     /// where `m` is an eigenvector; and whether it yielded.
     fn stiffness(&self, m: [f64; 3], n: [f64; 3], amount: f64) -> Option<(f64, bool)> {
         let pull = |deformation: &Mat3| {
@@ -94,18 +94,18 @@ fn start(spec: &MaterialSpec) -> Walker {
     Walker { law, stress: stress[0], states, density }
 }
 
-/// What flow that is not associated may add.
+/// Allowed ratio of stiffness to modulus for non-associated flow.
 const NOT_ASSOCIATED: f64 = 1.23;
 
-/// Largest stiffness over the modulus at the state, in excess of what stresses of that size add to laws in rate form.
+/// Largest ratio of stiffness to modulus at the state, in excess of the contribution of stresses of that size in laws in rate form.
 ///
-/// Counts how many waves there were.
+/// Also counts the waves.
 fn worst(walker: &Walker, numbers: &mut Numbers, plane: bool) -> (f64, u32) {
     let modulus = walker.modulus();
     let (mut largest, mut found) = (0f64, 0);
     for number in 0..40 {
         let n = numbers.direction(plane);
-        // Along the normal, where waves are fastest, and aslant.
+        // Along the normal, where waves are fastest, and oblique.
         let m = if number % 2 == 0 { n } else { numbers.direction(plane) };
         for amount in [1e-7, -1e-7] {
             let Some((stiffness, flown)) = walker.stiffness(m, n, amount) else { continue };
@@ -143,7 +143,7 @@ fn no_wave_is_faster_than_the_law_says() {
                     walker = next;
                 }
             }
-            // Laws of the plane take no other motion.
+            // Laws of the plane accept no other motion.
             assert!(count > 100 || !plane, "{spec:?}: {count}");
         }
     }

@@ -25,7 +25,7 @@ fn a_weak_layer_softens_collapses_and_packs() {
     assert_near(at(0.004_799_995_4), 0.0, 2.0);
     assert_near(at(0.006_299_995_4), 416.667, 0.417);
     assert_near(at(0.0198), 4_166.684, 4.17);
-    // β goes at the switch, and only there.
+    // β vanishes at the collapse, and only there.
     let switch = path.iter().position(|(.., point)| point.state.inner.collapsed).unwrap();
     let (before, after) = (&path[switch - 1].2, &path[switch].2);
     assert_eq!(law.0.ellipse(&before.state.inner).cohesion_ratio, 0.1);
@@ -35,7 +35,7 @@ fn a_weak_layer_softens_collapses_and_packs() {
 
 #[test]
 fn a_weak_layer_follows_its_closed_form_whatever_the_step() {
-    // Stable (1, 0.5) and snapping (50, 2) layers; the state at the end, not the path, is checked.
+    // Stable (1, 0.5) and collapsing (50, 2) layers; the state at the end, not the path, is checked.
     for (softening_factor, hardening_factor, exact_at) in [(1.0, 0.5, true), (50.0, 2.0, false)] {
         let spec = CohesiveCamClaySpec {
             hardening: CamClayHardening::WeakLayer { softening_factor },
@@ -64,7 +64,7 @@ fn a_layer_torn_apart_collapses_too() {
     let (stress, state) = returned(&law, [4e-3, 2e-3, 1e-3], &fresh(&law));
     assert_eq!(stress, SymTensor::ZERO);
     assert!(state.collapsed);
-    // What is left after the collapse opens a gap.
+    // The rest of the strain after the collapse opens a gap.
     assert_near(state.hardening_strain, 7e-3 - 0.004_799_995_4, 1e-10);
 }
 

@@ -107,7 +107,7 @@ fn free_shrinkage_leaves_no_stress_and_held_shrinkage_pulls() {
     let law = MaterialSpec::Eigenstrain(spec).build().unwrap();
     let (mut free, mut held) = (start(&*law, SymTensor::ZERO), start(&*law, SymTensor::ZERO));
     for _ in 0..20 {
-        // Half of the steps lie after the end of the shrinkage: nothing more happens there.
+        // Half of the steps lie after the end of the shrinkage: no further change there.
         let shrinks = held.0[0] < 0.03 * 20e6 / 1.2 - 1e-6;
         step(&*law, &mut free, SymTensor::isotropic(if shrinks { -0.001 } else { 0.0 }), 0.0);
         step(&*law, &mut held, SymTensor::ZERO, 0.0);
@@ -119,7 +119,7 @@ fn free_shrinkage_leaves_no_stress_and_held_shrinkage_pulls() {
 
 #[test]
 fn a_stress_on_the_surface_of_the_factor_of_safety_lies_on_the_reduced_surface() {
-    // V-27. The stress of a slope with the factor 1.4: on the surface of strengths divided by it.
+    // V-27. Stress of a slope with the factor 1.4: on the surface of strengths divided by it.
     let factor = 1.4;
     let reduction = StrengthReduction::by(factor);
     for spec in [MaterialSpec::MohrCoulomb(mohr_coulomb()), MaterialSpec::DruckerPrager(drucker_prager())] {
@@ -250,14 +250,14 @@ fn strength_above_the_peak_needs_the_word_hardening() {
     let refused = with(false).law().unwrap_err().to_string();
     assert!(refused.starts_with("softening.residual_friction_angle: 35"), "{refused}");
     let law = with(true).law().unwrap();
-    // From the peak of 30° and 10 kPa half of the way at κ = ln 2 / 50.
+    // From the peak of 30° and 10 kPa half of the softening at κ = ln 2 / 50.
     let half = law.pyramid_at(2f64.ln() / 50.0);
     let expected = Pyramid::new(32.5f64.to_radians(), 15e3, mohr_coulomb().dilatancy_angle.to_radians());
     assert!((half.friction - expected.friction).abs() < 1e-12 * expected.friction);
     assert!((half.strength - expected.strength).abs() < 1e-9 * expected.strength);
 }
 
-/// `depth` reductions around Mohr–Coulomb, each of another scope than the last.
+/// Mohr–Coulomb material with `depth` nested reductions, each of another scope than the last.
 fn reduced(depth: usize) -> MaterialSpec {
     (0..depth).fold(MaterialSpec::MohrCoulomb(mohr_coulomb()), |material, level| {
         MaterialSpec::StrengthReduced(StrengthReducedSpec {

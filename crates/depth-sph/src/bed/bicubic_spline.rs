@@ -1,15 +1,15 @@
-//! A bicubic B-spline near the levels of a raster: one surface, twice continuously differentiable, for level, slope and
+//! Bicubic B-spline near the levels of a raster: one surface, twice continuously differentiable, for level, slope and
 //! curvature alike (sheet: depth-sph §2.9, as amended).
 
 use std::ops::Range;
 
 use colluvium_points::Raster;
 
-/// Share of a mean with weights 1, 2, 1 that each neighbour along an axis has.
+/// Weight of each neighbour along an axis in a mean with weights 1, 2, 1.
 const MEAN_WEIGHT: f64 = 0.25;
-/// Share of second differences in the filter after which the spline passes through levels of the third degree.
+/// Weight of second differences in the filter after which the spline passes through levels of the third degree.
 const SHARPEN: f64 = -1.0 / 6.0;
-/// How far a level is felt by coefficients (nodes): one by the filter, two by the continuation on either side of it.
+/// Distance over which a level influences coefficients (nodes): one by the filter, two by the continuation on either side of it.
 const INFLUENCE_NODES: usize = 5;
 
 /// Coefficients of a bicubic B-spline, with a rim of one around the nodes of the raster.
@@ -22,7 +22,7 @@ pub struct BicubicSpline {
 /// Level, slopes along x and y, and second derivatives xx, xy, yy.
 pub type SplineValues = (f64, [f64; 2], [f64; 3]);
 
-/// Weights of four coefficients for the value, and for first and second derivatives times the spacing and its square.
+/// Weights of four coefficients for the value, for the first derivative times the spacing and for the second one times its square.
 #[inline(always)]
 fn weights(s: f64) -> [[f64; 4]; 3] {
     let (t, sixth) = (1.0 - s, 1.0 / 6.0);
@@ -35,7 +35,7 @@ fn weights(s: f64) -> [[f64; 4]; 3] {
 }
 
 impl BicubicSpline {
-    /// The spline of these levels.
+    /// Builds the spline of these levels.
     pub fn new(raster: &Raster) -> Self {
         let (columns, rows) = (raster.columns + 2, raster.rows + 2);
         let mut spline = Self { columns, coefficients: vec![0.0; columns * rows] };
@@ -43,9 +43,9 @@ impl BicubicSpline {
         spline
     }
 
-    /// Finds the coefficients anew that levels of some columns and rows are felt by.
+    /// Recomputes the coefficients that depend on levels of these columns and rows.
     pub fn update_window(&mut self, raster: &Raster, [columns, rows]: [Range<usize>; 2]) {
-        // Coefficients that change, and levels that they see, on the lattice with the rim.
+        // Coefficients that change, and levels that they depend on, on the lattice with the rim.
         let wide = |range: &Range<usize>, by: usize, count: usize| {
             (range.start + 1).saturating_sub(by)..(range.end + 1 + by).min(count + 2)
         };
@@ -61,13 +61,13 @@ impl BicubicSpline {
         for j in changed[1].clone() {
             for i in changed[0].clone() {
                 let found = patch.levels[(j - seen[1].start) * patch.columns + i - seen[0].start];
-                // Never asked for, but beside what is.
+                // Never evaluated, but beside coefficients that are.
                 self.coefficients[j * self.columns + i] = if found.is_finite() { found } else { 0.0 };
             }
         }
     }
 
-    /// The surface in cell `i, j` at the share `s, t` of it, of nodes `dx, dy` (m) apart.
+    /// Surface in cell `i, j` at the fractions `s, t` of it, of nodes `dx, dy` (m) apart.
     #[inline]
     pub fn at(&self, [i, j]: [usize; 2], [s, t]: [f64; 2], [dx, dy]: [f64; 2]) -> SplineValues {
         let ([w, w1, w2], [u, u1, u2]) = (weights(s), weights(t));
@@ -93,7 +93,7 @@ impl BicubicSpline {
     }
 }
 
-/// The levels after `times` means with weights 1, 2, 1 along each axis; straight on over rims and gaps.
+/// Levels after `times` means with weights 1, 2, 1 along each axis; linear extrapolation over rims and gaps.
 pub fn smoothed_raster(raster: &Raster, times: usize) -> Raster {
     let mut patch = LevelWindow::of(raster, &[0..raster.columns + 2, 0..raster.rows + 2]);
     (0..times).for_each(|_| patch.filter(MEAN_WEIGHT));
@@ -112,7 +112,7 @@ struct LevelWindow {
     columns: usize,
     rows: usize,
     levels: Vec<f64>,
-    /// Which of them are those of nodes with data.
+    /// Whether each level is that of a node with data.
     has_data: Vec<bool>,
 }
 
@@ -129,7 +129,7 @@ impl LevelWindow {
         Self { columns: columns.len(), rows: rows.len(), levels, has_data: known }
     }
 
-    /// A mean of 3 × 3 nodes in which each neighbour along an axis has the share `side`.
+    /// Applies a mean of 3 × 3 nodes in which each neighbour along an axis has the weight `side`.
     fn filter(&mut self, side: f64) {
         self.fill();
         let before = self.levels.clone();
@@ -149,7 +149,7 @@ impl LevelWindow {
         }
     }
 
-    /// Continues levels straight into nodes without any that lie beside nodes with data.
+    /// Extrapolates levels linearly to nodes without data that lie beside nodes with data.
     fn fill(&mut self) {
         for j in 0..self.rows {
             for i in 0..self.columns {
@@ -161,7 +161,7 @@ impl LevelWindow {
         }
     }
 
-    /// The mean of straight continuations along the axes, or else along the diagonals; of single neighbours where no line has two.
+    /// Mean of linear extrapolations along the axes, or else along the diagonals; of single neighbours where no line has two.
     fn continued(&self, i: usize, j: usize) -> f64 {
         let at = |di: isize, dj: isize| {
             let (i, j) = (i.checked_add_signed(di)?, j.checked_add_signed(dj)?);

@@ -1,4 +1,4 @@
-//! Step 3: the bed below the nodes, and gravity as it acts there (sheet: depth-sph §2.9, as amended).
+//! Step 3: bed below the nodes, and effective gravity there (sheet: depth-sph §2.9, as amended).
 
 use rayon::prelude::*;
 
@@ -10,17 +10,17 @@ use crate::phases::phase::{PhaseSet, TASK, copy_with_images};
 
 /// Effective gravity over a bed (m/s²; sheet: depth-sph §2.9, as amended).
 struct EffectiveGravity {
-    /// That of pressure.
+    /// Effective gravity on pressure.
     pressure: f64,
-    /// That of what the bed bears: friction and pore pressure.
+    /// Effective gravity on the load of the bed: friction and pore pressure.
     normal: f64,
-    /// That of the reaction of the bed along its slope.
+    /// Effective gravity of the reaction of the bed along its slope.
     reaction: f64,
 }
 
 impl EffectiveGravity {
-    /// Over a place of the bed, of what turns with this acceleration along its normal (m/s²). Where velocities are `carried` along the bed the
-    /// reaction leaves the turning to that.
+    /// Effective gravity at a point of the bed, with this acceleration along its normal (m/s²). Where velocities are `carried` along the
+    /// bed, the reaction leaves their rotation to that transport.
     fn over<const D: usize>(
         settings: &FlowSettings<D>,
         bed: &BedPoint<D>,
@@ -43,7 +43,7 @@ impl EffectiveGravity {
 }
 
 impl<const D: usize> Flow<D> {
-    /// Step 3: the bed below each node, and gravity as it acts there.
+    /// Step 3: bed below each node, and effective gravity there.
     pub(crate) fn sample_bed(&mut self, asked: BedSampling) {
         for number in 0..self.sets.len() {
             self.sample_bed_below(number, asked);
@@ -57,7 +57,7 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Samples the bed at the places of all nodes, after a state was restored; nodes beyond the bed get a flat one.
+    /// Samples the bed below all nodes, after a state was restored; nodes beyond the bed get a flat one.
     pub fn resample_bed(&mut self) {
         let Self { bed, sets, .. } = self;
         for set in sets {
@@ -80,7 +80,7 @@ impl<const D: usize> Flow<D> {
             points.par_iter_mut().zip(&mut nodes.effective_gravity).zip(&mut nodes.bearing).zip(reaction);
         columns.zip(&*turning).enumerate().with_min_len(TASK).for_each(
             |(i, ((((point, pull), bearing), reaction), turning))| {
-                // Nodes beyond the bed keep what was below them until they are removed at the end of the step.
+                // Nodes beyond the bed keep the last bed below them until they are removed at the end of the step.
                 if asked == BedSampling::Now
                     && let Some(found) = bed.at(&position[i])
                 {

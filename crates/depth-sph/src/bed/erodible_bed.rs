@@ -1,41 +1,41 @@
-//! A bed that gives what flows over it takes up: lowered there, down to what can be eroded (sheet: depth-sph §2.8, §3.4 step 8).
+//! Erodible bed: terrain that is lowered by erosion, down to the erodible depth (sheet: depth-sph §2.8, §3.4 step 8).
 
 use crate::bed::terrain_bed::TerrainBed;
 use crate::bed::{BedPoint, BedSurface};
 use crate::phases::phase_nodes::PlanVector;
 
-/// Steps between two looks at the heights: what is taken up in so few is millimetres.
+/// Steps between two updates of the heights: erosion in so few steps is some millimetres.
 const STEPS_PER_UPDATE: u64 = 10;
-/// Nodes along the edge of a tile, which is recovered as a whole.
+/// Nodes along the edge of a tile, whose spline is recomputed as a whole.
 const TILE: usize = 32;
 
-/// Terrain that is eroded.
+/// Terrain with erosion.
 #[derive(Clone, Debug)]
 pub struct ErodibleBed {
     ground: TerrainBed,
-    /// Whether the surface follows.
+    /// Whether erosion lowers the surface.
     lowers_surface: bool,
-    /// Heights at the start (m).
+    /// Initial heights (m).
     initial_heights: Vec<f64>,
-    /// Depth that can be taken up at each node (m).
+    /// Erodible depth at each node (m).
     erodible: Vec<f64>,
-    /// What has been taken up.
+    /// Eroded depths.
     state: ErosionState,
-    /// Tiles with something taken up that the heights do not show yet.
+    /// Tiles with erosion that the heights do not contain yet.
     changed_tiles: Vec<bool>,
 }
 
-/// What has been taken up at each node of the terrain.
+/// Eroded depth at each node of the terrain.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ErosionState {
-    /// Depth that the heights show (m).
+    /// Depth that the heights contain (m).
     pub in_surface: Vec<f64>,
-    /// Depth that they do not show yet (m).
+    /// Depth that the heights do not contain yet (m).
     pub pending: Vec<f64>,
 }
 
 impl ErodibleBed {
-    /// A terrain of which nothing has been taken up yet, and all can be; `lowers` is whether its surface follows.
+    /// Creates a bed without erosion so far and without a limit of depth; `lowers` is whether its surface follows.
     pub fn new(ground: TerrainBed, lowers: bool) -> Self {
         let given = ground.raster().values.clone();
         let count = given.len();
@@ -52,7 +52,7 @@ impl ErodibleBed {
         }
     }
 
-    /// Says how deep the bed can be eroded (m) at each place in plan (m).
+    /// Sets the erodible depth (m) as a function of position in plan (m).
     pub fn set_erodible_depth(&mut self, depth: impl Fn([f64; 2]) -> f64) {
         let raster = self.ground.raster();
         let columns = raster.columns;
@@ -61,7 +61,7 @@ impl ErodibleBed {
         }
     }
 
-    /// The bed at a place.
+    /// Bed at a position.
     #[inline]
     pub fn at<const D: usize>(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
         self.ground.at(x)
@@ -72,12 +72,12 @@ impl ErodibleBed {
         self.ground.is_defined(x)
     }
 
-    /// Distance of its nodes (m).
+    /// Distance of the nodes of the terrain (m).
     pub fn cell(&self) -> Option<f64> {
         BedSurface::<2>::cell(&self.ground)
     }
 
-    /// Area that a node stands for (m²); in a profile, where rows are the same, length (m).
+    /// Area of a node (m²); in a profile, where all rows are equal, length (m).
     fn area<const D: usize>(&self, number: usize) -> f64 {
         let raster = self.ground.raster();
         let half = |k: usize, count: usize| if k == 0 || k + 1 == count { 0.5 } else { 1.0 };
@@ -88,14 +88,14 @@ impl ErodibleBed {
         along * half(number / raster.columns, raster.rows) * raster.spacing[1]
     }
 
-    /// Takes `wanted` (m³; m² in a profile) up at `x`, or what there is of it: each node around gives its share as far as it can.
-    /// What has been given.
+    /// Erodes `wanted` (m³; m² in a profile) at `x`, or as much as is left: each node around gives its share as far as it can.
+    /// Returns the eroded volume.
     pub fn erode<const D: usize>(&mut self, x: &PlanVector<D>, wanted: f64) -> f64 {
         let y = x.get(1).copied().unwrap_or(self.ground.y);
         let Some(mut weights) = self.ground.weights(x[0], y) else { return 0.0 };
         let columns = self.ground.raster().columns;
         if D == 1 {
-            // One row stands for all.
+            // One row represents all.
             for k in 0..2 {
                 weights[k] = (weights[k].0 % columns, weights[k].1 + weights[k + 2].1);
                 weights[k + 2].1 = 0.0;
@@ -116,7 +116,7 @@ impl ErodibleBed {
         taken
     }
 
-    /// Lets the heights show what has been taken up, every few steps; whether they have changed.
+    /// Lowers the heights by the eroded depths, every few steps; returns whether they have changed.
     pub fn update_surface<const D: usize>(&mut self, step: u64) -> bool {
         let lowers = self.lowers_surface
             && step.is_multiple_of(STEPS_PER_UPDATE)
@@ -156,29 +156,29 @@ impl ErodibleBed {
         self.changed_tiles.fill(false);
     }
 
-    /// Depth that has been taken up at each node of the terrain (m), row by row; in a profile in the first row.
+    /// Eroded depth at each node of the terrain (m), row by row; in a profile in the first row.
     pub fn eroded_depths(&self) -> impl Iterator<Item = f64> + '_ {
         self.state.in_surface.iter().zip(&self.state.pending).map(|(shown, pending)| shown + pending)
     }
 
-    /// Depth that has been taken up at a place in plan (m), bilinear; zero beyond the terrain.
+    /// Eroded depth at a position in plan (m), bilinear; zero beyond the terrain.
     pub fn eroded_depth_at(&self, x: f64, y: f64) -> f64 {
         let of =
             |(node, weight): (usize, f64)| weight * (self.state.in_surface[node] + self.state.pending[node]);
         self.ground.weights(x, y).map_or(0.0, |weights| weights.into_iter().map(of).sum())
     }
 
-    /// Volume that has been taken up (m³; m² in a profile).
+    /// Eroded volume (m³; m² in a profile).
     pub fn volume<const D: usize>(&self) -> f64 {
         self.eroded_depths().enumerate().map(|(node, depth)| depth * self.area::<D>(node)).sum()
     }
 
-    /// What has been taken up.
+    /// Eroded depths, as saved in a checkpoint.
     pub fn state(&self) -> &ErosionState {
         &self.state
     }
 
-    /// Takes back what had been taken up; `None` where it is that of another terrain.
+    /// Restores eroded depths; `None` where they are those of another terrain.
     pub fn restore<const D: usize>(&mut self, state: ErosionState) -> Option<()> {
         let count = self.initial_heights.len();
         if state.in_surface.len() != count || state.pending.len() != count {
@@ -219,7 +219,7 @@ mod tests {
         worn.set_erodible_depth(|x| if x[0] < 40.0 { 0.25 } else { 0.0 });
         assert!((worn.erode(&[7.0, 9.5], 0.6) - 0.6).abs() < 1e-15);
         assert_eq!(worn.erode(&[50.0, 9.5], 0.6), 0.0, "rock");
-        // A node 2 m from its neighbours holds 1 m³: four of them have no more than that.
+        // A node 2 m from its neighbours contains 1 m³: four of them have no more than that.
         let more: f64 = (0..20).map(|_| worn.erode(&[7.0, 9.0], 0.5)).sum();
         let (whole, all) = (0.6 + more, worn.volume::<2>());
         assert!((whole - all).abs() < 1e-12 && whole < 4.0 + 1e-12, "{whole} {all}");
@@ -236,7 +236,7 @@ mod tests {
         assert_eq!(worn.at(&[7.0, 9.0]).unwrap(), before, "not before the tenth step");
         worn.update_surface::<2>(10);
         let after = worn.at(&[7.0, 9.0]).unwrap();
-        // In the middle of four nodes that have gone down alike the spline goes down by 10/9 along each axis.
+        // In the middle of four nodes that are lowered alike the spline is lowered by 10/9 along each axis.
         assert!((before.level - after.level - worn.eroded_depth_at(7.0, 9.0) * 100.0 / 81.0).abs() < 1e-12);
         assert!(after.curvature[0][0] > before.curvature[0][0], "a hollow");
         worn.erode(&[62.0, 63.0], 1.0);
@@ -257,7 +257,7 @@ mod tests {
         assert!((worn.volume::<1>() - 0.1).abs() < 1e-15);
         worn.update_surface::<1>(10);
         let bed: BedPoint<1> = worn.at(&[5.25]).unwrap();
-        // The spline goes down by 10/9 between two nodes that have.
+        // The spline is lowered by 10/9 between two lowered nodes.
         assert!(
             (bed.level - (14.75 - 0.1 / 0.9)).abs() < 1e-12,
             "half of a cell's volume on either side: {bed:?}"

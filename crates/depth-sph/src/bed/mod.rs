@@ -1,4 +1,4 @@
-//! The surface that the flow moves over: level, slope and curvature in plan (sheet: depth-sph §2.9).
+//! Bed: level, slope and curvature in plan of the surface below the flow (sheet: depth-sph §2.9).
 
 mod bicubic_spline;
 pub(crate) mod effective_gravity;
@@ -13,7 +13,7 @@ pub use crate::bed::erodible_bed::{ErodibleBed, ErosionState};
 pub use crate::bed::terrain_bed::TerrainBed;
 use crate::phases::phase_nodes::{PlanVector, dot};
 
-/// The bed at a place.
+/// Bed at a position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BedPoint<const D: usize> {
     /// Level `Z` (m).
@@ -30,13 +30,13 @@ impl<const D: usize> BedPoint<D> {
         Self { level, slope: [0.0; D], curvature: [[0.0; D]; D] }
     }
 
-    /// `1 + |∇Z|²`, one over the square of the cosine of the slope angle.
+    /// Steepness `1 + |∇Z|²`, one over the square of the cosine of the slope angle.
     #[inline]
     pub fn steepness(&self) -> f64 {
         1.0 + dot(&self.slope, &self.slope)
     }
 
-    /// The bed in a mirror: -1 along mirrored axes, 1 elsewhere.
+    /// Bed in a mirror: `signs` are -1 along mirrored axes, 1 elsewhere.
     #[inline]
     pub fn mirrored(&self, signs: &PlanVector<D>) -> Self {
         let mut point = *self;
@@ -47,7 +47,7 @@ impl<const D: usize> BedPoint<D> {
         point
     }
 
-    /// `vᵀ H v` (m/s²): the vertical acceleration that the bed asks of what moves along it.
+    /// Vertical acceleration of motion along the bed, `vᵀ H v` (m/s²).
     #[inline]
     pub fn curvature_acceleration(&self, velocity: &PlanVector<D>) -> f64 {
         (0..D).map(|c| velocity[c] * dot(&self.curvature[c], velocity)).sum()
@@ -61,9 +61,9 @@ impl<const D: usize> BedPoint<D> {
     }
 }
 
-/// A surface that can be asked at any place in plan; `None` where it ends.
+/// Bed surface that can be evaluated at any position in plan; `None` where it ends.
 pub trait BedSurface<const D: usize>: Send + Sync {
-    /// The bed at `x` (m).
+    /// Bed at `x` (m).
     fn at(&self, x: &PlanVector<D>) -> Option<BedPoint<D>>;
 
     /// Whether there is a bed at `x` (m).
@@ -71,8 +71,8 @@ pub trait BedSurface<const D: usize>: Send + Sync {
         self.at(x).is_some()
     }
 
-    /// Distance of the places between which it is interpolated (m): no node moves farther in a step than half of that. `None`
-    /// where it is known everywhere.
+    /// Distance of the positions between which the surface is interpolated (m): no node moves farther in a step than half of that.
+    /// `None` where it is known everywhere.
     fn cell(&self) -> Option<f64> {
         None
     }
@@ -84,14 +84,14 @@ impl<const D: usize, F: Fn(&PlanVector<D>) -> BedPoint<D> + Send + Sync> BedSurf
     }
 }
 
-/// The bed of a flow.
+/// Bed of a flow.
 #[derive(Clone)]
 pub enum Bed<const D: usize> {
-    /// A horizontal plane, or the plane of a frame that is tilted with it, at this level (m).
+    /// Horizontal plane, or the plane of a frame that is tilted with it, at this level (m).
     Flat(f64),
-    /// Any other.
+    /// Any other surface.
     Surface(Arc<dyn BedSurface<D>>),
-    /// Terrain whose erosion is accounted for.
+    /// Terrain with erosion.
     Erodible(Box<ErodibleBed>),
 }
 
@@ -106,12 +106,12 @@ impl<const D: usize> fmt::Debug for Bed<D> {
 }
 
 impl<const D: usize> Bed<D> {
-    /// A bed from a formula.
+    /// Creates a bed from a formula.
     pub fn formula(formula: impl Fn(&PlanVector<D>) -> BedPoint<D> + Send + Sync + 'static) -> Self {
         Self::Surface(Arc::new(formula))
     }
 
-    /// The bed at `x`; `None` beyond its end.
+    /// Bed at `x`; `None` beyond its end.
     #[inline]
     pub fn at(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
         match self {
@@ -131,7 +131,7 @@ impl<const D: usize> Bed<D> {
         }
     }
 
-    /// Distance of the places between which it is interpolated (m), where it is.
+    /// Distance of the positions between which the bed is interpolated (m), where it is.
     pub fn cell(&self) -> Option<f64> {
         match self {
             Self::Flat(_) => None,
@@ -140,13 +140,13 @@ impl<const D: usize> Bed<D> {
         }
     }
 
-    /// Whether it is a plane without slope, so that it needs not be asked.
+    /// Whether the bed is a plane without slope, so that it need not be sampled.
     pub fn is_flat(&self) -> bool {
         matches!(self, Self::Flat(_))
     }
 }
 
-/// `Z = a |x - centre|²`: parabola in one dimension, bowl in two.
+/// Paraboloid `Z = a |x - centre|²`: parabola in one dimension, bowl in two.
 pub fn paraboloid<const D: usize>(a: f64, centre: PlanVector<D>) -> Bed<D> {
     Bed::formula(move |x: &PlanVector<D>| {
         let from: PlanVector<D> = std::array::from_fn(|c| x[c] - centre[c]);
@@ -159,12 +159,12 @@ pub fn paraboloid<const D: usize>(a: f64, centre: PlanVector<D>) -> Bed<D> {
     })
 }
 
-/// `Z = slope · x`: a plane.
+/// Plane `Z = slope · x`.
 pub fn incline<const D: usize>(slope: PlanVector<D>) -> Bed<D> {
     Bed::formula(move |x: &PlanVector<D>| BedPoint { slope, ..BedPoint::flat(dot(&slope, x)) })
 }
 
-/// `Z = height exp(-|x|²/width²)`: a hump at the origin.
+/// Hump `Z = height exp(-|x|²/width²)` at the origin.
 pub fn hump<const D: usize>(height: f64, width: f64) -> Bed<D> {
     Bed::formula(move |x: &PlanVector<D>| {
         let square = width * width;
@@ -187,7 +187,7 @@ mod tests {
 
     use super::*;
 
-    /// Slope and curvature are the derivatives of the level.
+    /// Checks that slope and curvature are the derivatives of the level.
     fn is_consistent(bed: &Bed<2>, x: [f64; 2]) {
         let step = 1e-5;
         let point = bed.at(&x).unwrap();

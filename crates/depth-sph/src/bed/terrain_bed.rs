@@ -8,20 +8,20 @@ use crate::bed::bicubic_spline::{BicubicSpline, smoothed_raster};
 use crate::bed::{BedPoint, BedSurface};
 use crate::phases::phase_nodes::PlanVector;
 
-/// Nodes around a place in plan and their bilinear weights, which add up to one.
+/// Nodes around a position in plan and their bilinear weights, which add up to one.
 pub type BilinearWeights = [(usize, f64); 4];
 
-/// Terrain as the bed of a plan or, where it is the same along y, of a profile: a bicubic spline of the levels of a raster.
+/// Terrain as the bed of a plan or, where it is constant along y, of a profile: a bicubic spline of the levels of a raster.
 #[derive(Clone, Debug)]
 pub struct TerrainBed {
     raster: Raster,
     spline: BicubicSpline,
-    /// Where a profile lies (m).
+    /// Position of a profile along y (m).
     pub(super) y: f64,
 }
 
 impl TerrainBed {
-    /// The bed of these levels (m).
+    /// Creates the bed of these levels (m).
     ///
     /// # Errors
     /// As [`Raster::validate`].
@@ -31,32 +31,32 @@ impl TerrainBed {
         Ok(Self { spline: BicubicSpline::new(&raster), raster, y })
     }
 
-    /// The levels of a survey after `times` means with weights 1, 2, 1 along each axis, which a bed is made of.
+    /// Levels of a survey after `times` means with weights 1, 2, 1 along each axis, from which a bed is made.
     pub fn smoothed(raster: &Raster, times: usize) -> Raster {
         if times == 0 { raster.clone() } else { smoothed_raster(raster, times) }
     }
 
-    /// The levels that the surface is made of.
+    /// Levels of the surface.
     pub fn raster(&self) -> &Raster {
         &self.raster
     }
 
-    /// The levels (m), to change them; [`TerrainBed::update_window`] must come after.
+    /// Levels (m), to change them; call [`TerrainBed::update_window`] afterwards.
     pub(super) fn levels_mut(&mut self) -> &mut [f64] {
         &mut self.raster.values
     }
 
-    /// Lets the surface follow levels of these columns and rows that have changed.
+    /// Updates the surface after changes of levels in these columns and rows.
     pub(super) fn update_window(&mut self, window: [Range<usize>; 2]) {
         self.spline.update_window(&self.raster, window);
     }
 
-    /// The same for all of them.
+    /// Updates the surface after changes of any levels.
     pub(super) fn update_all(&mut self) {
         self.spline = BicubicSpline::new(&self.raster);
     }
 
-    /// The nodes around a place in plan (m) with their weights; `None` beyond the outermost nodes.
+    /// Nodes around a position in plan (m) with their weights; `None` beyond the outermost nodes.
     pub fn weights(&self, x: f64, y: f64) -> Option<BilinearWeights> {
         let ([i, j], [s, t]) = self.raster.locate_cell(x, y)?;
         let node = j * self.raster.columns + i;
@@ -69,8 +69,8 @@ impl TerrainBed {
         ])
     }
 
-    /// The cell around a place in plan (m) and the shares of it along both axes; `None` beyond the outermost nodes or where one
-    /// around it has no data.
+    /// Cell around a position in plan (m) and the fractions of it along both axes; `None` beyond the outermost nodes or where a node
+    /// of the cell has no data.
     #[inline]
     fn cell_around<const D: usize>(&self, x: &PlanVector<D>) -> Option<([usize; 2], [f64; 2])> {
         let (cell, share) = self.raster.locate_cell(x[0], x.get(1).copied().unwrap_or(self.y))?;

@@ -1,26 +1,26 @@
-//! Terrain that a flow over a survey is tried on: rough slopes and steps, from a seed (sheet: depth-sph §0, test terrain).
+//! Synthetic terrain for tests of flows over surveys: rough slopes and steps, from a seed (sheet: depth-sph §0, test terrain).
 
 use std::f64::consts::TAU;
 
 use colluvium_points::Raster;
 
-/// Waves that a rough slope is made of.
+/// Number of waves of a rough slope.
 const WAVES: usize = 160;
-/// Distance over which roughness sets in (m).
+/// Distance over which the roughness grows (m).
 const RAMP: f64 = 50.0;
 
-/// A slope along x with random waves on it, whose amplitude falls with the square of their number.
+/// Slope along x with random waves, whose amplitude falls with the square of their number.
 #[derive(Clone, Debug)]
 pub struct RoughSlope {
     /// Tangent of the mean slope.
     pub slope: f64,
-    /// Where the roughness begins to set in (m).
+    /// Position where the roughness begins (m).
     pub from: f64,
     /// Wave numbers (1/m) along x and y, phase and amplitude (m) of each wave.
     waves: Vec<[f64; 4]>,
 }
 
-/// The next number in 0..1 of a sequence, by the generator SplitMix64.
+/// Next number in 0..1 of a sequence, by the generator SplitMix64.
 fn next_random(state: &mut u64) -> f64 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let mut z = *state;
@@ -30,12 +30,12 @@ fn next_random(state: &mut u64) -> f64 {
 }
 
 impl RoughSlope {
-    /// A slope of this tangent that becomes rough behind `from` (m), with waves between these lengths (m) and this root mean square of their
-    /// slopes.
+    /// Creates a slope of this tangent that becomes rough behind `from` (m), with waves between these lengths (m) and this root mean
+    /// square of their slopes.
     pub fn new(slope: f64, from: f64, lengths: [f64; 2], rms: f64, seed: u64) -> Self {
         let mut state = seed;
         let mut wave = || {
-            // Numbers of waves fill the plane evenly between two circles.
+            // Wave numbers fill the plane evenly between two circles.
             let [least, most] = [TAU / lengths[1], TAU / lengths[0]];
             let number = (least * least + next_random(&mut state) * (most * most - least * least)).sqrt();
             let (sin, cos) = (TAU * next_random(&mut state)).sin_cos();
@@ -48,14 +48,14 @@ impl RoughSlope {
         Self { slope, from, waves }
     }
 
-    /// Level at a place (m).
+    /// Level at a position (m).
     pub fn level(&self, x: f64, y: f64) -> f64 {
         let t = ((x - self.from) / RAMP).clamp(0.0, 1.0);
         let rough: f64 = self.waves.iter().map(|[p, q, phase, a]| a * (p * x + q * y + phase).cos()).sum();
         t * t * (3.0 - 2.0 * t) * rough - self.slope * x
     }
 
-    /// Its raster with nodes `spacing` (m) apart over a window (m).
+    /// Raster of the slope with nodes `spacing` (m) apart over a window (m).
     pub fn raster(&self, low: [f64; 2], high: [f64; 2], spacing: f64) -> Raster {
         let counts = [0, 1].map(|c| ((high[c] - low[c]) / spacing).round() as usize + 1);
         Raster::from_function(counts, low, [spacing; 2], |x, y| self.level(x, y))

@@ -1,13 +1,13 @@
-//! Walls and periods along the axes of the plan, and the images of nodes in them (sheet: depth-sph §3.9).
+//! Walls and periods along the axes of the plan, and image nodes (sheet: depth-sph §3.9).
 
 use crate::phases::phase_nodes::PlanVector;
 
-/// What is at the two ends of each axis.
+/// Walls and periods at the two ends of each axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanBoundaries<const D: usize> {
-    /// Lower and upper wall of each axis (m); `None` where it is open.
+    /// Lower and upper wall of each axis (m); `None` where the end is open.
     pub walls: [[Option<f64>; 2]; D],
-    /// Lower and upper end of the axes that repeat themselves (m).
+    /// Lower and upper end of the periodic axes (m).
     pub periods: [Option<(f64, f64)>; D],
 }
 
@@ -23,7 +23,7 @@ impl<const D: usize> PlanBoundaries<D> {
         *self == Self::default()
     }
 
-    /// Puts a node that has passed a wall back before it, its velocity turned.
+    /// Reflects a node that has passed a wall, with its velocity.
     #[inline]
     pub fn reflect(&self, position: &mut PlanVector<D>, velocity: &mut PlanVector<D>) {
         for (axis, [low, high]) in self.walls.iter().enumerate() {
@@ -42,7 +42,7 @@ impl<const D: usize> PlanBoundaries<D> {
         }
     }
 
-    /// Puts a place beyond a wall where its mirror image is: -1 along the axes that were mirrored, 1 elsewhere.
+    /// Reflects a position beyond a wall; returns -1 along the axes that were mirrored, 1 elsewhere.
     #[inline]
     pub fn mirror(&self, position: &mut PlanVector<D>) -> PlanVector<D> {
         let mut signs = [1.0; D];
@@ -59,7 +59,7 @@ impl<const D: usize> PlanBoundaries<D> {
         signs
     }
 
-    /// Puts a node that has left a period back into it.
+    /// Returns a node that has left a period into it.
     pub fn wrap(&self, position: &mut PlanVector<D>, origin: &mut PlanVector<D>) {
         for (axis, period) in self.periods.iter().enumerate() {
             let Some((low, high)) = period else { continue };
@@ -70,32 +70,32 @@ impl<const D: usize> PlanBoundaries<D> {
     }
 }
 
-/// An image: `sign x + offset` of a node.
+/// Image node: `sign x + offset` of a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageNode<const D: usize> {
-    /// The node.
+    /// Index of the node.
     pub source: u32,
-    /// -1 along mirrored axes, 1 elsewhere.
+    /// Signs of the axes: -1 along mirrored axes, 1 elsewhere.
     pub sign: PlanVector<D>,
-    /// What is added (m).
+    /// Offset (m).
     pub offset: PlanVector<D>,
 }
 
 impl<const D: usize> ImageNode<D> {
-    /// Where it is.
+    /// Position of the image (m).
     #[inline]
     pub fn place(&self, x: &PlanVector<D>) -> PlanVector<D> {
         std::array::from_fn(|c| self.sign[c] * x[c] + self.offset[c])
     }
 
-    /// A vector of the node as the image has it.
+    /// Vector of the image, from that of the node.
     #[inline]
     pub fn transform_vector(&self, v: &PlanVector<D>) -> PlanVector<D> {
         std::array::from_fn(|c| self.sign[c] * v[c])
     }
 }
 
-/// All images within `reach` (m) of walls and ends of periods, in a fixed order.
+/// Returns all images within `reach` (m) of walls and of ends of periods, in a fixed order.
 pub fn image_nodes<const D: usize>(
     ends: &PlanBoundaries<D>,
     positions: &[PlanVector<D>],
@@ -117,7 +117,7 @@ pub fn image_nodes<const D: usize>(
     }
 }
 
-/// The images along one axis of the node at `x`, or of an image of it.
+/// Adds the images along one axis of the node at `x`, or of an image of it.
 fn push_images<const D: usize>(
     ends: &PlanBoundaries<D>,
     axis: usize,

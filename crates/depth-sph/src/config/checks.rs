@@ -11,7 +11,7 @@ use crate::flow::MOST_CELLS;
 use crate::phases::interphase_drag::InterphaseDrag;
 use crate::pore_pressure::pore_pressure_column::{Drainage, LowerBound};
 
-/// A value out of range: its key and what is wrong.
+/// Option that is out of range: its key and the reason.
 pub type OptionError = (String, String);
 
 fn check(holds: bool, name: &str, problem: impl FnOnce() -> String) -> Result<(), OptionError> {
@@ -30,7 +30,7 @@ fn within(name: &str, value: f64, low: f64, high: f64) -> Result<(), OptionError
     check((low..=high).contains(&value), name, || format!("{value} is not in {low}..={high}"))
 }
 
-/// What a law says of its parameters, under a key.
+/// Result of the checks of a law, under a key.
 fn under_key(key: &str, found: Result<(), (&'static str, String)>) -> Result<(), OptionError> {
     found.map_err(|(name, problem)| (format!("{key}.{name}"), problem))
 }
@@ -39,7 +39,7 @@ impl DepthOptions {
     /// Checks the ranges.
     ///
     /// # Errors
-    /// The key of the first value that is out of range, and why.
+    /// The key of the first value that is out of range, and the reason.
     pub fn validate(&self) -> Result<(), OptionError> {
         positive("spacing", self.spacing, " (m)")?;
         if let Some(smoothing) = self.smoothing {
@@ -124,7 +124,7 @@ impl DepthOptions {
                 || last.drainage.is_some()
                 || last.fluid_resistance.is_some()
                 || last.erosion.is_some();
-            // Within a bed that is eroded a region without a word is one that is not.
+            // Within a bed with erosion a region without any key is one without erosion.
             check(says || self.erosion.is_some(), &format!("regions[{}]", self.regions.len() - 1), || {
                 "says nothing of the bed there: give `basal`, `drainage`, `fluid_resistance` or `erosion`"
                     .to_owned()
@@ -174,7 +174,7 @@ impl DepthOptions {
         })
     }
 
-    /// What is allowed but needs a look (sheet: depth-sph §7, units).
+    /// Warnings about values that are allowed but unusual (sheet: depth-sph §7, units).
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         let drag = self.mixture.as_ref().map(|mixture| mixture.drag);
@@ -338,7 +338,7 @@ mod tests {
         options.validate().unwrap_err().0
     }
 
-    /// The sheet's table of bad input, by the key that is named.
+    /// The sheet's table of bad input, by the key in the error.
     #[test]
     fn bad_options_are_named() {
         let table = [

@@ -70,8 +70,8 @@ pub struct DepthOptions {
     /// order. In three dimensions.
     #[serde(default)]
     pub search: SearchOrientation,
-    /// Length of a layer before absorbing sides in which waves die away (m): depth and speed along the normal relax to what stood there when
-    /// the flow began, so that a flow that changes for good is held back. As long as two waves; none when absent. Of two layers in a profile alone.
+    /// Length of a layer before absorbing sides in which waves decay (m): depth and speed along the normal relax to the initial state
+    /// there, so that a lasting change of the flow is held back. As long as two waves; none when absent. Of two layers in a profile alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub absorbing_layer: Option<f64>,
     /// Courant number, up to 0.5.
@@ -86,8 +86,8 @@ pub struct DepthOptions {
     /// How depth gradients act over steep terrain.
     #[serde(default)]
     pub metric: Metric,
-    /// Whether curvature of the bed acts on friction and pore pressure: the turning of the velocity over a step, on a bed that is smooth at the
-    /// scale of two cells of the terrain. Pressure sees the slope alone. Velocity turns along the bed in any case.
+    /// Whether curvature of the bed acts on friction and pore pressure: the turning of the velocity over a step, on a bed that is smooth at
+    /// the scale of two cells of the terrain. Pressure depends on the slope alone. Velocity turns along the bed in any case.
     #[serde(default = "default_true")]
     pub curvature_in_friction: bool,
     /// Means of the levels of terrain over its neighbouring nodes with weights 1, 2, 1 along each axis, 0 to 20 times, before the bed is made a
@@ -112,17 +112,17 @@ pub struct DepthOptions {
     /// With columns of pore pressure what flows in has their `excess_ratio`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inflows: Vec<InflowOptions>,
-    /// What the bed lets through of the pore fluid.
+    /// Drainage of the pore fluid through the bed.
     #[serde(default)]
     pub drainage: Drainage,
-    /// What is taken up from the bed.
+    /// Erosion of the bed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erosion: Option<Erosion>,
     /// Depth of the bed that can be taken up (m, vertical), at least 0; no limit when absent. The bed must be terrain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erodible_depth: Option<f64>,
-    /// The same from place to place: a raster of depths (m), ESRI ASCII grid or GeoTIFF, from the folder of the case. Nothing can be taken up
-    /// beyond it and where it has no data; `erodible_depth` bounds it as well. In three dimensions.
+    /// Erodible depth as a raster (m), ESRI ASCII grid or GeoTIFF, from the folder of the case. Nothing is eroded beyond it
+    /// and where it has no data; `erodible_depth` bounds it as well. In three dimensions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erodible_depth_raster: Option<String>,
     /// Whether the bed is lowered where it is eroded. When not, as by default, flows pass over the bed of the start, so that a
@@ -132,7 +132,7 @@ pub struct DepthOptions {
     /// How many phases move on sets of nodes of their own.
     #[serde(default)]
     pub phases: Phases,
-    /// What the flowing material is made of, where there is pore fluid or a second layer.
+    /// Components of the flowing material, where there is pore fluid or a second layer.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mixture: Option<MixtureOptions>,
     /// Excess pore pressure along the depth; none when absent.
@@ -166,13 +166,13 @@ pub struct BedRegion {
     /// Resistance; that of the rest of the bed when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub basal: Option<BasalSpec>,
-    /// What it lets through of the pore fluid; as the rest of the bed when absent. A rack is `atmospheric`.
+    /// Drainage of the pore fluid there; as the rest of the bed when absent. A rack is `atmospheric`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drainage: Option<Drainage>,
     /// Resistance to the pore fluid; that of the rest of the bed, `mixture.fluid_resistance`, when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fluid_resistance: Option<FluidResistanceOptions>,
-    /// What is taken up from it; nothing when absent.
+    /// Erosion there; none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erosion: Option<Erosion>,
     /// Depth of it that can be taken up (m, vertical), at least 0; as of the rest of the bed when absent.
@@ -356,7 +356,7 @@ pub enum SkeletonConfinement {
 }
 
 impl SkeletonOptions {
-    /// `K_v/α` (Pa).
+    /// Stiffness `K_v/α` (Pa).
     pub fn stiffness(&self) -> f64 {
         let nu = self.poissons_ratio;
         let alpha = match self.confinement {
@@ -441,14 +441,14 @@ const fn courant() -> f64 {
 }
 
 impl MixtureOptions {
-    /// Porosity at the start of the body of that name.
+    /// Initial porosity of the body of that name.
     pub fn porosity_of(&self, body: &str) -> f64 {
         self.porosities.get(body).copied().unwrap_or(self.porosity)
     }
 }
 
 impl DepthOptions {
-    /// Whether there is an account of what is taken up from each place of the bed.
+    /// Whether the erosion of each position of the bed is recorded.
     pub fn records_erosion(&self) -> bool {
         let limited = self.regions.iter().any(|region| region.erodible_depth.is_some());
         self.lower_bed || self.erodible_depth.is_some() || self.erodible_depth_raster.is_some() || limited

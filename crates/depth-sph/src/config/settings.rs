@@ -1,4 +1,4 @@
-//! What a flow is made of and how it is computed, as plain numbers.
+//! Settings of a flow as plain numbers: material, bed and numerics.
 
 use std::fmt;
 
@@ -13,7 +13,7 @@ use crate::neighbours::kernel::Kernel;
 use crate::phases::interphase_drag::{InterphaseDrag, MixtureDensities};
 use crate::pore_pressure::pore_pressure_column::{Drainage, LowerBound, PressureProfile};
 
-/// Everything that stays while a flow moves.
+/// Settings that are constant during a flow.
 #[derive(Clone, Debug)]
 pub struct FlowSettings<const D: usize> {
     /// Sets of nodes.
@@ -24,46 +24,46 @@ pub struct FlowSettings<const D: usize> {
     pub plan_gravity: [f64; D],
     /// Axes.
     pub frame: DepthFrame,
-    /// How depth gradients act over steep terrain.
+    /// Effect of depth gradients over steep terrain.
     pub metric: Metric,
-    /// Whether curvature of the bed acts on friction and pore pressure. It always turns the velocity along the bed.
+    /// Whether curvature of the bed acts on friction and pore pressure. It always rotates the velocity along the bed.
     pub curvature_in_friction: bool,
-    /// What the material is made of.
+    /// Components of the material.
     pub material: Mixture,
     /// Drag between two phases.
     pub drag: InterphaseDrag,
     /// Excess pore pressure; none when absent.
     pub column: Option<PoreColumn>,
-    /// The bed: the first zone that holds a place rules there, the last one everywhere else.
+    /// Zones of the bed: the first zone that contains a position applies there, the last one everywhere else.
     pub zones: Vec<BedZone>,
     /// Earth-pressure coefficients; isotropic stress when absent.
     pub earth_pressure: Option<EarthPressure>,
     /// Friction between two layers, `C_f`.
     pub interface_friction: f64,
-    /// Numerics.
+    /// Numerical parameters.
     pub numerics: Numerics,
 }
 
 /// The flowing material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mixture {
-    /// Densities of grains and fluid (kg/m³); of two layers those of the lower and the upper one. A single phase without
-    /// pore fluid has its own as that of grains, and no porosity.
+    /// Densities of grains and fluid (kg/m³); of two layers those of the lower and the upper one. For a single phase without
+    /// pore fluid the density of grains is its own, and the porosity is zero.
     pub densities: MixtureDensities,
-    /// Porosity at the start.
+    /// Initial porosity.
     pub porosity: f64,
-    /// Whether pore fluid bears a part of the weight.
+    /// Whether pore fluid carries a part of the weight.
     pub saturated: bool,
 }
 
 impl Mixture {
-    /// A single phase without pore fluid, of this density (kg/m³).
+    /// Creates a single phase without pore fluid, of this density (kg/m³).
     pub fn plain(density: f64, gravity: f64) -> Self {
         let densities = MixtureDensities { grain: density, fluid: 0.0, gravity };
         Self { densities, porosity: 0.0, saturated: false }
     }
 
-    /// Density of the whole at the start (kg/m³).
+    /// Initial density of the mixture (kg/m³).
     pub fn density(&self) -> f64 {
         self.densities.mixture(self.porosity)
     }
@@ -76,13 +76,13 @@ pub struct PoreColumn {
     pub cells: usize,
     /// Weight of the new time level, ½ to 1.
     pub weight: f64,
-    /// How a column carries its pressure.
+    /// Discretisation of the pressure over the depth.
     pub profile: PressureProfile,
-    /// How fast it drains.
+    /// Rate of drainage.
     pub consolidation: Consolidation,
-    /// How low it may fall.
+    /// Lower bound of the pressure.
     pub lower_bound: LowerBound,
-    /// Liquefaction ratio at the base at the start.
+    /// Initial liquefaction ratio at the base.
     pub excess_ratio: f64,
     /// Stiffness of the skeleton `K_v/α` (Pa), for the terms that need it.
     pub stiffness: f64,
@@ -90,21 +90,21 @@ pub struct PoreColumn {
     pub dilatancy: Option<(f64, f64)>,
 }
 
-/// How fast a column drains.
+/// Rate of drainage of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Consolidation {
-    /// By a coefficient `c_v` (m²/s).
+    /// Coefficient of consolidation `c_v` (m²/s).
     Coefficient(f64),
-    /// By the permeability of the drag law and the stiffness of the skeleton.
+    /// Coefficient from the permeability of the drag law and the stiffness of the skeleton.
     OfDrag,
 }
 
 /// Savage–Hutter's earth pressure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EarthPressure {
-    /// Coefficient where the flow stretches.
+    /// Coefficient where the flow expands.
     pub active: f64,
-    /// Coefficient where it shortens.
+    /// Coefficient where it contracts.
     pub passive: f64,
 }
 
@@ -118,7 +118,7 @@ impl EarthPressure {
         Self { active: coefficient(-1.0), passive: coefficient(1.0) }
     }
 
-    /// The coefficient at a rate of divergence (1/s), smooth over `width` (1/s).
+    /// Coefficient at a rate of divergence (1/s), smooth over `width` (1/s).
     #[inline]
     pub fn at(&self, divergence: f64, width: f64) -> f64 {
         self.active + 0.5 * (self.passive - self.active) * (1.0 - (divergence / width).tanh())
@@ -152,20 +152,20 @@ impl FluidResistance {
     }
 }
 
-/// A part of the bed.
+/// Zone of the bed.
 #[derive(Clone)]
 pub struct BedZone {
-    /// Where: in all of these at once; everywhere without one.
+    /// Regions whose intersection is the zone; everywhere without one.
     pub parts: Vec<PlanRegion>,
     /// Resistance; none when absent.
     pub law: Option<BasalRheology>,
-    /// What the base lets through.
+    /// Drainage through the base.
     pub drainage: Drainage,
     /// Resistance to the pore fluid.
     pub fluid: FluidResistance,
-    /// What is taken up from it.
+    /// Erosion of the zone.
     pub erosion: Option<Erosion>,
-    /// Depth of it that can be taken up (m), infinite without a limit.
+    /// Erodible depth (m), infinite without a limit.
     pub erodible_depth: f64,
 }
 
@@ -177,7 +177,7 @@ impl fmt::Debug for BedZone {
 }
 
 impl BedZone {
-    /// A sealed bed of one law everywhere, which nothing is taken from.
+    /// Creates a sealed bed of one law everywhere, without erosion.
     pub fn everywhere(law: Option<BasalRheology>) -> Self {
         Self {
             parts: Vec::new(),
@@ -189,14 +189,14 @@ impl BedZone {
         }
     }
 
-    /// Whether it holds a place.
+    /// Whether the zone contains a position.
     #[inline]
     pub fn contains(&self, x: &[f64]) -> bool {
         self.parts.iter().all(|part| part.contains(x))
     }
 }
 
-/// How a flow is computed.
+/// Numerical parameters of a flow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Numerics {
     /// Kernel.
@@ -205,13 +205,13 @@ pub struct Numerics {
     pub variable_length: bool,
     /// Sums of height per step.
     pub passes: usize,
-    /// Bounds of the smoothing length over its first value.
+    /// Bounds of the smoothing length over its initial value.
     pub length_range: (f64, f64),
-    /// Smoothing length that none falls below (m).
+    /// Lower bound of the smoothing length (m).
     pub shortest: f64,
-    /// Heights.
+    /// Equation of the height.
     pub continuity: ThicknessEquation,
-    /// Pressure force.
+    /// Form of the pressure force.
     pub momentum: PressureForceForm,
     /// Whether gradients are those of the free surface, level by construction.
     pub surface_gradient: bool,
@@ -221,11 +221,11 @@ pub struct Numerics {
     pub viscosity: (f64, f64),
     /// Share of the neighbours' velocity with which nodes drift.
     pub xsph: f64,
-    /// How the cells of the search lie.
+    /// Orientation of the cells of the neighbour search.
     pub search: SearchOrientation,
     /// Courant number.
     pub courant: f64,
-    /// Friction acts along -x whatever the motion: for similarity solutions that assume it.
+    /// Whether friction acts along -x whatever the motion, for similarity solutions that assume it.
     pub friction_along_x: bool,
 }
 
@@ -272,26 +272,26 @@ impl<const D: usize> FlowSettings<D> {
         }
     }
 
-    /// Size of gravity, that along a tilted frame included (m/s²).
+    /// Magnitude of gravity, that along a tilted frame included (m/s²).
     #[inline]
     pub fn whole_gravity(&self) -> f64 {
         (self.gravity * self.gravity + self.plan_gravity.iter().map(|g| g * g).sum::<f64>()).sqrt()
     }
 
-    /// The zone at a place.
+    /// Zone at a position.
     #[inline]
     pub fn zone(&self, x: &[f64; D]) -> &BedZone {
         let last = self.zones.len() - 1;
         self.zones[..last].iter().find(|zone| zone.contains(x)).unwrap_or(&self.zones[last])
     }
 
-    /// Depth of the bed that can be taken up at a place (m): none where there is no erosion.
+    /// Erodible depth of the bed at a position (m): zero where there is no erosion.
     pub fn erodible_depth(&self, x: &[f64; D]) -> f64 {
         let zone = self.zone(x);
         if zone.erosion.is_some() { zone.erodible_depth } else { 0.0 }
     }
 
-    /// Whether anything asks for neighbours one by one: sums of heights and forces do not.
+    /// Whether any term needs neighbours one by one: sums of heights and forces do not.
     pub fn asks_for_neighbours(&self) -> bool {
         let numerics = &self.numerics;
         self.phases == Phases::Layers
@@ -300,7 +300,7 @@ impl<const D: usize> FlowSettings<D> {
             || numerics.continuity != ThicknessEquation::Summation
     }
 
-    /// Whether anything bears on the bed so that its turning matters: friction or pore pressure.
+    /// Whether the rotation of velocities along the bed matters, by friction or pore pressure.
     pub fn has_resistance(&self) -> bool {
         self.column.is_some() || self.zones.iter().any(|zone| zone.law.is_some())
     }

@@ -1,4 +1,4 @@
-//! The largest step, and totals (sheet: depth-sph §3.3).
+//! Critical time step, and totals (sheet: depth-sph §3.3).
 
 use rayon::prelude::*;
 
@@ -8,15 +8,15 @@ use crate::flow::Flow;
 use crate::phases::phase::TASK;
 use crate::phases::phase_nodes::{PlanVector, norm};
 
-/// Share of its smoothing length, and of a cell of the bed, that a node may move in a step.
+/// Largest displacement of a node in a step, over its smoothing length and over a cell of the bed.
 const LONGEST_MOVE: f64 = 0.5;
 
-/// A limit of the step.
+/// Limit of the time step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LimitingNode {
-    /// The step (s); infinite where nothing limits it.
+    /// Time step (s); infinite where nothing limits it.
     pub dt: f64,
-    /// Set and number of the node that asks for it.
+    /// Set and index of the limiting node.
     pub node: Option<(usize, usize)>,
 }
 
@@ -27,20 +27,20 @@ pub struct PhaseTotals<const D: usize> {
     pub mass: f64,
     /// Momentum in plan (kg m/s).
     pub momentum: [f64; D],
-    /// Momentum upwards, with which the mass follows the bed (kg m/s).
+    /// Vertical momentum of the motion along the bed (kg m/s).
     pub vertical_momentum: f64,
-    /// Kinetic energy, with the motion along the bed (J).
+    /// Kinetic energy, including the vertical velocity (J).
     pub kinetic: f64,
     /// Potential energy of gravity (J).
     pub potential: f64,
 }
 
 impl<const D: usize> Flow<D> {
-    /// The largest stable step (s): waves and motion across smoothing lengths.
+    /// Largest stable step (s): waves and motion across smoothing lengths.
     pub fn limit(&self) -> LimitingNode {
         let numerics = &self.settings.numerics;
         let passive = self.settings.earth_pressure.map_or(1.0, |k| k.passive.max(1.0));
-        // Half a cell of the bed at its speed, or falling from rest (sheet: depth-sph §3.3).
+        // Half a cell of the bed at its speed, or in free fall from rest (sheet: depth-sph §3.3).
         let cell = LONGEST_MOVE * self.bed.cell().unwrap_or(f64::INFINITY);
         let fall = (2.0 * cell / self.settings.whole_gravity()).sqrt();
         let mut least = LimitingNode { dt: f64::INFINITY, node: None };
@@ -57,7 +57,7 @@ impl<const D: usize> Flow<D> {
                 let wave = (passive * nodes.effective_gravity[i] * nodes.depth[i]).sqrt() + speed;
                 let dt = (numerics.courant * length / wave).min(LONGEST_MOVE * length / speed);
                 let dt = dt.min(cell / speed).min(fall);
-                // Of equal ones the first, on any number of threads.
+                // Of equal limits the first, on any number of threads.
                 (dt, i)
             };
             let nodes = (0..set.nodes.len()).into_par_iter();
@@ -71,12 +71,12 @@ impl<const D: usize> Flow<D> {
         least
     }
 
-    /// The bed below a node; level zero beyond its end, where nodes are only until the step is over.
+    /// Bed below a node; level zero beyond its end, where nodes are only until the end of the step.
     pub fn bed_below(&self, x: &PlanVector<D>) -> BedPoint<D> {
         self.bed.at(x).unwrap_or(BedPoint::flat(0.0))
     }
 
-    /// The bed, where there is an account of what is taken up from it.
+    /// Erodible bed, where erosion is recorded.
     pub fn erodible_bed(&self) -> Option<&ErodibleBed> {
         if let Bed::Erodible(worn) = &self.bed { Some(worn) } else { None }
     }
@@ -91,7 +91,7 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Porosity of what stands over a node.
+    /// Porosity of the flow at a node.
     fn porosity(&self, set: usize, i: usize) -> f64 {
         let nodes = &self.sets[set].nodes;
         let share = nodes.partial_thickness[i] / nodes.depth[i];
@@ -102,12 +102,12 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Submerged density of what stands over a node (kg/m³).
+    /// Submerged density of the flow at a node (kg/m³).
     pub fn submerged(&self, set: usize, i: usize) -> f64 {
         self.settings.material.densities.submerged(self.porosity(set, i))
     }
 
-    /// Density of what stands over a node (kg/m³), of grains and fluid that of both.
+    /// Density of the flow at a node (kg/m³), of grains and fluid that of both.
     pub fn density_over(&self, set: usize, i: usize) -> f64 {
         match self.settings.phases {
             Phases::Two => self.settings.material.densities.mixture(self.porosity(set, i)),

@@ -1,4 +1,4 @@
-//! A flow: its nodes, and one step (sheet: depth-sph §3.4).
+//! Flow: its nodes, and one step (sheet: depth-sph §3.4).
 
 mod critical_step;
 
@@ -23,63 +23,63 @@ pub use crate::output::energy_balance::{EnergyBalance, EnergyBalanceSummary, Flo
 pub use crate::phases::phase::PhaseSet;
 pub use crate::pore_pressure::pore_pressure_columns::{MOST_CELLS, PorePressureColumns};
 
-/// Depths below this share of the largest first one, and below a millimetre, have no partner phase.
+/// Depths below this share of the largest initial one, and below a millimetre, have no partner phase.
 const MIN_DEPTH_RATIO: f64 = 1e-3;
-/// Times the speed that gravity can give a node at which it ends the run.
+/// Ratio of the speed of a node to the speed that gravity can give it at which the run ends.
 const MAX_SPEED_RATIO: f64 = 3.0;
-/// Ratio of the depth of an inflow across a line to that at its largest discharge, or at the start, from which on the run ends.
+/// Ratio of the depth of an inflow across a line to that at its largest discharge, or at the start, at which the run ends.
 pub(crate) const DEEPEST: f64 = 100.0;
 /// Steps between two sorts by cell.
 const STEPS_PER_SORT: u64 = 20;
 
-/// Why a flow cannot go on.
+/// Failure of a node that ends the run.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("node {node} at {position:?} m: {reason}")]
 pub struct FlowFailure {
     /// Number of the node.
     pub node: u64,
-    /// Where it is (m).
+    /// Position (m).
     pub position: Vec<f64>,
-    /// What happened.
+    /// Reason.
     pub reason: String,
 }
 
-/// When the bed below the nodes was asked for.
+/// Time at which the bed below the nodes is sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum BedSampling {
-    /// Not since they have moved.
+    /// The bed has not been sampled since they have moved.
     Now,
-    /// By the drift that brought them.
+    /// The bed was sampled by the drift that moved them.
     Before,
 }
 
-/// What happens to nodes that leave the bed.
+/// Treatment of nodes that leave the bed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OutsideNodes {
-    /// They are taken away and counted.
+    /// Nodes are removed and counted.
     #[default]
     Remove,
-    /// They end the run.
+    /// Nodes end the run.
     Fail,
 }
 
-/// A flow over a bed.
+/// Flow over a bed.
 pub struct Flow<const D: usize> {
-    /// What stays.
+    /// Settings that are constant.
     pub settings: FlowSettings<D>,
     /// The bed.
     pub bed: Bed<D>,
     /// Walls and periods.
     pub ends: PlanBoundaries<D>,
-    /// The sets of nodes: one, or grains and fluid, or the lower and the upper layer.
+    /// Sets of nodes: one, or grains and fluid, or the lower and the upper layer.
     pub sets: Vec<PhaseSet<D>>,
     /// Pore pressure on the nodes of the first set.
     pub pore_columns: PorePressureColumns,
-    /// What happens to nodes that leave the bed.
+    /// Treatment of nodes that leave the bed.
     pub outside: OutsideNodes,
     /// Time (s).
     pub time: f64,
-    /// Steps done.
+    /// Number of completed steps.
     pub step: u64,
     /// Number of the next node.
     pub next_id: u64,
@@ -87,23 +87,23 @@ pub struct Flow<const D: usize> {
     pub outflow_volume: [f64; 2],
     /// Number of nodes that have left.
     pub removed_nodes: u64,
-    /// Volume of each set that has been taken up from the bed.
+    /// Volume of each set that has been eroded from the bed.
     pub entrained: [f64; 2],
     /// Depth below which a phase has no partner (m).
     pub min_partner_depth: f64,
-    /// Highest level that anything began at, bed and depth (m).
+    /// Highest initial level, of bed plus depth (m).
     pub max_initial_level: f64,
-    /// Largest speed that anything began with (m/s).
+    /// Largest initial speed (m/s).
     pub fastest_start: f64,
-    /// Lines that material crosses.
+    /// Lines with inflow.
     pub inflows: Vec<Inflow<D>>,
-    /// Sides that waves leave through, or that something flows in through.
+    /// Sides through which waves leave, or with inflow.
     pub open_boundaries: Vec<OpenBoundary<D>>,
-    /// Nodes behind these lines, which have not flowed in yet.
+    /// Nodes behind the lines of inflow, which have not entered yet.
     pub waiting_nodes: WaitingNodes<D>,
-    /// The account of energy.
+    /// Energy balance.
     pub energy_balance: EnergyBalance,
-    /// Factors on what resists and on pressure, of tests that break them.
+    /// Factors on resistance and on pressure, for tests that break them.
     #[cfg(test)]
     pub test_factors: [f64; 2],
     cells: CellList<D>,
@@ -111,7 +111,7 @@ pub struct Flow<const D: usize> {
 }
 
 impl<const D: usize> Flow<D> {
-    /// A flow of nodes for each set, at rest in its first heights.
+    /// Creates a flow of nodes for each set, with their initial heights.
     ///
     /// # Errors
     /// When a node lies beyond the bed, positions are not finite, or there are neither one nor two dimensions in plan.
@@ -166,7 +166,7 @@ impl<const D: usize> Flow<D> {
         Ok(flow)
     }
 
-    /// First heights and smoothing lengths of all nodes (sheet: depth-sph §3.2).
+    /// Initial heights and smoothing lengths of all nodes (sheet: depth-sph §3.2).
     pub(crate) fn initialise_thickness(&mut self) -> Result<(), FlowFailure> {
         let chosen = self.settings.numerics.continuity;
         // Heights that are integrated begin with their sums.
@@ -195,7 +195,7 @@ impl<const D: usize> Flow<D> {
         Ok(())
     }
 
-    /// Which phase a set is.
+    /// Phase of a set.
     pub fn role(&self, set: usize) -> PhaseRole {
         match (self.settings.phases, set) {
             (Phases::One, _) => PhaseRole::Single,
@@ -206,10 +206,10 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// One step of `dt` (s).
+    /// Advances the flow by one step of `dt` (s).
     ///
     /// # Errors
-    /// The first node that can no longer be followed.
+    /// The first node that has failed.
     pub fn advance(&mut self, dt: f64) -> Result<(), FlowFailure> {
         self.start_energy_balance();
         if !(self.inflows.is_empty() && self.open_boundaries.is_empty()) {
@@ -232,7 +232,7 @@ impl<const D: usize> Flow<D> {
         self.remove_outside()
     }
 
-    /// Puts nodes that are close to each other close in memory.
+    /// Sorts nodes so that neighbours are close in memory.
     fn sort(&mut self) -> Result<(), FlowFailure> {
         let support = self.settings.numerics.kernel.support();
         let Self { sets, pore_columns: heads, cells, scratch: spare, .. } = self;
@@ -249,7 +249,7 @@ impl<const D: usize> Flow<D> {
         Ok(())
     }
 
-    /// Steps 1 to 4: everything that accelerates the nodes, at their places and velocities. Pore pressure is brought to
+    /// Steps 1 to 4: all accelerations of the nodes, at their positions and velocities. Pore pressure is advanced to
     /// `time` (s) where that is given.
     pub(crate) fn evaluate(
         &mut self,
@@ -276,7 +276,7 @@ impl<const D: usize> Flow<D> {
         Ok(())
     }
 
-    /// Step 1: neighbours and images, where the nodes are.
+    /// Step 1: neighbours and images at the positions of the nodes.
     pub(crate) fn find_neighbours(&mut self) -> Result<(), FlowFailure> {
         self.check_numbers()?;
         let support = self.settings.numerics.kernel.support();
@@ -311,7 +311,7 @@ impl<const D: usize> Flow<D> {
         Ok(())
     }
 
-    /// Heights by one more sum.
+    /// Repeats the sum of heights.
     fn repeat_thickness_sum(&mut self) {
         let numerics = &self.settings.numerics;
         for set in &mut self.sets {
@@ -324,7 +324,7 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Heights of the other phase, total depths, porosities.
+    /// Computes heights of the other phase, total depths and porosities.
     fn find_depths(&mut self) {
         let Self { sets, settings, min_partner_depth: thin, .. } = self;
         let (thin, phases) = (*thin, settings.phases);
@@ -358,7 +358,7 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// `P/(g_* h²)` of every node, and excess pressures.
+    /// Computes `P/(g_* h²)` of every node, and excess pressures.
     fn find_pressures(&mut self) {
         self.find_earth_pressure();
         match self.settings.phases {
@@ -367,7 +367,7 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Accelerations of all nodes.
+    /// Computes the accelerations of all nodes.
     fn accelerate(&mut self, dt: f64) {
         let roles = [self.role(0), self.role(1)];
         let Self { sets, settings, .. } = self;
@@ -400,7 +400,7 @@ impl<const D: usize> Flow<D> {
         Ok(())
     }
 
-    /// The first node, if any, whose place, velocity or smoothing length is no number: lists are not made of such nodes.
+    /// Checks that positions, velocities and smoothing lengths are finite before lists are made; the error is the first such node.
     fn check_numbers(&self) -> Result<(), FlowFailure> {
         for set in &self.sets {
             let PhaseNodes { position, velocity, length, .. } = &set.nodes;
@@ -421,7 +421,7 @@ impl<const D: usize> Flow<D> {
         Ok(())
     }
 
-    /// What is wrong with a node (sheet: depth-sph §2.9, item 8 as amended): no number, or faster than three times what gravity can give it.
+    /// Failure of a node (sheet: depth-sph §2.9, item 8 as amended): not finite, or faster than three times the speed gravity can give.
     fn failure_of(&self, set: &PhaseSet<D>, i: usize) -> Option<String> {
         let nodes = &set.nodes;
         let speed = norm(&nodes.velocity[i]);
@@ -444,7 +444,7 @@ impl<const D: usize> Flow<D> {
         let cell = self.bed.cell().unwrap_or(0.0) * bed.steepness().sqrt();
         let fall = (self.max_initial_level - bed.level).max(0.0) + nodes.depth[i] + cell;
         let push = norm(&self.settings.plan_gravity);
-        // Along a tilted frame the bed does not fall, gravity does its work there.
+        // Along a tilted frame the bed does not fall: gravity does its work along it.
         let run = (0..D).map(|c| (place[c] - nodes.origin[i][c]).abs()).fold(0.0, f64::max);
         let given = (2.0 * (self.settings.gravity * fall + push * run)).sqrt();
         (speed > MAX_SPEED_RATIO * (given + self.fastest_start)).then(|| {
@@ -456,12 +456,12 @@ impl<const D: usize> Flow<D> {
     }
 }
 
-/// A node that ends the run.
+/// Error of a node that ends the run.
 pub(crate) fn failure<const D: usize>(set: &PhaseSet<D>, i: usize, reason: String) -> FlowFailure {
     FlowFailure { node: set.nodes.id[i], position: set.nodes.position[i].to_vec(), reason }
 }
 
-/// The node that a search names.
+/// Error of the node that a neighbour search reports.
 fn unlocated_node<const D: usize>(set: &PhaseSet<D>, error: &SearchError) -> FlowFailure {
     match error {
         SearchError::NotFinite(number) if *number < set.nodes.len() => {
@@ -475,7 +475,7 @@ fn unlocated_node<const D: usize>(set: &PhaseSet<D>, error: &SearchError) -> Flo
 }
 
 impl<const D: usize> PhaseSet<D> {
-    /// The node that entry `j` of what neighbours read belongs to.
+    /// Index of the node of entry `j` of the neighbour data.
     #[inline]
     pub fn number(&self, j: usize) -> usize {
         match j.checked_sub(self.nodes.len()) {

@@ -1,27 +1,27 @@
-//! The bed along a line of inflow, and how far a discharge fills it (sheet: depth-sph §3.9).
+//! Cross-section of the bed along a line of inflow, and its filling by a discharge (sheet: depth-sph §3.9).
 
-/// Depths below this share of the largest are left to their neighbours: nodes of next to nothing are none.
+/// Share of the largest depth below which a depth is given to its neighbours: such nodes would have next to no volume.
 const MIN_DEPTH_RATIO: f64 = 0.02;
-/// Halvings of the stretch that the level lies in.
+/// Bisections for the level.
 const HALVINGS: usize = 60;
 
-/// The bed along a line, at places that stand for equal parts of it.
+/// Bed along a line, at positions that represent equal parts of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CrossSection {
     /// Length of the line (m).
     width: f64,
-    /// Heights of the bed above its lowest place (m).
+    /// Heights of the bed above its lowest point (m).
     beds: Vec<f64>,
 }
 
 impl CrossSection {
-    /// Of a line so long (m) over a bed of these heights (m).
+    /// Creates the section of a line of length `width` (m) over a bed of these heights (m).
     pub fn new(width: f64, heights: &[f64]) -> Self {
         let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
         Self { width, beds: heights.iter().map(|height| height - lowest).collect() }
     }
 
-    /// Area (m²) and width (m) of what stands up to a level (m above the lowest place).
+    /// Area (m²) and width (m) of the wetted section up to a level (m above the lowest point).
     pub fn wetted_area_and_width(&self, level: f64) -> (f64, f64) {
         let part = self.width / self.beds.len() as f64;
         let depths = self.beds.iter().map(|bed| level - bed).filter(|depth| *depth > 0.0);
@@ -29,7 +29,7 @@ impl CrossSection {
         (sum * part, f64::from(count) * part)
     }
 
-    /// The level (m above the lowest place) at which the mean depth of what is wet is what `depth` (m) says of its width (m); a depth of zero
+    /// Level (m above the lowest point) at which the mean depth of the wetted section is `depth` (m) of its width (m); a depth of zero
     /// leaves the line dry.
     pub fn level(&self, depth: impl Fn(f64) -> f64) -> f64 {
         if !(depth(self.width) > 0.0) {
@@ -50,7 +50,7 @@ impl CrossSection {
         high
     }
 
-    /// Places that stand in a flow up to a level (m above the lowest place), and the share of each in its area.
+    /// Wetted positions up to a level (m above the lowest point), and the share of each in the area.
     pub fn shares(&self, level: f64) -> Vec<(usize, f64)> {
         let depths = self.beds.iter().map(|bed| level - bed).enumerate();
         let wet: Vec<(usize, f64)> = depths.filter(|(_, depth)| *depth > MIN_DEPTH_RATIO * level).collect();

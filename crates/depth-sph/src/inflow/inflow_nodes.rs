@@ -1,15 +1,15 @@
-//! Step 10: nodes that flow in (sheet: depth-sph §3.4).
+//! Step 10: nodes of inflows (sheet: depth-sph §3.4).
 
 use crate::boundary::open::{LayerOfSide, LineFitSums};
 use crate::flow::{DEEPEST, Flow, FlowFailure, OpenBoundary};
 use crate::inflow::{ArrivingFlow, Inflow};
 use crate::phases::phase::PhaseSet;
 
-/// How far before a line one looks for what stands there at the start (distances of nodes).
+/// Distance before a line within which the initial flow is sampled (distances of nodes).
 const NEAR: f64 = 2.0;
 
 impl<const D: usize> Flow<D> {
-    /// Brings the rows behind the lines of inflow to where they are now, with new ones behind them.
+    /// Moves the rows behind the lines of inflow to their current positions, with new ones behind them.
     ///
     /// # Errors
     /// When an inflow would be [`DEEPEST`] times too deep.
@@ -21,7 +21,7 @@ impl<const D: usize> Flow<D> {
         self.update_inflow_nodes_with(&arriving)
     }
 
-    /// What arrives at a line from the flow before it, as far as kernels reach; `None` where it is dry. Waves along its normal, and one state
+    /// Flow that arrives at a line, within the reach of kernels; `None` where it is dry. Waves along the normal, and one state
     /// for all of the line (sheet: depth-sph §3.9).
     fn arriving_flow(&self, inflow: &Inflow<D>) -> Option<ArrivingFlow> {
         let kernel = self.settings.numerics.kernel;
@@ -56,12 +56,12 @@ impl<const D: usize> Flow<D> {
         Some(ArrivingFlow::of(within.depth[0], within.speed[0], within.effective_gravity))
     }
 
-    /// The sets that a line brings nodes of.
+    /// Sets with nodes of an inflow.
     fn sets_of_inflow<'a>(&'a self, inflow: &'a Inflow<D>) -> impl Iterator<Item = &'a PhaseSet<D>> {
         self.sets.iter().enumerate().filter(|(number, _)| inflow.is_of(*number)).map(|(_, set)| set)
     }
 
-    /// Depth (m) and outward speed (m/s) of what stands before a line when the flow begins; `None` where it is dry.
+    /// Initial depth (m) and outward speed (m/s) of the flow before a line; `None` where it is dry.
     pub fn initial_state_before(&self, inflow: &Inflow<D>) -> Option<(f64, f64)> {
         let (width, near) = (inflow.width(), NEAR * inflow.spacing);
         let (mut volume, mut moved, mut count) = (0.0, 0.0, 0);
@@ -79,7 +79,7 @@ impl<const D: usize> Flow<D> {
         (count > 0).then(|| (volume / area, moved / volume))
     }
 
-    /// Number of nodes that stand where those behind a line do.
+    /// Number of nodes at the positions of those behind a line.
     pub fn nodes_behind(&self, inflow: &Inflow<D>) -> usize {
         let is_behind = |x: &_| {
             let (before, along) = inflow.distances(x);
@@ -88,10 +88,10 @@ impl<const D: usize> Flow<D> {
         self.sets_of_inflow(inflow).flat_map(|set| &set.nodes.position).filter(|x| is_behind(x)).count()
     }
 
-    /// Puts the first rows behind lines with standing flow before them, as [`Flow::initial_state_before`] has it, before the first step.
+    /// Adds the first rows behind lines with flow before them, by the result of [`Flow::initial_state_before`], before the first step.
     ///
     /// # Errors
-    /// As [`Flow::new`].
+    /// Those of [`Flow::new`].
     pub fn initialise_inflows(&mut self, standing: &[Option<(f64, f64)>]) -> Result<(), FlowFailure> {
         let pull = self.settings.gravity;
         let arriving =
@@ -101,7 +101,7 @@ impl<const D: usize> Flow<D> {
         self.reinitialise_thickness()
     }
 
-    /// First heights once more, with nodes that have been added; columns of pore pressure begin with them.
+    /// Recomputes initial heights, with nodes that have been added; columns of pore pressure begin with them.
     pub(crate) fn reinitialise_thickness(&mut self) -> Result<(), FlowFailure> {
         for set in &mut self.sets {
             set.nodes.length.clone_from(&set.nodes.first_length);
@@ -119,7 +119,7 @@ impl<const D: usize> Flow<D> {
         let mut gone = Vec::new();
         for (inflow, arriving) in self.inflows.iter_mut().zip(arriving) {
             let section = inflow.section(inflow.discharge(self.time), *arriving);
-            // The number of rows grows with the depth. The depth at the largest discharge is computed only where the mean depth is exceeded.
+            // The number of rows grows with the depth. The depth at the largest discharge is computed only above `DEEPEST` mean depths.
             let deepest = section.max_depth;
             let is_bounded =
                 deepest <= DEEPEST * inflow.depth || deepest <= DEEPEST * inflow.max_section().max_depth;
@@ -135,7 +135,7 @@ impl<const D: usize> Flow<D> {
             for (set, id, node) in &fresh {
                 let PhaseSet { nodes, .. } = &mut self.sets[*set];
                 nodes.push(*id, node);
-                // Friction and XSPH divide by it before the next sum.
+                // Friction and XSPH divide by the height before the next sum.
                 if let Some(height) = nodes.partial_thickness.last_mut() {
                     *height = inflow.height(node.volume);
                 }
@@ -162,7 +162,7 @@ impl<const D: usize> Flow<D> {
         Ok(())
     }
 
-    /// Columns of pore pressure of what has not flowed in yet begin with the depth that they see when it does.
+    /// Resets columns of pore pressure of nodes that have not entered yet, so that they begin with the depth at entry.
     pub(crate) fn reset_inflow_columns(&mut self) {
         if self.pore_columns.is_empty() {
             return;
@@ -175,12 +175,12 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Whether node number `id` has not flowed in yet, or stands beyond an open side.
+    /// Whether node number `id` has not entered yet, or is beyond an open side.
     pub fn is_outside(&self, id: u64) -> bool {
         self.waiting_nodes.of(id).is_some() || self.is_far_field_node(id)
     }
 
-    /// Nodes behind the lines keep their velocity, whatever acts on them.
+    /// Restores the prescribed velocity of nodes behind the lines, whatever forces act on them.
     pub(crate) fn hold_inflow_velocities(&mut self) {
         self.hold_far_field_velocities();
         if self.waiting_nodes.nodes.is_empty() {
@@ -195,14 +195,14 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Volume that has flowed in (m³).
+    /// Volume that has entered (m³).
     pub fn entered(&self) -> f64 {
         let lines: f64 = self.inflows.iter().map(Inflow::entered).sum();
         let passed = |end: &OpenBoundary<D>| end.state.passed.iter().sum::<f64>();
         self.open_boundaries.iter().filter(|end| end.has_inlet()).fold(lines, |sum, end| sum - passed(end))
     }
 
-    /// Volume of pore fluid, on nodes of its own, that has flowed in (m³).
+    /// Volume of pore fluid, on nodes of its own, that has entered (m³).
     pub fn fluid_entered(&self) -> f64 {
         let of_line = |inflow: &Inflow<D>| inflow.porosity.unwrap_or(0.0) * inflow.entered();
         let lines: f64 = self.inflows.iter().map(of_line).sum();
@@ -212,12 +212,12 @@ impl<const D: usize> Flow<D> {
             .fold(lines, |sum, end| sum - end.state.passed[1])
     }
 
-    /// Volume that has passed the open sides that nothing flows in through, less what has come back (m³).
+    /// Volume that has passed the open sides without inflow, less that which has returned (m³).
     pub fn passed(&self) -> f64 {
         self.open_boundaries.iter().filter(|end| !end.has_inlet()).flat_map(|end| end.state.passed).sum()
     }
 
-    /// Volume of the nodes that have not flowed in yet, and of those beyond open ends (m³).
+    /// Volume of the nodes that have not entered yet, and of those beyond open ends (m³).
     pub fn waiting_volume(&self) -> f64 {
         let waiting: f64 = self.inflows.iter().map(Inflow::waiting_volume).sum();
         if self.open_boundaries.is_empty() { waiting } else { waiting + self.far_field_volume() }

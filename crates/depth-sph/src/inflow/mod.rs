@@ -1,8 +1,8 @@
-//! Material that flows in across a line, by a hydrograph (sheet: depth-sph §3.9; §0 for dry beds and lines in plan).
+//! Inflow across a line, by a hydrograph (sheet: depth-sph §3.9; §0 for dry beds and lines in plan).
 //!
-//! Rows of nodes of one volume stand behind the line, so far as their kernels reach. Each moves so that it crosses the line when as
-//! much volume as stands before it has flowed in: what has entered is the integral of the discharge but for part of a row. How deep and how
-//! fast the rows are follows from the discharge and, where the flow is slower than its waves, from what stands before the line.
+//! Rows of nodes of one volume fill the space behind the line as far as their kernels reach. Each row moves so that it crosses the line
+//! when the volume before it has entered: the entered volume is the integral of the discharge but for part of a row. Depth and speed of the
+//! rows follow from the discharge and, for subcritical inflow, from the flow before the line.
 
 pub mod cross_section;
 pub(crate) mod inflow_nodes;
@@ -12,10 +12,10 @@ use serde::{Deserialize, Serialize};
 use crate::inflow::cross_section::CrossSection;
 use crate::phases::phase_nodes::{NewNode, PlanVector};
 
-/// Nodes behind the line are kept this far beyond their reach (rows), so that none comes and goes.
+/// Distance beyond their reach within which nodes behind the line are kept (rows), so that none is added and removed in turns.
 const MARGIN_ROWS: f64 = 1.0;
 
-/// Value of a hydrograph at a time (s): linear between its pairs, none before the first and after the last.
+/// Value of a hydrograph at a time (s): linear between its pairs, zero before the first and after the last.
 pub fn at_time(hydrograph: &[[f64; 2]], time: f64) -> f64 {
     let part = hydrograph.windows(2).find(|pair| (pair[0][0]..=pair[1][0]).contains(&time));
     part.map_or(0.0, |pair| {
@@ -34,32 +34,32 @@ pub fn volume(hydrograph: &[[f64; 2]], time: f64) -> f64 {
     hydrograph.windows(2).map(part).sum()
 }
 
-/// Depth (m) and speed (m/s) of a discharge per width (m²/s) that has a Froude number under gravity (m/s²).
+/// Depth (m) and speed (m/s) of a discharge per width (m²/s) with a Froude number, under gravity (m/s²).
 pub fn section_by_froude(flux: f64, froude: f64, gravity: f64) -> (f64, f64) {
     let depth = (flux / (froude * gravity.sqrt())).powf(2.0 / 3.0);
     (depth, if depth > 0.0 { flux / depth } else { 0.0 })
 }
 
-/// What arrives at a section from the flow before it.
+/// Flow that arrives at a section from the flow before it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArrivingFlow {
-    /// `u + 2c` of the outward speed `u` (m/s).
+    /// Riemann invariant `u + 2c` of the outward speed `u` (m/s).
     pub outgoing: f64,
     /// Effective gravity (m/s²).
     pub effective_gravity: f64,
 }
 
 impl ArrivingFlow {
-    /// Of a depth (m) and an outward speed (m/s) under effective gravity `pull` (m/s²).
+    /// Creates the arriving flow of a depth (m) and an outward speed (m/s) under effective gravity `pull` (m/s²).
     pub fn of(depth: f64, speed: f64, pull: f64) -> Self {
         Self { outgoing: speed + 2.0 * (pull * depth.max(0.0)).sqrt(), effective_gravity: pull }
     }
 
-    /// Depth (m) and outward speed (m/s) of a discharge per width (m²/s) that flows in slower than its waves: `c² (2c - R) = g q` with what
-    /// arrives, `R`. `None` where it is faster, or nothing stands there.
+    /// Depth (m) and outward speed (m/s) of a discharge per width (m²/s) with subcritical inflow: `c² (2c - R) = g q` with the
+    /// invariant `R` of the arriving flow. `None` where it is supercritical, or the section is dry.
     pub fn depth_and_speed(&self, flux: f64) -> Option<(f64, f64)> {
         let Self { outgoing, effective_gravity: pull } = *self;
-        // Above the root, from where Newton's steps fall to it.
+        // Start above the root, from where Newton's steps decrease to it.
         let mut celerity = (0.5 * outgoing).max(0.0) + (pull * flux).cbrt();
         if celerity <= 0.0 {
             return None;
@@ -77,8 +77,8 @@ impl ArrivingFlow {
     }
 }
 
-/// Depth (m) and speed inward (m/s) of a discharge per width (m²/s): as it meets what arrives, and by the Froude number under `gravity` (m/s²)
-/// where nothing does or where it is faster than its waves, 1 at least against a flow.
+/// Depth (m) and inward speed (m/s) of a discharge per width (m²/s): by the invariant of the arriving flow, or by the Froude number under
+/// `gravity` (m/s²) where it is dry or the inflow is supercritical, then with a Froude number of 1 at least.
 pub fn inflow_section(flux: f64, arriving: Option<ArrivingFlow>, froude: f64, gravity: f64) -> (f64, f64) {
     match arriving {
         None => section_by_froude(flux, froude, gravity),
@@ -89,18 +89,18 @@ pub fn inflow_section(flux: f64, arriving: Option<ArrivingFlow>, froude: f64, gr
     }
 }
 
-/// A line that material crosses. In plan only.
+/// Line with inflow. In plan only.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inflow<const D: usize> {
-    /// Where the line begins (m).
+    /// Begin of the line (m).
     pub from: PlanVector<D>,
-    /// Where it ends (m); the flow goes to the right of who walks along it.
+    /// End of the line (m); the flow is to the right of the direction from begin to end.
     pub to: PlanVector<D>,
-    /// Times (s) and discharges (m³/s), linear between them; none before the first and after the last.
+    /// Times (s) and discharges (m³/s), linear between them; zero before the first and after the last.
     pub hydrograph: Vec<[f64; 2]>,
-    /// Froude number `u/√(g h)` at the line where nothing stands before it, or where the flow is faster than its waves.
+    /// Froude number `u/√(g h)` at the line where it is dry, or where the inflow is supercritical.
     pub froude: f64,
-    /// Depth that rows are as far apart at as their nodes (m).
+    /// Depth at which the distance of rows is that of their nodes (m).
     pub depth: f64,
     /// Gravity (m/s²).
     pub gravity: f64,
@@ -108,32 +108,32 @@ pub struct Inflow<const D: usize> {
     pub spacing: f64,
     /// Smoothing length over `spacing`.
     pub ratio: f64,
-    /// How far behind the line rows stand (m).
+    /// Extent of the rows behind the line (m).
     pub reach: f64,
-    /// Body that the nodes count to.
+    /// Body of the nodes.
     pub body: u32,
-    /// Porosity of what flows in, of two phases; none of one.
+    /// Porosity of the inflow, of two phases; none of one.
     pub porosity: Option<f64>,
-    /// Set of nodes that it flows into, of two layers; none of one phase, or of grains and fluid.
+    /// Set of nodes of the inflow, of two layers; none of one phase, or of grains and fluid.
     pub layer: Option<usize>,
-    /// The bed along the line, over which it has one level; none where it is as deep everywhere.
+    /// Bed along the line, over which the inflow has one level; none where it has one depth.
     pub channel: Option<CrossSection>,
-    /// What has happened.
+    /// Rows and section of the inflow.
     pub state: InflowState,
 }
 
-/// Where the rows of an inflow stand.
+/// State of the rows of an inflow.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct InflowState {
     /// Rows that have crossed the line.
     pub crossed: u64,
-    /// Rows behind the line, the nearest first: its number, and the places along the line and numbers of its nodes.
+    /// Rows behind the line, the nearest first: its number, and the positions along the line and numbers of its nodes.
     pub waiting_rows: Vec<(u64, Vec<(usize, u64)>)>,
-    /// What stands at the line.
+    /// State of the flow at the line.
     pub section: InflowSection,
 }
 
-/// What stands at a line.
+/// State of the flow at a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct InflowSection {
     /// Mean depth over all of the line (m).
@@ -144,15 +144,15 @@ pub struct InflowSection {
     pub max_depth: f64,
 }
 
-/// Places and velocity of the nodes behind the line.
+/// Positions and velocities of the nodes behind the lines.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WaitingNodes<const D: usize> {
-    /// Number, place (m) and velocity (m/s) of each, by number.
+    /// Number, position (m) and velocity (m/s) of each, by number.
     pub nodes: Vec<(u64, PlanVector<D>, PlanVector<D>)>,
 }
 
 impl<const D: usize> WaitingNodes<D> {
-    /// Place and velocity of a node; `None` where it is free.
+    /// Position and velocity of a node; `None` where it is free.
     pub fn of(&self, id: u64) -> Option<(PlanVector<D>, PlanVector<D>)> {
         let found = self.nodes.binary_search_by_key(&id, |node| node.0).ok()?;
         let (_, place, velocity) = self.nodes[found];
@@ -170,7 +170,7 @@ impl<const D: usize> Inflow<D> {
         self.along().iter().map(|c| c * c).sum::<f64>().sqrt()
     }
 
-    /// Direction of the flow: the normal to the right.
+    /// Direction of the flow: the normal to the right of the line.
     pub fn normal(&self) -> PlanVector<D> {
         let (along, width) = (self.along(), self.width());
         std::array::from_fn(|c| if c == 0 { along[D - 1] / width } else { -along[0] / width })
@@ -181,30 +181,30 @@ impl<const D: usize> Inflow<D> {
         at_time(&self.hydrograph, time)
     }
 
-    /// Volume that has flowed in by a time (m³).
+    /// Volume that enters by a time (m³).
     pub fn volume(&self, time: f64) -> f64 {
         volume(&self.hydrograph, time)
     }
 
-    /// How far before the line (m) and how far along it (m) a place is.
+    /// Distances of a position before the line (m) and along it (m).
     pub fn distances(&self, x: &PlanVector<D>) -> (f64, f64) {
         let [normal, along] = self.normal_and_tangential(&std::array::from_fn(|c| x[c] - self.from[c]));
         (normal, along)
     }
 
-    /// Direction outward and along the line: parts of a velocity.
+    /// Components of a velocity outward and along the line.
     pub fn outward_and_tangential(&self, velocity: &PlanVector<D>) -> [f64; 2] {
         let [normal, along] = self.normal_and_tangential(velocity);
         [-normal, along]
     }
 
-    /// Parts of a vector along the normal, inward, and along the line.
+    /// Components of a vector along the normal, inward, and along the line.
     fn normal_and_tangential(&self, vector: &PlanVector<D>) -> [f64; 2] {
         let dot = |a: &PlanVector<D>| -> f64 { (0..D).map(|c| a[c] * vector[c]).sum() };
         [dot(&self.normal()), dot(&self.along()) / self.width()]
     }
 
-    /// What stands at the line at a discharge (m³/s) that meets what arrives, by the Froude number where nothing does.
+    /// State at the line at a discharge (m³/s) against the arriving flow, by the Froude number where it is dry.
     pub fn section(&self, discharge: f64, arriving: Option<ArrivingFlow>) -> InflowSection {
         let met = |width: f64| inflow_section(discharge / width, arriving, self.froude, self.gravity);
         let Some(channel) = &self.channel else {
@@ -217,7 +217,7 @@ impl<const D: usize> Inflow<D> {
         InflowSection { depth: area / self.width(), speed, max_depth: deepest }
     }
 
-    /// The places along the line where nodes of a row stand, and the volume of each, of all phases (m³).
+    /// Positions of the nodes of a row along the line, and the volume of each, of all phases (m³).
     fn volumes(&self) -> Vec<(usize, f64)> {
         let (whole, count) = (self.row_volume(), self.count());
         let Some(channel) = &self.channel else {
@@ -227,39 +227,39 @@ impl<const D: usize> Inflow<D> {
         shares.map(|(k, share)| (k, whole * share)).collect()
     }
 
-    /// Height (m) of a node behind the line that carries this volume (m³).
+    /// Height (m) of a node behind the line with this volume (m³).
     pub fn height(&self, volume: f64) -> f64 {
         volume / self.row_volume() * self.count() as f64 * self.state.section.depth
     }
 
-    /// Places along the line where nodes of a row may stand.
+    /// Number of positions of nodes along the line.
     pub fn count(&self) -> usize {
         (self.width() / self.spacing).round().max(1.0) as usize
     }
 
-    /// Volume of a row (m³): about that of rows as far apart as their nodes, so that a whole number of rows brings all that flows in.
+    /// Volume of a row (m³): about that of rows as far apart as their nodes, so that a whole number of rows has all of the volume.
     pub fn row_volume(&self) -> f64 {
         let whole = self.volume(f64::INFINITY);
         whole / (whole / (self.depth * self.width() * self.spacing)).round().max(1.0)
     }
 
-    /// What stands at the line by the Froude number at the largest discharge.
+    /// State at the line by the Froude number at the largest discharge.
     pub fn max_section(&self) -> InflowSection {
         self.section(self.hydrograph.iter().map(|pair| pair[1]).fold(0.0, f64::max), None)
     }
 
-    /// Place of node `k` of a row `behind` the line (m).
+    /// Position of node `k` of a row `behind` the line (m).
     pub fn place(&self, k: usize, behind: f64) -> PlanVector<D> {
         let (share, along, normal) = ((k as f64 + 0.5) / self.count() as f64, self.along(), self.normal());
         std::array::from_fn(|c| self.from[c] + share * along[c] - behind * normal[c])
     }
 
-    /// How far behind the line row `row` stands (m) once `volume` (m³) has flowed in at `depth` (m).
+    /// Distance of row `row` behind the line (m) once `volume` (m³) has entered at `depth` (m).
     fn behind(&self, row: u64, volume: f64, depth: f64) -> f64 {
         ((row as f64 + 0.5) * self.row_volume() - volume) / (depth * self.width())
     }
 
-    /// Sets of nodes that it flows into and their shares in the volume: all of one phase or of a layer, or of grains and fluid.
+    /// Sets of nodes of the inflow and their shares in the volume: all of one phase or of a layer, or of grains and fluid.
     fn shares(&self) -> Vec<(usize, f64)> {
         match (self.layer, self.porosity) {
             (Some(set), _) => vec![(set, 1.0)],
@@ -268,7 +268,7 @@ impl<const D: usize> Inflow<D> {
         }
     }
 
-    /// Whether it flows into set `number`.
+    /// Whether set `number` has inflow.
     pub fn is_of(&self, number: usize) -> bool {
         self.layer.is_none_or(|own| own == number)
     }
@@ -324,7 +324,7 @@ impl<const D: usize> Inflow<D> {
         (fresh, stale)
     }
 
-    /// Where the nodes behind the line are at `time` (s).
+    /// Numbers, positions (m) and velocities (m/s) of the nodes behind the line at `time` (s).
     pub fn waiting_nodes(&self, time: f64) -> Vec<(u64, PlanVector<D>, PlanVector<D>)> {
         let (volume, InflowSection { depth, speed, .. }) = (self.volume(time), self.state.section);
         let velocity = self.normal().map(|c| c * speed);
@@ -403,7 +403,7 @@ mod tests {
         assert!((inflow.entered() - 24.0).abs() < 1e-12, "{} m³", inflow.entered());
     }
 
-    /// A hydrograph brings its integral at any spacing, however few rows that is.
+    /// A hydrograph gives its integral at any spacing, however few rows that is.
     #[test]
     fn all_that_flows_in_crosses_the_line() {
         for spacing in [0.1, 0.5, 0.7, 1.3, 2.0, 4.0, 9.0] {

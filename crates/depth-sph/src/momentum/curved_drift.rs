@@ -1,5 +1,5 @@
-//! The drift over a curved bed: velocities are carried from the tangent plane of one place to that of the next, by the rotation that
-//! takes one normal to the other, so that speed along the bed is kept (sheet: depth-sph §2.9, as amended).
+//! Drift over a curved bed: velocities are transported from the tangent plane at one position to that at the next, by the rotation of
+//! one normal into the other, so that speed along the bed is kept (sheet: depth-sph §2.9, as amended).
 
 use rayon::prelude::*;
 
@@ -9,14 +9,14 @@ use crate::flow::{Flow, PlanBoundaries};
 use crate::phases::phase::{PhaseSet, TASK};
 use crate::phases::phase_nodes::{PlanVector, dot};
 
-/// Scalar product along a bed of this slope of two vectors in plan.
+/// Scalar product of two vectors in plan along a bed of this slope.
 #[inline]
 pub fn dot_along_bed<const D: usize>(slope: &PlanVector<D>, a: &PlanVector<D>, b: &PlanVector<D>) -> f64 {
     dot(a, b) + dot(slope, a) * dot(slope, b)
 }
 
-/// A velocity along the plane of slope `from`, carried into that of slope `to`: `V - V·n'/(1 + n·n') (n + n')` in plan, which keeps its
-/// size.
+/// Velocity along the plane of slope `from`, transported into that of slope `to`: `V - V·n'/(1 + n·n') (n + n')` in plan, which keeps
+/// its magnitude.
 #[inline]
 pub fn parallel_transport<const D: usize>(
     v: &PlanVector<D>,
@@ -29,7 +29,7 @@ pub fn parallel_transport<const D: usize>(
     std::array::from_fn(|c| v[c] + share * (from[c] / root + to[c] / other))
 }
 
-/// Bed that nodes drift over.
+/// Bed below the path of a node, with walls and periods.
 struct BedPath<'a, const D: usize> {
     bed: &'a Bed<D>,
     ends: &'a PlanBoundaries<D>,
@@ -37,7 +37,7 @@ struct BedPath<'a, const D: usize> {
 }
 
 impl<const D: usize> BedPath<'_, D> {
-    /// The bed at a place, mirrored and repeated beyond walls and ends of periods; `None` where there is none.
+    /// Bed at a position, mirrored and repeated beyond walls and ends of periods; `None` where there is none.
     #[inline]
     fn at(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
         if self.open {
@@ -49,7 +49,7 @@ impl<const D: usize> BedPath<'_, D> {
         self.bed.at(&inside).map(|point| point.mirrored(&signs))
     }
 
-    /// Puts what has passed a wall back, with its velocity and the bed below it.
+    /// Reflects a node that has passed a wall, with its velocity and the bed below it.
     #[inline]
     fn reflect(&self, x: &mut PlanVector<D>, v: &mut PlanVector<D>, point: &mut BedPoint<D>) {
         if !self.open {
@@ -60,8 +60,8 @@ impl<const D: usize> BedPath<'_, D> {
     }
 }
 
-/// Half a drift of a node that is carried: by its velocity at the end of the half, with a first guess and one iteration, without which
-/// the order is one. Its place, and the bed there.
+/// Half a drift of a node with transport: by its velocity at the end of the half, with a first guess and one iteration, without which
+/// the order is one. Returns the position, and the bed there.
 #[inline]
 fn half_drift<const D: usize>(
     floor: &BedPath<'_, D>,
@@ -78,12 +78,12 @@ fn half_drift<const D: usize>(
 }
 
 impl<const D: usize> Flow<D> {
-    /// Whether velocities are carried from plane to plane: over a bed with slopes, in vertical depths over steep terrain.
+    /// Whether velocities are transported between tangent planes: over a bed with slopes, in vertical depths over steep terrain.
     pub(crate) fn uses_parallel_transport(&self) -> bool {
         self.settings.frame == DepthFrame::Horizontal && !self.bed.is_flat()
     }
 
-    /// The first half of the drift, over `dt` (s), to where the bed is asked in the middle of the step.
+    /// First half of the drift, over `dt` (s), to the positions at which the bed is sampled in the middle of the step.
     pub(crate) fn first_half_drift(&mut self, dt: f64) {
         let carries = self.uses_parallel_transport();
         let turns = carries && self.settings.curvature_in_friction && self.settings.has_resistance();
@@ -117,7 +117,7 @@ impl<const D: usize> Flow<D> {
                     }
                     let (place, found) = half_drift(&floor, x, &drift, slope, dt);
                     *x = place;
-                    // Nodes beyond the bed keep what was below them until they are removed at the end of the step.
+                    // Nodes beyond the bed keep the last bed below them until they are removed at the end of the step.
                     let Some(found) = found else { return };
                     *point = found;
                     *v = parallel_transport(v, slope, &point.slope);
@@ -134,7 +134,7 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// The second half, after which velocities lie along the bed where the nodes are.
+    /// Second half of the drift, after which velocities lie in the tangent planes at the nodes.
     pub(crate) fn second_half_drift(&mut self, dt: f64) {
         let carries = self.uses_parallel_transport();
         let smoothed = self.settings.numerics.xsph > 0.0;
@@ -160,7 +160,7 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Carries velocities into the planes of a bed that has changed below the nodes (sheet: depth-sph §2.9, item 9 as amended).
+    /// Transports velocities into the planes of a bed that has changed below the nodes (sheet: depth-sph §2.9, item 9 as amended).
     pub(crate) fn transport_velocities(&mut self) {
         if !self.uses_parallel_transport() {
             return;
@@ -179,19 +179,19 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// The bed at a place, mirrored and repeated beyond walls and ends of periods; `None` where there is none.
+    /// Bed at a position, mirrored and repeated beyond walls and ends of periods; `None` where there is none.
     pub(crate) fn floor_at(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
         BedPath { bed: &self.bed, ends: &self.ends, open: self.ends.are_open() }.at(x)
     }
 
-    /// Whether nodes stand behind a line of inflow or beyond an open side.
+    /// Whether there are nodes behind a line of inflow or beyond an open side.
     fn holds_any(&self) -> bool {
         !(self.waiting_nodes.nodes.is_empty() && self.open_boundaries.is_empty())
     }
 }
 
-/// Acceleration along the normal of the bed, times the time of a step, with which a velocity in the middle of it turns: from the slope
-/// at its beginning to that ahead (m/s; sheet: depth-sph §2.9, item 5 as amended).
+/// Acceleration along the normal of the bed, times the time step, of a velocity in the middle of it that follows the bed: from the
+/// slope at its beginning to that ahead (m/s; sheet: depth-sph §2.9, item 5 as amended).
 fn curvature_acceleration<const D: usize>(
     v: &PlanVector<D>,
     before: &PlanVector<D>,
@@ -216,7 +216,7 @@ mod tests {
         assert!((0..2).all(|c| (back[c] - v[c]).abs() < 1e-12));
     }
 
-    /// Along a circular arc all of the turning is in the plane of the motion.
+    /// Along a circular arc all of the rotation is in the plane of the motion.
     #[test]
     fn a_profile_keeps_the_speed_along_its_bed() {
         let w = parallel_transport(&[2.0], &[0.0], &[-1.0]);

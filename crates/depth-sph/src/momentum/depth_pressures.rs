@@ -1,4 +1,4 @@
-//! Pressures over the depth as the sums of the momentum equation take them (sheet: depth-sph §2.5).
+//! Depth-integrated pressures in the form that the momentum sums use (sheet: depth-sph §2.5).
 
 use rayon::prelude::*;
 
@@ -8,17 +8,17 @@ use crate::flow::Flow;
 use crate::phases::phase::{PhaseSet, TASK, copy_with_images};
 use crate::phases::phase_nodes::dot;
 
-/// Width of the switch of earth pressure over `√(g/h)` (sheet: depth-sph §2.5).
+/// Width of the transition of the earth-pressure coefficient over `√(g/h)` (sheet: depth-sph §2.5).
 const SWITCH_WIDTH: f64 = 1e-2;
 
-/// Coefficient of earth pressure of a node of this depth (m) that spreads at this rate (1/s).
+/// Earth-pressure coefficient of a node of this depth (m) and this rate of divergence (1/s).
 fn earth_pressure<const D: usize>(settings: &FlowSettings<D>, depth: f64, divergence: f64) -> f64 {
     let width = || SWITCH_WIDTH * (settings.gravity / depth).sqrt();
     settings.earth_pressure.as_ref().map_or(1.0, |coefficients| coefficients.at(divergence, width()))
 }
 
 impl<const D: usize> Flow<D> {
-    /// Rates of divergence of the first set, where earth pressure depends on them (1/s).
+    /// Computes rates of divergence of the first set, where earth pressure depends on them (1/s).
     pub(crate) fn find_earth_pressure(&mut self) {
         if self.settings.earth_pressure.is_none() {
             return;
@@ -40,7 +40,7 @@ impl<const D: usize> Flow<D> {
         (0..count).into_par_iter().with_min_len(TASK).map(divergence).collect_into_vec(&mut set.divergence);
     }
 
-    /// Of a single phase, or of layers.
+    /// Computes pressures of a single phase, or of layers.
     pub(crate) fn find_single_pressures(&mut self) {
         let Self { settings, sets, pore_columns: heads, .. } = self;
         let material = &settings.material;
@@ -64,7 +64,7 @@ impl<const D: usize> Flow<D> {
                     if !material.saturated {
                         return 0.5 * (1.0 + excess);
                     }
-                    // Only the effective part of the stress has another horizontal than vertical share.
+                    // Only the effective part of the stress has a horizontal share other than the vertical one.
                     let effective = (0.5 - heads.mean(i) / nodes.depth[i]) * submerged / material.density();
                     0.5 + excess * effective
                 };
@@ -77,10 +77,10 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Of grains and pore fluid: `P_s` and `P_w` over `g_* h_α²`, and `h ρ' ψ̄`.
+    /// Computes pressures of grains and pore fluid: `P_s` and `P_w` over `g_* h_α²`, and `h ρ' ψ̄`.
     pub(crate) fn find_phase_pressures(&mut self) {
         let densities = self.settings.material.densities;
-        // Mean heads of the grains; the fluid has those around it.
+        // Mean heads of the grains; for the fluid, averages of those around it.
         let count = self.sets[0].nodes.len();
         let heads: Vec<f64> = (0..count).into_par_iter().map(|i| self.pore_columns.mean(i)).collect();
         let of_fluid = self.heads_at_fluid(&heads);

@@ -1,12 +1,12 @@
 //! Resistance to the pore fluid, implicit in its speed (sheet: depth-sph §2.6, §3.4).
 
-/// Iterations after which the search for a speed stops: bisection of a speed that nearly stops needs half of them.
+/// Iterations after which the search for a speed stops: bisection for a speed near zero needs half of them.
 const ITERATIONS: usize = 200;
 /// Relative width of the bracket at which it stops.
 const TOLERANCE: f64 = 1e-13;
 
-/// The speed (m/s) after a step in which `resistance(speed)` (m/s, the speed lost; growing with the speed) acts implicitly on
-/// what moved at `speed`: the root of `v + resistance(v) = speed` in `0..=speed`.
+/// Speed (m/s) after a step in which `resistance(speed)` (m/s, the speed lost; growing with the speed) acts implicitly on
+/// a node of initial speed `speed`: the root of `v + resistance(v) = speed` in `0..=speed`.
 pub fn implicit_speed(speed: f64, resistance: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (0.0, speed);
     let excess = |v: f64| v + resistance(v) - speed;

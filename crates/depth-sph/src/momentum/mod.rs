@@ -1,6 +1,6 @@
 //! Accelerations of nodes: depth pressures, bed resistance, drift on curved terrain, time integration.
 //!
-//! The room reads thickness and bed and writes velocities (sheet: depth-sph §2.3, §3.3).
+//! The module reads thickness and bed and writes velocities (sheet: depth-sph §2.3, §3.3).
 
 pub(crate) mod curved_drift;
 pub(crate) mod depth_pressures;

@@ -15,15 +15,15 @@ use crate::neighbours::simd_neighbour_list::PackedNeighbours;
 use crate::phases::phase::{PhaseSet, TASK};
 use crate::phases::phase_nodes::{NeighbourData, PhaseNodes, PlanVector, dot};
 
-/// Below this determinant the correction of gradients is left out (sheet: depth-sph §2.10).
+/// Determinant below which the correction of gradients is left out (sheet: depth-sph §2.10).
 const ILL_CONDITIONED: f64 = 1e-3;
-/// Keeps the viscosity finite for nodes that meet, in squares of the smoothing length.
+/// Term that keeps the viscosity finite for coincident nodes, in squares of the smoothing length.
 const SOFTENING: f64 = 0.01;
 
-/// Which phase a set is.
+/// Phase of a set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PhaseRole {
-    /// The only one.
+    /// Single phase.
     Single,
     /// Grains of a mixture.
     Solid,
@@ -47,7 +47,7 @@ pub(crate) struct ForceSums<const D: usize> {
     pub(crate) moment: [PlanVector<D>; D],
 }
 
-/// `A⁻¹ b` in one or two dimensions; `b` where `A` is ill-conditioned.
+/// Solution `A⁻¹ b` in one or two dimensions; `b` where `A` is ill-conditioned.
 pub fn corrected<const D: usize>(matrix: &[PlanVector<D>; D], vector: &PlanVector<D>) -> PlanVector<D> {
     let mut result = *vector;
     if D == 1 {
@@ -64,7 +64,7 @@ pub fn corrected<const D: usize>(matrix: &[PlanVector<D>; D], vector: &PlanVecto
     result
 }
 
-/// The sums of the forces between the nodes of one set: what they read of it.
+/// Force sums between the nodes of one set, with the data that they read.
 pub(crate) struct PairForces<'a, const D: usize> {
     pub(crate) settings: &'a FlowSettings<D>,
     pub(crate) nodes: &'a PhaseNodes<D>,
@@ -77,7 +77,7 @@ pub(crate) struct PairForces<'a, const D: usize> {
     pub(crate) across: &'a NeighbourList<D>,
 }
 
-/// Sums as lanes of four neighbours.
+/// Force sums in lanes of four neighbours.
 struct SimdForceSums<const D: usize> {
     push: [f64x4; D],
     viscous: [f64x4; D],
@@ -93,7 +93,7 @@ impl<const D: usize> SimdForceSums<D> {
         moment: [[f64x4::ZERO; D]; D],
     };
 
-    /// Adds the shares of four neighbours, `-(m/h) W'/r`, in the slopes of the fields, which are `here` at the node.
+    /// Adds the terms of four neighbours, `-(m/h) W'/r`, to the gradients of the fields, whose values at the node are `here`.
     #[inline(always)]
     fn add_slopes(
         &mut self,
@@ -184,7 +184,7 @@ impl<const D: usize> PairForces<'_, D> {
         sums.sums()
     }
 
-    /// Sums over the neighbours of node `i`; gradients only where they are asked for.
+    /// Sums over the neighbours of node `i`; gradients only where they are needed.
     #[inline]
     fn sums<const GRADIENTS: bool>(&self, i: usize, spare: &mut Vec<u32>) -> ForceSums<D> {
         let listed = self.packed_neighbours.are_complete();
@@ -201,14 +201,14 @@ impl<const D: usize> PairForces<'_, D> {
             );
         }
         let entries = if listed { self.packed_neighbours.entries(i) } else { spare };
-        // Of the usual kernel the compiler makes a loop of its own.
+        // For the cubic spline the compiler makes a loop of its own.
         match self.settings.numerics.kernel {
             Kernel::CubicSpline => self.sums_over::<GRADIENTS, true>(i, entries),
             _ => self.sums_over::<GRADIENTS, false>(i, entries),
         }
     }
 
-    /// The same over fours that are listed.
+    /// Sums over packed neighbours.
     #[inline]
     fn sums_over<const GRADIENTS: bool, const CUBIC: bool>(&self, i: usize, entries: &[u32]) -> ForceSums<D> {
         let numerics = &self.settings.numerics;
@@ -247,7 +247,7 @@ impl<const D: usize> PairForces<'_, D> {
             let (heights, pressures) =
                 (four_values(&near.partial_thickness, first), four_values(&near.pressure, first));
             let pair = if product {
-                // (P_I + P_J)/(h_I h_J) of what is given as P/h².
+                // (P_I + P_J)/(h_I h_J), from pressures given as P/h².
                 inside & (pressure * height / heights + pressures * heights / height)
             } else {
                 pressure + pressures
@@ -275,10 +275,10 @@ impl<const D: usize> PairForces<'_, D> {
     }
 }
 
-/// `(∂W/∂r)/r` of four neighbours, of the squares of their distances and their mean smoothing lengths.
+/// `(∂W/∂r)/r` of four neighbours, from the squares of their distances and their mean smoothing lengths.
 #[inline(always)]
 fn kernel_slopes<const D: usize>(kernel: Kernel, factor: f64x4, square: f64x4, mean: f64x4) -> f64x4 {
-    // Of a node at the same place, the node itself above all, the vector is zero.
+    // For a node at the same position, the node itself above all, the vector is zero.
     let distance = square.sqrt().fast_max(mean * 1e-12);
     let inverses = f64x4::ONE / (mean * distance);
     let inverse = inverses * distance;
@@ -307,7 +307,7 @@ impl ArtificialViscosity {
         }
     }
 
-    /// `Π` (m/s² over `m ∇W`) of neighbours that come closer: `closing` is the scalar product of velocity and place against theirs.
+    /// `Π` (m/s² over `m ∇W`) of approaching neighbours: `closing` is the scalar product of relative velocity and relative position.
     #[inline(always)]
     fn over_kernel(
         &self,
@@ -326,7 +326,7 @@ impl ArtificialViscosity {
     }
 }
 
-/// The fields of which gradients are taken; those that a problem does not have are zero.
+/// Fields whose gradients are computed; those that a problem does not have are zero.
 #[inline]
 fn gradient_fields<const D: usize>(seen: &NeighbourData<D>, i: usize) -> [f64; FIELDS] {
     let of = |column: &[f64]| column.get(i).copied().unwrap_or(0.0);
@@ -334,7 +334,7 @@ fn gradient_fields<const D: usize>(seen: &NeighbourData<D>, i: usize) -> [f64; F
 }
 
 impl<const D: usize> PhaseSet<D> {
-    /// Step 4: accelerations of the nodes but for drag and the resistance of the bed. `weak(i)` tells whether drag is weak
+    /// Step 4: accelerations of the nodes without drag and the resistance of the bed. `weak(i)` is whether drag is weak
     /// at a node, `other` is the other set of two layers.
     pub fn accelerate(
         &mut self,
@@ -451,7 +451,7 @@ impl<const D: usize> PairForces<'_, D> {
                 }
                 (_, false) => -sums.pressure_gradient[c],
             };
-            // Of the free surface: the slope of the bed by the same differences, in place of its own.
+            // For the gradient of the free surface, the slope of the bed by differences of the neighbours, in place of its own.
             let level = if settings.numerics.surface_gradient { level_slope[c] } else { 0.0 };
             pull * (own - level)
         })
@@ -494,7 +494,7 @@ mod tests {
     use crate::phases::interphase_drag::MixtureDensities;
     use crate::phases::phase_nodes::NewNode;
 
-    /// V20: both forms of the pressure force are the same for any heights and excess pressure, and their sum is that of the mixture.
+    /// V20: both forms of the pressure force agree for any heights and excess pressure, and their sum is that of the mixture.
     #[test]
     fn node_form_and_symmetric_form_are_one() {
         let densities = MixtureDensities { grain: 2650.0, fluid: 1000.0, gravity: 9.81 };

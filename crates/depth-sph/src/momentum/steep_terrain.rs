@@ -1,15 +1,15 @@
-//! The force of depth gradients over steep terrain, and the reaction of the bed (sheet: depth-sph §2.9, metric as amended).
+//! Force of depth gradients over steep terrain, and reaction of the bed (sheet: depth-sph §2.9, metric as amended).
 
 use crate::config::choices::{DepthFrame, Metric};
 use crate::momentum::pair_forces::{ForceSums, PairForces, corrected};
 use crate::phases::phase_nodes::{PlanVector, dot};
 
-/// Share of the slope of the bed up to which a depth gradient is that of a sheet.
+/// Share of the slope of the bed up to which a depth gradient is treated as that of a sheet.
 const SHEET_SLOPE_FRACTION: f64 = 0.5;
 
-/// From 0 where a surface follows a bed of this slope to 1 where it is level, by the share `t = -q·∇h/|q|²` of the slope that a depth gradient
-/// takes back. It is even in `t`: gradients of a sheet scatter about zero, and if pressure were stronger uphill than downhill it would take energy.
-/// Near a level surface nothing changes to first order.
+/// Levelness of the surface: 0 where it follows a bed of this slope, 1 where it is level, by the share `t = -q·∇h/|q|²` of the slope that a
+/// depth gradient compensates. It is even in `t`: gradients of a sheet scatter about zero, and pressure that is stronger uphill than
+/// downhill would take energy. Near a level surface nothing changes to first order.
 #[inline]
 fn levelness<const D: usize>(slope: &PlanVector<D>, gradient: &PlanVector<D>) -> f64 {
     let square = dot(slope, slope);
@@ -23,7 +23,7 @@ fn levelness<const D: usize>(slope: &PlanVector<D>, gradient: &PlanVector<D>) ->
 }
 
 impl<const D: usize> PairForces<'_, D> {
-    /// Gradient of the depth of what stands over node `i`: that of the sums of pressure, or by corrected differences.
+    /// Gradient of the flow depth at node `i`: that of the sums of pressure, or by corrected differences.
     #[inline]
     pub(crate) fn depth_gradient(&self, i: usize, sums: &ForceSums<D>, plain: bool) -> PlanVector<D> {
         if plain {
@@ -34,22 +34,22 @@ impl<const D: usize> PairForces<'_, D> {
         std::array::from_fn(|c| own[c] + partner[c])
     }
 
-    /// Share of the part along the slope of the bed that the force of a depth gradient loses over it (sheet: depth-sph §2.9, metric as
-    /// amended): none below a level surface, `1 - cos²θ` below one that follows the bed.
+    /// Share by which the force of a depth gradient is reduced along the slope of the bed (sheet: depth-sph §2.9, metric as
+    /// amended): zero below a level surface, `1 - cos²θ` below one that follows the bed.
     #[inline]
     pub(crate) fn slope_reduction(&self, i: usize, gradient: &PlanVector<D>) -> f64 {
         let settings = self.settings;
         let steepness = self.bed[i].steepness();
         match settings.metric {
             Metric::Normal => 1.0 - 1.0 / steepness,
-            // Where gradients are those of the free surface, or nothing is vertical, there is nothing to damp.
+            // Where gradients are those of the free surface, or no axis is vertical, nothing needs to be reduced.
             _ if settings.numerics.surface_gradient || settings.frame != DepthFrame::Horizontal => 0.0,
             Metric::Vertical => 0.0,
             Metric::Blended => (1.0 - 1.0 / steepness) * (1.0 - levelness(&self.bed[i].slope, gradient)),
         }
     }
 
-    /// A force without this share of its part along the slope of the bed.
+    /// Force without this share of its component along the slope of the bed.
     #[inline]
     pub(crate) fn along_bed(&self, i: usize, force: &PlanVector<D>, share: f64) -> PlanVector<D> {
         let slope = &self.bed[i].slope;
@@ -61,12 +61,12 @@ impl<const D: usize> PairForces<'_, D> {
         std::array::from_fn(|c| force[c] - part * slope[c])
     }
 
-    /// The force of node `i` with viscosity, the reaction of the bed and gravity along the frame (m/s²).
+    /// Force of node `i` with viscosity, the reaction of the bed and gravity along the frame (m/s²).
     #[inline]
     pub(crate) fn with_bed(&self, i: usize, force: &PlanVector<D>, viscous: &PlanVector<D>) -> PlanVector<D> {
         let settings = self.settings;
         let slope = &self.bed[i].slope;
-        // What the free surface has counted of the bed is left out here.
+        // The part of the bed's reaction in the gradient of the free surface is left out here.
         let counted = if settings.numerics.surface_gradient { self.nodes.effective_gravity[i] } else { 0.0 };
         let reaction = self.reaction[i] - counted;
         std::array::from_fn(|c| force[c] + viscous[c] - reaction * slope[c] + settings.plan_gravity[c])
@@ -83,9 +83,9 @@ mod tests {
         let at = |share: f64| levelness(&slope, &slope.map(|q| -share * q));
         assert!((at(1.0) - 1.0).abs() < 1e-12 && at(1.5) == 1.0);
         assert!([-0.4, 0.0, 0.4, 0.5].iter().all(|share| at(*share) == 0.0));
-        // Uphill and downhill alike, so that what a gradient takes from a sheet it gives back.
+        // Uphill and downhill alike, so that a gradient returns the energy that it takes from a sheet.
         assert!([0.6, 0.8, 1.2].iter().all(|share| (at(*share) - at(-*share)).abs() < 1e-12));
-        // A small fault of a level surface is none of second order.
+        // A small error of a level surface has no effect of first order.
         assert!(1.0 - at(0.99) < 2e-3, "{}", at(0.99));
         assert!((at(0.75) - 0.5).abs() < 1e-12 && levelness(&[0.0; 2], &[0.1, 0.0]) == 1.0);
     }

@@ -8,7 +8,7 @@ use crate::neighbours::kernel::Kernel;
 use crate::phases::phase::{PhaseSet, TASK};
 use crate::phases::phase_nodes::{PlanVector, dot};
 
-/// State of a set at the beginning of a step, and what the stages have summed up.
+/// State of a set at the beginning of a step, and the sums of the stages.
 #[derive(Clone, Debug, Default)]
 struct StageSums<const D: usize> {
     position: Vec<PlanVector<D>>,
@@ -19,7 +19,7 @@ struct StageSums<const D: usize> {
 }
 
 impl<const D: usize> Flow<D> {
-    /// Positions and velocities over a step, with drag and the resistance of the bed.
+    /// Integrates positions and velocities over a step, with drag and the resistance of the bed.
     pub(crate) fn integrate(&mut self, dt: f64) -> Result<(), FlowFailure> {
         match self.settings.numerics.integration {
             TimeScheme::Leapfrog => self.leapfrog(dt),
@@ -29,7 +29,7 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Half a drift, a kick, half a drift.
+    /// Leapfrog step: half a drift, a kick, half a drift.
     fn leapfrog(&mut self, dt: f64) -> Result<(), FlowFailure> {
         self.smooth_velocities()?;
         self.first_half_drift(0.5 * dt);
@@ -66,7 +66,7 @@ impl<const D: usize> Flow<D> {
         Ok(())
     }
 
-    /// Drag and the resistance of the bed.
+    /// Applies drag and the resistance of the bed.
     fn apply_resistance(&mut self, dt: f64) {
         match self.settings.phases {
             Phases::One => self.apply_resistance_single(dt),
@@ -81,7 +81,7 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Velocities that nodes drift with, their own and a share of the mean around, where that is asked for (XSPH).
+    /// Drift velocities of the nodes, their own and a share of the mean around, where that is chosen (XSPH).
     fn smooth_velocities(&mut self) -> Result<(), FlowFailure> {
         if self.settings.numerics.xsph == 0.0 {
             return Ok(());
@@ -116,7 +116,7 @@ impl<const D: usize> Flow<D> {
         Ok(())
     }
 
-    /// An explicit Runge–Kutta step: of each stage where it stands and what it weighs.
+    /// Explicit Runge–Kutta step: each stage with its time and its weight.
     fn runge_kutta(&mut self, dt: f64, stages: &[(f64, f64)]) -> Result<(), FlowFailure> {
         if self.settings.phases == Phases::Two {
             self.sets.iter_mut().for_each(|set| set.start_velocity.clone_from(&set.nodes.velocity));
@@ -130,7 +130,7 @@ impl<const D: usize> Flow<D> {
                 }
                 self.reflect();
             }
-            // Pore pressure is that of the beginning of the step.
+            // Pore pressure stays that of the beginning of the step.
             self.evaluate(dt, (number == 0).then_some(self.time), BedSampling::Now)?;
             if rates {
                 self.find_rates();
@@ -163,7 +163,7 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Rates of height by one of the forms of the sheet (m/s).
+    /// Computes rates of height by one of the forms of the sheet (m/s).
     fn find_rates(&mut self) {
         let (kernel, form) = (self.settings.numerics.kernel, self.settings.numerics.continuity);
         for set in &mut self.sets {
@@ -188,7 +188,7 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Multiplies what has resisted the kick by the factor of a test.
+    /// Multiplies the resistance to the kick by the factor of a test.
     fn scale_resistance_for_test(&mut self, dt: f64) {
         let factor = self.test_factors[0];
         for set in &mut self.sets {
@@ -242,7 +242,7 @@ impl<const D: usize> StageSums<D> {
         }
     }
 
-    /// The state after `dt` (s) under the rates of the stage before. Heights that are sums are left to the next sum.
+    /// Sets the state after `dt` (s) under the rates of the stage before. Heights by summation are left to the next sum.
     fn put(&self, set: &mut PhaseSet<D>, dt: f64, with_heights: bool) {
         let nodes = &mut set.nodes;
         for i in 0..nodes.len() {
@@ -269,7 +269,7 @@ impl<const D: usize> StageSums<D> {
         }
     }
 
-    /// The end of the step. Heights that are sums stay those of the last stage.
+    /// Sets the state at the end of the step. Heights by summation stay those of the last stage.
     fn finish(self, set: &mut PhaseSet<D>, with_heights: bool) {
         let nodes = &mut set.nodes;
         for i in 0..nodes.len() {

@@ -1,4 +1,4 @@
-//! Nodes and their images in the order of cells, column by column: what lies around a place is a few runs of each column, read four
+//! Nodes and their images sorted by cell, column by column: the neighbours of a position are a few ranges of each column, read four
 //! nodes at a time.
 
 use colluvium_points::{CellList, SearchError};
@@ -14,11 +14,11 @@ use crate::neighbours::thickness::NO_PARTNER;
 use crate::phases::phase::TASK;
 use crate::phases::phase_nodes::{NeighbourData, PlanVector};
 
-/// Fields whose gradients are taken: height, that of the other phase, porosity, excess pressure, level of the bed.
+/// Number of fields whose gradients are computed: height, that of the other phase, porosity, excess pressure, level of the bed.
 pub const FIELDS: usize = 5;
-/// Lanes of nodes that are kept of what lies around a place.
+/// Largest number of packs of four neighbours that are kept for a position.
 const MAX_KEPT: usize = 32;
-/// Lanes that a run does not reach: not-a-number, which is nearer than nothing.
+/// Masks of lanes beyond the end of a range: not-a-number, for which no distance is within reach.
 const EMPTY_LANES: [f64x4; 4] = {
     let no = f64::from_bits(u64::MAX);
     [
@@ -29,7 +29,7 @@ const EMPTY_LANES: [f64x4; 4] = {
     ]
 };
 
-/// Columns of nodes and images in the order of cells.
+/// Columns of nodes and images sorted by cell.
 #[derive(Debug)]
 pub struct CellSorted<const D: usize> {
     cells: CellList<D>,
@@ -48,9 +48,9 @@ pub struct CellSorted<const D: usize> {
     pub partial_thickness: Vec<f64>,
     /// Total depth (m).
     pub depth: Vec<f64>,
-    /// As in [`NeighbourData`].
+    /// Pressure, see [`NeighbourData`].
     pub pressure: Vec<f64>,
-    /// Fields of which gradients are taken, so far as there are such; the first one is empty.
+    /// Fields whose gradients are computed, where the problem has them; the first one is empty.
     pub fields: [Vec<f64>; FIELDS],
 }
 
@@ -82,14 +82,14 @@ pub fn four_values(column: &[f64], first: usize) -> f64x4 {
     }
 }
 
-/// Sum of the lanes, in this order on every machine.
+/// Sum of the lanes, in one order on every machine.
 #[inline(always)]
 pub fn sum_lanes(lanes: f64x4) -> f64 {
     let [a, b, c, d] = lanes.to_array();
     (a + b) + (c + d)
 }
 
-/// Puts what `value` is for each entry of `order` into a column, with three more that lanes may read.
+/// Fills a column with `value` for each entry of `order`, with three more that lanes may read.
 fn gather_column(order: &[u32], column: &mut Vec<f64>, value: impl Fn(usize) -> f64 + Sync) {
     column.resize(order.len() + 3, 0.0);
     let pairs = column.par_iter_mut().zip(order);
@@ -97,10 +97,10 @@ fn gather_column(order: &[u32], column: &mut Vec<f64>, value: impl Fn(usize) -> 
 }
 
 impl<const D: usize> CellSorted<D> {
-    /// Sorts what is seen into cells of edge `edge` (m), and takes places and volumes.
+    /// Sorts the neighbour data into cells of edge `edge` (m), and copies positions and volumes.
     ///
     /// # Errors
-    /// When a place is not finite.
+    /// When a position is not finite.
     pub fn sort_into_cells(
         &mut self,
         seen: &NeighbourData<D>,
@@ -133,12 +133,12 @@ impl<const D: usize> CellSorted<D> {
         Ok(())
     }
 
-    /// Takes the heights of the phase.
+    /// Copies the heights of the phase.
     pub fn update_thickness(&mut self, seen: &NeighbourData<D>) {
         gather_column(self.cells.order(), &mut self.partial_thickness, |j| seen.height[j]);
     }
 
-    /// Columns of values of what is seen, in this order.
+    /// Columns of values of the neighbour data, in the order of the cells.
     pub fn sorted_values<const N: usize>(&self, value: impl Fn(usize) -> [f64; N] + Sync) -> [Vec<f64>; N] {
         let order = self.cells.order();
         std::array::from_fn(|c| {
@@ -148,7 +148,7 @@ impl<const D: usize> CellSorted<D> {
         })
     }
 
-    /// `Σ (m/h) f W / Σ (m/h) W` of columns of values at a place, with this smoothing length (m); `None` where there are no such nodes.
+    /// Kernel average `Σ (m/h) f W / Σ (m/h) W` of columns of values at a position, with this smoothing length (m); `None` without nodes.
     pub fn mean<const N: usize>(
         &self,
         kernel: Kernel,
@@ -176,7 +176,7 @@ impl<const D: usize> CellSorted<D> {
         (all > NO_PARTNER).then(|| sums.map(|sum| sum_lanes(sum) / weights))
     }
 
-    /// Takes what forces are made of.
+    /// Copies the data of the forces.
     pub fn gather_force_data(&mut self, seen: &NeighbourData<D>, with_fields: bool) {
         let order = self.cells.order();
         for (c, column) in self.velocity.iter_mut().enumerate() {
@@ -194,9 +194,9 @@ impl<const D: usize> CellSorted<D> {
         }
     }
 
-    /// Calls `visit` for four at a time of those in the cells that a ball of `radius` (m) around `x` can touch: the number of the first
-    /// of them, vectors from each of them to `x` (m), and the squares of their lengths (m²), which are not-a-number for what is
-    /// not to be counted.
+    /// Calls `visit` for four nodes at a time of the cells that a ball of `radius` (m) around `x` can touch: the index of the first
+    /// node, vectors from each node to `x` (m), and the squares of their lengths (m²), which are not-a-number for lanes that do
+    /// not count.
     #[inline(always)]
     pub fn for_each_neighbour(
         &self,
@@ -219,7 +219,7 @@ impl<const D: usize> CellSorted<D> {
         });
     }
 
-    /// The same for fours that are listed around a node.
+    /// Calls `visit` for the packed neighbours of a node.
     #[inline(always)]
     pub fn for_each_listed(
         &self,
@@ -236,7 +236,7 @@ impl<const D: usize> CellSorted<D> {
         }
     }
 
-    /// Vectors from four nodes to a place (m), and the squares of their lengths (m²).
+    /// Vectors from four nodes to a position (m), and the squares of their lengths (m²).
     #[inline(always)]
     fn separation(&self, here: &[f64x4; D], first: usize) -> ([f64x4; D], f64x4) {
         let (mut apart, mut square) = ([f64x4::ZERO; D], f64x4::ZERO);
@@ -247,7 +247,7 @@ impl<const D: usize> CellSorted<D> {
         (apart, square)
     }
 
-    /// `Σ m W` at a place, with this smoothing length (m).
+    /// Kernel sum `Σ m W` at a position, with this smoothing length (m).
     #[inline]
     pub fn sum(&self, kernel: Kernel, x: &PlanVector<D>, length: f64) -> f64 {
         let reach = kernel.support() * length;
@@ -258,7 +258,7 @@ impl<const D: usize> CellSorted<D> {
         part.whole()
     }
 
-    /// Room for what lies around places, one after the other, for several sums at each.
+    /// Buffer for the neighbours of one position after the other, for several sums at each.
     #[inline]
     pub fn nearby_nodes(&self) -> NearbyNodes<'_, D> {
         let none = [f64x4::ZERO; MAX_KEPT];
@@ -274,7 +274,7 @@ impl<const D: usize> CellSorted<D> {
     }
 }
 
-/// A sum `Σ m W` that is being made.
+/// Kernel sum `Σ m W` under construction.
 struct KernelSum<const D: usize> {
     inverse: f64,
     within: f64x4,
@@ -303,7 +303,7 @@ impl<const D: usize> KernelSum<D> {
     }
 }
 
-/// What lies around a place: distances (m) and volumes of four nodes each, as far as `reach` (m).
+/// Neighbours of a position: distances (m) and volumes in packs of four nodes, as far as `reach` (m).
 pub struct NearbyNodes<'a, const D: usize> {
     packed: &'a CellSorted<D>,
     x: PlanVector<D>,
@@ -315,14 +315,14 @@ pub struct NearbyNodes<'a, const D: usize> {
 }
 
 impl<const D: usize> NearbyNodes<'_, D> {
-    /// Goes to a place (m).
+    /// Moves to a position (m), without neighbours.
     #[inline]
     pub fn move_to(&mut self, x: PlanVector<D>) {
         (self.x, self.reach) = (x, 0.0);
     }
 
-    /// Goes to a node with this smoothing length (m), and looks for all that forces can reach where none grows by more than the margin and
-    /// the longest around is this one (m).
+    /// Moves to a node with this smoothing length (m), and lists all neighbours that forces can reach where no length grows by more than
+    /// the margin and the longest around is `longest` (m).
     #[inline]
     pub fn list_neighbours(
         &mut self,
@@ -344,13 +344,13 @@ impl<const D: usize> NearbyNodes<'_, D> {
         fits.then(|| &self.entries[..self.count])
     }
 
-    /// `Σ m W` with this smoothing length (m).
+    /// Kernel sum `Σ m W` with this smoothing length (m).
     #[inline]
     pub fn sum(&mut self, kernel: Kernel, length: f64) -> f64 {
         self.sum_of::<false>(kernel, length)
     }
 
-    /// The same, of a kernel that may be known to be the cubic spline.
+    /// Kernel sum `Σ m W` with this smoothing length (m), for a kernel that may be the cubic spline at compile time.
     #[inline]
     pub fn sum_of<const CUBIC: bool>(&mut self, kernel: Kernel, length: f64) -> f64 {
         let kernel = if CUBIC { Kernel::CubicSpline } else { kernel };
@@ -365,7 +365,7 @@ impl<const D: usize> NearbyNodes<'_, D> {
         part.whole()
     }
 
-    /// `Σ m W` with this smoothing length (m), and its derivative by that length.
+    /// Kernel sum `Σ m W` with this smoothing length (m), and its derivative with respect to that length.
     #[inline]
     pub fn sum_and_slope(&mut self, kernel: Kernel, length: f64) -> (f64, f64) {
         let reach = kernel.support() * length;
@@ -391,7 +391,7 @@ impl<const D: usize> NearbyNodes<'_, D> {
         (sum_lanes(total) * factor, -sum_lanes(change) * factor * inverse)
     }
 
-    /// Keeps what lies within `reach` (m); whether it has room for all.
+    /// Keeps neighbours within `reach` (m); returns whether the buffer has room for all.
     #[inline]
     fn collect(&mut self, reach: f64) -> bool {
         let within = f64x4::splat(reach * reach);
@@ -401,12 +401,12 @@ impl<const D: usize> NearbyNodes<'_, D> {
         fits
     }
 
-    /// Keeps fours in the cells within `radius` (m), one of which is nearer than the root of what `within` (m²) is for it.
+    /// Keeps packs of the cells within `radius` (m) of which one node is nearer than the root of `within` (m²).
     #[inline(always)]
     fn collect_if(&mut self, radius: f64, within: impl Fn(usize) -> f64x4) {
         let Self { packed, x, count, distances, volumes, entries, .. } = self;
         *count = 0;
-        // Without a branch for each four: which are near cannot be foretold.
+        // Without a branch for each pack: which are near cannot be predicted.
         packed.for_each_neighbour(x, radius, |first, _, square| {
             let slot = (*count).min(MAX_KEPT - 1);
             (entries[slot], distances[slot]) = (first as u32, square);
@@ -420,10 +420,10 @@ impl<const D: usize> NearbyNodes<'_, D> {
     }
 }
 
-/// A place in all lanes.
+/// Position in all lanes.
 #[inline(always)]
 fn splat<const D: usize>(x: &PlanVector<D>) -> [f64x4; D] {
-    // A loop, not a closure over an array: that is a call where units are many.
+    // A loop, not a closure over an array: that becomes a call with many codegen units.
     let mut here = [f64x4::ZERO; D];
     for c in 0..D {
         here[c] = f64x4::splat(x[c]);
@@ -435,7 +435,7 @@ fn splat<const D: usize>(x: &PlanVector<D>) -> [f64x4; D] {
 mod tests {
     use super::*;
 
-    /// Nodes at uneven places, in no order.
+    /// Nodes at uneven positions, in no order.
     fn seen<const D: usize>() -> NeighbourData<D> {
         let mut seen = NeighbourData::default();
         for k in 0..97u32 {

@@ -32,7 +32,7 @@ impl Kernel {
         }
     }
 
-    /// Factor that makes the integral over a line (`D` = 1) or a plane (`D` = 2) one, for `ℓ` = 1.
+    /// Normalisation factor: makes the integral over a line (`D` = 1) or a plane (`D` = 2) one, for `ℓ` = 1.
     #[inline]
     pub fn factor<const D: usize>(self) -> f64 {
         match (self, D) {
@@ -47,13 +47,13 @@ impl Kernel {
         }
     }
 
-    /// Shape `f(q)`, without its factor.
+    /// Profile `f(q)` of the kernel, without its factor.
     #[inline]
     pub fn profile<const D: usize>(self, q: f64) -> f64 {
         let part = |edge: f64| (edge - q).max(0.0);
         match self {
             Self::CubicSpline => {
-                // Both, so that there is no jump.
+                // Both forms are evaluated, so that there is no branch.
                 let (near, far) = (1.0 + q * q * (0.75 * q - 1.5), 0.25 * part(2.0).powi(3));
                 if q < 1.0 { near } else { far }
             }
@@ -65,7 +65,7 @@ impl Kernel {
         }
     }
 
-    /// `f'(q) / q`, negative: gradients are `factor ℓ^-(D + 2) f'(q)/q (x - x')`, without a division by the distance.
+    /// Slope `f'(q) / q`, negative: gradients are `factor ℓ^-(D + 2) f'(q)/q (x - x')`, without a division by the distance.
     #[inline]
     pub fn slope<const D: usize>(self, q: f64) -> f64 {
         let part = |edge: f64| (edge - q).max(0.0);
@@ -88,10 +88,10 @@ impl Kernel {
         }
     }
 
-    // The two forms for four arguments stand beside those for one: they need not vanish beyond the support, take inverses that are known
-    // and choose among lanes in place of branches, so that one form for both would be slower for either or change results.
+    // The forms for four arguments are separate from those for one: they need not vanish beyond the support, take inverses that are known
+    // and select among lanes in place of branches, so that one form for both would be slower for either or change results.
 
-    /// [`Kernel::profile`] of four arguments; not to be used beyond the support.
+    /// [`Kernel::profile`] of four arguments; not valid beyond the support.
     #[inline(always)]
     pub fn profile_of_four<const D: usize>(self, q: f64x4) -> f64x4 {
         let part = |edge: f64| (f64x4::splat(edge) - q).fast_max(f64x4::ZERO);
@@ -113,7 +113,7 @@ impl Kernel {
         }
     }
 
-    /// [`Kernel::slope`] of four arguments, which are not zero, and their inverses; not to be used beyond the support.
+    /// [`Kernel::slope`] of four arguments, which are not zero, and their inverses; not valid beyond the support.
     #[inline(always)]
     pub fn slope_of_four<const D: usize>(self, q: f64x4, inverse: f64x4) -> f64x4 {
         let part = |edge: f64| (f64x4::splat(edge) - q).fast_max(f64x4::ZERO);
@@ -137,13 +137,13 @@ impl Kernel {
         }
     }
 
-    /// `W(r, ℓ)` (1/m in one dimension, 1/m² in two).
+    /// Kernel value `W(r, ℓ)` (1/m in one dimension, 1/m² in two).
     #[inline]
     pub fn value<const D: usize>(self, distance: f64, length: f64) -> f64 {
         self.factor::<D>() / length.powi(D as i32) * self.profile::<D>(distance / length)
     }
 
-    /// `(∂W/∂r) / r`: times `x_I - x_J` it is the gradient with respect to node `I`.
+    /// Gradient factor `(∂W/∂r) / r`: times `x_I - x_J` it is the gradient with respect to node `I`.
     #[inline]
     pub fn gradient<const D: usize>(self, distance: f64, length: f64) -> f64 {
         self.factor::<D>() / length.powi(D as i32 + 2) * self.slope::<D>(distance / length)
@@ -175,7 +175,7 @@ mod tests {
             let end = kernel.support();
             let line = 2.0 * integral(end, |r| kernel.value::<1>(r, 1.0));
             let plane = 2.0 * PI * integral(end, |r| r * kernel.value::<2>(r, 1.0));
-            // The Gaussian loses what lies beyond its cut (sheet: depth-sph V31, as amended).
+            // The Gaussian lacks its part beyond the cut (sheet: depth-sph V31, as amended).
             let exact = if kernel == Kernel::Gaussian { (0.999_978, 0.999_877) } else { (1.0, 1.0) };
             let tolerance = if kernel == Kernel::Gaussian { 5e-7 } else { 1e-12 };
             assert!((line - exact.0).abs() < tolerance, "{kernel:?}: {line}");

@@ -1,11 +1,11 @@
-//! How long the smoothing lengths are that reach a place: one long one far away makes no search longer.
+//! Largest smoothing length of the nodes that reach a position: a long one far away does not enlarge a search.
 
 use crate::phases::phase_nodes::PlanVector;
 
 /// Cells per node at most.
 const CELLS_PER_NODE: f64 = 4.0;
 
-/// The longest smoothing length of those nodes that reach a cell.
+/// Largest smoothing length of the nodes that reach each cell.
 #[derive(Debug)]
 pub struct MaxSmoothingLength<const D: usize> {
     low: PlanVector<D>,
@@ -22,8 +22,8 @@ impl<const D: usize> Default for MaxSmoothingLength<D> {
 }
 
 impl<const D: usize> MaxSmoothingLength<D> {
-    /// Looks at nodes with these places and smoothing lengths (m), each of which reaches `reach` of its lengths. Places that are
-    /// not finite are left to the search to name.
+    /// Updates the cells from nodes with these positions and smoothing lengths (m), each of which reaches `reach` of its lengths. Positions
+    /// that are not finite are left to the search to report.
     pub fn update(&mut self, places: &[PlanVector<D>], lengths: &[f64], reach: f64) {
         let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
         for x in places {
@@ -36,7 +36,7 @@ impl<const D: usize> MaxSmoothingLength<D> {
         let most = CELLS_PER_NODE * places.len().max(1) as f64;
         let mut edge = if mean > 0.0 && mean.is_finite() { reach * mean } else { 1.0 };
         let along = |c: usize, edge: f64| ((high[c] - low[c]) / edge).floor().max(0.0) + 1.0;
-        // Not a loop that the lost could keep going.
+        // Bounded, so that positions that are not finite cannot keep the loop running.
         for _ in 0..200 {
             if (0..D).map(|c| along(c, edge)).product::<f64>() <= most {
                 break;
@@ -59,7 +59,7 @@ impl<const D: usize> MaxSmoothingLength<D> {
         self.spread(reach);
     }
 
-    /// Each cell tells all those that its nodes reach.
+    /// Passes the length of each cell to all cells that its nodes reach.
     fn spread(&mut self, reach: f64) {
         for cell in 0..self.own.len() {
             let length = self.own[cell];
@@ -91,7 +91,7 @@ impl<const D: usize> MaxSmoothingLength<D> {
         })
     }
 
-    /// The longest smoothing length of those that reach a place (m); zero without any.
+    /// Largest smoothing length of the nodes that reach a position (m); zero without any.
     #[inline]
     pub fn at(&self, x: &PlanVector<D>) -> f64 {
         self.reaching.get(self.cell(x)).copied().unwrap_or(0.0)

@@ -1,6 +1,6 @@
 //! Sums over neighbours in plan: kernel, cell-sorted nodes, SIMD lists, thickness.
 //!
-//! The room knows positions and volumes only (sheet: depth-sph §2.2).
+//! The module uses positions and volumes only (sheet: depth-sph §2.2).
 
 pub(crate) mod cell_sorted;
 pub mod kernel;

@@ -1,22 +1,22 @@
-//! Axes of the cells of a search that are turned with the flow (sheet: depth-sph §3.4).
+//! Axes of the cells of a neighbour search, rotated with the flow (sheet: depth-sph §3.4).
 
 use crate::phases::phase_nodes::PlanVector;
 
-/// So many places at most are looked at: the direction need not be exact.
+/// Largest number of positions in the covariance: the direction need not be exact.
 const MAX_SAMPLES: usize = 1000;
 
-/// The direction that lines of cells follow; the last axis of the plan where there is none.
+/// Direction of the lines of cells; the last axis of the plan where there is none.
 #[derive(Clone, Copy, Debug)]
 pub struct SearchAxes<const D: usize> {
     along: Option<PlanVector<D>>,
 }
 
 impl<const D: usize> SearchAxes<D> {
-    /// Those of the plan.
+    /// Axes of the plan.
     pub const PLAN: Self = Self { along: None };
 
-    /// Lines along the longest extent of these places: the principal axis of their covariance. Those of the plan in a profile and where a
-    /// place is not finite, which the search names.
+    /// Axes along the longest extent of these positions: the principal axis of their covariance. Those of the plan in a profile and where a
+    /// position is not finite, which the search reports.
     pub fn along(places: &[PlanVector<D>]) -> Self {
         if D != 2 || places.is_empty() {
             return Self::PLAN;
@@ -33,7 +33,7 @@ impl<const D: usize> SearchAxes<D> {
             difference += a * a - b * b;
             product += a * b;
         }
-        // Of twice the angle; half of it by roots, which are the same on every machine.
+        // Cosine of twice the angle; that of half of it by roots, which are equal on every machine.
         let cosine = difference / difference.hypot(2.0 * product);
         if !cosine.is_finite() {
             return Self::PLAN;
@@ -44,7 +44,7 @@ impl<const D: usize> SearchAxes<D> {
         Self { along: Some(along) }
     }
 
-    /// A place on these axes (m).
+    /// Position on these axes (m).
     #[inline(always)]
     pub fn to_axes(self, x: &PlanVector<D>) -> PlanVector<D> {
         let Some(along) = self.along else { return *x };
@@ -56,7 +56,7 @@ impl<const D: usize> SearchAxes<D> {
         turned
     }
 
-    /// Whether they are those of the plan.
+    /// Whether the axes are those of the plan.
     pub fn are_those_of_the_plan(&self) -> bool {
         self.along.is_none()
     }

@@ -1,18 +1,18 @@
-//! What lies around each node, four at a time, found when heights are summed and read again by the forces of the same step.
+//! Neighbour list of each node in packs of four, made by the sum of heights and used again by the forces of the step.
 
 use rayon::prelude::*;
 use wide::f64x4;
 
 use crate::phases::phase::TASK;
 
-/// Share by which lists reach beyond the smoothing lengths that they are made with: those may grow so far in a step.
+/// Share by which lists reach beyond the smoothing lengths that they are made with: the largest growth of a length in a step.
 pub const MARGIN: f64 = 0.05;
 
-/// Runs of four for each node, in blocks of [`TASK`] nodes.
+/// Packed neighbours of each node, in blocks of [`TASK`] nodes.
 #[derive(Debug, Default)]
 pub struct PackedNeighbours {
     blocks: Vec<NeighbourListBlock>,
-    /// Whether they hold all that forces can reach.
+    /// Whether the lists contain all neighbours that forces can reach.
     complete: bool,
 }
 
@@ -24,27 +24,27 @@ pub struct NeighbourListBlock {
     is_incomplete: bool,
 }
 
-/// Four as they are listed: the first of them, and how many of them count, of which squares of distances are numbers.
+/// Entry of a pack: index of the first node, and the number of nodes that count, whose squares of distances are numbers.
 #[inline(always)]
 pub fn pack_entry(first: usize, square: f64x4) -> u32 {
     (first as u32) << 3 | square.simd_eq(square).to_bitmask().count_ones()
 }
 
-/// The first of four that are listed, and how many of them count.
+/// Index of the first node of an entry, and the number of nodes that count.
 #[inline(always)]
 pub fn unpack_entry(entry: u32) -> (usize, usize) {
     ((entry >> 3) as usize, (entry & 7) as usize)
 }
 
 impl NeighbourListBlock {
-    /// Forgets its lists.
+    /// Clears the lists.
     pub fn clear(&mut self) {
         self.ends.clear();
         self.entries.clear();
         self.is_incomplete = false;
     }
 
-    /// Adds the list of the next node; without one, all lists are of no use.
+    /// Adds the list of the next node; `None` marks the block as incomplete.
     #[inline]
     pub fn push(&mut self, entries: Option<&[u32]>) {
         match entries {
@@ -54,7 +54,7 @@ impl NeighbourListBlock {
         self.ends.push(self.entries.len() as u32);
     }
 
-    /// A node's smoothing length has grown beyond what the lists were made with.
+    /// Marks the block as incomplete: the smoothing length of a node has grown beyond the margin of the lists.
     #[inline]
     pub fn mark_incomplete(&mut self) {
         self.is_incomplete = true;
@@ -62,28 +62,28 @@ impl NeighbourListBlock {
 }
 
 impl PackedNeighbours {
-    /// Blocks for so many nodes.
+    /// Blocks for this number of nodes.
     pub fn blocks(&mut self, nodes: usize) -> &mut [NeighbourListBlock] {
         self.blocks.resize_with(nodes.div_ceil(TASK), NeighbourListBlock::default);
         &mut self.blocks
     }
 
-    /// Looks whether all nodes have lists.
+    /// Checks whether all nodes have lists.
     pub fn check_complete(&mut self) {
         self.complete = self.blocks.par_iter().all(|block| !block.is_incomplete);
     }
 
-    /// Forgets all lists: nodes have moved.
+    /// Invalidates all lists after nodes have moved.
     pub fn clear(&mut self) {
         self.complete = false;
     }
 
-    /// Whether they hold all that forces can reach.
+    /// Whether the lists contain all neighbours that forces can reach.
     pub fn are_complete(&self) -> bool {
         self.complete
     }
 
-    /// The list of node `i`.
+    /// Entries of node `i`.
     #[inline]
     pub fn entries(&self, i: usize) -> &[u32] {
         let block = &self.blocks[i / TASK];

@@ -1,4 +1,4 @@
-//! Heights by summation over the nodes around, and smoothing lengths that follow them (sheet: depth-sph §2.10).
+//! Heights by summation over neighbours, and smoothing lengths that follow them (sheet: depth-sph §2.10).
 
 use rayon::prelude::*;
 
@@ -10,15 +10,15 @@ use crate::neighbours::simd_neighbour_list::MARGIN;
 use crate::phases::phase::{PhaseSet, TASK, copy_with_images};
 use crate::phases::phase_nodes::{NeighbourData, PlanVector};
 
-/// Below this denominator an average over the nodes of a phase is none (sheet: depth-sph §2.10).
+/// Denominator below which an average over the nodes of a phase does not exist (sheet: depth-sph §2.10).
 pub const NO_PARTNER: f64 = 1e-6;
 
-/// Most of Newton's steps for the height of a node, and the share of its smoothing length by which the last one may change it.
+/// Largest number of Newton steps for the height of a node, and the relative change of its smoothing length at which they stop.
 const NEWTON: (usize, f64) = (50, 1e-13);
-/// Below this `Ω` a node is on its own: its smoothing length is at its upper bound.
+/// Value of `Ω` below which a node is isolated: its smoothing length is at its upper bound.
 const MIN_OMEGA: f64 = 1e-3;
 
-/// Square of the distance of two places (m²).
+/// Square of the distance of two positions (m²).
 #[inline]
 pub fn square<const D: usize>(a: &PlanVector<D>, b: &PlanVector<D>) -> f64 {
     (0..D).map(|c| (a[c] - b[c]).powi(2)).sum()
@@ -54,7 +54,7 @@ impl<const D: usize> PhaseSet<D> {
                     let (x, before) = (position[i], *length);
                     block.push(near.list_neighbours(kernel, x, before, around.at(&x)));
                     for _ in 0..numerics.passes {
-                        // Of the usual kernel the compiler makes a loop of its own.
+                        // For the cubic spline the compiler makes a loop of its own.
                         *height = match kernel {
                             Kernel::CubicSpline => near.sum_of::<true>(kernel, *length),
                             _ => near.sum_of::<false>(kernel, *length),
@@ -76,7 +76,7 @@ impl<const D: usize> PhaseSet<D> {
         }
     }
 
-    /// Heights `h = Σ m W(ℓ(h))` by Newton's method, with `Ω` (sheet: depth-sph §3.4).
+    /// Solves heights `h = Σ m W(ℓ(h))` by Newton's method, with `Ω` (sheet: depth-sph §3.4).
     fn solve_thickness(&mut self, numerics: &Numerics) {
         let Self { nodes, cell_sorted: packed, omega, .. } = self;
         let packed = &*packed;
@@ -95,10 +95,10 @@ impl<const D: usize> PhaseSet<D> {
         );
     }
 
-    /// Divides heights by `Σ (m/h) W`, with the heights of before.
+    /// Divides heights by `Σ (m/h) W`, with the heights before.
     fn normalise(&mut self, kernel: Kernel) {
         if self.neighbour_data.height.len() != self.neighbour_data.position.len() {
-            // There is nothing before the first sum.
+            // There are no heights before the first sum.
             self.update_image_thickness();
         }
         let (seen, near, nodes) = (&self.neighbour_data, &self.same_phase_neighbours, &self.nodes);
@@ -120,7 +120,7 @@ impl<const D: usize> PhaseSet<D> {
         }
     }
 
-    /// Smoothing lengths where heights are integrated in time.
+    /// Updates smoothing lengths where heights are integrated in time.
     pub fn update_smoothing_lengths(&mut self, numerics: &Numerics) {
         if !numerics.variable_length {
             return;
@@ -151,7 +151,7 @@ impl<const D: usize> PhaseSet<D> {
     }
 }
 
-/// Height of a node (m) whose smoothing length keeps `ℓ^d h` at `kept`, and `Ω = 1 + ℓ/(d h) ∂h/∂ℓ`, one where the length is at a bound.
+/// Height of a node (m) with `ℓ^d h` equal to `kept`, and `Ω = 1 + ℓ/(d h) ∂h/∂ℓ`, one where the length is at a bound.
 fn solve_node_thickness<const D: usize>(
     near: &mut NearbyNodes<'_, D>,
     numerics: &Numerics,
@@ -184,7 +184,7 @@ fn solve_node_thickness<const D: usize>(
     (height, if *length > low && *length < high { omega } else { 1.0 })
 }
 
-/// Bounds of a smoothing length (m) that began as `first`.
+/// Bounds of a smoothing length (m) of initial value `first` (m).
 #[inline]
 fn length_bounds(numerics: &Numerics, first: f64) -> (f64, f64) {
     let (least, most) = numerics.length_range;
@@ -192,7 +192,7 @@ fn length_bounds(numerics: &Numerics, first: f64) -> (f64, f64) {
     ((least * first).max(shortest), (most * first).max(shortest))
 }
 
-/// `ℓ = (scale m / h)^(1/d)` within its bounds.
+/// Smoothing length `ℓ = (scale m / h)^(1/d)` within its bounds.
 #[inline]
 fn length_from_thickness<const D: usize>(
     numerics: &Numerics,
@@ -204,11 +204,11 @@ fn length_from_thickness<const D: usize>(
     let power = scale * volume / height;
     let length = if D == 1 { power } else { power.sqrt() };
     let (low, high) = length_bounds(numerics, first);
-    // A height of zero has an infinite length: the upper bound holds.
+    // A height of zero has an infinite length: the upper bound applies.
     length.clamp(low, high)
 }
 
-/// `Σ (m/h) f W / Σ (m/h) W` of a field at a place; `None` where there are no such nodes.
+/// Kernel average `Σ (m/h) f W / Σ (m/h) W` of a field at a position; `None` where there are no such nodes.
 #[inline]
 pub fn kernel_average<const D: usize, const N: usize>(
     kernel: Kernel,

@@ -1,5 +1,5 @@
-//! The account of energy: what there was, what has come in, and what forces have taken, each from its own force and not as what is
-//! left over (sheet: depth-sph §2.9, item 7 as amended).
+//! Energy balance: initial energy, inflow, and the work of forces, each computed from its own force and not as the remainder
+//! (sheet: depth-sph §2.9, item 7 as amended).
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -11,24 +11,24 @@ use crate::momentum::curved_drift::dot_along_bed;
 use crate::phases::phase::{PhaseSet, TASK};
 use crate::phases::phase_nodes::PlanVector;
 
-/// Share of what a flow turns over by which its energy may be off without a warning.
+/// Share of the exchanged energy by which the balance may be off without a warning.
 const BALANCE_TOLERANCE: f64 = 0.01;
-/// Share of the energy of pressure that counts as turned over in what is nearly still.
+/// Share of the pressure energy that is the least exchanged energy, for flows that are nearly at rest.
 const STILL_FRACTION: f64 = 0.1;
 
-/// Energy of all that has flowed in and not left (J).
+/// Energy of the flow that has entered and not left (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FlowEnergies {
-    /// Of the motion along the bed.
+    /// Kinetic energy of the motion along the bed.
     pub kinetic: f64,
-    /// Of the level of the bed, and of gravity along the plan.
+    /// Potential energy of the level of the bed, and of gravity along the plan.
     pub bed: f64,
-    /// Of pressure, `½ Σ m g_* h`.
+    /// Pressure energy, `½ Σ m g_* h`.
     pub pressure: f64,
 }
 
 impl FlowEnergies {
-    /// All of it (J).
+    /// Sum of all (J).
     pub fn total(&self) -> f64 {
         self.kinetic + self.bed + self.pressure
     }
@@ -37,44 +37,44 @@ impl FlowEnergies {
 /// Works that have changed the energy of a flow (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergyBalance {
-    /// What there was when the account began; none before.
+    /// Energy at the start; none before.
     start: Option<FlowEnergies>,
-    /// What resistance of the bed, drag and growth have taken.
+    /// Dissipation by resistance of the bed, drag and erosion.
     pub friction: f64,
-    /// What artificial viscosity has taken.
+    /// Dissipation by artificial viscosity.
     pub viscosity: f64,
     /// Work of pressure on the flow.
     pub pressure_work: f64,
-    /// The same in the last step.
+    /// Work of pressure in the last step.
     last_pressure_work: f64,
-    /// What has come in, less what has left.
+    /// Energy of inflow less that of outflow.
     pub entered: f64,
-    /// The largest kinetic energy that was seen.
+    /// Largest kinetic energy so far.
     peak: f64,
 }
 
-/// The account as it stands (J).
+/// Current energy balance (J).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnergyBalanceSummary {
-    /// What there is.
+    /// Current energy.
     pub now: FlowEnergies,
-    /// What is too much.
+    /// Excess of energy.
     pub error: f64,
-    /// Work of pressure beyond what its energy has lost.
+    /// Work of pressure beyond the loss of pressure energy.
     pub difference: f64,
-    /// What the flow has turned over: the largest of drop, kinetic energy and losses.
+    /// Exchanged energy: the largest of drop, kinetic energy and losses.
     pub exchanged: f64,
 }
 
 impl EnergyBalanceSummary {
-    /// Whether the energy is off by more than a hundredth of what the flow has turned over.
+    /// Whether the energy is off by more than a hundredth of the exchanged energy.
     pub fn is_off(&self) -> bool {
         !(self.error.abs() <= BALANCE_TOLERANCE * self.exchanged)
     }
 }
 
 impl<const D: usize> Flow<D> {
-    /// The energy of a node (J), asking the bed below it; of one beyond the bed what was there last.
+    /// Energy of a node (J), from the bed below it; of one beyond the bed from the last bed there.
     fn node_energies(&self, number: usize, i: usize) -> FlowEnergies {
         let set = &self.sets[number];
         let nodes = &set.nodes;
@@ -91,13 +91,13 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// The slope with which motion along the bed is measured: none where slopes are taken as small.
+    /// Slope with which motion along the bed is measured: zero where slopes are taken as small.
     #[inline]
     fn energy_slope(&self, bed: &BedPoint<D>) -> PlanVector<D> {
         if self.settings.frame == DepthFrame::Horizontal { bed.slope } else { [0.0; D] }
     }
 
-    /// The energy of all that has flowed in and not left.
+    /// Energy of the flow that has entered and not left.
     pub fn energies(&self) -> FlowEnergies {
         let mut sum = FlowEnergies::default();
         for (number, set) in self.sets.iter().enumerate() {
@@ -117,19 +117,19 @@ impl<const D: usize> Flow<D> {
         sum
     }
 
-    /// Whether pressure has an energy that follows from heights: of one phase without earth pressure. Of others its work is taken.
+    /// Whether pressure has an energy that follows from heights: of one phase without earth pressure. Otherwise its work is summed.
     fn pressure_has_energy(&self) -> bool {
         self.settings.phases == Phases::One && self.settings.earth_pressure.is_none()
     }
 
-    /// Begins the account before the first step.
+    /// Starts the balance before the first step.
     pub(crate) fn start_energy_balance(&mut self) {
         if self.energy_balance.start.is_none() {
             self.energy_balance.start = Some(self.energies());
         }
     }
 
-    /// The account as it stands.
+    /// Current energy balance.
     pub fn energy_balance_summary(&self) -> EnergyBalanceSummary {
         let (ledger, mut now) = (&self.energy_balance, self.energies());
         // Heights are those of the middle of the last step.
@@ -145,7 +145,7 @@ impl<const D: usize> Flow<D> {
         EnergyBalanceSummary { now, error, difference, exchanged: most.max(STILL_FRACTION * now.pressure) }
     }
 
-    /// Makes a change that is none of the flow's own: what it brings has come in.
+    /// Applies a change from outside the flow: its energy counts as inflow.
     pub fn with_external_change<R>(&mut self, change: impl FnOnce(&mut Self) -> R) -> R {
         if self.energy_balance.start.is_none() {
             return change(self);
@@ -156,7 +156,7 @@ impl<const D: usize> Flow<D> {
         result
     }
 
-    /// Lets material come in: it brings its energy, and pressure does work where it comes in, as much again as its own energy.
+    /// Applies an inflow: its energy enters, and pressure does work at the inlet, as much again as its own energy.
     pub(crate) fn with_inflow<R>(&mut self, change: impl FnOnce(&mut Self) -> R) -> R {
         let before = self.energies();
         let result = change(self);
@@ -165,7 +165,7 @@ impl<const D: usize> Flow<D> {
         result
     }
 
-    /// Lets nodes take up what rests on the bed: what they lose of their motion is friction.
+    /// Applies erosion: the kinetic energy that nodes lose counts as friction.
     pub(crate) fn with_erosion(&mut self, change: impl FnOnce(&mut Self)) {
         let before = self.energies();
         self.with_inflow(change);
@@ -174,12 +174,12 @@ impl<const D: usize> Flow<D> {
         self.energy_balance.entered += lost;
     }
 
-    /// Keeps the velocities before the kick.
+    /// Stores the velocities before the kick.
     pub(crate) fn store_velocities(&mut self) {
         self.sets.iter_mut().for_each(|set| set.stored_velocity.clone_from(&set.nodes.velocity));
     }
 
-    /// Books the step: a kick of `dt` (s) from the velocities that were kept, and what has resisted it.
+    /// Adds the works of a step: of a kick over `dt` (s) from the stored velocities, and of the resistance to it.
     pub(crate) fn add_step_work(&mut self, dt: f64) {
         let works = self.works(|flow, set, i| {
             let slope = flow.energy_slope(&set.bed[i]);
@@ -192,7 +192,7 @@ impl<const D: usize> Flow<D> {
         self.add_works(works);
     }
 
-    /// Books the forces of a stage that weighs `dt` (s), and the resistance against velocities that were kept.
+    /// Adds the works of the forces of a stage of weight `dt` (s); resistance is added against stored velocities.
     pub(crate) fn add_stage_work(&mut self, dt: f64) {
         let works = self.works(|flow, set, i| {
             let [viscous, push] = flow.force_works(set, i, dt, &set.nodes.velocity[i]);
@@ -201,7 +201,7 @@ impl<const D: usize> Flow<D> {
         self.add_works(works);
     }
 
-    /// Books what has resisted since the velocities were kept.
+    /// Adds the work of resistance since the velocities were stored.
     pub(crate) fn add_resistance_work(&mut self) {
         let works = self.works(|flow, set, i| {
             let slope = flow.energy_slope(&set.bed[i]);
@@ -224,8 +224,8 @@ impl<const D: usize> Flow<D> {
         [dt * dot_along_bed(&slope, viscous, velocity), dt * dot_along_bed(&slope, &push, velocity)]
     }
 
-    /// Sums of works per mass of friction, viscosity and pressure, over the nodes in their order (J). What resists never gives: of one phase at
-    /// no node, of two in no step.
+    /// Sums of works per mass of friction, viscosity and pressure, over the nodes in their order (J). Resistance never adds energy:
+    /// of one phase at no node, of two in no step.
     fn works(&mut self, one: impl Fn(&Self, &PhaseSet<D>, usize) -> [f64; 3] + Sync) -> [f64; 3] {
         let single = self.settings.phases == Phases::One;
         let mut sums = [0.0; 3];
@@ -260,7 +260,7 @@ impl<const D: usize> Flow<D> {
         ledger.last_pressure_work = push;
     }
 
-    /// Keeps the largest kinetic energy (J).
+    /// Updates the largest kinetic energy (J).
     pub fn update_peak_kinetic(&mut self, kinetic: f64) {
         self.energy_balance.peak = self.energy_balance.peak.max(kinetic);
     }
@@ -322,7 +322,7 @@ mod tests {
         flow.energy_balance_summary()
     }
 
-    /// Without pressure and friction nothing but gravity does work.
+    /// Without pressure and friction only gravity does work.
     #[test]
     fn a_node_that_slides_freely_keeps_its_energy() {
         let mut flow = heap(rough(), None, 1e-9, 3.0);
@@ -348,7 +348,7 @@ mod tests {
         assert!(run(&mut flow, 4.0).is_off());
     }
 
-    /// With the form of pressure that keeps energy, so that nothing but the fault is seen.
+    /// Pressure of the form that keeps energy, so that only the fault has an effect.
     #[test]
     fn pressure_that_pumps_is_told() {
         let spreading = || heap_of(PressureForceForm::Variational, Bed::Flat(0.0), None, 2.0, 1.0);

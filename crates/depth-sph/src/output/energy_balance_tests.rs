@@ -1,4 +1,4 @@
-//! The account of energy of two phases, of layers, under pore pressure and while the bed is taken up: it closes, and tells what is broken.
+//! Energy balance of two phases, of layers, under pore pressure and during erosion: it closes, and reports broken forces.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::phases::interphase_drag::{InterphaseDrag, MixtureDensities};
 use crate::phases::phase_nodes::NewNode;
 use crate::pore_pressure::pore_pressure_column::{LowerBound, PressureProfile};
 
-/// Share of what is turned over by which the account may be off: drag and friction are split off at first order in time.
+/// Share of the exchanged energy by which the balance may be off: drag and friction are split off at first order in time.
 const CLOSES: f64 = 2e-3;
 
 /// One phase with 15° of friction.
@@ -52,7 +52,7 @@ fn pressed() -> FlowSettings<2> {
     settings
 }
 
-/// The account after 4 s down a rough slope, with what resists multiplied; `None` where the run ended before.
+/// Energy balance after 4 s down a rough slope, with resistance multiplied by `factor`; `None` where the run ended before.
 fn account(settings: FlowSettings<2>, depths: &[f64], factor: f64) -> Option<EnergyBalanceSummary> {
     let slope = RoughSlope::new(0.577, 60.0, [40.0, 200.0], 0.1, 3);
     let raster = slope.raster([0.0; 2], [500.0, 120.0], 5.0);
@@ -79,7 +79,7 @@ fn account(settings: FlowSettings<2>, depths: &[f64], factor: f64) -> Option<Ene
     Some(flow.energy_balance_summary())
 }
 
-/// It closes as it is, and a resistance that pushes is told.
+/// Checks that the balance closes, and that a resistance which adds energy is reported.
 fn closes_and_tells(name: &str, settings: &FlowSettings<2>, depths: &[f64]) {
     let own = account(settings.clone(), depths, 1.0).unwrap();
     let off = own.error.abs() / own.exchanged;
@@ -108,7 +108,7 @@ fn the_account_under_pore_pressure_closes() {
     closes_and_tells("pore pressure", &pressed(), &[0.5]);
 }
 
-/// What is taken up brings its energy, and slows the flow down by what is booked as friction.
+/// Erosion brings its energy, and slows the flow down by the energy booked as friction.
 #[test]
 fn the_account_of_a_flow_that_takes_up_its_bed_closes() {
     let mut settings = rubbed();

@@ -1,4 +1,4 @@
-//! Points of a model in depth from the columns of a flow: what it hands over downstream (sheet: depth-sph §3.2, 4).
+//! Points of a depth-resolved model from the columns of a flow, for a model downstream (sheet: depth-sph §3.2, 4).
 
 use colluvium_case::{Case, CaseError, PointList, Snapshot};
 use colluvium_constitutive::SymTensor;
@@ -10,10 +10,10 @@ use crate::neighbours::kernel::Kernel;
 use crate::phases::phase_nodes::norm;
 use crate::setup;
 
-/// Points of a model in depth from the nodes of a frame: each column a stack of points about as high as they are wide, with their
-/// mass, their velocity, and the stress of the weight above them, taken isotropic. With columns of pore pressure they have it: means of
-/// `(1 - ζ)(a + b ζ)` of the height `ζ` over the depth, whose base and mean are those of the column, and effective stresses. Of grains and fluid these are the
-/// nodes of the grains with the fluid around them: each node of the fluid gives its mass and momentum to the grains within its kernel.
+/// Points of a depth-resolved model from the nodes of a frame: each column a stack of points about as high as wide, with mass,
+/// velocity, and the stress of the weight above them, taken isotropic. With columns of pore pressure they have pore pressure: means of
+/// `(1 - ζ)(a + b ζ)` of the height `ζ` over the depth, whose base and mean are those of the column, and effective stresses. Of
+/// grains and fluid the nodes are those of the grains: each node of the fluid gives its mass and momentum to the grains within its kernel.
 ///
 /// # Errors
 /// When the frame is not one of depth-integrated flow of one phase, or of grains and fluid.
@@ -59,7 +59,7 @@ pub fn point_stacks(case: &Case, snapshot: &Snapshot) -> Result<PointList, CaseE
             let mut bears = 2.0 * rest * stress[i].pressure();
             if let (Some([base, excess, mean]), Some(all)) = (pore, &mut list.pore_pressures) {
                 let slope = 6.0 * mean[i] - 3.0 * excess[i];
-                // The mean over the height of the point.
+                // Mean over the height of the point.
                 let own = rest * (base[i] + slope * zeta) - slope / (12.0 * count * count);
                 all.push(own);
                 bears -= own;
@@ -71,18 +71,18 @@ pub fn point_stacks(case: &Case, snapshot: &Snapshot) -> Result<PointList, CaseE
     Ok(list)
 }
 
-/// A frame that has no field of that name.
+/// Error of a frame without a field of that name.
 fn missing_field(name: &str) -> CaseError {
     CaseError::new("output.fields", format!("the frame has no {name:?}"))
 }
 
-/// The nodes that become stacks, those of the grains where there are two phases, with what they have of the fluid.
+/// Nodes that become stacks, those of the grains where there are two phases, with their share of the fluid.
 fn column_nodes(
     case: &Case,
     options: &DepthOptions,
     snapshot: &Snapshot,
 ) -> Result<Vec<(usize, FluidShare)>, CaseError> {
-    // What has not flowed in yet, or has left through an open side, is not of the flow.
+    // Material that has not entered yet, or has left through an open side, is not part of the flow.
     let outside = snapshot.scalars("outside");
     let is_inside = |node: &usize| outside.is_none_or(|outside| outside[*node] == 0.0);
     let all = (0..snapshot.positions.len()).filter(is_inside);
@@ -111,7 +111,7 @@ fn column_nodes(
     Ok(grains.into_iter().zip(shares).collect())
 }
 
-/// What a node of the grains has of the pore fluid.
+/// Pore fluid of a node of the grains.
 #[derive(Clone, Copy, Default)]
 struct FluidShare {
     /// Volume (m³; m² in a profile).
@@ -123,7 +123,7 @@ struct FluidShare {
 }
 
 impl FluidShare {
-    /// Velocity of it and grains of that mass (kg) and velocity (m/s) together.
+    /// Mean velocity of the fluid and of grains of this mass (kg) and velocity (m/s).
     fn mean_velocity(&self, mass: f64, velocity: &[f64; 3]) -> [f64; 3] {
         if self.mass == 0.0 {
             return *velocity;
@@ -132,13 +132,13 @@ impl FluidShare {
     }
 }
 
-/// Rounds in which what grains are given of the fluid comes near to what stands around them.
+/// Number of iterations by which the fluid of the grains approaches the heights around them.
 const MAX_ITERATIONS: usize = 40;
 
-/// The nodes of grains and of their pore fluid.
+/// Nodes of grains and of their pore fluid.
 struct GrainsAndFluid<'a> {
     kernel: Kernel,
-    /// Numbers of the grains, and of the fluid.
+    /// Indices of the grains, and of the fluid.
     grains: &'a [usize],
     fluid: &'a [usize],
     volumes: &'a [f64],
@@ -175,9 +175,9 @@ impl GrainsAndFluid<'_> {
         Ok(self.fluid.iter().map(around).collect())
     }
 
-    /// What each node of the grains has of the fluid: a node of the fluid gives all that it has to the grains within its kernel, so that nothing
-    /// is lost, and these get, as near as that allows, what the heights of both phases there are (scaling of rows and columns in turn, after
-    /// Sinkhorn). Where there are no grains it keeps it.
+    /// Fluid of each node of the grains: each node of the fluid gives all of its mass to the grains within its kernel, so that nothing is
+    /// lost, and these get, as near as that allows, the amount by the heights of both phases there (scaling of rows and columns in turn,
+    /// after Sinkhorn). Where there are no grains a node keeps its fluid.
     fn fluid_shares<const D: usize>(&self, snapshot: &Snapshot) -> Result<Vec<FluidShare>, SearchError> {
         let near = self.near::<D>(snapshot)?;
         let stands = |&node: &usize| self.volumes[node] * (self.depths[node] / self.heights[node] - 1.0);

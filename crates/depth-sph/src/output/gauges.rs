@@ -1,15 +1,15 @@
-//! What flows over a place, and across a line.
+//! Gauges: depth and flux at a position, and discharge across a line.
 
 use crate::flow::Flow;
 use crate::phases::phase_nodes::{PlanVector, dot};
 
-/// Places along a line for each smoothing length, at least.
+/// Samples along a line for each smoothing length, at least.
 const PLACES_PER_LENGTH: f64 = 4.0;
-/// Most places along a line.
+/// Largest number of samples along a line.
 const MAX_SAMPLES: f64 = 1e4;
 
 impl<const D: usize> Flow<D> {
-    /// Depth over a place in plan (m), and volume that flows there per width (m²/s): sums over the nodes around it.
+    /// Depth at a position in plan (m), and volume flux per width (m²/s): sums over the nodes around it.
     pub fn depth_and_flux(&self, x: &PlanVector<D>) -> (f64, PlanVector<D>) {
         let kernel = self.settings.numerics.kernel;
         let (mut depth, mut flux) = (0.0, [0.0; D]);
@@ -29,7 +29,7 @@ impl<const D: usize> Flow<D> {
         (depth, flux)
     }
 
-    /// Volume that crosses a line in plan per time (m³/s), positive to the right of who walks along it; zero in a profile.
+    /// Discharge across a line in plan (m³/s), positive to the right of the direction `from` to `to`; zero in a profile.
     pub fn discharge(&self, from: &PlanVector<D>, to: &PlanVector<D>) -> f64 {
         if D != 2 {
             return 0.0;

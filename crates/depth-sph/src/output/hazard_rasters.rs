@@ -1,7 +1,7 @@
-//! What a flow has done to each cell of a raster over the plan: largest thickness, speed and dynamic pressure, and arrival.
+//! Hazard rasters: largest thickness, speed and dynamic pressure, and arrival time, of each cell in plan.
 //!
-//! The volume of a node is spread over the cells within its kernel, in proportion to it and so that they hold all of it: rasters
-//! of thickness sum to the volume of the flow. It is done after every step.
+//! The volume of a node is spread over the cells within its kernel, in proportion to it and so that they contain all of it: rasters
+//! of thickness sum to the volume of the flow. This is done after every step.
 
 use colluvium_points::{Georeference, Outline, Raster};
 use rayon::prelude::*;
@@ -12,10 +12,10 @@ use crate::flow::Flow;
 use crate::neighbours::kernel::Kernel;
 use crate::phases::phase_nodes::PlanVector;
 
-/// Rows of cells that one task looks after.
+/// Rows of cells per task.
 const ROWS_PER_TASK: usize = 8;
 
-/// Shift of centres of cells against a mapped outline (cells), so that one on the outline itself is on one side of it.
+/// Shift of cell centres against a mapped outline (cells), so that one on the outline itself is on one side of it.
 const ON_OUTLINE: f64 = 1e-6;
 
 /// A regular grid of cells in plan.
@@ -27,7 +27,7 @@ pub struct PlanCells {
     pub origin: [f64; 2],
     /// Widths of a cell (m).
     pub spacing: [f64; 2],
-    /// Where on Earth it lies.
+    /// Georeference of the raster.
     pub reference: Georeference,
 }
 
@@ -40,7 +40,7 @@ impl PlanCells {
         [self.origin[0] + column as f64 * self.spacing[0], self.origin[1] + row as f64 * self.spacing[1]]
     }
 
-    /// The cell around a place; `None` beyond the grid.
+    /// Cell at a position; `None` beyond the grid.
     fn cell(&self, x: [f64; 2]) -> Option<[usize; 2]> {
         let along = |c: usize| {
             let steps = ((x[c] - self.origin[c]) / self.spacing[c]).round();
@@ -58,25 +58,25 @@ impl PlanCells {
     }
 }
 
-/// What one cell has seen.
+/// Extremes of one cell.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HazardCell {
     /// Largest thickness (m).
     pub thickness: f64,
     /// Largest speed along the bed while the thickness was that of the threshold or more (m/s).
     pub speed: f64,
-    /// Largest `ρ |v|²` while it was (Pa).
+    /// Largest `ρ |v|²` during that time (Pa).
     pub pressure: f64,
-    /// When it first was (s); not-a-number before.
+    /// First time at which the thickness was that of the threshold or more (s); not-a-number before.
     pub arrival: f64,
 }
 
 const UNTOUCHED: HazardCell = HazardCell { thickness: 0.0, speed: 0.0, pressure: 0.0, arrival: f64::NAN };
 
-/// What is over a cell now: thickness (m), mass over area (kg/m²), momentum in plan over area (kg/(m s)).
+/// Current content of a cell: thickness (m), mass over area (kg/m²), momentum in plan over area (kg/(m s)).
 type CellContent = [f64; 4];
 
-/// The share of a node in the cells around it.
+/// Share of a node in the cells around it.
 struct NodeFootprint {
     place: [f64; 2],
     columns: [usize; 2],
@@ -88,10 +88,10 @@ struct NodeFootprint {
     velocity: [f64; 2],
 }
 
-/// Rasters of a flow.
+/// Hazard rasters of a flow.
 pub struct HazardRasters {
     grid: PlanCells,
-    /// Thickness from which on a cell counts as reached (m).
+    /// Thickness at which a cell counts as reached (m).
     threshold: f64,
     /// Slope of the bed at each cell.
     slopes: Vec<[f64; 2]>,
@@ -105,13 +105,13 @@ pub struct HazardRasters {
     bands: Vec<Vec<u32>>,
 }
 
-/// The two coordinates of a place in plan; of one in a profile the second is zero.
+/// Coordinates of a position in plan; of one in a profile the second is zero.
 fn to_2d<const D: usize>(x: &PlanVector<D>) -> [f64; 2] {
     std::array::from_fn(|c| x.get(c).copied().unwrap_or(0.0))
 }
 
 impl HazardRasters {
-    /// Rasters over a bed that nothing has reached yet.
+    /// Creates rasters over a bed that no flow has reached yet.
     pub fn new<const D: usize>(grid: PlanCells, threshold: f64, bed: &Bed<D>) -> Self {
         let count = grid.counts[0] * grid.counts[1];
         let slope = |number: usize| {
@@ -134,7 +134,7 @@ impl HazardRasters {
         }
     }
 
-    /// Compares what has been reached with a mapped outline, and returns the share of its area that lies beyond the cells. A cell whose
+    /// Compares the reached cells with a mapped outline, and returns the share of its area that lies beyond the cells. A cell whose
     /// centre lies on the outline counts where it begins, and not where it ends.
     pub fn compare(&mut self, outline: &Outline) -> f64 {
         let grid = &self.grid;
@@ -166,17 +166,17 @@ impl HazardRasters {
         (!self.in_mapped_outline.is_empty()).then_some([hit, missed + self.mapped_beyond_cells, beyond])
     }
 
-    /// What the cells have seen, row by row from the least y.
+    /// Extremes of the cells, row by row from the least y.
     pub fn cells(&self) -> &[HazardCell] {
         &self.cells
     }
 
-    /// Takes back what the cells have seen; `None` where it is that of another grid.
+    /// Restores the extremes of the cells; `None` where they are those of another grid.
     pub fn restore(&mut self, cells: Vec<HazardCell>) -> Option<()> {
         (cells.len() == self.cells.len()).then(|| self.cells = cells)
     }
 
-    /// Looks at the flow as it is.
+    /// Updates the cells with the current flow.
     pub fn update<const D: usize>(&mut self, flow: &Flow<D>) {
         self.spread(flow);
         let Self { grid, threshold, slopes, cells, contents: over, bands, .. } = self;
@@ -200,7 +200,7 @@ impl HazardRasters {
         });
     }
 
-    /// Spreads the nodes over the cells; those of bands without a node keep what they had.
+    /// Spreads the nodes over the cells; cells of bands without a node keep their content.
     fn spread<const D: usize>(&mut self, flow: &Flow<D>) {
         let kernel = flow.settings.numerics.kernel;
         let Self { grid, contents: over, patches, bands, .. } = self;
@@ -247,7 +247,7 @@ impl HazardRasters {
         });
     }
 
-    /// The rasters, with their names and units; thickness is measured `along` the vertical or the normal.
+    /// Rasters with their names and units; thickness is measured `along` the vertical or the normal.
     pub fn rasters<const D: usize>(
         &self,
         flow: &Flow<D>,
@@ -269,7 +269,7 @@ impl HazardRasters {
                 if cell.thickness >= self.threshold { value(cell) } else { f64::NAN }
             })
         };
-        // Where nothing is left at all that is known of every cell.
+        // Where no flow is left at all, that is known of every cell.
         let beyond = if now.patches.is_empty() { 0.0 } else { f64::NAN };
         let left = |value: &dyn Fn(usize) -> f64| {
             raster(&|k| if now.contents[k][0] > 0.0 { value(k) } else { beyond })
@@ -300,7 +300,7 @@ impl HazardRasters {
     }
 }
 
-/// Speed along the bed of what is over a cell (m/s).
+/// Speed along the bed of the content of a cell (m/s).
 fn speed(over: &CellContent, slope: &[f64; 2]) -> f64 {
     let v = [over[2] / over[1], over[3] / over[1]];
     let rise = v[0] * slope[0] + v[1] * slope[1];
@@ -308,7 +308,7 @@ fn speed(over: &CellContent, slope: &[f64; 2]) -> f64 {
 }
 
 impl NodeFootprint {
-    /// Share of a cell; of a node whose kernel reaches no centre the cell around it has all.
+    /// Weight of a cell; of a node whose kernel reaches no centre the cell around it has all.
     #[inline]
     fn weight(&self, grid: &PlanCells, kernel: Kernel, column: usize, row: usize) -> f64 {
         if self.length == 0.0 {

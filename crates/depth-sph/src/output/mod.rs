@@ -1,4 +1,4 @@
-//! The solver of a case: a flow with what a run asks of it.
+//! Solver of a case: a flow with the outputs and stages of a run.
 
 pub(crate) mod energy_balance;
 pub mod export_points;
@@ -32,15 +32,15 @@ use crate::setup::stages;
 /// Version of the layout of a checkpoint.
 const FORMAT: u32 = 11;
 
-/// Steps of a stage that is passed over for each check that its criterion wants.
+/// Steps for each check of the criterion, in a stage without motion.
 const CHECKS: f64 = 4.0;
 
-/// When the flow came to rest (sheet: depth-sph §0, stopping).
+/// Detection of the time at which the flow comes to rest (sheet: depth-sph §0, stopping).
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct StopDetection {
     /// Largest kinetic energy so far (J).
     peak: f64,
-    /// Time since when everything has held (s); NaN while it does not.
+    /// Time since which all conditions have held (s); NaN while they do not.
     since: f64,
     /// Time at which the flow had stopped (s); NaN before.
     stopped: f64,
@@ -64,7 +64,7 @@ pub struct DepthSolver<const D: usize> {
     hazard_rasters: Option<HazardRasters>,
     /// Largest distance of the bed from the heights of its raster, and the root mean square of all (m).
     departure: Option<[f64; 2]>,
-    /// What limits the next step, once that has been asked.
+    /// Limit of the next step, once it has been computed.
     limit: Option<LimitingNode>,
 }
 
@@ -90,7 +90,7 @@ struct CheckpointState {
     inflows: Vec<InflowState>,
     erosion: Option<[Vec<f64>; 2]>,
     far_fields: Vec<FarField>,
-    /// Numbers of the nodes that have not flowed in yet.
+    /// Numbers of the nodes that have not entered yet.
     held: Vec<u64>,
 }
 
@@ -118,14 +118,14 @@ impl<const D: usize> DepthSolver<D> {
         solver
     }
 
-    /// Enters the flow as it is into the rasters.
+    /// Updates the rasters with the current flow.
     fn update_hazard_rasters(&mut self) {
         if let Some(maps) = &mut self.hazard_rasters {
             maps.update(&self.flow);
         }
     }
 
-    /// The flow.
+    /// Flow of the solver.
     pub fn flow(&self) -> &Flow<D> {
         &self.flow
     }
@@ -148,8 +148,8 @@ impl<const D: usize> DepthSolver<D> {
         stages::is_passed_over(&self.case.stages[self.stage])
     }
 
-    /// Bound on the step (s) where nothing moves: a stage that is passed over ends when its criterion has been asked as often as it
-    /// wants, and where all of the flow has left, the run goes on to its end.
+    /// Bound on the step (s) without motion: an idle stage ends when its criterion has been checked as often as required,
+    /// and where all of the flow has left, the run goes on to its end.
     fn idle_step(&self) -> f64 {
         let stage = &self.case.stages[self.stage];
         if let Some(criterion) = stage.equilibrium {
@@ -167,7 +167,7 @@ impl<const D: usize> DepthSolver<D> {
         SolverError::Point { step: self.steps, time: self.time, point: node, position: place, reason }
     }
 
-    /// Follows when the flow comes to rest.
+    /// Updates the detection of rest.
     fn update_stop_detection(&mut self) {
         let stop = &self.options.stop;
         let (mut kinetic, mut slow, mut whole) = (0.0, 0.0, 0.0);
@@ -231,7 +231,7 @@ impl<const D: usize> DepthSolver<D> {
         }
     }
 
-    /// Takes a saved state; `None` where it does not fit together.
+    /// Restores a saved state; `None` where its parts are inconsistent.
     fn restore_state(&mut self, saved: CheckpointState) -> Option<()> {
         self.limit = None;
         let flow = &mut self.flow;
@@ -263,7 +263,7 @@ impl<const D: usize> DepthSolver<D> {
             set.clear_lists();
         }
         flow.resample_bed();
-        // The next step sets their places and velocities before it uses them.
+        // The next step sets their positions and velocities before it uses them.
         flow.waiting_nodes.nodes = saved.held.iter().map(|id| (*id, [0.0; D], [0.0; D])).collect();
         let count = if flow.pore_columns.is_empty() { 0 } else { flow.sets[0].len() };
         if saved.pore_heads.len() != count * flow.pore_columns.width || saved.heads_depth.len() != count {
@@ -347,7 +347,7 @@ impl<const D: usize> Solver for DepthSolver<D> {
                 flow.sets.iter_mut().for_each(|set| match reset {
                     Reset::Velocity => set.nodes.velocity.fill([0.0; D]),
                     Reset::Displacement => set.nodes.origin.clone_from(&set.nodes.position),
-                    // Nodes have no state of a law.
+                    // Nodes have no state of a material law.
                     Reset::State => {}
                 });
             }
@@ -360,7 +360,7 @@ impl<const D: usize> Solver for DepthSolver<D> {
     }
 
     fn equilibrium(&self) -> Option<Equilibrium> {
-        // A stage that only balances stress is over at once.
+        // A stage that only equilibrates stress ends at once.
         self.case.stages[self.stage].equilibrium?;
         Some(Equilibrium { unbalanced_force: 0.0, kinetic_ratio: 0.0, kinetic: 0.0 })
     }

@@ -1,4 +1,4 @@
-//! What the solver tells: snapshot, budget, readings.
+//! Output of the solver: snapshot, budget, scalar readings.
 
 use colluvium_case::measure::ScalarOutput;
 use colluvium_case::{Budget, Field, FieldData, PhaseBudget, PlanRaster, Snapshot};
@@ -14,7 +14,7 @@ fn scalar(name: &str, unit: &'static str, values: Vec<f64>) -> Field {
     Field { name: name.to_owned(), unit, data: FieldData::Scalar(values) }
 }
 
-/// A vector along the bed: its plan components and the rise over a slope.
+/// Vector along the bed: its plan components and the rise over a slope.
 fn along_bed<const D: usize>(v: &[f64; D], slope: &[f64; D]) -> [f64; 3] {
     std::array::from_fn(|c| match c.cmp(&D) {
         std::cmp::Ordering::Less => v[c],
@@ -24,7 +24,7 @@ fn along_bed<const D: usize>(v: &[f64; D], slope: &[f64; D]) -> [f64; 3] {
 }
 
 impl<const D: usize> DepthSolver<D> {
-    /// Every node: its set and number, in the order of ids.
+    /// Set and index of every node, in the order of ids.
     fn in_order(&self) -> Vec<(usize, usize)> {
         let sets = self.flow.sets.iter().enumerate();
         let mut order: Vec<(usize, usize)> =
@@ -33,7 +33,7 @@ impl<const D: usize> DepthSolver<D> {
         order
     }
 
-    /// Everything on the nodes, in the order of ids.
+    /// Snapshot of all nodes, in the order of ids.
     pub(super) fn collect_snapshot(&self) -> Snapshot {
         let flow = &self.flow;
         let order = self.in_order();
@@ -66,14 +66,14 @@ impl<const D: usize> DepthSolver<D> {
         }
     }
 
-    /// The fields of the nodes in `order`, over the `beds` below them.
+    /// Fields of the nodes in `order`, over the `beds` below them.
     fn fields(&self, order: &[(usize, usize)], beds: &[BedPoint<D>]) -> Vec<Field> {
         let flow = &self.flow;
         let nodes = |set: usize| &flow.sets[set].nodes;
         let each =
             |value: &dyn Fn(usize, usize) -> f64| order.iter().map(|&(set, i)| value(set, i)).collect();
         let stress = |&(set, i): &(usize, usize)| {
-            // Half of that at the base: the mean over the depth, taken isotropic.
+            // Half of the pressure at the base: the mean over the depth, taken isotropic.
             let mean =
                 -0.5 * flow.density_over(set, i) * nodes(set).effective_gravity[i] * nodes(set).depth[i];
             SymTensor([mean, mean, mean, 0.0, 0.0, 0.0])
@@ -117,7 +117,7 @@ impl<const D: usize> DepthSolver<D> {
         fields
     }
 
-    /// The pore pressures of the nodes in `order`, where there are columns.
+    /// Pore pressures of the nodes in `order`, where there are columns.
     fn fields_of_columns(&self, order: &[(usize, usize)]) -> Vec<Field> {
         let flow = &self.flow;
         if flow.pore_columns.is_empty() {
@@ -143,7 +143,7 @@ impl<const D: usize> DepthSolver<D> {
         ]
     }
 
-    /// Totals.
+    /// Totals of mass, momentum and energy.
     pub(super) fn collect_budget(&self) -> Budget {
         let spatial = |totals: &PhaseTotals<D>| {
             let mut momentum = along_bed(&totals.momentum, &[0.0; D]);
@@ -171,7 +171,7 @@ impl<const D: usize> DepthSolver<D> {
         }
     }
 
-    /// Account of energy (J): what the bed and the pressure store, what has been dissipated or has entered, and what is missing.
+    /// Energy balance (J): energies of bed and pressure, dissipation, inflow, and the error.
     fn energies(&self) -> [(&'static str, f64); 7] {
         let (account, ledger) = (self.flow.energy_balance_summary(), &self.flow.energy_balance);
         [
@@ -185,7 +185,7 @@ impl<const D: usize> DepthSolver<D> {
         ]
     }
 
-    /// What the method tells in each row of the measures.
+    /// Scalar outputs of the method in each row of the measures.
     pub(super) fn collect_scalar_outputs(&self) -> Vec<ScalarOutput> {
         let flow = &self.flow;
         let nodes = || flow.sets.iter().flat_map(|set| (0..set.len()).map(move |i| (&set.nodes, i)));
@@ -248,7 +248,7 @@ impl<const D: usize> DepthSolver<D> {
         readings
     }
 
-    /// Rasters over the plan, where the case asks for them.
+    /// Rasters over the plan, where the case has them.
     pub(super) fn collect_rasters(&self) -> Vec<PlanRaster> {
         let Some(maps) = &self.hazard_rasters else { return Vec::new() };
         let normal = self.flow.settings.frame == DepthFrame::BedFitted;
@@ -256,7 +256,7 @@ impl<const D: usize> DepthSolver<D> {
         all.into_iter().map(|(name, unit, raster)| PlanRaster { name, unit, raster }).collect()
     }
 
-    /// What of the state deserves a remark when the run ends.
+    /// Warnings about the state at the end of the run.
     pub(super) fn warnings_at_end(&self) -> Vec<String> {
         let flow = &self.flow;
         let mut remarks = Vec::new();

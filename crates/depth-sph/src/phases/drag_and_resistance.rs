@@ -1,4 +1,4 @@
-//! What acts on velocities beside the kick: drag between phases and the resistance of the bed (sheet: depth-sph §3.4, steps 5
+//! Drag between phases and resistance of the bed, which act on velocities beside the kick (sheet: depth-sph §3.4, steps 5
 //! and 6, as amended).
 
 use colluvium_constitutive::basal::BasalFlow;
@@ -13,35 +13,35 @@ use crate::phases::interphase_drag::relaxation_shares;
 use crate::phases::phase::{PhaseSet, TASK};
 use crate::phases::phase_nodes::{PhaseNodes, PlanVector, norm};
 
-/// Masses per area of the phases at a node, and how much of a slip they lose in a step.
+/// Masses per area of the phases at a node, and the shares of slip that they lose in a step.
 #[derive(Clone, Copy, Debug)]
 struct DragCoupling {
     /// Mass per plan area of the grains and of the fluid (kg/m²).
     masses: [f64; 2],
-    /// Share of the old slip that is lost, and of what the forces of the step add.
+    /// Share of the old slip that is lost, and of the slip that the forces of the step add.
     shares: (f64, f64),
 }
 
 impl DragCoupling {
-    /// Velocity per impulse on the grains (m² / kg).
+    /// Velocity per impulse on the grains (m²/kg).
     fn mobility(&self) -> f64 {
         let [solid, fluid] = self.masses;
         (1.0 - self.shares.1 * fluid / (solid + fluid)) / solid
     }
 
-    /// What the other phase takes of an impulse on the grains, per its area (m²/kg).
+    /// Velocity of the other phase per impulse on the grains (m²/kg), with impulses per plan area.
     fn passed(&self) -> f64 {
         self.shares.1 / (self.masses[0] + self.masses[1])
     }
 
-    /// Share by which slip moves the nodes of a phase: towards the other one.
+    /// Share by which slip moves the nodes of a phase, towards the other one.
     fn part(&self, role: usize) -> f64 {
         let [solid, fluid] = self.masses;
         if role == 0 { fluid / (solid + fluid) } else { -solid / (solid + fluid) }
     }
 }
 
-/// What stands on the bed, but for its velocity.
+/// Columns on the bed, without their velocity.
 struct ColumnsOnBed<'a, const D: usize> {
     settings: &'a FlowSettings<D>,
     pore_columns: &'a PorePressureColumns,
@@ -52,7 +52,7 @@ struct ColumnsOnBed<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> ColumnsOnBed<'a, D> {
-    /// The nodes of a set, their bed, and velocities that may change while these are read.
+    /// Splits a set into its nodes and bed, and velocities that may change while these are read.
     fn parts(
         settings: &'a FlowSettings<D>,
         heads: &'a PorePressureColumns,
@@ -83,10 +83,10 @@ impl<'a, const D: usize> ColumnsOnBed<'a, D> {
         }
     }
 
-    /// Flow of a column as the law of the bed sees it, at the speed along the bed.
+    /// Basal flow of a column for the law of the bed, at the speed along the bed.
     fn basal(&self, i: usize, velocity: &PlanVector<D>, porosity: f64) -> BasalFlow {
         let settings = self.settings;
-        // A layer bears its own weight on its base; water above it stands in its pores as well.
+        // The base of a layer carries the layer's own weight; water above it is also in its pores.
         let depth = if settings.phases == Phases::Layers { self.partial_thickness[i] } else { self.depth[i] };
         let material = &settings.material;
         let densities = &material.densities;
@@ -109,7 +109,7 @@ impl<'a, const D: usize> ColumnsOnBed<'a, D> {
     }
 }
 
-/// A set of nodes, its velocities apart.
+/// Nodes of a set, separate from their velocities.
 struct PhaseParts<'a, const D: usize> {
     above: ColumnsOnBed<'a, D>,
     position: &'a [PlanVector<D>],
@@ -126,7 +126,7 @@ fn scale_speed<const D: usize>(velocity: &mut PlanVector<D>, before: f64, after:
 }
 
 impl<const D: usize> Flow<D> {
-    /// Step 6 of a single phase: the whole resistance, implicit.
+    /// Step 6 of a single phase: all of the resistance, implicit.
     pub(crate) fn apply_resistance_single(&mut self, dt: f64) {
         let Self { settings, pore_columns: heads, sets, .. } = self;
         let PhaseParts { above, position, velocity, .. } = ColumnsOnBed::parts(settings, heads, &mut sets[0]);
@@ -145,7 +145,7 @@ impl<const D: usize> Flow<D> {
         });
     }
 
-    /// Steps 5 and 6 of two phases.
+    /// Steps 5 and 6 of two phases: drag and resistance.
     pub(crate) fn apply_drag_and_resistance(&mut self, dt: f64) {
         let velocities = self.velocities();
         let bonds: Vec<Vec<Option<DragCoupling>>> =
@@ -153,7 +153,7 @@ impl<const D: usize> Flow<D> {
         self.relax(&bonds, SlipSelection::Whole, &velocities);
         let impulses = self.apply_yield_resistance(&bonds[0], dt);
         self.pass_impulses(&bonds[1], &impulses);
-        // The part of the resistance that grows with the speed, each phase by itself; what it adds to the slip relaxes.
+        // The part of the resistance that grows with the speed, for each phase by itself; the slip that it adds relaxes.
         for set in &mut self.sets {
             set.start_velocity.clone_from(&set.nodes.velocity);
         }
@@ -163,7 +163,7 @@ impl<const D: usize> Flow<D> {
         self.relax(&bonds, SlipSelection::Added, &velocities);
     }
 
-    /// Masses and shares at the nodes of a phase; `None` where the other phase is not there.
+    /// Masses and shares at the nodes of a phase; `None` where the other phase is absent.
     fn drag_couplings(
         &self,
         role: usize,
@@ -189,7 +189,7 @@ impl<const D: usize> Flow<D> {
         (0..set.len()).into_par_iter().with_min_len(TASK).map(bond).collect::<Vec<_>>()
     }
 
-    /// Velocities before the step and what the step has added, of each phase in the order of its cells. The second axis of one dimension
+    /// Velocities before the step and their changes in the step, of each phase in the order of its cells. The second axis of one dimension
     /// stays zero.
     fn velocities(&self) -> [[Vec<f64>; 4]; 2] {
         [0, 1].map(|role| {
@@ -209,8 +209,8 @@ impl<const D: usize> Flow<D> {
         })
     }
 
-    /// Slip at a node of a phase, by averages of both phases at the same place with the same kernel: that of the velocities
-    /// before the step, and what the step has added.
+    /// Slip at a node of a phase, by averages of both phases at one position with one kernel: that of the velocities
+    /// before the step, and that added by the step.
     fn slip(&self, role: usize, i: usize, velocities: &[[Vec<f64>; 4]; 2]) -> Option<[PlanVector<D>; 2]> {
         let kernel = self.settings.numerics.kernel;
         let nodes = &self.sets[role].nodes;
@@ -222,7 +222,7 @@ impl<const D: usize> Flow<D> {
         Some([0, 2].map(|first| std::array::from_fn(|c| sign * (theirs[first + c] - mine[first + c]))))
     }
 
-    /// Step 5: slip relaxes, all of it or what the velocities have gained since `before`.
+    /// Step 5: relaxation of slip, of all of it or of the part that the step has added.
     fn relax(
         &mut self,
         bonds: &[Vec<Option<DragCoupling>>],
@@ -251,7 +251,7 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Step 6: the yield part of the resistance on the grains, with a mobility that knows the drag; impulses per plan area.
+    /// Step 6: the yield part of the resistance on the grains, with a mobility that includes the drag; returns impulses per plan area.
     fn apply_yield_resistance(&mut self, bonds: &[Option<DragCoupling>], dt: f64) -> Vec<PlanVector<D>> {
         let set = &self.sets[0];
         let above = ColumnsOnBed::of(self, set);
@@ -285,7 +285,7 @@ impl<const D: usize> Flow<D> {
         found.into_iter().map(|(impulse, _)| impulse).collect()
     }
 
-    /// What the fluid takes of the impulses on the grains.
+    /// Passes to the fluid its share of the impulses on the grains.
     fn pass_impulses(&mut self, bonds: &[Option<DragCoupling>], impulses: &[PlanVector<D>]) {
         let kernel = self.settings.numerics.kernel;
         let (solid, fluid) = (&self.sets[0], &self.sets[1]);
@@ -309,7 +309,7 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// The part of the resistance that grows with the speed, on one phase.
+    /// Applies the part of the resistance that grows with the speed to one phase.
     fn apply_rate_resistance(&mut self, role: usize, dt: f64) {
         let Self { settings, pore_columns: heads, sets, .. } = self;
         let PhaseParts { above, position, porosity, velocity } =
@@ -330,12 +330,12 @@ impl<const D: usize> Flow<D> {
     }
 }
 
-/// Which slip relaxes.
+/// Slip that relaxes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum SlipSelection {
-    /// That of before the step, and what the step has added.
+    /// Slip before the step, and slip added by the step.
     Whole,
-    /// What has been added since the velocities were last kept.
+    /// Slip added since the velocities were last stored.
     Added,
 }
 

@@ -1,4 +1,4 @@
-//! What changes the nodes themselves: erosion of the bed, friction between layers, nodes that leave (sheet: depth-sph §2.8,
+//! Erosion of the bed, friction between layers, and removal of nodes that leave (sheet: depth-sph §2.8,
 //! §2.11, §3.4 step 8).
 
 use colluvium_points::ScratchBuffers;
@@ -12,7 +12,7 @@ use crate::phases::phase::{PhaseSet, TASK};
 use crate::phases::phase_nodes::{PhaseNodes, PlanVector, dot, norm};
 
 impl<const D: usize> Flow<D> {
-    /// Step 8: nodes take up what the bed gives, and share their momentum with it.
+    /// Step 8: entrainment of eroded material by the nodes, which share their momentum with it.
     pub(crate) fn erode_bed(&mut self, dt: f64) {
         for set in &mut self.sets {
             let paths = set.nodes.path.iter_mut().zip(&set.nodes.velocity).zip(&set.bed);
@@ -24,7 +24,7 @@ impl<const D: usize> Flow<D> {
         self.with_erosion(|flow| flow.entrain(dt));
     }
 
-    /// Nodes take up what the bed gives.
+    /// Adds eroded material to the nodes.
     fn entrain(&mut self, dt: f64) {
         let densities = self.settings.material.densities;
         for number in 0..self.sets.len() {
@@ -57,7 +57,7 @@ impl<const D: usize> Flow<D> {
                 }
                 nodes.volume[i] += taken;
                 nodes.eroded[i] += taken;
-                // It slows down while it grows.
+                // The node slows down while it grows.
                 let speed = bed[i].speed(&nodes.velocity[i]);
                 nodes.path[i] -= speed * dt * (1.0 - growth.ln_1p() / growth);
                 self.entrained[number] += taken;
@@ -116,7 +116,7 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Takes away nodes that have left the bed.
+    /// Removes nodes that have left the bed.
     pub(crate) fn remove_outside(&mut self) -> Result<(), FlowFailure> {
         if self.bed.is_flat() {
             return Ok(());
@@ -137,7 +137,7 @@ impl<const D: usize> Flow<D> {
         Ok(())
     }
 
-    /// Takes away nodes, with their columns of pore pressure.
+    /// Removes nodes, with their columns of pore pressure.
     pub fn remove_where(&mut self, gone: impl Fn(&PhaseNodes<D>, usize) -> bool) {
         for number in 0..self.sets.len() {
             let nodes = &self.sets[number].nodes;
@@ -156,7 +156,7 @@ impl<const D: usize> Flow<D> {
     }
 }
 
-/// Keeps of a set the nodes that `order` names, with their columns of pore pressure where these are its.
+/// Keeps the nodes of a set that `order` lists, with their columns of pore pressure if the set has them.
 pub fn keep_nodes<const D: usize>(
     set: &mut PhaseSet<D>,
     heads: Option<&mut PorePressureColumns>,

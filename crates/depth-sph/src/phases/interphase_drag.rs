@@ -4,7 +4,7 @@ use colluvium_constitutive::MaybeInfinite;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Porosities to which drag and permeability are held.
+/// Bounds of the porosity in drag and permeability.
 const POROSITIES: (f64, f64) = (1e-3, 1.0 - 1e-3);
 
 /// A law of drag.
@@ -47,12 +47,12 @@ const fn one() -> f64 {
     1.0
 }
 
-/// Densities of what a mixture is made of, and gravity.
+/// Densities of the components of a mixture, and gravity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MixtureDensities {
-    /// Of the grains, `ρ_s` (kg/m³).
+    /// Density of the grains, `ρ_s` (kg/m³).
     pub grain: f64,
-    /// Of the fluid, `ρ_w` (kg/m³).
+    /// Density of the fluid, `ρ_w` (kg/m³).
     pub fluid: f64,
     /// Gravity (m/s²).
     pub gravity: f64,
@@ -73,10 +73,10 @@ impl MixtureDensities {
 }
 
 impl InterphaseDrag {
-    /// Checks the parameters: the name of the first that is out of range, and why.
+    /// Checks the parameters.
     ///
     /// # Errors
-    /// That name and reason.
+    /// The name of the first parameter that is out of range, and the reason.
     pub fn validate(&self) -> Result<(), (&'static str, String)> {
         let positive = |name: &'static str, value: f64, unit: &str| {
             let holds = value > 0.0 && value.is_finite();
@@ -104,7 +104,7 @@ impl InterphaseDrag {
         matches!(self, Self::Ergun { .. })
     }
 
-    /// `C_d` (kg m⁻³ s⁻¹) at porosity `n` and a relative speed (m/s).
+    /// Drag coefficient `C_d` (kg m⁻³ s⁻¹) at porosity `n` and a relative speed (m/s).
     #[inline]
     pub fn coefficient(&self, n: f64, slip: f64, densities: &MixtureDensities) -> f64 {
         let n = n.clamp(POROSITIES.0, POROSITIES.1);
@@ -126,7 +126,7 @@ impl InterphaseDrag {
         }
     }
 
-    /// Permeability `k_w = n²/C_d` (m³ s/kg) at porosity `n` of fluid that hardly moves; infinite without drag.
+    /// Permeability `k_w = n²/C_d` (m³ s/kg) at porosity `n` of fluid with little relative velocity; infinite without drag.
     pub fn permeability(&self, n: f64, densities: &MixtureDensities) -> f64 {
         let n = n.clamp(POROSITIES.0, POROSITIES.1);
         n * n / self.coefficient(n, 0.0, densities)
@@ -141,8 +141,8 @@ impl InterphaseDrag {
     }
 }
 
-/// How drag relaxes slip within a step of `β Δt`: the share `f` of the slip that was there at its beginning, and the
-/// share `f̄` of what the forces of the step add (sheet: depth-sph §3.4, as amended).
+/// Relaxation of slip by drag within a step of `β Δt`: the share `f` of the initial slip that is lost, and the
+/// share `f̄` of the slip that the forces of the step add (sheet: depth-sph §3.4, as amended).
 #[inline]
 pub fn relaxation_shares(beta_dt: f64) -> (f64, f64) {
     if beta_dt <= 0.0 {

@@ -1,4 +1,4 @@
-//! A set of nodes with what is found around them.
+//! Set of nodes of one phase with its neighbours, bed and accelerations.
 
 use colluvium_points::{CellList, NeighbourList, ScratchBuffers, SearchError};
 use rayon::prelude::*;
@@ -11,24 +11,24 @@ use crate::neighbours::max_smoothing_length::MaxSmoothingLength;
 use crate::neighbours::simd_neighbour_list::PackedNeighbours;
 use crate::phases::phase_nodes::{NeighbourData, PhaseNodes, PlanVector};
 
-/// Share by which lists reach beyond the supports: they hold until a node has moved by a quarter of it, or its smoothing
+/// Share by which lists reach beyond the supports: they are valid until a node has moved by a quarter of it, or its smoothing
 /// length has grown by half of it.
 const SKIN: f64 = 0.4;
 /// Least number of nodes per task.
 pub const TASK: usize = 256;
 
-/// A set of nodes of one phase.
+/// Nodes of one phase with the data of a step.
 #[derive(Debug, Default)]
 pub struct PhaseSet<const D: usize> {
-    /// The nodes.
+    /// Nodes.
     pub nodes: PhaseNodes<D>,
-    /// What neighbours read of them and of their images.
+    /// Data of the nodes and of their images for neighbour sums.
     pub neighbour_data: NeighbourData<D>,
-    /// Images in walls and periods.
+    /// Images at walls and periods.
     pub images: Vec<ImageNode<D>>,
-    /// The same in the order of cells, for sums over what is near.
+    /// Data of the nodes and images sorted by cell, for sums over neighbours.
     pub cell_sorted: CellSorted<D>,
-    /// Neighbours of the same phase, where these are asked for one by one.
+    /// Neighbours of the same phase, where these are needed one by one.
     pub same_phase_neighbours: NeighbourList<D>,
     /// Neighbours of the other phase.
     pub other_phase_neighbours: NeighbourList<D>,
@@ -38,29 +38,29 @@ pub struct PhaseSet<const D: usize> {
     pub bed: Vec<BedPoint<D>>,
     /// Effective gravity of the reaction of the bed (m/s²).
     pub reaction: Vec<f64>,
-    /// Acceleration along the normal of the bed with which velocities turn (m/s²), where they are carried.
+    /// Acceleration along the normal of the bed of velocities that follow it (m/s²), where they are transported.
     pub curvature_acceleration: Vec<f64>,
     /// Accelerations (m/s²).
     pub acceleration: Vec<PlanVector<D>>,
-    /// The part of them that is artificial viscosity (m/s²).
+    /// Part of the accelerations by artificial viscosity (m/s²).
     pub viscous: Vec<PlanVector<D>>,
     /// Rates of height (m/s), where heights are integrated.
     pub rate: Vec<f64>,
-    /// Rates of divergence (1/s), where the stress asks for them.
+    /// Rates of divergence (1/s), where the stress needs them.
     pub divergence: Vec<f64>,
     /// Velocity at the beginning of the step (m/s).
     pub start_velocity: Vec<PlanVector<D>>,
-    /// Velocity before the kick, or before what resists (m/s): for the account of energy.
+    /// Velocity before the kick, or before resistance (m/s), for the energy balance.
     pub stored_velocity: Vec<PlanVector<D>>,
     /// Works per step of friction, viscosity and pressure (J).
     pub works: Vec<[f64; 3]>,
-    /// Vectors of use within one sub-step.
+    /// Scratch vectors within one sub-step.
     pub scratch_vectors: Vec<PlanVector<D>>,
-    /// Scalars of use within one sub-step.
+    /// Scratch scalars within one sub-step.
     pub scratch_scalars: Vec<f64>,
-    /// Fours of neighbours, where heights are sums.
+    /// Packed neighbours, where heights are sums.
     pub packed_neighbours: PackedNeighbours,
-    /// The longest smoothing length of those that may reach a place, of what forces were last shown or lists last made of.
+    /// Largest smoothing length of the nodes that may reach a position, for the last forces or the last lists.
     pub max_smoothing_length: MaxSmoothingLength<D>,
     listed: Vec<(PlanVector<D>, f64)>,
 }
@@ -76,12 +76,12 @@ impl<const D: usize> PhaseSet<D> {
         self.nodes.is_empty()
     }
 
-    /// Whether the lists still hold every pair within the supports.
+    /// Whether the lists still contain every pair within the supports.
     pub fn is_listed(&self, support: f64) -> bool {
         if self.listed.len() != self.len() {
             return false;
         }
-        // Where there are no images all may move together.
+        // Without images all nodes may move together.
         let mean: PlanVector<D> = if self.images.is_empty() && !self.listed.is_empty() {
             let count = self.len() as f64;
             std::array::from_fn(|c| {
@@ -99,7 +99,7 @@ impl<const D: usize> PhaseSet<D> {
         nodes.with_min_len(8 * TASK).all(stays)
     }
 
-    /// Makes images.
+    /// Makes image nodes.
     pub fn make_images(&mut self, ends: &PlanBoundaries<D>, support: f64) {
         self.clear_lists();
         if ends.are_open() {
@@ -115,7 +115,7 @@ impl<const D: usize> PhaseSet<D> {
         self.place_images();
     }
 
-    /// Puts what neighbours read into cells.
+    /// Sorts the neighbour data into cells.
     pub fn pack(&mut self, support: f64, search: Lines) -> Result<(), SearchError> {
         self.packed_neighbours.clear();
         self.cell_sorted.sort_into_cells(
@@ -125,7 +125,7 @@ impl<const D: usize> PhaseSet<D> {
         )
     }
 
-    /// Puts what forces are made of into the order of the cells.
+    /// Copies the data of the forces in the order of the cells.
     pub fn gather_force_data(&mut self, support: f64, with_fields: bool) {
         self.cell_sorted.gather_force_data(&self.neighbour_data, with_fields);
         if self.packed_neighbours.are_complete() {
@@ -168,12 +168,12 @@ impl<const D: usize> PhaseSet<D> {
         )
     }
 
-    /// Forgets the lists: nodes have come or gone.
+    /// Clears the lists, as nodes have been added or removed.
     pub fn clear_lists(&mut self) {
         self.listed.clear();
     }
 
-    /// What neighbours read of position, velocity, volume and smoothing length.
+    /// Updates position, velocity, volume and smoothing length of the neighbour data, with images.
     pub fn place_images(&mut self) {
         let (nodes, seen) = (&self.nodes, &mut self.neighbour_data);
         seen.position.clear();
@@ -185,7 +185,7 @@ impl<const D: usize> PhaseSet<D> {
         self.update_image_velocities();
     }
 
-    /// What neighbours read of the velocity.
+    /// Updates the velocity of the neighbour data, with images.
     pub fn update_image_velocities(&mut self) {
         let (nodes, seen) = (&self.nodes, &mut self.neighbour_data);
         seen.velocity.clear();
@@ -195,14 +195,14 @@ impl<const D: usize> PhaseSet<D> {
         );
     }
 
-    /// Heights, depths and smoothing lengths as neighbours read them.
+    /// Updates heights and smoothing lengths of the neighbour data, with images.
     pub fn update_image_thickness(&mut self) {
         copy_with_images(&self.images, &self.nodes.partial_thickness, &mut self.neighbour_data.height);
         copy_with_images(&self.images, &self.nodes.length, &mut self.neighbour_data.length);
     }
 
-    /// Puts the nodes in the order of cells of edge `edge` (m), for neighbours that lie close in memory; the order, for what
-    /// else there is one of per node.
+    /// Sorts the nodes by cells of edge `edge` (m), so that neighbours are close in memory; returns the order, for other
+    /// data per node.
     ///
     /// # Errors
     /// When a position is not finite.
@@ -219,20 +219,20 @@ impl<const D: usize> PhaseSet<D> {
     }
 }
 
-/// Copies a value of each node, and of the node of each image behind them.
+/// Copies a value of each node, followed by that of the node of each image.
 pub fn copy_with_images<const D: usize, T: Copy>(images: &[ImageNode<D>], own: &[T], seen: &mut Vec<T>) {
     seen.clear();
     seen.extend_from_slice(own);
     seen.extend(images.iter().map(|image| own[image.source as usize]));
 }
 
-/// The usual radius of a search, without its skin.
+/// Mean radius of a search, without its skin.
 fn median_radius(support: f64, lengths: &[f64]) -> f64 {
     let radius = support * lengths.iter().sum::<f64>() / lengths.len().max(1) as f64;
     if radius > 0.0 { radius } else { 1.0 }
 }
 
-/// Which neighbours are listed: all within the support of the node, or of the mean of both lengths, and the skin.
+/// Criterion of listed neighbours: all within the support of the node, or of the mean of both lengths, and the skin.
 struct NeighbourCriterion<'a, const D: usize> {
     support: f64,
     around: &'a MaxSmoothingLength<D>,

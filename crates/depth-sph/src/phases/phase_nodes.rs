@@ -2,10 +2,10 @@
 
 use colluvium_points::struct_of_arrays;
 
-/// A vector in plan.
+/// Vector in plan.
 pub type PlanVector<const D: usize> = [f64; D];
 
-/// `Σ a_c b_c`.
+/// Scalar product `Σ a_c b_c`.
 #[inline]
 pub fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     (0..D).map(|c| a[c] * b[c]).sum()
@@ -18,19 +18,19 @@ pub fn norm<const D: usize>(a: &[f64; D]) -> f64 {
 }
 
 struct_of_arrays! {
-    /// The nodes of one phase.
+    /// Nodes of one phase.
     pub struct PhaseNodes<const D: usize> {
-        /// Number of a node for its whole life.
+        /// Number of the node, constant during the run.
         pub id: u64,
-        /// Body it came from.
+        /// Body of the node at the start.
         pub body: u32,
-        /// Where it began (m).
+        /// Initial position (m).
         pub origin: [f64; D],
-        /// Place in plan (m).
+        /// Position in plan (m).
         pub position: [f64; D],
         /// Velocity in plan, depth-averaged (m/s).
         pub velocity: [f64; D],
-        /// Volume that it carries (m³; m² per metre of width in one dimension).
+        /// Volume (m³; m² per metre of width in one dimension).
         pub volume: f64,
         /// Height of its phase (m): `(1 - n) h` of a solid, `n h` of a fluid, `h` where there is one phase.
         pub partial_thickness: f64,
@@ -38,29 +38,29 @@ struct_of_arrays! {
         pub depth: f64,
         /// Smoothing length (m).
         pub length: f64,
-        /// Smoothing length at the start (m), which bounds those that follow.
+        /// Initial smoothing length (m), which bounds the later ones.
         pub first_length: f64,
-        /// `ℓ^d h / m`, which smoothing lengths keep: `η^d` of smoothing lengths of η spacings.
+        /// Constant `ℓ^d h / m` of the smoothing length: `η^d` for smoothing lengths of η spacings.
         pub scale: f64,
-        /// Slope of the bed in whose tangent plane the velocity lies; not-a-number until the bed has been looked at.
+        /// Slope of the bed in whose tangent plane the velocity lies; not-a-number until the bed has been sampled.
         pub slope: [f64; D],
-        /// Effective gravity `g_*` on pressure where the step last looked (m/s²).
+        /// Effective gravity `g_*` on pressure at the last sample of the step (m/s²).
         pub effective_gravity: f64,
-        /// Effective gravity on what the bed bears, with the turning of the velocity: friction and pore pressure (m/s²).
+        /// Effective gravity on the load of the bed, with the acceleration of the curved path: for friction and pore pressure (m/s²).
         pub bearing: f64,
         /// Path travelled over the bed (m).
         pub path: f64,
-        /// Volume taken up from the bed (m³; m² in one dimension).
+        /// Volume eroded from the bed (m³; m² in one dimension).
         pub eroded: f64,
     }
 }
 
-/// A node as it is set.
+/// Node to be added.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NewNode<const D: usize> {
     /// Body.
     pub body: u32,
-    /// Place (m).
+    /// Position (m).
     pub position: PlanVector<D>,
     /// Velocity (m/s).
     pub velocity: PlanVector<D>,
@@ -68,12 +68,12 @@ pub struct NewNode<const D: usize> {
     pub volume: f64,
     /// Smoothing length (m).
     pub length: f64,
-    /// `ℓ^d h / m`, which smoothing lengths keep.
+    /// Constant `ℓ^d h / m` of the smoothing length.
     pub scale: f64,
 }
 
 impl<const D: usize> PhaseNodes<D> {
-    /// Adds a node with this number; its height is found with the next sum.
+    /// Adds a node with this number; its height follows from the next sum.
     pub fn push(&mut self, id: u64, node: &NewNode<D>) {
         self.id.push(id);
         self.body.push(node.body);
@@ -99,9 +99,9 @@ impl<const D: usize> PhaseNodes<D> {
 }
 
 struct_of_arrays! {
-    /// What neighbours read of the nodes: these first, then their images in walls and periods.
+    /// Data of the nodes for neighbour sums: the nodes first, then their images at walls and periods.
     pub struct NeighbourData<const D: usize> {
-        /// Place (m).
+        /// Position (m).
         pub position: [f64; D],
         /// Velocity (m/s).
         pub velocity: [f64; D],

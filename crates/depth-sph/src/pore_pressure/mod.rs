@@ -1,6 +1,6 @@
 //! Columns of excess pore pressure over the depth of the flow: loading, drainage, bounds.
 //!
-//! The room reads depths and writes heads (sheet: depth-sph §2.7).
+//! The module reads depths and writes heads (sheet: depth-sph §2.7).
 
 pub mod pore_pressure_column;
 pub(crate) mod pore_pressure_columns;

@@ -6,7 +6,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the base lets through.
+/// Drainage condition of the base.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Drainage {
@@ -39,9 +39,9 @@ pub enum PressureProfile {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum LowerBound {
-    /// Pore pressure in total is not below zero, less what the fluid bears in tension.
+    /// Total pore pressure is not below zero, less the tensile strength of the fluid.
     Total {
-        /// Tension that the fluid bears (Pa), not negative; up to 1e5.
+        /// Tensile strength of the fluid (Pa), not negative; up to 1e5.
         #[serde(default)]
         cavitation: f64,
     },
@@ -55,18 +55,18 @@ impl Default for LowerBound {
     }
 }
 
-/// The base as the difference scheme sees it.
+/// Boundary condition of the difference scheme at the base.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BaseCondition {
     /// No flow.
     Sealed,
-    /// A given head (m).
+    /// Prescribed head (m).
     Head(f64),
     /// `∂ψ/∂ζ = B ψ`.
     Partly(f64),
 }
 
-/// One step of `∂ψ/∂T = ∂²ψ/∂ζ²` over the time factor `step` = `c_v Δt / h²`, by the θ-scheme: `weight` 1 is backward
+/// Advances `∂ψ/∂T = ∂²ψ/∂ζ²` over the time factor `step` = `c_v Δt / h²`, by the θ-scheme: `weight` 1 is backward
 /// Euler, ½ Crank–Nicolson. `scratch` is as long as the column.
 pub fn diffuse_head(head: &mut [f64], step: f64, weight: f64, base: BaseCondition, scratch: &mut [f64]) {
     let last = head.len() - 1;
@@ -100,7 +100,7 @@ pub fn diffuse_head(head: &mut [f64], step: f64, weight: f64, base: BaseConditio
     }
 }
 
-/// One step of the amplitude of the shape function `ψ_b cos(πζ/2)`, over the time factor `step` = `c_v Δt / h²`.
+/// Advances the amplitude of the shape function `ψ_b cos(πζ/2)` over the time factor `step` = `c_v Δt / h²`.
 pub fn relax_amplitude(head: &mut [f64], step: f64, base: BaseCondition) {
     use std::f64::consts::FRAC_PI_2;
     let amplitude = match base {
@@ -116,7 +116,7 @@ pub fn relax_amplitude(head: &mut [f64], step: f64, base: BaseCondition) {
     }
 }
 
-/// Loading without drainage: the column grows by `growth` (m).
+/// Adds undrained loading: the column grows by `growth` (m).
 pub fn load_undrained(head: &mut [f64], growth: f64) {
     let last = (head.len() - 1) as f64;
     for (k, value) in head.iter_mut().enumerate() {
@@ -124,14 +124,14 @@ pub fn load_undrained(head: &mut [f64], growth: f64) {
     }
 }
 
-/// Holds the column of depth `depth` (m) between liquefaction and `lowest(1 - ζ)` (m); tells whether anything was changed.
+/// Limits the column of depth `depth` (m) between liquefaction and `lowest(1 - ζ)` (m); returns whether a value was changed.
 pub fn limit_head(head: &mut [f64], depth: f64, lowest: impl Fn(f64) -> f64) -> bool {
     let last = (head.len() - 1) as f64;
     let mut changed = false;
     for (k, value) in head.iter_mut().enumerate() {
         let rest = 1.0 - k as f64 / last;
         let held = value.min(depth * rest).max(lowest(rest));
-        // Round-off of a liquefied column is no clipping.
+        // Round-off of a liquefied column does not count as a limit.
         changed |= (held - *value).abs() > 1e-9 * depth;
         *value = held;
     }
@@ -145,7 +145,7 @@ pub fn mean(head: &[f64]) -> f64 {
     (inner + 0.5 * (head[0] + head[last])) / last as f64
 }
 
-/// A linear profile with `base` (m) at the base and nothing at the surface.
+/// Sets a linear profile with `base` (m) at the base and zero at the surface.
 pub fn set_linear_profile(head: &mut [f64], base: f64) {
     head.fill(0.0);
     load_undrained(head, base);
@@ -180,7 +180,7 @@ mod tests {
         (1..200).map(term).sum()
     }
 
-    /// Largest error over times of 0.05 and more.
+    /// Largest error at times of 0.05 and more.
     fn worst(
         cells: usize,
         weight: f64,
@@ -220,7 +220,7 @@ mod tests {
         assert!(open < 1e-3, "{open}");
     }
 
-    /// V13a: a uniform pressure, whose jump at the surface Crank–Nicolson does not forget within the first steps.
+    /// V13a: a uniform pressure, whose jump at the surface Crank–Nicolson does not damp within the first steps.
     #[test]
     fn a_uniform_pressure_drains_as_the_series() {
         let found = worst(20, 1.0, 1e-3, BaseCondition::Sealed, |_| 1.0, uniform);
@@ -262,7 +262,7 @@ mod tests {
         }
     }
 
-    /// V14: without drainage a liquefied column stays so, whatever its height, and pressures follow the height.
+    /// V14: without drainage a liquefied column stays liquefied, whatever its height, and pressures follow the height.
     #[test]
     fn an_undrained_column_keeps_its_liquefaction() {
         let mut head = vec![0.0; 21];

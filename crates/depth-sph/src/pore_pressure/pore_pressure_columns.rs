@@ -9,7 +9,7 @@ use crate::pore_pressure::pore_pressure_column;
 use crate::pore_pressure::pore_pressure_column::{BaseCondition, Drainage, LowerBound, PressureProfile};
 use crate::pore_pressure::pressure_transfer::TransferredPressure;
 
-/// Longest column, whose elimination needs no memory of its own.
+/// Largest number of intervals of a column, whose elimination needs no memory of its own.
 pub const MOST_CELLS: usize = 1000;
 
 /// Heads on the columns of all solid nodes.
@@ -19,16 +19,16 @@ pub struct PorePressureColumns {
     pub heads: Vec<f64>,
     /// Values per node.
     pub width: usize,
-    /// Depth that the pressure has seen (m); NaN before the first.
+    /// Depth of the last loading (m); NaN before the first.
     pub depth: Vec<f64>,
-    /// Time that the pressure has drained up to (s).
+    /// Time up to which the pressure has drained (s).
     pub time: f64,
     /// Nodes at a bound in the last step.
     pub limited_nodes: usize,
 }
 
 impl PorePressureColumns {
-    /// Columns of `cells` intervals, for `nodes` nodes, that begin with the first depth they see.
+    /// Creates columns of `cells` intervals for `nodes` nodes, which begin with the depth of their first step.
     pub fn new(cells: usize, nodes: usize) -> Self {
         let width = cells + 1;
         Self { heads: vec![0.0; width * nodes], width, depth: vec![f64::NAN; nodes], ..Self::default() }
@@ -55,7 +55,7 @@ impl PorePressureColumns {
         if self.is_empty() { 0.0 } else { pore_pressure_column::mean(self.column(i)) }
     }
 
-    /// Puts the columns into another order; those that `order` does not name vanish.
+    /// Reorders the columns; those that `order` does not list are removed.
     pub fn reorder(&mut self, order: &[u32]) {
         if self.is_empty() {
             return;
@@ -66,7 +66,7 @@ impl PorePressureColumns {
         self.depth = order.iter().map(|&k| self.depth[k as usize]).collect();
     }
 
-    /// Adds a node with a column that begins with the first depth it sees.
+    /// Adds a node with a column, which begins with the depth of its first step.
     pub fn push(&mut self) {
         if !self.is_empty() {
             self.heads.resize(self.heads.len() + self.width, 0.0);
@@ -88,15 +88,15 @@ impl PorePressureColumns {
 }
 
 impl<const D: usize> Flow<D> {
-    /// Gives columns of the first set, before the first step, the pore pressures of points: excess over what stands in the pores at rest, by
-    /// the numbers of the nodes. How many columns are held within their bounds.
+    /// Sets pore pressures of columns of the first set from points, before the first step: excess over the hydrostatic pressure, by
+    /// the numbers of the nodes. Returns the number of columns that were limited to their bounds.
     pub fn set_pore_pressures(&mut self, handed: &[(usize, TransferredPressure)]) -> usize {
         if self.pore_columns.is_empty() {
             return 0;
         }
         let width = self.pore_columns.width;
         for (id, TransferredPressure { depth, pressure }) in handed {
-            // Some may have stood beyond an open side.
+            // Nodes beyond an open side may have been removed.
             let Ok(i) = self.sets[0].nodes.id.binary_search(&(*id as u64)) else { continue };
             let pull = self.sets[0].nodes.bearing[i];
             let (submerged, fluid) = (self.submerged(0, i), self.settings.material.densities.fluid);
@@ -114,7 +114,7 @@ impl<const D: usize> Flow<D> {
     }
 }
 
-/// One column: loading, drainage, bounds; whether a bound was met.
+/// Advances one column by loading, drainage and bounds; returns whether a bound was reached.
 fn column_step<const D: usize>(
     settings: &FlowSettings<D>,
     pore: &PoreColumn,
@@ -148,7 +148,7 @@ fn column_step<const D: usize>(
     drain_column(settings, pore, set, i, coefficient, air, head, dt);
     let (drainage, pull) = (settings.zone(&set.nodes.position[i]).drainage, set.nodes.bearing[i]);
     pore_pressure_column::limit_head(head, depth, |rest| match (drainage, pore.lower_bound) {
-        // Over a drained base the whole column may fall to the air.
+        // Over a drained base the whole column may fall to the pressure of the air.
         (Drainage::Atmospheric, _) => air * depth,
         (_, LowerBound::NoSuction) => 0.0,
         (_, LowerBound::Total { cavitation }) if pull > 0.0 => {
@@ -193,7 +193,7 @@ fn drain_column<const D: usize>(
     }
 }
 
-/// Shear dilates dense skeletons and packs loose ones: `-(K_v/α) γ' K_ψ (n_crit - n)`.
+/// Adds the dilatancy term: shear dilates dense skeletons and compacts loose ones, `-(K_v/α) γ' K_ψ (n_crit - n)`.
 #[allow(clippy::too_many_arguments, reason = "all that a column knows")]
 fn apply_dilatancy<const D: usize>(
     settings: &FlowSettings<D>,
@@ -210,7 +210,7 @@ fn apply_dilatancy<const D: usize>(
     let rate = 2.0 * set.bed[i].speed(&set.nodes.velocity[i]) / depth;
     let strain = rate * slope * (critical - porosity) * dt;
     let change = -pore.stiffness * strain / (submerged * set.nodes.bearing[i].max(1e-3 * settings.gravity));
-    // The surface stays without excess pressure.
+    // Excess pressure stays zero at the surface.
     let last = head.len() - 1;
     head[..last].iter_mut().for_each(|value| *value += change);
 }

@@ -1,8 +1,8 @@
-//! Pore pressure over the depth of a node from the points of a model in depth (sheet: depth-sph §3.2, 4).
+//! Pore pressure over the depth of a node from the points of a depth-resolved model (sheet: depth-sph §3.2, 4).
 
 use crate::pore_pressure::pore_pressure_column::mean;
 
-/// Pore pressure over the depth of a node, as the points above its square have it.
+/// Profile of pore pressure over the depth of a node, from the points above its square.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransferredPressure {
     /// Depth of these points (m).
@@ -11,17 +11,17 @@ pub struct TransferredPressure {
     pub pressure: Vec<f64>,
 }
 
-/// A point above a square: its volume (m³; m² in a profile), its height above the bed (m), and its pore pressure (Pa).
+/// Point above a square: its volume (m³; m² in a profile), its height above the bed (m), and its pore pressure (Pa).
 pub type PointAboveSquare = [f64; 3];
 
 impl TransferredPressure {
-    /// The profile on `cells` intervals: `(1 - ζ)(a + b ζ)` of the height `ζ` over the depth by least squares over means of layers, and what
-    /// these are off it, by straight lines between them and to the surface. Its mean is that of the points, by a part that is linear over
-    /// the depth. Linear profiles come out as they are. Points whose middle lies in the bed stand for no column.
+    /// Profile on `cells` intervals: `(1 - ζ)(a + b ζ)` of the height `ζ` over the depth by least squares over means of layers, and the
+    /// residuals of these, by straight lines between them and to the surface. Its mean is that of the points, by a part that is linear over
+    /// the depth. Linear profiles are exact. Points whose middle lies in the bed have no column.
     pub fn from_points(points: &[PointAboveSquare], cells: usize) -> Self {
         let volume: f64 = points.iter().map(|point| point[0]).sum();
         let over = |value: usize| points.iter().map(|point| point[0] * point[value]).sum::<f64>() / volume;
-        // Twice the height of the middle: whatever the size of the points is.
+        // Twice the height of the centroid, whatever the size of the points.
         let (depth, whole) = (2.0 * over(1), over(2));
         if !(depth > 0.0) {
             return Self { depth: 0.0, pressure: vec![0.0; cells + 1] };
@@ -35,7 +35,7 @@ impl TransferredPressure {
             let above = |number: usize| layers.get(number).map_or((1.0, 0.0), off);
             let (from, to) = match next.checked_sub(1) {
                 Some(before) => (above(before), above(next)),
-                // On from the first two to the base.
+                // Extrapolated from the first two to the base.
                 None => (above(0), above(1)),
             };
             let share = if to.0 > from.0 { (zeta - from.0) / (to.0 - from.0) } else { 1.0 };
@@ -51,7 +51,7 @@ impl TransferredPressure {
     }
 }
 
-/// `a` and `b` of `(1 - ζ)(a + b ζ)` by least squares; no `b` of a single layer.
+/// Coefficients `a` and `b` of `(1 - ζ)(a + b ζ)` by least squares; `b` is zero for a single layer.
 fn smooth(layers: &[[f64; 3]]) -> (f64, f64) {
     let [mut aa, mut ab, mut bb, mut ap, mut bp] = [0.0; 5];
     for [volume, zeta, pressure] in layers {
@@ -73,7 +73,7 @@ fn smooth(layers: &[[f64; 3]]) -> (f64, f64) {
 /// Volume, mean height over the depth and mean pressure of layers as thick as the points, `cells` at most.
 fn layers(points: &[PointAboveSquare], depth: f64, cells: usize) -> Vec<[f64; 3]> {
     let levels = {
-        // As many as there are heights, by their differences: points of one layer stand at about one height.
+        // As many as there are heights, by their differences: points of one layer have about one height.
         let mut heights: Vec<f64> = points.iter().map(|point| point[1]).collect();
         heights.sort_by(f64::total_cmp);
         let apart = 0.25 * depth / cells as f64;
@@ -95,7 +95,7 @@ fn layers(points: &[PointAboveSquare], depth: f64, cells: usize) -> Vec<[f64; 3]
 mod tests {
     use super::*;
 
-    /// A column of points at these numbers of layers, 2 m high.
+    /// Column of points in this number of layers, 2 m high.
     fn points(layers: usize, pressure: impl Fn(f64) -> f64) -> Vec<PointAboveSquare> {
         let zeta = |k: usize| (k as f64 + 0.5) / layers as f64;
         (0..2 * layers).map(|k| [0.3, 2.0 * zeta(k / 2), pressure(zeta(k / 2))]).collect()
@@ -131,7 +131,7 @@ mod tests {
         }
     }
 
-    /// Points that stand at uneven heights, as those of a flow do, and one that lies in the bed.
+    /// Points at uneven heights, like those of a flow, and one that lies in the bed.
     #[test]
     fn uneven_points_keep_depth_and_mean() {
         let mut all = points(7, |zeta| 4e3 * (1.0 - zeta));

@@ -1,4 +1,4 @@
-//! Nodes of the bodies: thickness in plan is the vertical length of what stands above (sheet: depth-sph §3.2).
+//! Nodes of the bodies: thickness in plan is the vertical length of the body above (sheet: depth-sph §3.2).
 
 use std::collections::BTreeMap;
 
@@ -14,23 +14,23 @@ use crate::phases::phase_nodes::NewNode;
 use crate::pore_pressure::pressure_transfer::{PointAboveSquare, TransferredPressure};
 use crate::setup::pore_fluid::PorePressureField;
 
-/// Share of the domain's height by which a body may stand above the bed, or bodies apart, by round-off.
+/// Share of the domain's height by which a body may be above the bed, or bodies apart, by round-off.
 const SLACK: f64 = 1e-6;
 
 /// Largest distance of the surface of a hydrostatic pressure from that of the flow, over the depth.
 const SAME_SURFACE: f64 = 0.01;
 
-/// Nodes of each set, and what deserves a warning.
+/// Nodes of each set, with their pore pressures and warnings.
 pub struct BodyNodes<const D: usize> {
-    /// The nodes.
+    /// Nodes of each set.
     pub sets: Vec<Vec<NewNode<D>>>,
-    /// Pore pressure that points hand over to nodes of the first set, by the number of the node.
+    /// Pore pressures of nodes of the first set from points, by the number of the node.
     pub transferred_pressures: Vec<(usize, TransferredPressure)>,
-    /// What deserves a warning.
+    /// Warnings.
     pub warnings: Vec<String>,
 }
 
-/// The nodes of each set.
+/// Makes the nodes of each set.
 pub fn body_nodes<const D: usize>(
     case: &Case,
     options: &DepthOptions,
@@ -71,7 +71,7 @@ pub fn body_nodes<const D: usize>(
             own.push(node(body, number, x, cell, options));
         }
         let exact = body.shape.measure(case.dimension());
-        // What the lattice cuts off at edges; a body that the bed cuts has no closed form.
+        // Correction of the volume that the lattice loses at edges; a body that the bed cuts has no closed form.
         if let Some(exact) = exact.filter(|_| volume > 0.0 && volume >= (1.0 - SLACK) * whole) {
             own.iter_mut().for_each(|node: &mut NewNode<D>| node.volume *= exact / volume);
         }
@@ -90,10 +90,10 @@ pub fn body_nodes<const D: usize>(
     Ok(BodyNodes { sets, transferred_pressures: handed, warnings })
 }
 
-/// Nodes of points, with the pore pressure over the depth of each where there are columns.
+/// Nodes from points, with the pore pressure over the depth of each where there are columns.
 type PointNodes<const D: usize> = (Vec<NewNode<D>>, Vec<TransferredPressure>);
 
-/// Nodes of the points of body `number`, whose flow has that density (kg/m³), with their pore pressures; `None` without points.
+/// Nodes from the points of body `number`, whose flow has this density (kg/m³), with their pore pressures; `None` without points.
 fn nodes_of_points<const D: usize>(
     case: &Case,
     options: &DepthOptions,
@@ -102,7 +102,7 @@ fn nodes_of_points<const D: usize>(
     warnings: &mut Vec<String>,
 ) -> Result<Option<PointNodes<D>>, CaseError> {
     let Some(mut list) = case.point_list(number)? else { return Ok(None) };
-    // A flow has one density, and what points weigh is kept.
+    // A flow has one density, and the mass of points is kept.
     for (volume, mass) in list.volumes.iter_mut().zip(list.masses.iter().flatten()) {
         *volume = mass / density;
     }
@@ -126,7 +126,7 @@ fn nodes_of_points<const D: usize>(
     transferred_nodes(case, options, number, &list, bed).map(Some)
 }
 
-/// Density of what stands for a body (kg/m³).
+/// Density of the flow of a body (kg/m³).
 fn density(options: &DepthOptions, material: &Mixture, body: &Body, upper: bool) -> f64 {
     match (options.phases, upper) {
         (Phases::One, _) => material.density(),
@@ -139,11 +139,11 @@ fn density(options: &DepthOptions, material: &Mixture, body: &Body, upper: bool)
     }
 }
 
-/// Volume, first moment and momentum above a square, and the numbers of its points.
+/// Volume, first moment and momentum above a square, and the indices of its points.
 type SquareSums<const D: usize> = ([[f64; D]; 3], Vec<usize>);
 
-/// Nodes of points that another method hands over: those above one square of the lattice become one node, with their volume, their
-/// middle and their momentum, and where there are columns, with their pore pressure over the depth (sheet: depth-sph §3.2, 4).
+/// Nodes from points of another method: those above one square of the lattice become one node, with their volume, their
+/// centroid and their momentum, and where there are columns, with their pore pressure over the depth (sheet: depth-sph §3.2, 4).
 fn transferred_nodes<const D: usize>(
     case: &Case,
     options: &DepthOptions,
@@ -187,7 +187,7 @@ fn transferred_nodes<const D: usize>(
                 let x = &list.positions[point];
                 Some([list.volumes[point], x[D] - level(x)?, pressures[point]])
             };
-            // Beside the end of the bed there may be ground below their middle only.
+            // Beside the end of the bed the bed may exist below their middle only.
             let above: Vec<PointAboveSquare> = points.iter().filter_map(above).collect();
             handed.push(TransferredPressure::from_points(&above, cells));
         }
@@ -214,16 +214,16 @@ fn node<const D: usize>(
     }
 }
 
-/// A place in plan as one of space, at height 0.
+/// Position in plan as one in space, at height 0.
 fn spatial(x: &[f64]) -> [f64; 3] {
     std::array::from_fn(|c| x.get(c).copied().unwrap_or(0.0))
 }
 
-/// A depth of flow (m), its place in plan, and the bed below it.
+/// Depth of flow (m), its position in plan, and the bed below it.
 type FlowOverBed<'a, const D: usize> = (f64, &'a [f64; D], &'a BedPoint<D>);
 
-/// Pore pressure over the depth of a place, by the field of body `number`; nothing without columns, which take no other than a
-/// hydrostatic one.
+/// Pore pressure over the depth at a position, by the field of body `number`; nothing without columns, where only a
+/// hydrostatic one is allowed.
 fn pore_pressure_profile<const D: usize>(
     case: &Case,
     options: &DepthOptions,
@@ -238,13 +238,13 @@ fn pore_pressure_profile<const D: usize>(
     let at = |k: usize| {
         let mut place = spatial(x);
         place[D] = bed.level + depth * k as f64 / cells as f64;
-        // At the surface there is none.
+        // The pressure is zero at the surface.
         if k < cells { field.at(place, bed.steepness()) } else { 0.0 }
     };
     Ok(Some(TransferredPressure { depth, pressure: (0..=cells).map(at).collect() }))
 }
 
-/// Refuses a hydrostatic pressure that is not that of the flow, where nothing carries another one.
+/// Rejects a hydrostatic pressure that is not that of the flow, where no column carries another one.
 fn check_hydrostatic<const D: usize>(
     case: &Case,
     number: usize,
@@ -268,7 +268,7 @@ fn check_hydrostatic<const D: usize>(
     }
 }
 
-/// Puts nodes of a body into the sets of their phases.
+/// Assigns nodes of a body to the sets of their phases.
 fn assign_to_phases<const D: usize>(
     options: &DepthOptions,
     sets: &mut [Vec<NewNode<D>>],
@@ -296,7 +296,7 @@ fn assign_to_phases<const D: usize>(
     }
 }
 
-/// Squares of the plan, aligned with the lower corner of the domain.
+/// Lattice of squares in plan, aligned with the lower corner of the domain.
 struct PlanLattice<const D: usize> {
     low: [f64; D],
     spacing: f64,
@@ -329,7 +329,7 @@ impl<const D: usize> PlanLattice<D> {
     }
 }
 
-/// Stretches of a body along the vertical through `x` (m), over a bed at `level` (m).
+/// Intervals of a body along the vertical through `x` (m), over a bed at `level` (m).
 fn vertical_intervals<const D: usize>(
     body: &Body,
     x: &[f64; D],
@@ -337,7 +337,7 @@ fn vertical_intervals<const D: usize>(
     level: Option<f64>,
 ) -> Vec<(f64, f64)> {
     if let (Shape::Layer { laid, .. }, Some(level), [x, y]) = (&body.shape, level, &x[..]) {
-        // Its ground is that of contact, triangles, which differ from the bed by the twist of a cell.
+        // Its base is the triangulated contact surface, which differs from the bed by the twist of a cell.
         let thickness = laid.layer().map_or(0.0, |layer| layer.thickness(*x, *y));
         return if thickness > 0.0 { vec![(level, level + thickness)] } else { Vec::new() };
     }
@@ -353,17 +353,17 @@ fn vertical_intervals<const D: usize>(
     cuts.windows(2).filter(inside).map(|pair| (pair[0], pair[1])).collect()
 }
 
-/// The column of a body above a place.
+/// Column of a body above a position.
 struct BodyColumn {
     /// Thickness above the bed (m).
     above: f64,
-    /// Thickness with what lies below the bed (m).
+    /// Thickness including the part below the bed (m).
     whole: f64,
-    /// Depth of the flow, of all bodies (m).
+    /// Depth of the flow of all bodies (m).
     depth: f64,
 }
 
-/// The column of body `number` above `x` (m); refuses gaps below and within it.
+/// Column of body `number` above `x` (m); rejects gaps below and within it.
 fn body_column<const D: usize>(
     case: &Case,
     number: usize,

@@ -1,4 +1,4 @@
-//! What depth-integrated SPH refuses of a case, by its path, and what it allows with a warning.
+//! Capabilities of depth-integrated SPH: rejected features of a case, by path, and warnings.
 
 use colluvium_case::description::{Body, Boundary, Velocity, Wall};
 use colluvium_case::{Capabilities, Case, CaseError, RequiredInput};
@@ -9,13 +9,13 @@ use crate::setup::bed::case_bed::{is_smooth, lowest};
 use crate::setup::stages::is_passed_over;
 use crate::setup::{NAME, pore_fluid};
 
-/// Fewer nodes than these are worth a warning (sheet: depth-sph §0).
+/// Number of nodes below which there is a warning (sheet: depth-sph §0).
 const FEW_NODES: usize = 10;
 
 const SPACES: &str =
     "depth-sph flows over a profile (plane-strain, gravity along y) or over terrain (3d, gravity along z)";
 
-/// What the method says to the features of a case.
+/// Capabilities of the method for the features of a case.
 pub(crate) fn capabilities() -> Capabilities {
     Capabilities::for_point_methods(NAME)
         .supports(&[
@@ -75,7 +75,7 @@ pub(crate) fn capabilities() -> Capabilities {
         .rejects("measures=dissipation", "depth-sph does not count dissipation")
 }
 
-/// Refuses by name what the method cannot do.
+/// Rejects by name the features that the method does not support.
 pub(super) fn check_supported(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     let last = case.dimension() - 1;
     if !(case.gravity[last] < 0.0) {
@@ -113,7 +113,7 @@ fn check_walls(case: &Case) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// A layer that has no side, or no room.
+/// Rejects an absorbing layer without a side, or without space.
 fn check_absorbing_layer(case: &Case, length: f64) -> Result<(), CaseError> {
     let mut absorbing =
         case.boundaries.iter().filter(|side| matches!(side.wall, Wall::Absorbing { .. })).peekable();
@@ -131,7 +131,7 @@ fn check_absorbing_layer(case: &Case, length: f64) -> Result<(), CaseError> {
     }
 }
 
-/// Open sides, through which one phase leaves, grains and fluid, or two layers.
+/// Checks open sides, through which one phase leaves, grains and fluid, or two layers.
 fn check_open_boundaries(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     let up = case.dimension() - 1;
     if let Some(length) = options.absorbing_layer {
@@ -162,7 +162,7 @@ fn check_open_boundaries(case: &Case, options: &DepthOptions) -> Result<(), Case
     Ok(())
 }
 
-/// Refuses a first velocity that leaves the bed.
+/// Rejects an initial velocity that is not along the bed.
 pub(super) fn check_velocity_along_bed(velocity: &Velocity, path: &str, up: usize) -> Result<(), CaseError> {
     match velocity {
         Velocity::Uniform { value } if value[up] != 0.0 => {
@@ -180,7 +180,7 @@ fn check_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
         check_velocity_along_bed(&body.velocity, &path("velocity"), up)?;
         let upper =
             |name: &String| options.mixture.as_ref().is_some_and(|mixture| mixture.upper.contains(name));
-        // Bodies of porosities of their own differ by their density, and the bed holds them by a law that is given, or not at all.
+        // Bodies of porosities of their own differ by density; the law of the bed must be given for all of them, or the bed is smooth.
         let one_law = options.basal.is_some() || is_smooth(case);
         let mixed = |name: &String| {
             one_law && options.mixture.as_ref().is_some_and(|mixture| mixture.porosities.contains_key(name))
@@ -210,7 +210,7 @@ fn check_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     mixture.porosities.keys().try_for_each(|name| named("mixture.porosities", name))
 }
 
-/// What is allowed but deserves a warning.
+/// Warnings about inputs that are allowed.
 pub(super) fn warnings(case: &Case, nodes: usize) -> Vec<String> {
     let mut warnings = case.warnings();
     if nodes < FEW_NODES {

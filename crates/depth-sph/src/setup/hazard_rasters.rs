@@ -1,4 +1,4 @@
-//! The cells of the rasters that a case asks for.
+//! Cells of the hazard rasters of a case.
 
 use colluvium_case::description::Rasters;
 use colluvium_case::{Case, CaseError};
@@ -7,10 +7,10 @@ use colluvium_points::{Georeference, Raster};
 use crate::output::hazard_rasters::{HazardRasters, PlanCells};
 use crate::setup::bed::case_bed::CaseBed;
 
-/// Share of an area that is round-off.
+/// Share of an area that counts as round-off.
 const NEGLIGIBLE: f64 = 1e-6;
 
-/// The rasters of `case`: on the cells of the terrain, or on others over the same part of the plan.
+/// Hazard rasters of `case`: on the cells of the terrain, or on others over that part of the plan.
 pub fn hazard_rasters<const D: usize>(
     case: &Case,
     ground: &CaseBed<D>,

@@ -1,4 +1,4 @@
-//! Lines that material flows in across.
+//! Inflows of a case, across lines and through ends of a profile.
 
 use colluvium_case::{Case, CaseError, Quantity, read_pairs};
 
@@ -11,13 +11,13 @@ use crate::inflow::cross_section::CrossSection;
 use crate::inflow::{Inflow, InflowSection, InflowState};
 use crate::setup::open_boundaries::MAX_SEGMENTS;
 
-/// Mean slope of the bed in the direction of an inflow from which on it deserves a warning.
+/// Mean slope of the bed in the direction of an inflow above which there is a warning.
 const MAX_UPHILL_SLOPE: f64 = 0.02;
 
 /// Rows behind a line beyond the reach of a kernel.
 const ROWS: f64 = 2.0;
 
-/// Puts the inflows of a case into its flow; what flows in through ends of a profile, each of which has an opening and its key.
+/// Adds the inflows of a case to its flow; returns those through ends of a profile, each with its opening and key.
 pub fn add_inflows<const D: usize>(
     case: &Case,
     options: &DepthOptions,
@@ -83,10 +83,10 @@ pub fn add_inflows<const D: usize>(
     Ok(openings)
 }
 
-/// Share of the domain along the direction of an inflow below which little of it lies ahead.
+/// Share of the domain ahead of an inflow below which there is a warning.
 const LITTLE: f64 = 0.1;
 
-/// A doubt where little of the domain lies ahead of an inflow and most of it behind; an error where the flow leaves at once.
+/// Warning where little of the domain is ahead of an inflow and most of it behind; error where the flow leaves at once.
 fn outflow_warning<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Result<Option<String>, String> {
     let middle: [f64; D] = std::array::from_fn(|c| 0.5 * (inflow.from[c] + inflow.to[c]));
     let to_edge = |sense: f64| {
@@ -106,7 +106,7 @@ fn outflow_warning<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Result<Op
     if ahead < inflow.reach { Err(problem) } else { Ok(Some(problem)) }
 }
 
-/// A word where the run ends (s) before all of a hydrograph has flowed in.
+/// Warning where the run ends (s) before all of a hydrograph has entered.
 fn truncated_hydrograph_warning(hydrograph: &[[f64; 2]], end: f64) -> Option<String> {
     let until = |end: f64| {
         let part = |pair: &[[f64; 2]]| {
@@ -127,7 +127,7 @@ fn truncated_hydrograph_warning(hydrograph: &[[f64; 2]], end: f64) -> Option<Str
     })
 }
 
-/// The porosity of an inflow of two phases, that of the mixture when absent; none of one phase.
+/// Porosity of an inflow of two phases, that of the mixture when absent; none of one phase.
 fn porosity(
     options: &DepthOptions,
     given: &InflowOptions,
@@ -146,7 +146,7 @@ fn porosity(
     }
 }
 
-/// The set of the layer that flows in, of two layers.
+/// Set of the layer of an inflow, of two layers.
 fn layer<const D: usize>(
     options: &DepthOptions,
     flow: &Flow<D>,
@@ -169,7 +169,7 @@ fn layer<const D: usize>(
     Ok(Some(set))
 }
 
-/// An end of a profile for what flows in there.
+/// Opening of an end of a profile for an inflow.
 fn end_inlet<const D: usize>(
     case: &Case,
     options: &DepthOptions,
@@ -220,10 +220,10 @@ fn end_inlet<const D: usize>(
     })
 }
 
-/// Words by which columns of times are called, in some languages.
+/// Names of columns of times, in some languages.
 const TIMES: [&str; 6] = ["time", "t", "zeit", "temps", "tempo", "tiempo"];
 
-/// Words by which columns of discharges are called, in some languages.
+/// Names of columns of discharges, in some languages.
 const DISCHARGES: [&str; 13] = [
     "discharge",
     "q",
@@ -240,7 +240,7 @@ const DISCHARGES: [&str; 13] = [
     "caudal",
 ];
 
-/// The hydrograph of an inflow, checked.
+/// Hydrograph of an inflow, checked.
 fn hydrograph(given: &InflowOptions, key: &dyn Fn(&str) -> String) -> Result<Vec<[f64; 2]>, CaseError> {
     if !(given.froude > 0.0 && given.froude.is_finite()) {
         return Err(option_error(&key("froude"), format!("{} must be positive", given.froude)));
@@ -330,7 +330,7 @@ fn check(hydrograph: &[[f64; 2]]) -> Result<(), String> {
     Ok(())
 }
 
-/// Mean slope of the bed along a line in the direction of its flow, where it goes up.
+/// Mean slope of the bed along a line in the direction of its flow, where it is uphill.
 fn uphill_slope<const D: usize>(inflow: &Inflow<D>, bed: &Bed<D>) -> Option<f64> {
     let places = (0..inflow.count()).filter_map(|k| bed.at(&inflow.place(k, 0.0)));
     let slopes = places.map(|bed| -inflow.outward_and_tangential(&bed.slope)[0]);
@@ -338,7 +338,7 @@ fn uphill_slope<const D: usize>(inflow: &Inflow<D>, bed: &Bed<D>) -> Option<f64>
     (slope > MAX_UPHILL_SLOPE).then_some(slope)
 }
 
-/// The highest level of the bed under the nodes behind a line (m).
+/// Highest level of the bed under the nodes behind a line (m).
 fn highest<const D: usize>(inflow: &Inflow<D>, bed: &Bed<D>) -> Result<f64, String> {
     let mut highest = f64::NEG_INFINITY;
     let count = inflow.count();

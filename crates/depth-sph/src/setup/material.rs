@@ -1,4 +1,4 @@
-//! What flows, and how the bed holds it.
+//! Densities of the flowing material, and resistance of the bed.
 
 use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::basal::{BasalRheology, BasalSpec};
@@ -11,10 +11,10 @@ use crate::phases::interphase_drag::MixtureDensities;
 use crate::setup::bed::case_bed::BedFriction;
 use crate::setup::pore_fluid;
 
-/// Largest difference of the density of a material from that of the mixture, in shares.
+/// Largest relative difference of the density of a material from that of the mixture.
 const SAME_DENSITY: f64 = 0.01;
 
-/// Densities and porosity: of the options, or of the material.
+/// Densities and porosity, from the options or from the material.
 pub fn mixture(case: &Case, options: &DepthOptions, gravity: f64) -> Result<Mixture, CaseError> {
     let Some(mixture) = &options.mixture else {
         if options.phases != Phases::One {
@@ -41,7 +41,7 @@ pub fn mixture(case: &Case, options: &DepthOptions, gravity: f64) -> Result<Mixt
     Ok(whole)
 }
 
-/// The law of the bed: that of the options, or what wall and material give.
+/// Law of the bed: that of the options, or that of wall and material.
 pub fn basal_law(
     case: &Case,
     options: &DepthOptions,
@@ -65,7 +65,7 @@ pub fn basal_law(
     of_phases(options, law, "basal").map(Some)
 }
 
-/// A law that the options give under a key.
+/// Builds a law given in the options under a key.
 pub fn build_basal_law(
     options: &DepthOptions,
     spec: &BasalSpec,
@@ -75,7 +75,7 @@ pub fn build_basal_law(
     of_phases(options, law, key)
 }
 
-/// Refuses a law that is for one phase where there are two.
+/// Rejects a law for one phase where there are two.
 fn of_phases(options: &DepthOptions, law: BasalRheology, key: &str) -> Result<BasalRheology, CaseError> {
     if options.phases == Phases::Two && !law.is_additive() {
         let problem = "is a Bingham profile, which is for one phase: give another law for grains and fluid that move apart";

@@ -1,4 +1,4 @@
-//! From a case to a solver: refuses what the method cannot honour, by JSON path.
+//! Construction of a solver from a case: rejects features that the method does not support, by JSON path.
 
 pub(crate) mod bed;
 mod body_nodes;
@@ -31,15 +31,15 @@ use crate::setup::stages::plan_boundaries;
 
 /// Node-updates per second and thread, from the benchmark of one phase without columns.
 const UPDATES_PER_SECOND: f64 = 2e6;
-/// The same with two phases or columns.
+/// Node-updates per second and thread with two phases or columns.
 const COUPLED_UPDATES_PER_SECOND: f64 = 5e5;
 
-/// An error under a key of the options.
+/// Error under a key of the options.
 fn option_error(key: &str, problem: impl Into<String>) -> CaseError {
     CaseError::new(format!("methods.{NAME}.{key}"), problem)
 }
 
-/// The options of the case, checked.
+/// Options of the case, checked.
 pub(crate) fn options(case: &Case) -> Result<DepthOptions, CaseError> {
     if !case.methods.contains_key(NAME) {
         let problem = "is missing: depth-integrated SPH needs at least its `spacing` (m)";
@@ -50,7 +50,7 @@ pub(crate) fn options(case: &Case) -> Result<DepthOptions, CaseError> {
     Ok(options)
 }
 
-/// The solver of `case`.
+/// Builds the solver of `case`.
 pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
     let options = options(case)?;
     capabilities::check_supported(case, &options)?;
@@ -60,7 +60,7 @@ pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
     })
 }
 
-/// The plan of `case`.
+/// Plan of `case`.
 pub fn plan(case: &Case) -> Result<Plan, CaseError> {
     let options = options(case)?;
     capabilities::check_supported(case, &options)?;
@@ -77,7 +77,7 @@ fn bytes_per_node(case: &Case, options: &DepthOptions) -> f64 {
     600.0 + 4.0 * neighbours + heads
 }
 
-/// The size of `case`, without making its nodes.
+/// Size of `case`, without making its nodes.
 pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     let options = options(case)?;
     capabilities::check_supported(case, &options)?;
@@ -101,7 +101,7 @@ pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     })
 }
 
-/// Densities of the bodies where those of the mixture rule (kg/m³).
+/// Densities of the bodies where those of the mixture apply (kg/m³).
 fn densities(case: &Case, options: &DepthOptions) -> Option<Vec<f64>> {
     let mixture = options.mixture.as_ref()?;
     let densities = MixtureDensities {
@@ -147,7 +147,7 @@ fn plan_in<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Plan, 
     })
 }
 
-/// A solver with its concrete type, at time zero.
+/// Builds a solver with its concrete type, at time zero.
 pub(crate) fn solver<const D: usize>(
     case: &Case,
     options: &DepthOptions,
@@ -155,7 +155,7 @@ pub(crate) fn solver<const D: usize>(
     Ok(build_in(case, options)?.0)
 }
 
-/// A solver at time zero, and what of its bed deserves a warning.
+/// Builds a solver at time zero; returns it with the warnings of its bed.
 fn build_in<const D: usize>(
     case: &Case,
     options: &DepthOptions,
@@ -170,7 +170,7 @@ fn build_in<const D: usize>(
         let depths = erodible_depths(case, options)?;
         worn.set_erodible_depth(|x| {
             let of_zone = settings.erodible_depth(&std::array::from_fn(|c| x[c]));
-            // Nothing where the raster says nothing.
+            // Zero where the raster has no data.
             let most = |raster: &Raster| raster.interpolate(x[0], x[1]).unwrap_or(0.0);
             depths.as_ref().map_or(of_zone, |raster| of_zone.min(most(raster)))
         });
@@ -197,7 +197,7 @@ fn build_in<const D: usize>(
     Ok((solver, warnings))
 }
 
-/// The raster of the depths that can be taken up, where there is one.
+/// Raster of the erodible depths, where there is one.
 fn erodible_depths(case: &Case, options: &DepthOptions) -> Result<Option<Raster>, CaseError> {
     let Some(file) = &options.erodible_depth_raster else { return Ok(None) };
     let wrong = |problem: String| option_error("erodible_depth_raster", problem);
@@ -212,7 +212,7 @@ fn erodible_depths(case: &Case, options: &DepthOptions) -> Result<Option<Raster>
     }
 }
 
-/// Everything that stays.
+/// Settings that are constant during the flow.
 fn settings<const D: usize>(case: &Case, options: &DepthOptions) -> Result<FlowSettings<D>, CaseError> {
     let gravity = -case.gravity[D];
     let drive: [f64; D] = std::array::from_fn(|c| case.gravity[c]);

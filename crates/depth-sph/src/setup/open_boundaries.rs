@@ -1,4 +1,4 @@
-//! Sides of the domain that waves leave through.
+//! Open boundaries of a case.
 
 use colluvium_case::description::Wall;
 use colluvium_case::{Case, CaseError};
@@ -8,16 +8,16 @@ use crate::config::choices::DepthFrame;
 use crate::flow::{Flow, OpenBoundary, Opening};
 use crate::setup::NAME;
 
-/// Slope of the bed across a side beyond which its depth is not that of the material farther out (sheet: depth-sph §3.9).
+/// Slope of the bed across a side above which its depth is not that of the material farther out (sheet: depth-sph §3.9).
 const MAX_CROSS_SLOPE: f64 = 0.01;
 
-/// Fewer distances of nodes than these are too short for a layer in which waves die away.
+/// Length of an absorbing layer below which it is too short (distances of nodes).
 const MIN_LAYER_NODES: f64 = 10.0;
 
-/// More places than these along a side, or a line of inflow, are a mistake in the domain.
+/// Number of positions along a side, or a line of inflow, above which the domain counts as a mistake.
 pub const MAX_SEGMENTS: f64 = 1e6;
 
-/// The absorbing sides of a case, with their keys.
+/// Absorbing sides of a case, with their keys.
 pub fn openings(case: &Case, options: &DepthOptions) -> Vec<(Opening, String)> {
     let absorbing =
         case.boundaries.iter().enumerate().filter(|(_, side)| matches!(side.wall, Wall::Absorbing { .. }));
@@ -41,7 +41,7 @@ pub fn openings(case: &Case, options: &DepthOptions) -> Vec<(Opening, String)> {
         .collect()
 }
 
-/// From where to where sides along an axis go (m): as far as the walls and open sides at its ends.
+/// Extent of sides along an axis (m): as far as the walls and open sides at its ends.
 fn span(case: &Case, axis: usize) -> (f64, f64) {
     let (mut low, mut high) = (case.domain.min[axis], case.domain.max[axis]);
     for side in case.boundaries.iter().filter(|side| side.side.axis() == axis) {
@@ -51,7 +51,7 @@ fn span(case: &Case, axis: usize) -> (f64, f64) {
     (low, high)
 }
 
-/// Opens sides; what deserves a warning.
+/// Opens sides; returns warnings.
 pub fn open_boundaries<const D: usize>(
     openings: &[(Opening, String)],
     flow: &mut Flow<D>,
@@ -69,7 +69,7 @@ pub fn open_boundaries<const D: usize>(
     let each = (flow.open_boundaries.len() - known) / openings.len();
     let ends = flow.open_boundaries[known..].chunks(each.max(1));
     for (((_, key), slope), ends) in openings.iter().zip(slopes).zip(ends) {
-        // What leaves over dry ground meets nothing that could send waves back.
+        // Material that leaves over a dry bed meets nothing that could reflect waves.
         let stands = ends.iter().any(OpenBoundary::is_filled);
         if let Some(slope) = slope.filter(|slope| stands && slope.abs() > MAX_CROSS_SLOPE) {
             warnings.push(format!(
@@ -89,7 +89,7 @@ pub fn open_boundaries<const D: usize>(
     Ok(warnings)
 }
 
-/// Refuses a side with so many places along it and in its layer that they could not be gone through.
+/// Rejects a side with too many positions along it and in its layer.
 fn check_segment_count(opening: &Opening, key: &str) -> Result<(), CaseError> {
     let Opening { spacing, span, absorbing_length: layer, .. } = opening;
     let places = ((span.1 - span.0) / spacing).max(1.0) * (layer / spacing).max(1.0);
@@ -102,7 +102,7 @@ fn check_segment_count(opening: &Opening, key: &str) -> Result<(), CaseError> {
     Err(CaseError::new(key, problem))
 }
 
-/// The steepest slope of the bed across a side; refuses one that has no ground beyond it.
+/// Steepest slope of the bed across a side; rejects a side without a bed beyond it.
 fn slope_across<const D: usize>(
     opening: &Opening,
     flow: &Flow<D>,

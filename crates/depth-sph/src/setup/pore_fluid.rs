@@ -1,4 +1,4 @@
-//! The pore fluid of bodies, as the options of the method say it: one description serves the case and the method.
+//! Pore fluid of the bodies, as options of the method: one description serves the case and the method.
 
 use std::borrow::Cow;
 
@@ -13,14 +13,14 @@ use crate::pore_pressure::pore_pressure_column::Drainage;
 use crate::setup::bed::case_bed::highest_wall;
 use crate::setup::{NAME, option_error};
 
-/// Largest difference of what is said twice, in shares: of densities and permeabilities, which follow from others.
+/// Relative tolerance of values that are given twice, for densities and permeabilities, which follow from others.
 const DERIVED_TOLERANCE: f64 = 0.01;
-/// The same of what is written as it is.
+/// Relative tolerance of values that are given twice, for all others.
 const EQUAL_TOLERANCE: f64 = 1e-9;
 /// Largest tension of a pore fluid (Pa): that of columns (sheet: depth-sph §2.7).
 const MOST_TENSION: f64 = 1e5;
 
-/// What a pore fluid says of a flow.
+/// Data of a pore fluid for a flow.
 struct PoreFluidData {
     grain: f64,
     fluid: f64,
@@ -46,13 +46,13 @@ impl PoreFluidData {
     }
 }
 
-/// Density of a body as it flows (kg/m³): with its pore fluid, where its material is the skeleton around one.
+/// Density of the flow of a body (kg/m³): with its pore fluid, where its material is the skeleton.
 pub fn density(case: &Case, body: &Body) -> f64 {
     let own = case.materials[&body.material].density();
     body.pore_fluid.as_ref().map_or(own, |fluid| fluid.saturated_density(own))
 }
 
-/// The case with the pore fluid of its bodies among the options of the method: where both say something they must agree.
+/// Adds the pore fluid of the bodies of a case to the options of the method: values that both give must agree.
 pub fn with_pore_fluid_options(case: &Case) -> Result<Cow<'_, Case>, CaseError> {
     let Some(first) = case.bodies.iter().position(|body| body.pore_fluid.is_some()) else {
         return Ok(Cow::Borrowed(case));
@@ -86,7 +86,7 @@ pub fn with_pore_fluid_options(case: &Case) -> Result<Cow<'_, Case>, CaseError> 
     Ok(Cow::Owned(stated))
 }
 
-/// The facts of the bodies: a flow has one kind of grains and one fluid, and one porosity unless its phases are two.
+/// Pore fluid of all bodies: a flow has one kind of grains and one fluid, and one porosity unless its phases are two.
 fn common_pore_fluid(case: &Case, phases: &str) -> Result<PoreFluidData, CaseError> {
     let mut found: Option<(PoreFluidData, &str)> = None;
     for (number, body) in case.bodies.iter().enumerate() {
@@ -149,7 +149,7 @@ fn are_equal(one: f64, two: f64, close: f64) -> bool {
     (one - two).abs() <= close * one.abs().max(two.abs())
 }
 
-/// Writes a number under a key of the options, or holds the one that stands there against it.
+/// Writes a number under a key of the options, or compares it with the number there.
 fn set_option(
     into: &mut Map<String, Value>,
     path: &str,
@@ -162,7 +162,7 @@ fn set_option(
             into.insert(key.to_owned(), json!(value));
             Ok(())
         }
-        // What is no number the options refuse.
+        // A value that is not a number is rejected by the options.
         Some(None) => Ok(()),
         Some(Some(given)) if are_equal(given, value, close) => Ok(()),
         Some(Some(given)) => {
@@ -201,7 +201,7 @@ fn state_mixture(
     Err(option_error("mixture.drag", problem))
 }
 
-/// Porosities of bodies that differ from the first one.
+/// Writes porosities of bodies that differ from the first one.
 fn state_porosities(case: &Case, first: f64, mixture: &mut Map<String, Value>) -> Result<(), CaseError> {
     for body in &case.bodies {
         let Some(fluid) = &body.pore_fluid else { continue };
@@ -246,7 +246,7 @@ fn state_column(
     Ok(())
 }
 
-/// What walls let through of the pore fluid: a `drained` bed is open to the air, whatever flows over it.
+/// Writes the drainage through walls: a `drained` bed is at atmospheric pressure, whatever flows over it.
 fn state_drainage(case: &Case, options: &mut Map<String, Value>) -> Result<(), CaseError> {
     let bed = highest_wall(case).map(|(number, ..)| number);
     for (number, boundary) in case.boundaries.iter().enumerate().filter(|(_, boundary)| boundary.drained) {
@@ -282,7 +282,7 @@ fn state_drainage(case: &Case, options: &mut Map<String, Value>) -> Result<(), C
     Ok(())
 }
 
-/// Refuses what of a pore fluid the flow has no place for.
+/// Rejects parts of a pore fluid that the flow cannot represent.
 pub fn check_supported(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     for (number, body) in case.bodies.iter().enumerate() {
         let Some(fluid) = &body.pore_fluid else { continue };
@@ -311,7 +311,7 @@ pub fn check_supported(case: &Case, options: &DepthOptions) -> Result<(), CaseEr
     Ok(())
 }
 
-/// What deserves a warning: a pore pressure that nobody has given.
+/// Warns of a pore pressure that is not given.
 pub fn warnings(case: &Case) -> Vec<String> {
     let without = |body: &Body| {
         body.points.is_none()
@@ -329,23 +329,23 @@ pub fn warnings(case: &Case) -> Vec<String> {
     found.map(warning).into_iter().collect()
 }
 
-/// Pore pressure (Pa) that a body gives at a place above the bed, `None` without a field.
+/// Field of pore pressure (Pa) of a body at a position above the bed; `None` without a field.
 pub struct PorePressureField<'a> {
     fluid: &'a PoreFluid,
     gravity: [f64; 3],
-    /// A hydrostatic pressure grows with the effective gravity of the slope.
+    /// Whether the pressure is hydrostatic and grows with the effective gravity of the slope.
     follows_slope: bool,
 }
 
 impl<'a> PorePressureField<'a> {
-    /// The field of a body, where it has one.
+    /// Field of a body, where it has one.
     pub fn of(case: &Case, frame: Option<DepthFrame>, body: &'a Body) -> Option<Self> {
         let fluid = body.pore_fluid.as_ref().filter(|fluid| fluid.pressure != PorePressure::None)?;
         let follows_slope = fluid.surface().is_some() && frame.unwrap_or_default() == DepthFrame::Horizontal;
         Some(Self { fluid, gravity: case.gravity3(), follows_slope })
     }
 
-    /// The pressure (Pa) at `x`, over a bed of that steepness `1 + |∇Z|²`.
+    /// Pressure (Pa) at `x`, over a bed of this steepness `1 + |∇Z|²`.
     pub fn at(&self, x: [f64; 3], steepness: f64) -> f64 {
         let pressure = self.fluid.pressure_at(x, self.gravity);
         if self.follows_slope { pressure / steepness } else { pressure }

@@ -1,11 +1,11 @@
-//! What the stages of a case are to this method.
+//! Stages of a case for depth-integrated SPH.
 
 use colluvium_case::Case;
 use colluvium_case::description::{Stage, Wall};
 
 use crate::flow::PlanBoundaries;
 
-/// Whether a stage only brings stress into balance.
+/// Whether a stage only equilibrates stress.
 pub(crate) fn is_passed_over(stage: &Stage) -> bool {
     stage.equilibrium.is_some() || stage.damping > 0.0 || stage.gravity_ramp > 0.0
 }
@@ -20,7 +20,7 @@ pub(crate) fn plan_boundaries<const D: usize>(case: &Case, stage: usize) -> Plan
         }
         let position = boundary.position(&case.domain);
         let slot = &mut ends.walls[axis][usize::from(boundary.side.is_max())];
-        // The innermost wall of a side rules.
+        // The innermost wall of a side applies.
         *slot = Some(match *slot {
             Some(other) if boundary.side.is_max() => other.min(position),
             Some(other) => other.max(position),

@@ -1,11 +1,11 @@
-//! Depth-integrated SPH through case files: what it refuses, threads, restarts, balance of mass.
+//! Depth-integrated SPH through case files: rejected input, threads, restarts, mass balance.
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
 use colluvium_testkit::solver_runs::{advance_steps, start_solver};
 use serde_json::{Value, json};
 
-/// A column of sand behind a wall, 2 m long and 1 m high, on a rough floor.
+/// Column of sand behind a wall, 2 m long and 1 m high, on a rough floor.
 fn column() -> Value {
     json!({
         "title": "column", "space": "plane-strain",
@@ -20,7 +20,7 @@ fn column() -> Value {
     })
 }
 
-/// A heap of grains and water on a plane of three dimensions, with columns of pore pressure.
+/// Heap of grains and water on a plane in three dimensions, with columns of pore pressure.
 fn heap() -> Value {
     json!({
         "title": "heap", "space": "3d",
@@ -153,7 +153,7 @@ fn momentum_is_along_the_bed_of_an_obstacle_and_grows_as_that_of_a_mass_point() 
     assert!((size / exact - 1.0).abs() < 0.01, "{size} for {exact}");
 }
 
-/// Two halves of the heap, the first of which has more water.
+/// Two halves of the heap, the first with more water.
 fn halves() -> Value {
     let mut value = fix(heap());
     value["materials"]["wet"] = value["materials"]["debris"].clone();
@@ -185,7 +185,7 @@ fn bodies_have_porosities_of_their_own() {
         };
         let i = (0..excess.len()).find(middle).unwrap();
         assert_eq!(snapshot.bodies[i], wanted);
-        // Of the submerged weight over the depth. Sums see a little of the other half; its porosity would make 20 %.
+        // Of the submerged weight over the depth. Sums include a little of the other half; its porosity would make 20 %.
         let exact = (1.0 - porosity) * 1650.0 * 9.3 * depth[i] * liquefaction[i];
         assert!((excess[i] / exact - 1.0).abs() < 0.01, "{} for {exact}", excess[i]);
     }
@@ -268,11 +268,11 @@ fn a_stage_that_balances_stress_is_passed_over_with_a_warning() {
     advance_steps(solver.as_mut(), 3);
     assert_eq!(solver.snapshot().positions, before);
     assert_eq!(solver.equilibrium().map(|e| e.kinetic_ratio), Some(0.0));
-    // Ten checks in a row, as the criterion wants by default, fit into the stage.
+    // Ten checks in a row, the default of the criterion, fit into the stage.
     assert!(solver.limit().dt * 10.0 * (solver.steps_between_checks() as f64) < 0.5);
 }
 
-/// Excess pressure stands half a step before the output: what one step adds between two outputs is that of a whole step.
+/// Excess pressure is that of half a step before the output: the change of one step between two outputs is that of a whole step.
 #[test]
 fn shear_sucks_on_dense_grains_and_presses_on_loose_ones() {
     // Hardly permeable, so that nothing drains in a step; porosity 0.4.
@@ -294,7 +294,7 @@ fn shear_sucks_on_dense_grains_and_presses_on_loose_ones() {
     let mut before = 0.0;
     for steps in [1, 2, 3] {
         let [(time, loose), (_, level), (_, dense)] = [0.3, 0.4, 0.5].map(|critical| run(critical, steps));
-        // Grains in the middle of the heap, where nothing of its edge has come yet.
+        // Grains in the middle of the heap, which disturbances of its edge have not reached yet.
         let middle = |i: &usize| {
             let x = level.positions[*i];
             (x[0] - 3.0).abs() < 0.8 && (x[1] - 5.0).abs() < 0.8 && pressure(&level, *i) > 0.0
@@ -310,7 +310,7 @@ fn shear_sucks_on_dense_grains_and_presses_on_loose_ones() {
         }
         let at = time - 0.5 * (time - before);
         for (number, i) in inside.iter().enumerate() {
-            // `K γ' Δn t` with `K = E/(3(1 - 2ν))` and `γ' = 2 v/h`: whatever the porosity is, it leaves the difference.
+            // `K γ' Δn t` with `K = E/(3(1 - 2ν))` and `γ' = 2 v/h`: whatever the porosity, the difference remains.
             let speed = level.vectors("velocity").unwrap()[*i][0];
             let rate = 2.0 * speed / level.scalars("depth").unwrap()[*i];
             let exact = 1e4 / (3.0 * 0.4) * rate * 0.2 * at;
@@ -325,7 +325,7 @@ fn shear_sucks_on_dense_grains_and_presses_on_loose_ones() {
     }
 }
 
-/// The sheet's table of bad input (§7), so far as a case says it: options, their values, and the key that is refused.
+/// The sheet's table of bad input (§7), as far as a case contains it: options, their values, and the key of the error.
 fn bad_input() -> Vec<(&'static str, Value, &'static str)> {
     let skeleton = |more: Value| {
         let mut skeleton = json!({ "youngs_modulus": 1e7, "poissons_ratio": 0.3 });
@@ -388,7 +388,7 @@ fn bad_input_is_refused_under_its_key() {
     assert!(refused(&small).starts_with("bodies: none stands on a point"), "{}", refused(&small));
 }
 
-/// What lets pore fluid through needs columns; a steep bed and an obstacle that nothing meets are worth a word.
+/// A permeable bed needs columns; a steep bed and an obstacle that no flow reaches give a warning.
 #[test]
 fn what_has_no_effect_is_named() {
     let region = |low: f64, more: Value| {
@@ -424,7 +424,7 @@ fn what_has_no_effect_is_named() {
     );
 }
 
-/// Cells of the search that are turned with the flow change the order of sums and nothing else.
+/// Rotated cells of the search change the order of sums and nothing else.
 #[test]
 fn cells_that_are_turned_with_the_flow_find_the_same_neighbours() {
     let mut along = fix(heap());

@@ -1,4 +1,4 @@
-//! What tests of runs share.
+//! Functions shared by tests of runs.
 
 use std::path::Path;
 
@@ -9,18 +9,18 @@ use colluvium_points::Raster;
 use colluvium_testkit::solver_runs::{single_threaded, start_solver};
 use serde_json::Value;
 
-/// The solver of a case at the beginning of its first stage.
+/// Builds the solver of a case at the beginning of its first stage.
 pub fn build(value: &Value) -> Box<dyn Solver> {
     start_solver(&DepthSph, &Case::from_json(&value.to_string()).unwrap())
 }
 
-/// Why a case is refused.
+/// Error with which a case is rejected.
 pub fn refused(value: &Value) -> String {
     let case = Case::from_json(&value.to_string()).unwrap();
     DepthSph.plan(&case).map(|_| ()).unwrap_err().to_string()
 }
 
-/// Hash of the state after so many steps on a pool of so many threads, with a restart before step `restart` where there is one.
+/// Hash of the state after `steps` steps on a pool of `threads` threads, with a restart before step `restart` where there is one.
 pub fn hash_after(value: &Value, threads: usize, steps: usize, restart: Option<usize>) -> u64 {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
@@ -38,14 +38,14 @@ pub fn hash_after(value: &Value, threads: usize, steps: usize, restart: Option<u
     })
 }
 
-/// Takes steps as large as is stable until the time is `end` (s).
+/// Takes the largest stable steps until the time is `end` (s).
 pub fn until(solver: &mut dyn Solver, end: f64) {
     while solver.time() < end - 1e-12 {
         solver.step(end - solver.time()).unwrap();
     }
 }
 
-/// Takes steps as large as is stable until the time is `end` (s).
+/// Takes the largest stable steps until the time is `end` (s).
 pub fn run<const D: usize>(flow: &mut Flow<D>, end: f64) {
     single_threaded();
     while flow.time < end {

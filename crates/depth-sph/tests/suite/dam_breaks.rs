@@ -47,7 +47,7 @@ fn water_leaves_a_reservoir_as_ritter_found() {
     assert!(error < 0.006, "{error}");
 }
 
-/// Mean error of the depth one second after a dam of 1 m of water over 0.5 m broke, and the mean velocity between the
+/// Mean error of the depth one second after a dam break of 1 m of water over 0.5 m, and the mean velocity between the
 /// waves over the exact one.
 fn bore(continuity: ThicknessEquation) -> (f64, f64) {
     let exact = Stoker::new(9.81, 1.0, 0.5);
@@ -89,7 +89,7 @@ fn each_rate_of_height_carries_the_bore_of_stoker() {
     }
 }
 
-/// Water that leaves its grains: these stand by their friction, and what has left flows as water does.
+/// Water that leaves its grains: the grains rest by their friction, and the water that has left flows as water does.
 #[test]
 fn fluid_leaves_its_skeleton() {
     let mut settings = FlowSettings::plain(1000.0);

@@ -4,7 +4,7 @@ use colluvium_case::{Case, Method, RunOptions, run};
 use colluvium_depth_sph::DepthSph;
 use serde_json::{Value, json};
 
-/// A block of water, 12 m by 8 m and 0.5 m deep, that moves along x over a smooth level bed.
+/// Block of water, 12 m by 8 m and 0.5 m deep, that moves along x over a smooth level bed.
 fn block() -> Value {
     json!({
         "title": "block", "space": "3d", "gravity": [0, 0, -9.81],

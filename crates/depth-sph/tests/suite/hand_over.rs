@@ -5,7 +5,7 @@ use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::output::export_points::point_stacks;
 use serde_json::json;
 
-/// A cloud of points a quarter of a metre apart, 4 m by 3 m and 2 m high, that moves faster at its top.
+/// Cloud of points a quarter of a metre apart, 4 m by 3 m and 2 m high, that moves faster at its top.
 fn cloud(folder: &std::path::Path) -> [f64; 4] {
     let mut text = "# from another run\nx (m),y (m),z (m),volume (m3),velocity_x (m/s)\n".to_owned();
     let mut sums = [0.0; 4];
@@ -76,7 +76,7 @@ fn write(folder: &std::path::Path, list: &PointList) {
     std::fs::write(folder.join("points.csv"), text).unwrap();
 }
 
-/// What points of the file give, with columns.
+/// Case and snapshot from the points of the file, with columns.
 fn handed(folder: &std::path::Path, phases: &str) -> (Case, Snapshot) {
     let mut value = serde_json::to_value(case(folder, phases).unwrap()).unwrap();
     value["bodies"][0]["points"]["file"] = json!("points.csv");
@@ -87,7 +87,7 @@ fn handed(folder: &std::path::Path, phases: &str) -> (Case, Snapshot) {
     (case, solver.snapshot())
 }
 
-/// A block of points 2 m high, their pore pressure that of water up to their surface and `excess` (Pa) of the height over the depth.
+/// Block of points 2 m high, with the pore pressure of water up to their surface and `excess` (Pa) of the height over the depth.
 fn block(excess: impl Fn(f64) -> f64) -> PointList {
     let mut list = PointList { pore_pressures: Some(Vec::new()), ..PointList::default() };
     for (i, j, k) in (0..32).flat_map(|i| (0..24).flat_map(move |j| (0..16).map(move |k| (i, j, k)))) {
@@ -143,7 +143,7 @@ fn pore_pressure_is_handed_over_and_back() {
                     (after[1] / before[1] - 1.0).abs() < 2.0 * close,
                     "{phases}: mean {after:?} {before:?}"
                 );
-                // Three or four points stand in a stack: of a parabola they have means of layers.
+                // There are three or four points in a stack: for a parabola they have means of layers.
                 let bound = if (mean - 3e3).abs() < 1.0 { 2.0 * close } else { 0.02 };
                 assert!((after[0] / before[0] - 1.0).abs() < bound, "{phases}: base {after:?} {before:?}");
             }
@@ -180,8 +180,8 @@ fn a_file_that_is_no_list_of_points_is_told() {
     );
 }
 
-/// Grains and fluid that have spread apart are handed over with all of their mass and momentum; fluid that no grains are near is told by
-/// the mass that is missing.
+/// Grains and fluid that have spread apart are exported with all of their mass and momentum; fluid without grains nearby is reported by
+/// the missing mass.
 #[test]
 fn fluid_that_moves_by_itself_is_handed_over_with_the_grains_around_it() {
     let folder = tempfile::tempdir().unwrap();
@@ -219,7 +219,7 @@ fn fluid_that_moves_by_itself_is_handed_over_with_the_grains_around_it() {
     assert!(((whole[0] - kept) / own - 1.0).abs() < 1e-6, "{kept} of {}, without {own}", whole[0]);
 }
 
-/// Nodes behind a line of inflow, which are in the frames, are not handed over.
+/// Nodes behind a line of inflow, which are in the frames, are not exported.
 #[test]
 fn what_has_not_flowed_in_is_not_handed_over() {
     let value = json!({

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 const GRAVITY: f64 = 9.81;
 
-/// A smooth level channel, 4 m wide, into which 4 m³/s flow at twice the celerity.
+/// Smooth level channel, 4 m wide, into which 4 m³/s flow at twice the celerity.
 pub fn channel() -> Value {
     json!({
         "title": "channel", "space": "3d", "gravity": [0, 0, -GRAVITY],
@@ -30,7 +30,7 @@ pub fn reading(solver: &dyn Solver, name: &str) -> f64 {
     solver.scalar_outputs().iter().find(|(reading, ..)| reading == name).unwrap().2
 }
 
-/// Behind the front a stream above its celerity keeps the depth and speed that it enters with.
+/// Behind the front a stream above its celerity keeps the depth and speed at which it enters.
 #[test]
 fn a_stream_keeps_the_depth_and_speed_that_it_enters_with() {
     let mut solver = build(&channel());
@@ -38,14 +38,14 @@ fn a_stream_keeps_the_depth_and_speed_that_it_enters_with() {
     let speed = speed / depth;
     let pond = reading(solver.as_ref(), "flow_volume");
     until(solver.as_mut(), 3.0);
-    // The tail of the front's fan goes with the speed less the celerity, half of it here.
+    // The tail of the front's fan moves with the speed less the celerity, half of it here.
     let (found, velocity) = solver.gauge(&[5.5, 2.0]).unwrap();
     assert!((found / depth - 1.0).abs() < 0.02, "depth {found} for {depth}");
     assert!(
         (velocity[0] / speed - 1.0).abs() < 0.02 && velocity[1].abs() < 0.02 * speed,
         "{velocity:?} for {speed}"
     );
-    // A whole number of rows brings the 16 m³.
+    // A whole number of rows has the 16 m³.
     let row = 16.0 / (16.0 / (depth * 4.0 * 0.25)).round();
     for time in [3.0, 6.0] {
         until(solver.as_mut(), time);
@@ -56,7 +56,7 @@ fn a_stream_keeps_the_depth_and_speed_that_it_enters_with() {
     }
 }
 
-/// Energy of a stream without friction is conserved while it enters, on a level bed and on a slope: the account counts the energy of inflow.
+/// Energy of a stream without friction is conserved while it enters, on a level bed and on a slope: inflow counts in the balance.
 #[test]
 fn the_account_of_energy_closes_while_a_stream_enters() {
     for slope in [0.0, 0.2] {
@@ -129,7 +129,7 @@ fn hydrographs_and_lines_that_are_none_are_refused_by_path() {
         let error = refused_with(changes);
         assert!(error.starts_with(&format!("methods.depth-sph.inflows[0].{start}")), "{error}");
     }
-    // Turned round, it would leave the domain at once.
+    // In the opposite direction, it would leave the domain at once.
     let turned = refused_with(json!({ "from": [0.75, 4], "to": [0.75, 0] }));
     assert!(
         turned
@@ -164,7 +164,7 @@ fn hydrographs_and_lines_that_are_none_are_refused_by_path() {
     assert!(of_two(1.0, "two").starts_with(&format!("{key}1 is not between")), "{}", of_two(1.0, "two"));
 }
 
-/// V28: water that flows into still water of a channel, slower than its waves, rises as the invariant has it, and a bore runs ahead.
+/// V28: water that flows into still water of a channel, slower than its waves, rises by the invariant, and a bore runs ahead.
 #[test]
 fn an_inflow_into_still_water_sends_a_bore_ahead() {
     let value = json!({
@@ -224,7 +224,7 @@ pub fn still_plan() -> Value {
     })
 }
 
-/// Means of depth and speed along x over the nodes within a stretch (m), and how far it is deeper than the middle of the bore (m).
+/// Means of depth and speed along x over the nodes within an interval (m), and the excess of their depth over the middle of the bore (m).
 pub fn bore(solver: &dyn Solver, low: f64, high: f64) -> [f64; 3] {
     let snapshot = solver.snapshot();
     let (depth, velocity) = (snapshot.scalars("depth").unwrap(), snapshot.vectors("velocity").unwrap());
@@ -241,7 +241,7 @@ pub fn bore(solver: &dyn Solver, low: f64, high: f64) -> [f64; 3] {
     [sums[0] / count, sums[1] / count, sums[2]]
 }
 
-/// V28 across a line in plan: as the closed form has it, and as the profile does.
+/// V28 across a line in plan: equal to the closed form and to the profile.
 #[test]
 fn an_inflow_across_a_line_into_still_water_sends_the_bore_of_the_profile() {
     let mut solver = build(&still_plan());
@@ -269,7 +269,7 @@ fn an_inflow_across_a_line_into_still_water_sends_the_bore_of_the_profile() {
     let [of_profile, other, _] = bore(profile.as_ref(), 4.5, 10.0);
     assert!((depth / of_profile - 1.0).abs() < 0.01, "{depth} m, and {of_profile} m of the profile");
     assert!((speed / other - 1.0).abs() < 0.02, "{speed} m/s, and {other} m/s of the profile");
-    // When nothing flows in any more the line is a wall: the invariant that arrives has still water behind it.
+    // After the end of the inflow the line is a wall: the invariant that arrives has still water behind it.
     until(solver.as_mut(), 4.5);
     let entered = reading(solver.as_ref(), "volume_entered");
     assert!((entered - 1.875).abs() <= 0.5 * 1.5 * 0.1 + 1e-9, "{entered}");
@@ -296,7 +296,7 @@ fn a_line_within_standing_water_is_refused() {
     assert!(error.starts_with("methods.depth-sph.inflows[0].from: lies within a body"), "{error}");
 }
 
-/// A dry profile with a pond far from the end through which `inflows` come.
+/// Dry profile with `inflows` through its end, and a pond far from it.
 pub fn profile(inflows: &Value) -> Value {
     json!({
         "title": "channel", "space": "plane-strain", "gravity": [0, -GRAVITY],
@@ -331,7 +331,7 @@ fn an_inflow_onto_a_dry_profile_has_its_froude_number() {
     assert!((entered - 4.0).abs() < 0.1, "{entered}");
 }
 
-/// A hydrograph brings its integral through an end too, at any spacing, on a dry bed and against still water, of one and of two phases.
+/// A hydrograph gives its integral through an end too, at any spacing, on a dry bed and against still water, of one and of two phases.
 #[test]
 fn a_hydrograph_through_an_end_brings_its_integral() {
     let (rectangle, triangle) = (json!([[0, 1], [1, 1]]), json!([[0, 0], [0.5, 1.5], [2, 0]]));
@@ -359,7 +359,7 @@ fn a_hydrograph_through_an_end_brings_its_integral() {
     }
 }
 
-/// Grains and fluid that settle slowly in it.
+/// Mixture of grains and fluid in which the grains settle slowly.
 pub fn mixture(porosity: f64) -> Value {
     json!({ "grain_density": 2000, "porosity": porosity, "drag": { "law": "anderson", "settling_velocity": 1e-3 } })
 }
@@ -390,7 +390,7 @@ fn two_phases_flow_in_across_a_line_with_their_shares() {
     let (found, velocity) = solver.gauge(&[5.5, 2.0]).unwrap();
     assert!((found / depth - 1.0).abs() < 0.02, "depth {found} for {depth}");
     assert!((velocity[0] * depth - 1.0).abs() < 0.02, "{velocity:?}");
-    // A whole number of rows brings the 16 m³.
+    // A whole number of rows has the 16 m³.
     let row = 16.0 / (16.0 / (depth * 4.0 * 0.25)).round();
     for time in [3.0, 5.0] {
         until(solver.as_mut(), time);
@@ -407,7 +407,7 @@ fn two_phases_flow_in_across_a_line_with_their_shares() {
     }
 }
 
-/// A channel of grains and water 1 m deep into which such a mixture flows through its end.
+/// Channel of grains and water 1 m deep into which such a mixture flows through its end.
 fn wet(porosity: f64) -> Value {
     json!({
         "title": "channel", "space": "plane-strain", "gravity": [0, -GRAVITY],
@@ -423,8 +423,8 @@ fn wet(porosity: f64) -> Value {
     })
 }
 
-/// V28 with grains and fluid that drag holds together: a mixture like that of the channel raises the bore of water, one with more water
-/// pushes the other before it, and each phase is there to round-off.
+/// V28 with grains and fluid coupled by drag: a mixture like that of the channel raises the bore of water, one with more water
+/// pushes the other before it, and the volume of each phase is kept to round-off.
 #[test]
 fn two_phases_flow_into_a_wet_channel_with_their_shares() {
     for porosity in [0.4, 0.6] {
@@ -457,7 +457,7 @@ fn two_phases_flow_into_a_wet_channel_with_their_shares() {
     }
 }
 
-/// Options of the integrators, and of velocities that are smoothed.
+/// Options of the integrators, and of smoothed velocities.
 pub fn integrators() -> [Value; 4] {
     let named = |name: &str| json!({ "integration": name });
     [json!({}), json!({ "xsph": 0.2 }), named("runge-kutta2"), named("runge-kutta4")]

@@ -11,7 +11,7 @@ const GRAVITY: f64 = 9.81;
 const FLUXES: [f64; 2] = [1.0, 0.5];
 const FROUDE: f64 = 2.0;
 
-/// Makes a channel of water one of mud below water, with a pond of each.
+/// Turns a channel of water into one of mud below water, with a pond of each.
 fn layered(mut value: Value) -> Value {
     let up = if value["space"] == "3d" { 2 } else { 1 };
     value["materials"]["mud"] = value["materials"]["water"].clone();
@@ -28,7 +28,7 @@ fn layered(mut value: Value) -> Value {
     value
 }
 
-/// Both layers flow onto a dry plan across one line.
+/// Dry plan into which both layers flow across one line.
 fn plan() -> Value {
     let mut value = layered(channel());
     let line = |layer: &str, flux: f64| json!({ "from": [4, 0], "to": [4, 4], "discharge": [[0, 4.0 * flux], [9, 4.0 * flux]], "froude": FROUDE, "layer": layer });
@@ -36,7 +36,7 @@ fn plan() -> Value {
     value
 }
 
-/// Both layers flow onto a dry profile through its end.
+/// Dry profile into which both layers flow through its end.
 fn profile() -> Value {
     let end = |layer: &str, flux: f64| json!({ "side": "x-min", "discharge": [[0, flux], [9, flux]], "froude": FROUDE, "layer": layer });
     let inflows = json!([end("lower", FLUXES[0]), end("upper", FLUXES[1])]);
@@ -61,7 +61,7 @@ fn found(solver: &dyn Solver, layer: usize) -> [f64; 3] {
     [sums[0], sums[1] / count, sums[2] / count]
 }
 
-/// Faster than all waves each layer keeps the depth and speed of its own Froude number, and is there with its own volume, by all integrators.
+/// Faster than all waves each layer keeps the depth and speed of its own Froude number, and its own volume, by all integrators.
 #[test]
 fn both_layers_flow_in_each_with_its_own_depth_and_speed() {
     integrators().iter().for_each(both_layers_flow_in);
@@ -94,8 +94,8 @@ fn both_layers_flow_in(integrator: &Value) {
     }
 }
 
-/// Mud flows in below still water: its end is as a side through which the water leaves, both keep their balance, and when nothing flows in any
-/// more the mud stays.
+/// Mud flows in below still water: for the water its end is an open side, both volumes are kept, and after the end of the inflow
+/// the mud stays.
 #[test]
 fn mud_flows_in_below_still_water() {
     let mut value = profile();

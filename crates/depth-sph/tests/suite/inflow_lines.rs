@@ -16,7 +16,7 @@ use crate::inflow::{bore, channel, integrators, mixture, reading, still_plan};
 
 const GRAVITY: f64 = 9.81;
 
-/// The still water of a plan as grains and fluid, with columns of pore pressure that are drained when the flow begins or not.
+/// Still water of a plan as grains and fluid, with columns of pore pressure that are drained at the start or not.
 fn still_columns(phases: &str, drained: bool) -> Value {
     let mut value = still_plan();
     value["materials"]["water"]["density"] = json!(1600);
@@ -32,8 +32,8 @@ fn still_columns(phases: &str, drained: bool) -> Value {
     value
 }
 
-/// What flows in across a line onto a wet bed has columns of their own excess ratio, which load and unload with its depth as those of the body
-/// do; that of the body, and its volume, are not changed by it.
+/// Inflow across a line onto a wet bed has columns with its own excess ratio, which load and unload with its depth like those of the body;
+/// the columns and the volume of the body are not changed by it.
 #[test]
 fn an_inflow_across_a_line_into_a_wet_bed_brings_its_columns() {
     for phases in ["one", "two"] {
@@ -56,14 +56,14 @@ fn an_inflow_across_a_line_into_a_wet_bed_brings_its_columns() {
         let snapshot = solver.snapshot();
         let [ratio, depths] = ["liquefaction", "depth"].map(|name| snapshot.scalars(name).unwrap());
         let grains = |i: &usize| ratio[*i].is_finite();
-        // The contact of what has flowed in goes with the speed behind the bore.
+        // The contact of the inflow moves with the speed behind the bore.
         let contact = 4.0 + 2.4 * 0.436_924;
         for i in (0..depths.len()).filter(grains) {
             let x = snapshot.positions[i][0];
             if (4.1..contact - 0.2).contains(&x) {
                 assert!((ratio[i] - 0.6).abs() < 0.02, "{phases}: at {x} m, what flows in: {}", ratio[i]);
             }
-            // Without drainage `ψ` grows as the depth does (V14), which began as sums over the lattice are.
+            // Without drainage `ψ` grows as the depth does (V14), whose initial values are sums over the lattice.
             if (contact + 0.5..10.0).contains(&x) {
                 let exact = (0.6 + depths[i] - 1.0) / depths[i];
                 assert!(
@@ -87,7 +87,7 @@ fn columns_that_flow_in_go_on_after_a_restart_to_the_last_bit_on_any_threads() {
     }
 }
 
-/// A dry channel, of little friction, into which grains and fluid flow across a line with columns of an excess ratio.
+/// Dry channel, of little friction, into which grains and fluid flow across a line with columns of an excess ratio.
 fn dry_columns(phases: &str, ratio: f64, integrator: &Value) -> Value {
     let mut value = channel();
     value["materials"]["water"]["density"] = json!(1600);
@@ -101,8 +101,8 @@ fn dry_columns(phases: &str, ratio: f64, integrator: &Value) -> Value {
     value
 }
 
-/// An inflow across a line onto a dry bed keeps depth, speed, excess ratio of pore pressure and volume, with all integrators and with integrated
-/// heights.
+/// An inflow across a line onto a dry bed keeps depth, speed, excess ratio of pore pressure and volume, with all integrators and with
+/// integrated heights.
 #[test]
 fn an_inflow_across_a_line_onto_a_dry_bed_keeps_its_columns() {
     let rates = json!({ "continuity": "rate-difference" });
@@ -131,7 +131,7 @@ fn an_inflow_across_a_line_onto_a_dry_bed_keeps_its_columns() {
     }
 }
 
-/// A heap of grains and fluid on a slope and an inflow across a line below it, with pore pressure and earth pressure.
+/// Heap of grains and fluid on a slope and an inflow across a line below it, with pore pressure and earth pressure.
 fn heap(integrator: &Value) -> Value {
     let mut value = json!({
         "title": "heap", "space": "3d", "gravity": [3, 0, -9.3], "domain": { "min": [0, 0, 0], "max": [20, 10, 5] },
@@ -208,7 +208,7 @@ fn an_inflow_that_would_be_far_too_deep_ends_the_run() {
     assert!(failure.reason.contains("m deep") && failure.position == [0.0, 0.0], "{failure}");
 }
 
-/// A channel with sides of 1 : 4, which falls by 2 % along x, with its case beside the raster: 6 m³/s flow in across it.
+/// Channel with sides of 1 : 4, which falls by 2 % along x, with its case beside the raster: 6 m³/s flow in across it.
 fn triangle(folder: &Path, across: &str) -> Value {
     let bed = |x: f64, y: f64| 5.0 - 0.02 * x + 0.25 * (y - 8.0).abs();
     grid(&folder.join("bed.asc"), [-2.0, 0.0], [45, 33], 0.5, bed);
@@ -216,7 +216,7 @@ fn triangle(folder: &Path, across: &str) -> Value {
     value["domain"] = json!({ "min": [-2, 0, 0], "max": [20, 16, 12] });
     value["boundaries"] = json!([]);
     value["obstacles"] = json!([{ "name": "bed", "wall": { "kind": "smooth" }, "shape": { "kind": "raster", "file": "bed.asc" } }]);
-    // The pond of a case stands away from the flow.
+    // The pond of a case is away from the flow.
     value["bodies"][0]["shape"] = json!({ "kind": "box", "min": [18, 1, 4], "max": [19, 2, 6.6] });
     value["methods"]["depth-sph"]["spacing"] = json!(0.2);
     value["methods"]["depth-sph"]["inflows"] = json!([
@@ -224,7 +224,7 @@ fn triangle(folder: &Path, across: &str) -> Value {
     value
 }
 
-/// What flows in across a channel has one level, is nothing where the bed is higher, and all of the discharge.
+/// Inflow across a channel has one level, is zero where the bed is higher, and has all of the discharge.
 #[test]
 fn an_inflow_across_a_channel_has_one_level() {
     let folder = tempfile::tempdir().unwrap();

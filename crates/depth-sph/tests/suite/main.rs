@@ -1,4 +1,4 @@
-//! Runs and pieces of the method against closed forms, conservation and its promises about bits.
+//! Runs and parts of the method against closed forms, conservation, and reproducibility of bits.
 
 mod cases;
 mod common;

@@ -1,4 +1,4 @@
-//! What a flow reaches beside an outline that was mapped.
+//! Reached area of a flow against a mapped outline.
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
@@ -40,7 +40,7 @@ fn areas_are_those_of_the_outlines() {
     let mut solver = DepthSph.build(&case).unwrap();
     solver.begin_stage(0, 0.0).unwrap();
     let [hit, missed, beyond, fit] = readings(solver.as_ref());
-    // Cells at the rim of the pond hold half of its depth.
+    // Cells at the rim of the pond contain half of its depth.
     assert!(
         (hit - 16.0).abs() < 2.0 && (missed - 12.0).abs() < 2.0 && (beyond - 8.0).abs() < 4.0,
         "{hit} {missed} {beyond}"

@@ -15,7 +15,7 @@ use crate::common::{hash_after, refused, run};
 
 const SPACING: f64 = 0.05;
 
-/// A channel of 40 m, 1 m deep, with a hump 2 m wide of `height` (m) at 25 m that runs to the right on a stream of `speed` (m/s);
+/// Channel of 40 m, 1 m deep, with a hump 2 m wide of `height` (m) at 25 m that runs to the right on a stream of `speed` (m/s);
 /// smoothing lengths of `ratio` spacings.
 fn channel(height: f64, speed: f64, ratio: f64, walls: [Option<f64>; 2]) -> Flow<1> {
     let celerity = |depth: f64| (9.81 * depth).sqrt();
@@ -44,7 +44,7 @@ fn amplitude(flow: &Flow<1>, still: f64) -> f64 {
     inside.map(|(_, depth)| (depth - still).abs()).fold(0.0, f64::max)
 }
 
-/// What comes back over what arrives: the hump is at 31 m after 2 s, and back at 30.6 m after 7.8 s.
+/// Reflected over arriving amplitude: the hump is at 31 m after 2 s, and back at 30.6 m after 7.8 s.
 fn reflected(mut flow: Flow<1>) -> f64 {
     // Sums over this lattice are 0.4 % off.
     let still = flow.sets[0].nodes.depth[150];
@@ -58,7 +58,7 @@ fn reflected(mut flow: Flow<1>) -> f64 {
 fn a_hump_leaves_through_an_open_end_and_comes_back_from_a_wall() {
     let back = reflected(channel(1e-3, 0.0, 1.5, [Some(0.0), Some(40.0)]));
     assert!(back > 0.95, "a wall sends back {back} (V27: 95 %)");
-    // V27 asks for 2 %; 0.4 and 0.7 % were found, and 4.1 % with the state at the end itself in place of that two supports before it.
+    // V27 demands 2 %; 0.4 and 0.7 % were found, and 4.1 % with the state at the end itself in place of that two supports before it.
     for height in [1e-3, -1e-3] {
         let mut flow = channel(height, 0.0, 1.5, [Some(0.0), None]);
         flow.open_end(40.0, 1.0, SPACING).unwrap();
@@ -69,7 +69,7 @@ fn a_hump_leaves_through_an_open_end_and_comes_back_from_a_wall() {
 
 #[test]
 fn a_rapid_stream_leaves_without_a_wave() {
-    // Froude number 1.6; nothing is behind it, so that its tail stays away from the window.
+    // Froude number 1.6; there is no water behind it, so that its tail stays away from the window.
     let mut flow = channel(1e-3, 5.0, 1.5, [None, None]);
     flow.open_end(40.0, 1.0, SPACING).unwrap();
     let before = flow.sets[0].nodes.total_volume() - flow.far_field_volume();
@@ -98,7 +98,7 @@ fn pond(side: &Value) -> Value {
     })
 }
 
-/// Readings of the volume and what has left of a case, `steps` on.
+/// Volume and outflow readings of a case after 900 steps, and the hash of its state; a restart before step `stop` where there is one.
 fn volumes(case: &Case, stop: Option<usize>) -> (Vec<f64>, u64) {
     let start = || {
         let mut solver = DepthSph.build(case).unwrap();
@@ -137,8 +137,8 @@ fn a_case_has_an_absorbing_side_and_keeps_its_balance() {
     assert!(refused(&walled).starts_with("boundaries[2].wall: stands at a side"), "{}", refused(&walled));
 }
 
-/// A channel of 40 m with two sets of nodes of these depths (m), each with a wave of `rise` times a hump 2 m wide at 25 m, which moves outward at
-/// `speed` times its rise over its depth (m/s). Waves die away in a `layer` (m) before the end.
+/// Channel of 40 m with two sets of nodes of these depths (m), each with a wave of `rise` times a hump 2 m wide at 25 m, which moves
+/// outward at `speed` times its rise over its depth (m/s). Waves decay in a `layer` (m) before the end.
 fn two_sets(settings: FlowSettings<1>, depths: [f64; 2], rise: [f64; 2], speed: f64, layer: f64) -> Flow<1> {
     let set = |number: usize| -> Vec<NewNode<1>> {
         let node = |k: i32| {
@@ -149,7 +149,7 @@ fn two_sets(settings: FlowSettings<1>, depths: [f64; 2], rise: [f64; 2], speed: 
                 position: [x],
                 velocity: [speed * hump / depths[number]],
                 volume: (depths[number] + hump) * SPACING,
-                // Sums over nodes of two sets are the same everywhere.
+                // Sums over nodes of two sets are equal everywhere.
                 length: 2.0 * SPACING,
                 scale: 2.0,
             }
@@ -189,7 +189,7 @@ fn amplitude_of(flow: &Flow<1>, set: usize, still: f64) -> f64 {
     inside.map(|(_, height)| (height - still).abs()).fold(0.0, f64::max)
 }
 
-/// Volume of a set within the channel and what has passed of it (m²).
+/// Volume of a set within the channel and its volume that has passed the end (m²).
 fn balance(flow: &Flow<1>, set: usize) -> f64 {
     let nodes = &flow.sets[set].nodes;
     let inside = nodes.position.iter().zip(&nodes.volume).filter(|(x, _)| x[0] <= 40.0);
@@ -197,8 +197,8 @@ fn balance(flow: &Flow<1>, set: usize) -> f64 {
     inside.map(|(_, volume)| volume).sum::<f64>() + passed
 }
 
-/// Grains and fluid under excess pore pressure, of which a wave is the same as one of water: it leaves as that does, and the columns of what
-/// stands beyond the end are those of the channel.
+/// Grains and fluid under excess pore pressure, whose waves are those of water: a wave leaves as in water, and the columns of the nodes
+/// beyond the end are those of the channel.
 #[test]
 fn a_wave_of_grains_and_fluid_leaves_with_their_columns() {
     let mut settings = of_two(Phases::Two);
@@ -220,7 +220,7 @@ fn a_wave_of_grains_and_fluid_leaves_with_their_columns() {
         // 0.8 % was found.
         assert!(back < 0.02, "of set {set} {back} comes back");
     }
-    // All drain alike, those that stand beyond the end too, as far as they have neighbours.
+    // All columns drain alike, those beyond the end too, as far as they have neighbours.
     let nodes = &flow.sets[0].nodes;
     let ratio = |i: usize| flow.pore_columns.base(i) / nodes.depth[i];
     let middle = nodes.position.iter().position(|x| (x[0] - 20.0).abs() < SPACING).unwrap();
@@ -232,7 +232,7 @@ fn a_wave_of_grains_and_fluid_leaves_with_their_columns() {
     assert!(beyond > 3 && ratio(middle) < 0.49, "{beyond} {}", ratio(middle));
 }
 
-/// Shares of the amplitudes of both sets over their `still` heights (m) at the first time (s) that are there at the other; volumes are kept.
+/// Ratios of the amplitudes of both sets over their `still` heights (m) at the second time (s) to those at the first; volumes are kept.
 fn come_back(flow: &mut Flow<1>, still: [f64; 2], times: [f64; 2]) -> [f64; 2] {
     let volumes = [balance(flow, 0), balance(flow, 1)];
     let found = times.map(|time| {
@@ -245,7 +245,7 @@ fn come_back(flow: &mut Flow<1>, still: [f64; 2], times: [f64; 2]) -> [f64; 2] {
     [0, 1].map(|set| found[1][set] / found[0][set])
 }
 
-/// Waves of the surface and of the interface of two layers leave: the closed forms of their speeds and shapes are those of V18 of two layers.
+/// Waves of the surface and of the interface of two layers leave: their speeds and shapes have the closed forms of V18 of two layers.
 #[test]
 fn waves_of_two_layers_leave_through_an_open_end() {
     let (depths, ratio): ([f64; 2], f64) = ([0.6, 0.4], 0.5);
@@ -266,7 +266,7 @@ fn waves_of_two_layers_leave_through_an_open_end() {
     }
 }
 
-/// A run with columns or with two layers keeps its balance, and goes on after a restart to the last bit on any number of threads.
+/// A run with columns or with two layers keeps its balance, and continues after a restart to the last bit on any number of threads.
 #[test]
 fn open_ends_of_two_sets_go_on_to_the_last_bit() {
     let side = json!({ "side": "x-max", "wall": { "kind": "absorbing" } });

@@ -16,11 +16,11 @@ use serde_json::{Value, json};
 
 const SPACING: f64 = 0.1;
 const LENGTH: f64 = 12.0;
-/// Where the packet of waves begins (m); a hundredth of its height is left 3.2 m away.
+/// Position where the packet of waves begins (m); a hundredth of its height is left 3.2 m away.
 const MIDDLE: f64 = 5.5;
 
-/// Water 1 m deep over `long` by `width` (m), which repeats itself across, with a packet of waves that runs to the right at an
-/// `angle` (rad) to the normal of the side there; a hump as long as wide without one. Waves die away in a `layer` (m) before the sides.
+/// Water 1 m deep over `long` by `width` (m), periodic across, with a packet of waves that runs to the right at an `angle` (rad)
+/// to the normal of the side there; a hump as long as wide without one. Waves decay in a `layer` (m) before the sides.
 fn basin(angle: f64, width: f64, layer: f64, long: f64) -> Flow<2> {
     let celerity = |depth: f64| (9.81 * depth).sqrt();
     let across = if angle > 0.0 { 2.0 * PI / width } else { 0.0 };
@@ -60,7 +60,7 @@ fn basin(angle: f64, width: f64, layer: f64, long: f64) -> Flow<2> {
     flow
 }
 
-/// Root of the mean square of the depth's difference from its mean at the start (m), over the nodes before the sides.
+/// Root mean square of the depth's difference from its mean at the start (m), over the nodes before the sides.
 fn amplitude(flow: &Flow<2>, still: f64) -> f64 {
     let nodes = &flow.sets[0].nodes;
     let inside = nodes.position.iter().zip(&nodes.depth).filter(|(x, _)| (0.5..LENGTH - 0.5).contains(&x[0]));
@@ -69,16 +69,16 @@ fn amplitude(flow: &Flow<2>, still: f64) -> f64 {
     (sum / f64::from(count)).sqrt()
 }
 
-/// What comes back of waves at an angle (degrees), over what arrives.
+/// Reflected over arriving amplitude of waves at an angle (degrees).
 fn reflected(degrees: f64, width: f64) -> f64 {
     let angle = degrees.to_radians();
     let mut flow = basin(angle, width, 0.0, LENGTH);
     let nodes = &flow.sets[0].nodes;
     let before: f64 = nodes.total_volume() - flow.far_field_volume();
-    // Far from the packet.
+    // Depth far from the packet.
     let still = nodes.depth[nodes.position.iter().position(|x| (x[0] - 1.0).abs() < SPACING).unwrap()];
     let arriving = amplitude(&flow, still);
-    // The packet has gone to the side and back to the middle of what is looked at.
+    // The packet has gone to the side and back to the middle of the window.
     run(&mut flow, 12.0 / (9.81f64.sqrt() * angle.cos()));
     let inside = flow.sets[0].nodes.total_volume() - flow.far_field_volume();
     let passed = flow.passed();
@@ -86,8 +86,8 @@ fn reflected(degrees: f64, width: f64) -> f64 {
     amplitude(&flow, still) / arriving
 }
 
-/// Of waves at an angle invariants along the normal send back `(1 - cos)/(1 + cos)`, 7 % at 30° and 17 % at 45°; 5.3, 12.6 and 16.8 % were
-/// found.
+/// Waves at an angle are reflected by invariants along the normal with `(1 - cos)/(1 + cos)`, 7 % at 30° and 17 % at 45°; 5.3, 12.6 and
+/// 16.8 % were found.
 #[test]
 fn waves_leave_through_a_side_head_on_and_at_an_angle() {
     let found = [(0.0, 1.0), (30.0, 3.0), (45.0, 2.0)].map(|(degrees, width)| reflected(degrees, width));
@@ -97,7 +97,7 @@ fn waves_leave_through_a_side_head_on_and_at_an_angle() {
     }
 }
 
-/// A lake with a hump in its middle, all sides of which are open.
+/// Lake with a hump in its middle, all sides of which are open.
 fn lake() -> Value {
     let side = |side: &str| json!({ "side": side, "wall": { "kind": "absorbing" } });
     json!({
@@ -129,7 +129,7 @@ fn pressed(phases: &str) -> Value {
     value
 }
 
-/// The lake as two layers, of which the lower has the hump.
+/// Lake as two layers, of which the lower has the hump.
 fn layered() -> Value {
     let mut value = lake();
     value["materials"]["mud"] = value["materials"]["water"].clone();
@@ -140,7 +140,7 @@ fn layered() -> Value {
     let bodies = value["bodies"].as_array_mut().unwrap();
     bodies[0]["shape"]["max"] = json!([6, 6, 0.5]);
     bodies[0]["material"] = json!("mud");
-    // The hump stands on the sea.
+    // The hump is on the sea.
     bodies.insert(1, sea);
     let own = value["methods"]["depth-sph"].as_object_mut().unwrap();
     own.insert("phases".to_owned(), json!("layers"));
@@ -176,7 +176,7 @@ fn a_lake_with_open_sides_comes_to_rest_and_keeps_its_balance() {
     }
 }
 
-/// Columns of an even stream through open sides drain alike, at the sides and beyond them too, where it comes in and where it leaves.
+/// Columns of an even stream through open sides drain alike, at the sides and beyond them too, at inflow and at outflow.
 #[test]
 fn columns_beyond_open_sides_are_those_of_the_lake() {
     let mut value = pressed("one");
@@ -191,7 +191,7 @@ fn columns_beyond_open_sides_are_those_of_the_lake() {
     let mut beyond = 0;
     for ((x, ratio), depth) in snapshot.positions.iter().zip(ratio).zip(depth) {
         let outside = x[..2].iter().filter(|x| !(0.0..6.0).contains(*x)).count();
-        // Where two open sides meet depths are those of neither.
+        // Where two open sides meet, depths are those of neither.
         let is_corner = x[..2].iter().all(|x| !(0.8..5.2).contains(x));
         if !is_corner && x[..2].iter().all(|x| (-0.5..6.5).contains(x)) {
             beyond += outside;
@@ -230,21 +230,21 @@ fn sides_that_cannot_be_open_are_refused_by_path() {
     assert!(refused(&wide).starts_with("boundaries[1].side: has 5.0e17 places"), "{}", refused(&wide));
 }
 
-/// The basin when its packet of waves has gone to the side and back to the middle of what is looked at.
+/// Basin after its packet of waves has gone to the side and back to the middle of the window.
 fn ran(angle: f64, width: f64, layer: f64, long: f64) -> Flow<2> {
     let mut flow = basin(angle, width, layer, long);
     run(&mut flow, 12.0 / (9.81f64.sqrt() * angle.cos()));
     flow
 }
 
-/// Depths (m) by node of waters that have their side so far away that nothing comes back in the time.
+/// Depths (m) by node of waters whose side is so far away that no reflection returns in the time.
 fn far_away(angle: f64, width: f64) -> BTreeMap<u64, f64> {
     let nodes = &ran(angle, width, 0.0, 26.0).sets[0].nodes;
     nodes.id.iter().copied().zip(nodes.depth.iter().copied()).collect()
 }
 
-/// What comes back through a layer, against waters of `known` depths that nothing has come back in: root of the mean square of the difference
-/// of depths over that of what arrives.
+/// Reflection of a layer, against waters of `known` depths without reflection: root mean square of the difference
+/// of depths over that of the arriving waves.
 fn reflected_by_layer(angle: f64, width: f64, layer: f64, known: &BTreeMap<u64, f64>) -> f64 {
     let own = ran(angle, width, layer, LENGTH);
     let own = &own.sets[0].nodes;
@@ -262,8 +262,8 @@ fn reflected_by_layer(angle: f64, width: f64, layer: f64, known: &BTreeMap<u64, 
     (sum / count).sqrt() / amplitude(&start, 1.0)
 }
 
-/// Depths differ from those of nodes that have the side far away by 4.5 and 15 % of what arrives; with a layer of 3 m by 2.3 and
-/// 1.0 %. V27 asks for 2 % in profiles.
+/// Depths differ from those of nodes with the side far away by 4.5 and 15 % of the arriving waves; with a layer of 3 m by 2.3 and
+/// 1.0 %. V27 demands 2 % in profiles.
 #[test]
 fn less_comes_back_where_waves_die_away_before_a_side() {
     let cases = [(0.0, 1.0, 0.03, 0.035), (45.0, 2.0, 0.02, 0.12)];
@@ -276,10 +276,10 @@ fn less_comes_back_where_waves_die_away_before_a_side() {
     }
 }
 
-/// A layer holds what it began with: an even stream flows through it no less evenly than without.
+/// A layer relaxes to its initial state: an even stream flows through it no less evenly than without.
 #[test]
 fn an_even_stream_passes_a_layer_as_it_is() {
-    // How far speeds are from that of the stream (m/s), root of the mean square.
+    // Root mean square of the difference of speeds from that of the stream (m/s).
     let uneven = |layer: Option<f64>| {
         let mut stream = lake();
         stream["bodies"].as_array_mut().unwrap().truncate(1);
@@ -347,8 +347,8 @@ fn layers_that_cannot_be_are_refused_and_short_ones_told_of() {
     assert!(warnings.iter().any(|warning| warning.contains("1.9 m are fewer than 10 nodes")), "{warnings:?}");
 }
 
-/// A sheet that flows down a steep plane at the speed at which Voellmy's friction takes what gravity gives, between ends that repeat themselves
-/// across, towards a side that is dry when it begins. Its nodes are `closer` than those of the side.
+/// Sheet that flows down a steep plane at the speed at which Voellmy's friction balances gravity, between periodic ends across, towards
+/// a side that is initially dry. Its nodes are `closer` than those of the side.
 fn steep_sheet(closer: f64) -> (Flow<2>, f64, f64) {
     let (slope, depth, spacing, width) = (0.5, 0.5, SPACING, 1.2);
     let (tangent, turbulence) = (0.2f64, 200.0);
@@ -392,7 +392,7 @@ fn steep_sheet(closer: f64) -> (Flow<2>, f64, f64) {
     (flow, depth, speed)
 }
 
-/// A steep flow leaves through a side over dry ground as deep and as fast as it is, however close its nodes have come to each other before.
+/// A steep flow leaves through a side over a dry bed with its depth and speed, however close its nodes have come to each other before.
 #[test]
 fn a_steep_flow_leaves_at_its_uniform_depth() {
     for closer in [1.0, 2.0] {

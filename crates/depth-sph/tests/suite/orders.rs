@@ -13,8 +13,8 @@ const HALF: f64 = 10.0;
 /// Time of the runs (s), a ninth of the canal's period.
 const END: f64 = 1.6;
 
-/// Water in the parabolic canal of V10, which swings and breathes. Its kernel has four derivatives and its smoothing lengths stay, so that rates
-/// are smooth functions of places.
+/// Water in the parabolic canal of V10, which oscillates and expands. Its kernel has four derivatives and its smoothing lengths are
+/// constant, so that rates are smooth functions of positions.
 fn canal(integration: TimeScheme) -> Flow<1> {
     let bed = Bed::formula(|x: &[f64; 1]| BedPoint {
         level: (x[0] / HALF).powi(2),
@@ -42,7 +42,7 @@ fn canal(integration: TimeScheme) -> Flow<1> {
     Flow::new(settings, bed, PlanBoundaries::default(), &[(0..count).map(node).collect()]).unwrap()
 }
 
-/// Places (m) and velocities (m/s) of all nodes, by number, after so many equal steps.
+/// Positions (m) and velocities (m/s) of all nodes, by number, after this number of equal steps.
 fn after(integration: TimeScheme, steps: u32) -> Vec<[f64; 2]> {
     let mut flow = canal(integration);
     for _ in 0..steps {
@@ -54,7 +54,7 @@ fn after(integration: TimeScheme, steps: u32) -> Vec<[f64; 2]> {
     order.iter().map(|&i| [nodes.position[i][0], nodes.velocity[i][0]]).collect()
 }
 
-/// The nodes stay the same while the step is halved, so that no error of space enters.
+/// The nodes are kept while the step is halved, so that no error of space enters.
 #[test]
 fn leapfrog_and_the_midpoint_rule_are_of_second_order_and_runge_kutta_of_fourth() {
     let exact = after(TimeScheme::RungeKutta4, 640);
@@ -68,7 +68,7 @@ fn leapfrog_and_the_midpoint_rule_are_of_second_order_and_runge_kutta_of_fourth(
         });
         let found = [(errors[0] / errors[1]).log2(), (errors[1] / errors[2]).log2()];
         println!("{integration:?}: errors {errors:.3?}, orders {found:.3?}");
-        // Of the finer pair; terms of the next order are a few per cent of it there.
+        // Order of the finer pair; terms of the next order are a few per cent of it there.
         assert!((found[1] - order).abs() < 0.15, "{integration:?}: {found:?} for {order}, errors {errors:?}");
     }
 }
@@ -78,7 +78,7 @@ fn leapfrog_and_the_midpoint_rule_are_of_second_order_and_runge_kutta_of_fourth(
 fn a_node_that_is_lost_between_stages_ends_the_run() {
     for integration in [TimeScheme::RungeKutta2, TimeScheme::RungeKutta4] {
         let mut flow = canal(integration);
-        // So that lists of neighbours are asked for.
+        // So that lists of neighbours are needed.
         flow.settings.numerics.continuity = ThicknessEquation::RateDifference;
         flow.advance(1e-3).unwrap();
         flow.sets[0].nodes.volume[40] = f64::NAN;

@@ -1,4 +1,4 @@
-//! Parts of the bed, as options and obstacles say them.
+//! Zones of the bed, from options and from obstacles.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::common::{grid, until};
 
-/// The corner of the map.
+/// Corner of the map.
 const ORIGIN: [f64; 2] = [600_000.0, 5e6];
 
 /// Writes a raster over 80 m by 40 m of the map, of cells of 2 m.
@@ -51,7 +51,7 @@ fn friction(coefficient: f64) -> Value {
     json!({ "kind": "frictional", "friction_coefficient": coefficient })
 }
 
-/// Forest from 30 m on is the same as cells of land cover and as a shape, in the options and at the obstacle.
+/// Forest from 30 m on gives equal results as cells of land cover and as a shape, in the options and at the obstacle.
 #[test]
 fn cells_of_a_raster_and_regions_of_an_obstacle_are_parts_of_the_bed() {
     let folder = tempfile::tempdir().unwrap();
@@ -88,7 +88,7 @@ fn cells_of_a_raster_and_regions_of_an_obstacle_are_parts_of_the_bed() {
         for (a, b) in of_obstacle.iter().zip(&of_options) {
             assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-6), "{a:?} {b:?}");
         }
-        // A part of the options that says nothing of how the bed resists leaves that to the obstacle.
+        // A zone of the options without a resistance leaves that to the obstacle.
         let mut eroded = value.clone();
         eroded["methods"]["depth-sph"]["regions"] =
             with(&shape, "erosion", json!({ "law": "hungr", "rate": 0.0 }));

@@ -1,4 +1,4 @@
-//! Bodies with a pore fluid: what the case says of grains and fluid counts as if the options of the method said it.
+//! Bodies with a pore fluid: data of grains and fluid in the case have the effect of those in the options of the method.
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
@@ -9,7 +9,7 @@ use crate::common::{build, until};
 
 const GRAVITY: f64 = 9.81;
 
-/// A saturated column that a model in depth with two phases runs as well.
+/// Saturated column that a depth-resolved model with two phases runs as well.
 fn with_fluid(options: &Value) -> Value {
     let mut value = json!({
         "title": "saturated column", "space": "plane-strain", "gravity": [0, -GRAVITY],
@@ -27,7 +27,7 @@ fn with_fluid(options: &Value) -> Value {
     value
 }
 
-/// The same, described in the options.
+/// The column with its fluid described in the options.
 fn with_options(options: &Value) -> Value {
     let mut value = with_fluid(options);
     value["bodies"][0].as_object_mut().unwrap().remove("pore_fluid");
@@ -59,7 +59,7 @@ fn a_pore_fluid_says_what_the_options_of_a_mixture_say() {
     ] {
         assert_eq!(hash(&with_fluid(&options)), hash(&with_options(&options)), "{options}");
     }
-    // Permeability of the grains alone, and the ratio of excess pressure, are facts of the fluid as well.
+    // Permeability and ratio of excess pressure are properties of the fluid as well.
     let column = json!({ "column": { "cells": 8, "consolidation": 0.02 } });
     let mut own = with_fluid(&column);
     own["bodies"][0]["pore_fluid"]["excess_ratio"] = json!(0.5);
@@ -106,7 +106,7 @@ fn bodies_of_two_porosities_and_a_fluid_that_moves_by_itself() {
     }
 }
 
-/// A fluid that moves by itself is braked by the part of the bed below it: `v = v0/(1 + g v0 t/(ξ h))`.
+/// A separate fluid is decelerated by the zone of the bed below it: `v = v0/(1 + g v0 t/(ξ h))`.
 #[test]
 fn parts_of_the_bed_resist_the_fluid_each_in_its_way() {
     let law = |turbulence: f64| json!({ "law": "turbulent", "turbulence": turbulence });
@@ -125,7 +125,7 @@ fn parts_of_the_bed_resist_the_fluid_each_in_its_way() {
     let (phase, velocity) = (snapshot.scalars("phase").unwrap(), snapshot.vectors("velocity").unwrap());
     let mut seen = [0; 2];
     for (x, (phase, v)) in snapshot.positions.iter().zip(phase.iter().zip(velocity)) {
-        // Waves from the ends of the column and from the border of the parts are not there yet.
+        // Waves from the ends of the column and from the border of the zones have not arrived yet.
         let part = [1.0..1.4, 2.6..3.2].iter().position(|part| part.contains(&x[0]));
         let Some(part) = part.filter(|_| *phase == 1.0) else { continue };
         let lost = start - start / (1.0 + GRAVITY * start * time / ([80.0, 20.0][part] * 2.0));
@@ -156,7 +156,7 @@ fn excess(solver: &dyn Solver) -> Vec<f64> {
     inner.map(|(_, value)| *value).collect()
 }
 
-/// A field of pore pressure is what columns begin with; a hydrostatic one has no excess.
+/// A field of pore pressure is the initial pressure of columns; a hydrostatic one has no excess.
 #[test]
 fn columns_begin_with_the_pore_pressure_of_the_fluid() {
     let column = json!({ "column": { "cells": 8, "consolidation": 0 } });
@@ -179,7 +179,7 @@ fn columns_begin_with_the_pore_pressure_of_the_fluid() {
             }
         }
         let warned = plan(&value).unwrap();
-        // A pressure of a metre of water at all heights bears more than the grains above the base.
+        // A pressure of a metre of water at all heights exceeds the weight of the grains above the base.
         let held = warned.iter().any(|warning| warning.starts_with("bodies: the pore pressure of the start"));
         assert_eq!(held, exact < 0.0, "{warned:?}");
         assert!(!warned.iter().any(|warning| warning.contains("pressure: is not given")), "{warned:?}");
@@ -267,7 +267,7 @@ fn what_options_and_pore_fluid_both_say_must_agree() {
     assert!(plan(&value).is_err());
 }
 
-/// A layer between smooth side walls, which stays at rest, over a bed that pore fluid passes through, as `drained` says it for every method.
+/// Layer between smooth side walls, which stays at rest, over a permeable bed, by the key `drained` that all methods have.
 fn over_a_drained_bed(options: &Value) -> Value {
     let mut value = with_fluid(options);
     value["domain"]["max"] = json!([4, 3]);
@@ -277,7 +277,7 @@ fn over_a_drained_bed(options: &Value) -> Value {
     value
 }
 
-/// Pressure over the hydrostatic one and that one drain together to nothing through both ends: row c of the sheet's table (V13c).
+/// The pressure in excess of the hydrostatic one and that one drain together to zero through both ends: row c of the sheet's table (V13c).
 #[test]
 fn a_drained_bed_is_open_to_the_air() {
     let column = json!({ "cells": 40, "consolidation": 0.4, "weight": 0.5 });
@@ -298,7 +298,7 @@ fn a_drained_bed_is_open_to_the_air() {
         let air = -1000.0 * GRAVITY;
         for value in excess(solver.as_ref()) {
             let share = 1.0 - value / air;
-            // Heads stand at the middle of a step, and the first ones ring at the base with Crank and Nicolson.
+            // Heads are those of the middle of a step, and the first ones oscillate at the base with Crank and Nicolson.
             assert!((share - exact).abs() < 0.004, "{share} of the pressure is left, not {exact}");
         }
     }

@@ -1,4 +1,4 @@
-//! A bed that is lowered where it is eroded, down to what can be eroded (sheet: depth-sph §2.8, §5.2: eroded bed volume).
+//! Erodible bed: lowered by erosion, down to the erodible depth (sheet: depth-sph §2.8, §5.2: eroded bed volume).
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::common;
 
-/// A slope of 0.6 that bends to a flat, on a grid of 2 m.
+/// Slope of 0.6 that bends to a flat, on a grid of 2 m.
 fn terrain(folder: &Path) {
     let (columns, rows) = (61, 21);
     let mut text =
@@ -24,7 +24,7 @@ fn terrain(folder: &Path) {
     std::fs::write(folder.join("terrain.asc"), text).unwrap();
 }
 
-/// A heap that takes up half as much again over 20 m.
+/// Heap that erodes half as much again over 20 m.
 fn heap(folder: &Path, more: &Value) -> Case {
     let mut value = json!({
         "title": "scour", "space": "3d", "gravity": [0, 0, -9.81],
@@ -49,17 +49,17 @@ fn start(case: &Case) -> Box<dyn Solver> {
     start_solver(&DepthSph, case)
 }
 
-/// A reading of a solver.
+/// Scalar reading of a solver.
 fn reading(solver: &dyn Solver, name: &str) -> f64 {
     solver.scalar_outputs().into_iter().find(|(own, _, _)| own == name).unwrap().2
 }
 
-/// Growth of what flows, or has left the terrain (m³), what the raster of the bed's change has lost, and the least change (m).
+/// Growth of the flow and of its outflow (m³), loss in the raster of the bed's change, and the least change (m).
 fn account(solver: &dyn Solver, before: f64) -> [f64; 3] {
     let growth = reading(solver, "flow_volume") + reading(solver, "volume_left") - before;
     let rasters = solver.rasters();
     let change = &rasters.iter().find(|raster| raster.name == "bed_change").unwrap().raster;
-    // Nodes at the rim stand for half a cell.
+    // Nodes at the rim represent half a cell.
     let half = |k: usize, count: usize| if k == 0 || k + 1 == count { 0.5 } else { 1.0 };
     let area =
         |k: usize| 4.0 * half(k % change.columns, change.columns) * half(k / change.columns, change.rows);
@@ -213,7 +213,7 @@ fn rock_gives_nothing_and_a_plane_cannot_be_lowered() {
     let rasters = solver.rasters();
     let change = &rasters.iter().find(|raster| raster.name == "bed_change").unwrap().raster;
     for row in 0..change.rows {
-        // Nodes at 40 m and less belong to the rock.
+        // Nodes at 40 m and less lie in the region without erosion.
         assert!((0..20).all(|column| change.value(column, row).is_nan()));
     }
     let mut value = serde_json::to_value(heap(folder.path(), &json!({ "lower_bed": true }))).unwrap();

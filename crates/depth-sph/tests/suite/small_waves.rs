@@ -1,4 +1,4 @@
-//! Waves so small that they are linear: of two phases, of two layers, over a slide on the ground (sheet: depth-sph §5.5).
+//! Linear waves of small amplitude: of two phases, of two layers, over a slide on the bed (sheet: depth-sph §5.5).
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -15,11 +15,11 @@ use crate::common::run;
 const GRAVITY: f64 = 9.81;
 const SPACING: f64 = 0.05;
 const HALF: f64 = 20.0;
-/// Smoothing length over distance at which sums over a lattice are the same everywhere: two sets of nodes then have no preferred
-/// place to each other.
+/// Smoothing length over spacing at which sums over a lattice are equal everywhere: two sets of nodes then have no preferred relative
+/// position.
 const EVEN: f64 = 2.0;
 
-/// Nodes at rest between -20 and 20 m, with a depth at each place.
+/// Nodes at rest between -20 and 20 m, with a depth at each position.
 fn layer(depth: impl Fn(f64) -> f64) -> Vec<NewNode<1>> {
     let count = (2.0 * HALF / SPACING).round() as usize;
     let place = |k: usize| -HALF + SPACING * (k as f64 + 0.5);
@@ -53,7 +53,7 @@ fn two(phases: Phases, grain: f64, fluid: f64) -> FlowSettings<1> {
     settings
 }
 
-/// Where the right half of a disturbance of the heights of a set lies (m).
+/// Position of the right half of a disturbance of the heights of a set (m).
 fn centroid(flow: &Flow<1>, set: usize, still: &[f64]) -> f64 {
     let nodes = &flow.sets[set].nodes;
     let (mut sum, mut moment) = (0.0, 0.0);
@@ -67,7 +67,7 @@ fn centroid(flow: &Flow<1>, set: usize, still: &[f64]) -> f64 {
     moment / sum
 }
 
-/// Speed of a disturbance of both heights (m/s), from where it is after two times (s).
+/// Speed of a disturbance of both heights (m/s), from its positions at two times (s).
 fn speed(densities: [f64; 2], heights: [f64; 2], mode: [f64; 2], times: [f64; 2]) -> f64 {
     let make = |size: f64| {
         let set = |k: usize| layer(|x| heights[k] + size * mode[k] * hump(x));
@@ -83,7 +83,7 @@ fn speed(densities: [f64; 2], heights: [f64; 2], mode: [f64; 2], times: [f64; 2]
     (places[1] - places[0]) / (times[1] - times[0])
 }
 
-/// V18: `±√(g h)` with the porosity as it is, and `±√(½ (1 - γ) g h_w)` with the two heights apart.
+/// V18: `±√(g h)` with constant porosity, and `±√(½ (1 - γ) g h_w)` with heights of the phases that change separately.
 #[test]
 fn small_waves_of_two_phases_have_their_speeds() {
     // State, γ, external and internal speed of the sheet (m/s).
@@ -102,7 +102,7 @@ fn small_waves_of_two_phases_have_their_speeds() {
     }
 }
 
-/// V30: a lake of two layers stays at rest: level ones over a level bed, and level surfaces over a hump.
+/// V30: a lake of two layers stays at rest: level layers over a level bed, and level surfaces over a hump.
 #[test]
 fn two_layers_stay_at_rest() {
     for over_hump in [false, true] {
@@ -131,7 +131,7 @@ fn two_layers_stay_at_rest() {
 /// Friction between layers slows their slip by `du/dt = -k u²`, `k = ½ C_f ρ₂ (1/(ρ₁ h₁) + 1/(ρ₂ h₂))`, and keeps momentum.
 #[test]
 fn layers_rub_on_each_other() {
-    // Slower than what makes waves grow between the layers.
+    // Slower than the speed at which waves grow between the layers.
     let (slip, friction) = (0.5, 0.05);
     let mut settings = two(Phases::Layers, 2000.0, 1000.0);
     settings.interface_friction = friction;
@@ -157,7 +157,7 @@ fn layers_rub_on_each_other() {
     assert!((momentum(&flow) / before - 1.0).abs() < 1e-3, "{} for {before}", momentum(&flow));
 }
 
-/// V30: a slide of small height on the ground that starts at half the celerity.
+/// V30: a slide of small height on the bed that starts at half the celerity.
 #[test]
 fn a_slide_on_the_ground_makes_three_waves() {
     let (height, froude) = (0.005, 0.5);

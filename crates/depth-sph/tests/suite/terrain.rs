@@ -1,4 +1,4 @@
-//! Depth-integrated SPH over terrain from a case file: a raster is the bed.
+//! Depth-integrated SPH over terrain from a case file: a raster as bed.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ fn grid(folder: &Path, low: [f64; 2], counts: [usize; 2], spacing: f64, z: impl 
     common::grid(&folder.join("terrain.asc"), low, counts, spacing, z);
 }
 
-/// A body of sand over a raster, of friction 30° by itself.
+/// Body of sand over a raster, with its own friction of 30°.
 fn over_raster(shape: &Value, wall: &Value) -> Value {
     json!({
         "title": "over terrain", "space": "3d", "gravity": [0, 0, -GRAVITY],
@@ -42,7 +42,7 @@ fn run(case: &Case, time: f64) -> Box<dyn Solver> {
     solver
 }
 
-/// A node alone on a raster of 30° is a block on a plane: `s = ½ g (sin θ - cos θ tan φ) t²`.
+/// A single node on a raster of 30° is a block on a plane: `s = ½ g (sin θ - cos θ tan φ) t²`.
 #[test]
 fn a_block_slides_down_a_raster_as_down_an_inclined_plane() {
     let folder = tempfile::tempdir().unwrap();
@@ -58,12 +58,12 @@ fn a_block_slides_down_a_raster_as_down_an_inclined_plane() {
         let solver = run(&case(folder.path(), &over_raster(&block, &wall)), 3.0);
         let along = (solver.snapshot().positions[0][0] - 10.5) / angle.cos();
         let exact = 0.5 * GRAVITY * (angle.sin() - angle.cos() * friction) * 9.0;
-        // V26: 0.5 %. On a plane nothing but the digits of the file is in the way.
+        // V26: 0.5 %. On a plane the digits of the file are the only error.
         assert!((along - exact).abs() < 1e-9 * exact.max(1.0), "{wall}: {along} for {exact}");
     }
 }
 
-/// The same slope as a plane and as a raster.
+/// A slope as a plane and as a raster gives equal results.
 #[test]
 fn a_raster_of_a_plane_is_that_plane() {
     let folder = tempfile::tempdir().unwrap();
@@ -82,7 +82,7 @@ fn a_raster_of_a_plane_is_that_plane() {
     }
 }
 
-/// V12b as amended asks for less than a hundredth of the celerity after ten seconds.
+/// V12b as amended demands less than a hundredth of the celerity after ten seconds.
 #[test]
 fn a_lake_in_a_basin_of_a_raster_stays_at_rest() {
     let folder = tempfile::tempdir().unwrap();
@@ -143,7 +143,7 @@ fn nodes_that_leave_the_raster_are_counted_or_end_the_run() {
     assert!(error.contains("it has left the terrain"), "{error}");
 }
 
-/// The run goes on to its end, and has rasters of what has passed.
+/// The run goes on to its end, and has rasters of the flow that has passed.
 #[test]
 fn a_flow_that_has_left_altogether_is_no_error() {
     let folder = tempfile::tempdir().unwrap();
@@ -220,7 +220,7 @@ fn terrain_that_is_none_is_refused_by_path() {
     starts(refused(&|_| {}), "obstacles[0].shape.file: ");
 }
 
-/// A release area of 1.5 m along the normal of a slope of cosine 0.8, on a map.
+/// Release area of 1.5 m along the normal of a slope of cosine 0.8, on a map.
 #[test]
 fn a_layer_of_a_map_is_released_with_its_volume() {
     let folder = tempfile::tempdir().unwrap();
@@ -235,7 +235,7 @@ fn a_layer_of_a_map_is_released_with_its_volume() {
         json!({ "min": [600_000, 5e6, 0], "max": [600_080, 5_000_040, 100], "origin": [600_000, 5e6, 0] });
     let case = case(folder.path(), &value);
     let plan = DepthSph.plan(&case).unwrap();
-    // The outline holds 20 m by 20 m and a triangle of 4 m on them.
+    // The outline contains 20 m by 20 m and a triangle of 4 m on them.
     let exact = 440.0 * 1.5 / 0.8;
     assert!((plan.volumes[0] / exact - 1.0).abs() < 2e-3, "{:?}", plan.volumes);
     let before = DepthSph.build(&case).unwrap().snapshot();
@@ -254,7 +254,7 @@ fn a_layer_of_a_map_is_released_with_its_volume() {
     assert!(mean(&after) > mean(&before) + 4.0, "it slides");
 }
 
-/// A heap on a slope that ends in a flat, with rasters of half a metre.
+/// Heap on a slope that ends in a flat, with rasters of half a metre.
 fn mapped(folder: &Path) -> Value {
     grid(folder, [0.0, 0.0], [41, 21], 1.0, |x, _| 0.5 * (20.0 - x).max(0.0) + 3.0);
     let mut value = over_raster(
@@ -352,7 +352,7 @@ fn rasters_are_the_same_on_any_threads_and_after_a_restart() {
 fn obstacles_on_a_raster_raise_the_bed() {
     let folder = tempfile::tempdir().unwrap();
     grid(folder.path(), [0.0, 0.0], [81, 41], 0.5, |x, _| 10.0 - 0.2 * x);
-    // 1:1.3 on its face, and higher than the mass stands.
+    // Slope 1:1.3 on its face, and higher than the top of the mass.
     let dam = |top: f64| {
         let vertices =
             [[18.0, 0.0], [18.0 + 1.3 * top, top], [19.0 + 1.3 * top, top], [19.0 + 2.6 * top, 0.0]];
@@ -385,7 +385,7 @@ fn obstacles_on_a_raster_raise_the_bed() {
     );
 }
 
-/// V26: friction without curvature works by the way in plan, so that the mass stops where `H/L = tan φ`.
+/// V26: friction without curvature works along the path in plan, so that the mass stops where `H/L = tan φ`.
 #[test]
 fn a_mass_on_a_profile_stops_at_its_travel_angle() {
     let (slope, radius) = (30f64.to_radians(), 25.0);
@@ -415,7 +415,7 @@ fn a_mass_on_a_profile_stops_at_its_travel_angle() {
     assert!((length / exact - 1.0).abs() < 5e-3, "{length} m for {exact} m");
 }
 
-/// Regions of an outline and of a shape are the same, at coordinates of a map too, and their law rules.
+/// Regions of an outline and of a shape are equal, at coordinates of a map too, and their law applies.
 #[test]
 fn a_region_from_an_outline_is_that_of_its_shape() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Forces of an energy (sheet: depth-sph §3.4, row 52).
+//! Variational pressure forces, derived from an energy (sheet: depth-sph §3.4, row 52).
 
 use colluvium_case::{Case, Method};
 use colluvium_depth_sph::DepthSph;
@@ -55,7 +55,7 @@ fn momentum_stays_to_round_off() {
     }
 }
 
-/// Largest change of the energy of a slosh without friction over three periods, over its largest kinetic energy.
+/// Largest change of the energy of sloshing without friction over three periods, over its largest kinetic energy.
 fn energy_lost(momentum: PressureForceForm) -> f64 {
     let (half, spacing) = (5.0, 0.1);
     let ends = PlanBoundaries { walls: [[Some(-half), Some(half)]], ..PlanBoundaries::default() };
@@ -119,7 +119,7 @@ fn water_leaves_a_reservoir_as_ritter_found() {
     let error = errors.iter().sum::<f64>() / errors.len() as f64;
     println!("ritter {error}");
     assert!(error < 0.006, "V5: {error}");
-    // Heights and smoothing lengths belong to each other.
+    // Heights and smoothing lengths are consistent.
     for i in 0..nodes.len() {
         let (least, most) = (0.5 * nodes.first_length[i], 50.0 * nodes.first_length[i]);
         let kept = nodes.length[i] * nodes.partial_thickness[i] / (nodes.scale[i] * nodes.volume[i]);

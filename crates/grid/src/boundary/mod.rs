@@ -1,5 +1,5 @@
-//! Walls on grid nodes: faces, edges and corners where walls meet.
+//! Walls on grid nodes: faces, edges and corners of several walls.
 //!
-//! A wall removes components of a nodal velocity. The room depends on no point and no material.
+//! A wall prescribes components of the nodal velocity. The module depends on no point and no material.
 
 pub(crate) mod walls;

@@ -5,7 +5,7 @@ use crate::domain::{
 };
 use crate::{Basis, Stencil};
 
-/// Widths of a domain, in cells.
+/// Bounds of the width of a domain, in cells.
 const MIN_WIDTH: f64 = 1e-3;
 const MAX_WIDTH: f64 = 2.0;
 
@@ -14,8 +14,8 @@ fn widths<const D: usize>(initial: &[f64; D], stretch: impl Fn(usize) -> f64, ce
     std::array::from_fn(|a| (initial[a] * stretch(a)).clamp(MIN_WIDTH * cell, MAX_WIDTH * cell))
 }
 
-/// A domain that stretches with the diagonal of the deformation gradient (Wallstedt & Guilkey 2008).
-/// It shrinks when its point turns, and in shear.
+/// Domain that stretches with the diagonal of the deformation gradient (Wallstedt & Guilkey 2008).
+/// It shrinks in rotation and in shear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StretchingDomain<const D: usize> {
     deformation: SquareMatrix<D>,
@@ -63,8 +63,8 @@ impl<const D: usize> PointDomain<D> for StretchingDomain<D> {
     }
 }
 
-/// A domain that stretches with the diagonal of the right stretch tensor `U = √(FᵀF)`, which a
-/// rotation leaves as it is (Coombs et al. 2020).
+/// Domain that stretches with the diagonal of the right stretch tensor `U = √(FᵀF)`, which a
+/// rotation does not change (Coombs et al. 2020).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RightStretchDomain<const D: usize> {
     deformation: SquareMatrix<D>,

@@ -1,4 +1,4 @@
-//! Point domains of which the grid is read at the corners (CPDI; sheet: mpm §2.5e).
+//! Point domains with grid functions evaluated at the corners (CPDI; sheet: mpm §2.5e).
 
 use crate::domain::{
     GridView, PointDomain, RightStretchDiagonal, SquareMatrix, from_numbers, identity, update_deformation,
@@ -6,7 +6,7 @@ use crate::domain::{
 use crate::shape_functions::cpdi_basis::embed_plane_vector;
 use crate::{Basis, CpdiBasis, NodeList};
 
-/// A parallelogram (parallelepiped) that the deformation gradient carries along (CPDI): half edges `r_a = F r_a⁰`.
+/// Parallelogram (parallelepiped) that deforms with the deformation gradient (CPDI): half edges `r_a = F r_a⁰`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConvectedDomain<const D: usize> {
     deformation: SquareMatrix<D>,
@@ -42,7 +42,7 @@ impl<const D: usize> PointDomain<D> for ConvectedDomain<D> {
         CpdiBasis::parallelogram_nodes(ground.grid, position, &self.edges(initial))
     }
 
-    /// Widths of the box around the domain.
+    /// Widths of the bounding box of the domain.
     #[inline(always)]
     fn extent(&self, initial: &[f64; D], _cell: f64) -> [f64; D] {
         let edges = self.edges(initial);
@@ -57,7 +57,7 @@ impl<const D: usize> PointDomain<D> for ConvectedDomain<D> {
     #[inline(always)]
     fn validity_error(&self, initial: &[f64; D], cell: f64) -> Option<String> {
         let widths = self.extent(initial, cell);
-        // Written so that NaN counts as a fault.
+        // Written so that NaN counts as an error.
         if widths.iter().all(|width| *width <= 2.0 * CpdiBasis::MAX_CORNER_DISTANCE * cell) {
             return None;
         }
@@ -79,16 +79,16 @@ impl<const D: usize> PointDomain<D> for ConvectedDomain<D> {
     }
 }
 
-/// A quadrilateral whose corners move with the grid, each where it is (CPDI2; Sadeghirad et al. 2013): neighbours that
-/// share a corner keep it, and nothing opens between them.
+/// Quadrilateral with corners that move with the grid velocity at the corners (CPDI2; Sadeghirad et al. 2013): neighbours
+/// keep common corners, and no gap opens between them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ConvectedQuadrilateral {
-    /// How far the corners `(--), (+-), (++), (-+)` have gone beyond the point (m).
+    /// Displacements of the corners `(--), (+-), (++), (-+)` relative to the point (m).
     corner_offsets: [[f64; 2]; 4],
 }
 
 impl ConvectedQuadrilateral {
-    /// The corners from the point (m).
+    /// Vectors from the point to the corners (m).
     #[inline(always)]
     pub(super) fn corner_vectors(&self, initial: &[f64; 2]) -> [[f64; 2]; 4] {
         let signs = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
@@ -122,7 +122,7 @@ impl<const D: usize> PointDomain<D> for ConvectedQuadrilateral {
         )
     }
 
-    /// Widths of the box around the domain.
+    /// Widths of the bounding box of the domain.
     #[inline(always)]
     fn extent(&self, initial: &[f64; D], _cell: f64) -> [f64; D] {
         let arms = self.corner_vectors(&plane_components(initial)).map(|arm| embed_plane_vector::<D>(&arm));
@@ -156,7 +156,7 @@ impl<const D: usize> PointDomain<D> for ConvectedQuadrilateral {
     fn validity_error(&self, initial: &[f64; D], cell: f64) -> Option<String> {
         let arms = self.corner_vectors(&plane_components(initial));
         let farthest = arms.as_flattened().iter().fold(0.0, |far: f64, arm| far.max(arm.abs()));
-        // Every corner turns the same way. Both written so that NaN counts as a fault.
+        // The quadrilateral is convex. Both conditions are written so that NaN counts as an error.
         let turns = (0..4).all(|k| {
             let ([x0, y0], [x1, y1], [x2, y2]) = (arms[k], arms[(k + 1) % 4], arms[(k + 2) % 4]);
             (x1 - x0) * (y2 - y1) - (x2 - x1) * (y1 - y0) > 0.0
@@ -186,7 +186,7 @@ impl<const D: usize> PointDomain<D> for ConvectedQuadrilateral {
     }
 }
 
-/// What of a vector lies in the plane of quadrilaterals, of which there are none in other spaces.
+/// Components of a vector in the plane of quadrilaterals, which exist in two dimensions only.
 #[inline(always)]
 fn plane_components<const D: usize>(vector: &[f64; D]) -> [f64; 2] {
     std::array::from_fn(|c| vector.get(c).copied().unwrap_or(0.0))

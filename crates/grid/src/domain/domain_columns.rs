@@ -1,4 +1,4 @@
-//! The domains of the points of a body, of whichever kind they are: one column.
+//! Columns of the point domains of a body, of any kind.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -9,7 +9,7 @@ use crate::domain::{
 };
 use crate::{CpdiBasis, Vector4};
 
-/// The functions of [`PointDomain`] that tie a type to its variant.
+/// Functions of [`PointDomain`] that relate a type to its variant.
 macro_rules! domain_column {
     ($kind:ident) => {
         #[inline(always)]
@@ -29,45 +29,45 @@ pub(super) use domain_column;
 
 macro_rules! domain_kinds {
     ($($(#[$meta:meta])* $kind:ident: $type:ty,)+) => {
-        /// The domains of the points of a body, in the order of the points.
+        /// Domains of the points of a body, in the order of the points.
         #[derive(Clone, Debug, PartialEq)]
         pub enum Domains<const D: usize> {
             $($(#[$meta])* $kind(Vec<$type>),)+
         }
 
-        /// [`Domains`], borrowed.
+        /// Borrowed [`Domains`].
         #[derive(Clone, Copy, Debug)]
         pub enum DomainSlice<'a, const D: usize> {
             $($(#[$meta])* $kind(&'a [$type]),)+
         }
 
-        /// [`Domains`], borrowed to be changed.
+        /// Mutably borrowed [`Domains`].
         #[derive(Debug)]
         pub enum DomainsMut<'a, const D: usize> {
             $($(#[$meta])* $kind(&'a mut [$type]),)+
         }
 
         impl<const D: usize> Domains<D> {
-            /// All of them.
+            /// All domains, borrowed.
             #[inline(always)]
             pub fn as_slice(&self) -> DomainSlice<'_, D> {
                 match self { $(Self::$kind(domains) => DomainSlice::$kind(domains),)+ }
             }
 
-            /// All of them, to be changed.
+            /// All domains, mutably borrowed.
             #[inline(always)]
             pub fn as_mut(&mut self) -> DomainsMut<'_, D> {
                 match self { $(Self::$kind(domains) => DomainsMut::$kind(domains),)+ }
             }
 
-            /// Domain `i` becomes what domain `order[i]` was; those that `order` does not name vanish.
+            /// Reorders the domains: domain `i` becomes the old domain `order[i]`; those that `order` does not contain are removed.
             pub fn reorder(&mut self, order: &[u32]) {
                 match self {
                     $(Self::$kind(domains) => *domains = order.iter().map(|&i| domains[i as usize]).collect(),)+
                 }
             }
 
-            /// Takes the numbers of [`Domains::checkpoint_numbers`] for `count` points; `None` where they do not fit.
+            /// Restores the domains of `count` points from the numbers of [`Domains::checkpoint_numbers`]; `None` where they do not fit.
             pub fn restore(&mut self, numbers: &[f64], count: usize, right_stretch: RightStretchDiagonal<D>) -> Option<()> {
                 match self {
                     $(Self::$kind(domains) => *domains = restore_domains(numbers, count, right_stretch)?,)+
@@ -75,24 +75,24 @@ macro_rules! domain_kinds {
                 Some(())
             }
 
-            /// Whether they change in the course of a run.
+            /// Whether the domains change in the course of a run.
             pub fn stretch(&self) -> bool {
                 match self { $(Self::$kind(_) => <$type as PointDomain<D>>::DEFORMS,)+ }
             }
 
-            /// Whether points look at the grid from where they were at the start.
+            /// Whether shape functions are evaluated at the initial positions of the points.
             pub fn are_anchored(&self) -> bool {
                 match self { $(Self::$kind(_) => <$type as PointDomain<D>>::REFERENCE_CONFIGURATION,)+ }
             }
 
-            /// Memory of each (bytes).
+            /// Memory of a domain (bytes).
             pub fn size(&self) -> usize {
                 match self { $(Self::$kind(_) => size_of::<$type>(),)+ }
             }
         }
 
         impl<'a, const D: usize> DomainSlice<'a, D> {
-            /// Some of them.
+            /// Domains of a range of points.
             #[inline(always)]
             #[must_use]
             pub fn range(&self, points: Range<usize>) -> Self {
@@ -101,13 +101,13 @@ macro_rules! domain_kinds {
         }
 
         impl<'a, const D: usize> DomainsMut<'a, D> {
-            /// The same, to be read.
+            /// Domains, immutably borrowed.
             #[inline(always)]
             pub fn as_slice(&self) -> DomainSlice<'_, D> {
                 match self { $(Self::$kind(domains) => DomainSlice::$kind(domains),)+ }
             }
 
-            /// Takes the first `count` away; all where there are no more.
+            /// Splits off the first `count` domains; all where there are no more.
             #[inline(always)]
             #[must_use]
             pub fn split_off_front(&mut self, count: usize) -> Self {
@@ -120,7 +120,7 @@ macro_rules! domain_kinds {
             }
         }
 
-        /// Evaluates an expression with the column, whatever its kind.
+        /// Evaluates an expression with the column of any kind.
         macro_rules! each {
             ($of:ident, $this:expr, $domains:ident => $value:expr) => {
                 match $this { $($of::$kind($domains) => $value,)+ }
@@ -130,17 +130,17 @@ macro_rules! domain_kinds {
 }
 
 domain_kinds! {
-    /// Domains that keep their size.
+    /// Domains of constant size.
     Fixed: FixedDomain,
-    /// With the diagonal of the deformation gradient.
+    /// Domains that stretch with the diagonal of the deformation gradient.
     Stretching: StretchingDomain<D>,
-    /// With the diagonal of the right stretch tensor.
+    /// Domains that stretch with the diagonal of the right stretch tensor.
     Turning: RightStretchDomain<D>,
     /// Parallelograms.
     Convected: ConvectedDomain<D>,
     /// Quadrilaterals.
     Corners: ConvectedQuadrilateral,
-    /// Places at the start.
+    /// Initial positions.
     Reference: ReferenceDomain<D>,
     /// Elements of a mesh.
     Elements: ElementDomain,
@@ -161,10 +161,10 @@ fn restore_domains<const D: usize, P: PointDomain<D>>(
 }
 
 impl<const D: usize> Domains<D> {
-    /// Takes their places in the initial state.
+    /// Determines the domains in the initial state.
     ///
     /// # Errors
-    /// The first point that has none, with the reason.
+    /// Index of the first point without a domain, with the reason.
     pub fn initialise(
         &mut self,
         ground: &GridView<'_, D>,
@@ -178,7 +178,7 @@ impl<const D: usize> Domains<D> {
         Ok(())
     }
 
-    /// Where points at `position` look at the grid from (m).
+    /// Positions at which shape functions of points at `position` are evaluated (m).
     pub fn evaluation_positions<'a>(&self, position: &'a [[f64; D]]) -> Cow<'a, [[f64; D]]> {
         if self.are_anchored() {
             each!(Self, self, domains => {
@@ -189,12 +189,12 @@ impl<const D: usize> Domains<D> {
         }
     }
 
-    /// Memory (bytes).
+    /// Memory of all domains (bytes).
     pub fn bytes(&self) -> usize {
         each!(Self, self, domains => size_of_val(&domains[..]))
     }
 
-    /// The numbers to keep in a checkpoint.
+    /// Numbers of the domains for a checkpoint.
     pub fn checkpoint_numbers(&self) -> Vec<f64> {
         let mut numbers = Vec::new();
         each!(Self, self, domains => {
@@ -205,7 +205,7 @@ impl<const D: usize> Domains<D> {
 }
 
 impl<const D: usize> DomainSlice<'_, D> {
-    /// Entries, in arrays with one a cell, of the cells that points at `position` (m) are in: the numbers of the cells'
+    /// Indices, in arrays with one entry a cell, of the cells of points at `position` (m): the numbers of the cells'
     /// lowest nodes, or of the elements.
     #[inline]
     pub fn cells(&self, ground: &GridView<'_, D>, position: &[[f64; D]], cells: &mut [usize]) {
@@ -216,13 +216,13 @@ impl<const D: usize> DomainSlice<'_, D> {
         });
     }
 
-    /// The cell of one point.
+    /// Cell index of one point.
     #[inline]
     pub fn cell(&self, point: usize, ground: &GridView<'_, D>, position: &[f64; D]) -> usize {
         each!(DomainSlice, self, domains => domains[point].cell(ground, position))
     }
 
-    /// Least distance between nodes around a point (m).
+    /// Least node spacing around a point (m).
     #[inline(always)]
     pub fn spacing(&self, point: usize, ground: &GridView<'_, D>) -> f64 {
         match self {
@@ -231,13 +231,13 @@ impl<const D: usize> DomainSlice<'_, D> {
         }
     }
 
-    /// Full widths of a point (m) from the initial ones, on cells of edge `cell`.
+    /// Full widths of a point domain (m) from the initial ones, on cells of edge `cell`.
     #[inline(always)]
     pub fn extent(&self, point: usize, initial: &[f64; D], cell: f64) -> [f64; D] {
         each!(DomainSlice, self, domains => domains[point].extent(initial, cell))
     }
 
-    /// The first point whose domain can no longer be honoured, and why.
+    /// First point with an invalid domain, and the reason.
     #[inline]
     pub fn first_invalid(&self, initial: &[f64; D], cell: f64) -> Option<(usize, String)> {
         each!(DomainSlice, self, domains => {
@@ -248,13 +248,13 @@ impl<const D: usize> DomainSlice<'_, D> {
 }
 
 impl<const D: usize> DomainsMut<'_, D> {
-    /// Whether they change with the deformation of their points.
+    /// Whether the domains change with the deformation of their points.
     #[inline(always)]
     pub fn are_deformable(&self) -> bool {
         !matches!(self, Self::Fixed(_))
     }
 
-    /// Follow the step `f = 1 + gradient` of each (row `i`, column `j`: `∂u_i/∂x_j`).
+    /// Updates the domains by the incremental deformation `f = 1 + gradient` of each point (row `i`, column `j`: `∂u_i/∂x_j`).
     #[inline]
     pub fn update_deformation(
         &mut self,
@@ -266,10 +266,10 @@ impl<const D: usize> DomainsMut<'_, D> {
         });
     }
 
-    /// Takes the place of a point after a move; of use on a mesh only.
+    /// Updates the element of a point after a move; has an effect on a mesh only.
     ///
     /// # Errors
-    /// When there is none, as a reason.
+    /// When the point is in no element, as a reason.
     #[inline(always)]
     pub fn relocate(
         &mut self,
@@ -283,7 +283,7 @@ impl<const D: usize> DomainsMut<'_, D> {
         }
     }
 
-    /// Moves the corners that move with the grid where they are, in a step of `dt` (s): `velocity` is that of each point at
+    /// Moves the corners of convected domains in a step of `dt` (s): `velocity` is that of each point at
     /// `position` (m) with the initial widths `initial` (m), `of` that of a node by its number (m/s).
     #[inline]
     pub fn convect(

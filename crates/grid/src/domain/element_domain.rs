@@ -1,9 +1,9 @@
-//! Points in the elements of a mesh (sheet: mpm §3.2).
+//! Point domains in the elements of a mesh (sheet: mpm §3.2).
 
 use crate::domain::{GridView, PointDomain, RightStretchDiagonal};
 use crate::{Basis, NodeList};
 
-/// The element a point is in.
+/// Element that contains a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ElementDomain {
     element: u32,

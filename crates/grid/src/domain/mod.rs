@@ -1,4 +1,4 @@
-//! Domains of points: what a point knows of the space around it, and so on which nodes it stands (sheet: mpm §2.5).
+//! Domains of points, which determine the nodes of a point and their weights (sheet: mpm §2.5).
 
 mod contiguous_gimp_domains;
 mod convected_domains;
@@ -17,19 +17,19 @@ pub use crate::domain::reference_domain::ReferenceDomain;
 
 use crate::{Basis, Grid, Layout, Mesh, NodeSupport, Stencil};
 
-/// A matrix of the space, row by row.
+/// Square matrix of the space dimension, row by row.
 pub type SquareMatrix<const D: usize> = [[f64; D]; D];
 
-/// Diagonal of the right stretch tensor of a deformation gradient. The grid has no tensors; who uses domains that turn brings
-/// theirs.
+/// Diagonal of the right stretch tensor of a deformation gradient. This crate has no tensors; users of domains with the right
+/// stretch provide the function.
 pub type RightStretchDiagonal<const D: usize> = fn(&SquareMatrix<D>) -> [f64; D];
 
-/// Where points find their nodes.
+/// View of the grid or mesh in which points find their nodes.
 #[derive(Clone, Copy)]
 pub struct GridView<'a, const D: usize> {
-    /// The structured grid; with a mesh the box of cells around it.
+    /// Structured grid; with a mesh the box of cells around it.
     pub grid: &'a Grid<D>,
-    /// The mesh; empty on a structured grid.
+    /// Mesh; empty on a structured grid.
     pub mesh: &'a Mesh<D>,
     /// Distance in memory between neighbouring nodes along each axis.
     pub strides: [usize; D],
@@ -38,12 +38,12 @@ pub struct GridView<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> GridView<'a, D> {
-    /// The nodes of `layout` on a grid, or on a mesh that is not empty.
+    /// Returns the view of the nodes of `layout` on a grid, or on a mesh that is not empty.
     pub fn new(grid: &'a Grid<D>, mesh: &'a Mesh<D>, layout: &Layout<D>) -> Self {
         Self { grid, mesh, strides: layout.strides(), ghosts: layout.ghosts() }
     }
 
-    /// Number of the lowest node of the cell that holds `position` (m).
+    /// Number of the lowest node of the cell that contains `position` (m).
     #[inline(always)]
     pub fn lowest_node(&self, position: &[f64; D]) -> usize {
         let cell = self.grid.cell_of(position);
@@ -51,31 +51,31 @@ impl<'a, const D: usize> GridView<'a, D> {
     }
 }
 
-/// What a point knows of its own domain, beyond the initial width all points of a body share, and the nodes it
-/// stands on by that.
+/// Domain of a point, beyond the initial width that all points of a body share, and the nodes that
+/// follow from it.
 pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
-    /// The nodes of a point: `S` per axis, or `S` in all where they are no product over the axes.
+    /// Nodes of a point: `S` per axis, or `S` in total where they are no product over the axes.
     type Support<const S: usize>: NodeSupport<D>;
 
-    /// Whether it changes in the course of a run.
+    /// Whether the domain changes in the course of a run.
     const DEFORMS: bool = true;
 
-    /// Whether points look at the grid from where they were at the start (total-Lagrangian).
+    /// Whether shape functions are evaluated at the initial position (total-Lagrangian).
     const REFERENCE_CONFIGURATION: bool = false;
 
-    /// Whether corners move with the grid where they are ([`PointDomain::convect`]).
+    /// Whether corners move with the grid velocity ([`PointDomain::convect`]).
     const CONVECTS_CORNERS: bool = false;
 
-    /// Numbers to keep of each in a checkpoint.
+    /// Number of values of a domain in a checkpoint.
     const CHECKPOINT_NUMBERS: usize;
 
-    /// The column of this type.
+    /// Column of this type.
     fn typed_column<'a>(column: &DomainSlice<'a, D>) -> &'a [Self];
 
-    /// Such a column, of points that have not moved yet.
+    /// New column of points that have not moved yet.
     fn new_column(count: usize) -> Domains<D>;
 
-    /// The nodes of a point at `position` (m) with initial full widths `initial` (m).
+    /// Returns the nodes of a point at `position` (m) with initial full widths `initial` (m).
     fn support<const S: usize, B: Basis<S>>(
         &self,
         ground: &GridView<'_, D>,
@@ -83,50 +83,50 @@ pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
         initial: &[f64; D],
     ) -> Self::Support<S>;
 
-    /// Entry, in arrays with one a cell, of the cell that a point at `position` (m) is in: the number of the cell's lowest
+    /// Index, in arrays with one entry a cell, of the cell of a point at `position` (m): the number of the cell's lowest
     /// node, or of the element.
     #[inline(always)]
     fn cell(&self, ground: &GridView<'_, D>, position: &[f64; D]) -> usize {
         ground.lowest_node(&self.evaluation_position(position))
     }
 
-    /// Full widths (m) from the initial ones, on cells of edge `cell`.
+    /// Full widths of the domain (m) from the initial ones, on cells of edge `cell`.
     fn extent(&self, initial: &[f64; D], cell: f64) -> [f64; D];
 
-    /// Takes its place in the initial state.
+    /// Determines the domain in the initial state.
     ///
     /// # Errors
-    /// When there is none, as a reason.
+    /// When the point is in no element, as a reason.
     fn initialise(&mut self, _ground: &GridView<'_, D>, _position: &[f64; D]) -> Result<(), String> {
         Ok(())
     }
 
-    /// Where a point at `position` looks at the grid from (m).
+    /// Position at which shape functions of a point at `position` are evaluated (m).
     #[inline(always)]
     fn evaluation_position(&self, position: &[f64; D]) -> [f64; D] {
         *position
     }
 
-    /// Least distance between nodes around the point (m), on which the time step depends.
+    /// Least node spacing around the point (m), on which the time step depends.
     #[inline(always)]
     fn spacing(&self, ground: &GridView<'_, D>) -> f64 {
         ground.grid.cell
     }
 
-    /// Takes its place after a move; of use on a mesh only.
+    /// Updates the element of the point after a move; has an effect on a mesh only.
     ///
     /// # Errors
-    /// When there is none, as a reason.
+    /// When the point is in no element, as a reason.
     #[inline(always)]
     fn relocate(&mut self, _ground: &GridView<'_, D>, _position: &[f64; D]) -> Result<(), String> {
         Ok(())
     }
 
-    /// Follows the step `f = 1 + gradient` (row `i`, column `j`: `∂u_i/∂x_j`).
+    /// Updates the domain by the incremental deformation `f = 1 + gradient` (row `i`, column `j`: `∂u_i/∂x_j`).
     #[inline(always)]
     fn update_deformation(&mut self, _gradient: &SquareMatrix<D>, _right_stretch: RightStretchDiagonal<D>) {}
 
-    /// Moves the corners with the velocity that `read` finds at a place (m), in a step of `dt` (s) in which the point moves
+    /// Moves the corners with the velocity that `read` returns at a position (m), in a step of `dt` (s) in which the point moves
     /// with `velocity` (m/s).
     #[inline(always)]
     fn convect(
@@ -139,20 +139,20 @@ pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
     ) {
     }
 
-    /// Why the domain can no longer be honoured, if so.
+    /// Reason why the domain is invalid, if it is.
     #[inline(always)]
     fn validity_error(&self, _initial: &[f64; D], _cell: f64) -> Option<String> {
         None
     }
 
-    /// Appends the [`PointDomain::CHECKPOINT_NUMBERS`] numbers to keep in a checkpoint.
+    /// Appends the [`PointDomain::CHECKPOINT_NUMBERS`] values of the domain for a checkpoint.
     fn append_numbers(self, numbers: &mut Vec<f64>);
 
-    /// From the numbers of [`PointDomain::append_numbers`].
+    /// Returns the domain from the values of [`PointDomain::append_numbers`].
     fn from_numbers(numbers: &[f64], right_stretch: RightStretchDiagonal<D>) -> Self;
 }
 
-/// A domain that keeps its size (and shape functions that do not look at it).
+/// Domain of constant size (or for shape functions that do not depend on it).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FixedDomain;
 

@@ -1,11 +1,11 @@
-//! Points of the total-Lagrangian form (sheet: mpm §2.5g).
+//! Point domains of the total-Lagrangian formulation (sheet: mpm §2.5g).
 
 use crate::domain::{
     GridView, PointDomain, RightStretchDiagonal, SquareMatrix, from_numbers, identity, update_deformation,
 };
 use crate::{Basis, ReferenceStencil, Stencil};
 
-/// A point that looks at the grid from where it was at the start (total-Lagrangian MPM).
+/// Domain of a point whose shape functions are evaluated at its initial position (total-Lagrangian MPM).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReferenceDomain<const D: usize> {
     start: [f64; D],

@@ -1,11 +1,11 @@
-//! Domains that stand on other nodes than a product of one basis per axis.
+//! Domains whose nodes are no product of one basis per axis.
 
 use super::*;
 use crate::domain::convected_domains::{ConvectedDomain, ConvectedQuadrilateral};
 use crate::domain::reference_domain::inverse;
 use crate::{LinearBasis, Mesh};
 
-/// For domains that do not ask for it.
+/// Stand-in for domains that do not use the right stretch.
 fn none<const D: usize>(_deformation: &SquareMatrix<D>) -> [f64; D] {
     [f64::NAN; D]
 }
@@ -33,7 +33,7 @@ fn corners_follow_the_deformation() {
 
 #[test]
 fn corners_move_with_the_field_where_they_are() {
-    // In a linear field they do what the deformation gradient does.
+    // In a linear velocity field the domains deform with the deformation gradient.
     let (initial, place, dt) = ([0.2, 0.4], [0.3, 0.7], 1.0);
     let field = |x: &[f64; 2]| [0.3 + 0.5 * x[0] - 0.2 * x[1], -0.1 + 0.7 * x[0] + 0.1 * x[1]];
     let (mut free, mut convected) = (ConvectedQuadrilateral::default(), ConvectedDomain::<2>::default());
@@ -70,7 +70,7 @@ fn the_inverse_is_one() {
 
 #[test]
 fn gradients_of_the_reference_are_by_the_current_place() {
-    // Nodes carried by x = F X make the gradient of place one.
+    // Nodes at x = F X give a position gradient of one.
     let grid = Grid::new([0.0; 2], [1.0; 2], 0.25).unwrap();
     let mesh = Mesh::default();
     let ground = GridView { grid: &grid, mesh: &mesh, strides: [5, 1], ghosts: 0 };

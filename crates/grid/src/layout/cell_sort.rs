@@ -1,10 +1,10 @@
-//! Points in order of their cells.
+//! Sorting of points by cell.
 
 use rayon::prelude::*;
 
 use crate::Grid;
 
-/// The order that sorts points by cell (last axis fastest); points of one cell keep their order.
+/// Returns the order that sorts points by cell (last axis fastest); points of one cell keep their order.
 pub fn sort_by_cell<const D: usize>(grid: &Grid<D>, positions: &[[f64; D]]) -> Vec<u32> {
     let key = |position: &[f64; D]| {
         let cell = grid.cell_of(position);
@@ -15,7 +15,7 @@ pub fn sort_by_cell<const D: usize>(grid: &Grid<D>, positions: &[[f64; D]]) -> V
     counting_sort(keyed.collect(), cells)
 }
 
-/// The numbers of points in order of their cells, of which there are `cells`.
+/// Counting sort of point numbers by `cells` cell numbers.
 fn counting_sort(mut keys: Vec<(usize, u32)>, cells: usize) -> Vec<u32> {
     if cells > 32 * keys.len() {
         keys.par_sort_unstable();

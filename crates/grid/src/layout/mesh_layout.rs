@@ -1,16 +1,16 @@
-//! The layout of what a mesh numbers along its first axis: its nodes, and its elements.
+//! Layout of the nodes and elements of a mesh, which are numbered along its first axis.
 
 use crate::layout::{Layout, SORT_MARGIN};
 use crate::{Grid, Mesh};
 
 impl<const D: usize> Layout<D> {
-    /// The layout of the nodes of a mesh in the box `grid` of cells as large as its largest element. Rows are lines of
-    /// nodes by number, and all are active; slabs are of the box, as a point's element reaches a cell at most.
+    /// Returns the layout of the nodes of a mesh in the box `grid` of cells as large as its largest element. Rows are ranges of
+    /// node numbers, and all are active; slabs are those of the box, as the element of a point extends over at most a cell.
     pub fn of_mesh(mesh: &Mesh<D>, grid: &Grid<D>) -> Self {
         Self::from_lowest_coordinates(grid, &mesh.nodes().iter().map(|x| x[0]).collect::<Vec<f64>>())
     }
 
-    /// The layout of the elements of a mesh, with the slabs of [`Layout::of_mesh`]: an entry is the number of an element.
+    /// Returns the layout of the elements of a mesh, with the slabs of [`Layout::of_mesh`]: an entry is the number of an element.
     pub fn of_elements(mesh: &Mesh<D>, grid: &Grid<D>) -> Self {
         let lowest =
             |nodes: &[u32]| nodes.iter().map(|&n| mesh.nodes()[n as usize][0]).fold(f64::INFINITY, f64::min);
@@ -21,8 +21,8 @@ impl<const D: usize> Layout<D> {
         )
     }
 
-    /// The layout of what begins at the places `lowest` along the first axis (m), in rising order, and reaches a cell of
-    /// the box at most.
+    /// Returns the layout of items with the lowest coordinates `lowest` along the first axis (m), in rising order, which extend over at
+    /// most a cell of the box.
     fn from_lowest_coordinates(grid: &Grid<D>, lowest: &[f64]) -> Self {
         let line = if D == 2 { [64, 1] } else { [8, 8] };
         let count = lowest.len();

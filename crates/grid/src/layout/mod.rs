@@ -1,4 +1,4 @@
-//! Which nodes are in use, and in what order points scatter to them.
+//! Active nodes, and the order in which points scatter to them.
 
 mod cell_sort;
 mod mesh_layout;
@@ -30,27 +30,27 @@ pub struct Layout<const D: usize> {
     above: usize,
     slab_cells: usize,
     active: Vec<Range<usize>>,
-    /// First entry of the window of each slab of a mesh; empty on a structured grid.
+    /// First entry of the node range of each slab of a mesh; empty on a structured grid.
     window_starts: Vec<usize>,
-    /// Nodes from one to its image, along axes along which the grid repeats itself; zero along others.
+    /// Period in nodes along periodic axes; zero along others.
     period: [usize; D],
 }
 
-/// What is called for a row: with its number, its active nodes and the row.
+/// Function called for a row: with its number, its active nodes and the row.
 type RowVisitor<'a, T, R> = dyn Fn(usize, Range<usize>, &mut [T]) -> R + Sync + 'a;
-/// The same for rows of two sets of nodes, with what comes out in the end.
+/// Function called for the same row of two sets of nodes, with the result of the row.
 type RowPairVisitor<'a, T, R> = dyn Fn(usize, Range<usize>, [&mut [T]; 2], &mut R) + Sync + 'a;
 
 /// Cells a point may move along an axis before the points must be sorted again.
 const SORT_MARGIN: usize = 1;
 
 impl<const D: usize> Layout<D> {
-    /// The layout of the nodes of `basis` on `grid`, without points.
+    /// Returns the layout of the nodes of `basis` on `grid`, without points.
     pub fn new<const S: usize, B: Basis<S>>(grid: &Grid<D>) -> Self {
         Self::with_basis(grid, &Basis1d::from_basis::<S, B>())
     }
 
-    /// The same of a basis that is chosen at run time.
+    /// Returns the layout for a basis that is chosen at run time.
     pub fn with_basis(grid: &Grid<D>, basis: &Basis1d) -> Self {
         let nodes = std::array::from_fn(|axis| basis.nodes(grid.cells[axis]));
         let mut strides = [1; D];
@@ -72,15 +72,15 @@ impl<const D: usize> Layout<D> {
         }
     }
 
-    /// The same nodes with the slabs of another layout on the same grid, whose shape functions reach at least as far.
+    /// Returns the layout with the slabs of another layout on the same grid, whose shape functions have at least the same support.
     #[must_use]
     pub fn with_slabs_of(mut self, other: &Self) -> Self {
         self.slab_cells = other.slab_cells;
         self
     }
 
-    /// The same grid, repeating itself along the given axes; `None` where it has too few cells for that, or nodes that
-    /// are not the same at both ends (splines with open knots).
+    /// Returns the layout periodic along the given axes; `None` where the grid has too few cells for that, or nodes that
+    /// differ at both ends (splines with open knots).
     #[must_use]
     pub fn periodic(self, periodic: [bool; D]) -> Option<Self> {
         let cells = self.grid.cells;
@@ -91,9 +91,9 @@ impl<const D: usize> Layout<D> {
         self.with_period(std::array::from_fn(|axis| if periodic[axis] { cells[axis] } else { 0 }))
     }
 
-    /// The same grid, in which nodes so many apart are the same node, zero along axes along which it does not repeat itself: a grid
-    /// that is wider than its period on both sides. Points stand within the period, so far from the ends of the grid that functions
-    /// are the same all over it. `None` where a node would have more than one image.
+    /// Returns the layout with the given period in nodes (zero along axes that are not periodic), for a grid that extends beyond its period
+    /// on both sides. Points lie within the period, so far from the ends of the grid that shape functions are the same everywhere. `None`
+    /// where a node would have more than one image.
     #[must_use]
     pub fn with_period(mut self, period: [usize; D]) -> Option<Self> {
         self.period = period;
@@ -101,17 +101,17 @@ impl<const D: usize> Layout<D> {
         (0..D).all(fits).then_some(self)
     }
 
-    /// How many nodes along an axis are the image of one of lower index.
+    /// Number of nodes along an axis that are the image of one of lower index.
     fn periodic_image_count(&self, axis: usize) -> usize {
         if self.period[axis] == 0 { 0 } else { self.nodes[axis].saturating_sub(self.period[axis]) }
     }
 
-    /// Whether the grid repeats itself along an axis.
+    /// Whether the grid is periodic along an axis.
     pub fn is_periodic(&self, axis: usize) -> bool {
         self.period[axis] > 0
     }
 
-    /// Gives nodes that are the same in a periodic grid the sum of what each of them has; `add` adds to a node.
+    /// Assigns the sum over all images to each node of a periodic grid; `add` adds to a node.
     pub fn sum_periodic_images<T: Copy>(&self, nodes: &mut [T], add: impl Fn(&mut T, &T)) {
         for axis in (0..D).filter(|axis| self.is_periodic(*axis)) {
             let (stride, period) = (self.strides[axis], self.period[axis]);
@@ -127,7 +127,7 @@ impl<const D: usize> Layout<D> {
         }
     }
 
-    /// The node at `index` and those that are the same node in a periodic grid.
+    /// Returns the node at `index` and its images in a periodic grid.
     #[must_use]
     pub fn periodic_images(&self, index: [usize; 3]) -> Vec<[usize; 3]> {
         let mut images = vec![index];
@@ -147,14 +147,13 @@ impl<const D: usize> Layout<D> {
         images
     }
 
-    /// Whether the node at `index` is one that another of lower index is too, in a periodic grid: sums over nodes leave
-    /// such ones out.
+    /// Whether the node at `index` is the image of one of lower index in a periodic grid: sums over nodes omit such images.
     #[inline]
     pub fn is_periodic_image(&self, index: &[usize; 3]) -> bool {
         (0..D).any(|axis| self.is_periodic(axis) && index[axis] >= self.period[axis])
     }
 
-    /// Makes the images of active nodes active.
+    /// Activates the images of active nodes.
     fn activate_images(&mut self) {
         if (1..D).any(|axis| self.is_periodic(axis)) {
             let whole = 0..self.strides[0];
@@ -197,7 +196,7 @@ impl<const D: usize> Layout<D> {
         self.nodes.iter().product()
     }
 
-    /// Never true: a grid has at least one cell.
+    /// Always false: a grid has at least one cell.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -212,7 +211,7 @@ impl<const D: usize> Layout<D> {
         self.grid.cells[0].div_ceil(self.slab_cells)
     }
 
-    /// Forgets all points.
+    /// Removes all points.
     pub fn clear(&mut self) {
         if self.is_mesh() {
             return;
@@ -220,8 +219,8 @@ impl<const D: usize> Layout<D> {
         self.active.fill(0..0);
     }
 
-    /// Takes a set of points sorted by cell ([`sort_by_cell`]): marks the nodes they can reach until
-    /// the next sort as active, and returns the bounds of the slabs within the set (one more than
+    /// Adds a set of points sorted by cell ([`sort_by_cell`]): activates the nodes within their support until
+    /// the next sort, and returns the bounds of the slabs within the set (one more than
     /// [`Layout::slabs`]).
     pub fn add_points(&mut self, positions: &[[f64; D]]) -> Vec<usize> {
         let mut bounds = vec![0; self.slabs() + 1];
@@ -255,7 +254,7 @@ impl<const D: usize> Layout<D> {
         bounds
     }
 
-    /// Active nodes of a row, counted within it.
+    /// Active nodes of a row, relative to its start.
     pub fn active(&self, row: usize) -> Range<usize> {
         self.active[row].clone()
     }
@@ -281,7 +280,7 @@ impl<const D: usize> Layout<D> {
         visit_rows(nodes, self.strides[0], &self.active, results, &visit);
     }
 
-    /// As [`Layout::for_each_row`], for a `visit` with nothing to report.
+    /// Calls `visit` as [`Layout::for_each_row`], without results.
     pub fn for_each_active_node_range<T: Send>(
         &self,
         nodes: &mut [T],
@@ -290,8 +289,8 @@ impl<const D: usize> Layout<D> {
         visit_rows(nodes, self.strides[0], &self.active, &mut vec![(); self.nodes[0]], &visit);
     }
 
-    /// Runs `visit(row, active, lines of both sets, result of the row)` for the same rows of two sets of nodes, in
-    /// parallel. The results keep what they are left with.
+    /// Calls `visit(row, active, lines of both sets, result of the row)` for the same rows of two sets of nodes, in
+    /// parallel. The results are modified in place.
     pub fn for_each_row_pair<T: Send, R: Send>(
         &self,
         [first, second]: [&mut [T]; 2],
@@ -305,13 +304,13 @@ impl<const D: usize> Layout<D> {
         });
     }
 
-    /// Sets the active nodes to their default.
+    /// Resets the active nodes to their default.
     pub fn reset<T: Send + Default + Clone>(&self, nodes: &mut [T]) {
         reset(nodes, self.strides[0], &self.active);
     }
 
-    /// Runs `scatter(slab, window, number of the window's first node)` for every slab: first the even
-    /// ones in parallel, then the odd ones. The window holds every node the slab's points may touch.
+    /// Calls `scatter(slab, window, number of the window's first node)` for every slab: first the even
+    /// ones in parallel, then the odd ones. The window contains all nodes in the support of the slab's points.
     pub fn for_each_slab<T: Send>(&self, nodes: &mut [T], scatter: impl Fn(usize, &mut [T], usize) + Sync) {
         let slabs = self.slabs();
         for colour in 0..2.min(slabs) {
@@ -324,7 +323,7 @@ impl<const D: usize> Layout<D> {
         }
     }
 
-    /// First node of the window of a slab, cut at the grid's end.
+    /// First node of the window of a slab, limited to the grid.
     fn window_start(&self, slab: usize) -> usize {
         if self.is_mesh() {
             return self.window_starts[slab];
@@ -334,7 +333,7 @@ impl<const D: usize> Layout<D> {
     }
 }
 
-// Loops that do not know the dimension, nor what is done with a row: a call a row costs nothing beside the row.
+// Loops independent of the dimension and of the function of a row: the cost of a call per row is negligible.
 
 fn visit_rows<T: Send, R: Send + Default>(
     nodes: &mut [T],
@@ -361,8 +360,8 @@ struct SlabWindows {
     start: usize,
 }
 
-/// Halves the windows until one is left, which goes to `scatter` with its first node; `first` is the first node of a window. Unlike a list
-/// of windows this allocates nothing.
+/// Splits the windows in halves recursively and calls `scatter` for each with its first node; `first` is the first node of a window. Unlike
+/// a list of windows this allocates nothing.
 fn scatter_windows<T: Send>(
     nodes: &mut [T],
     SlabWindows { numbers, start }: SlabWindows,

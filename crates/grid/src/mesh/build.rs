@@ -1,4 +1,4 @@
-//! How a [`Mesh`] comes to be: from nodes and elements, or from the cells of a grid.
+//! Construction of a [`Mesh`] from nodes and elements, or from the cells of a grid.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -7,53 +7,53 @@ use thiserror::Error;
 use super::{CORNERS, Element, ElementBins, Mesh, NO_ELEMENT, NodeElements, norm};
 use crate::Grid;
 
-/// Why a mesh cannot be used.
+/// Reason why a mesh cannot be used.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum MeshError {
-    /// Nothing to compute on.
+    /// No nodes or elements.
     #[error("has no {0}")]
     Empty(&'static str),
-    /// An element names a node that is not there.
+    /// An element refers to an unknown node.
     #[error("element {element} names node {node}, and there are {nodes}")]
     UnknownNode {
         /// Number of the element.
         element: usize,
-        /// What it names.
+        /// Unknown node number.
         node: usize,
         /// Number of nodes.
         nodes: usize,
     },
-    /// A node with a coordinate that is no number.
+    /// A node with a coordinate that is not finite.
     #[error("node {node} lies at {position:?} m")]
     NotFinite {
         /// Number of the node.
         node: usize,
-        /// Its coordinates.
+        /// Coordinates of the node (m).
         position: Vec<f64>,
     },
-    /// An element without volume, or turned inside out.
+    /// An element without volume, or inverted.
     #[error(
         "element {element} around {centre:?} m has the volume {volume:.3e}: it must be positive (corners in the wrong order, or flat)"
     )]
     Volume {
         /// Number of the element.
         element: usize,
-        /// Its centre (m).
+        /// Centre of the element (m).
         centre: Vec<f64>,
-        /// Its volume (m³; m² in the plane).
+        /// Volume of the element (m³; m² in the plane).
         volume: f64,
     },
-    /// Two nodes at one place.
+    /// Two nodes at the same position.
     #[error("nodes {first} and {second} lie at the same place {position:?} m")]
     Duplicate {
-        /// Number of one.
+        /// Number of the first node.
         first: usize,
-        /// Number of the other.
+        /// Number of the second node.
         second: usize,
-        /// Where they lie (m).
+        /// Position of both (m).
         position: Vec<f64>,
     },
-    /// A facet between three elements or more.
+    /// A facet of three elements or more.
     #[error("elements around {first:?} m and {second:?} m share a facet that a third one has too")]
     SharedFacet {
         /// Centre of one element (m).
@@ -64,11 +64,11 @@ pub enum MeshError {
 }
 
 impl<const D: usize> Mesh<D> {
-    /// The mesh of `elements` with `D + 1` corners each, by number of node, and of groups of nodes by name. Nodes that
-    /// no element has are dropped.
+    /// Returns the mesh of `elements` with `D + 1` node numbers each, and of named groups of nodes. Nodes without
+    /// an element are removed.
     ///
     /// # Errors
-    /// When elements are flat or inside out, nodes lie at the same place, or facets join more than two elements.
+    /// When elements are flat or inverted, nodes coincide, or facets belong to more than two elements.
     pub fn new(
         nodes: &[[f64; D]],
         elements: &[Vec<usize>],
@@ -104,11 +104,11 @@ impl<const D: usize> Mesh<D> {
         Ok(mesh)
     }
 
-    /// The cells of `grid` cut into triangles (two a cell) or tetrahedra (six a cell): one for each order in which a
-    /// way from the lowest to the highest corner takes the axes (Kuhn's triangulation).
+    /// Returns the mesh of the cells of `grid`, cut into triangles (two a cell) or tetrahedra (six a cell): one for each order of
+    /// the axes on a path from the lowest to the highest corner (Kuhn's triangulation).
     ///
     /// # Errors
-    /// As [`Mesh::new`]; a grid has no flaw that would make it fail.
+    /// As [`Mesh::new`]; the elements of a grid fulfil its conditions.
     pub fn of_grid(grid: &Grid<D>) -> Result<Self, MeshError> {
         let counts: [usize; D] = std::array::from_fn(|a| grid.cells[a] + 1);
         let number = |index: &[usize; D]| (0..D).fold(0, |number, a| number * counts[a] + index[a]);
@@ -158,7 +158,7 @@ impl<const D: usize> Mesh<D> {
         let mut members: Vec<Vec<u32>> = vec![Vec::new(); cells.iter().product()];
         for (number, e) in self.elements.iter().enumerate() {
             let (low, high) = of_element(e);
-            // A little wider, so that round-off loses no point of the element.
+            // A little wider, so that round-off excludes no point of the element.
             let [first, last] = [(low, -1e-6), (high, 1e-6)]
                 .map(|(x, more)| grid.cell_of(&std::array::from_fn(|a| x[a] + more * cell)));
             let mut index = first;
@@ -182,7 +182,7 @@ impl<const D: usize> Mesh<D> {
     }
 }
 
-/// The orders of `D` axes, and whether each is even.
+/// Permutations of `D` axes, and whether each is even.
 fn axis_permutations<const D: usize>() -> Vec<([usize; D], bool)> {
     let mut all = vec![(std::array::from_fn(|a| a), true)];
     for place in 0..D {
@@ -197,7 +197,7 @@ fn axis_permutations<const D: usize>() -> Vec<([usize; D], bool)> {
     all
 }
 
-/// The nodes that elements have, in order of their coordinates, and the new number of each.
+/// Nodes of elements in the order of their coordinates, and the new number of each.
 fn renumber_nodes<const D: usize>(
     nodes: &[[f64; D]],
     elements: &[Vec<usize>],
@@ -214,7 +214,7 @@ fn renumber_nodes<const D: usize>(
     (order, number_of)
 }
 
-/// The elements in order of their lowest node, so that slabs of the mesh are ranges of elements too.
+/// Elements in the order of their lowest node, so that slabs of the mesh are ranges of elements too.
 fn along_first_axis(elements: &[Vec<usize>], number_of: &HashMap<usize, u32>) -> Vec<usize> {
     let mut order: Vec<usize> = (0..elements.len()).collect();
     order.sort_by_key(|&element| elements[element].iter().map(|old| number_of[old]).min());
@@ -222,7 +222,7 @@ fn along_first_axis(elements: &[Vec<usize>], number_of: &HashMap<usize, u32>) ->
 }
 
 impl NodeElements {
-    /// The elements around each of `nodes` nodes.
+    /// Returns the elements around each of `nodes` nodes.
     fn from_elements<const D: usize>(elements: &[Element<D>], nodes: usize) -> Self {
         let corners =
             || (0..).zip(elements).flat_map(|(e, element)| element.nodes[..=D].iter().map(move |&n| (e, n)));
@@ -308,7 +308,7 @@ fn invert<const D: usize>(edge: impl Fn(usize, usize) -> f64) -> (f64, [[f64; D]
     ((0..D).map(|c| edge(0, c) * rows[0][c]).sum(), rows)
 }
 
-/// Finds the elements across all facets.
+/// Links elements across their common facets.
 fn link_neighbours<const D: usize>(
     elements: &mut [Element<D>],
     places: &[[f64; D]],

@@ -1,39 +1,39 @@
-//! Whether a mesh conforms: elements meet in whole facets, with the nodes of both, and none lies over another.
+//! Conformity of a mesh: elements share whole facets with all their nodes, and do not overlap.
 
 use std::collections::{BTreeSet, HashMap};
 
 use crate::mesh::{Mesh, NO_ELEMENT, lowest_entry};
 
-/// Share of its heights by which a place beside an element still lies on it. Nodes of elements that are less flat than that are farther
-/// apart, and round-off of the coordinates of a text is less.
+/// Tolerance of a position on an element, over its heights. Nodes of elements that are less flat than that are farther
+/// apart, and round-off of coordinates in a text file is smaller.
 const INSIDE_TOLERANCE: f64 = 1e-5;
 
-/// Something that lies in an element, or on one of its facets, where a conforming mesh has nothing.
+/// Node or centre that lies in an element or on one of its facets, in conflict with conformity.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Nonconformity<const D: usize> {
     pub kind: NonconformityKind,
-    /// Where it lies (m).
+    /// Position (m).
     pub position: [f64; D],
-    /// The element that it lies in.
+    /// Element that contains it.
     pub element: u32,
     /// Whether it lies inside rather than on a facet.
     pub is_inside: bool,
 }
 
-/// Node, centre of an element, or centre of a facet that lies in an element.
+/// Kind of a nonconformity: node, centre of an element, or centre of a facet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum NonconformityKind {
     /// A node that is no corner of the element.
     Node(u32),
     /// A node that lies on a corner of the element, and that corner.
     CoincidentNode(u32, u32),
-    /// The centre of another element.
+    /// Centre of another element.
     Centre(u32),
-    /// The centre of a facet that another element has alone.
+    /// Centre of a boundary facet of another element.
     Facet(u32),
 }
 
-/// The elements by the cells that they reach into. Cells are as large as the elements in them, to a factor of two, in as many levels as
+/// Elements by the cells that they overlap. Cells are as large as the elements in them, to a factor of two, in as many levels as
 /// there are such sizes.
 struct ElementCells<const D: usize> {
     levels: BTreeSet<i32>,
@@ -79,7 +79,7 @@ impl<const D: usize> ElementCells<D> {
         }
     }
 
-    /// Elements that may hold a place.
+    /// Elements that may contain a position.
     fn candidates(&self, place: &[f64; D]) -> impl Iterator<Item = u32> {
         let list = |level: &i32| self.members.get(&(*level, Self::cell(*level, place)));
         self.levels.iter().filter_map(list).flatten().copied()
@@ -87,7 +87,7 @@ impl<const D: usize> ElementCells<D> {
 }
 
 impl<const D: usize> Mesh<D> {
-    /// The first place where the mesh does not conform.
+    /// First position where the mesh does not conform.
     pub(crate) fn first_nonconformity(&self) -> Option<Nonconformity<D>> {
         let cells = ElementCells::new(self);
         let within = |place: &[f64; D], but: &dyn Fn(u32) -> bool| {
@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn hanging_nodes_and_sides_with_other_nodes_clash() {
-        // A square of two triangles with half a square at its right side, whose node 4 hangs.
+        // A square of two triangles with half a square at its right side, whose node 4 is a hanging node.
         let nodes = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.5], [2.0, 0.0]];
         let found = clash(&nodes, &[vec![0, 1, 2], vec![0, 2, 3], vec![1, 5, 4]]).unwrap();
         assert!(matches!(found.kind, NonconformityKind::Node(_)) && !found.is_inside, "{found:?}");
@@ -179,7 +179,7 @@ mod tests {
 
     #[test]
     fn sides_of_tetrahedra_that_are_cut_along_the_other_diagonal_clash() {
-        // Half cubes, whose nodes at x = 1 are the same and whose diagonals there cross.
+        // Half cubes with common nodes at x = 1 and crossing diagonals there.
         let nodes = [
             [1.0, 0.0, 0.0],
             [1.0, 1.0, 0.0],

@@ -14,16 +14,16 @@ use crate::{Basis, Grid, NodeList};
 pub(crate) use crate::mesh::conformity::{Nonconformity, NonconformityKind};
 pub use build::MeshError;
 
-/// No element: what lies across a facet on the boundary.
+/// Marker of no element, across a facet on the boundary.
 const NO_ELEMENT: u32 = u32::MAX;
-/// How far below zero a barycentric coordinate of a point of an element may lie.
+/// Tolerance below zero of the barycentric coordinates of a point in an element.
 const BARYCENTRIC_TOLERANCE: f64 = 1e-10;
-/// Elements a search walks through before it starts again from the bins.
+/// Largest number of elements in a walk search before it restarts from the bins.
 const MAX_WALK_STEPS: usize = 50;
-/// Corners of an element, at most.
+/// Largest number of corners of an element.
 const CORNERS: usize = 4;
 
-/// Marks the shape functions of a mesh, which has no axes: `S` nodes a point, `D + 1` of them.
+/// Marker of the shape functions of a mesh, which has no axes: `S` nodes a point, `D + 1` of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SimplexBasis;
 
@@ -46,15 +46,15 @@ impl<const S: usize> Basis<S> for SimplexBasis {
     }
 }
 
-/// A triangle or tetrahedron, with its shape functions `N_i(x) = values[i] + gradients[i] · x`.
+/// Triangle or tetrahedron, with its shape functions `N_i(x) = values[i] + gradients[i] · x`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Element<const D: usize> {
-    /// Its `D + 1` nodes.
+    /// Node numbers, `D + 1` of them.
     pub nodes: [u32; CORNERS],
     values: [f64; CORNERS],
-    /// Gradients of the shape functions of its nodes (1/m).
+    /// Gradients of the shape functions (1/m).
     pub gradients: [[f64; D]; CORNERS],
-    /// The element across the facet opposite to each node.
+    /// Element across the facet opposite to each node.
     neighbours: [u32; CORNERS],
     /// Volume (m³; m² in the plane).
     pub volume: f64,
@@ -62,7 +62,7 @@ pub struct Element<const D: usize> {
     pub height: f64,
 }
 
-/// A mesh of triangles (`D = 2`) or tetrahedra (`D = 3`). Its nodes are numbered along the first axis, and its elements
+/// Mesh of triangles (`D = 2`) or tetrahedra (`D = 3`). Its nodes are numbered along the first axis, and its elements
 /// in the order of their lowest nodes, so that slabs of the mesh are ranges of both.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh<const D: usize> {
@@ -70,11 +70,11 @@ pub struct Mesh<const D: usize> {
     elements: Vec<Element<D>>,
     groups: BTreeMap<String, Vec<u32>>,
     node_elements: NodeElements,
-    /// Cells of the size of the largest element, and the elements that reach into each.
+    /// Cells of the size of the largest element, with the elements that overlap each.
     bins: Option<ElementBins<D>>,
 }
 
-/// The elements around the nodes: those of node `n` are the members from `starts[n]` to `starts[n + 1]`.
+/// Elements around the nodes: those of node `n` are the members from `starts[n]` to `starts[n + 1]`.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct NodeElements {
     starts: Vec<u32>,
@@ -94,33 +94,33 @@ impl<const D: usize> Mesh<D> {
         &self.nodes
     }
 
-    /// The elements.
+    /// Elements of the mesh.
     pub fn elements(&self) -> &[Element<D>] {
         &self.elements
     }
 
-    /// Memory of a mesh (bytes) of so many nodes and elements, without named groups.
+    /// Memory of a mesh (bytes) with these numbers of nodes and elements, without named groups.
     pub fn bytes(nodes: f64, elements: f64) -> f64 {
         let number = size_of::<u32>() as f64;
-        // Around each node its elements, and in the bins each element a few times.
+        // Each node lists its elements, and each element is in a few bins.
         let of_element = size_of::<Element<D>>() as f64 + (D + 1 + (1 << D)) as f64 * number;
         nodes * (size_of::<[f64; D]>() as f64 + number) + elements * of_element
     }
 
-    /// The elements that have a node.
+    /// Elements around a node.
     #[inline]
     pub fn elements_around(&self, node: u32) -> &[u32] {
         let NodeElements { starts, elements } = &self.node_elements;
         &elements[starts[node as usize] as usize..starts[node as usize + 1] as usize]
     }
 
-    /// The elements across the facets of one; none across a facet on the boundary of the mesh.
+    /// Elements across the facets of an element; none across a facet on the boundary of the mesh.
     pub fn neighbours(&self, element: u32) -> impl Iterator<Item = u32> {
         let across = self.elements[element as usize].neighbours;
         across.into_iter().take(D + 1).filter(|&other| other != NO_ELEMENT)
     }
 
-    /// The nodes of a group.
+    /// Nodes of a group.
     pub fn group(&self, name: &str) -> Option<&[u32]> {
         self.groups.get(name).map(Vec::as_slice)
     }
@@ -130,12 +130,12 @@ impl<const D: usize> Mesh<D> {
         self.groups.keys().map(String::as_str)
     }
 
-    /// True on a structured grid, which has no mesh.
+    /// Whether there is no mesh, as on a structured grid.
     pub fn is_empty(&self) -> bool {
         self.elements.is_empty()
     }
 
-    /// Box of cells around the mesh, as large as its largest element.
+    /// Grid of cells around the mesh, as large as its largest element.
     pub fn cells(&self) -> Option<Grid<D>> {
         self.bins.as_ref().map(|bins| bins.grid)
     }
@@ -145,7 +145,7 @@ impl<const D: usize> Mesh<D> {
         self.elements.iter().map(|e| e.height).fold(f64::INFINITY, f64::min)
     }
 
-    /// Barycentric coordinates, which are the shape functions, of `position` in an element.
+    /// Barycentric coordinates of `position` in an element, equal to its shape functions.
     #[inline(always)]
     pub fn barycentric(&self, element: u32, position: &[f64; D]) -> [f64; CORNERS] {
         let e = &self.elements[element as usize];
@@ -159,7 +159,7 @@ impl<const D: usize> Mesh<D> {
         out
     }
 
-    /// The nodes of a point in an element.
+    /// Nodes of a point in an element.
     #[inline(always)]
     pub fn support<const N: usize>(&self, element: u32, position: &[f64; D]) -> NodeList<D, N> {
         let e = &self.elements[element as usize];
@@ -182,7 +182,7 @@ impl<const D: usize> Mesh<D> {
         })
     }
 
-    /// The element that holds `position`; of several that touch it, the one with the lowest number.
+    /// Element that contains `position`; on a common facet, the one with the lowest number.
     pub fn locate(&self, position: &[f64; D]) -> Option<u32> {
         let bins = self.bins.as_ref()?;
         let local = bins.grid.local(position);
@@ -199,7 +199,7 @@ impl<const D: usize> Mesh<D> {
             .find(|&e| lowest_entry::<D>(&self.barycentric(e, position)).1 >= -BARYCENTRIC_TOLERANCE)
     }
 
-    /// The element that holds `position`, searched from `start`: through the facet that the position lies farthest
+    /// Element that contains `position`, by a walk from `start` through the facet that the position lies farthest
     /// beyond, until there is none.
     #[inline]
     pub fn locate_from(&self, start: u32, position: &[f64; D]) -> Option<u32> {
@@ -217,7 +217,7 @@ impl<const D: usize> Mesh<D> {
         self.locate(position)
     }
 
-    /// Facets of the union of the elements that `inside` picks: element, and the node opposite to the facet.
+    /// Boundary facets of the union of the elements that `inside` selects: element, and the node opposite to the facet.
     pub fn boundary<'a>(
         &'a self,
         inside: impl Fn(u32) -> bool + 'a,

@@ -1,11 +1,11 @@
-//! What a node holds, and what a point reads off the nodes.
+//! State of a node, and motion interpolated to a point.
 
 use wide::{f64x4, f64x8};
 
-/// Four numbers handled at once: three components of a vector and one more.
+/// Vector of four lanes: three components and one scalar.
 pub type Vector4 = f64x4;
 
-/// What a node holds. While points scatter: momentum and, in the fourth lane, mass; internal and
+/// State of a node. During the scatter of points: momentum and, in the fourth lane, mass; internal and
 /// other forces. After the momentum solve: velocity (mass stays in the fourth lane); acceleration.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(64))]
@@ -17,14 +17,14 @@ pub struct NodalState {
 }
 
 impl NodalState {
-    /// Changes a solved velocity (m/s), and the acceleration of the step of `dt` (s) with it.
+    /// Changes a solved velocity (m/s), and the acceleration in the step of `dt` (s) consistently.
     #[inline(always)]
     pub fn change_velocity(&mut self, change: Vector4, dt: f64) {
         self.momentum_and_mass += change;
         self.force += change * (1.0 / dt);
     }
 
-    /// Both at once.
+    /// Both vectors in eight lanes.
     #[inline(always)]
     pub(crate) fn as_f64x8(&self) -> f64x8 {
         join_halves(self.momentum_and_mass, self.force)
@@ -36,7 +36,7 @@ impl NodalState {
     }
 }
 
-/// A lane for each of the first `D` axes, and zeros.
+/// Vector with a lane for each of the first `D` axes, and zeros.
 #[inline(always)]
 pub(crate) fn vector4<const D: usize>(of: impl Fn(usize) -> f64) -> Vector4 {
     let mut lanes = [0.0; 4];
@@ -44,21 +44,21 @@ pub(crate) fn vector4<const D: usize>(of: impl Fn(usize) -> f64) -> Vector4 {
     Vector4::new(lanes)
 }
 
-/// Two sets of lanes at once.
+/// Joins two vectors of four lanes.
 #[inline(always)]
 pub(crate) fn join_halves(first: Vector4, second: Vector4) -> f64x8 {
     let ([a, b, c, d], [e, f, g, h]) = (first.to_array(), second.to_array());
     f64x8::new([a, b, c, d, e, f, g, h])
 }
 
-/// The two sets of lanes of [`join_halves`].
+/// Splits the result of [`join_halves`] into its two vectors.
 #[inline(always)]
 pub(crate) fn split_halves(both: f64x8) -> [Vector4; 2] {
     let [a, b, c, d, e, f, g, h] = both.to_array();
     [Vector4::new([a, b, c, d]), Vector4::new([e, f, g, h])]
 }
 
-/// What a point reads off the grid.
+/// Motion interpolated from the grid to a point.
 #[derive(Clone, Copy, Debug)]
 pub struct InterpolatedMotion<const D: usize> {
     /// `Σ N v`.

@@ -10,17 +10,17 @@ pub trait Basis<const S: usize>: Copy + Send + Sync + 'static {
     const NAME: &'static str;
     /// Layers of nodes outside the domain, at each end.
     const GHOSTS: usize;
-    /// How many nodes below the lower node of its cell a point may touch.
+    /// Number of nodes in the support of a point below the lower node of its cell.
     const BELOW: usize;
-    /// How many nodes above the lower node of its cell a point may touch.
+    /// Number of nodes in the support of a point above the lower node of its cell.
     const ABOVE: usize;
-    /// Whether holding the nodes on a grid line within the domain holds the material there.
+    /// Whether fixed nodes on a grid line within the domain fix the material there.
     const ALLOWS_INTERIOR_WALLS: bool = true;
 
     /// Number of nodes of an axis with `cells` cells, ghosts included.
     fn nodes(cells: usize) -> usize;
 
-    /// Where node `index` lies (cells from the lower end); for splines the Greville abscissa.
+    /// Coordinate of node `index` (cells from the lower end); for splines the Greville abscissa.
     fn coordinate(index: usize, cells: usize) -> f64;
 
     /// [`Basis::coordinate`] of the nodes from `first` on.
@@ -29,7 +29,7 @@ pub trait Basis<const S: usize>: Copy + Send + Sync + 'static {
         std::array::from_fn(|k| Self::coordinate(first + k, cells))
     }
 
-    /// Second moment of the functions from node `first` on about any place (cells²), where it is the same everywhere.
+    /// Second moment of the functions from node `first` on about any position (cells²), where it is constant.
     #[inline(always)]
     fn second_moment(_first: usize, _cells: usize) -> Option<f64> {
         None
@@ -44,7 +44,7 @@ fn cell_index(x: f64, cells: usize) -> usize {
     (x.max(0.0) as usize).min(cells - 1)
 }
 
-/// Hat functions (GT eq. 3.25).
+/// Linear shape functions (hat functions, GT eq. 3.25).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LinearBasis;
 
@@ -70,7 +70,7 @@ impl Basis<2> for LinearBasis {
     }
 }
 
-/// Generalised interpolation (GIMP) for point widths up to one cell: the hat functions averaged
+/// Generalised interpolation (GIMP) for point widths up to one cell: hat functions averaged
 /// over the point's domain (GT eq. 3.27, in the general form of the sheet).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GimpBasis;
@@ -108,8 +108,8 @@ impl Basis<3> for GimpBasis {
     }
 }
 
-/// Generalised interpolation for point widths up to two cells: what contiguous-particle GIMP
-/// needs, whose domains grow and shrink with the deformation.
+/// Generalised interpolation for point widths up to two cells, as in contiguous-particle GIMP,
+/// with domains that change with the deformation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ContiguousGimpBasis;
 
@@ -152,7 +152,7 @@ impl Basis<4> for ContiguousGimpBasis {
     }
 }
 
-/// Non-zero B-splines of degree `S - 1` in cell `cell`, open knots at both ends (Cox–de Boor).
+/// Non-zero B-splines of degree `S - 1` in cell `cell`, with open knots at both ends (Cox–de Boor).
 #[inline(never)]
 fn open_spline<const S: usize>(x: f64, cell: usize, cells: usize) -> ([f64; S], [f64; S]) {
     let knot = |k: isize| (cell as isize + k).clamp(0, cells as isize) as f64;
@@ -185,7 +185,7 @@ fn open_spline<const S: usize>(x: f64, cell: usize, cells: usize) -> ([f64; S], 
     (w, g)
 }
 
-/// `N` numbers that rise by one from `start` on.
+/// `N` numbers that increase by one from `start` on.
 #[inline(always)]
 fn consecutive<const N: usize>(start: f64) -> [f64; N] {
     let mut numbers = [start; N];
@@ -195,7 +195,7 @@ fn consecutive<const N: usize>(start: f64) -> [f64; N] {
     numbers
 }
 
-/// Coordinates of nodes of which one is near an end.
+/// Coordinates of consecutive nodes, some of them near an end.
 #[inline(never)]
 fn coordinates_near_ends<const S: usize, B: Basis<S>>(first: usize, cells: usize) -> [f64; S] {
     std::array::from_fn(|k| B::coordinate(first + k, cells))

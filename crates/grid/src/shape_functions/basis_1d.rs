@@ -1,29 +1,29 @@
-//! The shape functions of one axis as a value, for what is not worth a compiled copy each.
+//! Shape functions of one axis, chosen at run time for code outside the compiled transfers.
 
 use crate::Basis;
 
-/// Most nodes of an axis that a point has.
+/// Largest number of nodes of a point along an axis.
 const MAX_NODES: usize = 4;
 
-/// What a [`Basis`] says, at run time.
+/// Properties of a [`Basis`], at run time.
 #[derive(Clone, Copy, Debug)]
 pub struct Basis1d {
     /// Name of the family.
     pub name: &'static str,
     /// Layers of nodes outside the domain, at each end.
     pub ghosts: usize,
-    /// How many nodes below the lower node of its cell a point may touch.
+    /// Number of nodes in the support of a point below the lower node of its cell.
     pub below: usize,
-    /// How many nodes above the lower node of its cell a point may touch.
+    /// Number of nodes in the support of a point above the lower node of its cell.
     pub above: usize,
-    /// Whether holding the nodes on a grid line within the domain holds the material there.
+    /// Whether fixed nodes on a grid line within the domain fix the material there.
     pub allows_interior_walls: bool,
     nodes: fn(usize) -> usize,
     coordinate: fn(usize, usize) -> f64,
     evaluate: fn(f64, f64, usize) -> BasisValues1d,
 }
 
-/// The nodes of a point along an axis, with weights and gradients.
+/// Nodes of a point along an axis, with weights and gradients.
 #[derive(Clone, Copy, Debug)]
 pub struct BasisValues1d {
     /// First node.
@@ -45,14 +45,14 @@ impl BasisValues1d {
         &self.gradients[..self.count]
     }
 
-    /// Weight of a node, zero where the point does not touch it.
+    /// Weight of a node, zero outside the support.
     pub fn weight_of(&self, node: usize) -> f64 {
         node.checked_sub(self.first).and_then(|k| self.weights().get(k)).copied().unwrap_or(0.0)
     }
 }
 
 impl Basis1d {
-    /// The facts of a basis.
+    /// Returns the properties of a basis.
     pub fn from_basis<const S: usize, B: Basis<S>>() -> Self {
         Self {
             name: B::NAME,
@@ -65,7 +65,7 @@ impl Basis1d {
             evaluate: |x, width, cells| {
                 let (first, w, g) = B::evaluate(x, width, cells);
                 let four = |values: [f64; S]| std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0));
-                // What has more of them in all, at the corners of its domain, has two along an axis.
+                // A basis with more nodes in total, at the corners of its domain, has two along an axis.
                 BasisValues1d { first, count: S.min(MAX_NODES), weights: four(w), gradients: four(g) }
             },
         }
@@ -76,17 +76,17 @@ impl Basis1d {
         (self.nodes)(cells)
     }
 
-    /// Where node `index` lies (cells from the lower end); for splines the Greville abscissa.
+    /// Coordinate of node `index` (cells from the lower end); for splines the Greville abscissa.
     pub fn coordinate(&self, index: usize, cells: usize) -> f64 {
         (self.coordinate)(index, cells)
     }
 
-    /// The nodes at `x`, for a point of full width `width` (both in cells).
+    /// Nodes at `x`, for a point of full width `width` (both in cells).
     pub fn evaluate(&self, x: f64, width: f64, cells: usize) -> BasisValues1d {
         (self.evaluate)(x, width, cells)
     }
 
-    /// Index of the nodes on the face between cells `face - 1` and `face` of so many.
+    /// Index of the nodes on the face between cells `face - 1` and `face` of `cells` cells.
     pub fn face_node(&self, face: usize, cells: usize) -> usize {
         if face == cells { self.nodes(cells) - 1 - self.ghosts } else { face + self.ghosts }
     }

@@ -2,8 +2,8 @@
 
 use crate::{Basis, Grid, NodeList, Vector4};
 
-/// Linear functions of the grid, read at the corners of the points' domains (CPDI). `S` is the number of nodes of a
-/// point in all, those of its `2^D` corners: `4^D`.
+/// Linear grid functions evaluated at the corners of the points' domains (CPDI). `S` is the total number of nodes of a
+/// point, those of its `2^D` corners: `4^D`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CpdiBasis;
 
@@ -34,7 +34,7 @@ impl<const S: usize> Basis<S> for CpdiBasis {
 }
 
 impl CpdiBasis {
-    /// How far from its point, along an axis and in cells, a corner may lie: as far as the layers of ghost nodes go.
+    /// Largest distance of a corner from its point, along an axis and in cells: the number of ghost node layers.
     pub const MAX_CORNER_DISTANCE: f64 = GHOSTS as f64;
 
     #[inline(always)]
@@ -44,7 +44,7 @@ impl CpdiBasis {
         (first, local - first as f64)
     }
 
-    /// The nodes of a parallelogram (parallelepiped) around `centre` (m) with the half-edges `edges[a]` (m).
+    /// Returns the nodes of a parallelogram (parallelepiped) around `centre` (m) with the half-edges `edges[a]` (m).
     ///
     /// With `s = ±1` for the two ends of each edge and the vectors `d_a` dual to the edges, a corner has the weight
     /// `1/2^D` and the gradient `Σ_a s_a d_a / 2^D`.
@@ -71,8 +71,8 @@ impl CpdiBasis {
         list
     }
 
-    /// The nodes of a quadrilateral with `corners` (m) at `(--), (+-), (++), (-+)` (CPDI2; Sadeghirad et al. 2013): the
-    /// corners weigh in the mean over it as its own shape functions do.
+    /// Returns the nodes of a quadrilateral with `corners` (m) at `(--), (+-), (++), (-+)` (CPDI2; Sadeghirad et al. 2013): the
+    /// weights of the corners are the means of its own shape functions.
     #[inline(always)]
     pub fn quadrilateral_nodes<const D: usize, const S: usize>(
         grid: &Grid<D>,
@@ -87,7 +87,7 @@ impl CpdiBasis {
         list
     }
 
-    /// Sum of what `of` finds at the nodes around a place (m), with linear weights.
+    /// Linear interpolation at a position (m) of the nodal values `of`.
     #[inline(always)]
     pub fn interpolate_linear<const D: usize>(
         grid: &Grid<D>,
@@ -117,7 +117,7 @@ impl CpdiBasis {
         });
     }
 
-    /// Calls `visit(k, number, linear weight, place)` for the `2^D` nodes around a place (m).
+    /// Calls `visit(k, number, linear weight, position)` for the `2^D` nodes around a position (m).
     #[inline(always)]
     fn visit_cell_nodes<const D: usize>(
         grid: &Grid<D>,
@@ -141,8 +141,8 @@ impl CpdiBasis {
     }
 }
 
-/// What each corner `(--), (+-), (++), (-+)` of a quadrilateral weighs in the mean of its bilinear shape functions over it
-/// and in the mean of their gradients (1/m) (sheet: mpm §2.5e).
+/// Weights of the corners `(--), (+-), (++), (-+)` of a quadrilateral: means over it of its bilinear shape functions
+/// and of their gradients (1/m) (sheet: mpm §2.5e).
 #[inline(always)]
 fn corner_weights(corners: &[[f64; 2]; 4]) -> ([f64; 4], [[f64; 2]; 4]) {
     let [[x1, y1], [x2, y2], [x3, y3], [x4, y4]] = *corners;
@@ -157,7 +157,7 @@ fn corner_weights(corners: &[[f64; 2]; 4]) -> ([f64; 4], [[f64; 2]; 4]) {
     )
 }
 
-/// The vectors dual to `edges`: `d_a · r_b = 1` for `a = b`, else zero.
+/// Vectors dual to `edges`: `d_a · r_b = 1` for `a = b`, else zero.
 #[inline(always)]
 fn dual_basis<const D: usize>(edges: &[[f64; D]; D]) -> [[f64; D]; D] {
     let r = |a: usize, c: usize| edges[a][c];
@@ -187,7 +187,7 @@ fn dual_basis<const D: usize>(edges: &[[f64; D]; D]) -> [[f64; D]; D] {
     dual
 }
 
-/// A vector of the plane of quadrilaterals.
+/// Vector of the plane of quadrilaterals, in `D` dimensions.
 #[inline(always)]
 pub(crate) fn embed_plane_vector<const D: usize>(vector: &[f64; 2]) -> [f64; D] {
     std::array::from_fn(|c| vector.get(c).copied().unwrap_or(0.0))
@@ -248,7 +248,7 @@ mod tests {
 
     #[test]
     fn a_quadrilateral_weighs_its_corners_as_gauss_does() {
-        // Means of N = (1 ± ξ)(1 ± η)/4 over the quadrilateral, by two points of Gauss an axis: exact, as both N J and
+        // Means of N = (1 ± ξ)(1 ± η)/4 over the quadrilateral, by two Gauss points an axis: exact, as both N J and
         // ∇N J are bilinear at most of second order.
         let corners = [[0.1, 0.0], [0.9, 0.15], [1.2, 1.0], [-0.05, 0.7]];
         let signs = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];

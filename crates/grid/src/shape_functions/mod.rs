@@ -1,7 +1,7 @@
-//! Shape functions of the background grid: linear, GIMP, CPDI and B-splines, and the nodes that carry a point.
+//! Shape functions of the background grid: linear, GIMP, CPDI and B-splines, and the support nodes of a point.
 //!
 //! A basis has weights and gradients along an axis; a stencil is their product (sheet: mpm §2.2).
-//! The room depends on the grid and the point domains only.
+//! The module depends on the grid and the point domains only.
 
 pub(crate) mod basis;
 pub(crate) mod basis_1d;

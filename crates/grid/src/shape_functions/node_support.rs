@@ -1,17 +1,17 @@
-//! The nodes a point stands on: what the two transfers need of any shape functions.
+//! Support nodes of a point, as both transfers use them for any shape functions.
 
 use crate::nodes::nodal_state::vector4;
 use crate::{Basis, Grid, InterpolatedMotion, NodalState, Vector4};
 
 /// Weights and gradients of the nodes at a point, and the transfers with them.
 ///
-/// [`crate::Stencil`] is the product of one basis per axis and has its own, faster transfers; a [`NodeList`] names every node.
+/// [`crate::Stencil`] is the product of one basis per axis with its own, faster transfers; a [`NodeList`] lists every node.
 pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
     /// Calls `visit(node number, weight, gradient)` for every node.
     fn for_each(&self, strides: &[usize; D], visit: impl FnMut(usize, f64, &[f64; D]));
 
-    /// The same nodes with `N (x_i - x_p)` (m) in place of the gradients, and `Σ N (x_i - x_p)²` (m²) along each
-    /// axis: what the affine transfers weigh with (sheet: mpm §2.6). The mixed second moments are zero, because every
+    /// Returns the nodes with `N (x_i - x_p)` (m) in place of the gradients, and `Σ N (x_i - x_p)²` (m²) along each axis: the weights of
+    /// the affine transfers (sheet: mpm §2.6). The mixed second moments are zero, because every
     /// family reproduces linear fields.
     fn affine_moments<const S: usize, B: Basis<S>>(
         &self,
@@ -19,7 +19,7 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         position: &[f64; D],
     ) -> (Self, [f64; D]);
 
-    /// The same nodes with the gradients of the configuration that the moments are of.
+    /// Returns the nodes with the gradients in the configuration of the moments.
     #[inline(always)]
     fn with_matching_gradients(&self) -> Self {
         *self
@@ -48,8 +48,8 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         });
     }
 
-    /// As [`NodeSupport::p2g`] of `(motion, columns, body)`, and adds to the momenta the `(nodes with their moments, columns)` of
-    /// an affine velocity field.
+    /// Point to grid: [`NodeSupport::p2g`] of `(motion, columns, body)`, and momenta of an affine velocity field given as
+    /// `(nodes with their moments, columns)`.
     #[inline(always)]
     fn p2g_affine(
         &self,
@@ -71,7 +71,7 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         self.for_each(strides, |number, w, _| nodes[number - offset] += value * w);
     }
 
-    /// Point to grid: adds `N value + Σ_j ∂N/∂x_j columns[j]` to what `at` finds in a node.
+    /// Point to grid: adds `N value + Σ_j ∂N/∂x_j columns[j]` to the part `at` of a node.
     #[inline(always)]
     fn p2g_with_gradients<T>(
         &self,
@@ -91,7 +91,7 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         });
     }
 
-    /// Point to grid: adds `N value`, and to lane `j` the share `∂N/∂x_j` of lane `j` of `moments`.
+    /// Point to grid: adds `N value`, and to lane `j` the product of `∂N/∂x_j` and lane `j` of `moments`.
     #[inline(always)]
     fn p2g_moments(
         &self,
@@ -106,7 +106,7 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         });
     }
 
-    /// Grid to point: `Σ N value` of what `of` finds in a node.
+    /// Grid to point: `Σ N value` of the nodal values `of`.
     #[inline(always)]
     fn g2p_value<T>(&self, nodes: &[T], strides: &[usize; D], of: impl Fn(&T) -> Vector4) -> Vector4 {
         let mut sum = Vector4::ZERO;
@@ -125,7 +125,7 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         out
     }
 
-    /// The velocity and the acceleration of [`NodeSupport::g2p`], without the gradient.
+    /// Grid to point: velocity and acceleration of [`NodeSupport::g2p`], without the gradient.
     #[inline(always)]
     fn g2p_motion(&self, nodes: &[NodalState], strides: &[usize; D]) -> [Vector4; 2] {
         let mut out = [Vector4::ZERO; 2];
@@ -136,7 +136,7 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         out
     }
 
-    /// As [`NodeSupport::g2p`], and the velocities times the gradients of `other`, which has the same nodes.
+    /// Grid to point: [`NodeSupport::g2p`], and the velocities times the gradients of `other`, which has the same nodes.
     #[inline(always)]
     fn g2p_with_apic(
         &self,
@@ -155,8 +155,8 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         out
     }
 
-    /// As [`NodeSupport::p2g`], for `N` phases at once. The fourth lane of `body` is free for a scalar, which the force
-    /// of the node sums up.
+    /// Point to grid: [`NodeSupport::p2g`] for `N` phases at once. The fourth lane of `body` is free for a scalar, which is summed
+    /// in the nodal force.
     #[inline(always)]
     fn p2g_phases<const N: usize>(
         &self,
@@ -180,7 +180,7 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         });
     }
 
-    /// As [`NodeSupport::p2g_value`], for `N` phases at once.
+    /// Point to grid: [`NodeSupport::p2g_value`] for `N` phases at once.
     #[inline(always)]
     fn p2g_phase_values<const N: usize>(
         &self,
@@ -196,7 +196,7 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         });
     }
 
-    /// As [`NodeSupport::g2p`], for `N` phases at once.
+    /// Grid to point: [`NodeSupport::g2p`] for `N` phases at once.
     #[inline(always)]
     fn g2p_phases<const N: usize>(
         &self,
@@ -213,7 +213,7 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         out
     }
 
-    /// As [`NodeSupport::g2p_motion`], for `N` phases at once.
+    /// Grid to point: [`NodeSupport::g2p_motion`] for `N` phases at once.
     #[inline(always)]
     fn g2p_phase_motions<const N: usize>(
         &self,
@@ -230,7 +230,7 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         out
     }
 
-    /// As [`NodeSupport::g2p_velocity`], for `N` phases at once.
+    /// Grid to point: [`NodeSupport::g2p_velocity`] for `N` phases at once.
     #[inline(always)]
     fn g2p_phase_velocities<const N: usize>(
         &self,
@@ -248,7 +248,7 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
 }
 
 impl<const D: usize> InterpolatedMotion<D> {
-    /// Nothing read yet.
+    /// Zero motion.
     pub const ZERO: Self =
         Self { velocity: Vector4::ZERO, acceleration: Vector4::ZERO, gradient: [Vector4::ZERO; D] };
 
@@ -261,7 +261,7 @@ impl<const D: usize> InterpolatedMotion<D> {
     }
 }
 
-/// Up to `N` nodes by number, in a fixed order; a node may be named more than once.
+/// List of up to `N` nodes by number, in a fixed order; a node may occur more than once.
 #[derive(Clone, Copy, Debug)]
 pub struct NodeList<const D: usize, const N: usize> {
     /// Node numbers.
@@ -275,7 +275,7 @@ pub struct NodeList<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> NodeList<D, N> {
-    /// No nodes yet.
+    /// Empty list.
     pub const EMPTY: Self =
         Self { nodes: [0; N], positions: [[0.0; D]; N], weights: [0.0; N], gradients: [[0.0; D]; N] };
 }

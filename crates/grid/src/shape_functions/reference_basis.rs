@@ -2,12 +2,12 @@
 
 use crate::{Basis, Grid, InterpolatedMotion, NodalState, NodeSupport, Stencil, Vector4};
 
-/// The nodes of a point where it was at the start, with gradients by where it is now: `∇N = F⁻ᵀ ∇₀N`.
+/// Nodes of a point at its initial position, with gradients in the current configuration: `∇N = F⁻ᵀ ∇₀N`.
 ///
 /// So `Σ V σ ∇N` is `Σ V₀ P ∇₀N` with the first Piola–Kirchhoff stress, and `Σ v ⊗ ∇N` is `Ḟ F⁻¹`.
 #[derive(Clone, Copy, Debug)]
 pub struct ReferenceStencil<const D: usize, const S: usize> {
-    /// The nodes and gradients of the start.
+    /// Nodes and gradients of the initial configuration.
     pub reference: Stencil<D, S>,
     /// `F⁻¹`, row by row.
     pub inverse: [[f64; D]; D],
@@ -46,7 +46,7 @@ impl<const D: usize, const S: usize> NodeSupport<D> for ReferenceStencil<D, S> {
         });
     }
 
-    /// Those of the start: `position` is where the point was then.
+    /// Returns the moments of the initial configuration: `position` is the initial position of the point.
     fn affine_moments<const T: usize, B: Basis<T>>(
         &self,
         grid: &Grid<D>,

@@ -1,4 +1,4 @@
-//! The choice of shape functions, and the sweeps that are compiled for each.
+//! Kinds of shape functions, and the transfers compiled for each.
 
 use std::marker::PhantomData;
 
@@ -12,37 +12,37 @@ use crate::{
     Transfers,
 };
 
-/// Shape functions with the domains of points that they are evaluated over.
+/// Kind of shape functions with the point domains over which they are averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShapeFunctionKind {
-    /// Hat functions.
+    /// Linear shape functions.
     Linear,
-    /// Hat functions averaged over domains that keep their size (uGIMP).
+    /// Linear shape functions averaged over domains of constant size (uGIMP).
     Gimp,
-    /// The same over domains that stretch with the diagonal of the deformation gradient (cpGIMP).
+    /// Linear shape functions averaged over domains that stretch with the diagonal of the deformation gradient (cpGIMP).
     StretchingGimp,
-    /// The same over domains that stretch with the diagonal of the right stretch tensor.
+    /// Linear shape functions averaged over domains that stretch with the diagonal of the right stretch tensor.
     RightStretchGimp,
     /// Quadratic B-splines.
     Quadratic,
     /// Cubic B-splines.
     Cubic,
-    /// Hat functions at the corners of parallelograms (CPDI).
+    /// Linear shape functions at the corners of parallelograms (CPDI).
     Convected,
-    /// Hat functions at the corners of quadrilaterals (CPDI2); in the plane only.
+    /// Linear shape functions at the corners of quadrilaterals (CPDI2); in the plane only.
     ConvectedQuadrilateral,
-    /// Hat functions of the places at the start (total-Lagrangian).
+    /// Linear shape functions at the initial positions (total-Lagrangian).
     ReferenceLinear,
-    /// Quadratic B-splines of the places at the start.
+    /// Quadratic B-splines at the initial positions (total-Lagrangian).
     ReferenceQuadratic,
-    /// Triangles or tetrahedra; not in one dimension.
+    /// Linear shape functions of triangles or tetrahedra; not in one dimension.
     Elements,
 }
 
 macro_rules! for_dimension {
     ($(#[$meta:meta])* $name:ident, $d:literal, $corners:literal $(, $more:ident: $sweeps:expr)*) => {
         $(#[$meta])*
-        // Compiled here: what calls it would compile each of them again.
+        // Compiled here, since each caller would compile all of them again.
         #[inline(never)]
         pub fn $name(self) -> Option<&'static dyn Transfers<$d>> {
             Some(match self {
@@ -65,17 +65,17 @@ macro_rules! for_dimension {
 
 impl ShapeFunctionKind {
     for_dimension! {
-        /// The sweeps in one dimension; `None` where there are none.
+        /// Returns the transfers in one dimension; `None` where there are none.
         on_line, 1, 4
     }
     for_dimension! {
-        /// The sweeps in two dimensions.
+        /// Returns the transfers in two dimensions.
         in_plane, 2, 16,
         ConvectedQuadrilateral: &CompiledTransfers::<16, CpdiBasis, ConvectedQuadrilateral>(PhantomData),
         Elements: &CompiledTransfers::<3, SimplexBasis, ElementDomain>(PhantomData)
     }
     for_dimension! {
-        /// The sweeps in three dimensions; `None` where there are none.
+        /// Returns the transfers in three dimensions; `None` where there are none.
         in_space, 3, 64,
         Elements: &CompiledTransfers::<4, SimplexBasis, ElementDomain>(PhantomData)
     }

@@ -1,4 +1,4 @@
-//! The sweeps of each kind of shape functions and point domains.
+//! Transfers of each kind of shape functions and point domains.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -7,7 +7,7 @@ use crate::domain::{Domains, GridView, PointDomain, SquareMatrix};
 use crate::transfers::{AffineFields, NodeRange, P2gInput, P2gPhaseInput, PointSlice, Transfers};
 use crate::{Basis, Basis1d, InterpolatedMotion, NodalState, NodeSupport, Vector4};
 
-/// The sweeps of the basis `B` (`S` nodes a point along an axis, or in all) over the domains `P`.
+/// Transfers of the basis `B` (`S` nodes a point along an axis, or in total) over the domains `P`.
 pub(crate) struct CompiledTransfers<const S: usize, B, P>(pub(crate) PhantomData<fn() -> (B, P)>);
 
 impl<const S: usize, B: Basis<S>, P> fmt::Debug for CompiledTransfers<S, B, P> {
@@ -29,7 +29,7 @@ fn for_each_point<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>
     }
 }
 
-/// What point `p` adds to the momentum of its nodes beyond `N m v`: the nodes with their moments and the columns `m C e_j`,
+/// Momentum of point `p` beyond `N m v` for its nodes: the nodes with their moments and the columns `m C e_j`,
 /// with the affine velocity `C` (1/s) (sheet: mpm §2.6).
 #[inline(always)]
 fn affine_momentum<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
@@ -59,7 +59,7 @@ fn affine_momentum<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D
     (moments, columns)
 }
 
-/// The nodes of point `p` with what the affine transfers weigh velocities with.
+/// Nodes of point `p` with the velocity weights of the affine transfers.
 #[inline(always)]
 fn apic_weights<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     ground: &GridView<'_, D>,

@@ -1,11 +1,11 @@
-//! Sweeps over points and their nodes: the only code that is compiled for each kind of shape functions and point domains.
+//! Transfers between points and nodes: the only code that is compiled for each kind of shape functions and point domains.
 //!
-//! A solver chooses its [`Transfers`] once ([`crate::ShapeFunctionKind`]) and calls them for the points of a body in a slab ([`crate::Layout::for_each_slab`]) or
-//! in a block, never for a single one ([`Transfers::for_each_weight`] excepted). A sweep knows places and nodes; what is carried between them comes in and goes out in
-//! slices, one entry a point.
+//! A solver chooses its [`Transfers`] once ([`crate::ShapeFunctionKind`]) and calls them for the points of a body in a slab
+//! ([`crate::Layout::for_each_slab`]) or in a block, never for a single one ([`Transfers::for_each_weight`] excepted). A transfer uses
+//! positions and nodes; its input and output are slices with one entry a point.
 //!
-//! A step of any material point method is `deposit`, a solve on the nodes, and `gather`. The affine transfers (APIC, TPIC) add
-//! [`AffineFields`] to what is deposited and gather with [`Transfers::g2p_affine`]; fields of nodes of any meaning go through
+//! A step of any material point method is [`Transfers::p2g`], a solve on the nodes, and [`Transfers::g2p`]. The affine transfers (APIC,
+//! TPIC) add [`AffineFields`] in P2G and use [`Transfers::g2p_affine`]; nodal fields of any meaning use
 //! [`Transfers::p2g_values`] and [`Transfers::g2p_values`].
 
 mod compiled;
@@ -35,12 +35,12 @@ impl<const D: usize> PointSlice<'_, D> {
         self.position.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no points.
     pub fn is_empty(&self) -> bool {
         self.position.is_empty()
     }
 
-    /// Some of them.
+    /// Range of the points.
     #[inline(always)]
     #[must_use]
     pub fn range(&self, points: Range<usize>) -> Self {
@@ -52,55 +52,55 @@ impl<const D: usize> PointSlice<'_, D> {
     }
 }
 
-/// The nodes that a sweep may add to.
+/// Range of nodes that a transfer may add to.
 pub struct NodeRange<'a, T> {
-    /// The nodes.
+    /// Nodes of the range.
     pub nodes: &'a mut [T],
-    /// Number of the first.
+    /// Number of the first node.
     pub first: usize,
 }
 
-/// What points carry of the affine velocity fields around them.
+/// Affine velocity fields of points.
 #[derive(Clone, Copy, Debug)]
 pub struct AffineFields<'a, const D: usize> {
     /// Whether they are moments `Σ N v (x_i - x_p)ᵀ` (APIC, m²/s) or gradients (TPIC, 1/s).
     pub moments: bool,
-    /// They; row `i`, column `j`.
+    /// Fields; row `i`, column `j`.
     pub fields: &'a [SquareMatrix<D>],
     /// Masses of the points (kg).
     pub mass: &'a [f64],
 }
 
-/// What points give to their nodes in one phase.
+/// Contributions of points to the nodes in one phase.
 #[derive(Clone, Copy, Debug)]
 pub struct P2gInput<'a, const D: usize> {
     /// Momentum, and mass in the fourth lane.
     pub momentum_and_mass: &'a [Vector4],
-    /// `-V σ e_j`: what is multiplied by the gradients.
+    /// Columns `-V σ e_j`, multiplied by the gradients.
     pub stress_columns: &'a [[Vector4; D]],
     /// Forces that are multiplied by the weights; empty where there are none.
     pub body_force: &'a [Vector4],
-    /// What is added to the momentum for the velocity fields around the points.
+    /// Affine velocity fields that contribute to the momentum; `None` without.
     pub affine: Option<AffineFields<'a, D>>,
 }
 
-/// The same in two phases, of which each node has one entry.
+/// Contributions of points to the nodes in two phases, of which each node has one entry.
 #[derive(Clone, Copy, Debug)]
 pub struct P2gPhaseInput<'a, const D: usize> {
     /// Momenta, and masses in the fourth lanes.
     pub momentum_and_mass: &'a [[Vector4; 2]],
-    /// What is multiplied by the gradients.
+    /// Columns `-V σ e_j`, multiplied by the gradients.
     pub stress_columns: &'a [[[Vector4; D]; 2]],
-    /// Forces that are multiplied by the weights; the fourth lane is free for a scalar, which the force of the node sums up.
+    /// Forces that are multiplied by the weights; the fourth lane is free for a scalar, which is summed in the nodal force.
     pub body_force: &'a [[Vector4; 2]],
 }
 
-/// Sweeps over the points of one body and their nodes.
+/// Transfers between the points of one body and their nodes.
 pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
     /// The shape functions along an axis.
     fn basis_1d(&self) -> Basis1d;
 
-    /// Domains of so many points, which have not moved yet.
+    /// Returns domains of `count` points, which have not moved yet.
     fn domains(&self, count: usize) -> Domains<D>;
 
     /// Points to grid: adds `N motion` and `Σ_j ∂N/∂x_j columns[j] + N body`.
@@ -112,7 +112,7 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
         given: &P2gInput<'_, D>,
     );
 
-    /// Points to grid: adds `N value`, and what the `affine` fields add to momenta.
+    /// Points to grid: adds `N value`, and the momenta of the `affine` fields.
     fn p2g_values(
         &self,
         ground: &GridView<'_, D>,
@@ -122,7 +122,7 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
         affine: Option<AffineFields<'_, D>>,
     );
 
-    /// Points to grid: adds `N value`, and to lane `j` the share `∂N/∂x_j` of lane `j` of the point's moments.
+    /// Points to grid: adds `N value`, and to lane `j` the product of `∂N/∂x_j` and lane `j` of the point's moments.
     fn p2g_moments(
         &self,
         ground: &GridView<'_, D>,
@@ -150,7 +150,7 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
         out: &mut [InterpolatedMotion<D>],
     );
 
-    /// The velocities and accelerations of [`Transfers::g2p`]; what `out` has of gradients stays.
+    /// Grid to points: velocities and accelerations of [`Transfers::g2p`]; the gradients in `out` are unchanged.
     fn g2p_motion(
         &self,
         ground: &GridView<'_, D>,
@@ -178,7 +178,7 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
         out: &mut [SquareMatrix<D>],
     );
 
-    /// [`Transfers::g2p`] and [`Transfers::g2p_affine`] in one sweep, with the same results.
+    /// Grid to points: [`Transfers::g2p`] and [`Transfers::g2p_affine`] in one loop, with the same results.
     fn g2p_with_apic(
         &self,
         ground: &GridView<'_, D>,
@@ -207,10 +207,10 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
         out: &mut [Vector4],
     );
 
-    /// `Σ N (x_i - x_p)²` (m²) along each axis.
+    /// Second moments `Σ N (x_i - x_p)²` (m²) along each axis.
     fn second_moments(&self, ground: &GridView<'_, D>, points: &PointSlice<'_, D>, out: &mut [[f64; D]]);
 
-    /// Calls `visit(point, node, N)` for every node of every point, for what a few points do by themselves.
+    /// Calls `visit(point, node, N)` for every node of every point, for operations on a few points.
     fn for_each_weight(
         &self,
         ground: &GridView<'_, D>,
@@ -218,7 +218,7 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
         visit: &mut dyn FnMut(usize, usize, f64),
     );
 
-    /// As [`Transfers::p2g`], for two phases at once.
+    /// Points to grid: [`Transfers::p2g`] for two phases at once.
     fn p2g_phases(
         &self,
         ground: &GridView<'_, D>,
@@ -236,7 +236,7 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
         values: &[[Vector4; 2]],
     );
 
-    /// As [`Transfers::g2p`], for two phases at once.
+    /// Grid to points: [`Transfers::g2p`] for two phases at once.
     fn g2p_phases(
         &self,
         ground: &GridView<'_, D>,
@@ -245,7 +245,7 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
         out: &mut [[InterpolatedMotion<D>; 2]],
     );
 
-    /// As [`Transfers::g2p_motion`], for two phases at once.
+    /// Grid to points: [`Transfers::g2p_motion`] for two phases at once.
     fn g2p_phase_motions(
         &self,
         ground: &GridView<'_, D>,
@@ -254,7 +254,7 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
         out: &mut [[InterpolatedMotion<D>; 2]],
     );
 
-    /// As [`Transfers::g2p_velocity`], for two phases at once.
+    /// Grid to points: [`Transfers::g2p_velocity`] for two phases at once.
     fn g2p_phase_velocities(
         &self,
         ground: &GridView<'_, D>,

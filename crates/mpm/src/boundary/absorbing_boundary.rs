@@ -1,10 +1,10 @@
-//! Boundaries that let waves out (Lysmer & Kuhlemeyer 1969; sheet: mpm §2.11).
+//! Absorbing boundaries: viscous dashpots and springs (Lysmer & Kuhlemeyer 1969; sheet: mpm §2.11).
 //!
 //! Dashpots `t_n = -a ρ c_P v_n`, `t_t = -b ρ c_S v_t` on the face, and springs `t = -(E/δ) u` against creep where the
 //! case gives their length. With a pore fluid the skeleton's dashpot is that of the undrained mixture, `ρ c_1`, and the
 //! liquid has its own, `n ρ_L √(K_L/ρ_L)`. Velocities are those at the end of the step: stable at any step.
 //!
-//! A node's share of the face is that of the points in the layer of cells behind it, where they are at the start.
+//! The area of a node is the share of the face of the points in the layer of cells behind it, at their initial positions.
 
 use std::collections::BTreeMap;
 
@@ -19,13 +19,13 @@ use crate::points::point_set::PointSet;
 use crate::solver::MpmSolver;
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// The absorbing faces of a stage.
+/// Absorbing boundaries of a stage.
 #[derive(Debug, Default)]
 pub struct AbsorbingBoundaries {
     faces: Vec<AbsorbingFace>,
-    /// How far the nodes of each face have moved (m), by the number of the boundary.
+    /// Displacements of the nodes of each face (m), by the number of the boundary.
     pub displacements: BTreeMap<usize, Vec<[f64; 3]>>,
-    /// Where the points behind the faces of all stages were at the start (m), by id.
+    /// Initial positions (m) of the points behind the faces of all stages, by id.
     initial_positions: BTreeMap<u32, [f64; 3]>,
 }
 
@@ -36,22 +36,22 @@ struct AbsorbingFace {
     nodes: Vec<FaceNode>,
 }
 
-/// Dashpots and springs of a node, component by component.
+/// Dashpots and springs of a node of a face, component by component.
 #[derive(Clone, Copy, Debug, Default)]
 struct FaceNode {
     /// Number of the node.
     place: usize,
     index: [usize; 3],
-    /// Of skeleton or single phase (N s/m).
+    /// Dashpot coefficients of the skeleton or the single phase (N s/m).
     solid: [f64; 3],
-    /// Of the liquid (N s/m).
+    /// Dashpot coefficients of the liquid (N s/m).
     liquid: [f64; 3],
-    /// (N/m)
+    /// Spring stiffnesses (N/m).
     spring: [f64; 3],
 }
 
 impl FaceNode {
-    /// Adds the dashpots and springs of a part of the face, `share` (m²) in size.
+    /// Adds the dashpots and springs of a part of the face with the area `share` (m²).
     fn add(&mut self, law: &DashpotLaw, impedance: &Impedance, share: f64) {
         for c in 0..3 {
             let (dashpot, modulus) = if c == law.axis {
@@ -68,8 +68,7 @@ impl FaceNode {
     }
 }
 
-/// What a body's material answers a wave with: `ρ c_P`, `ρ c_S` (Pa s/m), P-wave and shear modulus (Pa), and the
-/// liquid's `n ρ_L c_L` (Pa s/m).
+/// Wave impedances of a body's material: `ρ c_P`, `ρ c_S` (Pa s/m), P-wave and shear modulus (Pa), and the liquid's `n ρ_L c_L` (Pa s/m).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Impedance {
     normal: f64,
@@ -80,8 +79,8 @@ pub struct Impedance {
 }
 
 impl Impedance {
-    /// From the points of a body at the start: the mean of their moduli. Mass scaling `inertia` slows waves and is in what
-    /// answers them.
+    /// Returns the impedances from the mean moduli of the points of a body at the start. Mass scaling `inertia` slows waves and is
+    /// included.
     pub fn of_body<const D: usize>(set: &PointSet<D>, inertia: f64) -> Self {
         let (mut modulus, mut shear_modulus) = (0.0, 0.0);
         let share = 1.0 / set.points.stress.len() as f64;
@@ -116,7 +115,7 @@ impl Impedance {
     }
 }
 
-/// The dashpot of a face as the case has it.
+/// Dashpot parameters of a face from the case.
 #[derive(Clone, Copy)]
 struct DashpotLaw {
     axis: usize,
@@ -129,7 +128,7 @@ struct DashpotLaw {
 }
 
 impl<const D: usize> MpmSolver<D> {
-    /// Remembers the points behind absorbing faces, before anything moves.
+    /// Stores the positions of the points behind absorbing faces before the first step.
     pub(crate) fn store_initial_positions(&mut self) {
         let laws: Vec<DashpotLaw> =
             self.clock.case.boundaries.iter().filter_map(|boundary| self.law(boundary)).collect();
@@ -142,7 +141,7 @@ impl<const D: usize> MpmSolver<D> {
         }
     }
 
-    /// The dashpot of a boundary, if it has one.
+    /// Returns the dashpot parameters of a boundary; `None` for one that is not absorbing.
     fn law(&self, boundary: &Boundary) -> Option<DashpotLaw> {
         let CaseWall::Absorbing { normal, tangential, spring_length } = boundary.wall else { return None };
         let axis = boundary.side.axis();
@@ -152,7 +151,7 @@ impl<const D: usize> MpmSolver<D> {
         Some(DashpotLaw { axis, upper, face, normal, tangential, spring_length })
     }
 
-    /// Takes the absorbing boundaries of a stage; what stood before keeps the displacements of its springs.
+    /// Sets the absorbing boundaries of a stage; those of the previous stage keep the displacements of their springs.
     pub(crate) fn set_absorbing(&mut self, stage: usize) {
         let mut faces = Vec::new();
         for (number, boundary) in self.clock.case.active_boundaries(stage) {
@@ -170,7 +169,7 @@ impl<const D: usize> MpmSolver<D> {
         self.boundary.absorbing.faces = faces;
     }
 
-    /// Nodes of a face with their dashpots, in the order of their numbers.
+    /// Returns the nodes of a face with their dashpots, in ascending order of node number.
     fn face_nodes(&self, law: &DashpotLaw) -> Vec<FaceNode> {
         let (grid, strides) = (&self.background.grid, self.background.layout.strides());
         let normal_index = self.background.basis_1d.face_node(law.face, grid.cells[law.axis]);
@@ -182,7 +181,7 @@ impl<const D: usize> MpmSolver<D> {
             );
             let mut area = set.points.initial_volume[p] / grid.cell;
             if self.background.axisymmetric && law.axis == 0 {
-                // Its volume is per radian at its own radius.
+                // The volume is per radian at the radius of the point.
                 area *= (grid.origin[0] + grid.cell * law.face as f64) / start[0];
             }
             for_each_across(&self.background, &start, &set.extent, law.axis, |mut index, weight| {
@@ -197,8 +196,8 @@ impl<const D: usize> MpmSolver<D> {
         found.into_values().collect()
     }
 
-    /// The points behind a face: id, place at the start (m), set and number there. By id, so that sums do not depend on how
-    /// they are sorted at the time.
+    /// Returns the points behind a face: id, initial position (m), set and index in the set. The order is by id, so that sums do not depend
+    /// on the current sorting.
     fn points_behind(&self, law: &DashpotLaw) -> Vec<(u32, [f64; D], usize, usize)> {
         let mut points = Vec::new();
         for (number, set) in self.bodies.sets.iter().enumerate() {
@@ -216,7 +215,7 @@ impl<const D: usize> MpmSolver<D> {
 }
 
 impl AbsorbingBoundaries {
-    /// Dashpots and springs on the solved nodes of one phase.
+    /// Applies dashpots and springs to the solved nodes of one phase.
     pub fn apply(&mut self, clock: &Clock, solved: &mut [NodalState], walls: &NodeWalls) {
         let (dt, inertia) = (clock.dt, clock.options.mass_scaling);
         for face in &self.faces {
@@ -232,7 +231,7 @@ impl AbsorbingBoundaries {
         }
     }
 
-    /// Dashpots and springs on the solved nodes of both phases, each with its walls.
+    /// Applies dashpots and springs to the solved nodes of both phases, each with its own walls.
     pub fn apply_to_phases(
         &mut self,
         clock: &Clock,
@@ -255,7 +254,7 @@ impl AbsorbingBoundaries {
                     let free = walls_of_liquid.free_components(&at.index);
                     let (moving, inert) = (&mut node[LIQUID], inertia * liquid);
                     dashpot_velocity(moving, inert, &at.liquid, &[0.0; 3], &mut [0.0; 3], &free, dt);
-                    // What the liquid no longer takes of the force on the mixture is the skeleton's.
+                    // The skeleton takes the part of the force on the mixture that the liquid no longer takes.
                     let [x, y, z] = free_solid;
                     let back = (before - node[LIQUID].momentum_and_mass)
                         * Vector4::new([x, y, z, 0.0])
@@ -277,7 +276,7 @@ impl AbsorbingBoundaries {
     }
 }
 
-/// Solves `m (v - v*)/dt = -D v - k (u + dt v)` for the velocity `v` of a node that would end with `v*`.
+/// Returns the velocity `v` (m/s) from `m (v - v*)/dt = -D v - k (u + dt v)`, with the velocity `v*` of the node without the dashpot.
 fn dashpot_velocity(
     node: &mut NodalState,
     mass: f64,
@@ -301,7 +300,7 @@ fn dashpot_velocity(
     node.force = Vector4::new(rate);
 }
 
-/// Whether a place lies in the layer of cells behind a face.
+/// Whether a position lies in the layer of cells behind a face.
 fn is_behind_face<const D: usize>(grid: &Grid<D>, law: &DashpotLaw, position: &[f64; D]) -> bool {
     let place = (position[law.axis] - grid.origin[law.axis]) / grid.cell - law.face as f64;
     if law.upper { place > -1.0 && place < 0.0 } else { place > 0.0 && place < 1.0 }

@@ -1,4 +1,4 @@
-//! What acts on nodes and points from outside: walls, obstacles, driven bodies, other bodies, loads, absorbing faces.
+//! External actions on nodes and points: walls, obstacles, driven bodies, contact, loads, absorbing boundaries.
 
 use colluvium_grid::NodeWalls;
 
@@ -12,35 +12,35 @@ use crate::obstacles::reaction::ReactionRecorder;
 use crate::obstacles::state::PenaltyObstacles;
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// All that acts from outside, and what bodies do to each other.
+/// Boundary conditions and contacts of a run.
 pub struct BoundaryConditions<const D: usize> {
     pub(crate) walls: NodeWalls,
-    /// Whether a wall stands on the lower and on the upper side of the domain, per axis.
+    /// Whether there is a wall on the lower and on the upper side of the domain, per axis.
     pub(crate) has_wall: [[bool; 2]; D],
     /// Obstacles on the nodes.
     pub(crate) node_obstacles: NodeObstacles<D>,
-    /// What they bear; `None` where nobody adds that up.
+    /// Reactions of the obstacles on the nodes; `None` where they are not recorded.
     pub(crate) reaction_recorder: Option<ReactionRecorder>,
     /// Obstacles on the points; `None` where they are on the nodes.
     pub(crate) penalty_obstacles: Option<Box<PenaltyObstacles<D>>>,
     /// Rigid bodies and patches of prescribed velocity.
     pub(crate) driven: Vec<DrivenObject>,
     pub(crate) contacts: FieldContacts,
-    /// Room for what the rows of nodes report of contacts, pair after pair.
+    /// Workspace for the contact sums of the rows of nodes, pair after pair.
     pub(crate) row_contacts: Vec<RowContact>,
-    /// Room for what rigid bodies that move freely touch.
+    /// Workspace for the contacts of free rigid bodies.
     pub(crate) rigid_contacts: ContactSet,
-    /// When the loads of the case begin (s); infinite as long as their stage has not.
+    /// Start times of the loads of the case (s); infinite before their stage.
     pub(crate) load_starts: Vec<f64>,
     /// Loads on nodes.
     pub(crate) nodal_loads: Vec<NodalLoad>,
     pub(crate) absorbing: AbsorbingBoundaries,
-    /// Of the bodies of the case; empty without absorbing boundaries.
+    /// Wave impedances of the bodies of the case; empty without absorbing boundaries.
     pub(crate) impedances: Vec<Impedance>,
 }
 
 impl<const D: usize> BoundaryConditions<D> {
-    /// Takes the walls of a stage.
+    /// Sets the walls of a stage.
     pub fn set_walls(&mut self, background: &BackgroundGrid<D>, walls: NodeWalls) {
         let (nodes, ghosts) = (background.layout.nodes(), background.basis_1d.ghosts);
         let stands = |axis: usize, index: usize| walls.has_wall(axis, index);

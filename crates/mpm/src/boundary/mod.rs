@@ -1,6 +1,6 @@
 //! Boundary conditions: walls, absorbing boundaries, loads, and bodies with prescribed or rigid motion.
 //!
-//! The room reads the case and the nodal velocities. It changes nodal velocities and forces (sheet: mpm §2.5).
+//! The module reads the case and the nodal velocities. It changes nodal velocities and forces (sheet: mpm §2.5).
 
 pub(crate) mod absorbing_boundary;
 pub(crate) mod boundary_conditions;

@@ -1,7 +1,6 @@
-//! Loads that nodes carry, as in finite elements (sheet: mpm §2.11): on sides along grid lines, or facets of a mesh, that do
-//! not move.
+//! Loads on nodes, as in finite elements (sheet: mpm §2.11): on sides along grid lines, or on facets of a mesh, at fixed positions.
 //!
-//! A node has `∫ N_i t dS` over the side as it is at the start. Nodes without material have no load.
+//! The force of a node is `∫ N_i t dS` over the initial side. Nodes without material have no load.
 
 use std::collections::BTreeMap;
 
@@ -27,10 +26,10 @@ use crate::transfer::unstructured_mesh;
 pub struct NodalLoad {
     /// Index into `Case::loads`.
     number: usize,
-    /// Body it is on: without it there is no load.
+    /// Index of the loaded body; a node without material of this body has no load.
     body: u32,
     field: usize,
-    /// Porosity at the start, of a load on the pore fluid alone.
+    /// Initial porosity, for a load on the pore fluid alone.
     porosity: Option<f64>,
     nodes: Vec<LoadedNode>,
 }
@@ -38,13 +37,13 @@ pub struct NodalLoad {
 #[derive(Debug)]
 struct LoadedNode {
     node: usize,
-    /// At full load (N).
+    /// Force at the full load (N).
     force: Vector4,
-    /// Whether it is a node that comes once more, in a periodic grid.
+    /// Whether the node is an image of another one in a periodic grid.
     is_periodic_image: bool,
 }
 
-/// The loads of a case that nodes carry.
+/// Returns the loads of a case that act on nodes.
 pub fn nodal_loads<const D: usize>(
     case: &Case,
     options: &MpmOptions,
@@ -130,7 +129,7 @@ fn loaded_grid_nodes<const D: usize>(
     Ok(areas)
 }
 
-/// Share of a load at `time` (s).
+/// Factor of a load at `time` (s).
 fn load_factor<const D: usize>(
     clock: &Clock,
     bodies: &Bodies<D>,
@@ -160,7 +159,7 @@ pub fn apply_nodal_loads<const D: usize>(
     }
 }
 
-/// The same with the nodes of both phases.
+/// Adds the loads at the end of a step of `dt` to the forces on the nodes of both phases.
 pub fn apply_phase_nodal_loads<const D: usize>(
     clock: &Clock,
     bodies: &Bodies<D>,
@@ -177,7 +176,7 @@ pub fn apply_phase_nodal_loads<const D: usize>(
     }
 }
 
-/// Sum of the squares of the loads on the whole and of those on the fluid, its share of the volume only (N²).
+/// Sum of the squares of the loads on the mixture and of those on the fluid, weighted by its volume fraction (N²).
 pub fn nodal_load_squares<const D: usize>(
     clock: &Clock,
     bodies: &Bodies<D>,
@@ -206,7 +205,7 @@ pub fn nodal_load_work<const D: usize>(
     work_with(clock, bodies, loads, starts, |load, place| solved[load.field * len + place].momentum_and_mass)
 }
 
-/// The same with both phases; of loads on the fluid, what they do beyond that on the mixture.
+/// Work (J) of the loads in a step of `dt` on the solved nodes of both phases; of loads on the fluid, the work beyond that on the mixture.
 pub fn phase_nodal_load_work<const D: usize>(
     clock: &Clock,
     bodies: &Bodies<D>,
@@ -235,7 +234,7 @@ fn work_with<const D: usize>(
     clock.dt * loads.iter().map(of_load).sum::<f64>()
 }
 
-/// Adds a share of a load to the force on a node that holds material.
+/// Adds a share of a load to the force on a node that has mass.
 fn add_load(node: &mut NodalState, at: &LoadedNode, share: f64) {
     if node.momentum_and_mass.as_array()[3] > 0.0 {
         node.force += at.force * share;

@@ -1,6 +1,6 @@
 //! Loads on the surface of bodies, carried by points (sheet: mpm §2.11).
 //!
-//! What each of the outermost points carries is found by the case, of any method (`colluvium_case::loads::load_vectors`).
+//! The case finds the load vectors of the outermost points, for any method (`colluvium_case::loads::load_vectors`).
 
 use std::ops::Range;
 
@@ -18,12 +18,12 @@ use crate::points::point_set::PointSet;
 use crate::transfer::background_grid::BackgroundGrid;
 use crate::transfer::unstructured_mesh;
 
-/// Share of load `number` that acts at `time` (s) where the loads begin at `starts` (s).
+/// Factor of load `number` at `time` (s), with the start times of the loads `starts` (s).
 pub fn factor(case: &Case, number: usize, starts: &[f64], time: f64) -> f64 {
     case.loads[number].factor(time - starts[number])
 }
 
-/// The set of points that load `number` is on.
+/// Returns the set of points of the loaded body of load `number`.
 pub fn loaded_set<const D: usize>(
     case: &Case,
     number: usize,
@@ -35,13 +35,13 @@ pub fn loaded_set<const D: usize>(
         .ok_or_else(|| CaseError::new(format!("loads[{number}].body"), format!("{body:?} is not a body")))
 }
 
-/// Area (m²; m in the plane, per radian in axisymmetry) of the domain of each point of a regular set on the loaded side, with
-/// the share of the load at its place; zero within the body.
+/// Area (m²; m in the plane, per radian in axisymmetry) of the domain of each point of a regular set on the loaded side, times the share of
+/// the load at its position; zero within the body.
 pub fn loaded_areas<const D: usize>(case: &Case, load: &Load, set: &PointSet<D>) -> Vec<f64> {
     load.side().map_or(Vec::new(), |side| case.side_areas(load, side, &set.points.position, &set.extent))
 }
 
-/// Gives the outermost layer of points of the loaded side its share of load `number` (sheet: mpm §2.11).
+/// Adds load `number` to the outermost layer of points on the loaded side (sheet: mpm §2.11).
 pub fn apply<const D: usize>(
     case: &Case,
     number: usize,
@@ -74,7 +74,7 @@ pub fn apply<const D: usize>(
 }
 
 impl<const D: usize> PointSet<D> {
-    /// Forces of all loads of the set at `time` (s) on its points; `starts` are when the loads of the case begin (s).
+    /// Adds the forces of all loads of the set at `time` (s) to its points; `starts` are the start times of the loads (s).
     fn apply_loads(&mut self, case: &Case, starts: &[f64], time: f64) {
         let factor = |load: &SurfaceLoad<D>| factor(case, load.number, starts, time);
         if self.loads.iter().all(|load| !load.is_follower && load.applied == factor(load)) {
@@ -108,8 +108,8 @@ pub fn apply_loads<const D: usize>(clock: &Clock, bodies: &mut Bodies<D>, starts
     }
 }
 
-/// Turns and stretches what follows the surface with the motion that `read` finds on the nodes of a velocity
-/// field, before the points move.
+/// Rotates and stretches the vectors of follower loads with the motion that `read` interpolates from the nodes of a velocity field, before
+/// the points move.
 pub fn update_follower_vectors<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -133,7 +133,7 @@ pub fn update_follower_vectors<const D: usize>(
                     let step: [[f64; D]; D] = std::array::from_fn(|i| {
                         std::array::from_fn(|j| dt * motion.gradient[j].as_array()[i])
                     });
-                    // In axisymmetry the circle that the point stands for widens.
+                    // In axisymmetry the circumference of the point's circle grows.
                     let hoop = if background.axisymmetric {
                         dt * motion.velocity.as_array()[0] / position[0]
                     } else {
@@ -146,7 +146,7 @@ pub fn update_follower_vectors<const D: usize>(
     }
 }
 
-/// Lets the loads follow the motion of the nodes of one phase.
+/// Updates follower loads with the motion of the nodes of one phase.
 pub fn update_follower_loads<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -158,10 +158,10 @@ pub fn update_follower_loads<const D: usize>(
     });
 }
 
-/// Finds what points of a velocity field read off the nodes.
+/// Interpolates the motion of the points of a velocity field from the nodes.
 type GridReader<'a, const D: usize> = dyn Fn(usize, &PointSlice<'_, D>, &mut [InterpolatedMotion<D>]) + 'a;
 
-/// Runs of points that carry something, of [`BLOCK`] or fewer.
+/// Returns the ranges of points with a load, of at most [`BLOCK`] points.
 fn loaded_ranges<const D: usize>(vectors: &[[f64; D]]) -> Vec<Range<usize>> {
     let mut runs: Vec<Range<usize>> = Vec::new();
     for p in (0..vectors.len()).filter(|p| vectors[*p] != [0.0; D]) {

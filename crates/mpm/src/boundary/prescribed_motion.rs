@@ -1,5 +1,4 @@
-//! What moves as the case says: rigid bodies and patches of nodes (sheet: mpm §2.11: prescribed velocities, on nodes
-//! without material too).
+//! Prescribed motion of rigid bodies and of patches of nodes (sheet: mpm §2.11: prescribed velocities, also on nodes without material).
 
 use std::ops::Range;
 
@@ -16,35 +15,34 @@ use crate::contact::contact_law::FieldContacts;
 use crate::phases::pore_fluid::{LIQUID, SOLID};
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// Distance (cells; least heights of the elements of a mesh) from the surface of a patch within which nodes still belong
-/// to it: round-off.
+/// Tolerance (cells; least heights of the elements of a mesh) for nodes on the surface of a patch, against round-off.
 const SURFACE_TOLERANCE: f64 = 1e-6;
 
-/// Something driven, with what acts on it.
+/// Rigid body or patch with its motion and the force on it.
 #[derive(Clone, Debug)]
 pub struct DrivenObject {
     /// Name of the body or patch.
     pub name: String,
     /// Index into `Case::patches`; `None` for a rigid body.
     pub patch: Option<usize>,
-    /// Corners of a box around the patch at the start (m).
+    /// Corners of the bounding box of the patch at the start (m).
     pub bounds: [[f64; 3]; 2],
-    /// Velocity at the start of the step (m/s); `None` where nothing was prescribed.
+    /// Prescribed velocity at the start of the step (m/s); `None` for components that were not prescribed.
     pub previous_velocity: [Option<f64>; 3],
-    /// What it does in the step where it is a rigid body that moves freely.
+    /// Motion of a free rigid body in the step.
     pub free_rigid_body: Option<RigidStep>,
-    /// What a restart needs.
+    /// State for a checkpoint.
     pub state: DrivenObjectState,
 }
 
-/// What changes of a [`DrivenObject`] in the course of a run.
+/// State of a [`DrivenObject`] that changes during a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct DrivenObjectState {
-    /// Velocity of a patch at the end of the step (m/s); `None` where nothing is prescribed.
+    /// Velocity of a patch at the end of the step (m/s); `None` for components that are not prescribed.
     pub velocity: [Option<f64>; 3],
-    /// How a rigid body moves at the end of the step.
+    /// Motion of a rigid body at the end of the step.
     pub rigid: RigidState,
-    /// Way since the start (m).
+    /// Displacement since the start (m).
     pub displacement: [f64; 3],
     /// Force of the material on it in the last step (N).
     pub force: [f64; 3],
@@ -53,7 +51,7 @@ pub struct DrivenObjectState {
 }
 
 impl DrivenObject {
-    /// Takes an impulse (N s) of the material in a step of `dt`.
+    /// Adds an impulse (N s) of the material in a step of `dt`.
     pub fn add_impulse(&mut self, impulse: [f64; 3], dt: f64) {
         for c in 0..3 {
             self.state.impulse[c] += impulse[c];
@@ -61,7 +59,7 @@ impl DrivenObject {
         }
     }
 
-    /// The patch where it is now; `None` for a rigid body. Where points keep their places it does.
+    /// Returns the patch at its current position; `None` for a rigid body. With points at fixed positions the patch is fixed too.
     fn placed_patch<'a>(&self, case: &'a Case, options: &MpmOptions) -> Option<PlacedPatch<'a>> {
         let patch = &case.patches[self.patch?];
         let moves = patch.moves && options.formulation != LagrangianFormulation::SmallDisplacement;
@@ -69,8 +67,8 @@ impl DrivenObject {
         Some(PlacedPatch { patch, bounds: self.bounds, displacement: way })
     }
 
-    /// Gives a solved node the velocity and acceleration of the prescribed motion; returns the impulse (N s) of the material
-    /// on what drives, without mass scaling.
+    /// Sets the velocity and acceleration of the prescribed motion at a solved node; returns the impulse (N s) of the material on the
+    /// driven object, without mass scaling.
     fn impose_on_node(&self, node: &mut NodalState, keep_start: bool, dt: f64) -> [f64; 3] {
         let (mut end, mut rate) = (node.momentum_and_mass.to_array(), node.force.to_array());
         let mut taken = [0.0; 3];
@@ -87,7 +85,7 @@ impl DrivenObject {
         taken
     }
 
-    /// Gives a velocity (m/s) the components that are prescribed.
+    /// Sets the prescribed components of a velocity (m/s).
     fn impose_velocity(&self, lanes: &mut Vector4) {
         let mut velocity = lanes.to_array();
         for c in 0..3 {
@@ -96,12 +94,12 @@ impl DrivenObject {
         *lanes = Vector4::new(velocity);
     }
 
-    /// The velocity of a rigid body at a place (m/s).
+    /// Velocity of a rigid body at a position (m/s).
     pub fn velocity_at(&self, x: &[f64; 3]) -> [f64; 3] {
         self.free_rigid_body.as_ref().map_or(self.velocity(), |loose| loose.velocity_at(x))
     }
 
-    /// Its velocity (m/s), zero along what is not prescribed of a patch; of a rigid body that turns that of its centre of mass.
+    /// Velocity (m/s): of the centre of mass for a rigid body; of a patch with zero for the components that are not prescribed.
     pub fn velocity(&self) -> [f64; 3] {
         if self.patch.is_some() {
             self.state.velocity.map(|v| v.unwrap_or(0.0))
@@ -111,7 +109,7 @@ impl DrivenObject {
     }
 }
 
-/// Rigid bodies and patches of the case.
+/// Returns the rigid bodies and patches of the case.
 pub fn driven_objects(case: &Case) -> Vec<DrivenObject> {
     let new = |name: &String, patch| DrivenObject {
         name: name.clone(),
@@ -129,7 +127,7 @@ pub fn driven_objects(case: &Case) -> Vec<DrivenObject> {
     bodies.chain(patches).collect()
 }
 
-/// A patch where it is now.
+/// Patch at its current position.
 struct PlacedPatch<'a> {
     patch: &'a Patch,
     bounds: [[f64; 3]; 2],
@@ -137,25 +135,25 @@ struct PlacedPatch<'a> {
 }
 
 impl PlacedPatch<'_> {
-    /// Corners of the box around it (m).
+    /// Corners of the bounding box of the patch (m).
     fn ends(&self) -> [[f64; 3]; 2] {
         self.bounds.map(|corner| std::array::from_fn(|c| corner[c] + self.displacement[c]))
     }
 
-    /// The phases that it holds, of so many.
+    /// Returns the phases that the patch prescribes, out of `count`.
     fn phases(&self, count: usize) -> Range<usize> {
         SOLID..if self.patch.drained { LIQUID } else { count }
     }
 
-    /// Whether it holds a place (m) in the box around it. What lies on the box up to round-off lies on it.
+    /// Whether the patch contains a position (m) in its bounding box, with a tolerance for round-off on the box.
     fn contains<const D: usize>(&self, x: &[f64; D]) -> bool {
         let [low, high] = self.bounds;
         let start: [f64; D] = std::array::from_fn(|c| (x[c] - self.displacement[c]).clamp(low[c], high[c]));
         self.patch.region.contains(&start)
     }
 
-    /// Calls `visit(number in memory, whether it is the first of those that are one node)` for each of its nodes. Where
-    /// it reaches a side of the domain, the nodes beyond that side are its own.
+    /// Calls `visit(index in memory, whether it is the first of the periodic images of a node)` for each node of the patch. Where the patch
+    /// reaches a side of the domain, the nodes beyond that side belong to it.
     fn nodes<const D: usize>(
         &self,
         BackgroundGrid { grid, mesh, layout, basis_1d: basis, .. }: &BackgroundGrid<D>,
@@ -183,7 +181,7 @@ impl PlacedPatch<'_> {
             }
             Some(x.clamp(low, high)).filter(|x| inside(axis, *x))
         };
-        // Nodes along each axis from the first in the box to the last.
+        // Nodes along each axis, from the first to the last in the box.
         let range: [Range<usize>; 3] = std::array::from_fn(|axis| {
             if axis >= D {
                 return 0..1;
@@ -213,7 +211,7 @@ impl PlacedPatch<'_> {
     }
 }
 
-/// Numbers of the patches that hold no node where they begin.
+/// Numbers of the patches that contain no node at the start.
 pub fn empty_patches<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -228,8 +226,8 @@ pub fn empty_patches<const D: usize>(
     driven.iter().filter(is_empty).filter_map(|driven| driven.patch).collect()
 }
 
-/// Gives the solved nodes of the patches their velocity, and the acceleration of the prescribed motion, and `books` the
-/// force that takes. What motion begins with, nodes take from what they have.
+/// Imposes velocity and acceleration of the prescribed motion on the solved nodes of the patches, and adds the force to `books`. Components
+/// whose prescription begins in the step start from the velocity of the node.
 pub fn impose_patch_velocity<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -241,7 +239,7 @@ pub fn impose_patch_velocity<const D: usize>(
     impose_on_solved(clock, background, driven, contacts, one_phase(solved), books);
 }
 
-/// The same of the nodes of two phases: of the skeleton, and of the pore fluid that a patch does not let through.
+/// Imposes the motion of the patches on the nodes of the skeleton, and of the pore fluid where the patch is impermeable.
 pub fn impose_phase_patch_velocity<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -274,7 +272,7 @@ fn impose_on_solved<const N: usize, const D: usize>(
     }
 }
 
-/// Marks the components of velocity that patches hold, of both phases: one bit an axis.
+/// Marks the components of velocity that patches prescribe, for both phases: one bit an axis.
 pub fn mark_constrained<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -288,7 +286,7 @@ pub fn mark_constrained<const D: usize>(
     });
 }
 
-/// Gives the nodes of the patches their velocity where it is re-mapped.
+/// Imposes the velocity of the patches on their re-mapped nodes.
 pub fn impose_patch_velocity_remapped<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -299,7 +297,7 @@ pub fn impose_patch_velocity_remapped<const D: usize>(
     for_patch_nodes(clock, background, driven, contacts, one_phase(remapped), DrivenObject::impose_velocity);
 }
 
-/// The same of two phases.
+/// Imposes the velocity of the patches on the re-mapped nodes of two phases.
 pub fn impose_phase_patch_velocity_remapped<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -310,7 +308,7 @@ pub fn impose_phase_patch_velocity_remapped<const D: usize>(
     for_patch_nodes(clock, background, driven, contacts, nodes, DrivenObject::impose_velocity);
 }
 
-/// Leaves nothing of what is re-mapped in the components that patches hold.
+/// Sets the re-mapped components that patches prescribe to zero.
 pub fn clear_patch_components<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -337,8 +335,8 @@ fn for_patch_nodes<T, const N: usize, const D: usize>(
     }
 }
 
-/// Calls `act(what it holds, whether it is the first of those that are one node)` for each node of a patch, in each field
-/// of a body that deforms and each phase that it holds.
+/// Calls `act(value of the node, whether it is the first of the periodic images of a node)` for each node of a patch, in each field of a
+/// deformable body and each phase that the patch prescribes.
 fn for_nodes_of_patch<T, const N: usize, const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -357,12 +355,12 @@ fn for_nodes_of_patch<T, const N: usize, const D: usize>(
     }
 }
 
-/// Nodes of one phase, as those of several.
+/// Returns the nodes of one phase in the layout of several phases.
 fn one_phase<T>(nodes: &mut [T]) -> &mut [[T; 1]] {
     nodes.as_chunks_mut().0
 }
 
-/// The velocity fields of bodies that deform.
+/// Returns the velocity fields of deformable bodies.
 fn deformable_fields(fields: usize, rigid: &[Option<usize>]) -> impl Iterator<Item = usize> {
     (0..fields).filter(|field| rigid.get(*field).is_none_or(Option::is_none))
 }

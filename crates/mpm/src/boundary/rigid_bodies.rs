@@ -1,4 +1,4 @@
-//! Rigid bodies in a step: as the case prescribes, and as forces make them (docs/theory/mpm.md, rigid bodies).
+//! Time step of rigid bodies, with prescribed motion or under forces (docs/theory/mpm.md, rigid bodies).
 
 use colluvium_case::description::{PrescribedMotion, Velocity};
 use colluvium_case::loads::damping::sign_or_zero;
@@ -21,7 +21,7 @@ fn rigid_mass<const D: usize>(clock: &Clock, set: &PointSet<D>) -> RigidMass {
         .scaled(clock.options.mass_scaling)
 }
 
-/// A rigid body that moves freely, at the start of a step, with the motion at its end that forces from outside give it.
+/// Returns the step of a free rigid body from its state at the start and the external forces.
 fn free_rigid_step<const D: usize>(
     clock: &Clock,
     set: &PointSet<D>,
@@ -36,8 +36,7 @@ fn free_rigid_step<const D: usize>(
     RigidStep::new(rigid_mass(clock, set), state, &acts, clock.dt, share)
 }
 
-/// What a rigid body that moves freely adds to the measures of equilibrium in a step of `dt` (s), with local damping of the axes
-/// and Rayleigh damping.
+/// Terms of a free rigid body in the measures of equilibrium in a step of `dt` (s), with local damping of the axes and Rayleigh damping.
 pub fn equilibrium_terms(loose: &RigidStep, dt: f64, damping: &[f64; 3], rayleigh: f64) -> EquilibriumTerms {
     let mut sums = EquilibriumTerms { work: loose.work(dt), ..EquilibriumTerms::default() };
     for c in (0..3).filter(|c| loose.free[*c]) {
@@ -52,7 +51,7 @@ pub fn equilibrium_terms(loose: &RigidStep, dt: f64, damping: &[f64; 3], rayleig
     sums
 }
 
-/// Velocities at the end of a step of `dt`; forces are counted anew.
+/// Updates the velocities of driven objects to the end of a step of `dt`, and resets their forces.
 pub fn update_driven_velocities<const D: usize>(
     clock: &Clock,
     bodies: &mut Bodies<D>,
@@ -86,7 +85,7 @@ pub fn update_driven_velocities<const D: usize>(
     }
 }
 
-/// Moves what is driven, at the end of a step of `dt`; returns the largest move of a point along an axis (m).
+/// Moves driven objects at the end of a step of `dt`; returns the largest displacement of a point along an axis (m).
 ///
 /// # Errors
 /// When a point of a rigid body leaves the domain or the mesh.
@@ -132,7 +131,7 @@ pub fn move_driven<const D: usize>(
     }
 }
 
-/// Moves a rigid body in a step of `dt`; returns the largest move of a point along an axis (m).
+/// Moves a rigid body in a step of `dt`; returns the largest displacement of a point along an axis (m).
 fn move_rigid<const D: usize>(dt: f64, set: &mut PointSet<D>, driven: &mut DrivenObject) -> f64 {
     let velocity = driven.velocity();
     let Some(loose) = &driven.free_rigid_body else {
@@ -143,14 +142,14 @@ fn move_rigid<const D: usize>(dt: f64, set: &mut PointSet<D>, driven: &mut Drive
     set.points.velocity.as_flattened().iter().fold(0.0, |most, v| most.max((dt * v).abs()))
 }
 
-/// Motion with which rigid bodies begin.
+/// Sets the initial motion of rigid bodies.
 pub fn initialise_rigid<const D: usize>(clock: &Clock, sets: &[PointSet<D>], driven: &mut [DrivenObject]) {
     for set in sets {
         let Some(number) = set.rigid else { continue };
         let given = &clock.case.bodies[set.body as usize].velocity;
         let (mass, points) = (rigid_mass(clock, set), &set.points);
         driven[number].state.rigid = if *given == Velocity::Rest {
-            // A list of points may have velocities.
+            // Points from a file may have velocities.
             RigidState::of_points(&mass, &points.mass, &points.position, &points.velocity)
         } else {
             RigidState::initial(&mass, given)
@@ -158,7 +157,7 @@ pub fn initialise_rigid<const D: usize>(clock: &Clock, sets: &[PointSet<D>], dri
     }
 }
 
-/// Ends the step of the rigid bodies that move freely, with local damping.
+/// Ends the step of the free rigid bodies, with local damping.
 pub fn integrate_rigid(clock: &Clock, driven: &mut [DrivenObject]) {
     let damping = clock.stage().damping_of_axes();
     for driven in driven {
@@ -168,14 +167,14 @@ pub fn integrate_rigid(clock: &Clock, driven: &mut [DrivenObject]) {
     }
 }
 
-/// Brings rigid bodies that move freely to rest.
+/// Sets the velocities of free rigid bodies to zero.
 pub fn stop_free_rigid_bodies(driven: &mut [DrivenObject]) {
     for driven in driven.iter_mut().filter(|driven| driven.patch.is_none()) {
         driven.state.rigid.stop();
     }
 }
 
-/// Calls `visit(velocity of the body, node)` at all nodes of rigid bodies that move freely.
+/// Calls `visit(velocity of the body, node)` at all nodes of free rigid bodies.
 fn for_free_rigid_nodes<T: Send, const D: usize>(
     background: &BackgroundGrid<D>,
     driven: &[DrivenObject],
@@ -199,7 +198,7 @@ fn for_free_rigid_nodes<T: Send, const D: usize>(
     }
 }
 
-/// Gives the solved nodes of rigid bodies that move freely their velocity.
+/// Imposes the velocity of free rigid bodies on their solved nodes.
 pub fn impose_rigid_velocity<const D: usize>(
     background: &BackgroundGrid<D>,
     driven: &[DrivenObject],
@@ -212,7 +211,7 @@ pub fn impose_rigid_velocity<const D: usize>(
     });
 }
 
-/// Gives the re-mapped nodes of rigid bodies that move freely their velocity.
+/// Imposes the velocity of free rigid bodies on their re-mapped nodes.
 pub fn impose_rigid_velocity_remapped<const D: usize>(
     background: &BackgroundGrid<D>,
     driven: &[DrivenObject],
@@ -224,7 +223,7 @@ pub fn impose_rigid_velocity_remapped<const D: usize>(
     });
 }
 
-/// Gives the nodes of rigid bodies their velocity.
+/// Imposes the velocities of all rigid bodies on their nodes.
 pub fn impose_velocity_of_all_rigid<const D: usize>(
     background: &BackgroundGrid<D>,
     driven: &[DrivenObject],

@@ -1,10 +1,10 @@
-//! A load that the points of a body carry.
+//! Surface load on the points of a body.
 
 use std::io::{self, Read};
 
 use colluvium_points::struct_of_arrays::read_column;
 
-/// One load on the points of a set.
+/// Load on the points of a set.
 pub struct SurfaceLoad<const D: usize> {
     /// Index into `Case::loads`.
     pub number: usize,
@@ -12,9 +12,9 @@ pub struct SurfaceLoad<const D: usize> {
     pub liquid: bool,
     /// Whether it follows the surface.
     pub is_follower: bool,
-    /// What each point carries of it (`Case::load_vectors`); zero within the body.
+    /// Load vector of each point (`Case::load_vectors`); zero within the body.
     pub vectors: Vec<[f64; D]>,
-    /// Share that was last applied.
+    /// Factor of the load at its last application.
     pub applied: f64,
 }
 

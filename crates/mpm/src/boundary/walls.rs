@@ -7,7 +7,7 @@ use colluvium_grid::{NodeWall, NodeWalls, WallKind};
 use crate::transfer::background_grid::BackgroundGrid;
 use crate::{MpmOptions, WallFriction};
 
-/// The walls of a stage.
+/// Returns the walls of a stage.
 pub fn walls<const D: usize>(
     case: &Case,
     stage: usize,
@@ -52,7 +52,7 @@ pub fn walls<const D: usize>(
     Ok(NodeWalls::new(&nodes, walls))
 }
 
-/// Refuses walls that would go by more than half a `cell` (m): nodes on a wall take its velocity, but its plane stays.
+/// Rejects walls that would move by more than half a `cell` (m): nodes on a wall take its velocity, but its plane is fixed.
 pub fn reject_walls_that_leave(case: &Case, cell: f64) -> Result<(), CaseError> {
     for (number, (boundary, time)) in case.boundaries.iter().zip(case.boundary_durations()).enumerate() {
         let normal = boundary.velocity.as_ref().and_then(|velocity| velocity.get(boundary.side.axis()));
@@ -69,7 +69,7 @@ pub fn reject_walls_that_leave(case: &Case, cell: f64) -> Result<(), CaseError> 
     Ok(())
 }
 
-/// How the wall of a boundary acts; `None` for one that only brakes.
+/// Kind of the wall of a boundary; `None` for a boundary that only damps.
 pub fn wall_kind(boundary: &Boundary, options: &MpmOptions) -> Option<WallKind> {
     Some(match boundary.wall {
         CaseWall::Absorbing { .. } => return None,
@@ -85,7 +85,7 @@ pub fn wall_kind(boundary: &Boundary, options: &MpmOptions) -> Option<WallKind> 
     })
 }
 
-/// The wall of a boundary with its face at a node.
+/// Returns the wall of a boundary with its face at a node.
 pub fn node_wall(boundary: &Boundary, node: usize, kind: WallKind) -> NodeWall {
     let velocity = boundary.velocity.as_deref().map_or([0.0; 3], spatial);
     let (axis, upper) = (boundary.side.axis(), boundary.side.is_max());

@@ -1,4 +1,4 @@
-//! What an option of `methods.mpm` may be.
+//! Values of the options of `methods.mpm`.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -77,7 +77,7 @@ pub enum VelocityTransfer {
     Tpic,
 }
 
-/// What the critical step of skeleton and pore fluid goes by (sheet: mpm §2.10).
+/// Criterion of the critical step of skeleton and pore fluid (sheet: mpm §2.10).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StepCriterion {
@@ -142,14 +142,14 @@ pub enum ObstacleCoupling {
     Points,
 }
 
-/// What the domains of `cpgimp` points follow (sheet: mpm §2.5).
+/// Stretch of the domains of `cpgimp` points (sheet: mpm §2.5).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DomainStretch {
     /// The diagonal of the deformation gradient: for bodies that stretch along the axes.
     #[default]
     Diagonal,
-    /// The diagonal of the right stretch tensor, which a rotation leaves as it is.
+    /// The diagonal of the right stretch tensor, which is invariant under rotation.
     RightStretch,
 }
 

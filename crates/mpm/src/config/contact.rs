@@ -31,12 +31,12 @@ pub struct BodyContact {
 impl BodyContact {
     /// When the bodies act on each other, on a grid or on a mesh.
     pub fn test(&self, on_mesh: bool) -> ContactTest {
-        // A plane that is given tells where bodies meet; without it what comes near would be held by its corners.
+        // A given plane defines where bodies touch; without it bodies that come near would catch at their corners.
         let usual = if on_mesh || self.normal.is_some() { ContactTest::Approach } else { ContactTest::Gap };
         self.test.unwrap_or(usual)
     }
 
-    /// Which key is wrong, and what is wrong with it.
+    /// Checks the values; the error is the key and the problem.
     pub(crate) fn validate(&self, on_mesh: bool) -> Result<(), (&'static str, String)> {
         for (key, value) in [("friction_coefficient", self.friction_coefficient), ("adhesion", self.adhesion)]
         {
@@ -67,7 +67,7 @@ pub struct PenaltyContact {
 }
 
 impl PenaltyContact {
-    /// What is wrong with it, beside a test of contact.
+    /// Checks the values together with the test of contact; the error describes the problem.
     pub(crate) fn validate(&self, test: ContactTest) -> Result<(), String> {
         if test != ContactTest::Gap {
             return Err("needs test gap, which tells the overlap".to_owned());

@@ -16,7 +16,7 @@ pub use choices::{
 };
 pub use contact::{BodyContact, ContactTest, PenaltyContact};
 
-/// What the steps of a run go by.
+/// Coefficients of the step limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct StepCoefficients {
     /// Step times wave speed over cell size.
@@ -62,8 +62,7 @@ pub struct MpmOptions {
     /// With `transfer` `flip`: share of FLIP in the velocity update, 0 to 1; the rest is PIC. 1 dissipates nothing.
     #[serde(default = "default_one")]
     pub flip: f64,
-    /// The same in single stages, by their names, in place of `flip`: bodies may come to rest with less of it than
-    /// they flow with.
+    /// Values of `flip` for single stages, by their names: bodies may come to rest with a smaller share of FLIP than they flow with.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub stage_flip: BTreeMap<String, f64>,
     /// Courant number: the step over cell size / (wave speed + point speed), 0 to 1. Without an entry it is 0.9 in
@@ -78,7 +77,7 @@ pub struct MpmOptions {
     /// solver when absent. Before an output steps are shorter, so that they end at its time.
     #[serde(default)]
     pub time_step: Option<f64>,
-    /// With a `pore_fluid`: what the critical step goes by.
+    /// With a `pore_fluid`: criterion of the critical step.
     #[serde(default, skip_serializing_if = "StepCriterion::is_combined")]
     pub step_criterion: StepCriterion,
     /// Factor on inertia, at least 1, but not on weight: the stable step grows with its square root. For quasi-static
@@ -89,8 +88,8 @@ pub struct MpmOptions {
     /// each body named here has a field of its own.
     #[serde(default)]
     pub contacts: Vec<BodyContact>,
-    /// How a held degree of freedom treats the momentum that arrives there. What runs into a wall that may let go is always
-    /// stopped with its momentum, but for `wall_friction` `acceleration`.
+    /// How a held degree of freedom treats the momentum that arrives there. Material that runs into a wall from which it may separate is
+    /// always stopped with its momentum, except for `wall_friction` `acceleration`.
     #[serde(default)]
     pub fixed_nodes: FixedNodes,
     /// Nodes lighter than this share of the heaviest point get no force and move with the points around
@@ -123,7 +122,7 @@ pub struct MpmOptions {
     /// that.
     #[serde(default = "default_lumped_share")]
     pub lumped_share: f64,
-    /// What the domains of `cpgimp` points follow.
+    /// Stretch of the domains of `cpgimp` points.
     #[serde(default)]
     pub domain_stretch: DomainStretch,
     /// Whether gradients are taken where points are or where they were at the start.
@@ -302,27 +301,27 @@ impl MpmOptions {
         }
     }
 
-    /// Whether a node that material reaches only just strains it without bound: with stress last and gradients that do not
-    /// fall with their weights.
+    /// Whether nodes with a small reach of material strain it without bound: with stress last and gradients that do not decrease with their
+    /// weights.
     pub(crate) fn has_unbounded_small_node_strain(&self) -> bool {
         matches!(self.shape, ShapeFunctions::Linear | ShapeFunctions::DualDomain)
             && self.stress_update == StressScheme::Usl
             && self.mass == NodalMass::Lumped
     }
 
-    /// The reach of material into a cell, from which on a node has all of its force (`light.rs`), in `dimension` axes at the
-    /// Courant number of a step: `C²/2` for the node on the far side along each axis, and `C⁴/2` for those on the near side.
+    /// Least reach of material into a cell at which a node has its full force (`small_mass_nodes.rs`), in `dimension` axes at the Courant
+    /// number of a step: `C²/2` for the node on the far side along each axis, and `C⁴/2` for those on the near side.
     pub(crate) fn min_reach(courant: f64, dimension: usize) -> f64 {
         let square = courant * courant;
         0.5 * square * (dimension as f64 + square)
     }
 
-    /// Whether nodes that material reaches only just get less force.
+    /// Whether the forces of nodes with a small reach of material are reduced.
     pub(crate) fn rescales_small_mass_forces(&self) -> bool {
         self.has_unbounded_small_node_strain() && self.node_mass_cutoff.is_none()
     }
 
-    /// Share of the heaviest point up to which a node is too light for forces to mean anything.
+    /// Share of the mass of the heaviest point up to which a node is too light for a meaningful force.
     pub(crate) fn mass_cutoff(&self) -> f64 {
         self.node_mass_cutoff.unwrap_or(ROUND_OFF)
     }
@@ -354,9 +353,9 @@ impl MpmOptions {
         }
     }
 
-    /// What steps go by in `dimension` axes at a Courant number of `courant`. A cell with consistent mass whose points
-    /// integrate it exactly has a mode with a third of the lumped mass for each axis along which its nodes move against each
-    /// other; none has less than the share of the lumped mass.
+    /// Coefficients of the step limits in `dimension` axes at a Courant number of `courant`. A cell with consistent mass whose points
+    /// integrate it exactly has a mode with a third of the lumped mass for each axis along which its nodes move in opposite directions; no
+    /// mode has less mass than the share of the lumped mass.
     pub(crate) fn step_bounds(&self, dimension: usize, courant: f64) -> StepCoefficients {
         let inertia = match self.mass {
             NodalMass::Lumped => 1.0,
@@ -377,7 +376,7 @@ impl MpmOptions {
         }
     }
 
-    /// Checks the shares that single stages of the case have.
+    /// Checks the `flip` values of single stages of the case.
     pub(crate) fn validate_stage_flip(&self, case: &Case) -> Result<(), CaseError> {
         for (name, share) in &self.stage_flip {
             let refuse =
@@ -397,7 +396,7 @@ impl MpmOptions {
         if self.liquid_bodies.contains(&body) { VelocityTransfer::Tpic } else { self.transfer }
     }
 
-    /// Whether points lose what the grid does not see of their velocities.
+    /// Whether the null-space velocities of points are filtered.
     pub(crate) fn filters_velocities(&self) -> bool {
         self.transfer == VelocityTransfer::Xpic || self.residual_time.is_some()
     }

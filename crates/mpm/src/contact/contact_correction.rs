@@ -1,4 +1,4 @@
-//! The contact substep: what the laws of [`crate::contact::contact_law`] do to the nodes (sheet: mpm §3.6).
+//! Contact substep: corrects nodal velocities by the laws of [`crate::contact::contact_law`] (sheet: mpm §3.6).
 
 use colluvium_constitutive::BLOCK_SIZE;
 use colluvium_grid::{Basis1d, Mesh, NodalState, NodeRange, NodeWalls, Vector4};
@@ -14,11 +14,11 @@ use crate::momentum::velocity_fields::VelocityFields;
 use crate::points::bodies::Bodies;
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// Most sweeps over the pairs of three or more bodies, whose contacts act on each other.
+/// Maximum number of sweeps over the pairs of three or more bodies, whose contacts interact.
 const MAX_SWEEPS: usize = 30;
 
-/// Room for what the rows of nodes report, pair after pair. Only where bodies are gone through more than once does a
-/// force or a strength have to last for all sweeps.
+/// Returns the workspace for the contact sums of the rows of nodes, pair after pair. Impulses per node are kept only where several sweeps
+/// must obey a bound on force or strength.
 pub fn row_contacts(contacts: &FieldContacts, count: usize, length: usize) -> Vec<RowContact> {
     let row = |pair: &FieldPair| {
         let lasts = pair.law.is_some_and(|law| law.penalty.is_some() || law.adhesion > 0.0);
@@ -34,8 +34,7 @@ fn two_fields<T>(nodes: &mut [T], len: usize, [first, second]: [usize; 2]) -> [&
     [&mut low[first * len..(first + 1) * len], &mut high[..len]]
 }
 
-/// Surface integrals `Σ_p Ω_p ∇N_i` of the bodies, for normals, areas and distances. In axisymmetry they are those
-/// of the section.
+/// Adds the surface integrals `Σ_p Ω_p ∇N_i` of the bodies, for normals, areas and distances. In axisymmetry they are those of the section.
 pub fn scatter_surfaces<const D: usize>(
     background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
@@ -64,7 +63,7 @@ pub fn scatter_surfaces<const D: usize>(
             }
         });
         background.layout.sum_periodic_images(nodes, |sum, node| *sum += *node);
-        // A face that lies on a wall is none that another body can touch: as if the body went on behind it.
+        // A face on a wall cannot touch another body: the body counts as continued behind the wall.
         for (place, node) in nodes.iter_mut().enumerate().filter(|(_, node)| **node != Vector4::ZERO) {
             let index = background.layout.index(place / length, place % length);
             let bare = |axis: usize| if walls.at(axis, &index).is_some() { 0.0 } else { 1.0 };
@@ -74,16 +73,15 @@ pub fn scatter_surfaces<const D: usize>(
     }
 }
 
-/// Radii of the nodes (m); none on the other side of the axis.
+/// Radii of the nodes (m); zero beyond the axis.
 pub fn radii<const D: usize>(background: &BackgroundGrid<D>) -> Vec<f64> {
     let (layout, row) = (&background.layout, background.layout.strides()[0]);
     let radius = |node: usize| background.node_at(node, &layout.index(node / row, node % row))[0];
     (0..layout.len()).map(|node| radius(node).max(0.0)).collect()
 }
 
-/// Contact of the solved velocities, pair after pair. The contacts of three and more bodies at a node act on each
-/// other: they are gone through until none changes anything. Every impulse is one that the law allows, and it
-/// acts on both bodies.
+/// Corrects the solved velocities for contact, pair after pair. The contacts of three and more bodies at a node interact: sweeps are
+/// repeated until no velocity changes. Every impulse obeys the contact law and acts on both bodies.
 pub fn correct_velocities<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -157,7 +155,7 @@ fn correct_pair<const D: usize>(
     );
 }
 
-/// Books the impulses of a pair on the rigid body in it, if there is one.
+/// Adds the impulses of a pair to its rigid body, if there is one.
 fn record_rigid_impulses(
     driven: &mut [DrivenObject],
     contacts: &FieldContacts,
@@ -173,7 +171,7 @@ fn record_rigid_impulses(
     }
 }
 
-/// Contact of the re-mapped velocities.
+/// Corrects the re-mapped velocities for contact.
 pub fn correct_remapped<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -198,9 +196,8 @@ pub fn correct_remapped<const D: usize>(
     }
 }
 
-/// Volumes over the cell size (m²) from which a rigid body holds the nodes of a grid: what there is of a body at its
-/// corners where they are nodes, less what round-off takes. At the sides of the domain that is less, because there is
-/// less of a node.
+/// Volumes over the cell size (m²) above which a rigid body constrains the nodes of a grid: the share of a body at its corners where they
+/// are nodes, less a tolerance for round-off. At the sides of the domain the value is smaller, as the support of a node is.
 pub fn rigid_volume_thresholds<const D: usize>(
     BackgroundGrid { grid, layout, basis_1d: basis, .. }: &BackgroundGrid<D>,
     points: usize,
@@ -227,7 +224,7 @@ pub fn rigid_volume_thresholds<const D: usize>(
     (0..layout.len()).map(|node| corner * share(node)).collect()
 }
 
-/// Integrals of the shape functions along an axis of `cells` cells, in cells, as the `points` of a cell find them.
+/// Integrals of the shape functions along an axis of `cells` cells, in cells, by the quadrature of the `points` of a cell.
 fn integrals(basis: &Basis1d, cells: usize, points: usize) -> Vec<f64> {
     let mut sums = vec![0.0; basis.nodes(cells)];
     let weight = 1.0 / points as f64;
@@ -242,7 +239,7 @@ fn integrals(basis: &Basis1d, cells: usize, points: usize) -> Vec<f64> {
     sums
 }
 
-/// The same of a mesh: as much as the smallest of the elements at the node holds of it.
+/// Volume thresholds of the nodes of a mesh: the share of the smallest element at each node.
 pub fn rigid_volume_thresholds_on_mesh<const D: usize>(mesh: &Mesh<D>, nodes: usize) -> Vec<f64> {
     let share = |element: &u32| {
         let element = &mesh.elements()[*element as usize];
@@ -254,5 +251,5 @@ pub fn rigid_volume_thresholds_on_mesh<const D: usize>(mesh: &Mesh<D>, nodes: us
     filled
 }
 
-/// One, less what round-off takes.
+/// One less a tolerance for round-off.
 const ALMOST: f64 = 1.0 - 1e-6;

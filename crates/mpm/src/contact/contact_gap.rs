@@ -1,10 +1,9 @@
-//! Where the surface of a body lies, as a node sees it: what tells bodies that touch from bodies that only share a
-//! node (sheet: mpm P-18: contact detected one cell early).
+//! Distance of a node from the surface of a body. It distinguishes bodies that touch from bodies that only share a node (sheet: mpm P-18:
+//! contact detected one cell early).
 //!
-//! A node knows of a body the integrals `∫ N` over its volume and `∫ N` over its surface. For a flat surface at the
-//! distance `s` from the node they are the running integral of the shape function and the shape function itself, so
-//! that their ratio tells `s`; an edge that cuts both by the same share leaves the ratio as it is. Two bodies touch
-//! where their distances, counted outward from each, add up to nothing.
+//! At a node the integrals `∫ N` over the volume and over the surface of a body are known. For a flat surface at the distance `s` from the
+//! node they are the running integral of the shape function and the shape function itself, so that their ratio gives `s`; an edge that cuts
+//! both by the same share does not change the ratio. Two bodies touch where their outward distances sum to zero.
 
 use colluvium_grid::Basis1d;
 
@@ -13,24 +12,24 @@ use colluvium_grid::Basis1d;
 const INTERVALS: usize = 1536;
 /// Distances over which the shape function is summed, in cells: the half-width of the widest.
 const SUM_RANGE: f64 = 2.0;
-/// Steps of the sum.
+/// Number of steps of the sum.
 const STEPS: usize = 4000;
-/// Cells of the line on which the shape function is looked at.
+/// Number of cells of the line on which the shape function is evaluated.
 const CELLS: usize = 16;
-/// Width of a point's domain (cells) for the shape functions that look at it.
+/// Width of a point's domain (cells) for shape functions that depend on it.
 pub const ZERO_WIDTH: f64 = 1e-4;
-/// Gap (cells) within which bodies count as touching: what the table and round-off leave.
+/// Gap (cells) within which bodies count as touching, for errors of the table and round-off.
 pub const CONTACT_TOLERANCE: f64 = 1e-3;
 
-/// Distance from a node to a flat surface, from what the node knows of the body.
+/// Distance from a node to a flat surface, from volume and surface of the body at the node.
 #[derive(Clone, Debug, Default)]
 pub struct SurfaceDistance {
-    /// Distance (cells) for volume over volume plus surface, in equal intervals from 0 to 1.
+    /// Distance (cells) as a function of volume over volume plus surface, at equal intervals from 0 to 1.
     table: Vec<f64>,
 }
 
 impl SurfaceDistance {
-    /// The table of a family of shape functions.
+    /// Returns the table of a family of shape functions.
     pub fn new(basis: &Basis1d) -> Self {
         let node = basis.nodes(CELLS) / 2;
         let place = basis.coordinate(node, CELLS);
@@ -41,7 +40,7 @@ impl SurfaceDistance {
         let samples: Vec<(f64, f64)> = (0..=STEPS)
             .map(|k| {
                 let distance = k as f64 * step - SUM_RANGE;
-                // Round-off where the function has ended would count as all there is of the body.
+                // Round-off at the end of the function would count as the whole volume of the body.
                 let here = Some(weight(distance)).filter(|w| *w > 1e-9).unwrap_or(0.0);
                 below += 0.5 * step * (last + here);
                 last = here;
@@ -65,9 +64,9 @@ impl SurfaceDistance {
         Self { table }
     }
 
-    /// Distance (cells) from the node to the surface, counted outward: negative where the node lies outside. `volume`
-    /// is `∫ N` over the body over the cell size, `surface` that over its surface along the outward normal (m²); a
-    /// body without a surface that can be told from here counts as far on all sides.
+    /// Distance (cells) from the node to the surface, counted outward: negative where the node lies outside. `volume` is `∫ N` over the
+    /// body over the cell size, `surface` that over its surface along the outward normal (m²). A body without a surface near the node has
+    /// the same distance to all sides.
     pub fn distance(&self, volume: f64, surface: f64) -> f64 {
         let share = volume / (volume + surface.max(0.0));
         let place = share.clamp(0.0, 1.0) * INTERVALS as f64;
@@ -75,8 +74,7 @@ impl SurfaceDistance {
         self.table[at] + (place - at as f64) * (self.table[at + 1] - self.table[at])
     }
 
-    /// How far two bodies overlap (cells; negative: the gap between them), from their volumes and surfaces as for
-    /// [`SurfaceDistance::distance`].
+    /// Overlap of two bodies (cells; negative: gap) from their volumes and surfaces as for [`SurfaceDistance::distance`].
     pub fn overlap(&self, volumes: [f64; 2], surfaces: [f64; 2]) -> f64 {
         self.distance(volumes[0], surfaces[0]) + self.distance(volumes[1], surfaces[1])
     }

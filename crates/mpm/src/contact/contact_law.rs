@@ -1,4 +1,4 @@
-//! Contact between bodies: a velocity field for each, and Coulomb friction with adhesion where they meet
+//! Contact between bodies: a velocity field for each, and Coulomb friction with adhesion at their interface
 //! (Bardenhagen et al. 2001; sheet: mpm §2.12, §3.6).
 //!
 //! The normal of a node is the difference of the directions of the gradients of the two bodies' volumes, so that it is
@@ -17,15 +17,15 @@ use crate::points::point_set::PointSet;
 use crate::points::vectors::{dot, first_three, norm};
 use crate::{ContactTest, MpmOptions, PenaltyContact};
 
-/// Gradients of volume within a body, over the largest possible: what points make that no longer lie in rows.
+/// Gradients of volume within a body over the largest possible: noise of points that are no longer in rows.
 const GRADIENT_NOISE: f64 = 0.1;
 
-/// How two velocity fields act on each other.
+/// Pair of velocity fields with its contact law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FieldPair {
     /// The fields, the lower number first.
     pub fields: [usize; 2],
-    /// `None`: they stick.
+    /// Contact law; `None` for fields that stick.
     pub law: Option<ContactLaw>,
 }
 
@@ -38,9 +38,9 @@ pub struct ContactLaw {
     pub adhesion: f64,
     /// Unit vector from the first field to the second, where the case gives it.
     pub normal: Option<[f64; 3]>,
-    /// When the bodies act on each other.
+    /// Test of contact.
     pub test: ContactTest,
-    /// With a force that grows with the overlap in place of a velocity without approach.
+    /// Penalty on the overlap, in place of velocities that do not approach.
     pub penalty: Option<PenaltyContact>,
 }
 
@@ -49,29 +49,29 @@ pub struct ContactLaw {
 pub struct Interface {
     /// Unit vector from the first body to the second.
     pub normal: [f64; 3],
-    /// The node's share of the area (m²).
+    /// Contact area of the node (m²).
     pub area: f64,
-    /// How far the bodies overlap (cells), where the test is for gaps; negative: the gap.
+    /// Overlap of the bodies (cells) with the test of gaps; negative: gap.
     pub overlap: f64,
 }
 
-/// Impulses (N s) that two bodies have given each other at a node in a step.
+/// Impulses (N s) between two bodies at a node in a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactImpulse {
-    /// Along the normal.
+    /// Impulse along the normal (N s).
     pub normal: f64,
-    /// Along the surface, all lengths added.
+    /// Impulse along the surface (N s), sum of the magnitudes.
     pub tangential: f64,
 }
 
-/// What a row of nodes reports of a pair.
+/// Contact sums of a row of nodes for a pair of fields.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RowContact {
-    /// Whether velocities changed.
+    /// Whether contact changed velocities.
     pub changed: bool,
-    /// Impulse (N s) that the first field took.
+    /// Impulse (N s) on the first field.
     pub impulse: [f64; 3],
-    /// What the two have given each other in the step, node by node; empty where no law asks for it.
+    /// Impulses between the two fields in the step, node by node; empty where no law needs them.
     pub impulses: Vec<ContactImpulse>,
 }
 
@@ -93,9 +93,9 @@ pub struct FieldContacts {
     pub surfaces: Vec<Vector4>,
     /// Distances of surfaces from nodes.
     pub distance: SurfaceDistance,
-    /// For each field, the number of the rigid body it belongs to among what is driven; empty for a single field.
+    /// Index of the rigid body of each field among the driven objects; empty for a single field.
     pub rigid: Vec<Option<usize>>,
-    /// Volume over the cell size (m²) from which a rigid body holds a node, node by node; empty for a single field.
+    /// Volume over the cell size (m²) above which a rigid body constrains a node, node by node; empty for a single field.
     pub rigid_volume_threshold: Vec<f64>,
     /// Radii of the nodes (m) in axisymmetry, where areas are per radian; empty elsewhere.
     pub radii: Vec<f64>,
@@ -120,7 +120,7 @@ impl FieldContacts {
     }
 }
 
-/// Gives each body that a contact names, and each rigid one, a field of its own, and lists the pairs.
+/// Assigns a field to each body of a contact and to each rigid body, and lists the pairs.
 pub fn field_contacts<const D: usize>(
     case: &Case,
     options: &MpmOptions,
@@ -162,7 +162,7 @@ pub fn field_contacts<const D: usize>(
     Ok(FieldContacts { pairs, rigid, ..FieldContacts::default() })
 }
 
-/// The contacts that the case names: two bodies and their law.
+/// Returns the contacts of the case: two bodies and their law.
 fn contact_laws<const D: usize>(
     case: &Case,
     options: &MpmOptions,
@@ -202,8 +202,8 @@ fn unit<const D: usize>(vector: &[f64]) -> Option<[f64; 3]> {
 }
 
 impl ContactLaw {
-    /// The interface at a node, from the surface integrals of the two bodies (in the fourth lane: volumes over the cell
-    /// size); `None` where there is no telling, or where they do not touch.
+    /// Interface at a node, from the surface integrals of the two bodies (in the fourth lane: volumes over the cell size); `None` where the
+    /// normal is undefined or the bodies do not touch.
     pub fn interface(&self, surfaces: [Vector4; 2], distance: &SurfaceDistance) -> Option<Interface> {
         let normal = match self.normal {
             Some(normal) => normal,
@@ -211,14 +211,14 @@ impl ContactLaw {
                 let [one, other] = surfaces.map(direction);
                 let across = std::array::from_fn(|c| one[c] - other[c]);
                 let length = norm(&across);
-                // Written so that NaN tells nothing.
+                // Written so that NaN gives no interface.
                 if !(length > 0.0) {
                     return None;
                 }
                 across.map(|c| c / length)
             }
         };
-        // Both outward.
+        // Both areas are outward.
         let areas = [dot(&first_three(surfaces[0]), &normal), -dot(&first_three(surfaces[1]), &normal)];
         let volumes = surfaces.map(|surface| surface.as_array()[3]);
         let overlap = if self.test == ContactTest::Gap { distance.overlap(volumes, areas) } else { 0.0 };
@@ -226,8 +226,8 @@ impl ContactLaw {
         (overlap >= -CONTACT_TOLERANCE).then_some(Interface { normal, area, overlap })
     }
 
-    /// How much the impulse on either body falls (kg) with its own velocity, where one of the bodies has an infinite mass and the
-    /// other that of `mass` (kg); arguments as for [`ContactLaw::impulse`]. Row `i`, column `j`: component `i` by velocity `j`.
+    /// Decrease of the impulse on a body with its own velocity (kg), where one of the bodies has an infinite mass and the other the mass
+    /// `mass` (kg); arguments as for [`ContactLaw::impulse`]. Row `i`, column `j`: component `i` by velocity `j`.
     pub fn stiffness(
         &self,
         mass: f64,
@@ -271,9 +271,9 @@ impl ContactLaw {
         })
     }
 
-    /// The impulse (N s) on the first body; `None` where they separate. `masses` are inertias (kg), one of which may be
-    /// infinite, `cell` is the cell size (m) and `dt` the step. What bodies have `given` each other in the step before
-    /// counts: the law holds for the sum, which is kept there.
+    /// Impulse (N s) on the first body; `None` where the bodies separate. `masses` are inertias (kg), one of which may be infinite, `cell`
+    /// is the cell size (m) and `dt` the step. `given` are the impulses of the step so far: the law holds for the sum, which is stored
+    /// there.
     pub fn impulse(
         &self,
         masses: [f64; 2],
@@ -282,13 +282,13 @@ impl ContactLaw {
         [cell, dt]: [f64; 2],
         given: &mut ContactImpulse,
     ) -> Option<[f64; 3]> {
-        // m_a (v_a - v) with the velocity v of the two together.
+        // m_a (v_a - v) with the common velocity v of both.
         let reduced = 1.0 / (1.0 / masses[0] + 1.0 / masses[1]);
         let relative: [f64; 3] = std::array::from_fn(|c| reduced * (velocities[0][c] - velocities[1][c]));
         let approach = dot(&relative, &normal);
         let push = match &self.penalty {
             None => approach,
-            // No more than parts them by the end of the step.
+            // At most the impulse that separates the bodies by the end of the step.
             Some(penalty) => {
                 let overlap = cell * overlap;
                 (penalty.stiffness * overlap * area * dt - given.normal)
@@ -311,8 +311,8 @@ impl ContactLaw {
     }
 }
 
-/// Direction of a surface integral, shorter than a unit vector where it is noise: less than `GRADIENT_NOISE` of what the volume
-/// at the node could make.
+/// Direction of a surface integral, shorter than a unit vector where it is noise: less than `GRADIENT_NOISE` of the largest value that the
+/// volume at the node allows.
 fn direction(surface: Vector4) -> [f64; 3] {
     let vector = first_three(surface);
     let length = norm(&vector).max(GRADIENT_NOISE * surface.as_array()[3]);

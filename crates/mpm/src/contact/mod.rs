@@ -1,6 +1,6 @@
 //! Contact of bodies on the grid: gaps, normals, Coulomb friction, and rigid bodies.
 //!
-//! Each body has a velocity field of its own where two meet. The room changes these fields (sheet: mpm §2.7).
+//! Two bodies in contact have a velocity field each. The module changes these fields (sheet: mpm §2.7).
 
 pub(crate) mod contact_correction;
 pub(crate) mod contact_gap;

@@ -1,4 +1,4 @@
-//! What two velocity fields do to each other at a node (sheet: mpm §3.6).
+//! Contact of two velocity fields at a node (sheet: mpm §3.6).
 
 use colluvium_grid::{NodalState, NodeWalls, Vector4};
 
@@ -8,14 +8,14 @@ use crate::contact::contact_law::{ContactImpulse, ContactLaw, FieldContacts, Fie
 use crate::points::vectors::{dot, first_three, norm};
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// Change of velocity over velocity below which a sweep changes nothing.
+/// Change of velocity over velocity below which an iteration has converged.
 const CONVERGENCE_TOLERANCE: f64 = 1e-12;
 
-/// What the contact of a pair of fields needs at every node.
+/// Contact data of a pair of fields, for all nodes.
 pub struct ContactNode<'a> {
-    /// Their law; `None`: they stick.
+    /// Contact law; `None` for fields that stick.
     pub law: Option<ContactLaw>,
-    /// Fields of rigid bodies.
+    /// Whether each field is that of a rigid body.
     rigid: [bool; 2],
     /// Surface integrals of the two fields, node by node.
     surfaces: [&'a [Vector4]; 2],
@@ -24,7 +24,7 @@ pub struct ContactNode<'a> {
     keep_initial_velocity: bool,
     mass_cutoff: f64,
     inertia: f64,
-    /// Volume over the cell size (m²) from which a rigid body holds a node, node by node.
+    /// Volume over the cell size (m²) above which a rigid body constrains a node, node by node.
     rigid_volume_threshold: &'a [f64],
     /// Radii of the nodes (m) in axisymmetry; empty elsewhere.
     radii: &'a [f64],
@@ -38,7 +38,7 @@ impl ContactNode<'_> {
         std::array::from_fn(|side| if self.rigid[side] { f64::INFINITY } else { self.inertia * masses[side] })
     }
 
-    /// Whether there is enough of both bodies at the node.
+    /// Whether both bodies have enough mass or volume at the node.
     pub fn are_both_present(&self, place: usize, masses: [f64; 2]) -> bool {
         let filled =
             |side: usize| self.surfaces[side][place].as_array()[3] >= self.rigid_volume_threshold[place];
@@ -46,16 +46,15 @@ impl ContactNode<'_> {
             && (0..2).all(|side| !self.rigid[side] || filled(side))
     }
 
-    /// The interface at a node, by a law.
+    /// Returns the interface at a node for a law.
     pub fn interface(&self, place: usize, law: &ContactLaw) -> Option<Interface> {
         let surface = law.interface(self.surfaces.map(|surfaces| surfaces[place]), self.distance)?;
-        // Of the section until here.
+        // Areas per radian become areas of the full section by the radius.
         let around = self.radii.get(place).copied().unwrap_or(1.0);
         Some(Interface { area: around * surface.area, ..surface })
     }
 
-    /// Lets two solved nodes act on each other; says whether that changes anything, and which impulse (N s) the first
-    /// one takes.
+    /// Corrects the velocities of two solved nodes for contact; returns whether they changed, and the impulse (N s) on the first one.
     pub fn correct_velocities(
         &self,
         place: usize,
@@ -87,7 +86,7 @@ impl ContactNode<'_> {
         Some((changed, impulse))
     }
 
-    /// Velocities after contact; `None` without it.
+    /// Velocities after contact; `None` without contact.
     fn velocities(
         &self,
         place: usize,
@@ -102,7 +101,7 @@ impl ContactNode<'_> {
         self.velocities_at_interface(surface, inertias, ends, given)
     }
 
-    /// How much the impulse on a rigid body falls (kg) with its velocity at a node, where the other has an inertia (kg).
+    /// Decrease of the impulse on a rigid body with its velocity at a node (kg), where the other body has an inertia (kg).
     pub fn stiffness(
         &self,
         surface: Option<Interface>,
@@ -116,7 +115,7 @@ impl ContactNode<'_> {
         }
     }
 
-    /// Velocities after contact at a surface, which is needed where there is a law; `None` without contact.
+    /// Velocities after contact at an interface, which is required where there is a law; `None` without contact.
     pub fn velocities_at_interface(
         &self,
         surface: Option<Interface>,
@@ -131,14 +130,14 @@ impl ContactNode<'_> {
             std::array::from_fn(|c| ends[side][c] + sign * impulse[c] / inertias[side])
         };
         let touched = [moved(0, 1.0), moved(1, -1.0)];
-        // What sticks has the same velocity to the last bit: re-mapping asks for it.
+        // Sticking nodes have the same velocity to the last bit: re-mapping needs that.
         let relative: [f64; 3] = std::array::from_fn(|c| touched[0][c] - touched[1][c]);
         let before: [f64; 3] = std::array::from_fn(|c| ends[0][c] - ends[1][c]);
         Some(if norm(&relative) <= 1e-12 * norm(&before) { [common; 2] } else { touched })
     }
 
-    /// Re-mapped velocities: no approach; what touched does not part, or the force between the bodies would do work; and
-    /// what stuck sticks.
+    /// Corrects re-mapped velocities: no approach; no separation of nodes in contact, as the contact force would do work; no slip of nodes
+    /// that stuck.
     pub fn correct_remapped(&self, place: usize, solved: [&NodalState; 2], pair: [&mut Vector4; 2]) {
         let masses = [solved[0].momentum_and_mass.as_array()[3], solved[1].momentum_and_mass.as_array()[3]];
         if !self.are_both_present(place, masses) {
@@ -152,7 +151,7 @@ impl ContactNode<'_> {
         let stuck = norm(&apart) <= slight;
         let mut after = [common; 2];
         if let Some(law) = &self.law {
-            // A penalty is a force like others, and has acted.
+            // A penalty is a force like others, and has been applied already.
             if law.penalty.is_some() {
                 return;
             }
@@ -176,14 +175,14 @@ impl ContactNode<'_> {
     }
 }
 
-/// The velocity of two masses together, one of which may be infinite.
+/// Common velocity of two masses (m/s), one of which may be infinite.
 fn common_velocity(masses: [f64; 2], velocities: [&[f64; 3]; 2]) -> [f64; 3] {
     let inverse = masses.map(f64::recip);
     let sum = inverse[0] + inverse[1];
     std::array::from_fn(|c| (inverse[1] * velocities[0][c] + inverse[0] * velocities[1][c]) / sum)
 }
 
-/// The contact of a pair in a step of `dt` (s).
+/// Returns the contact data of a pair in a step of `dt` (s).
 pub fn contact_node<'a, const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,

@@ -1,10 +1,9 @@
-//! Rigid bodies that move freely meet bodies that deform, and walls (docs/theory/mpm.md, rigid bodies).
+//! Contact of free rigid bodies with deformable bodies and walls (docs/theory/mpm.md, rigid bodies).
 //!
-//! What a node takes from a rigid body depends on the body's velocity there, and the body's velocity on what all nodes take.
-//! Both are one system: the momentum of the body and of the nodes that it touches is that before, and at each node the law
-//! of contact holds with the body's velocity after the step. It has as many unknowns as the body has free components, and
-//! is solved by Newton's method, exact after one step where all nodes stick. So nothing heavy rides on the small masses of
-//! nodes, however light the body.
+//! The contact impulse of a node depends on the velocity of the rigid body there, and the velocity of the body depends on all impulses.
+//! Both are one system: the momentum of the body and of its contact nodes is conserved, and at each node the contact law holds with the
+//! body's velocity after the step. The system has as many unknowns as the body has free components. It is solved by Newton's method, exact
+//! after one step where all nodes stick. The solution is stable for light nodes and for light bodies.
 
 use colluvium_case::description::Wall;
 use colluvium_case::rigid::{
@@ -23,32 +22,32 @@ use crate::points::bodies::Bodies;
 use crate::points::vectors::first_three;
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// A node at which a rigid body touches a body that deforms.
+/// Node at which a rigid body touches a deformable body.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactPoint {
     /// Number of the pair of fields, and the side of the rigid one.
     pair: usize,
     side: usize,
     node: usize,
-    /// From the centre of mass (m).
+    /// Position relative to the centre of mass (m).
     arm: [f64; 3],
-    /// Of the node of what deforms (kg, m/s).
+    /// Masses and velocity of the node of the deformable body (kg, m/s).
     masses: [f64; 2],
     velocity: [f64; 3],
     interface: Option<Interface>,
     impulse: ContactImpulse,
 }
 
-/// Room for what a rigid body touches.
+/// Workspace for the contacts of rigid bodies.
 #[derive(Clone, Debug, Default)]
 pub struct ContactSet {
     nodes: Vec<ContactPoint>,
     support_points: SupportPoints,
-    /// How often the laws were not met to the last digit.
+    /// Number of steps in which the iteration did not converge.
     pub unconverged_steps: u64,
 }
 
-/// What a rigid body meets in a step.
+/// System of equations of a rigid body in contact in a step.
 struct RigidContactSystem<'a> {
     touches: &'a [ContactNode<'a>],
     nodes: &'a [ContactPoint],
@@ -56,13 +55,13 @@ struct RigidContactSystem<'a> {
 }
 
 impl ContactPoint {
-    /// Velocities (m/s) of the two sides where the rigid body has the velocity `w`.
+    /// Velocities (m/s) of the two sides for the velocity `w` of the rigid body.
     fn side_velocities<'a>(&'a self, w: &'a [f64; 3]) -> [&'a [f64; 3]; 2] {
         if self.side == 0 { [w, &self.velocity] } else { [&self.velocity, w] }
     }
 }
 
-/// A node that a rigid body touches, with the law there.
+/// Contact node of a rigid body with its law.
 struct ContactPointLaw<'a>(&'a ContactPoint, &'a ContactNode<'a>);
 
 impl ContactLawAtPoint for ContactPointLaw<'_> {
@@ -110,14 +109,14 @@ impl ContactSystem for RigidContactSystem<'_> {
     }
 }
 
-/// The walls of the stage that rigid bodies stand on.
+/// Returns the walls of the stage that support rigid bodies.
 fn supporting_walls<'a, const D: usize>(
     clock: &'a Clock,
     background: &'a BackgroundGrid<D>,
 ) -> impl Iterator<Item = WallPlane> + 'a {
     clock.case.active_boundaries(clock.stage).into_iter().filter_map(|(_, boundary)| {
         let (axis, wall) = (boundary.side.axis(), &boundary.wall);
-        // The axis of rotation holds nothing.
+        // The axis of rotation is no support.
         let of_axis = background.axisymmetric && axis == 0;
         if matches!(wall, Wall::Absorbing { .. }) || boundary.group.is_some() || of_axis {
             return None;
@@ -132,15 +131,15 @@ fn supporting_walls<'a, const D: usize>(
     })
 }
 
-/// What rigid bodies meet.
+/// Input of the contact of rigid bodies.
 pub struct ContactContext<'a, const D: usize> {
-    /// The step.
+    /// Clock of the step.
     pub clock: &'a Clock,
-    /// Where the nodes are.
+    /// Background grid.
     pub background: &'a BackgroundGrid<D>,
     /// The points.
     pub bodies: &'a Bodies<D>,
-    /// Mass (kg) up to which a node does not count.
+    /// Mass (kg) below which a node is skipped.
     pub mass_cutoff: f64,
     /// Walls on nodes.
     pub walls: &'a NodeWalls,
@@ -164,7 +163,7 @@ impl<const D: usize> ContactContext<'_, D> {
     }
 }
 
-/// Lets the rigid bodies that move freely act on what deforms, on walls and on obstacles; says whether that changes any node.
+/// Applies contact of the free rigid bodies with deformable bodies, walls and obstacles; returns whether any node changed.
 pub fn solve_rigid_contact<const D: usize>(
     around: &ContactContext<'_, D>,
     solved: &mut [NodalState],
@@ -211,7 +210,7 @@ pub fn solve_rigid_contact<const D: usize>(
             (0..6).for_each(|k| impulse[k] += of[k]);
             (0..3).for_each(|c| taken[c] += own[c]);
         }
-        // Walls take what is left of the balance: found from their inertia it would carry the round-off of that.
+        // Walls take the remaining balance: computed from their inertia it would contain round-off.
         if grips.support_points.is_empty() {
             loose.add_impulse(&impulse);
         } else {
@@ -226,8 +225,8 @@ pub fn solve_rigid_contact<const D: usize>(
     changed
 }
 
-/// Lets a rigid body of the velocity `w` (m/s) at a node act there; says whether that changes anything, and which impulse
-/// (N s) the rigid body takes.
+/// Applies contact of a rigid body with the velocity `w` (m/s) at a node; returns whether the node changed, and the impulse (N s) on the
+/// rigid body.
 fn apply_contact<const D: usize>(
     background: &BackgroundGrid<D>,
     contacts: &FieldContacts,
@@ -252,7 +251,7 @@ fn apply_contact<const D: usize>(
     Some((changed, impulse.map(|i| sign * i)))
 }
 
-/// The nodes at which a rigid body touches what deforms.
+/// Returns the nodes at which a rigid body touches deformable bodies.
 fn collect_contact_points<const D: usize>(
     background: &BackgroundGrid<D>,
     contacts: &FieldContacts,
@@ -300,13 +299,13 @@ fn collect_contact_points<const D: usize>(
     }
 }
 
-/// A pair of fields, seen from a rigid one.
+/// Pair of a rigid and a deformable field.
 struct RigidPair {
     side: usize,
     other: usize,
 }
 
-/// The pairs of a rigid field with fields that deform.
+/// Returns the pairs of a rigid field with deformable fields.
 fn rigid_pairs(contacts: &FieldContacts, field: usize) -> impl Iterator<Item = (usize, RigidPair)> {
     contacts.pairs.iter().enumerate().filter_map(move |(number, pair)| {
         let side = pair.fields.iter().position(|own| *own == field)?;

@@ -22,12 +22,12 @@ use crate::points::vectors::first_three;
 use crate::transfer::background_grid::BackgroundGrid;
 use crate::{FixedNodes, MpmOptions, StressScheme, VelocityTransfer};
 
-/// Size of what is left of the right side when a system counts as solved, in the norm of the preconditioner.
+/// Norm of the residual over that of the right side at convergence, in the norm of the preconditioner.
 const TOLERANCE: f64 = 1e-12;
-/// Most iterations.
+/// Maximum number of iterations.
 const MAX_ITERATIONS: usize = 1000;
 
-/// What the solves need, by node; empty with lumped mass.
+/// Data of the solves, by node; empty with lumped mass.
 #[derive(Clone, Debug, Default)]
 pub struct ConsistentMass {
     /// `Σ_p m_p N_ip²` (kg).
@@ -39,11 +39,11 @@ pub struct ConsistentMass {
     residual: Vec<Vector4>,
     direction: Vec<Vector4>,
     product: Vec<Vector4>,
-    /// What the rows of nodes report.
+    /// Sums of the rows of nodes.
     rows: Vec<Vector4>,
 }
 
-/// Refuses what goes by the mass of single nodes.
+/// Rejects features that need the mass of single nodes.
 pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     if options.mass == NodalMass::Lumped {
         return Ok(());
@@ -104,7 +104,7 @@ impl ConsistentMass {
             + size_of_val(&self.mass_squares[..])
     }
 
-    /// Empty arrays for what the options ask for.
+    /// Returns empty arrays for the options.
     pub fn new<const D: usize>(options: &MpmOptions, layout: &Layout<D>) -> Self {
         if options.mass == NodalMass::Lumped {
             return Self::default();
@@ -127,7 +127,7 @@ impl ConsistentMass {
         !self.mass_squares.is_empty()
     }
 
-    /// Empties the active entries.
+    /// Sets the active entries to zero.
     pub fn reset<const D: usize>(&mut self, layout: &Layout<D>) {
         if !self.is_used() {
             return;
@@ -146,7 +146,7 @@ impl ConsistentMass {
     }
 }
 
-/// Sum over the active nodes, in their order, of what `of` gives for each, which may change it.
+/// Sum over the active nodes, in their order, of the values of `of`, which may change the node.
 fn sum_over<const D: usize>(
     layout: &Layout<D>,
     values: &mut [Vector4],
@@ -164,7 +164,7 @@ fn sum_over<const D: usize>(
     rows.iter().fold(Vector4::ZERO, |sum, row| sum + *row)
 }
 
-/// `a / b` lane by lane, zero where there is nothing to divide by.
+/// Quotient `a / b` lane by lane, zero where the divisor is zero.
 fn quotient(a: Vector4, b: Vector4) -> Vector4 {
     let (a, b) = (a.to_array(), b.to_array());
     Vector4::new(std::array::from_fn(|c| if b[c] > 0.0 { a[c] / b[c] } else { 0.0 }))
@@ -180,8 +180,8 @@ struct ConjugateGradientSystem<'a> {
     rows: &'a mut [Vector4],
 }
 
-/// Conjugate gradients for all components at once, from the guess in the solution, whose components without an equation stay.
-/// `multiply` is the matrix, `right` the right side at a node. Returns whether it has converged.
+/// Conjugate gradients for all components at once, from the initial guess in the solution, whose components without an equation are
+/// constant. `multiply` is the matrix, `right` the right side at a node. Returns whether the iteration has converged.
 fn solve<const D: usize>(
     layout: &Layout<D>,
     system: ConjugateGradientSystem<'_>,
@@ -201,7 +201,7 @@ fn solve<const D: usize>(
         *along = rest[node] * inverse[node];
         Vector4::ZERO
     });
-    // Of the right side, or of what the walls' motion makes of it.
+    // Norm of the right side, or of the contribution of the walls' motion.
     let (given, begun) = (scale.to_array(), squared.to_array());
     let scale: [f64; 4] = std::array::from_fn(|c| given[c].max(begun[c]));
     for _ in 0..MAX_ITERATIONS {
@@ -233,7 +233,7 @@ fn solve<const D: usize>(
     false
 }
 
-/// `out = ((1 - θ) M + θ M_L) x`; the masses of the nodes are in their fourth lane.
+/// Product `out = ((1 - θ) M + θ M_L) x`; the masses of the nodes are in their fourth lane.
 fn multiply_mass<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -268,7 +268,7 @@ fn multiply_mass<const D: usize>(
     });
 }
 
-/// `Σ_p m_p N_ip²`.
+/// Sums `Σ_p m_p N_ip²` (kg).
 fn mass_squares<const D: usize>(background: &BackgroundGrid<D>, bodies: &Bodies<D>, squares: &mut [f64]) {
     let BackgroundGrid { layout, transfers: sweeps, .. } = background;
     let ground = background.grid_view();
@@ -327,7 +327,7 @@ fn solve_with<const D: usize>(
         product,
         rows,
     } = mass;
-    // 2: guess of the velocities, what walls hold, and the diagonal.
+    // 2: initial guess of the velocities, constrained components, and the diagonal.
     let nodes = &*solved;
     let at = |node: usize| -> [f64; 3] {
         let lumped = nodes[node].momentum_and_mass.as_array()[3];

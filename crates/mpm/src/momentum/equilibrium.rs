@@ -1,4 +1,4 @@
-//! How far a stage is from static equilibrium (sheet: mpm §2.14).
+//! Distance of a stage from static equilibrium (sheet: mpm §2.14).
 
 use colluvium_case::{Equilibrium, EquilibriumScales};
 use colluvium_constitutive::BLOCK_SIZE;
@@ -10,7 +10,7 @@ use crate::points::vectors::square_sum;
 use crate::solver::MpmSolver;
 
 impl<const D: usize> MpmSolver<D> {
-    /// Unbalanced force and kinetic energy over what acts from outside; `None` where the stage does not ask.
+    /// Unbalanced force over external force and kinetic energy over external work; `None` where the stage does not need them.
     pub(crate) fn measure_equilibrium(&self) -> Option<Equilibrium> {
         self.clock.stage().equilibrium?;
         let (scales, traction) = (self.equilibrium_scales(), self.traction_square());

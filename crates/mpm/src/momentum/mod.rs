@@ -11,7 +11,7 @@ use colluvium_case::loads::damping::{rayleigh_damped_velocity, sign_or_zero};
 use colluvium_grid::{Layout, NodalState, NodeWalls, Vector4};
 use serde::{Deserialize, Serialize};
 
-/// What a row of nodes adds to the measures of equilibrium (sheet: mpm §2.14).
+/// Sums of a row of nodes for the measures of equilibrium (sheet: mpm §2.14).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EquilibriumTerms {
     /// Square of the unbalanced force over the free degrees of freedom (N²).
@@ -34,16 +34,16 @@ impl EquilibriumTerms {
     }
 }
 
-/// What obstacles on the nodes take and give (J).
+/// Energies of obstacles on the nodes (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NodeObstacleEnergies {
-    /// Energy that friction has taken.
+    /// Energy dissipated by friction (J).
     pub friction: f64,
-    /// Work of the motion of obstacles on the material.
+    /// Work of the motion of obstacles on the material (J).
     pub work: f64,
 }
 
-/// Everything the solve of one step needs.
+/// Input of the momentum solve of a step.
 pub struct MomentumSolve<'a, const D: usize> {
     /// Step (s).
     pub dt: f64,
@@ -51,9 +51,9 @@ pub struct MomentumSolve<'a, const D: usize> {
     pub gravity: [f64; 3],
     /// Rayleigh damping, mass part (1/s).
     pub rayleigh: f64,
-    /// Momentum variant of held nodes.
+    /// Whether held nodes keep their momentum at the start of the step.
     pub keep_initial_velocity: bool,
-    /// Inertia over mass (mass scaling); weight stays what it is.
+    /// Inertia over mass (mass scaling); weight is not scaled.
     pub inertia: f64,
     /// Nodes lighter than this (kg) are skipped.
     pub mass_cutoff: f64,
@@ -76,7 +76,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
             let node = &mut line[number];
             let mass = node.momentum_and_mass.as_array()[3];
             if mass <= self.mass_cutoff {
-                // Too light for forces to mean anything: it moves with the points around it.
+                // Too light for a meaningful force: the node moves with the points around it.
                 let inverse = if mass > 0.0 { 1.0 / mass } else { 0.0 };
                 node.momentum_and_mass *= Vector4::new([inverse, inverse, inverse, 1.0]);
                 node.force = Vector4::ZERO;
@@ -97,7 +97,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
         }
     }
 
-    /// Velocities of a node at the start and at the end of the step, were it free.
+    /// Velocities (m/s) of a node without constraints at the start and at the end of the step.
     fn unconstrained_velocities(&self, node: &NodalState, mass: f64) -> ([f64; 3], [f64; 3]) {
         let motion = node.momentum_and_mass.to_array();
         let force = node.force.to_array();
@@ -114,8 +114,8 @@ impl<const D: usize> MomentumSolve<'_, D> {
         (start, end)
     }
 
-    /// Adds the impulses of a node that is not solved yet on the obstacles that are told apart (N s), and the energies that any of
-    /// them takes from it and gives to it.
+    /// Adds the impulses (N s) of a node before its solve on the obstacles whose reactions are recorded, and the energies that all
+    /// obstacles dissipate and add.
     pub fn record_reactions(
         &self,
         index: &[usize; 3],
@@ -143,7 +143,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
             self.keep_initial_velocity,
             &[0.0; 3],
             |face, change, kept| {
-                // Points get the change from start to end: what is taken off the start comes back to them.
+                // Points get the change from start to end, which includes the part removed from the start.
                 tell(face.reaction_index, std::array::from_fn(|c| change[c] - kept[c]));
                 let along: f64 = (0..3).map(|c| change[c] * face.normal[c]).sum();
                 for c in 0..3 {
@@ -167,7 +167,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
     }
 }
 
-/// Velocity at the start of a step from that at its end and the change: zero where round-off cannot tell it from that.
+/// Velocity at the start of a step from that at its end and the change: zero where it is below round-off.
 pub fn start_velocity(end: f64, change: f64) -> f64 {
     let start = end - change;
     if start.abs() <= 1e-12 * change.abs() { 0.0 } else { start }
@@ -184,7 +184,7 @@ pub fn damp(node: &mut NodalState, damping: &[f64; 3], held: [bool; 3], dt: f64)
     *node = NodalState { momentum_and_mass: Vector4::new(end), force: Vector4::new(rate) };
 }
 
-/// Reads the measures of equilibrium off solved nodes (sheet: mpm §2.14).
+/// Evaluation of the measures of equilibrium from solved nodes (sheet: mpm §2.14).
 pub struct EquilibriumAudit<'a, const D: usize> {
     /// Step (s).
     pub dt: f64,
@@ -205,7 +205,7 @@ pub struct EquilibriumAudit<'a, const D: usize> {
 }
 
 impl<const D: usize> EquilibriumAudit<'_, D> {
-    /// What the active nodes of a row add.
+    /// Sums of the active nodes of a row.
     pub fn row(&self, row: usize, active: Range<usize>, line: &[NodalState]) -> EquilibriumTerms {
         let mut sums = EquilibriumTerms::default();
         for number in active {
@@ -219,7 +219,7 @@ impl<const D: usize> EquilibriumAudit<'_, D> {
             let free = self.walls.free_components(&index);
             for c in 0..D {
                 let weight = mass * self.gravity[c];
-                // What accelerates it, without the damping that is in it.
+                // Acceleration without its damping part.
                 let start = start_velocity(end[c], self.dt * rate[c]);
                 let net = self.inertia * mass * (rate[c] + self.rayleigh * 0.5 * (start + end[c]));
                 let unbalanced =

@@ -1,9 +1,9 @@
-//! Nodes that material reaches only just (sheet: mpm §3.2, pitfall P-02).
+//! Nodes with a small mass at the surface of a body (sheet: mpm §3.2, pitfall P-02).
 //!
-//! A point at `ξ` of its cell gives the far node the mass `ξ m` and a force `V σ/h` that does not know of `ξ`. With stress
-//! last the velocity of that node strains the point in the same step by `-C²/ξ` times the strain that makes the force:
-//! below `ξ = C²/2`, `C` being the Courant number of the step, that grows; in a corner of a body that hardly changes its volume, where
-//! each of the `D` axes adds as much, below `D C²/2`. The nodes on the near side add `-C²/(1 - ξ)`.
+//! A point at `ξ` of its cell gives the far node the mass `ξ m` and a force `V σ/h` independent of `ξ`. With stress last the velocity of
+//! that node strains the point in the same step by `-C²/ξ` times the strain that makes the force. Below `ξ = C²/2`, with the Courant number
+//! `C` of the step, that grows; in a corner of a nearly incompressible body, where the `D` axes add up, below `D C²/2`. The nodes on the
+//! near side add `-C²/(1 - ξ)`.
 
 use std::ops::Range;
 
@@ -16,10 +16,9 @@ use crate::momentum::velocity_fields::VelocityFields;
 use crate::points::bodies::Bodies;
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// Weakens the force on nodes that points reach by less than [`MpmOptions::min_reach`] of a cell, with the square of the reach over that: the strain that it
-/// adds then falls with the reach, and nothing jumps as points come and go. Weight and walls stay. The reach along an axis is the
-/// mass of the node over `h Σ m |∂N/∂x|`: `ξ` at a plane surface, however many points stand abreast and whatever their
-/// masses, and about a half within material.
+/// Reduces the force on nodes that points reach by less than [`MpmOptions::min_reach`] of a cell, by the square of the ratio of both: the
+/// strain that it adds then decreases with the reach, without jumps. Weight and walls are not reduced. The reach along an axis is the mass
+/// of the node over `h Σ m |∂N/∂x|`: `ξ` at a plane surface, for any number and mass of the points, and about a half within material.
 pub fn rescale_small_mass_forces<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -77,9 +76,9 @@ pub fn rescale_small_mass_forces<const D: usize>(
     }
 }
 
-/// Marks, in the fourth lane of their slopes, the nodes that may be reached by less than `least` of a cell: on a grid along some axis those
-/// with less than that share of their own mass and their two neighbours', as `h |∂N/∂x|` is what a point gives to the two
-/// nodes of its cell. Those within material are not among them, and what points give to those need not be summed.
+/// Marks, in the fourth lane of their slopes, the nodes that may be reached by less than `least` of a cell: on a grid the nodes with less
+/// than that share of their own mass and their two neighbours' along some axis, as `h |∂N/∂x|` is the weight of a point at the two nodes of
+/// its cell. Nodes within material are not marked, and need no sum.
 fn mark_small_mass_nodes<const D: usize>(
     background: &BackgroundGrid<D>,
     least: f64,
@@ -97,7 +96,7 @@ fn mark_small_mass_nodes<const D: usize>(
                 let [first, last] = [index[axis] == 0, index[axis] + 1 == counts[axis]];
                 let below = if first { 0.0 } else { mass(node - strides[axis]) };
                 let above = if last { 0.0 } else { mass(node + strides[axis]) };
-                // With room for round-off, and an image of the neighbour beyond a periodic side.
+                // With a tolerance for round-off, and an image of the neighbour beyond a periodic side.
                 mass(node) < (1.0 + 1e-9) * least * (below + mass(node) + above)
                     || (layout.is_periodic(axis) && (first || last))
             };
@@ -108,7 +107,7 @@ fn mark_small_mass_nodes<const D: usize>(
     });
 }
 
-/// Whether a point gives to a node that is marked.
+/// Whether a point contributes to a marked node.
 #[inline(always)]
 fn reaches_marked_node<const D: usize>(
     background: &BackgroundGrid<D>,
@@ -127,7 +126,7 @@ fn reaches_marked_node<const D: usize>(
     })
 }
 
-/// The next points of `rest` that are `wanted`, one after the other; `rest` begins behind them then.
+/// Returns the next range of points of `rest` that are `wanted`, and sets the start of `rest` behind it.
 #[inline(always)]
 fn next_run(rest: &mut Range<usize>, wanted: impl Fn(usize) -> bool) -> Option<Range<usize>> {
     let last = rest.end;
@@ -135,8 +134,8 @@ fn next_run(rest: &mut Range<usize>, wanted: impl Fn(usize) -> bool) -> Option<R
     Some(start..rest.find(|p| !wanted(*p)).unwrap_or(last))
 }
 
-/// What a point of mass times cell size `moment` (kg m) gives: the derivative along each axis in a lane of its own. On a grid
-/// the sign turns from cell to cell, as that of the derivative at a node does: there sizes are summed.
+/// Contribution of a point of mass times cell size `moment` (kg m): the derivative along each axis in its own lane. On a grid its sign
+/// alternates from cell to cell, as that of the derivative at a node: there magnitudes are summed.
 fn gradient_moments<const D: usize>(
     background: &BackgroundGrid<D>,
     position: &[f64; D],

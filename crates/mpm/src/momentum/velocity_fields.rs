@@ -10,19 +10,19 @@ use crate::transfer::background_grid::BackgroundGrid;
 pub struct VelocityFields {
     /// Mass and momentum, then velocity at the end of the step; force, then acceleration.
     pub(crate) solved: Vec<NodalState>,
-    /// Velocities mapped from the points once more; empty where nothing asks for them.
+    /// Re-mapped velocities; empty where no option needs them.
     pub(crate) remapped: Vec<Vector4>,
-    /// Derivatives of the functions of the nodes times the masses of the points; empty where nothing asks for them.
+    /// Sums of the derivatives of shape functions times the masses of the points; empty where no option needs them.
     pub(crate) mass_gradients: Vec<Vector4>,
-    /// Room for what the rows add to the measures of equilibrium.
+    /// Workspace for the sums of the rows for the measures of equilibrium.
     pub(crate) row_sums: Vec<EquilibriumTerms>,
-    /// Measures of equilibrium of the last step that took them.
+    /// Measures of equilibrium of the last step that computed them.
     pub(crate) sums: EquilibriumTerms,
     /// Work of external forces since the stage began (J).
     pub(crate) external_work: f64,
 }
 
-/// What points read of the nodes.
+/// Nodal velocities that points interpolate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VelocitySource {
     /// Velocities at the end of the step, and accelerations.
@@ -32,7 +32,7 @@ pub enum VelocitySource {
 }
 
 impl VelocityFields {
-    /// What points of a velocity field read of its nodes, gradients among it.
+    /// Interpolates velocities and gradients of the nodes of a velocity field to its points.
     pub fn g2p<const D: usize>(
         &self,
         of: VelocitySource,
@@ -49,7 +49,7 @@ impl VelocityFields {
         }
     }
 
-    /// Velocity (m/s) of a node of a field, by its place among the nodes of all fields.
+    /// Velocity (m/s) of a node of a field, by its index among the nodes of all fields.
     #[inline]
     pub fn motion(&self, of: VelocitySource, number: usize) -> Vector4 {
         match of {
@@ -58,7 +58,7 @@ impl VelocityFields {
         }
     }
 
-    /// Empties the active nodes of all velocity fields.
+    /// Sets the active nodes of all velocity fields to zero.
     pub fn reset<const D: usize>(&mut self, layout: &Layout<D>) {
         self.solved.chunks_exact_mut(layout.len()).for_each(|nodes| layout.reset(nodes));
     }
@@ -68,7 +68,7 @@ impl VelocityFields {
         self.solved.len() / layout.len()
     }
 
-    /// Empties the active nodes of what re-mapping and XPIC sum up.
+    /// Sets the active nodes of the sums of re-mapping and XPIC to zero.
     pub fn reset_remapped<const D: usize>(&mut self, layout: &Layout<D>) {
         self.remapped.chunks_exact_mut(layout.len()).for_each(|nodes| layout.reset(nodes));
     }

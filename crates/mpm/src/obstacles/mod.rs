@@ -18,7 +18,7 @@ use colluvium_grid::{NodeFace, NodeFaces};
 use crate::transfer::background_grid::BackgroundGrid;
 use crate::{LagrangianFormulation, MpmOptions, NodalMass, ObstacleCoupling, WallFriction};
 
-/// Refuses options that do not go with obstacles.
+/// Rejects options that do not work with obstacles.
 pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     let refuse = |key: &str, problem: &str| Err(CaseError::new(format!("methods.mpm.{key}"), problem));
     if options.obstacles == ObstacleCoupling::Points {
@@ -78,7 +78,7 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
     Ok(())
 }
 
-/// Whether saturated bodies press with their points on obstacles that nodes could hold exactly.
+/// Whether saturated bodies have contact on points with obstacles that nodes could represent exactly.
 pub fn could_act_on_nodes(case: &Case, options: &MpmOptions) -> bool {
     let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
     let on_nodes = |shape: &ObstacleShape| lies_on_nodes(case, shape, options.cell_size);
@@ -96,7 +96,7 @@ fn lies_on_nodes(case: &Case, shape: &ObstacleShape, cell: f64) -> bool {
     (cells - cells.round()).abs() < 1e-6
 }
 
-/// Why nobody adds up what obstacles on the nodes bear; none where it is done.
+/// Reason why reactions of obstacles on the nodes are not recorded; `None` where they are.
 pub fn why_not_recorded(options: &MpmOptions) -> Option<&'static str> {
     if options.mass == NodalMass::Consistent {
         Some("a consistent mass")
@@ -107,13 +107,13 @@ pub fn why_not_recorded(options: &MpmOptions) -> Option<&'static str> {
     }
 }
 
-/// Beside what obstacles on the nodes do not move; none where they do.
+/// Reason why obstacles on the nodes cannot move; `None` where they can.
 fn why_fixed(case: &Case, options: &MpmOptions) -> Option<&'static str> {
     let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
     why_not_recorded(options).or(wet.then_some("a pore fluid"))
 }
 
-/// The faces that a pore fluid meets at the same nodes: it slips along them, does not pass, and leaves where its skeleton may.
+/// Faces of obstacles on the nodes of the pore fluid: it slips along them, does not pass, and separates where its skeleton may.
 pub fn pore_fluid_faces<const D: usize>(
     standing: &[PlacedObstacle<'_, D>],
     background: &BackgroundGrid<D>,

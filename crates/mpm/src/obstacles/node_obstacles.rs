@@ -1,4 +1,4 @@
-//! Obstacles on the nodes: those at rest, whose nodes are found once, and those on their way.
+//! Obstacles on the nodes: those at rest, whose nodes are found once, and those that move.
 
 use std::sync::Arc;
 
@@ -9,16 +9,16 @@ use colluvium_grid::{NodeFace, NodeFaces, NodeWalls};
 use crate::obstacles::reaction::ReactionRecorder;
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// The obstacles of a case that act on the nodes.
+/// Obstacles of a case that act on the nodes.
 pub struct NodeObstacles<const D: usize> {
-    /// Faces of those at rest.
+    /// Faces of the obstacles at rest.
     pub rest: Arc<NodeFaces>,
-    /// Those on their way.
+    /// Moving obstacles.
     pub moving: MovingObstacles<NodeFace, D>,
 }
 
 impl<const D: usize> NodeObstacles<D> {
-    /// Those of a case: nodes in an obstacle or on its surface have the velocity that it allows.
+    /// Returns the obstacles of a case: nodes in an obstacle or on its surface have the velocity that it allows.
     pub fn new(
         standing: &[PlacedObstacle<'_, D>],
         background: &BackgroundGrid<D>,
@@ -41,12 +41,12 @@ impl<const D: usize> NodeObstacles<D> {
         Self { rest: Arc::new(rest), moving }
     }
 
-    /// Whether there are none.
+    /// Whether there are no obstacles.
     pub fn is_empty(&self) -> bool {
         self.rest.is_empty() && self.moving.is_empty()
     }
 
-    /// Finds the faces of the active nodes for a step of so long from a time (s).
+    /// Finds the faces of the active nodes for a `step` of a length from a time (s).
     pub fn update_faces(&mut self, step: (f64, f64), background: &BackgroundGrid<D>, walls: &mut NodeWalls) {
         if self.moving.is_empty() {
             return;

@@ -1,7 +1,7 @@
-//! Bodies press on obstacles with their points (docs/theory/mpm.md, obstacles).
+//! Penalty contact of points with obstacles (docs/theory/mpm.md, obstacles).
 //!
-//! Forces go by where points are at the start of a step and are scattered with their stresses, before the momentum solve. What a point
-//! has moved along an obstacle is told by its displacement since the step before.
+//! Forces depend on the positions of points at the start of a step and are scattered with their stresses, before the momentum solve. The
+//! sliding displacement of a point is its displacement since the previous step.
 
 use colluvium_constitutive::{BLOCK_SIZE, Material, StateBlock, SymTensor};
 use colluvium_grid::DomainSlice;
@@ -20,10 +20,10 @@ use crate::points::point_set::{PointColumns, PointSet};
 use crate::points::vectors::square;
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// Blocks that one thread takes at once.
+/// Number of blocks in a task.
 const BLOCKS_PER_TASK: usize = 4;
 
-/// Lets the points of bodies begin where they are, and makes room.
+/// Initialises the contact states of the points and the workspaces.
 pub fn initialise_penalty<const D: usize>(
     background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
@@ -46,7 +46,7 @@ pub fn initialise_penalty<const D: usize>(
     rocks.resize_workspaces(blocks);
 }
 
-/// Finds the forces of obstacles on points at the start of a step of `dt` (s).
+/// Computes the forces of obstacles on points at the start of a step of `dt` (s).
 pub fn penalty_forces<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -116,7 +116,7 @@ pub fn penalty_forces<const D: usize>(
     }
 }
 
-/// Begins to count displacements anew from where the points are.
+/// Sets the displacements of points to zero at their current positions.
 pub fn reset_displacements<const D: usize>(bodies: &mut Bodies<D>) {
     for set in &mut bodies.sets {
         for ((point, x), origin) in
@@ -127,7 +127,7 @@ pub fn reset_displacements<const D: usize>(bodies: &mut Bodies<D>) {
     }
 }
 
-/// What is to be said of points whose centres have been in obstacles.
+/// Warning on points whose centres have been in obstacles.
 pub fn penetration_warning<const D: usize>(rocks: Option<&PenaltyObstacles<D>>) -> Option<String> {
     let under = rocks.map_or(0, |rocks| rocks.history.penetrations);
     (under > 0).then(|| {
@@ -142,15 +142,15 @@ pub fn penetration_warning<const D: usize>(rocks: Option<&PenaltyObstacles<D>>) 
 pub struct PenaltyEnergies {
     /// Work of friction since the start.
     pub friction: f64,
-    /// Energy of their springs.
+    /// Energy of the contact springs.
     pub stored: f64,
-    /// Energy taken since the start from points that were stopped.
+    /// Energy removed by the penetration limit since the start.
     pub stopped: f64,
-    /// Work of their motion; `None` where they stand still.
+    /// Work of the motion of obstacles; `None` for obstacles at rest.
     pub work: Option<f64>,
 }
 
-/// The energies of obstacles; `None` where they do not act on points.
+/// Returns the energies of obstacles; `None` where they do not act on points.
 pub fn penalty_energies<const D: usize>(rocks: Option<&PenaltyObstacles<D>>) -> Option<PenaltyEnergies> {
     let rocks = &rocks?.obstacles;
     let sum = |of: fn(&ObstacleReaction) -> f64| rocks.iter().map(|rock| of(&rock.state)).sum();
@@ -163,7 +163,7 @@ pub fn penalty_energies<const D: usize>(rocks: Option<&PenaltyObstacles<D>>) -> 
     })
 }
 
-/// What the points of a set share.
+/// Data that all points of a set share.
 struct PenaltyInput<'a, const D: usize> {
     material: &'a dyn Material,
     position: &'a [[f64; D]],
@@ -174,14 +174,14 @@ struct PenaltyInput<'a, const D: usize> {
     domain: DomainSlice<'a, D>,
     background: &'a BackgroundGrid<D>,
     stiffness: f64,
-    /// How far obstacles have come at most (m).
+    /// Largest displacement of an obstacle so far (m).
     swept: f64,
-    /// Its pore fluid, if any.
+    /// Pore fluid of the set, if any.
     fluid: Option<PoreFluidConstants>,
 }
 
 impl<const D: usize> PenaltyInput<'_, D> {
-    /// The points of a block, from number `first` on.
+    /// Computes the forces on the points of a block, from number `first` on.
     fn block(
         &self,
         rocks: &[PenaltyObstacle<D>],
@@ -200,7 +200,7 @@ impl<const D: usize> PenaltyInput<'_, D> {
             if square(&moved).sqrt() + (self.swept - point.obstacle_displacement) < point.free_distance {
                 continue;
             }
-            // Where nothing was near it may not have been looked at for many steps.
+            // A point without a surface near may not have been searched for many steps.
             let touched = point.free_distance <= 0.0;
             (point.last_search_displacement, point.obstacle_displacement) = (way, self.swept);
             let mut soaked = soaked.get_mut(k);

@@ -1,25 +1,25 @@
-//! The forces between a point and the surfaces that it presses on: a penalty on the overlap, and a spring along the surface with
-//! Coulomb's cap (docs/theory/mpm.md, obstacles).
+//! Penalty contact law of a point on surfaces: a normal force by the overlap, and a spring along the surface with Coulomb's bound
+//! (docs/theory/mpm.md, obstacles).
 
 use colluvium_case::ObstacleLaw;
 
-/// Surfaces on which a point can press at once; of more the nearest count.
+/// Maximum number of surfaces in contact with a point; the nearest count.
 pub const MAX_OVERLAPS: usize = 8;
 
-/// A surface that a point overlaps.
+/// Overlap of a point with a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceOverlap<const D: usize> {
     /// Unit normal out of the obstacle.
     pub normal: [f64; D],
-    /// Overlap along it (m), positive.
+    /// Overlap along the normal (m), positive.
     pub depth: f64,
     /// Number of the obstacle.
     pub obstacle: usize,
-    /// How it acts there.
+    /// Contact law of the obstacle there.
     pub law: ObstacleLaw,
 }
 
-/// Share of the deepest overlap that counts as none.
+/// Share of the deepest overlap below which an overlap is neglected.
 const NEGLIGIBLE_OVERLAP: f64 = 1e-9;
 
 fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
@@ -31,11 +31,11 @@ pub fn length<const D: usize>(a: &[f64; D]) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// The shortest way (m) that brings a point out of all overlaps, `Σ way_i n_i` with the shares `ways` (m), none of them negative.
+/// Minimum translation (m) that removes all overlaps of a point, `Σ way_i n_i` with the shares `ways` (m), none of them negative.
 ///
-/// With the ways times a stiffness as forces, the energy is half the stiffness times the square of the way, whatever the number of
-/// surfaces: where the normals of two facets are almost the same the deeper one counts, where they are square to each other both do
-/// in full, and between these nothing jumps. Where no way leads out, as between two walls, every overlap pushes by itself.
+/// With the shares times a stiffness as forces, the energy is half the stiffness times the square of the translation, for any number of
+/// surfaces. Of two facets with almost the same normal the deeper one counts, at a right angle both do in full, with a continuous
+/// transition. Where no translation removes all overlaps, as between two walls, every overlap acts by itself.
 pub fn minimum_translation<const D: usize>(
     overlaps: &[SurfaceOverlap<D>],
     ways: &mut [f64; MAX_OVERLAPS],
@@ -69,7 +69,7 @@ fn overlap_pairs(count: usize) -> impl Iterator<Item = [usize; 2]> {
     (0..count).flat_map(move |i| (i + 1..count).map(move |j| [i, j]))
 }
 
-/// The shortest way onto the surfaces of the `chosen` overlaps, where it is made of pushes alone and leads out of all of them.
+/// Minimum translation onto the surfaces of the `chosen` overlaps, where all its shares are positive and it removes all overlaps.
 fn solve<const D: usize>(
     overlaps: &[SurfaceOverlap<D>],
     count: usize,
@@ -77,7 +77,7 @@ fn solve<const D: usize>(
     slack: f64,
     ways: &mut [f64; MAX_OVERLAPS],
 ) -> Option<[f64; D]> {
-    // Cholesky's factors of the products of their normals.
+    // Cholesky factors of the products of their normals.
     let (mut lower, mut shares) = ([[0.0; 3]; 3], [0.0; 3]);
     for (a, &i) in chosen.iter().enumerate() {
         for (b, &j) in chosen[..=a].iter().enumerate() {
@@ -114,8 +114,8 @@ fn solve<const D: usize>(
     Some(way)
 }
 
-/// The spring (m) along a surface with this unit normal after the point has moved on by `moved` (m) against the surface, and how far it
-/// has slipped (m). A spring that the normal has left is turned with it and keeps its length. It grows to `most` (m), which may be
+/// Tangential spring (m) on a surface with this unit normal after a displacement of the point relative to the surface by `moved` (m), and
+/// the slip (m). After a change of the normal the spring is rotated with it and keeps its length. It is bounded by `most` (m), which may be
 /// infinite.
 pub fn friction_impulse<const D: usize>(
     spring: &[f64; D],

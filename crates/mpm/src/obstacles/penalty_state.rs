@@ -1,31 +1,31 @@
-//! What a point knows of the obstacles that it presses on (docs/theory/mpm.md, obstacles).
+//! State of the penalty contact of a point with obstacles (docs/theory/mpm.md, obstacles).
 
 use colluvium_points::struct_of_arrays::FixedBytes;
 
-/// A point of a body whose obstacles act on points.
+/// Contact state of a point with obstacles on points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PenaltyState<const D: usize> {
     /// Half the width of the point (m).
     pub half: f64,
-    /// Distance from a surface below which the point presses on it (m): `half`, or less where the point began nearer and has not
-    /// been farther away since.
+    /// Distance from a surface below which the penalty acts (m): `half`, or less where the point began nearer and has not been farther away
+    /// since.
     pub reach: f64,
-    /// How far it may go from where it was last looked at before it can come within `half` of a surface (m).
+    /// Distance that the point may move from its last search before it can come within `half` of a surface (m).
     pub free_distance: f64,
-    /// How far obstacles could have come when it was last looked at (m).
+    /// Largest displacement of obstacles at the last search (m).
     pub obstacle_displacement: f64,
-    /// Its displacement when it was last looked at (m).
+    /// Displacement of the point at the last search (m).
     pub last_search_displacement: [f64; D],
     /// Elastic slip along the surface (m).
     pub spring: [f64; D],
-    /// Number plus one of the obstacle that holds it, which is one that nothing lifts off; zero for none.
+    /// Number plus one of the bonded obstacle, from which the point cannot separate; zero for none.
     pub bond: u32,
     /// Force of the obstacles on it in the step (N).
     pub force: [f64; D],
 }
 
 impl<const D: usize> PenaltyState<D> {
-    /// A point of no width that has not been looked at.
+    /// State of a point of no width before its first search.
     pub const NEW: Self = Self {
         half: 0.0,
         reach: 0.0,
@@ -38,7 +38,7 @@ impl<const D: usize> PenaltyState<D> {
     };
 }
 
-/// Numbers of a point, beside three vectors and its bond.
+/// Number of scalars of a point, beside three vectors and its bond.
 const SCALARS: usize = 4;
 
 impl<const D: usize> FixedBytes for PenaltyState<D> {

@@ -1,31 +1,30 @@
-//! Points that the grid would carry too near to a surface, and the impulses through their nodes that stop them
-//! (docs/theory/mpm.md, obstacles).
+//! Non-penetration constraints of points, and the nodal impulses that satisfy them (docs/theory/mpm.md, obstacles).
 
 use std::ops::Range;
 
 use crate::obstacles::state::ObstacleForces;
 
-/// Sweeps over the points that are stopped, at most.
+/// Maximum number of sweeps over the constraints.
 const MAX_ITERATIONS: usize = 200;
 
-/// A point and a place of a surface to which it would come too near in the step.
+/// Constraint of a point that would come too near to a position on a surface in the step.
 #[derive(Clone, Debug)]
 pub struct PenetrationConstraint<const D: usize> {
-    /// Its entries in the list of nodes and weights.
+    /// Range of its entries in the list of nodes and weights.
     pub nodes: Range<usize>,
-    /// Where the point is (m).
+    /// Position of the point (m).
     pub place: [f64; D],
     /// Unit normal out of the obstacle.
     pub normal: [f64; D],
-    /// Least velocity along the normal with which it keeps its distance (m/s).
+    /// Least velocity along the normal that keeps the distance (m/s).
     pub min_normal_velocity: f64,
-    /// By how much it may stay behind that (m/s).
+    /// Tolerance on that velocity (m/s).
     pub slack: f64,
-    /// Velocity of the obstacle there (m/s).
+    /// Velocity of the obstacle at the contact (m/s).
     pub obstacle_velocity: [f64; D],
     /// Number of the obstacle.
     pub obstacle: usize,
-    /// Coefficient of friction there, which may be infinite.
+    /// Coefficient of friction at the contact, which may be infinite.
     pub friction: f64,
     /// Impulse along the normal (N s).
     pub normal_impulse: f64,
@@ -33,22 +32,22 @@ pub struct PenetrationConstraint<const D: usize> {
     pub friction_impulse: [f64; D],
 }
 
-/// The points that are stopped in a step, and the nodes that bear the impulses.
+/// Constraints of a step, and the nodes that receive the impulses.
 #[derive(Clone, Debug, Default)]
 pub struct PenetrationConstraints<const D: usize> {
-    /// The points.
+    /// Constraints of the points.
     pub constraints: Vec<PenetrationConstraint<D>>,
-    /// Nodes and weights: the number of a node in memory first, then its place in the lists below.
+    /// Nodes and weights: first the number of a node in memory, then its index in the lists below.
     pub weights: Vec<(usize, f64)>,
     /// Numbers of the nodes in memory, ascending.
     pub numbers: Vec<usize>,
-    /// Their velocities (m/s).
+    /// Velocities of the nodes (m/s).
     pub velocity: Vec<[f64; D]>,
-    /// One over their inertia along each axis (1/kg); zero where something holds them.
+    /// Inverse inertia of the nodes along each axis (1/kg); zero for constrained components.
     pub inverse_inertia: Vec<[f64; D]>,
-    /// By how much their velocities have changed (m/s).
+    /// Changes of the velocities of the nodes (m/s).
     pub change: Vec<[f64; D]>,
-    /// What each obstacle gets: impulses (N s) in place of forces.
+    /// Sums of each obstacle: impulses (N s) in place of forces.
     pub sums: Vec<ObstacleForces>,
 }
 
@@ -57,7 +56,7 @@ fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
 }
 
 impl<const D: usize> PenetrationConstraints<D> {
-    /// Forgets all.
+    /// Removes all constraints, and resets the sums of the obstacles.
     pub fn clear(&mut self, rocks: usize) {
         self.constraints.clear();
         self.weights.clear();
@@ -65,7 +64,7 @@ impl<const D: usize> PenetrationConstraints<D> {
         self.sums.resize(rocks, ObstacleForces::default());
     }
 
-    /// Takes over what a block of points has found.
+    /// Appends the constraints of a block of points.
     pub fn append(&mut self, halts: &mut Vec<PenetrationConstraint<D>>, weights: &mut Vec<(usize, f64)>) {
         let first = self.weights.len();
         self.weights.append(weights);
@@ -75,7 +74,7 @@ impl<const D: usize> PenetrationConstraints<D> {
         }));
     }
 
-    /// Lists the nodes; `of` has the velocity (m/s) of one and one over its inertia (1/kg).
+    /// Lists the nodes; `of` returns the velocity (m/s) of a node and its inverse inertia (1/kg).
     pub fn list_nodes(&mut self, of: impl Fn(usize) -> ([f64; D], [f64; D])) {
         let Self { weights, numbers, velocity, inverse_inertia: ease, change, .. } = self;
         numbers.clear();
@@ -96,8 +95,8 @@ impl<const D: usize> PenetrationConstraints<D> {
         change.resize(numbers.len(), [0.0; D]);
     }
 
-    /// Gives the nodes the smallest impulses along the normals by which no point stays behind its least velocity, and along the
-    /// surfaces those of Coulomb's law: one point after another, until all have them.
+    /// Applies the smallest normal impulses by which every point reaches its least velocity, and the tangential impulses of Coulomb's law:
+    /// one point after another, until all constraints hold.
     pub fn solve(&mut self) {
         let Self { constraints: halts, weights, velocity, inverse_inertia: ease, change, sums, .. } = self;
         for _ in 0..MAX_ITERATIONS {
@@ -114,7 +113,7 @@ impl<const D: usize> PenetrationConstraints<D> {
     }
 }
 
-/// A point that is stopped, seen from its nodes.
+/// Constrained point with its nodes.
 struct ConstrainedPoint<'a, const D: usize> {
     nodes: &'a [(usize, f64)],
     velocity: &'a mut [[f64; D]],
@@ -123,7 +122,7 @@ struct ConstrainedPoint<'a, const D: usize> {
 }
 
 impl<const D: usize> ConstrainedPoint<'_, D> {
-    /// Its velocity (m/s).
+    /// Velocity of the point (m/s).
     fn velocity(&self) -> [f64; D] {
         let mut sum = [0.0; D];
         for (node, w) in self.nodes {
@@ -132,7 +131,7 @@ impl<const D: usize> ConstrainedPoint<'_, D> {
         sum
     }
 
-    /// How much faster along a unit vector it gets by a unit impulse along that (1/kg).
+    /// Inverse inertia of the point along a unit vector (1/kg).
     fn inverse_inertia_along(&self, direction: &[f64; D]) -> f64 {
         let of = |(node, w): &(usize, f64)| {
             w * w * (0..D).map(|c| self.inverse_inertia[*node][c] * direction[c] * direction[c]).sum::<f64>()
@@ -140,7 +139,7 @@ impl<const D: usize> ConstrainedPoint<'_, D> {
         self.nodes.iter().map(of).sum()
     }
 
-    /// Gives it an impulse (N s).
+    /// Applies an impulse (N s) to the nodes of the point.
     fn add_impulse(&mut self, impulse: &[f64; D]) {
         for (node, w) in self.nodes {
             for c in 0..D {
@@ -153,10 +152,10 @@ impl<const D: usize> ConstrainedPoint<'_, D> {
 }
 
 impl<const D: usize> PenetrationConstraint<D> {
-    /// Gives the point what it lacks; says whether it lacked little.
+    /// Applies the missing normal impulse; returns whether the constraint held within its tolerance.
     fn apply_normal(&mut self, point: &mut ConstrainedPoint<'_, D>, sums: &mut ObstacleForces) -> bool {
         let ease = point.inverse_inertia_along(&self.normal);
-        // Nodes that are held cannot give way.
+        // Nodes with constrained components cannot move.
         if ease <= 0.0 {
             return true;
         }
@@ -173,7 +172,7 @@ impl<const D: usize> PenetrationConstraint<D> {
         lacks <= self.slack
     }
 
-    /// Brings the impulse along the surface to what friction bears.
+    /// Sets the impulse along the surface within the friction bound.
     fn apply_friction(&mut self, point: &mut ConstrainedPoint<'_, D>, sums: &mut ObstacleForces) {
         let velocity = point.velocity();
         let slides: [f64; D] = std::array::from_fn(|c| velocity[c] - self.obstacle_velocity[c]);
@@ -199,7 +198,7 @@ impl<const D: usize> PenetrationConstraint<D> {
         sums.friction += self.apply_impulse(&more, point, sums);
     }
 
-    /// Gives the point an impulse (N s), and the obstacle its reaction; the energy that it takes (J), counted against the obstacle.
+    /// Applies an impulse (N s) to the point, and its reaction to the obstacle; adds the dissipated energy (J) to the obstacle.
     fn apply_impulse(
         &self,
         impulse: &[f64; D],
@@ -273,7 +272,7 @@ mod tests {
                 let velocity: f64 = stops.weights[halt.nodes.clone()].iter().map(of).sum();
                 assert!(velocity >= halt.min_normal_velocity - 1e-11, "{velocity}");
                 assert!(halt.normal_impulse >= 0.0);
-                // What is not pushed is not rubbed, whatever the friction.
+                // Without a normal impulse there is no friction, for any coefficient.
                 let bound = if halt.normal_impulse > 0.0 { friction * halt.normal_impulse } else { 0.0 };
                 assert!(
                     halt.friction_impulse[0].abs() <= bound + 1e-12,

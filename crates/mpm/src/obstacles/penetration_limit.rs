@@ -1,5 +1,5 @@
-//! No point is carried into an obstacle: what its springs have not turned back is stopped before the surface
-//! (docs/theory/mpm.md, obstacles).
+//! Penetration limit: points that their contact springs do not turn back are stopped before the surface of an obstacle (docs/theory/mpm.md,
+//! obstacles).
 
 use colluvium_constitutive::BLOCK_SIZE;
 use colluvium_grid::{NodalState, NodeWalls, PointSlice, Vector4};
@@ -16,40 +16,39 @@ use crate::points::point_set::PointColumns;
 use crate::points::vectors::{first_three, square, vector4};
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// Least distance of a centre from a surface over the way from there at which its springs begin to press.
+/// Least distance of a centre from a surface over the distance at which its contact springs begin to act.
 const MIN_DISTANCE_RATIO: f64 = 0.05;
 
-/// Share of its distance by which a point that is stopped may come nearer in a step.
+/// Share of its distance by which a stopped point may come nearer in a step.
 const DISTANCE_TOLERANCE: f64 = 1e-3;
 
 /// Largest move of a point in a step (cells); a longer one is an error.
 const MAX_MOVE: f64 = 0.5;
 
-/// How deep under a face solid is looked for, over the least distance of a centre.
+/// Depth of the search for solid under a face, over the least distance of a centre.
 const SEARCH_DEPTH_RATIO: f64 = 0.1;
 
-/// Searches for points that come too near, at most: what stops one may move another.
+/// Maximum number of searches for points that come too near: stopping one point may move another.
 const MAX_SEARCHES: usize = 4;
 
-/// Points in blocks that one thread takes at once.
+/// Number of blocks of points in a task.
 const GRAIN: usize = 4;
 
-/// What stops points.
+/// Input of the penetration limit.
 pub struct PenetrationLimit<'a, const D: usize> {
-    /// The step.
+    /// Clock of the step.
     pub clock: &'a Clock,
-    /// Where points and nodes are.
+    /// Background grid.
     pub background: &'a BackgroundGrid<D>,
     /// The points.
     pub bodies: &'a Bodies<D>,
-    /// What holds nodes.
+    /// Walls and obstacles on the nodes.
     pub walls: &'a NodeWalls,
-    /// Whether the velocities are those that points take: obstacles rub then, and what they bear is added up. Else points only
-    /// change place by them.
+    /// Whether points take the velocities: then obstacles have friction and reactions are recorded. Otherwise points only move with them.
     pub is_final: bool,
 }
 
-/// Stops points by the solved velocities and accelerations of the nodes.
+/// Limits the penetration by the solved velocities and accelerations of the nodes.
 pub fn limit_solved<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -66,7 +65,7 @@ pub fn limit_solved<const D: usize>(
     );
 }
 
-/// Stops points by the re-mapped velocities of the nodes, by which they change place.
+/// Limits the penetration by the re-mapped velocities of the nodes, which move the points.
 pub fn limit_remapped<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -80,15 +79,15 @@ pub fn limit_remapped<const D: usize>(
     stopping.limit_penetration(rocks, remapped, of, |node, change| *node += change);
 }
 
-/// A velocity with the mass in the fourth lane of another.
+/// Returns a velocity with the mass in the fourth lane of another vector.
 pub fn with_mass(velocity: Vector4, other: Vector4) -> Vector4 {
     let ([x, y, z, _], [.., mass]) = (velocity.to_array(), other.to_array());
     Vector4::new([x, y, z, mass])
 }
 
 impl<const D: usize> PenetrationLimit<'_, D> {
-    /// Changes the velocities of nodes so that the points which they carry stay before the surfaces. `of` has the velocity of a
-    /// node, in all velocity fields, with its mass in the fourth lane; `add` adds to it (m/s).
+    /// Changes the velocities of nodes so that their points do not reach the surfaces. `of` returns the velocity of a node, in all velocity
+    /// fields, with its mass in the fourth lane; `add` adds to it (m/s).
     pub fn limit_penetration<T: Sync>(
         &self,
         rocks: &mut Option<Box<PenaltyObstacles<D>>>,
@@ -113,7 +112,7 @@ impl<const D: usize> PenetrationLimit<'_, D> {
         }
     }
 
-    /// Finds the points that come too near to a surface; whether there are any.
+    /// Finds the points that come too near to a surface; returns whether there are any.
     fn find_constraints(
         &self,
         rocks: &mut PenaltyObstacles<D>,
@@ -153,7 +152,7 @@ impl<const D: usize> PenetrationLimit<'_, D> {
         !stops.constraints.is_empty()
     }
 
-    /// Velocity (m/s) of a node, and one over its inertia along each axis (1/kg).
+    /// Velocity (m/s) of a node, and its inverse inertia along each axis (1/kg).
     fn node(&self, number: usize, motion: Vector4) -> ([f64; D], [f64; D]) {
         let (velocity, [.., mass]) = (first_three(motion), motion.to_array());
         let held = self.walls.constrained_components(&self.index(number), &velocity);
@@ -169,7 +168,7 @@ impl<const D: usize> PenetrationLimit<'_, D> {
         layout.index(number / row, number % row)
     }
 
-    /// Calls `act` for a node and those that are the same one in a periodic domain.
+    /// Calls `act` for a node and its images in a periodic domain.
     fn each_image(&self, number: usize, mut act: impl FnMut(usize)) {
         let BackgroundGrid { layout, periodic, .. } = self.background;
         if *periodic == [false; D] {
@@ -183,7 +182,7 @@ impl<const D: usize> PenetrationLimit<'_, D> {
         }
     }
 
-    /// The first of the nodes that are one in a periodic domain.
+    /// First of the images of a node in a periodic domain.
     fn first_of(&self, number: usize) -> usize {
         let mut first = number;
         if self.background.periodic != [false; D] {
@@ -192,7 +191,7 @@ impl<const D: usize> PenetrationLimit<'_, D> {
         first
     }
 
-    /// Adds up what obstacles have got.
+    /// Adds the impulses of the step to the reactions of the obstacles.
     fn record_reactions(&self, rocks: &mut PenaltyObstacles<D>) {
         let PenaltyObstacles { obstacles: rocks, penetration_constraints: stops, .. } = rocks;
         for (rock, sums) in rocks.iter_mut().zip(&stops.sums) {
@@ -208,21 +207,21 @@ impl<const D: usize> PenetrationLimit<'_, D> {
     }
 }
 
-/// What the points of a set share.
+/// Data that all points of a set share.
 struct PenetrationInput<'a, const D: usize> {
     stopping: &'a PenetrationLimit<'a, D>,
     places: PointSlice<'a, D>,
     origin: &'a [[f64; D]],
     first_node: usize,
     horizon: f64,
-    /// How far obstacles have come at most (m).
+    /// Largest displacement of an obstacle so far (m).
     swept: f64,
-    /// How far obstacles go in the step at most (m).
+    /// Largest displacement of an obstacle in the step (m).
     ahead: f64,
 }
 
 impl<const D: usize> PenetrationInput<'_, D> {
-    /// Finds those of a block, from number `first` on.
+    /// Finds the constraints of a block, from point number `first` on.
     fn block(
         &self,
         rocks: &[PenaltyObstacle<D>],
@@ -240,7 +239,7 @@ impl<const D: usize> PenetrationInput<'_, D> {
             let x = &self.places.position[p];
             let gone: [f64; D] =
                 std::array::from_fn(|c| x[c] - self.origin[p][c] - point.last_search_displacement[c]);
-            // What an obstacle holds may be nearer than it counts.
+            // A point bonded to an obstacle may be nearer than its reach.
             let near = if point.bond == 0 {
                 point.free_distance + point.half
                     - square(&gone).sqrt()
@@ -267,10 +266,10 @@ impl<const D: usize> PenetrationInput<'_, D> {
     }
 }
 
-/// A point that may come too near to a surface.
+/// Point that may come too near to a surface.
 struct PenetrationCandidate<'a, const D: usize> {
     x: &'a [f64; D],
-    /// Velocity with which it is carried (m/s).
+    /// Velocity of the point from the grid (m/s).
     velocity: [f64; D],
     nodes: std::ops::Range<usize>,
     /// Least distance from any surface (m).
@@ -279,7 +278,7 @@ struct PenetrationCandidate<'a, const D: usize> {
 }
 
 impl<const D: usize> PenetrationCandidate<'_, D> {
-    /// Finds the places to which it comes too near; whether there are any.
+    /// Finds the positions on surfaces to which the point comes too near; returns whether there are any.
     fn find(
         &self,
         rocks: &[PenaltyObstacle<D>],
@@ -309,7 +308,7 @@ impl<const D: usize> PenetrationCandidate<'_, D> {
             surface.query_contacts(&to, kept, &mut room.found);
             let inside = if room.found.is_empty() { surface.gap(&to, horizon.max(kept + way)) } else { None };
             let through = path_enters_solid(surface, self.x, &goes, &now, SEARCH_DEPTH_RATIO * kept);
-            // Behind what it has gone through the nearest surface is on the other side.
+            // Behind an obstacle that the point has passed through, the nearest surface is on the other side.
             let faces = |place: &&NearestPoint<D>| {
                 through.is_none() || (0..D).map(|c| place.normal[c] * now.normal[c]).sum::<f64>() > 0.0
             };

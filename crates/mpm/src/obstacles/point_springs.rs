@@ -1,4 +1,4 @@
-//! What the springs of obstacles do to a point that they act on.
+//! Contact springs between a point and obstacles.
 
 use crate::obstacles::penalty_law::{
     MAX_OVERLAPS, SurfaceOverlap, friction_impulse, length, minimum_translation,
@@ -7,8 +7,8 @@ use crate::obstacles::penalty_state::PenaltyState;
 use crate::obstacles::pore_contact_state::PoreContactState;
 use crate::obstacles::state::{ContactCandidates, ObstacleForces, PenaltyObstacle};
 
-/// The obstacles that bear the friction of a point, each its share of what all can bear; of those whose friction has no bound, its
-/// share of what they are pressed by.
+/// Shares of the obstacles in the friction on a point: each in proportion to its friction bound; where bounds are infinite, in proportion
+/// to the normal force.
 #[derive(Clone, Copy, Debug, Default)]
 struct FrictionShares {
     /// Number of each obstacle and its part.
@@ -16,12 +16,12 @@ struct FrictionShares {
     count: usize,
     /// Sum of the parts.
     whole: f64,
-    /// What friction bears at most, as a stretch of the spring (m); may be infinite.
+    /// Friction bound, as a stretch of the spring (m); may be infinite.
     max_slip: f64,
 }
 
 impl FrictionShares {
-    /// Adds an obstacle whose friction has this bound (m) and that is pressed by so much (m).
+    /// Adds an obstacle with this friction bound (m) and normal overlap (m).
     fn add(&mut self, number: usize, bound: f64, pressed: f64) {
         if bound.is_infinite() && self.max_slip.is_finite() {
             *self = Self { max_slip: f64::INFINITY, ..Self::default() };
@@ -37,7 +37,7 @@ impl FrictionShares {
         }
     }
 
-    /// Number of each obstacle, and its share.
+    /// Returns the number of each obstacle and its share.
     fn shares(&self) -> impl Iterator<Item = (usize, f64)> {
         let (whole, equal) = (self.whole, 1.0 / self.count as f64);
         let all = &self.parts[..self.count];
@@ -45,23 +45,23 @@ impl FrictionShares {
     }
 }
 
-/// What acts on a point that [`detect_contacts`] has seen something of.
+/// Contact springs of a point with candidates from [`detect_contacts`].
 #[derive(Clone, Copy, Debug)]
 pub struct ObstacleSprings<const D: usize> {
-    /// Where it is (m).
+    /// Position of the point (m).
     pub place: [f64; D],
-    /// How far it has moved since it was last looked at (m).
+    /// Displacement of the point since its last search (m).
     pub displacement: [f64; D],
-    /// Whether it was within its width of an obstacle then.
+    /// Whether it was within its width of an obstacle at the last search.
     pub was_near: bool,
-    /// Stiffness (N/m) of its springs.
+    /// Stiffness of the contact springs (N/m).
     pub stiffness: f64,
-    /// Area that it covers of a surface (m²; m in the plane, per radian in axisymmetry).
+    /// Contact area of the point (m²; m in the plane, per radian in axisymmetry).
     pub area: f64,
 }
 
 impl<const D: usize> ObstacleSprings<D> {
-    /// Finds the force on the point, and adds the force on the obstacles to `sums`.
+    /// Computes the force on the point, and adds the reaction on the obstacles to `sums`.
     pub fn apply(
         &self,
         rocks: &[PenaltyObstacle<D>],
@@ -81,7 +81,7 @@ impl<const D: usize> ObstacleSprings<D> {
         let mut bears = FrictionShares::default();
         for (overlap, own) in seen.overlaps().iter().zip(ways).filter(|(_, own)| *own > 0.0) {
             let (rock, law) = (&rocks[overlap.obstacle], &overlap.law);
-            // Without a normal force infinite friction bears nothing.
+            // Without a normal force infinite friction gives no force.
             let bound = if law.friction() == 0.0 { 0.0 } else { law.friction() * own }
                 + law.adhesion() * self.area / k;
             bears.add(overlap.obstacle, bound, own);
@@ -116,14 +116,14 @@ impl<const D: usize> ObstacleSprings<D> {
         }
     }
 
-    /// Lets an obstacle that the point has hardly left rub by its adhesion, where it overlaps none; the normal of that.
+    /// Adds friction by the adhesion of an obstacle that the point has just left, where it overlaps none; returns its normal.
     fn apply_adhesion(&self, seen: &ContactCandidates<D>, bears: &mut FrictionShares) -> Option<[f64; D]> {
         let left = seen.adhesive_contact.as_ref().filter(|_| bears.count == 0)?;
         bears.add(left.obstacle, left.law.adhesion() * self.area / self.stiffness, 0.0);
         Some(left.normal)
     }
 
-    /// Lets the obstacle that holds the point pull it back and bear friction; the normal of that.
+    /// Adds the tension and friction of the bonded obstacle; returns its normal.
     fn apply_bond(
         &self,
         rocks: &[PenaltyObstacle<D>],
@@ -149,7 +149,7 @@ impl<const D: usize> ObstacleSprings<D> {
         Some(place.normal)
     }
 
-    /// How far the point has moved (m) along an obstacle that it overlaps by `depth` (m), since it reached its surface.
+    /// Sliding displacement of the point (m) along an obstacle with the overlap `depth` (m), since it reached its surface.
     fn sliding_displacement(&self, rock: &PenaltyObstacle<D>, normal: &[f64; D], depth: f64) -> [f64; D] {
         let way = rock.displacement_since(&self.place);
         let moved: [f64; D] = std::array::from_fn(|c| self.displacement[c] - way[c]);
@@ -158,9 +158,9 @@ impl<const D: usize> ObstacleSprings<D> {
         moved.map(|c| share * c)
     }
 
-    /// Finds the force on the pore fluid of the point, whose springs have the stiffness of the grip, and adds it to that on the point.
-    /// What moves with the flux of the mixture does not pass the surface: the overlap is that of the point less what has seeped through
-    /// its skeleton. It pulls as far as the `least` pressure (Pa) allows where material does not lift off.
+    /// Computes the contact force on the pore fluid of the point, with the stiffness of its contact springs, and adds it to the force on
+    /// the point. The flux of the mixture does not pass the surface: the overlap is that of the point less the seepage through its
+    /// skeleton. Tension is limited by the `least` pressure (Pa) for a bonded point.
     pub fn pore_fluid_contact(
         &self,
         rocks: &[PenaltyObstacle<D>],
@@ -176,7 +176,7 @@ impl<const D: usize> ObstacleSprings<D> {
             if depth > 0.0 {
                 wet.add(SurfaceOverlap { depth, ..*overlap });
             } else if overlap.law.allows_separation() {
-                // It has left: when it comes back it presses at once.
+                // After separation a returning point is in contact at once.
                 (0..D).for_each(|c| soaked.seepage_displacement[c] += depth * overlap.normal[c]);
             }
         }
@@ -203,7 +203,7 @@ impl<const D: usize> ObstacleSprings<D> {
                 sums[*number].stored += 0.5 * k * depth * depth;
             }
         }
-        // Along a single surface what has seeped does not matter.
+        // On a single surface the seepage along it has no effect.
         let normal = match (seen.overlaps(), &seen.bonded_contact) {
             ([overlap], None) => overlap.normal,
             ([], Some((_, place, _))) => place.normal,
@@ -214,7 +214,7 @@ impl<const D: usize> ObstacleSprings<D> {
         soaked.seepage_displacement = normal.map(|n| out * n);
     }
 
-    /// A force (N) on the fluid of the point.
+    /// Adds a force (N) on the fluid of the point.
     fn add_fluid_force(
         &self,
         rock: &PenaltyObstacle<D>,
@@ -229,7 +229,7 @@ impl<const D: usize> ObstacleSprings<D> {
         self.add_reaction(rock, sums, force);
     }
 
-    /// The reaction to a force (N) on the point.
+    /// Adds the reaction to a force (N) on the point.
     fn add_reaction(&self, rock: &PenaltyObstacle<D>, sums: &mut ObstacleForces, force: &[f64; D]) {
         if rock.moving.is_some() {
             let way = rock.displacement_since(&self.place);

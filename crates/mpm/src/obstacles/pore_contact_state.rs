@@ -1,21 +1,21 @@
-//! What a point knows of the obstacles that its pore fluid presses on (docs/theory/mpm.md, obstacles).
+//! State of the contact of a point's pore fluid with obstacles (docs/theory/mpm.md, obstacles).
 
 use colluvium_points::struct_of_arrays::FixedBytes;
 
-/// The pore fluid of a point whose obstacles act on points.
+/// Contact state of the pore fluid of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoreContactState<const D: usize> {
-    /// How far the fluid has seeped through the skeleton, as a volume over an area, since the point touched an obstacle (m).
+    /// Seepage displacement of the fluid relative to the skeleton, as a volume over an area, since contact with an obstacle began (m).
     pub seepage_displacement: [f64; D],
-    /// Force of the obstacles on the fluid in the step (N), as that of a pore pressure: on all of the area.
+    /// Force of the obstacles on the fluid in the step (N), as of a pore pressure on the whole area.
     pub force: [f64; D],
 }
 
 impl<const D: usize> PoreContactState<D> {
-    /// A point that touches nothing.
+    /// State of a point without contact.
     pub const NEW: Self = Self { seepage_displacement: [0.0; D], force: [0.0; D] };
 
-    /// How far the fluid has seeped along a unit normal (m).
+    /// Seepage displacement along a unit normal (m).
     pub fn seepage_along(&self, normal: &[f64; D]) -> f64 {
         (0..D).map(|c| self.seepage_displacement[c] * normal[c]).sum()
     }

@@ -1,4 +1,4 @@
-//! What obstacles on the nodes bear: impulses, and the work of friction.
+//! Reactions of obstacles on the nodes: impulses, and the work of friction.
 
 use colluvium_case::{Case, CaseError, Reaction};
 use colluvium_grid::{NodalState, NodeWalls};
@@ -7,21 +7,21 @@ use serde::{Deserialize, Serialize};
 use crate::momentum::{MomentumSolve, NodeObstacleEnergies};
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// Obstacles whose reactions are added up, at most: nodes name them in eight bits.
+/// Maximum number of obstacles with recorded reactions: nodes store their index in eight bits.
 const MAX_OBSTACLES: usize = 255;
 
-/// The account of the obstacles on the nodes of one velocity field.
+/// Reaction recorder of the obstacles on the nodes of one velocity field.
 #[derive(Clone, Debug, Default)]
 pub struct ReactionRecorder {
-    /// Names of those whose reaction the case measures.
+    /// Names of the obstacles whose reaction the case measures.
     names: Vec<String>,
-    /// Room for what they bear of one node (N s).
+    /// Workspace for the impulses of a node (N s).
     node_impulses: Vec<[f64; 3]>,
-    /// What they have borne.
+    /// Reactions recorded so far.
     pub state: Reactions,
 }
 
-/// What obstacles have borne.
+/// Reactions of obstacles.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Reactions {
     /// Impulse of the last step on each obstacle whose reaction is measured (N s), and the step (s).
@@ -30,12 +30,12 @@ pub struct Reactions {
     moments: Vec<[f64; 3]>,
     /// Impulses since the start (N s).
     impulses: Vec<[f64; 3]>,
-    /// What all obstacles have taken and given since the start.
+    /// Energies of all obstacles since the start.
     pub energies: NodeObstacleEnergies,
 }
 
 impl ReactionRecorder {
-    /// Of the obstacles that measures of the case name.
+    /// Returns the recorder of the obstacles that measures of the case name.
     ///
     /// # Errors
     /// Where there are too many.
@@ -63,12 +63,12 @@ impl ReactionRecorder {
         Ok(Self { names, node_impulses: none, state })
     }
 
-    /// The number under which faces of an obstacle tell what they bear; none where its reaction is not measured.
+    /// Index of an obstacle for its faces; `None` where its reaction is not measured.
     pub fn number(&self, name: &str) -> Option<u8> {
         self.names.iter().position(|known| known == name).and_then(|number| u8::try_from(number).ok())
     }
 
-    /// What an obstacle bears; `None` where that is not measured.
+    /// Reaction of an obstacle; `None` where it is not measured.
     pub fn reaction(&self, name: &str) -> Option<Reaction> {
         let number = usize::from(self.number(name)?);
         let (step, dt) = &self.state.step;
@@ -77,7 +77,7 @@ impl ReactionRecorder {
         Some(Reaction { force: rate(step[number]), impulse: self.state.impulses[number], moment })
     }
 
-    /// Takes what the surfaces do in a step to the active nodes, before that is solved; row after row, so that sums do not depend on threads.
+    /// Records the reactions of the active nodes in a step, before their solve; row after row, so that sums do not depend on threads.
     pub fn record<const D: usize>(
         &mut self,
         solve: &MomentumSolve<'_, D>,
@@ -89,7 +89,7 @@ impl ReactionRecorder {
         });
     }
 
-    /// The same where `bear` adds what a node with this index and number bears: impulses (N s) and energies.
+    /// Records the reactions of nodes: `bear` adds the impulses (N s) and energies of the node with this index and number.
     pub fn record_nodes<const D: usize>(
         &mut self,
         dt: f64,

@@ -1,4 +1,4 @@
-//! Obstacles that act on points, and what they have borne.
+//! Obstacles on points, with their state and reactions.
 
 use std::sync::Arc;
 
@@ -13,41 +13,41 @@ use crate::obstacles::penalty_law::{MAX_OVERLAPS, SurfaceOverlap};
 use crate::obstacles::penalty_state::PenaltyState;
 use crate::obstacles::penetration_constraints::{PenetrationConstraint, PenetrationConstraints};
 
-/// How far from its surface a point looks for the next one, over its half width.
+/// Search distance of a point from its surface, over its half width.
 const SEARCH_RATIO: f64 = 2.0;
 
-/// Distance from a surface over the half width of a point within which it counts as touching.
+/// Distance from a surface over the half width of a point below which the point is in contact.
 const CONTACT_TOLERANCE: f64 = 1e-6;
 
-/// Gap over the half width of a point up to which an obstacle with adhesion still rubs on it: a body that slides trembles by less, and
-/// would be without adhesion half of the time.
+/// Gap over the half width of a point up to which adhesion acts: a sliding body oscillates by less, and would lose its adhesion half of the
+/// time.
 const ADHESION_RANGE: f64 = 1e-2;
 
-/// An obstacle.
+/// Obstacle with penalty contact on points.
 #[derive(Clone, Debug)]
 pub struct PenaltyObstacle<const D: usize> {
     /// Name in the case.
     pub name: String,
-    /// Its surface.
+    /// Surface of the obstacle.
     pub surface: Arc<dyn Surface<D>>,
-    /// How it acts.
+    /// Contact laws.
     pub laws: ObstacleLaws,
-    /// Its motion; `None` at rest.
+    /// Motion; `None` at rest.
     pub moving: Option<ObstacleMotionState<D>>,
-    /// What it has borne.
+    /// Reaction and energies of the obstacle.
     pub state: ObstacleReaction,
 }
 
-/// An obstacle on its way.
+/// State of a moving obstacle.
 #[derive(Clone, Debug)]
 pub struct ObstacleMotionState<const D: usize> {
-    /// Where it is.
+    /// Obstacle at its current position.
     pub obstacle: MovingObstacle<D>,
-    /// Where it was in the step before.
+    /// Position at the previous step.
     previous_transform: RigidTransform<D>,
 }
 
-/// What an obstacle has borne.
+/// Reaction and energies of an obstacle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ObstacleReaction {
     /// Force of the material on it in the last step (N).
@@ -62,12 +62,12 @@ pub struct ObstacleReaction {
     pub work: f64,
     /// Energy of its springs at the start of the last step (J).
     pub spring_energy: f64,
-    /// Energy taken since the start from points that were stopped before its surface (J), not negative.
+    /// Energy removed since the start from points that the penetration limit stops at its surface (J), not negative.
     pub stopping_energy: f64,
 }
 
 impl ObstacleReaction {
-    /// Takes what a rigid body gives in a step of `dt` (s).
+    /// Adds the reaction of a rigid body in a step of `dt` (s).
     pub fn add_support_reaction(&mut self, stood: &SupportReaction, dt: f64) {
         let moment = cross(&stood.place, &stood.impulse);
         for c in 0..3 {
@@ -80,47 +80,47 @@ impl ObstacleReaction {
     }
 }
 
-/// What changes of all obstacles in the course of a run.
+/// State of all obstacles that changes during a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ObstacleHistory {
     /// Number of points whose centre has been in an obstacle, over all steps.
     pub penetrations: u64,
-    /// How far a place of an obstacle in the domain can have come, at most (m).
+    /// Upper bound of the displacement of any part of an obstacle in the domain (m).
     pub max_obstacle_displacement: f64,
-    /// When obstacles last acted (s).
+    /// Time of the last obstacle forces (s).
     pub at: f64,
 }
 
-/// The obstacles of a case whose bodies press on them with their points.
+/// Obstacles of a case with penalty contact on points.
 #[derive(Debug)]
 pub struct PenaltyObstacles<const D: usize> {
     /// The obstacles.
     pub obstacles: Vec<PenaltyObstacle<D>>,
-    /// Room for blocks of points.
+    /// Workspaces for blocks of points.
     pub workspaces: Vec<BlockWorkspace<D>>,
-    /// How far a point looks around where it finds none near (m).
+    /// Search distance of a point without surfaces near (m).
     pub horizon: f64,
-    /// Room for points that are stopped before a surface.
+    /// Penetration constraints of the step.
     pub penetration_constraints: PenetrationConstraints<D>,
-    /// What changes.
+    /// State that changes during a run.
     pub history: ObstacleHistory,
 }
 
-/// What a block of points finds and adds up.
+/// Workspace of a block of points.
 #[derive(Clone, Debug, Default)]
 pub struct BlockWorkspace<const D: usize> {
     pub found: ContactQuery<D>,
-    /// Points that come too near to a surface.
+    /// Penetration constraints of points of the block.
     pub penetration_constraints: Vec<PenetrationConstraint<D>>,
-    /// Nodes of these and weights, one point after another.
+    /// Nodes and weights of these constraints, one after another.
     pub weights: Vec<(usize, f64)>,
-    /// Of each obstacle.
+    /// Sums of each obstacle.
     pub sums: Vec<ObstacleForces>,
     /// Points whose centres are in an obstacle.
     pub penetrations: u64,
 }
 
-/// What an obstacle gets from points in a step.
+/// Forces and energies of an obstacle from points in a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ObstacleForces {
     /// Force on it (N).
@@ -133,18 +133,18 @@ pub struct ObstacleForces {
     pub work: f64,
     /// Energy of the springs (J).
     pub stored: f64,
-    /// Energy taken from points that are stopped before it (J).
+    /// Energy removed from points that are stopped before it (J).
     pub stopped: f64,
 }
 
-/// What a point sees of the obstacles.
+/// Contact candidates of a point.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactCandidates<const D: usize> {
     overlaps: [SurfaceOverlap<D>; MAX_OVERLAPS],
     count: usize,
-    /// A place with adhesion that it does not overlap, but has hardly left.
+    /// Contact with adhesion just beyond an overlap.
     pub(super) adhesive_contact: Option<SurfaceOverlap<D>>,
-    /// The obstacle that holds it, with the nearest place of its surface and its law there.
+    /// Bonded obstacle, with the nearest position on its surface and its law there.
     pub(super) bonded_contact: Option<(usize, NearestPoint<D>, ObstacleLaw)>,
 }
 
@@ -166,7 +166,7 @@ impl<const D: usize> ContactCandidates<D> {
         }
     }
 
-    /// Adds those places of an obstacle that are nearer than the point reaches (m), and notes one with adhesion just beyond.
+    /// Adds the positions on an obstacle nearer than the reach of the point (m), and stores one with adhesion just beyond.
     fn add_contacts(
         &mut self,
         rock: &PenaltyObstacle<D>,
@@ -200,7 +200,7 @@ impl<const D: usize> ContactCandidates<D> {
 }
 
 impl<const D: usize> PenaltyObstacle<D> {
-    /// As what rigid bodies stand on, where it is.
+    /// Returns the obstacle at its current position as a support of rigid bodies.
     pub fn rigid_contact(&self) -> Ground<'_, D> {
         let moving = self.moving.as_ref().map(|moving| &moving.obstacle);
         let surface = moving.map_or(&*self.surface, |own| &own.placed);
@@ -209,7 +209,7 @@ impl<const D: usize> PenaltyObstacle<D> {
 }
 
 impl<const D: usize> PenaltyObstacles<D> {
-    /// The obstacles of a case in a domain with these corners (m); `horizon` (m) is how far points look around.
+    /// Returns the obstacles of a case in a domain with these corners (m); `horizon` (m) is the search distance of points.
     pub fn new(standing: &[PlacedObstacle<'_, D>], domain: ([f64; D], [f64; D]), horizon: f64) -> Self {
         let rock = |PlacedObstacle { obstacle, surface, laws, .. }: &PlacedObstacle<'_, D>| PenaltyObstacle {
             name: obstacle.name.clone(),
@@ -230,12 +230,12 @@ impl<const D: usize> PenaltyObstacles<D> {
         }
     }
 
-    /// Those on their way.
+    /// Returns the moving obstacles.
     pub fn moving(&self) -> impl Iterator<Item = &MovingObstacle<D>> {
         self.obstacles.iter().filter_map(|rock| rock.moving.as_ref()).map(|moving| &moving.obstacle)
     }
 
-    /// Brings the obstacles to where they are at `time` (s); what they bear in the step is counted anew.
+    /// Moves the obstacles to `time` (s), and resets their forces of the step.
     pub fn advance(&mut self, time: f64) {
         let at = std::mem::replace(&mut self.history.at, time);
         let mut swept = 0f64;
@@ -252,7 +252,7 @@ impl<const D: usize> PenaltyObstacles<D> {
         self.history.max_obstacle_displacement += swept;
     }
 
-    /// Makes room for so many blocks of points.
+    /// Resizes the workspaces to this number of blocks of points.
     pub fn resize_workspaces(&mut self, blocks: usize) {
         let room = BlockWorkspace {
             sums: vec![ObstacleForces::default(); self.obstacles.len()],
@@ -263,13 +263,13 @@ impl<const D: usize> PenaltyObstacles<D> {
 
     /// Memory (bytes).
     pub fn bytes(&self) -> usize {
-        // Of the places that a block finds a few.
+        // With a few contacts in a block.
         let room = size_of::<BlockWorkspace<D>>() + self.obstacles.len() * size_of::<ObstacleForces>();
         self.workspaces.len() * room
     }
 
-    /// A point at `x` (m) of this half width before the first step: where it is nearer to a surface than that it reaches as far as the
-    /// surface, so that nothing presses yet.
+    /// Initial state of a point at `x` (m) of this half width: where the point is nearer to a surface its reach is that distance, so that
+    /// no initial force acts.
     pub fn initial_penalty_state(&self, x: &[f64; D], half: f64) -> PenaltyState<D> {
         let distances = self.obstacles.iter().filter_map(|rock| rock.current_surface().gap(x, half));
         let nearest = distances.map(|gap| gap.distance).fold(half, f64::min);
@@ -278,7 +278,7 @@ impl<const D: usize> PenaltyObstacles<D> {
 }
 
 impl<const D: usize> PenaltyObstacle<D> {
-    /// Its surface where it is.
+    /// Surface of the obstacle at its current position.
     pub fn current_surface(&self) -> &dyn Surface<D> {
         match &self.moving {
             Some(moving) => &moving.obstacle.placed,
@@ -286,7 +286,7 @@ impl<const D: usize> PenaltyObstacle<D> {
         }
     }
 
-    /// How far its part at `x` (m) has come since the step before (m).
+    /// Displacement of its part at `x` (m) since the previous step (m).
     pub(super) fn displacement_since(&self, x: &[f64; D]) -> [f64; D] {
         self.moving.as_ref().map_or(
             [0.0; D],
@@ -297,7 +297,7 @@ impl<const D: usize> PenaltyObstacle<D> {
         )
     }
 
-    /// How far its part at `x` (m) goes until `time` (s) (m).
+    /// Displacement of its part at `x` (m) until `time` (s) (m).
     pub fn displacement_until(&self, x: &[f64; D], time: f64) -> [f64; D] {
         self.moving.as_ref().map_or([0.0; D], |ObstacleMotionState { obstacle: own, .. }| {
             let goes = own.material_position(x, &own.motion.transform(time));
@@ -306,13 +306,13 @@ impl<const D: usize> PenaltyObstacle<D> {
     }
 }
 
-/// Whether a place of a surface comes before another: the nearer one, and of two as near one that their normals tell, so that it does
+/// Whether a surface position precedes another: the nearer one, and of two at the same distance by their normals, so that the result does
 /// not depend on the order of the obstacles.
 fn is_before<const D: usize>(own: &NearestPoint<D>, other: &NearestPoint<D>) -> bool {
     (own.distance, own.normal) < (other.distance, other.normal)
 }
 
-/// What `rocks` do to a point at `x` (m). The point's reach, what it may move and what holds it follow.
+/// Finds the contacts of a point at `x` (m) with `rocks`. Updates reach, free distance and bond of the point.
 pub fn detect_contacts<const D: usize>(
     rocks: &[PenaltyObstacle<D>],
     horizon: f64,
@@ -323,7 +323,7 @@ pub fn detect_contacts<const D: usize>(
     let mut seen = ContactCandidates::NOTHING;
     let radius = SEARCH_RATIO * point.half;
     let mut nearest = f64::INFINITY;
-    // Of the obstacles that hold what touches them: the nearest that it touches, and the one that has held it so far.
+    // Of the obstacles without separation: the nearest in contact, and the one bonded so far.
     let (mut touched, mut bonded) = (None, None);
     for (number, rock) in rocks.iter().enumerate() {
         room.found.clear();
@@ -335,7 +335,7 @@ pub fn detect_contacts<const D: usize>(
         room.penetrations += u64::from(own.distance < 0.0);
         let law = *rock.laws.at(&own.position);
         if law.allows_separation() {
-            // It has come from a part that holds it.
+            // The point has moved from a bonded part of the obstacle.
             point.bond = if point.bond == number as u32 + 1 { 0 } else { point.bond };
         } else if own.distance - point.reach <= CONTACT_TOLERANCE * point.half
             && touched.as_ref().is_none_or(|(_, other, _)| is_before(&own, other))
@@ -358,11 +358,11 @@ pub fn detect_contacts<const D: usize>(
     }
     seen.bonded_contact = touched.or(bonded);
     if point.bond == 0 {
-        // What has gone farther away reaches farther from then on: nothing is done to it by that.
+        // A point that has moved away gets a larger reach; this causes no force.
         point.reach = point.half.min(point.reach.max(nearest));
     }
     point.free_distance = nearest - point.half;
-    // A point that presses by less than its width pulls as far as that again.
+    // A point whose reach is less than its half width has tension up to that distance again.
     if let Some((_, place, _)) = seen.bonded_contact
         && place.distance - point.reach > point.half
     {

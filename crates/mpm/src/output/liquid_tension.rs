@@ -7,13 +7,12 @@ use crate::points::vectors::square;
 use crate::setup::fall_time::body_height;
 use crate::solver::MpmSolver;
 
-/// Share of the mass of a liquid in tension from which it is worth a word.
+/// Mass fraction of a liquid in tension above which a warning is given.
 const NOTABLE: f64 = 0.01;
 
 impl<const D: usize> MpmSolver<D> {
-    /// A word on a liquid of which a notable part bears more tension than its weight and its motion could make: with a
-    /// `cavitation_strength` beyond that it hangs together where a real one opens. Without gravity nothing tells what is
-    /// too much.
+    /// Warning on a liquid of which a notable part has more tension than its weight and motion could cause: with a `cavitation_strength`
+    /// above that, it does not separate where a real liquid does. Without gravity there is no reference value and no warning.
     pub(crate) fn tension_warning(&self) -> Option<String> {
         self.bodies.sets.iter().find_map(|set| self.tension_in_set(set))
     }

@@ -1,6 +1,6 @@
 //! Values that a run writes beside the points: measures, energy, reasons for the step, diagnostics.
 //!
-//! The room reads the solver and changes nothing.
+//! The module reads the solver and changes nothing.
 
 pub(crate) mod liquid_tension;
 pub(crate) mod null_space;

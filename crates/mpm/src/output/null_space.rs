@@ -1,4 +1,4 @@
-//! Motion of points that the grid does not see, and points that fly apart from the others.
+//! Null-space motion of points, which the grid does not represent, and points that are detached from the others.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,21 +9,21 @@ use crate::points::vectors::square;
 use crate::setup::fall_time::{body_height, time_of_fall};
 use crate::solver::MpmSolver;
 
-/// Share of the kinetic energy from which on unseen motion is told.
+/// Share of null-space motion in the kinetic energy above which a warning is given.
 const REPORTED_FRACTION: f64 = 0.5;
-/// The same over what the mass would gain in a fall through the height of its body: at rest there is always some.
+/// Least null-space energy over the energy of a fall through the height of the body: at rest it is never zero.
 const MIN_ENERGY_RATIO: f64 = 1e-5;
-/// Connected points of at most this share of all are apart from the others.
+/// Largest share of connected points in all points at which they count as detached.
 const MAX_DETACHED_FRACTION: f64 = 0.01;
 
 impl<const D: usize> MpmSolver<D> {
-    /// Velocity with which the grid moved a point in the last step (m/s), or its own where they are the same.
+    /// Velocity of the grid at a point in the last step (m/s), or its own where both are equal.
     pub(crate) fn grid_velocity(set: &PointSet<D>, p: usize) -> [f64; D] {
         let seen = set.points.seen.get(p).filter(|_| set.rigid.is_none());
         seen.copied().unwrap_or(set.points.velocity[p])
     }
 
-    /// A word where most of the motion of the points is one that the grid does not see.
+    /// Warning where null-space motion dominates the motion of the points.
     pub(crate) fn null_space_warning(&self) -> Option<String> {
         let case = &self.clock.case;
         let (mut all, mut unseen, mut fall, mut fastest) = (0.0, 0.0, 0.0, 0f64);
@@ -51,7 +51,7 @@ impl<const D: usize> MpmSolver<D> {
         })
     }
 
-    /// A word on points that are apart from the others: their cells touch no cell of the others.
+    /// Warning on detached points: their cells do not touch cells of the others.
     pub(crate) fn detached_points_warning(&self) -> Option<String> {
         if self.background.is_meshed() || self.clock.case.gravity_magnitude() == 0.0 {
             return None;
@@ -77,7 +77,7 @@ impl<const D: usize> MpmSolver<D> {
         ))
     }
 
-    /// The centre of mass of what deforms (m).
+    /// Centre of mass of the deformable bodies (m).
     fn centre_of_mass(&self) -> [f64; D] {
         let (mut mass, mut sum) = (0.0, [0.0; D]);
         for set in self.deformable_sets() {
@@ -90,10 +90,11 @@ impl<const D: usize> MpmSolver<D> {
     }
 }
 
-/// A cell by its numbers along the axes, zero along those that a space does not have.
+/// Index of a cell along the axes, zero along the axes that the space does not have.
 type CellIndex = [usize; 3];
 
-/// How many points, of those in `cells`, are in parts of at most [`MAX_DETACHED_FRACTION`] of all whose cells touch no other part, and the cells of these.
+/// Number of points, of those in `cells`, in parts of at most [`MAX_DETACHED_FRACTION`] of all whose cells touch no other part, and their
+/// cells.
 fn detached_parts(cells: &[CellIndex]) -> (usize, BTreeSet<CellIndex>) {
     let mut held: BTreeMap<CellIndex, usize> = BTreeMap::new();
     for cell in cells {
@@ -118,7 +119,7 @@ fn detached_parts(cells: &[CellIndex]) -> (usize, BTreeSet<CellIndex>) {
     (count, lone)
 }
 
-/// The cells around one, those beyond the grid among them.
+/// Returns the cells around a cell, including those beyond the grid.
 fn neighbouring_cells(cell: CellIndex) -> impl Iterator<Item = CellIndex> {
     (0..27).map(move |number: usize| {
         std::array::from_fn(|axis| (cell[axis] + number / 3usize.pow(axis as u32) % 3).wrapping_sub(1))

@@ -1,4 +1,4 @@
-//! What the solver tells: time-step limit, snapshot, budget.
+//! Reports of the solver: time-step limit, snapshot, budget.
 
 use colluvium_case::bodies::law_points::{LawPoints, law_fields};
 use colluvium_case::{Budget, Field, FieldData, Snapshot, StepLimit, TimeStep, spatial};
@@ -16,7 +16,7 @@ use crate::transfer::affine_transfer::affine_energies;
 pub struct LimitingPoint {
     /// The step (s).
     pub dt: f64,
-    /// What limits it.
+    /// Cause of the limit.
     pub limit: StepLimit,
     /// Number of the point's set.
     pub set: usize,
@@ -31,7 +31,7 @@ impl LimitingPoint {
     }
 }
 
-/// The smallest of `none` and what `of_block(index of its first point, stresses, states)` finds in the blocks of a set.
+/// Returns the smallest of `none` and the values of `of_block(index of its first point, stresses, states)` for the blocks of a set.
 fn min_over_blocks(
     stress: &[SymTensor],
     states: &States,
@@ -121,7 +121,7 @@ impl<const D: usize> MpmSolver<D> {
         least
     }
 
-    /// Everything on the points, in the order of ids.
+    /// Returns all fields of the points, in the order of ids.
     pub(crate) fn collect_snapshot(&self) -> Snapshot {
         let mut order: Vec<(u32, usize, usize)> = Vec::new();
         for (number, set) in self.bodies.sets.iter().enumerate() {
@@ -203,7 +203,7 @@ impl<const D: usize> MpmSolver<D> {
                     budget.angular_momentum[c] += m * (x[a] * v[b] - x[b] * v[a]);
                     budget.potential -= m * self.clock.gravity[c] * x[c];
                     if self.clock.options.transfer == crate::VelocityTransfer::Apic && a < D && b < D {
-                        // What turns within the point.
+                        // Spin within the point.
                         let moment = &set.points.affine[i];
                         budget.angular_momentum[c] += m * (moment[b][a] - moment[a][b]);
                     }
@@ -217,8 +217,7 @@ impl<const D: usize> MpmSolver<D> {
 }
 
 impl<const D: usize> MpmSolver<D> {
-    /// Whether nothing works on the points from outside, and all their energy is told: that of scaled masses and of springs of
-    /// obstacles is not.
+    /// Whether no external work acts on the points and all their energy is recorded, which excludes scaled masses and springs of obstacles.
     pub(crate) fn is_energetically_closed(&self) -> bool {
         self.clock.options.mass_scaling <= 1.0
             && self.clock.case.obstacles.is_empty()
@@ -226,14 +225,14 @@ impl<const D: usize> MpmSolver<D> {
             && self.bodies.sets.iter().all(|set| set.law_points().defines_energy())
     }
 
-    /// Begins to count work, from what is stored.
+    /// Starts the record of work, from the stored energy.
     pub(crate) fn start_work_count(&mut self) {
         for set in self.bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
             set.points.work = stored_energies(set);
         }
     }
 
-    /// Energy dissipated since the start (J), of the points that are there.
+    /// Energy dissipated since the start (J), of the points that remain.
     pub(crate) fn dissipated_energy(&self) -> f64 {
         let counted = self.bodies.sets.iter().filter(|set| !set.points.work.is_empty());
         let lost = counted.map(|set| {

@@ -1,4 +1,4 @@
-//! Numbers that tell of the state of a run in each row of the measures (sheet: mpm §3.9).
+//! Scalar outputs on the state of a run in each row of the measures (sheet: mpm §3.9).
 
 use colluvium_case::measure::ScalarOutput;
 
@@ -76,7 +76,7 @@ impl<const D: usize> MpmSolver<D> {
         energies
     }
 
-    /// The bodies that deform.
+    /// Returns the deformable bodies.
     pub(crate) fn deformable_sets(&self) -> impl Iterator<Item = &PointSet<D>> {
         self.bodies.sets.iter().filter(|set| set.rigid.is_none())
     }

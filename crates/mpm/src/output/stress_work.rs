@@ -1,7 +1,7 @@
-//! Work of the stresses, and what of it is dissipated (sheet: mpm A-30: energy balance of a run-out).
+//! Work of the stresses, and its dissipated part (sheet: mpm A-30: energy balance of a run-out).
 //!
-//! A point does the work `∫ σ : D Ω dt`, in each step with the mean of `Ω σ` before and after. What of it is not stored, by what
-//! the law says of its stress, is dissipated.
+//! A point does the work `∫ σ : D Ω dt`, in each step with the mean of `Ω σ` before and after. The part that the law does not store as
+//! recoverable energy is dissipated.
 
 use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, SymTensor};
 
@@ -9,7 +9,7 @@ use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, SymTensor};
 pub struct PreviousStress([SymTensor; BLOCK_SIZE]);
 
 impl PreviousStress {
-    /// Takes those of a block.
+    /// Copies the stresses (Pa) of a block.
     pub fn of_block(stresses: &[SymTensor]) -> Self {
         let mut before = [SymTensor::ZERO; BLOCK_SIZE];
         before[..stresses.len()].copy_from_slice(stresses);

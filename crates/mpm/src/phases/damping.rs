@@ -1,5 +1,5 @@
-//! Local damping of both phases (sheet: mpm §2.13). It goes by the force out of balance on the mixture: what walls, obstacles and
-//! patches bear is in balance with it, so that damping comes after these, and drag only passes from one phase to the other.
+//! Local damping of both phases (sheet: mpm §2.13). It depends on the unbalanced force on the mixture. Reactions of walls, obstacles and
+//! patches are in balance, so that damping follows them; drag only passes from one phase to the other.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use colluvium_grid::{Layout, NodalState, NodeWalls, Vector4};
 use crate::momentum::start_velocity;
 use crate::phases::pore_fluid::{LIQUID, SOLID};
 
-/// What damps the nodes of a step.
+/// Local damping of the nodes in a step.
 pub(super) struct Damping<'a, const D: usize> {
     /// Step (s).
     pub dt: f64,

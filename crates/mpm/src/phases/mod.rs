@@ -52,17 +52,17 @@ use crate::solver::{MpmSolver, work_of_loads};
 use crate::stress::averages::CellAverages;
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// What a solver with pore fluid holds beside its points.
+/// Nodal data of a solver with pore fluid.
 pub struct TwoPhase {
     nodes: Vec<[NodalState; 2]>,
     remapped: Vec<[Vector4; 2]>,
     row_sums: Vec<PhaseEquilibriumTerms>,
-    /// Components of velocity that patches hold, one bit an axis; empty where nothing asks for them.
+    /// Components of velocity that patches prescribe, one bit an axis; empty where no option needs them.
     constrained: Vec<[u8; 2]>,
     pub(crate) sums: PhaseEquilibriumTerms,
     /// Walls of the liquid.
     pub(crate) walls: NodeWalls,
-    /// Obstacles on the nodes, as the liquid meets them.
+    /// Faces of obstacles on the nodes for the liquid.
     pub(crate) faces: Arc<NodeFaces>,
     /// Largest liquid mass of a point (kg).
     pub(crate) max_liquid_mass: f64,
@@ -77,7 +77,7 @@ impl TwoPhase {
             + size_of_val(&self.constrained[..])
     }
 
-    /// What points read of the nodes of both phases, gradients among it.
+    /// Interpolates velocities and gradients of the nodes of both phases to points.
     fn g2p<const D: usize>(
         &self,
         of: VelocitySource,
@@ -100,7 +100,7 @@ impl TwoPhase {
 }
 
 impl TwoPhase {
-    /// Finds the largest liquid mass of a point.
+    /// Computes the largest liquid mass of a point.
     pub fn find_heaviest<const D: usize>(&mut self, bodies: &Bodies<D>) {
         let masses = bodies.sets.iter().flat_map(|set| (0..set.len()).map(|p| set.liquid_mass(p)));
         self.max_liquid_mass = masses.fold(0.0, f64::max);
@@ -154,7 +154,7 @@ pub fn step_phases<const D: usize>(
     moved
 }
 
-/// Loads that follow the surface, from the velocity of the skeleton.
+/// Updates loads that follow the surface by the velocity of the skeleton.
 fn update_follower_loads<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -242,7 +242,7 @@ fn solve_phases<const D: usize>(
     }
 }
 
-/// Stops points by the re-mapped velocities of the skeleton, by which they change place.
+/// Limits the penetration of points by the re-mapped velocities of the skeleton, which move them.
 fn limit_remapped_penetration<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -258,7 +258,7 @@ fn limit_remapped_penetration<const D: usize>(
     stopping.limit_penetration(rocks, remapped, of, |node, change| node[SOLID] += change);
 }
 
-/// Work in the step (J) of prescribed pore pressures on the fluid beyond what they do on the mixture.
+/// Work in the step (J) of prescribed pore pressures on the fluid beyond that on the mixture.
 fn work_of_pore_loads<const D: usize>(bodies: &Bodies<D>, dt: f64) -> f64 {
     let of_set = |set: &PointSet<D>| -> f64 {
         let Some(pore) = &set.pore else { return 0.0 };

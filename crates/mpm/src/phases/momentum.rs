@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 use crate::momentum::EquilibriumTerms;
 use crate::phases::pore_fluid::{LIQUID, SOLID};
 
-/// What a row of nodes adds to the measures of equilibrium of both equations.
+/// Sums of a row of nodes for the measures of equilibrium of both equations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PhaseEquilibriumTerms {
-    /// Of the mixture; work and kinetic energy are those of both phases.
+    /// Terms of the mixture; work and kinetic energy are those of both phases.
     pub mixture: EquilibriumTerms,
-    /// Of the liquid, its equation times the porosity.
+    /// Terms of the liquid: its equation times the porosity.
     pub liquid: EquilibriumTerms,
 }
 
@@ -25,15 +25,15 @@ impl PhaseEquilibriumTerms {
     }
 }
 
-/// Everything the solve of one step needs; as [`crate::momentum::MomentumSolve`].
+/// Input of the solve of a step, as [`crate::momentum::MomentumSolve`].
 pub struct PhaseSolve<'a, const D: usize> {
     /// Step (s).
     pub dt: f64,
     /// Gravity at the end of the step (m/s²).
     pub gravity: [f64; 3],
-    /// Momentum variant of held nodes.
+    /// Whether held nodes keep their momentum at the start of the step.
     pub keep_initial_velocity: bool,
-    /// Inertia over mass (mass scaling); weight and drag stay what they are.
+    /// Inertia over mass (mass scaling); weight and drag are not scaled.
     pub inertia: f64,
     /// Nodes with less mass of a phase than this (kg) are skipped.
     pub mass_cutoff: [f64; 2],
@@ -61,7 +61,7 @@ pub(super) struct PhaseMasses {
 }
 
 impl PhaseMasses {
-    /// Of a node that is not solved yet.
+    /// Returns masses and drag of a node before its solve.
     pub fn of_node(node: &[NodalState; 2]) -> Self {
         Self {
             solid: node[SOLID].momentum_and_mass.as_array()[3],
@@ -72,12 +72,12 @@ impl PhaseMasses {
     }
 }
 
-/// What the liquid of a node leaves to the equation of the mixture.
+/// Contribution of the liquid of a node to the equation of the mixture.
 #[derive(Clone, Copy, Default)]
 struct LiquidContribution {
     /// `M̄_L a_L` (N).
     inertia_force: [f64; 3],
-    /// What walls bear of the pore pressure, as a change of the skeleton's velocity (m/s).
+    /// Reaction of walls to the pore pressure, as a change of the skeleton's velocity (m/s).
     pore_pressure_part: [f64; 3],
 }
 
@@ -103,7 +103,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
             let node = &mut line[number];
             let masses = PhaseMasses::of_node(node);
             if masses.solid <= self.mass_cutoff[SOLID] {
-                // Too light for forces to mean anything: it moves with the points around it.
+                // Too light for a meaningful force: the phase moves with the points around it.
                 follow_points(&mut node[SOLID], masses.solid);
                 follow_points(&mut node[LIQUID], masses.liquid);
                 continue;
@@ -121,7 +121,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
         sums
     }
 
-    /// A node without walls and audit.
+    /// Solves a node without walls and without measures of equilibrium.
     #[inline]
     fn free_node(&self, [solid, liquid]: &mut [NodalState; 2], masses: &PhaseMasses, gravity: Vector4) {
         let start = solid.momentum_and_mass * VECTOR * (1.0 / masses.solid);
@@ -144,7 +144,8 @@ impl<const D: usize> PhaseSolve<'_, D> {
         solid.force = acceleration;
     }
 
-    /// A node with walls or audit; `tell` is called with each change of the skeleton's velocity (m/s) by rigid geometry.
+    /// Solves a node with walls or measures of equilibrium; `tell` is called with each change of the skeleton's velocity (m/s) by rigid
+    /// geometry.
     pub(super) fn node(
         &self,
         index: &[usize; 3],
@@ -260,7 +261,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
         !self.walls[SOLID].faces().at(index).is_empty()
     }
 
-    /// Velocity of a phase before the step, walls that hold it included.
+    /// Velocity (m/s) of a phase before the step, including walls that hold it.
     fn start(&self, phase: usize, index: &[usize; 3], node: &NodalState, mass: f64) -> [f64; 3] {
         let motion = node.momentum_and_mass.to_array();
         let mut start: [f64; 3] = std::array::from_fn(|c| if c < D { motion[c] / mass } else { 0.0 });
@@ -280,7 +281,7 @@ fn with_mass(velocity: Vector4, mass: f64) -> Vector4 {
     velocity + Vector4::new([0.0, 0.0, 0.0, mass])
 }
 
-/// A phase too light for forces moves with the points around it.
+/// Lets a phase too light for forces move with the points around it.
 fn follow_points(node: &mut NodalState, mass: f64) {
     let inverse = if mass > 0.0 { 1.0 / mass } else { 0.0 };
     node.momentum_and_mass *= Vector4::new([inverse, inverse, inverse, 1.0]);
@@ -402,7 +403,7 @@ mod tests {
             let change = damped[phase] - plain[phase];
             assert!((change + 0.5 * 14_900.0 / 1990.0).abs() < 1e-8, "{phase}: {change}");
         }
-        // What drag alone moves, in a mixture that is in balance, is not damped.
+        // Motion by drag alone, in a mixture in balance, is not damped.
         let (plain, damped) = (act(19_900.0, 0.0), act(19_900.0, 0.5));
         assert!(plain[LIQUID].abs() > 1e3);
         assert!((0..2).all(|phase| (damped[phase] - plain[phase]).abs() < 1e-8), "{plain:?} {damped:?}");

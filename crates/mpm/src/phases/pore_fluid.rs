@@ -1,4 +1,4 @@
-//! The pore fluid of a body, and what it adds to each of the body's points.
+//! Pore fluid of a body, and its columns for the body's points.
 
 use colluvium_points::struct_of_arrays;
 
@@ -9,7 +9,7 @@ pub const SOLID: usize = 0;
 /// Entry of the liquid at a node; its mass is `M̄_L`, and until the solve the fourth lane of its force is `M_L`.
 pub const LIQUID: usize = 1;
 
-/// Porosities beyond which the mixture is none any more (sheet: mpm §7).
+/// Range of porosities in which the mixture theory holds (sheet: mpm §7).
 const POROSITIES: [f64; 2] = [0.01, 0.99];
 
 /// Constants of a pore fluid.
@@ -23,12 +23,12 @@ pub struct PoreFluidConstants {
     pub porosity: f64,
     /// Drag per Darcy velocity `ρ_L g / k` (Pa s/m²).
     pub resistance: f64,
-    /// Least pressure, that of cavitation (Pa).
+    /// Least pressure, the cavitation pressure (Pa).
     pub min_pressure: f64,
 }
 
 impl PoreFluidConstants {
-    /// Porosity of a point whose volume has become `volume`: the grains keep theirs.
+    /// Porosity of a point with the current volume `volume`: the volume of the grains is constant.
     #[inline(always)]
     pub fn porosity_at(&self, volume: f64, initial_volume: f64) -> f64 {
         1.0 - (1.0 - self.porosity) * initial_volume / volume
@@ -41,7 +41,7 @@ impl PoreFluidConstants {
         (pressure - self.bulk_modulus * storage).max(self.min_pressure)
     }
 
-    /// Whether a porosity can be followed.
+    /// Whether a porosity is within the valid range.
     #[inline(always)]
     pub fn is_valid_porosity(porosity: f64) -> bool {
         // Written so that NaN counts as a failure.
@@ -50,7 +50,7 @@ impl PoreFluidConstants {
 }
 
 struct_of_arrays! {
-    /// What pore fluid adds to a point.
+    /// Pore-fluid columns of the points.
     pub struct PoreColumns<const D: usize> {
         /// Velocities of the fluid (m/s).
         pub velocity: [f64; D],
@@ -58,16 +58,16 @@ struct_of_arrays! {
         pub pressure: f64,
         /// Forces of prescribed boundary pressures in this step (N); empty where there are none.
         pub traction: [f64; D],
-        /// What it knows of obstacles; empty unless those act on points.
+        /// States of contact with obstacles; empty unless those act on points.
         pub soaked: PoreContactState<D>,
     }
 }
 
-/// The pore fluid of a body, its columns in the order of the body's points.
+/// Pore fluid of a body, with columns in the order of the body's points.
 pub struct PoreSet<const D: usize> {
     /// The fluid; `None` for a dry body beside saturated ones.
     pub fluid: Option<PoreFluidConstants>,
-    /// What it adds to the points.
+    /// Pore-fluid columns of the points.
     pub points: PoreColumns<D>,
 }
 
@@ -83,7 +83,7 @@ pub fn critical_step(fluid: &PoreFluidConstants, n: f64, dry: f64, modulus: f64,
         / (n * dry * density * h * h);
     let product = 16.0 * modulus * bulk_modulus / (dry * density * h.powi(4));
     let fastest = sum + (sum * sum - 4.0 * product).max(0.0).sqrt();
-    // The sheet's form, rid of the difference of large numbers in its numerator.
+    // Form of the sheet without the difference of large numbers in its numerator.
     let step = 8.0 / (2.0 * drag + (4.0 * drag * drag + 8.0 * fastest).sqrt());
     (step, 4.0 * drag * drag > 8.0 * fastest)
 }

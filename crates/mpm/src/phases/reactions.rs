@@ -1,4 +1,4 @@
-//! What obstacles on the nodes bear of skeleton and pore fluid.
+//! Reactions of obstacles on the nodes to skeleton and pore fluid.
 
 use colluvium_grid::NodalState;
 
@@ -7,7 +7,7 @@ use crate::phases::momentum::{PhaseEquilibriumTerms, PhaseMasses, PhaseSolve};
 use crate::phases::pore_fluid::SOLID;
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// Takes what the surfaces do in a step to the active nodes, before that is solved.
+/// Records the reactions of the active nodes in a step, before their solve.
 pub(super) fn record_phase_reactions<const D: usize>(
     bearing: &mut ReactionRecorder,
     solve: &PhaseSolve<'_, D>,
@@ -20,8 +20,8 @@ pub(super) fn record_phase_reactions<const D: usize>(
 }
 
 impl<const D: usize> PhaseSolve<'_, D> {
-    /// Adds the impulses of a node that is not solved yet on the obstacles that are told apart (N s), and the energy that friction
-    /// takes from its skeleton at any of them (J). The skeleton hands on what the obstacle does to the liquid.
+    /// Adds the impulses (N s) of a node before its solve on the obstacles whose reactions are recorded, and the energy (J) that friction
+    /// dissipates from its skeleton at all obstacles. The skeleton transmits the reaction of the liquid.
     fn record_reactions(
         &self,
         index: &[usize; 3],
@@ -45,7 +45,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
         let (mut solved, mut rubbed) = (*node, [0.0; 3]);
         let mut sums = PhaseEquilibriumTerms::default();
         self.node(index, &mut solved, &masses, [0; 2], &mut sums, |face, change, kept| {
-            // Points get the change from start to end: what is taken off the start comes back to them.
+            // Points get the change from start to end, which includes the part removed from the start.
             tell(face.reaction_index, std::array::from_fn(|c| change[c] - kept[c]));
             let along: f64 = (0..3).map(|c| change[c] * face.normal[c]).sum();
             (0..3).for_each(|c| rubbed[c] += change[c] - along * face.normal[c]);

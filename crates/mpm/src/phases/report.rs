@@ -1,4 +1,4 @@
-//! What the pore fluid adds to snapshot and budget.
+//! Pore-fluid part of snapshot and budget.
 
 use colluvium_case::{Budget, Field, FieldData, PhaseBudget, StepLimit, spatial};
 use colluvium_constitutive::SymTensor;
@@ -19,7 +19,7 @@ impl<const D: usize> PointSet<D> {
         })
     }
 
-    /// Pore pressure of a point (Pa), none where it is dry.
+    /// Pore pressure of a point (Pa), zero where it is dry.
     pub fn pore_pressure(&self, point: usize) -> f64 {
         self.pore.as_ref().map_or(0.0, |pore| pore.points.pressure[point])
     }
@@ -40,7 +40,7 @@ impl<const D: usize> PointSet<D> {
 }
 
 impl<const D: usize> MpmSolver<D> {
-    /// Fields of the pore fluid, of points in the given order; NaN on dry ones. None where nothing is saturated.
+    /// Fields of the pore fluid, of points in the given order; NaN on dry ones. Empty where no body is saturated.
     pub(crate) fn pore_fields(&self, order: &[(u32, usize, usize)]) -> Vec<Field> {
         if self.two_phase.is_none() {
             return Vec::new();
@@ -63,7 +63,7 @@ impl<const D: usize> MpmSolver<D> {
         ]
     }
 
-    /// The limit of a point from that of its skeleton's wave: with pore fluid that of both phases.
+    /// Step limit of a point from that of its skeleton's wave; with pore fluid that of both phases.
     #[inline]
     pub(crate) fn phase_limit(
         &self,
@@ -75,9 +75,9 @@ impl<const D: usize> MpmSolver<D> {
         let Some(fluid) = set.pore.as_ref().and_then(|pore| pore.fluid) else { return wave };
         let (n, dry) = (set.porosity(i), set.points.mass[i] / set.points.volume[i]);
         let h = set.domain.as_slice().spacing(i, &self.background.grid_view());
-        // In time over the root of the scale of inertia the equations are those without it, with a weaker drag.
+        // In time over the root of the scale of inertia the equations are the unscaled ones, with a weaker drag.
         let scale = self.clock.options.mass_scaling.sqrt();
-        // Obstacles on points have springs of the fluid as of the skeleton.
+        // Obstacles on points have the same springs for fluid and skeleton.
         let stiffening = if self.boundary.penalty_obstacles.is_some() {
             self.clock.options.obstacle_stiffness_factor()
         } else {

@@ -1,4 +1,4 @@
-//! Pore fluid of a case: the points' share of it, and its walls.
+//! Setup of the pore fluid of a case: columns of the points, and walls.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use crate::{MpmOptions, ShapeFunctions, StressScheme, VelocityTransfer};
 /// Courant number of MUSL in a case with pore fluid that gives none (sheet: mpm §2.10).
 const COURANT: f64 = 0.9;
 
-/// Refuses what two phases cannot honour, and fills in their own default.
+/// Rejects features that two phases do not support, and sets their own default.
 pub fn check_supported(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseError> {
     let refuse = |path: &str, problem: &str| Err(CaseError::new(path, problem));
     if case.bodies.iter().all(|body| body.pore_fluid.is_none()) {
@@ -51,7 +51,7 @@ pub fn check_supported(case: &Case, mut options: MpmOptions) -> Result<MpmOption
              stick, and the fluid passes between them",
         );
     }
-    // The criterion is of the sheet's sequence, which is MUSL; with USL it overshoots at free surfaces.
+    // The criterion belongs to the sheet's sequence, which is MUSL; with USL it overshoots at free surfaces.
     let chosen = case.methods["mpm"].get("courant").is_some();
     let combined = options.step_criterion == StepCriterion::Combined;
     if !chosen && combined && options.stress_update == StressScheme::Musl {
@@ -60,7 +60,7 @@ pub fn check_supported(case: &Case, mut options: MpmOptions) -> Result<MpmOption
     Ok(options)
 }
 
-/// The nodes of both phases; `None` for a case without pore fluid.
+/// Returns the nodes of both phases; `None` for a case without pore fluid.
 pub fn two_phase<const D: usize>(
     case: &Case,
     options: &MpmOptions,
@@ -81,7 +81,7 @@ pub fn two_phase<const D: usize>(
     })
 }
 
-/// The case as its liquid sees it: with smooth walls, where there are impermeable ones.
+/// Returns the case for the liquid: with smooth walls in place of impermeable ones.
 pub fn liquid_case(case: &Case) -> Case {
     let mut liquid = case.clone();
     liquid.boundaries.retain(|boundary| !boundary.drained);
@@ -97,7 +97,7 @@ pub fn liquid_case(case: &Case) -> Case {
     liquid
 }
 
-/// What pore fluid adds to points at `position` of a body, as they are `listed` where they come from a file.
+/// Returns the pore-fluid columns of points at `position` of a body, with `listed` values where they come from a file.
 pub fn pore_set<const D: usize>(
     case: &Case,
     body: &Body,

@@ -1,4 +1,4 @@
-//! The transfers of both phases, and what happens at the points in between (sheet: mpm §3.4).
+//! Transfers of both phases, and the update of points between them (sheet: mpm §3.4).
 
 use colluvium_case::SolverError;
 use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, SymTensor};
@@ -103,8 +103,8 @@ pub(super) fn p2g_phases<const D: usize>(
     apply_phase_nodal_loads(clock, bodies, &boundary.nodal_loads, &boundary.load_starts, &mut phases.nodes);
 }
 
-/// Maps the velocities of the points to the nodes, walls included: the updated ones back (step 6) or, at the `start` of
-/// the step, those that there are.
+/// Maps the velocities of the points to the nodes, including walls: the updated ones (step 6) or, at the `start` of the step, the current
+/// ones.
 pub(super) fn remap_phases<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -163,7 +163,7 @@ pub(super) fn remap_phases<const D: usize>(
     impose_phase_patch_velocity_remapped(clock, background, &boundary.driven, &boundary.contacts, remapped);
 }
 
-/// Grid to point (steps 5, 7–9); returns the largest move along an axis (m).
+/// Grid to point (steps 5, 7–9); returns the largest displacement along an axis (m).
 pub(super) fn update_phases<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -238,7 +238,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         Ok(moved)
     }
 
-    /// Counts how far the fluid seeps through the skeleton, for obstacles on points.
+    /// Adds the seepage displacement of the fluid through the skeleton, for obstacles on points.
     fn add_seepage(
         &self,
         set: &SetProperties<'_, D>,
@@ -256,7 +256,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         }
     }
 
-    /// FLIP and PIC (sheet: mpm §2.6), alike for both phases.
+    /// Velocity update with FLIP and PIC (sheet: mpm §2.6), identical for both phases.
     #[inline(always)]
     fn update_velocity(&self, velocity: &mut [f64; D], read: &InterpolatedMotion<D>) {
         let (flip, dt) = (self.clock.flip, self.clock.dt);
@@ -266,7 +266,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         }
     }
 
-    /// Motions, volumes, pore pressures and domains of a block from what its points have read (steps 7 to 9).
+    /// Computes motions, volumes, pore pressures and domains of a block from the interpolated values of its points (steps 7 to 9).
     #[inline]
     fn deform_phases(
         &self,
@@ -318,7 +318,7 @@ fn update_pore_pressure<const D: usize>(
     Ok(())
 }
 
-/// What a block of points gives to the nodes in two phases.
+/// Contributions of a block of points to the nodes in two phases.
 struct PhaseP2gBuffer<const D: usize> {
     motion: [[Vector4; 2]; BLOCK_SIZE],
     columns: [[[Vector4; D]; 2]; BLOCK_SIZE],

@@ -1,4 +1,4 @@
-//! Volumetric strain of both phases, shared within cells (sheet: mpm §2.17).
+//! Averages of the volumetric strain of both phases within cells (sheet: mpm §2.17).
 
 use colluvium_constitutive::BLOCK_SIZE;
 use colluvium_grid::InterpolatedMotion;
@@ -11,7 +11,7 @@ use crate::points::bodies::Bodies;
 use crate::stress::volumetric_strain::{CellStrains, average_strains};
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// Shares the volumetric strains of the step, phase by phase, where the case asks for it.
+/// Averages the volumetric strains of the step, phase by phase, where the options require it.
 pub(super) fn average_phase_strains<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,

@@ -1,4 +1,4 @@
-//! The points of all bodies.
+//! Points of all bodies.
 
 use std::sync::atomic::AtomicBool;
 
@@ -11,13 +11,13 @@ use crate::points::point_blocks::{BlockReport, BlockUpdateTask, PointBlock, SetP
 use crate::points::point_set::PointSet;
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// The points, body by body.
+/// Points, body by body.
 pub struct Bodies<const D: usize> {
     pub(crate) sets: Vec<PointSet<D>>,
     /// Sum over the steps since the last sort of the largest move along an axis (m).
     pub(crate) travel: f64,
-    /// Whether points have left in the step that are to be taken away; they have no place (NaN). Boxed, so that what a step
-    /// reads is known not to change.
+    /// Whether points have left in the step and are to be removed; their position is NaN. Boxed, so that the data of a step are known to be
+    /// constant.
     pub(crate) any_outside: Box<AtomicBool>,
     /// Largest mass of a point (kg).
     pub(crate) max_point_mass: f64,
@@ -25,7 +25,7 @@ pub struct Bodies<const D: usize> {
 }
 
 impl<const D: usize> Bodies<D> {
-    /// Points that are not sorted yet.
+    /// Returns points that are not sorted yet.
     pub fn new(sets: Vec<PointSet<D>>) -> Self {
         Self {
             sets,
@@ -36,7 +36,7 @@ impl<const D: usize> Bodies<D> {
         }
     }
 
-    /// Mass (kg) up to which a node is too light for forces to mean anything.
+    /// Mass (kg) up to which a node is too light for a meaningful force.
     pub fn mass_cutoff(&self, clock: &Clock) -> f64 {
         clock.options.mass_cutoff() * self.max_point_mass
     }
@@ -47,7 +47,7 @@ impl<const D: usize> Bodies<D> {
         self.travel = 0.0;
     }
 
-    /// Active nodes and slab bounds from the sorted points.
+    /// Finds active nodes and slab bounds from the sorted points.
     pub fn find_active_nodes(&mut self, background: &mut BackgroundGrid<D>) {
         background.layout.clear();
         for set in &mut self.sets {
@@ -57,7 +57,7 @@ impl<const D: usize> Bodies<D> {
             self.sets.iter().flat_map(|set| &set.points.mass).fold(0.0, |a: f64, &b| a.max(b));
     }
 
-    /// Says whether points have left since it was asked last, and takes those away.
+    /// Returns whether points have left since the last call, and removes them.
     pub fn remove_outside_points(&mut self) -> bool {
         let left = std::mem::replace(self.any_outside.get_mut(), false);
         if left {
@@ -66,13 +66,13 @@ impl<const D: usize> Bodies<D> {
         left
     }
 
-    /// Takes away all points but those at places (m) that `keep` names, and bodies without any left.
+    /// Removes all points except those at positions (m) for which `keep` is true, and bodies without points.
     pub fn retain(&mut self, keep: impl Fn(&[f64; D]) -> bool) {
         self.sets.iter_mut().for_each(|set| set.retain(&keep, &mut self.scratch));
         self.sets.retain(|set| set.len() > 0);
     }
 
-    /// Brings points back that left through a periodic side, on the other one.
+    /// Moves points that left through a periodic side to the opposite side.
     pub fn wrap(&mut self, background: &BackgroundGrid<D>) {
         if background.periodic == [false; D] {
             return;
@@ -83,12 +83,12 @@ impl<const D: usize> Bodies<D> {
             wrapped |= wrap([&low, &high], &periodic, &mut set.points.position, &mut set.points.origin);
         }
         if wrapped {
-            // They are in other slabs now.
+            // The points are in other slabs now.
             self.travel = f64::INFINITY;
         }
     }
 
-    /// Updates every block of every body that deforms; returns the largest move along an axis (m).
+    /// Updates every block of every deformable body; returns the largest displacement along an axis (m).
     pub fn update_blocks<R>(
         &mut self,
         clock: &Clock,
@@ -127,7 +127,7 @@ impl<const D: usize> Bodies<D> {
     }
 }
 
-/// The error of a point of a set that cannot be followed.
+/// Returns the error of a point of a set.
 pub fn point_error<const D: usize>(
     clock: &Clock,
     set: &PointSet<D>,

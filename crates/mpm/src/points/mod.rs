@@ -1,6 +1,6 @@
 //! Material points of a body: columns of their state, blocks for parallel work, update of position and deformation.
 //!
-//! Every other room reads them; `stress` and `transfer` change them.
+//! All other modules read them; `stress` and `transfer` change them.
 
 pub(crate) mod bodies;
 pub(crate) mod point_blocks;

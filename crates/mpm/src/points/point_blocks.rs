@@ -1,4 +1,4 @@
-//! Points in blocks, handed to the threads.
+//! Blocks of points for parallel updates.
 
 use std::sync::atomic::AtomicBool;
 
@@ -10,29 +10,28 @@ use crate::phases::pore_fluid::PoreFluidConstants;
 use crate::points::point_set::PointSet;
 use crate::points::right_stretch::right_stretch;
 
-/// What a block of points reports: the largest move along an axis (m), or its first failure.
+/// Report of a block of points: the largest displacement along an axis (m), or its first failure.
 pub type BlockReport = Result<f64, PointFailure>;
 
 /// A point that failed.
 pub struct PointFailure {
     /// Index within its set.
     pub index: usize,
-    /// Why.
+    /// Reason of the failure.
     pub reason: String,
 }
 
-/// Some points, borrowed from the arrays of their set; see [`PointSet`] for what they are. An update gets blocks of
-/// [`BLOCK`] or fewer.
+/// Block of points, borrowed from the arrays of their set; see [`PointSet`] for the columns. An update gets blocks of [`BLOCK`] or fewer.
 pub struct PointBlock<'a, const D: usize> {
     /// Index of the first point within its set.
     pub first: usize,
     /// Positions (m).
     pub position: &'a mut [[f64; D]],
-    /// What displacements are counted from (m).
+    /// Reference positions of displacements (m).
     pub origin: &'a mut [[f64; D]],
     /// Velocities (m/s).
     pub velocity: &'a mut [[f64; D]],
-    /// Velocities of the grid (m/s); empty where points carry no others.
+    /// Velocities of the grid (m/s); empty where points have none of their own.
     pub grid_velocity: &'a mut [[f64; D]],
     /// Volumes.
     pub volume: &'a mut [f64],
@@ -46,54 +45,54 @@ pub struct PointBlock<'a, const D: usize> {
     pub mass: &'a [f64],
     /// Initial volumes.
     pub initial_volume: &'a [f64],
-    /// Displacement gradients that the domains follow later; empty where they follow at once.
+    /// Displacement gradients for a later update of the domains; empty where domains are updated at once.
     pub pending: &'a mut [[[f64; D]; D]],
-    /// Work of the stresses (J); empty where nothing measures it.
+    /// Work of the stresses (J); empty where it is not recorded.
     pub stress_work: &'a mut [f64],
-    /// Velocities of the liquid (m/s); empty without.
+    /// Velocities of the liquid (m/s); empty without liquid.
     pub liquid_velocity: &'a mut [[f64; D]],
     /// Pore pressures (Pa); empty without liquid.
     pub pressure: &'a mut [f64],
-    /// What the liquid knows of obstacles; empty unless those act on points.
+    /// States of contact of the liquid with obstacles; empty unless those act on points.
     pub pore_contact: &'a mut [PoreContactState<D>],
 }
 
-/// Fewest blocks that a thread takes at once, and pieces for each thread where there are more.
+/// Least number of blocks in a task, and number of tasks for each thread where there are more.
 const MIN_BLOCKS_PER_TASK: usize = 4;
 const TASKS_PER_THREAD: usize = 8;
 
-/// What an update of blocks works with, one block after the other: what points read off the grid (`R`), and how they move.
+/// Workspace for an update of blocks, one after the other: interpolated values (`R`) and motions.
 pub struct Workspace<R> {
-    /// What the points read.
+    /// Values interpolated from the grid.
     pub interpolated: [R; BLOCK_SIZE],
-    /// Their motions.
+    /// Motions of the points.
     pub motions: MotionBlock,
 }
 
 impl<R: Copy> Workspace<R> {
-    /// Points that read `nothing` and do not move, in a step (s), with bands of some length (m), of a space of `D` axes.
+    /// Returns points with the interpolated value `nothing` and no motion, in a step (s), with bands of a length (m), in `D` dimensions.
     pub fn at_rest<const D: usize>(nothing: R, dt: f64, band: f64) -> Self {
         Self { interpolated: [nothing; BLOCK_SIZE], motions: MotionBlock::at_rest(dt, band, D < 3) }
     }
 }
 
-/// What is done to blocks: where to begin, and what to do to each.
+/// Update of blocks: initial workspace, and function for each block.
 pub struct BlockUpdateTask<'a, R, const D: usize> {
-    /// What threads work with at the start.
+    /// Returns the initial workspace of a thread.
     pub new_workspace: &'a (dyn Fn() -> Workspace<R> + Sync),
-    /// What is done to a block.
+    /// Updates a block.
     pub block: &'a BlockUpdate<'a, R, D>,
 }
 
-/// What is done to a block.
+/// Function that updates a block.
 type BlockUpdate<'a, R, const D: usize> =
     dyn Fn(&mut PointBlock<'_, D>, &mut Workspace<R>) -> BlockReport + Sync + 'a;
 
 impl<'a, const D: usize> PointBlock<'a, D> {
-    /// Takes the first `blocks` blocks off.
+    /// Splits off the first `blocks` blocks.
     fn take(&mut self, blocks: usize) -> Self {
         let points = blocks * BLOCK_SIZE;
-        // Arrays that there are none of stay empty.
+        // Absent arrays are empty.
         fn front<'a, T>(values: &mut &'a mut [T], count: usize) -> &'a mut [T] {
             values.split_off_mut(..count).unwrap_or_default()
         }
@@ -119,11 +118,11 @@ impl<'a, const D: usize> PointBlock<'a, D> {
         }
     }
 
-    /// Calls `update` for every block, in parallel; returns the largest move or the first failure. A call a block costs
-    /// nothing beside the block, and the loop is compiled once for all updates that read the same.
+    /// Calls `update` for every block, in parallel; returns the largest displacement or the first failure. The cost of a call is small
+    /// beside the block, and the loop is compiled once for all updates with the same interpolated values.
     pub fn update<R>(self, update: &BlockUpdateTask<'_, R, D>) -> BlockReport {
         let (blocks, threads) = (self.states.len(), rayon::current_num_threads());
-        // One thread shares with no other.
+        // A single thread needs no small tasks.
         let grain = if threads > 1 {
             (blocks / (TASKS_PER_THREAD * threads)).max(MIN_BLOCKS_PER_TASK)
         } else {
@@ -149,13 +148,13 @@ impl<'a, const D: usize> PointBlock<'a, D> {
 }
 
 impl<const D: usize> PointBlock<'_, D> {
-    /// The points, for a sweep.
+    /// Returns the points for a sweep.
     #[inline(always)]
     pub fn point_slice<'b>(&'b self, extent: &'b [f64; D]) -> PointSlice<'b, D> {
         PointSlice { position: self.position, domain: self.domain.as_slice(), extent }
     }
 
-    /// The domains of the points follow their motions in the step, now or when the step is over.
+    /// Updates the domains of the points with their motions in the step, now or at the end of the step.
     pub fn update_domains(&mut self, motions: &MotionBlock) {
         let (later, count) = (!self.pending.is_empty(), self.position.len());
         if !later && !self.domain.are_deformable() {
@@ -175,7 +174,7 @@ impl<const D: usize> PointBlock<'_, D> {
         }
     }
 
-    /// The failure of the first point that has one: `failure`, or a domain that can no longer be honoured.
+    /// Failure of the first point that has one: `failure`, or an invalid domain.
     pub fn first_failure(
         &self,
         failure: Option<PointFailure>,
@@ -191,14 +190,14 @@ impl<const D: usize> PointBlock<'_, D> {
         }
     }
 
-    /// The domains follow the motion that [`PointBlock::update_domains`] kept, if it did.
+    /// Updates the domains with the motion that [`PointBlock::update_domains`] stored, if any.
     pub fn apply_pending_domains(&mut self) {
         self.domain.update_deformation(self.pending, right_stretch);
     }
 }
 
 impl<const D: usize> PointSet<D> {
-    /// All points.
+    /// Returns all points as one block.
     pub fn as_block(&mut self) -> PointBlock<'_, D> {
         let (liquid_velocity, pressure, soaked) = match &mut self.pore {
             Some(pore) => {
@@ -228,11 +227,11 @@ impl<const D: usize> PointSet<D> {
     }
 }
 
-/// What all points of a set share.
+/// Properties that all points of a set share.
 pub struct SetProperties<'a, const D: usize> {
-    /// The law.
+    /// Material law.
     pub material: &'a dyn colluvium_constitutive::Material,
-    /// Initial full widths (m).
+    /// Initial full widths of the points (m).
     pub extent: [f64; D],
     /// Index into `Case::bodies`.
     pub body: u32,
@@ -240,19 +239,19 @@ pub struct SetProperties<'a, const D: usize> {
     pub field: usize,
     /// Whether points carry an affine velocity field.
     pub has_affine_field: bool,
-    /// Whether points look at the grid from where they were at the start.
+    /// Whether points use their initial positions on the grid.
     pub reference_configuration: bool,
     /// The pore fluid, if any.
     pub fluid: Option<PoreFluidConstants>,
     /// Whether the law is one of fluids.
     pub is_fluid: bool,
-    /// Whether points that leave are taken away.
+    /// Whether points that leave are removed.
     pub remove_outside: bool,
-    /// Where it is noted that points have left.
+    /// Flag that points have left.
     pub any_outside: &'a AtomicBool,
 }
 
-/// Keeps the larger move, or the failure with the lowest index.
+/// Returns the larger displacement, or the failure with the lowest index.
 fn combine_reports(a: BlockReport, b: BlockReport) -> BlockReport {
     match (a, b) {
         (Ok(a), Ok(b)) => Ok(a.max(b)),

@@ -17,10 +17,10 @@ use crate::obstacles::penalty_state::PenaltyState;
 use crate::phases::pore_fluid::PoreSet;
 use crate::points::right_stretch::right_stretch;
 
-/// Points handled at once by [`par_for_each_chunk`].
+/// Number of points in a chunk of [`par_for_each_chunk`].
 pub const CHUNK_POINTS: usize = 256;
 
-/// Calls `visit` for chunks of points with what `values` has for them, in parallel.
+/// Calls `visit` for chunks of points and their `values`, in parallel.
 pub fn par_for_each_chunk<const D: usize, T: Send>(
     values: &mut [T],
     points: &PointSlice<'_, D>,
@@ -33,15 +33,15 @@ pub fn par_for_each_chunk<const D: usize, T: Send>(
 }
 
 struct_of_arrays! {
-    /// What a point is.
+    /// State of the points, by column.
     pub struct PointColumns<const D: usize> {
-        /// Ids, the same for life.
+        /// Ids, constant during the run.
         pub id: u32,
         /// Positions (m).
         pub position: [f64; D],
         /// Velocities (m/s).
         pub velocity: [f64; D],
-        /// Velocities with which the grid moved them in the last step (m/s), where they carry others (FLIP, XPIC); empty otherwise.
+        /// Velocities of the grid at the points in the last step (m/s), where points have their own (FLIP, XPIC); empty otherwise.
         pub seen: [f64; D],
         /// Masses (kg).
         pub mass: f64,
@@ -51,34 +51,34 @@ struct_of_arrays! {
         pub initial_volume: f64,
         /// Cauchy stresses (Pa).
         pub stress: SymTensor as [f64; 6],
-        /// Positions from which displacement is counted (m).
+        /// Reference positions of displacements (m).
         pub origin: [f64; D],
-        /// Sum of the forces of loads in this step (N); empty where the body carries none.
+        /// Sum of the forces of loads in this step (N); empty where the body has none.
         pub traction: [f64; D],
         /// For the affine transfers, empty otherwise: moment `Σ N v (x_i - x_p)ᵀ` of the velocity (APIC, m²/s) or its
         /// gradient (TPIC, 1/s); row `i`, column `j`.
         pub affine: SquareMatrix<D>,
-        /// Room for a vector a point, where the transfer needs one.
+        /// Workspace for a vector a point, where the transfer needs one.
         pub scratch: [f64; D],
-        /// Where stress comes before forces and domains stretch: the displacement gradient that the domains follow when
-        /// the step is over, so that all its weights are those of its beginning (sheet: mpm P-04); empty otherwise.
+        /// Where stress comes before forces and domains stretch: displacement gradient for the update of the domains at the end of the
+        /// step, so that all weights are those of its beginning (sheet: mpm P-04); empty otherwise.
         pub pending: SquareMatrix<D>,
-        /// Energy stored at the start and work of the stress since (J); empty where nothing measures it.
+        /// Energy stored at the start and work of the stress since (J); empty where it is not recorded.
         pub work: f64,
-        /// What they know of obstacles that act on points; empty without any.
+        /// States of contact with obstacles that act on points; empty without any.
         pub pressed: PenaltyState<D>,
     }
 }
 
-/// All points of one body, in the order of the last sort.
+/// Points of one body, in the order of the last sort.
 pub struct PointSet<const D: usize> {
     /// Index into `Case::bodies`.
     pub body: u32,
-    /// Velocity field of the grid that the body has: 0 for all bodies that no contact separates.
+    /// Velocity field of the body on the grid: 0 for all bodies that no contact separates.
     pub field: usize,
-    /// Number of the rigid body among what is driven; `None` for a body that deforms.
+    /// Index of the rigid body among the driven objects; `None` for a deformable body.
     pub rigid: Option<usize>,
-    /// The law.
+    /// Material law.
     pub material: Arc<dyn Material>,
     /// Initial full width of every point's domain (m).
     pub extent: [f64; D],
@@ -86,17 +86,17 @@ pub struct PointSet<const D: usize> {
     pub points: PointColumns<D>,
     /// States of the law.
     pub states: States,
-    /// What the points know of their domains.
+    /// Domains of the points.
     pub domain: Domains<D>,
     /// Loads on the points.
     pub loads: Vec<SurfaceLoad<D>>,
-    /// What pore fluid adds; `None` in a case without.
+    /// Pore fluid; `None` in a case without.
     pub pore: Option<PoreSet<D>>,
     /// Bounds of the slabs within the columns.
     pub slabs: Vec<usize>,
 }
 
-/// The least volume of a point over its initial one (pitfall P-09).
+/// Least volume of a point over its initial one (pitfall P-09).
 pub const MIN_VOLUME_RATIO: f64 = 0.1;
 
 impl<const D: usize> PointSet<D> {
@@ -116,31 +116,31 @@ impl<const D: usize> PointSet<D> {
             + size_of_val(&self.slabs[..])
     }
 
-    /// The points as their law sees them.
+    /// Returns the points as input of their law.
     pub fn law_points(&self) -> LawPoints<'_> {
         LawPoints { material: &*self.material, stress: &self.points.stress, states: &self.states }
     }
 
-    /// How many points have the least volume.
+    /// Number of points at the least volume.
     pub fn points_at_min_volume(&self) -> usize {
         let least = |(volume, initial): &(&f64, &f64)| **volume <= MIN_VOLUME_RATIO * **initial;
         self.points.volume.iter().zip(&self.points.initial_volume).filter(least).count()
     }
 
-    /// All points, for a sweep.
+    /// Returns all points for a sweep.
     #[inline(always)]
     pub fn point_slice(&self) -> PointSlice<'_, D> {
         PointSlice { position: &self.points.position, domain: self.domain.as_slice(), extent: &self.extent }
     }
 
-    /// The points of a slab in blocks of [`BLOCK`] or fewer, by their numbers.
+    /// Returns the points of a slab in blocks of [`BLOCK`] or fewer, as ranges of indices.
     #[inline(always)]
     pub fn blocks_of(&self, slab: usize) -> impl Iterator<Item = Range<usize>> {
         let (start, end) = (self.slabs[slab], self.slabs[slab + 1]);
         (start..end).step_by(BLOCK_SIZE).map(move |first| first..(first + BLOCK_SIZE).min(end))
     }
 
-    /// Where the points look at the grid from (m).
+    /// Positions (m) at which the points evaluate shape functions.
     pub fn evaluation_positions(&self) -> Cow<'_, [[f64; D]]> {
         self.domain.evaluation_positions(&self.points.position)
     }
@@ -154,7 +154,7 @@ impl<const D: usize> PointSet<D> {
         self.reorder(&order, spare);
     }
 
-    /// Keeps the points of which `keep` approves, by their place.
+    /// Keeps the points at whose position `keep` is true.
     pub fn retain(&mut self, keep: impl Fn(&[f64; D]) -> bool, spare: &mut ScratchBuffers) {
         let kept = |i: &u32| keep(&self.points.position[*i as usize]);
         let order: Vec<u32> = (0..self.len() as u32).filter(kept).collect();
@@ -163,7 +163,7 @@ impl<const D: usize> PointSet<D> {
         }
     }
 
-    /// Point `i` becomes what point `order[i]` was; points that `order` does not name vanish.
+    /// Reorders the points: point `i` was point `order[i]`; points absent from `order` are removed.
     fn reorder(&mut self, order: &[u32], spare: &mut ScratchBuffers) {
         let all = 0..self.len();
         self.domain.reorder(order);
@@ -177,10 +177,10 @@ impl<const D: usize> PointSet<D> {
         self.points.reorder(order, spare);
     }
 
-    /// Writes everything that changes, for a checkpoint.
+    /// Writes the state that changes during a run, for a checkpoint.
     ///
     /// # Errors
-    /// When `out` refuses.
+    /// When `out` fails.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         self.points.write(out)?;
         write_column(&self.material.save(&self.states), |byte| byte, out)?;
@@ -194,15 +194,15 @@ impl<const D: usize> PointSet<D> {
         write_column(&self.slabs, |bound| bound as u64, out)
     }
 
-    /// Takes what [`PointSet::write`] has written.
+    /// Reads the output of [`PointSet::write`].
     ///
     /// # Errors
-    /// When the bytes end early or are those of another set, with what does not fit.
+    /// When the bytes end early or belong to another set; the error names the mismatch.
     pub fn read(&mut self, input: &mut dyn Read) -> io::Result<()> {
         let mut points = PointColumns::default();
         points.read(input)?;
         if self.points.work.is_empty() {
-            // Nothing measures it any more.
+            // No longer recorded.
             points.work.clear();
         }
         if !points.uses_columns_of(&self.points) {

@@ -1,4 +1,4 @@
-//! What happens at the points between the transfers (sheet: mpm §3.3, steps 5 and 7 to 9).
+//! Update of points between the transfers (sheet: mpm §3.3, steps 5 and 7 to 9).
 
 use std::sync::atomic::Ordering;
 
@@ -20,7 +20,7 @@ use crate::stress::dual_domain::{DualDomainNodes, average_velocity_gradients};
 use crate::stress::volumetric_strain::{CellStrains, own_strain_shares, set_volumetric};
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// What changes at the points in a sweep.
+/// Selection of the state that a sweep updates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UpdateSelection {
     /// Velocities.
@@ -31,27 +31,27 @@ pub struct UpdateSelection {
     pub position: bool,
 }
 
-/// How a point has moved in a step.
+/// Displacement of a point in a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Displacement {
-    /// Largest move along an axis (m).
+    /// Largest component along an axis (m).
     pub step: f64,
-    /// First coordinate of where it was (m).
+    /// First coordinate before the step (m).
     pub radius: f64,
 }
 
 impl UpdateSelection {
-    /// Nothing changes.
+    /// No update.
     pub const NONE: Self = Self { velocity: false, stress: false, position: false };
-    /// Everything does.
+    /// Update of all state.
     pub const ALL: Self = Self { velocity: true, stress: true, position: true };
-    /// Velocities do.
+    /// Update of velocities.
     pub const VELOCITY: Self = Self { velocity: true, ..Self::NONE };
-    /// Deformation, volume, stress and state do.
+    /// Update of deformation, volume, stress and state.
     pub const STRESS: Self = Self { stress: true, ..Self::NONE };
 }
 
-/// Grid to point (steps 5, 7–9); returns the largest move along an axis (m).
+/// Grid to point (steps 5, 7–9); returns the largest displacement along an axis (m).
 pub fn update_points<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -78,15 +78,15 @@ pub fn update_points<const D: usize>(
     })
 }
 
-/// What an update of points reads.
+/// Input of an update of points.
 pub struct PointUpdater<'a, const D: usize> {
-    /// The step.
+    /// Clock of the step.
     pub clock: &'a Clock,
-    /// Where points and nodes are.
+    /// Background grid.
     pub background: &'a BackgroundGrid<D>,
-    /// Volumetric strains that points share.
+    /// Averaged volumetric strains.
     pub strains: &'a CellStrains,
-    /// Whether a wall stands on the lower and on the upper side of the domain, per axis.
+    /// Whether there is a wall on the lower and on the upper side of the domain, per axis.
     pub has_wall: &'a [[bool; 2]; D],
 }
 
@@ -152,7 +152,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         Ok(moved)
     }
 
-    /// Motions, volumes and domains of a block from what its points have read (steps 7, 8).
+    /// Computes motions, volumes and domains of a block from the interpolated values of its points (steps 7, 8).
     #[inline]
     fn deform(
         &self,
@@ -173,7 +173,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         self.change_volumes(set, block, motions, None)
     }
 
-    /// Motions of the step from what the points of a block have read.
+    /// Returns the motions of the step from the interpolated values of a block.
     #[inline(always)]
     pub fn find_motions<'a>(
         &self,
@@ -197,15 +197,15 @@ impl<const D: usize> PointUpdater<'_, D> {
         }
     }
 
-    /// Gives a point the volumetric strain `dilation` but for the share `kept` of its own.
+    /// Sets the volumetric strain of a point to `dilation`, except for the share `kept` of its own.
     pub fn set_dilation(&self, motions: &mut MotionBlock, p: usize, dilation: f64, kept: f64) {
         let mut motion = motions.motion(p);
         set_volumetric(&mut motion, self.background.normal_strains(), dilation, kept);
         motions.set(p, &motion);
     }
 
-    /// Volumes, densities and domains of a block from its motions; the failure of the first point that turns inside out, has
-    /// `failed` or has a domain that can no longer be honoured.
+    /// Updates volumes, densities and domains of a block from its motions; returns the failure of the first point that inverts, has
+    /// `failed` or has an invalid domain.
     #[inline(always)]
     pub fn change_volumes(
         &self,
@@ -222,7 +222,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         block.first_failure(failure, &set.extent, self.background.grid.cell)
     }
 
-    /// A point without stress does not grow beyond the cap, and none shrinks below a tenth (sheet: mpm §2.8, pitfall P-09).
+    /// Limits the volumes: at most the cap for a point without stress, at least a tenth of the initial one (sheet: mpm §2.8, pitfall P-09).
     #[inline]
     pub fn cap_volumes(&self, volumes: &mut [f64], initial: &[f64], stresses: &[SymTensor]) {
         let cap = self.clock.options.volume_cap;
@@ -235,7 +235,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         }
     }
 
-    /// Moves a point with `velocity` (m/s), or what its displacement is counted from where points keep their places.
+    /// Moves a point with `velocity` (m/s), or its reference position where points are fixed.
     #[inline(always)]
     pub fn move_point(&self, block: &mut PointBlock<'_, D>, p: usize, velocity: &[f64; 4]) -> Displacement {
         let dt = self.clock.dt;
@@ -252,9 +252,9 @@ impl<const D: usize> PointUpdater<'_, D> {
         Displacement { step, radius }
     }
 
-    /// Looks at where the points of a block have come: refuses moves that cannot be right, keeps them off the axis, puts back
-    /// what round-off carried through a wall on a side of the domain, and leaves those without a place (NaN) that have left a
-    /// body which lets them. Returns the largest move along an axis (m).
+    /// Checks the new positions of a block: rejects displacements that are too large, keeps points off the axis, and moves points back that
+    /// round-off carried through a wall on a side of the domain. Points that have left a body that allows it get the position NaN. Returns
+    /// the largest displacement along an axis (m).
     #[inline(never)]
     pub fn check_positions(
         &self,
@@ -299,7 +299,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         Ok(moved)
     }
 
-    /// Puts a point that is beyond walls on sides of the domain back onto them.
+    /// Moves a point beyond walls on sides of the domain back onto them.
     fn project_onto_walls(&self, position: &mut [f64; D]) -> Result<(), String> {
         for axis in (0..D).filter(|axis| !self.background.periodic[*axis]) {
             let (low, high) = (self.background.grid.origin[axis], self.background.upper[axis]);
@@ -314,7 +314,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         Ok(())
     }
 
-    /// Shared volumetric strains of skeleton and liquid at a point of a body.
+    /// Averaged volumetric strains of skeleton and liquid at a point of a body.
     #[inline(always)]
     pub fn shared_strain(&self, body: u32, points: &PointSlice<'_, D>, p: usize) -> [f64; 2] {
         let cell = points.domain.cell(p, &self.background.grid_view(), &points.position[p]);

@@ -1,4 +1,4 @@
-//! How domains stretch that do so with the right stretch tensor (sheet: mpm §2.5c).
+//! Stretch of point domains by the right stretch tensor (sheet: mpm §2.5c).
 
 use colluvium_constitutive::SymTensor;
 use colluvium_grid::SquareMatrix;
@@ -28,7 +28,7 @@ mod tests {
     use super::*;
     use colluvium_grid::{PointDomain, RightStretchDomain, StretchingDomain};
 
-    /// Turns a point by `angle` (rad) about z in `steps` steps of exact rotation.
+    /// Rotates a point by `angle` (rad) about z in `steps` steps of exact rotation.
     fn turned<const D: usize, P: PointDomain<D>>(mut domain: P, angle: f64, steps: usize) -> P {
         let (s, c) = (angle / steps as f64).sin_cos();
         let mut gradient = [[0.0; D]; D];
@@ -60,7 +60,7 @@ mod tests {
             let solid = turned::<3, _>(RightStretchDomain::default(), angle, 100);
             close(solid.extent(&[0.5; 3], 1.0), [0.5; 3], 1e-12);
         }
-        // What follows the diagonal of the deformation gradient is gone after a quarter turn.
+        // A domain with the diagonal of the deformation gradient has vanished after a quarter turn.
         let gone = turned::<2, _>(StretchingDomain::default(), std::f64::consts::FRAC_PI_2, 100);
         close(gone.extent(&[0.5, 0.5], 1.0), [1e-3; 2], 1e-12);
     }
@@ -72,7 +72,7 @@ mod tests {
         close(stretched::<1, RightStretchDomain<1>>([0.6]).extent(&[0.5], 1.0), [0.3], 1e-15);
         let solid: RightStretchDomain<3> = stretched([1.5, 0.6, 1.1]);
         close(solid.extent(&[0.5; 3], 1.0), [0.75, 0.3, 0.55], 1e-14);
-        // Turned afterwards it keeps the widths it had: those of the axes of the start.
+        // After the rotation it has the widths that it had: those of the initial axes.
         close(turned(solid, 1.0, 50).extent(&[0.5; 3], 1.0), [0.75, 0.3, 0.55], 1e-12);
     }
 

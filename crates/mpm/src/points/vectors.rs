@@ -2,7 +2,7 @@
 
 use colluvium_grid::Vector4;
 
-/// A vector and a fourth number.
+/// Returns the vector of a space vector and a fourth number.
 #[inline(always)]
 pub fn vector4<const D: usize>(vector: &[f64; D], fourth: f64) -> Vector4 {
     let at = |c: usize| if c < D { vector[c] } else { 0.0 };
@@ -14,12 +14,12 @@ pub fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Length.
+/// Length of a vector.
 pub fn norm(a: &[f64; 3]) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// The first three lanes.
+/// First three lanes.
 pub fn first_three(lanes: Vector4) -> [f64; 3] {
     let [x, y, z, _] = lanes.to_array();
     [x, y, z]

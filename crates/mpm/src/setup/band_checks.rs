@@ -1,4 +1,4 @@
-//! What laws with bands ask of the cells.
+//! Checks of the cell size for laws with localisation bands.
 
 use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::MaterialSpec;
@@ -6,7 +6,7 @@ use colluvium_constitutive::laws::DoubleScaleSpec;
 
 use crate::MpmOptions;
 
-/// Refuses cells whose bands snap back. Elements of a mesh are judged when a band begins.
+/// Rejects cells whose bands snap back. Elements of a mesh are checked when a band begins.
 pub(super) fn check_bands(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     for body in case.bodies.iter().filter(|body| !body.rigid && options.mesh.is_none()) {
         let law = case.materials.get(&body.material).and_then(MaterialSpec::double_scale);

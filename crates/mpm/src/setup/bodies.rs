@@ -1,4 +1,4 @@
-//! From bodies to points.
+//! Sampling of bodies by points.
 
 use colluvium_case::bodies::law_points::InitialLawState;
 use colluvium_case::description::{Body, Space};
@@ -12,10 +12,10 @@ use crate::transfer::background_grid::BackgroundGrid;
 use crate::transfer::unstructured_mesh;
 use crate::{MpmOptions, StressScheme};
 
-/// Beyond this many points the ids no longer fit.
+/// Maximum number of points, by the range of ids.
 const MOST_POINTS: usize = u32::MAX as usize;
 
-/// The points of body number `number`, their ids from `first_id` on; `wet` where any body has a fluid in its pores.
+/// Returns the points of body `number`, with ids from `first_id` on; `wet` where any body has a pore fluid.
 pub(super) fn point_set<const D: usize>(
     case: &Case,
     options: &MpmOptions,
@@ -87,13 +87,13 @@ fn domains<const D: usize>(
     Ok(domains)
 }
 
-/// Whether the points that are set in a body lie on a lattice, all of one width.
+/// Whether the points of a body lie on a lattice and have the same width.
 fn on_lattice(body: &Body) -> bool {
     !body.shape.follows_terrain() && body.sampling.is_lattice()
 }
 
-/// Full width of every point of a body (m); in elements, and of points that are `listed` or in rows, the mean one of squares
-/// or cubes of their volume.
+/// Full width of every point of a body (m); in elements, and of points that are `listed` or in rows, the mean width of squares or cubes of
+/// their volume.
 fn width<const D: usize>(
     ground: &GridView<'_, D>,
     options: &MpmOptions,
@@ -104,7 +104,7 @@ fn width<const D: usize>(
         return ground.grid.cell / options.points_per_cell as f64;
     }
     let volume = samples.iter().map(|sample| sample.volume).sum::<f64>() / samples.len() as f64;
-    // Shape functions reach no farther than points as wide as a cell.
+    // The range of shape functions is that of points as wide as a cell at most.
     let width = volume.powf(1.0 / D as f64);
     if listed { width.min(ground.grid.cell) } else { width }
 }

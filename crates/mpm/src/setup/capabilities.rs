@@ -1,10 +1,10 @@
-//! What MPM says to the features of a case.
+//! Capabilities of MPM for the features of a case.
 
 use colluvium_case::{Capabilities, Case, CaseError};
 
 use crate::{LagrangianFormulation, MpmOptions, NodalMass, ObstacleCoupling, ShapeFunctions};
 
-/// What MPM takes of a case beyond what all methods with points do.
+/// Features that MPM supports beyond those of all methods with points.
 const SUPPORTED: [&str; 44] = [
     "space=axisymmetric",
     "domain.origin",
@@ -52,7 +52,7 @@ const SUPPORTED: [&str; 44] = [
     "measures=dissipation",
 ];
 
-/// What MPM with the options of the case says to its features.
+/// Returns the capabilities of MPM with the options of the case.
 pub fn capabilities(case: &Case) -> Result<Capabilities, CaseError> {
     let options = crate::setup::options(case)?;
     let mut honours = Capabilities::for_point_methods("mpm").supports(&SUPPORTED).rejects(
@@ -100,7 +100,7 @@ pub fn capabilities(case: &Case) -> Result<Capabilities, CaseError> {
     Ok(honours)
 }
 
-/// What rigid bodies that move freely do not go with.
+/// Rejects features and options that do not work with free rigid bodies.
 fn restrict_free_rigid(honours: Capabilities, options: &MpmOptions) -> Capabilities {
     let name = "a rigid body that moves freely (a null in the velocity of its motion, or `turns`)";
     let on_nodes = options.obstacles == ObstacleCoupling::Nodes;
@@ -119,7 +119,7 @@ fn restrict_free_rigid(honours: Capabilities, options: &MpmOptions) -> Capabilit
     honours
 }
 
-/// The consistent mass matrix couples all nodes.
+/// Rejects features that do not work with a consistent mass matrix, which couples all nodes.
 fn restrict_consistent_mass(honours: Capabilities) -> Capabilities {
     without_driven(honours, "mpm with mass consistent")
         .rejects("domain.periodic", "with mass consistent a periodic domain is not available")

@@ -1,4 +1,4 @@
-//! Defaults that depend on the case. What the case file gives stands.
+//! Defaults that depend on the case. Values of the case file are not changed.
 
 use colluvium_case::Case;
 use colluvium_case::description::{Body, Space};
@@ -9,25 +9,25 @@ use crate::{
     VolumetricStrain,
 };
 
-/// Points per cell and direction of liquids: with fewer, splashes fall apart into single points.
+/// Points per cell and direction of liquids: with fewer, splashes separate into single points.
 const POINTS_OF_LIQUIDS: usize = 3;
 /// Fill ratio of cells below which liquids carry no stress (Anura3D manual 2021, after eq. 6.40).
 const FREE_SURFACE_OF_LIQUIDS: f64 = 0.7;
 
-/// Whether a body is of a Newtonian liquid.
+/// Whether the material of a body is a Newtonian liquid.
 fn is_newtonian(case: &Case, body: &Body) -> bool {
     let material = case.materials.get(&body.material);
     matches!(material, Some(MaterialSpec::NewtonianFluid(_))) && body.pore_fluid.is_none()
 }
 
-/// Whether all bodies that deform are Newtonian liquids.
+/// Whether all deformable bodies are Newtonian liquids.
 fn is_liquid(case: &Case) -> bool {
     let mut soft = case.bodies.iter().filter(|body| !body.rigid).peekable();
     soft.peek().is_some() && soft.all(|body| is_newtonian(case, body))
 }
 
-/// Numbers of the liquid bodies in velocity fields in which all bodies are liquids: those that contacts name, each with a field of its
-/// own, and the others if all of them are liquids.
+/// Numbers of the liquid bodies in velocity fields in which all bodies are liquids: those named by contacts, each with a field of its own,
+/// and the others if all of them are liquids.
 fn liquids_in_fields(case: &Case, options: &MpmOptions) -> Vec<usize> {
     let is_named = |body: &Body| options.contacts.iter().any(|contact| contact.bodies.contains(&body.name));
     let mut shared = case.bodies.iter().filter(|body| !body.rigid && !is_named(body));
@@ -36,16 +36,16 @@ fn liquids_in_fields(case: &Case, options: &MpmOptions) -> Vec<usize> {
     (0..case.bodies.len()).filter(|number| own(&case.bodies[*number])).collect()
 }
 
-/// Whether liquids may have an affine transfer: the case names no other, and none of what it asks for excludes one.
+/// Whether liquids may have an affine transfer: the case names no other, and none of its options excludes one.
 fn may_use_affine(options: &MpmOptions, given: &dyn Fn(&str) -> bool) -> bool {
     let of_flip = ["transfer", "flip", "stage_flip", "residual_time", "xpic_order"];
-    // With shared volumetric strains and two points a cell TPIC makes energy in a liquid at rest.
+    // With averaged volumetric strains and two points a cell TPIC adds energy to a liquid at rest.
     let own = options.volumetric_strain == VolumetricStrain::Point;
     let affine = own && options.shape != ShapeFunctions::DualDomain && options.mass == NodalMass::Lumped;
     affine && !of_flip.into_iter().any(given)
 }
 
-/// Gives liquids a free surface where it is available.
+/// Sets a free surface for liquids where it is available.
 fn set_free_surface(case: &Case, options: &mut MpmOptions, given: &dyn Fn(&str) -> bool) {
     let opens = case.domain.periodic.is_empty() && case.space != Space::Axisymmetric;
     if !given("free_surface") && opens {
@@ -53,7 +53,7 @@ fn set_free_surface(case: &Case, options: &mut MpmOptions, given: &dyn Fn(&str) 
     }
 }
 
-/// Gives liquids beside other bodies what each body can have of its own: TPIC and a free surface.
+/// Sets TPIC and a free surface for liquids beside other bodies, where each body can have its own.
 fn set_liquid_fields(case: &Case, options: &mut MpmOptions, given: &dyn Fn(&str) -> bool) {
     let liquids = liquids_in_fields(case, options);
     if liquids.is_empty() {
@@ -65,7 +65,7 @@ fn set_liquid_fields(case: &Case, options: &mut MpmOptions, given: &dyn Fn(&str)
     }
 }
 
-/// Gives the options that the case leaves out what fits its bodies, and turns a `free_surface` of 0 into none.
+/// Sets the defaults of absent options for the bodies of the case, and removes a `free_surface` of 0.
 pub(super) fn set_case_defaults(case: &Case, options: &mut MpmOptions) {
     let given = |key: &str| case.methods.get("mpm").is_some_and(|mpm| mpm.get(key).is_some());
     options.liquid_bodies.clear();

@@ -1,9 +1,9 @@
-//! How high bodies are, and how long a fall takes.
+//! Height of bodies and time of a fall.
 
 use colluvium_case::Case;
 use colluvium_case::description::Body;
 
-/// Height of a body along gravity at the start (m); nothing without gravity.
+/// Height of a body along gravity at the start (m); zero without gravity.
 pub fn body_height(case: &Case, body: &Body) -> f64 {
     let (low, high) = body.shape.bounds(case.dimension());
     let along = (0..case.dimension()).map(|axis| (high[axis] - low[axis]) * case.gravity[axis].abs());
@@ -11,7 +11,7 @@ pub fn body_height(case: &Case, body: &Body) -> f64 {
     if gravity > 0.0 { along.sum::<f64>() / gravity } else { 0.0 }
 }
 
-/// The time in which what is as high as the bodies falls, `√(H/g)` (s); none without gravity.
+/// Time of a free fall through the height of the bodies, `√(H/g)` (s); `None` without gravity.
 pub fn time_of_fall(case: &Case) -> Option<f64> {
     let highest = case.bodies.iter().filter(|body| !body.rigid).map(|body| body_height(case, body));
     let time = (highest.fold(0.0, f64::max) / case.gravity_magnitude()).sqrt();

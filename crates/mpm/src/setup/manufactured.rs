@@ -15,8 +15,8 @@ use crate::transfer::dimension_dispatch::SelectedTransfers;
 use crate::{Mpm, MpmOptions, setup};
 
 impl Mpm {
-    /// The solver of a case under a manufactured solution. Displacements in its snapshots count from where the points
-    /// of the free body are.
+    /// Returns the solver of a case under a manufactured solution. Displacements in its snapshots are relative to the positions of the
+    /// undeformed body.
     ///
     /// # Errors
     /// As for building the case itself; and when the law refuses the deformation at the start.

@@ -1,4 +1,4 @@
-//! From a case to a solver: refuses what the method cannot honour, by JSON path.
+//! Construction of a solver from a case: rejects unsupported features, by JSON path.
 
 mod band_checks;
 mod bodies;
@@ -57,7 +57,7 @@ use warnings::warnings;
 /// (docs/benchmarks/2026-11-22-mpm).
 const UPDATES_PER_SECOND: [f64; 2] = [12e6, 7e6];
 
-/// The options of the case, checked.
+/// Returns the validated options of the case.
 pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
     if !case.methods.contains_key("mpm") {
         let problem = "is missing: the material point method needs at least its `cell_size` (m)";
@@ -81,14 +81,14 @@ pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
     Ok(options)
 }
 
-/// The grid of the case.
+/// Returns the grid of the case.
 pub fn grid<const D: usize>(case: &Case, options: &MpmOptions) -> Result<Grid<D>, CaseError> {
     let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
     Grid::new(corner(&case.domain.min), corner(&case.domain.max), options.cell_size)
         .map_err(|error| CaseError::new("methods.mpm.cell_size", error.to_string()))
 }
 
-/// The nodes of the case.
+/// Returns the layout of the nodes of the case.
 pub fn layout<const D: usize>(
     case: &Case,
     grid: &Grid<D>,
@@ -110,7 +110,7 @@ pub fn layout<const D: usize>(
     })
 }
 
-/// The solver of a case.
+/// Construction of the solver of a case.
 struct BuildSolver<'a> {
     case: &'a Case,
     options: &'a MpmOptions,
@@ -124,7 +124,7 @@ impl dimension_dispatch::DimensionVisitor for BuildSolver<'_> {
     }
 }
 
-/// What would be solved.
+/// Plan of a run.
 struct BuildPlan<'a> {
     case: &'a Case,
     options: &'a MpmOptions,
@@ -180,19 +180,19 @@ impl dimension_dispatch::DimensionVisitor for BuildPlan<'_> {
     }
 }
 
-/// The solver of `case`.
+/// Returns the solver of `case`.
 pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
     let options = options(case)?;
     dimension_dispatch::dispatch(case, &options, BuildSolver { case, options: &options })
 }
 
-/// The plan of `case`.
+/// Returns the plan of `case`.
 pub fn plan(case: &Case) -> Result<Plan, CaseError> {
     let options = options(case)?;
     dimension_dispatch::dispatch(case, &options, BuildPlan { case, options: &options })
 }
 
-/// A solver with its concrete type, at time zero.
+/// Returns a solver with its concrete type, at time zero.
 pub fn solver<const D: usize>(
     case: &Case,
     options: &MpmOptions,
@@ -201,7 +201,7 @@ pub fn solver<const D: usize>(
     let axis = chosen.transfers.basis_1d();
     let background =
         BackgroundGrid::new(case, chosen, unstructured_mesh::grid_mesh_and_layout(case, options, &axis)?);
-    // Stages only take walls away: those of the first are all that ever stand.
+    // Stages only remove walls: those of the first are the largest set.
     walls::walls(case, 0, &background, options)?;
     let standing = case.placed_obstacles::<D>()?;
     let at_points = options.obstacles == ObstacleCoupling::Points && !standing.is_empty();
@@ -341,7 +341,7 @@ fn check_fixed_step<const D: usize>(solver: &MpmSolver<D>, options: &MpmOptions)
 }
 
 impl<const D: usize> MpmSolver<D> {
-    /// Takes the walls of a stage, of all phases.
+    /// Sets the walls of a stage, of all phases.
     pub(crate) fn set_stage_walls(&mut self, stage: usize) -> Result<(), CaseError> {
         let walls = |case: &Case, faces: &Arc<NodeFaces>| -> Result<NodeWalls, CaseError> {
             let mut walls = walls::walls(case, stage, &self.background, &self.clock.options)?;

@@ -1,4 +1,4 @@
-//! How large a problem is, and what memory it takes.
+//! Size of a problem, and its memory.
 
 use colluvium_case::{Case, CaseError, ProblemSize};
 use colluvium_constitutive::SymTensor;
@@ -21,7 +21,7 @@ fn sort_memory(state_size: usize) -> usize {
     16 + state_size.max(size_of::<SymTensor>())
 }
 
-/// The size of `case`.
+/// Returns the size of `case`.
 pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     let options = options(case)?;
     dimension_dispatch::dispatch(case, &options, EstimateSize { case, options: &options })
@@ -32,7 +32,7 @@ struct EstimateSize<'a> {
     options: &'a MpmOptions,
 }
 
-/// Nodes and elements of a mesh, and the points that fill the bodies of a case in it.
+/// Number of nodes and elements of a mesh, and of the points of the bodies of a case in it.
 struct MeshCounts {
     nodes: f64,
     elements: f64,
@@ -46,7 +46,7 @@ impl EstimateSize<'_> {
         let nodes = (0..D).map(|axis| cells(axis) + 1.0).product();
         let apart = options.cell_size / options.points_per_cell as f64;
         let in_elements = |elements: f64, volume: f64| {
-            // As if points stood alone in cells of so much volume.
+            // As if every point had cells of this volume of its own.
             let each = volume / (elements * points_per_element::<D>(options) as f64);
             case.point_counts(each.powf(1.0 / D as f64))
         };
@@ -88,7 +88,7 @@ impl dimension_dispatch::DimensionVisitor for EstimateSize<'_> {
         let MeshCounts { nodes, elements, points } = self.counts::<D>(&chosen.transfers.basis_1d())?;
         let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
         let number = size_of::<f64>();
-        // Position, velocity, origin, velocity of the grid, room for a filter; mass, volume, initial volume; id; with a pore fluid its
+        // Position, velocity, origin, velocity of the grid, workspace for a filter; mass, volume, initial volume; id; with a pore fluid its
         // velocity and pressure.
         let affine = options.transfer.is_affine() || !options.liquid_bodies.is_empty();
         let filters = options.filters_velocities();
@@ -132,7 +132,7 @@ impl dimension_dispatch::DimensionVisitor for EstimateSize<'_> {
 }
 
 impl<const D: usize> MpmSolver<D> {
-    /// Memory of points, nodes and mesh (bytes), and of what sorting takes.
+    /// Memory of points, nodes and mesh (bytes), including that of sorting.
     pub(crate) fn memory(&self) -> usize {
         let points = |set: &PointSet<D>| set.bytes() + set.len() * sort_memory(set.material.state_size());
         let mesh = Mesh::<D>::bytes(

@@ -1,4 +1,4 @@
-//! What is allowed but worth a word.
+//! Warnings on the setup of a case.
 
 use colluvium_case::Case;
 use colluvium_case::description::{Body, Boundary, Obstacle, ObstacleWall, Space, Wall};
@@ -12,11 +12,11 @@ use crate::obstacles::could_act_on_nodes;
 use crate::setup::fall_time::{body_height, time_of_fall};
 use crate::{FixedNodes, MpmOptions, ObstacleCoupling, StressScheme, VelocityTransfer};
 
-/// Courant number at which stress last is stable with splines at sides of the domain that nothing holds, where the end
-/// functions are steep: 0.5 was not, in two and three dimensions, and 0.45 only just.
+/// Courant number up to which stress last is stable with splines at open sides of the domain, where the end functions are steep: 0.5 was
+/// unstable, in two and three dimensions, and 0.45 only just stable.
 const OPEN_SIDE: f64 = 0.4;
 
-/// Sides of the domain that bodies reach and no wall holds for good, with steps that are not stable there.
+/// Warns of sides of the domain that bodies reach without a permanent wall, with steps that are not stable there.
 fn open_side_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
     let spline = matches!(options.shape, ShapeFunctions::Quadratic | ShapeFunctions::Cubic);
     if !spline || options.stress_update != StressScheme::Usl || options.courant <= OPEN_SIDE {
@@ -52,7 +52,7 @@ fn open_side_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
     found
 }
 
-/// Searches for a factor of safety in soil that locks as it yields.
+/// Warns of searches for a factor of safety in soil that locks as it yields.
 fn locking_warning(case: &Case, options: &MpmOptions) -> Option<String> {
     let (name, _) = case.factors_of_safety().next()?;
     let free = if options.mesh.is_some() { "nodal" } else { "cell-average" };
@@ -64,15 +64,16 @@ fn locking_warning(case: &Case, options: &MpmOptions) -> Option<String> {
     })
 }
 
-/// Least bulk modulus over `ρgH` with which a liquid at rest is held: with linear functions 163 did, 92 did not, on 16 cells.
+/// Least bulk modulus over `ρgH` for a stable liquid at rest: with linear functions 163 was stable, 92 was not, on 16 cells.
 const MIN_STIFFNESS_RATIO: f64 = 200.0;
-/// The same over `ρgH` and the square of the cells over the depth, for linear functions: 1.56 did, 0.78 did not, on 8, 16 and 32 cells.
+/// Least bulk modulus over `ρgH` and the square of the cells over the depth, for linear functions: 1.56 was stable, 0.78 not, on 8, 16 and
+/// 32 cells.
 const MIN_STIFFNESS_RATIO_OF_CELLS: f64 = 1.6;
 
-/// Most steps between two outputs that may cut steps so often that sound grows: up to 7 were seen to.
+/// Most steps between outputs at which cut steps may amplify pressure waves: up to 7 were observed to.
 const FEW_STEPS_TO_OUTPUT: f64 = 12.0;
 
-/// Liquids whose sound outputs stir: steps of `dt` (s) are cut at each of them.
+/// Warns of liquids in which outputs excite pressure waves: steps of `dt` (s) are cut at each of them.
 fn cut_step_warning(case: &Case, dt: f64) -> Option<String> {
     let interval = case.output.measures.into_iter().chain(case.output.frames).reduce(f64::min)?;
     let (steps, liquid) = (interval / dt, |body: &&Body| {
@@ -90,7 +91,7 @@ fn cut_step_warning(case: &Case, dt: f64) -> Option<String> {
     })
 }
 
-/// Liquids at rest whose disturbances grow.
+/// Warns of liquids at rest whose disturbances grow.
 fn liquid_at_rest_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
     let linear = options.shape == ShapeFunctions::Linear;
     if options.integration != InternalForceIntegration::Points
@@ -133,10 +134,10 @@ fn liquid_at_rest_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
     found
 }
 
-/// Cells over the thickness of a sheet from which on a rough floor under it acts with nearly all of the friction: short by a tenth.
+/// Cells over the thickness of a sheet at which a rough floor gives nearly full friction: a tenth is missing.
 const ENOUGH_CELLS: f64 = 5.0;
 
-/// Sheets of soil that slide on rough floors which hold them with too little friction.
+/// Warns of sheets of soil that slide on rough floors with too little friction.
 fn thin_sheet_warning(case: &Case, options: &MpmOptions) -> Vec<String> {
     if options.fixed_nodes != FixedNodes::Force || case.stages.iter().all(|stage| stage.equilibrium.is_some())
     {
@@ -178,10 +179,10 @@ fn thin_sheet_warning(case: &Case, options: &MpmOptions) -> Vec<String> {
     found
 }
 
-/// Most steps in the time of a fall through the height of a body in which XPIC leaves the flow alone.
+/// Most steps in the time of a fall through the height of a body at which XPIC does not affect the flow.
 const FEW_STEPS: f64 = 50.0;
 
-/// XPIC that takes all that the grid does not see in each of many steps, of `dt` (s).
+/// Warns of XPIC that removes all null-space velocities in each of many steps, of `dt` (s).
 fn xpic_filter_warning(case: &Case, options: &MpmOptions, dt: f64) -> Option<String> {
     let time = time_of_fall(case)?;
     let often = options.transfer == VelocityTransfer::Xpic
@@ -196,7 +197,7 @@ fn xpic_filter_warning(case: &Case, options: &MpmOptions, dt: f64) -> Option<Str
     })
 }
 
-/// Round solids on obstacles or walls that hold nodes and rub: they stand where they should roll.
+/// Warns of round solids on obstacles or walls with friction on the nodes: they do not roll.
 fn round_body_warning(case: &Case, options: &MpmOptions) -> Option<String> {
     let obstacle = |obstacle: &Obstacle| obstacle.wall != ObstacleWall::Smooth;
     let wall = |boundary: &Boundary| matches!(boundary.wall, Wall::Rough | Wall::Frictional { .. });
@@ -214,7 +215,7 @@ fn round_body_warning(case: &Case, options: &MpmOptions) -> Option<String> {
     ))
 }
 
-/// What of a case is allowed but worth a word; `courant` is the Courant number of its first step, of `dt` (s).
+/// Returns the warnings on a case; `courant` is the Courant number of its first step, of `dt` (s).
 pub(super) fn warnings(
     case: &Case,
     options: &MpmOptions,
@@ -276,7 +277,7 @@ pub(super) fn warnings(
         );
     }
     let stable = options.surface_courant(case.dimension());
-    // Without a word the default is what it can be.
+    // Without an entry the default is the largest stable value.
     if options.courant > stable.max(COURANT) {
         warnings.push(format!(
             "methods.mpm.courant: with usl and this shape more than {stable:.3} is not stable at free surfaces; steps are made \

@@ -1,4 +1,4 @@
-//! The solver: its owners, and one step.
+//! Solver with its components, and one step.
 
 use std::sync::Arc;
 
@@ -39,10 +39,10 @@ use crate::transfer::xpic::filter_velocities;
 /// Steps between re-evaluations of the critical time step.
 pub(crate) const STEPS_PER_TIME_STEP: u64 = 10;
 
-/// Largest move of an obstacle in a step (cells): points are to meet it before it has passed them.
+/// Largest displacement of an obstacle in a step (cells), so that contact begins before it has passed points.
 const MAX_OBSTACLE_MOVE: f64 = 0.25;
 
-/// Explicit MPM in `D` dimensions: its owners, which a step hands round.
+/// Explicit MPM in `D` dimensions.
 pub struct MpmSolver<const D: usize> {
     pub(crate) clock: Clock,
     pub(crate) background: BackgroundGrid<D>,
@@ -53,12 +53,12 @@ pub struct MpmSolver<const D: usize> {
     pub(crate) consistent: ConsistentMass,
     /// Both phases of the nodes; `None` in a case without pore fluid.
     pub(crate) two_phase: Option<Box<TwoPhase>>,
-    /// A solution to verify against, whose force acts on the points.
+    /// Manufactured solution for verification, whose body force acts on the points.
     pub(crate) manufactured: Option<Arc<Manufactured>>,
 }
 
 impl<const D: usize> MpmSolver<D> {
-    /// One step (sheet: mpm §3.3); the numbers are those of the sheet.
+    /// Advances one step (sheet: mpm §3.3); the numbers are those of the sheet.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
         self.clock.begin(dt)?;
         self.sort_if_moved(); // 0: cells, weights
@@ -104,7 +104,7 @@ impl<const D: usize> MpmSolver<D> {
     /// Sorts all points by cell and finds the active nodes.
     pub(crate) fn sort(&mut self) {
         let Self { background, bodies, nodes, averages, consistent, two_phase, .. } = self;
-        // Nodes outside the new active region would keep what they hold.
+        // Nodes outside the new active region would keep their values.
         nodes.reset(&background.layout);
         nodes.reset_remapped(&background.layout);
         averages.reset(background);
@@ -116,7 +116,7 @@ impl<const D: usize> MpmSolver<D> {
         self.find_active_nodes();
     }
 
-    /// Active nodes and slab bounds from the sorted points.
+    /// Finds active nodes and slab bounds from the sorted points.
     pub(crate) fn find_active_nodes(&mut self) {
         self.bodies.find_active_nodes(&mut self.background);
         if let Some(phases) = &mut self.two_phase {
@@ -124,7 +124,7 @@ impl<const D: usize> MpmSolver<D> {
         }
     }
 
-    /// The largest stable step from the current state (sheet: mpm §2.10).
+    /// Returns the largest stable step from the current state (sheet: mpm §2.10).
     pub(crate) fn critical_step(&mut self) -> TimeStep {
         if self.clock.limit.is_none() || self.clock.limit_age >= STEPS_PER_TIME_STEP {
             let fixed = self.clock.options.time_step;
@@ -138,7 +138,7 @@ impl<const D: usize> MpmSolver<D> {
         self.clock.limit.expect("set above")
     }
 
-    /// The step in which no obstacle goes farther than [`MAX_OBSTACLE_MOVE`], where that is shorter than the critical one.
+    /// Limits the critical step, so that no obstacle moves farther than [`MAX_OBSTACLE_MOVE`].
     fn limit_by_obstacle_motion(&self, critical: TimeStep) -> TimeStep {
         let BoundaryConditions { penalty_obstacles: rocks, node_obstacles: held, .. } = &self.boundary;
         let moving = rocks.iter().flat_map(|rocks| rocks.moving()).chain(held.moving.iter());
@@ -147,7 +147,7 @@ impl<const D: usize> MpmSolver<D> {
     }
 }
 
-/// Steps 1 to 9 of one phase; returns the largest move of a point along an axis (m).
+/// Runs steps 1 to 9 of one phase; returns the largest displacement of a point along an axis (m).
 fn step<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -200,7 +200,7 @@ fn step<const D: usize>(
     }
 }
 
-/// Velocities at the end of the step and accelerations of the nodes (steps 2 to 4), and what the transfer takes of them.
+/// Computes velocities at the end of the step and accelerations of the nodes (steps 2 to 4), and the affine parts of the transfer.
 fn solve_momentum<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -256,13 +256,13 @@ fn solve_momentum<const D: usize>(
     if clock.options.filters_velocities() {
         filter_velocities(clock, background, bodies, nodes, boundary);
     } else {
-        // Of bodies that carry affine fields: all, liquids, or none.
+        // Bodies with affine fields: all, liquids, or none.
         g2p_affine(clock, background, bodies, nodes);
     }
     Ok(())
 }
 
-/// Measures of equilibrium of the step, with the work of loads and motions and what rigid bodies add that move freely.
+/// Updates the measures of equilibrium of the step, with the work of loads and motions and the terms of free rigid bodies.
 fn update_equilibrium<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -286,8 +286,8 @@ fn update_equilibrium<const D: usize>(
     sums
 }
 
-/// Local damping. It goes by the forces out of balance: those of walls, of other bodies, of what is driven and of what stops points are in
-/// balance with others, and so it comes last. What is held stays held.
+/// Applies local damping. It depends on the unbalanced forces. Forces of walls, of contact, of driven bodies and of the penetration limit
+/// are in balance with others, so that damping follows them. Prescribed components are not damped.
 fn damp_nodes<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -315,7 +315,7 @@ fn damp_nodes<const D: usize>(
     prescribed_motion::impose_patch_velocity(clock, background, driven, contacts, &mut nodes.solved, false);
 }
 
-/// Measures of equilibrium from the solved nodes, contacts included (sheet: mpm §2.14).
+/// Returns the measures of equilibrium from the solved nodes, contacts included (sheet: mpm §2.14).
 fn equilibrium_terms<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,

@@ -1,4 +1,4 @@
-//! What points share before forces and stresses are found.
+//! Averages over cells and nodes, before forces and stresses are computed.
 
 use crate::stress::cell_integration::CellStresses;
 use crate::stress::dual_domain::DualDomainNodes;
@@ -6,7 +6,7 @@ use crate::stress::free_surface::FreeSurface;
 use crate::stress::volumetric_strain::CellStrains;
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// Averages over cells and nodes; each is empty where the options do not ask for it.
+/// Averages over cells and nodes; each is empty where the options do not need it.
 pub struct CellAverages<const D: usize> {
     pub(crate) strains: CellStrains,
     pub(crate) stresses: CellStresses,
@@ -15,7 +15,7 @@ pub struct CellAverages<const D: usize> {
 }
 
 impl<const D: usize> CellAverages<D> {
-    /// Empties the active entries.
+    /// Sets the active entries to zero.
     pub fn reset(&mut self, background: &BackgroundGrid<D>) {
         let cells = background.cell_layout();
         self.strains.reset([&background.layout, cells]);

@@ -1,7 +1,6 @@
-//! The cells of a grid and the elements of a mesh, as averages over them see them: their volumes, corners and neighbours
-//! (sheet: mpm §2.16–2.18).
+//! Averaging cells: cells of a grid or elements of a mesh, with their volumes, corners and neighbours (sheet: mpm §2.16–2.18).
 //!
-//! A cell of a grid is named by its lowest node, an element by its number: its entry in an array.
+//! A cell of a grid has the index of its lowest node, an element its own number: its entry in an array.
 
 use colluvium_grid::{Grid, Mesh};
 
@@ -13,8 +12,8 @@ pub trait AveragingCells<const D: usize>: Sync {
     /// Volume of a cell (m³; m² in the plane, m³ per radian in axisymmetry).
     fn volume(&self, cell: usize) -> f64;
 
-    /// Calls `visit(cell, which of its corners the node is)` for the cells around a node. On a grid there may be some that
-    /// lie outside of it, which hold nothing.
+    /// Calls `visit(cell, which of its corners the node is)` for the cells around a node. On a grid some may lie outside of it, without
+    /// points.
     fn for_each_cell_around(&self, node: usize, visit: impl FnMut(usize, usize));
 
     /// Calls `visit(node)` for the corners of a cell.
@@ -28,7 +27,7 @@ pub trait AveragingCells<const D: usize>: Sync {
     fn gradient_integrals(&self, cell: usize, corner: usize) -> ([f64; D], f64);
 }
 
-/// The cells of a structured grid.
+/// Cells of a structured grid.
 pub struct GridCells<'a, const D: usize> {
     /// The grid.
     pub grid: &'a Grid<D>,
@@ -97,7 +96,7 @@ impl<const D: usize> AveragingCells<D> for GridCells<'_, D> {
     }
 }
 
-/// The elements of a mesh.
+/// Elements of a mesh.
 pub struct MeshCells<'a, const D: usize> {
     /// The mesh.
     pub mesh: &'a Mesh<D>,
@@ -186,7 +185,7 @@ mod tests {
         begun(&case)
     }
 
-    /// Gives the nodes velocities, and the points the strains of a step of 1 s that go with them.
+    /// Sets the velocities of the nodes, and the strains of the points in a step of 1 s.
     fn strain<const D: usize>(solver: &mut MpmSolver<D>, velocity: impl Fn(&[f64; D]) -> [f64; D]) {
         let mesh = solver.background.mesh.clone();
         for (node, x) in mesh.nodes().iter().enumerate() {
@@ -201,7 +200,7 @@ mod tests {
             .unwrap();
     }
 
-    /// Shared volumetric strains of skeleton and liquid at a point.
+    /// Averaged volumetric strains of skeleton and liquid at a point.
     fn shared_strain<const D: usize>(solver: &MpmSolver<D>, set: &PointSet<D>, p: usize) -> [f64; 2] {
         let cell = set.domain.as_slice().cell(p, &solver.background.grid_view(), &set.points.position[p]);
         solver.averages.strains.at(set.body, solver.background.cell_layout().len(), cell)
@@ -240,7 +239,7 @@ mod tests {
     }
 
     fn shared_strain_is_the_mean_of_means<const D: usize>() {
-        // sheet: mpm §2.17, eqs. 6.35 and 6.36, element by element; A-35 for what is left.
+        // sheet: mpm §2.17, eqs. 6.35 and 6.36, element by element; A-35 for the rest.
         let mut solver = solver::<D>(&json!({ "volumetric_strain": "nodal" }), &json!({}));
         let velocity =
             |x: &[f64; D]| std::array::from_fn(|c| 1e-9 * (1.0 + c as f64 + x[0] * x[D - 1] + x[c] * x[c]));

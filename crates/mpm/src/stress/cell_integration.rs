@@ -1,9 +1,9 @@
 //! Integration of the internal force cell by cell (MPM-MIXED, and the Gauss integration of Beuth; sheet: mpm §2.16).
 //!
-//! Cells that are full of material pull at their nodes with the average stress of their points over the whole cell,
-//! which has no cell-crossing noise; the points of the others pull one by one. With Gauss integration every cell that holds a
-//! point counts as full. With one stress for the cell, one Gauss point at its centre and two along each axis give the same
-//! force. With a pore fluid the same goes for the total stress and the pore pressure.
+//! Cells that are full of material exert the force of the average stress of their points over the whole cell, without cell-crossing noise;
+//! in other cells each point exerts its own force. With Gauss integration every cell with a point counts as full. With one stress for the
+//! cell, one Gauss point at its centre and two along each axis give the same force. With a pore fluid this holds for the total stress and
+//! the pore pressure.
 
 use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::SymTensor;
@@ -20,7 +20,8 @@ use crate::stress::averaging_cells::AveragingCells;
 use crate::transfer::background_grid::BackgroundGrid;
 use crate::transfer::p2g::force_columns;
 
-/// The average stresses of cells ([`crate::stress::averaging_cells`]), velocity field after velocity field. Empty where every point pulls by itself.
+/// Average stresses of cells ([`crate::stress::averaging_cells`]), velocity field after velocity field. Empty where every point exerts its
+/// own force.
 #[derive(Clone, Debug, Default)]
 pub struct CellStresses {
     /// Volume times total stress, then the volume itself and volume times pore pressure.
@@ -29,7 +30,7 @@ pub struct CellStresses {
     full: Vec<bool>,
 }
 
-/// Refuses what cells cannot integrate.
+/// Rejects options that the integration over cells does not support.
 pub fn check_supported(options: &MpmOptions) -> Result<(), CaseError> {
     if options.integration == InternalForceIntegration::Points {
         return Ok(());
@@ -46,8 +47,8 @@ pub fn check_supported(options: &MpmOptions) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Refuses `mixed_reset` where the average is no stress of a point: with materials whose stress is a function of their state,
-/// which would bring back what was there, and with several materials, or dry and saturated points, in one velocity field.
+/// Rejects `mixed_reset` where the average is no stress of a point: with materials whose stress is a function of their state, which would
+/// restore their own stress, and with several materials, or dry and saturated points, in one velocity field.
 pub fn check_stress_reset<const D: usize>(
     case: &Case,
     options: &MpmOptions,
@@ -86,14 +87,14 @@ impl CellStresses {
         size_of_val(&self.cells[..]) + size_of_val(&self.full[..])
     }
 
-    /// Empty arrays over the cells for what the options ask for.
+    /// Returns empty arrays over the cells for the options.
     pub fn new<const D: usize>(options: &MpmOptions, cells: &Layout<D>, fields: usize) -> Self {
         let length =
             if options.integration == InternalForceIntegration::Points { 0 } else { fields * cells.len() };
         Self { cells: vec![[Vector4::ZERO; 2]; length], full: vec![false; length] }
     }
 
-    /// Which cells of a field, of `len` entries, take the internal force from their points.
+    /// Full cells of a field, of `len` entries, whose internal force is not summed over their points.
     #[inline(always)]
     pub fn full_cells(&self, field: usize, len: usize) -> Option<&[bool]> {
         self.full.get(field * len..(field + 1) * len)
@@ -103,7 +104,7 @@ impl CellStresses {
         !self.cells.is_empty()
     }
 
-    /// Empties the active entries.
+    /// Sets the active entries to zero.
     pub fn reset<const D: usize>(&mut self, layout: &Layout<D>) {
         self.cells.chunks_exact_mut(layout.len()).for_each(|cells| layout.reset(cells));
         self.full.chunks_exact_mut(layout.len()).for_each(|full| layout.reset(full));
@@ -129,7 +130,7 @@ impl CellStresses {
         }
     }
 
-    /// Lets the full cells around them pull at the nodes.
+    /// Adds the forces of the full cells around the nodes.
     fn add_forces<const D: usize, N: CellForceTarget>(
         &self,
         nodes: &mut [N],
@@ -151,10 +152,10 @@ impl CellStresses {
     }
 }
 
-/// A node that cells pull at.
+/// Node that receives forces of cells.
 pub trait CellForceTarget: Send {
-    /// Takes the force of a cell from its sums and the integrals of the gradient of the node's function over it, and in
-    /// axisymmetry of the function over the radius.
+    /// Adds the force of a cell from its sums and the integrals of the gradient of the node's function over it, and in axisymmetry of the
+    /// function over the radius.
     fn add_cell_force<const D: usize>(&mut self, sums: &[Vector4; 2], slopes: ([f64; D], f64));
 }
 
@@ -165,7 +166,7 @@ impl CellForceTarget for NodalState {
     }
 }
 
-/// Skeleton and liquid: their equations are of the mixture and of the liquid.
+/// Skeleton and liquid: their equations are those of the mixture and of the liquid.
 impl CellForceTarget for [NodalState; 2] {
     #[inline(always)]
     fn add_cell_force<const D: usize>(&mut self, sums: &[Vector4; 2], slopes: ([f64; D], f64)) {
@@ -182,7 +183,7 @@ fn cell_average(sums: &[Vector4; 2]) -> (SymTensor, f64) {
     (SymTensor([a[0], a[1], a[2], a[3], b[0], b[1]]) * (1.0 / b[2]), b[3] / b[2])
 }
 
-/// `σ ∫∇N` with the stress of a cell, and along the radius the hoop stress times `∫N/r`.
+/// Force `σ ∫∇N` of the stress of a cell, and along the radius the hoop stress times `∫N/r`.
 #[inline(always)]
 fn force<const D: usize>(stress: &SymTensor, (slope, hoop): ([f64; D], f64)) -> Vector4 {
     let columns = force_columns::<D>(stress, -1.0);
@@ -190,7 +191,7 @@ fn force<const D: usize>(stress: &SymTensor, (slope, hoop): ([f64; D], f64)) -> 
     along.fold(Vector4::new([stress.0[2] * hoop, 0.0, 0.0, 0.0]), |sum, part| sum + part)
 }
 
-/// Average stresses of the cells, and which of them are full.
+/// Computes average stresses of the cells, and which of them are full.
 pub fn average_stresses<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -230,7 +231,7 @@ pub fn average_stresses<const D: usize>(
     }
 }
 
-/// Gives the points of full cells the average stress, and the average pore pressure, as their own (`mixed_reset`).
+/// Sets stress and pore pressure of the points of full cells to the average (`mixed_reset`).
 fn reset_stresses<const D: usize>(
     background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,

@@ -1,8 +1,9 @@
 //! Free surface of liquids (sheet: mpm §2.18; Anura3D manual 2021, eqs. 6.38–6.40).
 //!
-//! Nodes get a fill ratio: the volume that the mass of the points has at rest, over the volume of the cells around that
-//! hold a point. Where the ratio interpolated to a liquid point is small the point lies on the free surface: it carries
-//! no stress, and has the volume that goes with that, so that it comes back into the liquid as it is at rest. Weights are those of linear shape functions, whatever the solver uses, since the ratio is one of cells.
+//! Nodes have a fill ratio: the volume of the mass of the points at rest, over the volume of the cells around that contain a point. Where
+//! the ratio interpolated to a liquid point is small the point lies on the free surface: it has no stress and the volume of that state, so
+//! that it returns to the liquid in its state at rest. Weights are those of linear shape functions, for any shape of the solver, since the
+//! ratio is one of cells.
 
 use colluvium_case::description::{Body, Space};
 use colluvium_case::{Case, CaseError};
@@ -18,7 +19,7 @@ use crate::points::point_set::{PointColumns, PointSet};
 use crate::stress::averaging_cells::{AveragingCells, GridCells};
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// What detection needs.
+/// Detection of the free surface.
 pub struct FreeSurface<const D: usize> {
     /// Fill ratio below which a point is on the surface.
     factor: f64,
@@ -30,17 +31,17 @@ pub struct FreeSurface<const D: usize> {
     occupied: Vec<bool>,
     /// Fill ratios of the nodes, in every lane.
     fill: Vec<Vector4>,
-    /// With linear functions, whatever the solver uses.
+    /// Transfers with linear functions, for any shape of the solver.
     transfers: &'static dyn Transfers<D>,
     /// On a grid, domains of no width, one for each point.
     zero_width_domains: Option<Vec<FixedDomain>>,
-    /// Of the bodies of the case: density at rest (kg/m³).
+    /// Densities at rest of the bodies of the case (kg/m³).
     densities: Vec<f64>,
-    /// Of the bodies of the case: whether it is a liquid.
+    /// Whether each body of the case is a liquid.
     liquid: Vec<bool>,
 }
 
-/// The detection of a case; `None` where it is off. `most` is the largest number of points of a body.
+/// Returns the detection of a case; `None` where it is off. `most` is the largest number of points of a body.
 pub fn free_surface<const D: usize>(
     case: &Case,
     options: &MpmOptions,
@@ -77,7 +78,7 @@ pub fn free_surface<const D: usize>(
 }
 
 impl<const D: usize> FreeSurface<D> {
-    /// Where points find the nodes of the ratios.
+    /// Grid view of the nodes of the ratios.
     fn grid_view<'a>(&self, background: &'a BackgroundGrid<D>) -> GridView<'a, D> {
         GridView::new(&background.grid, &background.mesh, &self.layout)
     }
@@ -87,7 +88,7 @@ impl<const D: usize> FreeSurface<D> {
         size_of_val(&self.sums[..]) + size_of_val(&self.occupied[..]) + size_of_val(&self.fill[..])
     }
 
-    /// Finds the fill ratios of the nodes.
+    /// Computes the fill ratios of the nodes.
     fn find(&mut self, background: &BackgroundGrid<D>, sets: &[PointSet<D>]) {
         let Self { layout, sums, occupied, transfers: sweeps, zero_width_domains: thin, densities, .. } =
             self;
@@ -128,7 +129,7 @@ impl<const D: usize> FreeSurface<D> {
         }
     }
 
-    /// Fill ratios from the sums.
+    /// Computes fill ratios from the sums.
     fn fill_ratios_from_sums(&mut self, cells: &impl AveragingCells<D>) {
         let Self { layout, sums, occupied, fill, .. } = self;
         let row = layout.strides()[0];
@@ -152,7 +153,7 @@ impl<const D: usize> FreeSurface<D> {
     }
 }
 
-/// The points of a set as the ratios see them: on a grid with the domains of no width of `thin`.
+/// Returns the points of a set for the ratios: on a grid with the domains of no width of `thin`.
 fn points<'a, const D: usize>(
     thin: Option<&'a [FixedDomain]>,
     position: &'a [[f64; D]],
@@ -167,12 +168,12 @@ fn points<'a, const D: usize>(
     }
 }
 
-/// Corners of one of the cells.
+/// Number of corners of a cell.
 fn corners<const D: usize, C: AveragingCells<D>>(_cells: &C) -> usize {
     C::CORNERS
 }
 
-/// Takes the stress off the liquid points on the free surface.
+/// Sets the stress of liquid points on the free surface to zero.
 pub fn free_surface_correction<const D: usize>(
     background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
@@ -185,7 +186,7 @@ pub fn free_surface_correction<const D: usize>(
     }
 }
 
-/// Takes the stress off the points of a set where the fill ratio is small.
+/// Sets the stress of the points of a set to zero where the fill ratio is small.
 fn remove_surface_stress<const D: usize>(
     background: &BackgroundGrid<D>,
     surface: &FreeSurface<D>,

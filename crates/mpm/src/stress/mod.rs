@@ -1,6 +1,6 @@
 //! Strain increments and stress at points: averages over cells and nodes, and integration over cells instead of points.
 //!
-//! The room reads nodal velocities and calls material laws. It writes stresses and states of points (sheet: mpm §2.4, §3.4).
+//! The module reads nodal velocities and calls material laws. It writes stresses and states of points (sheet: mpm §2.4, §3.4).
 
 pub(crate) mod averages;
 pub(crate) mod averaging_cells;

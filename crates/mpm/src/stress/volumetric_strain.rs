@@ -1,6 +1,6 @@
-//! Volumetric strain that the points of a neighbourhood share, against locking (sheet: mpm §2.17).
+//! Averages of the volumetric strain over cells or nodes, against locking (sheet: mpm §2.17).
 //!
-//! Bodies of one material share it; each material has its own.
+//! Bodies of one material have common averages; each material has its own.
 
 use std::ops::Range;
 
@@ -17,7 +17,7 @@ use crate::points::point_set::PointSet;
 use crate::stress::averaging_cells::AveragingCells;
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// The volumetric strains of a step, by cell ([`crate::stress::averaging_cells`]) and by node.
+/// Averaged volumetric strains of a step, by cell ([`crate::stress::averaging_cells`]) and by node.
 #[derive(Clone, Debug, Default)]
 pub struct CellStrains {
     /// Number of the material of each body.
@@ -25,12 +25,12 @@ pub struct CellStrains {
     /// Volume and volume times strain of the skeleton, and of the liquid; material after material. Empty where points
     /// keep their own strain.
     cells: Vec<Vector4>,
-    /// The same at nodes; empty without nodal averages.
+    /// Volume and volume times strain at nodes; empty without nodal averages.
     nodes: Vec<Vector4>,
 }
 
 impl CellStrains {
-    /// Empty arrays for what the options ask for, over nodes and cells.
+    /// Returns empty arrays over nodes and cells for the options.
     pub fn new<const D: usize>(case: &Case, options: &MpmOptions, [nodes, cells]: [&Layout<D>; 2]) -> Self {
         let first = |body: usize| {
             let same =
@@ -57,13 +57,13 @@ impl CellStrains {
         size_of_val(&self.cells[..]) + size_of_val(&self.nodes[..])
     }
 
-    /// Whether points share strains.
+    /// Whether strains are averaged.
     #[inline(always)]
     pub fn is_shared(&self) -> bool {
         !self.cells.is_empty()
     }
 
-    /// Empties the active entries.
+    /// Sets the active entries to zero.
     pub fn reset<const D: usize>(&mut self, [nodes, cells]: [&Layout<D>; 2]) {
         for (values, layout) in [(&mut self.nodes, nodes), (&mut self.cells, cells)] {
             values.chunks_exact_mut(layout.len()).for_each(|values| layout.reset(values));
@@ -78,7 +78,7 @@ impl CellStrains {
         [solid / volume, if moved > 0.0 { liquid / moved } else { 0.0 }]
     }
 
-    /// Cells give their average to their nodes (6.35), and nodes back to the cells (6.36).
+    /// Averages the strains of cells at their nodes (6.35), and those of nodes in the cells (6.36).
     fn average_over_nodes<const D: usize>(
         &mut self,
         layouts: [&Layout<D>; 2],
@@ -126,8 +126,8 @@ impl CellStrains {
     }
 }
 
-/// Gives a motion the volumetric strain `dilation` by its first `normal` components: the two of the plane, so that
-/// nothing strains out of it, or all three; but for the share `kept` of its own.
+/// Sets the volumetric strain of a motion to `dilation` by its first `normal` components (the two of the plane, without strain out of it,
+/// or all three), except for the share `kept` of its own.
 #[inline(always)]
 pub fn set_volumetric(motion: &mut Motion, normal: usize, dilation: f64, kept: f64) {
     let own: f64 = (0..normal).map(|c| motion.velocity_gradient_dt.0[c][c]).sum();
@@ -138,11 +138,11 @@ pub fn set_volumetric(motion: &mut Motion, normal: usize, dilation: f64, kept: f
     }
 }
 
-/// Share of its own volumetric strain that a point of a fluid keeps, over its pressure over its bulk modulus. Averages leave
-/// motions within a cell without stiffness, and those grow under a pressure.
+/// Share of its own volumetric strain that a point of a fluid keeps, over its pressure over its bulk modulus. Averages leave motions within
+/// a cell without stiffness, and those grow under a pressure.
 const OWN_STRAIN_FACTOR: f64 = 40.0;
 
-/// The shares of their own volumetric strains that points of a fluid keep, at their `stress` (Pa).
+/// Shares of their own volumetric strains that points of a fluid keep, at their `stress` (Pa).
 pub fn own_strain_shares(
     material: &dyn Material,
     stress: &[SymTensor],
@@ -155,10 +155,10 @@ pub fn own_strain_shares(
     }
 }
 
-/// Finds the volumetric strains of skeleton and liquid of some points of a set.
+/// Function that computes the volumetric strains of skeleton and liquid of a range of points of a set.
 type StrainReader<'a, const D: usize> = dyn Fn(&PointSet<D>, Range<usize>, &mut [[f64; 2]]) + Sync + 'a;
 
-/// Shares the volumetric strains of the step, which `read` gives for skeleton and liquid at the points of a block.
+/// Averages the volumetric strains of the step, which `read` computes for skeleton and liquid at the points of a block.
 pub fn average_strains<const D: usize>(
     background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
@@ -206,7 +206,7 @@ pub fn average_strains<const D: usize>(
     }
 }
 
-/// Shares the volumetric strains of one phase, where the case asks for it.
+/// Averages the volumetric strains of one phase, where the options require it.
 pub fn average_strains_of_one_phase<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,

@@ -1,5 +1,5 @@
-//! Affine transfers, APIC and TPIC (sheet: mpm §2.6): points carry the moment or the gradient of the velocity, over the
-//! places from which they look at the grid: those of the start in the total-Lagrangian form.
+//! Affine transfers, APIC and TPIC (sheet: mpm §2.6): points carry the moment or the gradient of the velocity, at their evaluation
+//! positions: the initial ones in the total-Lagrangian form.
 
 use colluvium_grid::PointSlice;
 
@@ -10,7 +10,7 @@ use crate::points::bodies::Bodies;
 use crate::points::point_set::par_for_each_chunk;
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// Moments or gradients of the initial velocities, from differences over a cell.
+/// Sets moments or gradients of the initial velocities, from differences over a cell.
 pub fn initialise_affine<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -40,7 +40,7 @@ pub fn initialise_affine<const D: usize>(
     }
 }
 
-/// Moments (APIC) or gradients (TPIC) of the solved velocities, at the positions at the start of the step.
+/// Computes moments (APIC) or gradients (TPIC) of the solved velocities, at the positions at the start of the step.
 pub fn g2p_affine<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -59,9 +59,9 @@ pub fn g2p_affine<const D: usize>(
     }
 }
 
-/// Kinetic energy (J) along each axis of the affine velocity fields that points carry, beside that of their motion: what the grid
-/// gets of it in the next step, `½ m C D Cᵀ` with the second moments `D` of the shape functions and the gradient `C`
-/// (sheet: snow-mpm §2.11). What turns and stretches within points.
+/// Kinetic energy (J) along each axis of the affine velocity fields of points, in addition to that of their motion: its value on the grid
+/// in the next step, `½ m C D Cᵀ` with the second moments `D` of the shape functions and the gradient `C` (sheet: snow-mpm §2.11). It is
+/// the energy of rotation and stretch within points.
 pub fn affine_energies<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,

@@ -1,4 +1,4 @@
-//! Where points and nodes are: the grid or mesh, the order of the nodes, the shape functions. In a step it is only read.
+//! Background grid: grid or mesh, order of the nodes, shape functions. It is constant during a step.
 
 use std::sync::Arc;
 
@@ -9,32 +9,32 @@ use colluvium_grid::{Basis1d, DomainSlice, Grid, GridView, InterpolatedMotion, L
 use crate::stress::averaging_cells::{GridCells, MeshCells};
 use crate::transfer::dimension_dispatch::SelectedTransfers;
 
-/// The background of all points.
+/// Background grid of all points.
 pub struct BackgroundGrid<const D: usize> {
-    /// The grid; with a mesh the box of cells around it.
+    /// Grid; with a mesh the box of cells around it.
     pub grid: Grid<D>,
     /// The mesh; empty on a structured grid.
     pub mesh: Arc<Mesh<D>>,
-    /// The nodes, and which of them are active since the last sort.
+    /// Layout of the nodes, and which of them are active since the last sort.
     pub layout: Layout<D>,
     /// The elements of the mesh; `None` on a structured grid, whose cells are named by their lowest nodes.
     pub elements: Option<Layout<D>>,
     /// The transfers.
     pub transfers: &'static dyn Transfers<D>,
-    /// Those of linear functions, whatever the shape; on a grid.
+    /// Transfers with linear functions, for any shape; on a grid.
     pub linear_transfers: &'static dyn Transfers<D>,
     /// The shape functions along an axis.
     pub basis_1d: Basis1d,
     /// Upper corner of the grid (m).
     pub upper: [f64; D],
-    /// Axes along which the domain repeats itself.
+    /// Axes along which the domain is periodic.
     pub periodic: [bool; D],
     /// Whether the first axis is a radius.
     pub axisymmetric: bool,
 }
 
 impl<const D: usize> BackgroundGrid<D> {
-    /// The background of a case.
+    /// Returns the background grid of a case.
     pub fn new(
         case: &Case,
         SelectedTransfers { transfers: sweeps, linear }: SelectedTransfers<D>,
@@ -54,19 +54,19 @@ impl<const D: usize> BackgroundGrid<D> {
         }
     }
 
-    /// Where points find their nodes.
+    /// Grid view for points.
     #[inline(always)]
     pub fn grid_view(&self) -> GridView<'_, D> {
         GridView::new(&self.grid, &self.mesh, &self.layout)
     }
 
-    /// Whether points stand in elements of a mesh.
+    /// Whether the background is a mesh.
     #[inline(always)]
     pub fn is_meshed(&self) -> bool {
         self.elements.is_some()
     }
 
-    /// The layout of arrays with an entry a cell.
+    /// Layout of arrays with an entry a cell.
     #[inline(always)]
     pub fn cell_layout(&self) -> &Layout<D> {
         self.elements.as_ref().unwrap_or(&self.layout)
@@ -83,9 +83,8 @@ impl<const D: usize> BackgroundGrid<D> {
         MeshCells { mesh: &self.mesh, axisymmetric: self.axisymmetric }
     }
 
-    /// Edge (m) of the cell that point `p` of `domains`, at `position` (m), is in: the effective size that laws with a length take,
-    /// for the grid carries the resolution (sheet: constitutive §2.16). Of an element it is that of the square or cube which
-    /// elements of its volume share out.
+    /// Edge (m) of the cell of point `p` of `domains`, at `position` (m): the effective size for laws with a length, as the grid determines
+    /// the resolution (sheet: constitutive §2.16). For an element it is that of the square or cube which elements of its volume fill.
     #[inline(always)]
     pub fn edge(&self, domains: &DomainSlice<'_, D>, p: usize, position: &[f64; D]) -> f64 {
         if !self.is_meshed() {
@@ -95,20 +94,20 @@ impl<const D: usize> BackgroundGrid<D> {
         if D == 2 { (2.0 * volume).sqrt() } else { (6.0 * volume).cbrt() }
     }
 
-    /// How many normal strains there are.
+    /// Number of normal strains.
     #[inline(always)]
     pub fn normal_strains(&self) -> usize {
         if self.axisymmetric { 3 } else { D }
     }
 
-    /// Rate of volumetric strain (1/s) from what a point at a radius (m; of use in axisymmetry) reads.
+    /// Rate of volumetric strain (1/s) from the interpolated values of a point at a radius (m; used in axisymmetry).
     #[inline(always)]
     pub fn dilation(&self, read: &InterpolatedMotion<D>, radius: f64) -> f64 {
         let trace: f64 = (0..D).map(|j| read.gradient[j].as_array()[j]).sum();
         trace + if self.axisymmetric { read.velocity.as_array()[0] / radius } else { 0.0 }
     }
 
-    /// Where a node is (m), by its number in memory and its index along the axes.
+    /// Position of a node (m), by its number in memory and its index along the axes.
     pub fn node_at(&self, number: usize, index: &[usize; 3]) -> [f64; 3] {
         let mut place = [0.0; 3];
         if self.is_meshed() {

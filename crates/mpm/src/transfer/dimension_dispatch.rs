@@ -1,4 +1,4 @@
-//! From the run-time choice of dimension and shape functions to a dimension that the compiler knows.
+//! Dispatch from the run-time choice of dimension and shape functions to compile-time dimensions.
 
 use colluvium_case::{Case, CaseError};
 use colluvium_grid::{ShapeFunctionKind, Transfers};
@@ -6,25 +6,25 @@ use colluvium_grid::{ShapeFunctionKind, Transfers};
 use crate::MpmOptions;
 use crate::config::{DomainStretch, LagrangianFormulation, ShapeFunctions};
 
-/// The transfers of a case.
+/// Transfers of a case.
 #[derive(Clone, Copy, Debug)]
 pub struct SelectedTransfers<const D: usize> {
-    /// Those of its shape functions.
+    /// Transfers with its shape functions.
     pub transfers: &'static dyn Transfers<D>,
-    /// Those of linear functions.
+    /// Transfers with linear functions.
     pub linear: &'static dyn Transfers<D>,
 }
 
-/// Something done in a space of a dimension that the compiler knows.
+/// Visitor of a space with a compile-time dimension.
 pub trait DimensionVisitor {
-    /// What comes out.
+    /// Result of the visit.
     type Output;
 
-    /// Does it.
+    /// Visits the space.
     fn visit<const D: usize>(self, chosen: SelectedTransfers<D>) -> Self::Output;
 }
 
-/// Calls `visitor` in the space that `case` asks for, with the transfers of `options`.
+/// Calls `visitor` in the space of `case`, with the transfers of `options`.
 pub fn dispatch<T>(
     case: &Case,
     options: &MpmOptions,
@@ -91,7 +91,7 @@ pub mod tests {
         }
     }
 
-    /// The solver of a case in `D` dimensions, at time zero.
+    /// Returns the solver of a case in `D` dimensions, at time zero.
     pub fn begun<const D: usize>(case: &Case) -> MpmSolver<D> {
         let options = setup::options(case).unwrap();
         *dispatch(case, &options, Begin(case, &options)).unwrap().downcast().unwrap()

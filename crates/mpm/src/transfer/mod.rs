@@ -1,6 +1,6 @@
 //! Transfers between points and nodes: particle to grid, FLIP, XPIC, APIC, and the grid itself.
 //!
-//! The room knows weights and masses, no material law (sheet: mpm §2.3, §2.6).
+//! The module uses weights and masses, but no material law (sheet: mpm §2.3, §2.6).
 
 pub(crate) mod affine_transfer;
 pub(crate) mod background_grid;

@@ -1,4 +1,4 @@
-//! The transfers from points to grid.
+//! Transfers from points to grid.
 
 use std::ops::Range;
 
@@ -23,7 +23,7 @@ use crate::stress::cell_integration::{add_cell_forces, average_stresses};
 use crate::stress::dual_domain::{add_dual_forces, share, share_stresses};
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// What a scatter carries to the nodes.
+/// Content of a transfer to the nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum P2gContent {
     /// Mass, momentum and forces.
@@ -34,7 +34,7 @@ pub enum P2gContent {
     Forces,
 }
 
-/// `columns[j] = -V σ e_j`.
+/// Force columns `columns[j] = -V σ e_j`.
 #[inline(always)]
 pub fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Vector4; D] {
     let s = &stress.0;
@@ -49,8 +49,8 @@ pub fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Vector
     std::array::from_fn(|j| columns[j] * scale)
 }
 
-/// Adds to the nodes of a field the momenta of its bodies, `N` times mass times the velocities (m/s) that `of` finds, and what the affine fields
-/// of `transfer` add to them.
+/// Adds to the nodes of a field the momenta of its bodies, `N` times mass times the velocities (m/s) of `of`, and the contributions of the
+/// affine fields of `transfer`.
 pub fn p2g_momenta<const D: usize>(
     background: &BackgroundGrid<D>,
     sets: &[PointSet<D>],
@@ -77,7 +77,7 @@ pub fn p2g_momenta<const D: usize>(
     });
 }
 
-/// What a block of points gives to the nodes in one phase.
+/// Contributions of a block of points to the nodes in one phase.
 struct P2gBuffer<const D: usize> {
     motion: [Vector4; BLOCK_SIZE],
     columns: [[Vector4; D]; BLOCK_SIZE],
@@ -92,7 +92,7 @@ impl<const D: usize> P2gBuffer<D> {
     };
 }
 
-/// Parts that the points of a set carry of the affine velocity fields around them, where their transfer asks for it.
+/// Affine velocity fields of the points of a set, where their transfer has them.
 fn affine_of<const D: usize>(
     transfer: VelocityTransfer,
     set: &PointSet<D>,
@@ -204,7 +204,7 @@ pub fn p2g<const D: usize>(
     }
 }
 
-/// Maps the updated velocities of the points back to the nodes (MUSL, step 6), walls included.
+/// Maps the updated velocities of the points back to the nodes (MUSL, step 6), including walls.
 pub fn remap<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -222,7 +222,7 @@ pub fn remap<const D: usize>(
     velocities_of_remapped(clock, background, bodies, nodes, boundary, false);
 }
 
-/// Velocities at the start of the step (USF), walls included.
+/// Computes velocities at the start of the step (USF), including walls.
 pub fn start_velocities<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -236,8 +236,8 @@ pub fn start_velocities<const D: usize>(
     velocities_of_remapped(clock, background, bodies, nodes, boundary, true);
 }
 
-/// Divides re-mapped momenta by mass and applies the walls. With `start` the nodes still hold
-/// momenta, else they hold the solved velocities; mass is in their fourth lane either way.
+/// Divides re-mapped momenta by mass and applies the walls. With `start` the nodes contain momenta, otherwise solved velocities; mass is in
+/// their fourth lane in both cases.
 fn velocities_of_remapped<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,

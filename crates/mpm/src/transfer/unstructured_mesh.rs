@@ -15,7 +15,7 @@ use crate::points::point_set::PointSet;
 use crate::setup;
 use crate::{LagrangianFormulation, MpmOptions, VelocityTransfer};
 
-/// Refuses what elements cannot honour.
+/// Rejects features that meshes do not support.
 pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     let refuse = |key: &str, problem: &str| Err(CaseError::new(format!("methods.mpm.{key}"), problem));
     not_axis_by_axis(case, options)?;
@@ -57,8 +57,7 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
     Ok(())
 }
 
-/// Refuses absorbing sides, periodic domains and free surfaces where they are not what they are on a structured grid of
-/// products over the axes.
+/// Rejects absorbing sides, periodic domains and free surfaces where they require a structured grid of products over the axes.
 fn not_axis_by_axis(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     let refuse = |path: &str, problem: &str| Err(CaseError::new(path, problem));
     let special = options.mesh.is_some()
@@ -82,7 +81,7 @@ fn not_axis_by_axis(case: &Case, options: &MpmOptions) -> Result<(), CaseError> 
     Ok(())
 }
 
-/// Grid, mesh and order of the nodes of a case; without a mesh it is empty.
+/// Returns grid, mesh and order of the nodes of a case; without a mesh it is empty.
 pub fn grid_mesh_and_layout<const D: usize>(
     case: &Case,
     options: &MpmOptions,
@@ -146,7 +145,7 @@ fn lattice_coordinates<const D: usize>(count: usize) -> Vec<[f64; 4]> {
     }
 }
 
-/// Points of a body in each element.
+/// Number of points of a body in each element.
 pub fn points_per_element<const D: usize>(options: &MpmOptions) -> usize {
     lattice_coordinates::<D>(options.points_per_cell).len()
 }
@@ -166,7 +165,7 @@ pub fn sample_body<const D: usize>(mesh: &Mesh<D>, options: &MpmOptions, body: &
     samples
 }
 
-/// The walls of a stage: the nodes of a group, or those on and beyond a plane.
+/// Returns the walls of a stage: the nodes of a group, or those on and beyond a plane.
 pub fn mesh_walls<const D: usize>(
     case: &Case,
     stage: usize,
@@ -196,7 +195,7 @@ pub fn mesh_walls<const D: usize>(
     Ok(NodeWalls::for_mesh_nodes(layout.strides(), layout.len(), walls))
 }
 
-/// Refuses a group with a face that is not normal to the axis of its side, along which alone such a wall acts.
+/// Rejects a group with a face that is not normal to the axis of its side, along which alone such a wall acts.
 fn reject_oblique_group<const D: usize>(
     mesh: &Mesh<D>,
     number: usize,
@@ -253,9 +252,8 @@ fn on_plane<const D: usize>(
     Err(CaseError::new(format!("boundaries[{number}].position"), problem))
 }
 
-/// Loaded area (m²; m in the plane, per radian in axisymmetry) that each point of a set carries: facets of the filled
-/// elements on the loaded side, shared by the points next to them (sheet: mpm §2.11). Where a load varies, an area counts
-/// with the share of the load on it.
+/// Loaded area (m²; m in the plane, per radian in axisymmetry) of each point of a set: facets of the filled elements on the loaded side,
+/// divided among the points next to them (sheet: mpm §2.11). Where a load varies, an area counts with the share of the load on it.
 pub fn loaded_areas<const D: usize>(
     case: &Case,
     number: usize,
@@ -272,7 +270,7 @@ pub fn loaded_areas<const D: usize>(
     Ok(element_of.into_iter().map(|element| share[element as usize]).collect())
 }
 
-/// The same of the nodes on the loaded side: number and area (sheet: mpm §2.11).
+/// Nodes on the loaded side: number and loaded area (sheet: mpm §2.11).
 pub fn loaded_nodes<const D: usize>(
     case: &Case,
     number: usize,
@@ -288,9 +286,9 @@ pub fn loaded_nodes<const D: usize>(
     Ok(areas)
 }
 
-/// A facet on a loaded side.
+/// Facet on a loaded side.
 struct LoadedFacet<const D: usize> {
-    /// The element behind it.
+    /// Element behind the facet.
     element: u32,
     nodes: [u32; D],
     /// Integral over it of each node's function times the share of the load (m², m, or per radian).
@@ -301,14 +299,14 @@ fn elements_of<const D: usize>(mesh: &Mesh<D>, set: &PointSet<D>) -> Vec<u32> {
     set.points.position.iter().filter_map(|x| mesh.locate(x)).collect()
 }
 
-/// Numbers of points in the elements.
+/// Number of points in each element.
 fn counts<const D: usize>(mesh: &Mesh<D>, element_of: &[u32]) -> Vec<u32> {
     let mut count = vec![0u32; mesh.elements().len()];
     element_of.iter().for_each(|&e| count[e as usize] += 1);
     count
 }
 
-/// Facets on the loaded side of the elements that hold points.
+/// Returns facets on the loaded side of the elements with points.
 fn loaded_facets<const D: usize>(
     case: &Case,
     number: usize,

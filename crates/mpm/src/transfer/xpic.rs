@@ -1,12 +1,12 @@
-//! Extended PIC (Hammerquist & Nairn 2017; sheet: mpm §2.6), and FLIP whose unseen velocities decay.
+//! Extended PIC (Hammerquist & Nairn 2017; sheet: mpm §2.6), and FLIP with decay of null-space velocities.
 //!
-//! With `S⁺` from points to grid and `S` back, XPIC(m) takes from the points what `m` sweeps cannot represent:
-//! `V ← V - (I - S S⁺)^m V + Δt S a`. The first sweep is the grid's velocity at the start of the step, which the
-//! momentum solve leaves behind; each further order is one sweep over points and grid.
+//! With `S⁺` from points to grid and `S` back, XPIC(m) removes from the points the velocities that `m` sweeps cannot represent: `V ← V - (I
+//! - S S⁺)^m V + Δt S a`. The first sweep is the grid's velocity at the start of the step, which the momentum solve provides; each further
+//! order is one sweep over points and grid.
 //!
-//! Taken in every step, that dissipates with the number of steps. With a `residual_time` `τ` a step takes the share
-//! `1 - exp(-Δt/τ)` of it, the blend of FLIP and a filtered transfer by the step (Nairn & Hammerquist 2021): as much in the
-//! same time with any step. FLIP with a `residual_time` is the same.
+//! If all is removed in every step, the dissipation grows with the number of steps. With a `residual_time` `τ` a step removes the share `1
+//! - exp(-Δt/τ)`, the blend of FLIP and a filtered transfer by the step (Nairn & Hammerquist 2021): the same in the same time with any
+//! step. FLIP with a `residual_time` is identical.
 
 use colluvium_grid::{PointSlice, Vector4};
 
@@ -20,7 +20,7 @@ use crate::points::point_set::{CHUNK_POINTS, PointSet, par_for_each_chunk};
 use crate::transfer::background_grid::BackgroundGrid;
 use crate::transfer::p2g::p2g_momenta;
 
-/// Takes `(I - S S⁺)^m V`, or the share of it that goes in the step, from the velocities of the points; the update with `Δt S a` is that of FLIP.
+/// Removes `(I - S S⁺)^m V`, or the share of the step, from the velocities of the points; the update with `Δt S a` is that of FLIP.
 pub fn filter_velocities<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -47,8 +47,8 @@ pub fn filter_velocities<const D: usize>(
     }
 }
 
-/// `R ← R - S S⁺ R` for the rest `R` in the scratch of the points. Components that a wall or a patch holds have no
-/// part in it: there the grid's velocity is theirs.
+/// Computes `R ← R - S S⁺ R` for the residual `R` in the scratch of the points. Components that a wall or a patch prescribes are excluded:
+/// there the velocity is that of the grid.
 fn filter_once<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -80,7 +80,7 @@ fn filter_once<const D: usize>(
     }
 }
 
-/// Takes from the scratch of every point what `read` finds at it.
+/// Subtracts the values of `read` from the scratch of every point.
 fn subtract<const D: usize>(
     set: &mut PointSet<D>,
     read: &(dyn Fn(&PointSlice<'_, D>, &mut [Vector4]) + Sync),

@@ -1,4 +1,4 @@
-//! What colours the points.
+//! Sources of the colours of the points: fields and classes.
 
 use colluvium_case::Snapshot;
 use serde_json::{Value, json};
@@ -7,18 +7,18 @@ use crate::animation::quantisation::QuantisedRange;
 use crate::animation::{Panel, View};
 use crate::pictures::point_cloud::values;
 
-/// A name for each body that sorts the points: the body itself, or its material.
+/// Classes of the points by body: the body itself, or its material.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointClasses {
-    /// What they are: `body`, `material`.
+    /// Name of the classification: `body`, `material`.
     pub name: String,
     /// Names of the classes.
     pub names: Vec<String>,
-    /// The class of each body, by its number.
+    /// Class number of each body, by the number of the body.
     pub of_body: Vec<usize>,
 }
 
-/// Fields that are shown where nothing else is asked for, as far as the frames have them and they vary.
+/// Fields shown by default, as far as the frames have them and they vary.
 const DEFAULT_FIELDS: [&str; 8] = [
     "displacement",
     "velocity",
@@ -30,19 +30,19 @@ const DEFAULT_FIELDS: [&str; 8] = [
     "pore_pressure",
 ];
 
-/// Share of the values at each end that the colours do not tell apart: single points that fly do not stretch the scale.
+/// Share of the values at each end beyond the colour scale, so that single flying points do not stretch the scale.
 const CLIPPED_FRACTION: f64 = 0.001;
 
-/// Something that colours the points.
+/// Source of the colours of the points.
 #[derive(Clone, Debug)]
 pub(super) enum ColourSource {
-    /// A field, with its scale over all frames of all runs.
+    /// Field, with its scale over all frames of all runs.
     Field { name: String, unit: String, scale: QuantisedRange },
-    /// A class of the points.
+    /// Class of the points.
     Class(PointClasses),
 }
 
-/// What colours the points: fields that every frame has, one scale each, and classes of more than one name.
+/// Colour sources of an animation: fields that every frame has, one scale each, and classes of more than one name.
 pub(super) fn colour_sources(panels: &[Panel<'_>], view: &View) -> Vec<ColourSource> {
     let frames = || panels.iter().flat_map(|panel| &panel.frames).copied();
     let usual = || DEFAULT_FIELDS.iter().map(|name| (*name).to_owned()).collect();
@@ -55,7 +55,7 @@ pub(super) fn colour_sources(panels: &[Panel<'_>], view: &View) -> Vec<ColourSou
             all.extend(values(frame.field(&name)?).into_iter().filter(|value| value.is_finite()));
         }
         let (low, high) = scale_limits(&mut all)?;
-        // What is the same everywhere tells nothing, unless it was asked for.
+        // A uniform field is left out, unless it was requested.
         let varies = high - low > 1e-9 * high.abs().max(low.abs());
         let (low, high) = if varies { (low, high) } else { (low - 0.5, low + 0.5) };
         (varies || asked).then_some(ColourSource::Field {
@@ -77,7 +77,7 @@ pub(super) fn colour_sources(panels: &[Panel<'_>], view: &View) -> Vec<ColourSou
     shown
 }
 
-/// Ends of a scale: those of the values but for the outermost.
+/// Ends of a scale: those of the values without the outermost.
 fn scale_limits(values: &mut [f64]) -> Option<(f64, f64)> {
     let last = values.len().checked_sub(1)?;
     let cut = (CLIPPED_FRACTION * values.len() as f64) as usize;
@@ -87,7 +87,7 @@ fn scale_limits(values: &mut [f64]) -> Option<(f64, f64)> {
 }
 
 impl ColourSource {
-    /// Values of the points of a frame; those of a class are its number.
+    /// Values of the points of a frame; the class number for classes.
     pub fn values(&self, frame: &Snapshot) -> Vec<f64> {
         match self {
             Self::Field { name, .. } => {
@@ -100,7 +100,7 @@ impl ColourSource {
         }
     }
 
-    /// The number of a value.
+    /// Quantised number of a value.
     pub fn number(&self, value: f64) -> u8 {
         match self {
             Self::Field { scale, .. } => scale.quantise(value) as u8,
@@ -108,7 +108,7 @@ impl ColourSource {
         }
     }
 
-    /// What the player is told of it.
+    /// Description for the player, as JSON.
     pub fn json(&self) -> Value {
         match self {
             Self::Field { name, unit, scale } => json!({

@@ -1,4 +1,4 @@
-//! What is left out of an animation that would be too large for a page.
+//! Decimation of frames and points of animations that would be too large for a page.
 
 use std::collections::HashMap;
 
@@ -6,24 +6,24 @@ use colluvium_case::Snapshot;
 
 use crate::animation::{Panel, View, shape};
 
-/// Frames that are always kept, as far as the run has them, before points are left out.
+/// Least number of frames that are kept, as far as the run has them, before points are left out.
 const MIN_FRAMES: usize = 24;
-/// Frames of a run at most.
+/// Largest number of frames of a run.
 const MAX_FRAMES: usize = 120;
 
-/// Part of a run that is kept: some frames, and of each one point for a block of points; all of them where there are no blocks.
+/// Kept part of a run: some frames, and of each one point for a block of points; all of them where there are no blocks.
 pub(super) struct DecimatedRun<'a> {
     pub panel: Panel<'a>,
     pub blocks: Option<DecimationBlocks>,
 }
 
-/// What is kept of the runs within the bytes of a view, and what was left out, in words.
+/// Kept parts of the runs within the bytes of a view, and a text on the parts left out.
 pub(super) fn decimate<'a>(
     panels: &[Panel<'a>],
     view: &View,
     fields: usize,
 ) -> (Vec<DecimatedRun<'a>>, String) {
-    // Places and widths of 16 bits, values of 8; widths are mostly those of the frame before.
+    // Positions and widths of 16 bits, values of 8; widths are mostly those of the frame before.
     let each = (3 * view.axes.len() + fields) as f64;
     let bytes = |panel: &Panel<'_>| each * panel.frames.iter().map(|f| f.ids.len() as f64).sum::<f64>();
     let budget = if view.bytes == 0 { crate::animation::DEFAULT_BYTES } else { view.bytes } as f64;
@@ -54,7 +54,7 @@ pub(super) fn decimate<'a>(
     (kept, words.join("; "))
 }
 
-/// Numbers of `wanted` of `count` frames, evenly, the first and the last among them.
+/// Indices of `wanted` of `count` frames, evenly spaced, the first and the last among them.
 fn evenly(count: usize, wanted: usize) -> Vec<usize> {
     match wanted {
         0 => Vec::new(),
@@ -63,16 +63,16 @@ fn evenly(count: usize, wanted: usize) -> Vec<usize> {
     }
 }
 
-/// How a point stands for its block: as it was when the block was first seen.
+/// Relation of a kept point to its block, from the first frame that has the block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct DecimationBlock {
     /// Width of the block over that of the point, along each axis.
     pub width_ratio: [f64; 3],
-    /// From the point to the middle of the block (m).
+    /// Vector from the point to the middle of the block (m).
     pub offset: [f64; 3],
 }
 
-/// The points that are kept, the same ones in every frame: those next to the middle of blocks of neighbours. Bodies that move as a
+/// Kept points, identical in every frame: those next to the middle of blocks of neighbours. Bodies that move as a
 /// whole stay whole in the picture.
 pub(super) struct DecimationBlocks {
     kept: HashMap<u64, DecimationBlock>,
@@ -80,10 +80,10 @@ pub(super) struct DecimationBlocks {
 }
 
 impl DecimationBlocks {
-    /// Blocks of about so many points, by the places at which they are first seen.
+    /// Returns blocks of about `share` points, by the positions in the first frame that has them.
     fn of(panel: &Panel<'_>, view: &View, share: f64) -> Self {
         let shape = shape(panel);
-        // A column of a flow has its depth as height.
+        // A flow column has its depth as height.
         let axes: Vec<usize> =
             view.axes.iter().copied().filter(|axis| shape != "depth" || *axis != view.up).collect();
         let mut blocks = Self { kept: HashMap::new(), seen: 0 };
@@ -98,11 +98,11 @@ impl DecimationBlocks {
         blocks
     }
 
-    /// Takes in points that a frame is the first to have.
+    /// Adds the points that appear first in this frame.
     fn add(&mut self, frame: &Snapshot, new: &[usize], axes: &[usize], share: f64, round: bool) {
         let cells = BlockCells::new(frame, new, axes);
         let mut found = cells.sort(cells.edge(share));
-        // In the order of the points, whatever order the blocks have.
+        // Sorted by point, independent of the order of the blocks.
         found.sort_unstable_by_key(|members| members[0]);
         for members in found {
             let (first, count) = (members[0], members.len() as f64);
@@ -129,17 +129,17 @@ impl DecimationBlocks {
         }
     }
 
-    /// How many points there are for one that is kept.
+    /// Number of points for each kept one.
     fn share(&self) -> u64 {
         (self.seen as f64 / self.kept.len().max(1) as f64).round().max(1.0) as u64
     }
 
-    /// The block that a point stands for; `None` where it is left out.
+    /// Block that a point represents; `None` where the point is left out.
     pub fn get(&self, id: u64) -> Option<&DecimationBlock> {
         self.kept.get(&id)
     }
 
-    /// The largest width of a block over that of its point.
+    /// Largest ratio of the width of a block to that of its point.
     pub fn widest(&self) -> f64 {
         self.kept.values().flat_map(|block| block.width_ratio).fold(1.0, f64::max)
     }
@@ -176,13 +176,13 @@ impl<'a> BlockCells<'a> {
         }
     }
 
-    /// Members of blocks that are so many points wide.
+    /// Members of blocks with an edge of `edge` point widths.
     fn sort(&self, edge: f64) -> Vec<Vec<usize>> {
         let mut blocks: HashMap<(u32, [i64; 3]), Vec<usize>> = HashMap::new();
         for &i in self.points {
             let mut key = [0; 3];
             for (c, &axis) in self.axes.iter().enumerate() {
-                // A thousandth of a point: places on the border of two blocks fall to one side whatever rounding left.
+                // A thousandth of a point width: points on the border of two blocks fall to one side regardless of round-off.
                 let steps = (self.frame.positions[i][axis] - self.low[c]) / self.width[c] + 1e-3;
                 key[c] = (steps / edge).floor() as i64;
             }
@@ -192,8 +192,8 @@ impl<'a> BlockCells<'a> {
         blocks.into_values().collect()
     }
 
-    /// Edge of blocks, in points, that leaves no more than one point in `share`: a whole number where that leaves about as many, since
-    /// blocks of a lattice are then alike.
+    /// Edge of blocks, in point widths, that leaves no more than one point in `share`: a whole number where that leaves about as many,
+    /// since blocks of a lattice are then alike.
     fn edge(&self, share: f64) -> f64 {
         let most = (self.points.len() as f64 / share).max(1.0);
         let count = |edge: f64| self.sort(edge).len() as f64;
@@ -210,7 +210,7 @@ impl<'a> BlockCells<'a> {
         high
     }
 
-    /// Ends of the points of a block along an axis (m).
+    /// Extent of the points of a block along an axis (m).
     fn ends(&self, members: &[usize], axis: usize) -> (f64, f64) {
         members.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &i| {
             let (x, half) = (self.frame.positions[i][axis], 0.5 * self.frame.extents[i][axis]);
@@ -223,7 +223,7 @@ impl<'a> BlockCells<'a> {
 mod tests {
     use super::*;
 
-    /// A slab of 40 × 10 points that falls as a whole.
+    /// Slab of 40 × 10 points that falls as a whole.
     fn slab(time: f64) -> Snapshot {
         let place = |k: usize| [0.1 * (k % 40) as f64 + 0.05, 0.1 * (k / 40) as f64 + 0.05 - time, 0.0];
         Snapshot {

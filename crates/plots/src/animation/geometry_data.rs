@@ -1,4 +1,4 @@
-//! The ground behind the points, for a player.
+//! Rigid geometry behind the points, for the player.
 
 use serde_json::{Value, json};
 
@@ -6,7 +6,7 @@ use crate::animation::quantisation::QuantisedRange;
 use crate::animation::text;
 use crate::{Heights, RigidGeometry};
 
-/// What a player reads of rigid geometry, of what moves at `times` (s).
+/// Rigid geometry as JSON for the player, with the poses of moving parts at `times` (s).
 pub(super) fn geometry_data(ground: &RigidGeometry, times: &[f64]) -> Value {
     let moving = ground.moving.iter().map(|one| {
         let poses = times.iter().map(|time| one.pose(*time));
@@ -26,7 +26,7 @@ fn lines(lines: &[Vec<[f64; 2]>]) -> Vec<Vec<[f64; 2]>> {
     lines.iter().map(|line| rounded(line)).collect()
 }
 
-/// Places to six digits (m).
+/// Positions to six digits (m).
 fn rounded<const D: usize>(places: &[[f64; D]]) -> Vec<[f64; D]> {
     let digits = |x: f64| format!("{x:.5e}").parse::<f64>().unwrap_or(x);
     places.iter().map(|x| x.map(digits)).collect()
@@ -37,7 +37,7 @@ fn heights(heights: &Heights) -> Option<Value> {
     let there = || heights.values.iter().filter(|height| height.is_finite());
     let low = there().copied().reduce(f64::min)?;
     let high = there().copied().fold(low, f64::max);
-    // One number is kept for what is no number.
+    // The last number is reserved for NaN.
     let scale = QuantisedRange { low, high: if high > low { high } else { low + 1.0 }, steps: 65_534 };
     let words: Vec<u8> =
         heights.values.iter().flat_map(|height| (scale.quantise(*height) as u16).to_le_bytes()).collect();

@@ -1,4 +1,4 @@
-//! Animations that a reader plays, scrubs and turns in a browser: points in time with their fields, quantised into the page, and a
+//! Animations to play, scrub and turn in a browser: points in time with their fields, quantised into the page, and a
 //! small player that needs no other file.
 
 mod colour_fields;
@@ -19,54 +19,54 @@ pub use crate::animation::quantisation::QuantisedRange;
 use super::{PALETTE, RigidGeometry};
 use crate::pictures::point_cloud::{COLOUR_STOPS, RADIUS};
 
-/// The player: a script that makes a player of every [`Animation::element`] of the page. Once on a page.
+/// Script of the player, which turns every [`Animation::element`] of the page into a player. Once on a page.
 pub const SCRIPT: &str = include_str!("player.js");
 
 /// Style sheet of the player. Once on a page.
 pub const STYLE: &str = include_str!("player.css");
 
-/// Points in time under a name: a run.
+/// Run of an animation: points in time under a name.
 #[derive(Clone, Debug)]
 pub struct Panel<'a> {
     /// Name above the picture.
     pub name: String,
-    /// States, in the order of their times.
+    /// States, in the order of time.
     pub frames: Vec<&'a Snapshot>,
-    /// How many frames the run has; more than there are here where some were left out.
+    /// Number of frames of the run; larger than the length of `frames` where some were left out.
     pub frame_count: usize,
 }
 
-/// What is shown of the points, and how.
+/// Selection of axes, fields and geometry of an animation.
 #[derive(Clone, Debug, Default)]
 pub struct View {
-    /// The axes seen: two, or all three for a picture that can be turned.
+    /// Axes shown: two, or all three for a picture that can be turned.
     pub axes: Vec<usize>,
-    /// The axis against gravity.
+    /// Index of the axis against gravity.
     pub up: usize,
-    /// Fields that colour the points; what is usual when empty.
+    /// Fields that colour the points; the default fields when empty.
     pub fields: Vec<String>,
-    /// What else sorts the points: bodies, materials.
+    /// Classes that colour the points: bodies, materials.
     pub classes: Vec<PointClasses>,
     /// Rigid geometry behind the points.
     pub ground: RigidGeometry,
-    /// Bytes that the points may take; frames and points are left out beyond.
+    /// Largest size of the points (bytes); frames and points are left out beyond.
     pub bytes: usize,
 }
 
-/// Bytes that an animation takes unless something else is said: the page grows by four thirds of it.
+/// Default size of an animation (bytes): the page grows by four thirds of it.
 pub const DEFAULT_BYTES: usize = 2_000_000;
 
-/// An animation, ready for a page.
+/// Animation, ready for a page.
 #[derive(Clone, Debug)]
 pub struct Animation {
-    /// What the player reads.
+    /// Data of the player.
     data: Value,
-    /// What was left out, in words; empty where nothing was.
+    /// Text on the parts left out; empty where nothing was.
     pub omitted: String,
 }
 
 impl Animation {
-    /// Of some runs side by side, with one scale, one set of axes and one time for all. `None` where no frame has points, or
+    /// Animation of runs side by side, with one scale, one set of axes and one time for all. `None` where no frame has points, or
     /// no run has two frames.
     pub fn from_panels(panels: &[Panel<'_>], view: &View) -> Option<Self> {
         if panels.iter().all(|panel| panel.frames.len() < 2) {
@@ -108,9 +108,9 @@ impl Animation {
         Some(Self { data, omitted: thinned })
     }
 
-    /// The element of HTML that [`SCRIPT`] makes a player of.
+    /// HTML element that [`SCRIPT`] turns into a player.
     pub fn element(&self) -> String {
-        // Nothing in a title or a name can end the element.
+        // A title or a name cannot end the element.
         let data = self.data.to_string().replace('<', "\\u003c");
         format!(
             "<div class=\"player\"><script type=\"application/json\">{data}</script><noscript>The animation needs \
@@ -119,7 +119,7 @@ impl Animation {
     }
 }
 
-/// How the points of a run are drawn: grains as disks, columns of a flow over their bed, all others as squares.
+/// Shape of the points of a run: disks for grains, columns over their bed for a flow, squares for all others.
 fn shape(panel: &Panel<'_>) -> &'static str {
     let all = |name: &str| panel.frames.iter().all(|frame| frame.field(name).is_some());
     match (all(RADIUS), all("depth") && all("bed")) {
@@ -129,7 +129,7 @@ fn shape(panel: &Panel<'_>) -> &'static str {
     }
 }
 
-/// All times of some series of frames, ascending; times that agree to a millionth of the whole are one.
+/// All times of several series of frames, ascending; times that agree to a millionth of the whole are one.
 fn times(series: &[&[&Snapshot]]) -> Vec<f64> {
     let mut times: Vec<f64> =
         series.iter().flat_map(|frames| frames.iter().map(|frame| frame.time)).collect();
@@ -139,7 +139,7 @@ fn times(series: &[&[&Snapshot]]) -> Vec<f64> {
     times
 }
 
-/// The last frame at or before a time; the first where there is none.
+/// Index of the last frame at or before a time; the first where there is none.
 fn frame_at(frames: &[&Snapshot], time: f64, end: f64) -> usize {
     let near = 1e-6 * end.abs();
     frames.iter().rposition(|frame| frame.time <= time + near).unwrap_or(0)

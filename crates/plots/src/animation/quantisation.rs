@@ -1,4 +1,4 @@
-//! Numbers as whole steps of a range: places and widths in 16 bits, values in 8.
+//! Quantisation of numbers as whole steps of a range: positions and widths in 16 bits, values in 8.
 
 use colluvium_case::Snapshot;
 use serde_json::{Value, json};
@@ -7,29 +7,29 @@ use crate::animation::colour_fields::ColourSource;
 use crate::animation::decimation::{DecimationBlock, DecimationBlocks};
 use crate::animation::{Panel, View, text};
 
-/// Steps of a place or a width.
+/// Number of steps of a position or a width.
 const POSITION_STEPS: u32 = 65_535;
-/// Steps of a value; the number after them says that there is none.
+/// Number of steps of a value; the number after them means no value.
 const VALUE_STEPS: u32 = 254;
 
-/// A range divided into whole steps.
+/// Range divided into whole steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QuantisedRange {
-    /// Where it begins.
+    /// Lower end.
     pub low: f64,
-    /// Where it ends; beyond its beginning.
+    /// Upper end, above the lower one.
     pub high: f64,
-    /// How many steps it has.
+    /// Number of steps.
     pub steps: u32,
 }
 
 impl QuantisedRange {
-    /// One of 16 bits.
+    /// Range of 16 bits.
     pub fn fine(low: f64, high: f64) -> Self {
         Self { low, high, steps: POSITION_STEPS }
     }
 
-    /// One of 8 bits, with one number kept for what is no number.
+    /// Range of 8 bits, with one number reserved for NaN.
     pub fn coarse(low: f64, high: f64) -> Self {
         Self { low, high, steps: VALUE_STEPS }
     }
@@ -39,7 +39,7 @@ impl QuantisedRange {
         (self.high - self.low) / f64::from(self.steps)
     }
 
-    /// The nearest step; ends for what lies beyond, and for what is no number the one after the last.
+    /// Nearest step; the end of the range for values beyond it, and the number after the last step for NaN.
     pub fn quantise(&self, value: f64) -> u32 {
         if value.is_nan() {
             return self.steps + 1;
@@ -47,13 +47,13 @@ impl QuantisedRange {
         ((value - self.low) / self.step()).round().clamp(0.0, f64::from(self.steps)) as u32
     }
 
-    /// The value of a step.
+    /// Value of a step.
     pub fn decode(&self, number: u32) -> f64 {
         if number > self.steps { f64::NAN } else { self.low + f64::from(number) * self.step() }
     }
 }
 
-/// What all frames cover along each axis, with the widths of the points; `None` where there are no points.
+/// Extent of all frames along each axis, with the widths of the points; `None` where there are no points.
 pub(super) fn bounds(panels: &[Panel<'_>], axes: &[usize]) -> Option<Vec<QuantisedRange>> {
     let frames = || panels.iter().flat_map(|panel| &panel.frames);
     let one = |axis: &usize| {
@@ -69,7 +69,7 @@ pub(super) fn bounds(panels: &[Panel<'_>], axes: &[usize]) -> Option<Vec<Quantis
     let ends: Option<Vec<(f64, f64)>> = axes.iter().map(one).collect();
     let ends = ends?;
     let spread = ends.iter().map(|(low, high)| high - low).fold(0.0, f64::max);
-    // A line of points has no height: it gets some, for a range without length has no steps.
+    // A line of points has no height: it gets some, since a range without length has no steps.
     let least = if spread > 0.0 { 0.05 * spread } else { 1.0 };
     let scale = |(low, high): (f64, f64)| {
         let half = if high > low { 0.0 } else { 0.5 * least };
@@ -78,14 +78,14 @@ pub(super) fn bounds(panels: &[Panel<'_>], axes: &[usize]) -> Option<Vec<Quantis
     Some(ends.into_iter().map(scale).collect())
 }
 
-/// The largest width of all points (m).
+/// Largest width of all points (m).
 pub(super) fn max_width(panels: &[Panel<'_>], axes: &[usize]) -> f64 {
     let frames = panels.iter().flat_map(|panel| &panel.frames);
     let widths = frames.flat_map(|frame| &frame.extents).flat_map(|e| axes.iter().map(|axis| e[*axis]));
     widths.filter(|width| width.is_finite()).fold(0.0, f64::max)
 }
 
-/// Writes the frames of a run, one after the other.
+/// Encoder of the frames of a run, one after the other.
 pub(super) struct Encoder<'a> {
     bounds: &'a [QuantisedRange],
     width: QuantisedRange,
@@ -105,7 +105,7 @@ impl<'a> Encoder<'a> {
         Self { bounds, width, view, fields, last: Vec::new() }
     }
 
-    /// A frame, of each block one point, where there are blocks: places, widths where they are not those of the frame before, values.
+    /// Encodes a frame, with blocks one point of each: positions, widths where they differ from those of the frame before, values.
     pub fn frame(&mut self, frame: &Snapshot, blocks: Option<&DecimationBlocks>) -> Value {
         let all = DecimationBlock { width_ratio: [1.0; 3], offset: [0.0; 3] };
         let block = |i: usize| blocks.map_or(Some(&all), |blocks| blocks.get(frame.ids[i]));

@@ -1,4 +1,4 @@
-//! What an animation holds, and that a browser plays it.
+//! Tests of the data of an animation and of its playback in a browser.
 
 use base64::Engine;
 use colluvium_case::{Field, FieldData, Snapshot};
@@ -62,7 +62,7 @@ fn a_number_comes_back_within_half_a_step() {
         for k in 0..=1000 {
             let value = scale.low + (scale.high - scale.low) * f64::from(k) / 1000.0;
             let back = scale.decode(scale.quantise(value));
-            // Rounding of the numbers themselves beside the half step.
+            // Round-off of the numbers themselves beside the half step.
             let bound = 0.5 * scale.step() * (1.0 + 1e-6) + 4.0 * f64::EPSILON * value.abs();
             assert!((back - value).abs() <= bound, "{value} came back as {back}");
         }
@@ -98,7 +98,7 @@ fn the_page_has_places_widths_and_values_of_every_frame() {
         }
         assert_eq!(bytes(&frame["v"][1])[..4], [0, 1, 0, 1]);
     }
-    // Widths that stay as they are stand once.
+    // Widths that do not change are stored once.
     let width = QuantisedRange::fine(0.0, data["largest"].as_f64().unwrap());
     let widths = words(&data["panels"][0]["frames"][0]["w"]);
     assert!((width.decode(widths[0]) - 0.1).abs() <= width.step() && width.decode(widths[1]) == 0.2);
@@ -124,7 +124,7 @@ fn what_is_left_out_is_told_and_the_same_points_stay() {
     assert!(counts.iter().all(|n| *n == counts[0] && *n > 300), "{counts:?}");
     let times: Vec<f64> = serde_json::from_value(animation.data["times"].clone()).unwrap();
     assert_eq!((times[0], times[23]), (0.0, states[199].time));
-    // A caller that left out frames before says how many there were.
+    // A caller that left out frames gives their number.
     let some = Panel { frame_count: 999, ..panel("a", &states[..3]) };
     assert_eq!(Animation::from_panels(&[some], &view()).unwrap().omitted, "3 of 999 frames");
 }
@@ -159,7 +159,7 @@ fn no_name_ends_the_data_and_what_does_not_move_is_no_animation() {
     assert!(Animation::from_panels(&[panel("a", &empty)], &view()).is_none());
 }
 
-/// Turns the page's players through their frames, and says in its title what came of it.
+/// Script that turns the page's players through their frames and puts the result into the page's title.
 const DRIVER: &str = r#"
 window.problems = [];
 window.addEventListener("error", (event) => window.problems.push(event.message));
@@ -181,7 +181,7 @@ window.addEventListener("load", () => {
 });
 "#;
 
-/// A page that chromium has opened: its elements as text, and what its console said.
+/// Opens a page in chromium: its elements as text, and the output of its console.
 fn open(page: &str) -> Option<(String, String)> {
     let program = ["chromium", "/usr/bin/chromium", "chromium-browser", "google-chrome"].into_iter();
     let folder = tempfile::tempdir().unwrap();

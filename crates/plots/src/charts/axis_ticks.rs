@@ -1,4 +1,4 @@
-//! Ticks of axes: round places, texts that tell them apart, and the constant that all of them share.
+//! Ticks of axes: round coordinates, distinct labels, and the constant that all labels share.
 
 use std::ops::Range;
 
@@ -6,25 +6,25 @@ use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, ValueFormatte
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::Ranged;
 
-/// Size of the letters at an axis (px).
+/// Font size of the labels of an axis (px).
 pub(crate) const LETTERS: u32 = 14;
-/// Width of a letter over its size, of figures.
+/// Width of a figure over the font size.
 const WIDTH: f64 = 0.6;
-/// Ticks of an axis, at most.
+/// Largest number of ticks of an axis.
 const MAX_TICKS: usize = 8;
-/// Letters of a text; longer ones are written from a constant.
+/// Largest number of characters of a label; longer ones are written relative to a constant.
 const MAX_TEXT_LENGTH: usize = 8;
-/// Letters of a text up to which no exponent is written.
+/// Largest number of characters of a label without exponent.
 const MAX_PLAIN_LENGTH: usize = 6;
-/// Least distance of texts beside each other, and of lines of text (px).
+/// Least distance of labels beside each other, and of lines of text (px).
 const GAPS: [f64; 2] = [14.0, 24.0];
 
-/// The way of an axis.
+/// Direction of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum AxisDirection {
-    /// To the right: texts stand beside each other.
+    /// Horizontal axis, to the right: labels beside each other.
     Horizontal,
-    /// Upward: texts stand above each other.
+    /// Vertical axis, upward: labels above each other.
     Vertical,
 }
 
@@ -35,7 +35,7 @@ pub(crate) struct NumberAxis {
 }
 
 impl NumberAxis {
-    /// An axis that reaches so far.
+    /// Returns an axis over `range`.
     pub fn new(range: Range<f64>, ticks: Ticks) -> Self {
         Self { scale: range.into(), ticks }
     }
@@ -73,14 +73,14 @@ impl ValueFormatter<f64> for NumberAxis {
 pub(crate) struct Ticks {
     /// Coordinates, ascending; on a logarithmic axis powers of ten.
     pub places: Vec<f64>,
-    /// Text at each.
+    /// Label of each tick.
     texts: Vec<String>,
-    /// Constant that is added to all texts, with its sign; none where they are the values themselves.
+    /// Constant added to all labels, with its sign; `None` where the labels are the values themselves.
     constant: Option<String>,
 }
 
 impl Ticks {
-    /// Ticks of an axis of so many pixels.
+    /// Ticks of an axis of length `pixels`.
     pub fn linear(range: &Range<f64>, pixels: f64, along: AxisDirection) -> Self {
         let tries = (2..=MAX_TICKS).rev().map(|most| Self::with_max_count(range, most));
         let mut last = Self::default();
@@ -90,7 +90,7 @@ impl Ticks {
             }
             last = ticks;
         }
-        // One of them is better than two that overlap.
+        // A single label is better than two that overlap.
         last.places.truncate(1);
         last.texts.truncate(1);
         last
@@ -104,20 +104,20 @@ impl Ticks {
         let mut tries = tries.map(|(parts, stride)| Self::decades(range, parts, stride));
         let enough = |ticks: &Self| ticks.places.len() > 1 && ticks.fits(range, pixels, along);
         tries.find(enough).unwrap_or_else(|| {
-            // Less than a decade: round values as on an even axis.
+            // Less than a decade: round values as on a linear axis.
             let mut ticks = Self::with_max_count(&(10f64.powf(range.start)..10f64.powf(range.end)), 4);
             ticks.places.iter_mut().for_each(|place| *place = place.log10());
             ticks
         })
     }
 
-    /// Round places, no more than so many.
+    /// Ticks at round values, at most `most`.
     fn with_max_count(range: &Range<f64>, most: usize) -> Self {
         let span = range.end - range.start;
         let first = (span / most as f64).log10().floor() as i32;
         let steps = (first..first + 3).flat_map(|power| [1.0, 2.0, 5.0].map(|part| (part, power)));
         for (part, power) in steps {
-            // Nothing but a division of two whole numbers gives 0.1 as it is written.
+            // Only a division of two whole numbers gives exactly 0.1.
             let step = if power < 0 { part / 10f64.powi(-power) } else { part * 10f64.powi(power) };
             let from = (range.start / step - 1e-9).ceil();
             let count = (range.end / step + 1e-9).floor() - from + 1.0;
@@ -129,7 +129,7 @@ impl Ticks {
         Self::default()
     }
 
-    /// Ticks at whole numbers of a step, with the power of ten that the step is a multiple of.
+    /// Ticks at multiples of a step, with the power of ten that the step is a multiple of.
     fn round(whole: &[f64], step: f64, power: i32, span: f64) -> Self {
         let places: Vec<f64> = whole.iter().map(|k| k * step).collect();
         let texts = texts(&places, power);
@@ -144,7 +144,7 @@ impl Ticks {
         Self { places, texts, constant: Some(format!("{constant:+e}")) }
     }
 
-    /// Multiples of powers of ten, of every so many powers.
+    /// Multiples of powers of ten, at every `stride`-th power.
     fn decades(range: &Range<f64>, parts: &[i32], stride: i32) -> Self {
         let near = 1e-9 * (range.end - range.start);
         let (first, last) = (range.start.floor() as i32, range.end.ceil() as i32);
@@ -165,7 +165,7 @@ impl Ticks {
         ticks
     }
 
-    /// Whether no text touches the next one.
+    /// Whether no label overlaps the next one.
     fn fits(&self, range: &Range<f64>, pixels: f64, along: AxisDirection) -> bool {
         let letters = self.texts.iter().map(String::len).max().unwrap_or(0);
         let room = match along {
@@ -176,19 +176,19 @@ impl Ticks {
         self.places.windows(2).all(|pair| (pair[1] - pair[0]) * scale >= room)
     }
 
-    /// Text at a place.
+    /// Label at a coordinate.
     pub fn text(&self, place: f64) -> String {
         let off = |k: &usize| (self.places[*k] - place).abs();
         let nearest = (0..self.places.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
         nearest.map_or_else(String::new, |k| self.texts[k].clone())
     }
 
-    /// Texts with their places.
+    /// Labels with their coordinates.
     pub fn visible(&self) -> impl Iterator<Item = (f64, &str)> {
         self.places.iter().copied().zip(self.texts.iter().map(String::as_str))
     }
 
-    /// Description of the axis with the constant that its texts leave out.
+    /// Description of the axis with the constant that its labels leave out.
     pub fn described(&self, axis: &str) -> String {
         match &self.constant {
             Some(constant) => format!("{axis} [{constant}]"),
@@ -197,7 +197,7 @@ impl Ticks {
     }
 }
 
-/// Texts of multiples of a power of ten: plain where these are short, else with an exponent, with all figures that tell them apart.
+/// Labels of multiples of a power of ten: plain where these are short, else with an exponent, with all figures that distinguish them.
 fn texts(places: &[f64], power: i32) -> Vec<String> {
     let decimals = (-power).max(0) as usize;
     let zero = |text: String, place: f64| if place == 0.0 { "0".to_owned() } else { text };
@@ -244,7 +244,7 @@ mod tests {
                         !texts.is_empty() && texts.iter().all(|text| text.len() <= MAX_TEXT_LENGTH + 1),
                         "{texts:?}"
                     );
-                    // A reader who adds the constant gets the place.
+                    // Label plus constant gives the coordinate.
                     let constant = ticks.constant.as_deref().map_or(0.0, |text| text.parse::<f64>().unwrap());
                     for (place, text) in ticks.visible() {
                         let read = constant + text.parse::<f64>().unwrap();

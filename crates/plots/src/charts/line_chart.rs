@@ -8,37 +8,37 @@ use plotters::prelude::*;
 use crate::charts::axis_ticks::{AxisDirection, LETTERS, NumberAxis, Ticks};
 use crate::{FONT, PALETTE, Picture, range};
 
-/// How a series is drawn.
+/// Drawing style of a series.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Style {
-    /// A line through the points.
+    /// Line through the points.
     #[default]
     Line,
-    /// A broken line: laws and closed forms.
+    /// Dashed line: laws and closed forms.
     Dashed,
     /// Markers: measured points.
     Markers,
 }
 
-/// Points with a name.
+/// Series of points with a name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Series {
-    /// Name in the legend; none when empty.
+    /// Name in the legend; no entry when empty.
     pub label: String,
-    /// The points; those that are not finite are left out.
+    /// Points; those that are not finite are left out.
     pub points: Vec<(f64, f64)>,
-    /// How they are drawn.
+    /// Drawing style.
     pub style: Style,
 }
 
 impl Series {
-    /// A series.
+    /// Returns a series.
     pub fn new(label: impl Into<String>, points: Vec<(f64, f64)>, style: Style) -> Self {
         Self { label: label.into(), points, style }
     }
 }
 
-/// A line chart.
+/// Line chart.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LineChart {
     /// Title above the chart.
@@ -47,9 +47,9 @@ pub struct LineChart {
     pub x_label: String,
     /// Label of the vertical axis, with unit.
     pub y_label: String,
-    /// Logarithmic axes, both; points that are not positive are left out.
+    /// Whether both axes are logarithmic; points that are not positive are left out.
     pub log: bool,
-    /// What is drawn.
+    /// Series drawn.
     pub series: Vec<Series>,
 }
 
@@ -70,11 +70,11 @@ impl Picture for LineChart {
 }
 
 impl LineChart {
-    /// The corner that the series leave free for the legend, and how far the vertical axis has to reach beyond them, as a share of its
+    /// Corner that the series leave free for the legend, and the extension of the vertical axis beyond them, as a share of its
     /// length, where they leave none.
     fn legend(&self, x: &Range<f64>, y: &Range<f64>) -> (SeriesLabelPosition, f64) {
         let named = || self.series.iter().map(|series| series.label.chars().count()).filter(|&n| n > 0);
-        // Shares of the plane that it covers, with its margins: letters of 14 px are 7 wide, lines 20 high.
+        // Shares of the plotting area covered by the legend, with its margins: letters of 14 px are 7 wide, lines 20 high.
         let (width, height) = self.plane();
         let (wide, high) =
             (7.0 * named().max().unwrap_or(0) as f64 + 50.0, 20.0 * named().count() as f64 + 26.0);
@@ -100,18 +100,18 @@ impl LineChart {
         free.map_or((SeriesLabelPosition::UpperRight, high / (1.0 - high)), |(_, corner)| (corner, 0.0))
     }
 
-    /// Width and height of the plane between the axes (px).
+    /// Width and height of the plotting area between the axes (px).
     fn plane(&self) -> (f64, f64) {
         let (width, height) = self.size();
         (f64::from(width) - 102.0, f64::from(height) - 100.0)
     }
 
-    /// The series with their points that are drawn, on logarithmic axes as powers of ten.
+    /// Series with their visible points, on logarithmic axes as powers of ten.
     fn visible_series(&self) -> impl Iterator<Item = (&Series, Vec<(f64, f64)>)> {
         self.series.iter().map(|series| (series, self.continuous_parts(series).concat()))
     }
 
-    /// Points of a series that follow each other without a gap, on logarithmic axes as powers of ten.
+    /// Consecutive points of a series without a gap, on logarithmic axes as powers of ten.
     fn continuous_parts(&self, series: &Series) -> Vec<Vec<(f64, f64)>> {
         let shown = |p: &(f64, f64)| {
             let finite = p.0.is_finite() && p.1.is_finite() && p.1.abs() < 1e200;
@@ -122,7 +122,7 @@ impl LineChart {
         pieces.map(|piece| piece.iter().map(|p| (scale(p.0), scale(p.1))).collect()).collect()
     }
 
-    /// Draws in axes that reach so far, logarithmic ones in powers of ten.
+    /// Draws the chart in axes of the given ranges, logarithmic ones in powers of ten.
     fn draw_in<B: DrawingBackend>(
         &self,
         area: &DrawingArea<B, Shift>,
@@ -155,7 +155,7 @@ impl LineChart {
         for (number, (series, points)) in self.visible_series().enumerate() {
             let colour = PALETTE[number % PALETTE.len()];
             let line = colour.stroke_width(2);
-            // A line ends where values are missing, and a value alone is a dot.
+            // A line ends where values are missing, and an isolated value is a dot.
             let (lines, alone): (Vec<_>, Vec<_>) =
                 self.continuous_parts(series).into_iter().partition(|piece| piece.len() > 1);
             if series.style != Style::Markers {
@@ -205,7 +205,7 @@ impl LineChart {
     }
 }
 
-/// Places on a line through points, no farther apart than a hundredth.
+/// Points on a line through points, no farther apart than a hundredth.
 fn densified(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let between = |pair: &[(f64, f64)]| {
         let ((x, y), (to_x, to_y)) = (pair[0], pair[1]);
@@ -230,7 +230,7 @@ mod tests {
     #[test]
     fn the_legend_stands_where_no_line_passes_or_above_them_all() {
         let unit = 0.0..1.0;
-        // Two points, but the line between them passes the corners in which it has none.
+        // Two points, but the line between them passes the corners that have no point.
         let (corner, room) = chart(&[&[(0.0, 0.0), (1.0, 1.0)]]).legend(&unit, &unit);
         assert!(matches!(corner, SeriesLabelPosition::UpperLeft) && room == 0.0);
         let cross = chart(&[&[(0.0, 0.0), (1.0, 1.0)], &[(0.0, 1.0), (1.0, 0.0)]]);

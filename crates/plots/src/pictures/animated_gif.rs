@@ -1,14 +1,14 @@
-//! Pictures one after the other, as an animated GIF.
+//! Animated GIF of a sequence of pictures.
 
 use std::collections::HashMap;
 
 use crate::Picture;
 use crate::pictures::point_cloud::colour;
 
-/// Colours of the scale among the 256 of a GIF; the others are greys.
+/// Number of colours of the scale among the 256 of a GIF; the others are greys.
 const SCALE: usize = 192;
 
-/// The 256 colours: the scale of the points, and greys from black to white for axes and text.
+/// Palette of 256 colours: the scale of the points, and greys from black to white for axes and text.
 fn palette() -> Vec<[u8; 3]> {
     let of_scale = (0..SCALE).map(|k| {
         let colour = colour(k as f64 / (SCALE - 1) as f64);
@@ -19,7 +19,7 @@ fn palette() -> Vec<[u8; 3]> {
     of_scale.chain((0..greys).map(grey)).collect()
 }
 
-/// Animated GIF of pictures of one size, each shown for so long (s), without end.
+/// Animated GIF of pictures of one size, each shown for `each` (s), in an endless loop.
 ///
 /// # Errors
 /// When there is no picture, they differ in size, or one cannot be drawn.
@@ -54,7 +54,7 @@ pub fn to_gif<P: Picture>(pictures: &[P], each: f64) -> Result<Vec<u8>, String> 
     Ok(bytes)
 }
 
-/// Number of the colour that is closest to a pixel's.
+/// Index of the palette colour closest to that of a pixel.
 fn closest(palette: &[[u8; 3]], pixel: &[u8; 3]) -> u8 {
     let distance = |colour: &[u8; 3]| -> i32 {
         colour.iter().zip(pixel).map(|(a, b)| (i32::from(*a) - i32::from(*b)).pow(2)).sum()

@@ -1,4 +1,4 @@
-//! Force chains and roses of contacts.
+//! Force chains and contact roses.
 
 use std::ops::Range;
 
@@ -11,30 +11,30 @@ use crate::charts::plane_axes::{plane, scale};
 use crate::pictures::point_cloud::{EARTH, values};
 use crate::{CommonScales, FONT, PALETTE, Picture, clip_line, label, range, significant};
 
-/// Grains with the forces between them: a line from centre to centre, as wide as its force; the dark ones are above the mean.
+/// Grains with the forces between them: a line from centre to centre of a width proportional to the force, dark above the mean.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ForceChains {
     /// Title above the picture.
     pub title: String,
     /// Centre and radius of each grain (m).
     pub grains: Vec<([f64; 2], f64)>,
-    /// Both ends (m) and force of each contact (N; N/m in the plane).
+    /// Both ends (m) and force (N; N/m in the plane) of each contact.
     pub lines: Vec<([[f64; 2]; 2], f64)>,
     /// Labels of the two axes.
     pub axes: [String; 2],
     /// Rigid geometry behind the grains, as lines (m).
     pub ground: Vec<Vec<[f64; 2]>>,
-    /// Mean force, as the end of its values, and window that it has in common with other pictures; its own where there are none.
+    /// Mean force, as the end of its values, and window shared with other pictures; its own where `None`.
     pub shared: Option<CommonScales>,
 }
 
 const WIDTH: u32 = 900;
-/// Pixels beside and above what is drawn.
+/// Margins beside and above the drawing (px).
 const MARGINS: [u32; 2] = [90, 90];
 
 impl ForceChains {
-    /// The lines of a dataset between the grains of a state, seen along the axis that is not in `plane`, as wide as the field
-    /// `name` is large: vectors by their length. `None` where it has no lines or no such field.
+    /// Force chains from the lines of a dataset between the grains of a state, projected to `plane`, of a width proportional to the field
+    /// `name`: vectors by their length. `None` where it has no lines or no such field.
     pub fn from_dataset(
         contacts: &Dataset,
         grains: &Snapshot,
@@ -69,7 +69,7 @@ impl ForceChains {
         })
     }
 
-    /// Scales that hold all of some pictures.
+    /// Common scales of several pictures.
     pub fn common_scales<'a>(all: impl Iterator<Item = &'a Self> + Clone) -> CommonScales {
         let join = |a: Range<f64>, b: &Range<f64>| a.start.min(b.start)..a.end.max(b.end);
         let bounds: Vec<_> = all.clone().map(Self::bounds).collect();
@@ -92,7 +92,7 @@ impl ForceChains {
         })
     }
 
-    /// Metres of a pixel.
+    /// Size of a pixel (m).
     fn pixel(&self) -> f64 {
         scale(&self.bounds(), [WIDTH - MARGINS[0], self.size().1 - MARGINS[1]])
     }
@@ -121,7 +121,7 @@ impl Picture for ForceChains {
             Circle::new((c[0], c[1]), (r / pixel).round().max(1.0) as i32, grey.stroke_width(1))
         });
         chart.draw_series(disks).map_err(text)?;
-        // The mean force is as wide as a sixth of the mean grain, the widest line as a grain.
+        // The mean force has the width of a sixth of the mean grain, the largest force that of a grain.
         let mean = self.shared.as_ref().map_or_else(|| mean(&self.lines), |shared| shared.values.end);
         let grain =
             2.0 * self.grains.iter().map(|(_, r)| r).sum::<f64>() / self.grains.len().max(1) as f64 / pixel;
@@ -141,14 +141,14 @@ fn mean(lines: &[([[f64; 2]; 2], f64)]) -> f64 {
     lines.iter().map(|(_, force)| force.max(0.0)).sum::<f64>() / lines.len().max(1) as f64
 }
 
-/// A rose: how many of the contacts lie in which direction.
+/// Contact rose: distribution of the directions of the contacts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ContactRose {
     /// Title above the picture.
     pub title: String,
-    /// Shares in equal parts of the half turn from the x axis towards y.
+    /// Share of each of equal parts of the half turn from the x axis towards y.
     pub shares: Vec<f64>,
-    /// What there should be, by angle (rad), drawn as a line; shares of a part.
+    /// Expected shares of the parts by angle (rad), drawn as a line.
     pub line: Vec<f64>,
 }
 
@@ -184,7 +184,7 @@ impl Picture for ContactRose {
             .map_err(text)?;
         let wide = std::f64::consts::PI / self.shares.len().max(1) as f64;
         let at = |size: f64, angle: f64| (size * angle.cos(), size * angle.sin());
-        // Twice: a contact lies in both directions.
+        // Twice: a contact has both directions.
         let petals = (0..2 * self.shares.len()).map(|k| {
             let (size, from) = (self.shares[k % self.shares.len()], k as f64 * wide);
             let mut corners = vec![(0.0, 0.0)];

@@ -1,4 +1,4 @@
-//! Pictures of frames, of whatever kind.
+//! Pictures of frames of any kind.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -10,7 +10,7 @@ use crate::{ForceChains, Picture, PointCloud};
 pub enum FramePicture {
     /// Points coloured by a field.
     Points(PointCloud),
-    /// Lines as wide as a field is large.
+    /// Lines of a width proportional to a field.
     Lines(ForceChains),
 }
 

@@ -1,4 +1,4 @@
-//! Clouds of points coloured by a number.
+//! Clouds of points coloured by a value.
 
 use std::ops::Range;
 
@@ -11,39 +11,39 @@ use crate::charts::plane_axes::{plane, scale};
 use crate::{FONT, Picture, clip_line, label, range};
 use colluvium_case::{Field, FieldData, Snapshot};
 
-/// Points at their places, as squares or disks of their own size, coloured by a value.
+/// Points at their positions, as squares or disks of their own size, coloured by a value.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointCloud {
     /// Title above the picture.
     pub title: String,
     /// Position, full widths (m) and value of each point; values that are not finite are grey.
     pub points: Vec<([f64; 2], [f64; 2], f64)>,
-    /// Whether they are drawn as disks, as grains are.
+    /// Whether points are drawn as disks, for grains.
     pub round: bool,
-    /// What the colour means, with unit.
+    /// Label of the colour scale: quantity with unit.
     pub label: String,
     /// Labels of the two axes.
     pub axes: [String; 2],
     /// Rigid geometry behind the points, as lines (m).
     pub lines: Vec<Vec<[f64; 2]>>,
-    /// Scales that it has in common with other pictures; its own where there are none.
+    /// Scales shared with other pictures; its own where `None`.
     pub shared: Option<CommonScales>,
 }
 
-/// Scales of pictures that are to be compared.
+/// Common scales of pictures that are to be compared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CommonScales {
-    /// Values of the first and of the last colour; values beyond have these.
+    /// Values of the first and of the last colour; values beyond have the colour of the nearer end.
     pub values: Range<f64>,
-    /// What is seen along the two axes (m).
+    /// Ranges of the picture along the two axes (m).
     pub window: [Range<f64>; 2],
 }
 
 impl CommonScales {
-    /// Share of the points whose values the colours tell apart; single points that fly do not stretch the scale.
+    /// Share of the points whose values the colour scale covers; single flying points do not stretch the scale.
     const COLOURED_FRACTION: f64 = 0.998;
 
-    /// Scales that hold all of some clouds.
+    /// Common scales of several clouds.
     pub fn of_clouds<'a>(clouds: impl Iterator<Item = &'a PointCloud> + Clone) -> Self {
         let mut values: Vec<f64> = clouds.clone().flat_map(|cloud| &cloud.points).map(|p| p.2).collect();
         values.retain(|value| value.is_finite());
@@ -62,21 +62,21 @@ impl CommonScales {
 
 const WIDTH: u32 = 900;
 
-/// Width of points that have none of their own (px).
+/// Width of points without a width of their own (px).
 const DEFAULT_WIDTH: f64 = 4.0;
 
-/// Field that points have which are grains.
+/// Name of the field of the radii of grains.
 pub(crate) const RADIUS: &str = "radius";
 
-/// Corners of the polygon that a disk is drawn as.
+/// Number of corners of the polygon of a disk.
 const CORNERS: u32 = 20;
 
 /// Colour of rigid geometry.
 pub(crate) const EARTH: RGBColor = RGBColor(122, 92, 58);
 
 impl PointCloud {
-    /// The points of a snapshot, seen along the axis that is not in `plane`, coloured by field `name`:
-    /// scalars as they are, vectors by their length, tensors by their pressure; points with a radius are disks. `None` where
+    /// Point cloud from a snapshot, projected to `plane`, coloured by field `name`: scalars by their value,
+    /// vectors by their length, tensors by their pressure; points with a radius are disks. `None` where
     /// there is no such field.
     pub fn from_snapshot(snapshot: &Snapshot, name: &str, plane: [usize; 2]) -> Option<Self> {
         let field = snapshot.field(name)?;
@@ -96,7 +96,7 @@ impl PointCloud {
         })
     }
 
-    /// What is seen along the two axes (m).
+    /// Ranges of the picture along the two axes (m).
     fn bounds(&self) -> [Range<f64>; 2] {
         if let Some(shared) = &self.shared {
             return shared.window.clone();
@@ -109,7 +109,7 @@ impl PointCloud {
     }
 }
 
-/// The numbers that a field gives the colours: scalars as they are, vectors by their length, tensors by their pressure.
+/// Values of a field for the colours: scalars themselves, vectors by their length, tensors by their pressure.
 pub(crate) fn values(field: &Field) -> Vec<f64> {
     match &field.data {
         FieldData::Integer(values) => values.iter().map(|value| *value as f64).collect(),
@@ -121,7 +121,7 @@ pub(crate) fn values(field: &Field) -> Vec<f64> {
     }
 }
 
-/// Perceptually even colours from dark blue over green to yellow, equally far apart.
+/// Perceptually uniform colours from dark blue over green to yellow, equally spaced.
 pub(crate) const COLOUR_STOPS: [[f64; 3]; 6] = [
     [68.0, 1.0, 84.0],
     [65.0, 68.0, 135.0],
@@ -131,7 +131,7 @@ pub(crate) const COLOUR_STOPS: [[f64; 3]; 6] = [
     [253.0, 231.0, 37.0],
 ];
 
-/// The colour of a share of the scale.
+/// Colour at a share of the scale.
 pub(crate) fn colour(share: f64) -> RGBColor {
     if !share.is_finite() {
         return RGBColor(170, 170, 170);
@@ -189,7 +189,7 @@ impl Picture for PointCloud {
     }
 }
 
-/// Corners around a disk of these widths.
+/// Corners of the polygon of a disk of these widths.
 fn rim(place: &[f64; 2], widths: &[f64; 2]) -> Vec<(f64, f64)> {
     let corner = |k: u32| {
         let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(CORNERS)).sin_cos();
@@ -198,12 +198,12 @@ fn rim(place: &[f64; 2], widths: &[f64; 2]) -> Vec<(f64, f64)> {
     (0..CORNERS).map(corner).collect()
 }
 
-/// Place and width of a bar of colours in its strip: from the right edge, from the upper and from the lower one (px).
+/// Position and width of the colour bar in its strip: from the right edge, from the upper and from the lower one (px).
 const BAR: [i32; 3] = [28, 36, 50];
-/// Distance of the numbers from the bar (px).
+/// Distance of the labels from the bar (px).
 const BESIDE: i32 = 8;
 
-/// A bar of colours with its scale; the description of its numbers.
+/// Draws a colour bar with its scale; returns the description of its numbers.
 pub(crate) fn draw_bar<B: DrawingBackend>(
     area: &DrawingArea<B, Shift>,
     values: Range<f64>,
@@ -253,7 +253,7 @@ mod tests {
         assert!(element.contains("text-anchor=\"end\"") && !element.contains("transform"), "{element}");
         let width = 0.6 * 15.0 * flat.label.len() as f64;
         assert!(number("x") <= f64::from(WIDTH) && number("x") - width > 0.5 * f64::from(WIDTH));
-        // The place is that of the upper edge; the bar begins at 36.
+        // The position is that of the upper edge; the bar begins at 36.
         assert!(number("y") > 0.0 && number("y") + 15.0 < 36.0, "between the edge and the bar");
     }
 

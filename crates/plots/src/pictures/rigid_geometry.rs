@@ -4,34 +4,34 @@ use std::ops::Range;
 
 use colluvium_case::description::ObstacleMotion;
 
-/// Rigid geometry: lines in a plane, or ground seen from above in space.
+/// Rigid geometry: lines in a plane, or heights of the ground in space.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RigidGeometry {
-    /// Lines in the plane that stand still, with their corners (m).
+    /// Fixed lines in the plane, with their corners (m).
     pub lines: Vec<Vec<[f64; 2]>>,
-    /// Lines in the plane that move.
+    /// Moving lines in the plane.
     pub moving: Vec<MovingLines>,
-    /// Bodies in space that move.
+    /// Moving bodies in space.
     pub shells: Vec<MovingSurface>,
-    /// The ground in space, of what stands still.
+    /// Height field of the fixed geometry in space.
     pub heights: Option<Heights>,
-    /// What is not shown and why, in words; empty where all is.
+    /// Text on geometry that is not shown, with the reason; empty where all is.
     pub missing: String,
 }
 
-/// Lines that move as one.
+/// Lines with one rigid motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovingLines {
-    /// Lines with their corners at the start (m), from `about`.
+    /// Lines with their corners at the start (m), relative to `about`.
     pub lines: Vec<Vec<[f64; 2]>>,
-    /// A place of the body at the start (m), in the coordinates of the picture.
+    /// Reference point of the body at the start (m), in the coordinates of the picture.
     pub about: [f64; 2],
-    /// How it moves, its `centre` counted from `about` (m).
+    /// Rigid motion, its `centre` relative to `about` (m).
     pub motion: ObstacleMotion,
 }
 
 impl MovingLines {
-    /// Where `about` is at `time` (s), and cosine and sine of the angle by which the lines have turned.
+    /// Position of `about` at `time` (s), and cosine and sine of the rotation angle of the lines.
     pub fn pose(&self, time: f64) -> [f64; 4] {
         let frame = self.motion.transform::<2>(time).shifted(&self.about);
         let [x, y] = frame.translation;
@@ -39,21 +39,21 @@ impl MovingLines {
     }
 }
 
-/// The surface of a body in space that moves.
+/// Surface of a moving body in space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovingSurface {
-    /// Corners of the faces at the start (m), from `about`.
+    /// Corners of the faces at the start (m), relative to `about`.
     pub corners: Vec<[f64; 3]>,
-    /// Numbers of the four corners of each face, counter-clockwise as seen from outside.
+    /// Indices of the four corners of each face, counter-clockwise from outside.
     pub faces: Vec<[usize; 4]>,
-    /// A place of the body at the start (m), in the coordinates of the picture.
+    /// Reference point of the body at the start (m), in the coordinates of the picture.
     pub about: [f64; 3],
-    /// How it moves, its `centre` counted from `about` (m).
+    /// Rigid motion, its `centre` relative to `about` (m).
     pub motion: ObstacleMotion,
 }
 
 impl MovingSurface {
-    /// Where `about` is at `time` (s), and the rotation of the body, by rows.
+    /// Position of `about` at `time` (s), and the rotation of the body, by rows.
     pub fn pose(&self, time: f64) -> ([f64; 3], [[f64; 3]; 3]) {
         let frame = self.motion.transform::<3>(time).shifted(&self.about);
         (frame.translation, frame.rotation)
@@ -61,7 +61,7 @@ impl MovingSurface {
 }
 
 impl RigidGeometry {
-    /// All lines in the plane as they are at `time` (s).
+    /// Lines in the plane at `time` (s).
     pub fn lines_at(&self, time: f64) -> Vec<Vec<[f64; 2]>> {
         let moved = self.moving.iter().flat_map(|one| {
             let frame = one.motion.transform::<2>(time).shifted(&one.about);
@@ -72,12 +72,12 @@ impl RigidGeometry {
     }
 }
 
-/// Heights on a lattice across the axis against gravity.
+/// Heights on a lattice normal to the axis against gravity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Heights {
-    /// Nodes along the two axes of the lattice, the lower axis first.
+    /// Numbers of nodes along the two axes of the lattice, the lower axis first.
     pub counts: [usize; 2],
-    /// Place of the first node (m).
+    /// Position of the first node (m).
     pub origin: [f64; 2],
     /// Distance of the nodes along the two axes (m).
     pub spacing: [f64; 2],
@@ -85,7 +85,7 @@ pub struct Heights {
     pub values: Vec<f64>,
 }
 
-/// The parts of a line that lie in a window.
+/// Parts of a line inside a window.
 pub fn clip_line(line: &[[f64; 2]], window: &[Range<f64>; 2]) -> Vec<Vec<[f64; 2]>> {
     let mut parts: Vec<Vec<[f64; 2]>> = Vec::new();
     for pair in line.windows(2) {
@@ -98,7 +98,7 @@ pub fn clip_line(line: &[[f64; 2]], window: &[Range<f64>; 2]) -> Vec<Vec<[f64; 2
     parts
 }
 
-/// The part of a straight piece that lies in a window (Liang & Barsky 1984).
+/// Part of a straight segment inside a window (Liang & Barsky 1984).
 fn clip_segment(from: [f64; 2], to: [f64; 2], window: &[Range<f64>; 2]) -> Option<[[f64; 2]; 2]> {
     let way = [to[0] - from[0], to[1] - from[1]];
     let (mut enters, mut leaves) = (0f64, 1f64);

@@ -11,16 +11,16 @@ use crate::charts::plane_axes::PlaneAxes;
 use crate::pictures::point_cloud::{colour, draw_bar};
 use crate::{FONT, Picture, range};
 
-/// Numbers on the cells of a grid in plan.
+/// Values on the cells of a plan grid.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MapCells {
-    /// Cells along x and y.
+    /// Numbers of cells along x and y.
     pub counts: [usize; 2],
     /// Centre of the cell with the least x and y (m).
     pub origin: [f64; 2],
     /// Widths of a cell (m).
     pub spacing: [f64; 2],
-    /// One number a cell, row by row from the least y; not-a-number where there is none.
+    /// Value of each cell, row by row from the least y; NaN where there is none.
     pub values: Vec<f64>,
 }
 
@@ -30,24 +30,24 @@ impl MapCells {
         value.is_finite().then_some(value)
     }
 
-    /// Number of the cell around a coordinate.
+    /// Index of the cell around a coordinate.
     fn along(&self, axis: usize, x: f64) -> Option<usize> {
         let steps = ((x - self.origin[axis]) / self.spacing[axis]).round();
         (steps >= 0.0 && steps < self.counts[axis] as f64).then_some(steps as usize)
     }
 
-    /// The value of the cell around a place.
+    /// Value of the cell around a position.
     fn value(&self, x: [f64; 2]) -> Option<f64> {
         self.at(self.along(0, x[0])?, self.along(1, x[1])?)
     }
 
-    /// Where its cells end along an axis (m).
+    /// Extent of the cells along an axis (m).
     fn extent(&self, axis: usize) -> Range<f64> {
         let low = self.origin[axis] - 0.5 * self.spacing[axis];
         low..low + self.counts[axis] as f64 * self.spacing[axis]
     }
 
-    /// Bilinear gradient at a place, of heights.
+    /// Bilinear gradient of heights at a position.
     fn gradient(&self, x: [f64; 2]) -> Option<[f64; 2]> {
         let h = self.spacing;
         let value = |dx: f64, dy: f64| self.smooth([x[0] + dx * h[0], x[1] + dy * h[1]]);
@@ -58,7 +58,7 @@ impl MapCells {
         ])
     }
 
-    /// Bilinear between the centres of cells.
+    /// Bilinear interpolation between the centres of cells.
     fn smooth(&self, x: [f64; 2]) -> Option<f64> {
         let (mut cell, mut share) = ([0; 2], [0.0; 2]);
         for c in 0..2 {
@@ -75,20 +75,20 @@ impl MapCells {
     }
 }
 
-/// A map with x to the east and y to the north.
+/// Map with x to the east and y to the north.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TerrainMap {
     /// Title above it.
     pub title: String,
-    /// What the colours mean, with unit.
+    /// Label of the colour scale: quantity with unit.
     pub label: String,
-    /// Heights of the terrain (m), for its shading; none of a plane.
+    /// Heights of the terrain (m), for its shading; `None` for a plane.
     pub heights: Option<MapCells>,
-    /// What the colours show.
+    /// Quantity shown in colours.
     pub cells: MapCells,
     /// Rings drawn as red lines, for example of a release area (m).
     pub outlines: Vec<Vec<[f64; 2]>>,
-    /// Rings drawn as black lines, of an event that was mapped (m).
+    /// Rings drawn as black lines, of a mapped event (m).
     pub mapped_outlines: Vec<Vec<[f64; 2]>>,
 }
 
@@ -96,11 +96,11 @@ const WIDTH: u32 = 1000;
 const MARGINS: (u32, u32) = (200, 100);
 /// Direction to the light, from the north-west and 45° high.
 const LIGHT: [f64; 3] = [-0.5, 0.5, std::f64::consts::FRAC_1_SQRT_2];
-/// Share of a colour over the shading.
+/// Opacity of a colour over the shading.
 const COLOUR_OPACITY: f64 = 0.72;
 
 impl TerrainMap {
-    /// What is seen along the two axes (m): all coloured cells and outlines, with some terrain around.
+    /// Ranges of the map along the two axes (m): all coloured cells and outlines, with some terrain around.
     fn window(&self) -> [Range<f64>; 2] {
         let cells = &self.cells;
         let along = |axis: usize| {
@@ -115,7 +115,7 @@ impl TerrainMap {
             range(known.flat_map(ends).chain(corners), 0.12)
         };
         let [x, y] = [along(0), along(1)];
-        // No side is shorter than half of the other.
+        // No side is shorter than half the other one.
         let least = 0.5 * (x.end - x.start).max(y.end - y.start);
         let wide = |r: Range<f64>, axis: usize| {
             let extra = 0.5 * (least - (r.end - r.start)).max(0.0);
@@ -133,7 +133,7 @@ impl TerrainMap {
         low..if low < high { high } else { f64::MIN_POSITIVE }
     }
 
-    /// Grey of the terrain at a place; white where there is none.
+    /// Grey of the terrain at a position; white where there is none.
     fn shade(&self, x: [f64; 2]) -> [f64; 3] {
         let Some(heights) = &self.heights else { return [225.0; 3] };
         let Some([a, b]) = heights.gradient(x) else { return [255.0; 3] };
@@ -155,7 +155,7 @@ impl TerrainMap {
     }
 }
 
-/// The longest of 1, 2, 5, 10, … m that is not above `length` (m).
+/// Longest of 1, 2, 5, 10, … m that is not above `length` (m).
 fn round_length(length: f64) -> f64 {
     let power = 10f64.powf(length.log10().floor());
     [5.0, 2.0, 1.0].into_iter().map(|k| k * power).find(|x| *x <= length).unwrap_or(power)
@@ -211,7 +211,7 @@ impl Picture for TerrainMap {
 }
 
 impl TerrainMap {
-    /// Shading and colours, pixel by pixel.
+    /// Draws shading and colours, pixel by pixel.
     fn draw_ground<B: DrawingBackend>(
         &self,
         chart: &PlaneAxes<'_, B>,
@@ -232,7 +232,7 @@ impl TerrainMap {
     }
 }
 
-/// A scale bar and which way north is.
+/// Draws a scale bar and a north arrow.
 fn draw_scale<B: DrawingBackend>(
     chart: &mut PlaneAxes<'_, B>,
     x: &Range<f64>,

@@ -1,8 +1,8 @@
-//! Orthogonal recursive bisection: points shared out among ranks, each with those of a box and the halo around it.
+//! Orthogonal recursive bisection: partition of points into boxes, one per rank, each with a halo around it.
 
 use std::cmp::Ordering;
 
-/// A box between two corners, closed.
+/// Closed axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoundingBox<const D: usize> {
     /// Lower corner (m).
@@ -12,7 +12,7 @@ pub struct BoundingBox<const D: usize> {
 }
 
 impl<const D: usize> BoundingBox<D> {
-    /// The smallest box around points; `None` where there are none.
+    /// Smallest box around points; `None` where there are no points.
     pub fn enclosing<'a>(points: impl IntoIterator<Item = &'a [f64; D]>) -> Option<Self> {
         let mut points = points.into_iter();
         let first = points.next()?;
@@ -23,21 +23,20 @@ impl<const D: usize> BoundingBox<D> {
         }))
     }
 
-    /// Whether `x` lies in the box or at most `reach` (m) away from it: the halo of the points in the box for sums
-    /// that reach so far.
+    /// Whether `x` lies in the box or at most `reach` (m) away from it: the halo of the box for sums with a support of that radius.
     pub fn contains_within(&self, x: &[f64; D], reach: f64) -> bool {
         let beyond = |c: usize| (self.low[c] - x[c]).max(x[c] - self.high[c]).max(0.0);
         (0..D).map(|c| beyond(c).powi(2)).sum::<f64>() <= reach * reach
     }
 
-    /// The longest axis, of equal ones the first.
+    /// Longest axis; the first of equal ones.
     fn longest_axis(&self) -> usize {
         let length = |c: usize| self.high[c] - self.low[c];
         (1..D).fold(0, |longest, c| if length(c) > length(longest) { c } else { longest })
     }
 }
 
-/// Points other than those of `rank` that lie in the halo of its box: within `reach` (m) of it. Ascending.
+/// Indices of the points of other ranks in the halo of the box of `rank`: within `reach` (m) of it. Ascending.
 pub fn halo<const D: usize>(
     positions: &[[f64; D]],
     owners: &[u32],
@@ -50,10 +49,10 @@ pub fn halo<const D: usize>(
     near.map(|(point, _)| point as u32).collect()
 }
 
-/// A cut, or the rank at the end of a branch.
+/// Node of the bisection tree: a cut, or the rank at the end of a branch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum BisectionNode<const D: usize> {
-    /// Points before `at` in the order of [`compare_from_axis`] go to the node `low`, the others to `high`.
+    /// Points before `at` in the order of [`compare_from_axis`] belong to the node `low`, the others to `high`.
     Cut {
         axis: usize,
         position: [f64; D],
@@ -63,31 +62,30 @@ enum BisectionNode<const D: usize> {
     Rank(u32),
 }
 
-/// Cuts that share space out among ranks.
+/// Bisection tree: cuts that partition space among ranks.
 ///
-/// Points are cut at the weighted median across the longest axis of the box around them, and each half again, until
-/// there are as many parts as ranks (Berger & Bokhari 1987; sheet: sph §3.9). Where the number of ranks is odd the
-/// halves get shares of the weight as their numbers of ranks are. The boxes of two ranks have no inner point in common.
+/// Points are cut at the weighted median across the longest axis of the box around them, and each half again, until there are as many parts
+/// as ranks (Berger & Bokhari 1987; sheet: sph §3.9). For an odd number of ranks, the shares of the halves are in proportion to their
+/// numbers of ranks. The boxes of two ranks have no inner point in common.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bisection<const D: usize> {
     nodes: Vec<BisectionNode<D>>,
     ranks: usize,
 }
 
-/// Order of points along `axis`; of those at the same coordinate along the axes that follow, so that a lattice can be
-/// cut anywhere in a row.
+/// Order of points along `axis`. Ties are broken by the following axes, so that a lattice can be cut anywhere in a row.
 fn compare_from_axis<const D: usize>(a: &[f64; D], b: &[f64; D], axis: usize) -> Ordering {
     let along = (0..D).map(|k| (axis + k) % D).map(|c| a[c].total_cmp(&b[c]));
     along.fold(Ordering::Equal, Ordering::then)
 }
 
 impl<const D: usize> Bisection<D> {
-    /// Shares points of the given weights out among `ranks` ranks (none counts as one); returns the cuts and the rank
-    /// of each point. The same points give the same cuts on every machine.
+    /// Partitions points of the given weights among `ranks` ranks (zero counts as one); returns the tree and the rank of each point. The
+    /// same points give the same cuts on every machine.
     ///
-    /// On either side of a cut the weight differs from its share by half of the weight of one point at most, unless a
-    /// side would then have fewer points than ranks; with at least as many points as ranks none goes empty. Points at
-    /// the very same place go by their number.
+    /// On either side of a cut the weight differs from its share by at most half of the weight of one point, unless a side would then have
+    /// fewer points than ranks; with at least as many points as ranks, every rank has a point. Points at the same position are ordered by
+    /// their index.
     pub fn new(positions: &[[f64; D]], weights: &[u32], ranks: usize) -> (Self, Vec<u32>) {
         let ranks = ranks.max(1);
         let mut cuts = Self { nodes: Vec::with_capacity(2 * ranks), ranks };
@@ -97,7 +95,7 @@ impl<const D: usize> Bisection<D> {
         (cuts, owners)
     }
 
-    /// The node that shares the points of `order` out among `ranks`.
+    /// Builds the node that partitions the points of `order` among `ranks`.
     fn split(
         &mut self,
         positions: &[[f64; D]],
@@ -119,7 +117,7 @@ impl<const D: usize> Bisection<D> {
         let middle = ranks.start + ranks.len() / 2;
         let shares = (middle - ranks.start, ranks.end - middle);
         let cut = cut_index(order.iter().map(|&point| u64::from(weights[point as usize])), shares);
-        // Without points above it the cut leaves everything below.
+        // Without points above the cut, all points are below it.
         let at = order.get(cut).map_or([f64::INFINITY; D], |&point| *at(point));
         let (below, above) = order.split_at_mut(cut);
         let low = self.split(positions, weights, below, ranks.start..middle, owners);
@@ -133,7 +131,7 @@ impl<const D: usize> Bisection<D> {
         self.ranks
     }
 
-    /// The rank in whose part of space `x` lies.
+    /// Rank whose part of space contains `x`.
     pub fn owner(&self, x: &[f64; D]) -> u32 {
         let mut node = 0;
         loop {
@@ -147,8 +145,7 @@ impl<const D: usize> Bisection<D> {
     }
 }
 
-/// After how many points to cut, so that their weight comes closest to its share; each side keeps a point for each
-/// rank where there are enough.
+/// Number of points below the cut whose weight comes closest to its share; each side keeps a point for each rank where there are enough.
 fn cut_index(weights: impl ExactSizeIterator<Item = u64> + Clone, (low, high): (usize, usize)) -> usize {
     let (count, ranks) = (weights.len(), (low + high) as u128);
     let target = weights.clone().map(u128::from).sum::<u128>() * low as u128;
@@ -168,7 +165,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Weight of each rank.
+    /// Total weight of each rank.
     fn loads(owners: &[u32], weights: &[u32], ranks: usize) -> Vec<u64> {
         let mut loads = vec![0; ranks];
         owners.iter().zip(weights).for_each(|(&owner, &weight)| loads[owner as usize] += u64::from(weight));
@@ -187,7 +184,7 @@ mod tests {
     fn shares_out<const D: usize>(positions: &[[f64; D]], weights: &[u32], ranks: usize) {
         let weights = &weights[..positions.len()];
         let (cuts, owners) = Bisection::new(positions, weights, ranks);
-        // Every point in exactly one rank, and in the one that its place says.
+        // Each point belongs to exactly one rank, which is the owner of its position.
         assert_eq!(owners.len(), positions.len());
         for (i, (x, &owner)) in positions.iter().zip(&owners).enumerate() {
             assert!((owner as usize) < ranks);
@@ -202,7 +199,7 @@ mod tests {
                 assert!((0..D).any(|c| a.high[c] <= b.low[c] || b.high[c] <= a.low[c]), "{a:?} {b:?}");
             }
         }
-        // Within one point per cut: each cut is off by half a point at most, and hands it on by shares.
+        // Within the weight of one point per cut: each cut is off by half a point at most, and passes the error on in shares.
         let loads = loads(&owners, weights, ranks);
         if positions.len() >= 8 * ranks {
             let mean = loads.iter().sum::<u64>() as f64 / ranks as f64;
@@ -214,7 +211,7 @@ mod tests {
         }
         let empty = loads.iter().filter(|load| **load == 0).count();
         assert!(empty == 0 || positions.len() < ranks);
-        // The halo is what brute force finds near the box.
+        // The halo equals the points that brute force finds near the box.
         for (rank, bounds) in boxes.iter().enumerate() {
             let Some(bounds) = bounds else { continue };
             let found = halo(positions, &owners, rank as u32, bounds, 0.7);

@@ -1,5 +1,5 @@
 //! Partitions of points into groups of equal weight for domain decomposition.
 //!
-//! A partition depends on positions and weights only, so that every machine finds the same one.
+//! A partition depends on positions and weights only, so that it is the same on every machine.
 
 pub(crate) mod bisection;

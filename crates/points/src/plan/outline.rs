@@ -1,4 +1,4 @@
-//! Outlines in plan.
+//! Outlines in plan: unions of polygons.
 
 use std::collections::HashMap;
 
@@ -9,13 +9,13 @@ use i_overlay::float::single::SingleFloatOverlay;
 use crate::plan::polygon::{has_self_contact, proper_crossing, signed_area};
 use crate::surface::{FacettedSurface, Surface};
 
-/// Closed line in plan by its corners (m).
+/// Closed ring in plan: its corners (m).
 pub type Ring = Vec<[f64; 2]>;
 
-/// Polygon in plan: its outer ring, then those of its holes.
+/// Polygon in plan: its outer ring, then the rings of its holes.
 pub type Polygon = Vec<Ring>;
 
-/// Union of polygons in plan. A hole is one of its own polygon only, and polygons may touch and overlap: a place lies in the outline
+/// Union of polygons in plan. A hole belongs to its own polygon only, and polygons may touch and overlap: a position lies in the outline
 /// when it lies in any of them.
 #[derive(Clone, Debug)]
 pub struct Outline {
@@ -24,14 +24,14 @@ pub struct Outline {
     united: Vec<Polygon>,
 }
 
-/// A polygon: a ring without its holes.
+/// Polygon: outer ring and holes.
 #[derive(Clone, Debug)]
 struct PolygonRings {
     outer: RingLoops,
     holes: Vec<RingLoops>,
 }
 
-/// Loops of a ring that do not overlap, of which there are several where it touches itself: inside is what lies in an odd number of them.
+/// Loops of a ring that do not overlap; several where the ring touches itself. Its inside is the area within an odd number of loops.
 #[derive(Clone, Debug)]
 struct RingLoops(Vec<FacettedSurface<2>>);
 
@@ -48,11 +48,11 @@ impl PolygonRings {
 }
 
 impl Outline {
-    /// The outline of these polygons (m). The last corner of a ring may repeat the first, and a ring may touch itself or run over its own
-    /// edges: inside is what it winds around (winding number other than zero).
+    /// Outline of these polygons (m). The last corner of a ring may repeat the first, and a ring may touch itself or run over its own
+    /// edges: its inside is the area with a winding number other than zero.
     ///
     /// # Errors
-    /// When there is no polygon, or a ring has fewer than three corners or crosses itself, in a line.
+    /// When there is no polygon, or a ring has fewer than three corners or crosses itself, as one line.
     pub fn new(polygons: Vec<Polygon>) -> Result<Self, String> {
         let polygons: Vec<Polygon> = polygons.into_iter().filter(|polygon| !polygon.is_empty()).collect();
         if polygons.is_empty() {
@@ -80,27 +80,27 @@ impl Outline {
         Ok(Self { parts, united: union_of_polygons(split), polygons })
     }
 
-    /// The polygons as they were given (m).
+    /// Polygons as given (m).
     pub fn polygons(&self) -> &[Polygon] {
         &self.polygons
     }
 
-    /// Rings around all that lies in the outline, holes included (m): no two of them cross.
+    /// Boundary rings of the outline, holes included (m). No two of them cross.
     pub fn rings(&self) -> impl Iterator<Item = &Ring> {
         self.united.iter().flatten()
     }
 
-    /// Area in plan (m²): each place counts once.
+    /// Area in plan (m²); overlapping parts count once.
     pub fn area(&self) -> f64 {
         area(&self.united)
     }
 
-    /// Polygons that neither overlap nor share an edge, and make it up.
+    /// Polygons whose union is the outline, without overlaps and without common edges.
     pub(crate) fn disjoint_polygons(&self) -> &[Polygon] {
         &self.united
     }
 
-    /// Polygons of it that do not lie in others (m).
+    /// Polygons of the outline minus `others` (m).
     pub(crate) fn difference(&self, others: &Vec<Polygon>) -> Vec<Polygon> {
         if others.is_empty() {
             return self.united.clone();
@@ -108,12 +108,12 @@ impl Outline {
         self.united.overlay_as::<i64>(others, OverlayRule::Difference, FillRule::EvenOdd)
     }
 
-    /// Polygons of it and of others, together (m).
+    /// Polygons of the union of the outline and `others` (m).
     pub(crate) fn union(&self, others: &Vec<Polygon>) -> Vec<Polygon> {
         self.united.overlay_as::<i64>(others, OverlayRule::Union, FillRule::EvenOdd)
     }
 
-    /// Area in plan that it has in common with another outline (m²).
+    /// Area in common with another outline (m²).
     pub fn overlap(&self, other: &Self) -> f64 {
         let ((low, high), (from, to)) = (self.bounds(), other.bounds());
         if (0..2).any(|c| low[c] >= to[c] || from[c] >= high[c]) {
@@ -122,12 +122,12 @@ impl Outline {
         area(&self.united.overlay_as::<i64>(&other.united, OverlayRule::Intersect, FillRule::EvenOdd))
     }
 
-    /// Whether a place in plan lies in it.
+    /// Whether the outline contains a position in plan (m).
     pub fn contains(&self, place: [f64; 2]) -> bool {
         self.parts.iter().any(|part| part.contains(place))
     }
 
-    /// Lower and upper corner of a box around it (m).
+    /// Lower and upper corner of the bounding box (m).
     pub fn bounds(&self) -> ([f64; 2], [f64; 2]) {
         let mut around = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for ring in self.parts.iter().flat_map(|part| &part.outer.0) {
@@ -141,21 +141,21 @@ impl Outline {
     }
 }
 
-/// Area of polygons that do not overlap, holes taken off (m²).
+/// Area of polygons without overlaps, holes subtracted (m²).
 fn area(polygons: &[Polygon]) -> f64 {
     let around = |(number, ring): (usize, &Ring)| {
-        // From the first corner, so that no digits are lost far from the origin.
+        // Coordinates relative to the first corner, so that no digits are lost far from the origin.
         let from_first: Ring = ring.iter().map(|x| [x[0] - ring[0][0], x[1] - ring[0][1]]).collect();
         signed_area(&from_first).abs() * if number == 0 { 1.0 } else { -1.0 }
     };
     polygons.iter().flat_map(|polygon| polygon.iter().enumerate()).map(around).sum()
 }
 
-/// The loops of a ring: none has a corner twice. What has no area, as a corner given twice or a line there and back, is left out.
+/// Simple loops of a ring, without repeated corners. Loops without area, as of a line there and back, are left out.
 fn split_into_loops(ring: &Ring) -> Vec<Ring> {
     let (mut open, mut places, mut closed) = (Ring::new(), HashMap::new(), Vec::new());
     for corner in ring {
-        // Zero and minus zero are one coordinate.
+        // Zero and minus zero are the same coordinate.
         let place = |corner: &[f64; 2]| corner.map(|c| (c + 0.0).to_bits());
         if let Some(&start) = places.get(&place(corner)) {
             closed.push(open[start..].to_vec());
@@ -172,7 +172,7 @@ fn split_into_loops(ring: &Ring) -> Vec<Ring> {
     if closed.is_empty() { vec![ring.clone()] } else { closed }
 }
 
-/// The loops around the places whose winding number by the ring is not zero. They do not overlap.
+/// Loops around the area with a winding number other than zero. They do not overlap.
 fn nonzero_winding_loops(ring: &Ring) -> Result<Vec<Ring>, String> {
     let loops_of = split_into_loops(ring);
     let is_plain = loops_of.len() == 1 && !has_self_contact(&loops_of[0]);
@@ -191,7 +191,7 @@ fn nonzero_winding_loops(ring: &Ring) -> Result<Vec<Ring>, String> {
     Ok(if found.is_empty() { loops_of } else { found })
 }
 
-/// The union of polygons, each with the loops of its rings, as polygons that neither overlap nor share an edge.
+/// Union of polygons, each given by the loops of its rings, as polygons without overlaps and without common edges.
 fn union_of_polygons(polygons: Vec<Vec<Vec<Ring>>>) -> Vec<Polygon> {
     if let [polygon] = &polygons[..]
         && let [outer] = &polygon[..]
@@ -211,7 +211,7 @@ fn union_of_polygons(polygons: Vec<Vec<Vec<Ring>>>) -> Vec<Polygon> {
     all.overlay_as::<i64>(&Vec::<Polygon>::new(), OverlayRule::Subject, FillRule::NonZero)
 }
 
-/// Places in an odd number of the loops of a ring, as polygons whose outer rings run against the clock and holes with it.
+/// Area within an odd number of the loops of a ring, as polygons with counter-clockwise outer rings and clockwise holes.
 fn odd_even_polygons(loops: &Vec<Ring>) -> Vec<Polygon> {
     loops.overlay_as::<i64>(&Vec::<Ring>::new(), OverlayRule::Subject, FillRule::EvenOdd)
 }
@@ -236,7 +236,7 @@ mod tests {
         );
         assert_eq!(outline.bounds(), ([0.0; 2], [9.0; 2]));
         assert!((outline.area() - 72.0).abs() < 1e-12 && outline.rings().count() == 2);
-        // An island in the hole, and a polygon over the rim of the hole.
+        // An island in the hole, and a polygon across the boundary of the hole.
         let islands = vec![vec![square(0.0, 9.0), square(3.0, 6.0)], vec![square(4.0, 5.0)]];
         let island = Outline::new(islands).unwrap();
         assert!(island.contains([4.5, 4.5]) && !island.contains([3.5, 3.5]));
@@ -249,7 +249,7 @@ mod tests {
 
     #[test]
     fn polygons_that_touch_overlap_or_lie_in_one_another_are_one_area() {
-        // Of two that share an edge, of four around a corner and of a strip across: the square of 4 m by 4 m.
+        // Two with a common edge, four around a corner and a strip across: the square of 4 m by 4 m.
         let halves = vec![vec![rectangle([0.0; 2], [2.0, 4.0])], vec![rectangle([2.0, 0.0], [4.0; 2])]];
         let quarter = |x: f64, y: f64| vec![rectangle([x, y], [x + 2.0, y + 2.0])];
         let quarters = vec![quarter(0.0, 0.0), quarter(2.0, 0.0), quarter(2.0, 2.0), quarter(0.0, 2.0)];
@@ -274,7 +274,7 @@ mod tests {
         twice.extend([[0.0, 0.0], [-1.0, 0.0], [0.0, 0.0]]);
         let outline = Outline::new(vec![vec![twice]]).unwrap();
         assert!((outline.area() - 16.0).abs() < 1e-12 && !outline.contains([-0.5, 0.0]));
-        // A hole that hangs on a corner of the ring, as shapefiles have them, and two loops with a corner in common.
+        // A hole that touches a corner of the ring, as in shapefiles, and two loops with a corner in common.
         let hanging =
             vec![[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0], [0.0, 0.0], [1.0, 2.0], [2.0, 1.0]];
         let outline = Outline::new(vec![vec![hanging]]).unwrap();
@@ -307,7 +307,7 @@ mod tests {
         }
         let over = outline(vec![vec![square(0.0, 4.0), square(1.0, 3.0), square(2.0, 3.5)]]);
         assert!((over.area() - (16.0 - 4.0 - 2.25 + 1.0)).abs() < 1e-9 && !over.contains([2.5, 2.5]));
-        // Over its own edges a second time, and a loop that hangs in an edge between two corners.
+        // A ring that runs over its own edges a second time, and a loop that touches an edge between two corners.
         let mut part = square(0.0, 4.0);
         part.extend([[4.0, 0.0], [4.0, 2.0], [0.0, 0.0]]);
         let part = outline(vec![vec![part]]);
@@ -315,7 +315,7 @@ mod tests {
         let along = vec![[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0], [0.0, 0.0], [3.0, 0.0], [3.0, 3.0]];
         let along = outline(vec![vec![along]]);
         assert!((along.area() - 16.0).abs() < 1e-9 && along.contains([2.0, 1.0]));
-        // Two triangles that meet where a corner lies on an edge, one with the clock and one against it.
+        // Two triangles that touch where a corner lies on an edge, one clockwise and one counter-clockwise.
         let bow = vec![[0.0, 0.0], [2.0, 2.0], [4.0, 4.0], [4.0, 0.0], [1.0, 1.0], [0.0, 2.0]];
         let bow = outline(vec![vec![bow]]);
         assert!(bow.area() > 4.0 && bow.contains([3.5, 1.0]) && bow.contains([0.2, 1.0]));

@@ -3,16 +3,16 @@
 use crate::plan::polygon::signed_area;
 use crate::{Polygon, Ring};
 
-/// Grid in plan.
+/// Grid of cells in plan.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlanGrid {
-    /// A corner of its cells (m).
+    /// Corner of a cell (m).
     pub(crate) origin: [f64; 2],
-    /// Width of its cells (m).
+    /// Widths of the cells (m).
     pub(crate) step: [f64; 2],
 }
 
-/// Area (m²) and its first moments (m³) of what a polygon has in a cell.
+/// Area (m²) and first moments (m³) of the part of a polygon in a cell.
 #[derive(Clone, Copy, Debug, Default)]
 struct AreaMoments {
     area: f64,
@@ -20,7 +20,7 @@ struct AreaMoments {
 }
 
 impl AreaMoments {
-    /// Adds those of a ring, `sign` times.
+    /// Adds area and moments of a ring, times `sign`.
     fn add(&mut self, ring: &[[f64; 2]], sign: f64) {
         let mut last = match ring {
             [] => return,
@@ -37,8 +37,8 @@ impl AreaMoments {
     }
 }
 
-/// Integral of a function over polygons that do not overlap (m² times its unit): over each cell of the grid the function at the centroid
-/// of what the polygons have in it, times their area there. Functions that are bilinear in cells are integrated exactly over whole ones.
+/// Integral of a function over disjoint polygons (m² times its unit): the sum over the grid cells of the polygons' area in the cell times
+/// the function at its centroid. Functions that are bilinear in cells are integrated exactly over whole cells.
 pub(crate) fn integrate_over_polygons(
     polygons: &[Polygon],
     grid: &PlanGrid,
@@ -58,7 +58,7 @@ fn integrate_over_polygon(
     let cell = |x: f64, c: usize| (x - grid.origin[c]) / grid.step[c];
     let first: [f64; 2] = std::array::from_fn(|c| cell(low[c], c).floor());
     let [columns, rows] = [0, 1].map(|c| (cell(high[c], c).ceil() - first[c]).max(1.0) as usize);
-    // From the first cell on, so that no digits are lost far from the origin.
+    // Coordinates relative to the first cell, so that no digits are lost far from the origin.
     let start: [f64; 2] = std::array::from_fn(|c| grid.origin[c] + first[c] * grid.step[c]);
     let rings: Vec<(Ring, f64)> = (polygon.iter().enumerate())
         .map(|(number, ring)| {
@@ -99,7 +99,7 @@ fn integrate_over_polygon(
     sum
 }
 
-/// Part of a ring between two values of a coordinate (m). Edges that run there and back along the ends have no area.
+/// Part of a ring between two values of a coordinate (m). Edges there and back along the ends have no area.
 fn clip_to_strip(ring: &[[f64; 2]], axis: usize, ends: [f64; 2], out: &mut Ring, half: &mut Ring) {
     clip_to_half_plane(ring, axis, ends[0], 1.0, half);
     clip_to_half_plane(half, axis, ends[1], -1.0, out);

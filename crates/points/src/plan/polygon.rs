@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::search::box_overlaps::overlapping_boxes;
 
-/// Corners of a polygon (m). Of many corners those edges are found at once that a point or a box has at its height.
+/// Corners of a polygon (m), with its edges sorted into bands where there are many, for fast searches at a given height.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct PolygonVertices {
@@ -17,21 +17,21 @@ pub struct PolygonVertices {
 }
 
 impl PolygonVertices {
-    /// With fewer edges it takes no longer to look at all of them.
+    /// Number of edges up to which testing all of them is as fast.
     const FEW: usize = 32;
 
-    /// All corners, to move them.
+    /// Mutable corners (m).
     pub fn vertices_mut(&mut self) -> &mut [[f64; 2]] {
         self.bands.take();
         &mut self.vertices
     }
 
-    /// Edge number `i`, from corner `i`.
+    /// Edge from corner `i` to the next.
     fn edge(&self, i: usize) -> LineSegment {
         (self.vertices[i], self.vertices[if i + 1 < self.vertices.len() { i + 1 } else { 0 }])
     }
 
-    /// All edges that reach heights from `low` to `high`, some perhaps twice, and perhaps others.
+    /// Edges that reach heights from `low` to `high`; some may occur twice, and others may be among them.
     fn edges(&self, low: f64, high: f64) -> impl Iterator<Item = LineSegment> {
         let bands =
             (self.vertices.len() > Self::FEW).then(|| self.bands.get_or_init(|| EdgeBands::new(self)));
@@ -40,7 +40,7 @@ impl PolygonVertices {
         all.chain(listed.iter().map(|i| *i as usize)).map(|i| self.edge(i))
     }
 
-    /// Whether an edge passes `meets` among those that may meet the box from `low` to `high`.
+    /// Whether `meets` is true for an edge among those that may intersect the box from `low` to `high`.
     pub fn any_edge_in_box(
         &self,
         low: &[f64],
@@ -50,7 +50,7 @@ impl PolygonVertices {
         self.edges(low[1], high[1]).any(|(a, b)| meets(&a, &b))
     }
 
-    /// Crossing-number test; a point on an edge counts as inside.
+    /// Whether the polygon contains a point, by the crossing-number test; points on an edge count as inside.
     pub fn contains(&self, point: &[f64]) -> bool {
         let (x, y) = (point[0], point[1]);
         let mut inside = false;
@@ -67,7 +67,7 @@ impl PolygonVertices {
         inside
     }
 
-    /// The first two edges without a common corner that cross, by the numbers of their corners.
+    /// First two edges without a common corner that cross, by the numbers of their first corners.
     pub fn crossing_edges(&self) -> Option<(usize, usize)> {
         let count = self.vertices.len();
         let around = |i: usize| {
@@ -101,7 +101,7 @@ impl PartialEq for PolygonVertices {
     }
 }
 
-/// The edges of a polygon by the bands of height that they reach into, all bands of the same height.
+/// Edges of a polygon sorted into bands of equal height by the second coordinate.
 #[derive(Clone, Debug)]
 struct EdgeBands {
     bottom: f64,
@@ -113,7 +113,7 @@ struct EdgeBands {
 }
 
 impl EdgeBands {
-    /// Bands in which all edges together stand at most three times as often as there are edges.
+    /// Sorts the edges into bands, with at most three entries per edge in all.
     fn new(corners: &PolygonVertices) -> Self {
         let count = corners.len();
         let rises = |i: usize| {
@@ -146,7 +146,7 @@ impl EdgeBands {
         bands
     }
 
-    /// The bands from one height to another.
+    /// Bands between two heights.
     fn range(&self, low: f64, high: f64) -> Range<usize> {
         let last = self.starts.len() - 2;
         let band = |y: f64| (((y - self.bottom) * self.per_length) as usize).min(last);
@@ -159,20 +159,20 @@ impl EdgeBands {
     }
 }
 
-/// Area, positive where the corners go round counter-clockwise.
+/// Signed area (m²), positive where the corners run counter-clockwise.
 pub fn signed_area(vertices: &[[f64; 2]]) -> f64 {
     let next = vertices.iter().cycle().skip(1);
     0.5 * vertices.iter().zip(next).map(|(a, b)| a[0] * b[1] - b[0] * a[1]).sum::<f64>()
 }
 
-/// First moment of the area about the line where the first coordinate is zero (m³), positive where the vertices run against the clock
-/// and the polygon lies at positive coordinates.
+/// First moment of the area about the line where the first coordinate is zero (m³), positive for counter-clockwise vertices at positive
+/// coordinates.
 pub fn first_moment(vertices: &[[f64; 2]]) -> f64 {
     let next = vertices.iter().cycle().skip(1);
     vertices.iter().zip(next).map(|(a, b)| (a[0] + b[0]) * (a[0] * b[1] - b[0] * a[1])).sum::<f64>() / 6.0
 }
 
-/// Coordinates along `axis` at which the line through `point` parallel to it may cross an edge.
+/// Coordinates along `axis` at which the line through `point` parallel to that axis may cross an edge.
 pub fn polygon_crossings(vertices: &[[f64; 2]], point: &[f64], axis: usize) -> Vec<f64> {
     let (across, at) = (1 - axis, point[1 - axis]);
     let mut all = Vec::new();
@@ -190,13 +190,13 @@ pub fn polygon_crossings(vertices: &[[f64; 2]], point: &[f64], axis: usize) -> V
     all
 }
 
-/// Two ends.
+/// Line segment: its two ends (m).
 pub type LineSegment = ([f64; 2], [f64; 2]);
 
-/// Share of the extent of a ring that is round-off.
+/// Share of the extent of a ring that counts as round-off.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Pairs of edges of a ring, by the numbers of their first corners, whose boxes meet or touch, and the extent of the ring (m).
+/// Pairs of edges of a ring whose boxes overlap or touch, by the numbers of their first corners, and the extent of the ring (m).
 fn candidate_edge_pairs(ring: &[[f64; 2]]) -> (Vec<(usize, usize)>, f64) {
     let end = |c: usize, start: f64, pick: fn(f64, f64) -> f64| ring.iter().map(|x| x[c]).fold(start, pick);
     let side = |c: usize| end(c, f64::NEG_INFINITY, f64::max) - end(c, f64::INFINITY, f64::min);
@@ -214,8 +214,7 @@ fn ring_edge(ring: &[[f64; 2]], i: usize) -> LineSegment {
     (ring[i], ring[(i + 1) % ring.len()])
 }
 
-/// Whether edges of a ring without equal corners touch elsewhere than in the corners between them: a corner lies on another edge, or
-/// edges lie on one another.
+/// Whether edges of a ring without equal corners touch other than at common corners: a corner lies on another edge, or edges overlap.
 pub fn has_self_contact(ring: &[[f64; 2]]) -> bool {
     let cross = |e: LineSegment, p: [f64; 2]| {
         (e.1[0] - e.0[0]) * (p[1] - e.0[1]) - (e.1[1] - e.0[1]) * (p[0] - e.0[0])
@@ -238,7 +237,7 @@ pub fn has_self_contact(ring: &[[f64; 2]]) -> bool {
     candidate_edge_pairs(ring).0.iter().any(touch)
 }
 
-/// The first two edges of a ring that cross within both, by more than round-off.
+/// First two edges of a ring that cross in their interiors, by more than round-off.
 pub fn proper_crossing(ring: &[[f64; 2]]) -> Option<(LineSegment, LineSegment)> {
     let (pairs, extent) = candidate_edge_pairs(ring);
     let is_clear = |e: LineSegment, other: LineSegment| {
@@ -257,7 +256,7 @@ pub fn proper_crossing(ring: &[[f64; 2]]) -> Option<(LineSegment, LineSegment)> 
     pairs.into_iter().filter(crosses).min().map(edges)
 }
 
-/// Whether two edges cross within both.
+/// Whether two segments cross in their interiors.
 fn segments_cross_properly(a: LineSegment, b: LineSegment) -> bool {
     let side = |e: LineSegment, p: [f64; 2]| {
         (e.1[0] - e.0[0]) * (p[1] - e.0[1]) - (e.1[1] - e.0[1]) * (p[0] - e.0[0])

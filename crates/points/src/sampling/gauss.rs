@@ -1,13 +1,12 @@
-//! Gauss points.
+//! Gauss–Legendre points in the cells of a grid.
 
 use super::{CandidateCells, Sample, SamplingError};
 use crate::Shape;
 
-/// `per_cell` Gauss–Legendre points per direction in every cell of a grid with lower corner `origin`
-/// (m) and cell edge `cell` (m): those that lie in the shape, cell by cell, last axis fastest. The
-/// volume of a point is its Gauss weight, so that sums over whole cells integrate polynomials of
-/// degree `2 per_cell - 1` along each axis exactly. A cell that the shape cuts keeps the points
-/// inside: its sum then is no more than a count.
+/// Samples a shape with `per_cell` Gauss–Legendre points per direction in every cell of a grid with lower corner `origin` (m) and cell edge
+/// `cell` (m): those that lie in the shape, cell by cell, last axis fastest. The volume of a point is its Gauss weight, so that sums over
+/// whole cells integrate polynomials of degree `2 per_cell - 1` along each axis exactly. A cell that the shape cuts keeps the points
+/// inside; its sum is then a count only.
 ///
 /// # Errors
 /// When there would be more than 2²⁸ candidates, or the cell is not a length.
@@ -45,7 +44,7 @@ fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
     let zero = |k: usize| {
         let mut x = (std::f64::consts::PI * ((count - k) as f64 - 0.25) / (n + 0.5)).cos();
         let mut slope = 1.0;
-        // Converges quadratically; eight steps are more than round-off needs from Tricomi's estimate for any degree.
+        // Newton's method converges quadratically; from Tricomi's estimate eight steps suffice for any degree.
         for _ in 0..8 {
             let (mut before, mut here) = (1.0, x);
             for degree in 2..=count {
@@ -109,7 +108,7 @@ mod tests {
         let samples = gauss_per_cell(&disk, [0.05, 0.0], 0.02, 2).unwrap();
         assert!(samples.iter().all(|s| disk.contains(&s.position)));
         let area: f64 = samples.iter().map(|s| s.volume).sum();
-        // Half the points of a cut cell at most are wrong: the rim is a hundredth of a cell's edge per cell.
+        // At most half of the points of a cut cell are wrong: the boundary takes a hundredth of a cell's edge per cell.
         assert!((area - std::f64::consts::PI).abs() < 5e-3, "{area}");
         assert!(matches!(gauss_per_cell(&disk, [0.0; 2], 1e-4, 3), Err(SamplingError::TooMany(_))));
         assert!(matches!(gauss_per_cell(&disk, [0.0; 2], 0.0, 3), Err(SamplingError::Spacing(_))));

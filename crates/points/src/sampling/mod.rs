@@ -17,15 +17,15 @@ pub use fitted::fitted;
 pub use gauss::gauss_per_cell;
 pub use poisson::{poisson_disk, poisson_spaced};
 
-/// More candidates than this are refused: their numbers and places would not fit in memory.
+/// Largest number of candidate points: more would not fit in memory.
 const MAX_CANDIDATES: f64 = (1u64 << 28) as f64;
 
-/// A point that stands for a part of a shape.
+/// Sampling point with its share of a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample<const D: usize> {
     /// Position (m).
     pub position: [f64; D],
-    /// Length, area or volume it stands for (m, m² or m³).
+    /// Length, area or volume of the part of the shape that the point represents (m, m² or m³).
     pub volume: f64,
 }
 
@@ -38,7 +38,7 @@ pub enum Sampling {
     Lattice,
     /// In the plane, in rows along the sides of the shape, the first half a spacing from the side, each point at the centre of its
     /// patch and with the exact area of it. Rows of round sides come first and go on until those of other sides meet them; the lattice
-    /// fills the rest. For boxes, balls, polygons and what is made of them.
+    /// fills the rest. For boxes, balls, polygons and their combinations.
     Fitted,
     /// At random, no two points closer than a distance, and none of them missing that would have room (Poisson disk): without the
     /// directions of a lattice. As many as a lattice has, and each with the same share of the volume of the shape; which points
@@ -47,43 +47,42 @@ pub enum Sampling {
 }
 
 impl Sampling {
-    /// Whether it is the one without an entry.
+    /// Whether it is the lattice, the default without an entry in a case.
     #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
     pub fn is_lattice(&self) -> bool {
         *self == Self::Lattice
     }
 }
 
-/// Why a shape cannot be sampled.
+/// Error in the sampling of a shape.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum SamplingError {
-    /// More points than can be numbered.
+    /// Number of points above the limit.
     #[error("the sampling would need about {0:.2e} points, more than 2^28: use a larger spacing")]
     TooMany(f64),
-    /// A spacing that is not a length.
+    /// Spacing that is not a length.
     #[error("spacing {0} must be finite and positive (m)")]
     Spacing(f64),
-    /// A shape whose area or volume is not known in closed form.
+    /// Shape whose area or volume is not known in closed form.
     #[error("random sampling needs a simple shape whose area or volume is known, not a combination")]
     NoMeasure,
-    /// A shape that is no combination of boxes, balls and polygons in the plane.
+    /// Shape that is no combination of boxes, balls and polygons in the plane.
     #[error(
         "rows are fitted to boxes, balls and polygons in the plane, and to what is made of them, with 2000 sides at most"
     )]
     NoBoundaryEdges,
-    /// A shape with parts that no point is near to.
+    /// Shape with parts that no point is near to.
     #[error("parts of the shape, {:.1e} of its area, are too thin for points {spacing} m apart: use a smaller spacing", lost.abs())]
     TooThin {
         /// The spacing (m).
         spacing: f64,
-        /// Share of the area that no point stands for.
+        /// Share of the area that no point represents.
         lost: f64,
     },
 }
 
-/// `per_cell` points per direction in every cell of a grid with lower corner `origin` (m) and cell
-/// edge `cell` (m), at `(i + 1/2) / per_cell` of the cell: those that lie in the shape, last axis
-/// fastest.
+/// Samples a shape with `per_cell` points per direction in every cell of a grid with lower corner `origin` (m) and cell edge `cell` (m), at
+/// `(i + 1/2) / per_cell` of the cell: those that lie in the shape, last axis fastest.
 ///
 /// # Errors
 /// When there would be more than 2²⁸ candidates, or the spacing is not a length.
@@ -96,9 +95,9 @@ pub fn per_cell<const D: usize>(
     lattice(shape, origin, cell / per_cell as f64)
 }
 
-/// Points on a square lattice with the given `spacing` (m), the first at half a spacing from
-/// `origin`: those that lie in the shape, last axis fastest. Those of a layer whose rows follow the terrain are on the lattice in plan
-/// only, and along a line as the layer lies.
+/// Samples a shape with a square lattice of the given `spacing` (m), the first point at half a spacing from `origin`: the points that lie
+/// in the shape, last axis fastest. In a layer whose rows follow the terrain the points are on the lattice in plan only, and along a line
+/// they follow the layer.
 ///
 /// # Errors
 /// When there would be more than 2²⁸ candidates, or the spacing is not a length.
@@ -128,7 +127,7 @@ pub fn lattice<const D: usize>(
     Ok(positions.filter(|x| shape.contains(x)).map(|position| Sample { position, volume }).collect())
 }
 
-/// The cells of edge `edge` (m), counted from a place, that a shape may touch.
+/// Cells of edge `edge` (m), indexed from an origin, that a shape may touch.
 struct CandidateCells<const D: usize> {
     first: [i64; D],
     count: [i64; D],
@@ -136,7 +135,7 @@ struct CandidateCells<const D: usize> {
 }
 
 impl<const D: usize> CandidateCells<D> {
-    /// The cells around `shape`, refused when `per_cell` points in each would be more than 2²⁸.
+    /// Cells around `shape`. Rejected when `per_cell` points in each would be more than 2²⁸.
     fn covering(shape: &Shape, origin: [f64; D], edge: f64, per_cell: f64) -> Result<Self, SamplingError> {
         if !(edge.is_finite() && edge > 0.0) {
             return Err(SamplingError::Spacing(edge));
@@ -170,7 +169,7 @@ impl<const D: usize> CandidateCells<D> {
     }
 }
 
-/// `count` points at random in the shape, uniformly; the same for the same `seed`.
+/// Samples a shape with `count` uniformly distributed random points, reproducible by the `seed`.
 ///
 /// # Errors
 /// For shapes without a known area or volume.
@@ -193,8 +192,8 @@ pub fn random<const D: usize>(
     Ok(samples)
 }
 
-/// A place strictly inside both shapes, if a search with about `resolution` points per direction
-/// finds one. Shapes that only touch do not overlap.
+/// Position strictly inside both shapes, if a search with about `resolution` points per direction finds one. Shapes that only touch do not
+/// overlap.
 pub fn common_interior_point(a: &Shape, b: &Shape, dimension: usize, resolution: usize) -> Option<Vec<f64>> {
     let ((low_a, high_a), (low_b, high_b)) = (a.bounds(dimension), b.bounds(dimension));
     let low: Vec<f64> = low_a.iter().zip(&low_b).map(|(a, b)| a.max(*b)).collect();
@@ -214,7 +213,7 @@ pub fn common_interior_point(a: &Shape, b: &Shape, dimension: usize, resolution:
         (0..dimension).map(coordinate).collect()
     };
     let inside = |place: &[f64]| a.contains(place) && b.contains(place);
-    // On a side that both share round-off may put a place into both: those beside it are not.
+    // Round-off may put a position on a common face into both shapes; the positions beside it are not in both.
     let well_inside = |place: &[f64]| {
         let beside = |axis: usize, side: f64| {
             let mut beside = place.to_vec();
@@ -264,7 +263,7 @@ mod tests {
 
     #[test]
     fn layers_on_a_slope_that_share_a_side_do_not_overlap() {
-        // Round-off puts places of the search on the shared side into both.
+        // Round-off puts search positions on the common face into both.
         let length = 1.5f64.hypot(3.0);
         let along = [3.0 / length, -1.5 / length];
         let at = |s: f64, n: f64| [-0.5 + s * along[0] - n * along[1], 0.5 + s * along[1] + n * along[0]];

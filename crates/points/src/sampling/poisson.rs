@@ -7,26 +7,23 @@ use super::{CandidateCells, Sample, SamplingError};
 use crate::Shape;
 use crate::shape::box_classification::BoxLocation;
 
-/// How often the cells that are still open are halved: what is left then is smaller than a thousandth
-/// of the distance.
+/// Number of halvings of the uncovered cells: the remaining ones are then smaller than a thousandth of the distance.
 const SUBDIVISION_LEVELS: u32 = 10;
 
-/// Darts thrown per open cell and level.
+/// Darts thrown per uncovered cell and level.
 const DARTS_PER_CELL: usize = 2;
 
-/// Open cells more than this many times those of the start end the search: only boundaries between
-/// the parts of a combination, which [`Shape::classify_box`] cannot resolve, make so many.
+/// Growth of the number of uncovered cells, over that at the start, at which the search ends. Only boundaries between the parts of a
+/// combination, which [`Shape::classify_box`] cannot resolve, lead to so many.
 const MAX_GROWTH: usize = 16;
 
-/// Points at random in the shape, no two closer than `distance` (m), and so many that no other would
-/// fit: no place in the shape is farther than `distance` from a point, but for gaps smaller than about
-/// a thousandth of it. The same for the same `seed`. Cells of the search are visited in order, last
-/// axis fastest, and every point stands for the same share of the shape (of its measure, or of an
-/// estimate within about a thousandth for combinations).
+/// Samples a shape with random points, no two closer than `distance` (m), until no other would fit: no position in the shape is farther
+/// than `distance` from a point, except in gaps smaller than about a thousandth of it. The result is reproducible by the `seed`. Cells are
+/// visited in order, last axis fastest, and every point represents the same share of the measure of the shape (for combinations, of an
+/// estimate within about a thousandth).
 ///
-/// Darts are thrown at the cells of a grid that no disk covers yet; what stays open is halved, and
-/// darts are thrown again (Ebeida, Mitchell, Patney, Davidson & Owens 2012, Computer Graphics Forum
-/// 31, 785–794).
+/// Darts are thrown at the grid cells that no disk covers; uncovered cells are halved, and darts are thrown again (Ebeida, Mitchell,
+/// Patney, Davidson & Owens 2012, Computer Graphics Forum 31, 785–794).
 ///
 /// # Errors
 /// When there would be more than 2²⁸ candidates, or the distance is not a length.
@@ -63,22 +60,21 @@ pub fn poisson_disk<const D: usize>(
     Ok(positions.into_iter().map(|position| Sample { position, volume }).collect())
 }
 
-/// Points over a length, area or volume whose places are at random and no closer than one, when no other fits: jamming of random
-/// sequential adsorption (1D: Rényi 1958; 2D and 3D: Torquato, Uche & Stillinger 2006, Phys. Rev. E 74, 061308, of coverings 0.547
-/// and 0.384).
+/// Number of points per length, area or volume at jamming of random sequential adsorption, for a least distance of one (1D: Rényi 1958; 2D
+/// and 3D: Torquato, Uche & Stillinger 2006, Phys. Rev. E 74, 061308, with coverings 0.547 and 0.384).
 const JAMMING_DENSITY: [f64; 3] = [0.7476, 0.6965, 0.7336];
 
-/// Share by which the number of points may be off.
+/// Relative tolerance of the number of points.
 const COUNT_TOLERANCE: f64 = 0.01;
 
-/// Samplings until it is not, at most.
+/// Largest number of samplings until the tolerance is met.
 const MAX_PASSES: usize = 6;
 
-/// [`poisson_disk`] with as many points as a lattice of this `spacing` (m) has, within about a hundredth where there are many:
-/// the distance is that of jamming, and made to fit since more points lie at the sides than within.
+/// Samples a shape as [`poisson_disk`] with as many points as a lattice of this `spacing` (m), within about a hundredth where there are
+/// many. The distance is that of jamming, then adjusted, since the density of points is higher at the boundary than within.
 ///
 /// # Errors
-/// As [`poisson_disk`].
+/// See [`poisson_disk`].
 pub fn poisson_spaced<const D: usize>(
     shape: &Shape,
     spacing: f64,
@@ -99,7 +95,7 @@ pub fn poisson_spaced<const D: usize>(
     Ok(samples)
 }
 
-/// Length, area or volume: in closed form, or counted on a lattice of about a million cells.
+/// Length, area or volume of a shape (m, m² or m³): in closed form, or counted on a lattice of about a million cells.
 fn shape_measure<const D: usize>(shape: &Shape) -> Result<f64, SamplingError> {
     if let Some(measure) = shape.measure(D) {
         return Ok(measure);
@@ -112,7 +108,7 @@ fn shape_measure<const D: usize>(shape: &Shape) -> Result<f64, SamplingError> {
     Ok(samples.iter().map(|sample| sample.volume).sum())
 }
 
-/// Disks of one radius on a grid so fine that a cell holds no more than one centre.
+/// Centres of disks of equal radius, on a grid whose cells contain at most one centre.
 struct Disks<const D: usize> {
     low: [f64; D],
     edge: f64,
@@ -126,7 +122,7 @@ impl<const D: usize> Disks<D> {
         let (low, _) = shape.bounds(D);
         let low: [f64; D] = std::array::from_fn(|axis| low[axis]);
         let edge = distance / (D as f64).sqrt();
-        // One cell of margin below, one above: no dart falls outside.
+        // One cell of margin at either end: no dart falls outside.
         let cells = CandidateCells::covering(shape, low, edge, 1.0)?;
         Ok(Self {
             low: std::array::from_fn(|axis| low[axis] + cells.first[axis] as f64 * edge),
@@ -137,7 +133,7 @@ impl<const D: usize> Disks<D> {
         })
     }
 
-    /// Every cell that may hold a point of the shape.
+    /// All cells that may contain a point of the shape.
     fn all_cells(&self, shape: &Shape) -> Vec<[u32; D]> {
         let index = |number: usize| {
             let mut rest = number;
@@ -162,7 +158,7 @@ impl<const D: usize> Disks<D> {
         shape.classify_box(&low, &low.map(|l| l + edge)) != BoxLocation::Outside
     }
 
-    /// Calls `visit` with every centre in the cells that a disk around `x` reaches, until it says true.
+    /// Whether `visit` is true for a centre in the cells that a disk around `x` overlaps.
     fn any_centre_near(&self, x: &[f64; D], visit: impl Fn(&[f64; D]) -> bool) -> bool {
         let reach = (D as f64).sqrt().ceil() as i64;
         let width = 2 * reach + 1;
@@ -181,7 +177,7 @@ impl<const D: usize> Disks<D> {
         })
     }
 
-    /// Takes the centre `x` unless another is closer than the distance.
+    /// Adds the centre `x` unless another centre is closer than the distance.
     fn add(&mut self, x: [f64; D]) {
         let square = self.distance * self.distance;
         let close = |other: &[f64; D]| (0..D).map(|c| (x[c] - other[c]).powi(2)).sum::<f64>() < square;
@@ -192,11 +188,11 @@ impl<const D: usize> Disks<D> {
             let index = ((x[axis] - self.low[axis]) / self.edge) as usize;
             slot * self.count[axis] + index.min(self.count[axis] - 1)
         });
-        // Two centres in one cell are its opposite corners, to the last bit: the first stays.
+        // Two centres in one cell can only be its opposite corners, to the last bit; the first is kept.
         self.points[slot].get_or_insert(x);
     }
 
-    /// The halves (quarters, eighths) of the open cells that one disk does not cover and the shape touches.
+    /// Halves (quarters, eighths) of the uncovered cells that no single disk covers and the shape touches.
     fn subdivide_uncovered(&self, shape: &Shape, open: &[[u32; D]], level: u32) -> Vec<[u32; D]> {
         let children = open.iter().flat_map(|cell| {
             (0..1u32 << D).map(move |part| std::array::from_fn(|axis| 2 * cell[axis] + (part >> axis & 1)))
@@ -223,7 +219,7 @@ mod tests {
     use crate::CellList;
     use proptest::prelude::*;
 
-    /// No two closer than the distance, no place in the shape farther from all of them.
+    /// Checks that no two points are closer than the distance, and that no position in the shape is farther from all points.
     fn is_a_maximal_packing<const D: usize>(shape: &Shape, distance: f64, seed: u64, probes: usize) {
         let samples = poisson_disk::<D>(shape, distance, seed).unwrap();
         assert!(samples.iter().all(|s| shape.contains(&s.position)));
@@ -276,7 +272,7 @@ mod tests {
         }
     }
 
-    /// As many points as a lattice, evenly, with a distance that the lattice's is not far above, and all of the volume.
+    /// Checks the number of points against a lattice, their distance and evenness, and that they represent the whole volume.
     fn stands_in_for_a_lattice<const D: usize>(shape: &Shape, spacing: f64, most_off: f64, least: f64) {
         let samples = poisson_spaced::<D>(shape, spacing, 3).unwrap();
         let volume = shape.measure(D).unwrap();
@@ -292,7 +288,7 @@ mod tests {
             samples.iter().enumerate().flat_map(|(i, a)| samples[..i].iter().map(move |b| apart(a, b)));
         let nearest = nearest.fold(f64::INFINITY, f64::min);
         assert!(nearest > least * spacing, "{D}: {nearest} m");
-        // Either half of it has half of the points, but for those on the cut.
+        // Either half of the shape has half of the points, except for those on the cut.
         for axis in 0..D {
             let (low, high) = shape.bounds(D);
             let middle = 0.5 * (low[axis] + high[axis]);
@@ -340,7 +336,7 @@ mod tests {
         let shape = Shape::Box { min: vec![0.0; 2], max: vec![1.0; 2] };
         let distance = 0.01;
         let count = poisson_disk::<2>(&shape, distance, 5).unwrap().len() as f64;
-        // Centres may lie on the rim, so the area that holds the disks is wider by the distance.
+        // Centres may lie on the boundary, so the area that contains the disks is wider by the distance.
         let cover = count * std::f64::consts::PI * 0.25 * distance * distance / (1.0 + distance).powi(2);
         assert!((cover - 0.547).abs() < 0.01, "{cover}");
     }

@@ -4,10 +4,10 @@ use crate::TerrainLayer;
 use crate::plan::polygon::signed_area;
 use crate::sampling::{CandidateCells, Sample, SamplingError};
 
-/// Thickness over a spacing below which a layer has no points.
+/// Least thickness of a layer with points, in spacings.
 const MIN_THICKNESS: f64 = 0.25;
 
-/// Points of a layer over the places in plan of a lattice, the first at half a `spacing` (m) from `origin`; `cells` are those of the lattice
+/// Points of a layer in columns over the lattice in plan that begins half a `spacing` (m) from `origin`; `cells` are the lattice cells
 /// around it.
 pub(super) fn sample_along_terrain<const D: usize>(
     cells: &CandidateCells<D>,
@@ -39,8 +39,8 @@ pub(super) fn sample_along_terrain<const D: usize>(
     Ok(samples)
 }
 
-/// Points of a layer along a line: `outline` has the corners of its lower side, then those of its upper side, back. Each stands for
-/// a part of a row, about a `spacing` (m) high and as long along the middle of the layer, and lies at its centre.
+/// Points of a layer along a line: `outline` has the corners of its lower side, then those of its upper side in reverse. Each point is the
+/// centroid of a part of a row, about a `spacing` (m) high and as long along the middle of the layer.
 pub(super) fn sample_along_line<const D: usize>(outline: &[[f64; 2]], spacing: f64) -> Vec<Sample<D>> {
     let half = outline.len() / 2;
     if half < 2 {
@@ -57,7 +57,7 @@ pub(super) fn sample_along_line<const D: usize>(outline: &[[f64; 2]], spacing: f
     let whole = lengths[half - 1];
     let columns = fitting(whole);
     let mut samples = Vec::with_capacity((rows * columns) as usize);
-    // Where a column begins: between which stations, and its two ends.
+    // Start of a column: the stations around it, and its two ends.
     let (mut next, mut begin) = (1, stations[0]);
     for column in 1..=columns as usize {
         let until = whole * column as f64 / columns;
@@ -89,7 +89,7 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (b[0] - a[0]).hypot(b[1] - a[1])
 }
 
-/// Area (m²) of a ring, and its centre, counted from its first corner so that no digits are lost far from the origin.
+/// Area (m²) and centroid of a ring, relative to its first corner so that no digits are lost far from the origin.
 fn centroid(ring: &[[f64; 2]]) -> (f64, [f64; 2]) {
     let from = ring[0];
     let ring: Vec<[f64; 2]> = ring.iter().map(|x| [x[0] - from[0], x[1] - from[1]]).collect();
@@ -108,7 +108,7 @@ mod tests {
     use crate::sampling::lattice;
     use crate::{LayerRows, LayerThickness, Outline, Raster, Shape, ThicknessData, ThicknessDirection};
 
-    /// A layer of 0.5 m on ground that falls by 3 m over 4 m, sampled 0.2 m apart.
+    /// Layer of 0.5 m on ground that falls by 3 m over 4 m, sampled 0.2 m apart.
     fn sampled(rows: LayerRows) -> Vec<Sample<3>> {
         let ground = Raster::from_function([41, 31], [0.0; 2], [1.0; 2], |x, _| 30.0 - 0.75 * x);
         let outline =
@@ -139,7 +139,7 @@ mod tests {
             z - (30.0 - 0.75 * x)
         };
         let along = sampled(LayerRows::Terrain);
-        // Two rows and a half are three, of 0.5/3 m each.
+        // Two rows and a half are rounded to three, of 0.5/3 m each.
         assert_eq!(along.len(), 50 * 30 * 3);
         for sample in &along {
             let row = height(sample) / (0.5 / 3.0) - 0.5;
@@ -147,7 +147,7 @@ mod tests {
         }
         let volume: f64 = along.iter().map(|sample| sample.volume).sum();
         assert!((volume - 10.0 * 6.0 * 0.5).abs() < 1e-9, "{volume}");
-        // On the lattice the lowest points lie anywhere.
+        // On the lattice the lowest points lie at any height within a spacing.
         let level = sampled(LayerRows::Level);
         let lowest = |low: f64, high: f64| level.iter().any(|sample| (low..high).contains(&height(sample)));
         assert!(lowest(0.0, 0.03) && lowest(0.47, 0.5));

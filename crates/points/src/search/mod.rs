@@ -1,7 +1,7 @@
 //! Searches for neighbours: cell lists, Verlet lists, overlapping boxes, connected groups.
 //!
 //! Neighbours come in ascending order, whatever the number of threads.
-//! The room depends on coordinates only.
+//! This folder depends on coordinates only.
 
 pub(crate) mod box_overlaps;
 pub(crate) mod neighbours;

@@ -1,20 +1,20 @@
-//! Cell-linked lists and neighbour lists, the same on any number of threads.
+//! Cell-linked lists and neighbour lists, identical on any number of threads.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 use thiserror::Error;
 
-/// Why a search cannot be made.
+/// Error in the construction of a search.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum SearchError {
-    /// A coordinate is not finite.
+    /// Point with a coordinate that is not finite.
     #[error("point {0} has a coordinate that is not finite")]
     NotFinite(usize),
-    /// A radius or cell edge that is not a length.
+    /// Radius or cell edge that is not a length.
     #[error("search radius {0} must be finite and positive (m)")]
     Radius(f64),
-    /// Points so far apart that their cells would take more memory than they do: number of the cells, and the point farthest from all.
+    /// Number of cells, and the point farthest from the others, where the cells would take more memory than the points.
     #[error(
         "the points spread over {0:.2e} cells of the search radius, point {1} farthest from the others: it has flown off; take smaller \
          steps or a stiffer floor, or let what leaves the domain be taken away (`remove_outside`)"
@@ -22,18 +22,18 @@ pub enum SearchError {
     TooSpread(f64, usize),
 }
 
-/// Share of a cell by which a search reaches beyond its radius.
+/// Relative tolerance that a search adds to its radius.
 const ROUND_OFF: f64 = 1e-9;
-/// Points that a thread takes at least, of work that is little for each.
+/// Least number of points per task of a thread, for operations that are cheap per point.
 const MIN_POINTS_PER_TASK: usize = 1024;
 
-/// Most cells of a search among so many points: 400 MB, and as much again for each million points.
+/// Largest number of cells of a search among that many points: 400 MB, and as much again for each million points.
 #[must_use]
 pub fn max_cells(points: usize) -> f64 {
     1e8 + 100.0 * points as f64
 }
 
-/// The point that is farthest from the mean of all.
+/// Point farthest from the mean position.
 #[must_use]
 pub fn farthest_from_mean<const D: usize>(positions: &[[f64; D]]) -> usize {
     let mean: [f64; D] =
@@ -43,7 +43,7 @@ pub fn farthest_from_mean<const D: usize>(positions: &[[f64; D]]) -> usize {
     most.map_or(0, |(point, _)| point)
 }
 
-/// Points in bins: cells of a grid around all points, each with the list of its points.
+/// Cell-linked list: cells of a grid around all points, each with the list of its points.
 #[derive(Clone, Debug, Default)]
 pub struct CellList<const D: usize> {
     low: Vec<f64>,
@@ -55,13 +55,12 @@ pub struct CellList<const D: usize> {
 }
 
 impl<const D: usize> CellList<D> {
-    /// An empty list, whose buffers grow on the first build and are then reused.
+    /// Empty list, whose buffers grow on the first build and are then reused.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Bins `positions` (m) in cells of edge `edge` (m) by a counting sort; within a cell points keep
-    /// their order.
+    /// Sorts `positions` (m) into cells of edge `edge` (m) by a counting sort; within a cell points keep their order.
     ///
     /// # Errors
     /// When a coordinate is not finite or the cells would be too many.
@@ -116,48 +115,48 @@ impl<const D: usize> CellList<D> {
             self.order[*slot as usize] = point as u32;
             *slot += 1;
         }
-        // Every start has become the next cell's start.
+        // Each start has become the start of the next cell.
         next.rotate_right(1);
         next[0] = 0;
         self.starts = next;
         Ok(())
     }
 
-    /// Points in the order of their cells.
+    /// Points sorted by cell.
     pub fn order(&self) -> &[u32] {
         &self.order
     }
 
-    /// Calls `visit` for every point in the cells that a ball of one cell edge around `x` can touch.
+    /// Calls `visit` for every point in the cells that a ball with a radius of one cell edge around `x` may overlap.
     pub fn visit(&self, x: &[f64; D], mut visit: impl FnMut(u32)) {
         self.ranges_of_rows(x, |line| self.order[line].iter().for_each(|&point| visit(point)));
     }
 
-    /// Calls `visit` for every point in the cells that a ball of `radius` (m) around `x` can touch, of whatever size.
+    /// Calls `visit` for every point in the cells that a ball of any `radius` (m) around `x` may overlap.
     pub fn visit_within(&self, x: &[f64; D], radius: f64, mut visit: impl FnMut(u32)) {
         self.ranges_within(x, radius, |line| self.order[line].iter().for_each(|&point| visit(point)));
     }
 
-    /// The same, line of cells by line of cells: calls `visit` for where in [`CellList::order`] the points of a line stand.
+    /// Calls `visit` with the range in [`CellList::order`] of each row of cells that a ball of one cell edge around `x` may overlap.
     fn ranges_of_rows(&self, x: &[f64; D], visit: impl FnMut(Range<usize>)) {
         self.ranges_across(x, 1, visit);
     }
 
-    /// Calls `visit` for where in [`CellList::order`] those points stand that [`CellList::visit_within`] visits, run by run.
+    /// Calls `visit` with the ranges in [`CellList::order`] of the points that [`CellList::visit_within`] visits.
     #[inline]
     pub fn ranges_within(&self, x: &[f64; D], radius: f64, visit: impl FnMut(Range<usize>)) {
-        // A little more, so that round-off loses no point at the radius.
+        // A small margin, so that round-off loses no point at the radius.
         let reach = radius / self.edge + ROUND_OFF;
         self.ranges_between(x, |cell| [cell - reach, cell + reach], visit);
     }
 
-    /// Lines of cells at most `reach` cells away.
+    /// Ranges of the rows of cells at most `reach` cells away.
     fn ranges_across(&self, x: &[f64; D], reach: i64, visit: impl FnMut(Range<usize>)) {
         let reach = reach as f64;
         self.ranges_between(x, |cell| [cell.floor() - reach, cell.floor() + reach], visit);
     }
 
-    /// Lines of cells; `window` gives the ends along an axis, in cells, for a place in cells.
+    /// Ranges of the rows of cells in a window; `window` gives its ends along an axis, in cells, for a position in cells.
     #[inline]
     fn ranges_between(
         &self,
@@ -189,17 +188,17 @@ impl<const D: usize> CellList<D> {
                     key * self.cells[axis] + if axis == D - 1 { last } else { index[axis] }
                 })
             };
-            // Cells along the last axis are consecutive.
+            // Cells along the last axis are consecutive in memory.
             let (a, b) = spans[D - 1];
             visit(self.starts[key(a)] as usize..self.starts[key(b) + 1] as usize);
         }
     }
 }
 
-/// Points per [`NeighbourBlock`] of a list: enough work for a task, little enough to share among threads.
+/// Points per [`NeighbourBlock`] of a list: enough work for a task, small enough to distribute among threads.
 pub const BLOCK_POINTS: usize = 256;
 
-/// The neighbours of up to [`BLOCK_POINTS`] consecutive points.
+/// Neighbours of up to [`BLOCK_POINTS`] consecutive points.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NeighbourBlock {
     ends: Vec<u32>,
@@ -212,12 +211,12 @@ impl NeighbourBlock {
         self.ends.len()
     }
 
-    /// True when there are no points.
+    /// Whether there are no points.
     pub fn is_empty(&self) -> bool {
         self.ends.is_empty()
     }
 
-    /// Where the neighbours of the `k`-th point of the block stand in [`NeighbourBlock::indices`].
+    /// Range in [`NeighbourBlock::indices`] of the neighbours of the `k`-th point of the block.
     #[inline]
     pub fn range(&self, k: usize) -> Range<usize> {
         let start = if k == 0 { 0 } else { self.ends[k - 1] };
@@ -230,7 +229,7 @@ impl NeighbourBlock {
         &self.indices[self.range(k)]
     }
 
-    /// All neighbours, point after point.
+    /// Neighbours of all points of the block, point after point.
     pub fn indices(&self) -> &[u32] {
         &self.indices
     }
@@ -240,31 +239,31 @@ impl NeighbourBlock {
 #[derive(Clone, Debug, Default)]
 pub struct NeighbourList<const D: usize> {
     cells: CellList<D>,
-    /// Positions in the order of the cells, axis by axis: those of a line of cells are read in one go (m).
+    /// Positions in the order of the cells, axis by axis, for contiguous reads of a row of cells (m).
     cell_sorted_positions: Vec<Vec<f64>>,
     blocks: Vec<NeighbourBlock>,
     len: usize,
 }
 
 impl<const D: usize> NeighbourList<D> {
-    /// An empty list, whose buffers grow on the first build and are then reused.
+    /// Empty list, whose buffers grow on the first build and are then reused.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Finds, for every point, all others closer than or at `radius` (m).
+    /// Finds, for every point, all others at a distance of at most `radius` (m).
     ///
     /// # Errors
-    /// As [`CellList::build`].
+    /// See [`CellList::build`].
     pub fn build(&mut self, positions: &[[f64; D]], radius: f64) -> Result<(), SearchError> {
         self.build_where(positions, positions.len(), radius, |i, j| i != j)
     }
 
-    /// As [`NeighbourList::build`] for the first `count` points only, among all: for points behind them
-    /// that act without being acted on, such as walls and mirror images; of the others those that `keep(point, other)` accepts.
+    /// Finds neighbours as [`NeighbourList::build`], for the first `count` points only, of those that `keep(point, other)` accepts. Points
+    /// after these contribute to sums without having sums of their own, such as walls and mirror images.
     ///
     /// # Errors
-    /// As [`CellList::build`].
+    /// See [`CellList::build`].
     pub fn build_first(
         &mut self,
         positions: &[[f64; D]],
@@ -288,12 +287,12 @@ impl<const D: usize> NeighbourList<D> {
         self.build_between(targets, |_| radius, positions, radius, keep)
     }
 
-    /// Finds, for each of `targets`, those of `sources` that are not farther away than `radius(target)` (m) and that
-    /// `keep(target, source)` accepts, ascending; in cells of edge `edge` (m), best the usual radius. For points of unlike
-    /// radii, and for what lies around points of another set.
+    /// Finds, for each of `targets`, the `sources` at a distance of at most `radius(target)` (m) that `keep(target, source)` accepts,
+    /// ascending, with cells of edge `edge` (m), best the usual radius. For points of different radii, and for neighbours in another set of
+    /// points.
     ///
     /// # Errors
-    /// As [`CellList::build`].
+    /// See [`CellList::build`].
     pub fn build_between(
         &mut self,
         targets: &[[f64; D]],
@@ -347,7 +346,7 @@ impl<const D: usize> NeighbourList<D> {
         self.blocks[i / BLOCK_POINTS].neighbours(i % BLOCK_POINTS)
     }
 
-    /// The rows in blocks: block `b` begins with point `b` [`BLOCK_POINTS`].
+    /// Blocks of the list; block `b` begins with point `b` × [`BLOCK_POINTS`].
     pub fn blocks(&self) -> &[NeighbourBlock] {
         &self.blocks
     }
@@ -357,14 +356,14 @@ impl<const D: usize> NeighbourList<D> {
         self.len
     }
 
-    /// True when there are no points.
+    /// Whether there are no points.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 }
 
-/// Puts into `found` those of `points`, at `places`, whose distance from `x` has at most the square `square` (m²) and
-/// which `keep` accepts. Distances are found and compared for many at a time; most are too large.
+/// Appends to `found` those of `points`, at positions `places`, whose squared distance from `x` is at most `square` (m²) and which `keep`
+/// accepts. Distances are computed and compared in batches; most are too large.
 fn select_within<const D: usize>(
     x: &[f64; D],
     square: f64,
@@ -383,7 +382,7 @@ fn select_within<const D: usize>(
                 *distance += (x[axis] - place).powi(2);
             }
         }
-        // One bit for each.
+        // One bit per point of the batch.
         let mut near = 0u64;
         for (k, &distance) in distances.iter().enumerate() {
             near |= u64::from(distance <= square) << k;
@@ -398,28 +397,27 @@ fn select_within<const D: usize>(
     }
 }
 
-/// Every pair of points within a radius, once: under the point of the smaller number. For forces
-/// that act on both alike.
+/// Neighbour list in which each pair of points within a radius occurs once, under the smaller index. For symmetric pair forces.
 #[derive(Clone, Debug, Default)]
 pub struct HalfNeighbourList<const D: usize> {
     list: NeighbourList<D>,
 }
 
 impl<const D: usize> HalfNeighbourList<D> {
-    /// An empty list, whose buffers grow on the first build and are then reused.
+    /// Empty list, whose buffers grow on the first build and are then reused.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Finds all pairs closer than or at `radius` (m).
+    /// Finds all pairs at a distance of at most `radius` (m).
     ///
     /// # Errors
-    /// As [`CellList::build`].
+    /// See [`CellList::build`].
     pub fn build(&mut self, positions: &[[f64; D]], radius: f64) -> Result<(), SearchError> {
         self.list.build_where(positions, positions.len(), radius, |i, j| i < j)
     }
 
-    /// Neighbours of point `i` with larger numbers, ascending.
+    /// Neighbours of point `i` with larger indices, ascending.
     pub fn neighbours(&self, i: usize) -> &[u32] {
         self.list.neighbours(i)
     }
@@ -434,7 +432,7 @@ impl<const D: usize> HalfNeighbourList<D> {
         self.list.blocks.iter().map(|rows| rows.indices.len()).sum()
     }
 
-    /// True when no two points are close.
+    /// Whether there are no pairs.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -1,24 +1,24 @@
-//! What hangs together: sets that are joined pair by pair (union–find).
+//! Union–find: disjoint sets that are merged pair by pair.
 
-/// Sets of the numbers from zero on. The least number of a set stands for it, so that the order in which sets are joined does not
-/// matter.
+/// Disjoint sets of the numbers from zero on. The smallest number of a set is its root, so that the result does not depend on the order of
+/// merges.
 #[derive(Clone, Debug, Default)]
 pub struct UnionFind {
-    /// A number of the same set that is no larger.
+    /// Number of the same set that is no larger.
     parent: Vec<u32>,
 }
 
 impl UnionFind {
-    /// `count` numbers, each by itself.
+    /// `count` sets of one number each.
     pub fn new(count: usize) -> Self {
         Self { parent: (0..count as u32).collect() }
     }
 
-    /// The least number of the set of `of`.
+    /// Root (smallest number) of the set of `of`.
     pub fn root(&mut self, of: usize) -> usize {
         let mut of = of as u32;
         while self.parent[of as usize] != of {
-            // Shorter ways for the next one.
+            // Path halving.
             let next = self.parent[self.parent[of as usize] as usize];
             self.parent[of as usize] = next;
             of = next;
@@ -26,7 +26,7 @@ impl UnionFind {
         of as usize
     }
 
-    /// Joins the sets of two numbers.
+    /// Merges the sets of two numbers.
     pub fn union(&mut self, a: usize, b: usize) {
         let (a, b) = (self.root(a), self.root(b));
         self.parent[a.max(b)] = a.min(b) as u32;

@@ -1,33 +1,33 @@
-//! The outline of a shape in the plane, as straight and round sides with the shape on their left.
+//! Boundary of a plane shape, as straight edges and arcs with the shape on their left.
 
 use std::f64::consts::{PI, TAU};
 
 use crate::shape::Shape;
 use crate::surface::vector::{add_scaled, cross_2d, difference, dot};
 
-/// Share of the extent of a shape within which places are the same.
+/// Share of the extent of a shape within which positions coincide.
 const COINCIDENCE_TOLERANCE: f64 = 1e-9;
 
-/// Share of the extent at which it is looked to which side of a piece the shape lies.
+/// Distance from an edge, over the extent, at which it is tested on which side the shape lies.
 const SIDE_PROBE_DISTANCE: f64 = 1e-7;
 
-/// A place in the plane (m).
+/// Position in the plane (m).
 pub(crate) type PlanePoint = [f64; 2];
 
 fn norm(a: PlanePoint) -> f64 {
     a[0].hypot(a[1])
 }
 
-/// A side, straight or round.
+/// Edge of a boundary, a line segment or an arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum BoundaryEdge {
-    /// From one end to the other (m).
+    /// Segment between two ends (m).
     Line { from: PlanePoint, to: PlanePoint },
-    /// Of a circle, from an angle on (radians), by a sweep that is positive counter-clockwise.
+    /// Arc of a circle from angle `start` by `sweep` (radians), positive counter-clockwise.
     Arc { centre: PlanePoint, radius: f64, start: f64, sweep: f64 },
 }
 
-/// Area (m²) between a place and sides around it, and its first moments about that place (m³).
+/// Area (m²) between a position and edges around it, and its first moments about that position (m³).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct SectorMoments {
     pub(crate) area: f64,
@@ -42,7 +42,7 @@ impl SectorMoments {
 }
 
 impl BoundaryEdge {
-    /// Its place at a share `t` of its length.
+    /// Position at the share `t` of its length (m).
     pub(crate) fn point_at(&self, t: f64) -> PlanePoint {
         match *self {
             Self::Line { from, to } => add_scaled(&from, t, &difference(&to, &from)),
@@ -53,7 +53,7 @@ impl BoundaryEdge {
         }
     }
 
-    /// Unit normal to the left.
+    /// Unit normal to the left at the share `t` of its length.
     pub(crate) fn left_normal(&self, t: f64) -> PlanePoint {
         match *self {
             Self::Line { from, to } => {
@@ -76,7 +76,7 @@ impl BoundaryEdge {
         }
     }
 
-    /// The part between two shares of its length.
+    /// Part between two shares of its length.
     pub(crate) fn sub_edge(&self, begin: f64, end: f64) -> Self {
         match *self {
             Self::Line { .. } => Self::Line { from: self.point_at(begin), to: self.point_at(end) },
@@ -90,7 +90,7 @@ impl BoundaryEdge {
         self.sub_edge(1.0, 0.0)
     }
 
-    /// Distance of a place from it (m).
+    /// Distance of a position from the edge (m).
     pub(crate) fn distance(&self, x: PlanePoint) -> f64 {
         match *self {
             Self::Line { from, to } => {
@@ -107,7 +107,7 @@ impl BoundaryEdge {
         }
     }
 
-    /// The share of its length at which a place on its line or circle lies; `None` beyond its ends by more than `slack` (m).
+    /// Share of its length at which a position on its line or circle lies; `None` beyond its ends by more than `slack` (m).
     fn parameter_of(&self, x: PlanePoint, slack: f64) -> Option<f64> {
         match *self {
             Self::Line { from, to } => {
@@ -127,7 +127,7 @@ impl BoundaryEdge {
         }
     }
 
-    /// Where its line or circle meets that of another: twice at most, and at the ends of the other where they are the same.
+    /// Intersections of its line or circle with that of another edge: at most two, and the ends of the other where both coincide.
     fn carrier_intersections(&self, other: &Self, same: f64) -> Vec<PlanePoint> {
         match (*self, *other) {
             (Self::Line { from, to }, Self::Line { from: begin, to: end }) => {
@@ -172,14 +172,14 @@ impl BoundaryEdge {
         }
     }
 
-    /// Shares of its length at which another side meets it, to within `same` (m).
+    /// Shares of its length at which another edge intersects it, within `same` (m).
     pub(crate) fn intersection_parameters(&self, other: &Self, same: f64) -> impl Iterator<Item = f64> {
         let on_both =
             move |place: PlanePoint| other.parameter_of(place, same).and(self.parameter_of(place, same));
         self.carrier_intersections(other, same).into_iter().filter_map(on_both)
     }
 
-    /// Its pieces between these shares of its length and its ends, longer than `same` (m).
+    /// Parts of the edge between its ends and these shares of its length, longer than `same` (m).
     pub(crate) fn split_at(&self, mut shares: Vec<f64>, same: f64) -> Vec<Self> {
         shares.extend([0.0, 1.0]);
         shares.sort_by(f64::total_cmp);
@@ -191,13 +191,13 @@ impl BoundaryEdge {
             .collect()
     }
 
-    /// What lies between a place and the side, as seen from there: positive where the side goes round it counter-clockwise.
+    /// Area and moments between a position and the edge, positive where the edge runs counter-clockwise around the position.
     pub(crate) fn sector_moments(&self, origin: PlanePoint) -> SectorMoments {
         let (a, b) = (difference(&self.point_at(0.0), &origin), difference(&self.point_at(1.0), &origin));
         let area = 0.5 * cross_2d(&a, &b);
         let mut sum = SectorMoments { area, first: [(a[0] + b[0]) * area / 3.0, (a[1] + b[1]) * area / 3.0] };
         if let Self::Arc { centre, radius, start, sweep } = *self {
-            // Segment between chord and arc.
+            // Circular segment between chord and arc.
             let area = 0.5 * radius * radius * (sweep - sweep.sin());
             let moment = 2.0 / 3.0 * (radius * (0.5 * sweep).sin()).powi(3);
             let (sine, cosine) = (start + 0.5 * sweep).sin_cos();
@@ -210,7 +210,7 @@ impl BoundaryEdge {
         sum
     }
 
-    /// One side of this and another that goes on from its end along the same line or circle.
+    /// Single edge of this one and a next one along the same line or circle.
     fn merged_with(&self, next: &Self, same: f64) -> Option<Self> {
         if norm(difference(&self.point_at(1.0), &next.point_at(0.0))) > same {
             return None;
@@ -240,8 +240,8 @@ impl BoundaryEdge {
 }
 
 impl Shape {
-    /// The sides of a valid shape in the plane, each with the shape on its left; `None` of what has other than straight and round ones,
-    /// or too many.
+    /// Edges of a valid plane shape, with the shape on their left; `None` for a shape with other edges than lines and arcs, or with too
+    /// many.
     pub(crate) fn boundary_edges(&self) -> Option<Vec<BoundaryEdge>> {
         let mut all = Vec::new();
         self.collect_edges(&mut all)?;
@@ -273,12 +273,12 @@ impl Shape {
         Some(kept)
     }
 
-    /// Whether points can lie in rows along its sides, of a valid shape in the plane; of no other one.
+    /// Whether it is a valid plane shape along whose edges points can lie in rows.
     pub fn has_boundary_edges(&self) -> bool {
         self.collect_edges(&mut Vec::new()).is_some()
     }
 
-    /// Whether it, or a shape that it is made of, is round.
+    /// Whether it, or a part of it, has round edges.
     pub fn has_round_edges(&self) -> bool {
         match self {
             Self::Ball { .. } | Self::Cylinder { .. } => true,
@@ -290,7 +290,7 @@ impl Shape {
         }
     }
 
-    /// The sides of the shapes that it is made of, in any sense of rotation.
+    /// Edges of the parts of the shape, in either sense of rotation.
     fn collect_edges(&self, all: &mut Vec<BoundaryEdge>) -> Option<()> {
         let mut ring = |corners: &[PlanePoint]| {
             let next = corners.iter().cycle().skip(1);
@@ -325,10 +325,10 @@ impl Shape {
     }
 }
 
-/// More sides than this are not looked at pair by pair.
+/// Largest number of edges that are tested pair by pair.
 const MAX_EDGES: usize = 2000;
 
-/// Two sides that are one, and that one.
+/// Two edges that can be merged, and the merged edge.
 fn mergeable_edges(sides: &[BoundaryEdge], same: f64) -> Option<(usize, usize, BoundaryEdge)> {
     for (first, side) in sides.iter().enumerate() {
         for (second, next) in sides.iter().enumerate().filter(|(second, _)| *second != first) {
@@ -391,7 +391,7 @@ mod tests {
         let quarter = BoundaryEdge::Arc { centre: [2.0, 1.0], radius: 3.0, start: 0.0, sweep: 0.5 * PI };
         let SectorMoments { area, first } = quarter.sector_moments([2.0, 1.0]);
         assert!((area - 2.25 * PI).abs() < 1e-12);
-        // Centre of a quarter disk: 4 R / 3 π.
+        // Centroid of a quarter disk: 4 R / 3 π.
         assert!((first[0] / area - 4.0 / PI).abs() < 1e-12 && (first[0] - first[1]).abs() < 1e-12);
         assert!((quarter.distance([4.0, 1.0]) - 1.0).abs() < 1e-12);
         assert!((quarter.distance([2.0, -1.0]) - 13.0f64.sqrt()).abs() < 1e-12, "from its end at (5, 1)");
@@ -402,7 +402,7 @@ mod tests {
         let cylinder = Shape::Cylinder { base: [0.0; 3], axis: 1, radius: 0.5, height: 2.0 };
         assert!(!cylinder.has_boundary_edges() && cylinder.has_round_edges());
         assert!(!Shape::Ball { centre: vec![0.0; 3], radius: 1.0 }.has_boundary_edges());
-        // As a case file may have it before it is looked at.
+        // Invalid shape, as a case file may contain before validation.
         assert!(!Shape::Box { min: vec![0.0; 2], max: Vec::new() }.has_boundary_edges());
     }
 }

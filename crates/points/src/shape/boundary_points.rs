@@ -1,27 +1,27 @@
-//! The surface of a shape as area vectors, and the points that lie next to it.
+//! Surface of a shape as area vectors, and the points next to it.
 
 use crate::search::neighbours::CellList;
 use crate::shape::Shape;
 
-/// A piece of the surface of a shape: an area across one axis.
+/// Patch of the surface of a shape: an area normal to one axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePatch<const D: usize> {
-    /// Where it is (m).
+    /// Position (m).
     pub position: [f64; D],
-    /// The axis that it lies across.
+    /// Axis normal to the patch.
     pub axis: usize,
-    /// Its area (m²; m in the plane, none on a line), positive where the outward normal points along the axis.
+    /// Area (m²; m in the plane, without unit on a line), positive where the outward normal points along the axis.
     pub area: f64,
 }
 
-/// Part of an extent below which an interval is none.
+/// Length over the extent below which an interval is empty.
 const EMPTY_INTERVAL: f64 = 1e-12;
 
 impl Shape {
-    /// The surface of a valid shape in space, the plane or on a line, as what lines along each axis, at most `step` (m) apart, meet of it.
-    ///
-    /// Every line stands for its share of the area across it, so that the vectors of the pieces sum up to that of any part of the
-    /// surface, curved or not: to nothing for all of it. A face across an axis has its exact area.
+    /// Surface patches of a valid shape in space, the plane or on a line: its intersections with lines along each axis, at most `step` (m)
+    /// apart.
+    /// Each line represents its share of the area normal to it, so that the vectors of the patches sum up to that of any part of the
+    /// surface, curved or not, and to zero over the whole surface. A face normal to an axis has its exact area.
     pub fn surface_patches<const D: usize>(&self, step: f64) -> Vec<SurfacePatch<D>> {
         let (low, high) = self.bounds(D);
         let counts: [usize; D] =
@@ -51,7 +51,7 @@ impl Shape {
         pieces
     }
 
-    /// Where the line through `line` along `axis` enters and leaves the shape (m), and which of both.
+    /// Coordinates at which the line through `line` along `axis` enters and leaves the shape (m), with the sign of each.
     fn line_intervals<const D: usize>(
         &self,
         line: &[f64; D],
@@ -78,9 +78,9 @@ impl Shape {
     }
 }
 
-/// Area vectors (m²; m in the plane) of the surface of a shape, those of each piece, times `weight` at its place, with the nearest of
-/// `positions` (m), about `spacing` (m) apart: zero for points within. It is that of lines a `share` of the spacing apart, of which
-/// none lies halfway between two points of a lattice where that is a quarter.
+/// Area vectors (m²; m in the plane) of the surface of a shape at the nearest of `positions` (m), about `spacing` (m) apart: sums over the
+/// patches, times `weight` at their positions, and zero for inner points. The lines of the patches are a `share` of the spacing apart; with
+/// a quarter, none lies halfway between two points of a lattice.
 pub fn boundary_area_vectors<const D: usize>(
     shape: &Shape,
     positions: &[[f64; D]],
@@ -102,7 +102,7 @@ pub fn boundary_area_vectors<const D: usize>(
     vectors
 }
 
-/// The nearest of `positions`, the first of equally near ones.
+/// Nearest of `positions`, the first of equally near ones.
 fn nearest_point<const D: usize>(cells: &CellList<D>, positions: &[[f64; D]], place: &[f64; D]) -> usize {
     let square = |p: usize| -> f64 { positions[p].iter().zip(place).map(|(x, y)| (x - y).powi(2)).sum() };
     let nearer = |best: (f64, usize), p: usize| if (square(p), p) < best { (square(p), p) } else { best };
@@ -139,7 +139,7 @@ mod tests {
         let within = |x: &[f64; 2]| (x[0] - 0.3).hypot(x[1] + 0.2) < 0.75;
         let [x, y] = total(&pieces, |place| within(place) && place[0] > 0.3);
         assert!((x + 1.0).abs() < 3e-3 && y.abs() < 3e-3, "{x} {y}");
-        // Gauss: the flux of the place is twice the area.
+        // Divergence theorem: the flux of the position vector is twice the area.
         let flux: f64 = pieces.iter().map(|piece| piece.position[piece.axis] * piece.area).sum();
         assert!((flux / 2.0 / (0.75 * PI) - 1.0).abs() < 1e-5, "{flux}");
     }

@@ -1,15 +1,15 @@
-//! Where a box of space lies with respect to a shape.
+//! Classification of a box as inside, outside or across a shape.
 
 use crate::Shape;
 
-/// Where a box lies.
+/// Location of a box with respect to a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BoxLocation {
     /// No point of the box is in the shape.
     Outside,
     /// Every point of the box is in the shape.
     Inside,
-    /// The box may hold points of both kinds.
+    /// The box may contain points of both kinds.
     Straddling,
 }
 
@@ -24,8 +24,8 @@ impl BoxLocation {
 }
 
 impl Shape {
-    /// Where the box between the corners `low` and `high` lies. `Outside` and `Inside` are certain;
-    /// `Between` is said of some boxes that a combination of shapes only seems to cut.
+    /// Location of the box between the corners `low` and `high`. `Outside` and `Inside` are certain; `Straddling` also results for some
+    /// boxes that the boundary of a combination does not cut.
     pub fn classify_box(&self, low: &[f64], high: &[f64]) -> BoxLocation {
         match self {
             Self::Box { min, max } => {
@@ -91,7 +91,7 @@ fn square_distance_range(
     })
 }
 
-/// True unless the edge from `a` to `b` surely misses the box: test of separating axes.
+/// Whether the edge from `a` to `b` may intersect the box, by the separating axis test.
 fn edge_may_intersect_box(a: &[f64; 2], b: &[f64; 2], low: &[f64], high: &[f64]) -> bool {
     let apart = |c: usize| a[c].max(b[c]) < low[c] || a[c].min(b[c]) > high[c];
     if apart(0) || apart(1) {

@@ -1,4 +1,4 @@
-//! Porous structures of balls of one size that overlap: sintered grains, as of snow (sheet: snow-mpm A4).
+//! Porous structures of overlapping balls of equal size: sintered grains, as of snow (sheet: snow-mpm A4).
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -7,59 +7,59 @@ use std::sync::{Arc, PoisonError, RwLock};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Grains hang together where their centres are nearer than this, over their diameter: they share a neck.
+/// Distance of the centres of two connected grains over their diameter: below it they share a neck.
 const NECK_RATIO: f64 = 0.9;
 
-/// Places a direction at which the solid fraction is counted, by number of dimensions.
+/// Sampling points per direction for the solid fraction, by number of dimensions.
 const COUNTING_POINTS: [usize; 3] = [4096, 256, 72];
 
-/// Grains thrown for one that is needed, before the packing is given up.
+/// Largest number of trial grains per grain of the packing.
 const MAX_THROWS_PER_GRAIN: usize = 4000;
 
-/// Grains thrown in all for what is needed, before a packing of many grains is given up, and for each of them: seconds.
+/// Largest number of trial grains in all, and for each grain of a large packing: seconds of computing time.
 const MAX_THROWS: [usize; 2] = [5_000_000, 50];
 
-/// Largest number of balls of a structure, about.
+/// Approximate largest number of balls of a structure.
 const MAX_SPHERES: f64 = 1e6;
 
-/// What is wrong with a structure of so many balls as fill a share of a box; `None` where that is nothing.
+/// Error text for a structure of too many balls that fill a fraction of a box; `None` where it is valid.
 pub(crate) fn sphere_count_error(min: &[f64], max: &[f64], diameter: f64, fraction: f64) -> Option<String> {
     let whole: f64 = min.iter().zip(max).map(|(low, high)| (high - low) / diameter).product();
-    // Over the cube around it.
+    // Ratio to the volume of the cube around the ball.
     let ball = if min.len() == 2 { PI / 4.0 } else { PI / 6.0 };
-    // At random places they cover 1 - exp(-n) of the box where together they are n times as large.
+    // At random positions, balls of n times the volume of the box cover 1 - exp(-n) of it.
     let balls = -(1.0 - fraction).ln() * whole / ball;
     (balls > MAX_SPHERES).then(|| {
         format!("{diameter} m makes about {balls:.1e} balls, more than {MAX_SPHERES:e}: take larger ones, or a smaller box")
     })
 }
 
-/// What a structure is to be.
+/// Parameters of a microstructure.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MicrostructureSpec<'a> {
-    /// Lower corner of the box that it fills (m).
+    /// Lower corner of the box (m).
     pub min: &'a [f64],
     /// Upper corner (m).
     pub max: &'a [f64],
     /// Diameter of the grains (m).
     pub diameter: f64,
-    /// Share of the box that is solid.
+    /// Solid fraction of the box.
     pub fraction: f64,
-    /// Seed of the places of the grains.
+    /// Seed of the positions of the grains.
     pub seed: u64,
-    /// Whether all grains hang together.
+    /// Whether all grains are connected.
     pub connected: bool,
 }
 
 impl MicrostructureSpec<'_> {
-    /// Edges of the box (m).
+    /// Edge lengths of the box (m).
     fn extents(&self) -> impl Iterator<Item = f64> {
         self.min.iter().zip(self.max).map(|(low, high)| high - low)
     }
 }
 
-/// The grains of a structure, found when they are first asked for, and again when something else is asked for. Two are the same
-/// whatever they hold: what the case says of them stands beside.
+/// Packing of a structure, computed when it is first requested, and again for other parameters. Any two compare equal: the shape's own
+/// parameters identify them.
 #[derive(Debug, Default)]
 pub struct CachedPacking(RwLock<Option<PackingKey>>);
 
@@ -75,7 +75,7 @@ impl Clone for CachedPacking {
     }
 }
 
-/// Grains, and what they were packed for.
+/// Packing with the parameters for which it was computed.
 #[derive(Clone, Debug)]
 struct PackingKey {
     extents: Vec<f64>,
@@ -93,7 +93,7 @@ impl PackingKey {
         Self { extents: wanted.extents().collect(), diameter, fraction, seed, connected, packing }
     }
 
-    /// Whether they are what is wanted. A box that was moved has the same grains, its edges to round-off.
+    /// Whether the packing fits the parameters `wanted`. A translated box has the same grains, with edges equal to round-off.
     fn matches(&self, wanted: &MicrostructureSpec<'_>) -> bool {
         let near = |(a, b): (f64, &f64)| (a - b).abs() <= 1e-9 * b.abs();
         (self.diameter, self.fraction, self.seed, self.connected)
@@ -103,21 +103,21 @@ impl PackingKey {
     }
 }
 
-/// Grains in a box.
+/// Packing of balls in a box.
 #[derive(Debug)]
 pub(crate) struct SpherePacking {
-    /// Their centres from the lower corner of the box (m).
+    /// Centres relative to the lower corner of the box (m).
     centres: Vec<[f64; 3]>,
-    /// Numbers of the grains in cubes as wide as a grain.
+    /// Indices of the grains in cubic cells as wide as a grain.
     cells: HashMap<[i64; 3], Vec<u32>>,
     dimension: usize,
     radius: f64,
-    /// Share of the box that is solid.
+    /// Solid fraction of the box.
     pub fraction: f64,
 }
 
 impl CachedPacking {
-    /// The grains; `None` where that fraction of connected grains cannot be packed.
+    /// Packing for the parameters `wanted`; `None` where that fraction of connected grains cannot be packed.
     pub(crate) fn packing(&self, wanted: &MicrostructureSpec<'_>) -> Option<Arc<SpherePacking>> {
         let held = self.0.read().unwrap_or_else(PoisonError::into_inner);
         if let Some(made) = held.as_ref().filter(|made| made.matches(wanted)) {
@@ -143,7 +143,7 @@ impl SpherePacking {
         self.centres.push(centre);
     }
 
-    /// Grains with their centre within `reach` (m), at most a diameter, of a place from the lower corner of the box (m).
+    /// Grains with their centre within `reach` (m), at most a diameter, of a position relative to the lower corner of the box (m).
     fn grains_near(&self, x: &[f64; 3], reach: f64) -> impl Iterator<Item = usize> {
         let (middle, last) = (self.cell_of(x), if self.dimension == 3 { 1 } else { 0 });
         let range = |axis: usize| {
@@ -161,12 +161,12 @@ impl SpherePacking {
         all.filter(move |&number| square_distance(&self.centres[number], &x) <= reach * reach)
     }
 
-    /// Whether a place from the lower corner of the box (m) lies in a grain.
+    /// Whether a position relative to the lower corner of the box (m) lies in a grain.
     pub(crate) fn contains(&self, x: &[f64; 3]) -> bool {
         self.grains_near(x, self.radius).next().is_some()
     }
 
-    /// Where a line along `axis` through a place from the lower corner of the box (m) crosses grains.
+    /// Coordinates at which the line along `axis` through a position relative to the lower corner of the box (m) crosses grains.
     pub(crate) fn crossings(&self, x: &[f64; 3], axis: usize) -> Vec<f64> {
         let mut found = Vec::new();
         for centre in &self.centres {
@@ -179,7 +179,7 @@ impl SpherePacking {
         found
     }
 
-    /// The largest set of grains that hang together.
+    /// Largest set of connected grains.
     fn largest_cluster(&self) -> Vec<usize> {
         let mut of = vec![usize::MAX; self.centres.len()];
         let mut largest = Vec::new();
@@ -213,7 +213,7 @@ fn square_distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     (0..3).map(|c| (a[c] - b[c]).powi(2)).sum()
 }
 
-/// Places at which the solid fraction is counted.
+/// Sampling points for the solid fraction.
 struct SolidFractionGrid {
     sizes: [f64; 3],
     places: [usize; 3],
@@ -260,8 +260,8 @@ impl SolidFractionGrid {
     }
 }
 
-/// Throws grains until so much of the box is solid. Where they are to hang together, the largest cluster is kept, and what is thrown
-/// from then on has to touch it.
+/// Places random grains until the solid fraction is reached. For connected grains, only the largest cluster is kept, and further grains
+/// must touch it.
 fn pack_spheres(wanted: &MicrostructureSpec<'_>) -> Option<SpherePacking> {
     let dimension = wanted.min.len();
     let mut sizes = [0.0; 3];
@@ -399,7 +399,7 @@ mod tests {
             grains: grains.clone(),
         };
         assert!(error(of(4.0)).starts_with("diameter"));
-        // 1.2 times nine square metres of them.
+        // Grains of 1.2 times nine square metres in all.
         let many = error(of(1e-5));
         assert!(many.contains("about 1.4e11 balls, more than 1e6"), "{many}");
     }

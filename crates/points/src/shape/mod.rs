@@ -71,7 +71,7 @@ pub enum Shape {
         /// How points lie in it, where a method lays them on a lattice.
         #[serde(default, skip_serializing_if = "LayerRows::are_level")]
         rows: LayerRows,
-        /// What it is once its files are read.
+        /// Layer built from its files; empty before they are read.
         #[serde(skip)]
         laid: PlacedLayer,
     },
@@ -129,9 +129,9 @@ pub enum Shape {
     },
     /// Points of one shape that are not in another.
     Difference {
-        /// What there is.
+        /// Shape from which `cut` is removed.
         from: Box<Shape>,
-        /// What is cut away.
+        /// Shape that is removed.
         cut: Box<Shape>,
     },
 }
@@ -140,13 +140,13 @@ fn default_true() -> bool {
     true
 }
 
-/// What is wrong with a shape.
+/// Error in the values of a shape.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{path}: {problem}")]
 pub struct ShapeError {
     /// Path from the shape to the value, e.g. `shapes[1].radius`.
     pub path: String,
-    /// What is wrong.
+    /// Description of the error.
     pub problem: String,
 }
 
@@ -184,8 +184,8 @@ impl Shape {
     /// Checks the shape for a space of `dimension` coordinates.
     ///
     /// # Errors
-    /// The first value that is wrong: number of coordinates, order of corners, sign of a length, a
-    /// polygon without area or with crossing edges, an empty combination.
+    /// The first invalid value: number of coordinates, order of corners, sign of a length, a polygon without area or with crossing edges,
+    /// an empty combination.
     pub fn validate(&self, dimension: usize) -> Result<(), ShapeError> {
         match self {
             Self::Box { min, max } => {
@@ -287,7 +287,7 @@ impl Shape {
         Ok(())
     }
 
-    /// The balls of a microstructure.
+    /// Packing of a microstructure.
     fn packing(&self) -> Option<Arc<SpherePacking>> {
         let Self::Microstructure { min, max, diameter, solid_fraction, seed, connected, grains } = self
         else {
@@ -297,7 +297,7 @@ impl Shape {
         grains.packing(&MicrostructureSpec { min, max, diameter, fraction, seed, connected })
     }
 
-    /// True when `point` lies in the shape, its boundary included.
+    /// Whether `point` lies in the shape, its boundary included.
     pub fn contains(&self, point: &[f64]) -> bool {
         match self {
             Self::Box { min, max } => {
@@ -325,7 +325,7 @@ impl Shape {
         }
     }
 
-    /// Lower and upper corner of a box around the shape (m). Of a valid shape.
+    /// Lower and upper corner of the bounding box of a valid shape (m).
     pub fn bounds(&self, dimension: usize) -> (Vec<f64>, Vec<f64>) {
         match self {
             Self::Box { min, max } | Self::Microstructure { min, max, .. } => (min.clone(), max.clone()),
@@ -350,7 +350,7 @@ impl Shape {
         }
     }
 
-    /// Extent where it is thinnest (m): along an axis, across a layer, or of one ball of many.
+    /// Smallest extent (m): along an axis, across a layer, or of one ball of a packing.
     pub fn min_thickness(&self, dimension: usize) -> f64 {
         let (low, high) = self.bounds(dimension);
         let along = low.iter().zip(&high).map(|(low, high)| high - low).fold(f64::INFINITY, f64::min);
@@ -362,8 +362,8 @@ impl Shape {
         }
     }
 
-    /// Coordinates along an axis (m) at which the line through `point` parallel to it may enter or leave the shape,
-    /// in no order: between two neighbours of them the line is inside or outside all along. Of a valid shape.
+    /// Coordinates along an axis (m) at which the line through `point` parallel to that axis may enter or leave a valid shape, unsorted:
+    /// between two neighbouring ones the line is entirely inside or outside.
     pub fn crossings(&self, point: &[f64], axis: usize) -> Vec<f64> {
         match self {
             Self::Box { min, max } => vec![min[axis], max[axis]],
@@ -400,13 +400,13 @@ impl Shape {
     }
 }
 
-/// Where a line at a distance of root `square` from the centre crosses a circle.
+/// Coordinates at which a line at a squared distance `square` from the centre (m²) crosses a circle.
 fn circle_crossings(centre: f64, radius: f64, square: f64) -> Vec<f64> {
     let half = (radius * radius - square).max(0.0).sqrt();
     vec![centre - half, centre + half]
 }
 
-/// A place from the lower corner of a box (m).
+/// Position relative to the lower corner of a box (m).
 fn relative_to_corner(min: &[f64], point: &[f64]) -> [f64; 3] {
     let mut place = [0.0; 3];
     min.iter().zip(point).enumerate().for_each(|(c, (low, x))| place[c] = x - low);

@@ -1,10 +1,10 @@
-//! The layers that a shape consists of.
+//! Layers within a shape.
 
 use crate::shape::Shape;
 use crate::terrain::layer_options::{LayerRows, LayerThickness};
 
 impl Shape {
-    /// Every layer that it consists of, and where it stands below `path`.
+    /// All layers within the shape, with their paths below `path`.
     pub fn layers_mut(&mut self, path: String) -> Vec<(String, &mut Self)> {
         match self {
             Self::Layer { .. } | Self::ArcLayer { .. } => vec![(path, self)],
@@ -22,9 +22,9 @@ impl Shape {
         }
     }
 
-    /// Largest thickness (m) of a layer, along what it is measured; `None` for other shapes, and before its files are read.
+    /// Largest thickness of a layer (m), in its direction of measurement; `None` for other shapes, and before its files are read.
     pub fn layer_thickness(&self) -> Option<f64> {
-        /// Places along each axis at which a layer of uneven thickness is looked at.
+        /// Sampling positions along each axis of a layer of variable thickness.
         const PLACES: usize = 64;
         match self {
             Self::ArcLayer { from, to, .. } => Some(to - from),

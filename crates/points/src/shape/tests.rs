@@ -1,4 +1,4 @@
-//! Shapes against closed forms.
+//! Tests of shapes against closed forms.
 
 use super::*;
 
@@ -8,7 +8,7 @@ fn box2(min: [f64; 2], max: [f64; 2]) -> Shape {
 
 #[test]
 fn volumes_are_those_of_the_closed_forms() {
-    // In a union of its own a shape has no closed form.
+    // A union has no closed form, even with a single shape.
     let near = |shape: &Shape, dimension: usize, exact: f64| {
         for shape in [shape.clone(), Shape::Union { shapes: vec![shape.clone()] }] {
             let found = shape.volume(dimension, false);
@@ -25,7 +25,7 @@ fn volumes_are_those_of_the_closed_forms() {
     }
     let (from, cut) = (box2([0.0, 0.0], [2.0, 2.0]), box2([1.0, 1.0], [2.0, 2.0]));
     near(&Shape::Difference { from: Box::new(from), cut: Box::new(cut) }, 2, 3.0);
-    // A ring from 1 m to 2 m: ∫ r dr.
+    // Ring from 1 m to 2 m: ∫ r dr.
     let ring = box2([1.0, 0.0], [2.0, 3.0]);
     assert!((ring.volume(2, true) - 4.5).abs() < 1e-9);
 }

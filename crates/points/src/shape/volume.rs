@@ -1,11 +1,11 @@
-//! How much a shape holds.
+//! Length, area or volume of a shape.
 
 use crate::plan::polygon::{first_moment, signed_area};
 use crate::shape::Shape;
 
 impl Shape {
-    /// Length, area or volume of a valid shape; volume per radian (m³) where the first axis is a `radius`. Where there is no
-    /// closed form from chords along the last axis, exact, at places across that are close enough for three digits.
+    /// Length, area or volume of a valid shape (m, m², m³); volume per radian (m³) where the first axis is a `radius`. Without a closed
+    /// form it is the sum of exact chords along the last axis, at positions close enough for three digits.
     pub fn volume(&self, dimension: usize, radius: bool) -> f64 {
         let exact = if radius { self.volume_of_revolution() } else { self.measure(dimension) };
         if let Some(exact) = exact {
@@ -34,7 +34,7 @@ impl Shape {
         (0..places.pow(along as u32)).map(chord).sum()
     }
 
-    /// Length, area or volume where it is known in closed form.
+    /// Length, area or volume in closed form (m, m², m³), where known.
     pub fn measure(&self, dimension: usize) -> Option<f64> {
         match self {
             Self::Box { min, max } => Some(min.iter().zip(max).map(|(low, high)| high - low).product()),
@@ -56,12 +56,12 @@ impl Shape {
         }
     }
 
-    /// Volume per radian (m³) of what a shape in the plane makes that is turned about the axis where its first coordinate is zero,
-    /// where it is known in closed form.
+    /// Volume per radian (m³), in closed form where known, of the solid of revolution of a plane shape about the axis where its first
+    /// coordinate is zero.
     fn volume_of_revolution(&self) -> Option<f64> {
         match self {
             Self::Box { min, max } => Some(0.5 * (min[0] + max[0]) * self.measure(2)?),
-            // What would lie beyond the axis is not there.
+            // Parts beyond the axis do not count.
             Self::Ball { centre, radius } if centre[0] >= *radius => Some(centre[0] * self.measure(2)?),
             Self::Polygon { vertices } => Some(first_moment(vertices).abs()),
             _ => None,

@@ -1,9 +1,9 @@
-//! A ball, or the hollow inside one.
+//! Ball, or the surroundings of a ball.
 
 use super::vector::{add_scaled, difference, dot, unit};
 use super::{ContactQuery, NearestPoint, Surface, SurfaceError};
 
-/// A ball (disk in 2D) as a solid, or everything around it: then its inside is a bowl.
+/// Ball (disk in 2D) as a solid, or the space around it as a solid, whose surface then is a bowl.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BallSurface<const D: usize> {
     centre: [f64; D],
@@ -12,10 +12,10 @@ pub struct BallSurface<const D: usize> {
 }
 
 impl<const D: usize> BallSurface<D> {
-    /// The ball around `centre` of this `radius` (m); with `hollow` the solid is what lies outside.
+    /// Ball around `centre` with this `radius` (m); with `hollow` the solid is the space outside.
     ///
     /// # Errors
-    /// When the radius is no length or the centre is not finite.
+    /// When the radius is not a length or the centre is not finite.
     pub fn new(centre: [f64; D], radius: f64, hollow: bool) -> Result<Self, SurfaceError> {
         if !centre.iter().all(|c| c.is_finite()) {
             return Err(SurfaceError::new("centre", "must be finite (m)"));
@@ -35,7 +35,7 @@ impl<const D: usize> Surface<D> for BallSurface<D> {
 
     fn gap(&self, x: &[f64; D], reach: f64) -> Option<NearestPoint<D>> {
         let from = difference(x, &self.centre);
-        // The centre is as far from all of the surface: any direction will do.
+        // The centre is equally far from the whole surface: any direction is a normal.
         let out = unit(&from).unwrap_or_else(|| std::array::from_fn(|c| f64::from(u8::from(c + 1 == D))));
         let (sign, height) = (if self.hollow { -1.0 } else { 1.0 }, dot(&from, &from).sqrt() - self.radius);
         let nearest = || NearestPoint {

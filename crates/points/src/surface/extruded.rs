@@ -1,13 +1,13 @@
-//! A polygon drawn along an axis, as a closed triangle mesh.
+//! Extruded polygon, as a closed triangle mesh.
 
 use super::{FacettedSurface, SurfaceError};
 
 impl FacettedSurface<3> {
-    /// The polygon of these corners (m), in the plane of the other two axes in the order x, y, z, drawn along `axis` (0 is x)
-    /// between two coordinates (m).
+    /// Extrudes the polygon of these corners (m), in the plane of the other two axes in the order x, y, z, along `axis` (0 is x) between
+    /// two coordinates (m).
     ///
     /// # Errors
-    /// As [`FacettedSurface::polygon`], and when it does not end beyond where it begins.
+    /// See [`FacettedSurface::polygon`]; when `to` is not larger than `from`.
     pub fn extruded(corners: &[[f64; 2]], axis: usize, from: f64, to: f64) -> Result<Self, SurfaceError> {
         if !(from < to) {
             return Err(SurfaceError::new("to", format!("{to} must be above from, {from}")));
@@ -32,7 +32,7 @@ impl FacettedSurface<3> {
     }
 }
 
-/// Triangles of a polygon without crossings, given clockwise: ears are cut off one after another.
+/// Ear-clipping triangulation of a clockwise polygon that does not cross itself.
 fn triangulate_by_ears(corners: &[[f64; 2]]) -> Vec<[u32; 3]> {
     let area = |a: u32, b: u32, c: u32| {
         let [a, b, c] = [a, b, c].map(|k| corners[k as usize]);
@@ -53,7 +53,7 @@ fn triangulate_by_ears(corners: &[[f64; 2]]) -> Vec<[u32; 3]> {
             };
             area(a, b, c) < 0.0 && !rest.iter().any(holds)
         };
-        // A polygon without crossings has an ear; the first corner stands in where round-off hides it.
+        // A polygon that does not cross itself has an ear; the first corner is taken where round-off hides it.
         let ear = (0..count).find(is_ear).unwrap_or_default();
         triangles.push(around(ear));
         rest.remove(ear);

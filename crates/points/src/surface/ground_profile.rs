@@ -1,9 +1,9 @@
-//! A ground profile of straight pieces and arcs.
+//! Ground profile of line segments and arcs.
 
 use crate::surface::vector::{add_scaled, cross_2d, difference, dot, unit};
 use crate::surface::{ContactQuery, NearestPoint, Surface, SurfaceError};
 
-/// Share of an arc's radius by which its ends may differ in their distance from the centre.
+/// Share of an arc's radius by which the distances of its ends from the centre may differ.
 const ARC_RADIUS_TOLERANCE: f64 = 1e-6;
 
 #[derive(Clone, Copy, Debug)]
@@ -12,7 +12,7 @@ enum ProfileSegment {
         from: [f64; 2],
         to: [f64; 2],
     },
-    /// `start` is the angle of the beginning, `sweep` the angle to the end, anticlockwise positive (radians).
+    /// Arc from the angle `start` by the angle `sweep`, counter-clockwise positive (radians).
     Arc {
         centre: [f64; 2],
         radius: f64,
@@ -21,7 +21,7 @@ enum ProfileSegment {
     },
 }
 
-/// The part of a piece on which its nearest place lies.
+/// Part of a segment on which its nearest position lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum SegmentPart {
     Start,
@@ -37,7 +37,7 @@ impl ProfileSegment {
         }
     }
 
-    /// Place at a share of the way, and the normal on the left of the way there.
+    /// Position at a share of the length, and the unit normal to the left of the direction there.
     fn point_and_normal(&self, share: f64) -> ([f64; 2], [f64; 2]) {
         match self {
             Self::Line { from, to } => {
@@ -52,7 +52,7 @@ impl ProfileSegment {
         }
     }
 
-    /// Share of the way at which the piece is nearest to `x`.
+    /// Share of the length at which the segment is nearest to `x`.
     fn nearest(&self, x: &[f64; 2]) -> (f64, SegmentPart) {
         let share = match self {
             Self::Line { from, to } => {
@@ -62,7 +62,7 @@ impl ProfileSegment {
             Self::Arc { centre, start, sweep, .. } => {
                 let out = difference(x, centre);
                 let mut turn = (out[1].atan2(out[0]) - start) * sweep.signum();
-                // From half the rest of the circle before the beginning to half of it beyond the end.
+                // From half of the remaining circle before the start to half of it beyond the end.
                 let full = std::f64::consts::TAU;
                 let rest = 0.5 * (full - sweep.abs());
                 turn -= full * ((turn + rest) / full).floor();
@@ -82,7 +82,7 @@ impl ProfileSegment {
         self.point_and_normal(self.nearest(x).0).0
     }
 
-    /// Places at which the line or circle of this piece meets that of another, on or off the pieces.
+    /// Intersections of the line or circle of this segment with that of another, on or off the segments.
     fn carrier_intersections(&self, other: &Self) -> Vec<[f64; 2]> {
         match (self, other) {
             (Self::Line { from: a, to: b }, Self::Line { from: c, to: d }) => {
@@ -91,7 +91,7 @@ impl ProfileSegment {
                 if across.abs() > ARC_RADIUS_TOLERANCE * size {
                     vec![add_scaled(a, cross_2d(&w, &v) / across, &u)]
                 } else {
-                    // On one line they meet at the ends of either that lie on the other.
+                    // Collinear segments meet at the ends of either that lie on the other.
                     vec![*a, *b, *c, *d]
                 }
             }
@@ -118,7 +118,7 @@ impl ProfileSegment {
         }
     }
 
-    /// A place at which two pieces cross or touch, but not that of `joint`, and not where they go on there in one line.
+    /// Position at which two segments cross or touch, other than at or close to their common `joint` (m).
     fn crosses(&self, other: &Self, joint: Option<&[f64; 2]>) -> Option<[f64; 2]> {
         let slack = ARC_RADIUS_TOLERANCE * self.length().max(other.length());
         let away = |a: &[f64; 2], b: &[f64; 2]| dot(&difference(a, b), &difference(a, b)) > slack * slack;
@@ -131,8 +131,8 @@ impl ProfileSegment {
     }
 }
 
-/// The two places of a circle on a line with this direction; `foot` is the place of the line nearest to its centre, from which it is
-/// `out` away.
+/// Intersections of a circle with a line of this direction; `foot` is the position of the line nearest to its centre, and `out` the vector
+/// from the centre to it.
 fn chord_ends(foot: &[f64; 2], out: &[f64; 2], radius: f64, way: &[f64; 2]) -> Vec<[f64; 2]> {
     let square = radius * radius - dot(out, out);
     if square < -2.0 * ARC_RADIUS_TOLERANCE * radius * radius {
@@ -142,8 +142,7 @@ fn chord_ends(foot: &[f64; 2], out: &[f64; 2], radius: f64, way: &[f64; 2]) -> V
     vec![add_scaled(foot, half, way), add_scaled(foot, -half, way)]
 }
 
-/// The ground below a line of straight pieces and arcs, from one end to the other; beyond its ends there is none. Made from its
-/// beginning, piece by piece.
+/// Ground below a line of straight segments and arcs, built segment by segment from its start. There is no ground beyond its ends.
 #[derive(Clone, Debug)]
 pub struct GroundProfile {
     pieces: Vec<ProfileSegment>,
@@ -152,15 +151,15 @@ pub struct GroundProfile {
 }
 
 impl GroundProfile {
-    /// A profile that begins at `start` (m), as yet without pieces.
+    /// Profile that starts at `start` (m), without segments.
     pub fn starting_at(start: [f64; 2]) -> Self {
         Self { pieces: Vec::new(), end: start, start }
     }
 
-    /// Goes straight to `to` (m).
+    /// Adds a straight segment to `to` (m).
     ///
     /// # Errors
-    /// When that is where it is, or not finite.
+    /// When its two ends coincide, or `to` is not finite.
     pub fn line_to(&mut self, to: [f64; 2]) -> Result<(), SurfaceError> {
         let length = difference(&to, &self.end);
         if !(dot(&length, &length) > 0.0 && to.iter().all(|c| c.is_finite())) {
@@ -171,10 +170,10 @@ impl GroundProfile {
         Ok(())
     }
 
-    /// Goes round `centre` (m), the shorter way, to `to` (m).
+    /// Adds an arc around `centre` (m), the shorter one, to `to` (m).
     ///
     /// # Errors
-    /// When the two ends are not equally far from the centre, or are one place.
+    /// When the two ends are not equally far from the centre, or coincide.
     pub fn arc_to(&mut self, to: [f64; 2], centre: [f64; 2]) -> Result<(), SurfaceError> {
         let (a, b) = (difference(&self.end, &centre), difference(&to, &centre));
         let [radius, other] = [a, b].map(|v| dot(&v, &v).sqrt());
@@ -192,10 +191,10 @@ impl GroundProfile {
         Ok(())
     }
 
-    /// The profile with its solid below.
+    /// Completed profile with the solid below.
     ///
     /// # Errors
-    /// When it has no pieces, does not go from left to right in all, or crosses itself.
+    /// When it has no segments, does not run from left to right overall, or crosses itself.
     pub fn finish(self) -> Result<Self, SurfaceError> {
         if self.pieces.is_empty() {
             return Err(SurfaceError::new("pieces", "there are none"));
@@ -220,7 +219,7 @@ impl GroundProfile {
         Ok(self)
     }
 
-    /// Nearest piece with the place on it.
+    /// Nearest segment with the position on it.
     fn nearest(&self, x: &[f64; 2]) -> (usize, f64, SegmentPart, f64) {
         let mut best = (0, 0.0, SegmentPart::Interior, f64::INFINITY);
         for (number, piece) in self.pieces.iter().enumerate() {
@@ -234,7 +233,7 @@ impl GroundProfile {
         best
     }
 
-    /// Key and normal of a part of a piece: at a joint the mean of both sides.
+    /// Identifier and normal of a part of a segment: at a joint the mean of both sides.
     fn feature(&self, number: usize, share: f64, part: SegmentPart) -> (u64, [f64; 2]) {
         let joint = match part {
             SegmentPart::Interior => {
@@ -288,7 +287,7 @@ impl Surface<2> for GroundProfile {
             if own > radius * radius || dot(&difference(x, &place), &normal) < 0.0 {
                 continue;
             }
-            // As of facets: a place at which a nearer piece ends belongs to that piece.
+            // As for facets, a position at which a nearer segment ends belongs to that segment.
             let shadowed = self.pieces.iter().enumerate().any(|(other, nearer)| {
                 let theirs = square(&nearer.place(x));
                 let beside = difference(&place, &nearer.place(&place));
@@ -334,7 +333,7 @@ impl Surface<2> for GroundProfile {
 mod tests {
     use super::*;
 
-    /// A slope of 45°, a quarter of a half circle that turns it level, and a level piece.
+    /// Slope of 45°, a circular transition to the level, and a level segment.
     fn slope() -> GroundProfile {
         let mut profile = GroundProfile::starting_at([-1.0, 2.0]);
         let half = 0.5f64.sqrt();
@@ -342,7 +341,7 @@ mod tests {
         profile.line_to([foot[0] - 1.0, foot[1] + 1.0]).unwrap();
         profile.line_to(foot).unwrap();
         profile.arc_to([1.0, 0.0], [1.0, 2.0]).unwrap_err();
-        // Round the centre that lies a radius above the foot of the slope along its normal.
+        // The centre lies a radius above the foot of the slope along its normal.
         let radius = 2.0;
         let centre = [foot[0] + radius * half, foot[1] + radius * half];
         profile.arc_to([centre[0], centre[1] - radius], centre).unwrap();

@@ -1,9 +1,9 @@
-//! A half-space.
+//! Half-space: the solid behind a plane.
 
 use super::vector::{add_scaled, difference, dot, unit};
 use super::{ContactQuery, NearestPoint, Surface, SurfaceError};
 
-/// Everything behind a plane (3D) or a line (2D).
+/// Half-space behind a plane (3D) or a line (2D).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HalfSpace<const D: usize> {
     point: [f64; D],
@@ -11,10 +11,10 @@ pub struct HalfSpace<const D: usize> {
 }
 
 impl<const D: usize> HalfSpace<D> {
-    /// The solid behind the plane through `point` (m), whose `normal` points out of it and need not have length one.
+    /// Half-space behind the plane through `point` (m), whose outward `normal` need not be a unit vector.
     ///
     /// # Errors
-    /// When the normal has no length or something is not finite.
+    /// When the normal has no length or a component is not finite.
     pub fn new(point: [f64; D], normal: [f64; D]) -> Result<Self, SurfaceError> {
         if !point.iter().all(|c| c.is_finite()) {
             return Err(SurfaceError::new("point", "must be finite (m)"));

@@ -1,4 +1,4 @@
-//! A raster of heights as triangles.
+//! Raster of heights as a triangulated surface.
 
 use super::vector::{difference, dot, unit};
 use super::{ContactQuery, NearestPoint, Surface};
@@ -6,22 +6,22 @@ use crate::surface::queries::contact_query::FacetCandidate;
 use crate::surface::queries::nearest_on_facet::{FacetFeature, facet_normal, nearest_on_facet};
 use crate::{Raster, RasterError};
 
-/// The ground under a raster of heights (z along the third axis), with two triangles to each cell between four nodes, cut from
-/// its node with the least x and y to the opposite one. Beyond the raster and where a node has no data there is no ground.
+/// Ground under a raster of heights (z along the third axis), with two triangles in each cell between four nodes; the diagonal begins at
+/// the node with the smallest x and y. There is no ground beyond the raster and in cells with a node without data.
 ///
-/// Contact sees these triangles. Depth-integrated flow sees the bilinear form of the same raster, with its gradient and
-/// curvature recovered at the nodes: [`Terrain`](crate::Terrain). Both pass through the same nodes; between them they differ
-/// by a quarter of the cell's twist at most.
+/// Contact uses these triangles. Depth-integrated flow uses the bilinear interpolation of the same raster, with gradient and curvature
+/// recovered at the nodes: [`Terrain`](crate::Terrain). Both agree at the nodes; between them they differ by at most a quarter of the
+/// cell's twist.
 #[derive(Clone, Debug)]
 pub struct HeightField {
     raster: Raster,
     lowest: f64,
     highest: f64,
-    /// Height straight above or below a place over its distance from the ground, at most: infinite where the ground has holes.
+    /// Upper bound of the vertical distance of a position from the ground over its normal distance; infinite where the ground has holes.
     max_gap_ratio: f64,
 }
 
-/// The nearest place of a triangle.
+/// Nearest position on a triangle.
 struct NearestTriangle {
     triangle: u64,
     corners: [[f64; 3]; 3],
@@ -29,7 +29,7 @@ struct NearestTriangle {
     feature: FacetFeature,
 }
 
-/// Relative error of distances that counts for nothing.
+/// Relative error of distances that counts as round-off.
 const ROUND_OFF: f64 = 1e-9;
 
 const FACE: u64 = 0;
@@ -37,10 +37,10 @@ const EDGE: u64 = 1;
 const CORNER: u64 = 2;
 
 impl HeightField {
-    /// The ground under these heights (m).
+    /// Ground under these heights (m).
     ///
     /// # Errors
-    /// As [`Raster::validate`].
+    /// See [`Raster::validate`].
     pub fn new(raster: Raster) -> Result<Self, RasterError> {
         raster.validate()?;
         let known = || raster.values.iter().copied().filter(|v| v.is_finite());
@@ -51,7 +51,7 @@ impl HeightField {
         Ok(field)
     }
 
-    /// Length of the steepest normal whose vertical part is one; infinite where there are holes, across which heights may jump.
+    /// Length of the steepest normal whose vertical component is one; infinite with holes, across which heights may jump.
     fn steepest_normal_length(&self) -> f64 {
         let (mut square, [dx, dy]) = (0.0, self.raster.spacing);
         for j in 0..self.raster.rows - 1 {
@@ -69,12 +69,12 @@ impl HeightField {
         (1.0 + square).sqrt()
     }
 
-    /// The heights.
+    /// Raster of heights.
     pub fn raster(&self) -> &Raster {
         &self.raster
     }
 
-    /// Height of the triangles over a place in plan (m); `None` beyond the raster or without data.
+    /// Height of the triangles at a position in plan (m); `None` beyond the raster or without data.
     pub fn height(&self, x: f64, y: f64) -> Option<f64> {
         let ([i, j], [s, t]) = self.raster.locate_cell(x, y)?;
         let [a, c] = [self.raster.value(i, j), self.raster.value(i + 1, j + 1)];
@@ -100,7 +100,7 @@ impl HeightField {
         [x, y, self.raster.value(i, j)]
     }
 
-    /// Columns or rows of cells that a window around a coordinate meets.
+    /// Columns or rows of cells that overlap a window around a coordinate.
     fn cell_range(&self, axis: usize, x: f64, reach: f64) -> std::ops::Range<usize> {
         let cells = [self.raster.columns, self.raster.rows][axis] - 1;
         let step = |at: f64| (at - self.raster.origin[axis]) / self.raster.spacing[axis];
@@ -108,7 +108,7 @@ impl HeightField {
         if to >= from { from as usize..to as usize + 1 } else { 0..0 }
     }
 
-    /// Calls `visit` with the two triangles of each cell that a window of this half width around `x` meets.
+    /// Calls `visit` with the two triangles of each cell that overlaps a window of this half width around `x`.
     fn visit_triangles(&self, x: &[f64; 3], reach: f64, mut visit: impl FnMut(u64, &[[f64; 3]; 3])) {
         for j in self.cell_range(1, x[1], reach) {
             for i in self.cell_range(0, x[0], reach) {
@@ -123,7 +123,7 @@ impl HeightField {
         }
     }
 
-    /// Key of a part of a triangle. Edges go by the node at which they begin and their direction: along x, along y, across.
+    /// Identifier of a feature of a triangle. An edge is identified by its first node and its direction: along x, along y, diagonal.
     fn feature_id(&self, triangle: u64, feature: FacetFeature) -> u64 {
         let (node, columns) = (triangle / 2, self.raster.columns as u64);
         let upper = triangle % 2 == 1;
@@ -153,15 +153,15 @@ impl Surface<3> for HeightField {
         if x[2] - self.highest > reach || self.lowest - x[2] > reach {
             return None;
         }
-        // Nothing is farther away than the ground straight below or above.
+        // The nearest point is no farther than the ground vertically above or below.
         let vertical = self.height(x[0], x[1]).map(|z| (x[2] - z).abs());
         let window = reach.min(vertical.unwrap_or(reach));
-        // Nor is any of it nearer than the steepest slope allows.
+        // The steepest slope bounds the distance from below.
         if vertical.is_some_and(|vertical| vertical > (1.0 + ROUND_OFF) * self.max_gap_ratio * reach) {
             return None;
         }
         let mut square = reach * reach;
-        // Of places equally near that of the triangle with the least number counts, which comes first.
+        // Of equally near positions that of the triangle with the smallest number counts, which comes first.
         let mut best: Option<NearestTriangle> = None;
         self.visit_triangles(x, window, |triangle, corners| {
             let (place, feature) = nearest_on_facet(corners, x);
@@ -244,7 +244,7 @@ mod tests {
             let (got, exact) = (field.gap(&at, 2.0).unwrap(), plane.gap(&at, 2.0).unwrap());
             prop_assert!((got.distance - exact.distance).abs() < 1e-12, "{got:?} {exact:?}");
             prop_assert!((0..3).all(|c| (got.position[c] - exact.position[c]).abs() < 1e-12));
-            // On a seam of two triangles, but for round-off, the normal is only as good as the distance's digits.
+            // At a seam of two triangles, apart from round-off, the normal is only as accurate as the distance.
             prop_assert!(z.abs() < 1e-3 || (0..3).all(|c| (got.normal[c] - exact.normal[c]).abs() < 1e-9));
             let mut found = ContactQuery::default();
             field.query_contacts(&at, 2.0, &mut found);
@@ -277,7 +277,7 @@ mod tests {
         let key = |x: f64, y: f64| field.gap(&[x, y, field.height(x, y).unwrap()], 0.1).unwrap().feature_id;
         assert_eq!(key(0.3, 0.1), key(0.4, 0.05));
         assert_ne!(key(0.3, 0.1), key(0.1, 0.3), "the other triangle of the cell");
-        // The edge between two cells has one key, from whichever triangle it is seen.
+        // The edge between two cells has the same identifier from either triangle.
         let cell = |i: u64, j: u64| j * 21 + i;
         assert_eq!(
             field.feature_id(2 * cell(3, 4), FacetFeature::Edge(1)),

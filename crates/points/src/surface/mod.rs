@@ -1,8 +1,8 @@
-//! Surfaces of rigid geometry: how far a place is from them, in which direction, and which of their facets are near.
+//! Surfaces of rigid geometry: signed distance, normal and facets near a position.
 //!
-//! A surface bounds a solid. Every shape implements [`Surface`]: half-spaces ([`HalfSpace`]), balls ([`BallSurface`]), facets
-//! (polygons, ground lines, extruded polygons and triangle meshes: [`FacettedSurface`]), lines with arcs ([`GroundProfile`]), turned polygons
-//! ([`RevolvedSurface`]), rasters as triangles ([`HeightField`]), and any of them turned and shifted ([`PlacedSurface`]).
+//! A surface bounds a solid. Every shape implements [`Surface`]: half-spaces ([`HalfSpace`]), balls ([`BallSurface`]), facets (polygons,
+//! ground lines, extruded polygons and triangle meshes: [`FacettedSurface`]), lines with arcs ([`GroundProfile`]), polygons of revolution
+//! ([`RevolvedSurface`]), rasters as triangles ([`HeightField`]), and any of them rotated and translated ([`PlacedSurface`]).
 
 mod ball;
 mod extruded;
@@ -30,51 +30,49 @@ pub use height_field::HeightField;
 pub use revolved::RevolvedSurface;
 pub use vector::{cross, dot};
 
-/// A place of a surface, seen from a point nearby.
+/// Point of a surface that is nearest to a given position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NearestPoint<const D: usize> {
-    /// Distance of the point from the surface (m), negative where the point lies in the solid.
+    /// Signed distance of the position from the surface (m), negative in the solid.
     pub distance: f64,
-    /// Unit normal at the place, out of the solid: the direction in which the distance grows fastest.
+    /// Unit normal out of the solid: the gradient of the distance.
     pub normal: [f64; D],
-    /// The place (m).
+    /// Position of the surface point (m).
     pub position: [f64; D],
-    /// What part of the surface it is: the same number for the same face, edge or corner as long as the surface lives. A
-    /// history of contact is kept under it. The face of a half-space or of a ball is one part.
+    /// Identifier of the face, edge or corner, constant as long as the surface exists; contact histories are stored under it. The face of a
+    /// half-space or of a ball is one feature.
     pub feature_id: u64,
 }
 
-/// The boundary of a rigid solid.
+/// Boundary of a rigid solid.
 ///
-/// One implementation a shape. The methods for many points make one virtual call for all of them.
+/// Each shape has one implementation. Methods for many points make one virtual call for all of them.
 pub trait Surface<const D: usize>: Debug + Send + Sync {
-    /// Whether the point lies in the solid. A point on the surface may count as either.
+    /// Whether a position lies in the solid. A position on the surface may count as either.
     fn contains(&self, x: &[f64; D]) -> bool;
 
-    /// The place of the surface that is nearest to `x` (m); `None` where the surface is farther away than `reach` (m), in or out
-    /// of the solid.
+    /// Nearest point of the surface to `x` (m); `None` where the distance is more than `reach` (m), in or out of the solid.
     fn gap(&self, x: &[f64; D], reach: f64) -> Option<NearestPoint<D>>;
 
-    /// Adds the places at which a ball around `x` of this `radius` (m) touches the surface, nearest first: one for each facet
-    /// that faces `x`, and one for an edge or a corner that stands out, but none for an edge at which a facet that is touched
-    /// goes on. Points in the solid touch nothing.
+    /// Adds the contacts of a ball around `x` with this `radius` (m), nearest first: one for each facet that faces `x`, and one for a
+    /// convex edge or corner, except an edge at which a facet in contact ends. A centre in the solid has no contacts.
     fn query_contacts(&self, x: &[f64; D], radius: f64, found: &mut ContactQuery<D>);
 
-    /// Lower and upper corner of a box around the surface (m); infinite where it has no end.
+    /// Lower and upper corner of the bounding box (m); infinite where the surface is unbounded.
     fn bounds(&self) -> ([f64; D], [f64; D]);
 
-    /// Length along a ground line or a profile from its beginning to the place nearest to `x` (m); `None` of other shapes.
+    /// Arc length of a ground line or a profile from its start to the point nearest to `x` (m); `None` for other shapes.
     fn arc_length(&self, _x: &[f64; D]) -> Option<f64> {
         None
     }
 
-    /// [`Surface::gap`] of many points.
+    /// Result of [`Surface::gap`] for many positions.
     fn gaps(&self, points: &[[f64; D]], reach: f64, gaps: &mut Vec<Option<NearestPoint<D>>>) {
         gaps.clear();
         gaps.extend(points.iter().map(|x| self.gap(x, reach)));
     }
 
-    /// [`Surface::query_contacts`] of many balls, each with its own radius (m).
+    /// Adds the contacts of many balls, each with its own radius (m), by [`Surface::query_contacts`].
     fn query_contacts_of_all(&self, points: &[[f64; D]], radii: &[f64], found: &mut ContactQuery<D>) {
         found.clear();
         for (x, radius) in points.iter().zip(radii) {
@@ -84,13 +82,13 @@ pub trait Surface<const D: usize>: Debug + Send + Sync {
     }
 }
 
-/// A surface that several may hold.
+/// Surface with shared ownership.
 pub type SharedSurface<const D: usize> = Arc<dyn Surface<D>>;
 
 macro_rules! shared_surface {
     ($($surface:ident),*) => {$(
         impl<const D: usize> $surface<D> {
-            /// The surface as one that several may hold.
+            /// Converts the surface to shared ownership.
             pub fn shared(self) -> SharedSurface<D> {
                 Arc::new(self)
             }
@@ -101,21 +99,21 @@ macro_rules! shared_surface {
 shared_surface!(BallSurface, FacettedSurface, HalfSpace, PlacedSurface);
 
 impl GroundProfile {
-    /// The surface as one that several may hold.
+    /// Converts the surface to shared ownership.
     pub fn into_shared(self) -> SharedSurface<2> {
         Arc::new(self)
     }
 }
 
 impl HeightField {
-    /// The surface as one that several may hold.
+    /// Converts the surface to shared ownership.
     pub fn into_shared(self) -> SharedSurface<3> {
         Arc::new(self)
     }
 }
 
 impl RevolvedSurface {
-    /// The surface as one that several may hold.
+    /// Converts the surface to shared ownership.
     pub fn into_shared(self) -> SharedSurface<3> {
         Arc::new(self)
     }

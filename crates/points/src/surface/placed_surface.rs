@@ -1,16 +1,16 @@
-//! A surface that is turned and shifted.
+//! Surface that is rotated and translated.
 
 use std::sync::Arc;
 
 use crate::surface::vector::{difference, dot};
 use crate::surface::{ContactQuery, NearestPoint, Surface};
 
-/// Where a rigid body is: its own coordinates `X` lie at `rotation X + translation`.
+/// Rigid transform of body coordinates `X` to space: `rotation X + translation`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigidTransform<const D: usize> {
-    /// Orthogonal matrix, row by row.
+    /// Rotation matrix, row by row.
     pub rotation: [[f64; D]; D],
-    /// Where its origin is (m).
+    /// Position of the body's origin in space (m).
     pub translation: [f64; D],
 }
 
@@ -24,8 +24,8 @@ impl<const D: usize> Default for RigidTransform<D> {
 }
 
 impl<const D: usize> RigidTransform<D> {
-    /// A rotation by `angle` (radians) about `centre` (m): anticlockwise in 2D, about `axis` by the right-hand rule in 3D. The
-    /// axis need not have length one; without length it turns nothing. One dimension has no rotation.
+    /// Rotation by `angle` (radians) about `centre` (m): counter-clockwise in 2D, about `axis` by the right-hand rule in 3D. The axis need
+    /// not be a unit vector; a zero axis gives no rotation. One dimension has no rotation.
     pub fn rotation_about(centre: [f64; D], axis: [f64; 3], angle: f64) -> Self {
         let axis = if D == 2 { [0.0, 0.0, 1.0] } else { axis };
         let Some(n) = crate::surface::vector::unit(&axis).filter(|_| D > 1) else { return Self::default() };
@@ -43,13 +43,13 @@ impl<const D: usize> RigidTransform<D> {
         frame
     }
 
-    /// The same, shifted by `offset` (m).
+    /// Transform followed by a translation by `offset` (m).
     pub fn shifted(mut self, offset: &[f64; D]) -> Self {
         self.translation = std::array::from_fn(|c| self.translation[c] + offset[c]);
         self
     }
 
-    /// What has this place, moved by another one in space.
+    /// Composition: this transform, followed by `next`.
     pub fn then(&self, next: &Self) -> Self {
         let rotation = std::array::from_fn(|i| {
             std::array::from_fn(|j| (0..D).map(|k| next.rotation[i][k] * self.rotation[k][j]).sum())
@@ -57,29 +57,29 @@ impl<const D: usize> RigidTransform<D> {
         Self { rotation, translation: next.to_space(&self.translation) }
     }
 
-    /// Where the place `local` (m) of the body is in space.
+    /// Position in space of the body coordinates `local` (m).
     pub fn to_space(&self, local: &[f64; D]) -> [f64; D] {
         std::array::from_fn(|c| dot(&self.rotation[c], local) + self.translation[c])
     }
 
-    /// The place of the body that is at `x` (m) in space.
+    /// Body coordinates of the position `x` (m) in space.
     pub fn to_body(&self, x: &[f64; D]) -> [f64; D] {
         let from = difference(x, &self.translation);
         std::array::from_fn(|c| (0..D).map(|i| self.rotation[i][c] * from[i]).sum())
     }
 
-    /// A direction of the body as it is in space.
+    /// Direction in space of a direction in body coordinates.
     pub fn rotate(&self, direction: &[f64; D]) -> [f64; D] {
         std::array::from_fn(|c| dot(&self.rotation[c], direction))
     }
 }
 
-/// Any surface, turned and shifted.
+/// Any surface, rotated and translated.
 #[derive(Clone, Debug)]
 pub struct PlacedSurface<const D: usize> {
-    /// The surface in its own coordinates.
+    /// Surface in body coordinates.
     pub surface: Arc<dyn Surface<D>>,
-    /// Where it is.
+    /// Transform from body coordinates to space.
     pub transform: RigidTransform<D>,
 }
 

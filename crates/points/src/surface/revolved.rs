@@ -1,31 +1,31 @@
-//! A polygon turned about an axis.
+//! Surface of revolution of a polygon.
 
 use super::vector::{add_scaled, unit};
 use super::{ContactQuery, FacettedSurface, NearestPoint, Surface, SurfaceError};
 
-/// The solid that a polygon makes when it is turned about an axis through the origin.
+/// Solid of revolution of a polygon about an axis through the origin.
 #[derive(Clone, Debug)]
 pub struct RevolvedSurface {
-    /// In distance from the axis and place along it; a polygon that reaches the axis goes on as its mirror image beyond.
+    /// Section (distance from the axis, coordinate along it); a polygon that touches the axis is completed by its mirror image.
     section: FacettedSurface<2>,
     axis: usize,
 }
 
 impl RevolvedSurface {
-    /// The polygon of these corners (m: distance from the axis, place along it) turned about `axis` (0 is x).
+    /// Solid of revolution of the polygon of these corners (m: distance from the axis, coordinate along it) about `axis` (0 is x).
     ///
     /// # Errors
-    /// When a corner lies beyond the axis, when the polygon crosses itself or touches the axis in several pieces.
+    /// When a corner lies beyond the axis, when the polygon crosses itself or touches the axis in several parts.
     pub fn new(corners: &[[f64; 2]], axis: usize) -> Result<Self, SurfaceError> {
         if let Some(number) = corners.iter().position(|corner| !(corner[0] >= 0.0)) {
             let problem = format!("{} is no distance from the axis", corners[number][0]);
             return Err(SurfaceError::new(format!("points[{number}]"), problem));
         }
-        // What lies wrong with the polygon itself is said in its own words.
+        // Errors of the polygon itself are reported first.
         FacettedSurface::polygon(corners)?;
         let count = corners.len();
         let on_axis = |number: usize| corners[number % count][0] == 0.0;
-        // Where the polygon leaves the axis.
+        // Corners at which the polygon leaves the axis.
         let leaves: Vec<usize> = (0..count).filter(|k| on_axis(*k) && !on_axis(k + 1)).collect();
         let section = match leaves[..] {
             [] => corners.to_vec(),
@@ -46,7 +46,7 @@ impl RevolvedSurface {
         Ok(Self { section: FacettedSurface::polygon(&section)?, axis })
     }
 
-    /// Distance from the axis and place along it, and the direction away from the axis.
+    /// Distance from the axis and coordinate along it, and the radial direction.
     fn to_section(&self, x: &[f64; 3]) -> ([f64; 2], [f64; 3]) {
         let mut across = *x;
         across[self.axis] = 0.0;

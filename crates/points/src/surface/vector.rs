@@ -1,4 +1,4 @@
-//! Vectors of `D` coordinates.
+//! Operations on vectors of `D` components.
 
 /// `a - b`.
 pub(crate) fn difference<const D: usize>(a: &[f64; D], b: &[f64; D]) -> [f64; D] {
@@ -15,13 +15,13 @@ pub fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     (0..D).map(|c| a[c] * b[c]).sum()
 }
 
-/// The vector at length one; `None` where it has no length.
+/// Unit vector of this direction; `None` for a vector without length.
 pub(crate) fn unit<const D: usize>(a: &[f64; D]) -> Option<[f64; D]> {
     let length = dot(a, a).sqrt();
     (length > 0.0 && length.is_finite()).then(|| a.map(|c| c / length))
 }
 
-/// What the vector product of two vectors in the plane has across it.
+/// Vector product of two vectors in the plane, as its component normal to the plane.
 pub(crate) fn cross_2d(a: &[f64; 2], b: &[f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }

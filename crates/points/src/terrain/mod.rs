@@ -1,7 +1,7 @@
 //! Terrain: rasters of heights, smooth surfaces through them, and layers of soil between two of them.
 //!
 //! A raster keeps its georeference; all coordinates are in metres from its corner.
-//! The room depends on outlines of `plan`. Files are read in `colluvium-terrain`, not here.
+//! This folder depends on outlines of `plan`. Files are read in `colluvium-terrain`, not here.
 
 pub(crate) mod layer_options;
 pub(crate) mod raster;

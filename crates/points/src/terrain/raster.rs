@@ -1,62 +1,59 @@
-//! Numbers on a rectangular grid in plan, with the reference to where on Earth it lies.
+//! Rasters: numbers on a rectangular grid in plan, with a georeference.
 
 use thiserror::Error;
 
-/// What a raster's file says of where it lies.
+/// Georeference of a raster's file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Georeference {
-    /// Number of the coordinate reference system in the EPSG registry.
+    /// EPSG code of the coordinate reference system.
     pub epsg: Option<u32>,
-    /// Name or text of the coordinate reference system, as the file has it.
+    /// Name or text of the coordinate reference system, as in the file.
     pub crs: Option<String>,
-    /// Whether the corner that the file names is that of the first cell rather than its centre.
+    /// Whether the file gives the corner of the first cell rather than its centre.
     pub pixel_is_area: bool,
-    /// The number that stands for no data in the file; in memory it is not-a-number.
+    /// No-data value of the file; NaN in memory.
     pub no_data: Option<f64>,
-    /// How many values of the file are no finite number, although they are not what stands for no data; in memory they are
-    /// not-a-number too.
+    /// Number of values of the file that are not finite and differ from the no-data value; they are NaN in memory too.
     pub undeclared_no_data: usize,
-    /// How many of these are numbers as large as no quantity is, by which programs mark no data.
+    /// Number of these that are too large for any quantity, as programs mark no data.
     pub huge_values: usize,
-    /// GeoKeys of a GeoTIFF that define its system in plan by a projection and its parameters, by their numbers; none where the system has
-    /// a number or a text.
+    /// GeoKeys of a GeoTIFF that define its horizontal system by a projection and its parameters, with their identifiers; empty where the
+    /// system has a code or a text.
     pub geo_keys: Vec<(u16, GeoKey)>,
 }
 
 /// Value of a GeoKey (OGC 19-008r4, GeoTIFF Standard 1.1).
 #[derive(Clone, Debug, PartialEq)]
 pub enum GeoKey {
-    /// A code.
+    /// Code.
     Code(u16),
-    /// Parameters.
+    /// Numeric parameters.
     Numbers(Vec<f64>),
-    /// A name.
+    /// Name or text.
     Text(String),
 }
 
-/// Numbers on a grid of nodes in plan: of a terrain their heights (m). A cell-registered file has its nodes at the centres of
-/// its cells.
+/// Numbers at the nodes of a grid in plan, for a terrain heights (m). A cell-registered file has its nodes at the centres of its cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Raster {
-    /// Nodes along x.
+    /// Number of nodes along x.
     pub columns: usize,
-    /// Nodes along y.
+    /// Number of nodes along y.
     pub rows: usize,
-    /// The node with the least x and y (m).
+    /// Node with the smallest x and y (m).
     pub origin: [f64; 2],
     /// Distance of the nodes along x and y (m).
     pub spacing: [f64; 2],
-    /// One number a node, row by row from south to north (from the least y), each from west to east; not-a-number where there
-    /// is none.
+    /// One number per node, row by row from south to north (from the smallest y), each from west to east; NaN where there is none.
     pub values: Vec<f64>,
-    /// Where it lies on Earth.
+    /// Georeference of the file.
     pub reference: Georeference,
 }
 
-/// What is wrong with a raster.
+/// Error in a raster.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum RasterError {
-    /// Sizes do not fit.
+    /// Number of values that differs from the number of nodes.
     #[error("{columns} columns and {rows} rows do not make {values} values")]
     Count {
         /// Columns.
@@ -74,7 +71,7 @@ pub enum RasterError {
         /// Rows.
         rows: usize,
     },
-    /// The spacing is no length, or the origin not finite.
+    /// Spacing that is not a length, or origin that is not finite.
     #[error("a spacing of {spacing:?} m at {origin:?} m must be finite and positive")]
     Spacing {
         /// Spacing (m).
@@ -82,10 +79,10 @@ pub enum RasterError {
         /// Origin (m).
         origin: [f64; 2],
     },
-    /// There is not one number.
+    /// Raster without a single number.
     #[error("holds no data: every value is that for no data")]
     Empty,
-    /// A window that does not meet the raster.
+    /// Window that does not overlap the raster.
     #[error("the window from {low:?} to {high:?} m does not hold two nodes along each axis of the raster")]
     Window {
         /// Lower corner (m).
@@ -95,12 +92,12 @@ pub enum RasterError {
     },
 }
 
-/// Magnitude from which on a thickness or a depth (m) is likely to stand for no data.
+/// Magnitude from which a thickness or a depth (m) probably stands for no data.
 const LIKELY_NO_DATA: f64 = 9000.0;
 
 impl Raster {
-    /// The doubt about thicknesses, depths or classes, in whose file numbers seem to stand for no data without being named so; `None` where
-    /// there is none.
+    /// Warning about thicknesses, depths or classes in whose file numbers seem to stand for no data without a declared no-data value;
+    /// `None` otherwise.
     pub fn undeclared_no_data_warning(&self) -> Option<String> {
         const NAME_IT: &str = "name it in the file, under NODATA_value or in the tag of GDAL";
         let boundless = self.reference.huge_values;
@@ -118,7 +115,7 @@ impl Raster {
         ))
     }
 
-    /// A raster of `function` at nodes `spacing` (m) apart, from `origin` (m).
+    /// Raster of `function` at nodes `spacing` (m) apart, from `origin` (m).
     pub fn from_function(
         [columns, rows]: [usize; 2],
         origin: [f64; 2],
@@ -136,7 +133,7 @@ impl Raster {
     /// Checks sizes and spacing, and that there is any number.
     ///
     /// # Errors
-    /// What is wrong first.
+    /// The first error found.
     pub fn validate(&self) -> Result<(), RasterError> {
         let Self { columns, rows, origin, spacing, values, .. } = self;
         if *columns < 2 || *rows < 2 {
@@ -152,23 +149,23 @@ impl Raster {
         if values.iter().all(|v| !v.is_finite()) { Err(RasterError::Empty) } else { Ok(()) }
     }
 
-    /// The value of a node.
+    /// Value of a node.
     pub fn value(&self, column: usize, row: usize) -> f64 {
         self.values[row * self.columns + column]
     }
 
-    /// Place of a node in plan (m).
+    /// Position of a node in plan (m).
     pub fn node_position(&self, column: usize, row: usize) -> [f64; 2] {
         [self.origin[0] + column as f64 * self.spacing[0], self.origin[1] + row as f64 * self.spacing[1]]
     }
 
-    /// The last node's place (m): that with the greatest x and y.
+    /// Position of the last node (m): that with the largest x and y.
     pub fn last_node_position(&self) -> [f64; 2] {
         self.node_position(self.columns - 1, self.rows - 1)
     }
 
-    /// The cell between four nodes in which a place in plan lies, by its node with the least x and y, and the place's shares of
-    /// the spacing from that node; `None` beyond the outermost nodes.
+    /// Cell between four nodes that contains a position in plan, by its node with the smallest x and y, and the position's shares of the
+    /// spacing from that node; `None` beyond the outermost nodes.
     #[inline]
     pub fn locate_cell(&self, x: f64, y: f64) -> Option<([usize; 2], [f64; 2])> {
         let (mut cell, mut share) = ([0; 2], [0.0; 2]);
@@ -183,8 +180,7 @@ impl Raster {
         Some((cell, share))
     }
 
-    /// Value at a place in plan, bilinear between the four nodes around it; `None` beyond the outermost nodes or where one of the
-    /// four that count has no data.
+    /// Value at a position in plan by bilinear interpolation; `None` beyond the outermost nodes or where a node with a weight has no data.
     pub fn interpolate(&self, x: f64, y: f64) -> Option<f64> {
         let ([i, j], [s, t]) = self.locate_cell(x, y)?;
         let terms = [
@@ -198,16 +194,16 @@ impl Raster {
         sum.is_finite().then_some(sum)
     }
 
-    /// The part of the raster whose nodes lie in a window of the plan (m).
+    /// Part of the raster with the nodes in a window of the plan (m).
     ///
     /// # Errors
-    /// When the window holds fewer than two nodes along an axis.
+    /// When the window contains fewer than two nodes along an axis.
     pub fn cropped(&self, low: [f64; 2], high: [f64; 2]) -> Result<Self, RasterError> {
         let counts = [self.columns, self.rows];
         let mut first = [0; 2];
         let mut size = [0; 2];
         for c in 0..2 {
-            // A node on the rim of the window, but for round-off, belongs to it.
+            // A node on the boundary of the window, within round-off, belongs to it.
             let from = ((low[c] - self.origin[c]) / self.spacing[c] - 1e-9).ceil().max(0.0);
             let to =
                 ((high[c] - self.origin[c]) / self.spacing[c] + 1e-9).floor().min((counts[c] - 1) as f64);
@@ -225,11 +221,11 @@ impl Raster {
         Ok(Self { columns, rows, origin, spacing: self.spacing, values, reference: self.reference.clone() })
     }
 
-    /// The raster on nodes of another `spacing` (m) over the same window: bilinear where they are closer, and means over the new
-    /// cells where they are wider, so that no ridge is skipped. Where no data is near there is none.
+    /// Raster on nodes of another `spacing` (m) over the same window: by bilinear interpolation for a smaller spacing, and by means over
+    /// the new cells for a larger one, so that no ridge is missed. There is no data where none is near.
     ///
     /// # Errors
-    /// When the spacing is no length or leaves fewer than two nodes along an axis.
+    /// When the spacing is not a length or leaves fewer than two nodes along an axis.
     pub fn resampled(&self, spacing: [f64; 2]) -> Result<Self, RasterError> {
         if !spacing.iter().all(|s| s.is_finite() && *s > 0.0) {
             return Err(RasterError::Spacing { spacing, origin: self.origin });
@@ -246,7 +242,7 @@ impl Raster {
             let (mut sum, mut number) = (0.0, 0);
             for k in 0..parts[0] * parts[1] {
                 let offset = |c: usize, k: usize| ((k as f64 + 0.5) / parts[c] as f64 - 0.5) * spacing[c];
-                // Half cells beyond the rim are those of the rim itself.
+                // Half cells beyond the boundary take the values of the boundary.
                 let px = (x + offset(0, k % parts[0])).clamp(self.origin[0], end[0]);
                 let py = (y + offset(1, k / parts[0])).clamp(self.origin[1], end[1]);
                 if let Some(value) = self.interpolate(px, py) {
@@ -260,7 +256,7 @@ impl Raster {
         Ok(fresh)
     }
 
-    /// The same raster with its origin shifted by `offset` (m).
+    /// Raster with its origin shifted by `offset` (m).
     pub fn shifted(mut self, offset: [f64; 2]) -> Self {
         (0..2).for_each(|c| self.origin[c] += offset[c]);
         self
@@ -293,7 +289,7 @@ mod tests {
         assert_eq!((fine.columns, fine.rows), (41, 21));
         near(&fine, 101.7, 213.3);
         let coarse = raster.resampled([4.0, 6.0]).unwrap();
-        // Away from the rim, where half of a cell lies outside.
+        // Away from the boundary, where half of a cell lies outside.
         assert!((coarse.value(2, 1) - exact(108.0, 206.0)).abs() < 1e-9);
         assert!(raster.cropped([500.0, 0.0], [600.0, 1.0]).is_err());
     }

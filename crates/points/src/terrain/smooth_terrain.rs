@@ -1,10 +1,10 @@
-//! A raster of heights as a smooth surface, for flow that is integrated over depth.
+//! Smooth surface through a raster of heights, for depth-integrated flow.
 
 use std::ops::Range;
 
 use crate::{Raster, RasterError};
 
-/// Height, slope and curvature of a terrain at a place in plan.
+/// Height, slope and curvature of a terrain at a position in plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TerrainSample {
     /// Height (m).
@@ -15,14 +15,14 @@ pub struct TerrainSample {
     pub hessian: [f64; 3],
 }
 
-/// Nodes around a place in plan and their bilinear weights, which add up to one.
+/// Nodes around a position in plan with their bilinear weights, whose sum is one.
 pub type BilinearWeights = [(usize, f64); 4];
 
-/// A terrain as depth-integrated flow sees it: heights, slopes and second derivatives at the nodes of a raster, all three bilinear
-/// between them. Slopes are those of nodal recovery on bilinear elements with a lumped mass, second derivatives those of compact
-/// differences (sheet: depth-sph §2.9): exact at inner nodes for heights of the second degree.
+/// Terrain of depth-integrated flow: heights, slopes and second derivatives at the nodes of a raster, all interpolated bilinearly. Slopes
+/// are nodal recoveries on bilinear elements with a lumped mass, second derivatives are compact differences (sheet: depth-sph §2.9): exact
+/// at inner nodes for heights of the second degree.
 ///
-/// Contact sees the same raster as triangles: [`HeightField`](crate::surface::HeightField).
+/// Contact uses the triangles of the same raster: [`HeightField`](crate::surface::HeightField).
 #[derive(Clone, Debug)]
 pub struct Terrain {
     raster: Raster,
@@ -31,11 +31,11 @@ pub struct Terrain {
 }
 
 impl Terrain {
-    /// The terrain of these heights (m). Second derivatives are means over 3 × 3 nodes, taken `smoothing` times: those of survey
-    /// data are noisy, those of analytic surfaces need none.
+    /// Terrain of these heights (m). Second derivatives are averaged over 3 × 3 nodes `smoothing` times: those of survey data are noisy,
+    /// those of analytic surfaces need no smoothing.
     ///
     /// # Errors
-    /// As [`Raster::validate`].
+    /// See [`Raster::validate`].
     pub fn new(raster: Raster, smoothing: usize) -> Result<Self, RasterError> {
         raster.validate()?;
         let mut terrain = Self { samples: Vec::new(), raster, smoothing };
@@ -43,22 +43,22 @@ impl Terrain {
         Ok(terrain)
     }
 
-    /// The heights.
+    /// Raster of heights.
     pub fn raster(&self) -> &Raster {
         &self.raster
     }
 
-    /// The heights of the nodes (m), to change them; [`Terrain::recover_derivatives`] must follow.
+    /// Mutable heights of the nodes (m); [`Terrain::recover_derivatives`] must be called after a change.
     pub fn heights_mut(&mut self) -> &mut [f64] {
         &mut self.raster.values
     }
 
-    /// What is known of each node, in the raster's order.
+    /// Height, slope and second derivatives of each node, in the raster's order.
     pub fn node_samples(&self) -> &[TerrainSample] {
         &self.samples
     }
 
-    /// The nodes around a place in plan (m) with their weights; `None` beyond the outermost nodes.
+    /// Nodes around a position in plan (m) with their weights; `None` beyond the outermost nodes.
     #[inline]
     pub fn weights(&self, x: f64, y: f64) -> Option<BilinearWeights> {
         let ([i, j], [s, t]) = self.raster.locate_cell(x, y)?;
@@ -72,7 +72,7 @@ impl Terrain {
         ])
     }
 
-    /// Whether there is a bed at a place in plan (m), as [`Terrain::sample_at`] has it.
+    /// Whether [`Terrain::sample_at`] has a value at a position in plan (m).
     #[inline]
     pub fn has_data_at(&self, x: f64, y: f64) -> bool {
         let Some(([i, j], _)) = self.raster.locate_cell(x, y) else { return false };
@@ -81,7 +81,7 @@ impl Terrain {
         [below, below + 1, above, above + 1].iter().all(|node| self.raster.values[*node].is_finite())
     }
 
-    /// The bed at a place in plan (m); `None` beyond the outermost nodes or where one around it has no data.
+    /// Height and derivatives at a position in plan (m); `None` beyond the outermost nodes or where a node around it has no data.
     #[inline]
     pub fn sample_at(&self, x: f64, y: f64) -> Option<TerrainSample> {
         let mut found = TerrainSample { height: 0.0, gradient: [0.0; 2], hessian: [0.0; 3] };
@@ -94,8 +94,8 @@ impl Terrain {
         found.height.is_finite().then_some(found)
     }
 
-    /// Finds slopes and second derivatives anew from the heights. Beside a node without data differences are one-sided; a node
-    /// without two neighbours in a row is level along it.
+    /// Recovers slopes and second derivatives from the heights. Beside a node without data differences are one-sided; a node without two
+    /// neighbours in a row has zero slope along it.
     pub fn recover_derivatives(&mut self) {
         let Raster { columns, rows, .. } = self.raster;
         let level = TerrainSample { height: f64::NAN, gradient: [0.0; 2], hessian: [0.0; 3] };
@@ -103,7 +103,7 @@ impl Terrain {
         self.recover_derivatives_within([0..columns, 0..rows]);
     }
 
-    /// The same for the nodes of some columns and rows only: all those as far as [`Terrain::derivative_reach`] from a height that has changed.
+    /// Recovers derivatives at the nodes of some columns and rows: all up to [`Terrain::derivative_reach`] from a changed height.
     pub fn recover_derivatives_within(&mut self, [columns, rows]: [Range<usize>; 2]) {
         let wide = |range: &Range<usize>, count: usize| {
             range.start.saturating_sub(self.smoothing)..(range.end + self.smoothing).min(count)
@@ -131,7 +131,7 @@ impl Terrain {
         }
     }
 
-    /// How far a height is felt (nodes): two neighbours beside a rim or a gap, and one for each mean that is taken.
+    /// Distance (nodes) up to which a height affects derivatives: two beside a boundary or a gap, and one for each averaging.
     pub fn derivative_reach(&self) -> usize {
         2 + self.smoothing
     }
@@ -147,7 +147,7 @@ impl Terrain {
     /// Recovered slope at a node.
     fn gradient(&self, i: usize, j: usize) -> [f64; 2] {
         let Raster { columns, rows, spacing: [dx, dy], .. } = self.raster;
-        // Means with weights 1, 4, 1 of the nodes that have data.
+        // Means, with weights 1, 4, 1, of the nodes that have data.
         let weighted = |terms: [Option<f64>; 3]| {
             let both = terms.iter().zip([1.0, 4.0, 1.0]).filter_map(|(v, w)| v.map(|v| (v * w, w)));
             let (sum, weight) = both.fold((0.0, 0.0), |(s, n), (v, w)| (s + v, n + w));
@@ -174,7 +174,7 @@ impl Terrain {
         ]
     }
 
-    /// Means over 3 × 3 nodes of a window, of those that are there and have data.
+    /// Means over 3 × 3 nodes of a window, of those with data.
     fn smoothed(&self, before: &[[f64; 3]], [columns, rows]: &[Range<usize>; 2]) -> Vec<[f64; 3]> {
         let mut after = before.to_vec();
         for j in rows.clone() {
@@ -198,12 +198,12 @@ impl Terrain {
     }
 }
 
-/// A number and those before and after it, so far as there are such among `count`.
+/// Index before `k`, `k`, and index after it, as far as they are less than `count`.
 fn neighbour_indices(k: usize, count: usize) -> [Option<usize>; 3] {
     [k.checked_sub(1), Some(k), Some(k + 1).filter(|next| *next < count)]
 }
 
-/// Difference per step around the middle one of three values: central, or one-sided where an outer one is missing.
+/// Difference per step at the middle one of three values: central, or one-sided where an outer one is missing.
 fn difference([before, here, after]: [Option<f64>; 3]) -> Option<f64> {
     match (before, here, after) {
         (Some(b), Some(_), Some(a)) => Some(0.5 * (a - b)),
@@ -213,7 +213,7 @@ fn difference([before, here, after]: [Option<f64>; 3]) -> Option<f64> {
     }
 }
 
-/// A row or a column of a raster.
+/// Row or column of a raster.
 struct RasterLine<'a> {
     raster: &'a Raster,
     along: usize,
@@ -236,7 +236,7 @@ impl RasterLine<'_> {
         difference(self.around(k))
     }
 
-    /// Second difference at node `k`; at an end that of the node beside it, and none where there are not three in a row.
+    /// Second difference at node `k`; at an end that of the node beside it, and zero without three nodes in a row.
     fn second_difference(&self, k: usize) -> f64 {
         let at = |k: usize| match self.around(k) {
             [Some(b), Some(h), Some(a)] => Some(a - 2.0 * h + b),

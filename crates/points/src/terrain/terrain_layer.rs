@@ -1,4 +1,4 @@
-//! A layer on terrain, within an outline in plan.
+//! Terrain layer: a layer on terrain, within an outline in plan.
 
 use std::sync::Arc;
 
@@ -9,57 +9,57 @@ use crate::surface::HeightField;
 use crate::terrain::layer_options::ThicknessDirection;
 use crate::{Outline, Polygon, Raster, Terrain};
 
-/// Fewest and most places along an axis at which a layer is looked at.
+/// Smallest and largest number of sampling positions of a layer along an axis.
 const SCAN_POINTS: (usize, usize) = (64, 1000);
 
-/// Most cells along an axis over which the volume of a layer is summed.
+/// Largest number of cells along an axis for the volume of a layer.
 const MAX_CELLS: f64 = 2000.0;
 
-/// Overlap of two features over the area of the smaller one up to which it is a sliver.
+/// Overlap of two features over the area of the smaller one up to which it counts as a sliver.
 const SLIVER_FRACTION: f64 = 1e-3;
 
 /// Thickness of a layer as read (m).
 #[derive(Clone, Debug)]
 pub enum ThicknessData {
-    /// The same everywhere.
+    /// Uniform thickness (m).
     Uniform(f64),
-    /// At the nodes of a raster.
+    /// Thickness at the nodes of a raster.
     Raster(Raster),
-    /// Of features of the outline. Where several lie over a place that of the last one counts.
+    /// Thickness of features of the outline. Where features overlap, the last one counts.
     Features(Vec<OutlineFeature>),
 }
 
-/// A feature of an outline's file, with a thickness of its own.
+/// Feature of an outline file, with its own thickness.
 #[derive(Clone, Debug)]
 pub struct OutlineFeature {
-    /// Its number in the file, from 1.
+    /// Number in the file, from 1.
     pub number: usize,
-    /// Where it lies.
+    /// Outline of the feature.
     pub outline: Outline,
-    /// How thick the layer is there (m).
+    /// Thickness of the layer there (m).
     pub thickness: f64,
 }
 
-/// Two features of unlike thickness that lie over one place.
+/// Overlap of two features of different thickness.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FeatureOverlap {
-    /// Their numbers in the file; the thickness of the second counts.
+    /// Numbers of the features in the file; the thickness of the second counts.
     pub features: [usize; 2],
-    /// Area that they have in common (m²).
+    /// Area in common (m²).
     pub area: f64,
 }
 
-/// What is wrong with a layer, under a key of its shape.
+/// Error in a layer, at a key of its shape.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{key}: {problem}")]
 pub struct LayerError {
-    /// The key.
+    /// Key of the shape.
     pub key: &'static str,
-    /// What is wrong.
+    /// Description of the error.
     pub problem: String,
 }
 
-/// A layer on terrain: what lies between its ground and so much above it, within an outline.
+/// Layer between its ground and a surface at its thickness above, within an outline.
 #[derive(Clone, Debug)]
 pub struct TerrainLayer {
     ground: HeightField,
@@ -73,11 +73,11 @@ pub struct TerrainLayer {
 }
 
 impl TerrainLayer {
-    /// What is around the nodes of a raster of thickness that are above zero, and a node farther so far as there is ground: where a layer
-    /// without an outline of its own lies.
+    /// Outline of a layer without one in the case: the box around the raster nodes with a thickness above zero, extended by one node
+    /// spacing as far as there is ground.
     ///
     /// # Errors
-    /// Where no node is above zero, or one of them lies beyond the ground.
+    /// When no node is above zero, or such a node lies beyond the ground.
     pub fn outline_of_thickness(thickness: &Raster, ground: &Raster) -> Result<Outline, String> {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for (number, _) in thickness.values.iter().enumerate().filter(|(_, depth)| **depth > 0.0) {
@@ -101,11 +101,11 @@ impl TerrainLayer {
         Outline::new(vec![vec![vec![low, [high[0], low[1]], high, [low[0], high[1]]]]])
     }
 
-    /// A layer on the heights of `ground` (m). Places in error messages are counted from `origin` (m).
+    /// Layer on the heights of `ground` (m). Error messages give positions relative to `origin` (m).
     ///
     /// # Errors
-    /// Where the outline reaches beyond the ground or the raster of the thickness, or the ground has no data under it; thickness that is
-    /// negative, or none.
+    /// When the outline extends beyond the ground or the raster of the thickness, or the ground has no data there; when the thickness is
+    /// negative or absent.
     pub fn new(
         ground: Raster,
         outline: Outline,
@@ -114,7 +114,7 @@ impl TerrainLayer {
         origin: [f64; 2],
     ) -> Result<Self, LayerError> {
         if let ThicknessData::Raster(raster) = &mut depths {
-            // No layer, so that one ends between the last node with data and the next one, and has the volume of the raster.
+            // Nodes without data become zero: the layer ends before the next node, with the volume of the raster.
             raster.values.iter_mut().filter(|depth| depth.is_nan()).for_each(|depth| *depth = 0.0);
         }
         let error = |key, problem: String| LayerError { key, problem };
@@ -151,7 +151,7 @@ impl TerrainLayer {
         Ok(layer)
     }
 
-    /// Looks at places all over the layer: how high and low it reaches, its volume, and whether there is data.
+    /// Samples the whole layer: its lowest and highest level, its volume, and whether there is data.
     fn scan(&mut self, places: [usize; 2], origin: [f64; 2]) -> Result<(), LayerError> {
         let mut sum = 0.0;
         let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -193,8 +193,8 @@ impl TerrainLayer {
         Ok(())
     }
 
-    /// Volume (m³): the integral of the vertical thickness over the outline. That of one thickness on areas of their own is exact, that of a
-    /// raster where it is measured vertically, but for what the outline cuts off cells.
+    /// Volume (m³): the integral of the vertical thickness over the outline. It is exact for uniform thickness on separate areas, and,
+    /// apart from cells that the outline cuts, for a raster of vertical thickness.
     fn integrate_volume(&self) -> f64 {
         let ground = self.ground.raster();
         let over = |polygons: &[Polygon], raster: &Raster, depth: &dyn Fn([f64; 2]) -> f64| {
@@ -203,7 +203,7 @@ impl TerrainLayer {
                 None => raster.spacing,
             };
             let (low, high) = self.outline.bounds();
-            // No more cells than places of a layer at most: whole numbers of them are one.
+            // The number of cells is at most that of the sampling positions of a layer; whole numbers of raster cells form one.
             let step = std::array::from_fn(|c| {
                 step[c] * ((high[c] - low[c]) / (MAX_CELLS * step[c])).ceil().max(1.0)
             });
@@ -229,14 +229,14 @@ impl TerrainLayer {
         }
     }
 
-    /// Vertical thickness over the one that is given, at a place of the terrain; `None` where that has no slope.
+    /// Ratio of the vertical to the given thickness at a position of the terrain; `None` where it has no slope.
     fn vertical_per_normal(&self, [x, y]: [f64; 2]) -> Option<f64> {
         let Some(slopes) = &self.slopes else { return Some(1.0) };
         let [a, b] = slopes.sample_at(x, y)?.gradient;
         Some((1.0 + a * a + b * b).sqrt())
     }
 
-    /// Vertical thickness over a place of the terrain, whether in the outline or not (m).
+    /// Vertical thickness at a position of the terrain, in the outline or not (m).
     fn vertical_thickness(&self, x: f64, y: f64) -> Option<f64> {
         let depth = match &self.depths {
             ThicknessData::Uniform(depth) => *depth,
@@ -248,7 +248,7 @@ impl TerrainLayer {
         if depth == 0.0 { Some(0.0) } else { Some(depth * self.vertical_per_normal([x, y])?) }
     }
 
-    /// Vertical thickness over a place in plan (m): zero beyond the outline.
+    /// Vertical thickness at a position in plan (m): zero beyond the outline.
     pub fn thickness(&self, x: f64, y: f64) -> f64 {
         if !self.outline.contains([x, y]) {
             return 0.0;
@@ -256,7 +256,7 @@ impl TerrainLayer {
         self.vertical_thickness(x, y).unwrap_or(0.0)
     }
 
-    /// Features of unlike thickness that lie over one place. Slivers along a border that two were drawn to share do not count.
+    /// Overlaps of features of different thickness. Slivers along a common border are left out.
     pub fn overlaps(&self) -> Vec<FeatureOverlap> {
         let ThicknessData::Features(features) = &self.depths else { return Vec::new() };
         let mut found = Vec::new();
@@ -271,12 +271,12 @@ impl TerrainLayer {
         found
     }
 
-    /// The outline.
+    /// Outline in plan.
     pub fn outline(&self) -> &Outline {
         &self.outline
     }
 
-    /// From where to where it reaches over a place in plan (m).
+    /// Lower and upper end of the layer at a position in plan (m).
     pub(crate) fn vertical_range(&self, x: f64, y: f64) -> Option<[f64; 2]> {
         let thickness = self.thickness(x, y);
         let ground = self.ground.height(x, y).filter(|_| thickness > 0.0)?;
@@ -284,7 +284,7 @@ impl TerrainLayer {
     }
 }
 
-/// A layer once its files are read. Two are the same whatever they hold: what the case says of them stands beside.
+/// Layer after its files are read. Any two compare equal: the shape's own parameters identify them.
 #[derive(Clone, Debug, Default)]
 pub struct PlacedLayer(Option<Arc<TerrainLayer>>);
 
@@ -301,7 +301,7 @@ impl From<TerrainLayer> for PlacedLayer {
 }
 
 impl PlacedLayer {
-    /// The layer; `None` before its files are read.
+    /// Layer; `None` before its files are read.
     pub fn layer(&self) -> Option<&TerrainLayer> {
         self.0.as_deref()
     }
@@ -316,7 +316,7 @@ impl PlacedLayer {
         self.layer().map_or_else(|| (vec![f64::INFINITY; 3], vec![f64::NEG_INFINITY; 3]), of)
     }
 
-    /// Along the vertical exact; along the others where it is looked at.
+    /// Crossings along an axis: exact along the vertical, else at the sampling positions.
     pub(crate) fn crossings(&self, point: &[f64], axis: usize) -> Vec<f64> {
         let Some(layer) = self.layer() else { return Vec::new() };
         if axis == 2 {
@@ -383,7 +383,7 @@ mod tests {
         );
         let exact = (0.5 * (8.57f64.powi(2) - 1.03f64.powi(2))).powi(2);
         assert!((volume(cut.unwrap()) / exact - 1.0).abs() < 1e-12);
-        // By chords of its own, as of any shape.
+        // A union is integrated by chords, like any shape.
         let chords = Shape::Union {
             shapes: vec![shape(layer(ThicknessData::Uniform(1.5), ThicknessDirection::Normal))],
         };
@@ -406,7 +406,7 @@ mod tests {
             )
             .unwrap()
         };
-        // 3 m on 100 m² within 1 m on 400 m²; the places at which it is looked at divide both evenly.
+        // 3 m on 100 m² within 1 m on 400 m²; the sampling positions divide both evenly.
         let within = laid(vec![feature(1, 5.0, 25.0, 1.0), feature(4, 10.0, 20.0, 3.0)]);
         assert!((within.volume - 600.0).abs() < 1e-9, "{}", within.volume);
         assert_eq!((within.thickness(15.0, 15.0), within.thickness(6.0, 15.0)), (3.0, 1.0));
@@ -414,10 +414,10 @@ mod tests {
         assert!(overlap.features == [1, 4] && (overlap.area - 100.0).abs() < 1e-9, "{overlap:?}");
         let hidden = laid(vec![feature(1, 10.0, 20.0, 3.0), feature(2, 5.0, 25.0, 1.0)]);
         assert!((hidden.volume - 400.0).abs() < 1e-9 && hidden.overlaps().len() == 1);
-        // Far apart, of unlike size and thickness, at places that no lattice divides evenly.
+        // Far apart, of different size and thickness, at positions that no lattice divides evenly.
         let apart = laid(vec![feature(1, 1.3, 2.4, 10.0), feature(2, 11.7, 28.9, 1.0)]);
         assert!((apart.volume - (10.0 * 1.1 * 1.1 + 17.2 * 17.2)).abs() < 1e-9, "{}", apart.volume);
-        // One thickness for both is no question, nor is a border drawn twice.
+        // Features of equal thickness are no conflict, nor is a border drawn twice.
         assert_eq!(laid(vec![feature(1, 5.0, 25.0, 2.0), feature(2, 10.0, 20.0, 2.0)]).overlaps(), []);
         assert_eq!(laid(vec![feature(1, 5.0, 15.001, 1.0), feature(2, 15.0, 25.0, 2.0)]).overlaps(), []);
     }
@@ -466,7 +466,7 @@ mod tests {
         {
             assert!((layer.thickness(x, y) - depth).abs() < 1e-12, "{x} {y}");
         }
-        // Places are looked at in the middles of cells of 0.3125 m.
+        // Sampling positions are the centres of cells of 0.3125 m.
         assert!((layer.volume / sum - 1.0).abs() < 2e-3, "{} {sum}", layer.volume);
     }
 

@@ -1,4 +1,4 @@
-//! From a case to the walls of a stage.
+//! Construction of the walls of a stage from a case.
 
 use colluvium_case::description::{Axis, ObstacleWall, Wall};
 use colluvium_case::{Case, CaseError};
@@ -9,10 +9,10 @@ use crate::boundary::image_particle::PeriodicAxis;
 use crate::config::{RoughWall, SmoothWall, SphOptions};
 use crate::context::leading_components;
 
-/// Walls of more particles than this are refused, as bodies are: they would not fit in memory.
+/// Largest number of wall particles; more would not fit in memory and are refused, as for bodies.
 const MAX_WALL_PARTICLES: f64 = (1u64 << 28) as f64;
 
-/// Whether a wall is made of mirror images, not of particles.
+/// Whether a wall consists of mirror images instead of particles.
 pub fn is_mirror(wall: &Wall, options: &SphOptions) -> bool {
     match wall {
         Wall::Smooth => options.smooth_wall == SmoothWall::Mirror,
@@ -21,13 +21,13 @@ pub fn is_mirror(wall: &Wall, options: &SphOptions) -> bool {
     }
 }
 
-/// The box that walls of particles cover (m), and how deep they are, for a kernel of the radius `reach` (m).
+/// Box that walls of particles cover (m), and their depth, for a kernel of the radius `reach` (m).
 fn extent<const D: usize>(case: &Case, options: &SphOptions, reach: f64) -> (([f64; D], [f64; D]), f64) {
     let growth = if options.is_variable() { options.smoothing_growth } else { 1.0 };
     ((leading_components(&case.domain.min), leading_components(&case.domain.max)), reach * growth)
 }
 
-/// How many particles the walls of all stages have, for a kernel of the radius `reach` (m).
+/// Number of wall particles of all stages, for a kernel of the radius `reach` (m).
 pub fn wall_particle_count<const D: usize>(case: &Case, options: &SphOptions, reach: f64) -> f64 {
     let (span, depth) = extent::<D>(case, options, reach);
     let of_particles = case.boundaries.iter().filter(|boundary| !is_mirror(&boundary.wall, options));
@@ -35,7 +35,7 @@ pub fn wall_particle_count<const D: usize>(case: &Case, options: &SphOptions, re
     of_particles.map(|boundary| sites(boundary.side.axis())).sum()
 }
 
-/// Walls of particles along a large domain would not fit in memory.
+/// Refuses walls of particles that would not fit in memory.
 pub fn check_walls<const D: usize>(case: &Case, options: &SphOptions, reach: f64) -> Result<(), CaseError> {
     let count = wall_particle_count::<D>(case, options, reach);
     if count <= MAX_WALL_PARTICLES {
@@ -47,7 +47,7 @@ pub fn check_walls<const D: usize>(case: &Case, options: &SphOptions, reach: f64
     Err(CaseError::new("domain", problem))
 }
 
-/// The walls of a stage, those of particles for a kernel of the radius `reach` (m).
+/// Returns the walls of a stage, those of particles for a kernel of the radius `reach` (m).
 pub fn flat_walls<const D: usize>(
     case: &Case,
     stage: usize,
@@ -58,7 +58,7 @@ pub fn flat_walls<const D: usize>(
     for (number, boundary) in case.active_boundaries(stage) {
         let contact = match boundary.wall {
             Wall::Smooth => WallContact::FreeSlip,
-            // Absorbing sides are refused.
+            // Absorbing boundaries are refused.
             Wall::Rough | Wall::Absorbing { .. } => WallContact::NoSlip,
             Wall::Frictional { friction_coefficient, .. } => WallContact::Friction(friction_coefficient),
         };

@@ -1,7 +1,7 @@
-//! Friction follows the normal stress with a delay (Prakash & Clifton 1993).
+//! Delayed friction: the normal stress of Coulomb's law with a delay (Prakash & Clifton 1993).
 //!
-//! Coulomb's law without one makes the base of a sliding elastic body swing along the face (Adams 1995; Ranjith & Rice 2001): waves
-//! along it grow, the faster the shorter they are, until the base stops at each swing; what stands bears less than its share.
+//! Without the delay, the base of a sliding elastic body oscillates along the face (Adams 1995; Ranjith & Rice 2001): waves along it grow,
+//! the faster the shorter they are, until the base stops in each oscillation and takes less than its share of the load at rest.
 
 use rayon::prelude::*;
 
@@ -10,17 +10,16 @@ use crate::boundary::walls::Walls;
 use crate::context::SolverContext;
 use crate::points::particles::{Bodies, MIN_PARTICLES_PER_TASK, Particles};
 
-/// Time of the delay, in those that a wave takes over a spacing.
+/// Delay, in times that a wave takes over a spacing.
 const DELAY: f64 = 3.0;
 
-/// What friction counts with where the pressure on the face is `present` and the delayed one `delayed` (Pa): at most twice the present
-/// one.
+/// Pressure of friction (Pa), of the pressure `present` on the face and the delayed one `delayed` (Pa): at most twice the present one.
 fn friction_pressure(delayed: f64, present: f64) -> f64 {
     if delayed > 0.0 && present > 0.0 { delayed.min(2.0 * present) } else { present }
 }
 
-/// The delayed pressure after a `share` of the delay. It grows by what friction has not counted of the present one, so that in the end
-/// it counts all, be it in another contact.
+/// Delayed pressure (Pa) after a `share` of the delay. It grows by the part of the present pressure that friction has not used, so that
+/// friction uses all of it in the end, if need be in another contact.
 fn delayed_pressure(delayed: f64, present: f64, share: f64) -> f64 {
     if delayed == 0.0 {
         present
@@ -30,7 +29,7 @@ fn delayed_pressure(delayed: f64, present: f64, share: f64) -> f64 {
 }
 
 impl<const D: usize> Particles<D> {
-    /// The pressure on a face that friction counts with, where that of particle `i` is `present` (Pa).
+    /// Pressure of friction on a face (Pa), where the pressure of particle `i` is `present` (Pa).
     #[inline]
     pub fn friction_pressure(&self, i: usize, present: f64) -> f64 {
         friction_pressure(self.pressed.get(i).copied().unwrap_or(0.0), present)
@@ -38,7 +37,7 @@ impl<const D: usize> Particles<D> {
 }
 
 impl<const D: usize> Walls<D> {
-    /// Normal of the frictional face that is nearest to particle `i` at `x` (m) within `reach` (m).
+    /// Normal of the frictional face nearest to particle `i` at `x` (m) within `reach` (m).
     fn frictional_normal(&self, i: usize, x: &[f64; D], reach: f64) -> Option<[f64; D]> {
         let is_frictional = |contact: &WallContact| matches!(contact, WallContact::Friction(_));
         let planes = self.planes.faces.iter().filter(|plane| is_frictional(&plane.contact));
@@ -50,7 +49,7 @@ impl<const D: usize> Walls<D> {
         near.min_by(|one, other| one.0.total_cmp(&other.0)).map(|(_, normal)| normal)
     }
 
-    /// The pressures that friction counts with follow those at the end of a step of `dt` (s).
+    /// Updates the delayed pressures by those at the end of a step of `dt` (s).
     pub fn update_delayed_pressures(&self, setting: &SolverContext<D>, bodies: &mut Bodies<D>, dt: f64) {
         let Particles { pressed, position, stress, sound, .. } = &mut bodies.particles;
         let (delay, reach) = (DELAY * setting.options.spacing, setting.smoothing.radius());
@@ -78,8 +77,8 @@ mod tests {
         });
     }
 
-    /// Contacts of half a delay, as long apart. What is held back is that of one contact, however many there are: from the eleventh on
-    /// all counts.
+    /// Contacts of half a delay at intervals of half a delay. The part not yet used by friction is that of one contact, however many there
+    /// are: from the eleventh on all is used.
     #[test]
     fn friction_counts_all_pressure_of_a_body_that_bounces() {
         let (mut delayed, mut counts, mut whole) = (0.0, 0.0, 0.0);

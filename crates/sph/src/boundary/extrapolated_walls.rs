@@ -1,4 +1,4 @@
-//! Stress and velocity of walls that take them from the soil around (sheet: sph §2.13 b).
+//! Walls with stress and velocity extrapolated from the soil (sheet: sph §2.13 b).
 
 use colluvium_constitutive::SymTensor;
 use colluvium_points::NeighbourList;
@@ -13,10 +13,10 @@ use crate::pairs::simd_pairs::set_velocity;
 use crate::points::particles::{Bodies, Particles};
 use crate::points::vector_algebra::{geostatic_stress, separation, with_scaled_shear};
 
-/// Less soil than this around a particle of a wall counts for nothing (sheet: sph §2.13).
+/// Least sum of soil weights around a wall particle for an extrapolation (sheet: sph §2.13).
 const MIN_SOIL_WEIGHT: f64 = 1e-12;
 
-/// The soil around the particles of walls.
+/// Soil particles around the particles of walls.
 struct SoilExtrapolation<'a, const D: usize> {
     setting: &'a SolverContext<D>,
     particles: &'a Particles<D>,
@@ -25,7 +25,7 @@ struct SoilExtrapolation<'a, const D: usize> {
 }
 
 impl<const D: usize> SoilExtrapolation<'_, D> {
-    /// Calls `visit(particle, V W, x_wall - x)` for the soil around particle `wall`, across the ends of periods too;
+    /// Calls `visit(particle, V W, x_wall - x)` for the soil around particle `wall`, periodic images included;
     /// returns the sum of `V W`.
     fn for_each_neighbour(&self, wall: usize, mut visit: impl FnMut(usize, f64, &[f64; D])) -> f64 {
         let (p, walls) = (self.particles, self.walls);
@@ -44,13 +44,13 @@ impl<const D: usize> SoilExtrapolation<'_, D> {
         total
     }
 
-    /// The flat wall that particle `wall` belongs to.
+    /// Flat wall of particle `wall`.
     fn face(&self, wall: usize) -> &FlatWall<D> {
         let planes = &self.walls.planes;
         &planes.faces[planes.face_of[wall - self.walls.first(self.particles.len())] as usize]
     }
 
-    /// Stress of a particle of a wall, under `gravity`.
+    /// Stress of a wall particle under `gravity` (Pa).
     fn stress(&self, wall: usize, gravity: &[f64; D]) -> SymTensor {
         let options = &self.setting.options;
         let size = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
@@ -61,7 +61,7 @@ impl<const D: usize> SoilExtrapolation<'_, D> {
             stress += self.particles.stress[j] * weight;
             if carries {
                 let rise: f64 = (0..D).map(|c| up[c] * apart[c]).sum();
-                // Tension positive: higher places bear less.
+                // Tension positive: compression decreases upwards.
                 let unit_weight = self.particles.density[j] * size;
                 stress += geostatic_stress(unit_weight * rise, options.wall_k0, &up) * weight;
             }
@@ -78,7 +78,7 @@ impl<const D: usize> SoilExtrapolation<'_, D> {
         }
     }
 
-    /// Density, mass and speed of sound: the soil's. Without soil around it a particle of a wall weighs nothing.
+    /// Density, mass and speed of sound of the soil around a wall particle. Without soil its mass is zero.
     fn density_mass_and_sound(&self, wall: usize) -> [f64; 3] {
         let (mut density, mut sound) = (0.0, 0.0);
         let total = self.for_each_neighbour(wall, |j, weight, _| {
@@ -93,7 +93,7 @@ impl<const D: usize> SoilExtrapolation<'_, D> {
         }
     }
 
-    /// The soil's velocity, reversed in the frame of the wall.
+    /// Velocity of the soil (m/s), reversed in the frame of the wall.
     fn velocity(&self, wall: usize) -> [f64; D] {
         let mut velocity = [0.0; D];
         let total = self.for_each_neighbour(wall, |j, weight, _| {
@@ -122,7 +122,7 @@ impl<const D: usize> Walls<D> {
         SoilExtrapolation { setting, particles, walls: self, neighbours }
     }
 
-    /// Stress, weight and velocity of walls that do not answer pairwise.
+    /// Sets stresses, masses and velocities of extrapolated walls.
     pub fn extrapolate_from_soil(
         &self,
         setting: &SolverContext<D>,
@@ -146,7 +146,7 @@ impl<const D: usize> Walls<D> {
         self.extrapolate_velocities(setting, bodies, neighbours);
     }
 
-    /// Densities, masses and speeds of sound of walls that do not answer pairwise.
+    /// Sets densities, masses and speeds of sound of extrapolated walls.
     pub fn extrapolate_densities(
         &self,
         setting: &SolverContext<D>,
@@ -164,7 +164,7 @@ impl<const D: usize> Walls<D> {
         }
     }
 
-    /// Velocities of walls that do not answer pairwise.
+    /// Sets velocities of extrapolated walls.
     pub fn extrapolate_velocities(
         &self,
         setting: &SolverContext<D>,

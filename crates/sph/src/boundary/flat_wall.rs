@@ -1,19 +1,19 @@
-//! Flat walls.
+//! Flat wall.
 
 use crate::config::TimeHistory;
 
-/// What a wall of particles does to the motion along it.
+/// Contact condition of a wall along its face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum WallContact {
-    /// Nothing slips.
+    /// No slip.
     NoSlip,
-    /// Nothing holds.
+    /// Free slip.
     FreeSlip,
-    /// Coulomb friction; nothing holds in tension.
+    /// Coulomb friction with this coefficient; no tension.
     Friction(f64),
 }
 
-/// A half space that material cannot enter.
+/// Flat wall: a half space that material cannot enter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlatWall<const D: usize> {
     /// Index into `Case::boundaries`.
@@ -22,17 +22,17 @@ pub struct FlatWall<const D: usize> {
     pub axis: usize,
     /// Coordinate of the face at time zero (m).
     pub position: f64,
-    /// True where the wall lies above the face.
+    /// Whether the wall lies above the face.
     pub upper: bool,
-    /// Velocity of the wall (m/s) where the factor on it is one; along the normal it carries the face.
+    /// Velocity of the wall (m/s) at a factor of one; its normal component moves the face.
     pub velocity: [f64; D],
-    /// The factor on this velocity over time; one without.
+    /// Factor on this velocity over time; one without.
     pub history: Option<TimeHistory>,
-    /// Its mean over the step.
+    /// Mean factor over the step.
     pub factor: f64,
-    /// How far the face has moved along its axis since time zero (m).
+    /// Displacement of the face along its axis since time zero (m).
     pub displacement: f64,
-    /// What it does along the face.
+    /// Contact condition along the face.
     pub contact: WallContact,
 }
 
@@ -54,7 +54,7 @@ impl<const D: usize> FlatWall<D> {
         self.position + self.displacement_between(0.0, time)
     }
 
-    /// How far the face moves between two times (m): the integral of its velocity.
+    /// Displacement of the face between two times (m): the integral of its velocity.
     pub(crate) fn displacement_between(&self, start: f64, end: f64) -> f64 {
         let elapsed = self.history.as_ref().map_or(end - start, |history| history.integral(start, end));
         self.velocity[self.axis] * elapsed

@@ -1,25 +1,25 @@
-//! The flat walls of a stage: where they stand, and of which particles they are made.
+//! Flat walls of a stage: their positions and particles.
 
 use crate::boundary::flat_wall::FlatWall;
 use crate::boundary::image_particle::{ImageParticle, PeriodicAxis};
 
-/// The flat walls in force.
+/// Flat walls of the stage.
 #[derive(Clone, Debug, Default)]
 pub struct FlatWalls<const D: usize> {
-    /// Walls that mirror.
+    /// Mirror walls.
     pub mirrors: Vec<FlatWall<D>>,
     /// Walls of particles.
     pub faces: Vec<FlatWall<D>>,
     /// Periodic axes.
     pub periods: Vec<PeriodicAxis>,
-    /// Particles of the walls at time zero (m).
+    /// Positions of the wall particles at time zero (m).
     pub particles: Vec<[f64; D]>,
-    /// The wall each of them belongs to.
+    /// Wall of each particle.
     pub face_of: Vec<u32>,
 }
 
-/// How many particles a wall normal to `axis` has along each axis: layers as deep as `reach` (m), over the box from
-/// `low` to `high` and as far beyond it. As real numbers: a large box may need more than can be counted.
+/// Number of particles along each axis of a wall normal to `axis`: layers as deep as `reach` (m), over the box from
+/// `low` to `high` and as far beyond it. As real numbers, since a large box may exceed the range of integers.
 pub fn particle_counts<const D: usize>(
     axis: usize,
     (low, high): &([f64; D], [f64; D]),
@@ -32,8 +32,8 @@ pub fn particle_counts<const D: usize>(
 }
 
 impl<const D: usize> FlatWalls<D> {
-    /// The walls, those of particles in layers as deep as `reach` (m) over the box from `low` to `high` and as
-    /// far beyond it, which is also what periods of whole spacings make of them. Their [`particle_counts`] must not be too many.
+    /// Returns the walls; those of particles have layers as deep as `reach` (m) over the box from `low` to `high` and as far beyond it,
+    /// which also fits periods of whole spacings. Their [`particle_counts`] must not be too large.
     pub fn new(
         mirrors: Vec<FlatWall<D>>,
         faces: Vec<FlatWall<D>>,
@@ -63,7 +63,7 @@ impl<const D: usize> FlatWalls<D> {
                     rest /= lines[axis].len();
                     lines[axis][k]
                 });
-                // Where two walls meet, the first has the corner.
+                // At the corner of two walls, the first has the particles.
                 if faces[..number].iter().all(|other| other.distance(&site) > 0.0) {
                     particles.push(site);
                     face_of.push(number as u32);
@@ -81,7 +81,7 @@ impl<const D: usize> FlatWalls<D> {
         self.mirrors.iter_mut().chain(&mut self.faces)
     }
 
-    /// Where the first faces stand at `time` (s) that close `axis` below and above (m).
+    /// Positions of the first faces that bound `axis` below and above at `time` (s) (m).
     pub fn ends(&self, axis: usize, time: f64) -> (f64, f64) {
         self.planes().filter(|plane| plane.axis == axis).fold(
             (-f64::INFINITY, f64::INFINITY),
@@ -92,7 +92,7 @@ impl<const D: usize> FlatWalls<D> {
         )
     }
 
-    /// The first wall that `x` is behind the face of at `time` (s) by more than `margin` (m).
+    /// First wall with `x` behind its face at `time` (s) by more than `margin` (m).
     pub fn first_passed(&self, x: &[f64; D], time: f64, margin: f64) -> Option<&FlatWall<D>> {
         self.planes().find(|plane| {
             let (x, face) = (x[plane.axis], plane.face_at(time));
@@ -100,17 +100,17 @@ impl<const D: usize> FlatWalls<D> {
         })
     }
 
-    /// How far a face has moved at most between two times (m).
+    /// Largest displacement of a face between two times (m).
     pub fn max_displacement(&self, start: f64, end: f64) -> f64 {
         self.planes().map(|plane| plane.displacement_between(start, end).abs()).fold(0.0, f64::max)
     }
 
-    /// Faces to where they are at `time` (s).
+    /// Moves the faces to `time` (s).
     pub fn move_to(&mut self, time: f64) {
         self.planes_mut().for_each(|plane| plane.displacement = plane.displacement_between(0.0, time));
     }
 
-    /// Walls whose velocities vary in time get those of the step from `start` to `end` (s); whether there are any.
+    /// Sets the time-dependent wall velocities of the step from `start` to `end` (s); returns whether there are any.
     pub fn update_time_histories(&mut self, start: f64, end: f64) -> bool {
         let mut varies = false;
         for plane in self.planes_mut() {
@@ -121,7 +121,7 @@ impl<const D: usize> FlatWalls<D> {
         varies
     }
 
-    /// Images to where their mirrors are, with the velocities of these.
+    /// Moves the images with their mirrors, position and velocity.
     pub fn move_images(&self, images: &mut [ImageParticle<D>]) {
         if self.mirrors.iter().all(|plane| plane.velocity == [0.0; D]) {
             return;
@@ -136,7 +136,7 @@ impl<const D: usize> FlatWalls<D> {
         }
     }
 
-    /// Where the particles of the walls are.
+    /// Writes the positions of the wall particles.
     pub fn place_particles(&self, slots: &mut [[f64; D]]) {
         for ((slot, base), &face) in slots.iter_mut().zip(&self.particles).zip(&self.face_of) {
             *slot = *base;
@@ -145,7 +145,7 @@ impl<const D: usize> FlatWalls<D> {
         }
     }
 
-    /// Puts positions that left a periodic domain back into it, and what counts displacement as far.
+    /// Wraps positions outside of a periodic domain into it, and the origins of their displacements with them.
     pub fn wrap(&self, positions: &mut [[f64; D]], origins: &mut [[f64; D]]) {
         for PeriodicAxis { axis, low, high } in &self.periods {
             let length = high - low;
@@ -159,7 +159,7 @@ impl<const D: usize> FlatWalls<D> {
         }
     }
 
-    /// Images of the particles within `reach` (m) of mirrors and ends of periods, in the order of the
+    /// Finds the images of the particles within `reach` (m) of mirrors and periodic boundaries, in the order of the
     /// particles; in corners also those along several axes.
     pub fn images(&self, positions: &[[f64; D]], reach: f64, images: &mut Vec<ImageParticle<D>>) {
         images.clear();

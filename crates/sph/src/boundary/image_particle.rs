@@ -1,13 +1,13 @@
-//! Images of particles in mirrors and across the ends of periods.
+//! Image particles in mirrors and across periodic boundaries.
 
 use crate::boundary::flat_wall::{FlatWall, WallContact};
 use crate::points::particles::SquareMatrix;
 
-/// An image of a particle in mirrors and periods: `x' = flip x + shift`, `v' = turn v + lift`, `σ' = B σ B` with
-/// `B = diag bend`.
+/// Image of a particle in mirrors and periods: `x' = flip x + shift`, `v' = velocity_sign v + velocity_shift`, `σ' = B σ B` with
+/// `B = diag stress_sign`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageParticle<const D: usize> {
-    /// The particle.
+    /// Index of the particle.
     pub source: u32,
     /// -1 along the axes that are mirrored.
     pub flip: [f64; D],
@@ -24,13 +24,13 @@ pub struct ImageParticle<const D: usize> {
 }
 
 impl<const D: usize> ImageParticle<D> {
-    /// The velocity gradient of the image of a particle with the gradient `l` (1/s).
+    /// Velocity gradient of the image of a particle with the gradient `l` (1/s).
     #[inline]
     pub fn gradient(&self, l: &SquareMatrix<D>) -> SquareMatrix<D> {
         std::array::from_fn(|a| std::array::from_fn(|b| self.velocity_sign[a] * l[a][b] * self.flip[b]))
     }
 
-    /// The particle itself.
+    /// Identity image of a particle.
     pub(crate) fn of_particle(source: u32) -> Self {
         let (none, same) = ([0.0; D], [1.0; D]);
         Self {
@@ -44,7 +44,7 @@ impl<const D: usize> ImageParticle<D> {
         }
     }
 
-    /// The image in the mirror `plane` of this number.
+    /// Image in the mirror `plane` with this number.
     pub(crate) fn flipped(mut self, number: u32, plane: &FlatWall<D>) -> Self {
         let axis = plane.axis;
         self.across[axis] = Some(number);
@@ -59,7 +59,7 @@ impl<const D: usize> ImageParticle<D> {
         self
     }
 
-    /// What the place and the velocity of its last mirror do to it.
+    /// Sets shift and velocity of the image by the position and velocity of its last mirror.
     pub(crate) fn apply_mirror(&mut self, plane: &FlatWall<D>) {
         let (axis, pace) = (plane.axis, plane.mean_velocity());
         self.shift[axis] = 2.0 * plane.face();
@@ -71,7 +71,7 @@ impl<const D: usize> ImageParticle<D> {
     }
 }
 
-/// An axis along which the domain repeats itself.
+/// Periodic axis of the domain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PeriodicAxis {
     /// The axis.

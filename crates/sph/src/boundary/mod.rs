@@ -1,6 +1,6 @@
 //! Walls along an axis: image particles, mirrored and extrapolated stresses, friction.
 //!
-//! The room reads the case and the particles near a wall (sheet: sph §2.8).
+//! The module reads the case and the particles near a wall (sheet: sph §2.8).
 
 pub(crate) mod build;
 pub(crate) mod delayed_friction;

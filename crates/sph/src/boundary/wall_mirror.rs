@@ -1,4 +1,4 @@
-//! Walls of particles that answer to each particle with what it is itself (sheet: sph §2.13 b–d, f).
+//! Dummy particles of walls with the mirrored state of each particle (sheet: sph §2.13 b–d, f).
 
 use colluvium_constitutive::SymTensor;
 
@@ -9,45 +9,45 @@ use crate::pairs::{MomentumForm, PairContext, PairSums, SOFTENING};
 use crate::points::particles::SquareMatrix;
 use crate::points::vector_algebra::{separation, with_scaled_shear};
 
-/// Most of the particle's own velocity that a wall opposes, `β_max - 1` (Morris et al. 1997).
+/// Largest factor of the particle's own velocity in a mirrored velocity, `β_max - 1` (Morris et al. 1997).
 pub(crate) const MAX_MIRROR_FACTOR: f64 = 0.5;
-/// Reach of the guard, in spacings: particles of the wall start half a spacing behind its face.
+/// Range of the wall repulsion, in spacings: wall particles begin half a spacing behind the face.
 const REPULSION_RANGE: f64 = 0.5;
-/// Closer than this share of its reach the guard grows no further.
+/// Distance over the range below which the wall repulsion does not grow further.
 const REPULSION_CORE: f64 = 0.6;
 
-/// Below this share of `μ σ_n / (ρ c)` slip counts as none: friction stops it within a step or so.
+/// Slip over `μ σ_n / (ρ c)` below which the contact sticks: friction stops such slip within about a step.
 pub(crate) const STICK_RATIO: f64 = 0.25;
 
-/// What a wall opposes to a particle.
+/// Mirrored state of a wall particle for a particle.
 pub(crate) struct MirrorState<const D: usize> {
-    /// Velocity of the wall's particle less the particle's own (m/s).
+    /// Velocity of the wall particle less that of the particle (m/s).
     pub relative: [f64; D],
-    /// Stress of the wall's particle (Pa).
+    /// Stress of the wall particle (Pa).
     pub stress: SymTensor,
-    /// Its artificial stress over density squared.
+    /// Artificial stress of the wall particle over density squared.
     pub repulsion: SymTensor,
-    /// How it rubs beyond its stress; `None` where it does not, or holds.
+    /// Friction of viscous forces in addition to the stress; `None` without friction or in sticking contact.
     pub slip_friction: Option<SlipFriction<D>>,
 }
 
-/// Friction of what slips: viscosity pushes off a wall too, and what it bears rubs as the stress does.
+/// Slip friction of viscous forces: their normal part on a wall causes friction as the stress does.
 pub(crate) struct SlipFriction<const D: usize> {
     /// Unit normal of the wall.
     pub normal: [f64; D],
-    /// Against the slip, of the size of the coefficient of friction.
+    /// Direction against the slip, times the friction coefficient.
     pub direction: [f64; D],
 }
 
 impl<const D: usize> PairSums<'_, D> {
-    /// The answer of the particle `wall` of a wall to `i`; `None` where the material lifts off.
+    /// Mirrored state of the dummy particle `wall` for particle `i`; `None` where the material separates.
     fn mirror_state(&self, i: usize, wall: usize) -> Option<MirrorState<D>> {
         let p = self.particles;
         let number = self.walls.planes.face_of[wall - self.first_wall_particle] as usize;
         let plane = &self.walls.planes.faces[number];
         let (stress, axis) = (p.stress[i], plane.axis);
         let repulsion = self.pair_data().repulsion.get(i).copied().unwrap_or(SymTensor::ZERO);
-        // Towards the wall's own motion.
+        // Velocity relative to the wall.
         let pace = plane.mean_velocity();
         let own: [f64; D] = std::array::from_fn(|c| p.velocity[i][c] - pace[c]);
         let along = |keep: f64| -> [f64; D] {
@@ -110,13 +110,13 @@ impl<const D: usize> PairSums<'_, D> {
         }
     }
 
-    /// Acceleration by the walls that answer.
+    /// Adds the acceleration by the mirrored states of walls.
     pub(crate) fn wall_acceleration(&self, i: usize, row: &[u32], form: MomentumForm, sum: &mut [f64; D]) {
         let near = row.iter().map(|&wall| wall as usize);
         self.mirror_acceleration(i, self.separations(i, near), form, |wall| self.mirror_state(i, wall), sum);
     }
 
-    /// The particles `near`, each with its place less that of `i` (m) and the square of their distance.
+    /// Particles `near`, each with its position relative to that of `i` (m) and the square of their distance.
     #[inline]
     pub(crate) fn separations(
         &self,
@@ -127,7 +127,7 @@ impl<const D: usize> PairSums<'_, D> {
         near.map(move |wall| (wall, separation(&positions[i], &positions[wall])))
     }
 
-    /// Acceleration by what is `near`, which answers.
+    /// Adds the acceleration by the mirrored states of the sites `near`.
     #[inline]
     pub(crate) fn mirror_acceleration<T>(
         &self,
@@ -160,7 +160,7 @@ impl<const D: usize> PairSums<'_, D> {
             let pi = h * closing / (square + SOFTENING * h * h);
             let (linear, quadratic) = (self.options.viscosity_linear, self.options.viscosity_quadratic);
             let viscosity = (linear * sound * pi - quadratic * pi * pi) / density;
-            // Where the gradient is corrected its partner is too.
+            // With a corrected gradient, the adjoint is corrected too.
             let turned = shown.correction.get(i).map_or(apart, |l| product(l, &apart));
             for a in 0..D {
                 let pull: f64 = (0..D).map(|b| pair.at(a, b) * turned[b]).sum();
@@ -174,7 +174,7 @@ impl<const D: usize> PairSums<'_, D> {
         }
     }
 
-    /// What walls that answer add to the velocity gradient, the divergence and the moment.
+    /// Adds the mirrored states of walls to the velocity gradient, the divergence and the moment.
     pub(crate) fn add_wall_gradient(
         &self,
         i: usize,
@@ -185,7 +185,7 @@ impl<const D: usize> PairSums<'_, D> {
         self.add_mirror_gradient(i, self.separations(i, near), |wall| self.mirror_state(i, wall), sums);
     }
 
-    /// What is `near`, and answers, adds to the velocity gradient, the divergence and the moment.
+    /// Adds the mirrored states of the sites `near` to the velocity gradient, the divergence and the moment.
     #[inline]
     pub(crate) fn add_mirror_gradient<T>(
         &self,
@@ -213,13 +213,13 @@ impl<const D: usize> PairSums<'_, D> {
         }
     }
 
-    /// Repulsion off particles of walls that are too close (sheet: sph §2.13 d).
+    /// Adds the repulsion by wall particles that are too close (sheet: sph §2.13 d).
     pub(crate) fn wall_repulsion(&self, i: usize, row: &[u32], sum: &mut [f64; D]) {
         let near = row.iter().map(|&wall| wall as usize);
         self.repulsion_of(i, self.separations(i, near).map(|(_, apart)| apart), sum);
     }
 
-    /// The same off what is `near`.
+    /// Adds the repulsion by the sites `near`.
     pub(crate) fn repulsion_of(
         &self,
         i: usize,
@@ -240,15 +240,15 @@ impl<const D: usize> PairSums<'_, D> {
     }
 }
 
-/// The normal traction on a face (tension positive) and the size of the shear traction (Pa).
+/// Normal traction on a face (tension positive) and magnitude of the shear traction (Pa).
 fn face_tractions<const D: usize>(stress: &SymTensor, plane: &FlatWall<D>) -> (f64, f64) {
     let axis = plane.axis;
     let shear: f64 = (0..D).filter(|&c| c != axis).map(|c| stress.at(axis, c).powi(2)).sum();
     (stress.at(axis, axis), shear.sqrt())
 }
 
-/// The answer to `stress` that makes the shear traction between both, the mean of theirs, `traction(axis)` on a face
-/// normal to `axis`.
+/// Mirrored stress for which the shear traction on a face normal to `axis`, the mean of both stresses, is
+/// `traction(axis)`.
 fn friction_mirror_stress<const D: usize>(
     stress: &SymTensor,
     axis: usize,

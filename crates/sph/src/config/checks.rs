@@ -1,4 +1,4 @@
-//! What the options allow (sheet: sph §7), and what they allow with a word.
+//! Checks of the options (sheet: sph §7), and warnings.
 
 use super::{
     ConfiningPressure, ContinuityEquation, DensityReset, Kernel, LagrangianFormulation, MomentumEquation,
@@ -88,7 +88,7 @@ impl SphOptions {
         Ok(())
     }
 
-    /// Choices that do not go together.
+    /// Checks combinations of the smoothing options.
     fn check_lengths(&self) -> Result<(), (&'static str, String)> {
         let grad_h = self.symmetrisation == Symmetrisation::GradH;
         if self.is_variable() && self.confining.is_some() {
@@ -144,7 +144,7 @@ impl SphOptions {
         Ok(())
     }
 
-    /// Smoothing over spacing beyond which the kernel is known to clump.
+    /// Ratio of smoothing length to spacing above which the kernel is known to clump.
     fn clumping_from(&self) -> Option<f64> {
         match self.kernel {
             Kernel::CubicSpline => Some(2.0),
@@ -153,7 +153,7 @@ impl SphOptions {
         }
     }
 
-    /// What is allowed but worth a word.
+    /// Warnings about permitted options.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         let mut warn = |name: &str, holds: bool, text: &str| {

@@ -1,4 +1,4 @@
-//! The choices that the options leave.
+//! Enumerated options.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -89,7 +89,7 @@ pub enum Tensile {
 }
 
 impl Tensile {
-    /// Exponent of the ratio of kernels; `None` without any repulsion.
+    /// Exponent of the ratio of kernels; `None` without artificial repulsion.
     pub(crate) fn exponent(self) -> Option<f64> {
         match self {
             Self::None => None,
@@ -113,7 +113,7 @@ pub enum Regularisation {
     Mls,
 }
 
-/// What rough walls answer with (sheet: sph §2.13).
+/// Stress and velocity of rough walls (sheet: sph §2.13).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallStress {
@@ -122,7 +122,7 @@ pub enum WallStress {
     Pairwise,
     /// Stress and velocity interpolated from the soil.
     Interpolated,
-    /// The same with the weight between soil and wall.
+    /// Stress and velocity extrapolated from the soil, with the weight between soil and wall.
     Extrapolated,
 }
 
@@ -195,7 +195,7 @@ pub enum DensityReset {
     Mls,
 }
 
-/// What rough walls oppose to the velocity of a particle, for walls that answer pairwise (sheet: sph §2.13).
+/// Velocity of rough walls that mirror the particle state pairwise (sheet: sph §2.13).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallVelocity {
@@ -206,7 +206,7 @@ pub enum WallVelocity {
     Linear,
 }
 
-/// What rough walls are made of (sheet: sph §2.13).
+/// Discretisation of rough walls (sheet: sph §2.13).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RoughWall {
@@ -219,7 +219,7 @@ pub enum RoughWall {
     Mirror,
 }
 
-/// What smooth walls are made of (sheet: sph §2.13).
+/// Discretisation of smooth walls (sheet: sph §2.13).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SmoothWall {

@@ -60,7 +60,7 @@ pub struct SphOptions {
     #[serde(default)]
     pub allow_summation: bool,
     /// Operator of the velocity gradient that the law gets. Without an entry `compatible` where all that moves are liquids, and
-    /// `corotated` elsewhere: next to a surface `compatible` sees a part of a rotation only, and strains a body that turns until it stands.
+    /// `corotated` elsewhere: near a surface `compatible` includes a part of a rotation only, and strains a rotating body until it stops.
     #[serde(default)]
     pub velocity_gradient: VelocityGradientOperator,
     /// Linear artificial viscosity `α`, at least 0; it adds about `α h c/8` to the kinematic viscosity. 0.1 without an entry, and 0 where
@@ -127,7 +127,7 @@ pub struct SphOptions {
     /// Confining pressure of a flexible membrane; none when absent.
     #[serde(default)]
     pub confining: Option<ConfiningPressure>,
-    /// Names of bodies that keep their initial field of velocity for good, times the factor that `held_history` gives; their
+    /// Names of bodies that keep their initial velocity field during the whole run, times the factor that `held_history` gives; their
     /// stress follows their law.
     #[serde(default)]
     pub held: Vec<String>,
@@ -135,9 +135,9 @@ pub struct SphOptions {
     /// are not named keep theirs.
     #[serde(default)]
     pub held_history: BTreeMap<String, TimeHistory>,
-    /// Names of bodies that are `held` along which the others slip freely. To each particle beside it such a body answers
-    /// with the particle's own stress and velocity, mirrored in the plane across the direction in which the particle sees
-    /// it: it pushes and holds along that direction only. It feels nothing itself, and keeps its stress.
+    /// Names of bodies that are `held` along which the others slip freely. For each particle beside it such a body has the particle's own
+    /// stress and velocity, mirrored in the plane normal to the direction from the particle to the body: forces act along that direction
+    /// only. No force acts on the body, and it keeps its stress.
     #[serde(default)]
     pub smooth_bodies: Vec<String>,
     /// Writes how well the sums over neighbours hold: as fields what the plain gradient makes of a constant, times the
@@ -150,16 +150,16 @@ pub struct SphOptions {
     /// has none): its face stands where the integral of the velocity takes it. Those that are not named keep theirs.
     #[serde(default)]
     pub wall_history: BTreeMap<String, TimeHistory>,
-    /// What rough walls answer with.
+    /// Stress and velocity of rough walls.
     #[serde(default)]
     pub wall_stress: WallStress,
-    /// What they oppose to the velocity of a particle, where they answer pairwise.
+    /// Velocity of rough walls that mirror the particle state pairwise.
     #[serde(default)]
     pub wall_velocity: WallVelocity,
-    /// What rough walls are made of.
+    /// Discretisation of rough walls.
     #[serde(default)]
     pub rough_wall: RoughWall,
-    /// What smooth walls are made of. Particles of fluids that pass the face go on as their images in it; others stop the run.
+    /// Discretisation of smooth walls. Fluid particles that pass the face are replaced by their images in it; others stop the run.
     #[serde(default)]
     pub smooth_wall: SmoothWall,
     /// Repulsion of particles closer than half a spacing to a particle of a wall, as a share of the square of the
@@ -188,7 +188,7 @@ pub struct SphOptions {
 }
 
 impl SphOptions {
-    /// Smoothing length (m).
+    /// Smoothing length (m) of the initial spacing.
     pub fn smoothing_length_value(&self) -> f64 {
         self.smoothing * self.spacing
     }
@@ -198,12 +198,12 @@ impl SphOptions {
         self.smoothing_length != SmoothingLength::Constant
     }
 
-    /// How much closer shifting may bring two particles (m).
+    /// Largest approach of two particles by shifting (m).
     pub(crate) fn max_shift_approach(&self) -> f64 {
         if self.shifting > 0.0 { 2.0 * MAX_SHIFT * self.spacing } else { 0.0 }
     }
 
-    /// The operator of the velocity gradient, `compatible` and `corotated` resolved.
+    /// Operator of the velocity gradient, with `compatible` and `corotated` resolved.
     #[inline]
     pub(crate) fn gradient_operator(&self) -> VelocityGradientOperator {
         use VelocityGradientOperator::{Compatible, Corotated, Corrected, DensityDifference, Difference};
@@ -215,34 +215,34 @@ impl SphOptions {
         }
     }
 
-    /// Whether strain is that seen from what turns with a particle; the corrected gradient is exact for rotations as it is.
+    /// Whether strain is that in a frame that rotates with the particle. The corrected gradient is exact for rotations without it.
     #[inline]
     pub(crate) fn is_corotated(&self) -> bool {
         self.velocity_gradient == VelocityGradientOperator::Corotated
             && self.momentum != MomentumEquation::Corrected
     }
 
-    /// Whether some gradient is corrected.
+    /// Whether a gradient is corrected.
     pub(crate) fn has_corrected_gradients(&self) -> bool {
         self.momentum == MomentumEquation::Corrected
             || self.velocity_gradient == VelocityGradientOperator::Corrected
     }
 
-    /// Whether something is averaged by moving least squares.
+    /// Whether an average uses moving least squares.
     pub(crate) fn has_linear_averages(&self) -> bool {
         self.regularisation == Regularisation::Mls || self.density_reset == DensityReset::Mls
     }
 }
 
-/// Of the sheet's reference runs.
+/// Smoothing length over spacing of the sheet's reference runs.
 fn smoothing() -> f64 {
     1.2
 }
-/// Fitted by the source for granular flow, cubic spline and smoothing 1.2.
+/// Artificial viscosity fitted by the source for granular flow, cubic spline and smoothing 1.2.
 fn viscosity() -> f64 {
     0.1
 }
-/// Stops approaches at a tenth of the speed of sound at half a spacing.
+/// Strength that stops approaches at a tenth of the speed of sound at half a spacing.
 fn repulsion() -> f64 {
     0.05
 }
@@ -255,14 +255,14 @@ fn default_regularisation_steps() -> u64 {
 fn default_reset_steps() -> u64 {
     30
 }
-/// sheet: sph §6.19.
+/// Default growth limit of sheet: sph §6.19.
 fn growth() -> f64 {
     1.5
 }
 fn default_wall_k0() -> f64 {
     0.5
 }
-/// sheet: sph §3.4.
+/// Default Courant number of sheet: sph §3.4.
 fn courant() -> f64 {
     0.25
 }

@@ -15,10 +15,10 @@ pub struct TimeHistory {
 }
 
 impl TimeHistory {
-    /// Checks that it is a function of time.
+    /// Checks the history: not empty, as many factors as times, finite values, increasing times.
     ///
     /// # Errors
-    /// What is wrong, as (key, problem).
+    /// The problem, as (key, problem).
     pub fn validate(&self) -> Result<(), (String, String)> {
         if self.times.is_empty() {
             return Err(("times".to_owned(), "is empty: at least one time is needed".to_owned()));
@@ -39,26 +39,26 @@ impl TimeHistory {
         })
     }
 
-    /// The factor at `time` (s).
+    /// Factor at `time` (s).
     pub fn at(&self, time: f64) -> f64 {
         lines::value_at(&self.times, |t| *t, |number| self.factors[number], time).unwrap_or(1.0)
     }
 
-    /// Its mean from `start` to the later time `end` (s): what moves with it in a step ends where it should, however long
-    /// the step is.
+    /// Mean factor from `start` to the later time `end` (s), with which displacements of a step are exact for any
+    /// step length.
     pub fn mean(&self, start: f64, end: f64) -> f64 {
         let (area, last, rest) = self.integral_pieces(start, end);
         if last == start { rest } else { (area + (end - last) * rest) / (end - start) }
     }
 
-    /// The area under it from `start` to the later time `end` (s).
+    /// Integral of the factor from `start` to the later time `end` (s).
     pub fn integral(&self, start: f64, end: f64) -> f64 {
         let (area, last, rest) = self.integral_pieces(start, end);
         area + (end - last) * rest
     }
 
-    /// The area under it from `start` to its last corner before `end`, the time of this corner (`start` without any), and
-    /// its mean from there to `end`.
+    /// Integral of the factor from `start` to its last corner before `end`, the time of this corner (`start` without any), and
+    /// the mean from there to `end`.
     fn integral_pieces(&self, start: f64, end: f64) -> (f64, f64, f64) {
         let (mut area, mut last) = (0.0, (start, self.at(start)));
         let first = self.times.partition_point(|t| *t <= start);

@@ -1,11 +1,11 @@
-//! Loads on the surface of bodies, carried by the particles next to it (sheet: mpm §2.11; `colluvium_case::loads::load_vectors`).
+//! Surface loads of bodies, applied to the particles near the surface (sheet: mpm §2.11; `colluvium_case::loads::load_vectors`).
 //!
-//! The force of a load is that of the case on the area next to a particle, whatever the sums over its neighbours make of the
-//! surface there: resultants are exact, and the load is smeared over the kernel of the outermost particles.
+//! The force of a load is that of the case on the area next to a particle, independent of the kernel sums at the surface:
+//! resultants are exact, and the load is smeared over the kernel of the outermost particles.
 
 use colluvium_case::{Case, CaseError};
 
-/// One load, on the body it is on.
+/// Load on a body.
 #[derive(Clone)]
 pub struct BodyLoad<const D: usize> {
     /// Index into `Case::loads`.
@@ -14,43 +14,43 @@ pub struct BodyLoad<const D: usize> {
     pub body: u32,
     /// Id of the first particle of the body, whose ids follow each other.
     pub first: u32,
-    /// What the particle of each id carries of it.
+    /// Load vector of the particle of each id.
     pub vectors: Vec<[f64; D]>,
 }
 
 impl<const D: usize> BodyLoad<D> {
-    /// Whether it follows its surface: what particles carry of it changes then.
+    /// Whether the load follows its surface, so that the load vectors change.
     pub fn is_follower(&self, case: &Case) -> bool {
         case.loads[self.number].is_follower()
     }
 }
 
-/// A body as loads see it at the start.
+/// Body at the start, for the distribution of loads.
 pub struct LoadedBody<'a, const D: usize> {
     /// Index into `Case::bodies`.
     pub body: u32,
-    /// Whether it is held.
+    /// Whether the body is held.
     pub held: bool,
-    /// Id of its first particle.
+    /// Id of the first particle.
     pub first: u32,
-    /// Positions of its particles (m).
+    /// Positions of the particles (m).
     pub positions: &'a [[f64; D]],
 }
 
-/// The loads of a case.
+/// Loads of a case.
 #[derive(Clone, Default)]
 pub struct BodyLoads<const D: usize> {
-    /// Those that lie on a body.
+    /// Loads on bodies.
     pub all: Vec<BodyLoad<D>>,
-    /// When each load of the case begins (s).
+    /// Start time of each load of the case (s).
     pub starts: Vec<f64>,
 }
 
 impl<const D: usize> BodyLoads<D> {
-    /// The loads of `case` on `bodies` whose particles stand `spacing` (m) apart, as they are at the start.
+    /// Returns the loads of `case` on `bodies` with the particle spacing `spacing` (m), in the initial state.
     ///
     /// # Errors
-    /// When a load lies on a body that is held, or on nothing.
+    /// When a load acts on a held body, or on nothing.
     pub fn new(case: &Case, bodies: &[LoadedBody<'_, D>], spacing: f64) -> Result<Self, CaseError> {
         let mut all = Vec::new();
         for (number, load) in case.loads.iter().enumerate() {
@@ -66,17 +66,17 @@ impl<const D: usize> BodyLoads<D> {
         Ok(Self { all, starts: case.load_starts() })
     }
 
-    /// Begins the loads that begin with a stage, at `start` (s).
+    /// Begins the loads of a stage that begins at `start` (s).
     pub fn begin(&mut self, case: &Case, stage: usize, start: f64) {
         case.begin_loads(&mut self.starts, stage, start);
     }
 
-    /// What a checkpoint keeps: when loads begin, and what particles carry of those that follow their surfaces.
+    /// Checkpoint state: start times of loads, and load vectors of those that follow their surfaces.
     pub fn checkpoint_state(&self) -> (Vec<f64>, Vec<Vec<f64>>) {
         (self.starts.clone(), self.all.iter().map(|on| on.vectors.as_flattened().to_vec()).collect())
     }
 
-    /// Takes what a checkpoint kept; `None` where it does not fit.
+    /// Restores a checkpoint state; `None` where it does not fit.
     pub fn restore_state(&mut self, (starts, carried): &(Vec<f64>, Vec<Vec<f64>>)) -> Option<()> {
         let fits = |(on, saved): (&BodyLoad<D>, &Vec<f64>)| on.vectors.len() * D == saved.len();
         if starts.len() != self.starts.len()

@@ -14,11 +14,11 @@ use crate::pairs::kernel::Smoothing;
 use crate::points::particles::{Bodies, Derivatives, MIN_PARTICLES_PER_TASK};
 use crate::points::vector_algebra::{separation, square};
 
-/// `Σ_{j≠i} V_j W` up to which a particle lies at the surface, in 1, 2 and 3 dimensions (BN 129; on a line that of
+/// Largest `Σ_{j≠i} V_j W` of a surface particle, in 1, 2 and 3 dimensions (BN 129; in 1D by
 /// the sheet's rule: between the first layer and the rest).
 const SURFACE_INDEX: [f64; 3] = [0.35, 0.55, 0.70];
 
-/// `Σ_{j≠i} V_j W` of a particle that has so many layers of a lattice above it.
+/// Sum `Σ_{j≠i} V_j W` of a particle with `above` lattice layers above it.
 fn lattice_index<const D: usize>(smoothing: &Smoothing<D>, spacing: f64, above: i32) -> f64 {
     let reach = (smoothing.radius() / spacing).ceil() as i32;
     let width = 2 * reach + 1;
@@ -30,7 +30,7 @@ fn lattice_index<const D: usize>(smoothing: &Smoothing<D>, spacing: f64, above: 
     spacing.powi(D as i32) * others.map(|x| smoothing.value(apart(x))).sum::<f64>()
 }
 
-/// Says why particles `spacing` (m) apart cannot be told to lie at a surface, where they cannot (sheet: sph §2.13 g, §7).
+/// Reason why surface particles can't be detected at the spacing `spacing` (m), if so (sheet: sph §2.13 g, §7).
 pub(crate) fn surface_detection_problem<const D: usize>(
     smoothing: &Smoothing<D>,
     spacing: f64,
@@ -47,7 +47,7 @@ pub(crate) fn surface_detection_problem<const D: usize>(
 }
 
 impl<const D: usize> PairContext<'_, D> {
-    /// `Σ_{j≠i} V_j W` and the inward direction `Σ V_j ∇W` (1/m) at particle `i`; walls count as what they touch.
+    /// Surface index `Σ_{j≠i} V_j W` and inward direction `Σ V_j ∇W` (1/m) at particle `i`; walls count as the particle beside them.
     fn surface_index_and_normal(&self, i: usize, row: &[u32]) -> (f64, [f64; D]) {
         let p = self.particles;
         let (mut index, mut direction) = (0.0, [0.0; D]);
@@ -65,7 +65,7 @@ impl<const D: usize> PairContext<'_, D> {
     }
 }
 
-/// Whether the confining pressure has its full size.
+/// Whether the confining pressure has its full magnitude.
 pub(crate) fn is_confined<const D: usize>(setting: &SolverContext<D>, clock: &Clock) -> bool {
     setting.options.confining.as_ref().is_none_or(|confining| clock.time >= confining.ramp)
 }
@@ -100,8 +100,8 @@ pub(crate) fn apply_confining_pressure<const D: usize>(
         (*index, *push) = pairs.surface_index_and_normal(i, neighbours.neighbours(i));
     });
     let near = 1.05 * setting.options.spacing;
-    // Also those beside the surface, which carry what is left of its force (sheet's proposal), across the ends of
-    // periods too. In a mirror what is near is itself on this side, and nearer.
+    // Particles beside the surface are included (sheet's proposal), as they take the rest of its force, across periodic boundaries too. For
+    // an image in a mirror the particle itself is on this side, and nearer.
     let acts = |i: usize| {
         let of_surface = |j: usize| crowding[j] <= SURFACE_INDEX[D - 1];
         everywhere
@@ -148,7 +148,7 @@ mod tests {
         }
     }
 
-    /// Layer 1, layer 2 and the interior.
+    /// Indices of layer 1, layer 2 and the interior.
     #[test]
     fn indices_of_layers_are_those_of_the_sheet() {
         fn of_layers<const D: usize>(kernel: Kernel, ratio: f64) -> [f64; 3] {

@@ -1,4 +1,4 @@
-//! The forces of loads on particles, and how loads follow the surface ([`loads`](crate::momentum::body_loads)).
+//! Forces of loads on particles, follower loads and reactions of obstacles ([`loads`](crate::momentum::body_loads)).
 
 use colluvium_case::loads::load_vectors::{cofactor, nanson};
 
@@ -50,8 +50,8 @@ pub fn apply_loads<const D: usize>(
     }
 }
 
-/// What obstacles whose reaction is measured bear of the particles at the sums of a step, the opposite of what they do to these, and
-/// the power of those that move. Row after row, so that it does not depend on threads.
+/// Records the reactions of particles on obstacles with measured reactions at the sums of a step, opposite to the forces on the particles,
+/// and the power of moving obstacles. The sum is serial, so that it does not depend on the number of threads.
 pub fn record_reactions<const D: usize>(
     sums: &PairSums<'_, D>,
     setting: &SolverContext<D>,
@@ -99,8 +99,8 @@ pub fn record_reactions<const D: usize>(
     told.iter().for_each(|one| felt[one.reaction_index as usize].accumulate(one));
 }
 
-/// Stops particles before obstacles at the end of a step of `dt` (s), and finds what obstacles have taken in it: friction by the
-/// acceleration along the nearest face at the last sums of the step and the slip at its end. Whether any was stopped.
+/// Stops particles at obstacles at the end of a step of `dt` (s), and computes the energies taken by obstacles: friction by the
+/// acceleration along the nearest face at the last sums of the step and the slip at its end. Returns whether any was stopped.
 pub fn stop_at_obstacles<const D: usize>(
     setting: &SolverContext<D>,
     bodies: &mut Bodies<D>,
@@ -167,8 +167,8 @@ pub fn stop_at_obstacles<const D: usize>(
     walls.obstacles.limit_penetration(bodies, borne, (end, dt, setting.options.spacing), hits)
 }
 
-/// Lets the loads follow the surfaces over a step of `dt` (s) that has just been made. Over a reference configuration (`total`)
-/// the gradients of the rates are exact for turns; those of the present one lack the neighbours beyond the surface, and are found anew.
+/// Updates the follower loads after a step of `dt` (s). Over a reference configuration (`total`) the velocity gradients are exact for
+/// rotations; those of the present one lack the neighbours beyond the surface, and are recomputed.
 pub fn update_follower_loads<const D: usize>(
     setting: &SolverContext<D>,
     bodies: &mut Bodies<D>,
@@ -180,7 +180,7 @@ pub fn update_follower_loads<const D: usize>(
     let Bodies { particles: p, groups, loads, ghost_particles: guests, .. } = bodies;
     for on in loads.all.iter_mut().filter(|on| on.is_follower(&setting.case)) {
         let Some(group) = groups.iter().find(|group| group.body == on.body) else { continue };
-        // Those of other ranks lack neighbours here, and bring what they carry.
+        // Ghost particles of other ranks lack neighbours here; their load vectors are sent by the owner.
         for i in group.range().filter(|i| !guests.get(*i).is_some_and(|guest| *guest)) {
             let vector = &mut on.vectors[(p.id[i] - on.first) as usize];
             if *vector == [0.0; D] {
@@ -198,7 +198,7 @@ pub fn update_follower_loads<const D: usize>(
     }
 }
 
-/// Velocity gradient at particle `i` (1/s), exact where velocities are linear, from its neighbours in the same body; `None` where they
+/// Velocity gradient at particle `i` (1/s), exact for linear velocities, from its neighbours in the same body; `None` where they
 /// do not span the space.
 fn linear_velocity_gradient<const D: usize>(
     smoothing: &Smoothing<D>,
@@ -210,7 +210,7 @@ fn linear_velocity_gradient<const D: usize>(
     let (mut moments, mut sums) = ([[0.0; D]; D], [[0.0; D]; D]);
     for j in row.iter().map(|&j| j as usize).filter(|j| group.range().contains(j)) {
         let (away, square) = separation(&p.position[i], &p.position[j]);
-        // Any weights do; those of the present densities would not be there in other ranks.
+        // Any weights are valid; present densities would not be available in other ranks.
         let weight = -smoothing.gradient_factor(square.sqrt()) * p.mass[j] / group.density;
         for a in 0..D {
             for b in 0..D {
@@ -221,7 +221,7 @@ fn linear_velocity_gradient<const D: usize>(
     }
     let cofactors = cofactor(&moments);
     let determinant: f64 = (0..D).map(|c| moments[0][c] * cofactors[0][c]).sum();
-    // A full support has moments of one, in whatever direction.
+    // With a full support the moment is the unit matrix in all directions.
     if !(determinant > 1e-4) {
         return None;
     }

@@ -1,6 +1,6 @@
 //! Accelerations and rates of change: loads, confining pressure, sums of pairs, motion of rigid bodies.
 //!
-//! The room reads stresses and writes accelerations (sheet: sph §2.4).
+//! The module reads stresses and writes accelerations (sheet: sph §2.4).
 
 pub(crate) mod body_loads;
 pub(crate) mod confining_pressure;

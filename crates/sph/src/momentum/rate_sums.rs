@@ -1,4 +1,4 @@
-//! The sums over neighbours that give the rates of the particles (sheet: sph §3.3, steps 4 and 6).
+//! Sums over neighbours for the rates of the particles (sheet: sph §3.3, steps 4 and 6).
 
 use colluvium_constitutive::SymTensor;
 use colluvium_points::BLOCK_POINTS;
@@ -15,7 +15,7 @@ use crate::neighbours::verlet_lists::VerletLists;
 use crate::pairs::{PairContext, PairSums, for_each_particle};
 use crate::points::particles::{Bodies, Derivatives};
 
-/// Accelerations, gravity and local damping of the stage included; keeps the weights of the pairs.
+/// Computes the accelerations, gravity and local damping of the stage included; keeps the weights of the pairs.
 pub fn accelerate<const D: usize>(
     setting: &SolverContext<D>,
     clock: &Clock,
@@ -30,8 +30,8 @@ pub fn accelerate<const D: usize>(
     rates.derivatives.acceleration.resize(bodies.particles.len(), [0.0; D]);
     let whole = |pull: [f64; D]| std::array::from_fn(|c| pull[c] + gravity[c]);
     if bodies.any_rigid() {
-        // What particles of a rigid body do to each other moves nothing, but stresses may give it a moment.
-        // The ground bears those that move freely as a whole.
+        // Internal pair forces of a rigid body do not move it, but stresses may give it a moment.
+        // Supports carry a freely moving body as a whole.
         sum_accelerations(walls, lists, rates, |i, row, weights, by_obstacles| {
             let body = bodies.rigid_range(i);
             if let Some(body) = body.as_ref().filter(|_| bodies.moves_freely(setting, clock, i)) {
@@ -56,12 +56,12 @@ pub fn accelerate<const D: usize>(
     apply_confining_pressure(setting, clock, bodies, walls, lists, rates, dt);
     apply_loads(setting, clock, bodies, rates, dt);
     add_hourglass_viscosity(setting, clock, bodies, walls, lists, rates);
-    // Smooth bodies feel nothing.
+    // No forces act on smooth bodies.
     walls.smooth.ranges().for_each(|body| rates.derivatives.acceleration[body].fill([0.0; D]));
     bodies.rigidify_accelerations(setting, clock, rates, &gravity, dt);
 }
 
-/// Acceleration of each particle `of` its neighbours and their weights, with the share of obstacles where there are any.
+/// Sets the acceleration of each particle to `of` its neighbours and weights, with the part by obstacles where there are any.
 #[inline(always)]
 fn sum_accelerations<const D: usize>(
     walls: &Walls<D>,
@@ -88,7 +88,7 @@ fn sum_accelerations<const D: usize>(
     });
 }
 
-/// Viscosity against what the velocity gradients of the step before do not see.
+/// Adds the viscosity against velocity modes that the velocity gradients of the last step do not include.
 fn add_hourglass_viscosity<const D: usize>(
     setting: &SolverContext<D>,
     clock: &Clock,
@@ -109,7 +109,7 @@ fn add_hourglass_viscosity<const D: usize>(
     });
 }
 
-/// Velocity gradients and divergences; step 6. Velocities are the chords of a step of `chord` (s), or zero for those at the positions.
+/// Computes velocity gradients and divergences; step 6. Velocities are chords of a step of `chord` (s), or, for 0, those at the positions.
 pub fn find_rates<const D: usize>(
     setting: &SolverContext<D>,
     bodies: &mut Bodies<D>,
@@ -138,7 +138,7 @@ fn find_gradients<const D: usize>(
     let any_rigid = bodies.any_rigid();
     let diffusion = 2.0 * setting.options.density_diffusion;
     let fluid = |i: usize| bodies.group_of(i).filter(|group| group.fluid);
-    // The gradient and the divergence of a particle stand in two arrays.
+    // Gradient and divergence of a particle are in two arrays.
     let Derivatives { gradient, divergence, .. } = &mut rates.derivatives;
     let both = gradient.par_chunks_mut(BLOCK_POINTS).zip(divergence.par_chunks_mut(BLOCK_POINTS));
     let blocks = both.zip(&mut lists.weights).zip(lists.neighbours.blocks()).enumerate();
@@ -166,7 +166,7 @@ fn find_gradients<const D: usize>(
     lists.weights_current = true;
 }
 
-/// Velocities of XSPH. Bodies that are held or rigid move with none.
+/// Computes the XSPH velocities; zero for held and rigid bodies.
 fn update_xsph_velocity<const D: usize>(
     setting: &SolverContext<D>,
     bodies: &Bodies<D>,
@@ -188,7 +188,7 @@ fn update_xsph_velocity<const D: usize>(
     }
 }
 
-/// Smoothing lengths by their rate.
+/// Computes the rates of the smoothing lengths.
 fn update_smoothing_lengths<const D: usize>(
     setting: &SolverContext<D>,
     bodies: &mut Bodies<D>,
@@ -212,8 +212,8 @@ fn update_smoothing_lengths<const D: usize>(
     }
 }
 
-/// Copies of particles of other ranks do not strain here: they lack neighbours, and come anew before the next step.
-/// Smooth bodies feel nothing.
+/// Sets the rates of ghost particles to zero, since they lack neighbours here and are renewed before the next step,
+/// and those of smooth bodies, on which no forces act.
 fn zero_ghost_rates<const D: usize>(bodies: &Bodies<D>, walls: &Walls<D>, rates: &mut Derivatives<D>) {
     let guests = bodies.ghost_particles.iter().enumerate().filter_map(|(i, guest)| guest.then_some(i));
     for i in guests.chain(walls.smooth.ranges().flatten()) {
@@ -222,7 +222,7 @@ fn zero_ghost_rates<const D: usize>(bodies: &Bodies<D>, walls: &Walls<D>, rates:
     }
 }
 
-/// Diffusion of stress over the step (sheet: sph §2.10); the law takes it back to yield.
+/// Diffuses the stress over the step (sheet: sph §2.10); the law returns it to yield.
 pub fn diffuse_stress<const D: usize>(
     setting: &SolverContext<D>,
     clock: &Clock,

@@ -1,8 +1,8 @@
-//! Rigid bodies, whose particles keep their places to each other (sheet: sph §2.14, (133), (134), (137)).
+//! Rigid bodies, whose particles keep their relative positions (sheet: sph §2.14, (133), (134), (137)).
 //!
-//! Their particles act on those of other bodies as particles of their material do, density and stress included. Of the
-//! accelerations that come back only what moves the body as a whole is kept, the force and the moment about the centre of
-//! mass, so that pairs give and take the same and momentum is that before. A prescribed component has none.
+//! Their particles act on those of other bodies as particles of their material do, density and stress included. Of the reactions only the
+//! resultant force and the moment about the centre of mass are used, so that pair forces are antisymmetric and momentum is conserved. A
+//! prescribed component has no acceleration.
 
 use std::ops::Range;
 
@@ -21,11 +21,11 @@ use crate::pairs::simd_pairs::set_velocity;
 use crate::points::particles::{Bodies, ParticleGroup, SquareMatrix};
 use crate::points::rigid_body::{RigidBody, RigidForces};
 
-/// Energy (kinetic, of the change of motion) that the ground and the forces make together in a step over that of the forces alone, above
-/// which it is a blow.
+/// Ratio of the kinetic energy of the velocity change in a step by supports and forces to that by the forces alone, above which the step is
+/// an impact.
 const IMPACT_ENERGY_RATIO: f64 = 9.0;
 
-/// Gives particles the accelerations of a body (m/s²) with these rates of its velocity and spin (m/s², rad/s²).
+/// Sets the accelerations of particles (m/s²) to those of a rigid body with these rates of velocity and spin (m/s², rad/s²).
 fn accelerate<const D: usize>(
     positions: &[[f64; D]],
     mass: &RigidMass,
@@ -39,12 +39,12 @@ fn accelerate<const D: usize>(
 }
 
 impl<const D: usize> Bodies<D> {
-    /// Whether any is rigid.
+    /// Whether any body is rigid.
     pub fn any_rigid(&self) -> bool {
         self.groups.iter().any(|group| group.rigid.is_some())
     }
 
-    /// The particles of the rigid body that particle `i` belongs to.
+    /// Particle range of the rigid body of particle `i`.
     pub fn rigid_range(&self, i: usize) -> Option<Range<usize>> {
         self.group_of(i).filter(|group| group.rigid.is_some()).map(ParticleGroup::range)
     }
@@ -56,16 +56,16 @@ impl<const D: usize> Bodies<D> {
         setting.case.stages[clock.stage].motion_of(name).is_some_and(PrescribedMotion::is_free)
     }
 
-    /// Velocity gradient of the turn of the rigid body that particle `i` belongs to (1/s), and whether the ground strains it; `None`
-    /// without a turn of one that the ground strains.
+    /// Velocity gradient of the rotation of the rigid body of particle `i` (1/s), and whether walls and obstacles strain it; `None` where
+    /// it is zero and they do.
     pub fn rotation_of(&self, i: usize) -> Option<(SquareMatrix<D>, bool)> {
         let RigidBody { rotation_gradient: about, moves_freely: loose, .. } = self.group_of(i)?.rigid?;
         let turn = std::array::from_fn(|a| std::array::from_fn(|b| about[a][b]));
         (loose || turn != [[0.0; D]; D]).then_some((turn, !loose))
     }
 
-    /// Finds what acts on rigid bodies in a step of `dt` (s), with the forces of the stage, makes the accelerations of their particles
-    /// those of a body, and keeps what is neither the weight under `gravity` (m/s²) nor a load: the force of the others.
+    /// Computes the forces on rigid bodies in a step of `dt` (s), with those of the stage, replaces the accelerations of their particles by
+    /// the rigid ones, and stores the force other than the weight under `gravity` (m/s²) and loads: that of the other bodies.
     pub fn rigidify_accelerations(
         &self,
         setting: &SolverContext<D>,
@@ -99,7 +99,7 @@ impl<const D: usize> Bodies<D> {
             let body = group.body as usize;
             rates.reactions.resize(rates.reactions.len().max(body + 1), ReactionSum::default());
             rates.reactions[body].force = std::array::from_fn(|c| force[c] - weight[c] - pushed[c]);
-            // Velocities are those in the middle of the step.
+            // Velocities are at the middle of the step.
             let elapsed = clock.time + 0.5 * dt - clock.stage_start;
             let motion = setting.case.stages[clock.stage].motion_of(&setting.case.bodies[body].name);
             let acts = motion.map_or(RigidBodyActions::REST, |motion| {
@@ -111,8 +111,8 @@ impl<const D: usize> Bodies<D> {
         }
     }
 
-    /// Gives rigid bodies the motion that forces over the time `step` (s) and the ground make, and their particles the velocity that takes
-    /// them in `dt` (s) to where they are then: so a turn makes no strain.
+    /// Integrates the motion of rigid bodies by forces over the time `step` (s) and by supports, and gives their particles the velocity
+    /// that takes them in `dt` (s) to their new positions: so a rotation causes no strain.
     pub fn integrate_rigid(
         &mut self,
         setting: &SolverContext<D>,
@@ -144,7 +144,7 @@ impl<const D: usize> Bodies<D> {
                 let alone = body.kinetic_energy_gain();
                 let done = walls.support_rigid_body(&setting.case, (&mut body, dt), points, planks);
                 *unsettled += u64::from(!done);
-                // Half a step ahead a blow is over: there the forces alone count.
+                // Half a step later an impact is over: then the forces alone act.
                 if !planks.is_empty()
                     && step > 0.0
                     && body.kinetic_energy_gain() <= IMPACT_ENERGY_RATIO * alone
@@ -172,7 +172,7 @@ impl<const D: usize> Bodies<D> {
         }
     }
 
-    /// Gives the particles of rigid bodies, which have moved in a step of `dt` (s), the velocities that they have there.
+    /// Rotates the velocities of the particles of rigid bodies to their new positions after a step of `dt` (s).
     pub fn rotate_rigid_velocities(&mut self, dt: f64) {
         let p = &mut self.particles;
         for group in &mut self.groups {

@@ -16,29 +16,29 @@ use crate::points::vector_algebra::square;
 /// 2.4 of 3).
 const SURFACE_TRACE: [f64; 3] = [0.7, 1.5, 2.4];
 
-/// Steps between two shifts at most.
+/// Largest number of steps between two shifts.
 const MAX_STEPS: f64 = 4.0;
-/// Strength times steps between two shifts at most. At a tenth of the speed of sound, the most that a weakly compressible liquid may
-/// flow with, a particle goes about 0.02 smoothing lengths in a step, and a shift of less than two smoothing lengths per length moved
-/// does not overshoot an even spacing.
+/// Largest product of strength and steps between two shifts. At a tenth of the speed of sound, the limit of a weakly compressible liquid, a
+/// particle moves about 0.02 smoothing lengths in a step, and a shift of less than two smoothing lengths per length moved does not
+/// overshoot an even spacing.
 const MAX_STRENGTH: f64 = 40.0;
 
-/// Steps between two shifts of a strength.
+/// Number of steps between two shifts at a strength.
 fn steps_per_shift(strength: f64) -> u64 {
     (MAX_STRENGTH / strength).clamp(1.0, MAX_STEPS) as u64
 }
 
-/// Which particles are at a surface, and how the others are shifted; empty without shifting.
+/// Particles at a surface, and shifts of the others; empty without shifting.
 #[derive(Default)]
 pub struct Shifting<const D: usize> {
     surface: Vec<bool>,
-    /// Squares of the speeds of the bodies' fastest particles (m²/s²), where these count.
+    /// Squares of the largest particle speeds of the bodies (m²/s²), where these are used.
     fastest: Vec<f64>,
     shifts: Vec<Option<Shift<D>>>,
 }
 
 impl<const D: usize> Shifting<D> {
-    /// Moves particles towards even spacing; step 10, of the steps before.
+    /// Shifts particles towards even spacing; step 10, of the previous steps.
     pub fn shift(
         &mut self,
         setting: &SolverContext<D>,
@@ -53,7 +53,7 @@ impl<const D: usize> Shifting<D> {
         }
         walls.load_images(bodies);
         walls.move_images(bodies);
-        // What the step before left there belongs to other lists, or to none after a restart.
+        // Values of the previous step belong to other lists, or are absent after a restart.
         walls.extrapolate_densities(setting, bodies, &lists.neighbours);
         self.find(setting, clock.time - clock.last_shift_time, bodies, walls, lists);
         clock.last_shift_time = clock.time;
@@ -72,7 +72,7 @@ impl<const D: usize> Shifting<D> {
         rates.current = false;
     }
 
-    /// Surfaces and shifts, of particles that moved for `dt` (s).
+    /// Computes surfaces and shifts of particles that moved for `dt` (s).
     fn find(
         &mut self,
         setting: &SolverContext<D>,
@@ -112,7 +112,7 @@ mod tests {
     use crate::setup::rates_only::PrescribedParticle;
     use crate::solver::SphSolver;
 
-    /// Particles go as far as the lists allow before they are shifted as far as they may be.
+    /// Particles move as far as the lists allow before they are shifted by the maximum.
     #[test]
     fn shifted_particles_have_all_their_neighbours_listed() {
         let text = json!({
@@ -134,7 +134,7 @@ mod tests {
         solver.update_lists(true).unwrap();
         let support = solver.setting.smoothing.radius();
         for i in 0..solver.bodies.particles.len() {
-            // Bands go towards each other.
+            // Bands move towards each other.
             let x = &mut solver.bodies.particles.position[i][0];
             let way = if (10.0 * *x).floor() % 2.0 == 0.0 { 1.0 } else { -1.0 };
             *x += 0.049 * way * support;

@@ -1,3 +1,3 @@
-//! Neighbour search: the list of pairs, with a skin, that is made anew when particles have moved.
+//! Neighbour search: Verlet lists with a margin, rebuilt when particles have moved.
 
 pub(crate) mod verlet_lists;

@@ -1,4 +1,4 @@
-//! Lists of neighbours, and what stands in them beside the particles: images and walls (sheet: sph §3.3, step 1).
+//! Verlet lists of neighbours, and the images and walls in them (sheet: sph §3.3, step 1).
 
 use colluvium_case::SolverError;
 use colluvium_points::{CellList, NeighbourList, ScratchBuffers};
@@ -14,30 +14,30 @@ use crate::points::vector_algebra::square;
 
 /// Least number of steps between two sorts by cell.
 const STEPS_PER_SORT: u64 = 100;
-/// Margin of the neighbour lists over the radius of the support: lists last until a particle has moved by
+/// Margin of the neighbour lists over the radius of the support: lists are valid until a particle has moved by
 /// half of it.
 const SKIN: f64 = 0.1;
 
-/// For which places the neighbour list was made.
+/// Positions of the last neighbour list.
 #[derive(Clone, Debug, Default)]
 pub struct ListedPositions<const D: usize> {
-    /// Positions of the particles; empty where there is no list (m).
+    /// Positions of the particles (m); empty without a list.
     pub positions: Vec<[f64; D]>,
-    /// Time, where walls move (s).
+    /// Time of the list, for moving walls (s).
     pub time: f64,
     /// Distance within which neighbours are listed (m).
     pub reach: f64,
 }
 
-/// The pairs: neighbours of each particle, and the weights of these.
+/// Neighbours of each particle, and the weights of the pairs.
 pub struct VerletLists<const D: usize> {
-    /// The neighbours.
+    /// Neighbours of each particle.
     pub neighbours: NeighbourList<D>,
     /// Weights of the pairs, block by block as the neighbours.
     pub weights: Vec<Vec<f64>>,
-    /// Whether the weights are those of the positions.
+    /// Whether the weights are those of the present positions.
     pub weights_current: bool,
-    /// For which places the neighbours are listed.
+    /// Positions of the list.
     pub listed: ListedPositions<D>,
     /// Step of the last sort.
     pub sorted: Option<u64>,
@@ -46,7 +46,7 @@ pub struct VerletLists<const D: usize> {
 }
 
 impl<const D: usize> VerletLists<D> {
-    /// No lists, for the places `listed`, after a sort in step `sorted`.
+    /// Returns empty lists for the positions `listed`, after a sort in step `sorted`.
     pub fn new(listed: ListedPositions<D>, sorted: Option<u64>) -> Self {
         Self {
             neighbours: NeighbourList::new(),
@@ -59,13 +59,13 @@ impl<const D: usize> VerletLists<D> {
         }
     }
 
-    /// The same without lists and places.
+    /// Returns a copy without lists and positions.
     pub fn empty_like(&self) -> Self {
         let listed = ListedPositions { positions: Vec::new(), ..self.listed };
         Self { weights_current: self.weights_current, ..Self::new(listed, self.sorted) }
     }
 
-    /// Step 1: lists where particles have moved too far for the last ones; images and walls in their places.
+    /// Rebuilds the lists where particles have moved too far, and updates images and walls; step 1.
     /// Particles may change their order, and their period, when a step begins, and not within it.
     pub fn refresh(
         &mut self,
@@ -94,7 +94,7 @@ impl<const D: usize> VerletLists<D> {
         self.place_images_and_walls(setting, clock, bodies, walls, support)
     }
 
-    /// Images, walls and what is near of obstacles in their places.
+    /// Updates the positions of images and walls, and the obstacle faces near particles.
     ///
     /// # Errors
     /// When a particle lies deep in an obstacle.
@@ -140,7 +140,7 @@ impl<const D: usize> VerletLists<D> {
         self.sorted.is_none_or(|step| clock.step >= step + STEPS_PER_SORT)
     }
 
-    /// Lists are to be made for the places where the particles are now, with a margin over the radius `support` (m).
+    /// Sets the positions of the next lists to the present ones, with a margin over the radius `support` (m).
     pub fn set_list_positions(
         &mut self,
         setting: &SolverContext<D>,
@@ -155,7 +155,7 @@ impl<const D: usize> VerletLists<D> {
             (clock.time, support * (1.0 + SKIN) + setting.options.max_shift_approach());
     }
 
-    /// How much closer two particles may be than when they were listed, shifted before the step as they may be (m).
+    /// Largest approach of two particles since they were listed, with the shift before the step (m).
     pub fn max_approach(
         &self,
         setting: &SolverContext<D>,
@@ -177,7 +177,7 @@ impl<const D: usize> VerletLists<D> {
         2.0 * farthest + wall + setting.options.max_shift_approach()
     }
 
-    /// Images and neighbours of the listed positions.
+    /// Builds images and neighbour lists at the listed positions.
     pub fn build(
         &mut self,
         setting: &SolverContext<D>,
@@ -187,7 +187,7 @@ impl<const D: usize> VerletLists<D> {
     ) -> Result<(), SolverError> {
         let ListedPositions { positions, time, reach } = &self.listed;
         let pairwise = setting.options.wall_stress == WallStress::Pairwise;
-        // Walls that interpolate go on beyond the ends of periods, and ask the soil still further out.
+        // Extrapolated walls extend beyond periodic boundaries, and use the soil further out.
         let asks = !pairwise && !walls.planes.periods.is_empty();
         walls.find_images(positions, *time, if asks { 2.0 * reach } else { *reach });
         walls.obstacles.list_candidates(positions, *reach);
@@ -197,7 +197,7 @@ impl<const D: usize> VerletLists<D> {
         bodies.resize(total);
         let p = &mut bodies.particles;
         p.length[len..].fill(setting.smoothing.length());
-        // After a restart particles are no longer where they were listed.
+        // After a restart particles are not at their listed positions.
         let current = (p.position[..len] != positions[..]).then(|| p.position[..len].to_vec());
         p.position[..len].copy_from_slice(positions);
         walls.place_all(p);
@@ -240,7 +240,7 @@ impl<const D: usize> VerletLists<D> {
                 continue;
             }
             p.reorder_range(range.clone(), order, &mut self.scratch);
-            // Rates of the step before, which one of the schemes predicts from.
+            // Rates of the previous step, used by one of the schemes for prediction.
             rates.derivatives.reorder_range(range, order, &mut self.scratch);
             group.states = group.states.permuted(order);
         }

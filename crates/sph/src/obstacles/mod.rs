@@ -1,6 +1,6 @@
 //! Obstacles: mirror particles behind surfaces, thin obstacles, supports of rigid bodies, penetration limits.
 //!
-//! The room reads particles near a surface and returns stresses, velocities and forces there (sheet: sph §2.8).
+//! The module reads particles near a surface and returns stresses, velocities and forces there (sheet: sph §2.8).
 
 pub(crate) mod obstacle_faces;
 pub(crate) mod obstacle_mirror;

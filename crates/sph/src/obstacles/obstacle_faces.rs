@@ -1,8 +1,8 @@
-//! Obstacles: rigid geometry of any shape, seen by each particle as the half spaces behind the faces near it (sheet: sph §2.13).
+//! Obstacles: rigid geometry of any shape, for each particle the half spaces behind the nearby faces (sheet: sph §2.13).
 //!
-//! Behind a face stand the places at which a wall of particles would be: layers half a spacing behind it and then a spacing
-//! apart, along a lattice through the foot of the particle. Nothing is kept of them: a raster needs no wall particles, and a
-//! face may lean as it likes. Where two faces meet in an inner corner the nearer one has what lies behind both.
+//! Behind a face there are the dummy sites of a wall of particles: layers half a spacing behind it and then a spacing apart, along a
+//! lattice through the foot point of the particle. They are not stored: a raster needs no wall particles, and a face may have any slope. At
+//! an inner corner of two faces the nearer one has the sites behind both.
 
 use std::sync::Arc;
 
@@ -17,38 +17,38 @@ use crate::boundary::flat_wall::WallContact;
 use crate::context::leading_components;
 use crate::points::vector_algebra::dot;
 
-/// A face of an obstacle near a particle: the plane that touches the obstacle there.
+/// Face of an obstacle near a particle: the tangent plane of the obstacle there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObstacleFace<const D: usize> {
     /// Unit normal out of the solid.
     pub normal: [f64; D],
-    /// Distance of the particle from it, zero where the particle lies deeper (m).
+    /// Distance of the particle from the face (m), zero where the particle lies deeper.
     pub distance: f64,
-    /// What it does along itself.
+    /// Contact condition along the face.
     pub contact: WallContact,
-    /// Shear stress that it bears beside friction where the material is pressed on it (Pa).
+    /// Adhesion (Pa): shear strength beside friction in compression.
     pub adhesion: f64,
-    /// Whether material lifts off.
+    /// Whether material may separate.
     pub allows_separation: bool,
-    /// Number of its obstacle.
+    /// Index of the obstacle.
     pub obstacle: u32,
-    /// Velocity that the obstacle, as a rigid body, has at the particle (m/s).
+    /// Velocity of the obstacle, as a rigid body, at the particle (m/s).
     pub velocity: [f64; D],
 }
 
-/// A place behind a face at which a particle of a wall would stand.
+/// Dummy site of a wall particle behind a face.
 #[derive(Clone, Copy, Debug)]
 pub struct DummySite<'a, const D: usize> {
-    /// The face.
+    /// Face of the site.
     pub face: &'a ObstacleFace<D>,
-    /// How far it lies behind the face (m).
+    /// Depth behind the face (m).
     pub depth: f64,
-    /// Its place less that of the particle (m).
+    /// Position relative to the particle (m).
     pub separation: [f64; D],
 }
 
 impl<const D: usize> ObstacleFace<D> {
-    /// That of obstacle number `obstacle` at its nearest place to a particle at `x` (m).
+    /// Returns the face of obstacle `obstacle` at its nearest position to a particle at `x` (m).
     fn at_nearest(solid: &RigidObstacle<D>, near: &NearestPoint<D>, x: &[f64; D], obstacle: u32) -> Self {
         let law = solid.laws.at(&near.position);
         let contact = match law.wall {
@@ -72,7 +72,7 @@ impl<const D: usize> ObstacleFace<D> {
         }
     }
 
-    /// Directions along the face, one for each axis but one.
+    /// Tangents of the face, one for each axis but one.
     fn tangents(&self) -> [[f64; D]; 2] {
         let n = &self.normal;
         let mut along = [[0.0; D]; 2];
@@ -93,7 +93,7 @@ impl<const D: usize> ObstacleFace<D> {
     }
 }
 
-/// The places behind `faces` within `reach` (m) of the particle, a `spacing` (m) apart, each with its place less that of the
+/// Dummy sites behind `faces` within `reach` (m) of the particle, a `spacing` (m) apart, each with its position relative to the
 /// particle and the square of their distance.
 pub fn dummy_sites<const D: usize>(
     faces: &[ObstacleFace<D>],
@@ -115,7 +115,7 @@ pub fn dummy_sites<const D: usize>(
                 (0..D).for_each(|c| apart[c] += steps * spacing * direction[c]);
             }
             let square = dot(&apart, &apart);
-            // The nearer face has what lies behind both.
+            // The nearer face has the sites behind both.
             let taken =
                 || faces[..number].iter().any(|nearer| dot(&nearer.normal, &apart) < -nearer.distance);
             (square < reach * reach && !taken())
@@ -124,25 +124,25 @@ pub fn dummy_sites<const D: usize>(
     })
 }
 
-/// An obstacle of the case.
+/// Rigid obstacle of the case.
 #[derive(Clone, Debug)]
 pub(crate) struct RigidObstacle<const D: usize> {
     name: String,
     pub(crate) laws: ObstacleLaws,
     surface: Arc<dyn Surface<D>>,
-    /// Its motion; `None` at rest.
+    /// Motion of the obstacle; `None` at rest.
     moving: Option<MovingObstacle<D>>,
-    /// Whether its reaction is measured.
+    /// Whether the reaction is recorded.
     recorded: bool,
 }
 
 impl<const D: usize> RigidObstacle<D> {
-    /// As what rigid bodies stand on.
+    /// Contact surface of the obstacle for rigid bodies.
     pub(crate) fn rigid_contact(&self) -> ObstacleContact<'_, D> {
         ObstacleContact { surface: self.current_surface(), laws: &self.laws, moving: self.moving.as_ref() }
     }
 
-    /// Its surface where it is.
+    /// Surface at its present position.
     pub(crate) fn current_surface(&self) -> &dyn Surface<D> {
         match &self.moving {
             Some(moving) => &moving.placed,
@@ -150,49 +150,49 @@ impl<const D: usize> RigidObstacle<D> {
         }
     }
 
-    /// Velocity of its part at `x` (m/s).
+    /// Velocity of the obstacle at `x` (m/s).
     pub(crate) fn velocity_at(&self, x: &[f64; D]) -> [f64; D] {
         self.moving.as_ref().map_or([0.0; D], |moving| moving.velocity(x))
     }
 }
 
-/// A particle and an obstacle that may meet before the next lists.
+/// Particle and obstacle that may come into contact before the next lists.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ObstacleCandidate<const D: usize> {
-    /// Number of the particle in its block.
+    /// Index of the particle in its block.
     particle: u32,
-    /// Number of the obstacle.
+    /// Index of the obstacle.
     pub(crate) solid: u32,
-    /// Normal of the obstacle at the place nearest to where the particle was listed; zero deep inside.
+    /// Normal of the obstacle at the position nearest to the listed position of the particle; zero deep inside.
     pub(crate) normal: [f64; D],
 }
 
-/// What is near the particles of a block of [`ROWS`].
+/// Faces near the particles of a block of [`ROWS`].
 #[derive(Clone, Debug, Default)]
 struct FaceBlock<const D: usize> {
-    /// Particles that may meet obstacles before the next lists.
+    /// Particles that may come into contact with obstacles before the next lists.
     listed: Vec<ObstacleCandidate<D>>,
-    /// Faces near the particles, one after another.
+    /// Faces near the particles, in the order of particles.
     faces: Vec<ObstacleFace<D>>,
-    /// Where those of each particle end.
+    /// End of the faces of each particle.
     ends: Vec<u32>,
     contacts: ContactQuery<D>,
-    /// The particle that lies deepest in an obstacle, which one, and how deep (m).
+    /// Particle deepest in an obstacle, the obstacle, and the depth (m).
     deepest: Option<(u32, u32, f64)>,
 }
 
-/// The obstacles, and their faces near each particle.
+/// Obstacles, and their faces near each particle.
 #[derive(Clone, Debug, Default)]
 pub struct ObstacleFaces<const D: usize> {
     pub(crate) solids: Vec<RigidObstacle<D>>,
     blocks: Vec<FaceBlock<D>>,
-    /// Room for what a particle touches that is stopped.
+    /// Workspace of the contacts of a stopped particle.
     pub(crate) found: ContactQuery<D>,
 }
 
 impl<const D: usize> ObstacleFaces<D> {
-    /// Those of a case. `bodies` has the places of the particles of each body (m), none of which may lie in an obstacle; `slack` is
-    /// how deep they may lie nevertheless, and `support` how far they look (m).
+    /// Returns the obstacles of a case. `bodies` has the particle positions of each body (m), none of which may lie in an obstacle by more
+    /// than `slack` (m); `support` is the search radius (m).
     ///
     /// # Errors
     /// An obstacle that cannot be built, or one that covers a particle.
@@ -220,12 +220,12 @@ impl<const D: usize> ObstacleFaces<D> {
         Ok(Self { solids: solids.collect(), ..Self::default() })
     }
 
-    /// The same, with nothing found yet.
+    /// Returns a copy of the obstacles without faces.
     pub fn empty_like(&self) -> Self {
         Self { solids: self.solids.clone(), ..Self::default() }
     }
 
-    /// Numbers and names of those whose reaction is measured.
+    /// Indices and names of obstacles with recorded reactions.
     pub fn recorded_obstacles(&self) -> impl Iterator<Item = (usize, &str)> {
         self.solids
             .iter()
@@ -234,7 +234,7 @@ impl<const D: usize> ObstacleFaces<D> {
             .map(|(number, own)| (number, own.name.as_str()))
     }
 
-    /// Numbers of those whose reaction is measured, or that move.
+    /// Indices of obstacles with recorded reactions or motion, and whether the reaction is recorded.
     pub fn recorded_or_moving(&self) -> impl Iterator<Item = (usize, bool)> {
         let watched = |own: &RigidObstacle<D>| own.recorded || own.moving.is_some();
         self.solids
@@ -244,55 +244,55 @@ impl<const D: usize> ObstacleFaces<D> {
             .map(|(number, own)| (number, own.recorded))
     }
 
-    /// Those on their way.
+    /// Moving obstacles.
     pub fn moving(&self) -> impl Iterator<Item = &MovingObstacle<D>> {
         self.solids.iter().filter_map(|own| own.moving.as_ref())
     }
 
-    /// Whether any is on its way.
+    /// Whether any obstacle moves.
     pub fn are_moving(&self) -> bool {
         self.moving().next().is_some()
     }
 
-    /// Brings them to where they are at `time` (s).
+    /// Moves the obstacles to `time` (s).
     pub fn move_to(&mut self, time: f64) {
         self.solids.iter_mut().filter_map(|own| own.moving.as_mut()).for_each(|moving| moving.move_to(time));
     }
 
-    /// Gives them the mean velocities of a step of `dt` (s) that ends at `end` (s).
+    /// Sets the mean velocities of a step of `dt` (s) that ends at `end` (s).
     pub fn set_mean_velocity(&mut self, end: f64, dt: f64) {
         let moving = self.solids.iter_mut().filter_map(|own| own.moving.as_mut());
         moving.for_each(|moving| moving.set_mean_velocity(end, dt));
     }
 
-    /// How far a place of them has moved at most between two times (m).
+    /// Largest displacement of an obstacle between two times (m).
     pub fn max_displacement(&self, start: f64, end: f64) -> f64 {
         self.moving().map(|moving| moving.max_displacement(start, end)).fold(0.0, f64::max)
     }
 
-    /// Velocity of the part of obstacle number `number` at `x` (m/s).
+    /// Velocity of obstacle `number` at `x` (m/s).
     pub fn velocity_at(&self, number: usize, x: &[f64; D]) -> [f64; D] {
         self.solids[number].velocity_at(x)
     }
 
-    /// By how much the velocity of obstacle number `number` differs between two places `apart` (m) (m/s); `None` at rest.
+    /// Velocity difference of obstacle `number` between two positions `apart` (m) (m/s); `None` at rest.
     #[inline]
     pub fn rotational_velocity(&self, number: u32, apart: &[f64; D]) -> Option<[f64; D]> {
         self.solids[number as usize].moving.as_ref().map(|moving| moving.rotational_velocity(apart))
     }
 
-    /// Whether the reaction of obstacle number `number` is measured.
+    /// Whether the reaction of obstacle `number` is recorded.
     pub(crate) fn is_recorded(&self, number: u32) -> bool {
         self.solids[number as usize].recorded
     }
 
-    /// Whether there are none.
+    /// Whether there are no obstacles.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.solids.is_empty()
     }
 
-    /// Lists which particles at `positions` may come within a support of an obstacle while none goes farther than `reach` (m)
+    /// Lists the particles at `positions` that may come within a support of an obstacle while none moves farther than `reach` (m)
     /// allows.
     pub fn list_candidates(&mut self, positions: &[[f64; D]], reach: f64) {
         let Self { solids, blocks, .. } = self;
@@ -351,7 +351,7 @@ impl<const D: usize> ObstacleFaces<D> {
         });
     }
 
-    /// The obstacles that particle `i` may meet.
+    /// Obstacles that may come into contact with particle `i`.
     pub(crate) fn candidates(&self, i: usize) -> &[ObstacleCandidate<D>] {
         let Some(block) = self.blocks.get(i / BLOCK_POINTS) else { return &[] };
         let k = (i % BLOCK_POINTS) as u32;
@@ -360,7 +360,7 @@ impl<const D: usize> ObstacleFaces<D> {
         &block.listed[first..first + count]
     }
 
-    /// The first particle that lies deeper than `margin` (m) in an obstacle, with the obstacle's name.
+    /// First particle deeper than `margin` (m) in an obstacle, with the obstacle's name.
     pub fn first_inside(&self, margin: f64) -> Option<(usize, &str)> {
         self.blocks.iter().enumerate().find_map(|(number, block)| {
             let (k, solid, _) = block.deepest.filter(|(.., depth)| *depth > margin)?;
@@ -368,7 +368,7 @@ impl<const D: usize> ObstacleFaces<D> {
         })
     }
 
-    /// The faces near particle `i`, of each obstacle the nearest first.
+    /// Faces near particle `i`, of each obstacle the nearest first.
     #[inline]
     pub fn faces(&self, i: usize) -> &[ObstacleFace<D>] {
         let Some(block) = self.blocks.get(i / BLOCK_POINTS) else { return &[] };
@@ -399,7 +399,7 @@ mod tests {
     fn places_behind_a_face_are_those_of_a_wall_of_particles_turned_with_it() {
         let flat: Vec<_> =
             dummy_sites(&[face([0.0, 1.0], 0.05)], 0.1, 0.25).map(|(_, (apart, _))| apart).collect();
-        // Layers 0.1 and 0.2 below the particle: five places within 0.25 m in the first, three in the second.
+        // Layers 0.1 and 0.2 below the particle: five sites within 0.25 m in the first, three in the second.
         assert_eq!(flat.len(), 8);
         assert!(flat.iter().all(|apart| apart[1] < -0.09 && apart[0].hypot(apart[1]) < 0.25));
         let (sin, cos) = 0.5f64.sin_cos();
@@ -414,7 +414,7 @@ mod tests {
             let depth = -(0.6 * apart[1] + 0.8 * apart[2]) - 0.05;
             assert!((depth - site.depth).abs() < 1e-15 && (square.sqrt() - 0.15) < 0.0);
         });
-        // The foot and its four neighbours at √(0.1² + 0.1²) = 0.141.
+        // The foot point and its four neighbours at √(0.1² + 0.1²) = 0.141.
         assert_eq!(space.count(), 5);
     }
 

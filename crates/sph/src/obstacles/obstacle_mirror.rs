@@ -1,4 +1,4 @@
-//! Obstacles answer to each particle as walls of particles do, along any normal (sheet: sph §2.13 b–d, f).
+//! Mirrored states of obstacles for each particle, along any normal (sheet: sph §2.13 b–d, f).
 
 use colluvium_constitutive::SymTensor;
 
@@ -11,7 +11,7 @@ use crate::pairs::{MomentumForm, PairSums};
 use crate::points::particles::SquareMatrix;
 use crate::points::vector_algebra::dot;
 
-/// The stress whose mean with `stress` has the shear traction `wanted`, in place of `own`, on faces of the normal `n`.
+/// Stress whose mean with `stress` has the shear traction `wanted` instead of `own` on faces with the normal `n`.
 fn with_shear_traction<const D: usize>(
     stress: &SymTensor,
     n: &[f64; D],
@@ -34,7 +34,7 @@ fn with_shear_traction<const D: usize>(
     ])
 }
 
-/// Traction of a stress on faces of the normal `n`: across (tension positive), and the vector along (Pa).
+/// Normal traction (tension positive) and shear traction vector of a stress on faces with the normal `n` (Pa).
 fn face_tractions<const D: usize>(stress: &SymTensor, n: &[f64; D]) -> (f64, [f64; D]) {
     let whole: [f64; D] = std::array::from_fn(|a| (0..D).map(|b| stress.at(a, b) * n[b]).sum());
     let across = dot(&whole, n);
@@ -42,8 +42,8 @@ fn face_tractions<const D: usize>(stress: &SymTensor, n: &[f64; D]) -> (f64, [f6
 }
 
 impl<const D: usize> PairSums<'_, D> {
-    /// What the place `site` behind a face answers to particle `i`; `None` where the material lifts off. An obstacle that moves
-    /// answers as one at rest does, seen from it; between the two places its velocity differs by its rotation.
+    /// Mirrored state of the dummy site `site` for particle `i`; `None` where the material separates. For a moving obstacle the state is
+    /// that in its frame; between the two positions its velocity differs by its rotation.
     fn obstacle_mirror_state(&self, i: usize, site: &DummySite<'_, D>) -> Option<MirrorState<D>> {
         let mut answer = self.obstacle_mirror_state_relative(i, site)?;
         if let Some(turning) = self.walls.obstacles.rotational_velocity(site.face.obstacle, &site.separation)
@@ -53,7 +53,7 @@ impl<const D: usize> PairSums<'_, D> {
         Some(answer)
     }
 
-    /// The same with velocities as they are seen from the obstacle.
+    /// Mirrored state with velocities relative to the obstacle.
     fn obstacle_mirror_state_relative(&self, i: usize, site: &DummySite<'_, D>) -> Option<MirrorState<D>> {
         let p = self.particles;
         let ObstacleFace {
@@ -127,13 +127,13 @@ impl<const D: usize> PairSums<'_, D> {
         }
     }
 
-    /// Places behind the faces near particle `i`.
+    /// Dummy sites behind the faces near particle `i`.
     fn dummy_sites(&self, i: usize) -> impl Iterator<Item = (DummySite<'_, D>, ([f64; D], f64))> {
         let reach = self.kernel_of(self.particles.length[i]).radius();
         dummy_sites(self.walls.obstacles.faces(i), self.options.spacing, reach)
     }
 
-    /// Acceleration by the obstacles. Not inlined, for the sums without them.
+    /// Adds the acceleration by the obstacles. Not inlined, for the speed of sums without obstacles.
     #[inline(never)]
     pub(crate) fn obstacle_acceleration(&self, i: usize, form: MomentumForm, sum: &mut [f64; D]) {
         self.mirror_acceleration(
@@ -148,7 +148,7 @@ impl<const D: usize> PairSums<'_, D> {
         }
     }
 
-    /// What of that obstacle number `obstacle` does.
+    /// Acceleration by obstacle `obstacle` (m/s²).
     pub(crate) fn acceleration_by_obstacle(&self, i: usize, obstacle: u32) -> [f64; D] {
         let own = || self.dummy_sites(i).filter(|(site, _)| site.face.obstacle == obstacle);
         let mut sum = [0.0; D];
@@ -165,7 +165,7 @@ impl<const D: usize> PairSums<'_, D> {
         sum
     }
 
-    /// What obstacles add to the velocity gradient, the divergence and the moment.
+    /// Adds the mirrored states of obstacles to the velocity gradient, the divergence and the moment.
     #[inline(never)]
     pub(crate) fn add_obstacle_gradient(
         &self,
@@ -193,7 +193,7 @@ mod tests {
         for c in 0..3 {
             assert!((along[c] - wanted[c]).abs() < 1e-12);
         }
-        // Without any shear it is the mirrored stress.
+        // Without shear it is the mirrored stress.
         let smooth = with_shear_traction(&stress, &n, &shear, &[0.0; 3]);
         assert!((smooth - reflected_stress(&stress, &n)).norm() < 1e-12);
     }

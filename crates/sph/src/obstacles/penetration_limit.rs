@@ -1,7 +1,7 @@
-//! No particle gets into an obstacle: one that its stress has not pushed off is stopped before the surface.
+//! Penetration limit of obstacles: a particle that its stress has not repelled is stopped before the surface.
 //!
-//! A particle of thin and fast flow has no stress to answer with. It is stopped as by an inelastic hit, with friction by Coulomb's
-//! law: the step is as if it had been made with the velocity that keeps the particle before the surface.
+//! A particle of thin and fast flow has no stress to mirror. It is stopped as in an inelastic impact, with Coulomb friction: the step is
+//! that with the velocity that keeps the particle before the surface.
 
 use colluvium_points::surface::{ContactQuery, NearestPoint};
 use serde::{Deserialize, Serialize};
@@ -14,25 +14,25 @@ use crate::points::vector_algebra::{dot, square};
 /// Least distance of a particle from an obstacle (spacings).
 const MIN_DISTANCE: f64 = 0.05;
 
-/// Share of that by which it may be nearer.
+/// Tolerance of that distance, as a share of it.
 const DISTANCE_TOLERANCE: f64 = 1e-3;
 
-/// Places one after another at which a particle is stopped in a step, at most.
+/// Largest number of successive stops of a particle in a step.
 const MAX_STOPS: usize = 4;
 
-/// What obstacles take of the energy of particles (J).
+/// Energies of particles taken by obstacles (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ObstacleEnergies {
-    /// Work of friction.
+    /// Frictional work.
     pub friction: f64,
-    /// Energy of motion into the surface.
+    /// Kinetic energy of the normal velocity, lost in impact.
     pub normal_loss: f64,
     /// Work of the motion of obstacles on the particles.
     pub work: f64,
 }
 
 impl ObstacleEnergies {
-    /// Adds what another one has taken.
+    /// Adds the energies of another obstacle or step.
     pub fn add(&mut self, other: &Self) {
         self.friction += other.friction;
         self.normal_loss += other.normal_loss;
@@ -41,9 +41,9 @@ impl ObstacleEnergies {
 }
 
 impl<const D: usize> ObstacleFaces<D> {
-    /// Stops particles before the surfaces where these are at the `end` (s) of a step of `dt` (s), and says what that takes from each;
-    /// whether there were any. `spacing` is that of the particles (m); `hits` hears of each hit on an obstacle whose
-    /// reaction is measured which particle and which obstacle it is, where (m), and the impulse on it (N s).
+    /// Stops particles before the surfaces at the `end` (s) of a step of `dt` (s), and adds the energy taken from each; returns whether any
+    /// was stopped. `spacing` is that of the particles (m); `hits` is called for each impact on an obstacle with a recorded reaction:
+    /// particle, obstacle, position (m), and impulse on the obstacle (N s).
     pub fn limit_penetration(
         &mut self,
         bodies: &mut Bodies<D>,
@@ -59,7 +59,7 @@ impl<const D: usize> ObstacleFaces<D> {
         for i in free.flat_map(ParticleGroup::range) {
             let before = self.faces(i).iter().map(|face| face.distance).fold(f64::INFINITY, f64::min);
             let way = 2.0 * dt * square(&p.velocity[i]).sqrt() + come;
-            // Schemes with stages look at predicted places, which may lie within.
+            // Schemes with stages use predicted positions, which may lie within the distance.
             let kept =
                 if before > 0.0 { (MIN_DISTANCE * spacing).min(before) } else { MIN_DISTANCE * spacing };
             if before > kept + way {
@@ -95,8 +95,8 @@ impl<const D: usize> ObstacleFaces<D> {
         any
     }
 
-    /// Turns a particle off what it is nearer to on its `way` than the first of `looks` (m), the second being how deep it may be; whether it
-    /// was. `heard` gets the velocity that is taken off.
+    /// Stops a particle that is nearer to an obstacle on its path `way` than the first of `looks` (m), the second being the largest depth;
+    /// returns whether it was. `heard` is called with the change of velocity.
     fn deflect(
         &self,
         i: usize,
@@ -126,17 +126,17 @@ impl<const D: usize> ObstacleFaces<D> {
     }
 }
 
-/// A particle that is stopped.
+/// Particle that is stopped.
 struct StoppedParticle<const D: usize> {
     x: [f64; D],
     v: [f64; D],
-    /// What it has lost, over its mass (J/kg).
+    /// Energies lost, over the mass (J/kg).
     lost: ObstacleEnergies,
 }
 
 impl<const D: usize> StoppedParticle<D> {
-    /// Takes back `lacks` (m) of its way along the normal of a place of an obstacle with the velocity `course` (m/s), and the velocity
-    /// with which it has gone that.
+    /// Moves the particle by `lacks` (m) along the normal of an obstacle that has the velocity `course` (m/s) there, and corrects its
+    /// velocity accordingly, with friction.
     fn stop(&mut self, normal: &[f64; D], lacks: f64, friction: f64, course: &[f64; D], dt: f64) {
         (0..D).for_each(|c| self.x[c] += lacks * normal[c]);
         let before = self.v;
@@ -146,7 +146,7 @@ impl<const D: usize> StoppedParticle<D> {
         let slip: [f64; D] = std::array::from_fn(|c| seen[c] - closing * normal[c]);
         let speed = dot(&slip, &slip).sqrt();
         let rubs = if friction == 0.0 { 0.0 } else { (friction * (after - closing)).min(speed) };
-        // Nothing to rub, not even with infinite friction.
+        // No frictional impulse without slip, not even with infinite friction.
         let rubs = if after > closing && speed > 0.0 { rubs } else { 0.0 };
         let left = if speed > 0.0 { 1.0 - rubs / speed } else { 1.0 };
         self.lost.normal_loss += 0.5 * (closing * closing - after * after);
@@ -187,7 +187,7 @@ mod tests {
             let lost = 12.5 - 0.5 * dot(&hit.v, &hit.v);
             assert!((lost - hit.lost.friction - hit.lost.normal_loss).abs() < 1e-12, "{friction}");
         }
-        // What leaves is not sped up.
+        // A separating particle is not accelerated.
         let mut hit = StoppedParticle { x: [0.0, 0.0], v: [1.0, 2.0], lost: ObstacleEnergies::default() };
         hit.stop(&normal, 0.1, 0.5, &[0.0; 2], 0.1);
         assert_eq!((hit.v, hit.lost), ([1.0, 2.0], ObstacleEnergies::default()));

@@ -1,4 +1,4 @@
-//! Rigid bodies that move freely stand on walls and obstacles.
+//! Supports of freely moving rigid bodies: walls and obstacles.
 
 use colluvium_case::Case;
 use colluvium_case::rigid::{RigidStep, SupportPoints, WallPlane};
@@ -9,7 +9,7 @@ use crate::boundary::walls::Walls;
 use crate::obstacles::obstacle_faces::RigidObstacle;
 
 impl<const D: usize> FlatWall<D> {
-    /// As what rigid bodies stand on, in a case.
+    /// Plane of the wall as a support of rigid bodies, in a case.
     fn wall_plane(&self, case: &Case) -> WallPlane {
         let friction = case.boundaries[self.boundary].wall.friction();
         let off = if self.upper { -1.0 } else { 1.0 };
@@ -24,8 +24,8 @@ impl<const D: usize> FlatWall<D> {
 }
 
 impl<const D: usize> Walls<D> {
-    /// Lets walls and obstacles of a case bear a rigid body in a step of `dt` (s), whose points are squares or cubes of some half width (m) at
-    /// places (m); says whether that has been found to the last digit, and leaves where they do in `planks`.
+    /// Solves the support by walls and obstacles of a rigid body in a step of `dt` (s), with points that are squares or cubes of a half
+    /// width (m) at positions (m); returns whether it converged to the last digit, and leaves the support points in `planks`.
     pub fn support_rigid_body(
         &self,
         case: &Case,

@@ -1,28 +1,28 @@
-//! Bodies that are held and smooth: where their particles stand (sheet: sph §2.13 b–c).
+//! Held smooth bodies: index ranges of their particles (sheet: sph §2.13 b–c).
 
 use std::ops::Range;
 
 use crate::boundary::image_particle::ImageParticle;
 use crate::points::particles::ParticleGroup;
 
-/// Where the particles of a smooth body stand, and their images.
+/// Index ranges of the particles of a smooth body, and of their images.
 #[derive(Clone, Debug)]
 pub struct SmoothBodyRanges {
-    /// Its own.
+    /// Range of the particles of the body.
     pub own: Range<usize>,
-    /// The images of these.
+    /// Range of their images.
     pub images: Range<usize>,
 }
 
-/// The smooth bodies.
+/// Index ranges of all smooth bodies.
 #[derive(Clone, Debug, Default)]
 pub struct SmoothBodies {
-    /// Body by body.
+    /// Ranges, body by body.
     pub ranges_of_bodies: Vec<SmoothBodyRanges>,
 }
 
 impl SmoothBodies {
-    /// Finds them among `len` particles, which are followed by their images in the same order.
+    /// Finds the ranges among `len` particles, which are followed by their images in the same order.
     pub fn find<const D: usize>(
         &mut self,
         groups: &[ParticleGroup],
@@ -36,24 +36,24 @@ impl SmoothBodies {
         }));
     }
 
-    /// Whether there are none.
+    /// Whether there are no smooth bodies.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.ranges_of_bodies.is_empty()
     }
 
-    /// Whether particle `j`, or what it is the image of, belongs to one of them.
+    /// Whether particle `j`, or the source of image `j`, belongs to a smooth body.
     #[inline]
     pub fn contain(&self, j: usize) -> bool {
         self.ranges_of_bodies.iter().any(|place| place.own.contains(&j) || place.images.contains(&j))
     }
 
-    /// Their particles and the images of these.
+    /// Particles of smooth bodies and their images.
     pub fn particles(&self) -> impl Iterator<Item = usize> {
         self.ranges_of_bodies.iter().flat_map(|place| place.own.clone().chain(place.images.clone()))
     }
 
-    /// Their particles without images, body by body.
+    /// Particle ranges without images, body by body.
     pub fn ranges(&self) -> impl Iterator<Item = Range<usize>> {
         self.ranges_of_bodies.iter().map(|place| place.own.clone())
     }

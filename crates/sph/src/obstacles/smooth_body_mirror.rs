@@ -1,10 +1,9 @@
-//! Bodies that are held and smooth: what is beside them slips freely along their surface (sheet: sph §2.13 b–c).
+//! Held smooth bodies: particles beside them slip freely along their surface (sheet: sph §2.13 b–c).
 //!
-//! To a particle `i` each of their particles `a` answers as that of a smooth wall: with the particle's own stress and
-//! velocity mirrored in the plane across the direction `n` of `Σ F x_ia`, in which the particle sees the body. The forces
-//! `(σ + H σ H) Σ F x_ia` with `H = 1 - 2 n ⊗ n` then add up to one along `n`: nothing holds along the surface, whatever
-//! its shape, and turned with everything else it is the same. Their power is that of the stress on what the mirrored
-//! velocities add to the velocity gradient.
+//! For a particle `i` each of their particles `a` is as that of a smooth wall: with the particle's own stress and velocity mirrored in the
+//! plane normal to the direction `n` of `Σ F x_ia`, from the particle to the body. The forces `(σ + H σ H) Σ F x_ia` with `H = 1 - 2 n ⊗ n`
+//! then have a resultant along `n`: no force acts along the surface, whatever its shape, and the result is independent of rotation. Their
+//! power is that of the stress on the contribution of the mirrored velocities to the velocity gradient.
 
 use std::ops::Range;
 
@@ -16,7 +15,7 @@ use crate::pairs::{MomentumForm, PairContext, PairSums};
 use crate::points::particles::SquareMatrix;
 use crate::points::vector_algebra::separation;
 
-/// A smooth body as a particle sees it: the direction into it, and its particles among the neighbours.
+/// Smooth body beside a particle: the direction into it, and its particles among the neighbours.
 struct SmoothBodyFace<'a, const D: usize> {
     normal: [f64; D],
     near: [&'a [u32]; 2],
@@ -28,7 +27,7 @@ impl<const D: usize> SmoothBodyFace<'_, D> {
     }
 }
 
-/// `H σ H` with `H = 1 - 2 n ⊗ n`.
+/// Reflected stress `H σ H` with `H = 1 - 2 n ⊗ n`.
 pub(crate) fn reflected_stress<const D: usize>(stress: &SymTensor, n: &[f64; D]) -> SymTensor {
     let n: [f64; 3] = std::array::from_fn(|c| n.get(c).copied().unwrap_or(0.0));
     let t = stress.apply(n);
@@ -46,7 +45,7 @@ pub(crate) fn reflected_stress<const D: usize>(stress: &SymTensor, n: &[f64; D])
 }
 
 impl<const D: usize> PairContext<'_, D> {
-    /// The smooth bodies that particle `i` touches, itself in none.
+    /// Smooth bodies near particle `i`, except its own.
     fn faces<'r>(&'r self, i: usize, row: &'r [u32]) -> impl Iterator<Item = SmoothBodyFace<'r, D>> {
         let outside = self.walls.smooth.ranges_of_bodies.iter().filter(move |place| !place.own.contains(&i));
         outside.filter_map(move |place| {
@@ -69,7 +68,7 @@ impl<const D: usize> PairContext<'_, D> {
 }
 
 impl<const D: usize> PairSums<'_, D> {
-    /// The answer of particle `a` of a smooth body.
+    /// Mirrored state of particle `a` of a smooth body.
     fn smooth_mirror_state(&self, i: usize, a: usize, normal: &[f64; D]) -> MirrorState<D> {
         let p = self.particles;
         let closing: f64 = (0..D).map(|c| normal[c] * (p.velocity[i][c] - p.velocity[a][c])).sum();
@@ -85,7 +84,7 @@ impl<const D: usize> PairSums<'_, D> {
         }
     }
 
-    /// Acceleration by the smooth bodies. Not inlined, for the sums without them.
+    /// Adds the acceleration by the smooth bodies. Not inlined, for the speed of sums without them.
     #[inline(never)]
     pub(crate) fn smooth_acceleration(&self, i: usize, row: &[u32], form: MomentumForm, sum: &mut [f64; D]) {
         for face in self.faces(i, row) {
@@ -99,7 +98,7 @@ impl<const D: usize> PairSums<'_, D> {
         }
     }
 
-    /// What smooth bodies add to the velocity gradient, the divergence and the moment.
+    /// Adds the mirrored states of smooth bodies to the velocity gradient, the divergence and the moment.
     #[inline(never)]
     pub(crate) fn add_smooth_gradient(
         &self,

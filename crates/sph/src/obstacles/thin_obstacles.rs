@@ -1,33 +1,33 @@
-//! Obstacles that are thinner than the support of a particle: what is on their two sides is no neighbour, and passes from neither to the
-//! other in a step.
+//! Obstacles thinner than the support of a particle: particles on opposite sides are no neighbours, and none passes through
+//! in a step.
 
 use colluvium_points::surface::{ContactQuery, NearestPoint, path_enters_solid, solid_blocks_path};
 
 use crate::boundary::walls::ObstacleFaces;
 use crate::points::vector_algebra::{dot, square};
 
-/// Cosine between the normals on the two sides of what is thin: it leaves the corners of boxes alone.
+/// Largest cosine between the normals of opposite sides of a thin obstacle; it excludes the corners of boxes.
 const MAX_OPPOSITE_COSINE: f64 = -0.5;
 
-/// How deep under a face solid is looked for (spacings).
+/// Depth of the probe for solid below a face (spacings).
 const PROBE_DEPTH: f64 = 1e-4;
 
-/// The way of a particle in a step.
+/// Path of a particle in a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ParticlePath<const D: usize> {
-    /// Where it began (m).
+    /// Initial position (m).
     pub from: [f64; D],
-    /// Where it has come to (m).
+    /// Final position (m).
     pub to: [f64; D],
-    /// The step (s).
+    /// Time step (s).
     pub dt: f64,
     /// Spacing of the particles (m).
     pub spacing: f64,
 }
 
 impl<const D: usize> ObstacleFaces<D> {
-    /// Whether an obstacle stands between particle `i` and another one, which is listed too if it has a number, at these places (m), for a
-    /// `spacing` (m).
+    /// Whether an obstacle lies between particle `i` and another one, which is listed too if it has a number, at these positions (m),
+    /// for a `spacing` (m).
     pub fn separates(
         &self,
         (i, one): (usize, &[f64; D]),
@@ -50,8 +50,8 @@ impl<const D: usize> ObstacleFaces<D> {
         })
     }
 
-    /// Places that a ball of this `radius` (m) around where particle `i` has come to touches, of each obstacle that it may meet; where it
-    /// lies in one, the nearest place of that within `reach` (m). Of an obstacle through which it has come, the place where it has.
+    /// Contacts of a ball of this `radius` (m) around the final position of particle `i` with each candidate obstacle; if the particle lies
+    /// inside, the nearest position of that obstacle within `reach` (m). If it has crossed an obstacle, the crossing point.
     pub(crate) fn contacts_on_path(
         &self,
         i: usize,
@@ -80,7 +80,7 @@ impl<const D: usize> ObstacleFaces<D> {
         }
     }
 
-    /// Where a particle has come through the surface of obstacle number `number` on its way, seen from there; `None` where it has not.
+    /// Crossing point of a particle path with the surface of obstacle `number`, in its frame; `None` without a crossing.
     fn crossing(&self, number: u32, way: &ParticlePath<D>, reach: f64) -> Option<NearestPoint<D>> {
         let solid = &self.solids[number as usize];
         let (surface, course) = (solid.current_surface(), solid.velocity_at(&way.to));

@@ -1,4 +1,4 @@
-//! How well the sums over neighbours hold (Bui & Nguyen 2021, eq. 19; sheet: sph §2.2, pitfalls 9 and 13).
+//! Diagnostics of the sums over neighbours (Bui & Nguyen 2021, eq. 19; sheet: sph §2.2, pitfalls 9 and 13).
 
 use colluvium_case::measure::ScalarOutput;
 use colluvium_case::{Field, FieldData, SolverError, spatial};
@@ -12,17 +12,17 @@ use crate::points::vector_algebra::separation;
 use crate::solver::{SphSolver, update_pair_data};
 use crate::stress::regularisation::BodyNeighbours;
 
-/// Distance (smoothing lengths) within which two particles are in one place: their kernel has no direction.
+/// Distance (smoothing lengths) within which two particles coincide: their kernel has no direction.
 const COINCIDENT: f64 = 1e-12;
 
-/// What is found at a particle.
+/// Diagnostics of a particle.
 #[derive(Clone, Copy, Debug, Default)]
 struct ParticleDiagnostics {
-    /// `h Σ V_j ∇W`.
+    /// Gradient of a constant, `h Σ V_j ∇W`.
     constant: [f64; 3],
-    /// `M = Σ V_j (x_j - x_i) ⊗ ∇W`.
+    /// Gradient of the position, `M = Σ V_j (x_j - x_i) ⊗ ∇W`.
     linear: SymTensor,
-    /// Particles of higher number, or images, in the same place.
+    /// Number of particles of higher index, or images, at the same position.
     coincident: usize,
     /// Whether the corrected gradient falls back to the plain one.
     uncorrected: bool,
@@ -31,10 +31,10 @@ struct ParticleDiagnostics {
 }
 
 impl<const D: usize> SphSolver<D> {
-    /// A solver with the same particles where they are now, with neighbours, images and walls of their own.
+    /// Returns a solver with the same particles at their present positions, with neighbours, images and walls of its own.
     ///
     /// # Errors
-    /// When particles lie too far from one another for a search.
+    /// When particles are too far from one another for a search.
     pub(crate) fn diagnostic_copy(&self) -> Result<Self, SolverError> {
         let mut probe = self.empty_like();
         probe.bodies.particles = self.bodies.particles.clone();
@@ -83,8 +83,8 @@ impl<const D: usize> SphSolver<D> {
         )
     }
 
-    /// What the plain gradient makes of a constant and of the position, of the particles in the given order; none unless
-    /// asked for.
+    /// Fields of the plain gradient of a constant and of the position, for the particles in the given order; none unless
+    /// requested.
     pub(crate) fn diagnostic_fields(&self, order: &[usize]) -> Vec<Field> {
         let Some(findings) = self.particle_diagnostics() else { return Vec::new() };
         let field = |name: &str, data| Field { name: name.to_owned(), unit: "", data };
@@ -96,7 +96,7 @@ impl<const D: usize> SphSolver<D> {
         ]
     }
 
-    /// Numbers of particles in one place and of corrections that fall back; none unless asked for.
+    /// Numbers of coincident particles and of corrections that fall back; none unless requested.
     pub(crate) fn collect_scalar_outputs(&self) -> Vec<ScalarOutput> {
         let mut readings = Vec::new();
         if !self.walls.obstacles.is_empty() {

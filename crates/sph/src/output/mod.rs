@@ -1,6 +1,6 @@
-//! Values that a run writes beside the particles: measures, energy and diagnostics.
+//! Output of a run beside the particles: measures, energy and diagnostics.
 //!
-//! The room reads the solver and changes nothing.
+//! The module reads the solver and changes nothing.
 
 pub(crate) mod diagnostics;
 pub(crate) mod report;

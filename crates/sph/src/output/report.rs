@@ -1,4 +1,4 @@
-//! What the solver tells: snapshot, budget, scales.
+//! Reports of the solver: snapshot, energy budget, equilibrium scales.
 
 use colluvium_case::bodies::law_points::{LawPoints, law_fields};
 use colluvium_case::rigid::RigidState;
@@ -12,7 +12,7 @@ use crate::points::vector_algebra::square;
 use crate::solver::SphSolver;
 
 impl<const D: usize> SphSolver<D> {
-    /// What to compare unbalanced force and kinetic energy with where nothing acts from outside.
+    /// Reference scales of unbalanced force and kinetic energy where no external force acts.
     pub(crate) fn equilibrium_scales(&self) -> EquilibriumScales {
         let (mut scales, p) = (EquilibriumScales::default(), &self.bodies.particles);
         for group in self.bodies.groups.iter().filter(|group| group.held.is_none()) {
@@ -27,7 +27,7 @@ impl<const D: usize> SphSolver<D> {
         scales
     }
 
-    /// Velocities at the time of the positions (m/s).
+    /// Velocity at the time of the positions (m/s).
     fn velocity(&self, i: usize) -> [f64; D] {
         let (v, a, half) = (
             &self.bodies.particles.velocity[i],
@@ -38,7 +38,7 @@ impl<const D: usize> SphSolver<D> {
         std::array::from_fn(|c| (v[c] + half * a[c]) * factor)
     }
 
-    /// What viscous damping leaves of a velocity over the time `half` (s) that it is behind. The leapfrog damps whole
+    /// Factor of viscous damping on a velocity over its time lag `half` (s). The leapfrog damps whole
     /// steps, so that its velocities lack none.
     fn damping_factor(&self, i: usize, half: f64) -> f64 {
         let p = &self.bodies.particles;
@@ -48,14 +48,14 @@ impl<const D: usize> SphSolver<D> {
         }
     }
 
-    /// How far the velocity of a particle is behind its position: half a step, or nothing (s).
+    /// Time lag of the velocity of a particle behind its position: half a step, or zero (s).
     fn velocity_lag(&self, i: usize) -> f64 {
         let held = self.bodies.groups.iter().any(|group| group.held.is_some() && group.range().contains(&i));
         if self.setting.has_half_step_velocities() && !held { 0.5 * self.clock.last_step } else { 0.0 }
     }
 
     /// Angular momentum over mass at the time of the positions (m²/s). The last acceleration belongs to the positions
-    /// a step ago; with the present ones it would have a torque where there is none.
+    /// one step earlier; with the present ones it would have a spurious torque.
     fn specific_angular_momentum(&self, i: usize) -> [f64; 3] {
         let p = &self.bodies.particles;
         let (velocity, half) = (&p.velocity[i], self.velocity_lag(i));
@@ -66,12 +66,12 @@ impl<const D: usize> SphSolver<D> {
         std::array::from_fn(|c| (own[c] + half * pull[c]) * factor)
     }
 
-    /// How a rigid body moves at the time of the positions.
+    /// State of a rigid body at the time of the positions.
     pub(crate) fn rigid_state_at_positions(&self, group: &ParticleGroup) -> Option<RigidState> {
         Some(group.rigid?.extrapolated(0.5 * self.clock.last_step))
     }
 
-    /// Everything on the particles, in the order of ids.
+    /// Snapshot of all particle fields, in the order of ids.
     pub(crate) fn collect_snapshot(&self) -> Snapshot {
         let p = &self.bodies.particles;
         let mut order: Vec<usize> = (0..p.len()).collect();
@@ -118,7 +118,7 @@ impl<const D: usize> SphSolver<D> {
         }
     }
 
-    /// Smoothing lengths that go with the densities, where they follow them (m).
+    /// Smoothing lengths of the present densities, where they depend on them (m).
     fn lengths(&self, order: &[usize]) -> Vec<f64> {
         let p = &self.bodies.particles;
         let mut lengths = p.length[..p.len()].to_vec();
@@ -130,7 +130,7 @@ impl<const D: usize> SphSolver<D> {
         order.iter().map(|&i| lengths[i]).collect()
     }
 
-    /// Whether nothing works on the particles from outside, and their laws tell what they store.
+    /// Whether no external power acts on the particles, and their laws report stored energy.
     pub(crate) fn is_energetically_closed(&self) -> bool {
         let (bodies, p) = (&self.bodies, &self.bodies.particles);
         let open = |group: &ParticleGroup| {
@@ -139,7 +139,7 @@ impl<const D: usize> SphSolver<D> {
         self.setting.case.is_isolated(self.clock.stage) && !bodies.groups.iter().any(open)
     }
 
-    /// Totals over the particles.
+    /// Energy and momentum totals over the particles.
     pub(crate) fn collect_budget(&self) -> Budget {
         let mut budget = Budget::default();
         let p = &self.bodies.particles;

@@ -7,17 +7,17 @@ use crate::config::MomentumEquation;
 use crate::pairs::simd_pairs;
 use crate::pairs::simd_pairs::{Lanes, PackedKinematics, PackedState};
 
-/// What the momentum equation multiplies the stresses of a pair with.
+/// Factors of the pair stresses in the momentum equation.
 #[derive(Clone, Copy)]
 pub struct MomentumForm {
-    /// Of the particle's own stress: -1 in the form of the difference.
+    /// Factor of the particle's own stress: -1 in the form of the difference.
     pub own_factor: f64,
     /// Whether the sum is divided by both densities.
     pub divides_by_both: bool,
 }
 
 impl MomentumForm {
-    /// That of a momentum equation.
+    /// Returns the form of a momentum equation.
     pub fn of_equation(momentum: MomentumEquation) -> Self {
         let own = if momentum == MomentumEquation::Difference { -1.0 } else { 1.0 };
         Self { own_factor: own, divides_by_both: momentum != MomentumEquation::Rho2 }
@@ -26,7 +26,7 @@ impl MomentumForm {
 
 impl<const D: usize> PairSums<'_, D> {
     /// Acceleration of particle `i` by its neighbours (m/s²): steps 3 and 4 of `sheet: sph §3.3`. Keeps the weights
-    /// of the pairs, and tells what share of it is the obstacles'.
+    /// of the pairs, and writes the part by obstacles.
     #[inline]
     pub fn acceleration(
         &self,
@@ -96,7 +96,7 @@ impl<const D: usize> PairSums<'_, D> {
         sum
     }
 
-    /// Acceleration of particle `i` by those of its own body, whose particles are in a range (m/s²).
+    /// Acceleration of particle `i` by the particles of its own body, which are in a range (m/s²).
     pub fn acceleration_within(
         &self,
         i: usize,
@@ -110,7 +110,7 @@ impl<const D: usize> PairSums<'_, D> {
         std::array::from_fn(|c| whole[c] - by_obstacles[c])
     }
 
-    /// Acceleration of particle `i` by those of other bodies and their images (m/s²); its own body has those in a range.
+    /// Acceleration of particle `i` by other bodies and their images (m/s²); its own body has the particles in a range.
     pub fn acceleration_by_others(
         &self,
         i: usize,
@@ -135,7 +135,7 @@ impl<const D: usize> PairSums<'_, D> {
         sum
     }
 
-    /// What acts on `i` beside its neighbours as they are: its image, corrections, walls that answer, obstacles, guards.
+    /// Adds other accelerations of `i`: by its image, corrections, mirrored walls, obstacles and short-range repulsion.
     fn other_accelerations(
         &self,
         i: usize,
@@ -169,7 +169,7 @@ impl<const D: usize> PairSums<'_, D> {
         }
     }
 
-    /// `F` of the kernels of the neighbours.
+    /// Weights `F` of the kernels of the neighbours.
     fn weights_of_others(&self, four: [usize; 4], square: Lanes) -> Lanes {
         let square = square.to_array();
         let weight =
@@ -177,7 +177,7 @@ impl<const D: usize> PairSums<'_, D> {
         Lanes::new(std::array::from_fn(weight))
     }
 
-    /// `(α c π - β π²) / ρ` of pairs that approach (BN 111).
+    /// Viscous pair term `(α c π - β π²) / ρ` of approaching pairs (BN 111).
     #[inline(always)]
     fn viscosity(
         &self,

@@ -1,4 +1,4 @@
-//! The momentum equation that is the partner of the corrected velocity gradient (sheet: sph §2.3; Bonet & Lok 1999).
+//! Corrected momentum equation, adjoint to the corrected velocity gradient (sheet: sph §2.3; Bonet & Lok 1999).
 //!
 //! With `L^v_i = Σ V_j (v_j - v_i) ⊗ L_i ∇W` the stress power `-Σ V_i σ_i : L^v_i` is the power of the pair forces
 //! `V_i V_j (σ_i L_i + σ_j L_j) ∇W`: they conserve energy with it, and linear momentum too, for they are antisymmetric.
@@ -9,7 +9,7 @@ use crate::points::particles::SquareMatrix;
 use crate::points::vector_algebra::separation;
 
 impl<const D: usize> PairContext<'_, D> {
-    /// `L_i = M_i⁻¹` of the corrected gradient; the unit matrix where a particle sees too little around it.
+    /// Correction matrix `L_i = M_i⁻¹` of the corrected gradient; the unit matrix where a particle has too few neighbours.
     pub fn correction(&self, i: usize, row: &[u32]) -> SquareMatrix<D> {
         let unit = std::array::from_fn(|a| std::array::from_fn(|b| f64::from(u8::from(a == b))));
         self.moment(i, row).correction().unwrap_or(unit)
@@ -17,7 +17,7 @@ impl<const D: usize> PairContext<'_, D> {
 }
 
 impl<const D: usize> PairSums<'_, D> {
-    /// `σ_i L_i x`.
+    /// Corrected traction `σ_i L_i x`.
     fn corrected_traction(&self, i: usize, x: &[f64; D]) -> [f64; D] {
         let turned = product(&self.shown.correction[i], x);
         let stress = &self.particles.stress[i];

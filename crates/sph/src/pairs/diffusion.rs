@@ -1,4 +1,4 @@
-//! What is smoothed and diffused beside the equations of motion (sheet: sph §2.10, §2.12). Options, off by default:
+//! Smoothing and diffusion beside the equations of motion (sheet: sph §2.10, §2.12). Options, off by default:
 //! plain loops.
 
 use std::ops::Range;
@@ -11,15 +11,15 @@ use crate::pairs::operators::{GradientMoment, product};
 use crate::points::particles::SquareMatrix;
 use crate::points::vector_algebra::{geostatic_stress, separation};
 
-/// Keeps the diffusion of stress finite for particles that meet (sheet: sph §2.10).
+/// Softening of the stress diffusion for coincident particles (sheet: sph §2.10).
 const SOFTENING: f64 = 1e-4;
-/// Strength and exponent of the part of shifting that keeps particles from meeting.
+/// Strength and exponent of the shifting term against coincident particles.
 const CLOSE: (f64, i32) = (0.2, 4);
 
-/// A move towards even spacing, and what the fields change by.
+/// Shift of a particle towards even spacing, with the changes of its fields.
 #[derive(Clone)]
 pub struct Shift<const D: usize> {
-    /// The move (m).
+    /// Displacement (m).
     pub position: [f64; D],
     /// Change of velocity (m/s).
     pub velocity: [f64; D],
@@ -30,7 +30,7 @@ pub struct Shift<const D: usize> {
 }
 
 impl<const D: usize> PairContext<'_, D> {
-    /// Velocity of the neighbours less the particle's own, averaged (XSPH, without its factor).
+    /// Kernel average of the neighbours' velocities relative to the particle's own (XSPH, without its factor, m/s).
     pub fn xsph_velocity(&self, i: usize, row: &[u32]) -> [f64; D] {
         let p = self.particles;
         let mut sum = [0.0; D];
@@ -48,10 +48,9 @@ impl<const D: usize> PairContext<'_, D> {
         sum
     }
 
-    /// Acceleration (m/s²), over its factor, by the artificial viscosity of BN 111 with, in place of the relative
-    /// velocity of a pair, what is left of it beyond the mean of both velocity gradients; of pairs that approach and
-    /// of pairs that part. After the hourglass viscosity of Flanagan & Belytschko (1981), in the pairwise form of
-    /// Ganzenmüller (2015). Conserves both momenta.
+    /// Hourglass acceleration (m/s²), over its factor: the artificial viscosity of BN 111 with the relative velocity of a pair reduced by
+    /// the mean of both velocity gradients, for approaching and separating pairs. After the hourglass viscosity of Flanagan & Belytschko
+    /// (1981), in the pairwise form of Ganzenmüller (2015). Conserves both momenta.
     pub fn hourglass_acceleration(
         &self,
         i: usize,
@@ -85,7 +84,7 @@ impl<const D: usize> PairContext<'_, D> {
         sum
     }
 
-    /// `Σ m W`, the particle itself included (BN 2).
+    /// Summed density `Σ m W`, the particle itself included (BN 2).
     pub fn summed_density(&self, i: usize, row: &[u32]) -> f64 {
         let p = self.particles;
         let mut sum = p.mass[i] * self.smoothing.value(0.0);
@@ -98,7 +97,7 @@ impl<const D: usize> PairContext<'_, D> {
         sum
     }
 
-    /// `-ρ̇/ρ` by the diffusion of density within `body`, without `2 δ` (δ-SPH).
+    /// Divergence `-ρ̇/ρ` by the diffusion of density within `body`, without `2 δ` (δ-SPH).
     pub fn density_diffusion(&self, i: usize, (row, weights): (&[u32], &[f64]), body: &Range<usize>) -> f64 {
         let p = self.particles;
         let mut sum = 0.0;
@@ -111,8 +110,8 @@ impl<const D: usize> PairContext<'_, D> {
         -p.length[i] * p.sound[i] * sum / p.density[i]
     }
 
-    /// Rate of stress by its diffusion within `body`, without `2 ζ`; the weight of the material under `gravity` is
-    /// left out.
+    /// Stress rate of the stress diffusion within `body`, without `2 ζ`; the geostatic difference under `gravity` is
+    /// excluded.
     pub fn stress_diffusion(
         &self,
         i: usize,
@@ -142,7 +141,7 @@ impl<const D: usize> PairContext<'_, D> {
         sum * (p.length[i] * p.sound[i])
     }
 
-    /// Difference of geostatic stress between a particle and its neighbour `apart` (m) away.
+    /// Difference of geostatic stress between a particle and its neighbour at the distance vector `apart` (m).
     fn geostatic_difference(
         &self,
         apart: &[f64; D],
@@ -156,8 +155,8 @@ impl<const D: usize> PairContext<'_, D> {
         geostatic_stress(density * size * rise, k0, &up)
     }
 
-    /// The move of particle `i` of `body`, which went `length` (m) in the step, towards even spacing (sheet: sph §2.12);
-    /// `None` near free surfaces. Density and stress jump between bodies: their gradients are those within the body.
+    /// Shift towards even spacing of particle `i` of `body`, which moved by `length` (m) in the step (sheet: sph §2.12); `None` near free
+    /// surfaces. Density and stress are discontinuous between bodies: their gradients are those within the body.
     pub fn shift(
         &self,
         i: usize,
@@ -219,7 +218,7 @@ impl<const D: usize> PairContext<'_, D> {
         })
     }
 
-    /// Square of the distance (m²) from which on pairs do not weigh.
+    /// Square of the distance (m²) beyond which pairs have no weight.
     #[inline]
     fn support_square(&self) -> f64 {
         if self.options.is_variable() { f64::INFINITY } else { self.smoothing.radius().powi(2) }
@@ -234,7 +233,7 @@ impl<const D: usize> PairContext<'_, D> {
         }
     }
 
-    /// Trace of the moment of a row.
+    /// Trace of the moment of particle `i`.
     pub fn moment_trace(&self, i: usize, row: &[u32]) -> f64 {
         let (p, support, mut squares) = (self.particles, self.support_square(), [0.0; D]);
         for &j in row {
@@ -249,21 +248,21 @@ impl<const D: usize> PairContext<'_, D> {
         squares.iter().sum()
     }
 
-    /// `M = Σ V F x ⊗ x`, whose trace falls at free surfaces (sheet: sph §2.13 h).
+    /// Gradient moment `M = Σ V F x ⊗ x`, whose trace decreases at free surfaces (sheet: sph §2.13 h).
     pub(crate) fn moment(&self, i: usize, row: &[u32]) -> GradientMoment<D> {
         let mut moment = GradientMoment::default();
         self.for_each_weighted(i, row, |weight, apart| moment.add(weight, apart));
         moment
     }
 
-    /// `Σ V ∇W` (1/m), which is what the plain gradient makes of one (BN 19).
+    /// Plain gradient of a constant one, `Σ V ∇W` (1/m) (BN 19).
     pub fn gradient_of_constant(&self, i: usize, row: &[u32]) -> [f64; D] {
         let mut sum = [0.0; D];
         self.for_each_weighted(i, row, |weight, apart| (0..D).for_each(|c| sum[c] += weight * apart[c]));
         sum
     }
 
-    /// Calls `visit(V F, x_j - x_i)` for every neighbour; walls that answer to the particle, and smooth bodies, have its volume.
+    /// Calls `visit(V F, x_j - x_i)` for every neighbour; dummy particles and smooth bodies have the volume of the particle.
     #[inline]
     fn for_each_weighted(&self, i: usize, row: &[u32], mut visit: impl FnMut(f64, &[f64; D])) {
         let p = self.particles;
@@ -275,7 +274,7 @@ impl<const D: usize> PairContext<'_, D> {
         }
     }
 
-    /// `ḣ` of AL1 36–37 with `ρ̇` from the corrected gradient (m/s).
+    /// Rate `ḣ` of the smoothing length (m/s) of AL1 36–37, with `ρ̇` from the corrected gradient.
     pub fn length_rate(&self, i: usize, row: &[u32], weights: &[f64]) -> f64 {
         let p = self.particles;
         let kernel = self.kernel_of(p.length[i]);

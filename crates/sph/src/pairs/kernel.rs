@@ -1,7 +1,7 @@
 //! Smoothing kernels (sheet: sph §2.2).
 //!
 //! A kernel is `W(r, h) = α w(q)` with `q = r / h`; `α` normalises it in one, two or three
-//! dimensions. [`Kernel`] names the function, [`Smoothing`] fixes dimension and smoothing length.
+//! dimensions. [`Kernel`] selects the function, [`Smoothing`] adds dimension and smoothing length.
 
 use std::f64::consts::PI;
 
@@ -30,7 +30,7 @@ pub enum Kernel {
     WendlandC6,
 }
 
-/// Why a smoothing cannot be made.
+/// Reason why a smoothing kernel cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum KernelError {
     /// The kernel has no constant in this dimension.
@@ -41,18 +41,18 @@ pub enum KernelError {
         /// Number of dimensions.
         dimension: usize,
     },
-    /// A smoothing length that is no length.
+    /// Invalid smoothing length.
     #[error("smoothing length {0} must be finite and positive (m)")]
     Length(f64),
 }
 
-/// `x_+^n`.
+/// Truncated power `x_+^n`.
 fn positive_power(x: f64, n: i32) -> f64 {
     x.max(0.0).powi(n)
 }
 
 impl Kernel {
-    /// All of them.
+    /// All kernels.
     pub const ALL: [Self; 7] = [
         Self::Gaussian,
         Self::CubicSpline,
@@ -71,7 +71,7 @@ impl Kernel {
         }
     }
 
-    /// `α h^d`, the constant that normalises the kernel; `None` where the sheet has none.
+    /// Normalisation constant `α h^d`; `None` where the sheet has none.
     pub fn constant(self, dimension: usize) -> Option<f64> {
         let table = match self {
             Self::Gaussian => [1.0 / PI.sqrt(), 1.0 / PI, PI.powf(-1.5)],
@@ -85,7 +85,7 @@ impl Kernel {
         dimension.checked_sub(1).and_then(|d| table.get(d)).copied().filter(|c| c.is_finite())
     }
 
-    /// `w(q)`. The Gaussian is not cut here.
+    /// Kernel profile `w(q)`. The Gaussian is not truncated here.
     #[inline]
     pub fn profile(self, dimension: usize, q: f64) -> f64 {
         let t = (1.0 - 0.5 * q).max(0.0);
@@ -106,7 +106,7 @@ impl Kernel {
         }
     }
 
-    /// `-w'(q) / q`, in forms that do not divide where the limit at `q = 0` is finite.
+    /// Steepness `-w'(q) / q`, in forms without division where the limit at `q = 0` is finite.
     #[inline]
     fn steepness(self, dimension: usize, q: f64) -> f64 {
         let t = (1.0 - 0.5 * q).max(0.0);
@@ -129,13 +129,13 @@ impl Kernel {
         }
     }
 
-    /// `w'(q)`.
+    /// Slope `w'(q)`.
     #[inline]
     pub fn slope(self, dimension: usize, q: f64) -> f64 {
         if q > 0.0 { -q * self.steepness(dimension, q) } else { 0.0 }
     }
 
-    /// `w''(q)`.
+    /// Curvature `w''(q)`.
     pub fn curvature(self, dimension: usize, q: f64) -> f64 {
         let t = (1.0 - 0.5 * q).max(0.0);
         match self {
@@ -164,22 +164,22 @@ impl Kernel {
     }
 }
 
-/// A kernel in `D` dimensions with a smoothing length.
+/// Kernel in `D` dimensions with a smoothing length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Smoothing<const D: usize> {
     pub(crate) kernel: Kernel,
     pub(crate) length: f64,
     pub(crate) inverse: f64,
-    /// `α`.
+    /// Normalisation constant `α`.
     pub(crate) constant: f64,
     pub(crate) radius: f64,
 }
 
 impl<const D: usize> Smoothing<D> {
-    /// `kernel` with the smoothing length `h = length` (m).
+    /// Returns `kernel` with the smoothing length `h = length` (m).
     ///
     /// # Errors
-    /// When the kernel is not defined in `D` dimensions or the length is none.
+    /// When the kernel is not defined in `D` dimensions or the length is not positive and finite.
     pub fn new(kernel: Kernel, length: f64) -> Result<Self, KernelError> {
         if !(length.is_finite() && length > 0.0) {
             return Err(KernelError::Length(length));
@@ -194,7 +194,7 @@ impl<const D: usize> Smoothing<D> {
         })
     }
 
-    /// The same kernel with another smoothing length (m).
+    /// Returns the kernel with another smoothing length (m).
     #[inline]
     pub(crate) fn with_length(&self, length: f64) -> Self {
         if length == self.length {
@@ -205,7 +205,7 @@ impl<const D: usize> Smoothing<D> {
         Self { kernel: self.kernel, length, inverse: 1.0 / length, constant, radius }
     }
 
-    /// The kernel.
+    /// Kernel function.
     pub fn kernel(&self) -> Kernel {
         self.kernel
     }
@@ -222,13 +222,13 @@ impl<const D: usize> Smoothing<D> {
         self.radius
     }
 
-    /// `W(r)` (1/m^d), zero from the edge of the support on.
+    /// Value `W(r)` (1/m^d), zero from the edge of the support on.
     #[inline]
     pub fn value(&self, r: f64) -> f64 {
         if r >= self.radius { 0.0 } else { self.constant * self.kernel.profile(D, r * self.inverse) }
     }
 
-    /// `W'(r) = ∂W/∂r` (1/m^(d+1)), never positive.
+    /// Slope `W'(r) = ∂W/∂r` (1/m^(d+1)), never positive.
     #[inline]
     pub fn slope(&self, r: f64) -> f64 {
         if r >= self.radius {
@@ -237,8 +237,8 @@ impl<const D: usize> Smoothing<D> {
         self.constant * self.inverse * self.kernel.slope(D, r * self.inverse)
     }
 
-    /// `F(r) = -W'(r) / r` (1/m^(d+2)), never negative: the gradient at `i` of the kernel around `j` is
-    /// `F (x_j - x_i)`. Zero for particles at the same place.
+    /// Gradient factor `F(r) = -W'(r) / r` (1/m^(d+2)), never negative: the gradient at `i` of the kernel around `j` is
+    /// `F (x_j - x_i)`. Zero for coincident particles.
     #[inline]
     pub fn gradient_factor(&self, r: f64) -> f64 {
         let q = r * self.inverse;
@@ -248,7 +248,7 @@ impl<const D: usize> Smoothing<D> {
         self.constant * self.inverse * self.inverse * self.kernel.steepness(D, q)
     }
 
-    /// `∇²W = W'' + (d - 1) W' / r` (1/m^(d+2)).
+    /// Laplacian `∇²W = W'' + (d - 1) W' / r` (1/m^(d+2)).
     pub fn laplacian(&self, r: f64) -> f64 {
         if r >= self.radius {
             return 0.0;
@@ -257,7 +257,7 @@ impl<const D: usize> Smoothing<D> {
         scale * self.kernel.curvature(D, r * self.inverse) - (D - 1) as f64 * self.gradient_factor(r)
     }
 
-    /// `∂W/∂h = -α/h (d w + q w')`.
+    /// Derivative by the smoothing length `∂W/∂h = -α/h (d w + q w')`.
     pub fn length_derivative(&self, r: f64) -> f64 {
         if r >= self.radius {
             return 0.0;
@@ -272,7 +272,7 @@ impl<const D: usize> Smoothing<D> {
 mod tests {
     use super::*;
 
-    /// Simpson's rule on pieces that end where the splines change.
+    /// Integral by Simpson's rule on pieces that end at the knots of the splines.
     fn integral(f: impl Fn(f64) -> f64, end: f64) -> f64 {
         let pieces = (end * 2.0) as usize;
         let n = 400;
@@ -388,7 +388,7 @@ mod tests {
         }
     }
 
-    /// `Σ V W` with and without the particle itself, `M_11`, `½ Σ V x₁² ∇²W` and the neighbours on a lattice.
+    /// Sums on a lattice: `Σ V W` with and without the particle itself, `M_11`, `½ Σ V x₁² ∇²W` and the number of neighbours.
     fn lattice<const D: usize>(kernel: Kernel, ratio: f64) -> [f64; 5] {
         let smoothing = Smoothing::<D>::new(kernel, ratio).unwrap();
         let mut sums = [smoothing.value(0.0), 0.0, 0.0, 0.0, 0.0];

@@ -1,7 +1,7 @@
-//! Sums over the neighbours: acceleration, velocity gradient and what else is diffused (sheet: sph §2.6–2.13).
+//! Sums over neighbours: acceleration, velocity gradient and diffusion terms (sheet: sph §2.6–2.13).
 //!
-//! Every particle gathers from its own neighbours, four at a time, in an order that the data fix, so that the
-//! result does not depend on the number of threads. Geometry and kernel are computed once per pair and step, with
+//! Every particle sums over its own neighbours, four at a time, in an order fixed by the data, so that the result does not depend on the
+//! number of threads. Geometry and kernel are computed once per pair and step, with
 //! the acceleration, and kept for the velocity gradient.
 
 mod acceleration;
@@ -33,7 +33,7 @@ use crate::points::vector_algebra::separation;
 use crate::boundary::walls::Walls;
 use crate::pairs::simd_pairs::Lanes;
 
-/// Keeps the viscosity finite for particles that meet (sheet: sph §2.8).
+/// Softening of the viscosity for coincident particles (sheet: sph §2.8).
 pub const SOFTENING: f64 = 0.01;
 
 /// Calls `visit(particle, neighbours, weights, entry of out)` for every entry of `out`.
@@ -51,28 +51,28 @@ pub fn for_each_particle<const D: usize, T: Send>(
     });
 }
 
-/// What sums over places, masses, densities and stresses need.
+/// Input of sums over positions, masses, densities and stresses.
 pub struct PairContext<'a, const D: usize> {
-    /// The particles.
+    /// Particles.
     pub particles: &'a Particles<D>,
-    /// The kernel at the initial smoothing length.
+    /// Kernel at the initial smoothing length.
     pub smoothing: &'a Smoothing<D>,
-    /// The options.
+    /// Options.
     pub options: &'a SphOptions,
-    /// What stands around the particles.
+    /// Walls and obstacles.
     pub walls: &'a Walls<D>,
-    /// The first particle of a wall.
+    /// Index of the first wall particle.
     pub first_wall_particle: usize,
-    /// From this number on a neighbour is a wall that answers to the particle itself.
+    /// Index of the first neighbour that is a dummy particle with a mirrored state.
     pub first_dummy_particle: usize,
 }
 
-/// The same with what the particles show each other: the sums of the equations of motion.
+/// Input of the sums of the equations of motion: [`PairContext`] and the pair data of the particles.
 pub struct PairSums<'a, const D: usize> {
     pairs: PairContext<'a, D>,
     pub(crate) shown: &'a PairData<D>,
     pub(crate) groups: &'a [ParticleGroup],
-    /// Repulsion of what comes close, where there are fluids.
+    /// Short-range repulsion, where there are fluids.
     short_range_repulsion: Option<ShortRangeRepulsion>,
 }
 
@@ -85,25 +85,25 @@ impl<'a, const D: usize> Deref for PairSums<'a, D> {
     }
 }
 
-/// The velocity gradient of a particle and its trace after the continuity equation.
+/// Velocity gradient of a particle, and its divergence by the continuity equation.
 pub struct VelocityGradient<const D: usize> {
-    /// `∂v_a/∂x_b` (1/s).
+    /// Gradient `∂v_a/∂x_b` (1/s).
     pub gradient: SquareMatrix<D>,
-    /// `-ρ̇/ρ` (1/s).
+    /// Divergence `-ρ̇/ρ` (1/s).
     pub divergence: f64,
 }
 
-/// Artificial repulsion.
+/// Parameters of the artificial repulsion.
 #[derive(Clone, Copy)]
 pub struct ArtificialRepulsion {
-    /// The power of the ratio of kernels.
+    /// Exponent of the ratio of kernels.
     pub exponent: f64,
-    /// `1 / W(Δx)` at the initial smoothing length.
+    /// Factor `1 / W(Δx)` at the initial smoothing length.
     pub scale: f64,
 }
 
 impl<'a, const D: usize> PairContext<'a, D> {
-    /// Of `particles` between `walls`.
+    /// Returns the context of `particles` between `walls`.
     pub fn new(setting: &'a SolverContext<D>, particles: &'a Particles<D>, walls: &'a Walls<D>) -> Self {
         let len = particles.len();
         Self {
@@ -116,19 +116,19 @@ impl<'a, const D: usize> PairContext<'a, D> {
         }
     }
 
-    /// What the momentum equation makes of the stress of a particle before it enters the pairs.
+    /// Factor of the particle stress in the momentum equation.
     #[inline]
     pub fn flux_scale(momentum: MomentumEquation, density: f64, spread: f64) -> f64 {
         if momentum == MomentumEquation::Rho2 { spread / (density * density) } else { 1.0 }
     }
 
-    /// How many of the neighbours do not answer to the particle itself.
+    /// Number of neighbours without a mirrored state, which come first in the row.
     #[inline(always)]
     pub(crate) fn first_mirrored(&self, row: &[u32]) -> usize {
         self.neighbours_before(row, self.first_dummy_particle)
     }
 
-    /// How many of the neighbours come before `number`.
+    /// Number of neighbours with an index below `number`.
     #[inline(always)]
     pub(crate) fn neighbours_before(&self, row: &[u32], number: usize) -> usize {
         match row.last() {
@@ -137,14 +137,14 @@ impl<'a, const D: usize> PairContext<'a, D> {
         }
     }
 
-    /// The particle that the neighbour `j`, which is none of a wall, is or is the image of.
+    /// Particle of the neighbour `j`, itself or the source of an image; `j` is no wall particle.
     #[inline]
     pub(crate) fn source(&self, j: usize) -> usize {
         let len = self.particles.len();
         if j < len { j } else { self.walls.images[j - len].source as usize }
     }
 
-    /// What the neighbour `j` counts as for `i`: walls that answer to the particle, and smooth bodies, as itself.
+    /// Index of the fields of neighbour `j` for `i`: `i` itself for dummy particles and smooth bodies, else `j`.
     #[inline]
     pub(crate) fn effective_index(&self, i: usize, j: usize) -> usize {
         if j >= self.first_dummy_particle || self.walls.smooth.contain(j) { i } else { j }
@@ -154,13 +154,13 @@ impl<'a, const D: usize> PairContext<'a, D> {
         self.options.is_variable() && self.options.symmetrisation == Symmetrisation::GradH
     }
 
-    /// The kernel of smoothing length `length` (m).
+    /// Kernel of smoothing length `length` (m).
     #[inline]
     pub(crate) fn kernel_of(&self, length: f64) -> Smoothing<D> {
         self.smoothing.with_length(length)
     }
 
-    /// The smoothing length of a pair of particles with those lengths; `None` where each has its own kernel.
+    /// Smoothing length of a pair of particles (m); `None` where each has its own kernel.
     pub(crate) fn common_length(&self, own: f64, other: f64) -> Option<f64> {
         match self.options.symmetrisation {
             Symmetrisation::Arithmetic => Some(0.5 * (own + other)),
@@ -172,7 +172,7 @@ impl<'a, const D: usize> PairContext<'a, D> {
         }
     }
 
-    /// The kernel's weight and value between `i` and `j`, `r` (m) apart.
+    /// Weight and value of the kernel between `i` and `j` at the distance `r` (m).
     pub(crate) fn pair_kernel(&self, i: usize, j: usize, r: f64) -> [f64; 2] {
         let p = self.particles;
         let (own, other) = (p.length[i], p.length[j]);
@@ -190,9 +190,9 @@ impl<'a, const D: usize> PairContext<'a, D> {
         }
     }
 
-    /// What `W` of the initial smoothing length is between `i` and `j`, `r` (m) apart, distances being counted in their
-    /// own smoothing length. Over `W(Δx)` it is `W(r, h) / W(Δx h/h₀, h)`: one at the spacing that goes with `h`. The
-    /// same for `i` and `j`, also where each has its own kernel.
+    /// Argument of the kernel ratio: `W` of the initial smoothing length between `i` and `j` at the distance `r` (m), scaled by their
+    /// smoothing length. Over `W(Δx)` it is `W(r, h) / W(Δx h/h₀, h)`: one at the spacing of `h`. Symmetric in `i` and `j`, also where each
+    /// has its own kernel.
     #[inline]
     pub(crate) fn kernel_ratio_argument(&self, i: usize, j: usize, r: f64) -> f64 {
         if !self.options.is_variable() {
@@ -203,19 +203,19 @@ impl<'a, const D: usize> PairContext<'a, D> {
         self.common_length(own, other).map_or_else(|| 0.5 * (one(own) + one(other)), one)
     }
 
-    /// The same for one smoothing length (m).
+    /// Argument of the kernel ratio for one smoothing length (m).
     #[inline]
     pub(crate) fn kernel_ratio_argument_of(&self, length: f64, r: f64) -> f64 {
         self.smoothing.value(r * (self.smoothing.length() / length))
     }
 
-    /// `W` between `i` and `j`, `r` (m) apart.
+    /// Kernel value `W` between `i` and `j` at the distance `r` (m).
     #[inline]
     pub(crate) fn value(&self, i: usize, j: usize, r: f64) -> f64 {
         if self.options.is_variable() { self.pair_kernel(i, j, r)[1] } else { self.smoothing.value(r) }
     }
 
-    /// `1/ϑ` of the gradient of the smoothing length (BN 53), the particle itself included.
+    /// Factor `1/ϑ` of the gradient of the smoothing length (BN 53), the particle itself included.
     pub fn grad_h_factor(&self, i: usize, row: &[u32]) -> f64 {
         let p = self.particles;
         let kernel = self.kernel_of(p.length[i]);
@@ -237,7 +237,7 @@ impl<'a, const D: usize> PairContext<'a, D> {
 }
 
 impl<'a, const D: usize> PairSums<'a, D> {
-    /// Of `bodies` between `walls`.
+    /// Returns the sums of `bodies` between `walls`.
     pub fn new(setting: &'a SolverContext<D>, bodies: &'a Bodies<D>, walls: &'a Walls<D>) -> Self {
         Self {
             pairs: PairContext::new(setting, &bodies.particles, walls),
@@ -247,12 +247,12 @@ impl<'a, const D: usize> PairSums<'a, D> {
         }
     }
 
-    /// What the particles show each other.
+    /// Pair data of the particles.
     pub(crate) fn pair_data(&self) -> &PairData<D> {
         self.shown
     }
 
-    /// Weights `F` of the neighbours of `i` that do not answer to it.
+    /// Computes the weights `F` of the neighbours of `i` without a mirrored state.
     pub fn fill_weights(&self, i: usize, row: &[u32], weights: &mut [f64]) {
         let regular = self.first_mirrored(row);
         if self.options.is_variable() {
@@ -273,7 +273,7 @@ impl<'a, const D: usize> PairSums<'a, D> {
         });
     }
 
-    /// `R_i + R_j` times the power of the ratio of kernels; `None` where nothing is in tension.
+    /// Artificial repulsion `R_i + R_j` times the power of the ratio of kernels; `None` where no particle is in tension.
     fn repulsion_stress(&self, i: usize, four: [usize; 4], square: Lanes) -> Option<[Lanes; 6]> {
         let repulsion = &self.shown.repulsion;
         if repulsion.is_empty() {

@@ -2,15 +2,15 @@
 //!
 //! ```
 //! use colluvium_points::NeighbourList;
-//! use colluvium_sph::kernel::{Kernel, Smoothing};
-//! use colluvium_sph::operators::{Cloud, Gradient, test_lattice};
+//! use colluvium_sph::pairs::kernel::{Kernel, Smoothing};
+//! use colluvium_sph::pairs::operators::{ParticleCloud, Gradient, test_lattice};
 //!
 //! let lattice = test_lattice::<2>(10, 3, 0.2);
 //! let smoothing = Smoothing::new(Kernel::CubicSpline, 1.3 * lattice.spacing)?;
 //! let mut neighbours = NeighbourList::new();
 //! neighbours.build(&lattice.positions, smoothing.radius())?;
 //! let volume = vec![lattice.spacing.powi(2); lattice.positions.len()];
-//! let cloud = Cloud::new(&lattice.positions, &volume, &neighbours, &smoothing);
+//! let cloud = ParticleCloud::new(&lattice.positions, &volume, &neighbours, &smoothing);
 //!
 //! let field: Vec<f64> = lattice.positions.iter().map(|x| 3.0 * x[0] - x[1]).collect();
 //! let slope = cloud.gradient(Gradient::Corrected, &field, lattice.inner[7]);
@@ -24,8 +24,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::pairs::kernel::Smoothing;
 
-/// Below this share of the determinant of an isotropic moment of the same trace, a particle sees too
-/// little around it for a correction (sheet: sph §2.3).
+/// Least determinant over that of an isotropic moment of the same trace; below it a particle has too few
+/// neighbours for a correction (sheet: sph §2.3).
 pub const MIN_DETERMINANT_RATIO: f64 = 1e-3;
 
 /// A discrete gradient.
@@ -81,7 +81,7 @@ pub struct ParticleCloud<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> ParticleCloud<'a, D> {
-    /// Particles of the given volumes (m^d); the neighbours are those within the kernel's radius.
+    /// Returns the cloud of particles of the given volumes (m^d); the neighbours are those within the kernel's radius.
     pub fn new(
         positions: &'a [[f64; D]],
         volumes: &'a [f64],
@@ -91,7 +91,7 @@ impl<'a, const D: usize> ParticleCloud<'a, D> {
         Self { positions, volumes, densities: None, neighbours, smoothing }
     }
 
-    /// The same with densities (kg/m³), one everywhere otherwise, for the operators that weigh by them.
+    /// Adds densities (kg/m³), one everywhere otherwise, for the operators weighted by them.
     #[must_use]
     pub fn with_densities(self, densities: &'a [f64]) -> Self {
         Self { densities: Some(densities), ..self }
@@ -116,8 +116,8 @@ impl<'a, const D: usize> ParticleCloud<'a, D> {
     ///
     /// ```
     /// use colluvium_points::NeighbourList;
-    /// use colluvium_sph::kernel::{Kernel, Smoothing};
-    /// use colluvium_sph::operators::{Cloud, test_lattice};
+    /// use colluvium_sph::pairs::kernel::{Kernel, Smoothing};
+    /// use colluvium_sph::pairs::operators::{ParticleCloud, test_lattice};
     ///
     /// let lattice = test_lattice::<2>(9, 20, 0.0);
     /// let (x, centre) = (&lattice.positions, lattice.inner[40]);
@@ -133,7 +133,7 @@ impl<'a, const D: usize> ParticleCloud<'a, D> {
     /// neighbours.build(x, smoothing.radius())?;
     /// let volume = vec![lattice.spacing.powi(2); x.len()];
     /// let density = vec![1000.0; x.len()];
-    /// let summed = Cloud::new(x, &volume, &neighbours, &smoothing).interpolate(&density, centre);
+    /// let summed = ParticleCloud::new(x, &volume, &neighbours, &smoothing).interpolate(&density, centre);
     /// assert!((summed - 1000.0).abs() < 1.0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -152,12 +152,12 @@ impl<'a, const D: usize> ParticleCloud<'a, D> {
         moment
     }
 
-    /// `M = Σ V_j (x_j - x_i) ⊗ ∇W`, symmetric; the unit matrix in a full regular support.
+    /// Gradient moment `M = Σ V_j (x_j - x_i) ⊗ ∇W`, symmetric; the unit matrix in a full regular support.
     pub fn moment(&self, i: usize) -> [[f64; D]; D] {
         self.moments(i).matrix
     }
 
-    /// `Σ V_j ∇W`, zero in a full regular support and along the inward normal at a surface.
+    /// Sum `Σ V_j ∇W` (1/m), zero in a full regular support and along the inward normal at a surface.
     pub fn asymmetry(&self, i: usize) -> [f64; D] {
         let mut sum = [0.0; D];
         for (_, v, x, r) in self.for_each_neighbour(i) {
@@ -169,7 +169,7 @@ impl<'a, const D: usize> ParticleCloud<'a, D> {
         sum
     }
 
-    /// `L = M⁻¹`; `None` where too little lies around the particle.
+    /// Correction matrix `L = M⁻¹`; `None` where the particle has too few neighbours.
     pub fn correction(&self, i: usize) -> Option<[[f64; D]; D]> {
         self.moments(i).correction()
     }
@@ -199,8 +199,8 @@ impl<'a, const D: usize> ParticleCloud<'a, D> {
         }
     }
 
-    /// Laplacian of `field` at particle `i`; `Csph2` falls back to `BuiNguyen` where too little lies around, and that to
-    /// zero where nothing does.
+    /// Laplacian of `field` at particle `i`; `Csph2` falls back to `BuiNguyen` where there are too few neighbours, and that to
+    /// zero where there is none.
     pub fn laplacian(&self, operator: Laplacian, field: &[f64], i: usize) -> f64 {
         let sum = |weight: &dyn Fn(f64) -> f64| -> f64 {
             self.for_each_neighbour(i).map(|(j, v, _, r)| v * (field[j] - field[i]) * weight(r)).sum()
@@ -225,7 +225,7 @@ impl<'a, const D: usize> ParticleCloud<'a, D> {
         }
     }
 
-    /// `∇·(k ∇f)` by `2 Σ V_j k_ij (f_j - f_i) F`.
+    /// Diffusion `∇·(k ∇f)` by `2 Σ V_j k_ij (f_j - f_i) F`.
     pub fn diffusion(&self, mean: DiffusivityMean, diffusivity: &[f64], field: &[f64], i: usize) -> f64 {
         let own = diffusivity[i];
         let term = |(j, v, _, r): (usize, f64, [f64; D], f64)| {
@@ -241,7 +241,7 @@ impl<'a, const D: usize> ParticleCloud<'a, D> {
     }
 
     /// Gradient and all second derivatives from one linear system; `None` where it is singular. Lengths
-    /// are counted in smoothing lengths, so that its rows are of one size.
+    /// are relative to the smoothing length, so that its rows have the same magnitude.
     fn csph2(&self, field: &[f64], i: usize) -> Option<f64> {
         let size = D + D * (D + 1) / 2;
         if self.neighbours.neighbours(i).len() < size {
@@ -313,12 +313,12 @@ pub(crate) fn product<const D: usize>(matrix: &[[f64; D]; D], vector: &[f64; D])
     std::array::from_fn(|a| (0..D).map(|b| matrix[a][b] * vector[b]).sum())
 }
 
-/// The moment of the gradient of a particle, `M = Σ V_j F x ⊗ x`.
+/// Gradient moment of a particle, `M = Σ V_j F x ⊗ x`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GradientMoment<const D: usize> {
-    /// The sum.
+    /// Sum of the moment.
     pub matrix: [[f64; D]; D],
-    /// How many neighbours have a weight.
+    /// Number of neighbours with a weight.
     pub neighbours: u32,
 }
 
@@ -329,7 +329,7 @@ impl<const D: usize> Default for GradientMoment<D> {
 }
 
 impl<const D: usize> GradientMoment<D> {
-    /// Adds a neighbour with weight `V F`, `apart` (m) away.
+    /// Adds a neighbour with weight `V F` at the distance vector `apart` (m).
     #[inline]
     pub fn add(&mut self, weight: f64, apart: &[f64; D]) {
         self.neighbours += u32::from(weight > 0.0);
@@ -340,14 +340,14 @@ impl<const D: usize> GradientMoment<D> {
         }
     }
 
-    /// `tr M`, which falls at free surfaces (sheet: sph §2.13 h).
+    /// Trace `tr M`, which decreases at free surfaces (sheet: sph §2.13 h).
     pub fn trace(&self) -> f64 {
         (0..D).map(|c| self.matrix[c][c]).sum()
     }
 
-    /// The rate of rotation `Ω` (1/s) that fits the relative velocities of the neighbours best, `Σ V F |v - Ω x|²` least, of the sums
-    /// `gradient = Σ V F v ⊗ x`: the angular velocity `ω = (tr M - M)⁻¹ Σ V F x × v`. `None` in one dimension, and in
-    /// space where neighbours lie in a line: the rotation about that line is not determined.
+    /// Rate of rotation `Ω` (1/s) that fits the relative velocities of the neighbours best. It minimises `Σ V F |v - Ω x|²`, from the sums
+    /// `gradient = Σ V F v ⊗ x`, by the angular velocity `ω = (tr M - M)⁻¹ Σ V F x × v`. `None` in one dimension, and in space where
+    /// neighbours are collinear: the rotation about that line is not determined.
     #[inline]
     pub fn rotation(&self, gradient: &[[f64; D]; D]) -> Option<[[f64; D]; D]> {
         let trace = self.trace();
@@ -376,7 +376,7 @@ impl<const D: usize> GradientMoment<D> {
         Some(spin)
     }
 
-    /// `L = M⁻¹` in closed form; `None` with fewer than `D + 1` neighbours, or where the determinant is below
+    /// Correction matrix `L = M⁻¹` in closed form; `None` with fewer than `D + 1` neighbours, or where the determinant is below
     /// [`MIN_DETERMINANT_RATIO`] of that of an isotropic moment of the same trace (sheet: sph §2.3).
     #[inline]
     pub fn correction(&self) -> Option<[[f64; D]; D]> {
@@ -408,18 +408,18 @@ impl<const D: usize> GradientMoment<D> {
     }
 }
 
-/// The particle sets of the studies in `sheet: sph §5.1`.
+/// Particle sets of the studies in `sheet: sph §5.1`.
 #[derive(Clone, Debug)]
 pub struct TestLattice<const D: usize> {
     /// All particles, x fastest (m).
     pub positions: Vec<[f64; D]>,
-    /// Those within the unit square (cube).
+    /// Indices of particles within the unit square (cube).
     pub inner: Vec<usize>,
     /// Spacing (m).
     pub spacing: f64,
 }
 
-/// `n^D` particles at the cell centres of the unit square (cube) with `layers` more on each side, each
+/// Returns `n^D` particles at the cell centres of the unit square (cube) with `layers` more on each side, each
 /// moved by up to `disorder` spacings along each axis.
 pub fn test_lattice<const D: usize>(n: usize, layers: usize, disorder: f64) -> TestLattice<D> {
     // Additive recurrences of the sheet; the third is the next of the same family.

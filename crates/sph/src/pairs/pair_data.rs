@@ -1,4 +1,4 @@
-//! What every particle shows its neighbours (sheet: sph §3.3, step 3).
+//! Pair data of the particles for the sums over neighbours (sheet: sph §3.3, step 3).
 
 use colluvium_constitutive::SymTensor;
 use rayon::prelude::*;
@@ -13,7 +13,7 @@ use crate::pairs::simd_pairs::clear_volume;
 use crate::points::particles::{Bodies, MIN_PARTICLES_PER_TASK, PairData, Particles};
 use crate::stress::tensile_instability::artificial_stress;
 
-/// What every particle shows its neighbours, walls and images included; step 3.
+/// Updates the pair data of every particle, walls and images included; step 3.
 pub fn update_pair_data<const D: usize>(
     setting: &SolverContext<D>,
     clock: &Clock,
@@ -53,7 +53,7 @@ fn update_artificial_stress<const D: usize>(tensile: Tensile, bodies: &mut Bodie
 
 fn fill_records<const D: usize>(momentum: MomentumEquation, bodies: &mut Bodies<D>, walls: &Walls<D>) {
     let (p, PairData { records, grad_h_factor: spread, .. }) = (&bodies.particles, &mut bodies.pair_data);
-    // The lanes do not correct: they leave the stress to those who do.
+    // SIMD sums have no correction; the stress is zero there and enters by the corrected sums.
     let scale = |i: usize| match momentum {
         MomentumEquation::Corrected => 0.0,
         _ => PairContext::<D>::flux_scale(momentum, p.density[i], spread[i]),
@@ -66,7 +66,7 @@ fn fill_records<const D: usize>(momentum: MomentumEquation, bodies: &mut Bodies<
     walls.smooth.particles().for_each(|i| clear_volume::<D>(&mut records[i]));
 }
 
-/// `Σ m W` of every particle (BN 2).
+/// Computes the density `Σ m W` of every particle (BN 2).
 pub fn sum_densities<const D: usize>(
     setting: &SolverContext<D>,
     bodies: &mut Bodies<D>,
@@ -81,7 +81,7 @@ pub fn sum_densities<const D: usize>(
     });
 }
 
-/// Corrections of the gradient, for the momentum equation that has them.
+/// Computes the gradient corrections, for the corrected momentum equation.
 fn find_corrections<const D: usize>(
     setting: &SolverContext<D>,
     bodies: &mut Bodies<D>,
@@ -107,7 +107,7 @@ fn find_corrections<const D: usize>(
     }
 }
 
-/// Factors of the gradient of the smoothing length.
+/// Computes the factors of the gradient of the smoothing length.
 fn update_grad_h_factors<const D: usize>(
     setting: &SolverContext<D>,
     bodies: &mut Bodies<D>,
@@ -130,7 +130,7 @@ fn update_grad_h_factors<const D: usize>(
         });
 }
 
-/// Puts the velocities of all particles into their records.
+/// Writes the velocities of all particles into their pair records.
 pub fn update_pair_velocities<const D: usize>(bodies: &mut Bodies<D>) {
     let p: &Particles<D> = &bodies.particles;
     let all = bodies.pair_data.records[..p.len()].par_iter_mut().zip(&p.velocity);

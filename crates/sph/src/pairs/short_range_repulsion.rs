@@ -1,10 +1,10 @@
-//! Repulsion of particles of fluids that come closer than the pressure keeps them apart.
+//! Repulsion of fluid particles that come closer than the pressure can prevent.
 //!
-//! The force of the pressure between two particles falls as `F(r) r` with their distance `r`, to nothing where they meet. A
-//! particle of a liquid and its own image in a smooth wall approach along one line and have no way round each other: they
-//! go on until they meet in the face. Pairs within [`RANGE`] spacings therefore have the potential energy
-//! `s μ c² (1 - r²/r_0²)²` beside that of the law, with `μ = 2 m_i m_j/(m_i + m_j)`, the mean `c²` of both, `r_0` the reach
-//! and `s` the option `close_repulsion`. Its forces are central: momentum, angular momentum and energy are kept.
+//! The pressure force between two particles decreases as `F(r) r` with their distance `r`, to zero where they coincide. A particle of a
+//! liquid and its own image in a smooth wall approach along one line and can't evade each other: they approach until they coincide in the
+//! face. Pairs within [`RANGE`] spacings therefore have the potential energy `s μ c² (1 - r²/r_0²)²` beside that of the law, with
+//! `μ = 2 m_i m_j/(m_i + m_j)`, the mean `c²` of both, the range `r_0` and `s`, the option `close_repulsion`. Its forces are central:
+//! momentum, angular momentum and energy are conserved.
 
 use std::ops::Range;
 
@@ -18,19 +18,19 @@ use crate::pairs::simd_pairs::Lanes;
 use crate::points::particles::{Bodies, ParticleGroup};
 use crate::points::vector_algebra::separation;
 
-/// Up to which distance particles repel each other, in spacings. An even liquid has none so close.
+/// Range of the repulsion, in spacings. In an even liquid no pair is so close.
 pub(crate) const RANGE: f64 = 0.7;
 
-/// The repulsion within the fluids of a case.
+/// Short-range repulsion within the fluids of a case.
 #[derive(Clone, Copy)]
 pub(crate) struct ShortRangeRepulsion {
-    /// Square of the distance up to which it acts (m²).
+    /// Square of the range (m²).
     pub square: f64,
     strength: f64,
 }
 
 impl ShortRangeRepulsion {
-    /// That of `setting`; `None` where `groups` hold nothing that it acts on.
+    /// Returns the repulsion of `setting`; `None` where `groups` have no free fluid.
     pub(crate) fn of_groups<const D: usize>(
         setting: &SolverContext<D>,
         groups: &[ParticleGroup],
@@ -42,34 +42,34 @@ impl ShortRangeRepulsion {
             .then_some(Self { square: reach * reach, strength })
     }
 
-    /// Acceleration over the distance vector (1/s²) of a particle of mass `own` towards one of mass `other` (kg), negative:
-    /// squares of their distance (m²) and of the speed of sound (m²/s²).
+    /// Acceleration over the distance vector (1/s²) of a particle of mass `own` towards one of mass `other` (kg), negative;
+    /// from the squares of their distance (m²) and of the speed of sound (m²/s²).
     #[inline]
     fn acceleration_factor(self, square: f64, sound: f64, (own, other): (f64, f64)) -> f64 {
         let share = 2.0 * other / (own + other);
         -4.0 * self.strength * share * sound / self.square * (1.0 - square / self.square).max(0.0)
     }
 
-    /// The energy of a pair (J).
+    /// Energy of a pair (J).
     fn energy(self, square: f64, sound: f64, (own, other): (f64, f64)) -> f64 {
         let left = (1.0 - square / self.square).max(0.0);
         self.strength * 2.0 * own * other / (own + other) * sound * left * left
     }
 
-    /// The longest step (s) in which two particles swing stably against each other at the speed of sound `sound` (m/s), with a
-    /// third in hand. The stiffness of a pair is at most `8 s c²/r_0²` over the mass, and half of the mass swings.
+    /// Largest stable step (s) of two particles that oscillate against each other, at the speed of sound `sound` (m/s), with a safety
+    /// margin of a third. The stiffness of a pair is at most `8 s c²/r_0²` over the mass, and the reduced mass is half of it.
     pub(crate) fn stable_step(self, sound: f64) -> f64 {
         4.0 / 3.0 * (self.square / (16.0 * self.strength)).sqrt() / sound
     }
 }
 
 impl<const D: usize> PairSums<'_, D> {
-    /// Whether particle `i` is one of a fluid that moves by itself.
+    /// Whether particle `i` belongs to a fluid that moves by itself.
     fn is_free_fluid(&self, i: usize) -> bool {
         self.groups.iter().any(|group| group.is_free_fluid() && group.range().contains(&i))
     }
 
-    /// Adds to `sum` what the neighbours `four` that are too close do to `i`, each `apart` (m) from it.
+    /// Adds the repulsion on `i` by the neighbours `four` that are too close, each at the distance vector `apart` (m).
     #[cold]
     pub(crate) fn add_repulsion(
         &self,
@@ -90,7 +90,7 @@ impl<const D: usize> PairSums<'_, D> {
         }
     }
 
-    /// Adds to `sum` what the image of `i` in smooth walls of particles would do to it.
+    /// Adds the repulsion on `i` by its image in smooth walls of particles.
     pub(crate) fn add_image_repulsion(&self, i: usize, close: ShortRangeRepulsion, sum: &mut [f64; D]) {
         let p = self.particles;
         for plane in self.walls.planes.faces.iter().filter(|plane| plane.contact == WallContact::FreeSlip) {
@@ -107,7 +107,7 @@ impl<const D: usize> PairSums<'_, D> {
     }
 }
 
-/// Energy of the repulsion (J), of each particle that of half of its pairs with others and with images.
+/// Energy of the repulsion (J): for each particle that of half of its pairs with others and with images.
 pub(crate) fn repulsion_energy<const D: usize>(
     setting: &SolverContext<D>,
     bodies: &Bodies<D>,

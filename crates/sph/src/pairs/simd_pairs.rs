@@ -1,16 +1,16 @@
-//! Four neighbours at a time.
+//! SIMD sums over four neighbours at a time.
 
 use crate::pairs::kernel::{Kernel, Smoothing};
 
-/// One number of each of four neighbours.
+/// SIMD vector of one number of each of four neighbours.
 pub use wide::f64x4 as Lanes;
 
-/// What a particle shows its neighbours, in rows of four so that four particles can be turned into lanes:
-/// position and velocity; volume, density, speed of sound and smoothing length; stress. Volumes, not masses: they take a
-/// division out of most sums over pairs.
+/// Pair record of a particle, in rows of four so that the rows of four particles can be transposed into lanes: position and velocity;
+/// volume, density, speed of sound and smoothing length; stress. Volumes instead of masses
+/// save a division in most sums over pairs.
 pub type PairRecord = [[f64; 4]; 4];
 
-/// A record.
+/// Returns the record of a particle.
 #[inline(always)]
 pub fn pair_record<const D: usize>(
     x: &[f64; D],
@@ -26,7 +26,7 @@ pub fn pair_record<const D: usize>(
     }
 }
 
-/// Puts another velocity into a record.
+/// Sets the velocity of a record.
 #[inline(always)]
 pub fn set_velocity<const D: usize>(record: &mut PairRecord, v: &[f64; D]) {
     if D == 3 {
@@ -36,7 +36,7 @@ pub fn set_velocity<const D: usize>(record: &mut PairRecord, v: &[f64; D]) {
     }
 }
 
-/// Takes the volume out of a record: it no longer counts in sums over neighbours.
+/// Sets the volume of a record to zero, so that it does not contribute to sums over neighbours.
 #[inline(always)]
 pub fn clear_volume<const D: usize>(record: &mut PairRecord) {
     if D == 3 {
@@ -46,7 +46,7 @@ pub fn clear_volume<const D: usize>(record: &mut PairRecord) {
     }
 }
 
-/// Place and motion of four particles.
+/// Positions, velocities, volumes and densities of four particles.
 pub struct PackedKinematics<const D: usize> {
     pub x: [Lanes; D],
     pub v: [Lanes; D],
@@ -54,7 +54,7 @@ pub struct PackedKinematics<const D: usize> {
     pub density: Lanes,
 }
 
-/// The rest of them.
+/// Remaining fields of four particles.
 pub struct PackedState {
     pub sound: Lanes,
     pub length: Lanes,
@@ -62,7 +62,7 @@ pub struct PackedState {
     pub stress: [Lanes; 6],
 }
 
-/// Lanes of the four numbers of a row. Not `Lanes::transpose`, which is not inlined.
+/// Transposes a row of four records into lanes. Not `Lanes::transpose`, which is not inlined.
 #[inline(always)]
 fn transpose([a, b, c, d]: [&PairRecord; 4], row: usize) -> [Lanes; 4] {
     let (a, b, c, d) = (&a[row], &b[row], &c[row], &d[row]);
@@ -70,7 +70,7 @@ fn transpose([a, b, c, d]: [&PairRecord; 4], row: usize) -> [Lanes; 4] {
     [lane(0), lane(1), lane(2), lane(3)]
 }
 
-/// Lanes of position, velocity, volume and density.
+/// Returns the lanes of position, velocity, volume and density.
 #[inline(always)]
 pub fn packed_kinematics<const D: usize>(four: [&PairRecord; 4]) -> PackedKinematics<D> {
     let (first, second) = (transpose(four, 0), transpose(four, 1));
@@ -91,7 +91,7 @@ pub fn packed_kinematics<const D: usize>(four: [&PairRecord; 4]) -> PackedKinema
     }
 }
 
-/// Lanes of everything else.
+/// Returns the lanes of the remaining fields.
 #[inline(always)]
 pub fn packed_state<const D: usize>(four: [&PairRecord; 4]) -> PackedState {
     if D == 3 {
@@ -117,7 +117,7 @@ pub fn product<const D: usize>(tensor: &[Lanes; 6], x: &[Lanes; D]) -> [Lanes; D
     })
 }
 
-/// `a·b`.
+/// Scalar product `a·b`.
 #[inline(always)]
 pub fn dot<const D: usize>(a: &[Lanes; D], b: &[Lanes; D]) -> Lanes {
     let mut sum = a[0] * b[0];
@@ -134,8 +134,8 @@ pub fn sum(lanes: Lanes) -> f64 {
     (a + b) + (c + d)
 }
 
-/// Calls `visit(first entry, four neighbours, how many of them count)` for the neighbours in `row`; what fills
-/// up the last four is `own`, whose distance is zero. In one place, so that `visit` becomes part of the loop.
+/// Calls `visit(first entry, four neighbours, number of valid ones)` for the neighbours in `row`; the last four are
+/// padded with `own`, whose distance is zero. In one place, so that `visit` is inlined in the loop.
 #[inline(always)]
 pub fn for_each_four(row: &[u32], own: usize, mut visit: impl FnMut(usize, [usize; 4], usize)) {
     let mut left = row;
@@ -154,7 +154,7 @@ pub fn for_each_four(row: &[u32], own: usize, mut visit: impl FnMut(usize, [usiz
     }
 }
 
-/// Four numbers from the end of a row, zero where it ends.
+/// Loads four numbers of a row, zero beyond its end.
 #[inline(always)]
 pub fn load_four(values: &[f64], start: usize, count: usize) -> Lanes {
     match values[start..].first_chunk::<4>() {
@@ -167,7 +167,7 @@ pub fn load_four(values: &[f64], start: usize, count: usize) -> Lanes {
     }
 }
 
-/// Puts the first `count` lanes into a row from `start` on.
+/// Stores the first `count` lanes in a row from `start` on.
 #[inline(always)]
 pub fn store_four(values: &mut [f64], start: usize, count: usize, lanes: Lanes) {
     let lanes = lanes.to_array();
@@ -177,7 +177,7 @@ pub fn store_four(values: &mut [f64], start: usize, count: usize, lanes: Lanes) 
     }
 }
 
-/// `x^n` for `n` from 2 to 7.
+/// Power `x^n` for `n` from 2 to 7.
 #[inline(always)]
 fn power(x: Lanes, n: u32) -> Lanes {
     match n {
@@ -191,12 +191,12 @@ fn power(x: Lanes, n: u32) -> Lanes {
 }
 
 impl<const D: usize> Smoothing<D> {
-    /// As [`Smoothing::gradient_factor`], of four distances squared: `F = -W'/r`.
+    /// Weights `F = -W'/r` as [`Smoothing::gradient_factor`], of four squared distances.
     #[inline(always)]
     pub(crate) fn weights(&self, square: Lanes) -> Lanes {
         let (zero, one, two) = (Lanes::splat(0.0), Lanes::splat(1.0), Lanes::splat(2.0));
         let clip = |x: Lanes| x.fast_max(zero);
-        // Particles at the same place: the gradient is zero for their distance is.
+        // Coincident particles: the gradient is zero, since their distance is.
         let q = (square.sqrt() * self.inverse).fast_max(Lanes::splat(1e-12));
         let t = clip(one - q * 0.5);
         let steepness = match self.kernel {

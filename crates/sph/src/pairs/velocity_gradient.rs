@@ -11,15 +11,15 @@ fn sum_lanes<const D: usize>(sums: &[[Lanes; D]; D]) -> SquareMatrix<D> {
     sums.map(|row| row.map(simd_pairs::sum))
 }
 
-/// A symmetric matrix by its upper half.
+/// Symmetric matrix from its upper half.
 #[inline]
 fn from_upper_half<const D: usize>(upper: &SquareMatrix<D>) -> SquareMatrix<D> {
     std::array::from_fn(|a| std::array::from_fn(|b| upper[a.min(b)][a.max(b)]))
 }
 
-/// Makes a velocity gradient (1/s) of sums with the moment `M` exact for rotations: `L - RM + R`, `R` being the rotation that fits the
+/// Makes a velocity gradient (1/s) of sums with the moment `M` exact for rotations: `L - RM + R`, with the rotation `R` that fits the
 /// velocities of the neighbours best (docs/theory/sph.md, equations of a step). Where velocities are the chords of a step of `chord` (s),
-/// `R` is that of the chords, `Ω + (cos θ - 1)/Δt` across the axis with `sin θ = Ω Δt`. Returns by how much the trace has changed.
+/// `R` is that of the chords, `Ω + (cos θ - 1)/Δt` across the axis with `sin θ = Ω Δt`. Returns the change of the trace.
 #[inline]
 fn corotate<const D: usize>(gradient: &mut SquareMatrix<D>, moment: &GradientMoment<D>, chord: f64) -> f64 {
     let Some(spin) = moment.rotation(gradient) else { return 0.0 };
@@ -38,8 +38,8 @@ fn corotate<const D: usize>(gradient: &mut SquareMatrix<D>, moment: &GradientMom
 }
 
 impl<const D: usize> PairSums<'_, D> {
-    /// Velocity gradient of particle `i`: step 6 of `sheet: sph §3.3`. The weights are those of its acceleration; velocities are the
-    /// chords of a step of `chord` (s), or zero for those at the positions.
+    /// Velocity gradient of particle `i`: step 6 of `sheet: sph §3.3`. The weights are those of its acceleration. Velocities are
+    /// chords of a step of `chord` (s), or, for 0, those at the positions.
     #[inline]
     pub fn velocity_gradient(
         &self,
@@ -50,8 +50,8 @@ impl<const D: usize> PairSums<'_, D> {
         self.velocity_gradient_generic::<false>(i, (row, weights), &[[0.0; D]; D], true, chord)
     }
 
-    /// The same of a particle of a rigid body that turns with the gradient `turn` (1/s): what others do is counted as seen from
-    /// the body. Walls and obstacles strain it where they are `ground`; they bear a body that moves freely as a whole.
+    /// Velocity gradient of a particle of a rigid body with the rotation gradient `turn` (1/s), from velocities relative to the body. Walls
+    /// and obstacles contribute where `ground` is true; they support a freely moving body as a whole.
     #[inline(never)]
     pub fn velocity_gradient_rotating(
         &self,
@@ -87,7 +87,7 @@ impl<const D: usize> PairSums<'_, D> {
         let corrected = operator == VelocityGradientOperator::Corrected;
         let corotated = self.options.is_corotated();
         let continuity = self.options.continuity;
-        // Where the two forms go together the divergence is the trace.
+        // Where the forms of gradient and continuity equation agree, the divergence is the trace.
         let apart_forms = match continuity {
             ContinuityEquation::Mass => !by_mass,
             ContinuityEquation::Volume => by_mass || corrected,
@@ -118,7 +118,7 @@ impl<const D: usize> PairSums<'_, D> {
                 trace += simd_pairs::dot(&relative, &apart) * weight;
             }
             if corrected || corotated {
-                // The upper half: the moment is symmetric.
+                // Upper half only, since the moment is symmetric.
                 for a in 0..D {
                     for b in a..D {
                         moment[a][b] += apart[a] * scaled[b];
@@ -150,7 +150,7 @@ impl<const D: usize> PairSums<'_, D> {
             self.add_obstacle_gradient(i, (&mut gradient, &mut trace, &mut moment));
         }
         let spread = if self.grad_h() { self.shown.grad_h_factor[i] } else { 1.0 };
-        // The corrected gradient is exact for the weights as they are: 1/ϑ belongs to the other sums.
+        // The corrected gradient is exact for the plain weights: 1/ϑ belongs to the other sums.
         let correction = if corrected { moment.correction() } else { None };
         let mut gradient = match correction {
             Some(l) => gradient.map(|row| product(&l, &row)),

@@ -1,6 +1,6 @@
 //! Particles of the bodies: columns of their state, rigid bodies, small vector algebra.
 //!
-//! Every other room reads them.
+//! All other modules read them.
 
 pub(crate) mod particles;
 pub(crate) mod rigid_body;

@@ -1,4 +1,4 @@
-//! The particles, as structures of arrays.
+//! Particles as structures of arrays.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -19,10 +19,10 @@ use crate::points::rigid_body::RigidBody;
 /// Least number of particles per task.
 pub(crate) const MIN_PARTICLES_PER_TASK: usize = 512;
 
-/// A matrix of the space.
+/// Square matrix of the space dimension, row by row.
 pub type SquareMatrix<const D: usize> = [[f64; D]; D];
 
-/// Particles of one body: a range of the arrays and what its law keeps.
+/// Particles of one body: a range of the arrays and the states of its law.
 pub struct ParticleGroup {
     /// Index into `Case::bodies`.
     pub body: u32,
@@ -30,7 +30,7 @@ pub struct ParticleGroup {
     pub start: usize,
     /// One past the last.
     pub end: usize,
-    /// The law.
+    /// Material law.
     pub material: Arc<dyn Material>,
     /// States of the law.
     pub states: States,
@@ -38,34 +38,34 @@ pub struct ParticleGroup {
     pub youngs_modulus: Option<f64>,
     /// Initial density (kg/m³).
     pub density: f64,
-    /// The velocities it keeps, where it is held.
+    /// Prescribed velocities, where the body is held.
     pub held: Option<Velocity>,
-    /// The factor on these velocities over time; one without.
+    /// Factor on these velocities over time; one without.
     pub history: Option<TimeHistory>,
-    /// Its mean over the step.
+    /// Mean factor over the step.
     pub factor: f64,
-    /// How it moves, where it is rigid.
+    /// Rigid motion, where the body is rigid.
     pub rigid: Option<RigidBody>,
-    /// Whether others slip along it; only what is held may be smooth.
+    /// Whether others slip freely along it; only held bodies may be smooth.
     pub smooth: bool,
     /// Whether a confining pressure acts on it.
     pub confined: bool,
-    /// Whether its law is one of fluids.
+    /// Whether its law is a fluid law.
     pub fluid: bool,
 }
 
 impl ParticleGroup {
-    /// The range in the arrays.
+    /// Index range in the arrays.
     pub fn range(&self) -> Range<usize> {
         self.start..self.end
     }
 
-    /// Whether it is a fluid that moves by itself.
+    /// Whether the body is a fluid that moves by itself.
     pub fn is_free_fluid(&self) -> bool {
         self.fluid && self.held.is_none() && self.rigid.is_none()
     }
 
-    /// The same body without particles.
+    /// Returns the body without particles.
     pub fn empty_like(&self) -> Self {
         Self {
             start: 0,
@@ -80,10 +80,10 @@ impl ParticleGroup {
 }
 
 struct_of_arrays! {
-    /// What a particle is. Behind the particles come their images and the particles of walls, in the columns of what acts on
-    /// neighbours: position, velocity, mass, density, stress, speed of sound and smoothing length.
+    /// Columns of the particles. The particles are followed by their images and the wall particles, in the columns used
+    /// for neighbours: position, velocity, mass, density, stress, speed of sound and smoothing length.
     pub struct Particles<const D: usize> {
-        /// Ids, the same for life.
+        /// Ids, constant during the run.
         pub id: u32,
         /// Positions from which displacement is counted (m).
         pub origin: [f64; D],
@@ -91,9 +91,9 @@ struct_of_arrays! {
         pub position: [f64; D],
         /// Velocities (m/s).
         pub velocity: [f64; D],
-        /// Velocities of the step before, of the scheme that needs them (m/s); empty without.
+        /// Velocities of the previous step, for the scheme that needs them (m/s); empty without.
         pub previous: [f64; D],
-        /// Pressures on faces that friction counts with (Pa), zero where there is none; empty without friction.
+        /// Delayed pressures for friction on faces (Pa), zero without contact; empty without friction.
         pub pressed: f64,
         /// Masses (kg).
         pub mass: f64,
@@ -109,7 +109,7 @@ struct_of_arrays! {
 }
 
 struct_of_arrays! {
-    /// How a particle changes, of the last step.
+    /// Rates of the particles in the last step.
     pub struct Derivatives<const D: usize> {
         /// Accelerations (m/s²).
         pub acceleration: [f64; D],
@@ -121,12 +121,12 @@ struct_of_arrays! {
 }
 
 impl<const D: usize> Particles<D> {
-    /// The particles of a body as their law sees them.
+    /// Points of a body for its material law.
     pub fn law_points<'a>(&'a self, group: &'a ParticleGroup) -> LawPoints<'a> {
         LawPoints { material: &*group.material, stress: &self.stress[group.range()], states: &group.states }
     }
 
-    /// Makes room for so many particles, images and walls; what is new is zero.
+    /// Resizes the columns to the number of particles, images and wall particles; new entries are zero.
     pub fn resize(&mut self, total: usize) {
         self.position.resize(total, [0.0; D]);
         self.velocity.resize(total, [0.0; D]);
@@ -137,7 +137,7 @@ impl<const D: usize> Particles<D> {
         self.length.resize(total, 0.0);
     }
 
-    /// The error of particle `index`.
+    /// Error at particle `index`.
     pub fn particle_error(&self, clock: &Clock, index: usize, reason: String) -> SolverError {
         let position = self.position.get(index).copied().unwrap_or([0.0; D]);
         SolverError::Point {
@@ -149,7 +149,7 @@ impl<const D: usize> Particles<D> {
         }
     }
 
-    /// The record of particle `i`, its stress times `scale`.
+    /// Pair record of particle `i`, with its stress times `scale`.
     #[inline]
     pub fn record(&self, i: usize, scale: f64) -> PairRecord {
         let scalars = [self.mass[i] / self.density[i], self.density[i], self.sound[i], self.length[i]];
@@ -158,7 +158,7 @@ impl<const D: usize> Particles<D> {
 }
 
 impl<const D: usize> Derivatives<D> {
-    /// Makes room for so many particles; what is new is zero.
+    /// Resizes the columns to a number of particles; new entries are zero.
     pub fn resize(&mut self, len: usize) {
         self.acceleration.resize(len, [0.0; D]);
         self.gradient.resize(len, [[0.0; D]; D]);
@@ -166,41 +166,41 @@ impl<const D: usize> Derivatives<D> {
     }
 }
 
-/// What the particles, with images and walls, show each other. Found anew in every step.
+/// Pair data of the particles, images and walls for the sums over neighbours. Recomputed in every step.
 #[derive(Clone, Default)]
 pub struct PairData<const D: usize> {
-    /// What the pair sums read.
+    /// Records for the pair sums.
     pub records: Vec<PairRecord>,
-    /// `1/ϑ` of the gradient of the smoothing length; one without.
+    /// Factor `1/ϑ` of the gradient of the smoothing length; one without.
     pub grad_h_factor: Vec<f64>,
     /// Artificial stress over density squared; empty without.
     pub repulsion: Vec<SymTensor>,
-    /// Corrections of the gradient, of particles and images; empty where the momentum equation does without.
+    /// Corrections of the gradient, of particles and images; empty without the corrected momentum equation.
     pub correction: Vec<SquareMatrix<D>>,
-    /// Densities by summation, before the particles have them (kg/m³).
+    /// Densities by summation, before they are assigned to the particles (kg/m³).
     pub summed: Vec<f64>,
-    /// Stresses that walls take from the soil, before their particles have them (Pa).
+    /// Stresses extrapolated from the soil, before they are assigned to wall particles (Pa).
     pub wall_stresses: Vec<SymTensor>,
 }
 
-/// The bodies and their particles.
+/// Bodies and their particles.
 #[derive(Default)]
 pub struct Bodies<const D: usize> {
-    /// The particles of all of them.
+    /// Particles of all bodies.
     pub particles: Particles<D>,
-    /// Body after body.
+    /// Groups of particles, body after body.
     pub groups: Vec<ParticleGroup>,
-    /// What the particles show each other.
+    /// Pair data of the particles.
     pub pair_data: PairData<D>,
-    /// Which particles are copies of those of other ranks: neighbours for the others, whose own rates nobody asks for.
+    /// Whether each particle is a ghost, a copy of one of another rank: a neighbour for others, without rates of its own.
     /// Empty where there are none.
     pub ghost_particles: Vec<bool>,
-    /// Loads on their surfaces.
+    /// Surface loads.
     pub loads: BodyLoads<D>,
 }
 
 impl<const D: usize> Bodies<D> {
-    /// The same bodies without particles.
+    /// Returns the bodies without particles.
     pub fn empty_like(&self) -> Self {
         Self {
             groups: self.groups.iter().map(ParticleGroup::empty_like).collect(),
@@ -209,14 +209,14 @@ impl<const D: usize> Bodies<D> {
         }
     }
 
-    /// Makes room for so many particles, images and walls.
+    /// Resizes the arrays to the number of particles, images and wall particles.
     pub fn resize(&mut self, total: usize) {
         self.particles.resize(total);
         self.pair_data.grad_h_factor.resize(total, 1.0);
         self.pair_data.records.resize(total, [[0.0; 4]; 4]);
     }
 
-    /// The body of particle `i`.
+    /// Group of particle `i`.
     pub fn group_of(&self, i: usize) -> Option<&ParticleGroup> {
         self.groups.iter().find(|group| group.range().contains(&i))
     }
@@ -227,7 +227,7 @@ impl<const D: usize> Bodies<D> {
         self.ghost_particles.get(i).is_some_and(|guest| *guest)
     }
 
-    /// The largest smoothing length (m).
+    /// Largest smoothing length (m).
     pub fn max_smoothing_length(&self, setting: &SolverContext<D>) -> f64 {
         if !setting.options.is_variable() {
             return setting.smoothing.length();
@@ -235,7 +235,7 @@ impl<const D: usize> Bodies<D> {
         self.particles.length[..self.particles.len()].iter().copied().fold(0.0, f64::max)
     }
 
-    /// Smoothing lengths that follow the density in closed form.
+    /// Updates the smoothing lengths that depend on the density in closed form.
     pub fn follow_density(&mut self, setting: &SolverContext<D>) {
         if setting.options.smoothing_length != SmoothingLength::Density {
             return;
@@ -247,7 +247,7 @@ impl<const D: usize> Bodies<D> {
         }
     }
 
-    /// Gives bodies that are held their velocities.
+    /// Sets the velocities of held bodies.
     pub fn impose_held_velocities(&mut self) {
         let p = &mut self.particles;
         for group in &self.groups {
@@ -260,7 +260,7 @@ impl<const D: usize> Bodies<D> {
         }
     }
 
-    /// Bodies whose velocities vary in time get those of the step from `start` to `end` (s).
+    /// Sets the time-dependent velocities of held bodies in the step from `start` to `end` (s).
     pub fn update_time_histories(&mut self, start: f64, end: f64) {
         let mut varies = false;
         for group in &mut self.groups {
@@ -273,7 +273,7 @@ impl<const D: usize> Bodies<D> {
         }
     }
 
-    /// Takes out the bodies that are gone in the stage, and what `rates` holds of them.
+    /// Removes the bodies that are inactive in the stage, and their entries in `rates`.
     pub fn remove_inactive(&mut self, case: &Case, stage: usize, rates: &mut Derivatives<D>) {
         let is_gone = |group: &ParticleGroup| case.is_removed(&case.bodies[group.body as usize].name, stage);
         while let Some(number) = self.groups.iter().position(is_gone) {
@@ -282,7 +282,7 @@ impl<const D: usize> Bodies<D> {
                 group.start -= range.len();
                 group.end -= range.len();
             }
-            // Neither images nor walls follow.
+            // No images or walls follow here.
             self.resize(self.particles.len());
             self.particles.reorder_range(range.clone(), &[], &mut ScratchBuffers::default());
             rates.reorder_range(range, &[], &mut ScratchBuffers::default());

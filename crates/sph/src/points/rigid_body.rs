@@ -1,46 +1,46 @@
-//! A rigid body: how it stands and moves, and what acts on it in a step.
+//! Rigid body: state and motion, and forces on it in a step.
 
 use colluvium_case::rigid::{RigidBodyActions, RigidMass, RigidState, RigidStep, Twist};
 use serde::{Deserialize, Serialize};
 
-/// A rigid body.
+/// Motion of a rigid body.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct RigidBody {
-    /// Where it is and, half a step behind, how it moves.
+    /// Position and, half a step behind, velocity and spin.
     pub state: RigidState,
-    /// How the last forces change velocity and spin (m/s², rad/s²).
+    /// Rates of velocity and spin by the last forces (m/s², rad/s²).
     pub rate: Twist,
-    /// What it does in the step.
+    /// Motion in the step.
     #[serde(skip)]
     pub step: Option<RigidStep>,
-    /// Whether it moves freely in the step.
+    /// Whether the body moves freely in the step.
     #[serde(skip)]
     pub moves_freely: bool,
-    /// Velocity gradient of its turn in the step (1/s).
+    /// Velocity gradient of its rotation in the step (1/s).
     #[serde(skip)]
     pub rotation_gradient: [[f64; 3]; 3],
 }
 
-/// What acts on a rigid body in a step.
+/// Forces on a rigid body in a step.
 #[derive(Clone, Copy)]
 pub struct RigidForces {
-    /// Number of the group of its particles.
+    /// Index of the group of its particles.
     pub group: usize,
-    /// Its mass where it is.
+    /// Mass, centre and inertia at its position.
     pub mass: RigidMass,
-    /// Forces, and what follows them.
+    /// Forces, and prescribed or free components.
     pub actions: RigidBodyActions,
-    /// Rates of its velocity and spin (m/s², rad/s²).
+    /// Rates of velocity and spin (m/s², rad/s²).
     pub rate: Twist,
 }
 
 impl RigidBody {
-    /// At the start.
+    /// Returns the body at the start.
     pub fn new(state: RigidState) -> Self {
         Self { state, ..Self::default() }
     }
 
-    /// Its motion some time (s) ahead, by the last forces.
+    /// State extrapolated by a time (s) with the last forces.
     pub fn extrapolated(&self, time: f64) -> RigidState {
         let mut state = self.state;
         for c in 0..3 {
@@ -50,7 +50,7 @@ impl RigidBody {
         state
     }
 
-    /// Brings it to rest where it is.
+    /// Sets velocity and spin to zero.
     pub fn stop(&mut self) {
         self.state.stop();
         self.rate = [0.0; 6];

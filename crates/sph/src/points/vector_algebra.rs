@@ -1,19 +1,19 @@
-//! Vectors and stresses.
+//! Operations on vectors and stresses.
 
 use colluvium_constitutive::SymTensor;
 
-/// The square of the length of a vector.
+/// Square of the length of a vector.
 pub fn square<const N: usize>(vector: &[f64; N]) -> f64 {
     vector.iter().map(|c| c * c).sum()
 }
 
-/// The product of two vectors.
+/// Scalar product of two vectors.
 #[inline]
 pub fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// `x_j - x_i` and its square.
+/// Separation `x_j - x_i` and its square.
 #[inline(always)]
 pub fn separation<const D: usize>(from: &[f64; D], to: &[f64; D]) -> ([f64; D], f64) {
     let apart: [f64; D] = std::array::from_fn(|c| to[c] - from[c]);
@@ -21,7 +21,7 @@ pub fn separation<const D: usize>(from: &[f64; D], to: &[f64; D]) -> ([f64; D], 
     (apart, square)
 }
 
-/// `H σ H` with `H = diag flip`.
+/// Mirrored stress `H σ H` with `H = diag flip`.
 #[inline]
 pub fn mirrored_stress<const D: usize>(stress: &SymTensor, flip: &[f64; D]) -> SymTensor {
     let sign = |c: usize| if c < D { flip[c] } else { 1.0 };
@@ -30,14 +30,14 @@ pub fn mirrored_stress<const D: usize>(stress: &SymTensor, flip: &[f64; D]) -> S
     SymTensor([xx, yy, zz, x * y * xy, y * z * yz, z * x * zx])
 }
 
-/// The stress with its shear on faces normal to `axis` times `factor`.
+/// Stress with its shear on faces normal to `axis` multiplied by `factor`.
 pub fn with_scaled_shear(stress: &SymTensor, axis: usize, factor: f64) -> SymTensor {
     let [xx, yy, zz, xy, yz, zx] = stress.0;
     let f = |a: usize, b: usize| if a == axis || b == axis { factor } else { 1.0 };
     SymTensor([xx, yy, zz, f(0, 1) * xy, f(1, 2) * yz, f(2, 0) * zx])
 }
 
-/// `diag(K₀, K₀, 1)` times `vertical`, turned to the direction `up`.
+/// Geostatic stress `diag(K₀, K₀, 1)` times `vertical`, rotated to the direction `up`.
 pub fn geostatic_stress<const D: usize>(vertical: f64, k0: f64, up: &[f64; D]) -> SymTensor {
     let along = |a: usize, b: usize| if a < D && b < D { up[a] * up[b] } else { 0.0 };
     let value = |a: usize, b: usize| vertical * (if a == b { k0 } else { 0.0 } + (1.0 - k0) * along(a, b));

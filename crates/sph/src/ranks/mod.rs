@@ -1,15 +1,15 @@
-//! The solver in ranks, for memory that is not shared (sheet: sph §3.9; Bui & Nguyen 2021, §3.7).
+//! Solver in ranks, for distributed memory (sheet: sph §3.9; Bui & Nguyen 2021, §3.7).
 //!
-//! Orthogonal recursive bisection gives each rank the particles of a box. A rank is a solver of its own for them and
-//! for copies of the particles around: its halo, wide enough that one exchange per step will do. Beyond these copies
-//! ranks know of each other the boxes and cuts, and what is summed up or compared over all: the least time step, the
-//! farthest motion, the largest smoothing length. All of this goes through [`ParticleMessage`]s and returned values, so that
-//! a transport of messages can take the place of the mailbox; here the ranks are tasks of one process.
+//! Orthogonal recursive bisection gives each rank the particles of a box. A rank is a solver of its own for them and for copies of the
+//! particles around: its halo, wide enough for one exchange per step. Beyond these copies ranks share the boxes and cuts, and global sums
+//! and extremes: the least time step, the largest displacement, the largest smoothing length. All of this passes through
+//! [`ParticleMessage`]s and returned values, so that
+//! a message transport can replace the mailbox; here the ranks are tasks of one process.
 //!
-//! Neighbours are listed for all ranks at the same step. Then particles go to the rank in whose box they are
-//! (migration), and where the ranks' work has come to differ by more than a tenth the cuts are made anew. Particles
-//! stand in every rank in the sequence of the solver without ranks, so that every sum runs over the same neighbours in
-//! the same order: results are the same to the last bit with any number of ranks.
+//! Neighbours are listed for all ranks at the same step. Then particles move to the rank whose box contains them (migration), and where the
+//! loads of the ranks differ by more than a tenth the cuts are recomputed. In every rank the particles are in the sequence of the solver
+//! without ranks, so that every sum runs over the same neighbours in
+//! the same order: results are bitwise equal with any number of ranks.
 
 mod particle_message;
 mod solver_trait;
@@ -29,11 +29,11 @@ use crate::ranks::particle_message::{ParticleMessage, assemble};
 use crate::solver::{EquilibriumTerms, SphSolver, equilibrium_terms};
 use crate::stress::regularisation::is_regularisation_due;
 
-/// Largest weight of a rank over the mean beyond which cuts are made anew (sheet: sph §3.9).
+/// Largest weight of a rank over the mean, beyond which cuts are recomputed (sheet: sph §3.9).
 const IMBALANCE: f64 = 1.1;
 
-/// How many times the reach of the sums the halo is wide: once for the accelerations, and once for the velocity
-/// gradients, for which neighbours need theirs; once or twice more for each pass that an option adds before these.
+/// Width of the halo over the reach of the sums: one for the accelerations, and one for the velocity
+/// gradients, for which neighbours need theirs; one or two more for each pass that an option adds before these.
 fn passes(options: &SphOptions) -> usize {
     let summed = options.continuity == ContinuityEquation::Summation
         || options.symmetrisation == Symmetrisation::GradH;
@@ -43,25 +43,25 @@ fn passes(options: &SphOptions) -> usize {
         options.confining.is_some(),
         options.regularisation != Regularisation::None,
         options.density_reset != DensityReset::None,
-        // The surface that shifting asks for goes by the walls, and these by the soil around them.
+        // Shifting needs the free surface, which depends on the walls, and these on the soil around them.
         options.shifting > 0.0 && options.wall_stress != WallStress::Pairwise,
     ];
-    // Walls that interpolate stand between a particle and the soil they ask, with the accelerations and again with the
-    // gradients; shifting asks whether neighbours lie at a surface.
+    // Extrapolated walls lie between a particle and the soil they use, with the accelerations and again with the
+    // gradients; shifting needs the surface state of neighbours.
     let twice = [options.wall_stress != WallStress::Pairwise, options.shifting > 0.0];
     let count = |options: &[bool]| options.iter().filter(|on| **on).count();
     2 + count(&once) + 2 * count(&twice)
 }
 
-/// Particles of a box, and their halo.
+/// Rank: the particles of a box, and their halo.
 struct Rank<const D: usize> {
-    /// The solver for both; the particles of the halo are its guests.
+    /// Solver for both; the particles of the halo are its ghosts.
     domain: SphSolver<D>,
-    /// Places of its particles, halo included, in the order of a solver without ranks.
+    /// Index of each of its particles, halo included, in the sequence of a solver without ranks.
     sequence: Vec<u32>,
-    /// For each rank, the particles here that are in its halo.
+    /// For each rank, the indices of particles here that are in its halo.
     sends: Vec<Vec<u32>>,
-    /// For each rank, where its particles in the halo stand.
+    /// For each rank, the indices of its particles in the halo here.
     receives: Vec<Vec<u32>>,
 }
 
@@ -71,12 +71,12 @@ impl<const D: usize> Rank<D> {
         Self { domain, sequence, sends: vec![Vec::new(); ranks], receives: vec![Vec::new(); ranks] }
     }
 
-    /// Its own particles.
+    /// Indices of its own particles.
     fn own_particles(&self) -> impl Iterator<Item = u32> {
         (0..self.domain.bodies.particles.len() as u32).filter(|&i| !self.domain.bodies.is_ghost(i as usize))
     }
 
-    /// Weight of its own particles: of each one more than its neighbours at the last time.
+    /// Weights of its own particles: one more than the number of neighbours in the last list.
     fn weights(&self) -> impl Iterator<Item = u32> {
         let listed = &self.domain.lists.neighbours;
         self.own_particles().map(|i| {
@@ -84,7 +84,7 @@ impl<const D: usize> Rank<D> {
         })
     }
 
-    /// Of its own particles those that are in the halo of a box, themselves or one of their images.
+    /// Own particles in the halo of a box, themselves or by one of their images.
     fn halo_of(
         &self,
         bounds: &BoundingBox<D>,
@@ -105,27 +105,27 @@ impl<const D: usize> Rank<D> {
     }
 }
 
-/// Explicit SPH in `D` dimensions, in ranks.
+/// Explicit SPH solver in `D` dimensions, in ranks.
 pub struct RankedSolver<const D: usize> {
     ranks: Vec<Rank<D>>,
-    /// What each rank has sent to each other one last.
+    /// Last message of each rank to each other one.
     messages: Vec<Vec<ParticleMessage<D>>>,
     cuts: Option<Bisection<D>>,
-    /// Whether the particles are shared out, and neighbours listed.
+    /// Whether the particles are distributed, and neighbours listed.
     is_distributed: bool,
 }
 
-/// Everything that a rank does, on all of them.
+/// Runs `work` on all ranks in parallel.
 fn on_all<const D: usize, T: Send>(
     ranks: &mut [Rank<D>],
     work: impl Fn(&mut Rank<D>) -> Result<T, SolverError> + Send + Sync,
 ) -> Result<Vec<T>, SolverError> {
-    // Of several errors the first rank's.
+    // Of several errors, that of the first rank.
     ranks.par_iter_mut().map(work).collect::<Vec<_>>().into_iter().collect()
 }
 
 impl<const D: usize> RankedSolver<D> {
-    /// As many ranks for the particles of `whole`.
+    /// Returns the solver with `ranks` ranks for the particles of `whole`.
     pub fn new(whole: SphSolver<D>, ranks: usize) -> Self {
         let mail = vec![vec![ParticleMessage::default(); ranks]; ranks];
         let mut solver = Self { ranks: Vec::new(), messages: mail, cuts: None, is_distributed: false };
@@ -133,7 +133,7 @@ impl<const D: usize> RankedSolver<D> {
         solver
     }
 
-    /// All particles to the first rank.
+    /// Moves all particles to the first rank.
     fn move_to_first(&mut self, whole: SphSolver<D>) {
         let ranks = self.messages.len();
         let others: Vec<_> = (1..ranks).map(|_| whole.empty_like()).collect();
@@ -142,12 +142,12 @@ impl<const D: usize> RankedSolver<D> {
         (self.cuts, self.is_distributed) = (None, false);
     }
 
-    /// What is the same in all ranks: time, stage, options.
+    /// First rank, for data common to all ranks: time, stage, options.
     fn first(&self) -> &SphSolver<D> {
         &self.ranks[0].domain
     }
 
-    /// A solver without ranks in the same state.
+    /// Returns a solver without ranks in the same state.
     fn gather(&self) -> SphSolver<D> {
         let of_rank = |rank: &Rank<D>| {
             let mut parcel = ParticleMessage::default();
@@ -164,13 +164,13 @@ impl<const D: usize> RankedSolver<D> {
         whole
     }
 
-    /// The largest stable step: the least of all ranks.
+    /// Critical time step: the least of all ranks.
     fn critical_step(&mut self) -> TimeStep {
         let clock = &self.first().clock;
         if let Some(limit) = clock.limit.filter(|_| !clock.is_limit_due()) {
             return limit;
         }
-        // Of equal ones that of the first particle in the sequence.
+        // Of equal steps, that of the first particle in the sequence.
         let of_rank = |rank: &mut Rank<D>| {
             let SphSolver { setting, bodies, rates, .. } = &mut rank.domain;
             let limit = critical_step(setting, bodies, rates);
@@ -186,7 +186,7 @@ impl<const D: usize> RankedSolver<D> {
         all.last().expect("at least one rank")
     }
 
-    /// One step.
+    /// Advances the solver by one step.
     fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
         if self.first().clock.limit.is_none() {
             self.critical_step();
@@ -212,7 +212,7 @@ impl<const D: usize> RankedSolver<D> {
         Ok(())
     }
 
-    /// Lists for all ranks where particles have moved too far for the last ones. The largest support (m).
+    /// Rebuilds the lists of all ranks where particles have moved too far; returns the largest support (m).
     fn refresh(&mut self) -> Result<f64, SolverError> {
         let of_rank = |rank: &mut Rank<D>| {
             let SphSolver { setting, clock, bodies, walls, lists, .. } = &mut rank.domain;
@@ -248,7 +248,7 @@ impl<const D: usize> RankedSolver<D> {
         Ok(support)
     }
 
-    /// Sums up over all particles in their sequence, for the first rank.
+    /// Sums the equilibrium terms over all particles in their sequence, for the first rank.
     fn sum_equilibrium(&mut self, dt: f64) {
         let of_rank = |rank: &'_ Rank<D>| -> Vec<(u32, EquilibriumTerms)> {
             let SphSolver { setting, clock, bodies, rates, .. } = &rank.domain;
@@ -261,7 +261,7 @@ impl<const D: usize> RankedSolver<D> {
         first.equilibrium_terms = first.equilibrium_terms.next(found.into_iter().map(|(_, own)| own));
     }
 
-    /// Adds up what obstacles have taken, over all particles in their sequence, for the first rank.
+    /// Sums the energies taken by obstacles over all particles in their sequence, for the first rank.
     fn sum_obstacle_energies(&mut self) {
         if self.first().walls.obstacles.is_empty() {
             return;
@@ -277,8 +277,8 @@ impl<const D: usize> RankedSolver<D> {
         found.iter().for_each(|(_, own)| first.obstacle_energies.add(own));
     }
 
-    /// Adds up what obstacles bear in a step of `dt` (s), over all particles in their sequence, to what was `felt` before it, for the first
-    /// rank: what each rank has summed up itself is of its own particles and of guests.
+    /// Sums the reactions of obstacles in a step of `dt` (s) over all particles in their sequence, starting from the earlier `felt`, for
+    /// the first rank: the sums of each rank itself are of its own particles and of ghosts.
     fn sum_reactions(&mut self, mut felt: Vec<ReactionSum>, dt: f64) {
         let SphSolver { setting, walls, .. } = self.first();
         if walls.obstacles.recorded_obstacles().next().is_none() {
@@ -301,9 +301,9 @@ impl<const D: usize> RankedSolver<D> {
         self.ranks[0].domain.rates.reactions = felt;
     }
 
-    /// Renews the copies in the halos.
+    /// Updates the copies in the halos.
     fn exchange(&mut self) {
-        // Smoothed stresses go back to yield, by the law and its state.
+        // Smoothed stresses are returned to yield, by the law and its state.
         let SphSolver { setting, clock, .. } = self.first();
         let whole = is_regularisation_due(setting, clock);
         self.ranks.par_iter().zip(&mut self.messages).for_each(|(rank, parcels)| {
@@ -319,7 +319,7 @@ impl<const D: usize> RankedSolver<D> {
         });
     }
 
-    /// The sequence after a sort by cell. The first rank gets positions, and answers with places in the sequence.
+    /// Computes the sequence after a sort by cell. The first rank receives positions, and returns indices in the sequence.
     fn sort(&mut self) -> Result<(), SolverError> {
         let total: usize = self.ranks.iter().map(|rank| rank.own_particles().count()).sum();
         let mut positions = vec![[0.0; D]; total];
@@ -358,7 +358,7 @@ impl<const D: usize> RankedSolver<D> {
         Ok(())
     }
 
-    /// Particles to the ranks in whose boxes they are listed, then their copies to the halos; lists of neighbours.
+    /// Moves particles to the ranks of their boxes, then their copies to the halos; rebuilds the neighbour lists.
     fn distribute(&mut self) -> Result<(), SolverError> {
         let loads: Vec<u64> = self.ranks.iter().map(|rank| rank.weights().map(u64::from).sum()).collect();
         let most = loads.iter().copied().max().unwrap_or(0) as f64;
@@ -378,7 +378,7 @@ impl<const D: usize> RankedSolver<D> {
         Ok(())
     }
 
-    /// New cuts. The first rank gets positions and weights, and answers with the cuts.
+    /// Computes new cuts. The first rank receives positions and weights, and returns the cuts.
     fn new_bisection(&self) -> Bisection<D> {
         let (mut positions, mut weights) = (Vec::new(), Vec::new());
         for rank in &self.ranks {
@@ -388,7 +388,7 @@ impl<const D: usize> RankedSolver<D> {
         Bisection::new(&positions, &weights, self.ranks.len()).0
     }
 
-    /// Every rank keeps the particles in its own part of space and sends the others away.
+    /// Every rank keeps the particles in its own box and sends the others to their ranks.
     fn migrate(&mut self, cuts: &Bisection<D>) {
         self.ranks.par_iter().zip(&mut self.messages).for_each(|(rank, parcels)| {
             let mut shares = vec![Vec::new(); parcels.len()];
@@ -407,7 +407,7 @@ impl<const D: usize> RankedSolver<D> {
         });
     }
 
-    /// Every rank sends copies of what lies in the halos of the others.
+    /// Every rank sends copies of the particles in the halos of the others.
     fn fill_halos(&mut self) {
         let boxes: Vec<Option<BoundingBox<D>>> = self
             .ranks

@@ -1,4 +1,4 @@
-//! What ranks send each other: copies of particles.
+//! Messages between ranks: copies of particles.
 
 use std::ops::Range;
 
@@ -9,25 +9,25 @@ use colluvium_points::struct_of_arrays::{copy_entries, gather_entries};
 use crate::points::particles::{Bodies, Derivatives, ParticleGroup, Particles};
 use crate::solver::SphSolver;
 
-/// Copies of particles with everything that is theirs, body after body.
+/// Copies of particles with all their fields, body after body.
 #[derive(Clone, Debug, Default)]
 pub struct ParticleMessage<const D: usize> {
     /// Number of particles of each body.
     counts: Vec<usize>,
-    /// Places of the particles in the order of a solver without ranks.
+    /// Indices of the particles in the sequence of a solver without ranks.
     pub sequence: Vec<u32>,
     particles: Particles<D>,
     rates: Derivatives<D>,
     /// Positions for which neighbours are listed (m).
     listed: Vec<[f64; D]>,
-    /// What they carry of loads that follow their surfaces, load after load.
+    /// Vectors of follower loads of the particles, load after load.
     carried: Vec<[f64; D]>,
     /// States of the laws, of each body; empty where they are not sent.
     states: Vec<States>,
 }
 
 impl<const D: usize> ParticleMessage<D> {
-    /// Takes copies of the particles `indices`, ascending, of `domain`; the states of their laws where `whole`.
+    /// Copies the particles `indices`, ascending, of `domain`; with the states of their laws if `whole`.
     pub fn fill(&mut self, domain: &SphSolver<D>, sequence: &[u32], indices: &[u32], whole: bool) {
         let SphSolver { setting, bodies, lists, rates, .. } = domain;
         copy_entries(&mut self.sequence, sequence, indices);
@@ -51,7 +51,7 @@ impl<const D: usize> ParticleMessage<D> {
         self.collect_loads(&setting.case, bodies);
     }
 
-    /// Takes along what the particles carry of loads that follow their surfaces.
+    /// Copies the vectors of follower loads of the particles.
     fn collect_loads(&mut self, case: &Case, bodies: &Bodies<D>) {
         self.carried.clear();
         for on in bodies.loads.all.iter().filter(|on| on.is_follower(case)) {
@@ -60,7 +60,7 @@ impl<const D: usize> ParticleMessage<D> {
         }
     }
 
-    /// Gives `bodies` what its particles carry of loads that follow their surfaces.
+    /// Writes the vectors of follower loads into `bodies`.
     fn apply_loads(&self, case: &Case, bodies: &mut Bodies<D>) {
         let Bodies { loads, groups, .. } = bodies;
         let mut carried = self.carried.iter();
@@ -72,7 +72,7 @@ impl<const D: usize> ParticleMessage<D> {
         }
     }
 
-    /// Which particles are those of a body; none where it is gone.
+    /// Range of the particles of a body; empty where it is removed.
     fn particles_of(&self, body: u32, groups: &[ParticleGroup]) -> Range<usize> {
         let Some(number) = groups.iter().position(|group| group.body == body) else { return 0..0 };
         let first = self.counts[..number].iter().sum();
@@ -84,7 +84,7 @@ impl<const D: usize> ParticleMessage<D> {
         self.sequence.len()
     }
 
-    /// Puts the state of its particles in the places `indices` of `domain`, where older copies of them are.
+    /// Writes the state of the particles to the indices `indices` of `domain`, in place of older copies.
     pub fn update_ghosts(&self, domain: &mut SphSolver<D>, indices: &[u32]) {
         let SphSolver { setting, bodies, rates, .. } = domain;
         self.apply_loads(&setting.case, bodies);
@@ -92,7 +92,7 @@ impl<const D: usize> ParticleMessage<D> {
         rates.derivatives.put(&self.rates, indices);
         let mut first = 0;
         for (group, (states, count)) in bodies.groups.iter_mut().zip(self.states.iter().zip(&self.counts)) {
-            // The points stay where they are, but those that came take their states with them.
+            // The points keep their positions, but the received ones bring their states.
             let mut picks: Vec<(u32, u32)> = (0..group.states.len() as u32).map(|k| (0, k)).collect();
             for (k, &i) in indices[first..first + count].iter().enumerate() {
                 picks[i as usize - group.start] = (1, k as u32);
@@ -103,8 +103,8 @@ impl<const D: usize> ParticleMessage<D> {
     }
 }
 
-/// Makes `domain` hold the particles of `parcels`, which bring the states of their laws, in their sequence and nothing
-/// else. Returns the sequence and, for each parcel, where its particles stand.
+/// Replaces the particles of `domain` by those of `parcels`, which include the states of their laws, in their sequence.
+/// Returns the sequence and, for each message, the indices of its particles.
 pub fn assemble<const D: usize>(
     domain: &mut SphSolver<D>,
     parcels: &[&ParticleMessage<D>],
@@ -136,7 +136,7 @@ pub fn assemble<const D: usize>(
     rates.derivatives.gather(&derivatives, &picks);
     let listed = &mut lists.listed.positions;
     gather_entries(listed, |part| &parcels[part].listed, parcels.len(), &picks);
-    // What follows from these is found anew.
+    // Data derived from these are recomputed.
     bodies.pair_data.grad_h_factor.clear();
     bodies.pair_data.records.clear();
     bodies.resize(picks.len());

@@ -1,4 +1,4 @@
-//! The `Solver` face of the solver in ranks. What is not a step is done by a solver without ranks in the same state.
+//! `Solver` implementation of the solver in ranks. Everything but a step is done by a solver without ranks in the same state.
 
 use std::io::{Read, Write};
 
@@ -14,7 +14,7 @@ use crate::ranks::{Rank, RankedSolver};
 use crate::solver::SphSolver;
 
 impl<const D: usize> RankedSolver<D> {
-    /// Lets the solver without ranks do `work`.
+    /// Calls `work` with a solver without ranks.
     fn with_single_solver(
         &mut self,
         work: impl FnOnce(&mut SphSolver<D>) -> Result<(), SolverError>,
@@ -23,7 +23,7 @@ impl<const D: usize> RankedSolver<D> {
         work(&mut whole)?;
         let listed = !whole.lists.listed.positions.is_empty();
         self.move_to_first(whole);
-        // After a restart neighbours are those that the checkpoint lists.
+        // After a restart the neighbours are those listed in the checkpoint.
         if listed {
             let Rank { domain, .. } = &self.ranks[0];
             let (time, reach) = (domain.lists.listed.time, domain.lists.listed.reach);
@@ -36,7 +36,7 @@ impl<const D: usize> RankedSolver<D> {
         Ok(())
     }
 
-    /// The rank of each particle, by id.
+    /// Field of the rank of each particle, by id.
     fn owners(&self) -> FieldData {
         let mut owners: Vec<(u32, f64)> = Vec::new();
         for (number, rank) in self.ranks.iter().enumerate() {
@@ -101,7 +101,7 @@ impl<const D: usize> Solver for RankedSolver<D> {
         self.gather().collect_scalar_outputs()
     }
 
-    /// As without ranks, and the rank of each particle.
+    /// Frame of the solver without ranks, with the rank of each particle.
     fn frame(&self, _: FrameRequest) -> Frame {
         let mut snapshot = self.gather().collect_snapshot();
         snapshot.fields.push(Field { name: "rank".to_owned(), unit: "", data: self.owners() });

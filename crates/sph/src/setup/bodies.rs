@@ -1,4 +1,4 @@
-//! Bodies as particles.
+//! Discretisation of bodies by particles.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ use crate::context::leading_components;
 use crate::points::particles::{ParticleGroup, Particles};
 use crate::points::rigid_body::RigidBody;
 
-/// Beyond this many particles the ids no longer fit.
+/// Largest number of particles, limited by the ids.
 const MOST_PARTICLES: usize = u32::MAX as usize;
 
 /// Adds the particles of a body, in their initial state.
@@ -103,7 +103,7 @@ pub(super) fn add_body<const D: usize>(
     })
 }
 
-/// A rigid body of particles, with their velocities.
+/// Returns a rigid body of particles, with their velocities.
 fn rigid<const D: usize>(particles: &Particles<D>, range: Range<usize>, spacing: f64) -> RigidBody {
     let Particles { mass, position, velocity, .. } = particles;
     let (masses, positions) = (&mass[range.clone()], &position[range.clone()]);
@@ -111,7 +111,7 @@ fn rigid<const D: usize>(particles: &Particles<D>, range: Range<usize>, spacing:
     RigidBody::new(RigidState::of_points(&whole, masses, positions, &velocity[range]))
 }
 
-/// Every particle must lie in the domain and in no wall.
+/// Checks that every particle lies in the domain and in no wall.
 fn check_places<const D: usize>(case: &Case, path: &str, positions: &[[f64; D]]) -> Result<(), CaseError> {
     let outside = |x: &&[f64; D]| (0..D).any(|c| x[c] < case.domain.min[c] || x[c] > case.domain.max[c]);
     if let Some(x) = positions.iter().find(outside) {
@@ -129,14 +129,14 @@ fn check_places<const D: usize>(case: &Case, path: &str, positions: &[[f64; D]])
     Ok(())
 }
 
-/// No two particles may stand in the same place.
+/// Checks that no two particles coincide.
 pub(super) fn check_distances<const D: usize>(
     particles: &Particles<D>,
     options: &SphOptions,
 ) -> Result<(), CaseError> {
     let mut list = HalfNeighbourList::<D>::new();
     let least = 1e-6 * options.spacing;
-    // Cells of the search must not be much smaller than the spacing.
+    // Search cells must not be much smaller than the spacing.
     list.build(&particles.position, 0.5 * options.spacing)
         .map_err(|error| CaseError::new("bodies", error.to_string()))?;
     let close = |&(i, j): &(u32, u32)| {

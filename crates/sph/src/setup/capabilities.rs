@@ -1,4 +1,4 @@
-//! What SPH refuses of a case, by its path, and what it allows with a word.
+//! Capabilities of SPH: refused features of a case, by path, and warnings.
 
 use colluvium_case::description::{Body, ObstacleShape, Wall};
 use colluvium_case::{Capabilities, Case, CaseError};
@@ -15,10 +15,10 @@ use crate::setup::band_checks::rigid_sticking_warning;
 use crate::setup::defaults::{densities, has_jump};
 use crate::stress::total_lagrangian;
 
-/// Share by which the width of listed particles may differ from `spacing` without a word.
+/// Share by which the width of listed particles may differ from `spacing` without a warning.
 const LISTED_SLACK: f64 = 0.1;
 
-/// What SPH says to the features of a case.
+/// Capabilities of SPH for the features of a case.
 pub(crate) fn capabilities(options: &SphOptions) -> Capabilities {
     let total = options.formulation == LagrangianFormulation::TotalLagrangian;
     let in_total = |problem: &str| format!("{problem}, in the total-Lagrangian form");
@@ -73,7 +73,7 @@ pub(crate) fn capabilities(options: &SphOptions) -> Capabilities {
         .rejects_if(total, "domain.periodic", in_total("there are no periods"))
 }
 
-/// Refuses by name what SPH cannot do (yet).
+/// Refuses features that SPH does not support (yet), by name.
 pub(super) fn check_supported(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     check_walls(case, options)?;
     check_obstacles(case, options)?;
@@ -87,7 +87,7 @@ pub(super) fn check_supported(case: &Case, options: &SphOptions) -> Result<(), C
     check_density_forms(case, options)
 }
 
-/// Walls that the options do not go with, and motions of walls that are none.
+/// Checks walls against the options, and motions of walls that do not exist.
 fn check_walls(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     for (number, boundary) in case.boundaries.iter().enumerate() {
         let path = |key: &str| format!("boundaries[{number}].{key}");
@@ -118,7 +118,7 @@ fn check_walls(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Options whose sums go over particles of walls, of which obstacles have none.
+/// Checks options whose sums need wall particles, which obstacles do not have.
 fn check_obstacles(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     if case.obstacles.is_empty() {
         return Ok(());
@@ -142,7 +142,7 @@ fn check_obstacles(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Obstacles are where the case has them, and not again in the next period.
+/// Refuses motions of obstacles in periodic domains that would need periodic copies: rotations, and motion across a period.
 fn check_obstacle_periods(case: &Case) -> Result<(), CaseError> {
     for (number, obstacle) in case.obstacles.iter().enumerate() {
         let Some(motion) = &obstacle.motion else { continue };
@@ -164,7 +164,7 @@ fn check_obstacle_periods(case: &Case) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// What rigid bodies do not go with.
+/// Checks features that rigid bodies exclude.
 fn check_rigid(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     let Some(number) = case.bodies.iter().position(|body| body.rigid) else { return Ok(()) };
     let problem = |problem: &str| Err(CaseError::new(format!("bodies[{number}].rigid"), problem));
@@ -182,7 +182,7 @@ fn check_rigid(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Bodies that the options name.
+/// Checks the body names in the options.
 fn check_names(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     for (number, name) in options.held.iter().enumerate() {
         if !case.bodies.iter().any(|body| body.name == *name) {
@@ -216,9 +216,9 @@ fn check_names(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Periodic axes must be longer than the reach of a particle, and a whole number of spacings.
+/// Checks that periodic axes are longer than the reach of a particle, and a whole number of spacings.
 fn check_periods(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
-    // Walls that interpolate go on beyond the ends by one reach, and ask the soil one further out.
+    // Extrapolated walls extend beyond the ends by one reach, and use the soil one reach further out.
     let layers = if options.wall_stress == WallStress::Pairwise { 1.0 } else { 2.0 };
     let reach = options.kernel.support()
         * options.smoothing_length_value()
@@ -242,7 +242,7 @@ fn check_periods(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Density by summation across jumps, and what is for fluids only.
+/// Checks density by summation across jumps, and options for fluids only.
 fn check_density_forms(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     let (low, high) = densities(case);
     if options.continuity == ContinuityEquation::Summation && low < high && !options.allow_summation {
@@ -268,7 +268,7 @@ fn check_density_forms(case: &Case, options: &SphOptions) -> Result<(), CaseErro
     Ok(())
 }
 
-/// Laws that are not in rate form find their stress anew in every step: nothing is left of what smooths it.
+/// Checks for laws in rate form: other laws recompute their stress in every step, so that its smoothing has no effect.
 pub(super) fn check_stress_forms(groups: &[ParticleGroup], options: &SphOptions) -> Result<(), CaseError> {
     if groups.iter().any(|group| group.material.is_hypoelastic()) {
         return Ok(());
@@ -286,7 +286,7 @@ pub(super) fn check_stress_forms(groups: &[ParticleGroup], options: &SphOptions)
     Ok(())
 }
 
-/// What the forms of the sums make of bodies of different densities.
+/// Warnings about the forms of the sums with bodies of different densities.
 fn jump_warnings(case: &Case, options: &SphOptions) -> Vec<String> {
     let (low, high) = densities(case);
     let mut warnings = Vec::new();
@@ -299,7 +299,7 @@ fn jump_warnings(case: &Case, options: &SphOptions) -> Vec<String> {
              motion and reflects waves too strongly: use rho-rho"
         ));
     }
-    // A gradient that follows the form of the momentum is cured with it.
+    // A gradient that follows the form of the momentum equation is corrected with it.
     let wrong = match (options.continuity, options.velocity_gradient) {
         (ContinuityEquation::Mass, _) => Some(("continuity", "density", "volume")),
         (_, VelocityGradientOperator::DensityDifference) => {
@@ -316,7 +316,7 @@ fn jump_warnings(case: &Case, options: &SphOptions) -> Vec<String> {
     warnings
 }
 
-/// Elastic bodies bear tension for good, under which particles that change neighbours clump.
+/// Warning about elastic bodies: they carry tension permanently, under which particles that change neighbours clump.
 fn tension_warning(case: &Case, options: &SphOptions) -> Option<String> {
     if options.formulation == LagrangianFormulation::TotalLagrangian || options.tensile != Tensile::None {
         return None;
@@ -341,7 +341,7 @@ fn tension_warning(case: &Case, options: &SphOptions) -> Option<String> {
     ))
 }
 
-/// Round sides on a lattice are stepped, and their corners are where a solid is weighed worst.
+/// Warning about round sides on a lattice: they are stepped, and the kernel sums of a solid are worst at their corners.
 fn stepped_edge_warning(case: &Case, options: &SphOptions) -> Option<String> {
     if options.formulation != LagrangianFormulation::TotalLagrangian || case.dimension() != 2 {
         return None;
@@ -355,7 +355,7 @@ fn stepped_edge_warning(case: &Case, options: &SphOptions) -> Option<String> {
     ))
 }
 
-/// What is allowed but worth a word, of the case and its options together.
+/// Warnings about the case and its options together.
 pub(super) fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
     let mut warnings = case.warnings();
     warnings.extend(options.warnings());

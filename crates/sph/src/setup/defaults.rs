@@ -1,4 +1,4 @@
-//! Defaults that depend on the case. What the case file gives stands.
+//! Defaults that depend on the case. Options given in the case file are kept.
 
 use colluvium_case::Case;
 use colluvium_constitutive::MaterialSpec;
@@ -12,23 +12,23 @@ use crate::pairs::kernel::Kernel;
 /// Ratio of the densities of two bodies from which the form of the momentum equation matters.
 const NOTABLE_JUMP: f64 = 1.01;
 
-/// The least and the largest density of a body (kg/m³).
+/// Least and largest density of a body (kg/m³).
 pub(super) fn densities(case: &Case) -> (f64, f64) {
     let all = case.bodies.iter().filter_map(|b| case.materials.get(&b.material)).map(MaterialSpec::density);
     all.fold((f64::INFINITY, 0.0f64), |(low, high), density| (low.min(density), high.max(density)))
 }
 
-/// Whether bodies differ so much in density that `rho2` sets a uniform stress in motion.
+/// Whether bodies differ so much in density that a uniform stress causes motion with `rho2`.
 pub(super) fn has_jump(case: &Case) -> bool {
     let (low, high) = densities(case);
     high >= NOTABLE_JUMP * low
 }
 
-/// Largest cell Reynolds number `U Δx/ν`, at the tenth of the speed of sound that is the most a weakly compressible liquid may
-/// flow with, at which the liquid's own viscosity holds velocities between particles together.
+/// Largest cell Reynolds number `U Δx/ν` at which the viscosity of a liquid smooths the velocities between particles, with `U` a tenth of
+/// the speed of sound, the limit of a weakly compressible liquid.
 const MAX_CELL_REYNOLDS: f64 = 10.0;
 
-/// Whether all that moves are liquids whose own viscosity does what the artificial one is for.
+/// Whether all moving bodies are liquids whose own viscosity replaces the artificial one.
 fn is_viscous(case: &Case, spacing: f64) -> bool {
     let holds = |material: &MaterialSpec| {
         let MaterialSpec::NewtonianFluid(liquid) = material else { return false };
@@ -44,7 +44,7 @@ const SMOOTHING_OF_LIQUIDS: f64 = 1.5;
 /// Shifting of liquids, in smoothing lengths per length moved: vortices of a Reynolds number of 100 on 50 particles keep their energy within 2 %.
 const SHIFTING_OF_LIQUIDS: f64 = 10.0;
 
-/// Share of the domain from which on bodies fill it, with no free surface.
+/// Least share of the domain filled by bodies without a free surface.
 const FULL_DOMAIN_FRACTION: f64 = 0.99;
 
 /// Whether the bodies fill the domain.
@@ -61,7 +61,7 @@ fn is_liquid(case: &Case, held: &[String]) -> bool {
     moving.peek().is_some() && moving.all(|body| newtonian(&body.material))
 }
 
-/// The kernel and the shifting of liquids, where the case leaves them out.
+/// Sets the kernel and the shifting of liquids, where the case leaves them out.
 fn set_liquid_defaults(case: &Case, options: &mut SphOptions, given: &dyn Fn(&str) -> bool) {
     if !given("kernel") {
         options.kernel = Kernel::WendlandC2;
@@ -75,7 +75,7 @@ fn set_liquid_defaults(case: &Case, options: &mut SphOptions, given: &dyn Fn(&st
     }
 }
 
-/// Gives the options that the case leaves out what fits its bodies.
+/// Sets the options that the case leaves out by its bodies.
 pub(super) fn set_case_defaults(case: &Case, options: &mut SphOptions) {
     let given = |key: &str| case.methods.get("sph").is_some_and(|sph| sph.get(key).is_some());
     if options.formulation == LagrangianFormulation::Updated && is_liquid(case, &options.held) {
@@ -134,7 +134,7 @@ mod tests {
     fn options_left_out_follow_the_material_of_liquids() {
         let found = options(&case(&water(), 1.0, &json!({ "spacing": 0.02 }))).unwrap();
         assert_eq!((found.kernel, found.smoothing, found.shifting), (Kernel::WendlandC2, 1.5, 10.0));
-        // Below a free surface particles stay where they are.
+        // Below a free surface particles are not shifted.
         let found = options(&case(&water(), 0.5, &json!({ "spacing": 0.02 }))).unwrap();
         assert_eq!((found.kernel, found.smoothing, found.shifting), (Kernel::WendlandC2, 1.5, 0.0));
         let soil = json!({ "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 });

@@ -1,4 +1,4 @@
-//! From a case to a solver: refuses what the method cannot honour, by JSON path.
+//! Construction of a solver from a case: refuses unsupported features, by JSON path.
 
 mod band_checks;
 mod bodies;
@@ -27,17 +27,17 @@ use crate::solver::SphSolver;
 use crate::stress::total_lagrangian::TotalLagrangianReference;
 use bodies::{add_body, check_distances};
 
-/// Share by which the density of a particle may be off when it is summed up. Of full supports it is by up to 2 %
-/// (sheet: sph §2.2); beside a free surface by 13 % or more.
+/// Largest relative error of the summed density of a particle. Full supports have up to 2 %
+/// (sheet: sph §2.2); beside a free surface it is 13 % or more.
 const DENSITY_TOLERANCE: f64 = 0.1;
 
-/// How deep particles may lie in an obstacle at the start, in spacings.
+/// Largest depth of particles in an obstacle at the start, in spacings.
 const OVERLAP_TOLERANCE: f64 = 1e-6;
 
 /// Time to place a particle of a wall (s).
 const PLACING_TIME: f64 = 3e-7;
 
-/// The options of the case, checked.
+/// Options of the case, checked.
 pub fn options(case: &Case) -> Result<SphOptions, CaseError> {
     if !case.methods.contains_key("sph") {
         let problem = "is missing: smoothed particle hydrodynamics needs at least its `spacing` (m)";
@@ -49,12 +49,12 @@ pub fn options(case: &Case) -> Result<SphOptions, CaseError> {
     Ok(options)
 }
 
-/// What SPH says to the features of `case`.
+/// Capabilities of SPH for the features of `case`.
 pub fn capabilities(case: &Case) -> Result<Capabilities, CaseError> {
     Ok(capabilities::capabilities(&options(case)?))
 }
 
-/// The solver of `case`.
+/// Returns the solver of `case`.
 pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
     let options = options(case)?;
     Ok(match case.dimension() {
@@ -68,7 +68,7 @@ fn boxed_solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<Box
     Ok(distributed_solver(solver::<D>(case, options)?, options.ranks))
 }
 
-/// A solver with its particles shared out among `ranks`.
+/// Returns a solver with its particles distributed over `ranks`.
 pub fn distributed_solver<const D: usize>(whole: SphSolver<D>, ranks: u32) -> Box<dyn Solver> {
     match ranks {
         1 => Box::new(whole),
@@ -76,7 +76,7 @@ pub fn distributed_solver<const D: usize>(whole: SphSolver<D>, ranks: u32) -> Bo
     }
 }
 
-/// The plan of `case`.
+/// Plan of `case`.
 pub fn plan(case: &Case) -> Result<Plan, CaseError> {
     let options = options(case)?;
     match case.dimension() {
@@ -86,7 +86,7 @@ pub fn plan(case: &Case) -> Result<Plan, CaseError> {
     }
 }
 
-/// The size of `case`, without making its particles.
+/// Problem size of `case`, without its particles.
 pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     let options = options(case)?;
     let points = case.point_counts(options.spacing);
@@ -105,7 +105,7 @@ pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     }
 }
 
-/// The size of `points` particles with `states` (bytes) of their laws, and of the walls of particles, which follow from the domain.
+/// Problem size of `points` particles with `states` (bytes) of their laws, and of the wall particles, which follow from the domain.
 fn problem_size_in<const D: usize>(
     case: &Case,
     options: &SphOptions,
@@ -134,22 +134,22 @@ fn smoothing<const D: usize>(options: &SphOptions) -> Result<Smoothing<D>, CaseE
         .map_err(|error| CaseError::new("methods.sph.kernel", error.to_string()))
 }
 
-/// Memory of what acts on others (bytes), a particle or one of a wall.
+/// Memory (bytes) of the neighbour data of a particle or wall particle.
 const fn source_bytes(dimension: usize) -> usize {
     (2 * dimension + 12 + 16) * size_of::<f64>()
 }
 
-/// Memory of what only a particle has (bytes), its neighbours aside, with the buffers of a sort.
+/// Memory (bytes) of the other data of a particle, its neighbours aside, with the buffers of a sort.
 const fn particle_bytes(dimension: usize) -> usize {
     (5 * dimension + 2 * dimension * dimension + 8) * size_of::<f64>() + 16
 }
 
-/// Memory of the state of a law that takes `size` (bytes): once more where particles are put in a new order.
+/// Memory (bytes) of a law state of `size` (bytes): doubled for the reordering of particles.
 const fn bytes_of_state(size: usize) -> usize {
     2 * size
 }
 
-/// Memory of the neighbours of a particle (bytes): each is a number and a weight.
+/// Memory (bytes) of the neighbours of a particle: each is a number and a weight.
 fn bytes_neighbours(radius: f64, spacing: f64, dimension: usize) -> f64 {
     let unit_ball = [2.0, PI, 4.0 / 3.0 * PI][dimension - 1];
     12.0 * unit_ball * (1.1 * radius / spacing).powi(dimension as i32)
@@ -198,7 +198,7 @@ fn build_plan<const D: usize>(case: &Case, options: &SphOptions) -> Result<Plan,
     })
 }
 
-/// A solver with its concrete type, at time zero.
+/// Returns a solver of concrete type, at time zero.
 pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSolver<D>, CaseError> {
     check_supported(case, options)?;
     check_bands::<D>(case, options)?;
@@ -253,7 +253,7 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
     Ok(solver)
 }
 
-/// Density by summation needs full supports.
+/// Checks that supports are full for density by summation.
 fn check_summed_densities<const D: usize>(solver: &SphSolver<D>) -> Result<(), CaseError> {
     let summed =
         solver.summed_densities().map_err(|error| CaseError::new("methods.sph", error.to_string()))?;
@@ -271,7 +271,7 @@ fn check_summed_densities<const D: usize>(solver: &SphSolver<D>) -> Result<(), C
     Err(CaseError::new("methods.sph.continuity", problem))
 }
 
-/// A step that the case fixes must be below the critical one.
+/// Checks that the fixed step of the case is below the critical one.
 fn check_fixed_step<const D: usize>(solver: &mut SphSolver<D>) -> Result<(), CaseError> {
     solver.critical_step();
     let problem = solver.clock.fixed_step_problem(solver.setting.options.time_step);

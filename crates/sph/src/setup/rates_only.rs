@@ -1,8 +1,8 @@
-//! States beyond what a case file can say, and their rates without a step: for the balances that hold exactly between
-//! the sums (sheet: sph §5.3, V-10 to V-13, V-20), for disordered particles (V-35), and for whoever wants to look at
-//! the operators in place.
+//! Rates of prescribed states without a step: for the balances that hold exactly between the sums (sheet: sph §5.3, V-10 to V-13, V-20),
+//! for disordered particles (V-35), and for
+//! studies of the operators.
 //!
-//! The state is that of a [`Case`] with places, velocities, densities and stresses of your own.
+//! The state is that of a [`Case`] with prescribed positions, velocities, densities and stresses.
 
 use colluvium_case::{Case, CaseError, Solver, spatial};
 use colluvium_constitutive::SymTensor;
@@ -13,10 +13,10 @@ use crate::pairs::PairContext;
 use crate::setup;
 use crate::solver::{SphSolver, find_rates};
 
-/// What a particle is given.
+/// Prescribed state of a particle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrescribedParticle<const D: usize> {
-    /// Change of place (m).
+    /// Displacement (m).
     pub displacement: [f64; D],
     /// Velocity (m/s).
     pub velocity: [f64; D],
@@ -26,7 +26,7 @@ pub struct PrescribedParticle<const D: usize> {
     pub stress: SymTensor,
 }
 
-/// A particle and its rates.
+/// State and rates of a particle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParticleRates<const D: usize> {
     /// Position (m).
@@ -43,13 +43,13 @@ pub struct ParticleRates<const D: usize> {
     pub acceleration: [f64; D],
     /// Velocity gradient `∂v_a/∂x_b` (1/s).
     pub gradient: [[f64; D]; D],
-    /// `-ρ̇/ρ` (1/s).
+    /// Divergence `-ρ̇/ρ` (1/s).
     pub divergence: f64,
-    /// `Σ m/ρ (v_j - v_i) W`, the velocity of XSPH over its factor (m/s).
+    /// XSPH velocity over its factor, `Σ m/ρ (v_j - v_i) W` (m/s).
     pub drift: [f64; D],
 }
 
-/// The first components, and zeros for what is not there.
+/// Leading components, padded with zeros.
 fn resized<const E: usize>(values: &[f64]) -> [f64; E] {
     leading_components(&spatial(values))
 }
@@ -85,11 +85,11 @@ impl<const D: usize> ParticleRates<D> {
     }
 }
 
-/// What particles are given, whatever the space. With it the solver is compiled here, and not again where it is asked.
+/// Prescription of particle states, independent of the dimension, so that the solver is compiled here only.
 type ParticlePrescription<'a> = dyn Fn(u32, &[f64; 3]) -> PrescribedParticle<3> + 'a;
 
-/// The solver of `case` at its start, in as many ranks as its options say, whose particles are given what `given(id, position)`
-/// says. The laws start from the stress that they are given.
+/// Solver of `case` at its start, in as many ranks as its options say, with the particle states `given(id, position)`.
+/// The laws start from the given stress.
 ///
 /// # Errors
 /// As [`colluvium_case::Method::build`], and where a law refuses a stress.
@@ -101,7 +101,7 @@ pub fn prepared_solver<const D: usize>(
 }
 
 /// Kinetic energy (J, per metre or square metre in plane or line) of `case` at its start and after each of `count` steps of exactly
-/// `dt` (s), whatever is stable, in one rank: for studies of stability. Shorter where a particle can no longer be followed.
+/// `dt` (s), without a stability limit, in one rank: for stability studies. Shorter where the state of a particle becomes invalid.
 ///
 /// # Errors
 /// As [`colluvium_case::Method::build`].
@@ -130,7 +130,7 @@ fn prepared_in_space(case: &Case, given: &ParticlePrescription<'_>) -> Result<Bo
     })
 }
 
-/// As [`prepared_solver`], as the solver itself.
+/// Solver as [`prepared_solver`], with its concrete type.
 #[cfg(test)]
 pub(crate) fn solver<const D: usize>(
     case: &Case,
@@ -164,7 +164,7 @@ fn to_case_error(error: &colluvium_case::SolverError) -> CaseError {
     CaseError::new("bodies", error.to_string())
 }
 
-/// The rates of such a state.
+/// Rates of a prescribed state.
 ///
 /// # Errors
 /// As [`prepared_solver`].

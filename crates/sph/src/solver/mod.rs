@@ -1,10 +1,10 @@
-//! The solver: its owners and one step (sheet: sph §3.3).
+//! Solver: its components and one step (sheet: sph §3.3).
 //!
-//! | owner | holds | changed by |
+//! | component | content | changed by |
 //! |---|---|---|
 //! | [`SolverContext`] | case, options, kernel | nobody |
 //! | [`Clock`] | stage, time, step and its limit | the end of a step |
-//! | [`Bodies`] | columns of particles, laws and their states, what particles show each other | kick, strain, drift |
+//! | [`Bodies`] | columns of particles, laws and their states, pair data | kick, strain, drift |
 //! | [`Walls`] | planes, images, smooth bodies | their motion, new lists |
 //! | [`VerletLists`] | neighbours and the weights of the pairs | new lists, the first sums over the pairs |
 //! | [`Rates`] | accelerations, velocity gradients, … | the sums over neighbours |
@@ -35,7 +35,7 @@ use crate::points::particles::Bodies;
 use crate::stress::regularisation::SmoothedFields;
 use crate::stress::total_lagrangian::TotalLagrangianReference;
 
-/// Distance from equilibrium and its pieces.
+/// Terms of the equilibrium criterion.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct EquilibriumTerms {
     /// Square of the sum of the unbalanced forces (N²).
@@ -49,7 +49,7 @@ pub struct EquilibriumTerms {
 }
 
 impl EquilibriumTerms {
-    /// That of the next step, from what each particle adds to it, in this order: work goes on.
+    /// Terms of the next step, from the contributions of the particles, in this order; work is accumulated.
     pub(crate) fn next(self, particles: impl Iterator<Item = Self>) -> Self {
         particles.fold(Self { work: self.work, ..Self::default() }, |sum, own| Self {
             unbalanced: sum.unbalanced + own.unbalanced,
@@ -60,7 +60,7 @@ impl EquilibriumTerms {
     }
 }
 
-/// Explicit SPH in `D` dimensions.
+/// Explicit SPH solver in `D` dimensions.
 pub struct SphSolver<const D: usize> {
     pub(crate) setting: SolverContext<D>,
     pub(crate) clock: Clock,
@@ -68,20 +68,20 @@ pub struct SphSolver<const D: usize> {
     pub(crate) walls: Walls<D>,
     pub(crate) lists: VerletLists<D>,
     pub(crate) rates: Rates<D>,
-    /// Of smoothed stresses and renewed densities.
+    /// Smoothed stresses and renewed densities.
     pub(crate) averages: SmoothedFields,
     pub(crate) shifting: Shifting<D>,
-    /// Of the schemes that need more than the state.
+    /// Saved state of multi-stage schemes.
     pub(crate) saved_state: SavedState<D>,
     pub(crate) equilibrium_terms: EquilibriumTerms,
-    /// What obstacles have taken since the start.
+    /// Energies taken by obstacles since the start.
     pub(crate) obstacle_energies: ObstacleEnergies,
-    /// The initial configuration, of the total-Lagrangian form.
+    /// Initial configuration, of the total-Lagrangian formulation.
     pub(crate) reference: Option<Box<TotalLagrangianReference<D>>>,
 }
 
 impl<const D: usize> SphSolver<D> {
-    /// A solver of `bodies` between `walls`, at time zero.
+    /// Returns a solver of `bodies` between `walls`, at time zero.
     pub(crate) fn new(setting: SolverContext<D>, bodies: Bodies<D>, walls: Walls<D>) -> Self {
         let mut rates = Rates::default();
         rates.derivatives.resize(bodies.particles.len());
@@ -101,7 +101,7 @@ impl<const D: usize> SphSolver<D> {
         }
     }
 
-    /// A solver in the same stage of the same case at the same time, without particles.
+    /// Returns a solver in the same stage of the same case at the same time, without particles.
     pub(crate) fn empty_like(&self) -> Self {
         Self {
             clock: self.clock,
@@ -113,10 +113,10 @@ impl<const D: usize> SphSolver<D> {
         }
     }
 
-    /// One step of exactly `dt` (s), whatever is stable.
+    /// Advances by one step of exactly `dt` (s), without a stability limit.
     ///
     /// # Errors
-    /// When a particle can no longer be followed.
+    /// When the state of a particle becomes invalid.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
         if self.clock.limit.is_none() {
             self.critical_step();
@@ -137,13 +137,13 @@ impl<const D: usize> SphSolver<D> {
         Ok(())
     }
 
-    /// Step 1: neighbours, images and walls.
+    /// Updates neighbours, images and walls; step 1.
     pub(crate) fn update_lists(&mut self, begins: bool) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, rates, .. } = self;
         lists.refresh(setting, clock, bodies, walls, rates, begins)
     }
 
-    /// The state at the end of a step, with the neighbours as they are listed.
+    /// Advances the state by a step, with the present neighbour lists.
     pub(crate) fn advance_listed(&mut self, dt: f64) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, rates, averages, shifting, .. } = self;
         if let Some(problem) = clock.fixed_step_problem(setting.options.time_step) {
@@ -167,13 +167,13 @@ impl<const D: usize> SphSolver<D> {
         Ok(())
     }
 
-    /// Steps 3 and 4, where neighbours are listed.
+    /// Updates the accelerations with the present neighbour lists; steps 3 and 4.
     pub(crate) fn update_accelerations(&mut self, dt: f64) {
         let Self { setting, clock, bodies, walls, lists, rates, .. } = self;
         time_integration::update_accelerations(setting, clock, bodies, walls, lists, rates, dt);
     }
 
-    /// The largest stable step from the current state (sheet: sph §3.4).
+    /// Critical time step of the current state (sheet: sph §3.4).
     pub(crate) fn critical_step(&mut self) -> TimeStep {
         let Self { setting, clock, bodies, walls, rates, .. } = self;
         if let Some(limit) = clock.limit.filter(|_| !clock.is_limit_due()) {
@@ -185,7 +185,7 @@ impl<const D: usize> SphSolver<D> {
         clock.set_limit(critical, setting.options.time_step)
     }
 
-    /// What summation would make of the densities as the particles stand now.
+    /// Densities by summation at the present positions (kg/m³).
     pub(crate) fn summed_densities(&self) -> Result<Vec<f64>, SolverError> {
         let Self { setting, mut bodies, walls, lists, .. } = self.diagnostic_copy()?;
         walls.load_images(&mut bodies);

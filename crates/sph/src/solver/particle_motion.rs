@@ -1,4 +1,4 @@
-//! The pieces of a step that move particles.
+//! Motion of particles: kick and drift.
 
 use colluvium_case::SolverError;
 use rayon::prelude::*;
@@ -13,7 +13,7 @@ use crate::points::particles::{Bodies, MIN_PARTICLES_PER_TASK, ParticleGroup, Pa
 use crate::points::vector_algebra::square;
 use crate::solver::EquilibriumTerms;
 
-/// Unbalanced and external forces, kinetic energy and work of the step, of each of the free particles.
+/// Equilibrium terms of the step for each free particle: unbalanced and external forces, kinetic energy and work.
 pub fn equilibrium_terms<const D: usize>(
     setting: &SolverContext<D>,
     clock: &Clock,
@@ -37,7 +37,7 @@ pub fn equilibrium_terms<const D: usize>(
     })
 }
 
-/// Adds `step` times the accelerations to the velocities, and the damping of `dt`; step 5.
+/// Adds the accelerations times `step` to the velocities, and the damping of `dt`; step 5.
 pub fn kick<const D: usize>(
     setting: &SolverContext<D>,
     clock: &Clock,
@@ -63,13 +63,13 @@ pub fn kick<const D: usize>(
     bodies.impose_held_velocities();
 }
 
-/// How far beyond a face or a side of the domain a particle may be (m).
+/// Largest distance of a particle beyond a face or a side of the domain (m).
 fn margin<const D: usize>(setting: &SolverContext<D>) -> f64 {
     0.5 * setting.options.spacing
 }
 
-/// How far out particles may be along each axis at `time` (s): to the sides of the domain and the faces of walls in
-/// it, wherever these have moved. A soft material may be pressed into a wall as far as the wall's first particles.
+/// Allowed range of particle positions along each axis at `time` (s): to the sides of the domain and the faces of walls in
+/// it, at their present positions. A soft material may penetrate a wall as far as the wall's first particles.
 fn allowed_range<const D: usize>(setting: &SolverContext<D>, walls: &Walls<D>, time: f64) -> [(f64, f64); D] {
     let (domain, margin) = (&setting.case.domain, margin(setting));
     std::array::from_fn(|c| {
@@ -81,7 +81,7 @@ fn allowed_range<const D: usize>(setting: &SolverContext<D>, walls: &Walls<D>, t
     })
 }
 
-/// Why a particle at `x`, which is not in its room at `time` (s), may not be where it is.
+/// Reason why the position `x` of a particle at `time` (s) is outside of the allowed range.
 fn out_of_range_reason<const D: usize>(
     setting: &SolverContext<D>,
     walls: &Walls<D>,
@@ -100,7 +100,7 @@ fn out_of_range_reason<const D: usize>(
     )
 }
 
-/// Positions at the end of the step; step 9.
+/// Moves the particles to the end of the step; step 9.
 pub fn drift<const D: usize>(
     setting: &SolverContext<D>,
     clock: &Clock,
@@ -154,7 +154,7 @@ mod tests {
     use crate::setup::rates_only;
     use crate::setup::rates_only::PrescribedParticle;
 
-    /// Also between two listings of the neighbours.
+    /// Checked between two neighbour lists too.
     #[test]
     fn images_in_a_moving_mirror_stand_across_it_in_every_step() {
         let text = json!({

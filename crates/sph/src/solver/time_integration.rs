@@ -1,4 +1,4 @@
-//! Time integration (sheet: sph §3.3). Each scheme is listed once, with the sheet's numbers of the steps.
+//! Time integration (sheet: sph §3.3). Each scheme has one function, with the sheet's step numbers.
 
 use colluvium_case::SolverError;
 use colluvium_constitutive::{States, SymTensor};
@@ -17,10 +17,10 @@ use crate::solver::SphSolver;
 use crate::solver::particle_motion::{drift, kick};
 use crate::stress::stress_update::{StageTime, update_stress};
 
-/// Steps of the Verlet scheme between two plain ones, which keep odd and even steps together.
+/// Steps of the Verlet scheme between two plain ones, which couple odd and even steps.
 const STEPS_PER_PLAIN: u64 = 40;
 
-/// What a step keeps besides the state; in memory of its own from step to step.
+/// Saved state of a step, with memory reused from step to step.
 #[derive(Default)]
 pub struct SavedState<const D: usize> {
     /// Positions at the start of the step (m).
@@ -33,7 +33,7 @@ pub struct SavedState<const D: usize> {
     stress: Vec<SymTensor>,
     /// States of the laws, body by body.
     states: Vec<States>,
-    /// Mean velocities with which particles move (m/s), or those at the end of the step.
+    /// Mean transport velocities of particles (m/s), or those at the end of the step.
     transport_velocity: Vec<[f64; D]>,
     /// Velocities of a stage of the step (m/s).
     stage_velocity: Vec<[f64; D]>,
@@ -45,13 +45,13 @@ pub struct SavedState<const D: usize> {
     divergence: Vec<f64>,
 }
 
-/// A copy in memory that is there already.
+/// Copies into existing memory.
 fn copy<T: Copy>(to: &mut Vec<T>, from: &[T]) {
     to.clear();
     to.extend_from_slice(from);
 }
 
-/// As many of a value in memory that is there already.
+/// Fills existing memory with `len` copies of a value.
 fn fill<T: Copy>(to: &mut Vec<T>, value: T, len: usize) {
     to.clear();
     to.resize(len, value);
@@ -66,7 +66,7 @@ fn add_matrix<const D: usize>(to: &mut [SquareMatrix<D>], factor: f64, what: &[S
 }
 
 impl<const D: usize> SavedState<D> {
-    /// Keeps the state of the bodies.
+    /// Saves the state of the bodies.
     fn save(&mut self, bodies: &Bodies<D>) {
         let p = &bodies.particles;
         let len = p.len();
@@ -78,7 +78,7 @@ impl<const D: usize> SavedState<D> {
         self.states.iter_mut().zip(&bodies.groups).for_each(|(kept, group)| kept.clone_from(&group.states));
     }
 
-    /// Back to the start: velocities, densities and stresses, and the states of the laws.
+    /// Restores velocities, densities, stresses and states of the laws at the start.
     fn restore(&self, bodies: &mut Bodies<D>) {
         let p = &mut bodies.particles;
         let len = p.len();
@@ -90,7 +90,7 @@ impl<const D: usize> SavedState<D> {
         }
     }
 
-    /// No means yet, of so many particles.
+    /// Sets the means of `len` particles to zero.
     fn clear_means(&mut self, len: usize) {
         fill(&mut self.transport_velocity, [0.0; D], len);
         fill(&mut self.mean_acceleration, [0.0; D], len);
@@ -108,7 +108,7 @@ impl<const D: usize> SavedState<D> {
     }
 }
 
-/// Records and accelerations where lists are made already: steps 3 and 4.
+/// Updates pair records and accelerations with present lists: steps 3 and 4.
 pub fn update_accelerations<const D: usize>(
     setting: &SolverContext<D>,
     clock: &Clock,
@@ -122,7 +122,7 @@ pub fn update_accelerations<const D: usize>(
     accelerate(setting, clock, bodies, walls, lists, rates, dt);
 }
 
-/// Velocity gradients, densities and stresses: steps 6 to 8.
+/// Updates velocity gradients, densities and stresses: steps 6 to 8.
 fn update_strain<const D: usize>(
     setting: &SolverContext<D>,
     clock: &Clock,
@@ -138,7 +138,7 @@ fn update_strain<const D: usize>(
 }
 
 impl<const D: usize> SolverContext<D> {
-    /// Whether the velocities stand half a step behind the positions.
+    /// Whether the velocities are half a step behind the positions.
     pub(crate) fn has_half_step_velocities(&self) -> bool {
         matches!(self.options.integration, TimeIntegration::Leapfrog | TimeIntegration::LeapfrogRates)
     }
@@ -171,7 +171,7 @@ impl<const D: usize> SphSolver<D> {
         Ok(())
     }
 
-    /// The leapfrog over the reference configuration.
+    /// Leapfrog over the reference configuration.
     fn total_leapfrog(&mut self, dt: f64) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, rates, reference, .. } = self;
         let Some(reference) = reference else { return Ok(()) };
@@ -189,12 +189,12 @@ impl<const D: usize> SphSolver<D> {
         drift(setting, clock, bodies, walls, lists, rates, dt)
     }
 
-    /// The source's leapfrog: velocity, density and stress at half steps.
+    /// Leapfrog of the source: velocity, density and stress at half steps.
     fn leapfrog_rates(&mut self, dt: f64) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, rates, saved_state: kept, .. } = self;
         kept.save(bodies);
         if clock.last_step > 0.0 {
-            // From n - 1/2 to n with the rates of the step before.
+            // From n - 1/2 to n with the rates of the previous step.
             let half = 0.5 * clock.last_step;
             kick(setting, clock, bodies, &rates.derivatives.acceleration, half, half);
             update_stress(setting, clock, bodies, &rates.derivatives, half, StageTime::Start)?;
@@ -277,7 +277,7 @@ impl<const D: usize> SphSolver<D> {
             p.velocity[..len].copy_from_slice(&p.previous);
         }
         kick(setting, clock, bodies, &rates.derivatives.acceleration, step, step);
-        // Strain by the mean of the velocities at both ends of the step.
+        // Strain by the mean of the velocities at the start and the end of the step.
         copy(after, &bodies.particles.velocity[..len]);
         add(&mut bodies.particles.velocity[..len], 1.0, before);
         bodies.particles.velocity[..len].as_flattened_mut().iter_mut().for_each(|v| *v *= 0.5);

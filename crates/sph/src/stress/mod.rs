@@ -1,6 +1,6 @@
-//! Stress of particles: updates by the material laws, smoothing, tensile instability, total-Lagrangian form.
+//! Stress of particles: updates by the material laws, smoothing, tensile instability, total-Lagrangian formulation.
 //!
-//! The room calls material laws and writes stresses and states (sheet: sph §2.5).
+//! The module calls material laws and writes stresses and states (sheet: sph §2.5).
 
 pub(crate) mod regularisation;
 pub(crate) mod stress_update;

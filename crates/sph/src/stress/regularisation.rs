@@ -15,10 +15,10 @@ use crate::pairs::kernel::Smoothing;
 use crate::points::particles::{Bodies, MIN_PARTICLES_PER_TASK, Particles};
 use crate::stress::stress_update::return_to_yield;
 
-/// Pivots below this share of the largest entry make the moments of a particle ill-conditioned (sheet: sph §2.10).
+/// Least pivot over the largest entry of the moments of a particle, below which they are ill-conditioned (sheet: sph §2.10).
 const MIN_PIVOT_RATIO: f64 = 1e-8;
 
-/// Averages before the particles have them; empty without smoothing.
+/// Averaged fields before they are assigned to the particles; empty without smoothing.
 #[derive(Default)]
 pub struct SmoothedFields {
     stress: Vec<SymTensor>,
@@ -26,7 +26,7 @@ pub struct SmoothedFields {
 }
 
 impl SmoothedFields {
-    /// Smoothing of stress and renewal of density; step 10, of the step before. Whether it changed the state.
+    /// Smooths stress and renews density; step 10, of the previous step. Returns whether the state changed.
     pub fn regularise<const D: usize>(
         &mut self,
         setting: &SolverContext<D>,
@@ -49,8 +49,8 @@ impl SmoothedFields {
         Ok(renews || smooths)
     }
 
-    /// Replaces the stresses of laws in rate form by the average over the particles of the same body; others find
-    /// theirs anew.
+    /// Replaces the stresses of laws in rate form by the average over the particles of the same body; other laws
+    /// recompute theirs.
     pub fn smooth_stress<const D: usize>(
         &mut self,
         form: Regularisation,
@@ -113,7 +113,7 @@ pub fn is_regularisation_due<const D: usize>(setting: &SolverContext<D>, clock: 
     options.regularisation != Regularisation::None && clock.is_due(options.regularisation_steps)
 }
 
-/// The particles of the same body around a particle.
+/// Neighbours of a particle in the same body.
 pub struct BodyNeighbours<'a, const D: usize> {
     smoothing: &'a Smoothing<D>,
     particles: &'a Particles<D>,
@@ -122,7 +122,7 @@ pub struct BodyNeighbours<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> BodyNeighbours<'a, D> {
-    /// Those of `particles`.
+    /// Returns the neighbours among `particles`.
     pub fn new(
         setting: &'a SolverContext<D>,
         particles: &'a Particles<D>,
@@ -183,7 +183,7 @@ impl<'a, const D: usize> BodyNeighbours<'a, D> {
     }
 
     /// Calls `visit(j, V_j W, (x_i - x_j) / h)` for the particle itself and its neighbours of the same body, across
-    /// the ends of periods too. Images in mirrors are no particles of the body (sheet: sph §2.10).
+    /// periodic boundaries too. Images in mirrors are no particles of the body (sheet: sph §2.10).
     fn for_each_neighbour(
         &self,
         i: usize,
@@ -202,7 +202,7 @@ impl<'a, const D: usize> BodyNeighbours<'a, D> {
             let apart: [f64; D] = std::array::from_fn(|c| (p.position[i][c] - place[c]) / h);
             let r = h * apart.iter().map(|c| c * c).sum::<f64>().sqrt();
             let weight = p.mass[j] / p.density[j] * kernel.value(r);
-            // Beyond the support a neighbour must not count: which ones are listed depends on the past.
+            // Neighbours beyond the support must not count: which of them are listed depends on the history.
             if weight > 0.0 {
                 visit(j, weight, &apart);
             }
@@ -220,7 +220,7 @@ mod tests {
     use crate::setup::rates_only::PrescribedParticle;
     use crate::solver::{SphSolver, diffuse_stress};
 
-    /// Disordered particles under a stress of their places, and gravity.
+    /// Disordered particles under a stress field and gravity.
     fn disordered(stress: impl Fn(u32, &[f64; 2]) -> SymTensor) -> SphSolver<2> {
         let text = json!({
             "title": "average", "space": "plane-strain", "domain": { "min": [-1, -1], "max": [2, 2] }, "gravity": [0, -10],
@@ -256,7 +256,7 @@ mod tests {
         (f64::from(2 * id + component + 1) * 0.618_033_988_749_894_9).fract() - 0.5
     }
 
-    /// Largest difference between stresses and those at the start (Pa).
+    /// Largest stress change since the start (Pa).
     fn change(solver: &SphSolver<2>, before: &[SymTensor]) -> f64 {
         let pairs = solver.bodies.particles.stress.iter().zip(before);
         pairs.map(|(now, old)| (*now - *old).norm()).fold(0.0, f64::max)
@@ -282,7 +282,7 @@ mod tests {
         }
     }
 
-    /// Particles farther apart, whose smoothing lengths have grown as far, average as before.
+    /// Particles with a larger spacing and smoothing lengths scaled with it have the same averages.
     #[test]
     fn averages_go_by_the_smoothing_lengths_as_they_are() {
         let smoothed = |stretch: f64, form: Regularisation| {
@@ -318,7 +318,7 @@ mod tests {
         }
     }
 
-    /// The weight over the place, ρ g y, and 0.4 of it sideways.
+    /// Geostatic stress: ρ g y vertically, and 0.4 of it horizontally.
     #[test]
     fn diffusion_leaves_geostatic_stress_alone() {
         let geostatic = |_: u32, x: &[f64; 2]| {

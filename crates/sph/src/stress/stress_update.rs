@@ -1,4 +1,4 @@
-//! Densities and stresses.
+//! Update of densities and stresses.
 
 use colluvium_case::SolverError;
 use colluvium_constitutive::{BLOCK_SIZE, Mat3, Motion};
@@ -9,19 +9,19 @@ use crate::config::ContinuityEquation;
 use crate::context::SolverContext;
 use crate::points::particles::{Bodies, Derivatives, SquareMatrix};
 
-/// Densities beyond these shares of the initial one stop a run (sheet: sph §7).
+/// Range of the density over the initial one; outside of it a run stops (sheet: sph §7).
 const DENSITY_RANGE: std::ops::Range<f64> = 0.2..5.0;
 
-/// Over which positions a velocity gradient was taken.
+/// Time of the positions for which a velocity gradient was computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StageTime {
-    /// Those at the start of the step: `1 + dt L` is its deformation, and a rigid turn makes no strain.
+    /// Start of the step: `1 + dt L` is its deformation, and a rigid rotation causes no strain.
     Start,
-    /// Those at its middle.
+    /// Middle of the step.
     Middle,
 }
 
-/// The motion of a particle with the velocity gradient `l` (1/s) over the positions at the start of the step; `None`
+/// Motion of a particle with the velocity gradient `l` (1/s) over the positions at the start of the step; `None`
 /// where it is singular.
 #[inline(always)]
 fn motion_from_start<const D: usize>(
@@ -37,7 +37,7 @@ fn motion_from_start<const D: usize>(
     if D == 3 {
         return Motion::from_deformation(&deformation, dt, density, size);
     }
-    // In the plane A = 2 (f - 1)(f + 1)⁻¹ has a short form.
+    // In the plane A = 2 (f - 1)(f + 1)⁻¹ has a closed form.
     let half = |a: usize, b: usize| if a < D && b < D { 0.5 * dt * l[a][b] } else { 0.0 };
     let (a, b, c, d) = (half(0, 0), half(0, 1), half(1, 0), half(1, 1));
     let determinant = (1.0 + a) * (1.0 + d) - b * c;
@@ -50,7 +50,7 @@ fn motion_from_start<const D: usize>(
     Some(Motion { deformation, velocity_gradient_dt: gradient, dt, density, size, ..Motion::AT_REST })
 }
 
-/// The same over the positions at the middle of the step.
+/// Motion of a particle with the velocity gradient over the positions at the middle of the step.
 fn motion_from_middle<const D: usize>(
     l: &SquareMatrix<D>,
     dt: f64,
@@ -62,8 +62,8 @@ fn motion_from_middle<const D: usize>(
     Motion::from_velocity_gradient(&l, dt, density, band_length::<D>(volume))
 }
 
-/// Length of a band in a particle of that volume (m): a crack opens the two rows of particles beside it, since both see its
-/// jump, and each of them spends half of the fracture energy (sheet: sph §0, fracture).
+/// Band length in a particle of that volume (m): a crack opens the two rows of particles beside it, since its jump enters the sums of
+/// both, and each of them dissipates half of the fracture energy (sheet: sph §0, fracture).
 #[inline(always)]
 pub fn band_length<const D: usize>(volume: f64) -> f64 {
     2.0 * match D {
@@ -74,7 +74,7 @@ pub fn band_length<const D: usize>(volume: f64) -> f64 {
 }
 
 /// Factor on the density in a step. The continuity equation gives the divergence over the positions at the start
-/// of the step; what that differs from the one at its middle is the same as for the gradient.
+/// of the step; its difference from that at the middle is the same as for the gradient.
 #[inline(always)]
 fn density_factor<const D: usize>(l: &SquareMatrix<D>, divergence: f64, dt: f64) -> f64 {
     let square: f64 = (0..D).map(|a| (0..D).map(|b| l[a][b] * l[b][a]).sum::<f64>()).sum();
@@ -82,7 +82,7 @@ fn density_factor<const D: usize>(l: &SquareMatrix<D>, divergence: f64, dt: f64)
     (-dt * (divergence - 0.5 * dt * square)).exp()
 }
 
-/// Densities and stresses at the end of the step; steps 7 and 8.
+/// Updates densities and stresses at the end of the step; steps 7 and 8.
 pub fn update_stress<const D: usize>(
     setting: &SolverContext<D>,
     clock: &Clock,
@@ -141,8 +141,8 @@ pub fn update_stress<const D: usize>(
     failure.map_or(Ok(()), |(index, reason)| Err(p.particle_error(clock, index, reason)))
 }
 
-/// Smoothed stresses may lie beyond yield: a step without motion takes them back. Of laws that depend on time it
-/// would make a relaxation of its own; theirs return in the next step with motion.
+/// Returns smoothed stresses beyond yield to the yield surface, by a step without motion. For time-dependent laws
+/// that would add relaxation; their stresses return in the next step with motion.
 pub fn return_to_yield<const D: usize>(
     clock: &Clock,
     bodies: &mut Bodies<D>,

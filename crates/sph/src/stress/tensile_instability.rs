@@ -4,7 +4,7 @@ use colluvium_constitutive::SymTensor;
 
 use crate::config::Tensile;
 
-/// `-ε₀ ⟨σ⟩ / ρ²` of each principal value (of the mean stress for artificial pressure), turned back.
+/// Artificial stress `-ε₀ ⟨σ⟩ / ρ²` by principal values (of the mean stress for artificial pressure), rotated back.
 pub fn artificial_stress<const D: usize>(tensile: Tensile, stress: &SymTensor, density: f64) -> SymTensor {
     match tensile {
         Tensile::None => SymTensor::ZERO,
@@ -70,7 +70,7 @@ mod tests {
             SymTensor::diagonal(-2.5, -2.5, 0.0)
         );
     }
-    /// `-ε₀ ⟨I1/3⟩ / ρ² 1` (BN 118 with the sign of K21), in the plane with the stress across it.
+    /// Expected `-ε₀ ⟨I1/3⟩ / ρ² 1` (BN 118 with the sign of K21), in the plane with the out-of-plane stress.
     #[test]
     fn artificial_pressure_repels_by_the_mean_tension_alone() {
         let tensile = Tensile::ArtificialPressure { strength: 0.9, exponent: 2.55 };

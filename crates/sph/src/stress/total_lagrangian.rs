@@ -1,5 +1,5 @@
 //! Total-Lagrangian SPH of solids (sheet: sph §2.14): pairs and corrected kernel gradients of the reference
-//! configuration, for good. Free of tensile instability; bodies that are neighbours there stay bonded.
+//! configuration throughout. Free of tensile instability; bodies that are neighbours there stay bonded.
 //!
 //! `F_i = Σ V⁰_j (x_j - x_i) ⊗ L⁰_i ∇⁰W`, `a_i = Σ V⁰_j (P_i L⁰_i + P_j L⁰_j) ∇⁰W / ρ⁰_i`, `P = σ cof F`.
 //! After Vignjevic et al. (2006) and Ganzenmüller (2015).
@@ -14,10 +14,10 @@ use crate::pairs::kernel::Smoothing;
 use crate::pairs::operators::GradientMoment;
 use crate::points::particles::{Derivatives, MIN_PARTICLES_PER_TASK, Particles, SquareMatrix};
 
-/// Keeps the viscosity finite for particles that meet, as in the pair sums (sheet: sph §2.8).
+/// Softening of the viscosity for coincident particles, as in the pair sums (sheet: sph §2.8).
 const SOFTENING: f64 = 0.01;
 
-/// The initial configuration: pairs and corrected gradients for good.
+/// Initial configuration with its constant pairs and corrected gradients.
 struct InitialConfiguration<const D: usize> {
     neighbours: NeighbourList<D>,
     smoothing: Smoothing<D>,
@@ -25,26 +25,26 @@ struct InitialConfiguration<const D: usize> {
     position: Vec<[f64; D]>,
     /// Volumes (m^d).
     volume: Vec<f64>,
-    /// `L⁰`; zero where a particle sees too little around it.
+    /// Correction `L⁰`; zero where a particle has too few neighbours.
     correction: Vec<SquareMatrix<D>>,
 }
 
-/// The reference configuration and what is summed over it.
+/// Reference configuration and the tensors of its sums.
 pub struct TotalLagrangianReference<const D: usize> {
     initial: InitialConfiguration<D>,
-    /// `F` at the start of the step.
+    /// Deformation gradient `F` at the start of the step.
     deformation: Vec<SquareMatrix<D>>,
-    /// `P L⁰` at the start of the step (Pa).
+    /// Corrected nominal stress `P L⁰` at the start of the step (Pa).
     nominal: Vec<SquareMatrix<D>>,
 }
 
-/// `a b`.
+/// Matrix product `a b`.
 fn matmul<const D: usize>(a: &SquareMatrix<D>, b: &SquareMatrix<D>) -> SquareMatrix<D> {
     std::array::from_fn(|i| std::array::from_fn(|j| (0..D).map(|k| a[i][k] * b[k][j]).sum()))
 }
 
 impl<const D: usize> InitialConfiguration<D> {
-    /// `V⁰_j ∇⁰W` of the neighbours of `i`.
+    /// Neighbours of `i` with `V⁰_j ∇⁰W`.
     fn for_each_neighbour(&self, i: usize) -> impl Iterator<Item = (usize, [f64; D])> {
         self.neighbours.neighbours(i).iter().map(move |&j| {
             let j = j as usize;
@@ -55,7 +55,7 @@ impl<const D: usize> InitialConfiguration<D> {
         })
     }
 
-    /// `Σ V⁰_j f_j ⊗ ∇⁰W`, without correction.
+    /// Uncorrected gradient `Σ V⁰_j f_j ⊗ ∇⁰W`.
     fn gradient(&self, i: usize, field: impl Fn(usize, usize) -> f64) -> SquareMatrix<D> {
         let mut sum = [[0.0; D]; D];
         for (j, weight) in self.for_each_neighbour(i) {
@@ -69,10 +69,10 @@ impl<const D: usize> InitialConfiguration<D> {
 }
 
 impl<const D: usize> TotalLagrangianReference<D> {
-    /// The particles as they are now.
+    /// Returns the reference configuration of the particles at their present positions.
     ///
     /// # Errors
-    /// When the neighbours cannot be searched.
+    /// When the neighbour search fails.
     pub fn new(particles: &Particles<D>, smoothing: &Smoothing<D>) -> Result<Self, SearchError> {
         let position = particles.position[..particles.len()].to_vec();
         let mut neighbours = NeighbourList::new();
@@ -90,14 +90,14 @@ impl<const D: usize> TotalLagrangianReference<D> {
                 neighbours: initial.for_each_neighbour(i).filter(|(_, weight)| *weight != [0.0; D]).count()
                     as u32,
             };
-            // Without neighbours on all sides a particle goes its way undeformed.
+            // Without neighbours on all sides a particle moves without deformation.
             initial.correction[i] = moment.correction().unwrap_or([[0.0; D]; D]);
         }
         let (deformation, nominal) = (vec![unit; count], vec![[[0.0; D]; D]; count]);
         Ok(Self { initial, deformation, nominal })
     }
 
-    /// `F` and `P L⁰` of the state.
+    /// Updates `F` and `P L⁰` of the state.
     fn update_nominal_stress(&mut self, p: &Particles<D>) {
         let Self { initial, deformation, nominal } = self;
         let all = deformation.par_iter_mut().zip(nominal).enumerate();
@@ -115,7 +115,7 @@ impl<const D: usize> TotalLagrangianReference<D> {
     }
 
     /// Acceleration of particle `i` by its neighbours (m/s²), with artificial viscosity `(α, β)` along the lines
-    /// between the particles as they are now.
+    /// between the present positions of the particles.
     fn acceleration(&self, p: &Particles<D>, i: usize, (linear, quadratic): (f64, f64)) -> [f64; D] {
         let h = self.initial.smoothing.length();
         let density = p.mass[i] / self.initial.volume[i];
@@ -154,7 +154,7 @@ impl<const D: usize> TotalLagrangianReference<D> {
 }
 
 impl<const D: usize> TotalLagrangianReference<D> {
-    /// Accelerations over the reference configuration, under `gravity`.
+    /// Computes the accelerations over the reference configuration, under `gravity`.
     pub fn accelerate(
         &mut self,
         options: &SphOptions,
@@ -171,7 +171,7 @@ impl<const D: usize> TotalLagrangianReference<D> {
         });
     }
 
-    /// Velocity gradients and divergences.
+    /// Computes velocity gradients and divergences.
     pub fn find_rates(&self, particles: &Particles<D>, rates: &mut Derivatives<D>) {
         let all = rates.gradient.par_iter_mut().enumerate();
         all.with_min_len(MIN_PARTICLES_PER_TASK).for_each(|(i, l)| *l = self.rate(particles, i));
@@ -181,10 +181,10 @@ impl<const D: usize> TotalLagrangianReference<D> {
     }
 }
 
-/// Refuses what has no meaning over a reference configuration.
+/// Refuses options without a meaning over a reference configuration.
 ///
 /// # Errors
-/// The first such thing, by its path.
+/// The first such option, by its path.
 pub fn check_supported(options: &SphOptions) -> Result<(), CaseError> {
     use crate::config::{
         ContinuityEquation, DensityReset, MomentumEquation, Regularisation, Symmetrisation, Tensile,
@@ -201,7 +201,7 @@ pub fn check_supported(options: &SphOptions) -> Result<(), CaseError> {
     rule(options.integration == TimeIntegration::Leapfrog, &of("integration"), "only the leapfrog is there")?;
     rule(options.tensile == Tensile::None, &of("tensile"), "there is no tensile instability to cure")?;
     rule(options.regularisation == Regularisation::None, &of("regularisation"), "stress is not smoothed")?;
-    // Both are corrected by nature, and adjoint.
+    // Both are corrected and adjoint by construction.
     let momentum = matches!(options.momentum, MomentumEquation::Rho2 | MomentumEquation::Corrected);
     rule(momentum, &of("momentum"), "the momentum equation is corrected")?;
     let gradient = matches!(

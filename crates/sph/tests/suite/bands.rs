@@ -1,4 +1,4 @@
-//! Bands in particles: the length of a band is two spacings (sheet: sph §0; constitutive §2.16).
+//! Localisation bands in particles: the band length is two spacings (sheet: sph §0; constitutive §2.16).
 
 use colluvium_case::{Case, Method};
 use colluvium_sph::Sph;
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::common::{begin, case_with};
 
-/// A bar with a weak row in its middle, on a line.
+/// Bar with a weak row in its middle, in one dimension.
 fn on_a_line(spacing: f64, sph: &Value) -> Case {
     bar(
         "1d",
@@ -21,14 +21,14 @@ fn on_a_line(spacing: f64, sph: &Value) -> Case {
     )
 }
 
-/// The same of six rows in the plane, which repeat themselves across.
+/// Bar with a weak row in its middle, of six rows in the plane, periodic across the bar.
 fn of_rows(spacing: f64, sph: &Value) -> Case {
     let half = 3.0 * spacing;
     let part = |from: f64, to: f64| json!({ "kind": "box", "min": [from, -half], "max": [to, half] });
     bar("plane-strain", &json!(["y"]), spacing, &|x, y| json!([x, y * half]), &part, sph)
 }
 
-/// A bar whose parts from here to there are given, in a domain whose corners are the places at (±1, ±1) of its length and height.
+/// Bar with given parts between two positions, in a domain with corners at (±1, ±1) of its length and height.
 fn bar(
     space: &str,
     periodic: &Value,
@@ -66,7 +66,7 @@ fn work_over_energy(case: &Case) -> f64 {
     cohesive_bar::work_over_energy(&mut *begin(case), &(-0.4 * LENGTH..-0.25 * LENGTH))
 }
 
-/// With one spacing as the length of a band it would be twice its fracture energy, at any spacing.
+/// With a band length of one spacing the work would be twice the fracture energy, at any spacing.
 #[test]
 fn a_bar_that_is_pulled_apart_spends_its_fracture_energy() {
     for rows in [20.0, 40.0] {
@@ -94,8 +94,8 @@ fn what_spreads_a_crack_or_snaps_back_is_refused_with_the_cure() {
     let (path, problem) = refused(&of_rows(0.1, &json!({ "kernel": "wendland-c2" }))).unwrap_err();
     assert_eq!(path, "methods.sph.kernel");
     assert!(problem.contains("cubic-spline"), "{problem}");
-    // E G/f_t² is 0.08 m. Without a Poisson's ratio the shear modulus is half of E, so that a band that slides snaps back from 0.04 m
-    // on, less what it stretches before it softens; a spacing is half of that.
+    // E G/f_t² is 0.08 m. Without a Poisson's ratio the shear modulus is half of E, so that a sliding band shows snap-back from 0.04 m on,
+    // less its stretch before softening; a spacing is half of that.
     let mut brittle: Value = serde_json::from_str(&of_rows(0.1, &json!({})).to_json()).unwrap();
     brittle["materials"]["strong"] = cohesive_material(1.0, 8e-4);
     let (path, problem) = refused(&case_with(brittle, &json!({}))).unwrap_err();

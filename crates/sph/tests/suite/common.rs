@@ -1,4 +1,4 @@
-//! What the tests share.
+//! Helpers shared by the tests.
 
 use colluvium_case::{Case, RunReport, Solver};
 use colluvium_sph::Sph;
@@ -11,7 +11,7 @@ pub fn solve(case: &Case) -> RunReport {
     cases::solve(&Sph, case)
 }
 
-/// A solver at the start of the first stage.
+/// Solver at the start of the first stage.
 pub fn begin(case: &Case) -> Box<dyn Solver> {
     cases::start_solver(&Sph, case)
 }

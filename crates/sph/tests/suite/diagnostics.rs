@@ -1,4 +1,4 @@
-//! How well the sums over neighbours hold, and what a confining pressure brings to rest (sheet: sph §2.2, §2.13 g).
+//! Diagnostics of the sums over neighbours, and equilibrium under a confining pressure (sheet: sph §2.2, §2.13 g).
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_constitutive::SymTensor;
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::common::{begin, case_with, solve, vectors};
 
-/// An elastic block of 20 x 20 particles on a rough floor.
+/// Elastic block of 20 x 20 particles on a rough floor.
 fn block(more: &Value, sph: &Value) -> Case {
     let mut methods = json!({ "spacing": 0.05 });
     methods.as_object_mut().unwrap().extend(sph.as_object().unwrap().clone());
@@ -38,7 +38,7 @@ fn sums_hold_within_and_fail_at_surfaces() {
         let inside = (0.15..0.85).contains(&x[0]) && x[1] < 0.85;
         let size = constant.iter().fold(0.0, |most: f64, c| most.max(c.abs()));
         if inside {
-            // The floor's particles count as those of the block.
+            // Particles of the floor count as those of the block.
             assert!(size < 1e-12, "{x:?}: {constant:?}");
             assert!(
                 (position.at(0, 0) - 1.0).abs() < 0.02 && position.at(0, 1).abs() < 1e-12,
@@ -57,7 +57,7 @@ fn sums_hold_within_and_fail_at_surfaces() {
 
 #[test]
 fn what_falls_back_is_counted() {
-    // A line of particles sees nothing across it: no gradient can be corrected, no average be linear.
+    // A line of particles has no neighbours across it: no gradient can be corrected, no average be linear.
     let line = json!({ "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 1], "max": [1, 1.05] } }] });
     let sph = json!({ "diagnostics": true, "regularisation": "mls", "velocity_gradient": "corrected" });
     let solver = begin(&block(&line, &sph));
@@ -82,7 +82,7 @@ fn diagnostics_change_nothing_else() {
 
 #[test]
 fn a_confined_block_comes_to_rest_under_the_full_pressure() {
-    // Nothing but the pressure acts, and it grows for longer than the block takes to be still beside it.
+    // Only the pressure acts, and it increases for longer than the block takes to reach equilibrium.
     let more = json!({
         "boundaries": [],
         "stages": [{ "name": "s", "duration": 4, "damping": 0.5,
@@ -96,7 +96,7 @@ fn a_confined_block_comes_to_rest_under_the_full_pressure() {
     assert!((mean / 1000.0 - 1.0).abs() < 0.1, "{mean}");
 }
 
-/// Wherever its surface and what is beside it meet the end.
+/// For any position of the surface and the layer beside it relative to the periodic boundary.
 #[test]
 fn a_confined_disc_across_the_end_of_a_period_feels_what_it_feels_in_the_middle() {
     let more = json!({
@@ -110,7 +110,7 @@ fn a_confined_disc_across_the_end_of_a_period_feels_what_it_feels_in_the_middle(
             displacement: [0.05 * f64::from(columns), 0.0],
             velocity: [0.0; 2],
             compression: 1.0,
-            // Across the plane, where it only tells them apart.
+            // Out-of-plane stress that only identifies the particles.
             stress: SymTensor([0.0, 0.0, f64::from(id), 0.0, 0.0, 0.0]),
         };
         let mut all = rates::<2>(&case, given).unwrap();

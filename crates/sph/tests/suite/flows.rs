@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use crate::common::{case_with, solve, vectors};
 
-/// A viscous liquid between walls at 0 and 1 m; `more` replaces or adds keys, `sph` options.
+/// Viscous liquid between walls at 0 and 1 m; `more` replaces or adds keys, `sph` options.
 fn channel(count: u32, more: &Value, sph: &Value) -> Case {
     let spacing = 1.0 / f64::from(count);
     let mut methods = json!({ "spacing": spacing, "viscosity_linear": 0, "kernel": "wendland-c2", "smoothing": 1.5,
@@ -36,8 +36,8 @@ fn poiseuille(count: u32, sph: &Value) -> f64 {
     found.map(|(x, v)| (v[0] - exact(x[1])).abs() / exact(0.5)).fold(0.0, f64::max)
 }
 
-/// The force jumps where a wall mirrors it, and a jump holds alternating velocities, which no gradient of a sum over
-/// symmetric neighbours sees: they grow until something else resists (sheet: sph §6.27).
+/// The force is discontinuous at a mirror wall, which causes alternating velocities that no gradient of a sum over symmetric neighbours
+/// includes: they grow until another resistance acts (sheet: sph §6.27).
 #[test]
 fn v21_alternating_velocities_need_the_hourglass_viscosity() {
     let mirror = json!({ "rough_wall": "mirror", "hourglass_viscosity": 1 });
@@ -54,16 +54,16 @@ fn couette_flow_between_rough_mirrors_is_linear() {
         "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } },
                        { "side": "y-max", "wall": { "kind": "rough" }, "velocity": [1e-3, 0] }]
     });
-    // The wall starts at once, which makes alternating velocities too.
+    // The wall starts at once, which causes alternating velocities too.
     let sph = json!({ "rough_wall": "mirror", "hourglass_viscosity": 1 });
     let snapshot = solve(&channel(20, &more, &sph)).snapshot;
     for (x, v) in snapshot.positions.iter().zip(vectors(&snapshot, "velocity")) {
-        // What is left of the start from rest: 2/π exp(-π² ν t) = 9e-5 of the velocity of the wall.
+        // Remaining transient of the start from rest: 2/π exp(-π² ν t) = 9e-5 of the wall velocity.
         assert!((v[0] - 1e-3 * x[1]).abs() < 1e-6, "{x:?} {v:?}");
     }
 }
 
-/// The hourglass viscosity lets linear fields be and keeps both momenta.
+/// The hourglass viscosity does not affect linear fields, and conserves both momenta.
 #[test]
 fn the_hourglass_viscosity_conserves() {
     let block = |gradient: Value, strength: f64| {
@@ -91,7 +91,7 @@ fn the_hourglass_viscosity_conserves() {
     assert!(energy(end) < 0.9 * energy(&free.end), "short waves are damped");
 }
 
-/// A liquid has as much viscosity of its own as the bound asks for, or less.
+/// The viscosity of the liquid is at the bound, or below.
 #[test]
 fn artificial_viscosity_is_for_liquids_that_have_too_little_of_their_own() {
     // ρ c Δx/100 with c = 10 m/s and Δx = 0.05 m.

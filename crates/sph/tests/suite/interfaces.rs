@@ -1,5 +1,5 @@
-//! Bodies of different density and stress side by side, and bodies that are held: what is smoothed, diffused or carried
-//! along stays within each body (sheet: sph §2.10, §2.12, §2.13).
+//! Bodies of different density and stress side by side, and held bodies: smoothing, diffusion and advection
+//! act within each body (sheet: sph §2.10, §2.12, §2.13).
 
 use colluvium_case::{Case, Method};
 use colluvium_constitutive::SymTensor;
@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::common::{advance_steps, begin, case_with, scalars, stresses, vectors};
 
-/// Two materials that fill a domain without ends, each one half of it; `sph` adds options.
+/// Two materials that each fill half of a periodic domain; `sph` adds options.
 fn halves(materials: &[Value; 2], sph: &Value) -> Case {
     let mut methods = json!({ "spacing": 0.05, "viscosity_linear": 0, "continuity": "volume" });
     for (key, value) in sph.as_object().unwrap() {
@@ -47,7 +47,7 @@ const STILL: PrescribedParticle<2> = PrescribedParticle {
     stress: SymTensor::ZERO,
 };
 
-/// A number between -1 and 1 for each particle and component.
+/// Pseudo-random number between -1 and 1 for each particle and component.
 fn noise(id: u32, component: u32) -> f64 {
     2.0 * (f64::from(3 * id + component + 1) * 0.618_033_988_749_894_9).fract() - 1.0
 }
@@ -70,7 +70,7 @@ fn densities_diffuse_within_each_body_of_fluid_only() {
     assert!(f64::abs(sum) < 1e-12 * size, "{sum:e} of {size:e}");
 }
 
-/// Between soils of 1000 and 2000 kg/m³ that stretch alike.
+/// Between soils of 1000 and 2000 kg/m³ with the same stretching.
 #[test]
 fn a_jump_of_density_asks_for_the_continuity_of_volumes() {
     let stretched = |_: u32, x: &[f64; 2]| PrescribedParticle { velocity: [x[0], 0.0], ..STILL };
@@ -118,7 +118,7 @@ fn walls_of_linear_velocity_oppose_by_the_distances() {
     }
 }
 
-/// Left and right under different stress.
+/// State with different stresses on the left and on the right.
 fn stressed(_: u32, x: &[f64; 2]) -> PrescribedParticle<2> {
     let pressure = if x[0] < 0.5 { -1e3 } else { -5e3 };
     PrescribedParticle { stress: SymTensor::isotropic(pressure), ..STILL }
@@ -162,7 +162,7 @@ fn shifting_carries_neither_density_nor_stress_from_body_to_body() {
     }
 }
 
-/// A layer of 1000 kg/m³ on one of 2000 kg/m³ on a rough floor, in either order of the bodies.
+/// Layer of 1000 kg/m³ on one of 2000 kg/m³ on a rough floor, in either order of the bodies.
 fn layers(wall_stress: &str, upper_first: bool) -> Case {
     let layer = |name: &str, low: f64| {
         json!({ "name": name, "material": name,
@@ -198,7 +198,7 @@ fn walls_take_the_density_of_the_soil_that_touches_them() {
             let lowest = |x: &[f64; 3]| x[1] < 0.06;
             let fall = snapshot.positions.iter().zip(&start).filter(|(x, _)| lowest(x));
             let fall = fall.map(|(_, v)| v[1].abs() / (10.0 * dt)).fold(0.0, f64::max);
-            // Of gravity; the lattice's own error is 2 %.
+            // Share of gravity; the error of the lattice itself is 2 %.
             assert!(wall_stress == "interpolated" || fall < 0.05, "{fall} g");
             (0..100).for_each(|_| {
                 solver.step(dt).unwrap();
@@ -230,7 +230,7 @@ fn bodies_that_are_held_keep_their_path_with_xsph() {
     }
 }
 
-/// Up, back and on, with corners within steps.
+/// Factor that rises, falls and becomes negative, with corners within steps.
 #[test]
 fn bodies_that_are_held_go_as_far_as_their_history_says_and_on_after_a_restart() {
     let schemes =
@@ -250,7 +250,7 @@ fn bodies_that_are_held_go_as_far_as_their_history_says_and_on_after_a_restart()
                 let left = passed - solver.time();
                 solver.step(left).unwrap();
             }
-            // ∫ of the factor: 2.5e-3 to the first corner, a triangle of 11/3e-3 s and one down, then -1.
+            // Integral of the factor: 2.5e-3 to the first corner, a triangle of 11/3e-3 s and one down, then -1.
             let (t, slope) = (solver.time(), 3.0 / 5.5e-3);
             let exact = match t {
                 t if t < 0.009 => 2.5e-3 + 2.0 * (t - 3.5e-3) - 0.5 * slope * (t - 3.5e-3).powi(2),
@@ -291,7 +291,7 @@ fn histories_are_of_bodies_that_are_held_and_functions_of_time() {
 fn the_guard_against_far_moves_knows_what_xsph_adds() {
     let case = halves(&[solid(1000.0), solid(1000.0)], &json!({ "xsph": 1 }));
     let dt = 1e-4;
-    // A quarter of a smoothing length in the step, but the mean of neighbours that alternate is next to nothing.
+    // A quarter of a smoothing length in the step, but the mean of alternating neighbours is almost zero.
     let alternating = |_: u32, x: &[f64; 2]| {
         let even = x.iter().map(|c| (c / 0.05).floor() as i64).sum::<i64>() % 2 == 0;
         PrescribedParticle { velocity: [0.25 * 0.06 / dt * if even { 1.0 } else { -1.0 }, 0.0], ..STILL }
@@ -303,7 +303,7 @@ fn the_guard_against_far_moves_knows_what_xsph_adds() {
     }
 }
 
-/// Solids of 1000 and 4000 kg/m³ that fill the space under one stress.
+/// Solids of 1000 and 4000 kg/m³ that fill the domain under one stress.
 #[test]
 fn a_uniform_stress_rests_at_a_jump_of_density_with_rho_rho() {
     let stress = SymTensor([-1e4, -2e4, -1e4, 3e3, 0.0, 0.0]);
@@ -312,7 +312,7 @@ fn a_uniform_stress_rests_at_a_jump_of_density_with_rho_rho() {
         let found = rates::<2>(&case, |_, _| PrescribedParticle { stress, ..STILL }).unwrap();
         found.iter().flat_map(|p| p.acceleration).fold(0.0, |most: f64, a| most.max(a.abs()))
     };
-    // Of the stress over the lighter density and the spacing, 400 m/s².
+    // Relative to the stress over the lighter density and the spacing, 400 m/s².
     assert!(fastest("rho-rho") < 1e-9, "{}", fastest("rho-rho"));
     assert!(fastest("rho2") > 10.0, "{}", fastest("rho2"));
 }
@@ -366,7 +366,7 @@ fn what_the_forms_make_of_a_jump_of_density_is_told_with_its_cure() {
     let momentum = "methods.sph.momentum: bodies of 1000 and 2000 kg/m³";
     let asked = told([1000.0, 2000.0], &json!({ "momentum": "rho2" }));
     assert!(asked.contains(momentum) && !asked.contains("miscount"), "{asked}");
-    // What is named is the cure, and what nobody asked for is cured.
+    // The recommended option gives no warning, and the default is the recommended one.
     assert!(!told([1000.0, 2000.0], &json!({ "momentum": "rho-rho" })).contains("where they touch"));
     assert!(!told([1000.0, 2000.0], &json!({})).contains("where they touch"));
     assert!(!told([1000.0, 1000.0], &json!({ "momentum": "rho2" })).contains("where they touch"));
@@ -396,8 +396,8 @@ fn elastic_bodies_are_told_what_tension_does_to_them() {
     assert!(!Sph.plan(&rigid).unwrap().warnings.join("\n").contains(of));
 }
 
-/// A floor of particles that are held at rest and strain by their law, a dynamic boundary (sheet: sph §2.13 e): a column on it comes to
-/// the stress of its weight, and does not sink in. Within two supports of the floor it pushes too hard, as the sheet says of such boundaries.
+/// Floor of particles that are held at rest and strain by their law, a dynamic boundary (sheet: sph §2.13 e): a column on it reaches the
+/// geostatic stress, and does not penetrate. Within two supports of the floor its pressure is too high, as the sheet states.
 #[test]
 fn a_floor_that_is_held_carries_a_column() {
     let column = json!({ "name": "column", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.2, 0.5] } });

@@ -1,4 +1,4 @@
-//! Water on smooth walls: nothing passes them, and a mirror is the other half of a symmetric flow (sheet: sph §2.13).
+//! Water on smooth walls: no particle passes them, and a mirror replaces the other half of a symmetric flow (sheet: sph §2.13).
 
 use colluvium_case::Case;
 use colluvium_testkit::taylor_green::{energy_ratio, taylor_green_case};
@@ -11,7 +11,7 @@ const SPACING: f64 = 0.05;
 /// Low and high corner of a box (m) and its velocity (m/s).
 type Body = ([f64; 2], [f64; 2], [f64; 2]);
 
-/// Water in a box `low` to `high` (m) with a velocity (m/s), between the smooth walls `sides`.
+/// Water in boxes (m) with velocities (m/s), between the smooth walls `sides`.
 fn water(bodies: &[Body], sides: &[&str], sph: &Value) -> Case {
     let mut methods = json!({ "spacing": SPACING, "kernel": "wendland-c2", "smoothing": 1.3 });
     methods.as_object_mut().unwrap().extend(sph.as_object().unwrap().clone());
@@ -31,7 +31,7 @@ fn water(bodies: &[Body], sides: &[&str], sph: &Value) -> Case {
     case_with(text, &json!({}))
 }
 
-/// A column 0.5 m wide and 1 m high between the sides of a tank, `far` of them 1.6 m apart.
+/// Column 0.5 m wide and 1 m high between the sides of a tank, which are 1.6 m apart if `far`.
 fn column(far: bool, sph: &Value) -> Case {
     let sides: &[&str] = if far { &["x-min", "y-min", "x-max"] } else { &["x-min", "y-min"] };
     let mut case = water(&[([0.0; 2], [0.5, 1.0], [0.0; 2])], sides, sph);
@@ -43,7 +43,7 @@ fn column(far: bool, sph: &Value) -> Case {
     case
 }
 
-/// The toe sinks to the face and goes on as its image.
+/// The toe sinks to the face and is replaced by its image.
 #[test]
 fn a_column_that_breaks_goes_through_no_smooth_wall() {
     let choices = [
@@ -65,7 +65,7 @@ fn a_column_that_breaks_goes_through_no_smooth_wall() {
     );
 }
 
-/// The least distance from the floor while a column spreads on it (m), and its front at the end (m).
+/// Least distance from the floor while a column spreads on it (m), and its front at the end (m).
 fn spread(sph: &Value) -> (f64, f64) {
     let mut solver = begin(&column(false, sph));
     let mut nearest = f64::INFINITY;
@@ -77,7 +77,7 @@ fn spread(sph: &Value) -> (f64, f64) {
     (nearest, solver.snapshot().positions.iter().map(|x| x[0]).fold(0.0, f64::max))
 }
 
-/// A particle and its image have no way round each other.
+/// A particle and its image can't evade each other.
 #[test]
 fn water_that_spreads_keeps_off_a_smooth_floor() {
     for sph in [
@@ -94,8 +94,8 @@ fn water_that_spreads_keeps_off_a_smooth_floor() {
     }
 }
 
-/// Kinetic and stored energy (J), of the latter the most that there was, and by how much their sum, momentum and angular momentum
-/// were off in steps up to `end` (s), as shares of the start.
+/// Largest stored energy, and largest errors of total energy, momentum and angular momentum in steps up to `end` (s), relative to the
+/// initial kinetic energy, momentum scale and angular momentum scale.
 fn balance(case: &Case, end: f64) -> [f64; 4] {
     let mut solver = begin(case);
     let start = solver.budget().unwrap();
@@ -116,11 +116,11 @@ fn balance(case: &Case, end: f64) -> [f64; 4] {
     most
 }
 
-/// What the repulsion takes from the motion is in the budget, and comes back.
+/// Energy of the repulsion is in the budget, and is returned to the motion.
 #[test]
 fn particles_that_come_close_keep_energy_and_both_momenta() {
     let options = |wall: &str| json!({ "smooth_wall": wall, "viscosity_linear": 0, "courant": 0.005 });
-    // Two particles that meet askew, and one that falls on a floor. The leapfrog is of second order: 3e-3 at four times the step.
+    // Two particles in an oblique collision, and one that falls on a floor. The leapfrog is of second order: 3e-3 at four times the step.
     let askew = [([1.0, 1.0], [1.05, 1.05], [2.0, 0.0]), ([1.2, 1.01], [1.25, 1.06], [-2.0, 0.0])];
     let [stored, energy, momentum, turn] = balance(&water(&askew, &[], &options("mirror")), 0.06);
     assert!(
@@ -134,7 +134,7 @@ fn particles_that_come_close_keep_energy_and_both_momenta() {
     }
 }
 
-/// Two jets that meet at x = 2 m so fast that their particles pass each other, and one of them against a mirror there.
+/// Two jets that collide at x = 2 m so fast that their particles pass each other, and one of them against a mirror there.
 #[test]
 fn half_of_a_symmetric_collision_with_a_mirror_is_the_whole() {
     let speed = 27.0;
@@ -171,7 +171,7 @@ fn half_of_a_symmetric_collision_with_a_mirror_is_the_whole() {
     }
 }
 
-/// Slow ones are turned back by their image, fast ones pass it.
+/// Slow particles are reflected by their image, fast ones pass it.
 #[test]
 fn a_lone_particle_bounces_off_a_mirror_with_its_energy() {
     for (fall, integration) in
@@ -195,7 +195,7 @@ fn a_lone_particle_bounces_off_a_mirror_with_its_energy() {
 #[test]
 fn vortices_of_a_liquid_keep_their_energy_without_options() {
     let case = taylor_green_case(0.5, &json!({ "sph": { "spacing": 0.02 } }));
-    // With the options of soil 0.4 of it is left.
+    // With the options of soil 0.4 of the energy remains.
     let kept = energy_ratio(&solve(&case).snapshot, 0.5);
     assert!((kept - 1.0).abs() < 0.2, "{kept}");
 }

@@ -10,7 +10,7 @@ use crate::common::{case_with, solve, stresses};
 
 const RADIUS: f64 = 0.5;
 
-/// A stiff disk of 1000 kg/m³, which turns at `spin` (1/s), under a load; nothing touches it.
+/// Stiff disk of 1000 kg/m³ that rotates at `spin` (1/s), under a load and without contacts.
 fn disk(spin: f64, load: &Value, options: &Value) -> Case {
     let mut load = load.clone();
     (load["kind"], load["body"]) = (json!("surface"), json!("b"));
@@ -30,7 +30,7 @@ fn disk(spin: f64, load: &Value, options: &Value) -> Case {
     )
 }
 
-/// The resultant of a pressure on the right half is the pressure times the width, and turns with the disk.
+/// The resultant of a pressure on the right half is the pressure times the width, and rotates with the disk.
 #[test]
 fn a_pressure_on_a_part_of_a_surface_turns_with_the_body() {
     let spin = 10.0;
@@ -61,8 +61,8 @@ fn a_shear_around_a_disk_turns_it() {
     assert!(report.end.momentum.iter().all(|p| p.abs() < 1e-9), "{:?}", report.end.momentum);
 }
 
-/// Under a pressure all around that grows slowly the stress within is that pressure, in plane strain; the sums of the outermost
-/// particles carry too little of it, less so where these are smaller.
+/// Under a slowly increasing pressure all around, the internal stress is that pressure, in plane strain; the sums of the outermost
+/// particles are too small, less so with smaller particles.
 #[test]
 fn a_pressure_all_around_is_the_stress_within() {
     let error = |spacing: f64| {
@@ -85,7 +85,7 @@ fn a_pressure_all_around_is_the_stress_within() {
     assert!(coarse < 0.08 && fine < 0.6 * coarse, "{coarse} and {fine}");
 }
 
-/// A traction on the side of a column of 1 m is the same stress all through it.
+/// A traction on the side of a column of 1 m causes the same stress in the whole column.
 #[test]
 fn a_traction_on_a_side_is_borne_by_what_stands_below_it() {
     let case = case_with(
@@ -108,7 +108,7 @@ fn a_traction_on_a_side_is_borne_by_what_stands_below_it() {
     }
 }
 
-/// Where no particle is next to what is asked for, and where nothing can move, a load is refused.
+/// A load is refused where no particle is near the selected surface, and where no body can move.
 #[test]
 fn loads_that_act_on_nothing_are_refused() {
     let far = json!({ "kind": "box", "min": [-0.1, -0.1], "max": [0.1, 0.1] });

@@ -1,4 +1,4 @@
-//! The solver and what it stands on, against closed forms, conservation laws and its promises about bits.
+//! Tests of the solver and its parts against closed forms, conservation laws and bitwise reproducibility.
 
 mod bands;
 mod common;

@@ -1,4 +1,4 @@
-//! Obstacles on prescribed ways (sheet: sph §2.13).
+//! Obstacles with prescribed motion (sheet: sph §2.13).
 
 use colluvium_case::{Case, Method, Solver, spatial};
 use colluvium_sph::Sph;
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::common::{advance_steps, begin, case_with, stresses, vectors};
 
-/// An elastic block over the floor `y = 0`, without gravity; what is in `more` joins the case.
+/// Elastic block over the floor `y = 0`, without gravity; `more` adds keys to the case.
 fn block(more: &Value) -> Case {
     let text = json!({
         "title": "block", "space": "plane-strain", "gravity": [0, 0],
@@ -23,7 +23,7 @@ fn reading(solver: &dyn Solver, name: &str) -> f64 {
     solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
 }
 
-/// Stored and kinetic energy (J), with what obstacles took of them, and without what they gave.
+/// Stored and kinetic energy plus the energy taken by obstacles, less the work of their motion (J).
 fn energy(solver: &dyn Solver) -> f64 {
     let budget = solver.budget().unwrap();
     let took = reading(solver, "obstacles.friction") + reading(solver, "obstacles.stopped");
@@ -37,8 +37,8 @@ fn until(solver: &mut dyn Solver, time: f64) {
     }
 }
 
-/// What is seen from an obstacle does not depend on its velocity. The sums are the same but for the digits that places lose, which
-/// the steps make 10⁻¹¹ of.
+/// In the frame of an obstacle the motion does not depend on its velocity. The sums are equal up to the round-off of positions, which the
+/// steps amplify to 10⁻¹¹.
 #[test]
 fn a_block_on_a_plane_that_moves_is_that_on_a_plane_at_rest_seen_from_it() {
     let carried = [0.4, 0.3];
@@ -77,17 +77,17 @@ fn a_block_on_a_plane_that_moves_is_that_on_a_plane_at_rest_seen_from_it() {
     }
 }
 
-/// A block on a plane that turns by 5 degrees a second, with a friction of 20 degrees.
+/// Block on a plane that tilts by 5 degrees per second, with a friction angle of 20 degrees.
 struct Tilting {
     solver: Box<dyn Solver>,
-    /// When the plane would have begun to turn, had it done so at once (s).
+    /// Start of the rotation without the ramp (s).
     start: f64,
 }
 
 impl Tilting {
     const RATE: f64 = 5.0;
 
-    /// At the start of the turn, with particles `spacing` (m) apart.
+    /// Returns the problem at the start of the rotation, with particles `spacing` (m) apart.
     fn begin(spacing: f64) -> Self {
         let (begins, ramp) = (0.5, 0.5);
         let case = block(&json!({
@@ -105,12 +105,12 @@ impl Tilting {
         Self { solver, start: begins + 0.5 * ramp }
     }
 
-    /// Until the slope is so steep (degrees).
+    /// Runs until a slope angle (degrees).
     fn turn(&mut self, slope: f64) {
         until(&mut *self.solver, self.start + slope / Self::RATE);
     }
 
-    /// Place of the middle along the plane (m).
+    /// Position of the block centre along the plane (m).
     fn along(&self) -> f64 {
         let (sin, cos) = self.slope().sin_cos();
         let x = self.solver.snapshot().positions;
@@ -118,14 +118,14 @@ impl Tilting {
         (mean(0) - 0.3) * cos - mean(1) * sin
     }
 
-    /// Mean forces on the plane along and across it while the slope grows from one angle to another (degrees), over the weight.
+    /// Mean tangential and normal forces on the plane over the weight, while the slope increases from one angle to another (degrees).
     fn borne(&mut self, from: f64, to: f64) -> [f64; 2] {
         self.turn(from);
         let end = self.start + to / Self::RATE;
         self.borne_while(|tilting| tilting.solver.time() < end)
     }
 
-    /// The same in the steps before which `goes_on`.
+    /// Mean tangential and normal forces over the weight, in the steps while `goes_on` is true.
     fn borne_while(&mut self, goes_on: impl Fn(&Self) -> bool) -> [f64; 2] {
         let mut sums = [0.0; 2];
         let mut steps = 0.0;
@@ -145,32 +145,32 @@ impl Tilting {
         (Self::RATE * (self.solver.time() - self.start)).to_radians()
     }
 
-    /// Speed of the block along the plane, seen from that (m/s).
+    /// Speed of the block relative to the plane (m/s).
     fn slip(&self) -> f64 {
         let (sin, cos) = self.slope().sin_cos();
         let [x, y, _] = self.solver.totals().momentum;
-        // The middle is 0.15 m over the line about which the plane turns.
+        // The block centre is 0.15 m over the axis of rotation of the plane.
         (x * cos - y * sin) / 180.0 - 0.15 * Self::RATE.to_radians()
     }
 }
 
-/// The plane bears the weight of a block until its slope is the friction. Then the block slides, and rubs with its share of the normal
+/// The plane supports the weight of a block up to the friction angle. Then the block slides, with friction times the normal
 /// force.
 #[test]
 fn a_plane_that_tilts_holds_a_block_up_to_the_angle_of_friction_and_rubs_beyond() {
     let mut tilting = Tilting::begin(0.05);
-    // On its way from 19 to 20 degrees, and a little less than its weight as it turns with the plane.
+    // Between 19 and 20 degrees, and a little less than its weight since it rotates with the plane.
     let [along, across] = tilting.borne(19.0, 20.0);
     let (sin, cos) = 19.5f64.to_radians().sin_cos();
     assert!((along / sin - 1.0).abs() < 5e-3 && (across / cos - 1.0).abs() < 1e-3, "{along} {across}");
     let [along, across] = tilting.borne(21.0, 28.0);
     let share = along / across / 20f64.to_radians().tan();
-    // The base trembles: 1.1e-3 with corotated sums.
+    // The base vibrates: 1.1e-3 with corotated sums.
     assert!((share - 1.0).abs() < 2e-3, "{share} of the friction");
 }
 
-/// Without the delay of friction the base swings, stops at each swing, and bears 0.99 of its share with the wider spacing, 0.97 with the
-/// other.
+/// Without the delay of friction the base oscillates, stops in each oscillation, and carries 0.99 of its share with the wider spacing,
+/// 0.97 with the other.
 #[test]
 fn a_block_that_slides_slowly_rubs_with_all_of_its_friction_at_any_spacing() {
     for spacing in [0.05, 0.025] {
@@ -185,8 +185,8 @@ fn a_block_that_slides_slowly_rubs_with_all_of_its_friction_at_any_spacing() {
     }
 }
 
-/// What a block slides on a plane that tilts grows with the third power of the angle beyond that of friction, so that it tells at which
-/// angle it began. Its elastic swing and the slip of its corners, 3 mm a second at 20 degrees, are 0.15 degrees of it.
+/// The sliding distance on a tilting plane grows with the third power of the angle beyond the friction angle, and so determines the angle
+/// at which sliding began. The elastic oscillation and the slip of its corners, 3 mm a second at 20 degrees, are 0.15 degrees of it.
 #[test]
 fn a_block_on_a_plane_that_tilts_slides_at_the_angle_of_friction() {
     let (rate, friction) = (Tilting::RATE.to_radians(), 20f64.to_radians().tan());
@@ -197,7 +197,7 @@ fn a_block_on_a_plane_that_tilts_slides_at_the_angle_of_friction() {
     tilting.turn(20.0);
     let began = tilting.along();
     tilting.turn(28.0);
-    // Newton's law along the plane, seen from it; the middle is 0.15 m over the line about which it turns.
+    // Newton's law along the plane, in its frame; the block centre is 0.15 m over the axis of rotation.
     let (mut place, mut speed, dt) = (0.0, 0.0f64, 1e-5);
     for step in 0..160_000 {
         let angle = rate * (4.0 + f64::from(step) * dt);
@@ -211,7 +211,7 @@ fn a_block_on_a_plane_that_tilts_slides_at_the_angle_of_friction() {
     assert!((onset - 20.0).abs() < 0.25, "from {onset}°: {slid} m for {place} m");
 }
 
-/// A piston starts at once against a bar without sideways strain: a wave of the stress ρ c V runs into it.
+/// A piston starts at once against a laterally confined bar: a wave of the stress ρ c V propagates into it.
 #[test]
 fn a_piston_pushes_with_the_impedance_of_the_column_and_gives_it_its_momentum() {
     let (speed, modulus) = (0.05, 1e6 * 0.8 / (1.2 * 0.6));
@@ -234,16 +234,16 @@ fn a_piston_pushes_with_the_impedance_of_the_column_and_gives_it_its_momentum() 
     let exact = -1000.0 * wave * speed * 0.2;
     let budget = solver.budget().unwrap();
     assert!((force / exact - 1.0).abs() < 0.01, "{force} N for {exact} N");
-    // Momentum is told at the end of a step, and the force of the last one at its start.
+    // The momentum is that at the end of a step, and the force of the last step that at its start.
     assert!((budget.momentum[0] / -impulse[0] - 1.0).abs() < 5e-3, "{:?} {impulse:?}", budget.momentum);
     let work = reading(&*solver, "obstacles.work");
     assert!((work / (-impulse[0] * speed) - 1.0).abs() < 1e-9, "{work}");
-    // What the viscosity of the front takes is all that is lost.
+    // Only the viscosity of the wave front dissipates energy.
     let kept = (budget.kinetic + budget.elastic) / work;
     assert!(kept < 1.0 && kept > 0.97, "{kept}");
 }
 
-/// A block in the way of a paddle that turns, in the plane or in space.
+/// Block in the path of a rotating paddle, in the plane or in space.
 fn paddle(space: &str, integration: &str) -> Case {
     let solid = space == "3d";
     let at = |plane: [f64; 2], last: f64| if solid { vec![plane[0], plane[1], last] } else { plane.to_vec() };
@@ -283,7 +283,7 @@ fn a_paddle_throws_a_block_in_the_plane_and_in_space_and_the_balances_close() {
         }
         let off = (energy(&*solver) - start) / work;
         assert!(off < 0.02 && off > -0.1, "{space}: {off} of the work");
-        // None of it is in the paddle.
+        // No particle is in the paddle.
         let angle: f64 = -(120f64.to_radians()) * (0.4 - 0.02 - 0.05);
         let (sin, cos) = angle.sin_cos();
         for x in solver.snapshot().positions {
@@ -293,7 +293,7 @@ fn a_paddle_throws_a_block_in_the_plane_and_in_space_and_the_balances_close() {
     }
 }
 
-/// A plate hits a row of particles faster than the waves of these run.
+/// A plate hits a row of particles at a speed above their wave speed.
 #[test]
 fn a_plate_that_is_fast_and_thin_takes_along_what_it_meets() {
     for integration in ["leapfrog", "predictor-corrector", "velocity-verlet", "verlet", "runge-kutta4"] {
@@ -375,10 +375,10 @@ fn what_does_not_come_back_in_a_period_is_refused() {
     assert!(turns.starts_with("obstacles[0].motion.rotation"), "{turns}");
 }
 
-/// A body at rest on what turns goes round with it: it does not strain, and its stress turns as it does.
+/// A body at rest on a rotating obstacle rotates with it: it does not strain, and its stress rotates too.
 #[test]
 fn what_turns_with_an_obstacle_does_not_strain() {
-    // As if it had always turned: each particle has the velocity of the floor at its place.
+    // Steady rotation from the start: each particle has the velocity of the floor at its position.
     let rate = 30f64.to_radians();
     let case = block(&json!({
         "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.6, 0.3] },
@@ -397,6 +397,6 @@ fn what_turns_with_an_obstacle_does_not_strain() {
     }
     let all = stresses(&snapshot);
     let most = all.as_flattened().iter().fold(0.0f64, |most, s| most.max(s.abs()));
-    // A modulus of 1 MPa over 1 µs makes half a pascal of a strain at the rate of rotation; what is left goes with the angle of a step.
+    // A modulus of 1 MPa over 1 µs gives 0.5 Pa for a strain at the rate of rotation; the remaining stress scales with the angle of a step.
     assert!(most < 1e-6, "{most} Pa");
 }

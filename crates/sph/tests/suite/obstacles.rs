@@ -1,4 +1,4 @@
-//! Obstacles of any direction (sheet: sph §2.13).
+//! Obstacles of any orientation (sheet: sph §2.13).
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::common::{advance_steps, begin, case_with, vectors};
 
-/// An elastic block that slides on a floor or an obstacle; what is in `more` joins the case.
+/// Elastic block that slides on a floor or an obstacle; `more` adds keys to the case.
 fn sliding(more: &Value) -> Case {
     let text = json!({
         "title": "block", "space": "plane-strain", "gravity": [0, -9.81],
@@ -40,7 +40,7 @@ fn a_plane_along_an_axis_answers_as_a_wall_of_particles() {
             let mut case = case.clone();
             case["methods"] = json!({ "sph": { "spacing": 0.05, "smooth_wall": particles["smooth_wall"] } });
             let mut solver = begin(&sliding(&case));
-            // The first steps: later the places behind the plane follow the particles, and those of the wall do not.
+            // First steps only: later the dummy sites behind the plane follow the particles, and the wall particles do not.
             for _ in 0..3 {
                 solver.step(1e-5).unwrap();
             }
@@ -58,7 +58,7 @@ fn a_plane_along_an_axis_answers_as_a_wall_of_particles() {
     }
 }
 
-/// A block whose lattice lies along a plane that falls by `angle` degrees, with the folder of its points.
+/// Block with its lattice along a plane inclined by `angle` degrees, with the folder of its points.
 fn slope(angle: f64, friction: f64) -> (tempfile::TempDir, Value) {
     let (sin, cos) = angle.to_radians().sin_cos();
     let turned = |x: f64, y: f64| [cos * x + sin * y, -sin * x + cos * y];
@@ -83,7 +83,7 @@ fn slope(angle: f64, friction: f64) -> (tempfile::TempDir, Value) {
     (folder, serde_json::from_str(&case.to_json()).unwrap())
 }
 
-/// Speed along the plane after half a second of sliding, and the largest speed across it.
+/// Speed along the plane after half a second of sliding, and the largest speed normal to it.
 fn slide(angle: f64, friction: f64) -> [f64; 2] {
     let (sin, cos) = angle.to_radians().sin_cos();
     let (folder, text) = slope(angle, friction);
@@ -99,8 +99,8 @@ fn slide(angle: f64, friction: f64) -> [f64; 2] {
     [along, across]
 }
 
-/// Impulse on the slope between two times over the time between (N), the block's momentum at the second less that at the first over
-/// the same (N), the moment about the middle of the block at the end (N m), and the mean pressure on the area under the block (Pa).
+/// Mean force on the slope between two times (N), mean rate of the block's momentum between them (N), moment about the middle of the block
+/// at the end (N m), and mean pressure on the area under the block (Pa).
 fn borne(angle: f64, friction: f64, damping: f64, [from, to]: [f64; 2]) -> ([f64; 2], [f64; 2], f64, f64) {
     let (folder, mut text) = slope(angle, friction);
     let (sin, cos) = angle.to_radians().sin_cos();
@@ -134,14 +134,14 @@ fn borne(angle: f64, friction: f64, damping: f64, [from, to]: [f64; 2]) -> ([f64
     )
 }
 
-/// What the block loses the slope has: weight less what the block gains of momentum. At rest that is the weight, without a moment about
-/// the middle; while it slides friction is its share of the normal force.
+/// The reaction on the slope is the weight less the momentum rate of the block. At rest that is the weight, without a moment about the
+/// middle; in sliding, friction is the coefficient times the normal force.
 #[test]
 fn a_slope_tells_the_force_of_the_block_on_it() {
     let weight = 180.0 * 9.81;
     let ([x, y], gained, moment, pressure) = borne(30.0, 1.2 * 30f64.to_radians().tan(), 0.3, [0.4, 0.8]);
     assert!(x.abs() < 0.01 * weight && (y / -weight - 1.0).abs() < 0.01, "{x} {y}: {gained:?}");
-    // It acts where the particles are, about half a spacing above the slope.
+    // It acts at the particles, about half a spacing above the slope.
     assert!(moment.abs() < 0.5 * 0.05 * weight, "{moment}");
     let (sin, cos) = 30f64.to_radians().sin_cos();
     assert!((pressure / (weight * cos / 0.6) - 1.0).abs() < 0.01, "{pressure}");
@@ -154,7 +154,7 @@ fn a_slope_tells_the_force_of_the_block_on_it() {
 
 #[test]
 fn a_block_on_a_slope_accelerates_as_its_friction_has_it() {
-    // Gravity grows over 0.1 s: 0.45 s of it in all.
+    // Gravity increases over 0.1 s: its integral is that of 0.45 s.
     for (angle, share) in [(20.0f64, 0.0), (20.0, 0.6), (35.0, 0.3)] {
         let (sin, tan) = (angle.to_radians().sin(), angle.to_radians().tan());
         let [along, across] = slide(angle, share * tan);
@@ -219,14 +219,14 @@ fn reading(solver: &dyn Solver, name: &str) -> f64 {
     solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
 }
 
-/// All energies (J), with what obstacles took of them.
+/// All energies, with those taken by obstacles (J).
 fn energy(solver: &dyn Solver) -> f64 {
     let budget = solver.budget().unwrap();
     let took = reading(solver, "obstacles.friction") + reading(solver, "obstacles.stopped");
     budget.kinetic + budget.elastic + budget.potential + took
 }
 
-/// Two rows of sand thrown at a floor with a bump, faster than its waves run (24 m/s).
+/// Two rows of sand thrown at a floor with a bump, at a speed above their wave speed (24 m/s).
 fn thrown(integration: &str, wall: &Value) -> Case {
     sliding(&json!({
         "materials": { "m": { "model": "mohr-coulomb", "density": 1600, "youngs_modulus": 7e5, "poissons_ratio": 0.3,

@@ -66,7 +66,7 @@ fn wave_exact(x: &[f64; 2]) -> f64 {
     -2.0 * std::f64::consts::PI.powi(2) * wave(x)
 }
 
-/// To as many digits as the sheet prints: half a unit of the last of four, or of three where so judged.
+/// Asserts agreement to the sheet's digits: half a unit of the last of four, or of three where noted.
 #[track_caller]
 fn agrees(found: f64, sheet: f64, digits: i32) {
     let unit = 10f64.powi(sheet.abs().log10().floor() as i32 + 1 - digits);
@@ -126,7 +126,7 @@ fn v03_laplacian_of_a_bowl() {
             }
         }
     }
-    // The caveat: without particles beyond the boundary the new operator is wrong by order one.
+    // Limitation: without particles beyond the boundary the error of the new operator is of order one.
     agrees(laplacian_error(Laplacian::BuiNguyen, (20, 0, 0.0), bowl, |_| 4.0), 4.246, 3);
     agrees(laplacian_error(Laplacian::BuiNguyen, (40, 0, 0.0), bowl, |_| 4.0), 4.246, 3);
     assert!(laplacian_error(Laplacian::Csph2, (20, 0, 0.0), bowl, |_| 4.0) < 1e-10);
@@ -204,7 +204,7 @@ fn heat(operator: Laplacian, n: usize) -> f64 {
             temperature[n + 3 + k] = -temperature[n + 2 - k];
         }
     }
-    // What (31) takes for the diffusivity is M of the lattice.
+    // The effective diffusivity of (31) contains M of the lattice.
     let factor =
         if operator == Laplacian::Brookshaw { cloud.moment(lattice.inner[n / 2])[0][0] } else { 1.0 };
     let decay = (-std::f64::consts::PI.powi(2) * 0.05 * factor).exp();
@@ -225,7 +225,7 @@ fn v07_heat_conduction_in_a_bar() {
 #[test]
 fn a_lone_particle_has_no_derivatives() {
     let smoothing = Smoothing::<2>::new(Kernel::CubicSpline, 1.3).unwrap();
-    // The second is listed, and beyond the support.
+    // The second particle is listed, and beyond the support.
     let places = [[0.0, 0.0], [2.65, 0.0]];
     let mut neighbours = NeighbourList::new();
     neighbours.build(&places, 2.7).unwrap();
@@ -249,13 +249,13 @@ fn diffusion_with_one_diffusivity_is_the_laplacian() {
     }
 }
 
-/// Steady heat through two layers that meet between two particles: the harmonic mean is the conductance of the two
-/// halves in series, so that the broken line of temperatures is at rest.
+/// Steady heat flow through two layers with the interface between two particles: the harmonic mean is the conductance of both
+/// halves in series, so that the piecewise linear temperature is stationary.
 #[test]
 fn the_harmonic_mean_conducts_as_two_layers_in_series() {
     let (low, high) = (1.0, 4.0);
     let places: Vec<[f64; 1]> = (0..20).map(|i| [f64::from(i) + 0.5]).collect();
-    // Of the support two spacings long only the nearest neighbours have a weight.
+    // With a support of two spacings only the nearest neighbours have a weight.
     let smoothing = Smoothing::<1>::new(Kernel::CubicSpline, 1.0).unwrap();
     let mut neighbours = NeighbourList::new();
     neighbours.build(&places, smoothing.radius()).unwrap();
@@ -287,7 +287,7 @@ fn the_moments_of_layers_are_those_of_the_sheet() {
         neighbours.build(&lattice.positions, smoothing.radius()).unwrap();
         let volume = vec![lattice.spacing.powi(D as i32); lattice.positions.len()];
         let cloud = ParticleCloud::new(&lattice.positions, &volume, &neighbours, &smoothing);
-        // The middle of a face lies at `n/2` along all axes but the first.
+        // The centre of a face is at `n/2` along all axes but the first.
         let middle: usize = (1..D).map(|c| (n / 2) * n.pow(c as u32)).sum();
         [0, 1, n / 2].map(|layer| (0..D).map(|c| cloud.moment(middle + layer)[c][c]).sum())
     }
@@ -356,7 +356,7 @@ fn stretched<const D: usize>(space: &str, edge: f64, sph: &Value) -> Vec<Particl
     moved(space, edge, sph, 0.2)
 }
 
-/// The same with densities that differ by up to a share.
+/// Rates of such a block with densities that differ by up to a share.
 fn moved<const D: usize>(space: &str, edge: f64, sph: &Value, uneven: f64) -> Vec<ParticleRates<D>> {
     let all = |value: f64| vec![value; D];
     let mut methods = json!({ "spacing": 0.05, "velocity_gradient": "compatible" });
@@ -428,7 +428,7 @@ fn density_follows_the_gradient_that_the_law_gets() {
             }
         }
     }
-    // The forms of their own, with whatever gradient.
+    // Own forms of the continuity equation, with any gradient.
     for (form, operator) in [("mass", "density-difference"), ("volume", "difference")] {
         let own = stretched::<2>("plane-strain", 0.5, &json!({ "velocity_gradient": operator }));
         for gradient in ["difference", "density-difference", "corrected"] {

@@ -1,4 +1,4 @@
-//! Obstacles that are thinner than the support of a particle (sheet: sph §2.13).
+//! Obstacles thinner than the support of a particle (sheet: sph §2.13).
 
 use colluvium_case::{Case, Solver};
 use serde_json::{Value, json};
@@ -7,7 +7,7 @@ use crate::common::{advance_steps, begin, case_with, vectors};
 
 const SPACING: f64 = 0.05;
 
-/// Blocks above and below a plate whose upper side is `y = 0`, without gravity; what is in `more` joins the case.
+/// Blocks above and below a plate whose upper side is `y = 0`, without gravity; `more` adds keys to the case.
 fn case(thickness: f64, more: &Value) -> Case {
     let part = |name: &str, low: f64, high: f64| json!({ "name": name, "material": "m", "shape": { "kind": "box", "min": [0, low], "max": [0.6, high] } });
     let mut upper = part("upper", 0.0, 0.3);
@@ -30,7 +30,7 @@ fn until(solver: &mut dyn Solver, time: f64) {
     }
 }
 
-/// Particles of the two sides are within each other's support, and the plate parts them.
+/// Particles of both sides are within each other's support, and the plate separates them.
 #[test]
 fn what_hits_a_thin_plate_is_not_felt_on_its_other_side() {
     for ranks in [1, 2] {
@@ -47,7 +47,7 @@ fn what_hits_a_thin_plate_is_not_felt_on_its_other_side() {
     }
 }
 
-/// The block is a hundred times as fast as its waves, and the plate is thinner than its way in a step.
+/// The block is a hundred times faster than its waves, and the plate is thinner than its path in a step.
 #[test]
 fn no_particle_flies_through_a_thin_plate_in_a_step() {
     let thickness = 0.01 * SPACING;

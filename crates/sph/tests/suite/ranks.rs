@@ -1,4 +1,4 @@
-//! The solver in ranks: the same bits with any number of them (sheet: sph §3.9, V-26).
+//! Solver in ranks: bitwise equal results with any number of ranks (sheet: sph §3.9, V-26).
 
 use colluvium_case::{Case, Method, Snapshot, Solver};
 use colluvium_sph::Sph;
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::common::{advance_steps, begin, case_with, scalars, with_keys};
 
-/// A heap thrown along a rough floor against a smooth wall, long enough for ranks that do not see each other.
+/// Heap thrown along a rough floor against a smooth wall, so long that some ranks are not neighbours.
 fn heap(options: &Value, more: &Value) -> Case {
     let mut methods = json!({ "spacing": 0.025 });
     for (key, value) in options.as_object().unwrap() {
@@ -31,14 +31,14 @@ fn heap(options: &Value, more: &Value) -> Case {
     case_with(case, more)
 }
 
-/// The case with other options in ranks.
+/// Solver of the case in ranks.
 fn in_ranks(case: &Case, ranks: u32) -> Box<dyn Solver> {
     let mut case = case.clone();
     case.methods.get_mut("sph").unwrap()["ranks"] = json!(ranks);
     begin(&case)
 }
 
-/// The snapshot without the field that only ranks have.
+/// Snapshot without the field of ranks.
 fn plain(solver: &dyn Solver) -> Snapshot {
     let mut snapshot = solver.snapshot();
     snapshot.fields.retain(|field| field.name != "rank");
@@ -59,7 +59,7 @@ fn every_number_agrees(case: &Case, steps: usize, name: &str) {
     }
 }
 
-/// The solver without ranks after ninety steps, which those that go on from a checkpoint with another number of ranks have come to.
+/// Returns the solver without ranks after ninety steps; asserts that restarts with another number of ranks reach the same state.
 fn restarts_agree(case: &Case, name: &str) -> Box<dyn Solver> {
     let mut whole = begin(case);
     advance_steps(&mut *whole, 90);
@@ -106,7 +106,7 @@ fn ranks_agree_on_how_far_from_rest_they_are() {
     }
 }
 
-/// A domain without ends.
+/// Periodic domain.
 fn periodic() -> Value {
     json!({
         "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x"] },
@@ -126,7 +126,7 @@ fn ranks_reach_across_the_ends_of_a_period() {
     }
 }
 
-/// Floor and wall go to and fro, with corners within steps.
+/// Floor and wall move back and forth, with corners of the factors within steps.
 #[test]
 fn walls_of_varying_velocity_give_the_same_bits_in_ranks_and_after_a_restart() {
     let floor = |wall: Value| {
@@ -161,7 +161,7 @@ fn walls_of_varying_velocity_give_the_same_bits_in_ranks_and_after_a_restart() {
             advance_steps(&mut **solver, 60);
         }
         assert_eq!(whole.saved().unwrap(), again.saved().unwrap(), "{wall}, {options}");
-        // They do not stand still, nor go on as they began.
+        // Their velocities are neither zero nor constant.
         let constant = heap(&json!({}), &floor(wall.clone()));
         let mut constant = begin(&constant);
         advance_steps(&mut *constant, 117);
@@ -237,7 +237,7 @@ fn ranks_follow_stages_and_equilibrium() {
     };
     let (alone, ranked) = (run(1), run(3));
     assert_eq!((alone.0, alone.1, alone.2), (ranked.0, ranked.1, ranked.2));
-    // Sums over ranks run in another order.
+    // Sums over ranks have another order.
     let [a, b] = [alone.3, ranked.3].map(|apart| [apart.unbalanced_force, apart.kinetic_ratio]);
     a.iter().zip(b).for_each(|(a, b)| assert!((a - b).abs() <= 1e-12 * a.abs(), "{a} {b}"));
 }
@@ -279,7 +279,7 @@ fn obstacles_and_what_they_take_are_the_same_in_ranks() {
         "domain": { "min": [-1, -1], "max": [2, 1] } });
     let case = heap(&json!({}), &ground);
     every_number_agrees(&case, 80, "obstacles");
-    // Checkpoints hold what obstacles have borne.
+    // Checkpoints contain the reactions and energies of obstacles.
     let whole = restarts_agree(&case, "obstacles");
     let ranked = {
         let mut solver = in_ranks(&case, 3);
@@ -296,7 +296,7 @@ fn obstacles_and_what_they_take_are_the_same_in_ranks() {
     }
 }
 
-/// A load of one direction, one that follows a surface of which parts go from rank to rank, and one that begins later.
+/// A load of constant direction, a follower load on a surface whose parts move between ranks, and one that begins later.
 #[test]
 fn loads_are_the_same_in_ranks_and_after_a_restart() {
     let loads = json!({ "loads": [
@@ -330,7 +330,7 @@ fn loads_are_the_same_in_ranks_and_after_a_restart() {
         solver.saved().unwrap()
     };
     assert_eq!(staged(1), staged(3));
-    // What the particles of a rank bear counts towards equilibrium.
+    // Forces on the particles of a rank count towards equilibrium.
     let settling =
         with_keys(loads, &json!({ "stages": [{ "name": "s", "duration": 1, "equilibrium": {} }] }));
     every_number_agrees(&heap(&json!({}), &settling), 60, "loads, equilibrium");

@@ -1,4 +1,4 @@
-//! What smooths stress and density against closed forms and symmetries (sheet: sph §2.10, §2.13).
+//! Smoothing of stress and density against closed forms and symmetries (sheet: sph §2.10, §2.13).
 
 use std::f64::consts::PI;
 
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::common::{advance_steps, begin, case_with, scalars, solve, stresses, vectors};
 
-/// An elastic block; `more` replaces or adds keys, `sph` options.
+/// Elastic block; `more` replaces or adds keys, `sph` options.
 fn case(more: &Value, sph: &Value) -> Case {
     let mut methods = json!({ "spacing": 0.05, "viscosity_linear": 0 });
     for (key, value) in sph.as_object().unwrap() {
@@ -28,7 +28,7 @@ fn elastic() -> Value {
     json!({ "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 })
 }
 
-/// A square of 0.4 m with its lower corner at `low` (m).
+/// Square of 0.4 m with its lower corner at `low` (m).
 fn body(name: &str, material: &str, low: [f64; 2], more: &Value) -> Value {
     let shape = json!({ "kind": "box", "min": low, "max": low.map(|c| c + 0.4) });
     let mut body = json!({ "name": name, "material": material, "shape": shape });
@@ -38,7 +38,7 @@ fn body(name: &str, material: &str, low: [f64; 2], more: &Value) -> Value {
     body
 }
 
-/// Velocities of rate `gradient` (1/s) about the middle of a body at the origin.
+/// Velocity field with the gradient `gradient` (1/s) about the middle of a body at the origin.
 fn linear(gradient: [[f64; 2]; 2]) -> Value {
     json!({ "velocity": { "kind": "linear", "value": [0, 0], "origin": [0.2, 0.2], "gradient": gradient } })
 }
@@ -95,7 +95,7 @@ fn what_smooths_stress_needs_a_law_in_rate_form() {
     }
 }
 
-/// Stresses of a body that is held, of which the stress is smoothed in every step, after `duration` (s).
+/// Stresses of a held body after `duration` (s), with smoothing in every step.
 fn smoothed_while_held(law: &Value, motion: &Value, duration: f64) -> Vec<[f64; 6]> {
     let more = json!({
         "materials": { "m": elastic(), "held": law },
@@ -109,7 +109,7 @@ fn smoothed_while_held(law: &Value, motion: &Value, duration: f64) -> Vec<[f64; 
     all.filter(|(body, _)| **body == 0).map(|(_, stress)| stress).collect()
 }
 
-/// Swelling of 1 % in 1 s that cannot take place.
+/// Swelling of 1 % in 1 s that is prevented.
 #[test]
 fn smoothing_lets_no_time_pass() {
     let law =
@@ -131,8 +131,8 @@ fn smoothing_relaxes_nothing() {
     }
 }
 
-/// A body that stretches evenly loses to the hourglass viscosity what the waves from its surfaces lose; no more with
-/// smoothed stress.
+/// The energy that an evenly stretched body loses by the hourglass viscosity is that of the waves from its surfaces; smoothed
+/// stress does not increase it.
 #[test]
 fn smoothing_keeps_the_gradients_for_the_hourglass_viscosity() {
     let motion = linear([[5.0, 0.0], [0.0, -5.0]]);
@@ -150,7 +150,7 @@ fn smoothing_keeps_the_gradients_for_the_hourglass_viscosity() {
     assert!(plain < 0.01 && smoothed < 2.0 * plain, "{plain} {smoothed}");
 }
 
-/// A plane wave along a periodic square of 1 m, polarised along `amplitude`, after some steps.
+/// Plane wave along a periodic square of 1 m, polarised along `amplitude`, after some steps.
 fn wave(material: &Value, amplitude: [f64; 2], sph: &Value) -> Snapshot {
     let shape = json!({ "kind": "box", "min": [0, 0], "max": [1, 1] });
     let velocity = json!({ "kind": "sine", "amplitude": amplitude, "wave_vector": [2.0 * PI, 0] });
@@ -163,7 +163,7 @@ fn wave(material: &Value, amplitude: [f64; 2], sph: &Value) -> Snapshot {
     solver.snapshot()
 }
 
-/// Largest sum of a field at two places half a wave apart, over the largest value.
+/// Largest sum of a field at two positions half a wave apart, over the largest value.
 fn asymmetry(snapshot: &Snapshot, values: &[f64]) -> f64 {
     let places = &snapshot.positions;
     let partner = |x: &[f64; 3]| {
@@ -177,7 +177,7 @@ fn asymmetry(snapshot: &Snapshot, values: &[f64]) -> f64 {
     sums.fold(0.0, f64::max) / values.iter().fold(0.0, |largest, value| value.abs().max(largest))
 }
 
-/// A solver that has just smoothed, renewed or shifted kicks with the accelerations of what that left.
+/// After smoothing, density reset or shifting, the solver kicks with the accelerations of the new state.
 #[test]
 fn velocity_verlet_kicks_with_the_smoothed_state() {
     let water = json!({ "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e6, "viscosity": 0.1,
@@ -194,7 +194,7 @@ fn velocity_verlet_kicks_with_the_smoothed_state() {
         let case = case(&more, &options);
         let mut whole = begin(&case);
         advance_steps(&mut *whole, 10);
-        // A stage that begins here takes the accelerations anew.
+        // A stage that begins here recomputes the accelerations.
         let mut anew = begin(&case);
         anew.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
         anew.begin_stage(0, whole.time()).unwrap();
@@ -232,7 +232,7 @@ fn renewed_density_sees_no_ends_of_a_period() {
     }
 }
 
-/// A periodic layer that falls and is thrown along its floor: nothing depends on the place along the period.
+/// A periodic layer that falls and is thrown along its floor: the result does not depend on the position along the period.
 #[test]
 fn walls_that_interpolate_see_no_ends_of_a_period() {
     for wall_stress in ["interpolated", "extrapolated"] {

@@ -1,4 +1,4 @@
-//! Rigid bodies that move by Newton's law (sheet: sph §2.14).
+//! Rigid bodies with free motion (sheet: sph §2.14).
 
 use colluvium_case::description::Velocity;
 use colluvium_case::{Case, Method, RunReport};
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::common::{advance_steps, begin, case_with, solve, stresses, vectors};
 
-/// A rigid block of 0.2 m × 0.1 m and 10 kg, in empty space.
+/// Rigid block of 0.2 m × 0.1 m and 10 kg, in empty space.
 fn case(more: &Value) -> Case {
     case_with(
         json!({
@@ -42,7 +42,7 @@ fn a_free_block_falls_and_spins_as_one() {
     let velocities = vectors(&report.snapshot, "velocity");
     let n = velocities.len() as f64;
     let mean: [f64; 2] = std::array::from_fn(|c| velocities.iter().map(|v| v[c]).sum::<f64>() / n);
-    // 10 N on 10 kg beside gravity.
+    // Force of 10 N on 10 kg in addition to gravity.
     assert!((mean[0] - 0.7).abs() < 1e-9 && mean[1].abs() < 1e-9, "{mean:?}");
     let x = &report.snapshot.positions;
     let middle: [f64; 2] = std::array::from_fn(|c| x.iter().map(|x| x[c]).sum::<f64>() / n);
@@ -69,7 +69,7 @@ fn a_collision_of_a_rigid_block_keeps_momentum() {
     for c in 0..2 {
         assert!((after[c] - before[c]).abs() < 1e-9 * 20.0, "{before:?} {after:?}");
     }
-    // They have met.
+    // The bodies have collided.
     assert!(
         report.end.kinetic < 0.95 * report.start.kinetic,
         "{} {}",
@@ -80,7 +80,7 @@ fn a_collision_of_a_rigid_block_keeps_momentum() {
 
 #[test]
 fn a_block_of_half_the_density_of_water_floats_with_half_of_it_under_water() {
-    // A tank 0.8 m wide, filled 0.3 m deep around a block that dips in 0.08 m of its height of 0.1 m and comes up.
+    // A tank 0.8 m wide, filled 0.3 m deep around a block that is submerged by 0.08 m of its height of 0.1 m and rises.
     let part = |name: &str, min: [f64; 2], max: [f64; 2]| json!({ "name": name, "material": "water", "shape": { "kind": "box", "min": min, "max": max } });
     let report = solve(&case(&json!({
         "gravity": [0, -9.81], "domain": { "min": [0, 0], "max": [0.8, 1] },
@@ -97,11 +97,11 @@ fn a_block_of_half_the_density_of_water_floats_with_half_of_it_under_water() {
     let middle = heights.iter().sum::<f64>() / heights.len() as f64;
     // Water of 0.224 m² and half of the block fill 0.8 m.
     let level = (0.8 * 0.3 - 0.2 * 0.08 + 0.5 * 0.2 * 0.1) / 0.8;
-    // A particle sees the surface as the middle between two rows: half a spacing.
+    // The surface for a particle is the middle between two rows: half a spacing.
     assert!((middle - level).abs() < 0.01, "{middle} {level}");
 }
 
-/// What it bears is all that changes its momentum beside weight and force, whether it follows forces or its velocity is prescribed.
+/// The reaction is the rate of momentum less weight and force, for free and for prescribed motion.
 #[test]
 fn a_rigid_body_tells_the_force_on_it() {
     let mut flying = block([0.4, 0.43]);
@@ -124,7 +124,7 @@ fn a_rigid_body_tells_the_force_on_it() {
             all.filter(|(_, of)| **of == body)
                 .fold([0.0; 2], |sum, ((v, m), _)| [sum[0] + m * v[0], sum[1] + m * v[1]])
         };
-        // Of the block, 10 kg, and of the bed, 60 kg: velocities stand half a step behind forces.
+        // Of the block, 10 kg, and of the bed, 60 kg: velocities are half a step behind forces.
         let (block, bed) = (momentum(0), momentum(1));
         assert!(impulse("y") > 1.0, "{}", impulse("y"));
         for (c, axis) in ["x", "y"].into_iter().enumerate() {
@@ -154,7 +154,7 @@ fn what_rigid_bodies_do_not_go_with_is_refused_by_name() {
     solver.step(1e-4).unwrap();
 }
 
-/// A rigid box of 0.2 m × 0.12 m × 0.08 m in space, in a case with more.
+/// Rigid box of 0.2 m × 0.12 m × 0.08 m in space; `more` adds keys to the case.
 fn in_space(more: &Value) -> Case {
     case_with(
         json!({
@@ -210,11 +210,11 @@ fn a_free_box_in_space_keeps_its_angular_momentum_and_wobbles_with_its_energy() 
         let exact: [f64; 3] = std::array::from_fn(|c| of_box().1[c] * [5.0, 3.0, 6.0][c]);
         let size = exact.iter().map(|l| l * l).sum::<f64>().sqrt();
         for c in 0..3 {
-            // The path of the centre adds none: it passes through the zero of the coordinates.
+            // The path of the centre adds none: it passes through the coordinate origin.
             let now = report.end.angular_momentum[c];
             assert!((now - exact[c]).abs() < 1e-9 * size, "{now} {}", exact[c]);
         }
-        // No stress comes of its turning.
+        // Its rotation causes no stress.
         let stress =
             stresses(&report.snapshot).as_flattened().iter().fold(0.0f64, |most, s| most.max(s.abs()));
         assert!(stress < 1e-6, "{stress}");
@@ -228,7 +228,7 @@ fn a_free_box_in_space_keeps_its_angular_momentum_and_wobbles_with_its_energy() 
     assert!(coarse < 1e-5 && fine < 0.3 * coarse, "{coarse} {fine}");
 }
 
-/// The box on a floor under gravity along a slope of some tangent, with friction, for 0.3 s.
+/// Rigid box on a floor under gravity inclined by the tangent `tan`, with friction, for 0.3 s.
 fn on_slope(tan: f64, wall: &Value) -> (RunReport, [f64; 2]) {
     let g = 9.81 / (1.0 + tan * tan).sqrt();
     let report = solve(&in_space(&json!({
@@ -275,7 +275,7 @@ fn a_slender_box_topples_down_a_slope_in_space_where_its_weight_passes_its_edge(
                          "motions": [{ "target": "box", "velocity": [null, null, null], "turns": true }] }],
             "output": { "measures": 0.01 }, "methods": { "sph": { "spacing": 0.02 } }
         })));
-        // How far the top has gone ahead of the foot, over the height between them.
+        // Displacement of the top relative to the foot, over the height between them.
         let (x, moved) = (&report.snapshot.positions, vectors(&report.snapshot, "displacement"));
         let of = |level: f64| {
             let all = x.iter().zip(&moved).filter(|(x, u)| (x[2] - u[2] - level).abs() < 1e-9);
@@ -318,7 +318,7 @@ fn a_box_that_spins_and_meets_a_floor_is_the_same_on_two_threads_and_after_a_res
         advance_steps(&mut **solver, 100);
     }
     assert_eq!(whole.snapshot().hash(), again.snapshot().hash());
-    // It falls at 1 m/s and more until it meets the floor.
+    // It falls at 1 m/s and more until it hits the floor.
     let (rise, mass) = (whole.budget().unwrap().momentum[2], of_box().0);
     assert!(rise > -0.5 * mass, "{rise} {mass}");
 }

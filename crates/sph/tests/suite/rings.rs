@@ -1,4 +1,4 @@
-//! Rows fitted to round edges: a thick ring under pressure against Lamé, in the total-Lagrangian form.
+//! Rows fitted to round edges: a thick ring under pressure against Lamé, in the total-Lagrangian formulation.
 
 use colluvium_case::{Case, Method};
 use colluvium_sph::Sph;
@@ -8,7 +8,7 @@ use crate::common::{solve, stresses};
 
 const PRESSURE: f64 = 1e4;
 
-/// A ring of radii 1 and 2 m, ten particles to the inner radius, under a pressure on what of its surface lies in a shape.
+/// Ring of radii 1 and 2 m, ten particles per inner radius, under a pressure on the part of its surface in a shape.
 fn ring(sampling: &str, within: &Value) -> Case {
     let text = json!({
         "title": "ring", "space": "plane-strain", "domain": { "min": [-2.5, -2.5], "max": [2.5, 2.5] }, "gravity": [0, 0],
@@ -26,7 +26,7 @@ fn ball(radius: f64) -> Value {
     json!({ "kind": "ball", "centre": [0, 0], "radius": radius })
 }
 
-/// Largest error of the hoop stress over that of the closed form, at the places of the particles nearer to the centre than `end` (m).
+/// Largest error of the hoop stress over the closed form, at particles nearer to the centre than `end` (m).
 fn error(case: &Case, end: f64, exact: impl Fn(f64) -> f64) -> f64 {
     let snapshot = solve(case).snapshot;
     let mut largest = 0.0_f64;
@@ -42,8 +42,8 @@ fn error(case: &Case, end: f64, exact: impl Fn(f64) -> f64) -> f64 {
     largest
 }
 
-/// Within 5 %, which is what a load half a spacing within the inner edge is too large by; on a lattice some are off by half. The row
-/// that carries a pressure from without is left out: its radial stress, of the size of the load, is short.
+/// The error is below 5 %, the excess of a load half a spacing within the inner edge; on a lattice some errors are half of the stress. The
+/// row under external pressure is omitted: its radial stress, of the order of the load, is too small.
 #[test]
 fn every_particle_of_a_fitted_ring_has_the_hoop_stress_of_lame() {
     let inside = |r: f64| PRESSURE / 3.0 * (1.0 + 4.0 / (r * r));
@@ -70,7 +70,7 @@ fn round_edges_on_a_lattice_are_told_of() {
     assert!(!told(&updated), "particles of the present configuration leave their lattice");
 }
 
-/// A body that has no straight and round sides, or its points from a file, cannot have rows along them.
+/// A body without straight and round sides, or with points from a file, cannot have rows along them.
 #[test]
 fn rows_where_there_are_none_are_refused_by_name() {
     let layer = json!({ "kind": "cylinder", "base": [0, 0, 0], "axis": 2, "radius": 1, "height": 1 });

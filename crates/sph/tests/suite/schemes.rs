@@ -1,4 +1,4 @@
-//! Time integration, damping, periods, walls that move or rub: closed forms.
+//! Time integration, damping, periodic domains, moving and frictional walls: closed forms.
 
 use std::f64::consts::PI;
 
@@ -14,7 +14,7 @@ fn solver(text: &Value) -> Box<dyn Solver> {
     begin(&Case::from_json(&text.to_string()).unwrap())
 }
 
-/// A bar between two mirrors that swings in its first mode.
+/// Bar between two mirrors that oscillates in its first mode.
 fn bar(scheme: &str) -> Value {
     json!({
         "title": "bar", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
@@ -27,7 +27,7 @@ fn bar(scheme: &str) -> Value {
     })
 }
 
-/// Positions after a fifth of a period in so many steps.
+/// Positions after a fifth of a period in `steps` steps.
 fn swung(scheme: &str, steps: u32) -> Vec<f64> {
     let mut solver = solver(&bar(scheme));
     let dt = 0.0125 / f64::from(steps);
@@ -57,13 +57,13 @@ fn schemes_converge_with_the_second_order_of_the_step() {
     for scheme in SCHEMES {
         let (coarse, fine) = (apart(&swung(scheme, 40), &exact), apart(&swung(scheme, 80), &exact));
         let order = (coarse / fine).log2();
-        // Verlet makes a plain step of first order at the start and every forty steps: its error is of that one step.
+        // Verlet makes a plain step of first order at the start and every forty steps: its error is that of this step.
         assert!(order > 1.85, "{scheme}: {coarse:e} {fine:e}, order {order}");
         assert!(coarse < 2e-4, "{scheme}: {coarse:e}");
     }
 }
 
-/// A block that nothing acts on.
+/// Block without external forces.
 fn block(more: &Value, sph: &Value) -> Value {
     let mut text = json!({
         "title": "block", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
@@ -84,7 +84,7 @@ fn block(more: &Value, sph: &Value) -> Value {
 
 #[test]
 fn v18_damping_is_exact() {
-    // ξ c / h.
+    // Decay rate ξ c / h.
     let rate = 0.05 * (1.2e6f64 / 1000.0).sqrt() / 0.06;
     for scheme in SCHEMES {
         let mut solver = solver(&block(&json!({}), &json!({ "damping": 0.05, "integration": scheme })));
@@ -93,7 +93,7 @@ fn v18_damping_is_exact() {
         for v in vectors(&solver.snapshot(), "velocity") {
             assert!((v[0] / exact - 1.0).abs() < 1e-12, "{scheme}: {} {exact}", v[0]);
         }
-        // Angular momentum about the origin of a body that does not turn.
+        // Angular momentum about the origin of a body without rotation.
         let (budget, snapshot) = (solver.totals(), solver.snapshot());
         let weighed = |c: usize| snapshot.positions.iter().map(|x| x[c]).sum::<f64>() / 64.0;
         let turn = budget.momentum[1] * weighed(0) - budget.momentum[0] * weighed(1);
@@ -120,7 +120,7 @@ fn v17_free_fall_is_exact() {
         }
         for (density, stress) in scalars(&found, "density").iter().zip(stresses(&found)) {
             assert!((density / 1000.0 - 1.0).abs() < 1e-12, "{scheme}: {density}");
-            // Of a modulus of 1.2 MPa.
+            // Relative to a modulus of 1.2 MPa.
             assert!(stress.iter().all(|s| s.abs() < 1e-6), "{scheme}: {stress:?}");
         }
     }
@@ -142,7 +142,7 @@ fn a_periodic_body_runs_round_and_round() {
     assert!(scalars(&snapshot, "density").iter().all(|d| (d - 1000.0).abs() < 1e-6));
 }
 
-/// A block without stress that flies apart, every point at the velocity of its place: it grows by 1e-4 in a step.
+/// Stress-free block with uniform expansion: it grows by 1e-4 in a step.
 fn expanded(sph: &Value, steps: u32) -> Snapshot {
     let more = json!({
         "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e-3, "poissons_ratio": 0.25 } },
@@ -178,16 +178,16 @@ fn v28_the_smoothing_length_follows_the_density() {
     }
 }
 
-/// `Σ V W` of a square lattice of the spacing one, and its derivative by the smoothing length.
+/// Sum `Σ V W` of a square lattice of unit spacing, and its derivative by the smoothing length.
 fn lattice_sum(h: f64) -> (f64, f64) {
     let kernel = Smoothing::<2>::new(Kernel::CubicSpline, h).unwrap();
     let places = (-5..=5i32).flat_map(|x| (-5..=5i32).map(move |y| f64::from(x).hypot(f64::from(y))));
     places.fold((0.0, 0.0), |(v, s), r| (v + kernel.value(r), s + kernel.length_derivative(r)))
 }
 
-/// The rate of AL1 36–37 keeps Σ m W - ρ as it was. Where the sum over the lattice is S(h/Δx), that is
-/// `S(h/(a Δx)) - 1 = a² (S(h₀/Δx) - 1)`: only about `h = a h₀`. Within the body, and at first: what surfaces do to it
-/// grows inwards.
+/// The rate of AL1 36–37 keeps Σ m W - ρ constant. With the lattice sum S(h/Δx), that is `S(h/(a Δx)) - 1 = a² (S(h₀/Δx) - 1)`: only
+/// approximately `h = a h₀`. It holds within the body, and initially: the effect of surfaces
+/// propagates inwards.
 #[test]
 fn v28_the_rate_of_the_smoothing_length_keeps_the_error_of_the_summed_density() {
     let a = 1.01;
@@ -206,7 +206,7 @@ fn v28_the_rate_of_the_smoothing_length_keeps_the_error_of_the_summed_density() 
     }
 }
 
-/// A block on a frictional floor under gravity that leans by `angle` degrees.
+/// Acceleration (m/s²) of a block on a frictional floor under gravity inclined by `angle` degrees.
 fn slide(angle: f64, friction: f64) -> f64 {
     let (sin, cos) = angle.to_radians().sin_cos();
     let more = json!({
@@ -233,7 +233,7 @@ fn slide(angle: f64, friction: f64) -> f64 {
 
 #[test]
 fn a_block_slides_on_a_frictional_wall_as_coulomb_says_or_sticks() {
-    // g (sin θ - μ cos θ).
+    // Acceleration g (sin θ - μ cos θ).
     let sliding = slide(30.0, 0.3);
     let exact = 10.0 * (0.5 - 0.3 * 0.75f64.sqrt());
     assert!((sliding / exact - 1.0).abs() < 0.05, "{sliding} for {exact}");
@@ -259,7 +259,7 @@ fn friction_over_the_normal_force_is_the_coefficient_at_any_viscosity() {
             let totals = solver.totals();
             seen.push((solver.time(), totals.mass, totals.momentum));
         }
-        // What the floor gave of momentum, along it and across.
+        // Momentum from the floor, tangential and normal.
         let [(begin, mass, from), (end, _, to)] = seen[..] else { panic!() };
         let normal = to[1] - from[1] + mass * 10.0 * (end - begin);
         let ratio = (from[0] - to[0]) / normal;
@@ -309,12 +309,12 @@ fn v19_the_leapfrog_is_stable_up_to_its_limit() {
             unchecked_energy_history(&Case::from_json(&case.to_string()).unwrap(), dt, 2000).unwrap();
         if course.len() == 2001 { course[2000] / course[0] } else { f64::INFINITY }
     };
-    // Half of the energy is stored, and the waves of the lattice beat.
+    // Half of the energy is stored, and the waves of the lattice interfere.
     assert!(kinetic(1.7) < 20.0, "{}", kinetic(1.7));
     assert!(kinetic(2.0) > 1e3, "{}", kinetic(2.0));
 }
 
-/// Of a block whose particles are 0.05 m apart.
+/// Error of a block with a particle spacing of 0.05 m.
 fn refusal(sph: &Value) -> String {
     let case = Case::from_json(&block(&json!({}), sph).to_string()).unwrap();
     Sph.plan(&case).unwrap_err().to_string()
@@ -333,7 +333,7 @@ fn a_fixed_step_keeps_to_each_limit() {
             "{error}"
         );
     }
-    // 0.2 / c_d with c_d = ξ c / h, a third of that of waves.
+    // Limit 0.2 / c_d with c_d = ξ c / h, a third of that of waves.
     let damping = 0.2 * h / (0.3 * c);
     solver(&block(&json!({}), &json!({ "damping": 0.3, "time_step": 0.999 * damping })));
     let error = refusal(&json!({ "damping": 0.3, "time_step": 1.001 * damping }));
@@ -380,7 +380,7 @@ fn a_hard_impact_does_not_pass_a_guarded_floor() {
     assert!(lowest > 0.0, "{lowest}");
 }
 
-/// Blocks that do not touch, one at rest, one ringing and one held; `more` of the second stage.
+/// Blocks without contact, one at rest, one oscillating and one held; `more` adds keys to the second stage.
 fn three_blocks(integration: &str, more: &Value) -> Case {
     let body = |name: &str, low: f64, velocity: Value| {
         json!({ "name": name, "material": "m", "velocity": velocity,
@@ -402,7 +402,7 @@ fn three_blocks(integration: &str, more: &Value) -> Case {
     Case::from_json(&text.to_string()).unwrap()
 }
 
-/// What the step before left on the particles goes on where others are removed.
+/// Saved data of the previous step on the particles remain valid where other particles are removed.
 #[test]
 fn the_removal_of_a_body_far_away_changes_nothing() {
     for integration in ["leapfrog", "leapfrog-rates", "verlet"] {

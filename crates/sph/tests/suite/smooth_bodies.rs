@@ -1,4 +1,4 @@
-//! Bodies that are held and along which others slip freely (sheet: sph §2.13).
+//! Held bodies with free slip along their surface (sheet: sph §2.13).
 
 use colluvium_case::{Case, Method, Snapshot};
 use colluvium_constitutive::SymTensor;
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::common::{advance_steps, begin, case_with, stresses, vectors};
 
-/// A block on a plate that is held, both periodic along x unless `more` says otherwise; `sph` adds options.
+/// Block on a held plate, both periodic along x unless `more` replaces this; `sph` adds options.
 fn block_on_plate(sph: &Value, more: &Value) -> Case {
     let mut methods = json!({ "spacing": 0.05, "held": ["plate"], "smooth_bodies": ["plate"] });
     for (key, value) in sph.as_object().unwrap() {
@@ -27,7 +27,7 @@ fn block_on_plate(sph: &Value, more: &Value) -> Case {
     case_with(text, more)
 }
 
-/// The velocities of the block.
+/// Velocities of the block.
 fn of_block(snapshot: &Snapshot) -> Vec<[f64; 3]> {
     let all = snapshot.bodies.iter().zip(vectors(snapshot, "velocity"));
     all.filter(|(body, _)| **body == 1).map(|(_, v)| v).collect()
@@ -42,7 +42,7 @@ fn a_plate_moves_along_under_a_pressed_block_without_drag() {
         compression: 1.0,
         stress: if x[1] < 0.0 { SymTensor::ZERO } else { SymTensor::isotropic(-pressure) },
     };
-    // Between the plate and a smooth wall, so that the pressure stays.
+    // Between the plate and a smooth wall, so that the pressure is constant.
     let pressed = |smooth: &[&str]| {
         let mut case = block_on_plate(
             &json!({ "smooth_bodies": smooth, "damping": 0.02 }),
@@ -64,18 +64,18 @@ fn a_plate_moves_along_under_a_pressed_block_without_drag() {
         (along, passed, normal)
     };
     let (along, passed, normal) = pressed(&["plate"]);
-    // Several spacings have passed below.
+    // The plate has moved by several spacings.
     assert!(passed > 0.15, "{passed} s");
-    // Momentum per area over the pressure: the mean coefficient of friction.
+    // Tangential momentum per area over the pressure: the mean friction coefficient.
     let friction = along * 1000.0 * 0.4 / (pressure * passed);
-    // The lattice of the plate passes as a corrugated surface, 1.3e-4 on the average.
+    // The lattice of the plate acts as a corrugated surface, 1.3e-4 on average.
     assert!(friction.abs() < 1e-3, "{friction:e}");
     assert!((normal / -pressure - 1.0).abs() < 0.01, "{normal} Pa");
     let (dragged, ..) = pressed(&[]);
     assert!(dragged > 0.3, "a rough plate drags: {dragged} m/s");
 }
 
-/// On the lattice of a wall of particles a plate is one: the block stands on it, and hangs on it, as beside the wall.
+/// On the lattice of a wall of particles a plate acts as the wall, in compression and in tension.
 #[test]
 fn a_smooth_plate_carries_weight_as_a_smooth_wall_of_particles_does() {
     let far = [0.0, 0.75, 0.5, 0.95];
@@ -105,7 +105,7 @@ fn a_smooth_plate_carries_weight_as_a_smooth_wall_of_particles_does() {
     }
 }
 
-/// Everything turned by an angle goes on as upright, turned.
+/// A rotated problem has the rotated solution.
 #[test]
 fn blocks_on_turned_smooth_plates_slide_as_on_level_ones() {
     let case = |angle: f64| {
@@ -145,7 +145,7 @@ fn blocks_on_turned_smooth_plates_slide_as_on_level_ones() {
     }
 }
 
-/// The power of the forces is that of the stress on what the mirrored velocities add to the velocity gradient.
+/// The power of the forces is that of the stress on the contribution of the mirrored velocities to the velocity gradient.
 #[test]
 fn smooth_bodies_balance_power_and_hold_nothing_along_their_surface() {
     let case = block_on_plate(
@@ -174,7 +174,7 @@ fn smooth_bodies_balance_power_and_hold_nothing_along_their_surface() {
         size += pushed.abs();
     }
     assert!(power.abs() < 1e-12 * size, "{power:e} of {size:e}");
-    // The plate feels nothing.
+    // No forces act on the plate.
     for p in found.iter().filter(|p| p.mass > 5.0) {
         assert_eq!((p.acceleration, p.gradient), ([0.0; 2], [[0.0; 2]; 2]));
     }
@@ -182,7 +182,7 @@ fn smooth_bodies_balance_power_and_hold_nothing_along_their_surface() {
 
 #[test]
 fn mirrors_carry_smooth_bodies_on() {
-    // A whole plate, and half of one beside a mirror.
+    // A whole plate, and half of a plate beside a mirror.
     let half = |low: f64, boundaries: &Value| {
         let shapes = json!([
             { "name": "plate", "material": "steel", "shape": { "kind": "box", "min": [low, 0.0], "max": [0.2, 0.2] },

@@ -1,4 +1,4 @@
-//! The total-Lagrangian form and the confining pressure against closed forms.
+//! Total-Lagrangian formulation and confining pressure against closed forms.
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::common::{begin, case_with, solve, stresses, vectors};
 
-/// An elastic body alone; `more` replaces or adds keys.
+/// Elastic body without others; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
     case_with(
@@ -56,7 +56,7 @@ fn a_block_that_turns_freely_goes_on_turning() {
             "stages": [{ "name": "s", "duration": 1 }]
         })));
         let kept = report.end.angular_momentum[2] / report.start.angular_momentum[2];
-        // Pair forces of two stresses are not central; sums that are not corrected leave 0.37.
+        // Pair forces of two stresses are not central; uncorrected sums leave 0.37.
         assert!((kept - 1.0).abs() < 0.01, "{kept}");
     }
 }
@@ -96,7 +96,7 @@ fn the_total_form_is_exact_for_uniform_strain() {
     let snapshot = solve(&Case::from_json(&text.to_string()).unwrap()).snapshot;
     let strain = rate * 0.02;
     let modulus = 1e6 * 0.75 / (1.25 * 0.5);
-    // The held field follows the places: x grows by exp(rate t); the surface is as exact as the middle.
+    // The held velocity field moves with the particles: x grows by exp(rate t); the surface is as exact as the middle.
     let of_body = snapshot.bodies.iter().zip(stresses(&snapshot)).filter(|(body, _)| **body == 0);
     for (_, s) in of_body {
         assert!((s[0] / (modulus * strain) - 1.0).abs() < 2e-3, "{s:?}");
@@ -154,7 +154,7 @@ fn the_total_form_refuses_walls() {
     assert!(Sph.build(&case).err().unwrap().to_string().starts_with("boundaries[0]:"));
 }
 
-/// The disc under an isotropic pressure; the pressure acts at once.
+/// Disc with an isotropic initial stress under a confining pressure.
 fn confined(on: &str, stress: f64, ramp: f64, duration: f64) -> Case {
     let methods = json!({ "sph": { "spacing": 0.05, "momentum": "rho-rho", "damping": 0.02,
         "confining": { "pressure": 1e4, "on": on, "ramp": ramp } } });

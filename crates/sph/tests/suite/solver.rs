@@ -1,4 +1,4 @@
-//! The solver against closed forms and conservation laws, and its two promises about bits.
+//! Solver against closed forms and conservation laws, and its bitwise reproducibility.
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::common::{begin, case_with, solve, vectors};
 
-/// A block of one material with everything else at its simplest; `more` replaces or adds keys.
+/// Block of one material with the simplest options; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
     case_with(
@@ -22,7 +22,7 @@ fn case(more: Value) -> Case {
     )
 }
 
-/// A block that slides on a rough floor against a smooth wall: everything moves, everything yields.
+/// Block that slides on a rough floor against a smooth wall, with all particles in motion and at yield.
 fn crash(options: &Value) -> Case {
     let mut methods = json!({ "spacing": 0.025 });
     for (key, value) in options.as_object().unwrap() {
@@ -111,7 +111,7 @@ fn a_restored_solver_continues_to_the_last_bit() {
     }
 }
 
-/// A block with stress and motion that differ from place to place, and nothing outside.
+/// Block with non-uniform stress and motion, without external forces.
 fn swirl(options: &Value) -> Case {
     let mut methods = json!({ "spacing": 0.02, "viscosity_linear": 0 });
     for (key, value) in options.as_object().unwrap() {
@@ -149,7 +149,7 @@ fn v10_momentum_is_conserved() {
             assert!((end[c] - start[c]).abs() < 1e-12 * size, "{options}: {start:?} {end:?}");
         }
     }
-    // The form that conserves nothing.
+    // Form that conserves neither momentum nor energy.
     let case = swirl(&json!({ "momentum": "difference" }));
     let mut solver = begin(&case);
     let start = solver.totals().momentum;
@@ -160,7 +160,7 @@ fn v10_momentum_is_conserved() {
     assert!((solver.totals().momentum[0] - start[0]).abs() > 1e-6);
 }
 
-/// Drift of kinetic and stored energy over a run, over the energy.
+/// Drift of kinetic plus stored energy over a run, relative to the energy.
 fn energy_drift(options: &Value, step: f64) -> f64 {
     let case = swirl(options);
     let mut solver = begin(&case);
@@ -203,7 +203,7 @@ fn v16_a_standing_wave_in_a_confined_strip_has_its_frequency() {
         let v = vectors(&snapshot, "velocity");
         snapshot.positions.iter().zip(v).map(|(x, v)| v[0] * (std::f64::consts::PI * x[0]).sin()).sum::<f64>()
     };
-    // Three zeros of the amplitude: a quarter, three and five quarters of the period.
+    // Three zeros of the amplitude: at one, three and five quarters of the period.
     let (mut zeros, mut before) = (Vec::new(), (0.0, amplitude(&*solver)));
     while zeros.len() < 3 {
         let dt = solver.limit().dt;
@@ -435,7 +435,7 @@ fn density_by_summation_needs_full_supports_and_one_density() {
         assert!(error.starts_with("methods.sph.continuity: "), "{error}");
         Sph.plan(&closed(bodies, &json!({ "allow_summation": true }))).unwrap();
     }
-    // The check leaves nothing behind.
+    // The check changes nothing in the solver.
     let [checked, free] = [json!({}), json!({ "allow_summation": true })].map(|sph| {
         let mut solver = begin(&closed(&whole, &sph));
         crate::common::advance_steps(&mut *solver, 20);

@@ -9,7 +9,7 @@ use crate::common::case_with;
 
 const SYMMETRISATIONS: [&str; 7] = ["arithmetic", "harmonic", "geometric", "max", "min", "kernel", "grad-h"];
 
-/// A block on a smooth wall, with artificial stress.
+/// Block on a smooth wall, with artificial stress.
 fn block(symmetrisation: &str, boundaries: &Value) -> Case {
     let text = json!({
         "title": "block", "space": "plane-strain", "domain": { "min": [0, -2], "max": [4, 4] }, "gravity": [0, 0],
@@ -24,18 +24,18 @@ fn block(symmetrisation: &str, boundaries: &Value) -> Case {
     case_with(text, &json!({ "boundaries": boundaries }))
 }
 
-/// A number between -1 and 1.
+/// Pseudo-random number between -1 and 1.
 fn jitter(id: u32, k: f64) -> f64 {
     2.0 * (f64::from(id + 1) * k).fract() - 1.0
 }
 
-/// Tension that differs from place to place.
+/// Non-uniform tension.
 fn tension(id: u32) -> SymTensor {
     let [a, b, c] = [0.618_033_988_75, 0.754_877_666_25, 0.569_840_290_998].map(|k| 1e3 * jitter(id, k));
     SymTensor([2e3 + a, 1.5e3 + b, 0.0, c, 0.0, 0.0])
 }
 
-/// The rates of a block `scale` times as large, of the same masses, its particles as much off the lattice.
+/// Rates of a block scaled by `scale`, with the same masses and the same relative disorder.
 fn scaled(symmetrisation: &str, scale: f64) -> Vec<ParticleRates<2>> {
     let case = block(symmetrisation, &json!([{ "side": "x-min", "wall": { "kind": "smooth" } }]));
     let given = |id: u32, x: &[f64; 2]| {
@@ -48,12 +48,12 @@ fn scaled(symmetrisation: &str, scale: f64) -> Vec<ParticleRates<2>> {
         }
     };
     let mut particles = rates::<2>(&case, given).unwrap();
-    // Sorted by cell they stand in another order; each has a stress of its own.
+    // Sorted by cell the particles have another order; each has a unique stress.
     particles.sort_by(|a, b| a.stress.0[0].total_cmp(&b.stress.0[0]));
     particles
 }
 
-/// All lengths twice as large at the same stress: areas over masses are too, and so are the accelerations.
+/// All lengths scaled at the same stress and masses: areas over masses scale alike, and so do the accelerations.
 #[test]
 fn artificial_stress_is_the_same_share_of_the_stress_in_dilute_material() {
     for symmetrisation in SYMMETRISATIONS {

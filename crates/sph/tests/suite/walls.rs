@@ -1,4 +1,4 @@
-//! Walls whose velocities vary in time, and rough mirrors (sheet: sph §2.13).
+//! Walls with time-dependent velocities, and rough mirrors (sheet: sph §2.13).
 
 use colluvium_case::{Case, Method, SolverError};
 use colluvium_sph::Sph;
@@ -6,11 +6,11 @@ use serde_json::{Value, json};
 
 use crate::common::{begin, case_with, solve, stresses, vectors};
 
-/// Up, on, and back beyond rest.
+/// Times of a factor that rises, is constant, and falls below zero.
 const TIMES: [f64; 4] = [0.005, 0.02, 0.03, 0.05];
 const FACTORS: [f64; 4] = [0.0, 1.0, 1.0, -0.5];
 
-/// The factor, and the area under it.
+/// Factor, and its integral.
 fn factor(time: f64) -> (f64, f64) {
     let (mut area, mut last) = (0.0, (0.0, 0.0));
     for corner in TIMES.into_iter().zip(FACTORS).chain([(f64::INFINITY, -0.5)]) {
@@ -25,7 +25,7 @@ fn factor(time: f64) -> (f64, f64) {
     (last.1, area)
 }
 
-/// A bar of length 1 m and wave speed 10 m/s before a piston of 2 mm/s.
+/// Bar of length 1 m and wave speed 10 m/s in front of a piston of 2 mm/s.
 fn bar(spacing: f64, sph: &Value) -> Case {
     let mut methods = json!({
         "spacing": spacing, "viscosity_linear": 0, "hourglass_viscosity": 0.1, "momentum": "corrected",
@@ -45,7 +45,7 @@ fn bar(spacing: f64, sph: &Value) -> Case {
     case_with(text, &json!({}))
 }
 
-/// d'Alembert: `v(x, t) = v_p(t - x/c)`, `σ = -ρ c v`, `u` the integral of `v`.
+/// Solution of d'Alembert: `v(x, t) = v_p(t - x/c)`, `σ = -ρ c v`, `u` the integral of `v`.
 #[test]
 fn a_piston_of_varying_velocity_sends_the_wave_of_dalembert_into_a_bar() {
     let largest_errors = |spacing: f64, sph: &Value| {
@@ -69,7 +69,7 @@ fn a_piston_of_varying_velocity_sends_the_wave_of_dalembert_into_a_bar() {
     for sph in [json!({}), json!({ "smooth_wall": "particles" }), json!({ "integration": "velocity-verlet" })]
     {
         let (coarse, fine) = (largest_errors(0.01, &sph), largest_errors(0.0025, &sph));
-        // Corners of the wave are round over a smoothing length: its largest error falls as the spacing does, or faster
+        // Corners of the wave are rounded over a smoothing length: its largest error decreases as the spacing does, or faster
         // where it is integrated.
         for k in [0, 2] {
             assert!(fine[k] < 0.4 * coarse[k] && fine[k] < 0.03, "{sph}: {coarse:?} {fine:?}");
@@ -106,14 +106,14 @@ fn walls_of_particles_are_counted_before_they_are_made() {
     let mut without = case.clone();
     without.boundaries.clear();
     assert!(size.points > Sph.problem_size(&without).unwrap().points);
-    // Ten kilometres of wall beside one particle.
+    // Ten kilometres of wall and one particle.
     case.domain.max[0] = 1e4;
     let error = Sph.problem_size(&case).unwrap().check_memory(1e7).unwrap_err().to_string();
     assert!(error.starts_with("domain: ") && error.contains("walls"), "{error}");
 }
 
-/// The column of `sheet: sph §5.4 set S` at a spacing of 1 cm. What is close to a mirror hardly sees its own image, and nothing keeps its
-/// velocity to that of the field: cohesionless material sinks onto the face, and there nothing holds it.
+/// Column of `sheet: sph §5.4 set S` at a spacing of 1 cm. A particle close to a mirror hardly interacts with its own image, and its
+/// velocity is not coupled to the field: cohesionless material sinks onto the face, without resistance there.
 #[test]
 fn a_collapsing_column_on_a_rough_mirror_needs_the_hourglass_viscosity() {
     let front = |sph: &Value| {
@@ -140,7 +140,7 @@ fn a_collapsing_column_on_a_rough_mirror_needs_the_hourglass_viscosity() {
     assert!(slipping > 1.15 * layers, "{slipping} m, {layers} m");
 }
 
-/// How a run ends: the particle's place, the time and the reason.
+/// End of a run: the particle's position, the time and the reason.
 fn end_of(case: &Case) -> ([f64; 3], f64, String) {
     let mut solver = begin(case);
     loop {
@@ -153,7 +153,7 @@ fn end_of(case: &Case) -> ([f64; 3], f64, String) {
     }
 }
 
-/// A chip too soft to be turned back that flies downwards, 0.5 m above a wall within the domain.
+/// Chip, too soft to be repelled, that flies downwards, 0.5 m above a wall within the domain.
 fn chip(wall: &Value, speed: f64, sph: &Value) -> Case {
     let mut methods = json!({ "spacing": 0.1, "courant": 0.05 });
     methods.as_object_mut().unwrap().extend(sph.as_object().unwrap().clone());
@@ -180,7 +180,7 @@ fn a_particle_that_passes_a_wall_stops_the_run_wherever_the_wall_has_got_to() {
         (&rough, 5.0, json!({ "ranks": 2 })),
         (&frictional, 0.0, json!({})),
         (&frictional, 5.0, json!({})),
-        // What is held goes its way.
+        // Held bodies keep their motion.
         (&smooth, 5.0, json!({ "held": ["chip"] })),
         (
             &smooth,
@@ -193,7 +193,7 @@ fn a_particle_that_passes_a_wall_stops_the_run_wherever_the_wall_has_got_to() {
         let face: f64 = told.and_then(|told| told.split(' ').next()?.parse().ok()).expect(&reason);
         let course = if sph.get("wall_history").is_some() { 0.5 * time * time } else { time };
         assert!((face - speed * course).abs() < 1e-12, "{reason}, at {time} s");
-        // As soon as it is half a spacing behind the face.
+        // The run stops once the particle is half a spacing behind the face.
         assert!((0.05..0.06).contains(&(face - x[1])), "{wall} {sph}: {reason}, at {x:?} m");
     }
 }

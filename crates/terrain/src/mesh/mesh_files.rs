@@ -1,4 +1,4 @@
-//! Closed triangle meshes.
+//! Readers of closed triangle meshes.
 
 use std::io::{Cursor, ErrorKind};
 use std::path::Path;
@@ -7,14 +7,14 @@ use colluvium_points::surface::FacettedSurface;
 
 use crate::mesh::triangulation;
 
-/// Round-off of the corners over the extent of a mesh that is no longer taken.
+/// Largest round-off of the vertices over the extent of a mesh.
 const MAX_ROUND_OFF: f64 = 1e-5;
 
-/// Bytes of the head of a binary STL file with the number of its triangles, and of a triangle.
+/// Bytes of the header of a binary STL file with the number of triangles, and of a triangle.
 const STL_HEADER_BYTES: usize = 84;
 const STL_TRIANGLE_BYTES: usize = 50;
 
-/// The bytes of an STL file as one solid: a text may hold several, and have its words in capitals.
+/// Bytes of an STL file as one solid: a text file may contain several, and have its keywords in capitals.
 fn merge_solids(bytes: Vec<u8>) -> Result<Vec<u8>, String> {
     let count = bytes
         .get(STL_HEADER_BYTES - 4..STL_HEADER_BYTES)
@@ -22,7 +22,7 @@ fn merge_solids(bytes: Vec<u8>) -> Result<Vec<u8>, String> {
         .map(u32::from_le_bytes);
     let whole = |count: u32| STL_HEADER_BYTES + STL_TRIANGLE_BYTES * count as usize;
     let begins = bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
-    // A binary file may begin with any words.
+    // The header of a binary file may contain any text.
     if !begins || count.is_some_and(|count| whole(count) == bytes.len()) {
         return Ok(bytes);
     }
@@ -38,7 +38,7 @@ fn merge_solids(bytes: Vec<u8>) -> Result<Vec<u8>, String> {
     Ok(format!("solid all\n{}\nendsolid all\n", lines.join("\n")).into_bytes())
 }
 
-/// The first line of the corners of a text that has something else than three numbers.
+/// First vertex line of a text file with something other than three numbers.
 fn first_invalid_line(lines: &[String]) -> Option<String> {
     let is_wrong = |line: &&String| {
         let mut words = line.split_whitespace();
@@ -51,8 +51,8 @@ fn first_invalid_line(lines: &[String]) -> Option<String> {
     Some(format!(": {:?} has no three numbers{cure}", line.trim()))
 }
 
-/// An STL file, text or binary: the triangles of all its solids. Its numbers have single precision; corners with the same numbers are one
-/// vertex.
+/// Reads an STL file, text or binary: the triangles of all its solids. Coordinates have single precision; corners with equal coordinates
+/// are one vertex.
 pub(crate) fn read_stl(
     file: &Path,
     placed: &dyn Fn(usize, f64) -> f64,
@@ -99,7 +99,7 @@ pub(crate) fn read_stl(
     FacettedSurface::from_triangles(&triangles).map_err(|error| error.problem)
 }
 
-/// A Wavefront OBJ file: the faces of all its objects, cut into triangles. Materials are not looked at.
+/// Reads a Wavefront OBJ file: the faces of all its objects, cut into triangles. Materials are ignored.
 pub(crate) fn read_obj(
     file: &Path,
     placed: &dyn Fn(usize, f64) -> f64,
@@ -109,7 +109,7 @@ pub(crate) fn read_obj(
     let no_materials = |_: &Path| Ok(Default::default());
     let read = |text: &str| tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials);
     let (models, _) = read(&text).map_err(|error| {
-        // The shortest head of the file that cannot be read ends with the line.
+        // The shortest beginning of the file that cannot be read ends with the faulty line.
         let ends = text.split_inclusive('\n').scan(0, |end, line| {
             *end += line.len();
             Some(*end)
@@ -126,7 +126,7 @@ pub(crate) fn read_obj(
         let corner =
             |number: &u32| -> [f64; 3] { std::array::from_fn(|c| mesh.positions[3 * *number as usize + c]) };
         let in_case = |x: [f64; 3]| -> [f64; 3] { std::array::from_fn(|c| placed(c, x[c])) };
-        // Where all faces are triangles, their counts of corners are left out.
+        // The library leaves out the counts of corners where all faces are triangles.
         let all_triangles = vec![3; mesh.indices.len() / 3];
         let counts = if mesh.face_arities.is_empty() { &all_triangles } else { &mesh.face_arities };
         let mut rest = mesh.indices.as_slice();
@@ -146,7 +146,7 @@ pub(crate) fn read_obj(
     FacettedSurface::from_triangles(&triangles).map_err(|error| error.problem)
 }
 
-/// A text in which a line that goes on in the next ones, by a backslash at its end, stands in its first line.
+/// Text with continued lines (backslash at the end) joined into their first line.
 fn join_continued_lines(text: &str) -> String {
     let (mut whole, mut owed) = (String::with_capacity(text.len()), 0);
     for line in text.lines() {
@@ -155,14 +155,14 @@ fn join_continued_lines(text: &str) -> String {
             owed += 1;
         } else {
             whole.extend([line, "\n"]);
-            // Blank lines keep the numbers of those that come after.
+            // Blank lines keep the line numbers of the following lines.
             whole.extend(std::iter::repeat_n('\n', std::mem::take(&mut owed)));
         }
     }
     whole
 }
 
-/// Refuses vertices with a weight: those of rational curves and surfaces, which meshes do not have.
+/// Rejects vertices with a weight, as of rational curves and surfaces, which meshes do not have.
 fn check_weights(text: &str) -> Result<(), String> {
     for (number, line) in text.lines().enumerate() {
         let mut words = line.split_whitespace();
@@ -182,7 +182,7 @@ fn check_weights(text: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// Numbers of the lines with a face of three corners or more, from 1.
+/// Line numbers, from 1, of the faces with three or more corners.
 fn face_lines(text: &str) -> impl Iterator<Item = usize> {
     let is_face = |line: &str| {
         let mut words = line.split_whitespace();

@@ -1,12 +1,12 @@
-//! Polygons of a mesh cut into triangles.
+//! Triangulation of the polygons of a mesh.
 
 use colluvium_points::Outline;
 
-/// Distance of corners from the plane of their polygon over its size that is still taken: quadrilaterals of rough terrain are bent, and their
-/// halves lie apart by as much whichever diagonal is meant.
+/// Largest distance of corners from the plane of their polygon over its size. Quadrilaterals of rough terrain are warped; their two
+/// possible triangulations differ by as much.
 const PLANARITY_TOLERANCE: f64 = 0.1;
 
-/// Share of areas that is round-off.
+/// Share of an area that is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
 fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
@@ -24,13 +24,13 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     })
 }
 
-/// Twice the area of a triangle in a plane, positive where it runs against the clock.
+/// Twice the area of a triangle in a plane (m²), positive where its corners run counter-clockwise.
 fn double_area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// The triangles of a polygon by the numbers of its corners (m), which run as the polygon does: each ear is cut off in its turn (Meisters
-/// 1975, Polygons have ears). A convex polygon becomes a fan around its first corner.
+/// Triangulates a polygon by ear clipping (Meisters 1975, Polygons have ears); the triangles are numbers of its corners (m) and have its
+/// sense of rotation. A convex polygon becomes a fan around its first corner.
 ///
 /// # Errors
 /// When the polygon is not planar, has no area, or crosses itself.
@@ -42,7 +42,7 @@ pub(crate) fn triangulate(corners: &[[f64; 3]]) -> Result<Vec<[usize; 3]>, Strin
     let next = |k: usize| flat[(k + 1) % flat.len()];
     let area = 0.5 * (0..flat.len()).map(|k| flat[k][0] * next(k)[1] - flat[k][1] * next(k)[0]).sum::<f64>();
     let outline = Outline::new(vec![vec![flat.clone()]]).map_err(|_| CROSSED.to_owned())?;
-    // What is wound around twice, or in both senses, has another area than the sum of its signs.
+    // A polygon wound twice, or in both senses, has another area than the signed sum.
     if (outline.area() - area).abs() > 1e-6 * area {
         return Err(CROSSED.to_owned());
     }
@@ -58,14 +58,14 @@ pub(crate) fn triangulate(corners: &[[f64; 3]]) -> Result<Vec<[usize; 3]>, Strin
 
 const CROSSED: &str = "is a polygon that crosses itself or has no area: repair it, or cut it into triangles, in the program that wrote it";
 
-/// Corners in the plane of the polygon, in which it runs against the clock.
+/// Corners in the plane of the polygon, in which they run counter-clockwise (m).
 fn in_plane(corners: &[[f64; 3]]) -> Result<Vec<[f64; 2]>, String> {
     let from: Vec<[f64; 3]> = corners.iter().map(|x| minus(*x, corners[0])).collect();
     let end = |c: usize, start: f64, pick: fn(f64, f64) -> f64| from.iter().map(|x| x[c]).fold(start, pick);
     let sides: [f64; 3] =
         std::array::from_fn(|c| end(c, f64::NEG_INFINITY, f64::max) - end(c, f64::INFINITY, f64::min));
     let size = dot(sides, sides).sqrt();
-    // Newell's normal, twice the area long.
+    // Newell's normal, whose length is twice the area.
     let mut normal = [0.0; 3];
     for (k, a) in from.iter().enumerate() {
         let part = cross(*a, from[(k + 1) % from.len()]);
@@ -95,7 +95,7 @@ fn in_plane(corners: &[[f64; 3]]) -> Result<Vec<[f64; 2]>, String> {
     Ok(from.iter().map(|x| [dot(*x, first), dot(*x, second)]).collect())
 }
 
-/// Ears of a polygon that runs against the clock, until a triangle is left.
+/// Ear clipping of a counter-clockwise polygon, until one triangle is left.
 fn cut_ears(flat: &[[f64; 2]], area: f64) -> Vec<[usize; 3]> {
     let mut left: Vec<usize> = (0..flat.len()).collect();
     let (mut found, mut at, mut tried) = (Vec::with_capacity(flat.len() - 2), 1, 0);
@@ -127,7 +127,7 @@ fn cut_ears(flat: &[[f64; 2]], area: f64) -> Vec<[usize; 3]> {
 mod tests {
     use super::*;
 
-    /// The corners at this height, turned so that another one comes first.
+    /// Corners at a constant height, rotated so that corner `first` comes first.
     fn turned(flat: &[[f64; 2]], first: usize) -> Vec<[f64; 3]> {
         (0..flat.len()).map(|k| flat[(k + first) % flat.len()]).map(|[x, y]| [1e3 + x, y, 0.5 * x]).collect()
     }

@@ -1,4 +1,4 @@
-//! Outlines in plan.
+//! Readers of outlines in plan.
 
 use std::path::{Path, PathBuf};
 
@@ -11,24 +11,24 @@ use crate::reference_system;
 use crate::reference_system::prj_file;
 use crate::{FileError, error_in_file, extension, read_text, unknown_format};
 
-/// Reads the polygons of a GeoJSON file (`.geojson`, `.json`) or of a shapefile (`.shp`) as one outline: what lies in any of them, and
-/// in none of its own holes. Features without geometry, and those whose row of the table beside a shapefile is deleted, do not count.
-/// Coordinates are metres in the frame of the case; degrees, which GeoJSON has by its standard, are refused,
-/// and so are units other than metres that a `.prj` beside a shapefile names.
+/// Reads the polygons of a GeoJSON file (`.geojson`, `.json`) or of a shapefile (`.shp`) as one outline: the union of the polygons, each
+/// without its own holes. Features without geometry are ignored, as are those whose row in the table of a shapefile is marked as deleted.
+/// Coordinates are metres in the frame of the case. Degrees, the standard of GeoJSON, are rejected, and so are units other than metres in a
+/// `.prj` beside a shapefile.
 ///
 /// # Errors
-/// When the file cannot be read, holds no polygon, a feature of another kind, or a ring that crosses itself; when it lies in degrees.
+/// When the file cannot be read, has no polygon, a feature of another kind, or a self-crossing ring; when it is in degrees.
 pub fn read_outlines(file: &Path) -> Result<Outline, FileError> {
     let polygons = features(file, None)?.into_iter().flat_map(|feature| feature.polygons).collect();
     outline(file, polygons)
 }
 
-/// Reads the polygons of a file as [`read_outlines`] does, each feature by itself, with the number that it has under `attribute` as its
-/// thickness: a property of GeoJSON, a field of the `.dbf` beside a shapefile. Where no name is the same, the only one that differs in
-/// capitals alone counts. Features without polygons are passed over.
+/// Reads the polygons of each feature of a file, as [`read_outlines`], with the number under `attribute` as its thickness (m): a property
+/// of GeoJSON, a field of the `.dbf` beside a shapefile. Without an exact match of the name, a single match without regard to case counts.
+/// Features without polygons are skipped.
 ///
 /// # Errors
-/// As [`read_outlines`]; when a feature has no such number.
+/// See [`read_outlines`]; when a feature has no such number.
 pub fn read_features(file: &Path, attribute: &str) -> Result<Vec<OutlineFeature>, FileError> {
     let features = features(file, Some(attribute))?.into_iter().enumerate();
     let mut found = Vec::new();
@@ -42,13 +42,13 @@ pub fn read_features(file: &Path, attribute: &str) -> Result<Vec<OutlineFeature>
     Ok(found)
 }
 
-/// A feature of a file, and the number that it has under the name that is asked for, or why it has none.
+/// Polygons of a feature with the number under the requested attribute, or the reason why it has none.
 struct FeaturePolygons {
     polygons: Vec<Polygon>,
     number: Result<f64, String>,
 }
 
-/// The reason for which a feature with these names has no number.
+/// Reason why a feature with these attribute names has no number.
 fn missing_attribute<'n>(names: impl Iterator<Item = &'n String>) -> String {
     let mut names: Vec<&str> = names.map(String::as_str).take(20).collect();
     names.sort_unstable();
@@ -72,7 +72,7 @@ fn features(file: &Path, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>
 fn outline(file: &Path, polygons: Vec<Polygon>) -> Result<Outline, FileError> {
     let outline = Outline::new(polygons).map_err(error_in_file(file))?;
     let (low, high) = outline.bounds();
-    // No terrain of a case is this small in metres and lies there; degrees do.
+    // Terrain in metres is never this small and this close to the origin; coordinates in degrees are.
     let like_degrees =
         extension(file) != "shp" && (0..2).all(|c| low[c].abs() <= 180.0 && high[c] - low[c] < 0.5);
     if like_degrees {
@@ -84,7 +84,7 @@ fn outline(file: &Path, polygons: Vec<Polygon>) -> Result<Outline, FileError> {
     Ok(outline)
 }
 
-/// The value under a name, or under the only name that differs from it in capitals alone.
+/// Value under a name, or under the only name that equals it without regard to case.
 fn find_attribute<'a, T>(all: impl Iterator<Item = (&'a String, T)> + Clone, name: &str) -> Option<T> {
     let exact = all.clone().find(|(own, _)| *own == name);
     let mut alike = all.filter(|(own, _)| own.to_lowercase() == name.to_lowercase());
@@ -92,7 +92,7 @@ fn find_attribute<'a, T>(all: impl Iterator<Item = (&'a String, T)> + Clone, nam
     exact.or(only).map(|(_, value)| value)
 }
 
-/// Fault of a feature of another kind.
+/// Error text for a feature that is not a polygon.
 fn not_a_polygon(kind: &str) -> String {
     format!("is a {kind}, and only polygons are taken: take it out of the file, or draw it as a polygon")
 }
@@ -165,7 +165,7 @@ fn shapefile_features(file: &Path, attribute: Option<&str>) -> Result<Vec<Featur
                 number: Err("its row is deleted".to_owned()),
             });
         }
-        // Rows that are deleted are not among the records.
+        // Deleted rows are not among the records.
         let record = records.next();
         let number = attribute.map_or(Err(String::new()), |name| {
             let record = record.ok_or("the .dbf beside it has fewer rows")?;
@@ -180,18 +180,18 @@ fn shapefile_features(file: &Path, attribute: Option<&str>) -> Result<Vec<Featur
     shapes.into_iter().enumerate().zip(is_deleted).map(feature).collect()
 }
 
-/// The table of attributes beside a shapefile, where there is one.
+/// Path of the attribute table beside a shapefile, where there is one.
 fn attribute_table(file: &Path) -> Option<PathBuf> {
     ["dbf", "DBF"].map(|ending| file.with_extension(ending)).into_iter().find(|path| path.is_file())
 }
 
-/// Rows of a table of attributes, without those that are deleted.
+/// Rows of an attribute table, without the deleted ones.
 fn attribute_rows(table: Option<&Path>) -> Result<Vec<dbase::Record>, String> {
     let table = table.ok_or("has no .dbf beside it, which holds its attributes")?;
     dbase::read(table).map_err(|error| format!("the .dbf beside it cannot be read: {error}"))
 }
 
-/// Whether each row of a table of attributes is marked as deleted (dBASE III: the first byte of a row).
+/// Whether each row of an attribute table is marked as deleted (dBASE III: the first byte of a row).
 fn deleted_rows(table: &Path) -> Result<Vec<bool>, String> {
     let bytes =
         std::fs::read(table).map_err(|error| format!("the .dbf beside it cannot be read: {error}"))?;
@@ -216,7 +216,7 @@ fn number(value: &FieldValue) -> Option<f64> {
     }
 }
 
-/// Polygons of a record; none where it has no geometry.
+/// Polygons of a shapefile record; empty where it has no geometry.
 fn polygons(shape: &Shape) -> Result<Vec<Polygon>, String> {
     let found = match shape {
         Shape::NullShape => Some(Vec::new()),
@@ -231,9 +231,9 @@ fn polygons(shape: &Shape) -> Result<Vec<Polygon>, String> {
     })
 }
 
-/// The polygons of a record, whose rings stand in any order: those that run with the clock are outer ones, and the others are holes of
-/// the smallest outer one around them. A hole that lies in none is a polygon drawn the wrong way round. `None` where an outer ring lies
-/// within another and in no hole of it.
+/// Groups the rings of a record, in any order, into polygons: clockwise rings are outer ones, and each other ring is a hole of the smallest
+/// outer ring around it. A hole within no outer ring is a polygon drawn in the wrong sense. `None` where an outer ring lies within another
+/// one and in no hole of it.
 fn group_rings<P>(rings: &[PolygonRing<P>], place: impl Fn(&P) -> [f64; 2]) -> Option<Vec<Polygon>> {
     let corners = |ring: &PolygonRing<P>| -> Ring { ring.points().iter().map(&place).collect() };
     let is_outer = |ring: &&PolygonRing<P>| matches!(ring, PolygonRing::Outer(_));

@@ -1,4 +1,4 @@
-//! ESRI ASCII grids.
+//! ESRI ASCII grids: reader and writer.
 
 use std::fmt::Write;
 use std::str::SplitAsciiWhitespace;
@@ -7,12 +7,12 @@ use colluvium_points::{Georeference, Raster};
 
 use crate::raster::raster_band::{BandMetadata, parse_number};
 
-/// What the first lines say.
+/// Header of an ESRI ASCII grid.
 #[derive(Default)]
 struct AsciiHeader {
     columns: Option<usize>,
     rows: Option<usize>,
-    /// Corner or centre that is named, per axis, and whether it is a corner.
+    /// Corner or centre of the first cell, per axis, and whether it is a corner.
     origin: [Option<(f64, bool)>; 2],
     spacing: [Option<f64>; 2],
     no_data: Option<f64>,
@@ -57,11 +57,11 @@ fn required<T>(value: Option<T>, key: &str) -> Result<T, String> {
     value.ok_or_else(|| format!("the key {key} is missing"))
 }
 
-/// Mark of no data where a grid names none, as the format has it.
+/// No-data value where a grid names none, by the definition of the format.
 const NO_DATA: f64 = -9999.0;
 
-/// Reads the text of a grid, whose rows go from north to south, with what is said of it in a file `beside`. Lines that begin with `#` are
-/// remarks.
+/// Parses the text of a grid, whose rows go from north to south; `beside` is the band metadata of the sidecar file. Lines that begin with
+/// `#` are comments.
 pub(crate) fn parse(text: &str, beside: BandMetadata) -> Result<Raster, String> {
     if text.trim().is_empty() {
         return Err("is empty".to_owned());
@@ -143,11 +143,11 @@ fn values(
         let found = if values.len() > count { "more".to_owned() } else { values.len().to_string() };
         return Err(format!("{columns} columns and {rows} rows make {count} values, but there are {found}"));
     }
-    // In memory the least y comes first.
+    // In memory the row with the smallest y comes first.
     Ok(values.chunks(columns.max(1)).rev().flatten().copied().collect())
 }
 
-/// The sign between the numbers of a word that holds several. One comma may be that of a decimal number.
+/// Separator of the numbers in a word that holds several. A single comma may be a decimal comma.
 fn separator(word: &str) -> Option<char> {
     let holds = |sign: char, count: usize| {
         let pieces: Vec<&str> = word.split(sign).filter(|piece| !piece.is_empty()).collect();
@@ -161,7 +161,7 @@ fn separator(word: &str) -> Option<char> {
     holds(',', if with_points { 2 } else { 3 }).then_some(',')
 }
 
-/// The text of a grid.
+/// Text of an ESRI ASCII grid.
 pub(crate) fn format(raster: &Raster) -> String {
     let Raster { columns, rows, origin, spacing: [dx, dy], reference, .. } = raster;
     let no_data = reference.no_data.unwrap_or(NO_DATA);

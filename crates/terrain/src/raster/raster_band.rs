@@ -1,5 +1,5 @@
-//! How the numbers of a raster's band are meant: scale, offset, unit and mark of no data, from the metadata that GDAL writes into a
-//! GeoTIFF or into an `.aux.xml` beside any raster.
+//! Metadata of a raster band: scale, offset, unit and no-data value, from the metadata that GDAL writes into a GeoTIFF or into an
+//! `.aux.xml` beside any raster.
 
 use std::path::Path;
 
@@ -12,14 +12,14 @@ pub(crate) const FOOT: f64 = 0.3048;
 pub(crate) const SURVEY_FOOT: f64 = 1200.0 / 3937.0;
 pub(crate) const BRITISH_FOOT: f64 = 0.304_800_749_1;
 
-/// Magnitude beyond which a number is no elevation, thickness or class: programs mark no data with the largest single-precision number,
-/// to six digits or more.
+/// Magnitude beyond which a number is no elevation, thickness or class: programs mark no data with the largest single-precision number, to
+/// six digits or more.
 const NO_DATA_MAGNITUDE: f64 = 1e30;
 
-/// Meaning of the numbers of a band; none where the file is silent.
+/// Metadata of a band; `None` where the file does not state them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct BandMetadata {
-    /// The number that stands for no data.
+    /// No-data value.
     pub(crate) no_data: Option<f64>,
     scale: Option<f64>,
     offset: Option<f64>,
@@ -29,7 +29,7 @@ pub(crate) struct BandMetadata {
 }
 
 impl BandMetadata {
-    /// What an XML text of GDAL says of the first band: its metadata in a TIFF, or the file beside a raster.
+    /// Reads the metadata of the first band in an XML text of GDAL: in a TIFF, or in the file beside a raster.
     pub(crate) fn from_xml(text: &str) -> Result<Self, String> {
         let mut reader = Reader::from_str(text);
         let (mut band, mut key, mut is_first) = (Self::default(), String::new(), true);
@@ -68,12 +68,12 @@ impl BandMetadata {
         Ok(())
     }
 
-    /// Nothing but the number that stands for no data.
+    /// Metadata with a no-data value only.
     pub(crate) fn with_no_data(no_data: Option<f64>) -> Self {
         Self { no_data, ..Self::default() }
     }
 
-    /// What is said here, and of all else what `other` says.
+    /// Metadata of this band, completed by those of `other`.
     pub(crate) fn or(self, other: Self) -> Self {
         Self {
             no_data: self.no_data.or(other.no_data),
@@ -84,8 +84,8 @@ impl BandMetadata {
         }
     }
 
-    /// Makes metres of the numbers of a file. Not-a-number becomes what the file marks as no data, or is no finite number, which is counted
-    /// in the reference. Heights are `vertical` metres each by their coordinate reference system, where the band has no unit of its own.
+    /// Converts the numbers of a file to metres. Values without data become NaN; so do other values that are not finite, which are counted
+    /// in the reference. `vertical` is the unit of heights of the coordinate reference system (m), for a band without a unit.
     pub(crate) fn apply(&self, raster: &mut Raster, vertical: Option<f64>) -> Result<(), String> {
         let metres = match self.unit.as_deref().filter(|unit| !unit.trim().is_empty()) {
             Some(unit) => metres_per_unit(unit).ok_or_else(|| {
@@ -116,15 +116,15 @@ impl BandMetadata {
             }
         }
         if !as_it_is {
-            // The mark was one of the numbers of the file, not of these.
+            // The no-data value is one of the numbers of the file, not of the converted ones.
             reference.no_data = None;
         }
         Ok(())
     }
 }
 
-/// Whether a number is the mark of no data: in single precision, as most rasters are kept. What is as large as no quantity is may have lost
-/// digits in a text.
+/// Whether a number equals the no-data value in single precision, as most rasters are stored. Numbers beyond [`NO_DATA_MAGNITUDE`] may have
+/// lost digits in a text and are compared by sign.
 fn is_no_data(value: f64, mark: f64) -> bool {
     value == mark
         || value as f32 == mark as f32
@@ -134,14 +134,14 @@ fn is_no_data(value: f64, mark: f64) -> bool {
             && (value < 0.0) == (mark < 0.0)
 }
 
-/// A number as it stands in a text: with a decimal point, or one of the words for none.
+/// Number in a text: with a decimal point, or a word for NaN.
 pub(crate) fn parse_number(text: &str) -> Option<f64> {
     let text = text.trim_matches(['\0', ' ', '\n', '\r', '\t']);
     let is_none = ["1.#", "-1.#", "+1.#"].iter().any(|start| text.starts_with(start));
     if is_none { Some(f64::NAN) } else { text.parse().ok() }
 }
 
-/// Metres in a unit of length by its name.
+/// Size of a unit of length by its name (m).
 pub(crate) fn metres_per_unit(unit: &str) -> Option<f64> {
     let plain: String = unit.to_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();
     Some(match plain.as_str() {
@@ -158,7 +158,7 @@ pub(crate) fn metres_per_unit(unit: &str) -> Option<f64> {
     })
 }
 
-/// Names of units that are no metres nor feet, in the singular, in short and in full; angles among them.
+/// Names of other units of length and of angles, in the singular, in short and in full.
 const OTHER_UNITS: [&str; 19] = [
     "fathom",
     "fath",
@@ -181,7 +181,7 @@ const OTHER_UNITS: [&str; 19] = [
     "radian",
 ];
 
-/// Whether a name is that of a unit of length or angle. Abbreviations of two letters are so only in small ones: CH is Switzerland.
+/// Whether a name is that of a unit of length or angle. Abbreviations of two letters count in lower case only: CH is Switzerland.
 pub(crate) fn is_length(unit: &str) -> bool {
     let plain: String = unit.to_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();
     let is_other = |other: &&str| plain == *other || plain.strip_suffix('s') == Some(other);
@@ -191,7 +191,7 @@ pub(crate) fn is_length(unit: &str) -> bool {
         || !is_abbreviation && OTHER_UNITS.iter().any(is_other)
 }
 
-/// Name of what the text in a tag tells of a band; empty for all else.
+/// Name of the band property in a tag; empty for other tags.
 fn tag_meaning(tag: &BytesStart<'_>) -> String {
     let name = match tag.name().as_ref() {
         b"NoDataValue" => "no-data value",
@@ -216,7 +216,7 @@ fn attribute(tag: &BytesStart<'_>, name: &str) -> Option<String> {
     Some(found.unescape_value().ok()?.into_owned())
 }
 
-/// Band that the `.aux.xml` beside a raster describes.
+/// Band metadata of the `.aux.xml` beside a raster.
 pub(crate) fn sidecar_band(file: &Path) -> Result<BandMetadata, String> {
     let name = format!("{}.aux.xml", file.file_name().unwrap_or_default().to_string_lossy());
     let path = file.with_file_name(&name);

@@ -2,17 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-/// Placement of a raster: its first pixel is the one in the north-west corner where rows go south.
+/// Placement of a raster: the first pixel is that of the north-west corner where rows go south.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct WorldFile {
     /// Centre of the first pixel (m).
     pub(crate) first: [f64; 2],
-    /// Steps per column and row (m); negative ones go west and south.
+    /// Steps per column and row (m); negative steps go west and south.
     pub(crate) step: [f64; 2],
 }
 
 impl WorldFile {
-    /// Of the text of a world file.
+    /// Parses the text of a world file.
     fn from_text(text: &str) -> Result<Self, String> {
         let problem = || "must hold six numbers in lines of their own".to_owned();
         let numbers: Vec<f64> = text
@@ -29,7 +29,7 @@ impl WorldFile {
         Ok(Self { first: [x, y], step: [east, north] })
     }
 
-    /// Of the world file beside a raster, where there is one.
+    /// Reads the world file beside a raster, where there is one.
     pub(crate) fn sidecar_of(file: &Path) -> Result<Option<Self>, String> {
         let Some(path) = path(file) else { return Ok(None) };
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -39,7 +39,7 @@ impl WorldFile {
     }
 }
 
-/// Endings of the names of world files.
+/// Extensions of world files.
 pub(crate) const EXTENSIONS: [&str; 7] = ["tfw", "tifw", "tiffw", "wld", "TFW", "TIFW", "WLD"];
 
 /// Path of the world file beside a raster.

@@ -1,11 +1,11 @@
-//! Projections of coordinate reference systems, by well-known texts of either version and of Esri, and by the EPSG registry.
+//! Map projections of coordinate reference systems, by well-known texts of either version and of Esri, and by the EPSG registry.
 
 use colluvium_points::Georeference;
 
 use crate::reference_system::well_known_text;
 use crate::reference_system::well_known_text::{GEOCENTRIC, WEB_MERCATOR, WORLD_MAP};
 
-/// Kinds of projections, each with words of which one stands in its names.
+/// Kinds of projections, each with words of which one occurs in its names.
 const PROJECTION_METHODS: [(&str, &[&str]); 11] = [
     ("oblique Mercator", &["oblique_mercator", "hotine", "swiss_oblique", "rectified_skew"]),
     ("transverse Mercator", &["transverse_mercator", "gauss_kruger"]),
@@ -20,7 +20,7 @@ const PROJECTION_METHODS: [(&str, &[&str]); 11] = [
     ("Mercator", &["mercator"]),
 ];
 
-/// Parameters of projections.
+/// Parameter of a projection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ProjectionParameter {
     /// Longitude of the origin (°, east of Greenwich).
@@ -29,7 +29,7 @@ enum ProjectionParameter {
     Latitude,
     /// Standard parallel (°).
     Parallel,
-    /// Azimuth of the first line (°).
+    /// Azimuth of the initial line (°).
     Azimuth,
     /// Scale at the origin.
     Scale,
@@ -58,7 +58,7 @@ impl ProjectionParameter {
         matches!(self, Self::Meridian | Self::Latitude | Self::Parallel | Self::Azimuth)
     }
 
-    /// Difference that is round-off.
+    /// Difference of two values that counts as round-off.
     fn tolerance(self) -> f64 {
         match self {
             Self::Scale => 1e-8,
@@ -68,10 +68,10 @@ impl ProjectionParameter {
     }
 }
 
-/// Difference of semi-major axes (m) that is round-off.
+/// Difference of semi-major axes (m) that counts as round-off.
 const SAME_ELLIPSOID: f64 = 1.0;
 
-/// Projection of a coordinate reference system in plan.
+/// Projection of a horizontal coordinate reference system.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct MapProjection {
     kind: Option<&'static str>,
@@ -81,7 +81,7 @@ pub(crate) struct MapProjection {
 }
 
 impl MapProjection {
-    /// The projection of a well-known text; `None` where it has none.
+    /// Projection of a well-known text; `None` where it has none.
     pub(crate) fn from_well_known_text(text: &str) -> Option<Self> {
         let mut found = Self::default();
         let (mut degrees, mut greenwich) = (1.0, 0.0);
@@ -95,14 +95,14 @@ impl MapProjection {
                 }
                 "SPHEROID" | "ELLIPSOID" => found.ellipsoid = number(),
                 "PRIMEM" => greenwich = number()?,
-                // In the first version angles of parameters are in the unit of the system that is projected, which stands before them.
+                // In the first version, angles of parameters are in the unit of the base system, which precedes them.
                 "UNIT" if ["GEOGCS", "BASEGEOGCS"].contains(&parent) => degrees = number()?.to_degrees(),
                 "PARAMETER" => {
                     let parameter = ProjectionParameter::from_name(&normalised_name(quoted_name(after)?))?;
                     let unit = if parameter.is_angle() { degrees } else { 1.0 };
                     found.parameters.push((parameter, number()? * unit));
                 }
-                // In the second version each parameter has a unit of its own.
+                // In the second version, each parameter has its own unit.
                 "ANGLEUNIT" if parent == "PARAMETER" => {
                     found.parameters.last_mut()?.1 *= number()?.to_degrees();
                 }
@@ -139,7 +139,7 @@ impl MapProjection {
     }
 }
 
-/// Words in the names of projections for maps of the world.
+/// Words in the names of projections for world maps.
 const WORLD_MAP_WORDS: [&str; 13] = [
     "cylindrical",
     "plate_carree",
@@ -156,8 +156,8 @@ const WORLD_MAP_WORDS: [&str; 13] = [
     "van_der_grinten",
 ];
 
-/// Why lengths in the coordinate reference system of a well-known text are not those on the ground, by the method of its projection;
-/// `None` where they are.
+/// Reason why lengths in the coordinate reference system of a well-known text differ from those on the ground, by the method of its
+/// projection; `None` where they do not.
 pub(crate) fn length_distortion(text: &str) -> Option<&'static str> {
     let (mut method, mut is_geocentric) = (String::new(), false);
     well_known_text::visit_brackets(text, |open, after| {
@@ -182,7 +182,7 @@ pub(crate) fn length_distortion(text: &str) -> Option<&'static str> {
         Some("Mercator") => {
             let parameters =
                 MapProjection::from_well_known_text(text).map(|found| found.parameters).unwrap_or_default();
-            // True lengths elsewhere than at the equator are those of a system for a region.
+            // A system with true lengths elsewhere than at the equator is a regional one.
             let is_regional = parameters.iter().any(|(parameter, value)| match parameter {
                 ProjectionParameter::Parallel => *value != 0.0,
                 ProjectionParameter::Scale => *value != 1.0,
@@ -200,7 +200,7 @@ pub(crate) fn epsg_well_known_text(epsg: u32) -> Option<&'static str> {
     crs_definitions::from_code(u16::try_from(epsg).ok()?).map(|system| system.wkt)
 }
 
-/// The well-known text of a raster's system in plan, where it has one or the EPSG registry has.
+/// Well-known text of a raster's horizontal system, from the raster or from the EPSG registry.
 pub(crate) fn georeference_well_known_text(reference: &Georeference) -> Option<String> {
     let own = reference.crs.clone().filter(|text| well_known_text::is_well_known(text));
     let text = own.or_else(|| Some(epsg_well_known_text(reference.epsg?)?.to_owned()))?;
@@ -214,17 +214,17 @@ fn projection_method(method: &str) -> Option<&'static str> {
         .map(|(kind, _)| *kind)
 }
 
-/// A name with small letters and digits, all else as `_`.
+/// Name in lower-case letters and digits, with all other characters as `_`.
 fn normalised_name(name: &str) -> String {
     name.to_lowercase().replace(|letter: char| !letter.is_ascii_alphanumeric(), "_")
 }
 
-/// The name in quotation marks at the head of a bracket.
+/// Quoted name at the beginning of a bracket.
 pub(crate) fn quoted_name(after: &str) -> Option<&str> {
     after.trim_start().strip_prefix('"')?.split('"').next()
 }
 
-/// The number behind the name at the head of a bracket.
+/// Number after the name at the beginning of a bracket.
 fn number_after_name(after: &str) -> Option<f64> {
     let rest = after.trim_start().strip_prefix('"')?.split_once('"')?.1;
     rest.trim_start_matches([',', ' ', '\n', '\r', '\t']).split([',', ']', ')']).next()?.trim().parse().ok()
@@ -270,7 +270,7 @@ mod tests {
         let second = r#"PROJCRS["x",BASEGEOGCRS["y",DATUM["z",ELLIPSOID["w",6378137,298.2,LENGTHUNIT["metre",1]]],PRIMEM["Greenwich",0,ANGLEUNIT["degree",0.0174532925199433]]],CONVERSION["UTM zone 33N",METHOD["Transverse Mercator",ID["EPSG",9807]],PARAMETER["Latitude of natural origin",0,ANGLEUNIT["degree",0.0174532925199433]],PARAMETER["Longitude of natural origin",15,ANGLEUNIT["degree",0.0174532925199433]],PARAMETER["Scale factor at natural origin",0.9996,SCALEUNIT["unity",1]],PARAMETER["False easting",500000,LENGTHUNIT["metre",1]],PARAMETER["False northing",0,LENGTHUNIT["metre",1]]],CS[Cartesian,2]]"#;
         assert!(!MapProjection::from_well_known_text(second).unwrap().differs(&of_epsg(32633)));
         assert!(MapProjection::from_well_known_text(second).unwrap().differs(&of_epsg(32632)));
-        // NTF (Paris): grads from Paris, 0 grads there.
+        // NTF (Paris): grads from Paris, where the longitude is 0 grad.
         let paris = of_epsg(27572);
         let meridian = paris
             .parameters

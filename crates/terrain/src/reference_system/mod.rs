@@ -1,4 +1,4 @@
-//! Coordinate reference systems by what files say of them.
+//! Coordinate reference systems of files.
 
 pub(crate) mod map_projection;
 pub(crate) mod prj_file;
@@ -16,21 +16,21 @@ use crate::raster::{geotiff, raster_band};
 use crate::reference_system::map_projection::MapProjection;
 use crate::{extension, read_text};
 
-/// Coordinate reference system in plan of a file.
+/// Horizontal coordinate reference system of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CoordinateReferenceSystem {
     epsg: Option<u32>,
     name: Option<String>,
     projection: Option<MapProjection>,
-    /// Why its lengths are not those on the ground.
+    /// Reason why its lengths differ from those on the ground.
     length_distortion: Option<&'static str>,
-    /// Its unit where that is not the metre.
+    /// Unit of its coordinates, where it is not the metre.
     unit: Option<String>,
 }
 
 impl CoordinateReferenceSystem {
     fn new(epsg: Option<u32>, name: Option<String>, text: Option<&str>) -> Self {
-        // A number may be that of a system in plan with one of heights.
+        // The code may be that of a compound system, with heights.
         let in_plan = epsg.and_then(map_projection::epsg_well_known_text).and_then(prj_file::epsg);
         let epsg = in_plan.or(epsg);
         let registered = epsg.and_then(map_projection::epsg_well_known_text);
@@ -51,7 +51,7 @@ impl CoordinateReferenceSystem {
         Self::new(prj_file::epsg(text), prj_file::system_name(text), Some(text))
     }
 
-    /// Of a member `crs` of GeoJSON (2008): by name, or by its number in the EPSG registry.
+    /// Reads a `crs` member of GeoJSON (2008): by name, or by EPSG code.
     fn from_crs_member(crs: &JsonValue) -> Result<Self, String> {
         let property = |key: &str| crs.get("properties").and_then(|properties| properties.get(key));
         if crs.get("type").and_then(JsonValue::as_str) == Some("link") {
@@ -74,7 +74,7 @@ impl CoordinateReferenceSystem {
         }
     }
 
-    /// Of a name, a well-known text or a text of PROJ.
+    /// Reads a name, a well-known text or a PROJ string.
     fn from_name(name: &str) -> Result<Self, String> {
         if well_known_text::is_well_known(name) {
             return Ok(Self::from_well_known_text(name));
@@ -85,7 +85,7 @@ impl CoordinateReferenceSystem {
         Ok(Self::new(well_known_text::epsg_code(name), Some(name.to_owned()), None))
     }
 
-    /// Whether two systems are known to differ. Where one has no number in the EPSG registry, projections are compared.
+    /// Whether two systems are known to differ. Where one has no EPSG code, projections are compared.
     pub fn differs(&self, other: &Self) -> bool {
         if let (Some(a), Some(b)) = (self.epsg, other.epsg) {
             return a != b;
@@ -93,14 +93,14 @@ impl CoordinateReferenceSystem {
         self.projection.as_ref().zip(other.projection.as_ref()).is_some_and(|(a, b)| a.differs(b))
     }
 
-    /// Whether what is known of two systems is enough to tell whether they differ.
+    /// Whether the known properties of two systems suffice for a comparison.
     pub fn is_comparable(&self, other: &Self) -> bool {
         self.epsg.is_some() && other.epsg.is_some()
             || self.projection.is_some() && other.projection.is_some()
             || self.name.is_some() && self.name == other.name
     }
 
-    /// Refuses a system in degrees or in units other than the metre.
+    /// Rejects a system in degrees or in units other than the metre.
     pub(crate) fn check(&self) -> Result<(), String> {
         let in_degrees =
             self.name.as_deref().is_some_and(|name| name.ends_with("CRS84") || name.ends_with("CRS83"));
@@ -133,7 +133,7 @@ impl fmt::Display for CoordinateReferenceSystem {
     }
 }
 
-/// Coordinate reference system that a raster or an outline says it lies in; `None` where it says nothing, or cannot be read.
+/// Coordinate reference system that a raster or outline file names; `None` where it names none, or cannot be read.
 pub fn read_reference_system(file: &Path) -> Option<CoordinateReferenceSystem> {
     match extension(file).as_str() {
         "tif" | "tiff" => {
@@ -155,17 +155,17 @@ pub fn read_reference_system(file: &Path) -> Option<CoordinateReferenceSystem> {
     }
 }
 
-/// The system of the `.prj` beside a file, or of the `.aux.xml` of GDAL.
+/// Coordinate reference system of the `.prj` beside a file, or of the `.aux.xml` of GDAL.
 fn sidecar_system(file: &Path) -> Option<CoordinateReferenceSystem> {
     let of_gdal = || raster_band::sidecar_band(file).ok()?.crs;
     let text = prj_file::read_text(file).ok()?.or_else(of_gdal)?;
     well_known_text::is_well_known(&text).then(|| CoordinateReferenceSystem::from_well_known_text(&text))
 }
 
-/// The system of the members `crs`, which files have that are not in degrees: of the file, its features and their geometries.
+/// Coordinate reference system of the `crs` members of a GeoJSON file (not in degrees), its features and their geometries.
 ///
 /// # Errors
-/// When a member names a system in a way that is not read, or members name several systems.
+/// When a member names a system in an unsupported way, or members name several systems.
 pub(crate) fn geojson_system(parsed: &GeoJson) -> Result<Option<CoordinateReferenceSystem>, String> {
     let mut found: Option<CoordinateReferenceSystem> = None;
     let mut take = |members: Option<&JsonObject>| {
@@ -249,7 +249,7 @@ mod tests {
         assert!(feet.contains("survey foot") && feet.contains("EPSG:2225"), "{feet}");
         let of_web = json("http://www.opengis.net/def/crs/EPSG/0/25833");
         assert!(of_web.differs(&utm) && !json("EPSG:5555").differs(&utm), "heights beside a system in plan");
-        // With a system of heights beside that in plan.
+        // A compound system, with heights.
         let both = json("urn:ogc:def:crs,crs:EPSG::25832,crs:EPSG::5783");
         assert!(both.check().is_ok() && !both.differs(&utm), "{both}");
         assert!(!json("EPSG:25832+5783").differs(&utm) && json("EPSG:31254+5783").differs(&utm));

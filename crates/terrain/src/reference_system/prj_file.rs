@@ -1,4 +1,4 @@
-//! Coordinate reference system that stands beside a file (`.prj`): well-known text, or the lines of ArcInfo.
+//! Coordinate reference system in a `.prj` file: well-known text, or the lines of ArcInfo.
 
 use std::path::Path;
 
@@ -9,10 +9,10 @@ use crate::raster::raster_band::{is_length, metres_per_unit};
 use crate::reference_system::well_known_text::{epsg_code, is_well_known, visit_brackets};
 use crate::reference_system::{map_projection, proj_string};
 
-/// Share by which a unit may be off the metre.
+/// Relative tolerance of the size of the metre.
 const UNIT_TOLERANCE: f64 = 1e-9;
 
-/// The text of the `.prj` beside a file, where there is one.
+/// Text of the `.prj` beside a file, where there is one.
 pub(crate) fn read_text(file: &Path) -> Result<Option<String>, String> {
     let beside = ["prj", "PRJ"].map(|ending| file.with_extension(ending));
     let Some(prj) = beside.iter().find(|path| path.is_file()) else { return Ok(None) };
@@ -23,7 +23,7 @@ pub(crate) fn read_text(file: &Path) -> Result<Option<String>, String> {
         .map_err(|problem| format!("{} beside it {problem}", file_name(prj)))
 }
 
-/// A text as well-known text, where it is a number of the EPSG registry or a text of PROJ; others as they are.
+/// Converts an EPSG code or a PROJ string to well-known text; returns other texts unchanged.
 fn to_well_known_text(text: &str) -> Result<String, String> {
     let words = text.lines().filter_map(|line| line.split_whitespace().next());
     let is_of_arcinfo =
@@ -51,7 +51,7 @@ fn file_name(file: &Path) -> String {
     file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
-/// Looks whether the `.prj` beside a file, or the `.aux.xml` of GDAL, says that it lies in metres. What has none is taken as such.
+/// Checks that the `.prj` beside a file, or the `.aux.xml` of GDAL, gives metres as the unit. Files without one are accepted.
 pub(crate) fn check_metres(file: &Path) -> Result<(), String> {
     let of_gdal = || {
         Ok::<_, String>(
@@ -72,29 +72,29 @@ pub(crate) fn check_metres(file: &Path) -> Result<(), String> {
     }
 }
 
-/// The name of the system of a well-known text.
+/// Name of the system of a well-known text.
 pub(crate) fn system_name(text: &str) -> Option<String> {
     let after = text.split_once(['[', '('])?.1;
     map_projection::quoted_name(after).map(str::to_owned)
 }
 
-/// Puts the system of the text beside a raster's file into its reference.
+/// Sets the system in a raster's reference to that of the text beside its file.
 pub(crate) fn set_georeference(reference: &mut Georeference, text: Option<String>) {
     let text = text.filter(|text| is_well_known(text));
     (reference.epsg, reference.crs) = (text.as_deref().and_then(epsg), text);
 }
 
-/// The unit of coordinates or heights that is not the metre, where there is one.
+/// Unit of coordinates or heights that is not the metre, where there is one.
 pub(crate) fn non_metre_unit(text: &str) -> Option<String> {
     let units = if is_well_known(text) { length_units(text) } else { arcinfo_units(text) };
-    // A unit whose size is not known is none that is the metre.
+    // A unit of unknown size is not the metre.
     let is_metre = |metres: Option<f64>| metres.is_some_and(|metres| (metres - 1.0).abs() <= UNIT_TOLERANCE);
     let is_named_otherwise = |unit: &str| is_length(unit) && metres_per_unit(unit) != Some(1.0);
     let other = |(unit, metres): &(String, Option<f64>)| !is_metre(*metres) || is_named_otherwise(unit);
     units.into_iter().find(other).map(|(unit, _)| unit)
 }
 
-/// Name and metres of the unit in which a well-known text counts heights, where it has some.
+/// Name and size (m) of the unit of heights in a well-known text, where it has heights.
 pub(crate) fn height_unit(text: &str) -> Option<(String, Option<f64>)> {
     let mut found = None;
     visit_brackets(text, |open, after| {
@@ -107,7 +107,7 @@ pub(crate) fn height_unit(text: &str) -> Option<(String, Option<f64>)> {
     found
 }
 
-/// Number in the EPSG registry of the projected system of a well-known text, where it has one.
+/// EPSG code of the projected system of a well-known text, where it has one.
 pub(crate) fn epsg(text: &str) -> Option<u32> {
     let projected = |name: &String| ["PROJCS", "PROJCRS", "PROJECTEDCRS"].contains(&name.as_str());
     let mut found = None;
@@ -122,7 +122,7 @@ pub(crate) fn epsg(text: &str) -> Option<u32> {
     found
 }
 
-/// Units of coordinates and heights, and how many metres they are; none of angles.
+/// Units of coordinates and heights with their sizes (m), without angular units.
 fn length_units(text: &str) -> Vec<(String, Option<f64>)> {
     let mut units = Vec::new();
     visit_brackets(text, |open, after| {
@@ -132,10 +132,10 @@ fn length_units(text: &str) -> Vec<(String, Option<f64>)> {
     units
 }
 
-/// The unit that has just been opened, where it is one of places.
+/// Unit of the bracket that has just been opened, where it is a unit of coordinates.
 fn unit_after(open: &[String], after: &str) -> Option<(String, Option<f64>)> {
     let (keyword, above) = open.split_last()?;
-    // Ellipsoids, parameters of projections and what a projection goes out from have units of their own.
+    // Ellipsoids, parameters of projections and base systems have units of their own.
     let inner = |name: &String| {
         [
             "SPHEROID",
@@ -169,7 +169,7 @@ fn unit_after(open: &[String], after: &str) -> Option<(String, Option<f64>)> {
     Some((name, length.filter(|_| !angle)))
 }
 
-/// The lines `Units METERS` and `Zunits METERS` of ArcInfo; `Zunits NO` says that there are no heights.
+/// Units of the lines `Units METERS` and `Zunits METERS` of ArcInfo; `Zunits NO` means that there are no heights.
 fn arcinfo_units(text: &str) -> Vec<(String, Option<f64>)> {
     let words = text.lines().filter_map(|line| line.split_once(char::is_whitespace));
     let named = words.map(|(key, unit)| (key.to_lowercase(), unit.trim()));

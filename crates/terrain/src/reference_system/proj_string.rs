@@ -1,9 +1,9 @@
-//! Coordinate reference systems by texts of PROJ, such as `+proj=utm +zone=10 +datum=NAD83 +units=m`.
+//! Coordinate reference systems by PROJ strings, such as `+proj=utm +zone=10 +datum=NAD83 +units=m`.
 
 use std::collections::HashMap;
 use std::fmt::Write;
 
-/// Projections, by their names in PROJ and in well-known texts.
+/// Names of projections in PROJ and in well-known texts.
 const PROJECTIONS: [(&str, &str); 15] = [
     ("utm", "Transverse_Mercator"),
     ("tmerc", "Transverse_Mercator"),
@@ -22,7 +22,7 @@ const PROJECTIONS: [(&str, &str); 15] = [
     ("eqc", "Equidistant_Cylindrical"),
 ];
 
-/// Parameters, by their names in PROJ and in well-known texts.
+/// Names of parameters in PROJ and in well-known texts.
 const PARAMETERS: [(&str, &str); 10] = [
     ("lat_0", "latitude_of_origin"),
     ("lon_0", "central_meridian"),
@@ -36,7 +36,7 @@ const PARAMETERS: [(&str, &str); 10] = [
     ("lat_2", "standard_parallel_2"),
 ];
 
-/// Metres in units of PROJ.
+/// Sizes of the units of PROJ (m).
 const UNITS: [(&str, f64); 7] = [
     ("m", 1.0),
     ("km", 1e3),
@@ -47,15 +47,15 @@ const UNITS: [(&str, f64); 7] = [
     ("us-ft", 1200.0 / 3937.0),
 ];
 
-/// Whether a text is one of PROJ.
+/// Whether a text is a PROJ string.
 pub(crate) fn is_proj_string(text: &str) -> bool {
     text.contains("+proj=") || text.contains("+init=")
 }
 
-/// The well-known text of a text of PROJ, as far as systems are compared: its projection, with the parameters that it names, and its unit.
+/// Well-known text of a PROJ string, with the parts that comparisons use: its projection, the parameters that it names, and its unit.
 ///
 /// # Errors
-/// When the projection is none that is known.
+/// When the projection is unknown.
 pub(crate) fn to_well_known_text(text: &str) -> Result<String, String> {
     let words = text.split_whitespace().filter_map(|word| word.strip_prefix('+'));
     let said: HashMap<&str, &str> = words.map(|word| word.split_once('=').unwrap_or((word, ""))).collect();
@@ -111,8 +111,8 @@ pub(crate) fn to_well_known_text(text: &str) -> Result<String, String> {
     })
 }
 
-/// Unit and metres in it by two words, of its name and of its size, which counts more; not-a-number where it is not known, and `None`
-/// where a text has neither word.
+/// Unit by its name and its size (m) under two keys, of which the size takes precedence; NaN for an unknown unit, and `None` where the text
+/// has neither key.
 fn length<'a>(said: &HashMap<&str, &'a str>, [name, size]: [&str; 2]) -> Option<(&'a str, f64)> {
     let known =
         |unit: &str| UNITS.iter().find(|(own, _)| *own == unit).map_or(f64::NAN, |(_, metres)| *metres);

@@ -1,24 +1,24 @@
 //! Names and well-known texts of coordinate reference systems.
 
-/// The number in the EPSG registry that a name says: `EPSG:25832`, `urn:ogc:def:crs:EPSG::25832` or
-/// `http://www.opengis.net/def/crs/EPSG/0/25832`. Of several, as of a system in plan with one of heights, it is the first.
+/// EPSG code in a name: `EPSG:25832`, `urn:ogc:def:crs:EPSG::25832` or `http://www.opengis.net/def/crs/EPSG/0/25832`. Of several codes, as
+/// in a compound system with heights, it is the first.
 pub(crate) fn epsg_code(name: &str) -> Option<u32> {
     let codes = name.split([',', '+', '&']).filter(|part| part.to_uppercase().contains("EPSG"));
     codes.filter_map(|part| part.trim().rsplit([':', '/', '#']).next()?.parse().ok()).next()
 }
 
-/// Fault of a system whose lengths are not those on the ground.
+/// Error text of Web Mercator, whose lengths differ from those on the ground.
 pub(crate) const WEB_MERCATOR: &str = "lies in Web Mercator, whose lengths are longer than those on the ground (1.5 times at 48°): project it to metres \
                                        of its place, for example to UTM";
 
-/// Fault of other systems of that kind.
+/// Error text of other projections for world maps.
 pub(crate) const WORLD_MAP: &str = "lies in a projection for maps of the world, whose lengths are not those on the ground: project it to metres of its \
                                     place, for example to UTM";
 
-/// Fault of coordinates that are not in plan.
+/// Error text of geocentric coordinates.
 pub(crate) const GEOCENTRIC: &str = "lies in a geocentric CRS, whose coordinates count from the centre of the Earth: project it to metres, for example to UTM";
 
-/// The part in plan of a system, by name or by well-known text, that has heights too.
+/// Horizontal part of a compound system, given by name or by well-known text.
 pub(crate) fn horizontal_part(crs: &str) -> &str {
     if !is_well_known(crs) {
         return crs.split(" + ").next().unwrap_or(crs);
@@ -57,7 +57,7 @@ fn is_keyword_char(letter: char) -> bool {
     letter.is_ascii_uppercase() || letter == '_'
 }
 
-/// Looks at each bracket of a well-known text: the keywords that are open there, and what comes after it.
+/// Calls `look` at each bracket of a well-known text, with the open keywords and the text after the bracket.
 pub(crate) fn visit_brackets(text: &str, mut look: impl FnMut(&[String], &str) -> Option<()>) {
     let (mut open, mut rest) = (Vec::<String>::new(), text);
     while let Some(at) = rest.find(['[', '(', ']', ')', '"']) {

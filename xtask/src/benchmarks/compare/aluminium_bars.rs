@@ -1,4 +1,4 @@
-//! The column of aluminium bars, set S1 (sheet: sph §5.4), by MPM, SPH, DEM, depth-integrated flow and snow MPM.
+//! Column of aluminium bars, set S1 (sheet: sph §5.4), by MPM, SPH, DEM, depth-integrated flow and snow MPM.
 
 use colluvium::case::Snapshot;
 use colluvium::case::description::Side;
@@ -7,7 +7,7 @@ use colluvium::case::measure::front;
 use super::MethodComparison;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, scalars, set_mpm_option};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/aluminium-bars",
     title: "Column of aluminium bars: MPM, GIMP, SPH, DEM, depth-integrated flow and snow MPM",
@@ -41,21 +41,21 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// MPM on linear functions, where the case has those of GIMP.
+/// Name of the run of MPM with linear functions, where the case has those of GIMP.
 const LINEAR: &str = "mpm, linear";
 
 /// Width and height of the column (m).
 const WIDTH: f64 = 0.2;
 const HEIGHT: f64 = 0.1;
 
-/// Height of the deposit at the wall, over a tenth of the width of the column (m).
+/// Height of the deposit at the wall, over a tenth of the width of the column.
 fn at_the_wall(snapshot: &Snapshot) -> f64 {
     let points = snapshot.positions.iter().zip(&snapshot.extents);
     let near = points.filter(|(x, _)| x[0] < 0.1 * WIDTH);
     near.map(|(x, extent)| x[1] + 0.5 * extent[1]).fold(0.0, f64::max)
 }
 
-/// What experiments with aluminium bars say of a column as high as half its width (sheet: dem B13).
+/// Checks against experiments with aluminium bars for a column as high as half its width (sheet: dem B13).
 fn experiment(outcome: &mut BenchmarkOutcome, name: &str, end: f64, top: f64) {
     let what = format!("{name}: height at the wall over that of the column");
     if name == "depth-sph" {
@@ -76,7 +76,7 @@ fn experiment(outcome: &mut BenchmarkOutcome, name: &str, end: f64, top: f64) {
     );
 }
 
-/// Method, centroid (m), and what 90 % and 99.5 % of the mass lie within (m).
+/// Method, centroid (m), and the quantiles of 90 % and 99.5 % of the mass (m).
 type MethodDeposit = (&'static str, f64, f64, f64);
 
 fn judge(outcome: &mut BenchmarkOutcome, found: &[MethodDeposit]) {

@@ -1,4 +1,4 @@
-//! A column of water let go on a dry floor (sheet: mpm A-25) by MPM, SPH and depth-integrated flow.
+//! Collapse of a water column on a dry floor (sheet: mpm A-25) by MPM, SPH and depth-integrated flow.
 
 use colluvium::plots::{Series, Style};
 
@@ -9,7 +9,7 @@ use crate::benchmarks::{
     set_method_option,
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/dam-break",
     title: "Dam break on a dry bed: MPM, SPH and depth-integrated flow",
@@ -79,14 +79,14 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// How far 0.999 of the water reaches in the solution of Ritter (1892), in the units of the chart. Beyond `a + u t` lie
-/// `t (2 c - u)³ / (27 g)`.
+/// Quantile of 0.999 of the water in the solution of Ritter (1892), in the units of the chart. The volume beyond `a + u t` is `t (2 c - u)³
+/// / (27 g)`.
 fn quantile(time: f64) -> f64 {
     // In units of a and √(a / 2g): c² = g H with H = 2 a is 1, g is 1/2, and the column has 2.
     1.0 + time * (2.0 - (27.0 * 0.5 * 0.001 * 2.0 / time).cbrt())
 }
 
-/// What the methods must agree on.
+/// Checks of the agreement of the methods.
 fn judge_agreement(outcome: &mut BenchmarkOutcome, fronts: &[FrontCurve]) {
     let [mpm, sph, flow] = fronts else { return };
     let apart = mpm.iter().zip(sph).map(|(a, b)| (a.1 / b.1 - 1.0).abs()).fold(0.0, max_or_nan);

@@ -1,4 +1,4 @@
-//! An elastic bar in its first mode, by MPM, SPH and snow MPM.
+//! Elastic bar in its first mode, by MPM, SPH and snow MPM.
 
 use std::f64::consts::PI;
 
@@ -7,7 +7,7 @@ use colluvium::plots::{Series, Style};
 use super::{MethodComparison, chart};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/elastic-bar",
     title: "Elastic bar in its first mode, MPM, SPH and snow MPM",
@@ -17,7 +17,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Speed of the waves of the bar (m/s).
+/// Wave speed of the bar (m/s).
 fn speed() -> f64 {
     let (modulus, ratio, density) = (1e6, 0.3, 400.0);
     f64::sqrt(modulus * (1.0 - ratio) / ((1.0 + ratio) * (1.0 - 2.0 * ratio)) / density)
@@ -48,7 +48,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
             first,
             "midpoints of the points",
         );
-        // A quarter of the period and every half one after it.
+        // A quarter of the period and every half period after it.
         let crossings = crossings(&momentum);
         outcome.assert_within(
             format!("{method}: period over that of the closed form"),

@@ -1,5 +1,5 @@
-//! Periodic cells of grains at a material point, and Mohr–Coulomb fitted to the mean of several packings, which must foretell another test of
-//! the same packings.
+//! Periodic cells of grains at a material point, and Mohr–Coulomb fitted to the mean of several packings, which must predict another test
+//! of the same packings.
 
 use colluvium::constitutive::driver::ElementTest;
 use colluvium::plots::{Series, Style};
@@ -9,7 +9,7 @@ use super::chart;
 use crate::analysis::{max_or_nan, mean_and_deviation};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/grain-cell",
     title: "Cells of grains in biaxial compression, and Mohr–Coulomb fitted to them",
@@ -22,7 +22,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Seeds of the packings.
 const SEEDS: [u32; 4] = [4, 5, 6, 7];
 
-/// A biaxial test: shortening along y, stresses along x and y and gain of volume after each step.
+/// Biaxial test: shortening along y, stresses along x and y and gain of volume after each step.
 struct BiaxialCurve(Vec<[f64; 4]>);
 
 impl BiaxialCurve {
@@ -37,7 +37,7 @@ impl BiaxialCurve {
         Ok(Self((0..xx.len()).map(|k| [-yy[k], across[k], along[k], xx[k] + yy[k]]).collect()))
     }
 
-    /// The mean of tests that have the same steps.
+    /// Mean of tests that have the same steps.
     fn mean(all: &[Self]) -> Self {
         let rows = all.iter().map(|own| own.0.len()).min().unwrap_or(0);
         let entry =
@@ -45,13 +45,13 @@ impl BiaxialCurve {
         Self((0..rows).map(|row| std::array::from_fn(|k| entry(row, k))).collect())
     }
 
-    /// The largest ratio of the radius of Mohr's circle to its centre: the sine of the friction angle that is mobilised.
+    /// Largest ratio of the radius of Mohr's circle to its centre: the sine of the mobilised friction angle.
     fn strength(&self) -> f64 {
         let ratio = |[_, across, along, _]: &[f64; 4]| (across - along) / -(across + along);
         self.0.iter().map(ratio).fold(0.0, max_or_nan)
     }
 
-    /// The largest difference of the stresses (Pa).
+    /// Largest difference of the stresses (Pa).
     fn peak(&self) -> f64 {
         self.0.iter().map(|[_, across, along, _]| across - along).fold(0.0, max_or_nan)
     }
@@ -81,12 +81,12 @@ impl BiaxialCurve {
     }
 }
 
-/// The test under another pressure (Pa).
+/// Test at another pressure (Pa).
 fn under(test: &ElementTest, pressure: f64) -> ElementTest {
     ElementTest { initial_stress: [-pressure, -pressure, -pressure, 0.0, 0.0, 0.0], ..test.clone() }
 }
 
-/// The test of the packing that this seed draws.
+/// Test of the packing generated with a seed.
 fn packing(file: &std::path::Path, seed: u32) -> Result<ElementTest, String> {
     let text = std::fs::read_to_string(file).map_err(|error| error.to_string())?;
     let mut value: serde_json::Value = serde_json::from_str(&text).map_err(|error| error.to_string())?;
@@ -94,7 +94,7 @@ fn packing(file: &std::path::Path, seed: u32) -> Result<ElementTest, String> {
     serde_json::from_value(value).map_err(|error| error.to_string())
 }
 
-/// The means of all packings under both pressures; the peaks at 200 kPa over those at 100 kPa are shown for each.
+/// Means of all packings at both pressures; shows the ratio of the peaks at 200 kPa and 100 kPa of each.
 fn grains(file: &std::path::Path, outcome: &mut BenchmarkOutcome) -> Result<[BiaxialCurve; 2], String> {
     let (mut low, mut high, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     for seed in SEEDS {

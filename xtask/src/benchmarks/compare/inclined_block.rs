@@ -1,4 +1,4 @@
-//! The block on an inclined plane (sheet: mpm A-14; sheet: sph §2.13), an obstacle, by all methods.
+//! Block on an inclined plane (sheet: mpm A-14; sheet: sph §2.13), an obstacle, by all methods.
 
 use colluvium::case::description::{ObstacleShape, ObstacleWall};
 use colluvium::case::{Case, RunReport};
@@ -12,7 +12,7 @@ use crate::benchmarks::mpm::inclined_block::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/inclined-block",
     title: "Block on an inclined plane as an obstacle: MPM, SPH, DEM, snow MPM and depth-integrated flow",
@@ -22,7 +22,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Error of the acceleration over g sin θ that each method may have.
+/// Methods and their allowed errors of the acceleration over g sin θ.
 const METHODS: [(&str, f64, &str); 4] = [
     ("mpm", 0.01, "1 % of g sin θ"),
     ("sph", 0.03, "3 % of g sin θ"),
@@ -37,7 +37,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
         chart("Velocity along a plane of 30°, friction of 0.3 tan θ", "time (s)", "velocity (m/s)");
     let mut together = MethodComparison::default();
     for (method, band, reason) in METHODS {
-        // mpm/inclined-block has the rest of MPM.
+        // The rest of MPM is in mpm/inclined-block.
         let few = quick && method != "sph";
         for share in if few { &[0.3][..] } else { &[0.0, 0.3, 0.6] }.iter().copied() {
             let report = run_in_memory(method, &block(share * tangent, None)?)?;
@@ -78,7 +78,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// The block as depth-integrated flow.
+/// Block as depth-integrated flow.
 fn flow(outcome: &mut BenchmarkOutcome, together: &mut MethodComparison) -> Result<(), String> {
     let friction = 0.3 * ANGLE.to_radians().tan();
     let mut case = block(friction, None)?;
@@ -95,7 +95,7 @@ fn flow(outcome: &mut BenchmarkOutcome, together: &mut MethodComparison) -> Resu
     Ok(())
 }
 
-/// The same plane as a ground line and as a polygon.
+/// Checks the plane as a ground line and as a polygon.
 fn forms(outcome: &mut BenchmarkOutcome, method: &str, plane: &RunReport) -> Result<(), String> {
     let tangent = ANGLE.to_radians().tan();
     let at = |x: f64| [x, 2.5 - x * tangent];

@@ -1,4 +1,4 @@
-//! One case with several methods: what they must agree on, and by how much.
+//! Comparisons of several methods on one case, with the tolerances of their agreement.
 
 mod aluminium_bars;
 mod dam_break;
@@ -18,7 +18,7 @@ use colluvium::plots::{LineChart, PointCloud};
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, recorder};
 
-/// The benchmarks, in the order of the report.
+/// Benchmarks, in the order of the report.
 pub const ALL: &[Benchmark] = &[
     elastic_bar::BENCHMARK,
     grain_cell::BENCHMARK,
@@ -34,7 +34,7 @@ pub const ALL: &[Benchmark] = &[
     slide::BENCHMARK,
 ];
 
-/// Runs of one case by several methods, which the page of the benchmark sets side by side.
+/// Runs of one case by several methods, which the page of the benchmark shows side by side.
 #[derive(Default)]
 struct MethodComparison(Vec<(&'static str, CompletedRun)>);
 
@@ -44,7 +44,7 @@ impl MethodComparison {
         self.0.push((method, CompletedRun::from_report(report)));
     }
 
-    /// Sets them side by side, as `colluvium compare` does, with the reference beside the case of the folder `validation/<folder>`.
+    /// Writes the sections of `colluvium compare`, with the reference beside the case of the folder `validation/<folder>`.
     fn write_sections(
         &self,
         outcome: &mut BenchmarkOutcome,
@@ -63,12 +63,12 @@ impl MethodComparison {
     }
 }
 
-/// A chart with its labels.
+/// Chart with its labels.
 fn chart(title: &str, x: &str, y: &str) -> LineChart {
     LineChart { title: title.into(), x_label: x.into(), y_label: y.into(), ..LineChart::default() }
 }
 
-/// Draws the points at the end of the failing trial with the least factor of the search `safety`; `name` says whose.
+/// Draws the points at the end of the failing trial with the least factor of the search `safety`; `name` is that of the method.
 fn draw_failure(outcome: &mut BenchmarkOutcome, name: &str, report: &RunReport) -> Result<(), String> {
     let cloud = report
         .failed_trials

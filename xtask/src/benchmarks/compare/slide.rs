@@ -1,4 +1,4 @@
-//! A layer of sand that slides down a terrain raster in space: MPM, SPH, DEM and depth-integrated flow.
+//! Layer of sand that slides down a terrain raster in space: MPM, SPH, DEM and depth-integrated flow.
 
 use colluvium::case::{Case, RunReport};
 use colluvium::plots::{Series, Style};
@@ -9,7 +9,7 @@ use crate::benchmarks::{
     run_in_memory,
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/slide",
     title: "Slide on a terrain raster: MPM, SPH, DEM and depth-integrated flow",
@@ -20,7 +20,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 const GRAVITY: f64 = 9.81;
-/// Fall of the upper slope (degrees), friction of the terrain.
+/// Angle of the upper slope (degrees), and friction of the terrain.
 const ANGLE: f64 = 32.0;
 const FRICTION: f64 = 0.4;
 
@@ -65,7 +65,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// No centre of a point may lie under the terrain in any frame.
+/// Checks that no centre of a point lies under the terrain in any frame.
 fn above_ground(
     outcome: &mut BenchmarkOutcome,
     method: &str,
@@ -82,7 +82,7 @@ fn above_ground(
     Ok(())
 }
 
-/// All have the same friction and start from the same place.
+/// Checks the agreement of the methods, which have equal friction and initial positions.
 fn judge(outcome: &mut BenchmarkOutcome, found: &[(&str, Vec<(f64, f64)>)]) {
     let [mpm, sph, dem, flow] = found else { return };
     let way =

@@ -26,10 +26,10 @@ pub const THREE: Benchmark = Benchmark {
     run: three,
 };
 
-/// What the strengths of the cases are multiplied by: with its own the first slope does not stand.
+/// Factor of the strengths of the cases: with its own strength the first slope is not stable.
 const STRENGTHENED: f64 = 1.5;
 
-/// The surface of both slopes: 10 m high, 2:1, 5 m over the base (m).
+/// Surface of both slopes: 10 m high, 2:1, 5 m over the base (m).
 fn surface() -> Vec<[f64; 2]> {
     vec![[0.0, 5.0], [10.0, 5.0], [30.0, 15.0], [50.0, 15.0]]
 }
@@ -38,8 +38,8 @@ fn soil(top: Vec<[f64; 2]>, unit_weight: f64, cohesion: f64, friction_angle: f64
     SoilLayer { top, unit_weight, cohesion, friction_angle }
 }
 
-/// The least factor of Bishop's circles, and how far the strength of soil without dilatancy (Davis 1968) lowers it at most: that of a soil
-/// with this friction angle (degrees).
+/// Least factor of Bishop's circles, and its largest reduction by the strength of soil without dilatancy (Davis 1968), for a friction angle
+/// (degrees).
 fn bounds(slope: &LayeredSlope, friction_angle: f64) -> [f64; 2] {
     let bishop = slope.min_safety_factor((1.0, 20.0), (30.5, 45.0));
     [bishop, bishop * (friction_angle.to_radians().tan() / bishop).atan().cos()]

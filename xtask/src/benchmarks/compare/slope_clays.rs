@@ -1,4 +1,4 @@
-//! Factors of safety of slopes in clays that do not drain, by MPM and SPH: two clays, and a weak layer (sheet: sph §3.5).
+//! Factors of safety of slopes in undrained clays, by MPM and SPH: two clays, and a weak layer (sheet: sph §3.5).
 
 use colluvium::case::Case;
 use serde_json::json;
@@ -7,7 +7,7 @@ use super::draw_failure;
 use crate::analysis::undrained_slope::LayeredClaySlope;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, patched_case, run_in_memory};
 
-/// A slope on other clay.
+/// Slope on another clay.
 pub const LAYERS: Benchmark = Benchmark {
     id: "compare/slope-layers",
     title: "Factor of safety of an undrained slope on equal and stronger clay, MPM and SPH",
@@ -17,7 +17,7 @@ pub const LAYERS: Benchmark = Benchmark {
     run: layers,
 };
 
-/// A slope over a weak layer.
+/// Slope over a weak layer.
 pub const WEAK: Benchmark = Benchmark {
     id: "compare/slope-weak-layer",
     title: "Factor of safety of an undrained slope over a weak layer, MPM and SPH",
@@ -30,11 +30,10 @@ pub const WEAK: Benchmark = Benchmark {
 /// Undrained strength of the slope (Pa).
 const STRENGTH: f64 = 50e3;
 
-/// How far below and above the least upper bound the factor is searched: wider than what is allowed. Trials far from it would only
-/// take time.
+/// Range of the search below and above the least upper bound: wider than the tolerance. Trials far from the bound would only take time.
 const SEARCHED: [f64; 2] = [0.13, 0.07];
 
-/// The slope of 2:1 on clays below its toe: their tops (m) and strengths (Pa).
+/// Slope of 2:1 on clays below its toe: their tops (m) and strengths (Pa).
 fn clays(below: &[(f64, f64)], base: f64) -> LayeredClaySlope {
     let clays = [&[(f64::INFINITY, STRENGTH)], below].concat();
     LayeredClaySlope { height: 10.0, cotangent: 2.0, unit_weight: 2038.736 * 9.81, layers: clays, base }
@@ -74,7 +73,7 @@ fn judge(outcome: &mut BenchmarkOutcome, name: &str, case: &Case, bound: f64) ->
 fn layers(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let base = load_case("compare/slope-layers")?;
-    // One clay, and one below that the slip does not enter. Weaker ones slip below the toe, with no published factor.
+    // One clay, and one below that the slip circle does not enter. Weaker clays slip below the toe, without a published factor.
     for ratio in [1.0, 2.0] {
         let strength = ratio * STRENGTH;
         let bound = clays(&[(0.0, strength)], -10.0).min_circle_safety_factor();
@@ -102,7 +101,7 @@ fn layers(_quick: bool) -> Result<BenchmarkOutcome, String> {
 fn weak(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let clays = clays(&[(0.0, 0.2 * STRENGTH), (-1.0, STRENGTH)], -5.0);
-    // Along the base of the layer: what it weighs pushes too.
+    // Along the base of the layer: the weight of the layer drives the slip too.
     let (circles, blocks) = (clays.min_circle_safety_factor(), clays.min_block_safety_factor(-1.0));
     outcome.assert_within(
         "upper bound of sliding blocks over that of circles",

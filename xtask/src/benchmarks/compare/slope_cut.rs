@@ -1,11 +1,11 @@
-//! The factor of safety of a homogeneous slope, by MPM and SPH (sheet: sph §3.5).
+//! Factor of safety of a homogeneous slope, by MPM and SPH (sheet: sph §3.5).
 
 use colluvium::plots::{Series, Style};
 
 use super::{chart, draw_failure};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/slope-cut",
     title: "Factor of safety of a cut slope of 2:1, MPM and SPH",
@@ -15,10 +15,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Factor of the charts of Bishop & Morgenstern (1960).
+/// Factor of safety from the charts of Bishop & Morgenstern (1960).
 const CHARTS: f64 = 1.38;
 
-/// That factor with the strength that soil without dilatancy mobilises on a slip line (Davis 1968).
+/// Factor of safety with the strength that soil without dilatancy mobilises on a slip line (Davis 1968).
 fn without_dilatancy() -> f64 {
     CHARTS * (20f64.to_radians().tan() / CHARTS).atan().cos()
 }

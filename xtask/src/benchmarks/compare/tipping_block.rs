@@ -1,5 +1,5 @@
-//! A tall rigid block that tips over its lower corner, falls flat and comes to rest, by MPM and SPH: both let the same corners of the
-//! block meet the ground.
+//! Tall rigid block that tips over its lower corner, falls flat and comes to rest, by MPM and SPH: in both the same corners of the block
+//! are in contact.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -10,7 +10,7 @@ use super::{MethodComparison, chart};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/tipping-block",
     title: "A tall rigid block tips on a slope, falls flat and rests: MPM and SPH",
@@ -22,14 +22,14 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Width and height of the block (m).
 const SIZE: [f64; 2] = [0.2, 0.6];
-/// Its mass (kg/m).
+/// Mass of the block (kg/m).
 const MASS: f64 = 240.0;
 /// Gravity (m/s²).
 const GRAVITY: [f64; 2] = [5.0, -8.66];
-/// Until when the corner does not slip (s).
+/// End of the time in which the corner does not slip (s).
 const HELD: f64 = 0.4;
 
-/// A number over time (s).
+/// Scalar over time (s).
 type TimeSeries = [(f64, f64)];
 
 /// Angle (rad) over time (s) of a block that turns about its lower corner under its weight.
@@ -84,7 +84,7 @@ fn benchmark(_: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Holds a run, with the angle (rad) over time (s), to the closed form.
+/// Compares a run, with the angle (rad) over time (s), with the closed form.
 fn judge(
     outcome: &mut BenchmarkOutcome,
     method: &str,

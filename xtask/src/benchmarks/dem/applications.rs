@@ -7,7 +7,7 @@ use serde_json::json;
 use crate::benchmarks::dem::case_builders::{chart, load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, vectors};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/applications",
     title: "A block on a slope, a bonded cliff, dilatant shear, DEM",
@@ -29,7 +29,7 @@ fn last(report: &RunReport, name: &str) -> f64 {
     report.table.last(name).unwrap_or(f64::NAN)
 }
 
-/// A block that cannot roll: `v = √(2 g s (sin β - μ cos β))`, 50 m/s after 1322 m.
+/// Checks a block that cannot roll: `v = √(2 g s (sin β - μ cos β))`, 50 m/s after 1322 m.
 fn slide(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let report = run_in_memory("dem", &parse_case(&load("block")?)?)?;
     let mean = |name: &str| {
@@ -54,7 +54,7 @@ fn slide(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// A cliff stands by its bonds where they are strong, and breaks and runs out where they are weak.
+/// Checks a cliff that is stable with strong bonds, and breaks and runs out with weak ones.
 fn cliff(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let run = |strength: f64| -> Result<RunReport, String> {
         let mut value = load("cliff")?;
@@ -112,7 +112,7 @@ fn cliff(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Shear opens a dense packing: its void ratio rises to that of critical state.
+/// Checks shear of a dense packing: its void ratio rises to that of critical state.
 fn dilate(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut value = load("biaxial")?;
     let side = 20.0;

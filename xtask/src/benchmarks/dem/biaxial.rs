@@ -28,7 +28,7 @@ pub const CRITICAL: Benchmark = Benchmark {
     run: |_| critical(),
 };
 
-/// Seeds of the dense packings, of whose peaks the mean is judged.
+/// Seeds of the dense packings, whose mean peak is judged.
 const SEEDS: [u32; 4] = [0, 1, 2, 3];
 
 /// Strain rate of the stage of shear.
@@ -50,7 +50,7 @@ const DENSE: [(f64, f64, f64); 12] = [
     (0.18, 1.80, 0.0338),
 ];
 
-/// The same of the loose one.
+/// The sheet's loose specimen: strain, ratio of stresses, volumetric strain.
 const LOOSE: [(f64, f64, f64); 10] = [
     (0.002, 1.24, -0.0011),
     (0.004, 1.37, -0.0013),
@@ -64,7 +64,7 @@ const LOOSE: [(f64, f64, f64); 10] = [
     (0.24, 1.74, -0.0126),
 ];
 
-/// A test: by logarithmic strain the ratio of stresses, volumetric strain, solid fraction.
+/// Biaxial test: ratio of stresses, volumetric strain and solid fraction over logarithmic strain.
 struct BiaxialTest {
     ratio: Vec<(f64, f64)>,
     volume: Vec<(f64, f64)>,
@@ -76,7 +76,7 @@ struct BiaxialTest {
 impl BiaxialTest {
     fn run(preparation: f64, strain: f64, seed: u32) -> Result<Self, String> {
         let mut value = load("biaxial")?;
-        // Many a window of the means.
+        // Several windows of the means.
         value["output"]["measures"] = json!(0.1);
         method_options(&mut value)["seed"] = json!(seed);
         value["stages"][2]["duration"] = json!(strain / RATE);
@@ -179,7 +179,7 @@ fn dense(outcome: &mut BenchmarkOutcome, tests: &[&BiaxialTest]) {
     );
 }
 
-/// A test under a name, beside the rows of the sheet.
+/// Test with its name, beside the rows of the sheet.
 type LabelledTest<'a> = (&'a str, &'a BiaxialTest, &'a [(f64, f64, f64)]);
 
 fn draw(outcome: &mut BenchmarkOutcome, tests: &[LabelledTest]) -> Result<(), String> {

@@ -1,4 +1,4 @@
-//! A disk that bounces (sheet: dem §5, B3).
+//! Bouncing disk (sheet: dem §5, B3).
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use serde_json::json;
 use crate::benchmarks::dem::case_builders::{chart, disk_solver, load, method_options, output_value, step};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/bounce",
     title: "A bouncing disk, DEM",
@@ -36,7 +36,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     options["time_step"] = json!(aloft);
     let mut solver = disk_solver(&value)?;
     let fall = (2.0 / GRAVITY).sqrt();
-    // Steps are long aloft, where they are exact, and short near the floor.
+    // Steps are long in flight, where they are exact, and short near the floor.
     let (mut path, mut impacts, mut apexes, mut top) = (Vec::new(), Vec::new(), Vec::new(), 0.0f64);
     let (mut touching, mut height) = (false, 1.0);
     while solver.time() < 2.75 * fall {
@@ -82,7 +82,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Height of a bouncing point.
+/// Height of a bouncing point (m).
 fn closed(time: f64, fall: f64) -> f64 {
     let (mut start, mut speed) = (fall, REST * GRAVITY * fall);
     if time < fall {

@@ -1,4 +1,4 @@
-//! Cases of grains: files under `validation/dem` that a benchmark changes, and solvers that it steps by itself.
+//! Cases of grains: files under `validation/dem` that a benchmark changes, and solvers that it steps.
 
 use std::f64::consts::PI;
 
@@ -7,7 +7,7 @@ use colluvium::dem::{self, DemSolver};
 use colluvium::plots::LineChart;
 use serde_json::{Value, json};
 
-/// A case file to change, `validation/dem/<folder>/case.json`.
+/// Reads a case file for changes, `validation/dem/<folder>/case.json`.
 pub fn load(folder: &str) -> Result<Value, String> {
     let path = crate::root().join("validation/dem").join(folder).join("case.json");
     crate::benchmarks::recorder::record_file(&path);
@@ -15,17 +15,17 @@ pub fn load(folder: &str) -> Result<Value, String> {
     serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
 }
 
-/// The case of changed text.
+/// Parses a changed case.
 pub fn parse_case(value: &Value) -> Result<Case, String> {
     Case::from_json(&value.to_string()).map_err(|errors| errors.to_string())
 }
 
-/// Disks at the start of the first stage.
+/// Solver of disks at the start of the first stage.
 pub fn disk_solver(value: &Value) -> Result<DemSolver<2, 1>, String> {
     started_solver(dem::disks(&parse_case(value)?).map_err(|error| error.to_string())?)
 }
 
-/// Spheres at the start of the first stage.
+/// Solver of spheres at the start of the first stage.
 pub fn sphere_solver(value: &Value) -> Result<DemSolver<3, 3>, String> {
     started_solver(dem::spheres(&parse_case(value)?).map_err(|error| error.to_string())?)
 }
@@ -40,21 +40,21 @@ where
     Ok(solver)
 }
 
-/// One step of `dt` (s).
+/// Makes one step of `dt` (s).
 pub fn step(solver: &mut impl Solver, dt: f64) -> Result<(), String> {
     solver.step(dt).map(|_| ()).map_err(|error| error.to_string())
 }
 
-/// What the solver tells under a name; NaN where it does not.
+/// Scalar output of the solver under a name; NaN where there is none.
 pub fn output_value(solver: &impl Solver, name: &str) -> f64 {
     solver.scalar_outputs().iter().find(|(own, ..)| own == name).map_or(f64::NAN, |(_, _, value)| *value)
 }
 
-/// A grain: place (m), radius (m), velocity (m/s).
+/// Grain: position (m), radius (m), velocity (m/s).
 pub type GrainData = (Vec<f64>, f64, Vec<f64>);
 
-/// Grains of a body as a file of points, under `target/validation/points`: single grains may reach beyond a periodic domain
-/// and into each other.
+/// Writes the grains of a body as a file of points, under `target/validation/points`: single grains may reach beyond a periodic domain and
+/// overlap each other.
 pub fn grain_file(name: &str, grains: &[GrainData]) -> Result<Value, String> {
     let folder = crate::root().join("target/validation/points");
     let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
@@ -77,12 +77,12 @@ pub fn method_options(value: &mut Value) -> &mut Value {
     &mut value["methods"]["dem"]
 }
 
-/// The law of the first pair along the line of centres, linear.
+/// Linear normal law of the first pair.
 pub fn linear_law(stiffness: f64, damping_ratio: f64, clamp: bool) -> Value {
     json!({ "law": "linear", "stiffness": stiffness, "damping_ratio": damping_ratio, "clamp": clamp })
 }
 
-/// An empty chart.
+/// Empty chart.
 pub fn chart(title: &str, x_label: &str, y_label: &str) -> LineChart {
     LineChart {
         title: title.into(),

@@ -12,7 +12,7 @@ use crate::benchmarks::dem::case_builders::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/collisions",
     title: "Free flight, restitution of head-on collisions, elastic spheres, DEM",
@@ -22,7 +22,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Damping ratio, restitution without and with clamp, duration of the contact over 1/ω₀ (sheet: dem §2.3).
+/// Damping ratio, restitution without and with no-tension clamp, duration of the contact over 1/ω₀ (sheet: dem §2.3).
 const TABLE: [(f64, f64, f64, f64, f64); 8] = [
     (0.05, 0.854_468, 0.858_758, 3.14553, 3.04536),
     (0.1, 0.729_248, 0.744_079, 3.15742, 2.95608),
@@ -46,7 +46,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// B1: exact for any step.
+/// Checks B1: free flight is exact for any step.
 fn flight(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut value = load("pair")?;
     value["gravity"] = json!([0, -9.81]);
@@ -72,20 +72,20 @@ fn flight(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// What came of a collision.
+/// Result of a collision.
 struct Collision {
     restitution: f64,
-    /// Steps with a force.
+    /// Number of steps with a contact force.
     touching: u32,
     /// Largest overlap (m).
     deepest: f64,
-    /// Momentum over that at the start, less one.
+    /// Relative change of momentum.
     momentum: f64,
     /// Error of the energy balance.
     energy: f64,
 }
 
-/// Disks of these masses (kg), `steps` of them to `π/ω₀`; they meet `phase` of a step after the second.
+/// Collision of disks of these masses (kg), `steps` of them to `π/ω₀`; contact begins at the share `phase` of a step after the second.
 fn collide(ratio: f64, clamp: bool, masses: [f64; 2], steps: f64, phase: f64) -> Result<Collision, String> {
     let mut value = load("pair")?;
     let radius = masses.map(|mass| 0.5 * mass.sqrt());
@@ -115,7 +115,7 @@ fn collide(ratio: f64, clamp: bool, masses: [f64; 2], steps: f64, phase: f64) ->
     })
 }
 
-/// All entries of the table, two steps.
+/// Checks all entries of the table with two steps.
 fn table(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut picture = chart("Restitution of a head-on collision", "damping ratio", "restitution");
     let (mut momentum, mut energy) = (0.0f64, 0.0f64);
@@ -173,7 +173,7 @@ fn table(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("B2: closed forms of §2.3 and collisions with 200 steps to half a period.", &picture)
 }
 
-/// First order in the step; the sheet's worst cases over the phase.
+/// Checks first order in the step, with the sheet's worst cases over the phase.
 fn order(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let sheet = [(25.0, 2.7e-2), (50.0, 1.3e-2), (100.0, 6.7e-3), (200.0, 3.4e-3), (400.0, 1.7e-3)];
     let mut found = Vec::new();
@@ -206,7 +206,7 @@ fn order(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         .svg("B2: the dashpot's force jumps as grains meet, so that the error falls with the step.", &picture)
 }
 
-/// Undamped, unequal masses, a wall.
+/// Checks undamped collisions, unequal masses, and a wall.
 fn others(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let plain = collide(0.0, true, [1.0, 1.0], 200.0, 0.4)?;
     outcome.assert_close(
@@ -246,7 +246,7 @@ fn others(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Restitutions that are asked for come out, for the damping ratio is that of the law with its clamp or without.
+/// Checks requested restitutions, with a damping ratio for the law with and without no-tension clamp.
 fn requested(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for clamp in [false, true] {
         let mut worst = 0.0f64;
@@ -272,7 +272,7 @@ fn requested(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// §3.6: an elastic impact of glass spheres.
+/// Checks §3.6: an elastic impact of glass spheres.
 fn glass(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut value = load("spheres")?;
     let (deepest, force, duration) = (1.00358e-5, 81.5202, 2.9538e-5);
@@ -326,7 +326,7 @@ fn glass(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("§3.6: force over overlap.", &picture)
 }
 
-/// §2.8: the restitution of the law after Hertz does not depend on the speed; with the clamp it is raised.
+/// Checks §2.8: the restitution of the Hertz law does not depend on the speed; the no-tension clamp raises it.
 fn speeds(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (clamp, pairs) in [
         (false, [(0.3, 0.3), (0.5, 0.5), (0.7, 0.7), (0.9, 0.9)]),
@@ -336,7 +336,7 @@ fn speeds(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         for (asked, reference) in pairs {
             for speed in [0.1, 1.0, 10.0] {
                 let mut value = load("spheres")?;
-                // Duration of an elastic impact goes by the speed to the power -1/5.
+                // The duration of an elastic impact is proportional to the speed to the power -1/5.
                 let dt = 2.9538e-5 / f64::powf(speed, 0.2) / 1000.0;
                 value["bodies"][0]["shape"]["centre"] = json!([-0.005 - 2.5 * dt * speed, 0, 0]);
                 value["bodies"][0]["velocity"]["value"] = json!([speed, 0, 0]);

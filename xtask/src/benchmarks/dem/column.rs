@@ -1,4 +1,4 @@
-//! Columns of disks that collapse (sheet: dem §5, B13).
+//! Collapsing columns of disks (sheet: dem §5, B13).
 
 use std::f64::consts::PI;
 
@@ -31,7 +31,7 @@ pub const SWEEP: Benchmark = Benchmark {
     run: |_| columns(&SHEET),
 };
 
-/// What the sheet's code found for a column.
+/// Result of the sheet's code for a column.
 #[derive(Clone, Copy)]
 struct ReferenceColumn {
     aspect: f64,
@@ -42,13 +42,13 @@ struct ReferenceColumn {
     height: f64,
     /// Largest kinetic energy over the potential energy of the start.
     kinetic: f64,
-    /// Share that passes.
+    /// Relative tolerance.
     band: f64,
-    /// What scatters with the packing: mean and standard deviation over those of the sheet.
+    /// Quantities that scatter with the packing: mean and standard deviation over the packings of the sheet.
     scatter: PackingScatter,
 }
 
-/// Where the mean over packings may lie.
+/// Allowed range of the mean over packings.
 #[derive(Clone, Copy)]
 enum PackingSpread {
     /// Within three standard deviations of such a mean: mean and standard deviation of single packings.
@@ -58,7 +58,7 @@ enum PackingSpread {
 }
 
 impl PackingSpread {
-    /// Ends for a mean over so many packings, what is claimed, and why.
+    /// Bounds for a mean over `count` packings, the statement of the source, and the reason.
     fn ends(self, count: usize) -> ((f64, f64), String, &'static str) {
         match self {
             Self::Packings(middle, deviation) => {
@@ -91,7 +91,7 @@ const fn row(
     ReferenceColumn { aspect, front, mass, height, kinetic, band, scatter }
 }
 
-/// The bands of the sheet, where it has no scatter of packings.
+/// Bands of the sheet, where it gives no scatter of packings.
 const fn banded(when: f64, band: f64) -> PackingScatter {
     PackingScatter {
         when: PackingSpread::Band(when, when * band),
@@ -135,7 +135,7 @@ const SHEET: [ReferenceColumn; 5] = [
     row(7.95, [12.0, 11.9, 1.42, 0.347], 0.15, banded(0.95, 0.15)),
 ];
 
-/// Disks.
+/// Number of disks.
 const COUNT: f64 = 1500.0;
 /// Solid fraction with which the sheet estimates the width.
 const SOLID: f64 = 0.83;
@@ -144,7 +144,7 @@ const SOLID: f64 = 0.83;
 /// 4 % for a = 1, so that a mean of two is not known to a third of the band.
 const SEEDS: [u64; 4] = [1, 2, 3, 4];
 
-/// A column of an aspect ratio: widths, stiffness, steps.
+/// Case of a column of an aspect ratio, with its width.
 fn set_up(aspect: f64, seed: u64) -> Result<(Value, f64), String> {
     let mut value = load("column")?;
     // Mean area of a disk: the mean square of the diameters by number is 0.9867 for this curve.
@@ -167,7 +167,7 @@ fn set_up(aspect: f64, seed: u64) -> Result<(Value, f64), String> {
     Ok((value, width))
 }
 
-/// Front of the largest cluster of grains whose gaps are less than 0.05, its height, and the 98 % quantile of mass.
+/// Front and height of the largest cluster of grains whose gaps are less than 0.05, and the 98 % quantile of mass.
 fn measures(snapshot: &Snapshot) -> [f64; 3] {
     let radii = scalars(snapshot, "radius");
     let grains: Vec<([f64; 2], f64)> = (0..radii.len())
@@ -176,7 +176,7 @@ fn measures(snapshot: &Snapshot) -> [f64; 3] {
         .collect();
     let mut order: Vec<usize> = (0..grains.len()).collect();
     order.sort_by(|&a, &b| grains[a].0[0].total_cmp(&grains[b].0[0]));
-    // Each grain's cluster, by the smallest number in it.
+    // Cluster of each grain, by its smallest number.
     let mut cluster: Vec<usize> = (0..grains.len()).collect();
     let root = |cluster: &[usize], mut i: usize| {
         while cluster[i] != i {
@@ -213,9 +213,9 @@ fn measures(snapshot: &Snapshot) -> [f64; 3] {
     [front, quantile, top]
 }
 
-/// What came of a column.
+/// Result of a column.
 struct ColumnDeposit {
-    /// Width and height when the gate goes.
+    /// Width and height when the gate is removed.
     size: [f64; 2],
     /// Front, 98 % quantile and height at the end; front at three times √(H₀/g).
     end: [f64; 3],
@@ -321,7 +321,7 @@ fn columns(rows: &[ReferenceColumn]) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// What the sheet tells of a column, lengths over the initial width.
+/// Figures of a column that the sheet gives, lengths over the initial width.
 #[derive(Clone, Copy, Debug)]
 struct ColumnFigures {
     aspect: f64,
@@ -331,9 +331,9 @@ struct ColumnFigures {
     /// Largest kinetic energy over the first potential energy, and its time over √(H₀/g).
     kinetic: f64,
     time_of_max_kinetic: f64,
-    /// Way of the front at 3 √(H₀/g) over that at the end.
+    /// Travel of the front at 3 √(H₀/g) over that at the end.
     early_front_share: f64,
-    /// Time at the end over √(H₀/g), and what is left of the kinetic energy then.
+    /// Time at the end over √(H₀/g), and the remaining share of the kinetic energy.
     rest: (f64, f64),
     error: f64,
 }
@@ -415,7 +415,7 @@ fn judge(outcome: &mut BenchmarkOutcome, row: &ReferenceColumn, figures: &[Colum
     );
 }
 
-/// Exponents of the run-out.
+/// Checks the exponents of the run-out.
 fn scaling(outcome: &mut BenchmarkOutcome, found: &[(f64, f64)]) -> Result<(), String> {
     let exponent = |a: (f64, f64), b: (f64, f64)| (b.1 / a.1).ln() / (b.0 / a.0).ln();
     let [first, one, two, four, eight] = found else { return Err("five columns are needed".into()) };

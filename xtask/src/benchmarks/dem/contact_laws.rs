@@ -1,4 +1,4 @@
-//! Curves of force: friction after Mindlin, adhesion, bonds (sheet: dem §2.7, §2.8; §5, B15).
+//! Force curves of contact laws: Mindlin friction, adhesion, bonds (sheet: dem §2.7, §2.8; §5, B15).
 
 use std::f64::consts::PI;
 
@@ -48,7 +48,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Force along the line of centres, repulsive ones positive, and across it, over the way of the moved sphere (m).
+/// Normal force, repulsion positive, and tangential force (N) over the displacement of the moved sphere (m).
 fn move_sphere(value: &Value, steps: usize) -> Result<Vec<([f64; 2], f64, f64)>, String> {
     let mut solver = sphere_solver(value)?;
     let dt = solver.limit().dt;
@@ -66,7 +66,7 @@ fn move_sphere(value: &Value, steps: usize) -> Result<Vec<([f64; 2], f64, f64)>,
     Ok(curve)
 }
 
-/// The case of two spheres at an overlap (m), the one moved with this velocity (m/s), steps of this length (s).
+/// Case of two spheres at an overlap (m), one moved with this velocity (m/s), with steps of this length (s).
 fn touch(overlap: f64, velocity: [f64; 2], dt: f64) -> Result<Value, String> {
     let mut value = load("touch")?;
     let moved = (vec![RADIUS - overlap, 0.0, 0.0], RADIUS, vec![velocity[0], velocity[1], 0.0]);
@@ -76,7 +76,7 @@ fn touch(overlap: f64, velocity: [f64; 2], dt: f64) -> Result<Value, String> {
     Ok(value)
 }
 
-/// `S_t ξ` up to `μ F_n`, overlap constant.
+/// Checks the tangential force `S_t ξ` up to `μ F_n` at constant overlap.
 fn across(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let overlap: f64 = 1e-5;
     let mut value = touch(overlap, [0.0, 1e-3], 1e-5)?;
@@ -110,7 +110,7 @@ fn across(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("§2.8: a contact sticks, then slips.", &picture)
 }
 
-/// Pressed together and parted: the curve and the pull-off force.
+/// Checks the JKR curve in loading and unloading, and the pull-off force.
 fn jkr(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let work = 0.05;
     let mut value = touch(2e-6, [1e-3, 0.0], 2e-6)?;
@@ -120,7 +120,7 @@ fn jkr(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let least = curve.iter().map(|(_, force, _)| -force).max_or_nan();
     let reason = "1e-3, as B2 asks of forces; closed form";
     outcome.assert_close("§2.7, JKR: pull-off force (N)", pull_off, 1e-3, least, reason);
-    // Both in terms of the radius of the contact.
+    // Both in terms of the contact radius.
     let at = |a: f64| {
         let cube = a * a * a;
         let force = 4.0 * MODULUS * cube / (3.0 * EFFECTIVE) - (8.0 * PI * work * MODULUS * cube).sqrt();
@@ -165,7 +165,7 @@ fn jkr(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("§2.7: the pull-off force is 3/2 π w R.", &picture)
 }
 
-/// A bridge of liquid: force on contact, and the gap at which it breaks.
+/// Checks the capillary bridge: force on contact, and the rupture distance.
 fn bridge(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (tension, ratio) = (0.072, 0.01);
     let mut value = touch(1e-8, [1e-3, 0.0], 2e-5)?;
@@ -215,7 +215,7 @@ fn bridge(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("§2.7: attraction falls with the gap and ends where the bridge breaks.", &picture)
 }
 
-/// A cohesive contact breaks at its strength.
+/// Checks that a cohesive contact breaks at its strength.
 fn cohesion(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut value = touch(1e-6, [1e-3, 0.0], 1e-6)?;
     let own = &mut method_options(&mut value)["pairs"][0];
@@ -278,7 +278,7 @@ fn beam(at: u32, n: u32, rotation: f64, shear: f64) -> f64 {
         .sum()
 }
 
-/// Deflection of link `at` under the weight of all.
+/// Deflection of link `at` under the weight of all links.
 fn line(at: u32, rotation: f64, shear: f64) -> f64 {
     (1..=10)
         .map(|k| {
@@ -288,7 +288,7 @@ fn line(at: u32, rotation: f64, shear: f64) -> f64 {
         .sum()
 }
 
-/// Tension and shear at which a bond breaks, and its stiffness.
+/// Checks tension and shear at which a bond breaks, and its stiffness.
 fn parted(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let reason = "0.2 %: the force of two steps";
     let mut picture = LineChart::default();
@@ -298,7 +298,7 @@ fn parted(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let own = method_options(&mut value);
         own["time_step"] = json!(1e-4);
         if name == "shear" {
-            // Without moments in the stresses: the arm of the shear is the radius.
+            // Without moments in the stresses, the lever arm of the shear is the radius.
             own["pairs"][0]["bond"]["moment_factor"] = json!(0);
         }
         let mut solver = disk_solver(&value)?;

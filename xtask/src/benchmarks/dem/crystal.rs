@@ -35,7 +35,7 @@ const STRAIN: f64 = 1e-6;
 const STIFFNESS: f64 = 1e4;
 const PRESSURE: f64 = 1.0;
 
-/// Grains of a crystal at places, in a cell of these widths.
+/// Places the grains of a crystal in a cell of these widths.
 fn fill(value: &mut Value, name: &str, places: &[Vec<f64>], widths: &[f64]) -> Result<(), String> {
     let still = vec![0.0; widths.len()];
     let grains: Vec<GrainData> = places.iter().map(|place| (place.clone(), 0.5, still.clone())).collect();
@@ -46,7 +46,7 @@ fn fill(value: &mut Value, name: &str, places: &[Vec<f64>], widths: &[f64]) -> R
     Ok(())
 }
 
-/// Hexagonal rows along x.
+/// Positions of hexagonal rows along x.
 fn hexagonal(columns: usize, rows: usize, pitch: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
     let height = 0.75f64.sqrt() * pitch;
     let place = |k: usize| {
@@ -56,7 +56,7 @@ fn hexagonal(columns: usize, rows: usize, pitch: f64) -> (Vec<Vec<f64>>, Vec<f64
     ((0..columns * rows).map(place).collect(), vec![pitch * columns as f64, height * rows as f64])
 }
 
-/// Face-centred cubes along the axes.
+/// Positions of face-centred cubes along the axes.
 fn face_centred(cubes: usize, pitch: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
     let edge = 2f64.sqrt() * pitch;
     let within = [[0.25, 0.25, 0.25], [0.75, 0.75, 0.25], [0.75, 0.25, 0.75], [0.25, 0.75, 0.75]];
@@ -141,7 +141,7 @@ fn moduli(
     Ok(())
 }
 
-/// Rows horizontal, compressed from above: `tan 60° tan(60° + φ)`.
+/// Checks the strength of horizontal rows compressed from above: `tan 60° tan(60° + φ)`.
 fn strength(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut picture = chart("A hexagonal crystal is compressed", "vertical strain", "ratio of stresses");

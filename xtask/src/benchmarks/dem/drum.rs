@@ -1,4 +1,4 @@
-//! A drum of disks that turns (sheet: dem §5, B15; sheet: sph B-01).
+//! Rotating drum of disks (sheet: dem §5, B15; sheet: sph B-01).
 
 use colluvium::case::{RunReport, Snapshot};
 use colluvium::plots::{PointCloud, Series, Style};
@@ -8,7 +8,7 @@ use crate::analysis::{mean_and_deviation, regression_slope};
 use crate::benchmarks::dem::case_builders::{chart, load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/drum",
     title: "Half-full drum that turns, 30 grains across, DEM",
@@ -18,7 +18,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |quick| turn(30.0, if quick { 4.5 } else { END }),
 };
 
-/// The drum with as many grains across as the sheet has.
+/// Drum with as many grains across as in the sheet.
 pub const FINE: Benchmark = Benchmark {
     id: "dem/drum-fine",
     title: "Half-full drum that turns, 60 grains across, DEM",
@@ -30,9 +30,9 @@ pub const FINE: Benchmark = Benchmark {
 
 /// Diameter of the drum (m).
 const DRUM: f64 = 0.2;
-/// Drawings of grains, in two groups whose means are compared. Single drawings scatter by 1.4 degrees at 30 grains across.
+/// Seeds of packings, in two groups whose means are compared. Single packings scatter by 1.4 degrees at 30 grains across.
 const SEEDS: [u64; 6] = [1, 2, 3, 4, 5, 6];
-/// From this time on the surface is looked at (s): the drum has turned by 43 degrees.
+/// Time from which the surface is evaluated (s): the drum has turned by 43 degrees.
 const STEADY: f64 = 3.0;
 /// End of the run (s).
 const END: f64 = 7.5;
@@ -40,15 +40,15 @@ const END: f64 = 7.5;
 const HALF_WIDTH: f64 = 0.05;
 const BINS: usize = 8;
 
-/// The surface of a frame.
+/// Surface of a frame.
 struct DrumSurface {
     /// Angle (degrees).
     angle: f64,
-    /// Root of the mean square of what the highest grains lie off the line (m).
+    /// Root mean square distance of the highest grains from the line (m).
     rough: f64,
 }
 
-/// A line through the highest grains.
+/// Line through the highest grains.
 fn surface(snapshot: &Snapshot) -> DrumSurface {
     let radii = scalars(snapshot, "radius");
     let mut top = [(f64::NAN, f64::NEG_INFINITY); BINS];

@@ -1,4 +1,4 @@
-//! Directions of contacts and chains of forces at the peak of a biaxial test (sheet: dem §3.9, B14).
+//! Directions of contacts and force chains at the peak of a biaxial test (sheet: dem §3.9, B14).
 
 use colluvium::case::{Dataset, DatasetGeometry, FrameRequest, Solver};
 use colluvium::dem::DemSolver;
@@ -24,7 +24,7 @@ const RATE: f64 = 3e-4;
 /// Vertical strain at the peak.
 const PEAK: f64 = 0.014;
 
-/// Parts of the rose.
+/// Number of sectors of the rose diagram.
 const PARTS: usize = 18;
 
 fn peak() -> Result<DemSolver<2, 1>, String> {

@@ -1,4 +1,4 @@
-//! An elastic gas: energy over many collisions, and the way back (sheet: dem §5, B4).
+//! Elastic gas: energy over many collisions, and reversibility (sheet: dem §5, B4).
 
 use std::collections::BTreeSet;
 
@@ -13,7 +13,7 @@ use crate::benchmarks::dem::case_builders::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/gas",
     title: "An elastic gas of 200 disks: energy and reversal, DEM",
@@ -23,7 +23,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Collisions over which energy is watched.
+/// Number of collisions over which the energy is recorded.
 const COLLISIONS: usize = 10_000;
 /// Frequency of two grains, `√(2 k)`.
 const FREQUENCY: f64 = 141.421_356_237;
@@ -73,7 +73,7 @@ fn gas(share: f64, seed: u64) -> Result<(DemSolver<2, 1>, f64), String> {
     Ok((disk_solver(&value)?, dt))
 }
 
-/// Largest relative change of energy, and how it went.
+/// Largest relative change of energy, and its history.
 fn watch(share: f64, seed: u64, collisions: usize) -> Result<(f64, Vec<(f64, f64)>), String> {
     let (mut solver, dt) = gas(share, seed)?;
     let (mut most, mut curve, mut count, mut before) = (0.0f64, Vec::new(), 0, BTreeSet::new());
@@ -81,10 +81,10 @@ fn watch(share: f64, seed: u64, collisions: usize) -> Result<(f64, Vec<(f64, f64
     while count < collisions {
         step(&mut solver, dt)?;
         if solver.step_count().is_multiple_of(every) {
-            // A collision lasts three times as long.
+            // A collision lasts three times this interval.
             let now: BTreeSet<_> =
                 solver.contacts().iter().map(|contact| (contact.grain, contact.other)).collect();
-            // Grains are sorted anew now and then: pairs that are new then are few.
+            // Grains are sorted from time to time: few pairs are new then.
             count += now.difference(&before).count();
             before = now;
             let change = output_value(&solver, "energy_error");
@@ -97,7 +97,7 @@ fn watch(share: f64, seed: u64, collisions: usize) -> Result<(f64, Vec<(f64, f64
     Ok((most, curve))
 }
 
-/// After a thousand steps all velocities are turned round.
+/// Checks the return after a thousand steps with reversed velocities.
 fn back(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (mut solver, dt) = gas(0.1, 0)?;
     let first = solver.snapshot();
@@ -109,7 +109,7 @@ fn back(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let middle = solver.snapshot();
     step(&mut solver, dt)?;
     let ahead = solver.snapshot().positions;
-    // A start takes half a kick: the velocity at the time of the positions is the mean of those on either side.
+    // A start takes half a kick: the velocity at the time of the positions is the mean of those before and after.
     let length = load("gas")?["domain"]["max"][0].as_f64().ok_or("no length")?;
     let nearest = |x: f64| x - length * (x / length).round();
     let radii = middle.scalars("radius").ok_or("no radii")?.to_vec();

@@ -1,4 +1,4 @@
-//! A layer of disks on a rough incline (sheet: dem §5, B12).
+//! Layer of disks on a rough incline (sheet: dem §5, B12).
 
 use colluvium::case::RunReport;
 use colluvium::plots::{PointCloud, Series, Style};
@@ -9,7 +9,7 @@ use crate::analysis::max_or_nan;
 use crate::benchmarks::dem::case_builders::{chart, load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, run_in_memory, scalars};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/incline",
     title: "A layer of 500 disks flows down a rough incline of 20°, DEM",
@@ -19,24 +19,24 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |quick| flow(if quick { QUICK } else { FULL }),
 };
 
-/// A form of the test.
+/// Set-up of the test.
 #[derive(Clone, Copy)]
 struct InclineSetup {
     /// Stiffness of contacts.
     stiffness: f64,
-    /// Whether it is the set-up of the sheet, whose numbers it must have.
+    /// Whether this is the set-up of the sheet, with the sheet's results as reference.
     of_sheet: bool,
 }
 
-/// That of the sheet: 3.6 million steps.
+/// Set-up of the sheet: 3.6 million steps.
 const FULL: InclineSetup = InclineSetup { stiffness: 2e5, of_sheet: true };
-/// A twentieth as stiff: 800 thousand steps, overlaps of 0.2 % of the diameter at the base. With 1 % the solid fraction grows with the depth by
-/// more than the sheet allows.
+/// Short set-up with a twentieth of the stiffness: 800 thousand steps, overlaps of 0.2 % of the diameter at the base. With 1 % the solid
+/// fraction grows with the depth by more than the sheet allows.
 const QUICK: InclineSetup = InclineSetup { stiffness: 1e4, of_sheet: false };
 
 /// Angle of the incline (degrees).
 const ANGLE: f64 = 20.0;
-/// What the sheet's code found at it: inertial number of the plane, solid fraction.
+/// Results of the sheet's code: inertial number of the plane, solid fraction.
 const SHEET: [f64; 2] = [0.092, 0.779];
 /// Mean mass of a disk, density of grains times thickness, width of the layer, with gravity and mean diameter one.
 const MASS: f64 = 1.013;
@@ -46,7 +46,7 @@ const WIDTH: f64 = 25.0;
 const FLOW: f64 = 400.0;
 const LAST: f64 = 0.4;
 
-/// Means over a bin, one diameter high.
+/// Means over a bin one diameter high.
 #[derive(Clone, Copy, Debug, Default)]
 struct VelocityBin {
     area: f64,
@@ -90,7 +90,7 @@ fn line(points: &[(f64, f64)]) -> [f64; 3] {
     [y - slope * x, slope, 1.0 - off / sum(&|p| (p.1 - y).powi(2))]
 }
 
-/// The case in a form.
+/// Runs the case of a set-up.
 fn run(form: InclineSetup) -> Result<RunReport, String> {
     let mut value = load("incline")?;
     for pair in 0..3 {
@@ -144,7 +144,7 @@ fn flow(form: InclineSetup) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// What the inertial number and the solid fraction are beside the laws of plane shear, and how even the layers are.
+/// Checks inertial number and solid fraction against the laws of plane shear, and the uniformity of the layers.
 fn of_plane_shear(outcome: &mut BenchmarkOutcome, number: f64, solid: f64, layers: &[f64]) {
     let law = 0.27 + 1.15 * number;
     outcome.assert_below(

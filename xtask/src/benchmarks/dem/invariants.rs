@@ -1,4 +1,4 @@
-//! Kinematics, invariants, lists, sizes and stress (sheet: dem §5, B17; §3.8).
+//! Kinematics, invariants, neighbour lists, sizes and stress (sheet: dem §5, B17; §3.8).
 
 use colluvium::case::Solver;
 use colluvium::dem::specimen::size_distributions::incomplete_beta;
@@ -14,7 +14,7 @@ use crate::benchmarks::dem::case_builders::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, vectors};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/bookkeeping",
     title: "Kinematics, invariants, lists, sizes and stress of DEM",
@@ -52,7 +52,7 @@ fn pair(grains: [([f64; 2], f64, [f64; 2], f64); 2]) -> Result<Value, String> {
     Ok(value)
 }
 
-/// B17.1: what rolls or turns as one does not slip.
+/// Checks B17.1: rolling and rigid rotation cause no slip.
 fn gears(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (name, first, second, spins, slips) in [
         ("gears", [0.01, 0.0], [0.0, 0.0], [1.0, -2.0], false),
@@ -60,7 +60,7 @@ fn gears(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         ("equal spins", [0.01, 0.0], [0.0, 0.0], [1.0, 1.0], true),
     ] {
         let mut value = pair([([-1.0, 0.0], 1.0, first, spins[0]), ([0.5, 0.0], 0.5, second, spins[1])])?;
-        // Gears touch at their radii: 2e-7 m deep the contact point lies as near to either.
+        // Gears touch at their radii: at an overlap of 2e-7 m the contact point is equally near to both.
         method_options(&mut value)["lever_arm"] = json!("radius");
         method_options(&mut value)["pairs"][0]["normal"]["damping_ratio"] = json!(0);
         let mut solver = disk_solver(&value)?;
@@ -92,7 +92,7 @@ fn gears(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// B17.2: linear and angular momentum of a pair that collides.
+/// Checks B17.2: linear and angular momentum of a colliding pair.
 fn momentum(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut solver =
         disk_solver(&pair([([-0.52, 0.1], 0.5, [1.0, 0.3], 3.0), ([0.32, -0.1], 0.3, [-0.5, 0.0], -7.0)])?)?;
@@ -118,7 +118,7 @@ fn momentum(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Velocities and spins of a pair after a while.
+/// Velocities and spins of a pair after a number of steps.
 fn met(value: &Value, steps: usize, dt: f64) -> Result<[f64; 6], String> {
     let mut solver = disk_solver(value)?;
     for _ in 0..steps {
@@ -129,7 +129,7 @@ fn met(value: &Value, steps: usize, dt: f64) -> Result<[f64; 6], String> {
     Ok([v[0][0], v[0][1], v[1][0], v[1][1], w[0], w[1]])
 }
 
-/// B17.3: a uniform velocity changes nothing.
+/// Checks B17.3: a uniform velocity changes nothing.
 fn drift(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let with = |drift: [f64; 2]| {
         let first = [1.0 + drift[0], 0.3 + drift[1]];
@@ -151,16 +151,16 @@ fn drift(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// B17.3: across a period as within, also where the cell is sheared.
+/// Checks B17.3: contact across a period equals one within, also where the cell is sheared.
 fn image(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (name, rate) in [("at rest", 0.0), ("in shear", 0.5)] {
         let after = |shift: [f64; 2]| {
-            // In the velocity of the shear about the corner.
+            // With the velocity of the shear about the corner.
             let place = |x: [f64; 2]| [x[0] + shift[0], x[1] + shift[1]];
             let (first, second) = (place([-0.52, 0.05]), place([0.32, -0.05]));
             let grain = |x: [f64; 2], r: f64, v: [f64; 2]| -> GrainData {
                 let wrapped: Vec<f64> = x.iter().map(|x| if *x >= 5.0 { x - 10.0 } else { *x }).collect();
-                // The cell gives the velocity of its gradient when the stage begins.
+                // The cell applies the velocity of its gradient when the stage begins.
                 (wrapped, r, v.to_vec())
             };
             let mut value = load("bookkeeping")?;
@@ -180,7 +180,7 @@ fn image(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             let (snapshot, budget) = (solver.snapshot(), output_value(&solver, "dissipated.friction"));
             let (v, w) = (vectors(&snapshot, "velocity"), scalars(&snapshot, "spin"));
             let apart = [v[0][0] - v[1][0], v[0][1] - v[1][1]];
-            // Of a pair across the period of y the velocity jumps by that of the cell.
+            // For a pair across the period of y the velocity jumps by that of the cell.
             let jump = if snapshot.positions[0][1] - snapshot.positions[1][1] > 5.0 {
                 rate * 10.0
             } else if snapshot.positions[0][1] - snapshot.positions[1][1] < -5.0 {
@@ -202,7 +202,7 @@ fn image(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// B17.4: what lists hold does not matter, sizes 1 : 6.
+/// Checks B17.4: the skin of neighbour lists has no effect, sizes 1 : 6.
 fn lists(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let with = |skin: f64| -> Result<DemSolver<2, 1>, String> {
         let mut value = load("gas")?;
@@ -219,7 +219,7 @@ fn lists(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         }
         Ok(solver)
     };
-    // Lists with the widest skin hold all pairs within 2 diameters beyond touch, and are not made anew.
+    // Lists with the widest skin contain all pairs within 2 diameters beyond contact, and are not rebuilt.
     let (near, far) = (with(0.05)?, with(2.0)?);
     let force = |solver: &DemSolver<2, 1>| vectors(&solver.snapshot(), "force");
     let (a, b) = (force(&near), force(&far));
@@ -236,7 +236,7 @@ fn lists(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// B17.7 and §3.8.1: the grading curve.
+/// Checks B17.7 and §3.8.1: the grading curve.
 fn sizes(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let table = [
         (0.1, 0.00272800),
@@ -275,7 +275,7 @@ fn sizes(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("B17.7: drawn by number, weighed by mass.", &picture)
 }
 
-/// Largest distance of the grading curve of drawn diameters from the one asked for, and that curve.
+/// Largest distance of the grading curve of generated diameters from the requested one, and that curve.
 fn distance(mut drawn: Vec<f64>, ratio: f64, dimension: usize) -> (f64, Vec<(f64, f64)>) {
     drawn.sort_by(f64::total_cmp);
     let total: f64 = drawn.iter().map(|d| d.powi(dimension as i32)).sum();
@@ -291,7 +291,7 @@ fn distance(mut drawn: Vec<f64>, ratio: f64, dimension: usize) -> (f64, Vec<(f64
     (most, passing)
 }
 
-/// B17.8: two disks that touch in a periodic cell, `σ = -f l / V`.
+/// Checks B17.8: two disks in contact in a periodic cell, `σ = -f l / V`.
 fn stress(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut value = load("bookkeeping")?;
     value["domain"] = json!({ "min": [-5, -5], "max": [5, 5], "periodic": ["x", "y"] });
@@ -304,7 +304,7 @@ fn stress(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     };
     value["bodies"][0]["points"] = grain_file("stress", &[end(1.0), end(-1.0)])?;
     let mut solver = disk_solver(&value)?;
-    // So short that they have not moved; stress is that of the forces.
+    // A step without notable motion; the stress is that of the forces.
     step(&mut solver, 1e-9)?;
     let force = 1e6 * overlap;
     for (entry, share) in
@@ -323,7 +323,7 @@ fn stress(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// B17.9: a row of bonded disks slides on a slope.
+/// Checks B17.9: a row of bonded disks slides on a slope.
 fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (slope, gravity, time) = (0.5f64, 9.81, 1.5);
     for (share, slides) in [(0.5, true), (1.03, false)] {
@@ -333,7 +333,7 @@ fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         value["gravity"] = json!([gravity * slope.sin(), -gravity * cosine]);
         value["boundaries"][0]["wall"] = json!({ "kind": "frictional", "friction_coefficient": friction });
         if !slides {
-            // Slowly, so that the normal force does not swing.
+            // Slowly, so that the normal force does not oscillate.
             value["stages"][0]["gravity_ramp"] = json!(0.5);
         }
         let body = value["bodies"][0].clone();

@@ -1,4 +1,4 @@
-//! Cells of disks in the power diagram (sheet: dem §5, B17.6).
+//! Laguerre cells of disks (sheet: dem §5, B17.6).
 
 use std::f64::consts::PI;
 
@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::analysis::max_or_nan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/cells",
     title: "Cells of disks: lattices, a periodic packing, a contact, DEM",
@@ -20,7 +20,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| cells(),
 };
 
-/// Rows of a lattice, each of as many disks.
+/// Number of rows of a lattice, and of disks in each.
 const ROWS: i32 = 12;
 
 /// Largest difference of the solid fraction of a cell of a lattice of touching disks from `exact`.

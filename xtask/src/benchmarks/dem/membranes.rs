@@ -1,4 +1,4 @@
-//! Uniform traction by membranes, and a border of grains that moves by a linear displacement, against periodic cells (sheet: dem §5, B16).
+//! Uniform traction by membranes, and a border of grains with a linear displacement, against periodic cells (sheet: dem §5, B16).
 
 use colluvium::case::{RunOptions, RunReport, Snapshot, run_method};
 use colluvium::dem::Dem;
@@ -9,7 +9,7 @@ use crate::benchmarks::dem::case_builders::{method_options, parse_case};
 use crate::benchmarks::dem::representative_disks::{SEEDS, periodic_case, walled_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/membranes",
     title: "Stiffness of 300 disks: linear displacement, periodic cells and uniform traction, DEM",
@@ -19,25 +19,25 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| constraints(),
 };
 
-/// Disks of a specimen.
+/// Number of disks of a specimen.
 const COUNT: u32 = 300;
-/// Rate of each principal strain, one shorter and one longer, and the difference of both at the end.
+/// Rate of each principal strain, one shortening and one extension, and the difference of both at the end.
 const RATE: f64 = 2e-5;
 const STRAIN: f64 = 3e-4;
-/// Rows on the way there.
+/// Number of rows until then.
 const ROWS: f64 = 30.0;
-/// Width of the border that is held (mean diameters of the disks): a whole layer of them.
+/// Width of the border with prescribed motion (mean diameters of the disks): a whole layer of them.
 const BORDER: f64 = 1.2;
-/// Radius of the grains of a membrane, and about how far apart they are (mean diameters of the disks).
+/// Radius of the grains of a membrane, and their approximate distance (mean diameters of the disks).
 const THIN: f64 = 0.1;
 const APART: f64 = 0.25;
 /// Stiffness of a membrane along it, over the pressure times a diameter.
 const STIFFNESS: f64 = 10.0;
-/// Difference of the pressures on both pairs of sides, one stage after the other, and the duration of each.
+/// Difference of the pressures on both pairs of sides in successive stages, and the duration of each.
 const STEPS: [f64; 2] = [0.0, 0.08];
 const REST: f64 = 40.0;
 
-/// A case up to the end of its stage `settle`, and the specimen that is left.
+/// Runs a case up to the end of its stage `settle` and returns its specimen.
 fn settled(mut value: Value, seed: u64) -> Result<(RunReport, String), String> {
     value["stages"].as_array_mut().ok_or("no stages")?.truncate(2);
     method_options(&mut value)["stages"].as_object_mut().ok_or("no stages")?.remove("shear");
@@ -48,7 +48,7 @@ fn settled(mut value: Value, seed: u64) -> Result<(RunReport, String), String> {
     Ok((report, text))
 }
 
-/// A specimen between rigid walls at rest under a pressure of one: its file, its width and height, and the mean stress of its grains.
+/// Specimen between rigid walls at rest under a pressure of one: its file, width and height, and the mean stress of its grains.
 struct ConsolidatedSpecimen {
     file: String,
     size: [f64; 2],
@@ -76,7 +76,7 @@ fn written(name: &str, text: &str) -> Result<String, String> {
     Ok(file.display().to_string())
 }
 
-/// Vertical over horizontal stress and the mean of both, compression positive, in grains that `counts` (Pa m²).
+/// Vertical over horizontal stress and the mean of both, compression positive, in the grains selected by `counts` (Pa m²).
 fn stresses(frame: &Snapshot, counts: impl Fn(usize) -> bool) -> Result<[f64; 2], String> {
     let stress = frame.tensors("stress").ok_or("no stress")?;
     let volumes = scalars(frame, "volume");
@@ -89,7 +89,7 @@ fn stresses(frame: &Snapshot, counts: impl Fn(usize) -> bool) -> Result<[f64; 2]
     Ok(sums)
 }
 
-/// Differences of the strains and changes of the deviator over the pressure, of a specimen in a periodic cell.
+/// Strain differences and changes of the deviator over the pressure, of a specimen in a periodic cell.
 fn periodic_cell(text: &str, seed: u64) -> Result<Vec<(f64, f64)>, String> {
     let mut value = sheared(&written(&format!("cell-{seed}.json"), text)?, seed)?;
     method_options(&mut value)["stages"] =
@@ -97,14 +97,14 @@ fn periodic_cell(text: &str, seed: u64) -> Result<Vec<(f64, f64)>, String> {
     let report = run_in_memory("dem", &parse_case(&value)?)?;
     let [yy, xx] = ["cell_stress.yy", "cell_stress.xx"].map(|name| measure_series(&report, name));
     let deviator: Vec<(f64, f64)> = yy.iter().zip(&xx).map(|(yy, xx)| (yy.0, xx.1 - yy.1)).collect();
-    // The first row is of no step yet.
+    // The first row precedes the first step.
     let (begun, start) = deviator[1];
     let pressure = -0.5 * (yy[1].1 + xx[1].1);
     let row = |(time, now): &(f64, f64)| (2.0 * RATE * (time - begun), (now - start) / pressure);
     Ok(deviator[1..].iter().map(row).collect())
 }
 
-/// A case of the stage `shear` alone that begins with a specimen of a periodic cell.
+/// Case of the stage `shear` alone that begins with a specimen of a periodic cell.
 fn sheared(file: &str, seed: u64) -> Result<Value, String> {
     let mut value = periodic_case(COUNT, seed)?;
     let duration = 0.5 * STRAIN / RATE;
@@ -115,7 +115,7 @@ fn sheared(file: &str, seed: u64) -> Result<Value, String> {
     Ok(value)
 }
 
-/// Change of the deviator over the pressure at [`STRAIN`] of what lies within the border of the same cell, which moves by a linear
+/// Change of the deviator over the pressure at [`STRAIN`] of the grains within the border of the same cell; the border moves by a linear
 /// displacement.
 fn linear_displacement(text: &str, seed: u64) -> Result<f64, String> {
     let mut stored: Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
@@ -139,7 +139,7 @@ fn linear_displacement(text: &str, seed: u64) -> Result<f64, String> {
     let domain = value["domain"].clone();
     let half = json!([0.5 * number(&domain["max"][0]), domain["max"][1]]);
     let mut border = value["bodies"][0].clone();
-    // Grains are those of the file, wherever the shapes are.
+    // The grains are those of the file, independent of the shapes.
     value["bodies"][0]["shape"]["max"] = half.clone();
     border["name"] = json!("border");
     border["shape"]["min"] = json!([half[0], 0]);
@@ -156,7 +156,7 @@ fn linear_displacement(text: &str, seed: u64) -> Result<f64, String> {
 /// Rows of grains along the four sides, a body each, with equal distances around corners too: the first three columns of their files.
 fn rows([wide, high]: [f64; 2]) -> [(&'static str, String); 4] {
     let row = |length: f64, place: &dyn Fn(f64) -> [f64; 2]| {
-        // From corner to corner; what is cut off there is as long as the rest.
+        // From corner to corner; the part cut off at a corner has the length of the other distances.
         let whole = length + 2.0 * THIN;
         let parts = ((whole / APART) - 2f64.sqrt()).round();
         let pitch = whole / (parts + 2f64.sqrt());
@@ -175,7 +175,7 @@ fn rows([wide, high]: [f64; 2]) -> [(&'static str, String); 4] {
     ]
 }
 
-/// Boxes that such rows lie in.
+/// Boxes that contain such rows.
 fn strip(side: &str, [wide, high]: [f64; 2]) -> Value {
     let (low, up) = match side {
         "west" => ([-4.0 * THIN, 0.0], [0.0, high]),
@@ -186,7 +186,7 @@ fn strip(side: &str, [wide, high]: [f64; 2]) -> Value {
     json!({ "kind": "box", "min": low, "max": up })
 }
 
-/// The case of the specimen within membranes.
+/// Case of the specimen within membranes.
 fn wrapped(specimen: &ConsolidatedSpecimen, seed: u64) -> Result<Value, String> {
     let mut value = walled_case(COUNT)?;
     let [wide, high] = specimen.size;
@@ -209,10 +209,10 @@ fn wrapped(specimen: &ConsolidatedSpecimen, seed: u64) -> Result<Value, String> 
     own["specimen"] = json!(specimen.file);
     own["grains"]["membrane"] = json!({ "density": 16 });
     let normal = own["pairs"][0]["normal"].clone();
-    // A bond has the section of a grain.
+    // A bond has the cross-section of a grain.
     let stiffness = STIFFNESS / (APART * 2.0 * THIN);
     let pairs = own["pairs"].as_array_mut().ok_or("no pairs")?;
-    // Without friction the ring of membranes goes round the specimen as a belt.
+    // Without friction the ring of membranes surrounds the specimen as a belt.
     pairs.push(
         json!({ "between": ["grain", "membrane"], "normal": normal, "friction": { "coefficient": 0.5 } }),
     );
@@ -227,8 +227,8 @@ fn wrapped(specimen: &ConsolidatedSpecimen, seed: u64) -> Result<Value, String> 
     Ok(value)
 }
 
-/// Difference of the strains along the axes, vertical shortening over horizontal, of the displacements between two frames that fit those of
-/// the specimen best: Green's, as it is free to turn.
+/// Difference of the strains along the axes, vertical shortening over horizontal, of the displacements between two frames by the best fit
+/// to the specimen: Green's strain, since the specimen may rotate.
 fn strain(from: &Snapshot, to: &Snapshot) -> f64 {
     let own: Vec<usize> = (0..from.ids.len()).filter(|&i| from.bodies[i] == 0).collect();
     let mean = |of: &dyn Fn(usize) -> f64| own.iter().map(|&i| of(i)).sum::<f64>() / own.len() as f64;
@@ -243,7 +243,7 @@ fn strain(from: &Snapshot, to: &Snapshot) -> f64 {
     green(0) - green(1)
 }
 
-/// Difference of the strains and change of the deviator over the pressure, of a specimen that membranes press from all sides.
+/// Strain difference and change of the deviator over the pressure, of a specimen under membranes on all sides.
 fn uniform_traction(specimen: &ConsolidatedSpecimen, seed: u64) -> Result<(f64, f64), String> {
     let report = run_in_memory("dem", &parse_case(&wrapped(specimen, seed)?)?)?;
     let inside = |frame: &Snapshot| stresses(frame, |i| frame.bodies[i] == 0);
@@ -252,7 +252,7 @@ fn uniform_traction(specimen: &ConsolidatedSpecimen, seed: u64) -> Result<(f64, 
     Ok((strain(first, last), (inside(last)?[0] - start) / pressure))
 }
 
-/// Value of a curve at `x`, which begins at zero.
+/// Value at `x` of a curve that begins at zero.
 fn at(curve: &[(f64, f64)], x: f64) -> f64 {
     let after = curve.iter().position(|own| own.0 >= x).unwrap_or(curve.len() - 1).max(1);
     let ((a, low), (b, high)) = (curve[after - 1], curve[after]);

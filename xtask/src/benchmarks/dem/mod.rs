@@ -25,7 +25,7 @@ mod triaxial_sleeve;
 
 use crate::benchmarks::Benchmark;
 
-/// The benchmarks, in the order of the report.
+/// Benchmarks, in the order of the report.
 pub const ALL: &[Benchmark] = &[
     collisions::BENCHMARK,
     invariants::BENCHMARK,

@@ -10,7 +10,7 @@ use crate::analysis::max_or_nan;
 use crate::benchmarks::dem::case_builders::{chart, disk_solver, load, method_options, sphere_solver, step};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/oblique",
     title: "Oblique impacts on a wall, disks and spheres",
@@ -20,10 +20,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Steps to π/ω₀: the sheet asks at least 400.
+/// Number of steps to π/ω₀: the sheet requires at least 400.
 const STEPS: f64 = 1000.0;
 
-/// One impact at unit normal speed.
+/// Impact at unit normal speed.
 #[derive(Clone, Copy)]
 struct Impact {
     sphere: bool,
@@ -35,7 +35,7 @@ struct Impact {
     angle: f64,
 }
 
-/// Rows of the sheet: the impact, velocity along the wall and spin times radius after.
+/// Rows of the sheet: the impact, and velocity along the wall and spin times radius after it.
 const TABLE: [(Impact, f64, f64); 10] = [
     (row(false, 0.3, 1.0 / 3.0, 1.0, 0.5), 0.1667, -0.6667),
     (row(false, 0.3, 1.0 / 3.0, 1.0, 1.5), 0.9, -1.2),
@@ -91,7 +91,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Stiffnesses for which the contact lasts half a period of both springs: sticks and turns the surface's velocity back, or slips.
+/// Checks stiffnesses at which the contact lasts half a period of both springs: the contact sticks and rebounds elastically, or slips.
 fn matched(outcome: &mut BenchmarkOutcome, sphere: bool, across: f64, q: f64) -> Result<(), String> {
     let friction = 0.3;
     let body = if sphere { "sphere" } else { "disk" };
@@ -125,7 +125,7 @@ fn matched(outcome: &mut BenchmarkOutcome, sphere: bool, across: f64, q: f64) ->
     outcome.svg("B7: a contact that sticks turns the velocity of the surface back; one that slips takes off 2μ(1 + 1/q).", &picture)
 }
 
-/// Velocity along the wall and spin times radius after.
+/// Velocity along the wall and spin times radius after the impact.
 fn strike(impact: Impact) -> Result<(f64, f64), String> {
     let mut value = load(if impact.sphere { "wall-sphere" } else { "wall" })?;
     let dt = PI / 1e3 / STEPS;

@@ -1,4 +1,4 @@
-//! How many disks a periodic cell needs (sheet: dem §5, B16).
+//! Number of disks that a periodic cell needs (sheet: dem §5, B16).
 
 use colluvium::case::RunReport;
 use colluvium::plots::{Series, Style};
@@ -28,7 +28,7 @@ pub const WINDOWS: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/representative-cell",
     title: "Biaxial tests of periodic cells of 75, 300 and 1000 disks, DEM",
@@ -38,11 +38,11 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| sizes(),
 };
 
-/// Disks of a cell.
+/// Numbers of disks of a cell.
 const COUNTS: [u32; 3] = [75, 300, 1000];
-/// Drawings of each.
+/// Number of packings of each.
 pub const SEEDS: u64 = 4;
-/// Durations of preparation, settling and shear (times √(m/P)), and the rate of the last.
+/// Durations of preparation, settling and shear (times √(m/P)), and the rate of the shear.
 const STAGES: [f64; 3] = [150.0, 30.0, 83.0];
 const RATE: f64 = 3e-4;
 
@@ -53,7 +53,7 @@ fn test(count: u32, seed: u64) -> Result<(f64, f64), String> {
     found(&report, start, ["cell_stress.yy", "cell_stress.xx"])
 }
 
-/// The case of that many disks in a periodic cell.
+/// Case of `count` disks in a periodic cell.
 pub fn periodic_case(count: u32, seed: u64) -> Result<Value, String> {
     let mut value = load("biaxial")?;
     let side = side(&value, count)?;
@@ -66,14 +66,14 @@ pub fn periodic_case(count: u32, seed: u64) -> Result<Value, String> {
     Ok(value)
 }
 
-/// Side of the box that so many disks are drawn in: 1600 in that of the file.
+/// Side of the box in which `count` disks are generated: 1600 in that of the file.
 fn side(value: &Value, count: u32) -> Result<f64, String> {
     let whole = value["bodies"][0]["shape"]["max"][0].as_f64().ok_or("no box")?;
     Ok(whole * (f64::from(count) / 1600.0).sqrt())
 }
 
-/// Sine of the friction angle at the peak after `start`, from the columns of both stresses, the vertical one first, and the
-/// anisotropy of the contacts before.
+/// Sine of the friction angle at the peak after `start`, from the columns of both stresses, the vertical one first, and the anisotropy of
+/// the contacts before.
 fn found(report: &RunReport, start: f64, [down, side]: [&str; 2]) -> Result<(f64, f64), String> {
     let sheared = |name: &str| {
         measure_series(report, name)
@@ -106,7 +106,7 @@ pub fn check_isotropy(
     }
 }
 
-/// Why contacts of disks are to be even.
+/// Bound of the anisotropy of contacts of disks, and its reason.
 const EVEN: (f64, &str) = (0.15, "B16: below 0.15 for 300 grains and more");
 
 fn sizes() -> Result<BenchmarkOutcome, String> {
@@ -141,12 +141,12 @@ fn sizes() -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Deviator at the peak over the lateral stress, of its sine.
+/// Deviator at the peak over the lateral stress, from the sine of the friction angle.
 fn deviator(sine: f64) -> f64 {
     2.0 * sine / (1.0 - sine)
 }
 
-/// The case of that many disks between rigid walls.
+/// Case of `count` disks between rigid walls.
 pub fn walled_case(count: u32) -> Result<Value, String> {
     let mut value = load("box")?;
     let side = side(&value, count)?;
@@ -155,12 +155,12 @@ pub fn walled_case(count: u32) -> Result<Value, String> {
     for wall in [1, 3] {
         value["boundaries"][wall]["position"] = json!(side);
     }
-    // Of the height that grains have at a solid fraction of 0.843.
+    // For the height of the grains at a solid fraction of 0.843.
     value["boundaries"][3]["velocity"] = json!([0.0, -RATE * side * (0.7f64 / 0.843).sqrt()]);
     Ok(value)
 }
 
-/// The same test of that many disks between rigid walls.
+/// Sine of the friction angle at the peak of `count` disks between rigid walls.
 fn between_walls(count: u32, seed: u64) -> Result<f64, String> {
     let mut value = walled_case(count)?;
     method_options(&mut value)["seed"] = json!(seed);
@@ -204,7 +204,7 @@ fn walls() -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Specimens of 1000 disks, prepared and at rest; and parts of them, at rest again and sheared.
+/// Compares specimens of 1000 disks at rest with parts of them, brought to rest again and sheared.
 fn windows(counts: &[u32]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut all = vec![Vec::new(); counts.len()];
@@ -235,8 +235,8 @@ fn windows(counts: &[u32]) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Anisotropy of two independent normals for each of `count` disks: its square has the mean `8/(2 count)` and is distributed
-/// exponentially, since both sums, of cos 2θ and sin 2θ, are normal; `share` is of the mean of the square.
+/// Anisotropy of two independent normals for each of `count` disks: its square has the mean `8/(2 count)` and an exponential distribution,
+/// since both sums, of cos 2θ and sin 2θ, are normal; `share` is relative to the mean of the square.
 fn by_chance(count: u32, share: f64) -> f64 {
     (4.0 * share / f64::from(count)).sqrt()
 }
@@ -244,12 +244,12 @@ fn by_chance(count: u32, share: f64) -> f64 {
 /// Largest radius (m).
 const LARGEST: f64 = 0.67;
 
-/// A grain of a window that does not reach across its cell.
+/// Grain of a window, shifted so that it does not reach across its cell.
 fn shifted((place, radius, velocity): &GrainData) -> GrainData {
     (place.iter().map(|x| x + LARGEST).collect(), *radius, velocity.clone())
 }
 
-/// Disks of a periodic cell of 1000, prepared and at rest, and the side of the cell (m).
+/// Disks of a periodic cell of 1000 at rest, and the side of the cell (m).
 fn specimen(seed: u64) -> Result<(Vec<GrainData>, f64), String> {
     let mut whole = periodic_case(1000, seed)?;
     whole["stages"].as_array_mut().ok_or("no stages")?.truncate(2);
@@ -261,7 +261,7 @@ fn specimen(seed: u64) -> Result<(Vec<GrainData>, f64), String> {
     Ok((grains.map(|(x, radius)| (vec![x[0], x[1]], *radius, vec![0.0; 2])).collect(), side))
 }
 
-/// Disks cut from a specimen in a periodic cell that no two of them reach across, brought to the pressure again and sheared.
+/// Result of disks cut from a specimen in a periodic cell that no two of them reach across, brought to the pressure again and sheared.
 fn window(name: &str, grains: &[GrainData], width: f64) -> Result<(f64, f64), String> {
     let mut value = periodic_case(1000, 1)?;
     value["domain"]["max"] = json!([width, width]);

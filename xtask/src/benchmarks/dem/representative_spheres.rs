@@ -1,4 +1,4 @@
-//! How many spheres a periodic cell needs, and windows cut from a larger one (sheet: dem §5, B16).
+//! Number of spheres that a periodic cell needs, and windows cut from a larger one (sheet: dem §5, B16).
 
 use colluvium::case::RunReport;
 use colluvium::plots::{Series, Style};
@@ -9,7 +9,7 @@ use crate::benchmarks::dem::case_builders::{GrainData, chart, grain_file, load, 
 use crate::benchmarks::dem::representative_disks::check_isotropy;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
-/// Cells of so many spheres.
+/// Cells with different numbers of spheres.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/representative-spheres",
     title: "Triaxial tests of periodic cells of 75, 311 and 979 spheres, DEM",
@@ -39,21 +39,21 @@ pub const WALLS: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// Spheres of the specimen of the file, of the source's windows, and of the cells.
+/// Numbers of spheres of the specimen of the file, of the source's windows, and of the cells.
 const WHOLE: u32 = 979;
 const PARTS: [u32; 4] = [619, 413, 311, 75];
 const CELLS: [u32; 3] = [75, 311, 979];
-/// Drawings of each cell.
+/// Number of packings of each cell.
 const SEEDS: u64 = 4;
 /// Durations of preparation and settling of the file, and the rate of the shear (times √(m/(P d))).
 const BEFORE: [f64; 2] = [100.0, 30.0];
 const RATE: f64 = 1e-3;
-/// Time for which a window comes to rest.
+/// Duration in which a window comes to rest.
 const AGAIN: f64 = 60.0;
 /// Strain over which stresses are averaged.
 const WINDOW: f64 = 2e-3;
 
-/// What a test tells.
+/// Result of a test.
 struct SpheresResult {
     /// Deviator at the peak over the lateral stress.
     peak: f64,
@@ -62,8 +62,8 @@ struct SpheresResult {
     porosity: f64,
 }
 
-/// Largest deviator over the lateral stress, averaged over a window of strain, of the columns of stresses: the lateral ones, and the one along
-/// which the specimen is shortened.
+/// Largest deviator over the lateral stress, averaged over a window of strain, from the columns of stresses: the lateral ones, and the one
+/// along the shortening.
 fn peak([one, other, down]: &[Vec<f64>; 3]) -> f64 {
     let ratios: Vec<f64> = down
         .iter()
@@ -81,7 +81,7 @@ fn sheared(report: &RunReport, start: f64, name: &str) -> Vec<f64> {
     after.map(|(_, value)| value).collect()
 }
 
-/// Of the rows after `start`.
+/// Result from the rows after `start`.
 fn found(report: &RunReport, start: f64) -> Result<SpheresResult, String> {
     let sheared = |name: &str| sheared(report, start, name);
     let peak = peak(&["xx", "yy", "zz"].map(|entry| sheared(&format!("cell_stress.{entry}"))));
@@ -94,7 +94,7 @@ fn found(report: &RunReport, start: f64) -> Result<SpheresResult, String> {
     Ok(SpheresResult { peak, anisotropy: first("fabric.anisotropy")?, porosity: 1.0 - solid / volume })
 }
 
-/// The case of that many spheres, drawn with a seed.
+/// Case of `count` spheres, generated with a seed.
 fn cell(count: u32, seed: u64) -> Result<Value, String> {
     let mut value = load("triaxial")?;
     let side = side(&value, count)?;
@@ -103,7 +103,7 @@ fn cell(count: u32, seed: u64) -> Result<Value, String> {
     Ok(value)
 }
 
-/// Side of the box that so many spheres are drawn in: all of the file in its own.
+/// Side of the box in which `count` spheres are generated: all of the file in its own.
 fn side(value: &Value, count: u32) -> Result<f64, String> {
     let whole = value["bodies"][0]["shape"]["max"][0].as_f64().ok_or("no box")?;
     Ok(whole * (f64::from(count) / f64::from(WHOLE)).cbrt())
@@ -114,8 +114,8 @@ fn boxed(value: &mut Value, side: f64) {
     value["bodies"][0]["shape"]["max"] = json!([side, side, side]);
 }
 
-/// Bound on the anisotropy of the contacts of that many spheres, and why. Directions drawn at random have 4 (1/2 N)^½ for N contacts in the plane
-/// and 7.5 (2/3 N)^½ in space; at rest without friction there are two contacts a disk and three a sphere (sheet: dem §5, B16).
+/// Bound on the anisotropy of the contacts of `count` spheres, and its reason. Random directions have 4 (1/2 N)^½ for N contacts in the
+/// plane and 7.5 (2/3 N)^½ in space; at rest without friction there are two contacts a disk and three a sphere (sheet: dem §5, B16).
 fn even(count: u32) -> (f64, &'static str) {
     let chance = |factor: f64, contacts: f64| factor / contacts.sqrt();
     let space = chance(7.5 * (2.0f64 / 3.0).sqrt(), 3.0 * f64::from(count));
@@ -176,7 +176,7 @@ fn cells() -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// The same test of that many spheres between rigid walls.
+/// Peak deviator over the lateral stress of `count` spheres between rigid walls.
 fn between_walls(count: u32, seed: u64) -> Result<f64, String> {
     let mut value = load("box-spheres")?;
     let side = side(&value, count)?;
@@ -185,7 +185,7 @@ fn between_walls(count: u32, seed: u64) -> Result<f64, String> {
     for wall in [1, 3, 5] {
         value["boundaries"][wall]["position"] = json!(side);
     }
-    // Of the height that spheres have at a porosity of 0.36, drawn at a solid fraction of one half.
+    // For the height of the spheres at a porosity of 0.36, generated at a solid fraction of one half.
     value["boundaries"][5]["velocity"] = json!([0.0, 0.0, -RATE * side * (0.5f64 / 0.64).cbrt()]);
     method_options(&mut value)["seed"] = json!(seed);
     let report = run_in_memory("dem", &parse_case(&value)?)?;
@@ -242,7 +242,7 @@ fn walls() -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Specimens of 979 spheres, prepared and at rest, and parts of them, at rest again and sheared: means over the specimens.
+/// Compares specimens of 979 spheres at rest with parts of them, brought to rest again and sheared: means over the specimens.
 fn windows(counts: &[u32], specimens: u64) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut all: Vec<Vec<SpheresResult>> = counts.iter().map(|_| Vec::new()).collect();
@@ -271,7 +271,7 @@ fn windows(counts: &[u32], specimens: u64) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Centres of the spheres of a specimen, prepared and at rest, and the sides of its cell (m).
+/// Centres of the spheres of a specimen at rest, and the sides of its cell (m).
 fn specimen(seed: u64) -> Result<(Vec<[f64; 3]>, [f64; 3]), String> {
     let mut whole = cell(WHOLE, seed)?;
     whole["stages"].as_array_mut().ok_or("no stages")?.truncate(2);
@@ -283,11 +283,11 @@ fn specimen(seed: u64) -> Result<(Vec<[f64; 3]>, [f64; 3]), String> {
     Ok((report.snapshot.positions.clone(), [side("x")?, side("y")?, side("z")?]))
 }
 
-/// A part of a specimen with about `count` spheres, brought to the pressure again and sheared.
+/// Result of a part of a specimen with about `count` spheres, brought to the pressure again and sheared.
 fn window(seed: u64, count: u32, places: &[[f64; 3]], sides: [f64; 3]) -> Result<SpheresResult, String> {
     let share = (f64::from(count) / f64::from(WHOLE)).cbrt();
     let widths = sides.map(|side| share * side);
-    // As far from the sides of its cell as a sphere reaches: none touches another across them.
+    // At a distance of the reach of a sphere from the sides of its cell: none is in contact across them.
     let within = |x: &[f64; 3]| (0..3).all(|c| x[c] < widths[c]);
     let grains: Vec<GrainData> = (places.iter())
         .filter(|x| within(x))

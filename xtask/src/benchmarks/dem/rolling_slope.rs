@@ -1,4 +1,4 @@
-//! A disk and a sphere on a slope, with and without resistance against rolling (sheet: dem §5, B6 and B8).
+//! Disk and sphere on a slope, with and without rolling resistance (sheet: dem §5, B6 and B8).
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -11,7 +11,7 @@ use crate::benchmarks::dem::case_builders::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/slope",
     title: "A disk and a sphere slide and roll on a slope, DEM",
@@ -21,7 +21,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Resistance against rolling.
+/// Rolling resistance.
 pub const ROLLING: Benchmark = Benchmark {
     id: "dem/rolling",
     title: "Resistance against rolling stops and holds grains, DEM",
@@ -34,7 +34,7 @@ pub const ROLLING: Benchmark = Benchmark {
 const GRAVITY: f64 = 9.81;
 const TIME: f64 = 0.2;
 
-/// Friction angle (degrees), mean friction over weight, acceleration over gravity, rotation (rad) and way (m) after 0.2 s.
+/// Friction angle (degrees), mean friction over weight, acceleration over gravity, rotation (rad) and displacement (m) after 0.2 s.
 const TABLE: [(f64, f64, f64, f64, f64); 8] = [
     (0.0, 0.0, FRAC_1_SQRT_2, 0.0, 0.13873),
     (5.0, 0.0619, 0.6452, 0.02428, 0.12660),
@@ -46,15 +46,15 @@ const TABLE: [(f64, f64, f64, f64, f64); 8] = [
     (45.0, 0.2357, 0.4714, 0.09249, 0.09249),
 ];
 
-/// What a grain did in 0.2 s.
+/// Motion of a grain in 0.2 s.
 struct RollingMotion {
     /// Rotation down the slope (rad), of disks.
     rotation: f64,
-    /// Way (m).
+    /// Displacement (m).
     displacement: f64,
     /// Velocity (m/s).
     speed: f64,
-    /// Speed of its surface by rotation (m/s).
+    /// Speed of the surface by rotation (m/s).
     rim_speed: f64,
     /// Mean of the friction over the weight, of disks.
     friction: f64,
@@ -117,7 +117,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Acceleration and that of the rotation, radius 1 m, on a slope of 45°; `q` is the moment of inertia over m r².
+/// Linear and angular acceleration for radius 1 m on a slope of 45°; `q` is the moment of inertia over m r².
 fn closed(friction: f64, q: f64) -> (f64, f64) {
     let down = GRAVITY * 0.5f64.sqrt();
     if friction < q / (1.0 + q) {
@@ -127,7 +127,7 @@ fn closed(friction: f64, q: f64) -> (f64, f64) {
     }
 }
 
-/// A grain for 0.2 s on a slope with a coefficient of friction.
+/// Motion of a grain in 0.2 s on a slope with a coefficient of friction.
 fn slide(friction: f64, sphere: bool) -> Result<RollingMotion, String> {
     let mut value = load(if sphere { "slope-sphere" } else { "slope" })?;
     let mass = if sphere { 4.0 / 3.0 * PI * 2650.0 } else { PI * 2650.0 };
@@ -170,7 +170,7 @@ fn rolling(_quick: bool) -> Result<BenchmarkOutcome, String> {
         let path = roll(0.05, 0.0, 1.0, sphere, 3.5)?;
         let (_, last) = path[path.len() - 1];
         outcome.assert_close(format!("B8, {body}: way to rest (m)"), 0.5 / deceleration, 0.01, last, reason);
-        // At rest where 0.01 % of the way are left.
+        // The grain counts as at rest where 0.01 % of the displacement remain.
         let rest = path.iter().find(|(_, x)| *x > 0.9999 * last).map_or(f64::NAN, |(time, _)| *time);
         let exact = (1.0 - 0.01) / deceleration;
         outcome.assert_close(
@@ -205,7 +205,7 @@ fn rolling(_quick: bool) -> Result<BenchmarkOutcome, String> {
         reason,
     );
     let half = roll(0.5 * slope, slope, 0.0, false, 4.0)?;
-    // Gravity is there after a second; from then on it falls freely.
+    // Gravity is complete after a second; from then on the grain falls freely.
     let (start, end) = (half[half.len() / 2], half[half.len() - 1]);
     let (t, acceleration) =
         (end.0 - start.0, 2.0 / 3.0 * GRAVITY * (slope - 0.5 * slope) / (1.0 + slope * slope).sqrt());

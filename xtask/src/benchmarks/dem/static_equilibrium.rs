@@ -1,4 +1,4 @@
-//! Grains that rest on each other: a stack and a pile of three (sheet: dem §5, B5 and B9).
+//! Grains at rest on each other: a stack and a pile of three (sheet: dem §5, B5 and B9).
 
 use colluvium::case::Solver;
 use serde_json::json;
@@ -7,7 +7,7 @@ use crate::analysis::max_or_nan;
 use crate::benchmarks::dem::case_builders::{disk_solver, load, method_options, step};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/rest",
     title: "A stack of disks, linear and after Hertz; a pile of three, DEM",
@@ -34,7 +34,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// B5: overlaps by the weight above.
+/// Checks B5: overlaps from the weight above.
 fn stack(
     outcome: &mut BenchmarkOutcome,
     name: &str,
@@ -84,7 +84,7 @@ fn stack(
     Ok(())
 }
 
-/// B9: stands above both thresholds, falls below either.
+/// Checks B9: the pile is stable above both thresholds and collapses below either.
 fn pile(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (grain, wall) = (2.0 - 3f64.sqrt(), (2.0 - 3f64.sqrt()) / 3.0);
     let reason = "B9: stands at 1.03 of both thresholds and falls at 0.97 of either; 1.366 m at the start";

@@ -10,7 +10,7 @@ use crate::analysis::{max_or_nan, mean_and_deviation};
 use crate::benchmarks::dem::case_builders::{chart, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/triaxial-sleeve",
     title: "Triaxial compression in a sleeve, dense and loose spheres, DEM",
@@ -27,21 +27,21 @@ const BEFORE: [f64; 2] = [0.1, 0.05];
 /// Strain of the shear in the short and in the full form, and strain over which stresses are averaged.
 const SHEARED: [f64; 2] = [0.12, 0.2];
 const WINDOW: f64 = 0.01;
-/// Time between rows (s), of which whole numbers make the stages before the shear.
+/// Time between rows (s), a divisor of the stages before the shear.
 const ROW: f64 = 0.0025;
-/// Friction of grains when the loose specimen is pressed together, and without which the dense one is.
+/// Friction of grains during the compression of the loose specimen; the dense one is compressed without friction.
 const LOOSE: f64 = 1.0;
-/// Drawings of grains, whose results are averaged.
+/// Seeds of packings, whose results are averaged.
 const SEEDS: [u64; 3] = [1, 2, 3];
-/// Solid fraction that the loose one is drawn at.
+/// Solid fraction of the generated loose specimen.
 const LOOSELY: f64 = 0.52;
 
-/// Grains of a ring.
+/// Number of grains of a ring.
 fn columns(quick: bool) -> usize {
     if quick { 74 } else { 98 }
 }
 
-/// The starting case with a drawing of grains, pressed together with that friction and sheared at a rate.
+/// Case of the file with a seed, compressed with this friction and sheared at a rate.
 fn test(friction: f64, seed: u64, quick: bool) -> Result<Value, String> {
     let text = colluvium::template("triaxial-sleeve").ok_or("no template")?;
     let mut value: Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
@@ -61,7 +61,7 @@ fn test(friction: f64, seed: u64, quick: bool) -> Result<Value, String> {
     own["stages"]["prepare"]["pairs"] =
         json!([{ "between": ["grain", "grain"], "friction": { "coefficient": friction } }]);
     if !quick {
-        // Grains of three quarters of the size, and a sleeve that is as much finer.
+        // Grains of three quarters of the size, and a sleeve that is finer by the same ratio.
         own["grains"]["grain"]["diameter"] =
             json!({ "distribution": "uniform", "min": 0.006, "max": 0.0075 });
         let sizes = 0.75;
@@ -81,7 +81,7 @@ fn test(friction: f64, seed: u64, quick: bool) -> Result<Value, String> {
     Ok(value)
 }
 
-/// Rows of a test.
+/// Time series of a test.
 struct TriaxialRecord {
     /// Axial strain from the start of the shear, logarithmic, shortening positive.
     strain: Vec<f64>,
@@ -91,7 +91,7 @@ struct TriaxialRecord {
     dilation: Vec<f64>,
     /// Porosity of the grains within the sleeve.
     porosity: Vec<f64>,
-    /// Largest error of the energy balance over the energy that came in.
+    /// Largest error of the energy balance over the energy input.
     energy: f64,
 }
 
@@ -133,18 +133,18 @@ fn last(strain: &[f64], column: &[f64]) -> f64 {
     own.iter().sum::<f64>() / own.len() as f64
 }
 
-/// What bears the pressures at a time, over what bears them in closed form.
+/// Balance of internal forces and applied pressures at a time, relative to the closed form.
 struct ForceBalance {
-    /// Radial and axial sums over the contacts of specimen and sleeve, over what the pressures on them make.
+    /// Radial and axial sums over the contacts of specimen and sleeve, over those of the applied pressures.
     whole: [f64; 2],
-    /// Share of the axial sum that is of the sleeve.
+    /// Share of the sleeve in the axial sum.
     sleeve: f64,
     /// Pressure of the platen over that of the sleeve.
     platen: f64,
 }
 
-/// Force times place (J) of the pressure on a sheet whose rows are closed, radial (mean of both directions) and axial, inwards positive: on each piece
-/// between four of its grains the pressure times half the cross product of the diagonals, a quarter on each grain.
+/// Radial (mean of both directions) and axial sum of force times position (J) of the pressure on a sheet of closed rows, inwards positive:
+/// per piece between four of its grains the pressure times half the cross product of the diagonals, a quarter on each grain.
 fn pressed(sheet: &[[f64; 3]], columns: usize) -> [f64; 2] {
     let mut sums = [0.0; 2];
     for (low, high) in sheet.chunks(columns).zip(sheet.chunks(columns).skip(1)) {
@@ -153,7 +153,7 @@ fn pressed(sheet: &[[f64; 3]], columns: usize) -> [f64; 2] {
             let corners = [low[k], low[next], high[next], high[k]];
             let [d, e] =
                 [[2, 0], [3, 1]].map(|[to, from]| [0, 1, 2].map(|c| corners[to][c] - corners[from][c]));
-            // Rings go round from x to y and upwards: the area points outwards.
+            // Rings run from x to y and upwards: the area points outwards.
             let area = [d[1] * e[2] - d[2] * e[1], d[2] * e[0] - d[0] * e[2], d[0] * e[1] - d[1] * e[0]];
             for x in &corners {
                 let share = |c: usize| 0.125 * PRESSURE * area[c] * x[c];
@@ -165,8 +165,8 @@ fn pressed(sheet: &[[f64; 3]], columns: usize) -> [f64; 2] {
     sums
 }
 
-/// In equilibrium the sum of force times branch over all contacts and bonds is that of force times place over what acts from without: the
-/// pressure on the sleeve, and the force on the platen times the height.
+/// Force balance: in equilibrium the sum of force times branch over all contacts and bonds equals force times position of the external
+/// actions: the pressure on the sleeve, and the force on the platen times the height.
 fn borne(report: &RunReport, columns: usize, time: f64) -> Result<ForceBalance, String> {
     let frame = report.frames.iter().find(|frame| (frame.time - time).abs() < 1e-6).ok_or("no frame")?;
     let value = |name: &str| at(&measure_series(report, name), time);
@@ -269,12 +269,12 @@ fn draw(pictures: &mut [LineChart; 2], name: &str, own: &TriaxialRecord) {
     }
 }
 
-/// Angle of friction (degrees) of a ratio of principal stresses.
+/// Friction angle (degrees) from a ratio of principal stresses.
 fn angle(ratio: f64) -> f64 {
     ((ratio - 1.0) / (ratio + 1.0)).asin().to_degrees()
 }
 
-/// Mean and standard deviation of a number over the drawings of a specimen.
+/// Mean and standard deviation of a number over the packings of a specimen.
 fn drawn(all: &[TriaxialRecord], of: impl Fn(&TriaxialRecord) -> f64) -> (f64, f64) {
     mean_and_deviation(&all.iter().map(of).collect::<Vec<_>>())
 }

@@ -1,4 +1,4 @@
-//! Single blocks and endless layers: what acts on a column without neighbours (sheet: depth-sph §5.4, V21; §5.5, V24–V26, V32).
+//! Single blocks and endless layers: forces on a column without neighbours (sheet: depth-sph §5.4, V21; §5.5, V24–V26, V32).
 
 use colluvium::case::PlanRegion;
 use colluvium::depth_sph::bed::{Bed, BedPoint, paraboloid};
@@ -15,7 +15,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/block",
     title: "Sliding blocks: consolidation, racks, erosion, curvature, travel angle",
@@ -66,7 +66,7 @@ fn state(flow: &Flow<1>) -> (f64, f64) {
     (nodes.velocity[0][0], nodes.position[0][0] - nodes.origin[0][0])
 }
 
-/// V21: a liquefied block whose base drains by a single exponential.
+/// Checks V21: a liquefied block whose base drains by a single exponential.
 fn consolidation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart {
         title: "Block on consolidating ground".to_owned(),
@@ -74,8 +74,8 @@ fn consolidation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         y_label: "velocity (m/s)".to_owned(),
         ..LineChart::default()
     };
-    // A quarter of a cosine with the whole weight at the base is more than liquefied above it: finite differences hold such a
-    // column at its bound, so that they have 0.6 of it.
+    // A quarter of a cosine with the whole weight at the base is more than liquefied above it. Finite differences limit such a column at
+    // its bound, so that they start with 0.6 of it.
     let rows = [
         (20.0f64, 1.0, PressureProfile::ShapeFunction, &[1.0, 2.0, 5.0, 10.0][..]),
         (12.0, 1.0, PressureProfile::ShapeFunction, &[1.0, 2.0][..]),
@@ -126,7 +126,7 @@ fn consolidation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("V21: a liquefied block regains its friction while its base drains.", &chart)
 }
 
-/// A block 2 m high whose pressure at the base fades as `exp(-t/fade)`: `dv/dt = gain + loss exp(-t/fade)`.
+/// Block 2 m high whose basal pore pressure decays as `exp(-t/fade)`: `dv/dt = gain + loss exp(-t/fade)`.
 struct SlidingBlock {
     slope: f64,
     share: f64,
@@ -168,7 +168,7 @@ impl SlidingBlock {
     }
 }
 
-/// V32: a liquefied block runs onto a drained part of the bed.
+/// Checks V32: a liquefied block that slides onto a drained part of the bed.
 fn rack(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let rows = [
         ("base to the air", Drainage::Atmospheric, 4.148_111, 6.838_6),
@@ -219,7 +219,7 @@ fn rack(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// V24: a block that nothing but its own growth slows down.
+/// Checks V24: a block that only its own growth decelerates.
 fn erosion(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut settings = FlowSettings::plain(2000.0);
     settings.zones[0].erosion = Some(Erosion::Hungr { rate: 0.0011, plan_speed: false });
@@ -240,7 +240,7 @@ fn erosion(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Speed along the bed when the block passes `places` (m), by straight lines between steps.
+/// Speed along the bed at the positions `places` (m), by linear interpolation between steps.
 fn passing(flow: &mut Flow<1>, longest: f64, places: &[f64]) -> Result<Vec<f64>, String> {
     let look = |flow: &Flow<1>| {
         let nodes = &flow.sets[0].nodes;
@@ -264,7 +264,7 @@ fn passing(flow: &mut Flow<1>, longest: f64, places: &[f64]) -> Result<Vec<f64>,
     Ok(found)
 }
 
-/// V25: down a circular arc with friction.
+/// Checks V25: a block on a circular arc with friction.
 fn arc(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let radius = 50.0;
     let friction = 0.3f64.atan().to_degrees();
@@ -292,7 +292,7 @@ fn arc(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// V25b: down a parabola without friction.
+/// Checks V25b: a block on a parabola without friction.
 fn energy(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let half = (2.0 * GRAVITY * 1200.0 / 60.0f64).sqrt();
     for (name, integration, step) in
@@ -309,7 +309,7 @@ fn energy(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// V26: down a slope, an arc and out on the flat.
+/// Checks V26: a block down a slope, an arc and out on the flat.
 fn travel_angle(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (radius, slope) = (25.0f64, 30f64.to_radians());
     // The arc ends at x = 0 on the flat and begins where it is as steep as the slope.

@@ -1,4 +1,4 @@
-//! What the benchmarks of depth-integrated flow share: cases, flows without one, profiles.
+//! Shared helpers of the benchmarks of depth-integrated flow: cases, flows without a case, profiles.
 
 use colluvium::case::{Case, Snapshot, Solver};
 use colluvium::constitutive::basal::{BasalRheology, BasalSpec};
@@ -16,12 +16,12 @@ use crate::benchmarks::{scalars, vectors};
 /// Points of a fixed grid on which a profile is compared (sheet: depth-sph §5).
 const GRID_POINTS: usize = 500;
 
-/// The case `validation/depth-sph/<folder>/case.json`.
+/// Reads the case `validation/depth-sph/<folder>/case.json`.
 pub fn load(folder: &str) -> Result<Case, String> {
     crate::benchmarks::load_case(&format!("depth-sph/{folder}"))
 }
 
-/// The solver of a case at the start of its first stage.
+/// Solver of a case at the start of its first stage.
 pub fn start(case: &Case) -> Result<Box<dyn Solver>, String> {
     let method = colluvium::method("depth-sph").ok_or("no method depth-sph")?;
     let mut solver = method.build(case).map_err(|error| error.to_string())?;
@@ -29,7 +29,7 @@ pub fn start(case: &Case) -> Result<Box<dyn Solver>, String> {
     Ok(solver)
 }
 
-/// Steps until `end` (s).
+/// Makes steps until `end` (s).
 pub fn step_until(solver: &mut dyn Solver, end: f64) -> Result<(), String> {
     while solver.time() < end * (1.0 - 1e-12) {
         solver.step(end - solver.time()).map_err(|error| error.to_string())?;
@@ -37,7 +37,7 @@ pub fn step_until(solver: &mut dyn Solver, end: f64) -> Result<(), String> {
     Ok(())
 }
 
-/// Steps of a flow without a case until `end` (s).
+/// Makes steps of a flow without a case until `end` (s).
 pub fn step_flow_until<const D: usize>(flow: &mut Flow<D>, end: f64) -> Result<(), String> {
     while flow.time < end * (1.0 - 1e-12) {
         let dt = flow.limit().dt.min(end - flow.time);
@@ -46,7 +46,7 @@ pub fn step_flow_until<const D: usize>(flow: &mut Flow<D>, end: f64) -> Result<(
     Ok(())
 }
 
-/// A node along a line.
+/// Node along a line.
 pub fn node(x: f64, velocity: f64, volume: f64, spacing: f64) -> NewNode<1> {
     NewNode { body: 0, position: [x], velocity: [velocity], volume, length: 1.5 * spacing, scale: 1.5 }
 }
@@ -57,9 +57,9 @@ pub fn layer(from: f64, to: f64, spacing: f64, depth: f64) -> Vec<NewNode<1>> {
     (0..count).map(|k| node(from + spacing * (k as f64 + 0.5), 0.0, depth * spacing, spacing)).collect()
 }
 
-/// The nodes of a line, as a sum over them sees them.
+/// Nodes of a line as terms of SPH sums.
 pub struct NodeProfile {
-    /// Place (m), velocity (m/s), volume (m²), smoothing length (m).
+    /// Position (m), velocity (m/s), volume (m²), smoothing length (m).
     nodes: Vec<[f64; 4]>,
     /// Longest smoothing length (m).
     max_smoothing_length: f64,
@@ -78,7 +78,7 @@ impl NodeProfile {
         Self { nodes, max_smoothing_length: longest }
     }
 
-    /// Of the nodes of a phase in a snapshot; of all where there is one phase. Mirrored in `walls` (m).
+    /// Profile of the nodes of a phase in a snapshot; of all where there is one phase. Mirrored in `walls` (m).
     pub fn of(snapshot: &Snapshot, phase: usize, walls: &[f64]) -> Self {
         let velocity = vectors(snapshot, "velocity");
         let (volume, length) = (scalars(snapshot, "volume"), scalars(snapshot, "smoothing_length"));
@@ -88,7 +88,7 @@ impl NodeProfile {
         Self::new(each.map(|i| [snapshot.positions[i][0], velocity[i][0], volume[i], length[i]]), walls)
     }
 
-    /// Of a set of nodes. Mirrored in `walls` (m).
+    /// Profile of a set of nodes. Mirrored in `walls` (m).
     pub fn of_set(set: &PhaseSet<1>, walls: &[f64]) -> Self {
         let nodes = &set.nodes;
         let each = (0..nodes.volume.len())
@@ -96,13 +96,13 @@ impl NodeProfile {
         Self::new(each, walls)
     }
 
-    /// As it looks from the other end: `x` is `-x`.
+    /// Profile mirrored at the origin: `x` becomes `-x`.
     pub fn mirrored(&self) -> Self {
         let nodes = self.nodes.iter().rev().map(|[x, v, m, l]| [-x, -v, *m, *l]).collect();
         Self { nodes, max_smoothing_length: self.max_smoothing_length }
     }
 
-    /// Height (m) and velocity (m/s) at `x` (m), by sums over the nodes; no velocity where there is no height.
+    /// Height (m) and velocity (m/s) at `x` (m), by SPH sums over the nodes; no velocity where there is no height.
     pub fn at(&self, x: f64) -> (f64, f64) {
         let kernel = Kernel::CubicSpline;
         let reach = kernel.support() * self.max_smoothing_length;
@@ -127,7 +127,7 @@ impl NodeProfile {
         sum
     }
 
-    /// Mean height (m) and velocity (m/s) between two places (m).
+    /// Mean height (m) and velocity (m/s) between two positions (m).
     pub fn mean(&self, low: f64, high: f64) -> (f64, f64) {
         let mut sum = (0.0, 0.0);
         for x in cell_centres(low, high) {
@@ -138,7 +138,7 @@ impl NodeProfile {
         sum
     }
 
-    /// The first place after `low` (m), before `high`, at which the height falls through `level` (m).
+    /// First position after `low` (m), before `high`, at which the height falls through `level` (m).
     pub fn downcrossing(&self, level: f64, low: f64, high: f64) -> f64 {
         let mut before: Option<(f64, f64)> = None;
         for x in (0..20 * GRID_POINTS).map(|k| low + (high - low) * k as f64 / (20 * GRID_POINTS) as f64) {
@@ -166,12 +166,12 @@ impl NodeProfile {
     }
 }
 
-/// Middles of the cells of the grid.
+/// Centres of the cells of the grid.
 pub fn cell_centres(low: f64, high: f64) -> impl Iterator<Item = f64> {
     (0..GRID_POINTS).map(move |k| low + (high - low) * (k as f64 + 0.5) / GRID_POINTS as f64)
 }
 
-/// A chart over the length.
+/// Chart over the length.
 pub fn chart(title: &str, y_label: &str) -> LineChart {
     LineChart {
         title: title.to_owned(),
@@ -181,7 +181,7 @@ pub fn chart(title: &str, y_label: &str) -> LineChart {
     }
 }
 
-/// A closed form over a grid, as a broken line.
+/// Closed form on a grid, as a broken line.
 pub fn closed_form_series(
     label: impl Into<String>,
     low: f64,
@@ -191,22 +191,22 @@ pub fn closed_form_series(
     Series::new(label, cell_centres(low, high).map(|x| (x, value(x))).collect(), Style::Dashed)
 }
 
-/// A law of the bed from its form in a case file.
+/// Basal law from its form in a case file.
 pub fn basal_law(spec: Value) -> Result<Option<BasalRheology>, String> {
     let spec: BasalSpec = serde_json::from_value(spec).map_err(|error| error.to_string())?;
     spec.build().map(Some).map_err(|error| error.to_string())
 }
 
-/// Grains of 2500 kg/m³ in water.
+/// Mixture of grains of 2500 kg/m³ in water.
 pub fn grains_in_water(porosity: f64) -> Mixture {
     let densities = MixtureDensities { grain: 2500.0, fluid: 1000.0, gravity: 9.81 };
     Mixture { densities, porosity, saturated: true }
 }
 
-/// Smoothing length over distance at which sums over a lattice are the same everywhere.
+/// Ratio of smoothing length to spacing at which sums over a lattice are uniform.
 const UNIFORM_SUM_RATIO: f64 = 2.0;
 
-/// A layer of one depth (m) without ends: eight nodes, a metre apart, that repeat themselves; `shares` are those of the phases.
+/// Periodic layer of one depth (m): eight nodes, a metre apart; `shares` are those of the phases.
 pub fn endless_layer(mut settings: FlowSettings<1>, depth: f64, shares: &[f64]) -> Result<Flow<1>, String> {
     let count = 8;
     settings.numerics.variable_length = false;
@@ -221,7 +221,7 @@ pub fn endless_layer(mut settings: FlowSettings<1>, depth: f64, shares: &[f64]) 
     Flow::new(settings, Bed::Flat(0.0), ends, &sets).map_err(|failure| failure.to_string())
 }
 
-/// One node alone: a block of one depth (m), at `x` (m) with the plan velocity `velocity` (m/s).
+/// Single node: a block of one depth (m), at `x` (m) with the plan velocity `velocity` (m/s).
 pub fn block(
     mut settings: FlowSettings<1>,
     bed: Bed<1>,
@@ -235,7 +235,7 @@ pub fn block(
     Flow::new(settings, bed, PlanBoundaries::default(), &[nodes]).map_err(|failure| failure.to_string())
 }
 
-/// Steps of at most `longest` (s) until `end` (s).
+/// Makes steps of at most `longest` (s) until `end` (s).
 pub fn step_with_limit<const D: usize>(flow: &mut Flow<D>, longest: f64, end: f64) -> Result<(), String> {
     while flow.time < end * (1.0 - 1e-12) {
         let dt = flow.limit().dt.min(longest).min(end - flow.time);

@@ -13,7 +13,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::depth_sph::common_cases::{load as load_case, start, step_until};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_method_option};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/column",
     title: "Consolidation of the pore-pressure column",
@@ -33,7 +33,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// What a column begins with and what its base is.
+/// Initial pore pressure of a column, and condition at its base.
 #[derive(Clone, Copy, PartialEq)]
 enum ConsolidationKind {
     UniformSealed,
@@ -78,7 +78,7 @@ impl ConsolidationKind {
         (0..300).map(term).sum()
     }
 
-    /// Largest errors at the nodes over all time factors of 0.05 and more, and what the column looks like at some of them.
+    /// Largest errors at the nodes over all time factors of 0.05 and more, and profiles at some of them.
     fn run(self, cells: usize, weight: f64, step: f64) -> (f64, Vec<(f64, Vec<f64>)>) {
         let zeta = |k: usize| k as f64 / cells as f64;
         let mut head: Vec<f64> = (0..=cells).map(|k| self.start(zeta(k))).collect();
@@ -100,7 +100,7 @@ impl ConsolidationKind {
     }
 }
 
-/// V13a to V13c.
+/// Checks V13a to V13c.
 fn series(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for kind in [
         ConsolidationKind::UniformSealed,
@@ -108,7 +108,7 @@ fn series(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         ConsolidationKind::TriangleDrained,
     ] {
         let name = |what: &str| format!("{}: {what}", kind.name());
-        // The jump of a uniform pressure at the surface keeps Crank–Nicolson ringing: its first steps are shorter ones.
+        // The jump of a uniform pressure at the surface makes Crank–Nicolson oscillate: its first steps are shorter.
         let rows = [(20, 0.5, 1e-3, 1e-3), (20, 1.0, 1e-3, 3.5e-3), (40, 0.5, 1e-3, 2.5e-4)];
         for (cells, weight, step, bound) in rows {
             let found = kind.run(cells, weight, step).0;
@@ -117,7 +117,7 @@ fn series(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             let reason = "V13: 0.1 % and 0.025 % with Crank–Nicolson, 0.35 % with backward Euler";
             outcome.assert_below(name(&what), "0", found, bound, reason);
         }
-        // A weight of one and steps that shrink with the square: no ringing, errors of depth alone.
+        // A weight of one and steps proportional to the square of the cell: no oscillation, only the error in depth.
         let [coarse, fine] = [10, 20].map(|cells| kind.run(cells, 1.0, 0.5 / (cells * cells) as f64 / 8.0).0);
         let order = (coarse / fine).log2();
         outcome.assert_within(
@@ -160,7 +160,7 @@ fn draw(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// V13d: over a rack and off it again.
+/// Checks V13d: a column that passes over a drained rack.
 fn rack(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let table = [
         (0.05, [0.747_695, 0.484_632, 0.450_022]),
@@ -220,7 +220,7 @@ fn rack(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("V13d: drained from 0.05 to 0.07; the pressure comes back from above.", &chart)
 }
 
-/// V14: pressures follow the depth.
+/// Checks V14: pressures change with the depth.
 fn undrained(outcome: &mut BenchmarkOutcome) {
     let mut head = vec![0.0; 21];
     set_linear_profile(&mut head, 2.0);
@@ -237,7 +237,7 @@ fn undrained(outcome: &mut BenchmarkOutcome) {
     outcome.assert_close("V14: head at the base after growth (m)", 1.55, 1e-12, head[0], "V14: 1e-12");
 }
 
-/// V14b: a column that thins while it drains.
+/// Checks V14b: a column that becomes thinner while it drains.
 fn thinning(outcome: &mut BenchmarkOutcome) {
     let run = |steps: usize| {
         let mut head = vec![0.0; 81];
@@ -263,7 +263,7 @@ fn thinning(outcome: &mut BenchmarkOutcome) {
     };
     let exact = [0.866_05, 0.553_88, 0.310_10, 0.201_52, -0.068_06, -0.042_70];
     let error = |found: Vec<f64>| found.iter().zip(exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    // By extrapolation of a scheme of first order.
+    // By extrapolation of a first-order scheme.
     let [long, short] = [run(500), run(1000)];
     let beyond = long.iter().zip(&short).map(|(a, b)| 2.0 * b - a).collect();
     let (coarse, fine) = (error(long), error(short));
@@ -280,14 +280,14 @@ fn thinning(outcome: &mut BenchmarkOutcome) {
     );
 }
 
-/// V13b and V13c in a case: a layer at rest between walls.
+/// Checks V13b and V13c in a case: a layer at rest between walls.
 fn layer(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let sealed = load_case("column")?;
     for (base, drainage, exact) in [("sealed", "sealed", 0.747_687), ("drained", "hydrostatic", 0.0)] {
         let mut case: Case = sealed.clone();
         set_method_option(&mut case, "depth-sph", "drainage", json!({ "kind": drainage }));
         let mut solver = start(&case)?;
-        // The depth of the nodes is that of their sums, and so is the time factor.
+        // The depth of the nodes is that of their SPH sums, and so is the time factor.
         let depth = scalars(&solver.snapshot(), "depth")[10];
         let time = 0.05 * depth * depth / 0.5;
         step_until(&mut *solver, time)?;

@@ -1,4 +1,4 @@
-//! Flows that the bed stops (sheet: depth-sph §5.2, B2; §5.5, V23, V23b).
+//! Flows that come to rest by basal resistance (sheet: depth-sph §5.2, B2; §5.5, V23, V23b).
 
 use colluvium::case::{Case, Solver};
 use colluvium::plots::{Series, Style};
@@ -10,7 +10,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_method_option, vectors};
 
-/// The benchmark of mud.
+/// Benchmark of mud.
 pub const MUD: Benchmark = Benchmark {
     id: "depth-sph/yield-stress",
     title: "Dam break of a Bingham fluid and its deposit, depth-integrated",
@@ -20,7 +20,7 @@ pub const MUD: Benchmark = Benchmark {
     run: mud,
 };
 
-/// The benchmark of grains in water.
+/// Benchmark of grains in water.
 pub const SATURATED: Benchmark = Benchmark {
     id: "depth-sph/saturated-dam",
     title: "Dam break of a frictional saturated material, depth-integrated",
@@ -30,7 +30,7 @@ pub const SATURATED: Benchmark = Benchmark {
     run: saturated,
 };
 
-/// V23: where the yield stress holds the mud.
+/// Runs V23: mud that its yield stress brings to rest.
 fn mud(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut solver = start(&load("yield-stress")?)?;
@@ -43,7 +43,7 @@ fn mud(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let reason = "not judged: the sheet runs until the stopping criterion holds";
     outcome.info("V23: time at which it has stopped (s)", "", stopped, reason);
     let profile = NodeProfile::of(&solver.snapshot(), 0, &[0.0]);
-    // The square of the depth of what is just held falls along a line to the front.
+    // The square of the depth in limit equilibrium decreases linearly towards the front.
     let (front, wall) = (25.1417, 1.193_237);
     let found = solver.snapshot().positions.iter().map(|x| x[0]).max_or_nan();
     let reason = "V23: a run with inertia stops at or beyond the profile that is just held; 4 %";
@@ -70,7 +70,7 @@ fn mud(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// A reading of the solver.
+/// Scalar output of the solver.
 fn reading(solver: &dyn Solver, name: &str) -> f64 {
     solver
         .scalar_outputs()
@@ -79,7 +79,7 @@ fn reading(solver: &dyn Solver, name: &str) -> f64 {
         .map_or(f64::NAN, |(_, _, value)| value)
 }
 
-/// Which of the four runs of B2.
+/// Run of B2.
 #[derive(Clone, Copy, PartialEq)]
 enum BedStopRun {
     Dry,
@@ -89,7 +89,7 @@ enum BedStopRun {
 }
 
 impl BedStopRun {
-    /// How long it is followed at least (s).
+    /// Least duration of the run (s).
     fn least(self) -> f64 {
         match self {
             Self::Full => 4.5,
@@ -99,7 +99,7 @@ impl BedStopRun {
     }
 }
 
-/// What a run gives.
+/// Result of a run.
 struct DepositResult {
     /// Run-out of the last node of grains, and of fluid where there is one (m).
     runout: [f64; 2],
@@ -147,7 +147,7 @@ fn case(run: BedStopRun, angle: f64, spacing: f64) -> Result<Case, String> {
     Ok(case)
 }
 
-/// When nothing of the dry material moves any more (s): its shoulder does for a while after the front has stopped.
+/// Time at which all dry material is at rest (s): its shoulder moves for a while after the front has stopped.
 const AT_REST: f64 = 5.0;
 
 /// Runs until the first node of grains at the front has stopped, and on to `end` (s).
@@ -182,7 +182,7 @@ fn compute(run: BedStopRun, angle: f64, spacing: f64, end: f64) -> Result<Deposi
             }
         }
         found.front.push((snapshot.time, found.runout[0]));
-        // What settles by a millimetre in ten seconds has stopped.
+        // A node that settles by a millimetre in ten seconds counts as stopped.
         if found.stopping_time.is_nan() && snapshot.time > 0.5 && speed.abs() < 1e-4 {
             found.stopping_time = snapshot.time;
         }
@@ -202,7 +202,7 @@ fn compute(run: BedStopRun, angle: f64, spacing: f64, end: f64) -> Result<Deposi
     Ok(found)
 }
 
-/// The angle of friction (degrees) with which the dry material runs out by 11.8 m.
+/// Friction angle (degrees) at which the run-out of the dry material is 11.8 m.
 fn fitted(spacing: f64) -> Result<f64, String> {
     let (mut low, mut high) = (40.0, 60.0);
     for _ in 0..7 {
@@ -216,7 +216,7 @@ fn fitted(spacing: f64) -> Result<f64, String> {
     Ok(0.5 * (low + high))
 }
 
-/// B2: four run-outs with the angle that gives the first.
+/// Runs B2: four run-outs with the angle that gives the first.
 fn saturated(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let spacing = if quick { 0.08 } else { 0.04 };
@@ -286,7 +286,7 @@ fn saturated(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// B2 (c): both fronts, and the column that began in the middle of the reservoir.
+/// Checks B2 (c): both fronts, and the column that began in the middle of the reservoir.
 fn middle(outcome: &mut BenchmarkOutcome, full: &DepositResult) {
     let apart = (full.runout[0] - full.runout[1]).abs() / full.runout[0];
     outcome.assert_below(
@@ -322,8 +322,8 @@ fn middle(outcome: &mut BenchmarkOutcome, full: &DepositResult) {
     );
 }
 
-/// V23b: no surface of a deposit is steeper than its friction; at the shoulder, where the slope begins, the finer the nodes the less.
-/// Judged in the full form: the friction of the short one is that which half as many nodes ask for.
+/// Checks V23b: no surface of a deposit is steeper than its friction angle; at the shoulder, where the slope begins, less so with finer
+/// nodes. Judged in the full form: the short form has the friction angle fitted with half as many nodes.
 fn steep(outcome: &mut BenchmarkOutcome, dry: &DepositResult, angle: f64, quick: bool) -> Result<(), String> {
     let name = |nodes: &str, what: &str| format!("V23b, {nodes}: {what}");
     let reason = "not judged: resolution, beside the finer nodes below";
@@ -349,7 +349,7 @@ fn steep(outcome: &mut BenchmarkOutcome, dry: &DepositResult, angle: f64, quick:
     Ok(())
 }
 
-/// The steepest surface of a deposit (degrees), its place and its depth (m).
+/// Steepest slope of a deposit (degrees), its position and its depth (m).
 fn steepest(profile: &[(f64, f64)]) -> [f64; 3] {
     // The edge itself is as wide as a kernel.
     let end = profile.iter().rfind(|(_, h)| *h > 0.3).map_or(0.0, |(x, _)| *x);

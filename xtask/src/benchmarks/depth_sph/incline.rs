@@ -10,7 +10,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_material, set_method_option};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/incline",
     title: "Frictional dam break on an incline, depth-integrated",
@@ -23,7 +23,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Time (s).
 const TIME: f64 = 2.0;
 
-/// What flows: slope and friction angle (degrees), depth (m).
+/// Flow on the incline: slope and friction angle (degrees), depth (m).
 struct InclineFlow {
     slope: f64,
     friction: f64,
@@ -31,7 +31,7 @@ struct InclineFlow {
 }
 
 impl InclineFlow {
-    /// Gravity normal to the bed, and net acceleration along it when friction bears on `share` of the weight (m/s²).
+    /// Gravity normal to the bed, and net acceleration along it when friction acts on `share` of the weight (m/s²).
     fn forces(&self, share: f64) -> (f64, f64) {
         let normal = 9.81 * self.slope.to_radians().cos();
         let net = self.slope.to_radians().tan() - share * self.friction.to_radians().tan();
@@ -70,7 +70,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     saturated(&mut outcome, &slab).map(|()| outcome)
 }
 
-/// The same bed under grains in water: buoyant and drained, and liquefied without drainage.
+/// Checks grains in water on this bed: buoyant and drained, and liquefied without drainage.
 fn saturated(outcome: &mut BenchmarkOutcome, slab: &InclineFlow) -> Result<(), String> {
     let mut case = slab.case()?;
     set_material(&mut case, "sand", &[("density", json!(2050.0))])?;
@@ -109,7 +109,7 @@ fn judge(
     let celerity = (gravity * depth).sqrt();
     let fall = 0.5 * pull * TIME * TIME;
     let exact = |x: f64| frictional_dam_break(gravity, depth, pull, x, TIME);
-    // From the slab that the wave has not met to the front; velocities up to where V5 compares them, half of the way.
+    // From the slab that the wave has not reached to the front; velocities up to half of the distance, as in V5.
     let (rear, front) = (fall - celerity * TIME, fall + 2.0 * celerity * TIME);
     let label = |what: &str| format!("V7, {name}: {what}");
     let (height, _) = profile.errors(rear - 10.0, front, exact);

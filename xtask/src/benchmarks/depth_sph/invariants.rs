@@ -12,7 +12,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::depth_sph::common_cases::node;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/invariants",
     title: "Kernels, smoothing lengths, momentum and frames, depth-integrated",
@@ -30,7 +30,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// V31.
+/// Checks V31.
 fn kernels(outcome: &mut BenchmarkOutcome) {
     let all = [
         ("cubic spline", Kernel::CubicSpline),
@@ -39,7 +39,7 @@ fn kernels(outcome: &mut BenchmarkOutcome) {
         ("Gaussian", Kernel::Gaussian),
     ];
     for (name, kernel) in all {
-        // Gauss's rule of three points on each of many intervals.
+        // Three-point Gauss quadrature on each of many intervals.
         let count = 3000;
         let width = kernel.support() / f64::from(count);
         let integral = |f: &dyn Fn(f64) -> f64| -> f64 {
@@ -94,7 +94,7 @@ fn kernels(outcome: &mut BenchmarkOutcome) {
     }
 }
 
-/// V33: smoothing lengths follow a uniform stretch.
+/// Checks V33: smoothing lengths follow a uniform stretch.
 fn stretch(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let line = |factor: f64| -> Result<f64, String> {
         let nodes = (0..20).map(|k| node(factor * (f64::from(k) + 0.5), 0.0, 1.0, 1.0)).collect();
@@ -145,14 +145,14 @@ fn stretch(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// V34: a heap in plan, as it is, turned, and moving along.
+/// Checks V34: a heap in plan, in its initial frame, rotated, and with a uniform velocity.
 fn frames(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let turn = |x: [f64; 2], angle: f64| {
         let (sin, cos) = angle.sin_cos();
         [cos * x[0] - sin * x[1], sin * x[0] + cos * x[1]]
     };
     let heap = |angle: f64, along: [f64; 2]| -> Result<Flow<2>, String> {
-        // Places and velocities without order, the same in every frame.
+        // Disordered positions and velocities, equal in every frame.
         let noise = |k: i32, c: f64| ((f64::from(k) * 12.9898 + c * 78.233).sin() * 43_758.545_3).fract();
         let one = |k: i32| {
             let x = [f64::from(k % 20) + 0.4 * noise(k, 1.0), f64::from(k / 20) + 0.4 * noise(k, 2.0)];

@@ -1,4 +1,4 @@
-//! Lakes stay at rest (sheet: depth-sph §5.3, V12).
+//! Lakes at rest (sheet: depth-sph §5.3, V12).
 
 use colluvium::depth_sph::bed::{Bed, hump};
 use colluvium::depth_sph::config::choices::Phases;
@@ -11,7 +11,7 @@ use colluvium::plots::{Series, Style};
 use crate::benchmarks::depth_sph::common_cases::{chart, closed_form_series, node, step_flow_until};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/lake",
     title: "Lakes at rest over level and uneven beds, depth-integrated",
@@ -73,7 +73,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// How a lake is computed.
+/// Variant of the computation of a lake.
 #[derive(Clone, Copy)]
 enum LakeKind {
     Plain,
@@ -82,7 +82,7 @@ enum LakeKind {
     TwoPhasesSurface,
 }
 
-/// A lake whose surface is 1 m above the level zero, between two walls.
+/// Lake whose surface is 1 m above the level zero, between two walls.
 fn lake(bed: &Bed<1>, kind: LakeKind) -> Result<Flow<1>, String> {
     let ends = PlanBoundaries { walls: [[Some(-HALF), Some(HALF)]], ..PlanBoundaries::default() };
     let count = (2.0 * HALF / SPACING).round() as usize;

@@ -21,7 +21,7 @@ mod yu_tung;
 
 use crate::benchmarks::Benchmark;
 
-/// The benchmarks, in the order of the report.
+/// Benchmarks, in the order of the report.
 pub const ALL: &[Benchmark] = &[
     scalar_transport::BENCHMARK,
     ritter::BENCHMARK,

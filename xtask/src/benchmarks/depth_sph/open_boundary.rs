@@ -9,7 +9,7 @@ use colluvium::plots::{Series, Style};
 use crate::benchmarks::depth_sph::common_cases::{chart, step_flow_until};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/open-end",
     title: "Waves that leave through an open end, depth-integrated",
@@ -22,7 +22,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const GRAVITY: f64 = 9.81;
 /// Length of the channel (m).
 const LENGTH: f64 = 40.0;
-/// When what arrives is looked at, and when what has come back (s): the hump is at 31 m then, and would be at 30.6 m.
+/// Times (s) at which the incoming and the reflected wave are evaluated: the hump is at 31 m, and would be at 30.6 m.
 const TIMES: [f64; 2] = [2.0, 7.8];
 
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
@@ -46,7 +46,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
         outcome.assert_below(label, "0", open, 0.02, "V27: 2 %");
         shown.series.push(Series::new(name, profile, Style::Line));
     }
-    // Froude number 1.6, with nothing behind it, so that its tail stays away from the window.
+    // Froude number 1.6, with nothing behind the hump, so that its tail stays away from the window.
     let mut flow = channel(1e-3, 5.0, spacing, [false; 2])?;
     flow.open_end(LENGTH, 1.0, spacing).map_err(|failure| failure.to_string())?;
     step_flow_until(&mut flow, 2.2)?;
@@ -64,8 +64,8 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// A channel with water 1 m deep and a hump 2 m wide of `height` (m) at 25 m that runs to the right on a stream of `speed` (m/s), with
-/// walls at its ends or not.
+/// Channel with water 1 m deep and a hump 2 m wide of `height` (m) at 25 m that moves to the right on a stream of `speed` (m/s), with or
+/// without walls at its ends.
 fn channel(height: f64, speed: f64, spacing: f64, walls: [bool; 2]) -> Result<Flow<1>, String> {
     let celerity = |depth: f64| (GRAVITY * depth).sqrt();
     let count = (LENGTH / spacing).round() as usize;
@@ -89,9 +89,9 @@ fn channel(height: f64, speed: f64, spacing: f64, walls: [bool; 2]) -> Result<Fl
     Flow::new(settings, Bed::Flat(0.0), ends, &[nodes.collect()]).map_err(|failure| failure.to_string())
 }
 
-/// What comes back over what arrives, and its profile between 12 and 38 m over the height that arrives.
+/// Reflected height over the incoming height, and its profile between 12 and 38 m relative to the incoming height.
 fn reflected(mut flow: Flow<1>) -> Result<(f64, Vec<(f64, f64)>), String> {
-    // Sums over this lattice are 0.4 % off.
+    // Sums over this lattice have an error of 0.4 %.
     let nodes = &flow.sets[0].nodes;
     let far = nodes.position.iter().position(|x| (x[0] - 7.5).abs() < 0.1).ok_or("no node at 7.5 m")?;
     let still = nodes.depth[far];

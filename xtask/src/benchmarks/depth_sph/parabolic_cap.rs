@@ -14,7 +14,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/cap",
     title: "Parabolic caps that slide and spread, depth-integrated",
@@ -24,7 +24,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Speed with which the cap starts, so that all of it moves down (m/s).
+/// Initial speed of the cap, so that all of it moves down (m/s).
 const SPEED: f64 = 2.0;
 
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
@@ -35,7 +35,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// V8: the case with the cap as a polygon of many sides.
+/// Case of V8 with the cap as a polygon of many sides.
 fn cap() -> Result<Case, String> {
     let mut case = load("cap")?;
     let count = 200;
@@ -128,7 +128,7 @@ fn heap(radius: f64, depth: f64, spacing: f64) -> Vec<NewNode<2>> {
     nodes
 }
 
-/// The cap of V9 on a plane of 35° without friction, in plan and vertical depths: along the plane it is that on a level one, under `g cos θ`.
+/// Checks the cap of V9 on a plane of 35° without friction, in plan and vertical depths: equal to that on a level plane under `g cos θ`.
 fn steep(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let angle = 35f64.to_radians();
     let (sin, cos) = angle.sin_cos();
@@ -161,7 +161,7 @@ fn steep(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Second moments about the middle of the volume over the volume: xx, yy (m²).
+/// Second moments of the volume about its centre, over the volume: xx, yy (m²).
 fn central_moments(flow: &Flow<2>) -> [f64; 2] {
     let nodes = &flow.sets[0].nodes;
     let whole = nodes.total_volume();
@@ -174,7 +174,7 @@ fn central_moments(flow: &Flow<2>) -> [f64; 2] {
     })
 }
 
-/// V9: a cap on a level plane, in plan.
+/// Checks V9: a cap on a level plane, in plan.
 fn plan(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let radius = 10.0;
     let nodes = heap(radius, 2.0, 0.4);

@@ -10,7 +10,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_material, set_method_option};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/dry-bed",
     title: "Dam break on a dry bed, depth-integrated",
@@ -30,8 +30,8 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Errors of a run of the case: mean of height over the depth, of velocity over the celerity, discharge at the dam, lag of the
-/// last node.
+/// Errors of a run of the case: mean error of height over the depth, of velocity over the celerity, discharge at the dam, lag of the last
+/// node.
 struct RitterErrors {
     height: f64,
     velocity: f64,
@@ -61,7 +61,7 @@ fn measure(case: &Case, phase: usize, share: f64) -> Result<RitterErrors, String
     Ok(RitterErrors { height, velocity, discharge: h * u / share, lag: 2.0 * celerity - front, profile })
 }
 
-/// V5.
+/// Checks V5.
 fn one_phase(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let counts: &[u32] = if quick { &[200, 400] } else { &[100, 200, 400, 800] };
     let mut before = f64::INFINITY;
@@ -120,7 +120,7 @@ fn one_phase(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> 
     outcome.svg("V5: velocity after 1 s.", &speeds)
 }
 
-/// V17: two phases of the same porosity everywhere are one, whatever couples them.
+/// Checks V17: two phases of equal porosity everywhere equal one phase, with any drag.
 fn two_phases(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let drags: &[(&str, Value)] = &[
         ("V_T = 1 mm/s", json!({ "law": "anderson", "settling_velocity": 1e-3 })),

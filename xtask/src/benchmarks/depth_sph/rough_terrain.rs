@@ -14,7 +14,7 @@ use serde_json::json;
 use crate::benchmarks::depth_sph::common_cases::{basal_law, step_flow_until, step_with_limit};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/rough-terrain",
     title: "Energy of flows over rough terrain",
@@ -51,7 +51,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// The bed of a raster after one mean of its levels, as by default.
+/// Bed of a raster with one averaging pass over its levels, the default.
 fn bed(raster: &Raster) -> Result<Bed<2>, String> {
     let ground = TerrainBed::new(TerrainBed::smoothed(raster, 1)).map_err(|error| error.to_string())?;
     Ok(Bed::Surface(Arc::new(ground)))
@@ -75,7 +75,7 @@ fn layer(low: [f64; 2], high: [f64; 2], spacing: f64, depth: impl Fn([f64; 2]) -
     (0..counts[0] * counts[1]).map(place).filter(|x| depth(*x) > 0.0).map(node).collect()
 }
 
-/// A layer of 0.05 m without friction down to where its first node comes near the end of the terrain.
+/// Checks a layer of 0.05 m without friction until its first node is near the end of the terrain.
 fn slide(outcome: &mut BenchmarkOutcome, name: &str, raster: &Raster, spacing: f64) -> Result<(), String> {
     let end = raster.last_node_position()[0] - 30.0;
     let bed = bed(raster)?;
@@ -123,7 +123,7 @@ fn slide(outcome: &mut BenchmarkOutcome, name: &str, raster: &Raster, spacing: f
     account(outcome, name, &flow)
 }
 
-/// The account of energy closes.
+/// Checks that the energy balance closes.
 fn account(outcome: &mut BenchmarkOutcome, name: &str, flow: &Flow<2>) -> Result<(), String> {
     let account = flow.energy_balance_summary();
     let off = account.error.abs() / account.exchanged;
@@ -132,7 +132,7 @@ fn account(outcome: &mut BenchmarkOutcome, name: &str, flow: &Flow<2>) -> Result
     Ok(())
 }
 
-/// Places of a node alone after a time, in steps that halve.
+/// Checks the order of convergence of the position of a single node, in steps that halve.
 fn order(outcome: &mut BenchmarkOutcome, raster: &Raster) -> Result<(), String> {
     let place = |dt: f64| -> Result<[f64; 2], String> {
         let mut settings = FlowSettings::<2>::plain(1000.0);
@@ -169,7 +169,7 @@ fn order(outcome: &mut BenchmarkOutcome, raster: &Raster) -> Result<(), String> 
     Ok(())
 }
 
-/// The account of a layer with friction.
+/// Checks the energy balance of a layer with friction.
 fn rubbed(outcome: &mut BenchmarkOutcome, raster: &Raster, spacing: f64) -> Result<(), String> {
     let mut settings = FlowSettings::<2>::plain(1000.0);
     let spec = json!({ "model": "voellmy", "friction_angle": 12, "turbulence": 2000 });
@@ -187,7 +187,7 @@ fn rubbed(outcome: &mut BenchmarkOutcome, raster: &Raster, spacing: f64) -> Resu
     Ok(())
 }
 
-/// A lake in a bowl with waves on it settles no worse than with gradients as they are.
+/// Checks that a lake in a rough bowl comes to rest no worse than with unmodified gradients.
 fn lake(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let waves = RoughSlope::new(0.0, -200.0, [20.0, 100.0], 0.2, SEED);
     let level = |x: f64, y: f64| 0.004 * (x * x + y * y) + waves.level(x, y);

@@ -7,7 +7,7 @@ use colluvium::plots::{LineChart, Series, Style};
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/scalar",
     title: "Convection, diffusion and Burgers' equation on moving nodes",
@@ -28,7 +28,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// `count` places in equal cells from `low` to `high` (m), in their middles.
+/// Centres of `count` equal cells from `low` to `high` (m).
 fn cells(count: u32, low: f64, high: f64) -> impl Iterator<Item = f64> {
     (0..count).map(move |k| low + (high - low) * (f64::from(k) + 0.5) / f64::from(count))
 }
@@ -42,13 +42,13 @@ fn largest(line: &ScalarNodes, exact: impl Fn(f64) -> f64) -> f64 {
     line.places.iter().zip(&line.values).map(|(x, value)| (value - exact(*x)).abs()).fold(0.0, f64::max)
 }
 
-/// Mean difference from a formula between two places, over the length (m).
+/// Mean difference from a formula between two positions, over the length (m).
 fn mean_difference(line: &ScalarNodes, [low, high]: [f64; 2], exact: impl Fn(f64) -> f64) -> f64 {
     let count = 2000;
     cells(count, low, high).map(|x| (line.at(x) - exact(x)).abs()).sum::<f64>() / f64::from(count)
 }
 
-/// V1, V2b.
+/// Checks V1 and V2b.
 fn convection(outcome: &mut BenchmarkOutcome) {
     let pulse = |x: f64| if (0.3..0.5).contains(&x) { 1.0 } else { 0.0 };
     let reason = "V1: 1e-12";
@@ -80,7 +80,7 @@ fn convection(outcome: &mut BenchmarkOutcome) {
     }
     let inflow = |t: f64| (TAU * t).sin();
     let mut line = ScalarNodes::new(cells(200, 0.0, 2.0), |_| 0.0);
-    // One at the corner where what flows in meets what was there.
+    // One node at the corner where the inflow joins the initial state.
     line.enter(0.0, inflow(0.0));
     for step in 1..=100 {
         line.convect(1.0, 0.01);
@@ -91,7 +91,7 @@ fn convection(outcome: &mut BenchmarkOutcome) {
     outcome.assert_below("V1c: largest error of what has flowed in after 1 s", "0", found, 1e-3, "V1: 1e-3");
 }
 
-/// V2: peak, the value at ± 0.2, and the order.
+/// Checks V2: peak, the value at ± 0.2, and the order.
 fn diffusion(outcome: &mut BenchmarkOutcome) {
     let (speed, diffusivity, sink, start) = (1.0, 0.01, 0.1, 0.5);
     let exact = |x: f64, t: f64| {
@@ -134,7 +134,7 @@ fn diffusion(outcome: &mut BenchmarkOutcome) {
     );
 }
 
-/// V3.
+/// Checks V3.
 fn rarefaction(outcome: &mut BenchmarkOutcome) {
     let mut line = ScalarNodes::new(cells(200, -1.0, 1.0), |x| if x < 0.0 { 0.0 } else { 1.0 });
     line.steepen(0.5);
@@ -142,7 +142,7 @@ fn rarefaction(outcome: &mut BenchmarkOutcome) {
     outcome.assert_below("V3: mean error of a rarefaction after 0.5 s", "0", found, 0.01, "V3: L1 below 1 %");
 }
 
-/// V4a: until just before it breaks.
+/// Checks V4a: until just before the wave breaks.
 fn steepening(outcome: &mut BenchmarkOutcome) {
     let rows = [
         (0.2, [0.192_196, 0.470_453, 0.858_130, 0.986_306, 0.671_284]),
@@ -163,7 +163,7 @@ fn steepening(outcome: &mut BenchmarkOutcome) {
     }
 }
 
-/// V4b, without viscosity: nodes that meet become one.
+/// Checks V4b, without viscosity: nodes that collide merge.
 fn shock(outcome: &mut BenchmarkOutcome) {
     let mut line = ScalarNodes::new(cells(400, -2.0, 2.0), |x| if x < 0.0 { 1.0 } else { 0.0 });
     let front = |line: &ScalarNodes| {
@@ -179,7 +179,7 @@ fn shock(outcome: &mut BenchmarkOutcome) {
     outcome.assert_below("V4b: mean error behind and before it after 1 s", "0", found, 0.02, "V4b: L1 2 %");
 }
 
-/// V4c: a pulse whose rarefaction reaches its shock. Values are between 0 and 1 where it begins: nodes a billionth of a metre wide.
+/// Checks V4c: a pulse whose rarefaction reaches its shock. Values are between 0 and 1 at its edge: nodes a billionth of a metre wide.
 fn triangle(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let count = 200;
     let ramp = (0..count).map(|k| 1e-9 * (f64::from(k) / f64::from(count) - 1.0));

@@ -1,4 +1,4 @@
-//! Dam break on a wet bed and the bore that comes back from a wall (sheet: depth-sph §5.3, V6; §5.5, V29).
+//! Dam break on a wet bed, and the bore reflected by a wall (sheet: depth-sph §5.3, V6; §5.5, V29).
 
 use colluvium::case::Case;
 use colluvium::depth_sph::analytical_solutions::Stoker;
@@ -13,7 +13,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_method_option};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/wet-bed",
     title: "Dam break on a wet bed and reflected bore, depth-integrated",
@@ -38,8 +38,8 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Half of the length of the basin over the larger depth, and time over the square root of it over gravity: no wave has
-/// reached a wall.
+/// Half of the length of the basin over the larger depth, and time over the square root of that depth over gravity: no wave has reached a
+/// wall.
 const HALF: f64 = 5.0;
 const TIME: f64 = 3.132_092;
 
@@ -48,12 +48,12 @@ fn end(left: f64) -> f64 {
     TIME * (left / GRAVITY).sqrt()
 }
 
-/// Nodes on half of the basin: a shallow bed is run over by a wave of few nodes.
+/// Number of nodes on half of the basin: a wave over a shallow bed has few nodes.
 fn nodes(left: f64, right: f64) -> f64 {
     if left > 20.0 * right { 1000.0 } else { 250.0 }
 }
 
-/// The case with other depths; lengths go with the left one.
+/// Case with other depths; lengths are proportional to the left one.
 fn case(left: f64, right: f64) -> Result<Case, String> {
     let mut case = load("wet-bed")?;
     let half = HALF * left;
@@ -68,18 +68,18 @@ fn case(left: f64, right: f64) -> Result<Case, String> {
     Ok(case)
 }
 
-/// Nodes at equal distances, of unequal volume.
+/// Profile from nodes at equal distances, of unequal volume.
 fn by_case(left: f64, right: f64) -> Result<NodeProfile, String> {
     let mut solver = start(&case(left, right)?)?;
     step_until(&mut *solver, end(left))?;
     Ok(NodeProfile::of(&solver.snapshot(), 0, &[-HALF * left, HALF * left]))
 }
 
-/// Nodes of equal volume, at unequal distances.
+/// Profile from nodes of equal volume, at unequal distances.
 fn by_volume(left: f64, right: f64) -> Result<NodeProfile, String> {
     let half = HALF * left;
     let ends = PlanBoundaries { walls: [[Some(-half), Some(half)]], ..PlanBoundaries::default() };
-    // As many nodes as there are at equal distances where the deeper side leaves enough to the shallow one.
+    // As many nodes as at equal distances, where the deeper side leaves enough for the shallow one.
     let count = (100.0 * left / right).clamp(250.0, 2000.0).round();
     let spacing = half / count;
     let mut nodes = layer(-half, 0.0, spacing, left);
@@ -90,7 +90,7 @@ fn by_volume(left: f64, right: f64) -> Result<NodeProfile, String> {
     Ok(NodeProfile::of_set(&flow.sets[0], &[-half, half]))
 }
 
-/// V6.
+/// Checks V6.
 fn judge(
     outcome: &mut BenchmarkOutcome,
     left: f64,
@@ -103,7 +103,7 @@ fn judge(
     let (time, half) = (end(left), HALF * left);
     let tail = (exact.velocity - (GRAVITY * exact.depth).sqrt()) * time;
     let front = exact.bore * time;
-    // The middle of what lies between the waves.
+    // The middle of the region between the waves.
     let width = front - tail;
     let (depth, velocity) = profile.mean(tail + 0.2 * width, front - 0.2 * width);
     outcome.assert_close(name("depth between the waves (m)"), exact.depth, 0.015, depth, "V6: 1.5 %");
@@ -128,7 +128,7 @@ fn judge(
     Ok(())
 }
 
-/// V29: what the bore leaves when it comes back from the wall.
+/// Checks V29: the state behind the bore reflected by the wall.
 fn reflect(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     for right in [0.5, 0.1].into_iter().take(if quick { 1 } else { 2 }) {
         let exact = Stoker::new(GRAVITY, 1.0, right);
@@ -136,7 +136,7 @@ fn reflect(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
         let level = 0.5 * (depth + exact.depth);
         let mut solver = start(&case(1.0, right)?)?;
         let met = HALF / exact.bore;
-        // Two looks at it, before the water that follows changes.
+        // Two evaluations, before the water that follows changes it.
         let mut places = Vec::new();
         let mut found = (f64::NAN, f64::NAN);
         for distance in [0.1, 0.2] {

@@ -1,5 +1,4 @@
-//! Flow over terrain that is a raster: energy, a dammed channel, and a debris flow (sheet: depth-sph §5.2, B3; §5.3, V12; §5.5,
-//! V25b).
+//! Flow over raster terrain: energy, a dammed channel, and a debris flow (sheet: depth-sph §5.2, B3; §5.3, V12; §5.5, V25b).
 
 use std::sync::Arc;
 
@@ -19,7 +18,7 @@ use serde_json::json;
 use crate::benchmarks::depth_sph::common_cases::{basal_law, step_flow_until, step_with_limit};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// The benchmark of rasters as beds.
+/// Benchmark of rasters as beds.
 pub const RASTER: Benchmark = Benchmark {
     id: "depth-sph/raster",
     title: "Beds from rasters: energy down a parabola and a dammed channel",
@@ -29,7 +28,7 @@ pub const RASTER: Benchmark = Benchmark {
     run: raster,
 };
 
-/// The benchmark of a debris flow.
+/// Benchmark of a debris flow.
 pub const DEBRIS: Benchmark = Benchmark {
     id: "depth-sph/debris-flow",
     title: "Debris flow down a channel, after Yu Tung Road",
@@ -74,7 +73,7 @@ fn raster(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// A bed from heights at nodes `spacing` (m) apart.
+/// Bed from heights at nodes `spacing` (m) apart.
 fn of_raster(
     low: [f64; 2],
     high: [f64; 2],
@@ -98,7 +97,7 @@ pub fn channel_bed(x: f64, y: f64) -> f64 {
     drop * (1.0 - x.clamp(-60.0, 600.0) / 600.0).powf(2.5) + 8.0 * deep * (1.0 - (-y * y / 128.0).exp())
 }
 
-/// The sheet's values of the channel.
+/// Checks the sheet's values of the channel.
 fn formula(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let table = [
         (0.0, 157.2907, 158.0776),
@@ -121,7 +120,7 @@ fn formula(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// V12b as amended: water behind a dam across the channel.
+/// Checks V12b as amended: water behind a dam across the channel.
 fn dammed(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let dam = 255.0;
     let level = channel_bed(dam, 0.0) + 2.0;
@@ -164,7 +163,7 @@ fn dammed(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// The debris flow of the sheet: a locked mixture with columns over a raster of 2 m.
+/// Debris flow of the sheet: a locked mixture with pore-pressure columns over a raster of 2 m.
 fn release() -> Result<Flow<2>, String> {
     let spacing: f64 = (std::f64::consts::PI * 35.0 * 17.0 / 1472.0).sqrt();
     let mut nodes = Vec::new();
@@ -220,12 +219,12 @@ fn front(flow: &Flow<2>) -> (f64, f64) {
     let count = order.len();
     let place = nodes.position[order[(0.99 * (count - 1) as f64).round() as usize]][0];
     let leading = &order[count - count / 20..];
-    // In plan, as the sheet's places of the front advance by its speeds.
+    // In plan, since the sheet's front positions advance with its speeds.
     let speed = |i: &usize| nodes.velocity[*i][0].hypot(nodes.velocity[*i][1]);
     (place, leading.iter().map(speed).sum::<f64>() / leading.len() as f64)
 }
 
-/// B3.
+/// Runs B3.
 fn debris(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let table = [
@@ -284,7 +283,7 @@ fn debris(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// What the source tells of the front.
+/// Checks the speeds and positions of the front against the source.
 fn told(outcome: &mut BenchmarkOutcome, found: &FrontRanges) {
     let at = found.iter().find(|(_, (x, _))| *x >= 100.0).map_or(f64::NAN, |(_, (_, v))| *v);
     outcome.assert_within(

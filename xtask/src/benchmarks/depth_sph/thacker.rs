@@ -1,4 +1,4 @@
-//! Water that swings in a parabolic basin (sheet: depth-sph §5.3, V10, V11).
+//! Water that oscillates in a parabolic basin (sheet: depth-sph §5.3, V10, V11).
 
 use std::f64::consts::{PI, TAU};
 
@@ -14,7 +14,7 @@ use serde_json::json;
 use crate::benchmarks::depth_sph::common_cases::{basal_law, node, step_flow_until};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/basin",
     title: "Water that swings in a parabolic canal and bowl, depth-integrated",
@@ -46,7 +46,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// V10: the canal, 100 m to the shore of the still water and 10 m deep, its water 20 m aside.
+/// Canal of V10, 100 m to the shore of the still water and 10 m deep, its water displaced by 20 m.
 fn canal(friction: f64) -> Result<Flow<1>, String> {
     let spacing = 0.5;
     let nodes: Vec<NewNode<1>> = (0..400)
@@ -66,7 +66,7 @@ fn canal(friction: f64) -> Result<Flow<1>, String> {
         .map_err(|failure| failure.to_string())
 }
 
-/// Middle of the water (m).
+/// Centre of the water (m).
 fn middle<const D: usize>(flow: &Flow<D>) -> [f64; D] {
     let nodes = &flow.sets[0].nodes;
     let whole = nodes.total_volume();
@@ -110,7 +110,7 @@ fn free(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), Str
     Ok(())
 }
 
-/// V10 (ii): resistance of 0.05/s times the velocity, which no law of a bed has: what a step leaves of it is taken exactly behind it.
+/// Checks V10 (ii): resistance of 0.05/s times the velocity, which no basal law has; it is integrated exactly after each step.
 fn damped(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     const RATE: f64 = 0.05;
     let mut flow = canal(0.0)?;
@@ -144,7 +144,7 @@ fn damped(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), S
     Ok(())
 }
 
-/// V10 (iii): friction takes 5 m of the amplitude in each half of a swing.
+/// Checks V10 (iii): friction reduces the amplitude by 5 m in each half period.
 fn held(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let omega = (2.0 * GRAVITY * 10.0).sqrt() / 100.0;
     let mut flow = canal(0.005)?;
@@ -176,7 +176,7 @@ fn held(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), Str
     Ok(())
 }
 
-/// Nodes of a bowl, 10 m to the shore of the still water and 1 m deep, with a depth and a velocity at each place.
+/// Nodes of a bowl, 10 m to the shore of the still water and 1 m deep, with a depth and a velocity at each position.
 fn bowl(quick: bool, state: impl Fn([f64; 2]) -> (f64, [f64; 2])) -> Result<Flow<2>, String> {
     let spacing = if quick { 0.3 } else { 0.25 };
     let mut nodes = Vec::new();
@@ -204,7 +204,7 @@ fn bowl(quick: bool, state: impl Fn([f64; 2]) -> (f64, [f64; 2])) -> Result<Flow
         .map_err(|failure| failure.to_string())
 }
 
-/// Depth at a place, by the sum over the nodes (m).
+/// Depth at a position, by the SPH sum over the nodes (m).
 fn depth(flow: &Flow<2>, x: [f64; 2]) -> f64 {
     let nodes = &flow.sets[0].nodes;
     let each = nodes.position.iter().zip(&nodes.volume).zip(&nodes.length);
@@ -213,7 +213,7 @@ fn depth(flow: &Flow<2>, x: [f64; 2]) -> f64 {
     near.map(|(m, r, l)| m * Kernel::CubicSpline.value::<2>(r, *l)).sum()
 }
 
-/// Mean difference of the depth from `exact` at 500 places within `radius` (m) of `centre` (m).
+/// Mean difference of the depth from `exact` at 500 positions within `radius` (m) of `centre` (m).
 fn error(flow: &Flow<2>, centre: [f64; 2], radius: f64, exact: impl Fn([f64; 2]) -> f64) -> f64 {
     let golden = PI * (3.0 - 5f64.sqrt());
     let at = |k: i32| {
@@ -224,7 +224,7 @@ fn error(flow: &Flow<2>, centre: [f64; 2], radius: f64, exact: impl Fn([f64; 2])
     (0..500).map(at).sum::<f64>() / 500.0
 }
 
-/// V11: the surface stays plane and turns around.
+/// Checks V11: the surface stays plane and rotates.
 fn turning(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let (omega, away) = ((2.0 * GRAVITY).sqrt() / 10.0, 2.0);
     let still = move |x: [f64; 2], centre: [f64; 2]| {
@@ -269,7 +269,7 @@ fn turning(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     outcome.svg("V11: the middle of water with a plane surface goes round in a circle.", &chart)
 }
 
-/// V11: the water rises and falls in the middle.
+/// Checks V11: the water rises and falls in the middle.
 fn breathing(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let (omega, a) = ((8.0 * GRAVITY).sqrt() / 10.0, 0.25f64);
     let root = (1.0 - a * a).sqrt();

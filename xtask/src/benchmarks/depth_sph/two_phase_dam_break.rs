@@ -10,7 +10,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, patched_case, scalars};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/two-phase-dam",
     title: "Dam break of grains and fluid with strong drag and without, depth-integrated",
@@ -37,7 +37,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// The case with another law of drag, form of the pressure force and Courant number.
+/// Solver of the case with another drag law, form of the pressure force and Courant number.
 fn solver(changes: &[(&str, Value)]) -> Result<Box<dyn Solver>, String> {
     let keys: Vec<(String, Value)> =
         changes.iter().map(|(key, value)| (format!("/methods/depth-sph/{key}"), value.clone())).collect();
@@ -51,7 +51,7 @@ fn volumes(snapshot: &Snapshot) -> [f64; 2] {
     [0.0, 1.0].map(|own| volume.iter().zip(&phase).filter(|(_, phase)| **phase == own).map(|(v, _)| v).sum())
 }
 
-/// Both phases, as sums over their nodes see them.
+/// Profiles of both phases by SPH sums over their nodes.
 struct PhaseProfiles([NodeProfile; 2]);
 
 impl PhaseProfiles {
@@ -71,7 +71,7 @@ impl PhaseProfiles {
         self.0[1].at(x).0 / self.depth(x)
     }
 
-    /// The first place between `low` and `high` (m) at which `value` passes `level`, upward or downward.
+    /// First position between `low` and `high` (m) at which `value` passes `level`, upward or downward.
     fn passes(low: f64, high: f64, level: f64, value: impl Fn(f64) -> f64) -> f64 {
         let count = 4000;
         let place = |k: i32| low + (high - low) * f64::from(k) / f64::from(count);
@@ -87,7 +87,7 @@ impl PhaseProfiles {
     }
 }
 
-/// B1: the drag of settling at 1 mm/s locks the phases.
+/// Checks B1: the drag of settling at 1 mm/s locks the phases.
 fn strong(outcome: &mut BenchmarkOutcome, courant: f64, end: f64) -> Result<(), String> {
     let exact = LockedDam::new(GRAVITY, [1360.0 / 1.04, 2220.0 / 1.38], [1.04, 1.38]);
     let mut solver = solver(&[("courant", json!(courant))])?;
@@ -126,7 +126,7 @@ fn strong(outcome: &mut BenchmarkOutcome, courant: f64, end: f64) -> Result<(), 
         let found = PhaseProfiles::passes(bore, tail, 0.541_8, |x| both.porosity(x));
         let range = (contact - 0.1, contact + 0.1);
         outcome.assert_within(name("contact (m)"), &format!("{contact:.4}"), found, range, "B1: ±0.1 m");
-        // In the fan the velocity is linear: from the places where it has a quarter and three quarters of that between the waves.
+        // In the fan the velocity is linear: from the positions with a quarter and three quarters of that between the waves.
         let at = |share: f64| {
             PhaseProfiles::passes(tail - 0.3, HALF, share * exact.velocity, |x| both.velocities(x)[0])
         };
@@ -172,7 +172,7 @@ fn draw(
     outcome.svg(&format!("B1, Courant number {courant}: a bore, a contact and a rarefaction."), &shown)
 }
 
-/// After the waves have met the walls: a finite-volume computation of the sheet.
+/// Checks the state after the waves have reached the walls against a finite-volume computation of the sheet.
 fn reflected(outcome: &mut BenchmarkOutcome, solver: &mut dyn Solver) -> Result<(), String> {
     let places = [-9.0, -6.0, -4.0, -2.0, 0.0, 4.0, 6.0, 8.0, 9.0];
     let rows = [
@@ -190,7 +190,7 @@ fn reflected(outcome: &mut BenchmarkOutcome, solver: &mut dyn Solver) -> Result<
     Ok(())
 }
 
-/// B1b: phases that pass each other freely.
+/// Checks B1b: phases without mutual drag.
 fn weak(outcome: &mut BenchmarkOutcome, momentum: &str, bound: f64) -> Result<(), String> {
     let none = json!({ "law": "none" });
     let mut solver = solver(&[("mixture/drag", none), ("momentum", json!(momentum))])?;

@@ -1,4 +1,4 @@
-//! Uniform flows and drag: where all columns do the same (sheet: depth-sph §5.5, V15, V16, V22, V22b).
+//! Uniform flows and drag, with equal motion of all columns (sheet: depth-sph §5.5, V15, V16, V22, V22b).
 
 use colluvium::constitutive::basal::{BasalFlow, plug_ratio, plug_ratio_quadratic};
 use colluvium::depth_sph::bed::Bed;
@@ -13,7 +13,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_material, set_method_option, vectors};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/uniform",
     title: "Uniform flows down planes and drag of two phases",
@@ -35,7 +35,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// V15: slip relaxes, in any step.
+/// Checks V15: the slip relaxes, with any step.
 fn drag(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let exact = |t: f64| {
         let beta = InterphaseDrag::Anderson { settling_velocity: 0.1.into(), exponent: 1.0 }.relaxation(
@@ -76,7 +76,7 @@ fn drag(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// V22: the speed at which the bed holds the weight.
+/// Checks V22: the speed at which basal resistance balances the weight.
 fn laws(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let viscous = |consistency: f64, exponent: f64| json!({ "model": "viscous-frictional", "friction_angle": 10, "consistency": consistency, "exponent": exponent });
     let rows = [
@@ -87,7 +87,7 @@ fn laws(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         ("viscous and frictional, m = 0.5", viscous(2000.0, 0.5), 0.188_437),
     ];
     for (name, basal, exact) in rows {
-        // A column alone: in a layer roll waves grow out of round-off within two minutes.
+        // A single column: in a layer roll waves grow out of round-off within two minutes.
         let mut settings = FlowSettings::plain(2000.0);
         settings.frame = DepthFrame::BedFitted;
         settings.gravity = GRAVITY * 15f64.to_radians().cos();
@@ -107,7 +107,7 @@ fn laws(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// V22: the way to the steady speed of Voellmy's law.
+/// Checks V22: the transition to the steady speed of Voellmy's law.
 fn voellmy(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut case = load("uniform")?;
     set_method_option(&mut case, "depth-sph", "max_time_step", 2e-3);
@@ -142,7 +142,7 @@ fn voellmy(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("V22: from rest to the steady speed.", &chart)
 }
 
-/// V22b, and the plug of V22.
+/// Checks V22b, and the plug of V22.
 fn quadratic(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let a = 6.0 * 100.0 * 7.443_834 / 2000.0;
     outcome.assert_close(
@@ -170,7 +170,7 @@ fn quadratic(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// V16 as amended: two phases down a plane, the slip included, in two steps.
+/// Checks V16 as amended: two phases down a plane with their slip, with two step lengths.
 fn slip(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let rows: &[(f64, f64, f64)] =
         &[(0.2, 11.312_248, 11.325_275), (2.0, 11.289_565, 11.416_578), (20.0, 11.107_454, 12.118_465)];

@@ -1,4 +1,4 @@
-//! The debris flow of Yu Tung Road from its case file, beside what the source tells (sheet: depth-sph §5.2, B3).
+//! Debris flow of Yu Tung Road from its case file, against the figures of the source (sheet: depth-sph §5.2, B3).
 
 use colluvium::case::{Case, PlanRaster, Snapshot, Solver};
 use colluvium::plots::{LineChart, MapCells, Series, Style, TerrainMap};
@@ -8,7 +8,7 @@ use super::terrain::channel_bed;
 use crate::benchmarks::depth_sph::common_cases::{load, start, step_until};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_method_option, vectors};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/yu-tung",
     title: "Debris flow after Yu Tung Road from a case file: speeds, reach, erosion and what they depend on",
@@ -18,14 +18,14 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Distance of the nodes in the short form and where runs are compared with each other (m).
+/// Spacing of the nodes in the short form and for comparisons between runs (m).
 const COARSE: f64 = 1.6;
 
-/// The front at one time.
+/// Front at a time.
 #[derive(Clone, Copy)]
 struct FrontPosition {
     time: f64,
-    /// The 99 % quantile of the nodes of grains (m).
+    /// Position: 99 % quantile of the nodes of grains (m).
     place: f64,
     /// Mean speed in plan of the leading 5 % (m/s).
     speed: f64,
@@ -45,7 +45,7 @@ impl FrontPosition {
     }
 }
 
-/// A run: the front every half second, rasters after 40 s and at the end, and volumes.
+/// Results of a run: the front every half second, rasters after 40 s and at the end, and volumes.
 struct YuTungRun {
     fronts: Vec<FrontPosition>,
     eroded: Vec<PlanRaster>,
@@ -77,7 +77,7 @@ impl YuTungRun {
         Ok(run)
     }
 
-    /// The front after a time (s).
+    /// Front after a time (s).
     fn at(&self, time: f64) -> FrontPosition {
         self.fronts[(2.0 * time).round() as usize]
     }
@@ -87,7 +87,7 @@ impl YuTungRun {
     }
 }
 
-/// The case with nodes of a distance (m) and other options.
+/// Case with a node spacing (m) and other options.
 fn case(spacing: f64, more: &[(&str, Value)]) -> Result<Case, String> {
     let mut case = load("debris-flow")?;
     set_method_option(&mut case, "depth-sph", "spacing", spacing);
@@ -108,7 +108,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// What the source tells.
+/// Checks front, speeds and volumes against the source.
 fn told(outcome: &mut BenchmarkOutcome, run: &YuTungRun) {
     let at = run.fronts.iter().find(|front| front.place >= 100.0).map_or(f64::NAN, |front| front.speed);
     let name = |what: &str| format!("B3: {what}");
@@ -129,12 +129,12 @@ fn told(outcome: &mut BenchmarkOutcome, run: &YuTungRun) {
     outcome.assert_within(name("front after 45 s (m)"), "510", run.at(45.0).place, (465.0, 555.0), reason);
     let reason = "B3: 3400 ± 250 m³, of the source";
     outcome.assert_within(name("volume after 45 s (m³)"), "3400", run.volumes[1], (3150.0, 3650.0), reason);
-    // The sheet's formula holds 2350 m³; its samples at 1 m, with the edge between nodes, 0.16 % more.
+    // The sheet's formula gives 2350 m³; its samples at 1 m, with the edge between nodes, 0.16 % more.
     let reason = "sum over the nodes of release.asc, whose rim is cut by the outline";
     outcome.assert_close(name("volume of the release (m³)"), 2353.737, 1e-4, run.volumes[0], reason);
 }
 
-/// What the flow has taken up is what the bed has lost.
+/// Checks that the volume eroded by the flow equals the loss of the bed.
 fn closed(outcome: &mut BenchmarkOutcome, run: &YuTungRun) -> Result<(), String> {
     let raster = &run.raster("bed_change")?.raster;
     let area = raster.spacing[0] * raster.spacing[1];
@@ -159,7 +159,7 @@ fn closed(outcome: &mut BenchmarkOutcome, run: &YuTungRun) -> Result<(), String>
     Ok(())
 }
 
-/// What lets the flow run farther, and what holds it.
+/// Checks the influence of discretisation and parameters on the reach.
 fn depends(outcome: &mut BenchmarkOutcome, fine: &YuTungRun) -> Result<(), String> {
     let base = YuTungRun::of(&case(COARSE, &[])?)?;
     let apart = (base.at(45.0).place - fine.at(45.0).place).abs();
@@ -198,7 +198,7 @@ fn depends(outcome: &mut BenchmarkOutcome, fine: &YuTungRun) -> Result<(), Strin
     Ok(())
 }
 
-/// A map of a raster over the channel.
+/// Map of a raster over the channel.
 fn map(title: &str, label: &str, raster: &PlanRaster, sign: f64) -> TerrainMap {
     let of = &raster.raster;
     let counts = [of.columns, of.rows];

@@ -9,7 +9,7 @@ use serde_json::json;
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/critical-state",
     title: "Cam-clays and critical-state sand in element tests",
@@ -37,7 +37,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// The clay of the sheet with `p_c` in Pa.
+/// Clay of the sheet with `p_c` in Pa.
 fn clay(model: &str, preconsolidation_pressure: f64) -> Result<MaterialSpec, String> {
     let value = json!({
         "model": model, "density": 1800.0, "critical_state_slope": 1.0, "compression_slope": 0.2,
@@ -47,12 +47,12 @@ fn clay(model: &str, preconsolidation_pressure: f64) -> Result<MaterialSpec, Str
     serde_json::from_value(value).map_err(|error| error.to_string())
 }
 
-/// The sand of Bui & Nguyen's Table 1.
+/// Sand of Bui & Nguyen's Table 1.
 fn sand(void_ratio: f64) -> MaterialSpec {
     MaterialSpec::Simsand(SimsandSpec::bui_nguyen(void_ratio))
 }
 
-/// Element test from 100 kPa, isotropic.
+/// Element test from an isotropic stress of 100 kPa.
 fn test(material: MaterialSpec, paths: &[(LoadingPath, usize)]) -> Result<ElementPath, String> {
     let stage =
         |(path, steps): &(LoadingPath, usize)| TestStage { path: path.clone(), steps: *steps, duration: 1.0 };
@@ -69,7 +69,7 @@ fn column(run: &ElementPath, name: &str) -> Vec<f64> {
     run.column(name).unwrap_or_default()
 }
 
-/// One column over another.
+/// Curve of one column over another.
 fn pairs(run: &ElementPath, x: &str, y: &str) -> Vec<(f64, f64)> {
     column(run, x).into_iter().zip(column(run, y)).collect()
 }
@@ -89,7 +89,7 @@ fn chart(title: &str, x_label: &str, y_label: &str) -> LineChart {
 }
 
 fn single_step(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    // The law by itself: a material divides steps of this size (§3.8).
+    // The law alone: a material divides steps of this size (§3.8).
     let MaterialSpec::CamClay(spec) = clay("modified-cam-clay", 120e3)? else {
         return Err("no clay".into());
     };
@@ -198,7 +198,7 @@ fn compressed_clay(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// A state of the sand and what the sheet gives for it, in kPa.
+/// State of the sand and its results in the sheet, in kPa.
 struct SandReferenceState {
     name: &'static str,
     void_ratio: f64,

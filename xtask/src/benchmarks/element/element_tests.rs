@@ -8,7 +8,7 @@ use serde_json::json;
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, merged};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/elements",
     title: "Element tests of every model",
@@ -33,7 +33,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Reference set R1 with other entries added or replaced.
+/// Material of reference set R1 with other entries added or replaced.
 pub(super) fn material(model: &str, more: serde_json::Value) -> Result<MaterialSpec, String> {
     let base = json!({ "model": model, "density": 2000.0, "youngs_modulus": 20e6, "poissons_ratio": 0.3 });
     serde_json::from_value(merged(base, more)).map_err(|error| error.to_string())
@@ -185,7 +185,7 @@ fn objectivity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.assert_close("V-02 rotation by 30°: σ_xx", -104.820_508_08, 1e-9, turned[0], MACHINE);
     outcome.assert_close("V-02 rotation by 30°: σ_xy", -11.650_635_09, 1e-8, turned[3], MACHINE);
     outcome.assert_close("V-02 rotation by 30°: σ_yy", -45.179_491_92, 1e-9, turned[1], MACHINE);
-    // The plane stress of the sheet for full turns.
+    // Plane stress of the sheet for full turns.
     let start = SymTensor([-100e3, -50e3, 0.0, 20e3, 0.0, 0.0]);
     let full = after(&spec, start, &[rotation(10f64.to_radians())?; 36])?;
     let turn = "the sheet's 10⁻¹⁰";
@@ -329,7 +329,7 @@ fn triaxial(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     pulled(outcome)
 }
 
-/// Undrained strength of a dilating soil has no bound.
+/// Checks that the undrained strength of a dilating soil has no bound.
 fn dilating(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let more = json!({ "friction_angle": 30.0, "cohesion": 10e3, "dilatancy_angle": 10.0 });
     let spec = material("mohr-coulomb", more)?;
@@ -372,7 +372,7 @@ fn dilating(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Oedometers without cohesion.
+/// Checks oedometers without cohesion.
 fn compressed(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let soil = |nu: f64| material("mohr-coulomb", json!({ "friction_angle": 30.0, "poissons_ratio": nu }));
     let path = |axial_compression| LoadingPath::Oedometer { axial_compression };
@@ -426,7 +426,7 @@ fn compressed(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// A cohesionless soil is pulled apart by 1 % in each direction and pressed together by a tenth of that.
+/// Checks a cohesionless soil that is extended by 1 % in each direction and compressed by a tenth of that.
 fn pulled(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let strain = |e: f64| LoadingPath::Strain { increment: [e, e, e, 0.0, 0.0, 0.0] };
     for model in ["mohr-coulomb", "drucker-prager", "cfd-soil"] {
@@ -444,7 +444,7 @@ fn pulled(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             open,
             "exactly stress-free",
         );
-        // The apex of a perfectly plastic law forgets the gap; pressure from density knows it.
+        // The apex of a perfectly plastic law has no memory of the gap; a pressure from density has.
         let (pressure, reason) = match model {
             "cfd-soil" => (0.0, "pressure from density comes back only when the gap has closed"),
             _ => (0.003 * 20e6 / 1.2, "P-06: the apex of a perfectly plastic law forgets the opened volume"),

@@ -14,7 +14,7 @@ use super::element_tests::material;
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, merged};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/finite-strain",
     title: "Finite-strain elasticity, Cohesive Cam Clay, weak layers and snow",
@@ -42,7 +42,7 @@ fn spec(value: Value) -> Result<MaterialSpec, String> {
     serde_json::from_value(value).map_err(|error| error.to_string())
 }
 
-/// A material point on its way; the stress it gives is Kirchhoff's.
+/// Material point on a path; its stress is Kirchhoff's.
 struct FiniteStrainPoint {
     law: Arc<dyn Material>,
     stress: Vec<SymTensor>,
@@ -58,7 +58,7 @@ impl FiniteStrainPoint {
         Ok(Self { law, stress, states, deformation: Mat3::IDENTITY })
     }
 
-    /// Kirchhoff stress after the deformation has become `f`.
+    /// Kirchhoff stress after a step to the deformation gradient `f`.
     fn to(&mut self, f: &Mat3) -> Result<SymTensor, String> {
         let step = *f * self.deformation.inverse().ok_or("singular deformation")?;
         let motion = Motion::from_deformation(&step, 1.0, 1.0, 1.0).ok_or("singular step")?;
@@ -76,7 +76,7 @@ impl FiniteStrainPoint {
     }
 }
 
-/// The elastic laws of the table, in the order of its columns.
+/// Elastic laws of the table, in the order of its columns.
 fn elastic_laws() -> Result<[(&'static str, MaterialSpec); 4], String> {
     Ok([
         ("Hencky", material("linear-elastic", json!({ "strain_measure": "hencky" }))?),
@@ -195,7 +195,7 @@ fn closed_path(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("A closed path gives all work back, except in rate form.", &chart)
 }
 
-/// The Cohesive Cam Clay of §2.15 with other entries replaced.
+/// Cohesive Cam Clay of §2.15 with other entries replaced.
 fn cam_clay(more: Value) -> Result<MaterialSpec, String> {
     let base = json!({
         "model": "cohesive-cam-clay", "density": 250.0, "youngs_modulus": 5e6, "poissons_ratio": 0.3,
@@ -240,7 +240,7 @@ fn cam_clay_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         outcome.assert_within(name("q (Pa)"), &format!("{q}"), found.q, (q - 5.1e-6, q + 5.1e-6), DIGITS);
         outcome.assert_close(name("Δγ (1/Pa)"), multiplier, 2e-8, found.multiplier, DIGITS);
         outcome.assert_close(name("plastic volumetric strain"), volumetric, 2e-9, found.volumetric, DIGITS);
-        // Returns of far trials would squeeze the surface: the way is drawn where it is short.
+        // Returns of distant trial states would compress the chart: only short paths are drawn.
         if trial.q() < 10e3 && trial.pressure() < 15e3 {
             let way = vec![(trial.pressure(), trial.q()), (found.pressure, found.q)];
             chart.series.push(Series::new("", way, Style::Dashed));
@@ -356,7 +356,7 @@ fn uniaxial(outcome: &mut BenchmarkOutcome, weak: MaterialSpec, slab: MaterialSp
         let run = driven(spec, LoadingPath::Oedometer { axial_compression: 0.012 }, 2000)?;
         for column in ["p", "q"] {
             let points = kirchhoff(&run, column);
-            // The peak before the collapse: debris may carry more when packed.
+            // The peak before the collapse: debris may carry more when compacted.
             let standing = run.column("collapsed").unwrap_or_default();
             let until = standing.iter().position(|flag| *flag > 0.5).unwrap_or(points.len());
             let highest = points[..until].iter().map(|v| v.1).max_or_nan();
@@ -439,7 +439,7 @@ fn snow(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Torn snow softens, packed snow stiffens, with the excess over the bounds.", &chart)
 }
 
-/// The step of §2.14 from rest, its stress scaled by the plastic volume there was before.
+/// Checks the step of §2.14 from rest, its stress scaled by the earlier plastic volume.
 fn reference_step(outcome: &mut BenchmarkOutcome, laws: &[(&str, MaterialSpec); 2]) -> Result<(), String> {
     let trial = Mat3([[1.01, 0.02, 0.0], [-0.015, 0.96, 0.01], [0.0, 0.005, 1.002]]);
     let exact = [-4_182.833_577, -4_333.691_282];

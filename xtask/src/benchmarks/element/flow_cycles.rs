@@ -15,11 +15,11 @@ const SHEAR_MODULUS: f64 = 2e6;
 /// Steps of a quarter of a cycle.
 const QUARTER: usize = 5000;
 
-/// Steps after a reversal in which what the rate added to the static friction relaxes.
+/// Steps after a reversal in which the rate-dependent excess over the static friction relaxes.
 const RELAXED: usize = 4;
 
-/// Shear to and fro at constant rate and pressure: a parallelogram of `±μ(I) p` and the elastic slope, whose
-/// area `4 τ (γ_a - τ/G)` is dissipated in every cycle.
+/// Checks cyclic shear at constant rate and pressure: a parallelogram of `±μ(I) p` and the elastic slope, whose area `4 τ (γ_a - τ/G)` is
+/// dissipated in every cycle.
 pub fn cyclic_shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let law = sand(&json!({ "kind": "elasto-viscoplastic" }))?;
     let mut walker = law.start(SymTensor::isotropic(-PRESSURE))?;

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/flow",
     title: "Flow laws: a point, films, the base of depth-averaged flow",
@@ -39,7 +39,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// A law and its density, and a point of it in the making.
+/// Flow law with its density, from which points are made.
 pub(super) struct FlowLaw {
     law: Arc<dyn Material>,
     density: f64,
@@ -62,7 +62,7 @@ impl FlowLaw {
         Ok(FlowPoint { stress: [stresses[0]], states })
     }
 
-    /// A step at constant density.
+    /// Makes a step at constant density.
     pub(super) fn step(&self, walker: &mut FlowPoint, l: &Mat3, dt: f64) -> Result<(), String> {
         let motion =
             Motion::from_velocity_gradient(l, dt, self.density, 1.0).ok_or("the step is too large")?;
@@ -94,7 +94,7 @@ impl FlowLaw {
         let mut walker = self.start(SymTensor::isotropic(-pressure))?;
         let l = Mat3([[0.0, rate, 0.0], [0.0; 3], [0.0; 3]]);
         let mut last = f64::NAN;
-        // Doubled until it is steady; the first step is 10⁻⁶ of strain.
+        // Doubled until it is steady; the first step has a strain of 10⁻⁶.
         let dt = 1e-6 / rate;
         for _ in 0..40 {
             for _ in 0..50 {
@@ -109,7 +109,7 @@ impl FlowLaw {
         Ok(last)
     }
 
-    /// Shear rate of steady flow under the shear stress `shear`: zero where it does not flow.
+    /// Shear rate of steady flow under the shear stress `shear`: zero below yield.
     fn rate(&self, shear: f64, pressure: f64) -> Result<f64, String> {
         let (mut low, mut high) = (1e-6f64, 1e5f64);
         if self.steady(low, pressure)? >= shear {
@@ -123,7 +123,7 @@ impl FlowLaw {
     }
 }
 
-/// The set of §2.9.
+/// Law of the parameter set of §2.9.
 pub(super) fn sand(form: &Value) -> Result<FlowLaw, String> {
     // A viscous form has no shear modulus.
     let shear_modulus = (form["kind"] == "elasto-viscoplastic").then_some(2e6);
@@ -217,9 +217,8 @@ fn sand_relaxes(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Speeds over depth of a film on a slope, from the shear rates that the law gives under the stress of
-/// the film: pairs (height, speed), and the mean speed. `weight` and `drive` are the normal and the
-/// tangential component of the unit weight.
+/// Speeds over depth of a film on a slope, from the shear rates of the law under the stress of the film: pairs (height, speed), and the
+/// mean speed. `weight` and `drive` are the normal and the tangential component of the unit weight.
 struct FilmProfile {
     profile: Vec<(f64, f64)>,
     rates: Vec<f64>,
@@ -229,7 +228,7 @@ struct FilmProfile {
 /// Intervals of the film, an even number.
 const PARTS: usize = 40;
 
-/// By Simpson's rule in the square root of the depth below the surface, in which profiles are smooth.
+/// Profile of a film by Simpson's rule in the square root of the depth below the surface, in which profiles are smooth.
 fn film(law: &FlowLaw, height: f64, weight: f64, drive: f64) -> Result<FilmProfile, String> {
     let root = |i: usize| height.sqrt() * (1.0 - i as f64 / PARTS as f64);
     let mut rates = Vec::with_capacity(PARTS + 1);
@@ -356,7 +355,7 @@ fn liquid_films(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     chart.series.push(Series::new("Bingham, law", flipped(&found.profile), Style::Markers));
     outcome.svg("Film profiles from the laws: the Bingham fluid carries a plug.", &chart)?;
 
-    // The same film through the depth-averaged law.
+    // The film by the depth-averaged law.
     let law = basal(json!({ "model": "bingham", "yield_stress": yield_stress, "viscosity": viscosity }))?;
     let flow = BasalFlow { depth: height, speed: mean, ..BasalFlow::default() };
     let shear = law(&flow)?;
@@ -370,7 +369,7 @@ fn liquid_films(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Fluids with friction come to rest, or not.
+/// Checks whether fluids with friction come to rest.
 fn rest(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let fluid = |form: &Value| {
         FlowLaw::new(json!({
@@ -407,7 +406,7 @@ fn liquid_column(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         (water.wave_modulus(&walker) / density).sqrt(),
         DIGITS,
     );
-    // Down the column in equal steps of density; its depth follows from the weight.
+    // Down the column in equal steps of density; the depth follows from the weight.
     let (mut depth, mut pressure) = (0.0, 0.0);
     let step = 1e-5 * density;
     for i in 1..=1000 {

@@ -1,4 +1,4 @@
-//! What is asked of every law, and of the quantities around them (sheet: constitutive V-02, V-24 … V-27).
+//! Contract of all laws, and of the quantities around them (sheet: constitutive V-02, V-24 … V-27).
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::analysis::max_or_nan;
 use crate::benchmarks::element::return_mappings::RandomSequence;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/contract",
     title: "Objectivity and tangents of every law, Biot's constants, strength reduction",
@@ -21,7 +21,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Random paths per law.
+/// Number of random paths per law.
 const PATHS: usize = 40;
 
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
@@ -74,7 +74,7 @@ fn strength_reduction(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// A single point of a law.
+/// Single point of a law.
 #[derive(Clone)]
 struct ContractPoint {
     law: Arc<dyn Material>,
@@ -91,7 +91,7 @@ impl ContractPoint {
         Ok(Self { law, stress: stresses[0], states, density: spec.density() })
     }
 
-    /// From the stress of the contract tests; isotropic for laws that take no shear at the start.
+    /// Point with the stress of the contract tests; isotropic for laws that admit no initial shear.
     fn of(spec: &MaterialSpec) -> Result<Self, String> {
         let start = SymTensor([-60e3, -50e3, -45e3, 3e3, -2e3, 1e3]);
         Self::new(spec, start).or_else(|_| Self::new(spec, SymTensor::isotropic(start.trace() / 3.0)))
@@ -119,7 +119,7 @@ impl ContractPoint {
         out[0]
     }
 
-    /// Stress that a step handles: where it starts and its elastic trial.
+    /// Magnitude of the stress in a step: of its start and its elastic trial.
     fn handled(&self, motion: &Motion) -> f64 {
         self.stress.norm() + self.modulus() * motion.velocity_gradient_dt.sym().norm()
     }
@@ -194,8 +194,8 @@ fn objectivity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 /// Components xx yy zz xy yz zx.
 const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];
 
-/// Largest difference between the tangent of a step and central differences of the update, over the stiffest of
-/// wave modulus and tangent; entries at which two differences disagree lie on a switch of region and are left out.
+/// Largest difference between the tangent of a step and central differences of the update, over the stiffer of wave modulus and tangent.
+/// Entries at which two differences disagree lie on a change of region and are left out.
 fn tangent_error(walker: &ContractPoint, a: &Mat3, size: f64) -> Result<(f64, usize), String> {
     let at = motion(a, walker.density)?;
     let tangent = walker
@@ -255,7 +255,7 @@ fn tangents(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Property tests run by `cargo test`, not here; only what they are run over is counted.
+/// Counts the parameter sets of the property tests, which run by `cargo test`, not here.
 fn obligations(outcome: &mut BenchmarkOutcome) {
     let laws = every_law().len() as f64;
     for (obligation, test) in [

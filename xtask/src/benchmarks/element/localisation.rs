@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/localisation",
     title: "Hypoplasticity, and a cohesive band in an elastic point",
@@ -39,7 +39,7 @@ fn material(value: Value) -> Result<MaterialSpec, String> {
     serde_json::from_value(value).map_err(|error| error.to_string())
 }
 
-/// The set of V-16, with or without the critical state, other entries added.
+/// Soil of V-16, with or without the critical state, with other entries added.
 fn soil(void_ratio: f64, critical: bool, viscous: Option<&str>) -> Result<MaterialSpec, String> {
     let mut value = json!({
         "model": "hypoplastic", "density": 1700.0, "void_ratio": void_ratio,
@@ -245,7 +245,7 @@ fn viscous(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("The viscous stress raises friction and carries part of the normal stress.", &chart)
 }
 
-/// Slow shear to the critical state, then on at a given rate: `(τ/P, e)`.
+/// Slow shear to the critical state, then at a given rate: `(τ/P, e)`.
 fn sheared(rate: f64, mode: &str) -> Result<(f64, f64), String> {
     let stage = |rate: f64| (LoadingPath::SimpleShearConstantNormalStress { shear: 1.0 }, 500, 1.0 / rate);
     let run = test(soil(0.7, true, Some(mode))?, 100e3, &[stage(0.1), stage(rate)])?;
@@ -315,7 +315,7 @@ fn band(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// The bar of V-23: elongation, stress and crack opening.
+/// Tension test of the bar of V-23: elongation, stress and crack opening.
 fn pulled(size: f64) -> Result<Vec<[f64; 3]>, String> {
     let spec = material(json!({
         "model": "double-scale", "density": 2400.0, "youngs_modulus": 30e9, "poissons_ratio": 0.2, "size": size,

@@ -11,7 +11,7 @@ mod return_mappings;
 
 use crate::benchmarks::Benchmark;
 
-/// The benchmarks, in the order of the report.
+/// Benchmarks, in the order of the report.
 pub const ALL: &[Benchmark] = &[
     element_tests::BENCHMARK,
     return_mappings::BENCHMARK,

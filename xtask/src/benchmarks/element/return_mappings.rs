@@ -10,7 +10,7 @@ use serde_json::json;
 use crate::analysis::{MaxOrNan, max_or_nan};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/returns",
     title: "Return mappings to cone, pyramid and prism",
@@ -21,7 +21,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 const DIGITS: &str = "the digits the sheet gives";
-/// Trials of each random test.
+/// Number of trials of each random test.
 const TRIALS: usize = 10_000;
 /// Reference pressure of the sheet's tolerances (kPa).
 const REFERENCE: f64 = 100.0;
@@ -37,7 +37,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Set R1 in kPa.
+/// Elasticity of set R1 in kPa.
 fn r1() -> Result<Elasticity, String> {
     Elasticity::new(20_000.0, 0.3).map_err(|error| error.to_string())
 }
@@ -61,7 +61,7 @@ fn cone_law(dilatancy: f64) -> Result<DruckerPrager, String> {
     spec.law().map_err(|error| error.to_string())
 }
 
-/// The return of a trial stress: a step without strain from it. Stress and plastic strain `κ`.
+/// Stress and plastic strain `κ` of the return of a trial stress: a step without strain.
 fn returned(law: &DruckerPrager, trial: SymTensor) -> Result<(SymTensor, f64), String> {
     let still = Motion::from_deformation(&Mat3::IDENTITY, 1.0, 2.0, 1.0).ok_or("singular motion")?;
     let old = Point { stress: trial, state: Default::default() };
@@ -91,8 +91,8 @@ fn cone_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// How far an associated return is from the conditions of Karush, Kuhn and Tucker: the plastic strain lies in
-/// the normal cone of the surface at the stress. Relative to the plastic strain.
+/// Violation of the Karush–Kuhn–Tucker conditions by an associated return, relative to the plastic strain: the plastic strain lies in the
+/// normal cone of the surface at the stress.
 fn optimality(cone: &Cone, elasticity: &Elasticity, trial: &SymTensor, stress: &SymTensor) -> f64 {
     let plastic = elasticity.strain(&(*trial - *stress));
     let deviator = plastic.deviator();
@@ -147,7 +147,7 @@ fn random_cone(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// A trial, the region it returns to, and the stress it returns to for ψ = 0, 10°, 30° with the digits' tolerance.
+/// Trial stress, the region of its return, and the returned stress for ψ = 0, 10°, 30° with the tolerance of the digits.
 type ReturnRow = ([f64; 3], YieldRegion, [([f64; 3], f64); 3]);
 
 fn pyramid_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
@@ -251,7 +251,7 @@ fn prism_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// All six planes of a pyramid: at the apex those of the reversed order carry too.
+/// All six planes of a pyramid: at the apex those of the reversed order are active too.
 fn six_planes(pyramid: &Pyramid) -> [YieldPlane; 6] {
     let pairs = [[0, 2], [0, 1], [1, 2], [1, 0], [2, 1], [2, 0]];
     pairs.map(|[i, j]| {

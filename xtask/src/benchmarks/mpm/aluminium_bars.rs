@@ -1,4 +1,4 @@
-//! The aluminium-bar column with aspect ratio 0.5 (sheet: implicit-mpm §5.2, V16; sheet: sph §5.4 set S).
+//! Aluminium-bar column with aspect ratio 0.5 (sheet: implicit-mpm §5.2, V16; sheet: sph §5.4 set S).
 
 use colluvium::case::description::Side;
 use colluvium::case::measure::{front, profile};
@@ -11,7 +11,7 @@ use crate::benchmarks::{
     vectors,
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/aluminium-bars",
     title: "Aluminium-bar column, MPM and GIMP",
@@ -21,7 +21,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Height of the column (m), and how far from the wall an implicit code leaves its top edge unmoved (m).
+/// Height of the column (m), and distance from the wall in which the top edge does not move in an implicit code (m).
 const HEIGHT: f64 = 0.1;
 const STILL: f64 = 0.07;
 
@@ -34,7 +34,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// V16: the bulk of the deposit against an independent explicit code on the same squares.
+/// Checks V16: the bulk of the deposit against an independent explicit code on the same squares.
 fn against_implicit(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut surfaces = LineChart {
         title: "Aluminium-bar column 0.2 m × 0.1 m after 0.6 s".into(),
@@ -77,7 +77,7 @@ fn against_implicit(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Surface of the deposit; markers are the sheet's prototype on triangles.", &surfaces)
 }
 
-/// §5.2: an implicit code leaves the top edge unmoved for x ≤ 0.07 m. Ours does not; see docs/validation.md.
+/// Checks §5.2: in an implicit code the top edge does not move for x ≤ 0.07 m. It does here; see docs/validation.md.
 fn top_edge(outcome: &mut BenchmarkOutcome, method: &str, snapshot: &Snapshot) {
     let moved = vectors(snapshot, "displacement");
     let falls: Vec<f64> = snapshot
@@ -102,7 +102,7 @@ fn top_edge(outcome: &mut BenchmarkOutcome, method: &str, snapshot: &Snapshot) {
     outcome.info(format!("{method}: mean fall of the top edge at x ≤ 0.07 m (mm)"), claim, mean, reason);
 }
 
-/// Heights of the surface against those on triangles.
+/// Compares heights of the surface with those on triangles.
 fn heights(outcome: &mut BenchmarkOutcome, method: &str, snapshot: &Snapshot, triangles: &[(f64, f64)]) {
     let height = |x: f64| {
         let near = snapshot.positions.iter().zip(&snapshot.extents).filter(|(p, _)| (p[0] - x).abs() < 0.005);
@@ -115,7 +115,7 @@ fn heights(outcome: &mut BenchmarkOutcome, method: &str, snapshot: &Snapshot, tr
     }
 }
 
-/// Set S1 of the SPH sheet, for the record: what another method finds for the same column.
+/// Shows set S1 of the SPH sheet: results of another method for this column.
 fn set_s1(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut advance = LineChart {
         title: "Set S1: end of the deposit".into(),

@@ -6,7 +6,7 @@ use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use crate::analysis::crest;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/column-axisymmetric",
     title: "Axisymmetric granular column collapse",

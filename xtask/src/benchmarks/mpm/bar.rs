@@ -11,7 +11,7 @@ use crate::benchmarks::{
     set_mpm_option,
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/bar",
     title: "Oscillating elastic bar: frequency, energy, order",
@@ -33,8 +33,8 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// The first mode with two points a cell: the grid sees `(5 + 3 cos βh)/8` of the mass of the mode. With lumped mass the points feel
-/// that much less, with the consistent one more.
+/// Checks the first mode with two points a cell: the grid resolves `(5 + 3 cos βh)/8` of the mass of the mode. With lumped mass the points
+/// respond by that much less, with the consistent one more.
 fn consistent(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (beta, cell) = (PI / (2.0 * LENGTH), LENGTH / 13.0);
     let wave = (beta * cell).cos();
@@ -59,8 +59,8 @@ fn consistent(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// The first mode under Rayleigh damping: `e^{-ζt}(cos ω_d t - (ζ/ω_d) sin ω_d t)` with `ζ = λ α_R/2` and `λ = cos²(βh/2)`, what the
-/// grid sees of the mode.
+/// Checks the first mode under Rayleigh damping: `e^{-ζt}(cos ω_d t - (ζ/ω_d) sin ω_d t)` with `ζ = λ α_R/2` and `λ = cos²(βh/2)`, the
+/// share of the mode on the grid.
 fn damped(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (beta, cell, damping) = (PI / (2.0 * LENGTH), LENGTH / 13.0, 0.2);
     let mut case = load_case("mpm/bar")?;
@@ -91,7 +91,7 @@ fn damped(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// A bar of 13, 26 and 52 cells in its first mode.
+/// Checks a bar of 13, 26 and 52 cells in its first mode.
 fn vibration(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let beta = PI / (2.0 * LENGTH);
     let omega = beta * SPEED;
@@ -181,7 +181,7 @@ fn frequency(signal: &[(f64, f64)]) -> f64 {
     }
 }
 
-/// One point in one cell: the three stress updates and their energy.
+/// Checks one point in one cell: the three stress updates and their energy.
 fn single_point(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let omega = 2.0 * PI;
     let mut chart = LineChart {
@@ -233,8 +233,8 @@ fn single_point(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Updating stress last from the solved velocities loses energy; the other two do not.", &chart)
 }
 
-/// Where the single point is, against two problems: that of the sheet, in which the point keeps its volume, and
-/// ours, in which the volume follows the deformation. The first has a closed form; the second is integrated here.
+/// Checks the position of the single point against two problems: that of the sheet, in which the volume of the point is constant, and ours,
+/// in which it follows the deformation. The first has a closed form; the second is integrated here.
 fn position(outcome: &mut BenchmarkOutcome, report: &RunReport) {
     let omega = 2.0 * PI;
     let largest = |exact: &dyn Fn(f64) -> f64| {
@@ -257,8 +257,8 @@ fn position(outcome: &mut BenchmarkOutcome, report: &RunReport) {
     );
 }
 
-/// `u(t)` of `u'' = -ω² u eᵘ` from rest at zero with velocity `speed`: the logarithmic strain of a point whose
-/// volume follows it. Runge–Kutta of fourth order; its error here is below 1e-12.
+/// Solution `u(t)` of `u'' = -ω² u eᵘ` from rest at zero with velocity `speed`: logarithmic strain of a point whose volume follows it.
+/// Fourth-order Runge–Kutta; its error here is below 1e-12.
 fn stretching_point(omega: f64, speed: f64, time: f64) -> f64 {
     let steps = (time / 1e-3).ceil().max(1.0);
     let dt = time / steps;

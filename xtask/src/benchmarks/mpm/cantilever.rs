@@ -6,7 +6,7 @@ use serde_json::json;
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_mpm, set_mpm_option, vectors};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/cantilever",
     title: "Cantilever at large deflection: convected domains against the elastica",
@@ -22,15 +22,15 @@ const HEIGHT: f64 = 1.0;
 const STIFFNESS: f64 = 1e6;
 const MASS: f64 = 1000.0;
 
-/// Cells of the case (m).
+/// Cell size of the case (m).
 const CELL: f64 = 0.25;
 
-/// What bends the beam.
+/// Load that bends the beam.
 #[derive(Clone, Copy)]
 enum CantileverLoad {
-    /// A load `PL²/EI` at the tip.
+    /// Load `PL²/EI` at the tip.
     Tip(f64),
-    /// Its weight `qL³/EI`.
+    /// Weight `qL³/EI`.
     Weight(f64),
 }
 
@@ -42,7 +42,7 @@ impl CantileverLoad {
         }
     }
 
-    /// Load (EI/L²) beyond a place along the beam (L).
+    /// Load (EI/L²) beyond a position along the beam (L).
     fn beyond(self, place: f64) -> f64 {
         match self {
             Self::Tip(load) => load,
@@ -98,11 +98,11 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Places along a line and down from it (m).
+/// Positions along a line and downward deflections (m).
 type DeflectionLine = Vec<(f64, f64)>;
 
-/// The case with its load. The points of the last column of cells carry the one at the tip, each of their three layers a
-/// body whose outermost points it is.
+/// Case with its load. The points of the last column of cells carry the load at the tip; each of their three layers is a body whose
+/// outermost points it forms.
 fn loaded(bending: CantileverLoad, cell: f64) -> Result<Case, String> {
     let mut case = load_case("mpm/cantilever")?;
     set_mpm_option(&mut case, "cell_size", cell);
@@ -141,7 +141,7 @@ fn deflected(bending: CantileverLoad, cell: f64) -> Result<(DeflectionLine, [f64
     Ok((axis.iter().map(|(x, u)| (x + u[0], u[1])).collect(), tip))
 }
 
-/// Mean displacement (m) of the points over each place along the beam at rest (m).
+/// Mean displacement (m) of the points at each initial position along the beam (m).
 fn axis(snapshot: &Snapshot) -> Vec<(f64, [f64; 2])> {
     let displacement = vectors(snapshot, "displacement");
     let mut columns: std::collections::BTreeMap<i64, (f64, [f64; 2], f64)> =

@@ -13,7 +13,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, scalars, set_mpm_option, vectors,
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/slope-failure",
     title: "Vertical cut and slopes in Tresca clay: stability and run-out",
@@ -23,25 +23,25 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Unit weight (N/m³), height (m), and where the cut and its foot are (m).
+/// Unit weight (N/m³), height (m), and positions of the cut and its foot (m).
 const WEIGHT: f64 = 2e4;
 const GRAVITY: f64 = 10.0;
 const HEIGHT: f64 = 1.0;
 const FACE: f64 = 1.5;
 const FOOT: f64 = 0.5;
-/// How long the cut that is too high falls freely, and how long it is watched at rest, without damping (s).
+/// Duration of the free fall of the unstable cut, and duration of the undamped observation at rest (s).
 const FALL: f64 = 3.0;
 const STILL: f64 = 0.05;
-/// Time between frames of the fall (s).
+/// Interval of the frames of the fall (s).
 const FRAME: f64 = 0.02;
-/// How far a crest that stands may go down (m).
+/// Largest settlement of a stable crest (m).
 const CREST: f64 = 0.05 * HEIGHT;
-/// Largest height of a vertical face in c_u/γ: the sheet's bound for what is left of a cut at rest.
+/// Largest height of a vertical face in c_u/γ: the sheet's bound for the remains of a cut at rest.
 const FACE_BOUND: f64 = 3.83;
-/// A face at this angle (degrees) or steeper is near-vertical.
+/// Least angle of a near-vertical face (degrees).
 const NEAR_VERTICAL: f64 = 75.0;
 
-/// The clay with a stability number γH/c_u; `strong` clay does not yield.
+/// Sets the clay to a stability number γH/c_u; `strong` clay does not yield.
 fn clay(case: &mut Case, number: f64, strong: bool) -> Result<(), String> {
     let strength = WEIGHT * HEIGHT / number;
     let clay = json!({ "model": "tresca", "density": 2000, "youngs_modulus": 500.0 * strength, "poissons_ratio": 0.3,
@@ -52,8 +52,8 @@ fn clay(case: &mut Case, number: f64, strong: bool) -> Result<(), String> {
     Ok(())
 }
 
-/// A slope at an angle (degrees) on a layer `depth` thick. Its layer settles by more than a cell before it is at rest: the
-/// points stay where they are, as in the theory of Taylor's numbers.
+/// Slope at an angle (degrees) on a layer `depth` thick. The layer would settle by more than a cell: the points keep their positions, as in
+/// the theory of Taylor's numbers.
 fn slope(angle: f64, depth: f64) -> Result<Case, String> {
     let mut case = load_case("mpm/vertical-cut")?;
     let back = HEIGHT / angle.to_radians().tan();
@@ -72,7 +72,7 @@ fn slope(angle: f64, depth: f64) -> Result<Case, String> {
     Ok(case)
 }
 
-/// How far the crest goes down until it rests (m); infinite where there is no rest, or no crest any more.
+/// Settlement of the crest until it is at rest (m); infinite where it does not come to rest, or no crest remains.
 fn sinking(case: &Case, number: f64, strong: bool) -> Result<f64, String> {
     let mut case = case.clone();
     clay(&mut case, number, strong)?;
@@ -87,8 +87,8 @@ fn sinking(case: &Case, number: f64, strong: bool) -> Result<f64, String> {
     }
 }
 
-/// Whether a slope comes to rest under its weight, with its crest down by no more than 5 % of the height beyond what elastic
-/// clay settles by: the deep layer settles by 3 % of it.
+/// Whether a slope comes to rest under its weight, with its crest at most 5 % of the height below that of elastic clay: the deep layer
+/// settles by 3 % of it.
 fn slope_stands(case: &Case, number: f64) -> Result<bool, String> {
     let way = sinking(case, number, false)?;
     Ok(way.is_finite() && way - sinking(case, number, true)? <= CREST)
@@ -104,7 +104,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// (i): the largest number that stands and the smallest that does not.
+/// Checks (i): the largest stable number and the smallest unstable one.
 fn cut(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let case = load_case("mpm/vertical-cut")?;
     let numbers: &[f64] = if quick { &[3.6, 4.1] } else { &[3.6, 3.7, 3.8, 3.9, 4.0, 4.1] };
@@ -136,7 +136,7 @@ fn cut(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     Ok(())
 }
 
-/// (ii): slopes of φ = 0 stand 8 % on one side of Taylor's number and fail 8 % on the other.
+/// Checks (ii): slopes of φ = 0 are stable 8 % on one side of Taylor's number and fail 8 % on the other.
 fn taylor(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (angle, depth, number) in [(60.0, 0.5, 0.191), (45.0, 2.0, 0.181)] {
         let case = slope(angle, depth)?;
@@ -151,7 +151,7 @@ fn taylor(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Energy set free, against what plastic flow has taken and what still moves, at the end of the fall.
+/// Checks the released energy against plastic dissipation and remaining kinetic energy, at the end of the fall.
 fn balance(outcome: &mut BenchmarkOutcome, report: &RunReport, cell: f64) {
     let at = |name: &str| {
         let rows = measure_series(report, name);
@@ -178,8 +178,8 @@ fn balance(outcome: &mut BenchmarkOutcome, report: &RunReport, cell: f64) {
     );
 }
 
-/// Height of the highest near-vertical face of a surface (m): its largest fall over the width that a face as high as `bound`
-/// (m) at the least angle has.
+/// Height of the highest near-vertical face of a surface (m): its largest drop over the width that a face of height `bound` (m) has at the
+/// least angle.
 fn face(snapshot: &Snapshot, bin: f64, bound: f64) -> f64 {
     let width = bound / NEAR_VERTICAL.to_radians().tan();
     let surface = profile(snapshot, 0, 1, bin);
@@ -190,10 +190,10 @@ fn face(snapshot: &Snapshot, bin: f64, bound: f64) -> f64 {
     falls.max_or_nan()
 }
 
-/// Worst of the columns of cells, watched without damping: force out of balance, from the change of momentum between two
-/// frames, over weight; kinetic energy over the work of the weight.
+/// Checks the worst column of cells, observed without damping: out-of-balance force, from the change of momentum between two frames, over
+/// weight; kinetic energy over the work of the weight.
 fn columns_at_rest(outcome: &mut BenchmarkOutcome, report: &RunReport, cell: f64) -> Result<(), String> {
-    // The last frame of all may follow at any distance.
+    // The last frame may have any distance from the one before.
     let [.., before, after, _] = &report.frames[..] else { return Err("too few frames".to_owned()) };
     let mut columns: BTreeMap<i64, [f64; 5]> = BTreeMap::new();
     let mass = scalars(after, "mass");
@@ -219,7 +219,7 @@ fn columns_at_rest(outcome: &mut BenchmarkOutcome, report: &RunReport, cell: f64
     Ok(())
 }
 
-/// (iii): the cut with γH/c_u = 6 runs out and stops.
+/// Checks (iii): the cut with γH/c_u = 6 runs out and stops.
 fn run_out(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let number = 6.0;
     let mut ends = Vec::new();
@@ -244,7 +244,7 @@ fn run_out(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         case.measures.insert("lost".into(), Measure::Dissipation {});
         let report = run_mpm(&case)?;
         balance(outcome, &report, cell);
-        // What was above the foot.
+        // The material above the foot.
         let start = &report.frames[0];
         let above: Vec<usize> =
             (0..start.positions.len()).filter(|p| start.positions[*p][1] > FOOT).collect();

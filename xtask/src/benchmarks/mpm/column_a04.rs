@@ -11,7 +11,7 @@ use crate::benchmarks::{
     set_mpm_option, stresses, vectors,
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/column-a04",
     title: "Column collapse, a = 0.4: standard MPM against GIMP",
@@ -25,16 +25,16 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const LENGTH: f64 = 0.1;
 const HEIGHT: f64 = 0.04;
 
-/// Shape functions and what they are called.
+/// Shape functions and their names in the report.
 const METHODS: [(&str, &str); 2] = [("linear", "MPM"), ("ugimp", "GIMP")];
 
-/// Coefficients of friction of the base and what they are called; the source's first.
+/// Coefficients of friction of the base and their names in the report; the source's first.
 const BASES: [(f64, &str); 2] = [(0.466, "friction 0.466"), (1.0, "rough base")];
 
-/// The source's step (s), on its grid of 1 mm, and its Courant number.
+/// Time step of the source (s), on its grid of 1 mm, and its Courant number.
 const STEP: f64 = 1e-6;
 const STEP_COURANT: f64 = 0.0345;
-/// That of the case.
+/// Courant number of the case.
 const COURANT: f64 = 0.3;
 
 /// Kinematic viscosity `λh²` (m²/s) to which the sheet calibrates the rate `λ = (1 - flip)/Δt` of PIC.
@@ -66,8 +66,8 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// The whole collapse by both methods: (iii), (iv) and the end of (ii). The sheet's grid is 1 mm, and its bands for
-/// (iv) come from grids of 2 mm and 4 mm; `compare` says whether the methods are judged against each other.
+/// Checks the whole collapse by both methods: (iii), (iv) and the end of (ii). The sheet's grid is 1 mm, and its bands for (iv) are from
+/// grids of 2 mm and 4 mm; with `compare` the methods are judged against each other.
 fn whole(
     outcome: &mut BenchmarkOutcome,
     chart: &mut LineChart,
@@ -108,7 +108,7 @@ fn whole(
     Ok(())
 }
 
-/// (iv)
+/// Checks (iv).
 fn level(outcome: &mut BenchmarkOutcome, label: &str, report: &RunReport, band: (f64, f64)) {
     let claim = format!("{} to {}", band.0, band.1);
     outcome.assert_within(
@@ -133,18 +133,18 @@ fn quantile(report: &RunReport, time: f64) -> f64 {
     at(report, "run_out", time)
 }
 
-/// That measure at `time` times `sqrt(H/g)`.
+/// Value of a measure at `time` times `sqrt(H/g)`.
 fn at(report: &RunReport, measure: &str, time: f64) -> f64 {
     let near = |(t, _): &(f64, f64)| (t / scale() - time).abs() < 1e-3;
     measure_series(report, measure).into_iter().find(near).map_or(f64::NAN, |(_, value)| value)
 }
 
-/// The column on cells of edge `cell` (m), for `duration` times `sqrt(H/g)`.
+/// Run of the column on cells of edge `cell` (m), for `duration` times `sqrt(H/g)`.
 fn column(shape: &str, cell: f64, friction: f64, duration: f64) -> Result<RunReport, String> {
     run_mpm(&column_case(shape, cell, friction, duration, None)?)
 }
 
-/// With that step (s), or that of the case's Courant number.
+/// Case of the column with a step (s), or the Courant number of the case.
 fn column_case(
     shape: &str,
     cell: f64,
@@ -171,7 +171,7 @@ fn column_case(
     Ok(case)
 }
 
-/// The published curves.
+/// Chart of the published curves.
 fn published() -> Result<LineChart, String> {
     let table = reference_table("mpm/column-a04/reference.csv")?;
     let labels = [("gimp_16", "GIMP, 16 points"), ("mpm_16", "MPM, 16 points"), ("gimp_4", "GIMP, 4 points")];
@@ -202,8 +202,8 @@ fn run_out(report: &RunReport) -> f64 {
     advance(report).last().map_or(f64::NAN, |row| row.1)
 }
 
-/// The start of the collapse, to the last of `times` (in `sqrt(H/g)`): (i) and the first part of (ii). With the source's
-/// step or with that of the case's Courant number.
+/// Checks the start of the collapse, to the last of `times` (in `sqrt(H/g)`): (i) and the first part of (ii), with the source's step or the
+/// Courant number of the case.
 fn start(
     outcome: &mut BenchmarkOutcome,
     chart: &mut LineChart,
@@ -248,7 +248,7 @@ fn start(
     Ok(())
 }
 
-/// (iii)
+/// Checks (iii).
 fn crest_check(outcome: &mut BenchmarkOutcome, label: &str, report: &RunReport, cell: f64) {
     let height = crest(&report.snapshot, 2.0 * cell) / HEIGHT;
     let reason = "the sheet's bound: the deposit is truncated";
@@ -261,7 +261,7 @@ fn crest_check(outcome: &mut BenchmarkOutcome, label: &str, report: &RunReport, 
     );
 }
 
-/// (v): RMS (Pa) of the vertical stress about its mean in each cell, over the points that `wanted` keeps.
+/// RMS difference (Pa) of (v) of the vertical stress from its mean in each cell, over the points that `wanted` selects.
 fn noise(snapshot: &Snapshot, cell: f64, wanted: impl Fn(&[f64; 3]) -> bool) -> f64 {
     let mut cells: BTreeMap<(i64, i64), Vec<f64>> = BTreeMap::new();
     for (x, stress) in snapshot.positions.iter().zip(stresses(snapshot)).filter(|(x, _)| wanted(x)) {
@@ -301,8 +301,8 @@ fn show_noise(outcome: &mut BenchmarkOutcome, reports: &[(&str, RunReport)], cel
     }
 }
 
-/// The published figure, with the dissipation to which the sheet calibrates: its prototype ends at 0.69 and 0.61 with rates
-/// of 100/s and 150/s on cells of 4 mm.
+/// Checks the published figure, with the dissipation calibrated by the sheet: its prototype ends at 0.69 and 0.61 with rates of 100/s and
+/// 150/s on cells of 4 mm.
 fn calibrated(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let (name, report) = dissipative(chart, 0.004, 3e-5, 6.0)?;
     outcome.assert_close(
@@ -321,7 +321,7 @@ fn calibrated(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(
     Ok(())
 }
 
-/// The start of the published figure on its own grid of 1 mm, with the same dissipation.
+/// Checks the start of the published figure on its own grid of 1 mm, with equal dissipation.
 fn calibrated_start(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let (name, report) = dissipative(chart, 0.001, 8e-6, 1.0)?;
     outcome.assert_within(
@@ -334,7 +334,7 @@ fn calibrated_start(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Re
     Ok(())
 }
 
-/// GIMP with PIC at the rate `λ = DISSIPATION/cell²`, and how its checks are called. `duration` in `sqrt(H/g)`.
+/// GIMP with PIC at the rate `λ = DISSIPATION/cell²`, and the names of its checks. `duration` in `sqrt(H/g)`.
 fn dissipative(
     chart: &mut LineChart,
     cell: f64,

@@ -9,7 +9,7 @@ use crate::benchmarks::{
     set_mpm_option,
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/column-collapse",
     title: "Planar granular column collapse, MPM and GIMP",
@@ -27,7 +27,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// The sand column of the case, with another aspect ratio.
+/// Sand column of the case, with another aspect ratio.
 fn sand_column(aspect: f64) -> Result<Case, String> {
     let mut case = load_case("mpm/column-collapse")?;
     let height = aspect * WIDTH;
@@ -62,7 +62,7 @@ fn sand(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
         let front = measure_series(&report, "front").last().map_or(f64::NAN, |row| row.1);
         fronts.push((aspect, front));
         let name = format!("GIMP, a = {aspect}: run-out over initial width");
-        // The sheet's prototype, which has 0.71, 1.85 and 3.95, leaves the band at a = 2 by this measure as well.
+        // The sheet's prototype, with 0.71, 1.85 and 3.95, leaves the band at a = 2 by this measure as well.
         judge(outcome, format!("{name} by the contiguous front"), aspect, front);
         judge(outcome, name, aspect, end);
         let stopped = run_out.iter().find(|(_, r)| *r > 0.98 * end).map_or(f64::NAN, |(t, _)| t / scale);
@@ -111,7 +111,7 @@ fn sand(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     outcome.svg("The flow starts after about one and ends after about four times sqrt(H/g).", &advance)
 }
 
-/// The sheet's bands of the run-out over the initial width.
+/// Checks the run-out over the initial width against the sheet's bands.
 fn judge(outcome: &mut BenchmarkOutcome, name: String, aspect: f64, run_out: f64) {
     let (claim, band, reason) = if aspect <= 2.0 {
         let band = (1.1 * aspect, 1.9 * aspect);
@@ -125,7 +125,7 @@ fn judge(outcome: &mut BenchmarkOutcome, name: String, aspect: f64, run_out: f64
     outcome.assert_within(name, &claim, run_out, band, reason);
 }
 
-/// The sheet's bands of the slope, of columns up to a = 2 and from a = 4.
+/// Checks the slope of the run-out against the sheet's bands, for columns up to a = 2 and from a = 4.
 fn slopes(outcome: &mut BenchmarkOutcome, name: &str, run_outs: &[(f64, f64)]) {
     let slope = |points: &[(f64, f64)]| {
         let (first, last) = (points[0], points[points.len() - 1]);
@@ -139,7 +139,7 @@ fn slopes(outcome: &mut BenchmarkOutcome, name: &str, run_outs: &[(f64, f64)]) {
     }
 }
 
-/// The columns up to a = 2 by standard MPM.
+/// Checks the columns up to a = 2 by standard MPM.
 fn standard(outcome: &mut BenchmarkOutcome, laws: &mut LineChart) -> Result<(), String> {
     let mut standard = Vec::new();
     for aspect in [0.5, 1.0, 2.0] {

@@ -6,7 +6,7 @@ use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use crate::analysis::regression_slope;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_mpm, set_mpm_option, stresses, vectors};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/contact",
     title: "Bodies that meet, slide, stick, roll and part",
@@ -40,21 +40,21 @@ pub(super) fn mean(snapshot: &Snapshot, field: &str, body: u32, component: usize
     sum / count
 }
 
-/// The mean of a component over a body in time, counted from `start`.
+/// Mean of a component over a body over time, relative to `start`.
 pub(super) fn history(report: &RunReport, field: &str, body: u32, start: f64) -> Vec<(f64, f64)> {
     let frames = report.frames.iter().filter(|frame| frame.time >= start - 1e-9);
     frames.map(|frame| (frame.time - start, mean(frame, field, body, 0))).collect()
 }
 
-/// Mean way along x of a body in time.
+/// Mean displacement along x of a body over time.
 fn ways(report: &RunReport, body: u32) -> Vec<(f64, f64)> {
     report.frames.iter().map(|frame| (frame.time, mean(frame, "displacement", body, 0))).collect()
 }
 
-/// Two equal bars, A-13: 1 m long, 1000 kg/m³, 10 m/s wave speed, ±0.1 m/s.
+/// Checks two equal bars, A-13: 1 m long, 1000 kg/m³, 10 m/s wave speed, ±0.1 m/s.
 pub(super) fn bars(outcome: &mut BenchmarkOutcome, name: &str, report: &RunReport) -> Result<(), String> {
     let speeds: Vec<(f64, f64)> = history(report, "velocity", 0, 0.0);
-    // Mean stress along the bars of the points that were between two places at the start; they meet at 2 m.
+    // Mean stress along the bars of the points initially between two positions; the interface is at 2 m.
     let between = |snapshot: &Snapshot, from: f64, to: f64| {
         let moved = vectors(snapshot, "displacement");
         let start = snapshot.positions.iter().zip(moved).map(|(x, u)| x[0] - u[0]);
@@ -62,7 +62,7 @@ pub(super) fn bars(outcome: &mut BenchmarkOutcome, name: &str, report: &RunRepor
         let (sum, count) = within.fold((0.0, 0.0), |(sum, count), (_, s)| (sum + s[0], count + 1.0));
         sum / count
     };
-    // Of the left bar near its end, what is next to the interface left out.
+    // Part of the left bar near its end, without the points next to the interface.
     let near = |snapshot: &Snapshot| between(snapshot, 1.8, 1.95);
     let pressed = report.frames.iter().filter(|frame| (0.08..0.12).contains(&frame.time));
     let (sum, count) = pressed.fold((0.0, 0.0), |(sum, count), frame| (sum + near(frame), count + 1.0));
@@ -73,7 +73,7 @@ pub(super) fn bars(outcome: &mut BenchmarkOutcome, name: &str, report: &RunRepor
         sum / count,
         "the sheet's 3 %",
     );
-    // The mean speed falls in a straight line until they part, and keeps its value then.
+    // The mean speed falls linearly until separation, and is constant from then on.
     let last = speeds.last().map_or(f64::NAN, |(_, v)| *v);
     let part = speeds.iter().find(|(_, v)| *v < 0.98 * last).map_or(f64::NAN, |(t, _)| *t);
     let reason = "the sheet's 5 %; they part when the mean speed has reached 98 % of what it ends with";
@@ -87,7 +87,7 @@ pub(super) fn bars(outcome: &mut BenchmarkOutcome, name: &str, report: &RunRepor
         "the sheet's bound",
     );
     for (body, bar, outwards) in [(0, "left", 1.0), (1, "right", -1.0)] {
-        // Nothing else acts on a bar: what pulls at it changes its mean speed.
+        // No other force acts on a bar: a tensile contact force changes its mean speed.
         let speeds = history(report, "velocity", body, part);
         let pull = speeds
             .windows(2)
@@ -125,12 +125,12 @@ pub(super) fn bars(outcome: &mut BenchmarkOutcome, name: &str, report: &RunRepor
     )
 }
 
-/// Leaves the normal of the first contact to the bodies.
+/// Removes the prescribed normal of the first contact.
 fn forget_normal(case: &mut Case) {
     contact(case, "normal", serde_json::Value::Null);
 }
 
-/// A block that slides to rest, A-31: 1 m/s, friction 0.4, 10 m/s².
+/// Checks a block that slides to rest, A-31: 1 m/s, friction 0.4, 10 m/s².
 fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart {
         title: "Block sliding to rest".into(),
@@ -172,7 +172,7 @@ fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("A block on a flat base: Coulomb's law takes its speed in a straight line.", &chart)
 }
 
-/// The same block on a frictional plane (§3.7), with friction in impulses or in accelerations.
+/// Checks the block on a frictional plane (§3.7), with friction in impulses or in accelerations.
 fn plane(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, friction: &str) -> Result<(), String> {
     let mut case = load_case("mpm/contact-block")?;
     case.bodies.remove(0);
@@ -202,7 +202,7 @@ fn plane(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, friction: &str) 
     Ok(())
 }
 
-/// A block on an incline, A-14.
+/// Checks a block on an incline, A-14.
 fn incline(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart {
         title: "Block on an incline of 30°".into(),
@@ -228,7 +228,7 @@ fn incline(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         if !given {
             forget_normal(&mut case);
         }
-        // The sheet's prototype damps vertical motion with this factor: what bounces does not stick.
+        // The sheet's prototype damps vertical motion with this factor: a bouncing block does not stick.
         case.stages[1].damping = 0.1;
         case.stages[1].damping_axes = Some(vec![1]);
         let report = run_mpm(&case)?;
@@ -265,7 +265,7 @@ fn incline(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Velocity of the block for five coefficients of friction, with adhesion, and with normals from the bodies.", &chart)
 }
 
-/// A disk on an incline, A-15.
+/// Checks a disk on an incline, A-15.
 fn disk(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (sine, cosine) = (0.5, 0.75f64.sqrt());
     let mut chart = LineChart {

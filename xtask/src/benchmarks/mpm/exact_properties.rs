@@ -1,4 +1,4 @@
-//! What holds exactly: shape functions, conservation, filters, boundary conditions, equilibrium (sheet: mpm §5.1, §5.2).
+//! Exact properties: shape functions, conservation, filters, boundary conditions, equilibrium (sheet: mpm §5.1, §5.2).
 
 use colluvium::case::description::InitialStress;
 use colluvium::case::{Budget, Case, RunOptions, Solver};
@@ -15,7 +15,7 @@ use crate::benchmarks::{
     vectors,
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/units",
     title: "Shape functions, conservation, filters, supports, equilibrium",
@@ -40,7 +40,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// A solver at the beginning of its first stage.
+/// Solver at the beginning of its first stage.
 fn start(case: &Case) -> Result<Box<dyn Solver>, String> {
     let method = colluvium::method("mpm").ok_or("no method mpm")?;
     let mut solver = method.build(case).map_err(|error| error.to_string())?;
@@ -71,7 +71,7 @@ fn deviation<const S: usize, B: Basis<S>>(width: f64) -> f64 {
     worst
 }
 
-/// S-05 and A-01.
+/// Checks S-05 and A-01.
 fn shape_functions(outcome: &mut BenchmarkOutcome) {
     let table = [
         (0.0, 0.875, 0.0),
@@ -119,7 +119,7 @@ fn gimp<const S: usize, B: Basis<S>>(x: f64, width: f64) -> (f64, f64) {
     of.map_or((0.0, 0.0), |k| (weights[k], slopes[k]))
 }
 
-/// S-04 and A-34: cells with three, two and three points of the same volume under a uniform stress.
+/// Checks S-04 and A-34: cells with three, two and three points of equal volume under a uniform stress.
 fn cell_crossing(outcome: &mut BenchmarkOutcome) {
     let (stress, volume) = (2.0, 1.0 / 3.0);
     let places = [1.0 / 6.0, 0.5, 5.0 / 6.0, 1.25, 1.75, 2.0 + 1.0 / 6.0, 2.5, 2.0 + 5.0 / 6.0];
@@ -141,7 +141,7 @@ fn cell_crossing(outcome: &mut BenchmarkOutcome) {
     );
 }
 
-/// S-04 with integration by cells: cells with three, two and three points under one stress, free at both ends.
+/// Checks S-04 with integration by cells: cells with three, two and three points under one stress, free at both ends.
 fn integration_by_cells(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for integration in ["points", "mixed", "gauss"] {
         let mut bar = load_case("mpm/crossing-bar")?;
@@ -180,7 +180,7 @@ fn inner_forces<const S: usize, B: Basis<S>>(places: &[f64], volumes: &[f64], st
     })
 }
 
-/// largest difference between sums of momentum and mass over nodes and over random points, over the sum of sizes.
+/// Largest difference of A-02 between sums of momentum and mass over nodes and over random points, over the sum of sizes.
 fn lost_to_nodes<const S: usize, B: Basis<S>>() -> f64 {
     let grid = Grid { origin: [0.0; 2], cell: 0.1, cells: [6; 2] };
     let across = B::nodes(6);
@@ -203,7 +203,7 @@ fn lost_to_nodes<const S: usize, B: Basis<S>>() -> f64 {
     [0, 1, 3].iter().map(|&c| (on_nodes(c) - sums[c]).abs() / sizes[c]).max_or_nan()
 }
 
-///
+/// Checks A-02.
 fn conservation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (shape, lost) in [
         ("linear", lost_to_nodes::<2, LinearBasis>()),
@@ -226,10 +226,10 @@ fn conservation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             if shape == "cpgimp" {
                 set_mpm_option(&mut case, "domain_stretch", "right-stretch");
             }
-            // Nodes below the cut-off take no force, which is momentum lost: with 10⁻¹² of a point up to 10⁻¹⁰ of it.
+            // Nodes below the cut-off take no force, which is lost momentum: with 10⁻¹² of a point up to 10⁻¹⁰ of it.
             set_mpm_option(&mut case, "node_mass_cutoff", 1e-24);
             if (shape, scheme) == ("linear", "usl") {
-                // Not stable at light nodes (P-02); see the page on validation.
+                // Unstable at nodes of small mass (P-02); see the page on validation.
                 continue;
             }
             let mut solver = start(&case)?;
@@ -258,7 +258,7 @@ fn conservation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         for _ in 0..1000 {
             step(&mut *solver)?;
         }
-        // Parts of it nearly cancel: over the sum of their sizes.
+        // Parts of it nearly cancel: relative to the sum of their sizes.
         let turn = (solver.totals().angular_momentum[2] - before.angular_momentum[2]).abs() / scale;
         let name = format!("A-02 APIC, {shape}: change of angular momentum in 10³ steps over Σ m|x||v|");
         outcome.assert_below(name, "0", turn, 1e-10, "the sheet's 1e-10");
@@ -266,7 +266,7 @@ fn conservation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// what one step leaves of a mode on a line with one point in the middle of each cell.
+/// Checks A-03: reduction of a mode by one step on a line with one point in the middle of each cell.
 fn filters(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let eighth = std::f64::consts::PI / 8.0;
     let rows = [
@@ -287,7 +287,7 @@ fn filters(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let before = vectors(&solver.snapshot(), "velocity");
         solver.step(1e-6).map_err(|error| error.to_string())?;
         let after = vectors(&solver.snapshot(), "velocity");
-        // The least of what is far from zero, in the middle.
+        // The least factor of velocities far from zero, in the middle.
         let factor = (50..70).filter(|p| before[*p][0].abs() > 0.3).map(|p| after[p][0] / before[p][0]);
         let name = format!("A-03 {name}: what one step leaves of the mode");
         outcome.assert_close(
@@ -301,7 +301,7 @@ fn filters(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// a field of velocity that is linear comes out of a step of APIC as it went in.
+/// Checks A-03: a step of APIC preserves a linear velocity field.
 fn affine(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for shape in ["quadratic", "cubic"] {
         let mut case = load_case("mpm/patch")?;
@@ -321,7 +321,7 @@ fn affine(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// a point in a cell with local damping.
+/// Checks A-17: a point in a cell with local damping.
 fn oscillator(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let rows = [
         (0.05, 0.951_190, 3.144_543),
@@ -371,7 +371,7 @@ fn oscillator(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("A degree of freedom under local damping.", &chart)
 }
 
-/// S-08: supports hold nodes before there is material at them; without them the block leaves the domain.
+/// Checks S-08: supports constrain nodes before material reaches them; without them the block leaves the domain.
 fn floor_without_material(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let patch = load_case("mpm/drop")?;
     let mut free = patch.clone();
@@ -407,7 +407,7 @@ fn floor_without_material(outcome: &mut BenchmarkOutcome) -> Result<(), String> 
     Ok(())
 }
 
-/// Lowest place of a case's points (m), and the error that ends the run, if one does.
+/// Lowest position of a case's points (m), and the error that ends the run, if any.
 fn fall(case: &Case) -> Result<(f64, Option<String>), String> {
     let mut solver = start(case)?;
     let mut lowest = f64::INFINITY;
@@ -422,7 +422,7 @@ fn fall(case: &Case) -> Result<(f64, Option<String>), String> {
     Ok((lowest, None))
 }
 
-/// S-08: what a traction gives in a step.
+/// Checks S-08: momentum from a traction in a step.
 fn traction(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for shape in ["linear", "ugimp", "quadratic"] {
         let mut case = load_case("mpm/drop")?;
@@ -463,7 +463,7 @@ fn traction(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-///
+/// Checks.
 fn settling(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let case = load_case("mpm/settling-column")?;
     let settlement = |case: &Case| -> Result<(f64, f64), String> {

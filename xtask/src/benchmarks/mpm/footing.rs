@@ -7,7 +7,7 @@ use serde_json::json;
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/footing",
     title: "Strip footing on Tresca clay",
@@ -25,19 +25,18 @@ const SETTLEMENT: f64 = 0.12;
 /// Prandtl's pressure over the strength.
 const PRANDTL: f64 = 2.0 + std::f64::consts::PI;
 
-/// The sheet's case, with points that keep their places, and the one whose footing sinks: points move, and the clay beside
-/// it heaves.
+/// Cases: that of the sheet with points that keep their positions, and one whose footing sinks: points move, and the clay beside it heaves.
 const STILL: &str = "mpm/footing";
 const SINKING: &str = "mpm/footing-sinking";
 
-/// A case with a number of cells under half the footing.
+/// Case with a number of cells under half the footing.
 fn footing(folder: &str, cells: usize) -> Result<Case, String> {
     let mut case = load_case(folder)?;
     set_mpm_option(&mut case, "cell_size", HALF_WIDTH / cells as f64);
     Ok(case)
 }
 
-/// The numbers of cells that are run.
+/// Numbers of cells in the runs.
 fn levels(quick: bool) -> &'static [usize] {
     if quick { &[8] } else { &[4, 8, 16] }
 }
@@ -63,12 +62,12 @@ fn between(curve: &[(f64, f64)], low: f64, high: f64) -> f64 {
     inside.iter().sum::<f64>() / inside.len() as f64
 }
 
-/// Mean over the last 10 mm.
+/// Mean pressure over the last 10 mm.
 fn at_the_end(curve: &[(f64, f64)]) -> f64 {
     between(curve, SETTLEMENT - 0.01, SETTLEMENT)
 }
 
-/// Rise over the last 20 mm.
+/// Rise of the pressure over the last 20 mm.
 fn rise(curve: &[(f64, f64)]) -> f64 {
     at_the_end(curve) / between(curve, SETTLEMENT - 0.03, SETTLEMENT - 0.02) - 1.0
 }
@@ -113,7 +112,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// The sheet's judgements; returns the pressure at the end with 8 cells.
+/// Checks of the sheet; returns the pressure at the end with 8 cells.
 fn smoothed(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, quick: bool) -> Result<f64, String> {
     let (mut pressures, mut of_eight) = (Vec::new(), f64::NAN);
     for &cells in levels(quick) {
@@ -169,7 +168,7 @@ fn smoothed(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, quick: bool) 
     Ok(of_eight)
 }
 
-/// On triangles, two to a square, with a point in each and strains shared by the nodes: the source's own elements.
+/// Checks triangles, two to a square, with a point in each and strains averaged by nodes: the source's elements.
 fn triangles(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let mut case = footing(STILL, 8)?;
     set_mpm_option(&mut case, "mesh", json!({ "kind": "box" }));
@@ -187,7 +186,7 @@ fn triangles(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<()
     Ok(())
 }
 
-/// A circular footing of the same radius.
+/// Checks a circular footing of equal radius.
 fn circular(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart {
         title: "Circular footing on Tresca clay".into(),
@@ -226,7 +225,7 @@ fn circular(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Pressure under a circular footing.", &chart)
 }
 
-/// With points that move the footing is pushed into clay that heaves beside it.
+/// Checks a footing that sinks, with points that move and clay that heaves beside it.
 fn large(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, quick: bool) -> Result<(), String> {
     for &cells in levels(quick) {
         let curve = curve(&run_mpm(&footing(SINKING, cells)?)?);

@@ -1,4 +1,4 @@
-//! A block on an obstacle: a plane that is parallel to no axis (sheet: mpm A-14).
+//! Block on an obstacle: a plane that is not parallel to an axis (sheet: mpm A-14).
 
 use colluvium::case::description::{ObstacleShape, ObstacleWall};
 use colluvium::case::{Case, RunReport};
@@ -7,7 +7,7 @@ use colluvium::plots::{LineChart, Series, Style};
 use crate::analysis::{MaxOrNan, regression_slope};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/inclined-block",
     title: "Block on an inclined plane as an obstacle",
@@ -17,10 +17,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Fall of the plane (degrees).
+/// Angle of the plane (degrees).
 pub const ANGLE: f64 = 30.0;
 const GRAVITY: f64 = 9.81;
-/// When gravity has grown (s).
+/// Time at which gravity is complete (s).
 pub const LOADED: f64 = 0.2;
 
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
@@ -59,7 +59,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// The same plane as half-space, ground line and polygon.
+/// Checks the plane as half-space, ground line and polygon.
 fn forms(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let tangent = ANGLE.to_radians().tan();
     let at = |x: f64| [x, 2.5 - x * tangent];
@@ -98,7 +98,7 @@ fn block(shape: &str, friction: f64, form: Option<ObstacleShape>) -> Result<Case
     Ok(case)
 }
 
-/// Velocity of the centre of mass along the plane.
+/// Velocity of the centre of mass along the plane (m/s).
 pub fn speed_series(report: &RunReport) -> Vec<(f64, f64)> {
     let (sine, cosine) = ANGLE.to_radians().sin_cos();
     let [x, y, mass] = ["momentum.x", "momentum.y", "mass"].map(|name| measure_series(report, name));
@@ -106,13 +106,13 @@ pub fn speed_series(report: &RunReport) -> Vec<(f64, f64)> {
     (0..x.len().min(y.len()).min(mass.len())).map(speed).collect()
 }
 
-/// Way along the plane since gravity has grown (m), by the trapezoidal rule.
+/// Displacement along the plane since gravity is complete (m), by the trapezoidal rule.
 pub fn travelled_distance(report: &RunReport) -> f64 {
     let speeds = speeds_after_loading(report);
     speeds.windows(2).map(|pair| 0.5 * (pair[0].1 + pair[1].1) * (pair[1].0 - pair[0].0)).sum()
 }
 
-/// Velocities along the plane since gravity has grown.
+/// Velocities along the plane since gravity is complete (m/s).
 pub fn speeds_after_loading(report: &RunReport) -> Vec<(f64, f64)> {
     speed_series(report).into_iter().filter(|(time, _)| *time >= LOADED - 1e-9).collect()
 }

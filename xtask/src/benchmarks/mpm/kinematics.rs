@@ -1,4 +1,4 @@
-//! Velocity gradient and rotation as the points see them (sheet: mpm ).
+//! Velocity gradient and rotation at the points (sheet: mpm ).
 
 use colluvium::case::{Case, Snapshot};
 use colluvium::constitutive::{InitialCondition, Mat3, Motion, SymTensor};
@@ -10,7 +10,7 @@ use crate::benchmarks::{
     stresses, vectors,
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/kinematics",
     title: "Constant velocity gradient, rotation and shear of a stressed block",
@@ -24,8 +24,8 @@ const SHAPES: [&str; 5] = ["linear", "ugimp", "cpgimp", "quadratic", "cubic"];
 /// Linear functions on a mesh.
 const TRIANGLES: &str = "triangles";
 
-/// Half width (m) of the core that is looked at. It lies so deep that the surface, where the lumped mass of a node
-/// does not lie at the node, has no part in it: with cubic splines and re-mapping a step reaches eight cells.
+/// Half width (m) of the evaluated core. The surface, where the lumped mass of a node does not lie at the node, does not affect it: with
+/// cubic splines and re-mapping a step reaches eight cells.
 const CORE: f64 = 0.2;
 
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
@@ -33,7 +33,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     for shape in SHAPES.into_iter().chain(["cpdi", "cpdi2", "dual-domain", TRIANGLES]) {
         patch(&mut outcome, shape)?;
     }
-    // Domains of cpGIMP follow the diagonal of the deformation gradient, which passes zero in a quarter turn.
+    // Domains of cpGIMP follow the diagonal of the deformation gradient, which is zero in a quarter turn.
     for shape in ["linear", "ugimp", "quadratic", "cubic"] {
         rotation(&mut outcome, shape)?;
     }
@@ -41,7 +41,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Stresses of the points that began in the core.
+/// Stresses of the points that were initially in the core.
 fn core(snapshot: &Snapshot) -> Vec<SymTensor> {
     let moved = vectors(snapshot, "displacement");
     let inside = |(x, u): (&[f64; 3], &[f64; 3])| (0..2).all(|c| (x[c] - u[c]).abs() < CORE);
@@ -58,8 +58,8 @@ fn farthest(stresses: &[SymTensor], exact: SymTensor) -> f64 {
     stresses.iter().map(|stress| (*stress + exact * -1.0).norm()).max_or_nan()
 }
 
-/// One step of a linear velocity field: the stress of every point of the core is that of the law for exactly
-/// this gradient. The law is one-to-one, so that stress stands for the gradient, its spin included.
+/// Checks one step of a linear velocity field: the stress of every point of the core is that of the law for exactly this gradient. The law
+/// is one-to-one, so that the stress represents the gradient, its spin included.
 fn patch(outcome: &mut BenchmarkOutcome, shape: &str) -> Result<(), String> {
     let mut worst = 0f64;
     for scheme in ["usf", "usl", "musl"] {
@@ -84,7 +84,7 @@ fn patch(outcome: &mut BenchmarkOutcome, shape: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// The stress (Pa) after the step of the case by the law alone, and `E |L| Δt` (Pa).
+/// Stress (Pa) after the step of the case by the law alone, and `E |L| Δt` (Pa).
 fn one_step(case: &Case) -> Result<(SymTensor, f64), String> {
     let body = serde_json::to_value(&case.bodies[0]).map_err(|error| error.to_string())?;
     let entry = |i: usize, j: usize| body["velocity"]["gradient"][i][j].as_f64().unwrap_or(f64::NAN);
@@ -110,9 +110,8 @@ fn one_step(case: &Case) -> Result<(SymTensor, f64), String> {
     Ok((stresses[0], 1e6 * size))
 }
 
-/// Sets the shape functions. The domains of contiguous-particle GIMP follow the right stretch: after the
-/// diagonal of the deformation gradient they let a point at the surface tear in shear (see the page of
-/// validation).
+/// Sets the shape functions. The domains of contiguous-particle GIMP follow the right stretch: with the diagonal of the deformation
+/// gradient a point at the surface separates in shear (see the page of validation).
 fn shaped(case: &mut Case, shape: &str) {
     set_mpm_option(case, "shape", shape);
     if shape == "cpgimp" {
@@ -120,7 +119,7 @@ fn shaped(case: &mut Case, shape: &str) {
     }
 }
 
-/// A quarter turn of a stressed block across the cells of the grid.
+/// Checks a quarter turn of a stressed block across the cells of the grid.
 fn rotation(outcome: &mut BenchmarkOutcome, shape: &str) -> Result<(), String> {
     let mut case = load_case("mpm/stress-rotation")?;
     shaped(&mut case, shape);
@@ -143,7 +142,7 @@ fn rotation(outcome: &mut BenchmarkOutcome, shape: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// Simple shear to 1 in steps of 0.001.
+/// Checks simple shear to 1 in steps of 0.001.
 fn shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let exact = reference_table("mpm/simple-shear/reference.csv")?;
     let mut chart = LineChart {

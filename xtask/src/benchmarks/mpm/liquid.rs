@@ -1,4 +1,4 @@
-//! Liquids of one phase: at rest, between plates, and let go (sheet: mpm ).
+//! Liquids of one phase: at rest, between plates, and after a dam break (sheet: mpm ).
 
 use std::f64::consts::PI;
 
@@ -31,7 +31,7 @@ pub const VISCOUS: Benchmark = Benchmark {
     run: viscous,
 };
 
-/// A column of water let go.
+/// Collapse of a water column.
 pub const DAM_BREAK: Benchmark = Benchmark {
     id: "mpm/dam-break",
     title: "Dam break in a tank",
@@ -96,7 +96,7 @@ fn hydrostatic(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Velocity along the plates at a height of the points at the start (m), from the two rows around.
+/// Velocity along the plates at an initial height (m) of the points, from the two nearest rows.
 fn at_height(snapshot: &Snapshot, height: f64) -> f64 {
     let velocity = vectors(snapshot, "velocity");
     let mut rows: Vec<(f64, f64, f64)> = Vec::new();
@@ -120,15 +120,14 @@ fn profile(snapshot: &Snapshot) -> Vec<(f64, f64)> {
 /// Height of the row of points under the plate, over the gap: a quarter of one of 40 cells below it.
 const UPPERMOST: f64 = 1.0 - 0.25 / 40.0;
 
-/// Mean velocity of the row of points under the plate.
+/// Mean velocity of the row of points under the plate (m/s).
 fn uppermost(snapshot: &Snapshot) -> f64 {
     let of_row = |(y, _): &(f64, f64)| (y - UPPERMOST).abs() < 1e-3;
     let row: Vec<f64> = profile(snapshot).into_iter().filter(of_row).map(|(_, v)| v).collect();
     row.iter().sum::<f64>() / row.len() as f64
 }
 
-/// Couette start-up: velocity over that of the plate at `y` over the gap, at `time` in units of the gap squared over
-/// the viscosity.
+/// Couette start-up: velocity over that of the plate at `y` over the gap, at `time` in units of the gap squared over the viscosity.
 fn couette(y: f64, time: f64) -> f64 {
     let term = |m: i32| {
         let (m, sign) = (f64::from(m), if m % 2 == 0 { 1.0 } else { -1.0 });
@@ -280,7 +279,7 @@ fn dam_break(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Kinetic and potential energy together must not grow.
+/// Checks that the sum of kinetic and potential energy does not grow.
 fn energy(outcome: &mut BenchmarkOutcome, report: &RunReport) -> Result<(), String> {
     let column = |name: &str| measure_series(report, name);
     let (kinetic, potential) = (column("kinetic_energy"), column("potential_energy"));

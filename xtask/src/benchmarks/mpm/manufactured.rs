@@ -39,7 +39,7 @@ fn lame(young: f64) -> (f64, f64) {
     (young * POISSON / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON)), young / (2.0 * (1.0 + POISSON)))
 }
 
-/// Largest over the steps of the root mean square distance from the exact positions (m).
+/// Largest root mean square distance from the exact positions over the steps (m).
 fn largest_error(
     case: &Case,
     solution: Manufactured,
@@ -52,7 +52,7 @@ fn largest_error(
     Ok(largest)
 }
 
-/// `u_a = A sin 2πX_a sin(cπt + φ_a)`.
+/// Solution `u_a = A sin 2πX_a sin(cπt + φ_a)`.
 #[derive(Clone, Copy)]
 struct WaveSolution {
     amplitude: f64,
@@ -212,7 +212,7 @@ fn axis_aligned(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// A ring that turns by `α(R, t)`.
+/// Solution of a ring that rotates by `α(R, t)`.
 #[derive(Clone, Copy)]
 struct VortexSolution {
     strength: f64,
@@ -221,7 +221,7 @@ struct VortexSolution {
 impl VortexSolution {
     const YOUNG: f64 = 1000.0;
 
-    /// Profile of the rotation over the radius, its slope and the slope of that.
+    /// Profile of the rotation over the radius, with its first and second derivative.
     fn profile(radius: f64) -> [f64; 3] {
         let s = radius - 1.0;
         [1.0 - 32.0 * s * s + 256.0 * s.powi(4), -64.0 * s + 1024.0 * s.powi(3), -64.0 + 3072.0 * s * s]
@@ -236,7 +236,7 @@ impl VortexSolution {
         [c * x[0] - s * x[1], s * x[0] + c * x[1], 0.0]
     }
 
-    /// Radial and tangential body force.
+    /// Radial and tangential body force (N/kg).
     fn polar_force(self, radius: f64, t: f64) -> [f64; 2] {
         let (_, mu) = lame(Self::YOUNG);
         let [value, slope, bend] = Self::profile(radius).map(|p| self.strength * p);

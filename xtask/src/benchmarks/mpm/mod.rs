@@ -1,4 +1,4 @@
-//! The material point method.
+//! Material point method.
 
 mod aluminium_bars;
 mod axisymmetric;
@@ -30,7 +30,7 @@ mod two_phase;
 
 use crate::benchmarks::Benchmark;
 
-/// The benchmarks, in the order of the report.
+/// Benchmarks, in the order of the report.
 pub const ALL: &[Benchmark] = &[
     kinematics::BENCHMARK,
     rigid_motion::BENCHMARK,

@@ -10,7 +10,7 @@ use crate::benchmarks::{
     obstacle_energy_shares, run_mpm,
 };
 
-/// The heap.
+/// Benchmark of the heap.
 pub const HEAPS: Benchmark = Benchmark {
     id: "mpm/heap-on-planes",
     title: "Heap of sand on a plane given as half-space, polygon, raster and closed wedge",
@@ -20,7 +20,7 @@ pub const HEAPS: Benchmark = Benchmark {
     run: heaps,
 };
 
-/// The slide.
+/// Benchmark of the slide.
 pub const TERRAIN: Benchmark = Benchmark {
     id: "mpm/terrain-flow",
     title: "Slide of 10⁵ points on a raster of 200 by 200 heights",
@@ -82,7 +82,7 @@ fn heaps(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Way of the centre of mass down the plane (m).
+/// Displacement of the centre of mass down the plane (m).
 fn way(report: &RunReport) -> f64 {
     let (sine, cosine) = ANGLE.to_radians().sin_cos();
     let [from, to] = [report.frames.first(), report.frames.last()]
@@ -90,7 +90,7 @@ fn way(report: &RunReport) -> f64 {
     cosine * (to[0] - from[0]) - sine * (to[2] - from[2])
 }
 
-/// No centre of a point lies under the ground in any frame.
+/// Checks that no centre of a point lies under the ground in any frame.
 fn above(outcome: &mut BenchmarkOutcome, name: &str, case: &Case, report: &RunReport) -> Result<(), String> {
     outcome.assert_below(
         format!("{name}: largest depth of a point's centre under the ground (m)"),
@@ -125,7 +125,7 @@ fn terrain(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// The balance of energy.
+/// Checks the energy balance.
 fn energies(outcome: &mut BenchmarkOutcome, report: &RunReport) {
     let ObstacleEnergyShares { rise, friction, penetration_limit: stopped } = obstacle_energy_shares(report);
     outcome.assert_below(

@@ -8,7 +8,7 @@ use super::inclined_block::ANGLE;
 use crate::analysis::{max_or_nan, regression_slope};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/obstacle-points",
     title: "Obstacles that act on points: block on planes, disk in a bowl",
@@ -19,7 +19,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 const GRAVITY: f64 = 9.81;
-/// When the block is settled (s).
+/// Time at which the block has settled (s).
 const SETTLED: f64 = 1.0;
 
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
@@ -52,8 +52,8 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Sets friction and form, and lets the block settle under gravity with damping before it is watched without: thrown on the plane in
-/// 0.2 s it lifts its rear edge at 40° and hops down a plane on which it could stand.
+/// Sets friction and shape. The block settles under gravity with damping before the undamped observation: with gravity applied in 0.2 s its
+/// rear edge lifts at 40°, and it hops down a plane on which it could rest.
 fn friction(case: &mut Case, coefficient: f64, form: Option<ObstacleShape>) {
     let settling = &mut case.stages[0];
     (settling.duration, settling.damping) = (SETTLED, 0.7);
@@ -64,7 +64,7 @@ fn friction(case: &mut Case, coefficient: f64, form: Option<ObstacleShape>) {
     }
 }
 
-/// The block in the plane. Its plane falls by 30 degrees against the grid, and by `angle` against gravity.
+/// Case of the block in the plane. The plane falls by 30 degrees against the grid, and by `angle` against gravity.
 fn in_plane(angle: f64, share: f64, form: Option<ObstacleShape>) -> Result<Case, String> {
     let mut case = load_case("mpm/inclined-block")?;
     set_mpm_option(&mut case, "obstacles", "points");
@@ -74,14 +74,14 @@ fn in_plane(angle: f64, share: f64, form: Option<ObstacleShape>) -> Result<Case,
     Ok(case)
 }
 
-/// The block in space.
+/// Case of the block in space.
 fn in_space(share: f64, form: Option<ObstacleShape>) -> Result<Case, String> {
     let mut case = load_case("mpm/inclined-block-space")?;
     friction(&mut case, share * ANGLE.to_radians().tan(), form);
     Ok(case)
 }
 
-/// Velocity of the centre of mass along the plane since the block is settled.
+/// Velocity of the centre of mass along the plane since the block has settled (m/s).
 fn speeds(report: &RunReport, up: &str) -> Vec<(f64, f64)> {
     let (sine, cosine) = ANGLE.to_radians().sin_cos();
     let [x, z, mass] = ["momentum.x", up, "mass"].map(|name| measure_series(report, name));
@@ -123,7 +123,7 @@ fn judge(
     Ok(())
 }
 
-/// The disk that comes to rest in a bowl.
+/// Checks a disk that comes to rest in a bowl.
 fn bowl(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let case = load_case("mpm/bowl")?;
     let report = run_mpm(&case)?;
@@ -147,7 +147,7 @@ fn bowl(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// The balance of energy of the disk.
+/// Checks the energy balance of the disk.
 fn energies(outcome: &mut BenchmarkOutcome, report: &RunReport) -> Result<(), String> {
     let parts = [
         "kinetic_energy",

@@ -1,4 +1,4 @@
-//! Rigid bodies that forces move: a block on a frictional base, a footing on clay.
+//! Rigid bodies moved by forces: a block on a frictional base, a footing on clay.
 
 use colluvium::case::RunReport;
 use colluvium::plots::{LineChart, Series, Style};
@@ -7,7 +7,7 @@ use super::contact::mean;
 use crate::analysis::regression_slope;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/rigid-block",
     title: "Rigid bodies that forces move",
@@ -17,15 +17,15 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Mass of the block (kg), push (N), coefficient of friction, gravity (m/s²).
+/// Mass of the block (kg), applied force (N), coefficient of friction, gravity (m/s²).
 const MASS: f64 = 750.0;
 const PUSH: f64 = 6000.0;
 const FRICTION: f64 = 0.4;
 const GRAVITY: f64 = 10.0;
-/// When the push begins (s).
+/// Time at which the applied force begins (s).
 const SETTLED: f64 = 0.3;
 
-/// Undrained strength of the clay (Pa), half width of the footing (m), speed at which it is pressed (m/s).
+/// Undrained strength of the clay (Pa), half width of the footing (m), speed of the footing (m/s).
 const STRENGTH: f64 = 1e4;
 const HALF_WIDTH: f64 = 1.0;
 const SPEED: f64 = 0.01;
@@ -37,7 +37,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// The part of a column from `start` (s) on, counted from there.
+/// Part of a column from `start` (s) on, with times relative to it.
 fn since(report: &RunReport, column: &str, start: f64) -> Vec<(f64, f64)> {
     let rows = measure_series(report, column).into_iter().filter(|row| row.0 >= start);
     rows.map(|row| (row.0 - start, row.1)).collect()
@@ -103,7 +103,7 @@ fn settling(report: &RunReport) -> Vec<(f64, f64)> {
     frames.map(|frame| (-mean(frame, "displacement", 1, 1), load(frame.time))).collect()
 }
 
-/// Settlement under a load, by straight lines.
+/// Settlement under a load, by linear interpolation.
 fn under(curve: &[(f64, f64)], load: f64) -> f64 {
     let part = curve.windows(2).find(|pair| pair[0].1 <= load && load < pair[1].1);
     part.map_or(f64::NAN, |pair| {

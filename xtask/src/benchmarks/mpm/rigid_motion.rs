@@ -1,4 +1,4 @@
-//! Rigid translation and rotation without stress (sheet: mpm A-04). What a stress does in a rotation: `kinematics`.
+//! Rigid translation and rotation without stress (sheet: mpm A-04). Rotation with stress is in `kinematics`.
 
 use colluvium::plots::{LineChart, Series, Style};
 
@@ -9,7 +9,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option, stresses, vectors,
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/rigid-motion",
     title: "Rigid translation and rotation make no stress",
@@ -75,7 +75,7 @@ fn translation(outcome: &mut BenchmarkOutcome, shape: &str) -> Result<(), String
     Ok(())
 }
 
-/// One turn on cells of edge `cell` (m); returns the share of angular momentum that is lost.
+/// Checks one turn on cells of edge `cell` (m); returns the lost share of angular momentum.
 fn rotation(
     outcome: &mut BenchmarkOutcome,
     chart: &mut LineChart,
@@ -92,9 +92,9 @@ fn rotation(
     set_mpm_option(&mut case, "stress_update", "usl");
     let report = run_mpm(&case)?;
     let largest = report.frames.iter().flat_map(stresses).map(|s| s.norm()).max_or_nan();
-    // What is physical: a spinning disk in plane strain carries 0.43 ρω²R² in two directions, twice that
-    // after a sudden start. What the mapping adds: a node at a corner of the surface takes the velocity of
-    // points half a cell inside along both axes, an error of ω h/√2, which meets the impedance ρ c.
+    // Physical part: a spinning disk in plane strain carries 0.43 ρω²R² in two directions, twice that after a sudden start. Part of the
+    // mapping: a node at a corner of the surface has the velocity of points half a cell inside along both axes, an error of ω h/√2, against
+    // the impedance ρ c.
     let centrifugal = 2.0 * 0.43 * 2f64.sqrt() * DENSITY * (SPIN * RADIUS).powi(2);
     let wave = (YOUNG * 0.7 / (1.3 * 0.4) / DENSITY).sqrt();
     let mapping = DENSITY * wave * SPIN * cell / 2f64.sqrt();

@@ -5,7 +5,7 @@ use colluvium::plots::{LineChart, Series, Style};
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_mpm_option};
 
-/// A frictionless block on a rough slope.
+/// Frictionless block on a rough slope.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/rough-slope",
     title: "A frictionless block on a rough raster, MPM and SPH",
@@ -45,7 +45,7 @@ fn rough_slope(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Kinetic and elastic energy gained over potential energy lost, over time (s), from one second on.
+/// Gain of kinetic and elastic energy over loss of potential energy, over time (s), from one second on.
 fn kept(report: &RunReport) -> Vec<(f64, f64)> {
     let column = |name: &str| report.table.pairs("time", name).unwrap_or_default();
     let (kinetic, elastic, potential) =

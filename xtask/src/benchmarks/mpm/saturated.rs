@@ -1,5 +1,5 @@
-//! Skeleton and water: drag, weight, undrained compression, critical step; and ends that take up waves (sheet: mpm A-18,
-//!
+//! Skeleton and water: drag, weight, undrained compression, critical step; and absorbing boundaries (sheet: mpm,
+//!
 
 use colluvium::case::{RunReport, Snapshot};
 use colluvium::plots::{LineChart, Series, Style};
@@ -9,7 +9,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, patched_case, run_mpm, scalars, set_mpm_option, stresses, vectors,
 };
 
-/// What needs one element only.
+/// Benchmark of a single element.
 pub const PHASES: Benchmark = Benchmark {
     id: "mpm/phases",
     title: "Drag, undrained compression and critical step of skeleton and water",
@@ -19,7 +19,7 @@ pub const PHASES: Benchmark = Benchmark {
     run: phases,
 };
 
-/// The column that gets its weight at once.
+/// Column under sudden gravity.
 pub const GRAVITY: Benchmark = Benchmark {
     id: "mpm/saturated-column",
     title: "Saturated column under gravity",
@@ -29,7 +29,7 @@ pub const GRAVITY: Benchmark = Benchmark {
     run: column,
 };
 
-/// The end of a bar.
+/// Absorbing end of a bar.
 pub const ABSORBING: Benchmark = Benchmark {
     id: "mpm/absorbing",
     title: "What ends of a bar send back",
@@ -50,7 +50,7 @@ fn phases(_quick: bool) -> Result<BenchmarkOutcome, String> {
 /// Rate of drag `n ρ g / ((1-n) ρ_S k)` (1/s) of the case.
 const RATE: f64 = 0.4 * 1990.0 * 9.81 / (1590.0 * 1e-3);
 
-///
+/// Checks A-21.
 fn drag(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let held = load_case("mpm/drag")?;
     let intrinsic = 1e-3 * 1e-3 / 9810.0;
@@ -117,7 +117,7 @@ fn drag(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     )
 }
 
-///
+/// Checks A-23.
 fn undrained(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let two = load_case("mpm/undrained")?;
     let mut one = two.clone();
@@ -150,7 +150,7 @@ fn undrained(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// the combined criterion, as the solver reports it, against the exact limit of one element.
+/// Checks A-36: the combined criterion, as the solver reports it, against the exact limit of one element.
 fn steps(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let table = [
         (0.4, 2650.0, 1e7, 2.15e9, 1e-3, 0.1, 5.368209e-5, 5.095711e-5),
@@ -196,7 +196,7 @@ fn steps(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-///
+/// Runs A-22.
 fn column(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let report = run_mpm(&load_case("mpm/saturated-column")?)?;
@@ -230,7 +230,7 @@ fn column(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let name = |what: &str| format!("A-22: largest error of {what} at 2 s over the value at the base");
     outcome.assert_below(name("pore pressure"), prototype, pressure, 0.01, "the sheet's 1 %");
     outcome.assert_below(name("effective stress"), prototype, skeleton, 0.01, "the sheet's 1 %");
-    // From equilibrium it stays there.
+    // From equilibrium the column stays at rest.
     let mut still = load_case("mpm/saturated-column")?;
     still = patched_case(
         &still,
@@ -269,11 +269,11 @@ fn column(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Stress of the load (Pa), and where and when the wave that came back is measured.
+/// Stress of the load (Pa), and position and time of the measurement of the reflected wave.
 const STRESS: f64 = 1e-3;
 const STATION: f64 = 15.0;
 
-///
+/// Runs A-18.
 fn absorbing(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let base = load_case("mpm/absorbing")?;
@@ -295,7 +295,7 @@ fn absorbing(_quick: bool) -> Result<BenchmarkOutcome, String> {
     for (name, case, exact) in cases {
         let report = run_mpm(&case)?;
         let history = history(&report);
-        // The front comes back to the station at 2.5 s, with its ramp of 0.4 s behind it.
+        // The front returns to the station at 2.5 s, with its ramp of 0.4 s behind it.
         let after: Vec<f64> = history.iter().filter(|p| p.0 > 3.0).map(|p| p.1 - 1.0).collect();
         let mean = after.iter().sum::<f64>() / after.len() as f64;
         outcome.assert_within(
@@ -341,10 +341,10 @@ fn history(report: &RunReport) -> Vec<(f64, f64)> {
     report.frames.iter().map(|frame| (frame.time, at(frame))).collect()
 }
 
-/// A shear wave up a layer that repeats itself sideways.
+/// Checks a shear wave up a layer that is periodic sideways.
 fn shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let report = run_mpm(&load_case("mpm/shear-wave")?)?;
-    // The shear wave (10 m/s) passes at 5 m from 0.5 to 0.9 s; what the end sends back does from 1.5 to 1.9 s.
+    // The shear wave (10 m/s) passes at 5 m from 0.5 to 0.9 s; its reflection from the end from 1.5 to 1.9 s.
     let at = |frame: &Snapshot| {
         let near: Vec<f64> = frame
             .positions
@@ -370,7 +370,7 @@ fn shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// The undrained wave of A-20's soil.
+/// Checks the undrained wave in the soil of A-20.
 fn undrained_wave(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut case = load_case("mpm/two-waves")?;
     set_mpm_option(&mut case, "cell_size", 0.01);
@@ -402,7 +402,7 @@ fn undrained_wave(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
                 .collect();
             near.iter().sum::<f64>() / near.len() as f64
         };
-        // Back from the end at 1.31e-3 s.
+        // The reflection from the end arrives at 1.31e-3 s.
         let after: Vec<f64> = report.frames.iter().filter(|f| f.time > 1.4e-3).map(total).collect();
         outcome.info(
             format!("two phases, k = {name} m/s: total stress sent back over that which arrived"),

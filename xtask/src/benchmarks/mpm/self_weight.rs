@@ -8,7 +8,7 @@ use crate::benchmarks::{
     stresses, vectors,
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/self-weight",
     title: "Oedometric compression under self-weight at large strain",
@@ -110,12 +110,12 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Stress (Pa) of the material that was at `x`.
+/// Stress (Pa) of the material initially at `x`.
 fn stress(x: f64) -> f64 {
     -WEIGHT * (HEIGHT - x)
 }
 
-/// Where the material that was at `x` has gone (m).
+/// Final position of the material initially at `x` (m).
 fn place(x: f64) -> f64 {
     let load = |height: f64| (-WEIGHT * height / STIFFNESS).exp();
     STIFFNESS / WEIGHT * (load(HEIGHT - x) - load(HEIGHT))

@@ -10,7 +10,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option, stresses, vectors,
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/simplices",
     title: "Column in triangles and tetrahedra: own weight and first mode",
@@ -79,7 +79,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// The column of the case in a space, on cells cut into triangles or tetrahedra.
+/// Case of the column in a space, on cells divided into triangles or tetrahedra.
 fn column(space: Space, cell: f64) -> Result<Case, String> {
     let mut case = load_case(if space == Space::ThreeD { "mpm/simplices-3d" } else { "mpm/simplices" })?;
     set_mpm_option(&mut case, "cell_size", cell);

@@ -12,7 +12,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, patched_case, run_mpm, scalars, set_mpm_option, vectors,
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/simplices-soil",
     title: "Triangles and tetrahedra: locking, pore water, contact",
@@ -36,7 +36,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// S-09: displacement of the free corner of a patch that keeps its volume, over that of one that does not.
+/// Checks S-09: displacement of the free corner of an incompressible patch, over that of a compressible one.
 fn locking(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let corner = |snapshot: &Snapshot| {
         let place = |p: &usize| snapshot.positions[*p][0] + snapshot.positions[*p][1];
@@ -92,7 +92,7 @@ fn text(case: &Case) -> Result<Value, String> {
     serde_json::from_str(&case.to_json()).map_err(|error| error.to_string())
 }
 
-/// The case in triangles, or made `depth` deep between smooth walls, in tetrahedra.
+/// Case in triangles, or in tetrahedra, extended by `depth` between smooth walls.
 fn in_space(case: &Case, space: Space, depth: f64) -> Result<Case, String> {
     if space == Space::PlaneStrain {
         return Ok(case.clone());
@@ -125,7 +125,7 @@ fn in_space(case: &Case, space: Space, depth: f64) -> Result<Case, String> {
 /// Time factor over which the load of the column grows.
 const RAMP: f64 = 0.01;
 
-/// Mean over the ramp of what has decayed with the wave number `a` when the time factor is `factor`.
+/// Mean over the ramp of the decay with the wave number `a` at the time factor `factor`.
 fn decayed(a: f64, factor: f64) -> f64 {
     ((-a * a * (factor - RAMP)).exp() - (-a * a * factor).exp()) / (a * a * RAMP)
 }
@@ -140,7 +140,7 @@ fn degree(factor: f64) -> f64 {
     1.0 - modes().map(|a| 2.0 / (a * a) * decayed(a, factor)).sum::<f64>()
 }
 
-/// A-19 with the load that grows over a ramp.
+/// Checks A-19 with a load that grows over a ramp.
 fn consolidation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart {
         title: "Isochrones, 40 cells".into(),
@@ -174,12 +174,12 @@ fn consolidation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Pore pressure of the points of a strip of triangles against Terzaghi's isochrones.", &chart)
 }
 
-/// The cube of `mpm/simplices-cube`, changed, in triangles or tetrahedra.
+/// Cube of `mpm/simplices-cube`, changed, in triangles or tetrahedra.
 fn cube(space: Space, changes: &[(&str, Value)]) -> Result<Case, String> {
     in_space(&patched_case(&load_case("mpm/simplices-cube")?, changes)?, space, 1.0)
 }
 
-///
+/// Checks A-21.
 fn drag(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let rate = 0.4 * 1990.0 * 9.81 / (1590.0 * 1e-3);
     let dt: f64 = 1e-5;
@@ -208,7 +208,7 @@ fn drag(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-///
+/// Checks A-23.
 fn undrained(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let strain = -1e-3 * 1e-5;
     for (space, name) in KINDS {
@@ -246,13 +246,13 @@ fn undrained(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-///
+/// Checks A-13.
 fn impact(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let report = run_mpm(&load_case("mpm/simplices-bars")?)?;
     bars(outcome, "A-13 bars of triangles", &report)
 }
 
-///
+/// Checks A-14.
 fn incline(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart {
         title: "Block on an incline of 30°, triangles".into(),

@@ -1,4 +1,4 @@
-//! A slope set in motion by a gradient of velocity (sheet: mpm S-01).
+//! Slope set in motion by a velocity gradient (sheet: mpm S-01).
 
 use colluvium::case::description::Velocity;
 use colluvium::case::{Case, RunReport};
@@ -8,7 +8,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, scalars, set_mpm_option, vectors,
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/slope-in-motion",
     title: "Slope set in motion by a gradient of velocity",
@@ -27,8 +27,8 @@ const LENGTH: f64 = 0.853;
 const COARSE: f64 = 0.0125;
 const FINE: f64 = 0.01;
 
-/// The prototype's GIMP with few and many points, and what smoother functions make of cells and points: with eight
-/// points along a cell GIMP is all but linear.
+/// Set-ups: the prototype's GIMP with few and many points, and smoother functions with other cells and points. With eight points along a
+/// cell GIMP is nearly linear.
 const RUNS: &[SlopeSetting] = &[
     ("ugimp", COARSE, 2),
     ("ugimp", COARSE, 4),
@@ -46,7 +46,7 @@ const RUNS: &[SlopeSetting] = &[
 /// Shape functions, cell size (m) and points per axis and cell.
 type SlopeSetting = (&'static str, f64, usize);
 
-/// The case with its velocity scaled to the energy.
+/// Case with its velocity scaled to the energy.
 fn slope((shape, cell, per_axis): SlopeSetting) -> Result<Case, String> {
     let mut case = load_case("mpm/slope-in-motion")?;
     set_mpm_option(&mut case, "shape", shape);

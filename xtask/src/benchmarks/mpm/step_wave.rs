@@ -1,4 +1,4 @@
-//! A step wave in a bar (sheet: mpm A-08).
+//! Step wave in a bar (sheet: mpm A-08).
 
 use colluvium::case::Snapshot;
 use colluvium::plots::{LineChart, Series, Style};
@@ -6,7 +6,7 @@ use colluvium::plots::{LineChart, Series, Style};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_mpm, stresses, vectors};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/step-wave",
     title: "Step wave in a bar and its reflection",
@@ -23,7 +23,7 @@ const SPEED: f64 = 10.0;
 const LENGTH: f64 = 25.0;
 const CELL: f64 = 0.25;
 
-/// Mean of what `value` reads at the points between two places.
+/// Mean of `values` at the points between two positions.
 fn mean(snapshot: &Snapshot, (low, high): (f64, f64), values: &[f64]) -> f64 {
     let inside = snapshot.positions.iter().zip(values).filter(|(x, _)| (low..high).contains(&x[0]));
     let (sum, count) = inside.fold((0.0, 0.0), |(sum, count), (_, value)| (sum + value, count + 1.0));
@@ -47,7 +47,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
         y_label: "stress over pressure".into(),
         ..LineChart::default()
     };
-    // The front has come to 5 m, and back to 15 m.
+    // The front has reached 5 m, and after reflection 15 m.
     for (time, region, stress, speed) in
         [(2.0, (8.0, 22.0), -PRESSURE, -PRESSURE / IMPEDANCE), (4.0, (2.0, 12.0), -2.0 * PRESSURE, 0.0)]
     {

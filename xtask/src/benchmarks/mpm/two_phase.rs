@@ -72,7 +72,7 @@ fn consolidation(quick: bool) -> Result<BenchmarkOutcome, String> {
         isochrones.series.push(Series::new(format!("T = {nominal}"), points, Style::Markers));
     }
     mixed(&mut outcome, start)?;
-    // The uppermost point lies a quarter of a cell below the surface, and what is above it settles too.
+    // The uppermost point lies a quarter of a cell below the surface, and the part above it settles too.
     let last = whole.frames.last().map_or(f64::NAN, |frame| CONSOLIDATION_RATE * frame.time);
     let settled = |factor: f64| {
         let u = degree(factor);
@@ -111,7 +111,7 @@ fn consolidation(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Undrained settlement, from which the displacements of the run count (mm).
+/// Undrained settlement, the reference of the displacements of the run (mm).
 fn undrained() -> f64 {
     1e3 * LOAD / (SKELETON + WATER)
 }
@@ -139,7 +139,7 @@ fn profile(frame: &Snapshot, start: f64) -> Vec<(f64, f64)> {
     places(frame).iter().map(|x| 1.0 - x).zip(pressures).collect()
 }
 
-/// Pressures over that at the start and the degree of consolidation that they say, against a closed form.
+/// Checks pressures over that at the start, and the degree of consolidation from them, against a closed form.
 pub(super) fn judge_pressures(
     outcome: &mut BenchmarkOutcome,
     label: &str,
@@ -165,7 +165,7 @@ pub(super) fn judge_pressures(
     );
 }
 
-/// The same with total stress and pressure by cells (§2.16).
+/// Checks total stress and pressure by cells (§2.16).
 fn mixed(outcome: &mut BenchmarkOutcome, start: f64) -> Result<(), String> {
     const NOMINAL: f64 = 0.1;
     let mut case = load_case("mpm/consolidation")?;
@@ -184,7 +184,7 @@ pub(super) fn modes() -> impl Iterator<Item = f64> {
     (0..200).map(|m| PI / 2.0 * f64::from(2 * m + 1))
 }
 
-/// Where the points were at the start (m).
+/// Initial positions of the points (m).
 fn places(snapshot: &Snapshot) -> Vec<f64> {
     let displacement = vectors(snapshot, "displacement");
     snapshot.positions.iter().zip(displacement).map(|(x, u)| x[0] - u[0]).collect()
@@ -276,7 +276,7 @@ fn waves(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// When the pressure passes half of its plateau, less half the ramp.
+/// Checks the times at which the pressure passes half of its plateau, less half the ramp.
 fn arrivals(outcome: &mut BenchmarkOutcome, pressure: &[(f64, f64)], plateau: f64) {
     let crossing = |rising: bool| {
         let passed = |w: &[(f64, f64)]| {

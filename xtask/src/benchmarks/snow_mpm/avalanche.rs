@@ -1,4 +1,4 @@
-//! Avalanches on a track of slope, arc and flat: how far the fronts of four kinds of snow come (sheet: snow-mpm A6).
+//! Avalanches on a track of slope, arc and flat: run-out of the fronts of four kinds of snow (sheet: snow-mpm A6).
 
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use serde_json::{Value, json};
@@ -9,7 +9,7 @@ use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, scalars, se
 use colluvium::case::measure::fragments;
 use colluvium::case::{Field, FieldData, RunReport, Snapshot};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/avalanche",
     title: "Four flow regimes of snow on a slope with a run-out",
@@ -19,8 +19,8 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// A kind of snow: name, slope of the critical state, cohesion, hardening, strength (Pa), and the front of the sheet's prototype
-/// after 3 s and at the end, and that of 99 % of its mass (m).
+/// Kind of snow: name, slope of the critical state line, cohesion, hardening, strength (Pa), and the front of the sheet's prototype after 3
+/// s and at the end, and that of 99 % of its mass (m).
 struct AvalancheRegime {
     name: &'static str,
     law: [f64; 4],
@@ -28,7 +28,7 @@ struct AvalancheRegime {
     quantile: f64,
 }
 
-/// The four of the sheet, the foremost first.
+/// The four kinds of the sheet, the farthest front first.
 const REGIMES: [AvalancheRegime; 4] = [
     AvalancheRegime { name: "cold dense", law: [0.5, 0.0, 1.0, 3e3], sheet: [-1.85, 37.7], quantile: 35.8 },
     AvalancheRegime { name: "warm shear", law: [0.8, 0.3, 1.0, 3e3], sheet: [-7.74, 23.9], quantile: 21.9 },
@@ -52,14 +52,14 @@ impl AvalancheRegime {
     }
 }
 
-/// The front at a time (m).
+/// Front at a time (m).
 fn front(report: &RunReport, time: f64) -> f64 {
     let fronts = measure_series(report, "front");
     let at = fronts.iter().find(|(t, _)| *t >= time - 1e-9).or(fronts.last());
     at.map_or(f64::NAN, |(_, front)| *front)
 }
 
-/// Way of a block by Coulomb's law (m).
+/// Displacement of a block by Coulomb's law (m).
 fn coulomb(time: f64) -> f64 {
     let angle = 40f64.to_radians();
     0.5 * 9.81 * (angle.sin() - 0.4 * angle.cos()) * time * time
@@ -98,7 +98,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Snow that holds together slides as a block on the slope.
+/// Checks that cohesive snow slides as a block on the slope.
 fn block_law(outcome: &mut BenchmarkOutcome, regime: &AvalancheRegime, report: &RunReport, times: &[f64]) {
     if regime.law[0] < 1.0 {
         return;
@@ -110,7 +110,7 @@ fn block_law(outcome: &mut BenchmarkOutcome, regime: &AvalancheRegime, report: &
     }
 }
 
-/// The softer the snow, the farther its front.
+/// Checks that the front is farther for softer snow.
 fn order(outcome: &mut BenchmarkOutcome, reports: &[(&AvalancheRegime, RunReport)], time: f64) {
     for pair in reports.windows(2) {
         let [(ahead, first), (behind, second)] = pair else { continue };
@@ -120,7 +120,7 @@ fn order(outcome: &mut BenchmarkOutcome, reports: &[(&AvalancheRegime, RunReport
     }
 }
 
-/// What the numerics take.
+/// Checks the numerical dissipation.
 fn energy(outcome: &mut BenchmarkOutcome, regime: &AvalancheRegime, report: &RunReport) {
     let last = |name: &str| report.table.last(name).unwrap_or(f64::NAN);
     let dissipated = last("energy_plastic") + last("obstacles.friction");
@@ -132,7 +132,7 @@ fn energy(outcome: &mut BenchmarkOutcome, regime: &AvalancheRegime, report: &Run
     outcome.info(name, "not given", last("energy_filtered") / dissipated, "part of what the numerics take");
 }
 
-/// What the deposits and the flows look like, by the words of the source.
+/// Checks the forms of the deposits and the flows against the descriptions of the source.
 fn forms(outcome: &mut BenchmarkOutcome, reports: &[(&AvalancheRegime, RunReport)]) -> Result<(), String> {
     let track = changed("avalanche", &json!({}))?.ground_line("track").ok_or("the case has no track")?;
     let along = |x: &[f64; 3]| track.arc_length(&[x[0], x[1]]).unwrap_or(f64::NAN);
@@ -179,7 +179,7 @@ const CELL: f64 = 0.1;
 /// Density of the snow (kg/m³).
 const DENSITY: f64 = 250.0;
 
-/// Sizes of what hangs together and has strength, as granules beside the largest piece (sheet: snow-mpm F56).
+/// Checks the sizes of connected pieces with strength, as granules beside the largest piece (sheet: snow-mpm F56).
 fn granules(outcome: &mut BenchmarkOutcome, regime: &AvalancheRegime, frame: &Snapshot) {
     let strong: Vec<usize> = scalars(frame, "compressive_strength")
         .iter()
@@ -206,11 +206,11 @@ fn granules(outcome: &mut BenchmarkOutcome, regime: &AvalancheRegime, frame: &Sn
     }
 }
 
-/// The bins of a surface in which a wave has its crest: where the height has risen by `rise` (m) since the trough before, and falls by
-/// it before it rises farther. Beyond both ends the height is zero, so that a body without waves has one crest.
+/// Bins of a surface with the crest of a wave: the height has risen by `rise` (m) since the trough before, and falls by it before it rises
+/// further. Beyond both ends the height is zero, so that a body without waves has one crest.
 fn crests(heights: &[f64], rise: f64) -> Vec<usize> {
     let mut crests = Vec::new();
-    // The lowest since the last crest; the highest since it rose from there.
+    // The lowest height since the last crest; the highest since then.
     let (mut low, mut top) = (0.0, None);
     for (bin, height) in heights.iter().copied().chain([0.0]).enumerate() {
         match top {
@@ -230,8 +230,7 @@ fn crests(heights: &[f64], rise: f64) -> Vec<usize> {
 /// Edge of the bins of a surface, two cells (m).
 const BIN: f64 = 0.2;
 
-/// Heights above the bed (m) of the highest points, given by their places along and above it, in bins between two `ends`;
-/// zero in a gap.
+/// Heights above the bed (m) of the highest points, given by their positions along and above it, in bins between two `ends`; zero in a gap.
 fn surface(points: impl Iterator<Item = [f64; 2]>, ends: [f64; 2]) -> Vec<f64> {
     let mut heights = vec![0f64; ((ends[1] - ends[0]) / BIN).ceil().max(1.0) as usize];
     for [along, above] in points.filter(|[along, _]| *along >= ends[0] && *along < ends[1]) {
@@ -241,7 +240,7 @@ fn surface(points: impl Iterator<Item = [f64; 2]>, ends: [f64; 2]) -> Vec<f64> {
     heights
 }
 
-/// Root of the mean square by which a height differs from the mean of its neighbours, over the mean height.
+/// Root mean square difference of a height from the mean of its neighbours, over the mean height.
 fn roughness(heights: &[f64]) -> f64 {
     let off = heights.windows(3).map(|h| (h[1] - 0.5 * (h[0] + h[2])).powi(2));
     let mean = heights.iter().sum::<f64>() / heights.len() as f64;

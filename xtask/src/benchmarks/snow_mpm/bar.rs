@@ -31,7 +31,7 @@ pub const SELF_WEIGHT: Benchmark = Benchmark {
 const DENSITY: f64 = 400.0;
 const CONFINED: f64 = 0.7 / (1.3 * 0.4);
 
-/// Times (s) at which a series passes zero, by straight lines.
+/// Times (s) at which a series passes zero, by linear interpolation.
 fn zeros(points: &[(f64, f64)]) -> Vec<f64> {
     let crossing = |pair: &[(f64, f64)]| {
         let [(t, a), (u, b)] = [pair[0], pair[1]];
@@ -40,7 +40,7 @@ fn zeros(points: &[(f64, f64)]) -> Vec<f64> {
     points.windows(2).filter_map(crossing).collect()
 }
 
-/// Period over that of the closed form, and the momentum two periods after the first peak of its size over that.
+/// Period over that of the closed form, and ratio of the momentum two periods after the first peak to that peak.
 fn swung(cells: usize, options: &Value) -> Result<[f64; 2], String> {
     let mut case = changed("bar", options)?;
     let period = 4.0 / (CONFINED * 1e6 / DENSITY).sqrt();
@@ -137,7 +137,7 @@ fn settled(cell: f64, shape: &str) -> Result<[f64; 3], String> {
 fn self_weight(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let exact = 0.045_180_7;
-    // Settlements of the sheet's prototype, and errors of stress beyond two and three cells of its one-dimensional program.
+    // Settlements of the sheet's prototype, and stress errors beyond two and three cells in its one-dimensional program.
     let prototypes = [
         ("cubic", [0.046996, 0.046090, 0.045642], [[0.0404, 0.0396, 0.0400], [0.0170, 0.0174, 0.0176]]),
         ("quadratic", [0.046394, 0.045793, 0.045489], [[0.0355, 0.0380, 0.0388], [0.0104, 0.0278, 0.0242]]),

@@ -1,4 +1,4 @@
-//! A cantilever that bends far under its weight, against the elastica (sheet: snow-mpm V16 and its amendment).
+//! Cantilever with large deflection under its weight, against the elastica (sheet: snow-mpm V16 and its amendment).
 
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
@@ -7,7 +7,7 @@ use super::{changed, solved};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, initial_positions};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/cantilever",
     title: "Cantilever at large rotation under its weight",
@@ -17,10 +17,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Drop of the tip and its place along the beam at rest, over the length (sheet: snow-mpm V16, α = 4).
+/// Drop of the tip and its position along the beam at rest, over the length (sheet: snow-mpm V16, α = 4).
 const TIP: [f64; 2] = [0.425_159, 0.890_111];
 
-/// A beam at rest: drop and place of the tip over the length (1 m), and the axis.
+/// Beam at rest: drop and position of the tip over the length (1 m), and the axis.
 struct BentBeam {
     tip: [f64; 2],
     axis: Vec<(f64, f64)>,

@@ -1,4 +1,4 @@
-//! Columns of snow that collapse or stand (sheet: snow-mpm A7, V18): cohesion against the run-out, and the strength that bears the weight.
+//! Unstable and stable columns of snow (sheet: snow-mpm A7, V18): cohesion against the run-out, and the strength that carries the weight.
 
 use colluvium::case::{Case, Snapshot};
 use colluvium::plots::{LineChart, Series, Style};
@@ -7,7 +7,7 @@ use serde_json::json;
 use super::{changed, solved};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_material};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/column",
     title: "Column of snow: run-out with and without cohesion, and the strength with which it stands",
@@ -20,9 +20,9 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Height of the column (m).
 const HEIGHT: f64 = 2.0;
 
-/// Where points lie at a time (m).
+/// Positions of the points at a time (m).
 struct ColumnShape {
-    /// Farthest to the left and to the right of the middle.
+    /// Farthest positions to the left and to the right of the middle.
     fronts: [f64; 2],
     /// Highest within 0.1 m of the middle.
     height: f64,
@@ -40,7 +40,7 @@ impl ColumnShape {
     }
 }
 
-/// The case with a strength (Pa) and a ratio of cohesion.
+/// Case with a strength (Pa) and a cohesion ratio.
 fn column(strength: f64, cohesion: f64) -> Result<Case, String> {
     let mut case = changed("column", &json!({}))?;
     let keys = [("compressive_strength", json!(strength)), ("cohesion_ratio", json!(cohesion))];
@@ -99,7 +99,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Which strengths bear the weight, gravity coming slowly (V18).
+/// Checks which strengths carry the weight under slowly increased gravity (V18).
 fn stands(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (strength, claim, range) in [
         (5500.0, "collapses", (0.0, 0.9)),

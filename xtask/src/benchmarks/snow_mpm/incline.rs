@@ -1,4 +1,4 @@
-//! A block that slides down an incline, or stays (sheet: snow-mpm V15).
+//! Block that slides down an incline, or sticks (sheet: snow-mpm V15).
 
 use colluvium::case::description::Wall;
 use serde_json::json;
@@ -6,7 +6,7 @@ use serde_json::json;
 use super::{changed, solved};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/incline",
     title: "Block on an incline: Coulomb friction at the nodes",

@@ -1,4 +1,4 @@
-//! A manufactured solution on a periodic line: cell crossing and convergence (sheet: snow-mpm V14).
+//! Manufactured solution on a periodic line: cell crossing and convergence (sheet: snow-mpm V14).
 
 use std::f64::consts::TAU;
 
@@ -11,7 +11,7 @@ use super::changed;
 use crate::analysis::manufactured_solution::{max_errors_over_steps, rms_position_error};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, stresses};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/manufactured",
     title: "Manufactured solution of a periodic line: cell crossing and convergence",
@@ -32,7 +32,7 @@ const AMPLITUDE: f64 = 0.05;
 /// The first refinements of the table, cells a metre.
 const CELLS: [usize; 5] = [16, 32, 64, 128, 256];
 
-/// `u = A sin 2πX sin 2πct`.
+/// Standing wave `u = A sin 2πX sin 2πct`.
 #[derive(Clone, Copy)]
 struct StandingWave {
     amplitude: f64,
@@ -106,7 +106,7 @@ impl StandingWave {
     }
 }
 
-/// Shape functions, points per cell and transfer, with the errors of the sheet's prototype, where it has them.
+/// Shape functions, points per cell and transfer, with the errors of the sheet's prototype, if any.
 struct TransferSetting {
     name: &'static str,
     shape: &'static str,
@@ -116,7 +116,7 @@ struct TransferSetting {
     stress: Option<[f64; 5]>,
 }
 
-/// The table of the sheet.
+/// Table of the sheet.
 const TABLE: [TransferSetting; 6] = [
     TransferSetting {
         name: "linear, 4 points per cell",
@@ -203,7 +203,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// The errors beside those of the sheet.
+/// Shows the errors beside those of the sheet.
 fn show(
     outcome: &mut BenchmarkOutcome,
     functions: &TransferSetting,
@@ -223,7 +223,7 @@ fn show(
     }
 }
 
-/// What the sheet asks of them.
+/// Checks the errors against the requirements of the sheet.
 fn judge(outcome: &mut BenchmarkOutcome, functions: &TransferSetting, errors: &[[f64; 2]]) {
     let ratio = errors[1][0] / errors[3][0];
     let pass = "the sheet's criterion";

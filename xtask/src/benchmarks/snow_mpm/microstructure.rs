@@ -8,7 +8,7 @@ use serde_json::json;
 use super::{changed, solved};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, scalars};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/microstructure",
     title: "Confined compression of a microstructure of snow",
@@ -18,8 +18,8 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// A box and its plate. At the speed that the sheet allows, half a per cent of that of waves in ice (6 m/s), the plate meets the ice
-/// with 6.7 MPa and crushes it as it arrives.
+/// Box and its plate. At the largest speed of the sheet, half a per cent of the wave speed of ice (6 m/s), the plate hits the ice with 6.7
+/// MPa and crushes it at once.
 struct CompressionBox {
     /// Width and height of the box (m).
     size: f64,
@@ -30,15 +30,15 @@ struct CompressionBox {
 }
 
 const SHORT: CompressionBox = CompressionBox { size: 1.5e-3, speed: 0.6, end: 0.32 };
-/// The sheet's structure, on cells of 0.05 mm in place of 0.03.
+/// Structure of the sheet, on cells of 0.05 mm in place of 0.03 mm.
 const FULL: CompressionBox = CompressionBox { size: 3e-3, speed: 0.3, end: 0.2 };
 
 /// Compression of the box between two rows of the measures.
 const ROW: f64 = 4e-4;
 
 impl CompressionBox {
-    /// Compressions of the box and mean stresses at the plate (Pa), by the plate's work between two rows; the other walls are at
-    /// rest and smooth.
+    /// Compressions of the box and mean stresses at the plate (Pa), from the plate's work between two rows; the other walls are fixed and
+    /// smooth.
     fn path(&self, report: &RunReport) -> Vec<(f64, f64)> {
         let work = measure_series(report, "work_of_walls");
         let stress = |pair: &[(f64, f64)]| {
@@ -86,7 +86,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// The four phases in their order.
+/// Checks the four phases in their order.
 fn judge(outcome: &mut BenchmarkOutcome, report: &RunReport, path: &[(f64, f64)], quick: bool) {
     let peak = first_peak(path);
     let (at, most) = path[peak];
@@ -143,7 +143,7 @@ fn judge(outcome: &mut BenchmarkOutcome, report: &RunReport, path: &[(f64, f64)]
     );
 }
 
-/// The first peak: the stress then falls by a fifth before it is passed again.
+/// Index of the first peak: the stress then falls by a fifth before it exceeds the peak again.
 fn first_peak(path: &[(f64, f64)]) -> usize {
     let mut peak = 0;
     for (number, (_, stress)) in path.iter().enumerate() {
@@ -156,7 +156,7 @@ fn first_peak(path: &[(f64, f64)]) -> usize {
     peak
 }
 
-/// Of pairs of numbers.
+/// Correlation of pairs of numbers.
 fn correlation(pairs: &[(f64, f64)]) -> f64 {
     let count = pairs.len() as f64;
     let mean = |value: fn(&(f64, f64)) -> f64| pairs.iter().map(value).sum::<f64>() / count;

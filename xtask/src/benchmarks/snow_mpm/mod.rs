@@ -20,7 +20,7 @@ use serde_json::Value;
 
 use crate::benchmarks::{Benchmark, load_case, run_in_memory, set_method_option};
 
-/// The benchmarks, in the order of the report.
+/// Benchmarks, in the order of the report.
 pub const ALL: &[Benchmark] = &[
     return_mappings::BENCHMARK,
     softening::BENCHMARK,
@@ -40,7 +40,7 @@ pub const ALL: &[Benchmark] = &[
     remote_triggering::BENCHMARK,
 ];
 
-/// The case `validation/snow-mpm/<name>/case.json` with some options of the method changed.
+/// Case `validation/snow-mpm/<name>/case.json` with some options of the method changed.
 fn changed(name: &str, options: &Value) -> Result<Case, String> {
     let mut case = load_case(&format!("snow-mpm/{name}"))?;
     for (key, value) in options.as_object().into_iter().flatten() {
@@ -49,7 +49,7 @@ fn changed(name: &str, options: &Value) -> Result<Case, String> {
     Ok(case)
 }
 
-/// Runs a case in memory, frames kept.
+/// Runs a case in memory, with all frames.
 fn solved(case: &Case) -> Result<RunReport, String> {
     run_in_memory("snow-mpm", case)
 }

@@ -7,7 +7,7 @@ use serde_json::json;
 use super::{changed, solved};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, scalars, stresses};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/oedometer",
     title: "Oedometer: a plate compacts a block of snow",
@@ -28,7 +28,7 @@ fn state(frame: &Snapshot, initial: f64) -> (f64, f64) {
     (-(volumes.iter().sum::<f64>() / initial).ln(), force / initial)
 }
 
-/// Value at `x` on straight lines through points.
+/// Value at `x` by linear interpolation between points.
 fn at(points: &[(f64, f64)], x: f64) -> f64 {
     let pair = points.windows(2).find(|pair| pair[0].0 <= x && x < pair[1].0);
     pair.map_or(f64::NAN, |pair| {

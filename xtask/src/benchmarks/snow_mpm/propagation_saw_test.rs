@@ -1,4 +1,4 @@
-//! Propagation saw tests (sheet: snow-mpm A5): the critical length of the cut, what it depends on, and how fast the crack runs.
+//! Propagation saw tests (sheet: snow-mpm A5): critical cut length, its parameters, and crack speed.
 
 use colluvium::case::description::Measure;
 use colluvium::case::{Case, RunReport, Snapshot};
@@ -13,7 +13,7 @@ use crate::benchmarks::{
     vectors,
 };
 
-/// Critical length and what it depends on.
+/// Critical length and its parameters.
 pub const CRITICAL: Benchmark = Benchmark {
     id: "snow-mpm/saw",
     title: "Propagation saw test: critical length of the cut",
@@ -33,7 +33,7 @@ pub const SPEED: Benchmark = Benchmark {
     run: speeds,
 };
 
-/// How long the saw cuts where a layer may take more than 0.34 m (s).
+/// Duration of sawing where a critical length may exceed 0.34 m (s).
 const LONGER: f64 = 0.5;
 /// Length of the column of the case (m).
 const LENGTH: f64 = 2.0;
@@ -42,7 +42,7 @@ const HEIGHT: f64 = 0.5;
 /// Estimate 4 of the sheet, a Timoshenko beam on springs, for 3 kPa on flat terrain (m).
 const ESTIMATE: f64 = 0.1795;
 
-/// What differs from the case.
+/// Changes of a test against the case.
 struct SawTestSetup<'a> {
     /// Angle of the slope (degrees).
     slope: f64,
@@ -50,7 +50,7 @@ struct SawTestSetup<'a> {
     length: f64,
     /// Edge of the cells (m).
     cell: f64,
-    /// How long the saw cuts, with 1 m/s (s).
+    /// Duration of sawing, with 1 m/s (s).
     sawing: f64,
     /// Keys of the weak layer.
     weak: &'a [(&'a str, Value)],
@@ -88,16 +88,16 @@ impl SawTestSetup<'_> {
     }
 }
 
-/// A test that has run.
+/// Results of a test.
 struct SawTestResult {
     report: RunReport,
 }
 
-/// Before the tip is this far ahead of the saw it follows it (m).
+/// Largest distance of the tip ahead of the saw while it follows the saw (m).
 const FOLLOWS: f64 = 0.1;
-/// When the tip is this far ahead of the saw it runs by itself (m).
+/// Distance of the tip ahead of the saw at which the crack propagates by itself (m).
 const RUNS: f64 = 0.4;
-/// By how much the saw may have moved meanwhile (m).
+/// Largest motion of the saw between the two (m).
 const MEANWHILE: f64 = 0.05;
 
 impl SawTestResult {
@@ -107,7 +107,7 @@ impl SawTestResult {
         saw.into_iter().zip(tip).map(|((time, cut), (_, tip))| [time, cut, tip]).collect()
     }
 
-    /// Length of the cut when the tip was last close to the saw before it ran away; none where it did not (sheet: snow-mpm §0).
+    /// Cut length when the tip was last close to the saw before it ran ahead; `None` without propagation (sheet: snow-mpm §0).
     fn critical_length(&self) -> Option<f64> {
         let lengths = self.lengths();
         let away = lengths.iter().position(|[_, cut, tip]| tip - cut > RUNS)?;
@@ -136,14 +136,14 @@ impl SawTestResult {
         settled.iter().sum::<f64>() / settled.len() as f64
     }
 
-    /// Fastest point when the saw begins (m/s).
+    /// Largest speed of a point when the saw begins (m/s).
     fn unrest(&self) -> f64 {
         let saw = measure_series(&self.report, "saw.travel");
         let number = saw.iter().rposition(|(_, cut)| *cut == 0.0).unwrap_or(0);
         measure_series(&self.report, "largest_speed").get(number).map_or(f64::NAN, |(_, speed)| *speed)
     }
 
-    /// An entry of the balance of energy over what the law dissipated.
+    /// Entry of the energy balance over the dissipation of the law.
     fn share(&self, name: &str) -> f64 {
         let last = |name: &str| self.report.table.last(name).unwrap_or(f64::NAN);
         last(name) / last("energy_plastic")
@@ -203,14 +203,14 @@ fn critical_lengths(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Critical length (m) that the package weac has for a slope (degrees) and a strength (Pa) of the weak layer.
+/// Critical length (m) by the package weac for a slope (degrees) and a strength (Pa) of the weak layer.
 fn by_weac(slope: f64, strength: f64) -> Result<f64, String> {
     let table = reference_table("snow-mpm/saw/weac.csv")?;
     let row = table.rows.iter().find(|row| row[0] == slope && row[1] == strength);
     row.map(|row| row[2]).ok_or_else(|| format!("the reference data lack {strength} Pa on {slope}°"))
 }
 
-/// On what the critical length depends, and how.
+/// Checks the dependence of the critical length on its parameters.
 fn trends(outcome: &mut BenchmarkOutcome, flat: f64) -> Result<(), String> {
     let strength = |value: f64| [("compressive_strength", json!(value))];
     let softening =
@@ -275,14 +275,14 @@ fn trends(outcome: &mut BenchmarkOutcome, flat: f64) -> Result<(), String> {
     arrest(outcome)
 }
 
-/// Layers in which no crack runs by itself.
+/// Checks layers in which no crack propagates by itself.
 fn arrest(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let strong = [("compressive_strength", json!(6000))];
     let runs = |sawn: &SawTestResult| f64::from(u8::from(sawn.critical_length().is_some()));
     let sawn = SawTestSetup { weak: &strong, ..AS_IT_IS }.run()?;
     let reason = "the sheet's criterion (v) is of longer cuts than 0.34 m";
     outcome.info("A5: whether a crack runs away in a layer of 6 kPa", "0", runs(&sawn), reason);
-    // Sheet: snow-mpm A5 (vi): what the weak layer takes until it collapses, by the classical law.
+    // Sheet: snow-mpm A5 (vi): deformation of the weak layer until it collapses, by the classical law.
     let classical = [("hardening", json!({ "kind": "slab" }))];
     let mut case = SawTestSetup { weak: &classical, ..AS_IT_IS }.case()?;
     if let Some(Measure::CrackTip(tip)) = case.measures.get_mut("crack") {
@@ -305,7 +305,7 @@ const CLASSICAL_START: f64 = -0.179_999_611_2;
 /// Plastic volumetric strain at which the weak layer has softened (sheet: snow-mpm V8).
 const CLASSICAL_STRAIN: f64 = 0.0036;
 
-/// The critical length on half the cells, with the softening of the law and with that of the cells.
+/// Checks the critical length on half the cells, with the softening factor of the law and with one scaled by the cell size.
 fn meshes(outcome: &mut BenchmarkOutcome, coarse: f64) -> Result<(), String> {
     let scaled = [("hardening", json!({ "kind": "weak-layer", "softening_factor": 25 }))];
     let reason = "what it takes to break the layer is per cell (sheet: snow-mpm P10)";
@@ -371,7 +371,7 @@ fn speeds(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Lengths of cuts and cracks over time.
+/// Chart of the lengths of cuts and cracks over time.
 fn space_time(tests: &[(&str, &SawTestResult)]) -> LineChart {
     let mut chart = LineChart {
         title: "Propagation saw test".into(),
@@ -390,7 +390,7 @@ fn space_time(tests: &[(&str, &SawTestResult)]) -> LineChart {
     chart
 }
 
-/// Instants below each other: settlement (mm), where the weak layer has not collapsed.
+/// Frames below each other: settlement (mm), where the weak layer has not collapsed.
 fn strip(test: &SawTestResult) -> Result<PointCloud, String> {
     let lengths = test.lengths();
     let time_of = |length: f64| {

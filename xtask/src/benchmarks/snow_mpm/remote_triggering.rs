@@ -7,7 +7,7 @@ use serde_json::json;
 use crate::benchmarks::snow_mpm::{changed, solved};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, initial_positions, scalars, vectors};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/remote",
     title: "Remote triggering of a slab avalanche",
@@ -17,16 +17,16 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Where the flat begins (m).
+/// Position at which the flat begins (m).
 const TOE: f64 = 13.049_259;
-/// Middle of the snowman (m).
+/// Centre of the snowman (m).
 const SNOWMAN: f64 = TOE + 2.0;
-/// Where the arc begins (m).
+/// Position at which the arc begins (m).
 const FOOT: f64 = 9.192_533;
 /// Centre and radius of the arc at the crest (m).
 const CREST: [f64; 2] = [-23.377_607, 24.817_105];
 const RADIUS: f64 = 3.0;
-/// Numbers of the bodies.
+/// Indices of the bodies.
 const WEAK: u32 = 0;
 const SLAB: u32 = 1;
 
@@ -61,7 +61,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Place at the start along x (m) of the points of the weak layer, and whether they have collapsed.
+/// Initial position along x (m) of the points of the weak layer, and whether they have collapsed.
 fn collapsed(frame: &Snapshot) -> Vec<(f64, bool)> {
     let (flags, start) = (scalars(frame, "collapsed"), initial_positions(frame));
     let weak = (0..flags.len()).filter(|&i| frame.bodies[i] == WEAK);
@@ -158,7 +158,7 @@ fn release(outcome: &mut BenchmarkOutcome, report: &RunReport) {
     outcome.info("A3: pieces of the slab", "not given", pieces, "the sheet judges the crack");
 }
 
-/// Length along the ground from where the crest begins to fall, and height above it along its normal (m), down to the foot.
+/// Length along the ground from the beginning of the crest's fall, and height above it along its normal (m), down to the foot.
 fn on_the_track([x, y]: [f64; 2]) -> [f64; 2] {
     let (sine, cosine) = 40f64.to_radians().sin_cos();
     let right = [x - CREST[0], y - CREST[1]];

@@ -1,11 +1,11 @@
-//! Worked examples of the return maps (sheet: snow-mpm §3.9), by the law that a case names.
+//! Worked examples of the return maps (sheet: snow-mpm §3.9), by the law that a case selects.
 
 use colluvium::constitutive::{InitialCondition, Mat3, MaterialSpec, Motion, SymTensor};
 use serde_json::json;
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/returns",
     title: "Cohesive Cam clay: worked examples of the return map",
@@ -24,7 +24,7 @@ struct ReturnedState {
     strength: f64,
 }
 
-/// One step with the deformation `f` from the start of the sheet's snow.
+/// State after one step with the deformation `f` from the initial state of the sheet's snow.
 fn returned(f: &Mat3, integration: &str, invariants: &str) -> Result<ReturnedState, String> {
     let spec: MaterialSpec = serde_json::from_value(json!({
         "model": "cohesive-cam-clay", "density": 250, "youngs_modulus": 3e6, "poissons_ratio": 0.3,
@@ -84,7 +84,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
                 .iter()
                 .zip(found.iter().zip(exact))
             {
-                // Tips have no deviator: what round-off leaves of it is a share of p0.
+                // Tips have no deviator: its round-off is a share of p0.
                 let tolerance = if exact == 0.0 { 20e3 * 1e-8 } else { 1e-8 };
                 outcome.assert_close(
                     format!("W1 {trial:?}, {integration}: {what}"),
@@ -100,7 +100,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// W2.
+/// Checks W2.
 fn full_tensor(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let f = Mat3([[1.002, 0.006, 0.0], [-0.001, 0.995, 0.0], [0.0, 0.0, 1.0]]);
     for (integration, exact, p0) in [

@@ -1,4 +1,4 @@
-//! Rigid motions and what the transfers keep (sheet: snow-mpm V4, V11).
+//! Rigid motions, and conserved quantities of the transfers (sheet: snow-mpm V4, V11).
 
 use colluvium::case::RunReport;
 use colluvium::plots::{LineChart, Series, Style};
@@ -8,7 +8,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::snow_mpm::{changed, solved};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, stresses, vectors};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/motion",
     title: "Rigid motions: what the transfers keep",
@@ -44,7 +44,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Flight with gravity (V4).
+/// Checks flight with gravity (V4).
 fn fall(outcome: &mut BenchmarkOutcome, name: &str, options: &Value) -> Result<(), String> {
     let mut case = changed("motion", options)?;
     let (dt, end) = (2e-4, 0.1);
@@ -71,7 +71,7 @@ fn fall(outcome: &mut BenchmarkOutcome, name: &str, options: &Value) -> Result<(
     Ok(())
 }
 
-/// A spinning disc that flies (V11).
+/// Checks a spinning disc in flight (V11).
 fn spin(
     outcome: &mut BenchmarkOutcome,
     chart: &mut LineChart,

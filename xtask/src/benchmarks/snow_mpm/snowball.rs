@@ -1,4 +1,4 @@
-//! Snowballs of different snow on a sticky floor (sheet: snow-mpm A1): what scatters and what compacts.
+//! Snowballs of different snow on a sticky floor (sheet: snow-mpm A1): scattering and compaction.
 
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::{Value, json};
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::{changed, solved};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_material};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/snowball",
     title: "Snowballs on a floor: strength, stiffness and brittleness of the snow",
@@ -16,10 +16,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Number of times at which the chart has points.
+/// Number of times in the chart.
 const TIMES: usize = 20;
 
-/// What became of a ball.
+/// Result of an impact.
 struct ImpactResult {
     /// 90 % quantile of the distance from the axis (m).
     scatter: f64,
@@ -37,7 +37,7 @@ fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
         .unwrap_or(f64::NAN)
 }
 
-/// Keys of the material that differ.
+/// Changed keys of the material.
 type MaterialChanges<'a> = &'a [(&'a str, Value)];
 
 fn fallen(keys: MaterialChanges<'_>, chart: &mut LineChart, name: &str) -> Result<ImpactResult, String> {
@@ -50,7 +50,7 @@ fn fallen(keys: MaterialChanges<'_>, chart: &mut LineChart, name: &str) -> Resul
     };
     let over_time = report.frames.iter().map(|frame| (frame.time, scatter(frame))).collect();
     chart.series.push(Series::new(name, over_time, Style::Line));
-    // Contact: what lies lowest soon after the impact.
+    // Contact zone: the lowest points soon after the impact.
     let early = report.frames.get(TIMES / 8).ok_or("too few frames")?;
     let low = quantile(early.positions.iter().map(|x| x[1]).collect(), 0.1);
     let packed: Vec<f64> = early
@@ -108,7 +108,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// What must hold between the balls.
+/// Checks the relations between the balls.
 fn trends(outcome: &mut BenchmarkOutcome, found: &[ImpactResult]) -> Result<(), String> {
     let [default, softer, weaker, brittle, tearing] = found else {
         return Err("five balls were to fall".to_owned());

@@ -1,4 +1,4 @@
-//! A point of a weak layer under compression: the law of the anticrack against the classical one (sheet: snow-mpm A2, V8).
+//! Point of a weak layer under compression: the anticrack law against the classical one (sheet: snow-mpm A2, V8).
 
 use colluvium::constitutive::{InitialCondition, Mat3, MaterialSpec, Motion, SymTensor};
 use colluvium::plots::{LineChart, Series, Style};
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/softening",
     title: "Compression of a weak layer: classical softening and that of the anticrack",
@@ -19,7 +19,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Logarithmic compression of a step.
 const STEP: f64 = 1e-6;
 
-/// A point in the course of a path: compression, `p`, `q` and axial stress (Pa, Kirchhoff, compression positive), and `p0` (Pa).
+/// State along a path: compression, `p`, `q` and axial stress (Pa, Kirchhoff, compression positive), and `p0` (Pa).
 struct SofteningRow {
     strain: f64,
     pressure: f64,
@@ -28,7 +28,7 @@ struct SofteningRow {
     strength: f64,
 }
 
-/// The weak layer of the sheet with other keys.
+/// Weak layer of the sheet with other keys.
 fn layer(keys: &Value) -> Value {
     let mut spec = json!({
         "model": "cohesive-cam-clay", "density": 100, "youngs_modulus": 1e6, "poissons_ratio": 0.3, "critical_state_slope": 1.2,
@@ -40,7 +40,7 @@ fn layer(keys: &Value) -> Value {
     spec
 }
 
-/// Path of a point in so many steps of uniaxial compression without strain across.
+/// Path of a point in `steps` steps of uniaxial compression without lateral strain.
 fn compressed(keys: &Value, step: f64, steps: usize) -> Result<Vec<SofteningRow>, String> {
     let spec: MaterialSpec = serde_json::from_value(layer(keys)).map_err(|error| error.to_string())?;
     let law = spec.build().map_err(|error| error.to_string())?;
@@ -68,7 +68,7 @@ fn compressed(keys: &Value, step: f64, steps: usize) -> Result<Vec<SofteningRow>
     Ok(path)
 }
 
-/// The row at a compression.
+/// Row at a compression.
 fn at(path: &[SofteningRow], strain: f64) -> &SofteningRow {
     let number = path.partition_point(|row| row.strain < strain - 0.5 * STEP);
     &path[number.min(path.len() - 1)]
@@ -103,7 +103,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Elastic, failure, softening, collapse, jamming: the path of the anticrack.
+/// Checks the path of the anticrack: elastic, failure, softening, collapse, jamming.
 fn sequence(outcome: &mut BenchmarkOutcome, path: &[SofteningRow]) {
     let yields = path.iter().position(|row| row.strength < 3000.0 - 1e-6).unwrap_or(0);
     let collapses = path.iter().position(|row| row.strength == 0.0).unwrap_or(path.len() - 1);
@@ -153,7 +153,7 @@ fn sequence(outcome: &mut BenchmarkOutcome, path: &[SofteningRow]) {
     }
 }
 
-/// The classical law: pressure grows on after yield, the deviator falls first and then grows.
+/// Checks the classical law: the pressure grows on after yield, the deviator falls first and then grows.
 fn classic(outcome: &mut BenchmarkOutcome, path: &[SofteningRow]) -> Result<(), String> {
     let reason = "values of the sheet's own integration; first order in the step";
     for (strain, exact) in [(0.003, 3191.8), (0.005, 3375.8), (0.02, 3664.5), (0.1, 5130.0)] {

@@ -1,4 +1,4 @@
-//! A cantilever in its first mode (sheet: sph V-37).
+//! Cantilever in its first mode (sheet: sph V-37).
 
 use colluvium::case::{Budget, RunReport, Snapshot};
 use colluvium::plots::{LineChart, Series, Style};
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/cantilever",
     title: "Elastic cantilever, updated and total Lagrangian SPH",
@@ -24,7 +24,7 @@ const PERIOD: f64 = 72.4389 * LENGTH / SPEED;
 /// `V_f c0 / ω`.
 const AMPLITUDE: f64 = 0.02306;
 
-/// One way to run it.
+/// Variant of the run.
 struct CantileverVariant {
     name: &'static str,
     options: Vec<(&'static str, Value)>,
@@ -173,7 +173,7 @@ fn judge(outcome: &mut BenchmarkOutcome, way: &CantileverVariant, report: &RunRe
     }
 }
 
-/// Refinement, and the loss without viscosity.
+/// Checks refinement, and the loss without viscosity.
 fn finer(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut case = load_case("sph/cantilever")?;
     set_method_option(&mut case, "sph", "spacing", 0.001);
@@ -185,8 +185,8 @@ fn finer(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     without_viscosity(outcome)
 }
 
-/// V-37 without viscosity. Artificial stress does work that no stress power balances, and so does the corrected gradient
-/// with a momentum equation that is not its partner.
+/// Checks V-37 without viscosity. Artificial stress does work that no stress power balances, and so does the corrected gradient with a
+/// momentum equation that is not its conjugate.
 fn without_viscosity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let none = || ("tensile", json!({ "kind": "none" }));
     let both = || ("momentum", json!("corrected"));
@@ -211,7 +211,7 @@ fn without_viscosity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         }
         set_method_option(&mut case, "sph", "viscosity_linear", 0.0);
         case.stages[0].duration = 0.45;
-        // A run that stops has lost what it had.
+        // A run that stops counts as the loss of all amplitude.
         let report = run_in_memory("sph", &case).ok();
         let loss = report.as_ref().map_or(f64::NAN, |report| loss(&tip(report)));
         let label = |what: &str| format!("{name}, no viscosity: {what}");

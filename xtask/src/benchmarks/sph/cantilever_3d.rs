@@ -1,4 +1,4 @@
-//! A cantilever in three dimensions (sheet: sph V-38).
+//! Cantilever in three dimensions (sheet: sph V-38).
 
 use colluvium::case::description::Velocity;
 use colluvium::case::{RunReport, Snapshot};
@@ -9,7 +9,7 @@ use super::cantilever::{period, swing};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option, stresses};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/beam-3d",
     title: "Elastic cantilever in three dimensions, SPH",
@@ -19,8 +19,8 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| swings(&[(2, "total Lagrangian"), (1, "total Lagrangian"), (2, "updated")]),
 };
 
-/// The present configuration with artificial stress, at the sheet's spacing. Artificial stress feeds velocities that
-/// alternate from particle to particle, which nothing but `hourglass_viscosity` resists.
+/// Updated-Lagrangian form with artificial stress, at the sheet's spacing. Artificial stress feeds velocities that alternate from particle
+/// to particle, which only `hourglass_viscosity` resists.
 pub const UPDATED: Benchmark = Benchmark {
     id: "sph/beam-3d-updated",
     title: "Elastic cantilever in three dimensions, sums over the present configuration, SPH",
@@ -35,7 +35,7 @@ const SPACINGS: [f64; 2] = [0.0125, 0.025];
 /// Sides of the section along y and z (m).
 const SIDES: [f64; 2] = [0.1, 0.2];
 
-/// Swings across an axis (1 for y, 2 for z), each in a form of the method.
+/// Checks oscillations across an axis (1 for y, 2 for z), each in a form of the method.
 fn swings(runs: &[(usize, &str)]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
@@ -106,8 +106,8 @@ fn closest(snapshot: &Snapshot, spacing: f64) -> f64 {
     least / spacing
 }
 
-/// Largest difference of the axial stress between particles that mirror each other in the middle plane beside which the
-/// beam does not bend, over the largest axial stress; in the frame of a quarter of a period.
+/// Largest difference of the axial stress between particles that are mirror images in the middle plane in which the beam bends, over the
+/// largest axial stress; in the frame of a quarter of a period.
 fn skew(report: &RunReport, across: usize, spacing: f64) -> f64 {
     let (start, frame) = (&report.frames[0], &report.frames[report.frames.len() * 2 / 5]);
     let other = 3 - across;

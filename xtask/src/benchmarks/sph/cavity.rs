@@ -1,4 +1,4 @@
-//! Liquid in a square cavity whose lid moves (Ghia, Ghia & Shin 1982).
+//! Liquid in a square cavity with a moving lid (Ghia, Ghia & Shin 1982).
 
 use colluvium::case::{Case, Snapshot};
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
@@ -19,10 +19,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: cavities,
 };
 
-/// Place of the value of v at a Reynolds number of 400 that is a misprint.
+/// Position of the misprinted value of v at a Reynolds number of 400.
 const MISPRINT: f64 = 0.9063;
 
-/// Reynolds number and the time that the flow takes to be steady (s).
+/// Reynolds number and the time until the flow is steady (s).
 const FLOWS: [(u32, f64); 2] = [(100, 15.0), (400, 40.0)];
 
 fn cavity(reynolds: u32, duration: f64, spacing: f64) -> Result<Case, String> {
@@ -33,7 +33,7 @@ fn cavity(reynolds: u32, duration: f64, spacing: f64) -> Result<Case, String> {
     Ok(case)
 }
 
-/// Velocity at a place: the value there of the linear field that fits the particles within three spacings best, near ones most.
+/// Velocity at a position from the best-fit linear field of the particles within three spacings, weighted by distance.
 fn velocity_at(snapshot: &Snapshot, place: [f64; 2], spacing: f64) -> [f64; 2] {
     let reach = 3.0 * spacing;
     let (mut moments, mut sums) = ([[0.0; 3]; 3], [[0.0; 3]; 2]);
@@ -46,7 +46,7 @@ fn velocity_at(snapshot: &Snapshot, place: [f64; 2], spacing: f64) -> [f64; 2] {
             (0..2).for_each(|c| sums[c][i] += weight * basis[i] * v[c]);
         }
     }
-    // The first unknown of each system, by Cramer's rule.
+    // First unknown of each system, by Cramer's rule.
     let determinant = |m: &[[f64; 3]; 3]| {
         let minor = |a: usize, b: usize| m[1][a] * m[2][b] - m[1][b] * m[2][a];
         m[0][0] * minor(1, 2) - m[0][1] * minor(0, 2) + m[0][2] * minor(0, 1)
@@ -62,7 +62,7 @@ fn velocity_at(snapshot: &Snapshot, place: [f64; 2], spacing: f64) -> [f64; 2] {
 fn cavities(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let table = reference_table("sph/cavity/reference.csv")?;
-    // 100 particles are what the bound is for; the short form is to see that it works.
+    // The bound applies to 100 particles; the short form only tests that the benchmark runs.
     let (spacing, flows, bound) = if quick { (0.025, &FLOWS[..1], 0.06) } else { (0.01, &FLOWS[..], 0.03) };
     for &(reynolds, duration) in flows {
         let report = run_in_memory("sph", &cavity(reynolds, duration, spacing)?)?;

@@ -1,4 +1,4 @@
-//! The aluminium-bar column by SPH (sheet: sph §5.4 set S; B-03 and B-09).
+//! Aluminium-bar column by SPH (sheet: sph §5.4 set S; B-03 and B-09).
 
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use serde_json::json;
@@ -10,7 +10,7 @@ use crate::benchmarks::{
     set_method_option,
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/aluminium-bars",
     title: "Aluminium-bar column, SPH",
@@ -77,7 +77,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Without viscosity the front depends on how the law is integrated.
+/// Checks the front without viscosity, which depends on the integration of the law.
 fn forward(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut case = load_case("sph/aluminium-bars")?;
     set_method_option(&mut case, "sph", "viscosity_linear", 0.0);
@@ -107,7 +107,7 @@ fn forward(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// B-03, the fourth setting: viscous damping and regularisation in place of artificial viscosity.
+/// Checks B-03, the fourth setting: viscous damping and regularisation in place of artificial viscosity.
 fn damped(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for damping in [1e-3, 1e-4] {
         let mut case = load_case("sph/aluminium-bars")?;
@@ -124,7 +124,7 @@ fn damped(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Walls and regularisation.
+/// Checks walls and regularisation.
 fn variants(outcome: &mut BenchmarkOutcome, usual: f64) -> Result<(), String> {
     for (option, value, sheet) in [
         ("regularisation", json!("mls"), "0.383 (wall b)"),

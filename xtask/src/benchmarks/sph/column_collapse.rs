@@ -1,4 +1,4 @@
-//! Columns of several aspect ratios, and what regularisation does to their stress (sheet: sph §5.4, B-03, B-09).
+//! Columns of several aspect ratios, and the effect of regularisation on their stress (sheet: sph §5.4, B-03, B-09).
 
 use colluvium::case::{Case, Snapshot};
 use colluvium::plots::{LineChart, Series, Style};
@@ -9,7 +9,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_material, set_method_option, stresses, vectors,
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/columns",
     title: "Columns of several aspect ratios, SPH",
@@ -19,7 +19,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// The aspect ratios that are left out there.
+/// Remaining aspect ratios.
 pub const SWEEP: Benchmark = Benchmark {
     id: "sph/columns-sweep",
     title: "Columns of all aspect ratios of the sheet, SPH",
@@ -35,7 +35,7 @@ pub const SWEEP: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// The aspect ratios of the sheet, and those from which the laws are powers of two thirds.
+/// Aspect ratios of the sheet, and those from which the laws are powers of two thirds.
 const ALL: [f64; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 6.0, 10.0];
 const TALL: &[f64] = ALL.split_at(4).1;
 
@@ -65,12 +65,12 @@ fn lube(a: f64) -> f64 {
     }
 }
 
-/// The same after Lajeunesse et al. 2005; the two branches meet at 3.
+/// Run-out over initial width after Lajeunesse et al. 2005; the two branches join at 3.
 fn lajeunesse(a: f64) -> f64 {
     if a < 3.0 { a } else { 3.0 * (a / 3.0).powf(2.0 / 3.0) }
 }
 
-/// The column of set S with another aspect ratio: at least twenty particles wide and high.
+/// Column of set S with another aspect ratio: at least twenty particles wide and high.
 fn column(a: f64) -> Result<(Case, f64), String> {
     let mut case = load_case("sph/aluminium-bars")?;
     let (width, height) = if a < 1.0 { (0.1 / a, 0.1) } else { (0.1, 0.1 * a) };
@@ -160,8 +160,8 @@ fn judge(outcome: &mut BenchmarkOutcome, name: &str, friction: f64, found: &[(f6
     }
 }
 
-/// B-03: noise of the vertical stress in the flowing zone without regularisation, with it after every step and, as the
-/// sheet proposes, after every ten; the source has "each or several" and gives no number.
+/// Checks B-03: noise of the vertical stress in the flowing zone without regularisation, with it after every step and, as the sheet
+/// proposes, after every ten; the source has "each or several" and gives no number.
 fn regularised(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let column = |steps: Option<u64>, duration: f64| -> Result<Snapshot, String> {
         let mut case = load_case("sph/aluminium-bars")?;
@@ -207,8 +207,8 @@ fn regularised(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 /// Neighbours of a particle with a full support: 20 on the lattice of this kernel and smoothing length.
 const FULL: usize = 18;
 
-/// Rms difference of the vertical stress from its moving-least-squares mean (Pa), over the moving particles with at
-/// least so many neighbours.
+/// Rms difference of the vertical stress from its moving-least-squares mean (Pa), over the moving particles with at least `least`
+/// neighbours.
 fn fluctuation(snapshot: &Snapshot, least: usize) -> f64 {
     let (stress, velocity) = (stresses(snapshot), vectors(snapshot, "velocity"));
     let h = 1.2 * SPACING;

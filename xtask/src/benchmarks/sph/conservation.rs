@@ -1,4 +1,4 @@
-//! What holds exactly between the sums of SPH (sheet: sph §5.3, V-10 to V-13 and V-20).
+//! Exact conservation properties of SPH sums (sheet: sph §5.3, V-10 to V-13 and V-20).
 
 use colluvium::case::Case;
 use colluvium::constitutive::SymTensor;
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, set_method_option};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/balance",
     title: "Momentum, energy and dissipation of a random state",
@@ -18,14 +18,14 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Numbers between -1 and 1 that differ from each to the next: additive recurrences.
+/// Number between -1 and 1 of an additive recurrence, which varies irregularly with `id`.
 fn scattered(id: u32, channel: u32) -> f64 {
     const STEPS: [f64; 3] = [0.618_033_988_749_894_9, 0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
     let step = STEPS[channel as usize % 3];
     2.0 * (f64::from(id + 1) * step * f64::from(1 + channel / 3)).fract() - 1.0
 }
 
-/// A state without any order in it; `spin` is one for stress of any kind and zero for pressure alone.
+/// Disordered state of a particle; `deviator` is one for stress of any kind and zero for pressure alone.
 fn random(id: u32, deviator: f64) -> PrescribedParticle<2> {
     let s = |channel| scattered(id, channel);
     let pressure = 2e4 * s(3);
@@ -198,13 +198,13 @@ fn energies(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
                 .map_err(|error| error.to_string())?;
         let particles = rates::<2>(&case, |id, _| random(id, 1.0)).map_err(|error| error.to_string())?;
         let name = format!("V-12, the same on a {wall} wall at rest, {form}");
-        // A mirror sees its images: their half of the pair belongs to them.
+        // Particles interact with their mirror images, which have their half of the pair.
         outcome.assert_below(name, "0", power(&particles), 1e-12, "V-12: with the pairwise mirror too");
     }
     Ok(())
 }
 
-/// Power of the viscosity: what it adds to `Σ m v·a`.
+/// Power of the viscosity: its contribution to `Σ m v·a`.
 fn viscous_power(given: impl Fn(u32, &[f64; 2]) -> PrescribedParticle<2>) -> Result<f64, String> {
     let options = [("viscosity_linear", json!(1.0)), ("viscosity_quadratic", json!(2.0))];
     let particles =

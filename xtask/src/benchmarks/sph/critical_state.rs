@@ -14,7 +14,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, initial_positions, load_case, run_in_memory, scalars, set_method_option,
 };
 
-/// Half the spacing of the sheet's set S (m): what the bands of the dense sand need.
+/// Half the spacing of the sheet's set S (m), required for the bands of the dense sand.
 const FINE: f64 = 0.0025;
 
 /// Simple shear.
@@ -47,7 +47,7 @@ pub const COLUMNS_FINE: Benchmark = Benchmark {
     ..COLUMNS
 };
 
-/// Table 1 of the source at a void ratio.
+/// Sand of Table 1 of the source at a void ratio.
 fn sand(void_ratio: f64, density: f64) -> Result<MaterialSpec, String> {
     serde_json::from_value(json!({
         "model": "simsand", "density": density, "void_ratio": void_ratio, "stiffness_constant": 130,
@@ -63,8 +63,8 @@ const DENSITIES: [(&str, f64); 3] = [("loose", 0.91), ("medium", 0.81), ("dense"
 /// Name and component of a stress.
 type StressComponent = (&'static str, fn(&SymTensor) -> f64);
 
-/// The shear at which the law alone, on its path in simple shear, first has a negative acoustic tensor in the plane, and
-/// the speed `√(-q/ρ)` (m/s) at a shear of 0.2: waves of number `k` along the worst normal grow by it times `k`.
+/// Shear at which the law alone, on its path in simple shear, first has a negative acoustic tensor in the plane, and the speed `√(-q/ρ)`
+/// (m/s) at a shear of 0.2: waves of number `k` along the worst normal grow at this speed times `k`.
 fn ellipticity(spec: &MaterialSpec) -> Result<(f64, f64), String> {
     const STEP: f64 = 1e-4;
     let law = spec.build().map_err(|error| error.to_string())?;
@@ -102,11 +102,11 @@ fn ellipticity(spec: &MaterialSpec) -> Result<(f64, f64), String> {
     Ok((lost, (-least / spec.density()).max(0.0).sqrt()))
 }
 
-/// Viscosity against hourglass modes, which grow fastest where the law has lost ellipticity.
+/// Viscosity against hourglass modes, which grow fastest where the law is no longer elliptic.
 const HOURGLASS: f64 = 1.0;
 
-/// B-02: the sheet's 100 kPa to a shear of 0.2 at its 0.01/s and ten times as fast: the strain is that of the frame, and
-/// the law knows no rate.
+/// Runs B-02: the sheet's 100 kPa to a shear of 0.2 at its 0.01/s and ten times as fast: the strain is that of the frame, and the law is
+/// rate-independent.
 fn shear(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let axes = |title: &str, x_label: &str| LineChart {
@@ -143,7 +143,7 @@ fn shear(quick: bool) -> Result<BenchmarkOutcome, String> {
         let (end, least) =
             (pressures[pressures.len() - 1], pressures.iter().copied().fold(f64::INFINITY, f64::min));
         if name == "loose" {
-            // e_c(p) = e: what the critical state line leaves of the pressure at constant volume.
+            // e_c(p) = e: the remaining pressure at constant volume by the critical state line.
             let left: f64 = 1e5 * ((0.964 - void_ratio) / 0.118_f64).powf(1.0 / 0.205);
             let reason = "B-02: liquefies; the critical state line leaves 2.2 kPa at this void ratio, twice that is allowed";
             outcome.assert_below(
@@ -197,8 +197,8 @@ fn shear(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// The column of set S of sand with grains of 2650 kg/m³; from its weight with half of it to the sides, for the law has no
-/// stiffness without pressure.
+/// Column of set S, of sand with grains of 2650 kg/m³; the initial stress is that of its weight with a lateral ratio of one half, since the
+/// law has no stiffness without pressure.
 fn column(void_ratio: f64, spacing: f64) -> Result<Case, String> {
     let mut case = load_case("sph/aluminium-bars")?;
     let density = 2650.0 / (1.0 + void_ratio);
@@ -210,13 +210,13 @@ fn column(void_ratio: f64, spacing: f64) -> Result<Case, String> {
     Ok(case)
 }
 
-/// Where 99 % of the particles end (m). The outermost one of a column scatters by a tenth of its way with the steps
-/// taken, which go by the times of output too.
+/// Front of 99 % of the particles (m). The outermost particle of a column scatters by a tenth of its displacement with the steps taken,
+/// which depend on the times of output too.
 fn end(snapshot: &Snapshot) -> f64 {
     mass_quantile_position(snapshot, 0.99, |x| x[0])
 }
 
-/// Time at which what 99 % of the particles end at has run half of its way (s), and the way (m).
+/// Time at which the front of 99 % of the particles has moved half of its run-out (s), and the run-out (m).
 fn run_out(report: &RunReport) -> (f64, f64) {
     let front: Vec<(f64, f64)> = report.frames.iter().map(|frame| (frame.time, end(frame))).collect();
     let (start, end) = (front[0].1, front[front.len() - 1].1);
@@ -229,8 +229,8 @@ fn run_out(report: &RunReport) -> (f64, f64) {
     (time, end - start)
 }
 
-/// Courant numbers with which the fine columns run again, beside the default: where 99 % of the mass ends
-/// scatters by 2 to 3 % with the steps taken, and the bounds on the ratio are as wide as four times that.
+/// Courant numbers of repeated runs of the fine columns, beside the default: the front of 99 % of the mass scatters by 2 to 3 % with the
+/// steps taken, and the bounds on the ratio are four times as wide.
 const REPEATED: [f64; 2] = [0.18, 0.16];
 
 /// Smoothing length over spacing.
@@ -246,8 +246,8 @@ fn sheared(report: &RunReport) -> f64 {
     strains.iter().filter(|strain| **strain > SHEARED).count() as f64 / strains.len() as f64
 }
 
-/// Plastic shear strain of the initial lattice, row by row from the left, within the middle three fifths of the height; each
-/// value the mean over two smoothing lengths around it, for it alternates from particle to particle.
+/// Plastic shear strain of the initial lattice, row by row from the left, within the middle three fifths of the height; each value the mean
+/// over two smoothing lengths around it, since it alternates from particle to particle.
 fn strain_rows(snapshot: &Snapshot, spacing: f64) -> Vec<Vec<f64>> {
     let index = |x: f64| (x / spacing).floor() as i64;
     let strains: BTreeMap<[i64; 2], f64> = initial_positions(snapshot)
@@ -286,7 +286,7 @@ fn bands(row: &[f64]) -> usize {
     count
 }
 
-/// Width over which a row's strain is spread, `(Σ ε)² / Σ ε²` particles: that of a band of even strain.
+/// Width of the strain of a row, `(Σ ε)² / Σ ε²` particles: that of a band of uniform strain.
 fn spread(row: &[f64]) -> f64 {
     row.iter().sum::<f64>().powi(2) / row.iter().map(|strain| strain * strain).sum::<f64>()
 }
@@ -299,7 +299,7 @@ fn columns(spacings: &[f64]) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// The loose column and the dense one at a spacing, and what the sheet asks of the two.
+/// Checks the loose and the dense column at a spacing against the requirements of the sheet.
 fn pair(outcome: &mut BenchmarkOutcome, spacing: f64) -> Result<(), String> {
     let label = |what: &str| format!("B-10, {} mm, {what}", 1e3 * spacing);
     let (mut found, mut widths) = (Vec::new(), Vec::new());

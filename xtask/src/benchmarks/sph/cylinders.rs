@@ -9,7 +9,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_material, set_method_option,
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/cylinders",
     title: "Collapse of cylinders, SPH in three dimensions",
@@ -20,16 +20,15 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 const RADIUS: f64 = 0.097;
-/// Material of the case, matching of the cone and what they add to names: the source's law, the cone through triaxial
-/// compression, which is the strongest; the weakest, through triaxial extension; and a pyramid, which has the same friction
-/// angle in every direction.
+/// Material of the case, matching of the cone and their label: the source's law, the cone through triaxial compression, which is the
+/// strongest; the weakest, through triaxial extension; and a pyramid, which has one friction angle in every direction.
 type ConeMatching = (&'static str, Option<&'static str>, &'static str);
 const CONE: ConeMatching = ("sand", None, "");
 const WEAKEST: ConeMatching = ("sand", Some("extension"), ", cone through extension");
 const PYRAMID: ConeMatching = ("pyramid", None, ", Mohr–Coulomb");
 
-/// Distance from the axis within which 99.9 % of the particles lie, and half a spacing (m): the run-out of
-/// `sheet: mpm §3.9, A-28`, by which the same law is judged there.
+/// Distance from the axis within which 99.9 % of the particles lie, plus half a spacing (m): the run-out of `sheet: mpm §3.9, A-28`, by
+/// which this law is judged there.
 fn reach(snapshot: &Snapshot, spacing: f64) -> f64 {
     mass_quantile_position(snapshot, 0.999, radius) + 0.5 * spacing
 }

@@ -10,7 +10,7 @@ use crate::benchmarks::{
     run_in_memory,
 };
 
-/// The dam break.
+/// Benchmark of the dam break.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/dam-pressure",
     title: "Pressure of a dam break on the far wall, SPH",
@@ -24,9 +24,9 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const DEPTH: f64 = 0.3;
 const GATE: f64 = 0.6;
 const UNIT: f64 = 997.0 * 9.81 * DEPTH;
-/// Pressure that tells of the arrival, over the unit; the quantiles at sensor 2 rise through it within 0.01.
+/// Pressure that marks the arrival, over the unit; the quantiles at sensor 2 rise through it within 0.01.
 const ARRIVED: f64 = 0.2;
-/// Time that peaks are means over, in units of `√(H/g)`: some periods of sound in the layer, and less than the rise of the median (0.14).
+/// Averaging time of peaks, in units of `√(H/g)`: some periods of sound in the layer, and less than the rise of the median (0.14).
 const WINDOW: f64 = 0.1;
 /// Quantiles of 2.5 %, 50 % and 97.5 % of the peaks at sensors 1 to 3, over ρgH (Table 2 of the source, 100 tests, as
 /// `scripts/probe_acsphDambreakLobovsky.py` of github.com/wi-re/warpSPH has it: 75.06, 91.44, 130.98; 53.26, 57.49, 63.31; 39.79, 43.76, 49.62 mbar).
@@ -34,11 +34,11 @@ const PEAKS: [[f64; 3]; 3] = [[2.558, 3.116, 4.464], [1.815, 1.959, 2.158], [1.3
 
 type PressureCurve = Vec<(f64, f64)>;
 
-/// What is known of one floor.
+/// Time series of the run on one floor.
 struct FloorRecord {
-    /// Place of the front from the gate over the depth, in time.
+    /// Position of the front from the gate over the depth, over time.
     front: PressureCurve,
-    /// Pressures at the sensors over the unit, in time.
+    /// Pressures at the sensors over the unit, over time.
     sensors: [PressureCurve; 4],
 }
 
@@ -49,14 +49,14 @@ impl FloorRecord {
             measure_series(report, name).iter().map(|(t, y)| (t / time, (y - zero) / unit)).collect()
         };
         let sensor = |k: usize| {
-            // Without water at the sensor there is no value, and no pressure.
+            // Without water at the sensor there is no value; the pressure is zero.
             let dry = |(t, p): (f64, f64)| (t, if p.is_nan() { 0.0 } else { p });
             scaled(&format!("sensor{k}.pressure"), 0.0, UNIT).into_iter().map(dry).collect()
         };
         Self { front: scaled("front", GATE, DEPTH), sensors: [1, 2, 3, 4].map(sensor) }
     }
 
-    /// When water reaches sensor 2.
+    /// Arrival time of the water at sensor 2.
     fn arrival(&self) -> f64 {
         self.sensors[1].iter().find(|(_, p)| *p > ARRIVED).map_or(f64::NAN, |(t, _)| *t)
     }
@@ -66,7 +66,7 @@ impl FloorRecord {
         speed(&self.front)
     }
 
-    /// The largest mean over the window at a sensor.
+    /// Largest mean over the window at a sensor.
     fn peak(&self, sensor: usize) -> f64 {
         let curve = &self.sensors[sensor];
         let last = curve.last().map_or(0.0, |row| row.0) - WINDOW;
@@ -89,7 +89,7 @@ fn mean(curve: &PressureCurve, from: f64, to: f64) -> f64 {
     sum / count
 }
 
-/// The experiment: its front, and the quantiles at sensor 2.
+/// Experiment: its front, and the quantiles at sensor 2.
 struct DamExperiment {
     front: PressureCurve,
     quantiles: [PressureCurve; 3],
@@ -103,7 +103,7 @@ impl DamExperiment {
         Ok(Self { front, quantiles: [of("low")?, of("median")?, of("high")?] })
     }
 
-    /// When each quantile rises: the last tests, the median, the first.
+    /// Arrival time of each quantile: the last tests, the median, the first.
     fn arrivals(&self) -> [f64; 3] {
         self.quantiles.each_ref().map(|q| q.iter().find(|(_, p)| *p > ARRIVED).map_or(f64::NAN, |(t, _)| *t))
     }
@@ -174,7 +174,7 @@ fn judge(outcome: &mut BenchmarkOutcome, floor: &str, course: &FloorRecord, expe
     );
 }
 
-/// The blow and the peaks, which the short form shows only: its layer is three particles thick.
+/// Checks the impact and the peaks; the short form only shows them, since its layer is three particles thick.
 fn judge_blow(
     outcome: &mut BenchmarkOutcome,
     (floor, quick): (&str, bool),

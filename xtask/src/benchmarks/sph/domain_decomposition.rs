@@ -1,4 +1,4 @@
-//! A collapse in ranks (sheet: sph V-26).
+//! Column collapse with domain decomposition into ranks (sheet: sph V-26).
 
 use colluvium::case::{Case, Snapshot, Solver};
 use serde_json::json;
@@ -7,7 +7,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::sph::waves::{advance, start};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, set_method_option};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/ranks",
     title: "A collapsing column in 1, 2, 3 and 8 ranks, SPH",
@@ -17,15 +17,15 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Steps that are compared (V-26).
+/// Number of compared steps (V-26).
 const STEPS: usize = 200;
-/// Steps between two looks at who has which particle.
+/// Steps between two checks of the particles' ranks.
 const LOOK: usize = 20;
 
-/// When the steps begin (s): in the first 200 of all nothing has fallen yet.
+/// Time at which the steps begin (s): in the first 200 of all the column has hardly moved.
 const FALLEN: f64 = 0.1;
 
-/// The column of set S in ranks, at the start; a tenth as stiff, so that in 200 steps it gets somewhere.
+/// Column of set S in ranks, at the start; a tenth as stiff, for larger steps so that it moves within 200 steps.
 fn column(ranks: u32) -> Result<Case, String> {
     let mut case = load_case("sph/aluminium-bars")?;
     let soft = json!({ "model": "drucker-prager", "density": 2040, "youngs_modulus": 5.84e5, "poissons_ratio": 0.3,
@@ -38,7 +38,7 @@ fn column(ranks: u32) -> Result<Case, String> {
     Ok(case)
 }
 
-/// A solver that goes on from a checkpoint.
+/// Solver that continues from a checkpoint.
 fn from(mut checkpoint: &[u8], ranks: u32) -> Result<Box<dyn Solver>, String> {
     let mut solver = start(&column(ranks)?)?;
     solver.restore(&mut checkpoint).map_err(|error| error.to_string())?;
@@ -46,12 +46,12 @@ fn from(mut checkpoint: &[u8], ranks: u32) -> Result<Box<dyn Solver>, String> {
     Ok(solver)
 }
 
-/// The ranks of the particles.
+/// Ranks of the particles.
 fn owners(snapshot: &Snapshot) -> Vec<f64> {
     snapshot.scalars("rank").map_or_else(|| vec![0.0; snapshot.ids.len()], <[f64]>::to_vec)
 }
 
-/// Largest distance of a particle in one snapshot from the same in the other (m).
+/// Largest distance between positions of a particle in two snapshots (m).
 fn apart(a: &Snapshot, b: &Snapshot) -> f64 {
     let distance = |(x, y): (&[f64; 3], &[f64; 3])| (0..3).map(|c| (x[c] - y[c]).powi(2)).sum::<f64>().sqrt();
     a.positions.iter().zip(&b.positions).map(distance).max_or_nan()

@@ -1,4 +1,4 @@
-//! A drum that turns (sheet: sph B-01).
+//! Rotating drum (sheet: sph B-01).
 
 use colluvium::case::Snapshot;
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
@@ -6,7 +6,7 @@ use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use crate::analysis::regression_slope;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/drum",
     title: "Half-full drum that turns, SPH",
@@ -16,7 +16,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| turn(0.004),
 };
 
-/// The drum at the sheet's spacing.
+/// Drum at the sheet's spacing.
 pub const FINE: Benchmark = Benchmark {
     id: "sph/drum-fine",
     title: "Half-full drum that turns, 2 mm, SPH",
@@ -27,7 +27,7 @@ pub const FINE: Benchmark = Benchmark {
 };
 
 const FRICTION: f64 = 30.0;
-/// From this time on the surface is looked at (s): 60 degrees of the drum.
+/// Time from which the surface is evaluated (s): 60 degrees of the drum.
 const STEADY: f64 = 1.0;
 /// Half of the width over which the surface is fitted, half of the radius (m), and its bins.
 const HALF_WIDTH: f64 = 0.05;

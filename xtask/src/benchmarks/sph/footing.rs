@@ -43,7 +43,7 @@ pub const SOILS: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// The same twice as fine.
+/// Clay by the cone through triaxial compression, and soil with friction, at half the spacing.
 pub const SOILS_FINE: Benchmark = Benchmark {
     id: "sph/footing-soils-fine",
     title: "Strip footing on other soils, a twentieth of its width, SPH",
@@ -53,18 +53,18 @@ pub const SOILS_FINE: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// A soil under the footing.
+/// Soil under the footing.
 #[derive(Clone, Copy)]
 struct FootingSoil {
     name: &'static str,
     matching: &'static str,
     /// Angle of friction and of dilatancy (degrees).
     friction: f64,
-    /// Whether it slips along the footing.
+    /// Whether the soil slips along the footing.
     slips: bool,
     /// Half of the width of the domain (m).
     reach: f64,
-    /// For how long the footing is pushed (s).
+    /// Duration of the footing's motion (s).
     duration: f64,
 }
 
@@ -78,8 +78,8 @@ const CLAY: FootingSoil = FootingSoil {
 };
 const SLIPPERY: FootingSoil = FootingSoil { name: "smooth footing", slips: true, ..CLAY };
 const CONE: FootingSoil = FootingSoil { name: "cone through compression", matching: "compression", ..CLAY };
-/// Prandtl's mechanism comes up 3.77 m from the middle, 4.14 m under the effective width. It takes three times the load, and
-/// so three times the way.
+/// Frictional soil. The exit of Prandtl's mechanism is 3.77 m from the middle, 4.14 m with the effective width. The mechanism takes three
+/// times the load, and so three times the displacement.
 const FRICTION: FootingSoil =
     FootingSoil { name: "friction of 25 degrees", friction: 25.0, reach: 6.0, duration: 16.0, ..CLAY };
 
@@ -115,13 +115,13 @@ impl FootingSoil {
 
 const COHESION: f64 = 10e3;
 const WIDTH: f64 = 1.0;
-/// Depths between which the vertical force is taken (m): it is the same at all of them.
+/// Depths between which the vertical force is evaluated (m): it is equal at all of them.
 const DEPTHS: std::ops::Range<f64> = 1.0..2.0;
 const SOIL: f64 = 4.0;
 /// Velocity of the footing (m/s).
 const SPEED: f64 = 8.2e-3;
 
-/// Mean vertical force over the depths, over half of the `width` (m) that carries it, in cohesions.
+/// Mean vertical force over the depths, over half of the `width` (m) that carries it, in units of cohesion.
 fn pressure(snapshot: &Snapshot, width: f64) -> f64 {
     let stress = stresses(snapshot);
     let force: f64 = snapshot
@@ -136,9 +136,9 @@ fn pressure(snapshot: &Snapshot, width: f64) -> f64 {
     force / depth / (0.5 * width) / COHESION
 }
 
-/// Angle of the side of the wedge (degrees) that goes down with the footing. In Prandtl's mechanism the soil within has the
-/// velocity of the footing, and beside it goes down half as fast, with associated friction too: of each column of particles
-/// under the footing the place where three quarters are passed between two frames, and a straight line through those.
+/// Angle of the side of the wedge (degrees) that moves down with the footing. In Prandtl's mechanism the soil within has the velocity of
+/// the footing and beside it moves down half as fast, with associated friction too. The side is the regression line through the positions
+/// in the columns under the footing where the mean velocity between two frames passes three quarters of the footing's.
 fn wedge([first, last]: [&Snapshot; 2], spacing: f64) -> f64 {
     let way = SPEED * (last.time - first.time);
     let sinks = |p: usize| (first.positions[p][1] - last.positions[p][1]) / way;
@@ -172,7 +172,7 @@ fn push(soils: &[FootingSoil], spacings: &[f64]) -> Result<BenchmarkOutcome, Str
     Ok(outcome)
 }
 
-/// Pushes the footing into a soil: the pressure over the cohesion against the settlement over the width.
+/// Pushes the footing into a soil; returns the pressure over the cohesion against the settlement over the width.
 fn settle(
     outcome: &mut BenchmarkOutcome,
     soil: &FootingSoil,
@@ -183,7 +183,7 @@ fn settle(
         name => format!("{name}, spacing {spacing} m: {what}"),
     };
     let report = run_in_memory("sph", &soil.case(spacing)?)?;
-    // Over the effective width, which the sheet asks for.
+    // Over the effective width that the sheet prescribes.
     let width = WIDTH + spacing;
     let curve: Vec<(f64, f64)> =
         report.frames.iter().map(|frame| (SPEED * frame.time / WIDTH, pressure(frame, width))).collect();
@@ -213,7 +213,7 @@ fn settle(
     Ok(curve)
 }
 
-/// Holds the wedge against Prandtl's.
+/// Checks the wedge against Prandtl's.
 fn judge_wedge(
     outcome: &mut BenchmarkOutcome,
     name: String,

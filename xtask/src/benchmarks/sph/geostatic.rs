@@ -1,4 +1,4 @@
-//! A column settles under its weight (sheet: sph §5.3, V-32).
+//! Column that settles under its weight (sheet: sph §5.3, V-32).
 
 use colluvium::case::Snapshot;
 use colluvium::plots::{LineChart, Series, Style};
@@ -7,7 +7,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option, stresses, vectors,
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/geostatic",
     title: "Geostatic column, SPH",

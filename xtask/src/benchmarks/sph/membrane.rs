@@ -6,7 +6,7 @@ use colluvium::plots::{LineChart, Series, Style};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, stresses, vectors};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/membrane",
     title: "Flexible confining pressure, SPH",
@@ -40,7 +40,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// V-33.
+/// Checks V-33.
 fn disc(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     const PRESSURE: f64 = 1e4;
     let snapshot = run_in_memory("sph", &load_case("sph/confined-disc")?)?.snapshot;
@@ -93,7 +93,7 @@ fn middle(snapshot: &Snapshot) -> [f64; 3] {
     sums.map(|sum| sum / count)
 }
 
-/// B-05: path up to the peak, in kPa.
+/// Runs B-05; returns the path up to the peak, in kPa.
 fn triaxial(outcome: &mut BenchmarkOutcome, pressure: f64) -> Result<Vec<(f64, f64)>, String> {
     let mut case = load_case("sph/triaxial")?;
     for body in &mut case.bodies {

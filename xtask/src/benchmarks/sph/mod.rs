@@ -28,7 +28,7 @@ mod waves;
 
 use crate::benchmarks::Benchmark;
 
-/// The benchmarks, in the order of the report.
+/// Benchmarks, in the order of the report.
 pub const ALL: &[Benchmark] = &[
     operators::BENCHMARK,
     conservation::BENCHMARK,

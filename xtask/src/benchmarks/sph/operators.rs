@@ -10,7 +10,7 @@ use colluvium::sph::pairs::operators::{Gradient, Laplacian, ParticleCloud, test_
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, reference_curve, reference_table};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/operators",
     title: "SPH operators on regular and disordered particles",
@@ -100,7 +100,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
 
 const DIGITS: &str = "the sheet's value to the three digits that it asks for: half a unit of the third";
 
-/// Against a value of the sheet, to three digits.
+/// Checks a value of the sheet, to three digits.
 fn digits(outcome: &mut BenchmarkOutcome, name: String, sheet: f64, measured: f64) {
     let half = 0.51 * 10f64.powi(sheet.log10().floor() as i32 - 2);
     outcome.assert_within(name, &format!("{sheet}"), measured, (sheet - half, sheet + half), DIGITS);
@@ -140,8 +140,7 @@ fn gradients(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("V-01: the corrected gradient of a linear field is exact; the plain one is not.", &picture)
 }
 
-/// All Laplacians of one field; `columns` name the sheet's values, empty where the result is round-off or not
-/// given.
+/// Checks all Laplacians of one field; `columns` are the sheet's values, empty where the result is round-off or not given.
 fn laplacians(
     outcome: &mut BenchmarkOutcome,
     title: &str,

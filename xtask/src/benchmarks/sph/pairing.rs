@@ -1,4 +1,4 @@
-//! Pairing instability and the form of momentum that conserves nothing (sheet: sph §5.3, V-34, V-35).
+//! Pairing instability, and the non-conservative momentum form (sheet: sph §5.3, V-34, V-35).
 
 use colluvium::case::{Case, Solver};
 use colluvium::constitutive::SymTensor;
@@ -10,7 +10,7 @@ use super::waves::{advance, load, start};
 use crate::benchmarks::sph::simple_shear::closest;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_method_option, vectors};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/pairing",
     title: "Pairing instability and non-conservative momentum, SPH",
@@ -22,13 +22,13 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 const SPACING: f64 = 0.5;
 
-/// What a run shows.
+/// Time series of a run.
 struct PairingRecord {
     /// Kinetic energy (J) at whole seconds.
     kinetic: Vec<(f64, f64)>,
     /// Largest speed at any time (m/s).
     fastest: f64,
-    /// Closest particles at the end, over the spacing.
+    /// Least distance of two particles at the end, over the spacing.
     closest: f64,
 }
 
@@ -47,7 +47,7 @@ fn setting(kernel: &str, smoothing: f64) -> Result<Case, String> {
     let mut case = load("pairing/case.json")?;
     set_method_option(&mut case, "sph", "kernel", kernel);
     set_method_option(&mut case, "sph", "smoothing", smoothing);
-    // Six fixed layers, or as many as the support reaches over.
+    // Six fixed layers, or as many as the support covers.
     let reach: f64 = if kernel == "gaussian" { 3.0 } else { 2.0 } * smoothing;
     let edge = 5.25 + SPACING * reach.ceil().max(6.0);
     case.bodies[2].shape = serde_json::from_value(json!({
@@ -76,7 +76,7 @@ fn follow(solver: &mut dyn Solver, seconds: f64) -> Result<PairingRecord, String
     Ok(course)
 }
 
-/// Kinetic energy (J) at whole seconds, as far as the run goes.
+/// Kinetic energy (J) at whole seconds, until the run ends.
 fn energies(solver: &mut dyn Solver, seconds: usize) -> Vec<(f64, f64)> {
     let mut found = Vec::new();
     while found.len() <= seconds {
@@ -190,9 +190,9 @@ fn pairing(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     outcome.svg("V-34: a kernel that gets too many neighbours makes pairs of them.", &chart)
 }
 
-/// V-35: disorder of 5 % and stresses that differ by 10 %. The form (57) does not see the uniform part of the stress, which
-/// moves the disordered particles with (54) at once; its own errors feed on themselves, until particles are thrown
-/// through the frame and the run stops.
+/// Checks V-35: disorder of 5 % and stresses that differ by 10 %. In form (57) the uniform part of the stress has no effect, while it moves
+/// the disordered particles with (54) at once; the errors of (57) amplify themselves, until particles are ejected through the frame and the
+/// run stops.
 fn unbalanced(outcome: &mut BenchmarkOutcome, seconds: f64) -> Result<(), String> {
     let given = |id: u32, _: &[f64; 2]| {
         let scattered = |step: f64| 2.0 * (f64::from(id + 1) * step).fract() - 1.0;

@@ -1,4 +1,4 @@
-//! Round free edges on fitted rows and on a lattice: a thick ring (Lamé), a plate with a hole (Kirsch).
+//! Curved free edges on fitted rows and on a lattice: a thick ring (Lamé), a plate with a hole (Kirsch).
 
 use colluvium::case::Snapshot;
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
@@ -6,7 +6,7 @@ use colluvium::points::Sampling;
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, stresses};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/ring",
     title: "Rows fitted to round edges: thick ring under pressure, plate with a hole, total-Lagrangian SPH",
@@ -20,7 +20,7 @@ const PRESSURE: f64 = 1e4;
 const SPACING: f64 = 0.1;
 const WAYS: [(&str, Sampling); 2] = [("fitted rows", Sampling::Fitted), ("lattice", Sampling::Lattice)];
 
-/// A particle: place (m), distance from the centre (m), hoop stress (Pa).
+/// Particle: position (m), distance from the centre (m), hoop stress (Pa).
 type HoopStressPoint = ([f64; 2], f64, f64);
 
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
@@ -37,7 +37,7 @@ fn lame(r: f64) -> f64 {
     PRESSURE / 3.0 * (1.0 + 4.0 / (r * r))
 }
 
-/// Stress along the pull beside a hole of radius one in a plate without end, over that far away.
+/// Stress along the tension beside a hole of radius one in an infinite plate, over the far stress.
 fn kirsch(r: f64) -> f64 {
     0.5 * (2.0 + r.powi(-2) + 3.0 * r.powi(-4))
 }
@@ -123,7 +123,7 @@ fn plate(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             .map(|(_, s)| *s)
             .collect();
         let [_, far, _] = spread(&far);
-        // Within six degrees of the line across the pull.
+        // Within six degrees of the line across the tension.
         let beside: Vec<(f64, f64)> = (all.iter())
             .filter(|([x, y], _)| x.abs() < 0.105 * y.abs() && x.hypot(*y) < 3.0)
             .map(|([x, y], s)| (x.hypot(*y), s / far))

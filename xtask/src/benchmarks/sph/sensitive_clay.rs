@@ -8,7 +8,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_material, set_method_option, vectors,
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/sensitive-clay",
     title: "Retrogressive slope of sensitive clay, SPH",
@@ -18,7 +18,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// The source's resolutions, to the end.
+/// Resolutions of the source, to the end.
 pub const FINE: Benchmark = Benchmark {
     id: "sph/sensitive-clay-fine",
     title: "Retrogressive slope of sensitive clay at the source's resolutions, SPH",
@@ -28,10 +28,10 @@ pub const FINE: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// The initial toe (m), and how long gravity acts before the release (s).
+/// Initial toe (m), and duration of gravity before the release (s).
 const TOE: f64 = 25.0;
 const RELEASE: f64 = 1.0;
-/// The spacing of the sheet's reference runs (m).
+/// Spacing of the sheet's reference runs (m).
 const COARSE: f64 = 0.24;
 /// The sheet's reference run, compression cone: time after release (s) and advance of the front (m).
 const SHEET: [(f64, f64); 7] =
@@ -48,7 +48,7 @@ fn at(curve: &[(f64, f64)], time: f64) -> f64 {
         .map_or(f64::NAN, |point| point.1)
 }
 
-/// How far the crest has been lost: the crest particle farthest forward that has sunk by less than a metre (m).
+/// Position of the scarp: the foremost crest particle that has sunk by less than a metre (m).
 fn scarp(snapshot: &Snapshot) -> f64 {
     let moved = vectors(snapshot, "displacement");
     let stands = |(x, u): &(&[f64; 3], &[f64; 3])| x[1] - u[1] > 4.7 && u[1] > -1.0;
@@ -56,7 +56,7 @@ fn scarp(snapshot: &Snapshot) -> f64 {
     standing.map(|(x, u)| x[0] - u[0]).max_or_nan()
 }
 
-/// Times at which the scarp moved back by more than `step` (m) within a frame.
+/// Number of times at which the scarp moved back by more than `step` (m) within a frame.
 fn slides(report: &RunReport, step: f64) -> usize {
     let places: Vec<f64> = report.frames.iter().map(scarp).collect();
     let (mut count, mut moving) = (0, false);

@@ -1,4 +1,4 @@
-//! Blocks in a frame that moves as prescribed (sheet: sph §5.3, V-14, V-30, V-31; B-02).
+//! Blocks in a frame with prescribed motion (sheet: sph §5.3, V-14, V-30, V-31; B-02).
 
 use colluvium::case::{Case, Snapshot};
 use colluvium::constitutive::{InitialCondition, Mat3, MaterialSpec, ModelFamily, Motion, SymTensor};
@@ -9,7 +9,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::sph::waves::{advance, load, start};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_method_option, stresses};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/shear",
     title: "Simple shear in a frame and rigid rotation, SPH",
@@ -35,7 +35,7 @@ fn parse<T: serde::de::DeserializeOwned>(text: Value) -> Result<T, String> {
     serde_json::from_value(text).map_err(|error| error.to_string())
 }
 
-/// The frame's case at another rate of shear (1/s) and under an isotropic pressure (Pa).
+/// Case of the frame at another rate of shear (1/s) and under an isotropic pressure (Pa).
 fn frame(rate: f64, pressure: f64) -> Result<Case, String> {
     let mut case = load("shear/case.json")?;
     for body in &mut case.bodies {
@@ -72,7 +72,7 @@ pub(super) fn closest(snapshot: &Snapshot, spacing: f64) -> f64 {
     least / spacing
 }
 
-/// V-14: ten turns in chords, which is how a turning body moves in steps.
+/// Checks V-14: ten turns in chords, the motion of a rotating body in steps.
 fn rotation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (steps, dt) = (6400, 1e-4);
     let angle = 20.0 * std::f64::consts::PI / f64::from(steps);
@@ -90,7 +90,7 @@ fn rotation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (mut worst_invariant, mut worst_stress) = (0.0f64, 0.0f64);
     for step in 1..=steps {
         solver.step(dt).map_err(|error| error.to_string())?;
-        // Every eighth of a turn: after half a turn any stress is the first again, whether it turned or not.
+        // Every eighth of a turn: after half a turn any stress equals the first, whether it rotated or not.
         if step % 80 == 0 {
             let (sin, cos) = (angle * f64::from(step)).sin_cos();
             let exact = first.rotated(&Mat3([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]));
@@ -112,7 +112,7 @@ fn rotation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// V-30: the Jaumann rate's own oscillation.
+/// Checks V-30: the oscillation of the Jaumann rate.
 fn elastic(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart {
         title: "Simple shear of an elastic block".into(),
@@ -158,7 +158,7 @@ fn shear_elastic(case: &Case, rate: f64) -> Result<Vec<(f64, SymTensor)>, String
     Ok(found)
 }
 
-/// `pressure` is the initial one over the shear modulus; with a `corrected` gradient linear fields are exact.
+/// Checks a path; `pressure` is the initial one over the shear modulus; with a `corrected` gradient linear fields are exact.
 fn judge_elastic(
     outcome: &mut BenchmarkOutcome,
     name: &str,
@@ -192,8 +192,8 @@ fn judge_elastic(
     }
 }
 
-/// The tensile instability grows with time, not with strain: a slow block in tension clumps before the strain at which
-/// it is judged. Under a pressure above its tensions it has none.
+/// Checks the tensile instability, which grows with time, not with strain: a slow block in tension clumps before the strain at which it is
+/// judged. Under a pressure above its tensions it has none.
 fn slow(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let rates: &[f64] = if quick { &[0.1] } else { &[0.1, 0.03] };
     for &rate in rates {
@@ -218,7 +218,7 @@ fn slow(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     Ok(())
 }
 
-/// V-31: Drucker–Prager without dilatancy keeps its pressure.
+/// Checks V-31: Drucker–Prager without dilatancy keeps its pressure.
 fn plastic(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     // Slow, for the steady state of small steps: a step of the strain at yield would leave s_xx a tenth too large.
     let mut case = frame(0.1, 50e3)?;
@@ -265,7 +265,7 @@ fn plastic(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// The frame against the law alone, for every law in rate form.
+/// Checks the frame against the law alone, for every law in rate form.
 fn every_law(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut seen: Vec<&str> = Vec::new();
     for mut spec in MaterialSpec::examples() {
@@ -308,7 +308,7 @@ fn compare(spec: &MaterialSpec) -> Result<f64, String> {
     Ok(apart.max_or_nan())
 }
 
-/// The frame's case with 10 × 10 free particles of a material.
+/// Case of the frame with 10 × 10 free particles of a material.
 fn small(spec: &MaterialSpec, rate: f64, pressure: f64) -> Result<Case, String> {
     let mut case = frame(rate, pressure)?;
     case.materials.insert("m".into(), spec.clone());
@@ -338,7 +338,7 @@ pub(super) struct ShearPath {
     pub hourglass: f64,
 }
 
-/// A block of 10 × 10 particles beside the law, along the path.
+/// Simple shear of a block of 10 × 10 particles and of the law alone, along the path.
 pub(super) fn law_in_frame(spec: &MaterialSpec, path: ShearPath) -> Result<Vec<ShearRow>, String> {
     beside_law(&mut small(spec, path.rate, path.pressure)?, spec, path)
 }

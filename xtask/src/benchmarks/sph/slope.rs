@@ -1,4 +1,4 @@
-//! Factor of safety of a slope and its run-out once it has failed (sheet: sph V-40, V-41).
+//! Factor of safety of a slope, and its run-out after failure (sheet: sph V-40, V-41).
 
 use colluvium::case::description::Measure;
 use colluvium::case::{Case, RunReport, SafetyResult, Snapshot};
@@ -13,7 +13,7 @@ use crate::benchmarks::{
     set_method_option, vectors,
 };
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/slope-safety",
     title: "Slope: factor of safety by strength reduction, SPH",
@@ -31,7 +31,7 @@ const SLOPE: HomogeneousSlope = HomogeneousSlope {
     cohesion: 550.0,
     friction_angle: 31.2,
 };
-/// Where the toe of the case is (m); it rises towards smaller x.
+/// Position of the toe of the case (m); the slope rises towards smaller x.
 const TOE: f64 = 1.1;
 
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
@@ -102,10 +102,10 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// What passes: 1.23 ± 0.06.
+/// Allowed range of the factor of safety: 1.23 ± 0.06.
 const BAND: (f64, f64) = (1.17, 1.29);
 
-/// The case with other parameters of the soil.
+/// Case with other parameters of the soil.
 fn search(soil: &[(&str, Value)], range: [f64; 2]) -> Result<Case, String> {
     let mut case = load_case("sph/slope")?;
     if let Some(Measure::FactorOfSafety(search)) = case.measures.get_mut("safety") {
@@ -119,7 +119,7 @@ fn safety(case: &Case) -> Result<SafetyResult, String> {
     run_in_memory("sph", case)?.safety.remove("safety").ok_or_else(|| "no factor of safety".to_owned())
 }
 
-/// Associated flow, with which strength is what limit equilibrium takes it to be.
+/// Checks associated flow, with the strength that limit equilibrium assumes.
 fn associated(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let dilatancy = SLOPE.friction_angle.into();
     let found = safety(&search(&[("dilatancy_angle", dilatancy)], [1.0, 2.0])?)?;
@@ -142,8 +142,8 @@ fn associated(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// No dilatancy, as the sheet proposes. Slip lines then mobilise `sin φ` and `c cos φ` only (Davis 1968), which
-/// divides Bishop's factor `B` by `1 / cos φ_r`: `F² = B² - tan² φ` is the least to expect, `B` the most.
+/// Checks flow without dilatancy, as the sheet proposes. Slip lines then mobilise `sin φ` and `c cos φ` only (Davis 1968), which divides
+/// Bishop's factor `B` by `1 / cos φ_r`: `F² = B² - tan² φ` is the least to expect, `B` the most.
 fn proposed(outcome: &mut BenchmarkOutcome, bishop: f64) -> Result<(), String> {
     let found = safety(&search(&[], [1.0, 2.0])?)?;
     let davis = (bishop * bishop - SLOPE.friction_angle.to_radians().tan().powi(2)).sqrt();
@@ -176,8 +176,8 @@ fn trials(outcome: &mut BenchmarkOutcome, name: &str, found: &SafetyResult) {
     }
 }
 
-/// The slip surface of the slope beside Bishop's, 0.05 beyond the factor of safety of the flow rule; with name, dilatancy
-/// angle (degrees) and factor.
+/// Checks the slip surface of the slope against Bishop's, 0.05 beyond the factor of safety of the flow rule; with name, dilatancy angle
+/// (degrees) and factor.
 fn surface(
     outcome: &mut BenchmarkOutcome,
     circle: &SlipCircle,
@@ -227,7 +227,7 @@ fn surface(
     draw(outcome, circle, flow, [sliding, bottom])
 }
 
-/// The slip beside the circle.
+/// Draws the slip surface beside the circle.
 fn draw(
     outcome: &mut BenchmarkOutcome,
     circle: &SlipCircle,
@@ -261,10 +261,10 @@ fn draw(
     )
 }
 
-/// Points (m).
+/// Positions of points (m).
 type PointPositions = Vec<(f64, f64)>;
 
-/// The particles that have moved by a quarter of the most, and where they end in each column; on the initial shape, by
+/// Particles that have moved by a quarter of the largest displacement, and the base of these in each column; on the initial shape, by
 /// distance from the toe and height. The base, to which the soil sticks, is at rest.
 fn slip(snapshot: &Snapshot) -> [PointPositions; 2] {
     let moved: Vec<f64> = vectors(snapshot, "displacement").iter().map(|u| u[0].hypot(u[1])).collect();
@@ -277,11 +277,11 @@ fn slip(snapshot: &Snapshot) -> [PointPositions; 2] {
     [sliding, bottom.into_iter().map(|[x, y]| (x, y)).collect()]
 }
 
-/// V-41: the same slope softens and flows; how far its front advances (m).
+/// Run of V-41: the slope softens and flows; with the advance of its front (m).
 fn flow(spacing: f64) -> Result<(RunReport, f64), String> {
     let mut case = load_case("sph/slope-failure")?;
     set_method_option(&mut case, "sph", "spacing", spacing);
-    // The smoothing length stays what it is.
+    // The smoothing length is unchanged.
     set_method_option(&mut case, "sph", "smoothing", 1.2 * SPACING / spacing);
     set_method_option(&mut case, "sph", "allow_pairing", spacing < SPACING);
     let softening = json!({ "residual_friction_angle": 15, "residual_cohesion": 100, "friction_rate": 3, "cohesion_rate": 3 });
@@ -295,7 +295,7 @@ fn flow(spacing: f64) -> Result<(RunReport, f64), String> {
     Ok((report, advance))
 }
 
-/// V-41: where its front ends, on half the spacing too, and that no energy is made.
+/// Checks V-41: the final front, on half the spacing too, and that no energy is created.
 fn run_out(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (report, advance) = flow(SPACING)?;
     let (_, finer) = flow(0.5 * SPACING)?;
@@ -342,8 +342,8 @@ fn run_out(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// How far the toe of the slope has moved when it has turned about the middle of its face until Bishop's factor is one
-/// with that cohesion (Pa) and friction angle (degrees), in m.
+/// Displacement of the toe (m) when the slope has rotated about the middle of its face until Bishop's factor is one with this cohesion (Pa)
+/// and friction angle (degrees).
 fn standing(cohesion: f64, friction_angle: f64) -> Option<f64> {
     let (mut steep, mut flat) = (SLOPE.cotangent, 6.0);
     for _ in 0..12 {
@@ -358,7 +358,7 @@ fn standing(cohesion: f64, friction_angle: f64) -> Option<f64> {
     Some(0.5 * SLOPE.height * (0.5 * (steep + flat) - SLOPE.cotangent))
 }
 
-/// Where displacement jumps along the crest (m).
+/// Position of the jump of displacement along the crest (m).
 fn scarp(snapshot: &Snapshot) -> f64 {
     let moved = vectors(snapshot, "displacement");
     let mut crest: Vec<(f64, f64)> = snapshot

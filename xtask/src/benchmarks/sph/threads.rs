@@ -6,7 +6,7 @@ use colluvium::case::Solver;
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, set_method_option};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/threads",
     title: "One and two threads: the same bits in less time, SPH",
@@ -16,7 +16,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Takes steps on a pool of its own threads; seconds.
+/// Makes steps on a pool of its own threads; returns the time (s).
 fn timed(pool: &rayon::ThreadPool, solver: &mut dyn Solver, steps: usize) -> Result<f64, String> {
     let start = Instant::now();
     pool.install(|| {
@@ -47,7 +47,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
         solver.begin_stage(0, 0.0).map_err(|error| error.to_string())?;
         solvers.push(solver);
     }
-    // In turns, so that what else the machine does takes its time from both; the best of each counts.
+    // In turns, so that other load on the machine affects both; the best time of each counts.
     let mut best = [f64::INFINITY; 2];
     for _ in 0..batches {
         for ((pool, solver), best) in pools.iter().zip(&mut solvers).zip(&mut best) {

@@ -7,7 +7,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::sph::waves::load;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, run_in_memory, set_method_option, stresses, vectors};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/flow",
     title: "Poiseuille flow, liquid at rest and Bagnold's profile, SPH",
@@ -86,7 +86,7 @@ fn hydrostatic(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let weight = 1000.0 * 9.81;
     let points: Vec<(f64, f64)> =
         snapshot.positions.iter().zip(stresses(&snapshot)).map(|(x, s)| (s.pressure(), x[1])).collect();
-    // More than a support away from the bed and the surface.
+    // Farther than a support from the bed and the surface.
     let support = 2.0 * 1.2 * 0.025;
     let inside = points.iter().filter(|(_, y)| *y > support && *y < 1.0 - support);
     let worst = inside.map(|(p, y)| (p - weight * (1.0 - y)).abs() / weight).max_or_nan();

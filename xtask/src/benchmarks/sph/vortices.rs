@@ -1,4 +1,4 @@
-//! Flow with vorticity (Taylor & Green 1937): a shear wave, and an array of vortices along the lattice and turned against it.
+//! Flow with vorticity (Taylor & Green 1937): a shear wave, and an array of vortices on an aligned and on a rotated lattice.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -24,11 +24,11 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Kinematic viscosity of the waves and vortices (m²/s).
 const VISCOSITY: f64 = 0.01;
-/// Particles along the two sides of the cell of a lattice that is turned by 29.9° and fits a periodic box: there are the sum of
-/// their squares in it.
+/// Particles along the two sides of the cell of a lattice that is rotated by 29.9° and fits a periodic box: the number of particles in the
+/// box is the sum of their squares.
 const TURNED: [i64; 2] = [87, 50];
 
-/// The velocity of a mode at a place, of amplitude one.
+/// Velocity of a mode at a position, of amplitude one.
 type FlowMode = fn(&[f64; 3]) -> [f64; 2];
 
 fn wave(x: &[f64; 3]) -> [f64; 2] {
@@ -40,7 +40,7 @@ fn array(x: &[f64; 3]) -> [f64; 2] {
     [a.0 * b.1, -a.1 * b.0]
 }
 
-/// Amplitude of a mode in the velocities, and the share of the kinetic energy that is not in it.
+/// Amplitude of a mode in the velocities, and the share of the kinetic energy outside it.
 fn amplitude(snapshot: &Snapshot, mode: FlowMode) -> (f64, f64) {
     let (mut own, mut all, mut both) = (0.0, 0.0, 0.0);
     for (x, v) in snapshot.positions.iter().zip(vectors(snapshot, "velocity")) {
@@ -117,7 +117,7 @@ fn decay(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// The vortices with the defaults of liquids, by both methods that have them.
+/// Checks the vortices with the defaults of liquids, by both methods that support them.
 fn without_options(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let exact = (-4.0 * VISCOSITY * TAU * TAU).exp();
     for (method, options) in
@@ -155,7 +155,7 @@ fn energies(report: &RunReport) -> Vec<(f64, f64)> {
     rows.into_iter().map(|(t, energy)| (t, energy / start)).collect()
 }
 
-/// The vortices on a lattice that is turned against their box.
+/// Case of the vortices on a lattice that is rotated against their box.
 fn turned(mut case: Case, folder: &Path) -> Result<Case, String> {
     let [a, b] = TURNED;
     let count = a * a + b * b;

@@ -11,7 +11,7 @@ use colluvium::sph::setup::rates_only::unchecked_energy_history;
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_method_option, vectors};
 
-/// The benchmark.
+/// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/waves",
     title: "Waves in bars and strips, stability limit, SPH",
@@ -21,14 +21,14 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// `validation/sph/<file>`.
+/// Reads `validation/sph/<file>`.
 pub(super) fn load(file: &str) -> Result<Case, String> {
     let path = crate::root().join(Path::new("validation/sph")).join(file);
     crate::benchmarks::recorder::record_file(&path);
     Case::load(&path).map_err(|errors| format!("{}: {errors}", path.display()))
 }
 
-/// The solver at the start of its first stage.
+/// Solver at the start of its first stage.
 pub(super) fn start(case: &Case) -> Result<Box<dyn Solver>, String> {
     let method = colluvium::method("sph").ok_or("no method sph")?;
     let mut solver = method.build(case).map_err(|error| error.to_string())?;
@@ -36,7 +36,7 @@ pub(super) fn start(case: &Case) -> Result<Box<dyn Solver>, String> {
     Ok(solver)
 }
 
-/// One step as long as the solver allows.
+/// Makes one step as long as the solver allows.
 pub(super) fn advance(solver: &mut dyn Solver) -> Result<f64, String> {
     let dt = solver.limit().dt;
     solver.step(dt).map_err(|error| error.to_string())?;
@@ -52,8 +52,8 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// V-15: d'Alembert. Half a sine of amplitude 0.1 on 0.2 m splits in two; one half reaches 0.6 m from its middle at
-/// 0.1 m after 5 ms and the free end after 9 ms, the other follows from the mirror with the opposite sign.
+/// Checks V-15: d'Alembert. Half a sine of amplitude 0.1 on 0.2 m splits in two; one half reaches 0.6 m from its centre at 0.1 m after 5 ms
+/// and the free end after 9 ms, the other follows from the mirror with the opposite sign.
 fn bar(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let case = load("waves/case.json")?;
     let mut solver = start(&case)?;
@@ -96,7 +96,7 @@ fn bar(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("V-15: a pulse passes, doubles at the free end and comes back.", &chart)
 }
 
-/// V-16: frequency of the first mode.
+/// Checks V-16: frequency of the first mode.
 fn strip(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut solver = start(&load("waves/strip.json")?)?;
     let exact = PI * (1.2e6f64 / 1000.0).sqrt();
@@ -125,7 +125,7 @@ fn strip(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// V-18: `v = v₀ e^(-c_d t)`.
+/// Checks V-18: `v = v₀ e^(-c_d t)`.
 fn damping(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut case = load("waves/lattice.json")?;
     set_method_option(&mut case, "sph", "damping", 0.05);
@@ -148,12 +148,12 @@ fn damping(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// V-19: no growth at 1.7, growth at 2.0; the limit is 1.867.
+/// Checks V-19: no growth at 1.7, growth at 2.0; the limit is 1.867.
 fn limit(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let growth = |courant: f64| -> Result<f64, String> {
         let case = load("waves/lattice.json")?;
         let dt = courant * 0.12 / (1.2e6f64 / 1000.0).sqrt();
-        // Exactly this step: what a run takes is never longer than is stable.
+        // Exactly this step: a run never takes longer than a stable step.
         let course = unchecked_energy_history(&case, dt, 2000).map_err(|error| error.to_string())?;
         let most = |steps: Range<usize>| steps.map(|step| course[step]).fold(0.0, f64::max);
         Ok(if course.len() == 2001 { most(1001..2001) / most(1..1001) } else { f64::INFINITY })

@@ -1,7 +1,7 @@
 //! Arrays of numbers as the text of VTK's XML files: compressed in blocks, in base 64.
 //!
-//! In front of the data stand whole numbers of eight bytes: of compressed data the number of blocks, their length, that of the last
-//! one where it is shorter, and the compressed length of each; of others the number of bytes.
+//! Whole numbers of eight bytes precede the data: for compressed data the number of blocks, their length, the length of the last one where
+//! it is shorter, and the compressed length of each; for other data the number of bytes.
 
 use std::io;
 
@@ -13,13 +13,13 @@ use vtkio::model::IOBuffer;
 
 use crate::description::Compression;
 
-/// Length of a block that is compressed on its own (bytes), as ParaView has it.
+/// Length of a block that is compressed separately (bytes), the one of ParaView.
 const BLOCK: usize = 1 << 15;
 
-/// The text of an array.
+/// Encodes an array as text.
 ///
 /// # Errors
-/// When zlib refuses.
+/// When zlib fails.
 pub(crate) fn encode(values: &IOBuffer, compression: Compression) -> io::Result<String> {
     let bytes = bytes(values)?;
     if compression == Compression::None {
@@ -28,7 +28,7 @@ pub(crate) fn encode(values: &IOBuffer, compression: Compression) -> io::Result<
     }
     let block = block_length(bytes.len());
     let make = || Compress::new(flate2::Compression::new(compression.level()), true);
-    // Each block begins anew, whichever thread has it.
+    // Each block is compressed from a fresh state, on whichever thread.
     let blocks: io::Result<Vec<Vec<u8>>> = match bytes.is_empty() {
         true => compressed(&mut make(), &bytes).map(|block| vec![block]),
         false => bytes.par_chunks(block).map_init(make, compressed).collect(),
@@ -41,8 +41,8 @@ pub(crate) fn encode(values: &IOBuffer, compression: Compression) -> io::Result<
     Ok(text)
 }
 
-/// Length of the blocks of an array of `bytes` bytes: the last one is always shorter, since readers do not agree on the length of a last
-/// block that is full.
+/// Length of the blocks of an array of `bytes` bytes: the last one is always shorter, since readers do not agree on the length of a full
+/// last block.
 fn block_length(bytes: usize) -> usize {
     (1..=BLOCK / 8)
         .rev()
@@ -63,7 +63,7 @@ fn compressed(zlib: &mut Compress, block: &[u8]) -> io::Result<Vec<u8>> {
     Ok(out)
 }
 
-/// The bytes of numbers, least significant first.
+/// Bytes of numbers, least significant first.
 fn bytes(values: &IOBuffer) -> io::Result<Vec<u8>> {
     fn all<T: Copy>(values: &[T], bytes: impl Fn(T) -> [u8; 8]) -> Vec<u8> {
         let mut all = vec![0; 8 * values.len()];
@@ -87,7 +87,7 @@ fn bytes(values: &IOBuffer) -> io::Result<Vec<u8>> {
 mod tests {
     use super::*;
 
-    /// Numbers of the head and compressed blocks of a text.
+    /// Numbers of the header and compressed blocks of a text.
     fn parts(text: &str) -> (Vec<u64>, Vec<u8>) {
         let number = |bytes: &[u8]| u64::from_le_bytes(bytes[..8].try_into().unwrap());
         let count = number(&STANDARD.decode(&text[..12]).unwrap()[..8]) as usize;

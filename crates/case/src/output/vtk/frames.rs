@@ -1,4 +1,4 @@
-//! Frames: points with their fields as VTU files, and the collection that gives them their times.
+//! Frames: points with their fields as VTU files, and the collection with the times of the frames.
 
 use std::io::BufReader;
 use std::path::Path;
@@ -16,32 +16,32 @@ use crate::output::{FileChecksum, OutputError, write_atomically};
 use crate::solver::{Dataset, DatasetGeometry, FieldRole, PolygonMesh, on_nodes};
 use crate::{Field, FieldData, Snapshot};
 
-/// Points as a file has them, and their fields.
+/// Points of a file, and their fields.
 pub(crate) struct WrittenPoints<'a> {
     pub(crate) ids: &'a [u64],
     /// Empty for methods without bodies.
     pub(crate) bodies: &'a [u32],
     /// Positions (m).
     pub(crate) positions: &'a [[f64; 3]],
-    /// Full widths (m); empty for points without.
+    /// Full widths (m); empty for points without widths.
     pub(crate) extents: &'a [[f64; 3]],
     pub(crate) fields: Vec<&'a Field>,
 }
 
-/// Fields of a frame that are written, and how.
+/// Fields of a frame to be written, and their compression.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WriteOptions<'a> {
-    /// Names of the fields; all when absent.
+    /// Names of the fields; `None` for all.
     pub only: Option<&'a [String]>,
     /// Compression of the files.
     pub compression: Compression,
 }
 
-/// Writes a snapshot, its positions moved by `origin` (m), as a VTU file that ParaView opens: one vertex per point, with the fields
-/// that are `written`. Ids, bodies and extents are always there. Returns the seal of the file.
+/// Writes a snapshot, its positions moved by `origin` (m), as a VTU file for ParaView: one vertex per point, with the fields selected by
+/// `written`. Ids, bodies and extents are always included. Returns the checksum of the file.
 ///
 /// # Errors
-/// When the disk refuses.
+/// When the file cannot be written.
 pub fn write_frame(
     path: &Path,
     snapshot: &Snapshot,
@@ -54,7 +54,7 @@ pub fn write_frame(
     write_points(path, WrittenPoints { ids, bodies, positions, extents, fields }, origin, written.compression)
 }
 
-/// Writes points, moved by `origin` (m), with their fields as a VTU file that ParaView opens; the seal of the file.
+/// Writes points, moved by `origin` (m), with their fields as a VTU file for ParaView; returns the checksum of the file.
 pub(crate) fn write_points(
     path: &Path,
     shown: WrittenPoints<'_>,
@@ -87,7 +87,7 @@ pub(crate) fn write_points(
     )
 }
 
-/// Places moved by `origin` (m), one after the other.
+/// Coordinates of places moved by `origin` (m), in one array.
 fn shifted(places: &[[f64; 3]], origin: [f64; 3]) -> Vec<f64> {
     let mut all = places.as_flattened().to_vec();
     if origin != [0.0; 3] {
@@ -96,7 +96,7 @@ fn shifted(places: &[[f64; 3]], origin: [f64; 3]) -> Vec<f64> {
     all
 }
 
-/// Writes a mesh, moved by `origin` (m), with fields on its cells as a VTU file that ParaView opens; the seal of the file.
+/// Writes a mesh, moved by `origin` (m), with fields on its cells as a VTU file for ParaView; returns the checksum of the file.
 pub(crate) fn write_mesh(
     path: &Path,
     mesh: &PolygonMesh,
@@ -128,7 +128,7 @@ pub(crate) fn write_mesh(
     )
 }
 
-/// Reads the lines of the file of a frame, with the fields on them, as of contacts; `None` where it holds something else.
+/// Reads the lines in a frame file, such as contacts, with their fields; `None` for other contents.
 ///
 /// # Errors
 /// When the file cannot be read or is not a frame.
@@ -145,15 +145,15 @@ pub fn read_lines(path: &Path) -> Result<Option<Dataset>, OutputError> {
     Ok(Some(Dataset { name: String::new(), geometry: DatasetGeometry::Mesh(mesh), fields }))
 }
 
-/// The dataset of a file.
+/// Reads the dataset of a file.
 fn read(path: &Path) -> Result<DataSet, OutputError> {
     let file = std::fs::File::open(path).map_err(|error| OutputError::new(path, error))?;
     let vtk = Vtk::parse_xml(BufReader::new(file)).map_err(|error| OutputError::new(path, error))?;
     Ok(vtk.data)
 }
 
-/// Reads the file of a frame back, at the given time, as points: nodes of a lattice or a raster that bear something, and cells of a
-/// mesh in their middle, too ([`Dataset::into_points`]).
+/// Reads a frame file at the given time as points. Nodes of a lattice or a raster with values, and centres of the cells of a mesh, become
+/// points too ([`Dataset::into_points`]).
 ///
 /// # Errors
 /// When the file cannot be read or is not such a frame.
@@ -174,7 +174,7 @@ pub fn read_frame(path: &Path, time: f64) -> Result<Snapshot, OutputError> {
     }
 }
 
-/// Points, or cells of a mesh.
+/// Reads points, or the cells of a mesh.
 fn read_cells(piece: UnstructuredGridPiece, time: f64) -> Result<Snapshot, &'static str> {
     if piece.cells.types.iter().any(|kind| *kind != CellType::Vertex) {
         let support = DatasetGeometry::Mesh(mesh(&piece.points, piece.cells.cell_verts)?);
@@ -207,7 +207,7 @@ fn mesh(points: &IOBuffer, cells: VertexNumbers) -> Result<PolygonMesh, &'static
     Ok(PolygonMesh { vertices: positions(points)?, corners, ends })
 }
 
-/// Nodes of a lattice or a raster.
+/// Reads the nodes of a lattice or a raster.
 fn read_nodes(piece: RectilinearGridPiece, time: f64) -> Result<Snapshot, &'static str> {
     let Coordinates { x, y, z } = piece.coords;
     let axis = |values: IOBuffer| values.cast_into::<f64>().ok_or("has no coordinates");
@@ -217,14 +217,14 @@ fn read_nodes(piece: RectilinearGridPiece, time: f64) -> Result<Snapshot, &'stat
         .into_points(time, 0))
 }
 
-/// The arrays of a file: fields, and what every file of points or of nodes may hold beside them.
+/// Arrays of a file: fields, and the further arrays of points or nodes.
 #[derive(Default)]
 struct Arrays {
     fields: Vec<Field>,
     ids: Option<Vec<u64>>,
     bodies: Option<Vec<u32>>,
     extents: Option<Vec<[f64; 3]>>,
-    /// Which nodes are shown; empty where all are.
+    /// Whether each node is shown; empty where all are.
     mask: Vec<bool>,
 }
 
@@ -265,7 +265,7 @@ impl Arrays {
     }
 }
 
-/// Unit of the fields that every method gives; files do not carry units.
+/// Unit of a field that every method has; files do not contain units.
 fn unit_of(name: &str) -> &'static str {
     if let Some(role) = FieldRole::of(name) {
         return role.unit();
@@ -279,7 +279,7 @@ fn unit_of(name: &str) -> &'static str {
     }
 }
 
-/// The frames of a run and their times: a PVD file for ParaView.
+/// Frames of a run and their times: a PVD file for ParaView.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Collection {
     /// Time (s) and file name, relative to the collection, of each frame.
@@ -287,10 +287,10 @@ pub struct Collection {
 }
 
 impl Collection {
-    /// How the names of files of points begin.
+    /// Prefix of the names of point files.
     pub const POINTS: &'static str = "frame";
 
-    /// Time (s) and file name of the frames of points: of methods without there are none.
+    /// Times (s) and file names of the point frames; empty for methods without points.
     #[must_use]
     pub fn of_points(self) -> Vec<(f64, String)> {
         let mut frames = self.frames;
@@ -304,7 +304,7 @@ impl Collection {
     /// Writes the collection.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// When the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), OutputError> {
         let mut text = String::from(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n  <Collection>\n",
@@ -316,7 +316,7 @@ impl Collection {
         write_atomically(path, text.as_bytes())
     }
 
-    /// Reads a collection that [`Collection::write`] wrote.
+    /// Reads a collection written by [`Collection::write`].
     ///
     /// # Errors
     /// When the file cannot be read.

@@ -1,4 +1,4 @@
-//! Compressed XML files of VTK, of which one array at a time is in memory.
+//! Compressed XML files of VTK, written with one array at a time in memory.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -15,7 +15,7 @@ use crate::output::vtk::encoding;
 use crate::output::{ChecksumWriter, FileChecksum, OutputError};
 use crate::{Field, FieldData};
 
-/// An array of a file, made when its turn comes.
+/// Array of a file, whose values are computed when it is written.
 pub(crate) struct VtkArray<'a> {
     name: &'a str,
     components: u32,
@@ -23,7 +23,7 @@ pub(crate) struct VtkArray<'a> {
 }
 
 impl<'a> VtkArray<'a> {
-    /// An array of what `values` gives.
+    /// Creates an array of the values that `values` returns.
     pub(crate) fn new<V>(name: &'a str, components: u32, values: impl Fn() -> V + 'a) -> Self
     where
         V: Into<IOBuffer>,
@@ -31,7 +31,7 @@ impl<'a> VtkArray<'a> {
         Self { name, components, values: Box::new(move || values().into()) }
     }
 
-    /// The values of a field; of tensors full 3×3 components, row by row, as ParaView expects them.
+    /// Creates an array of the values of a field; tensors become full 3×3 components, row by row, as ParaView expects them.
     pub(crate) fn from_field(field: &'a Field) -> Self {
         let name = &field.name;
         match &field.data {
@@ -53,7 +53,7 @@ impl<'a> VtkArray<'a> {
         DataArray { name: self.name.to_owned(), elem, data }
     }
 
-    /// The attribute that has it, without values.
+    /// Attribute of the array, without values.
     pub(crate) fn without_values(&self) -> Attribute {
         Attribute::DataArray(self.with(IOBuffer::U8(Vec::new())))
     }
@@ -86,17 +86,17 @@ impl<'a> VtkArray<'a> {
 /// End of the element of an array.
 const DATA_END: &str = "</DataArray>";
 
-/// What bears the arrays of a file of points or cells.
+/// Points and cells on which the arrays of a file are defined.
 pub(crate) struct VtkGeometry<'a> {
-    /// Number of places.
+    /// Number of points.
     pub(crate) places: usize,
     /// Number of cells.
     pub(crate) cells: usize,
-    /// Places, corners, ends and kinds of cells.
+    /// Positions of the points; connectivity, offsets and types of the cells.
     pub(crate) arrays: [VtkArray<'a>; 4],
 }
 
-/// Writes points or cells with arrays on either as a VTU file; the seal of the file.
+/// Writes points or cells with arrays on either as a VTU file; returns the checksum of the file.
 pub(crate) fn write_unstructured(
     path: &Path,
     geometry: VtkGeometry<'_>,
@@ -114,7 +114,7 @@ pub(crate) fn write_unstructured(
     write_xml(path, DataSet::inline(piece), arrays, compression)
 }
 
-/// Writes a file of `hollow` data whose arrays, in the order of the file, have other values; the seal of the file.
+/// Writes a file of `hollow` data with the values of `arrays`, in the order of the file; returns the checksum of the file.
 pub(crate) fn write_xml<'a>(
     path: &Path,
     hollow: DataSet,
@@ -140,7 +140,7 @@ pub(crate) fn write_xml<'a>(
     Ok(seal)
 }
 
-/// The text of a file.
+/// Text of a file.
 fn complete_text(data: DataSet, compression: Compression) -> Result<String, xml::Error> {
     let title = String::new();
     let version = Version::new_xml(1, 0);
@@ -149,7 +149,7 @@ fn complete_text(data: DataSet, compression: Compression) -> Result<String, xml:
     Ok(se::to_string(&file)?)
 }
 
-/// What stands before the first array of a text, and after it.
+/// Text before the first array, and after it.
 fn split_at_first_array(text: &str) -> Option<(&str, &str)> {
     let (start, end) = (text.find("<DataArray")?, text.find(DATA_END)?);
     Some((&text[..start], &text[end + DATA_END.len()..]))

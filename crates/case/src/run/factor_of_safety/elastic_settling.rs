@@ -1,31 +1,31 @@
-//! How bodies that do not yield come to rest: the measure of time, of displacement and of unbalanced force for the trials.
+//! Elastic settling of bodies without yielding: time, displacement and unbalanced force by which trials are judged.
 
 use crate::run::RunError;
 use crate::run::factor_of_safety::slope_scale::exceeded_displacement;
 use crate::run::factor_of_safety::strength_trial::RunningTrial;
 use crate::run::factor_of_safety::{REST_RATIO, SearchContext};
 
-/// Steps between two looks.
+/// Steps between two checks.
 const STEPS_PER_CHECK: u64 = 20;
-/// Looks in a row at which the bodies must be at rest.
+/// Consecutive checks at which the bodies must be at rest.
 const CHECKS_AT_REST: usize = 3;
-/// Looks before the unbalanced force is asked whether it still falls, and between two such questions.
+/// Checks before the first test for stagnation of the unbalanced force, and between two tests.
 const CHECKS_BEFORE_STAGNATION: usize = 64;
-/// It no longer falls where its median over the last half of the time is more than this share of that over the quarter before.
+/// Ratio of the median unbalanced force in the last half of the checks to that in the quarter before, above which the force stagnates.
 const STILL_FALLS: f64 = 0.9;
-/// More looks than any body takes whose time of rest is to be found.
+/// Most checks for settling with an unknown duration.
 const MAX_CHECKS: usize = 5000;
-/// Shortest time of rest, in looks.
+/// Shortest settling time (checks).
 const MIN_CHECKS: usize = 3;
 
-/// How bodies that do not yield come to rest.
+/// Elastic settling of bodies without yielding.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct ElasticSettling {
-    /// Time that they take (s).
+    /// Time until the bodies rest (s).
     pub time: f64,
-    /// Unbalanced-force ratio below which a method does not come.
+    /// Least unbalanced-force ratio that the method reaches; 0 where the bodies come to rest.
     pub floor: f64,
-    /// What the whole weight settles them (m).
+    /// Elastic settlement under the full weight (m).
     pub displacement: f64,
 }
 
@@ -35,7 +35,7 @@ fn median(values: &[f64]) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// The ratio at which a method stays that does not come to rest, from its ratios at all looks so far.
+/// Returns the unbalanced-force ratio at which a method stagnates, from the ratios at all checks so far; `None` where it still falls.
 fn stagnation_ratio(ratios: &[f64]) -> Option<f64> {
     let count = ratios.len();
     if count < CHECKS_BEFORE_STAGNATION || !count.is_multiple_of(CHECKS_BEFORE_STAGNATION) {
@@ -46,8 +46,8 @@ fn stagnation_ratio(ratios: &[f64]) -> Option<f64> {
 }
 
 impl ElasticSettling {
-    /// Waits until bodies rest in the case of [`FactorOfSafety::unloading`](crate::description::FactorOfSafety::unloading); `None` when
-    /// it is asked to stop.
+    /// Steps a trial of the case of [`FactorOfSafety::unloading`](crate::description::FactorOfSafety::unloading) until the bodies rest;
+    /// `None` when the run is to stop.
     pub fn find(context: &SearchContext<'_>, mut trial: RunningTrial<'_>) -> Result<Option<Self>, RunError> {
         let SearchContext { case, name, search, .. } = context;
         if case.gravity.iter().all(|g| *g == 0.0) {

@@ -1,5 +1,5 @@
-//! Factors of safety by strength reduction (after sheet: sph §3.5, whose criteria are others; Bui & Nguyen 2021, section 4.1): trials from one
-//! state at rest, bisected between a factor at which the bodies come to rest again and one at which they do not.
+//! Factors of safety by strength reduction (after sheet: sph §3.5, whose criteria are others; Bui & Nguyen 2021, section 4.1): bisection by
+//! trials from one state at rest, between a factor at which the bodies come to rest again and one at which they do not.
 
 mod elastic_settling;
 pub(crate) mod safety_factor;
@@ -23,41 +23,41 @@ use crate::{Case, CaseErrors, Method, Snapshot};
 pub use crate::run::factor_of_safety::search_cost::SearchCost;
 pub use crate::run::factor_of_safety::strength_trial::{StrengthTrial, TrialVerdict};
 
-/// Unbalanced-force ratio below which bodies rest.
+/// Unbalanced-force ratio below which bodies are at rest.
 const REST_RATIO: f64 = 1e-3;
 
-/// A factor of safety and how it was found.
+/// Factor of safety with the trials of its search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SafetyResult {
-    /// The largest factor with which the bodies came to rest, zero where none did.
+    /// Largest factor at which the bodies came to rest; zero without one.
     pub stable: f64,
-    /// The least with which they failed, infinite where none did.
+    /// Least factor at which the bodies failed; infinite without one.
     pub failed: f64,
-    /// Width that the interval between the two was to have at most.
+    /// Required width of the interval between the two factors.
     pub tolerance: f64,
-    /// Height of the slope (m) by which trials were judged.
+    /// Height of the slope `H` (m), by which trials are judged.
     pub height: f64,
-    /// Duration of a block of the trials (s).
+    /// Duration of a block of a trial (s).
     pub block: f64,
-    /// The trials, in their order.
+    /// Trials in the order in which they were run.
     pub trials: Vec<StrengthTrial>,
 }
 
-/// What came of a search.
+/// Outcome of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SearchOutcome {
-    /// The factor is known to within the tolerance.
+    /// Factor of safety known to within the tolerance.
     Found,
-    /// Trials between the largest stable factor and the least failing one did neither.
+    /// Undecided trials between the largest stable factor and the least failing one.
     Undecided,
-    /// The bodies fail with the least factor of the range.
+    /// Failure of the bodies at the least factor of the range.
     BelowRange,
-    /// They come to rest with the largest one.
+    /// Rest of the bodies at the largest factor of the range.
     AboveRange,
 }
 
 impl SearchOutcome {
-    /// Its name in summaries.
+    /// Name of the outcome in summaries.
     pub fn name(self) -> &'static str {
         match self {
             Self::Found => "found",
@@ -69,7 +69,7 @@ impl SearchOutcome {
 }
 
 impl SafetyResult {
-    /// What came of the search.
+    /// Outcome of the search.
     pub fn outcome(&self) -> SearchOutcome {
         let open = self.trials.iter().any(|trial| trial.verdict == TrialVerdict::Undecided);
         if self.stable > 0.0 && self.failed - self.stable <= self.tolerance_reached() {
@@ -83,12 +83,12 @@ impl SafetyResult {
         }
     }
 
-    /// The factor of safety, the middle of what is left; `None` where the range does not hold it or the search is undecided.
+    /// Factor of safety, the middle of the remaining interval; `None` where it is outside the range or the search is undecided.
     pub fn factor(&self) -> Option<f64> {
         (self.outcome() == SearchOutcome::Found).then_some(0.5 * (self.stable + self.failed))
     }
 
-    /// In words.
+    /// Message about the outcome.
     pub fn message(&self) -> String {
         let Self { stable, failed, block, .. } = self;
         match (self.outcome(), self.factor()) {
@@ -130,11 +130,11 @@ impl SafetyResult {
 
     fn undecided(&self) -> impl Iterator<Item = f64> {
         let open = self.trials.iter().filter(|trial| trial.verdict == TrialVerdict::Undecided);
-        // What a later trial has decided is open no more.
+        // Factors outside the remaining interval have been decided by later trials.
         open.map(|trial| trial.factor).filter(|factor| self.stable < *factor && *factor < self.failed)
     }
 
-    /// The factor of the next trial; `None` when there is none to make. Undecided ones are closed in from both sides.
+    /// Factor of the next trial; `None` after the last one. The interval around undecided factors is narrowed from both sides.
     fn next(&self, [low, high]: [f64; 2]) -> Option<f64> {
         let tried = |factor: f64| self.trials.iter().any(|trial| trial.factor == factor);
         if !tried(low) {
@@ -167,7 +167,7 @@ impl SafetyResult {
         self.trials.push(trial);
     }
 
-    /// The trials as a table.
+    /// Table of the trials.
     pub fn table(&self) -> Table {
         let columns = [
             ("factor", ""),
@@ -190,7 +190,7 @@ impl SafetyResult {
         }
     }
 
-    /// What the summary of a run says of it.
+    /// Entry of the search in the summary of a run.
     pub(super) fn to_json(&self) -> Value {
         json!({
             "outcome": self.outcome().name(),
@@ -205,7 +205,7 @@ impl SafetyResult {
     }
 }
 
-/// What a search works with.
+/// Inputs of a search.
 pub(super) struct SearchContext<'a> {
     pub method: &'a dyn Method,
     pub case: &'a Case,
@@ -215,7 +215,7 @@ pub(super) struct SearchContext<'a> {
     /// State of the solver at rest.
     pub rest: &'a [u8],
     pub options: &'a RunOptions,
-    /// Takes what is worth a word while the search goes on.
+    /// Receives messages during the search.
     pub report: &'a dyn Fn(&str),
 }
 
@@ -224,7 +224,7 @@ impl SearchContext<'_> {
         crate::run::stop_requested(self.options)
     }
 
-    /// A solver at rest in the last stage of the case of a trial.
+    /// Builds a solver at rest in the last stage of the case of a trial.
     fn begin<'b>(&self, case: &'b Case) -> Result<RunningTrial<'b>, RunError> {
         let stage = case.stages.len() - 1;
         let weak = case.with_weakening(stage).map_err(CaseErrors::one)?;
@@ -240,7 +240,7 @@ impl SearchContext<'_> {
         Some(self.options.out.as_ref()?.join(name(self.name)))
     }
 
-    /// The trials of a search that was interrupted: those in its table.
+    /// Reads the trials of an interrupted search from its table.
     fn done(&self) -> Result<Vec<StrengthTrial>, RunError> {
         let Some(table) = self.file(trials) else { return Ok(Vec::new()) };
         if !self.options.resume || !table.exists() {
@@ -273,13 +273,13 @@ impl SearchContext<'_> {
     }
 }
 
-/// A search that is over, and the points at the end of its last failing trial: that with the least factor.
+/// Result of a search, and the points at the end of its failing trial with the least factor.
 pub(super) type SearchResult = (SafetyResult, Option<Snapshot>);
 
-/// Searches for the factor of safety; `None` when it is asked to stop. Trials that a resumed search has done are not run again.
+/// Searches for the factor of safety; `None` when the run is to stop. A resumed search does not run its earlier trials again.
 ///
 /// # Errors
-/// When a trial cannot be built or its solver cannot go on, or bodies that do not yield do not come to rest.
+/// When a trial cannot be built, its solver fails, or the bodies without yielding do not come to rest.
 pub(super) fn search(context: &SearchContext<'_>) -> Result<Option<SearchResult>, RunError> {
     let SearchContext { case, search, name, .. } = context;
     let done = context.done()?;
@@ -338,7 +338,7 @@ fn trial_message(name: &str, trial: &StrengthTrial) -> String {
     )
 }
 
-/// Writes the points at the end of a failing trial, in place of those of one with a larger factor.
+/// Writes the points at the end of a failing trial over those of a trial with a larger factor.
 fn write_failed_points(context: &SearchContext<'_>, points: &Snapshot) -> Result<(), RunError> {
     if let Some(file) = context.file(failing) {
         let written =

@@ -1,4 +1,4 @@
-//! The searches for factors of safety at the end of a run.
+//! Searches for factors of safety at the end of a run.
 
 use std::io::Write;
 use std::time::Instant;
@@ -6,8 +6,8 @@ use std::time::Instant;
 use crate::run::{RunEnd, RunError, RunLoop, factor_of_safety};
 
 impl RunLoop<'_> {
-    /// Searches for the factors of safety, from the states that were kept. The checkpoint before lets an interrupted
-    /// search be taken up again.
+    /// Searches for the factors of safety, from the kept states of stages. The checkpoint that is written first allows an interrupted
+    /// search to resume.
     pub(crate) fn search(&mut self) -> Result<RunEnd, RunError> {
         let (Some(method), Some(_)) = (self.method, self.case.factors_of_safety().next()) else {
             return Ok(RunEnd::Completed);
@@ -39,7 +39,7 @@ impl RunLoop<'_> {
         Ok(RunEnd::Completed)
     }
 
-    /// Says how a search goes on.
+    /// Prints a message about a search.
     fn report_search(&self, line: &str) {
         if self.options.progress {
             self.bar.suspend(|| {

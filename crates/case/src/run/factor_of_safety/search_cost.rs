@@ -1,4 +1,4 @@
-//! What a search for a factor of safety takes, known before the run.
+//! Estimated cost of a search for a factor of safety, before the run.
 
 use colluvium_constitutive::MaterialSpec;
 
@@ -7,36 +7,36 @@ use crate::run::factor_of_safety::slope_scale::youngs_modulus;
 use crate::run::factor_of_safety::strength_trial::BLOCKS;
 use crate::{Case, Plan};
 
-/// Time in which bodies that do not yield come to rest under strong local damping, over that of a wave of the speed `√(E/ρ)` through
-/// their height: 11 for a slope by SPH, 28 for one on a foundation by MPM (`compare/slope-cut`, `compare/slope-layers`).
+/// Settling time of bodies without yielding under strong local damping, over the time of a wave of speed `√(E/ρ)` through their height: 11
+/// for a slope by SPH, 28 for one on a foundation by MPM (`compare/slope-cut`, `compare/slope-layers`).
 const SETTLING_TIME_RATIO: f64 = 20.0;
-/// Blocks of a trial in the mean: stable bodies rest after two to four, failing ones are known after two to seven.
+/// Mean number of blocks of a trial: stable bodies rest after two to four, failing ones are recognised after two to seven.
 const LIKELY_BLOCKS: f64 = 4.0;
 
-/// What a search for a factor of safety takes beside the stages of a run.
+/// Estimated cost of a search for a factor of safety, beside the stages of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchCost {
-    /// Trials where each is decided, and at most: undecided ones are closed in from both sides.
+    /// Number of trials if each is decided, and the largest number: around undecided factors the interval is narrowed from both sides.
     pub trials: [u32; 2],
-    /// Blocks of a trial at most.
+    /// Largest number of blocks of a trial.
     pub blocks: usize,
-    /// Duration of a block (s): of the case, or estimated; not-a-number where bodies have no stiffness to estimate it by.
+    /// Duration of a block (s), given by the case or estimated; not-a-number where no stiffness is known for the estimate.
     pub block: f64,
-    /// Time that it is likely to take, and at most (s of one thread); not-a-number where the block is.
+    /// Likely and largest time of the search (s on one thread); not-a-number where that of a block is.
     pub seconds: [f64; 2],
 }
 
 impl FactorOfSafety {
-    /// Trials where each is decided, and at most.
+    /// Number of trials if each is decided, and the largest number.
     fn trials(&self) -> [u32; 2] {
         let [low, high] = self.range;
         let halvings = ((high - low) / self.tolerance).log2().ceil().max(0.0) as u32;
-        // One that is undecided in the middle leaves two halves to look through.
+        // An undecided trial in the middle leaves two halves to search.
         [2 + halvings, 2 + halvings.max((2 * halvings).saturating_sub(1))]
     }
 }
 
-/// Height of all bodies along gravity over the speed of waves in the softest of them (s).
+/// Travel time of a wave in the softest body through the height of all bodies along gravity (s).
 fn passage(case: &Case) -> f64 {
     let size = case.gravity_magnitude();
     let (mut low, mut high, mut slowest) = (f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY);
@@ -54,20 +54,20 @@ fn passage(case: &Case) -> f64 {
         };
         slowest = slowest.min((modulus / density).sqrt());
     }
-    // Gravity whose size is lost in rounding has no direction.
+    // Gravity whose magnitude is lost in round-off has no direction.
     let passage = (high - low) / slowest;
     if passage.is_finite() { passage } else { f64::NAN }
 }
 
 impl SearchCost {
-    /// That of `search` in a case with this plan.
+    /// Estimates the cost of `search` in a case with this plan.
     pub fn of_case(case: &Case, plan: &Plan, search: &FactorOfSafety) -> Self {
         let trials = search.trials();
         let block = search
             .duration
             .map_or_else(|| SETTLING_TIME_RATIO * passage(case), |duration| duration / BLOCKS as f64);
         let each = plan.points as f64 * (block / plan.time_step.dt) / plan.updates_per_second;
-        // One more block brings bodies that do not yield to rest.
+        // The elastic settling takes one more block.
         let seconds = |trials: u32, blocks: f64| each * (1.0 + f64::from(trials) * blocks);
         let seconds = [seconds(trials[0], LIKELY_BLOCKS), seconds(trials[1], BLOCKS as f64)];
         Self { trials, blocks: BLOCKS, block, seconds }
@@ -79,7 +79,7 @@ mod tests {
     use super::*;
     use crate::run::factor_of_safety::{SafetyResult, StrengthTrial, TrialVerdict};
 
-    /// Trials of a search in which bodies stand below the first factor, fall above the second, and do neither between.
+    /// Number of trials of a search in which bodies are stable below the factor `stands`, fail above `falls`, and are undecided between.
     fn made(search: &FactorOfSafety, stands: f64, falls: f64) -> u32 {
         let mut safety = SafetyResult {
             stable: 0.0,

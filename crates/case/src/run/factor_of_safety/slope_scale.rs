@@ -1,4 +1,4 @@
-//! What a search for a factor of safety asks of the bodies: how high they stand, how stiff they are, how far they have moved.
+//! Scales of a slope for a search for a factor of safety: height, elastic settlement and displacement of the bodies.
 
 use std::collections::BTreeMap;
 
@@ -8,23 +8,23 @@ use serde_json::Value;
 use crate::description::Domain;
 use crate::{Case, FieldRole, Snapshot, measure};
 
-/// Share of the points that must have moved so far: single loose points are no failure.
+/// Share of the points with a larger displacement than the one that is judged: single loose points are no failure.
 const MOVED_SHARE: f64 = 0.01;
-/// Share of the height of all bodies below which their free surface is level.
+/// Relief over the height of all bodies, below which their free surface is level.
 const LEVEL: f64 = 0.05;
 
-/// Bodies at rest, by which displacements are judged.
+/// Scales of the bodies at rest, by which displacements are judged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SlopeScale {
     /// Height of the slope `H` (m).
     pub height: f64,
-    /// `γ H² / E` (m), by which displacements are made dimensionless; not-a-number where a material has no Young's modulus or the
-    /// bodies no weight.
+    /// Elastic settlement `γ H² / E` (m), which makes displacements dimensionless; not-a-number without a Young's modulus of each material
+    /// or without weight.
     pub settlement: f64,
 }
 
 impl SlopeScale {
-    /// That of the bodies of a case as they are in `rest`; with the height (m) that the case gives, if it does.
+    /// Computes the scales of the bodies in the state `rest`, with the given height (m) or the relief of the bodies.
     pub fn of_case(case: &Case, rest: &Snapshot, height: Option<f64>) -> Self {
         let gravity = case.gravity_magnitude();
         let height = height.unwrap_or_else(|| relief(case, rest));
@@ -49,7 +49,7 @@ impl SlopeScale {
     }
 }
 
-/// Young's modulus of a material (Pa), or of the one it is wrapped around.
+/// Young's modulus of a material or of its wrapped material (Pa).
 pub(super) fn youngs_modulus(case: &Case, material: &str) -> Option<f64> {
     fn find(value: &Value) -> Option<f64> {
         let keys = value.as_object()?;
@@ -58,8 +58,8 @@ pub(super) fn youngs_modulus(case: &Case, material: &str) -> Option<f64> {
     find(&serde_json::to_value(case.materials.get(material)?).ok()?)
 }
 
-/// From the lowest to the highest place of the free surface, upwards being against gravity; from the lowest to the highest point
-/// where the surface is level or nothing weighs (m).
+/// Relief (m): height from the lowest to the highest place of the free surface against gravity; of all points where the surface is level or
+/// there is no gravity.
 fn relief(case: &Case, rest: &Snapshot) -> f64 {
     let counted = measure::counted_points(case, rest, None);
     let size = case.gravity_magnitude();
@@ -85,7 +85,7 @@ fn relief(case: &Case, rest: &Snapshot) -> f64 {
     if relief > LEVEL * (highest - lowest) { relief } else { highest - lowest }
 }
 
-/// Two directions across one of unit length.
+/// Two unit vectors perpendicular to a unit vector.
 fn across(up: &[f64; 3]) -> [[f64; 3]; 2] {
     let other = if up[2].abs() < 0.5 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
     let first = cross(up, &other);
@@ -94,8 +94,8 @@ fn across(up: &[f64; 3]) -> [[f64; 3]; 2] {
     [first, cross(up, &first)]
 }
 
-/// Displacements (m) of the points that are there both times, by their ids, in the order of those that are there now; `None` for
-/// others. Across the ends of a period the shorter way counts.
+/// Displacements (m) between two snapshots, in the order of `now` and matched by ids; `None` for points that are not in `before`. The
+/// shortest distance counts on periodic axes.
 pub(super) fn displacements(now: &Snapshot, before: &Snapshot, domain: &Domain) -> Vec<Option<[f64; 3]>> {
     let mut known = before.ids.iter().zip(&before.positions).peekable();
     let way = |place: &[f64; 3], was: &[f64; 3]| -> [f64; 3] {
@@ -114,7 +114,7 @@ pub(super) fn displacements(now: &Snapshot, before: &Snapshot, domain: &Domain) 
     all
 }
 
-/// The displacement that a hundredth of the points exceed (m).
+/// Displacement that one hundredth of the points exceed (m).
 pub(super) fn exceeded_displacement(now: &Snapshot, before: &Snapshot, domain: &Domain) -> f64 {
     let length = |u: [f64; 3]| u.iter().map(|c| c * c).sum::<f64>().sqrt();
     let mut all: Vec<f64> = displacements(now, before, domain).into_iter().flatten().map(length).collect();

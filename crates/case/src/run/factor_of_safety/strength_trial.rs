@@ -1,4 +1,4 @@
-//! A trial: weakened bodies that are let go from rest, in blocks of the time that strong ones need to come to rest again.
+//! Trial of a search for a factor of safety: bodies of reduced strength start from rest, in blocks as long as the elastic settling.
 
 use crate::description::Stage;
 use crate::run::RunError;
@@ -8,41 +8,41 @@ use crate::run::factor_of_safety::{REST_RATIO, SearchContext};
 use crate::run::step_size::{is_negligible, stable_step};
 use crate::{Field, FieldData, Snapshot, Solver};
 
-/// Steps between two looks at a trial.
+/// Steps between two checks of a trial.
 const STEPS_PER_CHECK: u64 = 50;
 /// Blocks of a round of a trial.
 const ROUND: usize = 6;
-/// Blocks of a trial: a round, and one more while it is undecided.
+/// Largest number of blocks of a trial: two rounds, the second while the trial is undecided.
 pub(super) const BLOCKS: usize = 2 * ROUND;
-/// Share of the displacement below which a block adds nothing.
+/// Displacement of a block over the total displacement, below which it counts as none.
 const NOTHING_MORE: f64 = 0.01;
-/// Share of what the weight settles the bodies by which those are judged that hardly move.
+/// Share of the elastic settlement that replaces a smaller total displacement in that test.
 const NO_DISPLACEMENT: f64 = 0.1;
-/// Share of the height by which the bodies may move beyond what they settle elastically.
+/// Largest displacement beyond the elastic settlement, over the height of the slope.
 const MOST_MOVED: f64 = 0.02;
-/// Share of what it was in the block before above which the unbalanced force, or the velocity, does not fall.
+/// Ratio to the block before, above which the unbalanced force or the velocity does not fall.
 const DOES_NOT_FALL: f64 = 0.9;
-/// Blocks in a row that must not fall against the one before them.
+/// Consecutive blocks without such a fall that count as failure.
 const BLOCKS_WITHOUT_DECREASE: usize = 2;
-/// Elastic settlements by which bodies may have moved before they come to rest: those that have moved farther have slid and failed. What
-/// stopped them is another, flatter slope, or a mesh that locks.
+/// Largest displacement of stable bodies over the elastic settlement: beyond it they have slid and failed, even if they have stopped on a
+/// flatter slope or by a mesh that locks.
 const MAX_SETTLEMENTS: f64 = 5.0;
-/// How far beyond the noise of the method the unbalanced force is no noise.
+/// Factor on the least unbalanced-force ratio of the method, above which the ratio is no numerical noise.
 const BEYOND_NOISE: f64 = 1.5;
 
-/// How a trial ended.
+/// Verdict on a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrialVerdict {
-    /// The bodies came to rest again.
+    /// Rest of the bodies.
     Stable,
-    /// They moved too far, or did not slow down.
+    /// Failure: displacements too large or without decay.
     Failed,
-    /// Neither.
+    /// Neither rest nor failure.
     Undecided,
 }
 
 impl TrialVerdict {
-    /// Its name in messages.
+    /// Name of the verdict in messages.
     pub fn name(self) -> &'static str {
         match self {
             Self::Stable => "stable",
@@ -52,20 +52,20 @@ impl TrialVerdict {
     }
 }
 
-/// What a trial found.
+/// Result of a trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrengthTrial {
-    /// The factor by which strength was divided.
+    /// Strength reduction factor `F`.
     pub factor: f64,
-    /// How it ended.
+    /// Verdict on the trial.
     pub verdict: TrialVerdict,
-    /// Duration until that was clear (s).
+    /// Duration until the verdict (s).
     pub time: f64,
-    /// Displacement that a hundredth of the points exceed (m).
+    /// Displacement that one hundredth of the points exceed (m).
     pub displacement: f64,
-    /// That displacement over `γ H² / E`; not-a-number where a material has no Young's modulus.
+    /// Displacement over `γ H² / E`; not-a-number where a material has no Young's modulus.
     pub dimensionless_displacement: f64,
-    /// Unbalanced force over the external one, in the last block.
+    /// Unbalanced force over the external one in the last block.
     pub unbalanced_force: f64,
 }
 
@@ -76,18 +76,18 @@ impl StrengthTrial {
     }
 }
 
-/// A solver in the stage of a trial.
+/// Solver in the stage of a trial.
 pub(super) struct RunningTrial<'a> {
     pub solver: Box<dyn Solver>,
-    /// The points at its start.
+    /// Points at the start of the trial.
     pub start: Snapshot,
     pub stage: &'a Stage,
-    /// When it began (s).
+    /// Start of the trial (s).
     pub since: f64,
 }
 
 impl RunningTrial<'_> {
-    /// Some steps, at most until `end` of the trial (s from its start); whether it is reached.
+    /// Advances by some steps, at most until `end` (s from the start of the trial); returns whether `end` is reached.
     pub fn advance(&mut self, steps: u64, end: f64) -> Result<bool, RunError> {
         let until = if end.is_finite() { end } else { self.elapsed() + self.stage.duration };
         for _ in 0..steps {
@@ -101,12 +101,12 @@ impl RunningTrial<'_> {
         Ok(false)
     }
 
-    /// Since its start (s).
+    /// Time since the start of the trial (s).
     pub fn elapsed(&self) -> f64 {
         self.solver.time() - self.since
     }
 
-    /// Unbalanced force over the external one; not-a-number where the method has no measure of it.
+    /// Unbalanced force over the external one; not-a-number for methods without this measure.
     pub fn unbalanced(&self) -> f64 {
         self.solver.equilibrium().map_or(f64::NAN, |equilibrium| equilibrium.unbalanced_force)
     }
@@ -119,14 +119,14 @@ struct TrialBlock {
     displacement: f64,
 }
 
-/// By what a trial is judged.
+/// Criterion of failure of a trial.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FailureCriterion {
-    /// Unbalanced-force ratio below which the bodies rest.
+    /// Unbalanced-force ratio below which the bodies are at rest.
     rest: f64,
-    /// What the weight settles the bodies elastically (m).
+    /// Elastic settlement under the weight (m).
     elastic: f64,
-    /// Displacement (m) from which on they have failed.
+    /// Displacement at failure (m).
     max_displacement: f64,
 }
 
@@ -139,7 +139,7 @@ impl FailureCriterion {
         }
     }
 
-    /// What the blocks so far say.
+    /// Judges a trial by its blocks so far; `None` while it is undecided.
     fn judge(&self, blocks: &[TrialBlock]) -> Option<TrialVerdict> {
         let last = blocks.len().checked_sub(1)?;
         let TrialBlock { unbalanced, displacement } = blocks[last];
@@ -147,7 +147,7 @@ impl FailureCriterion {
         let added: Vec<f64> = (0..=last).map(|k| blocks[k].displacement - before(k)).collect();
         let little = NOTHING_MORE * displacement.max(NO_DISPLACEMENT * self.elastic);
         let course = DisplacementSeries::from_increments(&added);
-        // One that has failed is to go farther than it would elastically.
+        // Failed bodies move farther than their elastic settlement.
         let comes_to_rest = course.is_some_and(|course| displacement + course.remaining() <= self.elastic);
         if unbalanced < self.rest && (added[last] <= little || comes_to_rest) {
             let slid = self.elastic > 0.0 && displacement > MAX_SETTLEMENTS * self.elastic;
@@ -161,28 +161,28 @@ impl FailureCriterion {
         let soon = last > BLOCKS_WITHOUT_DECREASE
             && (last + 1 - BLOCKS_WITHOUT_DECREASE..=last).all(goes_on)
             && added[last] > little;
-        // In so long a time elastic bodies would have come to rest again and again: whatever the force does, these yield.
+        // Elastic bodies would have come to rest in this time, so these bodies yield whatever the unbalanced force is.
         let slides = course.is_some_and(|course| course.sum > self.elastic && course.ratio > DOES_NOT_FALL);
         ((soon || slides) && displacement > self.elastic).then_some(TrialVerdict::Failed)
     }
 }
 
-/// How the blocks of the last round went on, as a geometric series. What single blocks add is too uneven near failure to tell: cells are
-/// crossed, and what yields does so by fits and starts.
+/// Displacements of the blocks of the last round as a geometric series. Single blocks are too uneven near failure, because points cross
+/// cells and yielding is intermittent.
 #[derive(Clone, Copy, Debug)]
 struct DisplacementSeries {
-    /// What they added in all (m).
+    /// Displacement of the blocks together (m).
     sum: f64,
-    /// What a block adds over what the one before it does, in the mean.
+    /// Mean ratio of the displacement of a block to that of the block before.
     ratio: f64,
 }
 
 impl DisplacementSeries {
-    /// Of blocks that added so much each (m); `None` of less than a round beside the first one, which holds what the bodies settle
-    /// elastically, or where one has added nothing.
+    /// Fits the series to the displacements of blocks (m); `None` for less than a round after the first block, which includes the elastic
+    /// settlement, or with a block that has no displacement.
     fn from_increments(added: &[f64]) -> Option<Self> {
         let round = added.get(1..)?.last_chunk::<ROUND>()?;
-        // By least squares of the logarithms.
+        // Least squares of the logarithms.
         let middle = 0.5 * (ROUND as f64 - 1.0);
         let (mut square, mut slope) = (0.0, 0.0);
         for (k, add) in round.iter().enumerate() {
@@ -194,15 +194,15 @@ impl DisplacementSeries {
         round.iter().all(|add| *add > 0.0).then(|| Self { sum: round.iter().sum(), ratio })
     }
 
-    /// What all later blocks of the series add (m).
+    /// Displacement of all later blocks of the series (m).
     fn remaining(&self) -> f64 {
         let over_a_round = self.ratio.powi(ROUND as i32);
         if over_a_round < 1.0 { self.sum * over_a_round / (1.0 - over_a_round) } else { f64::INFINITY }
     }
 }
 
-/// Runs a trial with blocks of `block` seconds; what it found, and the points at its end with their `trial_displacement`. `None`
-/// when it is asked to stop.
+/// Runs a trial with blocks of `block` seconds; returns its result and the points at its end with their `trial_displacement`. `None` when
+/// the run is to stop.
 pub(super) fn run_trial(
     context: &SearchContext<'_>,
     factor: f64,
@@ -224,7 +224,7 @@ pub(super) fn run_trial(
             let now = exceeded_displacement(&running.solver.snapshot(), &running.start, domain);
             let failed = now > rule.max_displacement && now > displacement;
             displacement = now;
-            // What the block began with is not what it comes to.
+            // The first half of a block is left out of the mean.
             if over || running.elapsed() - begin > 0.5 * block {
                 (sum, count) = (sum + running.unbalanced(), count + 1.0);
             }
@@ -302,7 +302,7 @@ mod tests {
         assert_eq!(RULE.judge(&blocks(&[1e-2, 1e-4], &[0.3, 0.301])), Some(TrialVerdict::Failed));
     }
 
-    /// Displacements of blocks that add `added`.
+    /// Displacements at the ends of blocks with the increments `added`.
     fn summed(added: impl IntoIterator<Item = f64>) -> Vec<f64> {
         let mut sum = 0.0;
         added.into_iter().map(|add| (sum += add, sum).1).collect()
@@ -322,7 +322,7 @@ mod tests {
         assert!(DisplacementSeries::from_increments(&[0.01, 0.01, 0.01, 0.0, 0.01, 0.01, 0.01]).is_none());
     }
 
-    /// The elastic settlement is 0.05 m. Blocks of 4 mm that fall by 0.89, each other one uneven, add 36 mm at the end.
+    /// Elastic settlement of 0.05 m. Blocks of 4 mm that fall by 0.89, each other one uneven, add 36 mm at the end.
     #[test]
     fn bodies_that_slow_down_to_an_end_short_of_their_elastic_settlement_are_stable() {
         let moved = |first: f64, share: f64| {

@@ -14,16 +14,16 @@ use crate::{
     SolverError, StepLimit, TimeStep, run_method,
 };
 
-/// Force per mass on the block of [`Slider`] (m/s²), and its cohesion per mass in the case.
+/// Driving force per mass on the block of [`Slider`] (m/s²), and its cohesion per mass in the case.
 const PULL: f64 = 1.0;
 const STRENGTH: f64 = 1.37;
-/// Kinetic energy that points keep whatever brakes, as those of FLIP may (J).
+/// Kinetic energy of points that no damping removes, as in FLIP (J).
 const KEPT: f64 = 1.0;
 
-/// A block that slides where its cohesion (per mass) is less than what pulls at it.
+/// Block that slides where its cohesion per mass is less than the driving force per mass.
 struct Slider {
     strength: f64,
-    /// What it was accelerated by in the last step (m/s²).
+    /// Acceleration in the last step (m/s²).
     rate: f64,
     x: f64,
     v: f64,
@@ -31,15 +31,15 @@ struct Slider {
     steps: u64,
 }
 
-/// The method of the block; it may be cut off on the way.
+/// Method of the block; its runs may be interrupted.
 #[derive(Default)]
 struct Sliding {
-    /// Solvers that it has built.
+    /// Number of solvers built.
     built: AtomicUsize,
-    /// Building the solver of that number it is asked to stop.
+    /// Number of the solver at whose build a stop is requested.
     stops_at: Option<usize>,
     stop: Arc<AtomicBool>,
-    /// Building the solver of that number it refuses.
+    /// Number of the solver whose build fails.
     refuses_at: Option<usize>,
 }
 
@@ -184,7 +184,7 @@ fn status(out: &Path) -> Value {
     serde_json::from_str(&std::fs::read_to_string(out.join("summary.json")).unwrap()).unwrap()
 }
 
-/// Name and bytes of the files in a folder but the summary.
+/// Names and bytes of the files in a folder except the summary.
 fn files(out: &Path) -> Vec<(String, Vec<u8>)> {
     let paths = std::fs::read_dir(out).unwrap().map(|entry| entry.unwrap().path());
     let kept = paths.filter(|path| path.is_file() && !path.ends_with("summary.json"));
@@ -216,7 +216,7 @@ fn an_interrupted_search_is_taken_up_where_it_was() {
     let again = Sliding::default();
     let report = run_method(&again, &case, &RunOptions { resume: true, ..options("cut") }).unwrap();
     assert_eq!((report.ending, &report.safety), (RunEnd::Completed, &whole.safety));
-    // The first build is that of the run, the second that of the bodies that do not yield.
+    // The first build is that of the run, the second that of the bodies without yielding.
     let open = whole.safety["safety"].trials.len() - 3;
     assert_eq!(again.built.into_inner(), 2 + open, "trials that are done are not run again");
     let (summary, exact) = (status(&out), status(&folder.path().join("whole")));
@@ -316,12 +316,12 @@ fn displacement_is_of_the_points_that_are_there_both_times() {
     };
     let before = at(&[0, 1, 4, 7], &[0.0, 1.0, 4.0, 7.0]);
     let mut domain = searching("[1, 2]").domain;
-    // Two have left, one has come, and what is left has moved by 0.5 and 0.25.
+    // Two points have left, one has been added, and the remaining ones have moved by 0.5 and 0.25.
     let now = at(&[1, 5, 7], &[1.5, 50.0, 7.25]);
     assert_eq!(slope_scale::exceeded_displacement(&now, &before, &domain), 0.5);
     assert_eq!(slope_scale::displacements(&now, &before, &domain)[1], None);
     assert_eq!(slope_scale::exceeded_displacement(&at(&[9], &[1.0]), &before, &domain), 0.0);
-    // One has gone out at the end and come in at the beginning.
+    // A point has left at the end of the period and entered at its start.
     domain.periodic = vec![Axis::X];
     assert_eq!(slope_scale::exceeded_displacement(&at(&[7], &[0.5]), &at(&[7], &[9.75]), &domain), 0.75);
 }
@@ -330,7 +330,7 @@ fn slope(extra: &[([f64; 2], f64)]) -> Snapshot {
     let mut places: Vec<[f64; 3]> = Vec::new();
     let (spacing, mut extents) = (0.5, Vec::new());
     for i in 0..40 {
-        // Level at 2 m as far as x = 5 m, a face to 8 m at x = 11 m, level beyond.
+        // Level at 2 m up to x = 5 m, a face up to 8 m at x = 11 m, level beyond.
         let x = (f64::from(i) + 0.5) * spacing;
         let top = (x - 3.0).clamp(2.0, 8.0);
         places

@@ -1,4 +1,4 @@
-//! A row of the measures, and the names that a case may use in it.
+//! Row of the measures, and the names of its columns that a case may use.
 
 use crate::description::Measure;
 use crate::files::json::closest;
@@ -6,10 +6,10 @@ use crate::measure;
 use crate::measure::ScalarOutput;
 use crate::{Budget, Case, CaseError, CaseErrors, FrameRequest, Snapshot, Solver};
 
-/// What every frame holds beside the fields of its snapshot.
+/// Fields of every frame beside those of its snapshot.
 const ALWAYS_IN_FRAMES: [&str; 3] = ["id", "body", "extent"];
 
-/// What stands in a row whatever the case measures: time, totals, what the method adds. `time_step` is the bound on the
+/// Columns of a row that are independent of the measures of the case: time, totals, columns of the method. `time_step` is the bound on the
 /// last step (s).
 pub(crate) fn run_outputs(solver: &dyn Solver, time_step: Option<f64>) -> Vec<ScalarOutput> {
     let mut readings = Vec::new();
@@ -29,7 +29,7 @@ pub(crate) fn run_outputs(solver: &dyn Solver, time_step: Option<f64>) -> Vec<Sc
     readings
 }
 
-/// What stands in a row of the totals, with the energy that has been dissipated (J).
+/// Columns of the totals, with the dissipated energy (J).
 fn totals(budget: &Budget, dissipated: Option<f64>, push: &mut dyn FnMut(&str, &str, f64)) {
     push("mass", "kg", budget.mass);
     for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
@@ -51,14 +51,14 @@ fn totals(budget: &Budget, dissipated: Option<f64>, push: &mut dyn FnMut(&str, &
     }
 }
 
-/// What stands in a row because the case measures it.
+/// Columns of the measures of the case.
 pub(crate) fn case_outputs(case: &Case, solver: &dyn Solver, snapshot: &Snapshot) -> Vec<ScalarOutput> {
     let mut readings = measure::read(case, snapshot, solver.cell_size(), &solver.removal_shape_travel());
     readings.extend(measure::solver_outputs(case, solver));
     readings
 }
 
-/// Names of the numbers that a run ends with: columns of its measures, factors of safety.
+/// Names of the numbers at the end of a run: columns of its measures, factors of safety.
 pub fn column_names(case: &Case, solver: &dyn Solver) -> Vec<String> {
     let readings =
         run_outputs(solver, None).into_iter().chain(case_outputs(case, solver, &solver.snapshot()));
@@ -66,7 +66,7 @@ pub fn column_names(case: &Case, solver: &dyn Solver) -> Vec<String> {
     readings.map(|(name, ..)| name).chain(found).collect()
 }
 
-/// Refuses the measures that are read off the places of a frame, by path: of a solver whose frames hold nothing.
+/// Rejects measures of places in a frame, by path, for a solver with empty frames.
 fn check_without_places(case: &Case) -> Result<(), CaseErrors> {
     let of_places = case.measures.iter().filter(|(_, measure)| measure::needs_places(measure));
     let error = |(name, _): (&String, &Measure)| {
@@ -77,8 +77,7 @@ fn check_without_places(case: &Case) -> Result<(), CaseErrors> {
     if errors.is_empty() { Ok(()) } else { Err(CaseErrors(errors)) }
 }
 
-/// Checks the names in a case that only the solver can tell: fields of its points, and columns of the measures that are
-/// there anyway.
+/// Checks the names in a case that depend on the solver: fields of its points, and measures with the name of a column that every run has.
 ///
 /// # Errors
 /// Every wrong name, with its JSON path.

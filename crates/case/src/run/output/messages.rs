@@ -1,4 +1,4 @@
-//! What a run says while it goes on.
+//! Messages of a run to the user.
 
 use std::io::Write;
 use std::time::Instant;
@@ -17,7 +17,7 @@ impl RunLoop<'_> {
         said.chain(energy.warning()).chain(self.solver.warnings_at_end()).collect()
     }
 
-    /// Says once that the step has become a small part of the first one.
+    /// Warns once that the step has become a small part of the first one.
     pub(crate) fn check_step_collapse(&mut self, limit: &TimeStep) {
         let first = *self.progress.first_time_step.get_or_insert(limit.dt);
         if self.progress.collapse.is_some() {
@@ -27,7 +27,7 @@ impl RunLoop<'_> {
         self.report_warning(self.progress.collapse.clone());
     }
 
-    /// Says once what the solver warns of, and follows its energy. Asked at every row.
+    /// Reports the first warning of the solver, and monitors its energy. Called at every row.
     pub(crate) fn check_solver_warning(&mut self) {
         if self.progress.energy.is_followed() {
             self.update_energy_monitor();
@@ -38,7 +38,7 @@ impl RunLoop<'_> {
         }
     }
 
-    /// A stage begins: what changes with it is no growth, and what grew before is kept in words.
+    /// Starts the energy monitor of a stage, whose changes count as no growth, and keeps the warning of the stage before.
     pub(crate) fn begin_energy(&mut self) {
         let grown = std::mem::take(&mut self.progress.energy).warning();
         self.progress.energy_warning = self.progress.energy_warning.take().or(grown);
@@ -47,7 +47,7 @@ impl RunLoop<'_> {
         }
     }
 
-    /// Says that a stage is over that has not come to rest and need not.
+    /// Reports a stage without its optional equilibrium.
     pub(crate) fn note_missed_equilibrium(&mut self, why: &RunError) {
         let remark = why.to_string();
         self.progress.missed_equilibria.push((self.progress.stage, remark.clone()));
@@ -60,7 +60,7 @@ impl RunLoop<'_> {
         }
     }
 
-    /// Shows how far the run has come, as a bar or as a line every few seconds.
+    /// Shows the progress of the run, as a bar or as a line every few seconds.
     pub(crate) fn show_progress(&mut self, &Advance { dt, limit }: &Advance) {
         let steps = self.solver.step_count();
         if !self.options.progress || !steps.is_multiple_of(16) {
@@ -72,7 +72,7 @@ impl RunLoop<'_> {
             self.bar.set_position((time * 1e9) as u64);
             self.bar.set_message(message());
         } else if self.last_progress_line.elapsed() >= PROGRESS_INTERVAL {
-            // A file or a pipe gets lines. One that takes none more is no reason to end the run.
+            // A file or a pipe gets lines. A failed write does not end the run.
             self.last_progress_line = Instant::now();
             let share = 100.0 * time / self.case.end_time();
             let _ = writeln!(std::io::stderr(), "{share:.0} % of the time, {}", message());

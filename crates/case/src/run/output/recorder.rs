@@ -1,4 +1,4 @@
-//! What a run writes down, and how it picks up where it was.
+//! Recorder of a run: measures, frames, checkpoints and summary, and the restart from them.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -25,7 +25,7 @@ use crate::{
     Case, Dataset, DatasetGeometry, Frame, FrameRequest, PlanRaster, Snapshot, Solver, SolverError, measure,
 };
 
-/// Rows of the measures over a whole run, about, where the case names no interval.
+/// Approximate number of rows of the measures over a whole run, where the case gives no interval.
 const DEFAULT_ROWS: f64 = 100.0;
 
 /// Whether output number `count` is due at `time` (s).
@@ -33,7 +33,7 @@ fn is_due(time: f64, count: u64, interval: f64) -> bool {
     time >= count as f64 * interval - 1e-9 * interval
 }
 
-/// What measures read: what is on `points`, or else what comes first among the `others`; no point where there is nothing.
+/// Snapshot for the measures: `points`, or else the first of the `others` as points; empty without either.
 fn measured_snapshot<'a>(points: Option<&'a Snapshot>, others: &Frame) -> Cow<'a, Snapshot> {
     match points {
         Some(points) => Cow::Borrowed(points),
@@ -47,27 +47,27 @@ pub(crate) struct RunRecorder<'a> {
     pub(crate) options: &'a RunOptions,
     frame_interval: Option<f64>,
     row_interval: f64,
-    /// Whether steps end at the times of rows: where the case names an interval.
+    /// Whether steps end at the times of rows, because the case gives an interval.
     ends_on_rows: bool,
     pub(crate) tables: Tables,
     pub(crate) table: Table,
     pub(crate) kept_frames: Vec<Snapshot>,
-    /// States of the solver at the ends of stages, by their names.
+    /// States of the solver at the ends of stages, by name.
     states: BTreeMap<String, Vec<u8>>,
-    /// Of the case.
+    /// Fingerprint of the case.
     fingerprint: u64,
-    /// Marks of the files that the case names, by their paths.
+    /// Checksums of the files that the case names, by path.
     pub(crate) files: BTreeMap<String, String>,
-    /// Keeps other runs out of the folder.
+    /// Lock of the folder against other runs.
     lock: Option<fs::File>,
-    /// Keeps room on the disk for the last summary.
+    /// Reserved space on the disk for the last summary.
     pub(crate) reserved_space: Option<fs::File>,
-    /// Names of the files of rasters that were written, in the folder of the run.
+    /// Names of the raster files written, in the folder of the run.
     pub(crate) rasters: Vec<String>,
 }
 
 impl<'a> RunRecorder<'a> {
-    /// Takes the folder into use.
+    /// Opens the folder for the run.
     pub(crate) fn open(case: &'a Case, options: &'a RunOptions) -> Result<Self, RunError> {
         let files = case.file_checksums();
         let mut recorder = Self {
@@ -116,7 +116,7 @@ impl<'a> RunRecorder<'a> {
         if self.options.resume {
             return self.check_resumable(out);
         }
-        // First of all, so that what is left of an old run never looks complete, and what is there is known for a run's.
+        // Written first, so that files of an old run never look complete, and the files in the folder are known to be those of a run.
         self.write_summary(&running)?;
         if used {
             run_folder::clear(out)?;
@@ -129,12 +129,12 @@ impl<'a> RunRecorder<'a> {
         write_atomically(&out.join(CASE), self.case.to_json().as_bytes())
     }
 
-    /// Writes the case where a run was killed before it had done so, or somebody has taken it away.
+    /// Writes the case if it is missing, because a run was killed before it had written the case, or the file was removed.
     pub(crate) fn keep_case(&self, out: &Path) -> Result<(), OutputError> {
         if out.join(CASE).exists() { Ok(()) } else { self.write_case(out) }
     }
 
-    /// Refuses, before anything is written, to resume a complete run or one of another case.
+    /// Rejects, before any file is written, the resume of a complete run or of another case.
     fn check_resumable(&self, out: &Path) -> Result<(), RunError> {
         let folder = |problem: &str| RunError::Folder { path: out.to_owned(), problem: problem.to_owned() };
         let path = out.join(SUMMARY);
@@ -152,12 +152,12 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// The fingerprint of the case in a summary.
+    /// Fingerprint of the case in a summary.
     pub(crate) fn case_fingerprint(&self) -> String {
         format!("{:016x}", self.fingerprint)
     }
 
-    /// First row and frame, at time zero.
+    /// Writes the first row and frame, at time zero.
     pub(crate) fn begin(&mut self, solver: &dyn Solver, progress: &mut RunProgress) -> Result<(), RunError> {
         progress.start = solver.budget();
         self.output(solver, progress)
@@ -172,7 +172,7 @@ impl<'a> RunRecorder<'a> {
     /// Time of the next row or frame at which a step is to end (s).
     pub(crate) fn next_output(&self, progress: &RunProgress) -> f64 {
         let [row, frame] = self.intervals();
-        // Before the first of them nothing is infinitely far.
+        // Before the first row and frame: infinity times zero is not a number.
         let next = |count: u64, interval: f64| if count == 0 { 0.0 } else { count as f64 * interval };
         next(progress.rows, row).min(next(progress.frames, frame))
     }
@@ -183,7 +183,7 @@ impl<'a> RunRecorder<'a> {
         row.min(frame)
     }
 
-    /// Whether a row is due at `time` (s) for which no step was to end.
+    /// Whether a row is due at `time` (s) although no step had to end there.
     pub(crate) fn is_unscheduled_row_due(&self, time: f64, progress: &RunProgress) -> bool {
         !self.ends_on_rows && is_due(time, progress.rows, self.row_interval)
     }
@@ -204,7 +204,7 @@ impl<'a> RunRecorder<'a> {
         if row {
             self.row(solver, points.as_ref(), &now, progress.time_step)?;
             progress.rows += 1;
-            // Steps may be longer than the time between rows that they do not end on.
+            // Steps may be longer than the time between rows at which they do not end.
             while !self.ends_on_rows && is_due(time, progress.rows, self.row_interval) {
                 progress.rows += 1;
             }
@@ -216,7 +216,7 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// Row and frame at the end, unless they have just been written.
+    /// Writes the row and the frame at the end, unless they have just been written.
     pub(crate) fn output_last(
         &mut self,
         solver: &dyn Solver,
@@ -234,7 +234,7 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// A row of what is on `points`, or else of what comes first among the `others`.
+    /// Writes a row of `points`, or else of the first of the `others`.
     fn row(
         &mut self,
         solver: &dyn Solver,
@@ -255,7 +255,7 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// A frame of what is on `points`, and of the `others`.
+    /// Writes a frame of `points` and the `others`.
     fn frame(
         &mut self,
         points: Option<Snapshot>,
@@ -280,7 +280,7 @@ impl<'a> RunRecorder<'a> {
         let file =
             |dataset: &Dataset| run_folder::frame(&dataset.name, number, file_extension(&dataset.geometry));
         let of_points = points.as_ref().map(|_| run_folder::frame(Collection::POINTS, number, "vtu"));
-        // A frame is called after what comes first in it.
+        // A frame has the name of its first dataset.
         let first = of_points.clone().or_else(|| others.datasets.first().map(file)).unwrap_or_default();
         progress.collection.frames.push((others.time, first));
         progress.frame_steps.push(others.step);
@@ -308,7 +308,7 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// Writes the times of the frames, and of each dataset beside what comes first in them.
+    /// Writes the times of the frames, and those of each dataset beside the first one.
     fn write_collections(&self, out: &Path, progress: &RunProgress) -> Result<(), OutputError> {
         progress.collection.write(&out.join(COLLECTION))?;
         let mut beside: BTreeMap<&str, Vec<(usize, &String)>> = BTreeMap::new();
@@ -347,7 +347,7 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// Writes the checkpoint, once the rows before it are safely on the disk.
+    /// Writes the checkpoint, after the rows before it are synchronised to the disk.
     pub(crate) fn save(&self, solver: &dyn Solver, progress: &RunProgress) -> Result<(), RunError> {
         let Some(out) = &self.options.out else { return Ok(()) };
         let checkpoint = Checkpoint {
@@ -363,7 +363,7 @@ impl<'a> RunRecorder<'a> {
         })
     }
 
-    /// Keeps the state of the solver at the end of a stage, in the folder too.
+    /// Keeps the state of the solver at the end of a stage, in memory and in the folder.
     pub(crate) fn keep_state(&mut self, stage: &str, bytes: Vec<u8>) -> Result<(), RunError> {
         if let Some(path) = self.state_file(stage) {
             run_folder::write_state(&path, |file| Ok(file.write_all(&bytes)?))?;
@@ -372,7 +372,7 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// The state that was kept, before a restart too.
+    /// State of the solver at the end of a stage, also from before a restart.
     pub(crate) fn state(&self, stage: &str) -> Result<Vec<u8>, RunError> {
         match (self.states.get(stage), self.state_file(stage)) {
             (Some(bytes), _) => Ok(bytes.clone()),
@@ -391,8 +391,8 @@ impl<'a> RunRecorder<'a> {
         Some(self.options.out.as_ref()?.join(run_folder::state(number)))
     }
 
-    /// Takes solver and progress from the checkpoint; `None` where the run died before its first, and
-    /// starts anew. Tables and collection are set back to what they were at the checkpoint.
+    /// Reads solver and progress from the checkpoint; `None`, with an empty folder, where the run ended before its first checkpoint. Tables
+    /// and collection are reset to the checkpoint.
     pub(crate) fn resume(&mut self, solver: &mut dyn Solver) -> Result<Option<RunProgress>, RunError> {
         let Some(out) = &self.options.out else { return Ok(None) };
         let of_run = (self.fingerprint, self.options.method.as_str());
@@ -419,7 +419,7 @@ impl<'a> RunRecorder<'a> {
         Ok(Some(progress))
     }
 
-    /// Refuses to go on without the frames of the run, or with others: the collection would name what it did not write.
+    /// Rejects a resume with missing or changed frames, which the collection would list although the run did not write them.
     fn check_frames(&self, out: &Path, seals: &BTreeMap<String, FileChecksum>) -> Result<(), RunError> {
         for (name, seal) in seals {
             let path = out.join(name);
@@ -436,8 +436,7 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// Writes the rasters that the case asks for, each as an ESRI ASCII grid and as a GeoTIFF; those without a number are left
-    /// out.
+    /// Writes the rasters of the case, each as an ESRI ASCII grid and as a GeoTIFF; rasters without a number are left out.
     pub(crate) fn rasters(&mut self, solver: &dyn Solver) -> Result<(), OutputError> {
         let (Some(out), true) = (&self.options.out, self.case.output.rasters.is_some()) else {
             return Ok(());
@@ -451,7 +450,7 @@ impl<'a> RunRecorder<'a> {
                 "{name}: a map that `--overwrite` does not know"
             );
             let mut raster = raster.shifted([origin[0], origin[1]]);
-            // A number that stands for no data must be none that can be meant.
+            // The value for no data must not be a possible value.
             raster.reference.no_data = raster.reference.no_data.filter(|number| *number < 0.0);
             if raster.values.iter().all(|value| value.is_nan()) {
                 continue;
@@ -461,7 +460,7 @@ impl<'a> RunRecorder<'a> {
                 let written = colluvium_terrain::write_raster(&file, &raster);
                 written.map_err(|error| OutputError::new(&file, error.problem))?;
             }
-            // The grid's system of coordinates stands beside it.
+            // The coordinate reference system of the grid is in a file beside it.
             let has_system = raster.reference.epsg.is_some() || raster.reference.crs.is_some();
             let endings = ["asc", "tif"].into_iter().chain(has_system.then_some("prj"));
             self.rasters.extend(endings.map(|ending| format!("{RASTERS}/{name}.{ending}")));
@@ -469,7 +468,7 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// Probes that no point has come near.
+    /// Probes that no point has reached.
     pub(crate) fn probes_without_points(&self) -> Vec<String> {
         let sees = |name: &str| {
             let own = |column: &str| column.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
@@ -484,7 +483,7 @@ impl<'a> RunRecorder<'a> {
     }
 }
 
-/// The frames of a run so far, from their files.
+/// Frames of a run so far, from their files.
 fn read_frames(out: &Path, progress: &RunProgress) -> Result<Vec<Snapshot>, OutputError> {
     let frames = progress.collection.frames.iter().zip(&progress.frame_steps);
     let read = |((time, name), step): (&(f64, String), &u64)| {

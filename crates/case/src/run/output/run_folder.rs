@@ -1,4 +1,4 @@
-//! The folder of a run: what its files are called, and how what an earlier run left goes away.
+//! Folder of a run: the names of its files, and the removal of files of an earlier run.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
@@ -21,28 +21,28 @@ pub(crate) const RASTERS: &str = "rasters";
 /// Name of the map in the folder of rasters.
 pub(crate) const MAP: &str = "map.png";
 
-/// What the columns mean, at the head of each table.
+/// Conventions of the columns, at the top of each table.
 const ABOUT: &str = "SI units; stress tension-positive, pressure compression-positive; per metre of thickness in \
                      plane strain, per radian in axisymmetry";
 
-/// Name of a file of frame number `number`.
+/// Name of a file of frame `number`.
 pub(crate) fn frame(dataset: &str, number: usize, ending: &str) -> String {
     format!("{FRAMES}/{dataset}-{number:05}.{ending}")
 }
 
-/// Dataset and number of a file of [`transform`].
+/// Dataset and number in the name of a frame file.
 pub(crate) fn parse_frame_name(file: &str) -> Option<(&str, usize)> {
     let (stem, _) = file.strip_prefix(FRAMES)?.strip_prefix('/')?.split_once('.')?;
     let (dataset, number) = stem.rsplit_once('-')?;
     Some((dataset, number.parse().ok()?))
 }
 
-/// Name of the collection of a dataset beside the first of the frames.
+/// Name of the collection of a dataset that is not the first one of the frames.
 pub(crate) fn collection(dataset: &str) -> String {
     format!("{dataset}.pvd")
 }
 
-/// The collections in a folder: lists of files of frames.
+/// Collections in a folder: lists of frame files.
 pub(crate) fn collections(out: &Path) -> Result<Vec<String>, OutputError> {
     let mut names = names(out)?;
     names.retain(|name| {
@@ -60,17 +60,17 @@ pub(crate) fn profile(name: &str) -> String {
     format!("profile-{name}.csv")
 }
 
-/// Name of the file of the trials of a search for a factor of safety.
+/// Name of the table of the trials of a search for a factor of safety.
 pub(crate) fn trials(name: &str) -> String {
     format!("trials-{name}.csv")
 }
 
-/// Name of the file of the points at the end of the last failing trial of a search.
+/// Name of the file of points at the end of the last failing trial of a search.
 pub(crate) fn failing(name: &str) -> String {
     format!("failing-{name}.vtu")
 }
 
-/// Name of the file with the solver's state at the end of stage number `stage`.
+/// Name of the file with the state of the solver at the end of stage `stage`.
 pub(crate) fn state(stage: usize) -> String {
     format!("state-{stage}.bin")
 }
@@ -95,7 +95,7 @@ fn is_profile(name: &str) -> bool {
     name.starts_with("profile-") && name.ends_with(".csv")
 }
 
-/// The names in a folder; none where there is no folder.
+/// Names in a folder; none without a folder.
 pub(crate) fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
     if !folder.is_dir() {
         return Ok(Vec::new());
@@ -105,7 +105,7 @@ pub(crate) fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
     Ok(entries.map_err(fail)?.iter().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect())
 }
 
-/// What lies in the folder under a name that a run gives to its own files.
+/// Name of a file in the folder that may belong to a run; `None` without one.
 pub(crate) fn existing_run_file(out: &Path) -> Result<Option<String>, OutputError> {
     let own = [CASE, MEASURES, FRAMES, RASTERS];
     let is_own = |name: &String| {
@@ -121,12 +121,12 @@ fn remove(file: &Path) -> Result<(), OutputError> {
     }
 }
 
-/// Makes the folder, with its folder of frames.
+/// Creates the folder of a run with its folder of frames.
 pub(crate) fn create(out: &Path) -> Result<(), OutputError> {
     create_folder(&out.join(FRAMES))
 }
 
-/// Writes a state so that [`read_state`] sees whether it is whole.
+/// Writes a state with its checksum, which [`read_state`] verifies.
 pub(crate) fn write_state(
     path: &Path,
     state: impl FnOnce(&mut dyn Write) -> Result<(), SolverError>,
@@ -147,10 +147,10 @@ pub(crate) fn write_state(
     }
 }
 
-/// The bytes of a state, once all of them have been held against their seal.
+/// Reader of the bytes of a state, after the verification of their checksum.
 ///
 /// # Errors
-/// When the file cannot be read or is not what was written.
+/// When the file cannot be read or is damaged.
 pub(crate) fn read_state(path: &Path) -> Result<impl Read + use<>, OutputError> {
     let fail = |error| OutputError::new(path, error);
     let damaged = || fail(std::io::Error::other("is damaged: run the case anew"));
@@ -168,11 +168,10 @@ pub(crate) fn read_state(path: &Path) -> Result<impl Read + use<>, OutputError> 
     Ok(BufReader::new(file.take(length)))
 }
 
-/// Takes the folder, which is made where there is none, for this run alone, as long as the file is open; `None` where
-/// folders cannot be locked.
+/// Creates the folder where it is missing and locks it for this run, as long as the file is open; `None` where folders cannot be locked.
 ///
 /// # Errors
-/// When it cannot be made, or another run has it.
+/// When the folder cannot be created, or another run has locked it.
 pub(crate) fn lock(out: &Path) -> Result<Option<File>, OutputError> {
     create_folder(out)?;
     let Ok(folder) = File::open(out) else { return Ok(None) };
@@ -185,19 +184,19 @@ pub(crate) fn lock(out: &Path) -> Result<Option<File>, OutputError> {
     }
 }
 
-/// Room on the disk (bytes) kept for the summary of a run that fails because the disk is full.
+/// Reserved space on the disk (bytes) for the summary of a run that fails because the disk is full.
 const RESERVED_BYTES: usize = 1 << 16;
 
-/// Keeps room in the folder, beside that for `text`, until the file is closed; it has no name there. `None` where that is not
-/// possible: such a run writes its [last words](crate::run::output::summary) over the summary that there is.
+/// Reserves space for a summary and for `text` in the folder by a nameless file, until that is closed. `None` where this is not possible:
+/// such a run writes its [last summary](crate::run::output::summary) over the existing one.
 pub(crate) fn reserve_space(out: &Path, text: &str) -> Option<File> {
     let mut file = tempfile::tempfile_in(out).ok()?;
     file.write_all(&vec![1; RESERVED_BYTES + 2 * text.len()]).and_then(|()| file.sync_all()).ok()?;
     Some(file)
 }
 
-/// Whether a file in the folder of rasters has the name of one that methods make: what else lies there, as styles of a program for maps,
-/// is not the run's.
+/// Whether a file in the folder of rasters has the name of a raster of a method: other files, such as styles of a GIS program, do not
+/// belong to the run.
 pub(crate) fn is_map(name: &str) -> bool {
     let name = name.strip_suffix(".tmp").unwrap_or(name);
     if name == MAP {
@@ -207,14 +206,14 @@ pub(crate) fn is_map(name: &str) -> bool {
     stem.starts_with("peak_") || stem.starts_with("final_") || ["arrival_time", "bed_change"].contains(&stem)
 }
 
-/// Whether a file in the folder of frames is one, whole or torn.
+/// Whether a file in the folder of frames is a complete or partial frame.
 pub(crate) fn is_frame(name: &str) -> bool {
     let name = name.strip_suffix(".tmp").unwrap_or(name);
     let ending = [".vtu", ".vtr"].iter().any(|ending| name.ends_with(ending));
     ending && parse_frame_name(&format!("{FRAMES}/{name}")).is_some()
 }
 
-/// Removes a folder that is empty.
+/// Removes a folder if it is empty.
 fn remove_empty(folder: &Path) -> Result<(), OutputError> {
     if !folder.is_dir() || !names(folder)?.is_empty() {
         return Ok(());
@@ -222,17 +221,17 @@ fn remove_empty(folder: &Path) -> Result<(), OutputError> {
     fs::remove_dir(folder).map_err(|error| OutputError::new(folder, error))
 }
 
-/// Removes a run with its folder, but nothing that it did not write.
+/// Removes a run with its folder, but no file of another origin.
 ///
 /// # Errors
-/// When the disk refuses.
+/// When a file cannot be removed.
 pub fn remove_run(out: &Path) -> Result<(), OutputError> {
     clear(out)?;
     [CASE, SUMMARY].iter().try_for_each(|name| remove(&out.join(name)))?;
     remove_empty(out)
 }
 
-/// Removes everything that a run writes but its case and its summary, and nothing else.
+/// Removes all files of a run except its case and its summary, and no others.
 pub(crate) fn clear(out: &Path) -> Result<(), OutputError> {
     for name in collections(out)?.iter().map(String::as_str).chain([CHECKPOINT, MEASURES]) {
         remove(&out.join(name))?;
@@ -249,13 +248,13 @@ pub(crate) fn clear(out: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Removes the profiles but those named.
+/// Removes all profiles except those with the names `kept`.
 pub(crate) fn keep_profiles(out: &Path, kept: &[&str]) -> Result<(), OutputError> {
     let stale = |name: &&String| is_profile(name) && !kept.contains(&name.as_str());
     names(out)?.iter().filter(stale).try_for_each(|name| remove(&out.join(name)))
 }
 
-/// Removes files that a killed run was in the middle of writing.
+/// Removes partial files of a killed run.
 pub(crate) fn remove_partial_files(out: &Path) -> Result<(), OutputError> {
     for name in [CASE, CHECKPOINT, SUMMARY] {
         remove(&out.join(format!("{name}.tmp")))?;
@@ -267,7 +266,7 @@ pub(crate) fn remove_partial_files(out: &Path) -> Result<(), OutputError> {
     names(&frames)?.iter().filter(torn).try_for_each(|name| remove(&frames.join(name)))
 }
 
-/// The tables of a run on disk, by file name; none without a folder.
+/// Tables of a run on disk, by file name; empty without a folder.
 #[derive(Debug, Default)]
 pub(crate) struct Tables {
     out: Option<PathBuf>,
@@ -275,12 +274,12 @@ pub(crate) struct Tables {
 }
 
 impl Tables {
-    /// No tables yet, in a folder.
+    /// Creates an empty set of tables in a folder.
     pub(crate) fn new(out: Option<PathBuf>) -> Self {
         Self { out, files: BTreeMap::new() }
     }
 
-    /// Adds rows to a table, which begins with its first.
+    /// Adds rows to a table, which is created at its first rows.
     pub(crate) fn append(
         &mut self,
         name: &str,
@@ -294,12 +293,12 @@ impl Tables {
         self.files.get_mut(name).map_or(Ok(()), |file| file.append(rows))
     }
 
-    /// Brings all rows safely to the disk; name and seal of each table.
+    /// Synchronises all rows to the disk; returns name and checksum of each table.
     pub(crate) fn sync(&self) -> Result<Vec<(String, FileChecksum)>, OutputError> {
         self.files.iter().map(|(name, file)| Ok((name.clone(), file.sync()?))).collect()
     }
 
-    /// Takes the tables up again where they had the given seals: all of them, or none is touched.
+    /// Reopens the tables at the lengths of the given checksums: all of them, or none is changed.
     pub(crate) fn resume(&mut self, seals: &[(String, FileChecksum)]) -> Result<(), OutputError> {
         let Some(out) = &self.out else { return Ok(()) };
         let mut files = BTreeMap::new();

@@ -1,4 +1,4 @@
-//! The summary of a run.
+//! Summary of a run.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -15,7 +15,7 @@ use crate::run::{RunError, SafetyResult, verify};
 use crate::{Budget, Solver};
 
 impl RunRecorder<'_> {
-    /// Writes the summary, with wall-clock time (s), factors of safety and remarks on the state.
+    /// Writes the summary, with wall-clock time (s), factors of safety and warnings about the state.
     pub(crate) fn summary(
         &self,
         status: &str,
@@ -80,7 +80,7 @@ impl RunRecorder<'_> {
             summary["snapshot_hash"] = json!(format!("{:016x}", solver.snapshot().hash()));
         }
         self.write_summary(&summary)?;
-        // Only then: a run that is killed in between goes on from it, or is known to be complete.
+        // Removed only now: a run that is killed before resumes from the checkpoint, or is known to be complete.
         let checkpoint = self.options.out.as_ref().map(|out| out.join(CHECKPOINT));
         let over = completed && !solver.has_specimen();
         if let Some(checkpoint) = checkpoint.filter(|checkpoint| over && checkpoint.exists()) {
@@ -89,7 +89,7 @@ impl RunRecorder<'_> {
         Ok(())
     }
 
-    /// The stages that have begun, with their ends if they are over.
+    /// Stages that have begun, with the end times of those that are over.
     fn stages(&self, progress: &RunProgress) -> Vec<serde_json::Value> {
         let stages = self.case.stages.iter().zip(&progress.stage_starts).enumerate();
         let record = |(number, (stage, start)): (usize, (&Stage, &f64))| {
@@ -109,17 +109,17 @@ impl RunRecorder<'_> {
         let path = out.join(SUMMARY);
         let written = write_atomically(&path, text.as_bytes());
         if written.is_err() && summary["status"] == "failed" {
-            // A disk without room for another file has that of the summary that says `running`.
+            // On a full disk the summary overwrites the one with the status `running`.
             let _ = write_in_place(&path, &minimal_summary(summary));
         }
         Ok(written?)
     }
 }
 
-/// Longest reason in [`minimal_summary`] (characters).
+/// Largest length of the reason in [`minimal_summary`] (characters).
 const MAX_REASON: usize = 200;
 
-/// A summary as short as can be: that of a run which fails on a full disk.
+/// Shortest possible summary, for a run that fails on a full disk.
 fn minimal_summary(summary: &serde_json::Value) -> String {
     let reason: String = summary["reason"].as_str().unwrap_or_default().chars().take(MAX_REASON).collect();
     let [method, fingerprint] = ["method", "fingerprint"].map(|key| &summary[key]);

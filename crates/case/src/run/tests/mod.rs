@@ -16,7 +16,7 @@ use crate::{
 };
 use colluvium_constitutive::SymTensor;
 
-/// Independent oscillators `x'' = -ω² x - 2 d x'`, one a point.
+/// Independent oscillators `x'' = -ω² x - 2 d x'`, one per point.
 struct Oscillators {
     state: Vec<[f64; 2]>,
     time: f64,
@@ -24,17 +24,17 @@ struct Oscillators {
     damping: f64,
     /// Stable step (s).
     dt: f64,
-    /// When it falls, and by what share.
+    /// Time at which the stable step decreases, and the remaining share of it.
     falls: Option<(f64, f64)>,
     fail_at: Option<f64>,
-    /// Whether it takes the whole program with it where it fails, and takes its time before.
+    /// Whether the solver ends the whole program at its failure, and pauses before.
     dies: bool,
-    /// Whether frames have their masses at the nodes of a line in place of points.
+    /// Whether frames have their masses at the nodes of a line instead of points.
     on_nodes: bool,
 }
 
 impl Oscillators {
-    /// When one that dies takes its time (s).
+    /// Time at which a solver that ends the program pauses (s).
     const NAP: f64 = 0.98;
 
     fn new(damping: f64, fail_at: Option<f64>) -> Self {
@@ -56,7 +56,7 @@ impl Oscillators {
         Box::new(Self::new(damping, fail_at))
     }
 
-    /// At rest, with another stable step (s).
+    /// Oscillators at rest, with another stable step (s).
     fn at_rest(dt: f64) -> Box<dyn Solver> {
         Box::new(Self { state: vec![[0.0; 2]; 5], dt, ..Self::new(0.0, None) })
     }
@@ -182,7 +182,7 @@ fn options(out: &std::path::Path) -> RunOptions {
     RunOptions { method: "test".into(), out: Some(out.to_owned()), ..RunOptions::default() }
 }
 
-/// Everything a run leaves, but what may differ: wall time.
+/// Files of a run, without the wall-clock times, which may differ.
 fn left(folder: &std::path::Path) -> Vec<(String, Vec<u8>)> {
     let mut files = Vec::new();
     for place in [folder.to_owned(), folder.join("frames")] {
@@ -224,7 +224,7 @@ fn what_is_on_nodes_is_measured_and_kept_as_points_are() {
     let options = RunOptions { keep_frames: true, ..options(&out) };
     let solver = Oscillators { on_nodes: true, ..Oscillators::new(0.0, None) };
     let report = run(&case, Box::new(solver), &options).unwrap();
-    // The last node bears nothing: the front is that of the fourth.
+    // The last node has no mass: the front is that of the fourth.
     let head = report.table.column("head").unwrap();
     assert!(head.iter().all(|x| (3.0..=4.5).contains(x)), "{head:?}");
     assert_eq!(report.table.column("at.mass"), Some(vec![1.0; 21]));
@@ -244,7 +244,7 @@ fn rows_that_nobody_asked_for_shorten_no_step() {
         let report = run(case, Oscillators::at_rest(dt), &RunOptions::default()).unwrap();
         (report.steps, report.table.column("time").unwrap())
     };
-    // Shorter and longer than a hundredth of the run; the last two steps of a stage are alike.
+    // Steps shorter and longer than a hundredth of the run; the last two steps of a stage are equal.
     for (dt, least, rows) in
         [(0.0137, 95 + 52, 101), (0.003, 434 + 234, 101), (0.1, 13 + 7, 21), (10.0, 2, 3)]
     {
@@ -258,7 +258,7 @@ fn rows_that_nobody_asked_for_shorten_no_step() {
         let latest = times.iter().enumerate().map(late).fold(0.0, f64::max);
         assert!(dt > 0.02 || latest < dt, "{dt} s: a row is {latest} s late");
     }
-    // Frames are still where they should be, and rows that were asked for.
+    // Frames are at their times, and so are rows with an interval.
     case.output.frames = Some(0.5);
     let options = RunOptions { keep_frames: true, ..RunOptions::default() };
     let report = run(&case, Oscillators::boxed(0.0, None), &options).unwrap();
@@ -331,7 +331,7 @@ fn a_stage_ends_at_rest_and_the_next_begins() {
     assert!(end > 4.0 && end < 20.0, "settling takes about ln(1500) s, the run ended at {end} s");
 }
 
-/// The oscillators with a load that grows over 8 s, beginning with `stage`. With a damping of 3 they rest after 4 s.
+/// Oscillators with a load that grows over 8 s, starting with `stage`. With a damping of 3 they rest after 4 s.
 fn loaded(stages: &str, stage: Option<&str>) -> Case {
     let mut case = case(stages);
     let load = serde_json::json!({ "kind": "traction", "body": "b", "side": "y-max", "value": [0, -1], "ramp": 8,
@@ -340,7 +340,7 @@ fn loaded(stages: &str, stage: Option<&str>) -> Case {
     case
 }
 
-/// Checks of equilibrium of the oscillators are this far apart (s).
+/// Time between the equilibrium checks of the oscillators (s).
 const CHECKS: f64 = 1.4;
 
 #[test]
@@ -462,7 +462,7 @@ fn a_folder_with_a_run_is_not_overwritten_unasked() {
 
 #[test]
 fn a_run_whose_time_stands_still_is_stopped() {
-    // Behind a million seconds a step of 1e-12 s changes nothing; within one, so few make no end either.
+    // After 1e6 s a step of 1e-12 s does not change the time, and such steps do not reach the end of the stage.
     let mut case = case(r#"[ { "name": "a", "duration": 1 } ]"#);
     case.stages = vec![
         Stage { name: "long".to_owned(), duration: 1e6, ..case.stages[0].clone() },

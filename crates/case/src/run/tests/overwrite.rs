@@ -1,4 +1,4 @@
-//! Files of an earlier run, and of others, when a run overwrites.
+//! Tests of a run that overwrites: files of an earlier run, and other files.
 
 use super::*;
 use crate::run::output::run_folder::names;
@@ -14,7 +14,7 @@ fn overwriting_removes_what_the_earlier_run_left() {
     for name in foreign {
         std::fs::write(folder.path().join(name), "kept").unwrap();
     }
-    // A map of the earlier run, and a frame that it was killed in.
+    // A map of the earlier run, and a frame that was partial when the run was killed.
     let own = ["rasters/peak_velocity.asc", "frames/points-00077.vtu", "frames/points-00078.vtu.tmp"];
     own.iter().for_each(|name| std::fs::write(folder.path().join(name), "gone").unwrap());
     case.measures.remove("top");

@@ -1,4 +1,4 @@
-//! Runs that are taken up again.
+//! Tests of resumed runs.
 
 use super::*;
 
@@ -50,7 +50,7 @@ fn a_resumed_run_leaves_the_same_files_to_the_last_bit() {
     for fail_at in [0.05, 0.49, 0.5, 1.0, 1.31, 1.7, 1.99] {
         let folder = tempfile::tempdir().unwrap();
         run(&case, Oscillators::boxed(0.1, Some(fail_at)), &options(folder.path())).unwrap_err();
-        // What a crash may leave after the checkpoint: rows and frames that will be written again.
+        // Remains of a crash after the checkpoint: rows and frames that will be written again.
         for table in ["measures.csv", "profile-top.csv"] {
             let table = folder.path().join(table);
             let garbage = std::fs::read_to_string(&table).unwrap() + "1e9,torn ro";
@@ -195,7 +195,7 @@ fn a_complete_run_verifies_until_one_of_its_files_changes() {
     let again = RunOptions { resume: true, ..options(folder.path()) };
     run(&case, Oscillators::boxed(0.1, None), &again).unwrap();
     let whole = verify(folder.path()).unwrap();
-    // All that is there but the summary itself.
+    // All files except the summary itself.
     assert_eq!(whole, VerificationResult { files: left(folder.path()).len(), problems: Vec::new() });
     std::fs::write(folder.path().join("frames.pvd"), "").unwrap();
     let table = folder.path().join("measures.csv");

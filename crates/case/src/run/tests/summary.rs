@@ -1,4 +1,4 @@
-//! What runs leave of themselves.
+//! Tests of the summaries of runs.
 
 use super::*;
 
@@ -94,7 +94,7 @@ fn a_stage_that_need_not_settle_goes_on_and_says_so() {
         (&summary["status"], &summary["stages"][0]["ended"]),
         (&"completed".into(), &"duration over".into())
     );
-    // One that does settle says nothing, and ends then.
+    // A stage that reaches equilibrium reports nothing, and ends then.
     let case =
         self::case(r#"[ { "name": "settle", "duration": 100, "equilibrium": { "required": false } } ]"#);
     let report = run(&case, Oscillators::boxed(2.0, None), &RunOptions::default()).unwrap();

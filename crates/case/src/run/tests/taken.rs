@@ -1,4 +1,4 @@
-//! What a run may not write over.
+//! Tests of folders with files that a run may not overwrite.
 
 use super::*;
 

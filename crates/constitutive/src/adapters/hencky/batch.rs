@@ -1,28 +1,28 @@
 //! Steps of several points at once at finite strain, for laws whose return keeps the directions of the trial. The
-//! operations on a point are the same however many stand beside it.
+//! operations on a point do not depend on the number of points in the batch.
 
 use crate::adapters::hencky::series::{MAX_EXP_NORM_SQUARED, MAX_LOG_NORM_SQUARED, exp_minus_one, half_log};
 use crate::adapters::hencky::{Hencky, HenckyState, PrincipalReturn, push_forward, wave_modulus};
 use crate::{BatchError, Mat3, Motion, Point, StressUpdate, SymTensor};
 
-/// Points that are taken at once.
+/// Number of points of a batch.
 pub(super) const WIDTH: usize = 16;
 
-/// Stresses of several points and what a law makes of them: [`PrincipalReturn::return_batch`].
+/// Stresses of several points before and after the return of a law: [`PrincipalReturn::return_batch`].
 pub struct SimdBatch<const N: usize> {
     /// Kirchhoff stresses (Pa), trial at first, component by component.
     pub stress: [[f64; N]; 6],
-    /// One for points that yield, else zero.
+    /// Flag of points that yield: one, else zero.
     pub is_yielding: [f64; N],
-    /// One for points that the law leaves to [`PrincipalReturn::return_principal`], else zero.
+    /// Flag of points that the law leaves to [`PrincipalReturn::return_principal`]: one, else zero.
     pub fallback: [f64; N],
 }
 
-/// What [`SimdBatch::fallback`] says of a point that does not move.
+/// Value of [`SimdBatch::fallback`] for a point that does not move.
 const AT_REST: f64 = 2.0;
 
 impl<const N: usize> SimdBatch<N> {
-    /// Kirchhoff to Cauchy stresses; points whose stress is no number are left, and those that do not move marked.
+    /// Converts Kirchhoff to Cauchy stresses; flags points whose stress is NaN or infinite and those that do not move.
     #[inline(never)]
     fn convert_to_cauchy_stress<const PLANAR: bool>(&mut self, trials: &TrialBatch<'_, N>) {
         let TrialBatch { deformation: [a, b, c, d, e, f, g, h, k], jacobian, .. } = trials;
@@ -44,7 +44,7 @@ impl<const N: usize> SimdBatch<N> {
         tensor(&self.stress, index)
     }
 
-    /// Gives a point its stress.
+    /// Sets the stress of one point.
     #[inline(always)]
     pub fn set_stress(&mut self, index: usize, stress: &SymTensor) {
         set_tensor(&mut self.stress, index, stress);
@@ -71,7 +71,7 @@ fn set_tensor<const N: usize>(lanes: &mut [[f64; N]; 6], index: usize, value: &S
     (xy[index], yz[index], zx[index]) = (value.0[3], value.0[4], value.0[5]);
 }
 
-/// One of two, without a branch.
+/// Selects one of two tensors, without a branch.
 #[inline(always)]
 pub(crate) fn select(first: bool, a: &SymTensor, b: &SymTensor) -> SymTensor {
     let of = |x: f64, y: f64| if first { x } else { y };
@@ -86,7 +86,7 @@ pub(crate) fn select(first: bool, a: &SymTensor, b: &SymTensor) -> SymTensor {
     ])
 }
 
-/// Whether one of some flags is not zero.
+/// Whether any of the flags is not zero.
 #[inline(always)]
 pub(crate) fn any<const N: usize>(flags: &[f64; N]) -> bool {
     let mut bits = 0;
@@ -96,7 +96,7 @@ pub(crate) fn any<const N: usize>(flags: &[f64; N]) -> bool {
     bits != 0
 }
 
-/// [`carried`] for a step that leaves the third axis alone, and the change of volume.
+/// Push-forward as [`push_forward`] for a step that leaves the third axis unchanged, and the change of volume.
 #[inline(always)]
 fn push_forward_in_plane([xx, yy, zz, xy]: [f64; 4], [a, b, d, e, k]: [f64; 5]) -> (SymTensor, f64) {
     let (t0, t1) = (a * xx + b * xy, a * xy + b * yy);
@@ -114,7 +114,7 @@ fn push_forward_in_plane([xx, yy, zz, xy]: [f64; 4], [a, b, d, e, k]: [f64; 5]) 
 }
 
 impl<const N: usize> TrialBatch<'_, N> {
-    /// How many steps and elastic deformations leave the third axis alone.
+    /// Number of steps and elastic deformations that leave the third axis unchanged.
     #[inline(always)]
     fn count_planar(&self) -> usize {
         let ([_, _, c, _, _, f, g, h, _], [_, _, _, _, yz, zx]) = (self.deformation, &self.elastic);
@@ -127,7 +127,7 @@ impl<const N: usize> TrialBatch<'_, N> {
     }
 }
 
-/// One component of several points.
+/// Returns one component of several points.
 #[inline(always)]
 fn component<const N: usize>(of: impl Fn(usize) -> f64) -> [f64; N] {
     let mut lane = [0.0; N];
@@ -137,7 +137,7 @@ fn component<const N: usize>(of: impl Fn(usize) -> f64) -> [f64; N] {
     lane
 }
 
-/// As [`MotionBlock::deformation_components`], of motions that stand one by one.
+/// Writes the components of [`MotionBlock::deformation_components`] from separate motions.
 #[inline(always)]
 pub(super) fn deformation_components(motions: &[Motion], largest: f64, to: &mut [[f64; WIDTH]; 9]) -> bool {
     let most = largest * largest;
@@ -203,8 +203,8 @@ pub(super) fn lies_in_plane(stress: &SymTensor) -> bool {
     (stress.0[4] == 0.0) & (stress.0[5] == 0.0)
 }
 
-/// Reads of each state a number at its start and one at its end, so that what lies in memory comes for all of them at once and not
-/// for one group after another.
+/// Reads a number at the start and one at the end of each state, so that the memory of all states is fetched at once and not
+/// one group after another.
 #[inline(always)]
 pub(super) fn prefetch<S>(states: &[HenckyState<S>]) {
     let mut bits = 0;
@@ -215,8 +215,8 @@ pub(super) fn prefetch<S>(states: &[HenckyState<S>]) {
 }
 
 impl<L: PrincipalReturn> Hencky<L> {
-    /// One step of `N` points, whatever their size, in place; tells which points it leaves as they are, because the
-    /// series do not reach so far or the law wants them alone.
+    /// Updates `N` points by one step in place, whatever its size; returns the flags of the points left unchanged, which the
+    /// series do not cover or the law requires singly.
     #[inline]
     fn step_batch<const N: usize>(
         &self,
@@ -297,7 +297,7 @@ impl<L: PrincipalReturn> Hencky<L> {
             };
             let strain = half_log::<PLANAR>(&trial);
             let stress = strain * two_mu + SymTensor::isotropic(lame * strain.trace());
-            // Written so that NaN is left.
+            // Written so that NaN falls back.
             let reached =
                 (trial.dot(&trial) <= MAX_LOG_NORM_SQUARED) & (stretch > 0.0) & (stretch < f64::MAX);
             set_tensor(elastic, i, &trial);
@@ -307,7 +307,7 @@ impl<L: PrincipalReturn> Hencky<L> {
         }
     }
 
-    /// Elastic deformation that belongs to the stress of the points that yield.
+    /// Updates the elastic deformation of the points that yield from their stress.
     #[inline(never)]
     fn update_elastic_deformation<const N: usize, const PLANAR: bool>(
         &self,
@@ -331,7 +331,7 @@ impl<L: PrincipalReturn> Hencky<L> {
         (trials.elastic, few.fallback) = (elastic, left);
     }
 
-    /// One step of a point by itself, where the series reach and the law does not leave it.
+    /// Updates a single point by one step, where the series cover it and the law does not fall back.
     #[inline]
     pub(super) fn single(
         &self,
@@ -345,8 +345,8 @@ impl<L: PrincipalReturn> Hencky<L> {
         (left == 0.0).then_some(Point { stress, state })
     }
 
-    /// A batch, [`WIDTH`] points at a time. `steps` gives deformations of so many points from one on, component by component, and
-    /// whether none of their steps is too large; `each` gives the motion of a point.
+    /// Updates a batch, [`WIDTH`] points at a time. `steps` gives deformations of several points from an index on, component by
+    /// component, and whether none of their steps is too large; `each` gives the motion of a point.
     #[inline]
     pub(super) fn update_all(
         &self,
@@ -373,7 +373,7 @@ impl<L: PrincipalReturn> Hencky<L> {
         Ok(())
     }
 
-    /// Up to [`WIDTH`] points; the last one stands for those that are missing.
+    /// Updates up to [`WIDTH`] points; the last one is repeated for missing ones.
     #[inline]
     fn update_group(
         &self,
@@ -393,7 +393,7 @@ impl<L: PrincipalReturn> Hencky<L> {
         left
     }
 
-    /// A point of a batch by itself.
+    /// Updates a single point of a batch.
     pub(super) fn update_one(
         &self,
         motion: &Motion,

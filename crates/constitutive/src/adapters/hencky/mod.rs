@@ -1,4 +1,4 @@
-//! The finite-strain adapter: multiplicative plasticity in principal logarithmic strains.
+//! Finite-strain adapter: multiplicative plasticity in principal logarithmic strains.
 
 mod batch;
 mod planar;
@@ -19,10 +19,10 @@ pub use crate::adapters::hencky::batch::SimdBatch;
 pub(crate) use crate::adapters::hencky::batch::{any, select};
 pub use crate::adapters::hencky::planar::{InvariantReturn, ReturnResult, StressInvariants};
 
-/// A return map in principal stresses, of a law with linear elasticity. The same map serves the
+/// Return map in principal stresses, of a law with linear elasticity. The map serves both the
 /// rate form and, through [`Hencky`], finite strain.
 pub trait PrincipalReturn: SmallStrain {
-    /// The elastic constants.
+    /// Elastic constants.
     fn elasticity(&self) -> &Elasticity;
 
     /// Principal stresses and state after the elastic trial `trial` (Pa, descending).
@@ -35,20 +35,20 @@ pub trait PrincipalReturn: SmallStrain {
         state: &Self::State,
     ) -> Result<([f64; 3], Self::State), MaterialError>;
 
-    /// Whether [`PrincipalReturn::return_batch`] does anything.
+    /// Whether [`PrincipalReturn::return_batch`] is implemented.
     fn supports_batch(&self) -> bool {
         false
     }
 
-    /// The same return of several trials as whole tensors, for laws that keep the directions of the trial's deviator:
-    /// stresses and states in place, with the same operations however many points there are. States change only where
+    /// Returns several trials as whole tensors, for laws that keep the directions of the trial's deviator:
+    /// stresses and states in place, with operations independent of the number of points. States change only where
     /// points yield.
     #[inline]
     fn return_batch<const N: usize>(&self, few: &mut SimdBatch<N>, _states: &mut [Self::State; N]) {
         few.fallback = [1.0; N];
     }
 
-    /// `∂σ_A/∂ε_B` of that map with respect to the principal strains of the trial (Pa), where the law has
+    /// Tangent `∂σ_A/∂ε_B` of that map with respect to the principal strains of the trial (Pa), where the law has
     /// it in closed form.
     fn principal_tangent(&self, _trial: [f64; 3], _state: &Self::State) -> Option<[[f64; 3]; 3]> {
         None
@@ -68,8 +68,8 @@ pub(crate) fn small_strain_tangent<L: PrincipalReturn>(
     Some(Tangent::spectral(&spectrum, &block, shear_moduli(stress, strains, &block)))
 }
 
-/// Takes a law with linear elasticity to finite strain (sheet: constitutive §3.3): the elastic left
-/// Cauchy–Green tensor is carried by the step, its logarithm is the elastic strain, and the return
+/// Adapter of a law with linear elasticity to finite strain (sheet: constitutive §3.3): the elastic left
+/// Cauchy–Green tensor is pushed forward by the step, its logarithm is the elastic strain, and the return
 /// map works on Kirchhoff stresses `τ = J σ`; strengths act on `τ`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hencky<L>(pub L);
@@ -77,7 +77,7 @@ pub struct Hencky<L>(pub L);
 /// State of a [`Hencky`] law.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HenckyState<S> {
-    /// Elastic left Cauchy–Green tensor less the unit tensor, `b - 1`: small strains keep their digits.
+    /// Elastic left Cauchy–Green tensor less the unit tensor, `b - 1`, which keeps the digits of small strains.
     pub elastic: SymTensor,
     /// Volume over initial volume.
     pub jacobian: f64,
@@ -85,19 +85,19 @@ pub struct HenckyState<S> {
     pub inner: S,
 }
 
-/// Principal stresses of principal logarithmic strains.
+/// Principal stresses (Pa) from principal logarithmic strains.
 fn stresses(elasticity: &Elasticity, strains: [f64; 3]) -> [f64; 3] {
     let volumetric = elasticity.lame() * strains.iter().sum::<f64>();
     strains.map(|e| volumetric + 2.0 * elasticity.shear_modulus * e)
 }
 
-/// Principal logarithmic strains of principal stresses.
+/// Principal logarithmic strains from principal stresses (Pa).
 fn strains(elasticity: &Elasticity, stresses: [f64; 3]) -> [f64; 3] {
     let mean = stresses.iter().sum::<f64>() / 3.0;
     stresses.map(|s| (s - mean) / (2.0 * elasticity.shear_modulus) + mean / (3.0 * elasticity.bulk_modulus))
 }
 
-/// `f (1 + b) fᵀ - 1` of a left Cauchy–Green tensor less the unit tensor.
+/// Push-forward `f (1 + b) fᵀ - 1` of a left Cauchy–Green tensor less the unit tensor.
 #[inline(always)]
 pub(crate) fn push_forward(elastic: &SymTensor, step: &Mat3) -> SymTensor {
     let change = *step - Mat3::IDENTITY;
@@ -113,8 +113,8 @@ pub(crate) fn push_forward(elastic: &SymTensor, step: &Mat3) -> SymTensor {
     elastic.rotated(step) + change.sym() * 2.0 + square
 }
 
-/// Wave modulus (Pa) from that without stress: `max (c_AAAA + τ_A) / J` (sheet: constitutive §3.9), from which the floor `(λ + 2μ) / J`
-/// follows.
+/// Wave modulus (Pa) from that without stress: `max (c_AAAA + τ_A) / J` (sheet: constitutive §3.9), with the lower bound
+/// `(λ + 2μ) / J`.
 #[inline(always)]
 fn wave_modulus(elastic: f64, stress: &SymTensor, jacobian: f64) -> f64 {
     let planar = batch::lies_in_plane(stress);
@@ -122,7 +122,7 @@ fn wave_modulus(elastic: f64, stress: &SymTensor, jacobian: f64) -> f64 {
     elastic / jacobian - least.min(0.0)
 }
 
-/// The elastic trial of a step.
+/// Elastic trial of a step.
 struct HenckyTrial {
     elastic: SymTensor,
     spectrum: Spectrum,
@@ -139,7 +139,7 @@ impl<L: PrincipalReturn> Hencky<L> {
     ) -> Result<HenckyTrial, MaterialError> {
         let invalid = |reason| MaterialError::Motion { model: self.0.name(), reason };
         let stretch = motion.deformation.determinant();
-        // Written so that NaN is refused.
+        // Written so that NaN is rejected.
         if !(stretch > 0.0 && stretch.is_finite() && motion.deformation.is_finite()) {
             return Err(invalid("the step inverts the point"));
         }
@@ -153,7 +153,7 @@ impl<L: PrincipalReturn> Hencky<L> {
         Ok(HenckyTrial { elastic, spectrum, strains, stresses, jacobian: old.state.jacobian * stretch })
     }
 
-    /// The step taken whole, whatever its size.
+    /// Updates a point by the whole step, whatever its size.
     ///
     /// # Errors
     /// As [`StressUpdate::update`].
@@ -273,7 +273,7 @@ impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
         substepped_motion(motion, largest, old, |part, from| self.single_step(part, from))
     }
 
-    /// Several points at once where the law can, else one by one.
+    /// Updates several points at once where the law can, else one by one.
     #[inline]
     fn update_batch(
         &self,

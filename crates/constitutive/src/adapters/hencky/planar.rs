@@ -16,7 +16,7 @@ use crate::{
     InitialCondition, Law, Mat3, Material, MaterialError, Motion, Point, PointLaw, StressUpdate, SymTensor,
 };
 
-/// What pressure and deviatoric stress of a law are taken of.
+/// Invariants of a law: tensor that defines pressure and deviatoric stress.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StressInvariants {
@@ -29,7 +29,7 @@ pub enum StressInvariants {
 }
 
 impl StressInvariants {
-    /// Number of dimensions `d` that the trace is over.
+    /// Number of dimensions `d` of the trace.
     pub fn dimensions(self) -> f64 {
         match self {
             Self::Space => 3.0,
@@ -37,7 +37,7 @@ impl StressInvariants {
         }
     }
 
-    /// Constants of which the bulk modulus is that of `d` dimensions, `λ + 2μ/d`, from those of space.
+    /// Elastic constants with the bulk modulus of `d` dimensions, `λ + 2μ/d`, from those of space.
     pub fn elasticity(self, space: Elasticity) -> Elasticity {
         match self {
             Self::Space => space,
@@ -45,7 +45,7 @@ impl StressInvariants {
         }
     }
 
-    /// The law at finite strain with these invariants; its elastic constants are those of [`StressInvariants::elasticity`].
+    /// Wraps a law at finite strain with these invariants; its elastic constants are those of [`StressInvariants::elasticity`].
     pub(crate) fn wrap<L: InvariantReturn>(self, law: L) -> Arc<dyn Material> {
         match self {
             Self::Space => Arc::new(Hencky(law)),
@@ -54,23 +54,23 @@ impl StressInvariants {
     }
 }
 
-/// Pressure and `q` (Pa) where a trial ends, `None` where it stays, and the state there.
+/// Pressure and `q` (Pa) after the return of a trial, `None` for an elastic step, and the new state.
 pub type ReturnResult<S> = Result<(Option<(f64, f64)>, S), MaterialError>;
 
-/// A return map in pressure and deviatoric stress that keeps the directions of the trial's deviator.
+/// Return map in pressure and deviatoric stress that keeps the directions of the trial's deviator.
 pub trait InvariantReturn: PrincipalReturn {
-    /// Pressure and `q` (Pa) where the trial `(p, q)` (Pa) ends, `None` where it stays, and the state there.
+    /// Pressure and `q` (Pa) after the return of the trial `(p, q)` (Pa), `None` for an elastic step, and the new state.
     ///
     /// # Errors
     /// When the local solve fails.
     fn return_invariants(&self, trial: (f64, f64), state: &Self::State) -> ReturnResult<Self::State>;
 }
 
-/// A law at finite strain in the plane; its elastic constants are those of the plane.
+/// Law at finite strain in the plane; its elastic constants are those of the plane.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PlanarHencky<L>(pub(crate) L);
 
-/// Largest shear or stretch across the plane that counts as none.
+/// Largest shear or stretch out of the plane that counts as zero.
 const OUT_OF_PLANE_TOLERANCE: f64 = 1e-12;
 
 impl<L: InvariantReturn> PlanarHencky<L> {
@@ -106,7 +106,7 @@ impl<L: InvariantReturn> PlanarHencky<L> {
             return Ok(old.clone());
         }
         let stretch = f.determinant();
-        // Written so that NaN is refused.
+        // Written so that NaN is rejected.
         if !(stretch > 0.0 && stretch.is_finite() && f.is_finite()) {
             return Err(self.invalid("the step inverts the point"));
         }
@@ -142,7 +142,7 @@ impl<L: InvariantReturn> PlanarHencky<L> {
         })
     }
 
-    /// The point in Kirchhoff stresses.
+    /// Point in Kirchhoff stresses.
     fn inner(point: &Point<HenckyState<L::State>>) -> Point<L::State> {
         Point { stress: point.stress * point.state.jacobian, state: point.state.inner.clone() }
     }
@@ -153,7 +153,7 @@ impl<L: InvariantReturn> Law for PlanarHencky<L> {
         self.0.name()
     }
 
-    /// The axis across the plane is another than those in it.
+    /// Whether the law is isotropic: false, since the out-of-plane axis differs from those in the plane.
     fn is_isotropic(&self) -> bool {
         false
     }

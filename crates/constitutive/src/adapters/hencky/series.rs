@@ -3,16 +3,16 @@
 
 use crate::SymTensor;
 
-/// Terms of the logarithm: the first one left out is below 2⁻⁵⁶ of the tensor at [`MAX_LOG_NORM_SQUARED`].
+/// Number of terms of the logarithm: the next one is below 2⁻⁵⁶ of the tensor at [`MAX_LOG_NORM_SQUARED`].
 const LOG_TERMS: usize = 14;
 
-/// Square of the largest norm of `x` that [`half_log`] is for.
+/// Square of the largest norm of `x` admissible in [`half_log`].
 pub(super) const MAX_LOG_NORM_SQUARED: f64 = 1.0 / 256.0;
 
-/// Terms of the exponential: the first one left out is below 2⁻⁵⁶ of the tensor at [`MAX_EXP_NORM_SQUARED`].
+/// Number of terms of the exponential: the next one is below 2⁻⁵⁶ of the tensor at [`MAX_EXP_NORM_SQUARED`].
 const EXP_TERMS: usize = 13;
 
-/// Square of the largest norm of `2ε` that [`exp_minus_one`] is for.
+/// Square of the largest norm of `2ε` admissible in [`exp_minus_one`].
 pub(super) const MAX_EXP_NORM_SQUARED: f64 = 1.0 / 16.0;
 
 const LOG: [f64; LOG_TERMS] = {
@@ -37,7 +37,7 @@ const EXP: [f64; EXP_TERMS] = {
     terms
 };
 
-/// `x (c₀ + c₁ x + c₂ x² + …)`, by Horner's scheme on the coefficients of `x²`, `x` and `1`, with
+/// Power series `x (c₀ + c₁ x + c₂ x² + …)`, by Horner's scheme on the coefficients of `x²`, `x` and `1`, with
 /// `x³ = I₁ x² - I₂ x + I₃`.
 #[inline(always)]
 fn series<const TERMS: usize>(x: &SymTensor, terms: &[f64; TERMS]) -> SymTensor {
@@ -63,7 +63,7 @@ fn series<const TERMS: usize>(x: &SymTensor, terms: &[f64; TERMS]) -> SymTensor 
     SymTensor([diagonal(0), diagonal(1), diagonal(2), shear(3), shear(4), shear(5)])
 }
 
-/// The same where the third axis is a principal one.
+/// Power series as [`series`] for tensors whose third axis is a principal one.
 #[inline(always)]
 fn planar_series<const TERMS: usize>(x: &SymTensor, terms: &[f64; TERMS]) -> SymTensor {
     let [xx, yy, zz, xy, ..] = x.0;
@@ -77,13 +77,13 @@ fn planar_series<const TERMS: usize>(x: &SymTensor, terms: &[f64; TERMS]) -> Sym
     SymTensor([b * xx + c, b * yy + c, across * zz, b * xy, 0.0, 0.0])
 }
 
-/// `½ ln(1 + x)`.
+/// Half the logarithm, `½ ln(1 + x)`.
 #[inline(always)]
 pub(super) fn half_log<const PLANAR: bool>(x: &SymTensor) -> SymTensor {
     if PLANAR { planar_series(x, &LOG) } else { series(x, &LOG) }
 }
 
-/// `exp(x) - 1`.
+/// Exponential less one, `exp(x) - 1`.
 #[inline(always)]
 pub(super) fn exp_minus_one<const PLANAR: bool>(x: &SymTensor) -> SymTensor {
     if PLANAR { planar_series(x, &EXP) } else { series(x, &EXP) }

@@ -1,8 +1,8 @@
 //! Input of A. Niemunis' incrementalDriver: `parameters.inp`, `initialconditions.inp`, `test.inp`.
 //!
 //! Stress and strain are tension-positive, components 11 22 33 12 13 23 with engineering shear; axis 1
-//! is x. A step of `test.inp` becomes a [`TestStage`] with the same equations; `maxiter` is read and
-//! not needed. The law is not one of the files': it is given beside them.
+//! is x. A step of `test.inp` becomes a [`TestStage`] with equal equations; `maxiter` is read and
+//! ignored. The law is not part of the files: it is given separately.
 
 mod test_steps;
 
@@ -10,46 +10,46 @@ use super::{DriverError, ElementPath, ElementTest, TestProblem, TestStage};
 use crate::MaterialSpec;
 use crate::laws::UmatSpec;
 
-/// The texts of the three files and what does not stand in them.
+/// Input of incrementalDriver: the texts of the three files and the data outside them.
 #[derive(Clone, Debug)]
 pub struct IncrementalInput<'t> {
-    /// Text of `parameters.inp`, where there is one.
+    /// Text of `parameters.inp`, if present.
     pub parameters: Option<&'t str>,
     /// Text of `initialconditions.inp`.
     pub initial: &'t str,
     /// Text of `test.inp`.
     pub test: &'t str,
-    /// The law.
+    /// Material law.
     pub material: MaterialSpec,
-    /// The unit of stress in the files (Pa): 1000 where they are in kPa.
+    /// Unit of stress in the files (Pa): 1000 where they are in kPa.
     pub stress_unit: f64,
 }
 
-/// Properties of a user material, as `parameters.inp` gives them.
+/// Properties of a user material from `parameters.inp`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct UmatProperties {
     /// Name of the material.
     pub name: String,
-    /// Its properties.
+    /// Values of the properties.
     pub values: Vec<f64>,
 }
 
-/// A test as the files describe it.
+/// Test from the files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IncrementalTest {
-    /// The test.
+    /// Element test.
     pub test: ElementTest,
-    /// Of each stage, only every n-th row is wanted.
+    /// Row interval of each stage: only every n-th row is kept.
     pub output_interval: Vec<usize>,
-    /// State variables of `initialconditions.inp`, for laws that take them.
+    /// State variables of `initialconditions.inp`, for laws that use them.
     pub state: Vec<f64>,
-    /// Properties of `parameters.inp`, for laws that take them.
+    /// Properties of `parameters.inp`, for laws that use them.
     pub parameters: UmatProperties,
-    /// Whether the law takes the properties and the state variables of the files: a user material does that has none of its own.
+    /// Whether the law uses the properties and the state variables of the files: user materials without values of their own do.
     pub uses_file_values: [bool; 2],
 }
 
-/// State variables: no user material has more.
+/// Largest number of state variables of a user material.
 const MAX_STATE_VARIABLES: usize = 100_000;
 
 /// Name of the file of properties.
@@ -63,7 +63,7 @@ impl IncrementalTest {
     /// Reads the files.
     ///
     /// # Errors
-    /// What is wrong, each with file and line as its path.
+    /// Problems of the input, each with file and line as its path.
     pub fn read(input: &IncrementalInput<'_>) -> Result<Self, Vec<TestProblem>> {
         let parameters = input.parameters.map_or(Ok(UmatProperties::default()), parameters);
         let initial = initial(input.initial, input.stress_unit);
@@ -91,7 +91,7 @@ impl IncrementalTest {
         Ok(Self { test, output_interval: every, state, parameters, uses_file_values: takes })
     }
 
-    /// Leaves out the rows that are not wanted. The last one of every stage stays.
+    /// Removes unwanted rows. The last one of every stage is kept.
     pub fn remove_unwanted_rows(&self, path: &mut ElementPath) {
         let mut wanted = vec![true];
         for (TestStage { steps, .. }, every) in self.test.stages.iter().zip(&self.output_interval) {
@@ -106,7 +106,7 @@ impl IncrementalTest {
     }
 }
 
-/// Gives a user material what the files hold for it and its own description leaves open; whether it takes their properties and state
+/// Fills the missing values of a user material from the files; returns whether it uses their properties and state
 /// variables.
 fn fill_from_files(
     umat: &mut UmatSpec,
@@ -128,7 +128,7 @@ fn fill_from_files(
     takes
 }
 
-/// A problem of the test at the line of the file that it comes from.
+/// Moves a problem of the test to its line of the file.
 fn in_file(problem: TestProblem, lines: &[usize]) -> TestProblem {
     let TestProblem { path, problem } = problem;
     let stage = path.strip_prefix("stages[").and_then(|rest| rest.split(']').next());
@@ -142,7 +142,7 @@ fn in_file(problem: TestProblem, lines: &[usize]) -> TestProblem {
     TestProblem { path, problem }
 }
 
-/// The lines of a file that hold something, numbered from 1.
+/// Non-blank lines of a file, numbered from 1.
 struct NumberedLines<'t> {
     file: &'static str,
     lines: std::iter::Enumerate<std::str::Lines<'t>>,
@@ -155,7 +155,7 @@ impl<'t> NumberedLines<'t> {
         Self { file, lines: text.lines().enumerate(), number: 0 }
     }
 
-    /// The next line that is not blank.
+    /// Next line that is not blank.
     fn next(&mut self) -> Option<&'t str> {
         for (index, line) in self.lines.by_ref() {
             self.number = index + 1;
@@ -177,7 +177,7 @@ impl<'t> NumberedLines<'t> {
         }
     }
 
-    /// The first `N` numbers of the next line; what follows them is a comment.
+    /// First `N` numbers of the next line; the rest is a comment.
     fn numbers<const N: usize>(&mut self, what: &str) -> Result<[f64; N], TestProblem> {
         let line = self.expect(what)?;
         self.numbers_of(line, what)
@@ -217,13 +217,13 @@ impl<'t> NumberedLines<'t> {
     }
 }
 
-/// Whether a comma stands between two digits: a decimal comma, or two numbers in one word.
+/// Whether a comma is between two digits: a decimal comma, or two numbers in one word.
 fn has_comma(word: &str) -> bool {
     let digit = |c: char| c.is_ascii_digit();
     word.split_once(',').is_some_and(|(head, tail)| head.ends_with(digit) && tail.starts_with(digit))
 }
 
-/// A finite number as Fortran writes it, `1.5d-3` included.
+/// Finite number in Fortran's notation, `1.5d-3` included.
 fn number(word: &str) -> Option<f64> {
     let value: f64 = word.replace(['d', 'D'], "e").parse().ok()?;
     value.is_finite().then_some(value)
@@ -257,7 +257,7 @@ fn initial(text: &str, unit: f64) -> Result<([f64; 6], Vec<f64>), TestProblem> {
         return Err(lines.problem(format!("{count} state variables are more than {MAX_STATE_VARIABLES}")));
     }
     let mut state = Vec::new();
-    // The file may end early: the rest is zero.
+    // The file may end early: missing values are zero.
     while state.len() < count
         && let Some(line) = lines.next()
     {

@@ -1,11 +1,11 @@
-//! The steps of `test.inp`.
+//! Steps of `test.inp`.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 use crate::driver::incremental::{NumberedLines, TEST, TestProblem};
 use crate::driver::{LoadingPath, TestStage};
 
-/// The keywords of steps that are read.
+/// Supported keywords of steps.
 const KEYWORDS: [&str; 14] = [
     "*LinearLoad",
     "*CirculatingLoad",
@@ -23,16 +23,16 @@ const KEYWORDS: [&str; 14] = [
     "*End",
 ];
 
-/// Steps after repetitions: more is a slip of the pen.
+/// Largest number of steps after repetitions: more is taken as a typing error.
 const MAX_STEPS: usize = 100_000;
 
-/// Everything in `test.inp`.
+/// Content of `test.inp`.
 pub(super) struct TestSteps {
     pub(super) title: String,
     pub(super) steps: Vec<TestStep>,
 }
 
-/// A step: the stage, which rows of it are wanted, and the line of its keyword.
+/// Step: the stage, its row interval, and the line of its keyword.
 #[derive(Clone)]
 pub(super) struct TestStep {
     pub(super) stage: TestStage,
@@ -59,7 +59,7 @@ pub(super) fn read_steps(text: &str, unit: f64) -> Result<TestSteps, TestProblem
     Ok(TestSteps { title, steps })
 }
 
-/// The keyword of a line as it stands among those that are read, whatever its capitals and without what follows it as a remark; the line
+/// Supported keyword of a line, irrespective of case and without a remark behind it; the line
 /// itself where there is none, or a condition.
 fn keyword(line: &str) -> &str {
     let word = line.split(|c: char| c.is_whitespace() || c == '#').next().unwrap_or_default();
@@ -104,7 +104,7 @@ fn step(keyword: &str, lines: &mut NumberedLines<'_>, unit: f64) -> Result<TestS
     Ok(TestStep { stage: TestStage { path, steps, duration }, output_interval: every, line })
 }
 
-/// `ninc maxiter deltaTime`, and after a colon which rows are wanted.
+/// Reads `ninc maxiter deltaTime`, and after a colon the row interval.
 fn increment_header(lines: &mut NumberedLines<'_>) -> Result<(usize, f64, usize), TestProblem> {
     let what = "ninc maxiter deltaTime";
     let text = lines.expect(what)?;
@@ -194,16 +194,16 @@ fn deformation(lines: &mut NumberedLines<'_>) -> Result<LoadingPath, TestProblem
     Ok(LoadingPath::DeformationGradient { deformation: f })
 }
 
-/// The quantities that the rows of a load speak of.
+/// Stress and strain variables of the rows of a load.
 #[derive(Clone, Copy)]
 enum StressVariables {
-    /// The components themselves.
+    /// Cartesian components.
     Cartesian,
-    /// `p = -tr T/3`, `q = -T11 + (T22 + T33)/2`, `z = T33 - T22`, and the strains that work on them.
+    /// Roscoe's `p = -tr T/3`, `q = -T11 + (T22 + T33)/2`, `z = T33 - T22`, and the work-conjugate strains.
     Roscoe,
-    /// The same, of unit length: an orthogonal transformation.
+    /// Roscoe's variables normalised to an orthogonal transformation.
     RoscoeIsomorph,
-    /// `-T11`, `-(T22 + T33)/√2`, `(T33 - T22)/√2`.
+    /// Rendulic's `-T11`, `-(T22 + T33)/√2`, `(T33 - T22)/√2`.
     Rendulic,
 }
 
@@ -222,7 +222,7 @@ fn variables(lines: &mut NumberedLines<'_>) -> Result<StressVariables, TestProbl
 }
 
 impl StressVariables {
-    /// Rows that give the stress variables from T11 T22 T33, and the strain variables from ε11 ε22 ε33.
+    /// Rows of the stress variables from T11 T22 T33, and of the strain variables from ε11 ε22 ε33.
     fn rows(self) -> ([[f64; 3]; 3], [[f64; 3]; 3]) {
         let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let (third, s, r3, r6) = (1.0 / 3.0, FRAC_1_SQRT_2, 1.0 / 3f64.sqrt(), 1.0 / 6f64.sqrt());
@@ -244,7 +244,7 @@ impl StressVariables {
     }
 }
 
-/// Six rows of a load, each of stress or of strain.
+/// Six rows of a load, each prescribing stress or strain.
 struct LoadRows {
     variables: StressVariables,
     stress: [bool; 6],
@@ -254,7 +254,7 @@ struct LoadRows {
 }
 
 impl LoadRows {
-    /// All strains kept.
+    /// Rows of zero strain.
     fn zero_strain(variables: StressVariables) -> Self {
         Self { variables, stress: [false; 6], amount: [0.0; 6], amplitude: [0.0; 6], phase: [0.0; 6] }
     }
@@ -267,7 +267,7 @@ impl LoadRows {
                 if self.stress[row] { (&mut stress, of_stress) } else { (&mut strain, of_strain) };
             rows[row][..3].copy_from_slice(&from[row]);
         }
-        // The files' shear is 12 13 23, this crate's xy yz zx; theirs is engineering strain.
+        // The files' shear is 12 13 23, this crate's xy yz zx; the files use engineering strain.
         for (row, column) in [(3, 3), (4, 5), (5, 4)] {
             if self.stress[row] {
                 stress[row][column] = 1.0;

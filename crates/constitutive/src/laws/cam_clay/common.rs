@@ -1,4 +1,4 @@
-//! What both Cam-clays share: constants, state, elastic trial.
+//! Common parts of both Cam-clays: constants, state, elastic trial.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use crate::return_maps::radial_return::RadialTrial;
 use crate::return_maps::substepping::SubstepResult;
 use crate::{MaterialError, Point, SymTensor};
 
-/// Parameters that both Cam-clays share, checked.
+/// Checked parameters common to both Cam-clays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::laws) struct CamClayConstants {
     /// Slope `M` of the critical state line.
@@ -21,7 +21,7 @@ pub(in crate::laws) struct CamClayConstants {
     pub shear: ShearStiffness,
     /// Initial void ratio.
     pub void_ratio: f64,
-    /// Size of the initial surface.
+    /// Size of the initial yield surface.
     pub size: InitialSurfaceSize,
     /// Whether an initial stress outside is moved to the surface.
     pub return_initial_stress_to_yield: bool,
@@ -29,17 +29,17 @@ pub(in crate::laws) struct CamClayConstants {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::laws) enum ShearStiffness {
-    /// `G/K`.
+    /// Ratio `G/K`.
     Ratio(f64),
-    /// `G` (Pa).
+    /// Shear modulus `G` (Pa).
     Modulus(f64),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::laws) enum InitialSurfaceSize {
-    /// `p_c` (Pa).
+    /// Preconsolidation pressure `p_c` (Pa).
     Pressure(f64),
-    /// `p_c` over that of the surface through the initial stress.
+    /// Ratio of `p_c` to that of the surface through the initial stress.
     Ratio(f64),
 }
 
@@ -48,7 +48,7 @@ pub(in crate::laws) enum InitialSurfaceSize {
 pub struct CamClayState {
     /// Pressure `p_c` at the tip of the yield surface (Pa).
     pub preconsolidation_pressure: f64,
-    /// Volume of voids over volume of grains.
+    /// Void ratio: volume of voids over volume of grains.
     pub void_ratio: f64,
     /// Accumulated deviatoric plastic strain.
     pub plastic_strain: f64,
@@ -57,21 +57,21 @@ pub struct CamClayState {
 /// Elastic trial of a step.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::laws) struct CamClayTrial {
-    /// `θ = v/κ`.
+    /// Factor `θ = v/κ`.
     pub theta: f64,
-    /// `χ = v/(λ-κ)`.
+    /// Factor `χ = v/(λ-κ)`.
     pub chi: f64,
     /// Trial pressure (Pa).
     pub pressure: f64,
-    /// `dp_tr/dΔ` (Pa).
+    /// Slope `dp_tr/dΔ` (Pa).
     pub pressure_slope: f64,
     /// Shear modulus of the step (Pa).
     pub shear: f64,
-    /// `dG/dΔ` (Pa).
+    /// Slope `dG/dΔ` (Pa).
     pub shear_slope: f64,
     /// Trial deviator.
     pub radial: RadialTrial,
-    /// `q` of the trial (Pa).
+    /// Deviatoric stress `q` of the trial (Pa).
     pub q: f64,
 }
 
@@ -123,7 +123,7 @@ impl CamClayConstants {
             volume =
                 VolumeStep { pressure: floor, tangent: 0.0, secant, secant_slope: -secant / compression };
         }
-        // The shear modulus keeps the value of the least pressure below it.
+        // At pressures below the least one the shear modulus is constant.
         let least = theta * MIN_PRESSURE;
         let (shear, shear_slope) = match self.shear {
             ShearStiffness::Modulus(modulus) => (modulus, 0.0),
@@ -135,7 +135,7 @@ impl CamClayConstants {
         CamClayTrial { theta, chi, pressure, pressure_slope, shear, shear_slope, radial, q: radial.q() }
     }
 
-    /// The point after an elastic step.
+    /// Point after an elastic step.
     pub(in crate::laws) fn elastic(
         &self,
         trial: &CamClayTrial,
@@ -150,7 +150,7 @@ impl CamClayConstants {
         }
     }
 
-    /// See [`SmallStrain::wave_modulus`].
+    /// Upper bound of the wave modulus (Pa), see [`SmallStrain::wave_modulus`].
     pub(in crate::laws) fn wave_modulus(&self, point: &Point<CamClayState>) -> f64 {
         let p = point.stress.pressure().max(MIN_PRESSURE);
         let bulk = (1.0 + point.state.void_ratio) * p / self.swelling;
@@ -162,7 +162,7 @@ impl CamClayConstants {
     }
 }
 
-/// Names of the scalars of the Cam-clays.
+/// Names of the output scalars of the Cam-clays.
 pub(in crate::laws) const OUTPUTS: &[&str] = &["void_ratio", "preconsolidation_pressure", "plastic_strain"];
 
 impl CamClayState {

@@ -20,7 +20,7 @@ pub use return_map::CamClayReturn;
 
 const NAME: &str = "modified-cam-clay";
 
-/// The law. See the module's head for source and limits.
+/// Modified Cam-clay law. See the module's head for source and limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CamClay {
     constants: CamClayConstants,
@@ -48,7 +48,7 @@ impl PointLaw for CamClay {
         self.constants.wave_modulus(point)
     }
 
-    /// `f/p_c`, so that it is a stress.
+    /// Yield function `f/p_c` (Pa), scaled to a stress.
     fn yield_value(&self, point: &Point<CamClayState>) -> Option<f64> {
         let size = point.state.preconsolidation_pressure;
         Some(self.yield_function(point.stress.pressure(), point.stress.q(), size) / size)

@@ -1,4 +1,4 @@
-//! Parameters of the Cam-clays as a case file gives them.
+//! Parameters of the Cam-clays in a case file.
 
 use std::sync::Arc;
 
@@ -54,7 +54,7 @@ impl CamClaySpec {
         Ok(CamClay { constants: self.constants()? })
     }
 
-    /// Checks the ranges.
+    /// Checks the ranges and returns the constants.
     pub(in crate::laws) fn constants(&self) -> Result<CamClayConstants, MaterialError> {
         positive("critical_state_slope", self.critical_state_slope, "")?;
         positive("swelling_slope", self.swelling_slope, "")?;

@@ -1,4 +1,4 @@
-//! The implicit return of a step (sheet: constitutive §3.7.5) and its tangent.
+//! Implicit return map of a step (sheet: constitutive §3.7.5) and its tangent.
 
 use super::{CamClay, CamClayState, NAME};
 use crate::laws::cam_clay::common::CamClayTrial;
@@ -6,10 +6,10 @@ use crate::return_maps::scalar_roots::{drop_round_off, falling_root};
 use crate::return_maps::substepping::SubstepResult;
 use crate::{Mat3, MaterialError, Point, SymTensor, Tangent};
 
-/// Round-off of a stress that lies on the yield surface, relative to the terms of the yield function.
+/// Round-off tolerance of a stress on the yield surface, relative to the terms of the yield function.
 const ON_SURFACE: f64 = 64.0 * f64::EPSILON;
 
-/// Where the return of a step ends.
+/// Result of the return of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CamClayReturn {
     /// Pressure (Pa).
@@ -23,13 +23,13 @@ pub struct CamClayReturn {
 }
 
 impl CamClay {
-    /// `q²/M² + p (p - p_c)` (Pa²).
+    /// Yield function `q²/M² + p (p - p_c)` (Pa²).
     #[inline]
     pub fn yield_function(&self, pressure: f64, q: f64, preconsolidation_pressure: f64) -> f64 {
         (q / self.constants.critical).powi(2) + pressure * (pressure - preconsolidation_pressure)
     }
 
-    /// The plastic volume compression that goes with a multiplier: root of
+    /// Plastic volume compression of a multiplier: root of
     /// `x = Δλ (2p - p_c)`, `p = p_tr exp(-θ x)`, `p_c = p_cn exp(χ x)`. Returns it with `p` and `p_c`.
     fn plastic_compression(trial: &CamClayTrial, size: f64, multiplier: f64, start: f64) -> Option<[f64; 3]> {
         let at = |x: f64| (trial.pressure * (-trial.theta * x).exp(), size * (trial.chi * x).exp());
@@ -50,7 +50,7 @@ impl CamClay {
         Some([x, p, p_c])
     }
 
-    /// The return of a trial; `None` where the trial is elastic.
+    /// Return of a trial; `None` where the trial is elastic.
     fn return_map(&self, trial: &CamClayTrial, size: f64) -> Result<Option<CamClayReturn>, MaterialError> {
         let m2 = self.constants.critical.powi(2);
         let (p_tr, q_tr) = (trial.pressure, trial.q);
@@ -79,7 +79,7 @@ impl CamClay {
             let value = drop_round_off(self.yield_function(p, q, p_c), q * q / m2 + p * (p + p_c));
             (value, slope, [p, q, p_c, multiplier])
         };
-        // A multiplier that is large enough: the return ends inside as it grows.
+        // A sufficiently large multiplier: with growing multiplier the return ends inside.
         let (value, slope, _) = at(0.0);
         let mut low = 0.0;
         let mut high = (-value / slope).clamp(1e-12, 1.0);
@@ -98,7 +98,7 @@ impl CamClay {
         Ok(Some(CamClayReturn { pressure, q, preconsolidation_pressure, multiplier }))
     }
 
-    /// One step: the return and the new point.
+    /// Updates a point by one step: the return and the new point.
     pub(super) fn step(
         &self,
         strain: &SymTensor,
@@ -117,7 +117,7 @@ impl CamClay {
         Ok(advance)
     }
 
-    /// The return of a step (sheet: constitutive §3.7.5); `None` where the step is elastic.
+    /// Return of a step (sheet: constitutive §3.7.5); `None` where the step is elastic.
     ///
     /// # Errors
     /// When the local solve fails.
@@ -154,7 +154,7 @@ impl CamClay {
         let by_volume =
             [trial.pressure_slope / trial.pressure + theta * flow * softer, -chi * flow * softer, 0.0];
         let by_volume = inverse.apply(by_volume);
-        // q²/M² by the trial deviator.
+        // Derivative of q²/M² by the trial deviator.
         let by_deviator = inverse.apply([0.0, 0.0, -1.0]);
         let deviator = trial.radial.slope(&(trial.radial.deviator * (3.0 * keep * keep / m2)));
         let slope = |row: usize| unit * -by_volume[row] + deviator * by_deviator[row];
@@ -162,7 +162,7 @@ impl CamClay {
     }
 }
 
-/// `q/q_tr = 1/(1 + 6 G Δλ/M²)`.
+/// Ratio `q/q_tr = 1/(1 + 6 G Δλ/M²)`.
 fn deviator_scale(m2: f64, trial: &CamClayTrial, multiplier: f64) -> f64 {
     1.0 / (1.0 + 6.0 * trial.shear * multiplier / m2)
 }

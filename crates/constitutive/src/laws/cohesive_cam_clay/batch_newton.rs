@@ -1,21 +1,21 @@
-//! The return of several trials at once: Newton's method for plastic volumetric strain and multiplier together (sheet:
-//! snow-mpm §3.9). What it does not settle is left to the bracketed solve.
+//! Return of several trials at once: Newton's method for plastic volumetric strain and multiplier together (sheet:
+//! snow-mpm §3.9). Returns that do not converge fall back to the bracketed solve.
 
 use crate::adapters::hencky::any;
 
 use crate::laws::cohesive_cam_clay::{CamClayIntegration, CohesiveCamClay, CohesiveCamClayState};
 
-/// Iterations before a return is left to the bracketed solve; three to five are usual.
+/// Largest number of iterations before the bracketed solve; three to five are usual.
 const ITERATIONS: usize = 14;
 
-/// Change of stress in an iteration, over the size of the surface, after which the next one is beyond round-off:
+/// Relative change of stress (over the size of the surface) in an iteration, after which the next change is below round-off:
 /// convergence is quadratic.
 const CONVERGENCE_TOLERANCE: f64 = 3e-8;
 
-/// Largest `ξ max(-ε, 0)` of the series of the hyperbolic functions.
+/// Largest argument `ξ max(-ε, 0)` of the series of the hyperbolic functions.
 pub(super) const MAX_HYPERBOLIC_ARGUMENT: f64 = 4.0;
 
-/// Quotients of neighbouring terms of the series of `sinh x / x` and of `cosh x`, the last ones first.
+/// Ratios of consecutive terms of the series of `sinh x / x` and of `cosh x`, the last ones first.
 const SERIES: [[f64; 2]; 7] = {
     let mut quotients = [[0.0; 2]; 7];
     let mut i = 0;
@@ -27,7 +27,7 @@ const SERIES: [[f64; 2]; 7] = {
     quotients
 };
 
-/// `sinh` and `cosh` of `0 <= x <= 4`, to some digits of round-off, without branches.
+/// Computes `sinh` and `cosh` of `0 <= x <= 4`, accurate to a few units of round-off, without branches.
 #[inline(always)]
 pub(super) fn hyperbolic(x: f64) -> (f64, f64) {
     let r = 0.125 * x;
@@ -44,7 +44,7 @@ pub(super) fn hyperbolic(x: f64) -> (f64, f64) {
     (s, c)
 }
 
-/// Trials in invariants, and where they end.
+/// Trials in invariants, replaced by their returns.
 pub(super) struct InvariantBatch<const N: usize> {
     /// Mean pressure (Pa), trial at first.
     pub(super) pressure: [f64; N],
@@ -52,11 +52,11 @@ pub(super) struct InvariantBatch<const N: usize> {
     pub(super) q: [f64; N],
     /// Plastic volumetric strain of the step.
     pub(super) volumetric: [f64; N],
-    /// Plastic multiplier (1/Pa); infinite where no stress is left.
+    /// Plastic multiplier (1/Pa); infinite where the stress vanishes.
     pub(super) multiplier: [f64; N],
-    /// One where the trial yields, else zero.
+    /// Flag of yielding: one where the trial yields, else zero.
     pub(super) yields: [f64; N],
-    /// One where the return is left to the bracketed solve, else zero.
+    /// Flag of the bracketed solve: one where the return falls back to it, else zero.
     pub(super) fallback: [f64; N],
 }
 
@@ -67,7 +67,7 @@ impl<const N: usize> InvariantBatch<N> {
     }
 }
 
-/// What is the same for all points of a material.
+/// Constants of the iteration, equal for all points of a material.
 #[derive(Clone, Copy)]
 struct NewtonConstants {
     slope: f64,
@@ -75,19 +75,19 @@ struct NewtonConstants {
     bulk: f64,
     factor: f64,
     yield_tolerance: f64,
-    /// `2 K M²` and `6 μ`.
+    /// Rates `2 K M²` and `6 μ`.
     rates: (f64, f64),
     implicit: f64,
 }
 
-/// A point during the iteration.
+/// Data of a point during the iteration.
 #[derive(Clone, Copy)]
 struct NewtonPoint {
-    /// The trial.
+    /// Trial pressure (Pa).
     pressure: f64,
-    /// `√(1 + 2β)` times that of the trial.
+    /// Trial deviatoric stress times `√(1 + 2β)` (Pa).
     scaled_q: f64,
-    /// `-ε` or what takes its place, at the start.
+    /// Hardening strain `-ε` or its equivalent at the start.
     strain: f64,
     /// Cohesion ratio of the point.
     cohesion: f64,
@@ -96,13 +96,13 @@ struct NewtonPoint {
     by_size: f64,
 }
 
-/// Several points, number by number.
+/// Data of several points, one array for each number.
 struct NewtonPoints<const N: usize> {
     pressure: [f64; N],
     q: [f64; N],
     strain: [f64; N],
     cohesion: [f64; N],
-    /// `√(1 + 2β)`.
+    /// Factor `√(1 + 2β)`.
     root: [f64; N],
     by_volume: [f64; N],
     by_size: [f64; N],
@@ -122,7 +122,7 @@ impl<const N: usize> NewtonPoints<N> {
     }
 }
 
-/// Centre, radius and place of a trial against the surface of the start of the step.
+/// Centre and radius of the surface at the start of the step, and position of a trial relative to it.
 struct TrialDistance {
     centre: f64,
     radius: f64,
@@ -130,7 +130,7 @@ struct TrialDistance {
     norm: f64,
 }
 
-/// The conditions at a guess.
+/// Values of the two conditions at an iterate.
 struct ConditionValues {
     centre: f64,
     radius: f64,
@@ -144,14 +144,14 @@ struct ConditionValues {
 }
 
 impl NewtonConstants {
-    /// `p0` and its slope with the hardening strain.
+    /// Strength `p0` (Pa) and its slope with the hardening strain.
     #[inline(always)]
     fn strength(&self, strain: f64) -> (f64, f64) {
         let (s, c) = hyperbolic(self.factor * (-strain).max(0.0).min(MAX_HYPERBOLIC_ARGUMENT / self.factor));
         (self.bulk * s, if strain < 0.0 { -self.bulk * self.factor * c } else { 0.0 })
     }
 
-    /// A trial against the surface of the start of the step.
+    /// Distance of a trial from the surface at the start of the step.
     #[inline(always)]
     fn trial_distance(&self, point: &NewtonPoint) -> TrialDistance {
         let (p0, _) = self.strength(point.strain);
@@ -161,7 +161,7 @@ impl NewtonConstants {
         TrialDistance { centre, radius, x, norm: (x * x + y * y).sqrt() }
     }
 
-    /// Value and derivatives (by volumetric strain and multiplier) of the flow rule and of the yield condition.
+    /// Computes value and derivatives (by volumetric strain and multiplier) of the flow rule and of the yield condition.
     #[inline(always)]
     fn condition_values(&self, point: &NewtonPoint, volumetric: f64, gamma: f64) -> ConditionValues {
         let beta = point.cohesion;
@@ -219,7 +219,7 @@ impl CohesiveCamClay {
         }
     }
 
-    /// Returns trials in invariants and steps the states of those that yield. Points that are left are untouched.
+    /// Returns trials in invariants and updates the states of those that yield. Points that fall back are unchanged.
     #[inline(always)]
     pub(super) fn return_invariant_batch<const N: usize>(
         &self,
@@ -244,7 +244,7 @@ impl CohesiveCamClay {
         }
     }
 
-    /// State after a return that takes `volumetric` and, of the deviatoric stress, `lost` (Pa).
+    /// Updates the state after a return with the plastic strain `volumetric` and the loss `lost` (Pa) of deviatoric stress.
     pub(super) fn advance(&self, state: &mut CohesiveCamClayState, volumetric: f64, lost: f64) {
         state.hardening_strain = self.hardening_strain_after(state, volumetric);
         state.volumetric += volumetric;
@@ -285,7 +285,7 @@ impl CohesiveCamClay {
         points
     }
 
-    /// Which points yield.
+    /// Flags the points that yield.
     #[inline(never)]
     fn find_yielding<const N: usize>(
         constants: &NewtonConstants,
@@ -300,8 +300,8 @@ impl CohesiveCamClay {
         }
     }
 
-    /// Which of the points that yield lose all stress and which are left; where the others, which it tells, start: at the return
-    /// with frozen strength.
+    /// Sets the initial guess, the return with frozen strength, of points that yield; flags those that lose all stress and those
+    /// that fall back. Returns the flags of the points to iterate.
     #[inline(never)]
     fn initial_guess<const N: usize>(
         constants: &NewtonConstants,
@@ -320,7 +320,7 @@ impl CohesiveCamClay {
                 .max((point.scaled_q * inverse - 1.0) / b)
                 .max((norm * inverse - 1.0) / a.max(b));
             let taken = a * gamma / (1.0 + a * gamma);
-            // Without softening: the strain takes all of p0, or there is none and no gap to close.
+            // Without softening: the strain consumes all of p0, or p0 is zero and no gap is to be closed.
             let strained = -point.pressure / constants.bulk;
             let emptied =
                 (constants.implicit > 0.0) & (distance < 0.0) & (strained >= (-point.strain).max(0.0));
@@ -329,7 +329,7 @@ impl CohesiveCamClay {
                 (norm < f64::MAX) & (point.by_size == 0.0) & if radius == 0.0 { gaping } else { emptied };
             returns.multiplier[i] = if freed { f64::INFINITY } else { gamma };
             returns.volumetric[i] = if freed { strained } else { -distance * taken / constants.bulk };
-            // Volumetric strain at which nothing of p0 is left; compaction of a slab has none.
+            // Volumetric strain at which p0 vanishes; compaction of a slab has none.
             let dilates = distance < 0.0;
             let end = -point.strain / if point.by_size > 0.0 { point.by_size } else { 1.0 };
             let ends = (constants.implicit > 0.0) & (dilates | (point.by_size > 0.0));
@@ -337,7 +337,7 @@ impl CohesiveCamClay {
             let offered = if (point.pressure < 0.0) == dilates { offered } else { -offered };
             let reaches = ends & (offered >= end);
             let moving = (constants.implicit > 0.0) & (constants.cohesion_ratio > 1.0);
-            // Written so that NaN is left.
+            // Written so that NaN falls back.
             let fine = (norm < f64::MAX)
                 & (radius > 0.0)
                 & (distance != 0.0)
@@ -350,7 +350,7 @@ impl CohesiveCamClay {
         active
     }
 
-    /// Newton's method; points that do not settle are left.
+    /// Iterates by Newton's method; points that do not converge fall back.
     #[inline(never)]
     fn iterate<const N: usize>(
         constants: &NewtonConstants,
@@ -372,7 +372,7 @@ impl CohesiveCamClay {
                 let (a, b) = (constants.rates.0, constants.rates.1 * (1.0 + 2.0 * point.cohesion));
                 let change =
                     constants.slope * constants.bulk * dx.abs() + (a * x.abs() * u + b * y * v) * dg.abs();
-                // The side of flow does not change, and p0 stays above zero.
+                // The direction of flow does not change, and p0 remains above zero.
                 let next = volumetric + dx;
                 let next = if next * volumetric < 0.0 { 0.1 * volumetric } else { next };
                 let left = point.strain + (point.by_volume + point.by_size * next.signum()) * next;
@@ -382,7 +382,7 @@ impl CohesiveCamClay {
                 let going = active[i] > 0.0;
                 returns.volumetric[i] = if going { next } else { volumetric };
                 returns.multiplier[i] = if going { multiplier } else { gamma };
-                // A slope of the other sign: the return may have several ends.
+                // A slope of the other sign: the return may have several solutions.
                 wrong[i] += if going & !(determinant < 0.0) { 1.0 } else { 0.0 };
                 active[i] = if going & !(change <= CONVERGENCE_TOLERANCE * radius) { 1.0 } else { 0.0 };
             }
@@ -396,7 +396,7 @@ impl CohesiveCamClay {
         }
     }
 
-    /// The stresses where the returns end.
+    /// Computes the stresses of the returns.
     #[inline(never)]
     fn finish<const N: usize>(
         constants: &NewtonConstants,

@@ -3,17 +3,17 @@
 //!
 //! In Kirchhoff stress `τ` with `p = -tr τ / 3` and `q = √(3/2 s:s)`:
 //! `y = (1 + 2β) q² + M² (p + β p0)(p - p0) ≤ 0`, associated flow, linear elasticity in logarithmic strain.
-//! Slab: `p0 = K sinh(ξ max(-ε, 0))` with the plastic volumetric strain `ε = ln det F_P`: packing hardens,
-//! dilation softens. Weak layer: an anticrack strain takes the place of `ε`, which grows by `α |dε|`
+//! Slab: `p0 = K sinh(ξ max(-ε, 0))` with the plastic volumetric strain `ε = ln det F_P`: compaction hardens,
+//! dilation softens. Weak layer: an anticrack strain replaces `ε`, which grows by `α |dε|`
 //! until it reaches zero; there the layer has collapsed, cohesion and `p0` vanish, and from then on it
-//! packs like a cohesionless slab.
+//! hardens like a cohesionless slab.
 //!
 //! The return is implicit in `p0`, or explicit with the `p0` of the start of the step
 //! ([`CamClayIntegration`]): Newton's method for plastic volumetric strain and multiplier together, a bracketed solve
-//! where it does not settle. A collapse within a step releases the stress;
-//! what is left of the trial's compaction packs the debris, its deviator is lost. With
-//! invariants of the plane (`d = 2`) the same in two dimensions, see [`StressInvariants`](crate::laws::StressInvariants). Limits: softening has no length of its own; where
-//! `α ξ cosh(ξ x0) ≥ 1` the weak layer snaps, that is, loses its stress at once under controlled strain.
+//! where it does not converge. A collapse within a step releases the stress;
+//! the rest of the trial's compaction compacts the debris, its deviator is lost. With
+//! invariants of the plane (`d = 2`) the law is that of two dimensions, see [`StressInvariants`](crate::laws::StressInvariants).
+//! Limits: softening has no internal length; where `α ξ cosh(ξ x0) ≥ 1` the weak layer loses its stress at once under controlled strain.
 
 mod batch_newton;
 mod parameters;
@@ -36,12 +36,12 @@ use crate::laws::cohesive_cam_clay::yield_ellipse::{HardeningReturn, ReturnCondi
 pub use crate::laws::cohesive_cam_clay::yield_ellipse::{EllipseReturn, YieldEllipse};
 pub use parameters::{CamClayHardening, CamClayIntegration, CohesiveCamClaySpec};
 
-/// Iterations of the bracketed return before it only halves; up to a dozen are usual.
+/// Number of Newton iterations of the bracketed return before it only bisects; up to a dozen are usual.
 const NEWTON: usize = 60;
 
 const NAME: &str = "cohesive-cam-clay";
 
-/// The law, in small strain; [`CohesiveCamClaySpec`] builds it on logarithmic strains. See the module's
+/// Cohesive Cam Clay law, in small strain; [`CohesiveCamClaySpec`] builds it on logarithmic strains. See the module's
 /// head for source and limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CohesiveCamClay {
@@ -52,27 +52,27 @@ pub struct CohesiveCamClay {
 /// Internal variables of [`CohesiveCamClay`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CohesiveCamClayState {
-    /// What `p0` follows: plastic volumetric strain of a slab (less that which gives the initial `p0`), of a
-    /// weak layer its anticrack strain; negative where there is strength.
+    /// Hardening strain of `p0`: plastic volumetric strain of a slab (less that of the initial `p0`), anticrack strain of a
+    /// weak layer; negative where there is strength.
     pub hardening_strain: f64,
     /// Plastic volumetric strain since the start, expansion positive.
     pub volumetric: f64,
-    /// `∫ √(2/3 dε^p : dε^p)` of the deviatoric plastic strain.
+    /// Deviatoric plastic strain `∫ √(2/3 dε^p : dε^p)`.
     pub deviatoric: f64,
-    /// True for a weak layer after its collapse.
+    /// Whether a weak layer has collapsed.
     pub collapsed: bool,
 }
 
-/// Where a step ends.
+/// Result of the return of a step.
 enum ReturnEnd {
     Elastic,
-    /// Without stress.
+    /// Return to zero stress.
     StressFree,
     Surface(HardeningReturn),
 }
 
 impl CohesiveCamClay {
-    /// The hardening strain of the initial strength, `-asinh(p0/K)/ξ`.
+    /// Hardening strain of the initial strength, `-asinh(p0/K)/ξ`.
     pub fn initial_strain(&self) -> f64 {
         let ratio = self.spec.compressive_strength / self.elasticity.bulk_modulus;
         -ratio.asinh() / self.spec.hardening_factor
@@ -94,7 +94,7 @@ impl CohesiveCamClay {
         }
     }
 
-    /// The yield surface of a state.
+    /// Yield surface of a state.
     pub fn ellipse(&self, state: &CohesiveCamClayState) -> YieldEllipse {
         YieldEllipse {
             slope: self.spec.critical_state_slope,
@@ -103,7 +103,7 @@ impl CohesiveCamClay {
         }
     }
 
-    /// Anticrack strain per plastic volumetric strain, of a weak layer that still stands.
+    /// Anticrack strain per plastic volumetric strain, of a weak layer before its collapse.
     fn softening(&self, state: &CohesiveCamClayState) -> Option<f64> {
         match self.spec.hardening {
             CamClayHardening::WeakLayer { softening_factor } if !state.collapsed => Some(softening_factor),
@@ -116,14 +116,14 @@ impl CohesiveCamClay {
         state.hardening_strain + grown
     }
 
-    /// The return at a guess of the plastic volumetric strain.
+    /// Return at a guess of the plastic volumetric strain.
     fn surface(&self, trial: (f64, f64), state: &CohesiveCamClayState, volumetric: f64) -> HardeningReturn {
         let surface = self.surface_at(trial, state, volumetric);
         let projection = surface.ellipse.return_map(&self.elasticity, trial.0, trial.1);
         HardeningReturn { projection, ..surface }
     }
 
-    /// The surface after the plastic volumetric strain `volumetric`, nothing returned to it yet.
+    /// Surface after the plastic volumetric strain `volumetric`, before any return to it.
     fn surface_at(
         &self,
         trial: (f64, f64),
@@ -137,7 +137,7 @@ impl CohesiveCamClay {
         HardeningReturn { ellipse, hardening: slope * rate, trial, projection }
     }
 
-    /// Return of a trial `(p, q)` (Pa): where it ends, and the state there.
+    /// Return of a trial `(p, q)` (Pa) and the state after it.
     fn return_map(
         &self,
         trial: (f64, f64),
@@ -173,15 +173,15 @@ impl CohesiveCamClay {
         Ok((ReturnEnd::Surface(surface), new[0]))
     }
 
-    /// As [`CohesiveCamClay::return_map`], by one bracketed unknown: the plastic volumetric strain of the step, around the
-    /// projection onto an ellipse of given size. Also for trials that take all of the strength.
+    /// Return as [`CohesiveCamClay::return_map`], by one bracketed unknown: the plastic volumetric strain of the step, around the
+    /// projection onto an ellipse of given size. Also for trials that consume all of the strength.
     fn return_map_bracketed(
         &self,
         trial: (f64, f64),
         state: &CohesiveCamClayState,
     ) -> Result<(ReturnEnd, CohesiveCamClayState), MaterialError> {
         let frozen = self.ellipse(state);
-        // Round-off of a strain is not flow: a weak layer may snap at any overshoot.
+        // Round-off of a strain does not count as flow: a weak layer may lose its stress at any overshoot.
         let fuzz = 1e-14 * frozen.slope * self.elasticity.bulk_modulus;
         let excess = frozen.yield_value(trial.0, trial.1);
         if excess <= fuzz {
@@ -195,7 +195,7 @@ impl CohesiveCamClay {
             return Ok(self.return_map_fixed_strength(&frozen, trial, state, offered));
         }
         let first = frozen.return_map(&self.elasticity, trial.0, trial.1).volumetric;
-        // Plastic volumetric strain at which nothing of p0 is left.
+        // Plastic volumetric strain at which p0 vanishes.
         let end = match self.softening(state) {
             Some(factor) => Some((-state.hardening_strain / factor).copysign(first)),
             None if first >= 0.0 => Some((-state.hardening_strain).max(0.0)),
@@ -221,7 +221,7 @@ impl CohesiveCamClay {
         Ok((ReturnEnd::Surface(surface), new))
     }
 
-    /// The return to the surface of the start of the step; without strength no stress is left.
+    /// Return to the surface of the start of the step; without strength the stress vanishes.
     fn return_map_fixed_strength(
         &self,
         frozen: &YieldEllipse,
@@ -238,7 +238,7 @@ impl CohesiveCamClay {
         (ReturnEnd::Surface(HardeningReturn { ellipse: *frozen, hardening: 0.0, trial, projection }), new)
     }
 
-    /// All of the trial strain, `offered` of it volumetric, is plastic; no stress is left.
+    /// State after a fully plastic trial strain, `offered` of it volumetric, without stress.
     fn stress_free_state(
         &self,
         trial: (f64, f64),
@@ -254,8 +254,8 @@ impl CohesiveCamClay {
         (ReturnEnd::StressFree, new)
     }
 
-    /// The layer collapses after the plastic volumetric strain `end` (eq. 2.18): no stress, no cohesion;
-    /// what is left of the volumetric strain `offered` opens a gap or packs the debris.
+    /// Collapse of the layer after the plastic volumetric strain `end` (eq. 2.18): no stress, no cohesion;
+    /// the rest of the volumetric strain `offered` opens a gap or compacts the debris.
     fn collapsed(
         &self,
         trial: (f64, f64),
@@ -271,14 +271,14 @@ impl CohesiveCamClay {
             return Ok(self.stress_free_state((pressure, 0.0), &debris, left));
         }
         match self.return_map((pressure, 0.0), &debris)? {
-            // Too little to tell from nothing.
+            // Too small to differ from zero.
             (ReturnEnd::Elastic, _) => Ok(self.stress_free_state((pressure, 0.0), &debris, left)),
             landed => Ok(landed),
         }
     }
 
-    /// A compaction that hardens more than the return asks for, from that at frozen strength: enough by
-    /// itself unless the centre of the surface moves into tension as it grows, that is for `β > 1`.
+    /// Upper bound of the compaction, from that at frozen strength, with more hardening than the return needs: valid
+    /// at once unless the centre of the surface moves into tension as it grows, that is for `β > 1`.
     fn sufficient_compaction(&self, trial: (f64, f64), state: &CohesiveCamClayState, first: f64) -> f64 {
         let mut bound = first;
         for _ in 0..60 {
@@ -290,8 +290,8 @@ impl CohesiveCamClay {
         bound
     }
 
-    /// The plastic volumetric strain that reproduces itself when `p0` is taken at its end, between nothing
-    /// and `bound`: Newton's method kept inside a shrinking bracket.
+    /// Fixed point of the plastic volumetric strain with `p0` at the end of the step, between zero
+    /// and `bound`: Newton's method inside a shrinking bracket.
     fn solve(
         &self,
         trial: (f64, f64),
@@ -303,7 +303,7 @@ impl CohesiveCamClay {
         let small = 0.1 * f64::EPSILON * (trial.0.abs() + trial.1) / self.elasticity.bulk_modulus;
         let mut x = 0.0;
         for iteration in 0..200 {
-            // At nothing the sign of a softening's slope is that of the flow to come.
+            // At zero the sign of a softening's slope is that of the subsequent flow.
             let side = if x == 0.0 { f64::MIN_POSITIVE.copysign(first) } else { x };
             let surface = self.surface(trial, state, side);
             let mapped = surface.projection.volumetric;
@@ -324,7 +324,7 @@ impl CohesiveCamClay {
                 1.0
             };
             let newton = x - residual / slope;
-            // Near the end round-off of the map may turn steps of Newton's method to and fro: the bracket closes by halves then.
+            // Near the end round-off of the map may make steps of Newton's method alternate: the bracket is then bisected.
             let inside = newton > low && newton < high && iteration < NEWTON;
             let next = if inside { newton } else { 0.5 * (low + high) };
             if (next - x).abs() <= f64::EPSILON * x.abs() + small {

@@ -1,4 +1,4 @@
-//! Parameters of `cohesive-cam-clay` and the law they make.
+//! Parameters of `cohesive-cam-clay` and construction of the law.
 
 use std::sync::Arc;
 
@@ -31,10 +31,10 @@ pub struct CohesiveCamClaySpec {
     pub compressive_strength: f64,
     /// How fast `p0` follows the plastic volumetric strain, ξ, > 0.
     pub hardening_factor: f64,
-    /// What changes `p0`.
+    /// Hardening variable of `p0`.
     #[serde(default)]
     pub hardening: CamClayHardening,
-    /// What the invariants are taken of.
+    /// Tensor of the invariants.
     #[serde(default)]
     pub invariants: StressInvariants,
     /// Whose `p0` a step returns to.
@@ -59,7 +59,7 @@ pub enum CamClayIntegration {
     Explicit,
 }
 
-/// What changes the isotropic compressive strength of `cohesive-cam-clay`.
+/// Hardening rule: change of the isotropic compressive strength of `cohesive-cam-clay`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum CamClayHardening {
@@ -98,7 +98,7 @@ impl CohesiveCamClaySpec {
 }
 
 impl CohesiveCamClaySpec {
-    /// Warns of strengths that the elasticity or the softening does not go with (sheet: snow-mpm §7, P9).
+    /// Warns of strengths that do not match the elasticity or the softening (sheet: snow-mpm §7, P9).
     fn warn_of_strength(&self, warnings: &mut Vec<String>) {
         let Ok(law) = self.law() else { return };
         let (strength, bulk) = (self.compressive_strength, law.elasticity.bulk_modulus);

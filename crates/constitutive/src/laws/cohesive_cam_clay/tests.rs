@@ -1,4 +1,4 @@
-//! The return of several points at once against the bracketed solve.
+//! Tests of the return of several points at once against the bracketed solve.
 
 use proptest::prelude::*;
 
@@ -9,7 +9,7 @@ use super::{
 use crate::Model;
 use crate::laws::cohesive_cam_clay::batch_newton::{InvariantBatch, MAX_HYPERBOLIC_ARGUMENT, hyperbolic};
 
-/// The samples, and snow of soft and hard slabs and of a brittle layer.
+/// Laws of the samples, and snow of soft and hard slabs and of a brittle layer.
 fn laws() -> Vec<CohesiveCamClay> {
     let sample = CohesiveCamClaySpec::examples().remove(0);
     let snow = |p0, m, beta, xi, hardening| CohesiveCamClaySpec {
@@ -40,7 +40,7 @@ fn laws() -> Vec<CohesiveCamClay> {
     all.iter().map(|spec| spec.law().unwrap()).collect()
 }
 
-/// A trial and a state: `p0` over that at the start, and the trial's overshoot of it.
+/// State of a given strength: `p0` over that at the start.
 fn state(law: &CohesiveCamClay, strength: f64, collapsed: bool) -> CohesiveCamClayState {
     let ratio = strength * law.spec.compressive_strength / law.elasticity.bulk_modulus;
     let hardening_strain = -ratio.asinh() / law.spec.hardening_factor;
@@ -97,7 +97,7 @@ proptest! {
                 let strains = (new.hardening_strain - old.hardening_strain).abs() + (new.volumetric - old.volumetric).abs();
                 prop_assert!(strains <= 1e-10 * (new.volumetric.abs() + size / law.elasticity.bulk_modulus));
                 prop_assert_eq!(new.collapsed, old.collapsed);
-                // On the surface that the step leaves behind.
+                // On the surface at the end of the step.
                 let y = quick.ellipse.yield_value(a.pressure, a.q);
                 prop_assert!(y.abs() <= 1e-12 * quick.ellipse.radius(), "{y}");
             }

@@ -1,8 +1,8 @@
-//! The yield surface of Cohesive Cam Clay: an ellipse in pressure and deviatoric stress, and the return to it.
+//! Yield surface of Cohesive Cam Clay: an ellipse in pressure and deviatoric stress, and the return to it.
 
 use crate::laws::Elasticity;
 
-/// The yield surface at some compressive strength.
+/// Yield surface at some compressive strength.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct YieldEllipse {
     /// Slope `M`.
@@ -13,7 +13,7 @@ pub struct YieldEllipse {
     pub strength: f64,
 }
 
-/// Where a projection onto an [`YieldEllipse`] ends.
+/// Result of a projection onto an [`YieldEllipse`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EllipseReturn {
     /// Mean pressure (Pa).
@@ -31,18 +31,18 @@ impl YieldEllipse {
         0.5 * (1.0 - self.cohesion_ratio) * self.strength
     }
 
-    /// `M` times the half axis along `p`.
+    /// Half axis along `p` times `M`.
     pub(super) fn radius(&self) -> f64 {
         0.5 * self.slope * (1.0 + self.cohesion_ratio) * self.strength
     }
 
-    /// `1 + 2β`.
+    /// Factor `1 + 2β`.
     fn flattening(&self) -> f64 {
         1.0 + 2.0 * self.cohesion_ratio
     }
 
-    /// `√((1 + 2β) q² + M² (p - p_c)²) - M a` with centre `p_c` and half axis `a`: a stress (Pa) of the same
-    /// sign as `y`, which is its product with the sum of the two terms.
+    /// Yield value `√((1 + 2β) q² + M² (p - p_c)²) - M a` with centre `p_c` and half axis `a`: a stress (Pa) of the
+    /// sign of `y`, which is its product with the sum of the two terms.
     #[inline]
     pub fn yield_value(&self, pressure: f64, q: f64) -> f64 {
         (self.flattening().sqrt() * q).hypot(self.slope * (pressure - self.centre())) - self.radius()
@@ -56,9 +56,9 @@ impl YieldEllipse {
         )
     }
 
-    /// Associated return of a trial at fixed size (sheet: constitutive §3.7.6); a trial inside stays.
+    /// Associated return of a trial at fixed size (sheet: constitutive §3.7.6); a trial inside is unchanged.
     pub fn return_map(&self, elasticity: &Elasticity, pressure: f64, q: f64) -> EllipseReturn {
-        // Also where the strength is beyond all numbers.
+        // Also where the strength is infinite.
         if !(self.yield_value(pressure, q) > 0.0) {
             return EllipseReturn { pressure, q, multiplier: 0.0, volumetric: 0.0 };
         }
@@ -96,10 +96,10 @@ impl YieldEllipse {
     }
 }
 
-/// A return to the surface of the end of the step.
+/// Return to the surface of the end of the step.
 pub(super) struct HardeningReturn {
     pub(super) ellipse: YieldEllipse,
-    /// `dp0/dx` with the plastic volumetric strain `x` of the step (Pa).
+    /// Slope `dp0/dx` with the plastic volumetric strain `x` of the step (Pa).
     pub(super) hardening: f64,
     /// Trial pressure and deviatoric stress (Pa).
     pub(super) trial: (f64, f64),
@@ -136,7 +136,7 @@ impl HardeningReturn {
         }
     }
 
-    /// `∂(p, q)/∂(p, q)` of the trial, by the implicit-function theorem.
+    /// Derivatives `∂(p, q)/∂(p, q)` by the trial, from the implicit-function theorem.
     pub(super) fn slopes(&self, elasticity: &Elasticity) -> [[f64; 2]; 2] {
         let ReturnConditions { flow, yielding } = self.conditions(elasticity);
         let (_, b) = self.ellipse.rates(elasticity);

@@ -3,15 +3,15 @@
 //!
 //! Outside the band `σ̇ = D : (ε̇ - n ⊗ u̇ / H)` with the jump `u` and the effective size `H` of the point
 //! (volume over area of the cut); in the band of zero thickness an [`InterfaceLaw`], `σ n = t(u)`. The jump
-//! of a step is implicit. Elastic surroundings and band are springs in series, which leaves the band a scalar
-//! equation; surroundings that yield (Drucker–Prager) ask for Newton's method on the jump. The energy of the
-//! band is thus spent per area whatever the size of the points. A band is inserted where the band's own yield
+//! of a step is implicit. Elastic surroundings and band are springs in series, which gives the band a scalar
+//! equation; surroundings that yield (Drucker–Prager) need Newton's method on the jump. The energy of the
+//! band is thus dissipated per area whatever the size of the points. A band is inserted where the band's own yield
 //! function, or the largest principal stress, is first exceeded, or where the surroundings lose ellipticity;
-//! of two conjugate planes that are equally close it takes the one the strain shears most, or, where the
-//! strain does not tell, the spin. Its normal then turns with the material.
+//! of two equally critical conjugate planes the one with the larger shear strain is chosen, or, where the
+//! strain does not differ, by the spin. Its normal then rotates with the material.
 //!
-//! Limits: one band a point; snap-back where `H` exceeds `E G/f_t²` (refused unless allowed, and then the
-//! step lands on the lower branch). For explicit formulas with a band of finite thickness see
+//! Limits: one band a point; snap-back where `H` exceeds `E G/f_t²` (rejected unless allowed, and then the
+//! step ends on the lower branch). For explicit formulas with a band of finite thickness see
 //! [`crate::localisation`].
 
 mod parameters;
@@ -30,32 +30,32 @@ pub use parameters::{BandSpec, DoubleScaleSpec, LocalSolve, Onset, OutsideStreng
 
 const NAME: &str = "double-scale";
 
-/// Damage at which the intact-reset hypothesis drops a band.
+/// Damage at which a band is removed under the intact-reset hypothesis.
 const FULL_DAMAGE: f64 = 0.999;
 
 /// Newton iterations of the local solve (sheet: constitutive §3.7.11).
 const ITERATIONS: usize = 30;
 
-/// Laws that may surround a band.
+/// Law that may surround a band.
 pub trait BandSurroundings: PrincipalReturn<State: Copy> {}
 
 impl<M: PrincipalReturn<State: Copy>> BandSurroundings for M {}
 
-/// The law. See the module's head for source and limits.
+/// Double-scale law. See the module's head for source and limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DoubleScale<B = CohesiveBand, M = LinearElastic> {
     outside: M,
     band: B,
     onset: Onset,
-    /// Newton's method on the jump in place of the band's return with its elastic surroundings.
+    /// Whether Newton's method on the jump replaces the band's return with its elastic surroundings.
     newton: bool,
     size: Option<f64>,
-    /// Size from which a point is refused (m).
+    /// Size above which a point is rejected (m).
     snap_back_size: f64,
     intact_reset: bool,
 }
 
-/// Internal variables: the band, if there is one.
+/// Internal variables: those of the band, if there is one, and of the surroundings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BandedState<S, T = ()> {
     /// Whether a band has been inserted.
@@ -78,15 +78,15 @@ type BandSolution<B, M> =
 
 type DoubleScaleState<B, M> = BandedState<<B as InterfaceLaw>::State, <M as PointLaw>::State>;
 
-/// A step of a banded point: the strain increment outside is `strain - n ⊗ Δu / H`.
+/// Step of a banded point: the strain increment outside is `strain - n ⊗ Δu / H`.
 struct BandedStep<'s, B: InterfaceLaw, M: SmallStrain> {
     strain: &'s SymTensor,
     motion: &'s Motion,
-    /// The point outside before the step.
+    /// Point outside before the step.
     old: Point<M::State>,
     frame: Mat3,
     size: f64,
-    /// The band before the step.
+    /// Band before the step.
     band: InterfacePoint<B::State>,
 }
 
@@ -107,7 +107,7 @@ fn band_traction(frame: &Mat3, stress: &SymTensor) -> [f64; 3] {
     frame.apply(stress.apply(frame.0[0]))
 }
 
-/// Frame of the plane that is `along` and `aside` between two directions, `second` the third.
+/// Frame of the plane with components `along` and `aside` of its normal in two directions, `second` the third.
 fn frame_between(first: [f64; 3], third: [f64; 3], second: [f64; 3], along: f64, aside: f64) -> Mat3 {
     let normal = std::array::from_fn(|i| along * first[i] + aside * third[i]);
     let tangent = std::array::from_fn(|i| along * third[i] - aside * first[i]);
@@ -133,7 +133,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         }
     }
 
-    /// The frame of the band that a step from `old` to `trial` (stress of the intact point) asks for, if it does.
+    /// Frame of the band inserted by a step from `old` to `trial` (stress of the intact point), if any.
     fn onset(
         &self,
         old: &Point<M::State>,
@@ -147,7 +147,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         self.first_yield_plane(&old.stress, &trial.stress, strain, motion)
     }
 
-    /// The plane on which the intact band is first exceeded on the way from `old` to `trial`: it does not
+    /// Plane on which the yield value of the intact band is first exceeded between `old` and `trial`: it does not
     /// depend on the length of the step.
     fn first_yield_plane(
         &self,
@@ -175,7 +175,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         Some(conjugate_plane_frame(&spectrum, cosine, strain, motion))
     }
 
-    /// The plane on which the surroundings, yielding, have lost ellipticity.
+    /// Plane on which the yielding surroundings have lost ellipticity.
     fn bifurcation(
         &self,
         old: &Point<M::State>,
@@ -203,24 +203,24 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         Some(conjugate_plane_frame(&spectrum, cosine, strain, motion))
     }
 
-    /// The band as it stands under `stress`.
+    /// State of the band under `stress`.
     fn interface(state: &DoubleScaleState<B, M>, stress: &SymTensor) -> InterfacePoint<B::State> {
         InterfacePoint { traction: band_traction(&state.frame, stress), state: state.band }
     }
 
-    /// `n·D·n / H` (Pa/m), opening and sliding: a diagonal in the frame of the band for isotropic elasticity.
+    /// Stiffness `n·D·n / H` (Pa/m), opening and sliding: a diagonal in the frame of the band for isotropic elasticity.
     fn surrounding_stiffness(&self, size: f64) -> [f64; 2] {
         [self.elasticity().p_wave_modulus() / size, self.elasticity().shear_modulus / size]
     }
 
-    /// What `stress = D : (Δε - n ⊗ e_k Δu_k / H)` loses to each component of the jump, and what each component of
-    /// the traction gains from strain: `D : n ⊗ e_k`, `n ⊗ e_k : D`.
+    /// Couplings of `stress = D : (Δε - n ⊗ e_k Δu_k / H)` to each component of the jump, and of each component of
+    /// the traction to strain: `D : n ⊗ e_k`, `n ⊗ e_k : D`.
     fn jump_couplings(frame: &Mat3, stiffness: &Tangent) -> ([SymTensor; 3], [SymTensor; 3]) {
         let dyads = frame.0.map(|a| SymTensor::symmetric_dyad(frame.0[0], a));
         (dyads.map(|dyad| stiffness.apply(&dyad)), dyads.map(|dyad| stiffness.apply_left(&dyad)))
     }
 
-    /// `(K + n·D·n/H)⁻¹` at the jump increment `jump`, with the stiffness outside there.
+    /// Compliance `(K + n·D·n/H)⁻¹` at the jump increment `jump`, with the stiffness outside there.
     fn compliance(
         &self,
         step: &BandedStep<'_, B, M>,
@@ -276,7 +276,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
                         break;
                     }
                     _ if share > 1e-3 => share *= 0.5,
-                    // No better: done at the round-off of the tractions.
+                    // No improvement: converged at the round-off of the tractions.
                     _ if size(residual) <= 1e-12 * scale => return Ok((jump, band, outside)),
                     _ => return Err(MaterialError::NotConverged { model: NAME, reason: "jump" }),
                 }
@@ -309,7 +309,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         Ok((jump, band, outside))
     }
 
-    /// Size of the point in this step (m). A size that snaps back is refused when the band begins; it grows as the crack opens.
+    /// Size of the point in this step (m). A size that snaps back is rejected when the band begins; the size grows as the crack opens.
     fn size(&self, motion: &Motion, begins: bool) -> Result<f64, MaterialError> {
         let size = self.size.unwrap_or(motion.size);
         let invalid = |reason| Err(MaterialError::Motion { model: NAME, reason });
@@ -356,14 +356,14 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
     }
 }
 
-/// The frame of the plane with `cos 2α = cosine` between the extreme principal directions; of the two, the one
-/// that the strain shears most, or opens most; where it does not tell, the spin.
+/// Frame of the plane with `cos 2α = cosine` between the extreme principal directions; of the two, the one with the
+/// larger shear strain, or opening; where these are equal, by the spin.
 fn conjugate_plane_frame(spectrum: &Spectrum, cosine: f64, strain: &SymTensor, motion: &Motion) -> Mat3 {
     let [first, second, third] = spectrum.directions;
     let across = |v: [f64; 3]| (0..3).map(|i| first[i] * v[i]).sum::<f64>();
     let strained = across(strain.apply(third));
     let spin = across(motion.velocity_gradient_dt.skew().apply(third));
-    // Planes at 45° are sheared alike; one of them opens more.
+    // Planes at 45° have equal shear; one of them opens more.
     let sign = if (cosine * strained).abs() > 1e-6 * strain.norm() {
         -cosine * strained
     } else if strained.abs() > 1e-6 * strain.norm() {
@@ -412,7 +412,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> PointLaw for DoubleScale<B, M> {
         Some(self.outside.yield_value(&outside).map_or(band, |value| value.max(band)))
     }
 
-    /// Of the material outside the band.
+    /// Elastic constants of the material outside the band.
     fn linear_elasticity(&self) -> Option<&Elasticity> {
         Some(self.elasticity())
     }
@@ -439,7 +439,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> SmallStrain for DoubleScale<B, M> {
         self.step(strain, motion, old)
     }
 
-    /// The local solve is implicit: only one that fails asks for smaller steps.
+    /// Infinite: the local solve is implicit, and only one that fails is repeated with smaller steps.
     fn max_strain_increment(&self) -> f64 {
         f64::INFINITY
     }
@@ -451,7 +451,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> SmallStrain for DoubleScale<B, M> {
         self.outside.rotate_state(&mut state.outside, rotation);
     }
 
-    /// `D - (D n)(K + n·D·n/H)⁻¹(n D)/H` (sheet: constitutive §3.7.11); in the step that inserts the band its direction
+    /// Tangent `D - (D n)(K + n·D·n/H)⁻¹(n D)/H` (sheet: constitutive §3.7.11); in the step that inserts the band its direction
     /// moves too, which is left to differences.
     fn tangent(&self, strain: &SymTensor, motion: &Motion, old: &Point<Self::State>) -> Option<Tangent> {
         let before = Point { stress: old.stress, state: old.state.outside };
@@ -487,7 +487,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> SmallStrain for DoubleScale<B, M> {
     ) -> Option<f64> {
         let outside = |point: &Point<Self::State>| Point { stress: point.stress, state: point.state.outside };
         if !new.state.localised {
-            // A band that was dropped in this step took its account with it.
+            // A band removed in this step took its dissipation with it.
             let lost = || self.outside.dissipation(strain, motion, &outside(old), &outside(new));
             return if old.state.localised { None } else { lost() };
         }

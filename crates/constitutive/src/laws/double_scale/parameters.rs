@@ -1,4 +1,4 @@
-//! Parameters of `double-scale` and the law they make.
+//! Parameters of `double-scale` and construction of the law.
 
 use std::sync::Arc;
 
@@ -26,7 +26,7 @@ pub struct DoubleScaleSpec {
     /// Strength outside the band (Drucker–Prager); elastic when absent.
     #[serde(default)]
     pub outside: Option<OutsideStrength>,
-    /// What holds the band together.
+    /// Interface law of the band.
     pub band: BandSpec,
     /// When a band is inserted, and which way.
     #[serde(default)]
@@ -115,7 +115,7 @@ impl DoubleScaleSpec {
         self.around(LinearElastic { elasticity }, elasticity, band)
     }
 
-    /// The law of a point that yields outside its band.
+    /// Law of a point that yields outside its band.
     fn plastic<B: InterfaceLaw>(
         &self,
         strength: OutsideStrength,
@@ -175,13 +175,13 @@ impl DoubleScaleSpec {
         })
     }
 
-    /// Length (m) of a band from which it snaps back, unless that is allowed; `None` where the parameters are out of range, and
+    /// Length (m) of a band above which it snaps back, unless that is allowed; `None` where the parameters are out of range, and
     /// where the size of a point is given.
     pub fn largest_band(&self) -> Option<f64> {
         self.largest_size().filter(|_| !self.allow_snapback && self.size.is_none())
     }
 
-    /// Size (m) from which a point snaps back; `None` where the parameters are out of range.
+    /// Size (m) above which a point snaps back; `None` where the parameters are out of range.
     fn largest_size(&self) -> Option<f64> {
         let shear = Elasticity::new(self.youngs_modulus, self.poissons_ratio).ok()?.shear_modulus;
         match &self.band {

@@ -1,39 +1,39 @@
 //! Algorithms 1 and 2 of Bui & Nguyen 2021 (sheet: constitutive §3.6) and the correction of their drift (§2.4).
 //!
-//! Both take the slope of the cone's strength from one place, and divide by the elastic resistance to flow less that
-//! slope. Where softening takes half of the resistance or more, the strength at the end of the step has little to do
-//! with that slope, and past all of it the multiplier would be negative: such a step is returned (§3.7.1), and so is
+//! Both evaluate the slope of the cone's strength at one point, and divide by the elastic resistance to flow less that
+//! slope. Where softening is half of the resistance or more, the strength at the end of the step is poorly predicted
+//! by that slope, and above the full resistance the multiplier would be negative: such a step uses the return map (§3.7.1), as does
 //! one that would gain work.
 
 use crate::laws::Elasticity;
 use crate::laws::drucker_prager::{Cone, DruckerPrager, PlasticIntegration, PlasticStrain};
 use crate::{MaterialError, Point, SymTensor};
 
-/// Where a step meets the cone.
+/// Intersection of a step with the cone.
 struct YieldIntersection {
     stress: SymTensor,
-    /// Strain increment that is left.
+    /// Remaining strain increment.
     remaining_strain: SymTensor,
 }
 
 impl YieldIntersection {
-    /// Whether what is left of the step may turn the deviator around: the slope at its start then says nothing
-    /// about its end, and next to the apex has no direction.
+    /// Whether the remaining step may reverse the deviator: the slope at its start then does not predict
+    /// its end, and has no direction next to the apex.
     fn may_reverse_deviator(&self, elasticity: &Elasticity) -> bool {
         2.0 * elasticity.shear_modulus * self.remaining_strain.deviator().norm()
             > self.stress.deviator().norm()
     }
 }
 
-/// Least share of the elastic resistance to flow that softening may leave to a step of the source.
+/// Least ratio of the plastic modulus with softening to the elastic resistance in a step of the source's algorithms.
 const MIN_PLASTIC_MODULUS_RATIO: f64 = 0.5;
 
-/// Of a point with some `I1`: flow by a multiplier brings `f` down by `elastic - softening` of it.
+/// Plastic modulus at some `I1`: a multiplier reduces `f` by `elastic - softening` times itself.
 struct PlasticModulus {
     cone: Cone,
-    /// `G + 9 K α α_ψ` (Pa).
+    /// Elastic resistance to flow `G + 9 K α α_ψ` (Pa).
     elastic: f64,
-    /// `∂_κ f dκ/dΔλ` (Pa): what softening takes of it, less than nothing where the cone hardens.
+    /// Softening `∂_κ f dκ/dΔλ` (Pa), subtracted from the elastic resistance; negative where the cone hardens.
     softening: f64,
 }
 
@@ -42,7 +42,7 @@ impl PlasticModulus {
         self.elastic - self.softening
     }
 
-    /// Whether a single slope says too little about the step. Written so that NaN does.
+    /// Whether a single slope is insufficient for the step. Written so that NaN counts as insufficient.
     fn is_unreliable(&self) -> bool {
         !(self.elastic > 0.0 && self.modulus() > MIN_PLASTIC_MODULUS_RATIO * self.elastic)
     }
@@ -59,9 +59,9 @@ impl DruckerPrager {
         }
     }
 
-    /// Algorithm 2 of Bui & Nguyen 2021 (sheet: constitutive §3.6) before its drift is taken back: the stress after one
-    /// corrector with the slopes at the trial, and the multiplier. It means nothing where softening takes half of the
-    /// elastic resistance to flow or more; [`SmallStrain::update`](crate::SmallStrain::update) returns such a step.
+    /// Algorithm 2 of Bui & Nguyen 2021 (sheet: constitutive §3.6) before its drift correction: the stress after one
+    /// corrector with the slopes at the trial, and the multiplier. It is meaningless where softening is half of the elastic
+    /// resistance to flow or more; [`SmallStrain::update`](crate::SmallStrain::update) uses the return map in such a step.
     pub fn semi_implicit_step(&self, trial: &SymTensor, kappa: f64) -> (SymTensor, f64) {
         self.corrector(trial, &self.plastic_modulus(trial.trace(), kappa))
     }
@@ -77,10 +77,10 @@ impl DruckerPrager {
         (deviator * keep + SymTensor::isotropic(mean), multiplier)
     }
 
-    /// Algorithm 1 of Bui & Nguyen 2021 (sheet: constitutive §3.6) before its drift is taken back: from `stress` inside
+    /// Algorithm 1 of Bui & Nguyen 2021 (sheet: constitutive §3.6) before its drift correction: from `stress` inside
     /// or on the cone by the strain increment `strain`, elastic up to the cone, then with the continuum
     /// elastoplastic stiffness (eq. 2.4) there. Returns the stress and the multiplier. As for [`Self::semi_implicit_step`]
-    /// softening must leave most of the resistance.
+    /// softening must be below half of the resistance.
     pub fn explicit_step(&self, stress: &SymTensor, strain: &SymTensor, kappa: f64) -> (SymTensor, f64) {
         let trial = *stress + self.elasticity.stress(strain);
         let flown = self.yield_intersection(stress, strain, kappa).and_then(|meeting| {
@@ -90,7 +90,7 @@ impl DruckerPrager {
         flown.unwrap_or((trial, 0.0))
     }
 
-    /// Where the elastic stress of a step meets the cone for good; `None` where it stays inside.
+    /// Last intersection of the elastic stress path of a step with the cone; `None` where it stays inside.
     fn yield_intersection(
         &self,
         stress: &SymTensor,
@@ -115,7 +115,7 @@ impl DruckerPrager {
         Some(YieldIntersection { stress: *stress + elastic * low, remaining_strain: *strain * (1.0 - low) })
     }
 
-    /// The forward step from where the cone is met to the trial's plastic counterpart, and its multiplier; `None`
+    /// Plastic forward step from the intersection with the cone, and its multiplier; `None`
     /// where it starts by unloading.
     fn plastic_step(
         &self,
@@ -136,7 +136,7 @@ impl DruckerPrager {
         Some((*trial - back - SymTensor::isotropic(3.0 * k * cone.dilatancy * multiplier), multiplier))
     }
 
-    /// Takes back drift out of the cone (sheet: constitutive §2.4, Bui & Nguyen section 3.4): tension cracking moves the
+    /// Corrects the drift out of the cone (sheet: constitutive §2.4, Bui & Nguyen section 3.4): tension cracking moves the
     /// mean stress to the apex at most, stress scaling the deviator onto the cone.
     pub fn without_drift(&self, stress: SymTensor, kappa: f64) -> SymTensor {
         let cone = self.cone_at(kappa);
@@ -150,8 +150,8 @@ impl DruckerPrager {
         deviator * keep + SymTensor::isotropic(i1 / 3.0)
     }
 
-    /// One step by an algorithm of the source. Plastic strain follows the multiplier, at most what the
-    /// trial has to give.
+    /// Updates a point by an algorithm of the source. Plastic strain follows the multiplier, at most that
+    /// of the trial.
     pub(super) fn bui_nguyen_step(
         &self,
         strain: &SymTensor,
@@ -178,13 +178,13 @@ impl DruckerPrager {
             }
         };
         let Some((stress, multiplier)) = source else { return self.closest_point(trial, old.state) };
-        // Past the apex the deviator does not turn over.
+        // Beyond the apex the deviator does not reverse.
         let most = root_j2 / self.elasticity.shear_modulus;
         let flipped = stress.deviator().dot(&trial.deviator()) < 0.0;
         let stress = if flipped { SymTensor::isotropic(stress.trace() / 3.0) } else { stress };
         let state = PlasticStrain { deviatoric: kappa + multiplier.min(most) / 3f64.sqrt() };
         let stress = self.without_drift(stress, state.deviatoric);
-        // Strength that is lost within the step, where dilatancy is not.
+        // Strength lost within the step, where dilatancy is not.
         if self.elasticity.dissipation(trial, &stress) < 0.0 {
             return self.closest_point(trial, old.state);
         }

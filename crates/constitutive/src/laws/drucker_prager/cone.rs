@@ -1,9 +1,9 @@
-//! The cone and how it is matched to Mohr–Coulomb.
+//! Drucker–Prager cone and its matching to Mohr–Coulomb.
 
 use super::return_map::StressInvariantValues;
 use super::{DruckerPrager, Matching};
 
-/// The cone at some plastic strain: `√J2 + α I1 - k`, potential slope `α_ψ`.
+/// Drucker–Prager cone at some plastic strain: `√J2 + α I1 - k`, potential slope `α_ψ`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cone {
     /// Friction coefficient `α`.
@@ -15,7 +15,7 @@ pub struct Cone {
 }
 
 impl Cone {
-    /// The cone of the given matching, angles in radians, cohesion in Pa.
+    /// Returns the cone of the given matching, angles in radians, cohesion in Pa.
     pub fn new(matching: Matching, friction_angle: f64, cohesion: f64, dilatancy_angle: f64) -> Self {
         let (sin, cos) = friction_angle.sin_cos();
         let root3 = 3f64.sqrt();
@@ -45,8 +45,8 @@ impl Cone {
     }
 
     /// Rate of change of [`Cone::new`] where angles and cohesion change at the rates of the second tuple, both in the
-    /// order friction angle, cohesion, dilatancy angle. A difference would do, were it not that its round-off stays in
-    /// the stress of the algorithms that step by it.
+    /// order friction angle, cohesion, dilatancy angle. Differences are not used because their round-off would remain in
+    /// the stress of the forward algorithms.
     pub(super) fn rate(
         matching: Matching,
         (friction_angle, cohesion, dilatancy_angle): (f64, f64, f64),
@@ -100,13 +100,13 @@ impl Cone {
         }
     }
 
-    /// Round-off of an earlier return, which is not flow (Pa).
+    /// Tolerance for round-off of an earlier return, which does not count as flow (Pa).
     #[inline]
     pub(super) fn yield_tolerance(&self, trial: &StressInvariantValues) -> f64 {
         8.0 * f64::EPSILON * (trial.root_j2 + self.friction * trial.i1.abs() + self.strength)
     }
 
-    /// `√J2 + α I1 - k` (Pa).
+    /// Yield function `√J2 + α I1 - k` (Pa).
     #[inline]
     pub fn yield_value(&self, root_j2: f64, i1: f64) -> f64 {
         root_j2 + self.friction * i1 - self.strength
@@ -114,7 +114,7 @@ impl Cone {
 }
 
 impl DruckerPrager {
-    /// The cone at plastic strain `kappa`.
+    /// Cone at plastic strain `kappa`.
     #[inline]
     pub fn cone_at(&self, kappa: f64) -> Cone {
         if self.has_constant_cone { self.peak } else { self.softened_cone(kappa) }

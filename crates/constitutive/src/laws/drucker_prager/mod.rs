@@ -3,8 +3,8 @@
 //! `f = √J2 + α I1 - k ≤ 0`, `g = √J2 + α_ψ I1`; elastic law linear. Cohesion and friction angle
 //! may soften exponentially with the accumulated deviatoric plastic strain `κ`, the dilatancy angle
 //! may decay with it. The return is fully implicit, on the smooth cone or to its apex; without
-//! cohesion the apex is the stress-free state. How the cone is matched to Mohr–Coulomb decides the
-//! strength: see [`Matching`]. Limits: softening has no length of its own (mesh-dependent bands).
+//! cohesion the apex is the stress-free state. The strength depends on the matching of the cone to
+//! Mohr–Coulomb: see [`Matching`]. Limits: softening has no internal length (mesh-dependent bands).
 
 mod bui_nguyen_integration;
 mod cone;
@@ -31,7 +31,7 @@ pub use softening::Softening;
 
 const NAME: &str = "drucker-prager";
 
-/// The law. See the module's head for source and limits.
+/// Drucker–Prager law. See the module's head for source and limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DruckerPrager {
     name: &'static str,
@@ -39,18 +39,18 @@ pub struct DruckerPrager {
     spec: DruckerPragerSpec,
     has_constant_cone: bool,
     peak: Cone,
-    /// `1/(G + 9 K α α_ψ)` of the peak (1/Pa).
+    /// Inverse plastic modulus `1/(G + 9 K α α_ψ)` of the peak (1/Pa).
     inverse_plastic_modulus: f64,
 }
 
 /// Internal variable: accumulated deviatoric plastic strain `κ`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlasticStrain {
-    /// `κ = ∫ √(2/3 dε^p : dε^p)` of the deviatoric plastic strain.
+    /// Deviatoric plastic strain `κ = ∫ √(2/3 dε^p : dε^p)`.
     pub deviatoric: f64,
 }
 
-/// Names of the scalars of laws whose state is a [`PlasticStrain`].
+/// Names of the output scalars of laws whose state is a [`PlasticStrain`].
 pub(in crate::laws) const OUTPUTS: &[&str] = &["plastic_strain"];
 
 impl PlasticStrain {
@@ -60,12 +60,12 @@ impl PlasticStrain {
 }
 
 impl DruckerPrager {
-    /// The same law under another name, for models that are a special case of it.
+    /// Returns the law under another name, for models that are a special case of it.
     pub(in crate::laws) fn with_name(self, name: &'static str) -> Self {
         Self { name, ..self }
     }
 
-    /// The same law with `share` of its cohesion, peak and residual.
+    /// Returns the law with `share` of its cohesion, peak and residual.
     pub(super) fn scaled_cohesion(&self, share: f64) -> Self {
         let mut law = self.clone();
         law.spec.cohesion *= share;
@@ -74,7 +74,7 @@ impl DruckerPrager {
         law
     }
 
-    /// The step of a law whose cone changes, or by an algorithm of the source.
+    /// Updates a point of a law whose cone changes, or by an algorithm of the source.
     #[inline(never)]
     fn step_with_changing_cone(
         &self,
@@ -162,7 +162,7 @@ impl SmallStrain for DruckerPrager {
         true
     }
 
-    /// Forward steps are held within a share of the yield strain.
+    /// Largest strain increment: forward steps are limited to a share of the yield strain.
     fn max_strain_increment(&self) -> f64 {
         match self.spec.integration {
             PlasticIntegration::Explicit => {

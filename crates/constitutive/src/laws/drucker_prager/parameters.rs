@@ -1,4 +1,4 @@
-//! Parameters of `drucker-prager` as a case file gives them.
+//! Parameters of `drucker-prager` in a case file.
 
 use std::sync::Arc;
 
@@ -118,7 +118,7 @@ impl DruckerPragerSpec {
         Ok(DruckerPrager { peak, inverse_plastic_modulus: 1.0 / modulus, ..law })
     }
 
-    /// What the samples have in common.
+    /// Common parameters of the samples.
     fn example(matching: Matching) -> Self {
         Self {
             density: 2000.0,

@@ -1,11 +1,11 @@
-//! The closest-point return to the cone or its apex (sheet: constitutive §3.7.1).
+//! Closest-point return to the cone or its apex (sheet: constitutive §3.7.1).
 
 use super::{Cone, DruckerPrager, NAME, PlasticStrain};
 use crate::{MaterialError, Point, SymTensor};
 
 const ROOT_3: f64 = 1.732_050_807_568_877_2;
 
-/// Deviator, `√J2` (Pa) and `I1` (Pa) of a stress.
+/// Invariants of a stress: deviator, `√J2` (Pa) and `I1` (Pa).
 pub(super) struct StressInvariantValues {
     pub deviator: SymTensor,
     pub root_j2: f64,
@@ -20,10 +20,10 @@ impl StressInvariantValues {
     }
 }
 
-/// Where the return of a trial ends.
+/// Result of the return of a trial.
 pub(super) enum ConeReturn {
     Elastic,
-    /// Multiplier and the cone at the end of the step.
+    /// Return to the cone: multiplier and the cone at the end of the step.
     Cone {
         multiplier: f64,
         cone: Cone,
@@ -35,7 +35,7 @@ pub(super) enum ConeReturn {
 }
 
 impl DruckerPrager {
-    /// The return of a trial stress.
+    /// Closest-point return of a trial stress.
     pub(super) fn closest_point(
         &self,
         trial: &SymTensor,
@@ -56,7 +56,7 @@ impl DruckerPrager {
         if self.has_constant_cone { self.peak_return(trial) } else { self.softening_return(trial, kappa) }
     }
 
-    /// Step to a cone that stays, without branches: new stress and increment of plastic strain.
+    /// Updates stress for a constant cone, without branches: new stress and increment of plastic strain.
     #[inline(always)]
     pub(super) fn peak_step(&self, strain: &SymTensor, stress: &SymTensor) -> (SymTensor, f64) {
         let trial = *stress + self.elasticity.stress(strain);
@@ -68,7 +68,7 @@ impl DruckerPrager {
         // Not at zero, where both may have vanished in rounding: that is the apex.
         let on_cone = at.root_j2 - g * multiplier > 0.0;
         let mean = at.i1 / 3.0 - 3.0 * self.elasticity.bulk_modulus * cone.dilatancy * multiplier;
-        // `r - G Δλ`, from the yield condition: it then holds to the last digit of the result.
+        // `r - G Δλ`, from the yield condition, which is then satisfied to the last digit of the result.
         let kept = (cone.strength - 3.0 * cone.friction * mean).max(0.0);
         let keep = if on_cone { kept / at.root_j2 } else { 0.0 };
         let mean = if on_cone { mean } else { cone.strength / (3.0 * cone.friction) };
@@ -81,7 +81,7 @@ impl DruckerPrager {
         (stress, if flows { plastic } else { 0.0 })
     }
 
-    /// The return to a cone that stays.
+    /// Return to a constant cone.
     #[inline]
     pub(super) fn peak_return(&self, trial: &StressInvariantValues) -> Result<ConeReturn, MaterialError> {
         let cone = &self.peak;
@@ -135,7 +135,7 @@ impl DruckerPrager {
         MaterialError::Motion { model: self.name, reason: "the trial stress is not finite" }
     }
 
-    /// The point at the end of a return.
+    /// Point at the end of a return.
     #[inline]
     pub(super) fn state_after_return(
         &self,
@@ -149,7 +149,7 @@ impl DruckerPrager {
             ConeReturn::Cone { multiplier, cone } => {
                 let mean =
                     invariants.i1 / 3.0 - 3.0 * self.elasticity.bulk_modulus * cone.dilatancy * multiplier;
-                // `r - G Δλ`, from the yield condition: it then holds to the last digit of the result.
+                // `r - G Δλ`, from the yield condition, which is then satisfied to the last digit of the result.
                 let kept = (cone.strength - 3.0 * cone.friction * mean).max(0.0);
                 let keep = if invariants.root_j2 > 0.0 { kept / invariants.root_j2 } else { 0.0 };
                 let state = PlasticStrain { deviatoric: state.deviatoric + multiplier / ROOT_3 };
@@ -163,7 +163,7 @@ impl DruckerPrager {
     }
 }
 
-/// Root of `at` between 0, where it is `excess > 0`, and `end`, by secants kept inside a shrinking
+/// Root of `at` between 0, where it is `excess > 0`, and `end`, by secants inside a shrinking
 /// bracket; beyond `end` (apex) when there is none. Returns the root and the cone there.
 fn solve_softening(
     at: impl Fn(f64) -> (f64, Cone),

@@ -1,4 +1,4 @@
-//! Exponential softening of cohesion and friction, of all laws that know it.
+//! Exponential softening of cohesion and friction, common to the frictional laws.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -24,7 +24,7 @@ pub struct Softening {
 }
 
 impl Softening {
-    /// Of the cohesion alone, down to a residual one (Pa), at a rate with plastic strain.
+    /// Returns a softening of the cohesion alone, down to a residual one (Pa), at a rate with plastic strain.
     pub const fn of_cohesion(residual_cohesion: f64, cohesion_rate: f64) -> Self {
         Self {
             residual_friction_angle: 0.0,
@@ -35,7 +35,7 @@ impl Softening {
         }
     }
 
-    /// For the samples of the models that soften.
+    /// Softening of the samples of the models.
     pub(in crate::laws) const EXAMPLE: Self = Self {
         residual_friction_angle: 20.0,
         residual_cohesion: 2e3,
@@ -63,18 +63,18 @@ impl Softening {
         )
     }
 
-    /// The same softening of a soil with `share` of its cohesion.
+    /// Returns the softening of a soil with `share` of its cohesion.
     pub(in crate::laws) fn scaled_cohesion(self, share: f64) -> Self {
         Self { residual_cohesion: self.residual_cohesion * share, ..self }
     }
 
-    /// Step in plastic strain for differences of a strength that softens and dilates less and less.
+    /// Step in plastic strain for differences of a strength with decaying softening and dilatancy.
     pub(in crate::laws) fn difference_step(softening: Option<Self>, dilatancy_decay: f64) -> f64 {
         let fastest = softening.map_or(0.0, |s| s.friction_rate.max(s.cohesion_rate));
         1e-5 / fastest.max(dilatancy_decay).max(1e-3)
     }
 
-    /// Ranges of the strength of a frictional law and of its decay (angles in degrees), sheet: constitutive §7.
+    /// Checks the ranges of the strength of a frictional law and of its decay (angles in degrees), sheet: constitutive §7.
     pub(in crate::laws) fn check(
         softening: Option<Self>,
         friction_angle: f64,

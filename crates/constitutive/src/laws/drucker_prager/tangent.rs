@@ -32,7 +32,7 @@ impl DruckerPrager {
         tangent
     }
 
-    /// At the apex only softening moves the stress.
+    /// Tangent at the apex, where only softening changes the stress.
     pub(super) fn apex_tangent(&self, deviator: &SymTensor, root_j2: f64, kappa: f64) -> Tangent {
         let mut tangent = Tangent::ZERO;
         if !self.has_constant_cone && root_j2 > 0.0 {

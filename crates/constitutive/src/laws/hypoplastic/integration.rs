@@ -10,11 +10,11 @@ use crate::return_maps::substepping;
 use crate::return_maps::substepping::{SubstepResult, substepped};
 use crate::{MaterialError, Point, SymTensor, Tangent};
 
-/// Largest strain increment that is integrated in one piece (sheet: constitutive §3.8).
+/// Largest strain increment of one piece (sheet: constitutive §3.8).
 const MAX_PIECE_STRAIN: f64 = 1e-2;
 /// Local error of a substep, relative to the stress (sheet: constitutive §3.7.10).
 const TOLERANCE: f64 = 1e-4;
-/// Doublings of the number of substeps of a piece, to 1024 (1000 in the sheet).
+/// Largest number of doublings of the substeps of a piece, to 1024 (1000 in the sheet).
 const DOUBLINGS: u32 = 10;
 
 /// Derivatives of stress and void ratio by one component of the strain increment of the step.
@@ -24,11 +24,11 @@ struct StateDerivative {
     void_ratio: f64,
 }
 
-/// One substep of strain.
+/// Substep of strain.
 #[derive(Clone, Copy)]
 struct Substep {
     strain: SymTensor,
-    /// `exp(tr Δε)`.
+    /// Factor `exp(tr Δε)`.
     growth: f64,
 }
 
@@ -43,7 +43,7 @@ impl Substep {
 }
 
 impl Hypoplastic {
-    /// The point after the strain increment `strain`.
+    /// Point after the strain increment `strain`.
     pub(super) fn integrate(
         &self,
         strain: &SymTensor,
@@ -55,7 +55,7 @@ impl Hypoplastic {
         })
     }
 
-    /// A piece of strain in the least number of substeps that keeps the local error: that number and the point.
+    /// Integrates a piece of strain in the least number of substeps within the local error: that number and the point.
     fn integrate_piece(
         &self,
         strain: &SymTensor,
@@ -66,7 +66,7 @@ impl Hypoplastic {
             .ok_or(MaterialError::NotConverged { model: NAME, reason: "too many substeps" })
     }
 
-    /// `None` where the local error of one of the `count` substeps is too large.
+    /// Integrates `count` substeps; `None` where the local error of one of them is too large.
     fn integrate_substeps(
         &self,
         count: u32,
@@ -80,7 +80,7 @@ impl Hypoplastic {
             if self.is_strained(&stress, &part) {
                 let [first, second] = self.slopes(&stress, void_ratio, &part);
                 let error = 0.5 * (second - first).norm() / stress.norm();
-                // A substep that loses half the pressure is too long whatever the error says.
+                // A substep that loses half the pressure is too long irrespective of the error.
                 let kept = (stress + first).pressure() > 0.5 * stress.pressure();
                 if !(error < TOLERANCE && kept) {
                     return None;
@@ -92,7 +92,7 @@ impl Hypoplastic {
         Some(Point { stress: self.limit_to_min_pressure(stress), state: VoidRatio { void_ratio } })
     }
 
-    /// The stress, or that of the skeleton free of stress.
+    /// Returns the stress, or the isotropic stress at the minimum pressure where the pressure is not above it.
     fn limit_to_min_pressure(&self, stress: SymTensor) -> SymTensor {
         if stress.pressure() <= self.minimum_pressure {
             SymTensor::isotropic(-self.minimum_pressure)
@@ -101,7 +101,7 @@ impl Hypoplastic {
         }
     }
 
-    /// A skeleton free of stress stays so as long as it opens.
+    /// Whether the substep strains the skeleton: a stress-free skeleton remains so as long as it opens.
     fn is_strained(&self, stress: &SymTensor, part: &Substep) -> bool {
         stress.pressure() > self.minimum_pressure || part.strain.trace() < 0.0
     }
@@ -112,7 +112,7 @@ impl Hypoplastic {
         [first, self.slope(&(*stress + first), part.void_ratio_after(void_ratio), &part.strain)]
     }
 
-    /// Derivative of the update by the strain increment, along the substeps it takes.
+    /// Derivative of the update by the strain increment, along its substeps.
     pub(super) fn substepped_tangent(&self, strain: &SymTensor, old: &Point<VoidRatio>) -> Option<Tangent> {
         let pieces = substepping::substep_count(strain, MAX_PIECE_STRAIN);
         let piece = *strain * (1.0 / f64::from(pieces));
@@ -136,7 +136,7 @@ impl Hypoplastic {
         Some(Tangent(std::array::from_fn(|row| slopes.map(|slope| slope.stress[row]))))
     }
 
-    /// `slope` through `count` substeps `part` from `old`, `direction` the derivative of the strain of each.
+    /// Propagates `slope` through `count` substeps `part` from `old`, `direction` the derivative of the strain of each.
     fn propagate_derivative(
         &self,
         mut slope: StateDerivative,

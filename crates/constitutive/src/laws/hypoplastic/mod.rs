@@ -2,15 +2,15 @@
 //! eqs. 10–23).
 //!
 //! `T̊ = C1 tr(T) D + C2 tr(T D)/tr(T) T + f_d (C3 T² + C4 T*²)/tr(T) ‖D‖` with the Jaumann rate and the
-//! deviator `T*`: stress follows strain by one nonlinear equation, without yield surface, elastic
+//! deviator `T*`: stress follows from strain by one nonlinear equation, without yield surface, elastic
 //! range or split of strain. The density function `f_d = (a - 1) D_c + 1`, `D_c = (e_c - e)/(e_c - e_min)`,
-//! lets dense soil peak and every density end at the critical void ratio `e_c = p1 + p2 exp(p3 |tr T|)`;
-//! `a = q1 + q2 exp(q3 |tr T|)`. Void ratio follows the strain, `1 + e = (1 + e₀) exp(tr ε)`.
+//! gives dense soil a peak and every density the critical void ratio `e_c = p1 + p2 exp(p3 |tr T|)` in the end;
+//! `a = q1 + q2 exp(q3 |tr T|)`. Void ratio follows from the strain, `1 + e = (1 + e₀) exp(tr ε)`.
 //! Integrated by the modified Euler method with local error control.
 //!
 //! The four constants are given directly or by calibration on an isotropic and a critical state. The
 //! calibration is degenerate for small friction angles: there a path stalls at a spurious stationary
-//! state before it reaches failure. Such sets are refused; given directly they raise a warning.
+//! state before it reaches failure. Such sets are rejected; given directly they raise a warning.
 //! Limits: no memory but stress and void ratio (ratcheting in small cycles); stiff under very large
 //! compression; the stress-free state is a floor at `minimum_pressure`. The viscous option adds the
 //! acceleration-based viscous part.
@@ -85,9 +85,9 @@ impl CriticalState {
         self.q3 * (a - self.q1) * grown * density + (a - 1.0) * change
     }
 
-    /// Density function `f_d` (eqs. 19–22) at `tr T` (Pa) and void ratio `e`. `D_c` is kept between -1 and
+    /// Density function `f_d` (eqs. 19–22) at `tr T` (Pa) and void ratio `e`. `D_c` is limited to -1 to
     /// 1: no soil is denser than `e_min`, and where the critical line has come down to `e_min` the
-    /// quotient has lost its meaning.
+    /// quotient is meaningless.
     #[inline]
     pub fn density_function(&self, trace: f64, void_ratio: f64) -> f64 {
         let critical = self.critical_void_ratio(trace);
@@ -121,7 +121,7 @@ impl CriticalState {
     }
 }
 
-/// A state of triaxial compression in which stress stays while strain goes on.
+/// Stationary state of triaxial compression: constant stress under continued strain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StationaryState {
     /// Ratio `R` of axial to lateral stress.
@@ -130,7 +130,7 @@ pub struct StationaryState {
     pub dilatancy_angle: f64,
 }
 
-/// `t²`.
+/// Square `t²` of a tensor.
 #[inline]
 fn squared(t: &SymTensor) -> SymTensor {
     let [xx, yy, zz, xy, yz, zx] = t.0;
@@ -144,7 +144,7 @@ fn squared(t: &SymTensor) -> SymTensor {
     ])
 }
 
-/// `a b + b a`.
+/// Anticommutator `a b + b a`.
 fn anticommutator(a: &SymTensor, b: &SymTensor) -> SymTensor {
     (a.to_matrix() * b.to_matrix()).sym() * 2.0
 }
@@ -187,7 +187,7 @@ impl HypoplasticConstants {
         states
     }
 
-    /// `-𝓛⁻¹ N`: the strain rate, per unit of its own norm, that would keep `stress`. Its norm is 1 on the
+    /// Failure flow `-𝓛⁻¹ N`: the strain rate, per unit of its own norm, that would keep `stress` constant. Its norm is 1 on the
     /// failure surface (eq. 14) and below 1 inside.
     pub fn failure_flow(&self, stress: &SymTensor, density_function: f64) -> SymTensor {
         let trace = stress.trace();
@@ -235,7 +235,7 @@ impl HypoplasticConstants {
     }
 }
 
-/// The frictional law. See the module's head for source and limits.
+/// Hypoplastic frictional law. See the module's head for source and limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hypoplastic {
     constants: HypoplasticConstants,
@@ -245,12 +245,12 @@ pub struct Hypoplastic {
 }
 
 impl Hypoplastic {
-    /// The constants, calibrated or given.
+    /// Constants, calibrated or given.
     pub fn constants(&self) -> &HypoplasticConstants {
         &self.constants
     }
 
-    /// `f_d` at `stress` (Pa) and void ratio.
+    /// Density function `f_d` at `stress` (Pa) and void ratio.
     #[inline]
     pub fn density_function(&self, stress: &SymTensor, void_ratio: f64) -> f64 {
         self.critical_state.as_ref().map_or(1.0, |c| c.density_function(stress.trace(), void_ratio))
@@ -323,7 +323,7 @@ impl SmallStrain for Hypoplastic {
         Ok(self.integrate(strain, old)?.point)
     }
 
-    /// That of the substeps the update takes, their number held: exact between the strains at which that
+    /// Tangent of the substeps of the update with their number fixed: exact between the strains at which that
     /// number changes.
     fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<VoidRatio>) -> Option<Tangent> {
         self.substepped_tangent(strain, old)

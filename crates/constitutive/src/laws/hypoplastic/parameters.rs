@@ -1,4 +1,4 @@
-//! Parameters of `hypoplastic`: their ranges, the calibration of the constants, and the law they make.
+//! Parameters of `hypoplastic`: their ranges, the calibration of the constants, and the construction of the law.
 
 use std::sync::Arc;
 
@@ -65,8 +65,8 @@ pub struct Calibration {
 }
 
 impl HypoplasticConstants {
-    /// The constants of an isotropic state (initial stiffness, no change of lateral stress at the given
-    /// Poisson's ratio) and of a stationary state in triaxial compression (eqs. 16–18).
+    /// Calibrates the constants on an isotropic state (initial stiffness, no change of lateral stress at the given
+    /// Poisson's ratio) and on a stationary state in triaxial compression (eqs. 16–18).
     ///
     /// # Errors
     /// A parameter out of range, or a friction angle for which a loading path stalls before failure.

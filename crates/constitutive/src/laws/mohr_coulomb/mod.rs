@@ -1,10 +1,10 @@
 //! Mohr–Coulomb plasticity (sheet: constitutive §2.5, §3.7.2; region form of Clausen et al.).
 //!
 //! With `σ1 ≥ σ2 ≥ σ3`: `f = k σ1 - σ3 - 2 c √k ≤ 0`, `g = m σ1 - σ3`, with `k = (1 + sin φ)/(1 - sin φ)`
-//! and `m` alike from the dilatancy angle; elastic law linear. The return ends on the plane, on one
+//! and `m` likewise from the dilatancy angle; elastic law linear. The return ends on the plane, on one
 //! of the two edges or at the apex; the region is decided before the return. Cohesion and friction
-//! may soften, dilatancy may decay with the accumulated deviatoric plastic strain. Limits: as all
-//! softening laws, no length of its own.
+//! may soften, dilatancy may decay with the accumulated deviatoric plastic strain. Limits: as in all
+//! softening laws, no internal length.
 
 mod parameters;
 mod pyramid;
@@ -28,10 +28,10 @@ pub use pyramid::{Pyramid, YieldRegion};
 
 const NAME: &str = "mohr-coulomb";
 
-/// Points of a batch near yield from which on the spectra of all are found at once.
+/// Least number of points near yield in a batch for computing all spectra at once.
 const MIN_BATCH_POINTS: usize = 8;
 
-/// The law. See the module's head for source and limits.
+/// Mohr–Coulomb law. See the module's head for source and limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MohrCoulomb {
     name: &'static str,
@@ -42,12 +42,12 @@ pub struct MohrCoulomb {
 }
 
 impl MohrCoulomb {
-    /// The same law under another name, for models that are a special case of it.
+    /// Returns the law under another name, for models that are a special case of it.
     pub(super) fn with_name(self, name: &'static str) -> Self {
         Self { name, ..self }
     }
 
-    /// The same law with `share` of its cohesion, peak and residual.
+    /// Returns the law with `share` of its cohesion, peak and residual.
     pub(super) fn scaled_cohesion(&self, share: f64) -> Self {
         let mut law = self.clone();
         law.spec.cohesion *= share;
@@ -57,7 +57,7 @@ impl MohrCoulomb {
         law
     }
 
-    /// The pyramid at plastic strain `kappa`.
+    /// Pyramid at plastic strain `kappa`.
     pub fn pyramid_at(&self, kappa: f64) -> Pyramid {
         if self.has_constant_pyramid {
             return self.peak_return.pyramid;
@@ -82,7 +82,7 @@ impl MohrCoulomb {
         (2.0 / 3.0 * dot(deviator, deviator)).sqrt() / (2.0 * self.elasticity.shear_modulus)
     }
 
-    /// True where no principal stress can violate yield, from invariants alone.
+    /// Whether no principal stress can violate yield, from invariants alone.
     #[inline(always)]
     fn is_certainly_elastic(&self, trial: &SymTensor, pyramid: &Pyramid) -> bool {
         let mean = trial.trace() / 3.0;

@@ -1,4 +1,4 @@
-//! Parameters of `mohr-coulomb` as a case file gives them.
+//! Parameters of `mohr-coulomb` in a case file.
 
 use std::sync::Arc;
 
@@ -117,7 +117,7 @@ impl Model for MohrCoulombSpec {
             cohesion,
             dilatancy_angle: reduction.dilatancy(self.dilatancy_angle, friction_angle),
             softening: reduction.softening(self.softening),
-            // Both the cut-off and the apex c / tan φ stay where they are.
+            // Both the cut-off and the apex c / tan φ are unchanged.
             ..self.clone()
         };
         Some(reduced.law().map(|_| reduced))

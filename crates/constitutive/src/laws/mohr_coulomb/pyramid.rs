@@ -1,16 +1,16 @@
-//! The pyramid, its cut-off and its tangents.
+//! Mohr–Coulomb pyramid, its cut-off and its tangents.
 
 use super::return_map::{PyramidEdge, PyramidReturn, elastic_strain, stiffness};
 use crate::laws::Elasticity;
 use crate::laws::multi_surface;
 use crate::laws::multi_surface::{ActiveSet, YieldPlane};
 
-/// The pyramid at some plastic strain.
+/// Mohr–Coulomb pyramid at some plastic strain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pyramid {
-    /// `k = (1 + sin φ)/(1 - sin φ)`.
+    /// Friction coefficient `k = (1 + sin φ)/(1 - sin φ)`.
     pub friction: f64,
-    /// `m`, alike from the dilatancy angle.
+    /// Dilatancy coefficient `m`, likewise from the dilatancy angle.
     pub dilatancy: f64,
     /// Uniaxial compressive strength `2 c √k` (Pa).
     pub strength: f64,
@@ -18,20 +18,20 @@ pub struct Pyramid {
     pub cut_off: f64,
 }
 
-/// The part of the surface a return ends on.
+/// Region of the surface at the end of a return.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum YieldRegion {
-    /// Inside: no return.
+    /// Elastic region: no return.
     Elastic,
-    /// The plane `σ1 > σ2 > σ3`.
+    /// Plane `σ1 > σ2 > σ3`.
     Plane,
-    /// The edge `σ1 = σ2` (triaxial compression).
+    /// Edge `σ1 = σ2` (triaxial compression).
     CompressionEdge,
-    /// The edge `σ2 = σ3` (triaxial extension).
+    /// Edge `σ2 = σ3` (triaxial extension).
     ExtensionEdge,
-    /// The apex.
+    /// Apex.
     Apex,
-    /// Planes that the tension cut-off has part in, see [`Pyramid::planes`].
+    /// Active planes with the tension cut-off, see [`Pyramid::planes`].
     CutOff(ActiveSet),
 }
 
@@ -44,7 +44,7 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 }
 
 impl Pyramid {
-    /// From friction angle, cohesion and dilatancy angle (rad, Pa, rad).
+    /// Returns the pyramid from friction angle, cohesion and dilatancy angle (rad, Pa, rad).
     pub fn new(friction_angle: f64, cohesion: f64, dilatancy_angle: f64) -> Self {
         let ratio = |angle: f64| (1.0 + angle.sin()) / (1.0 - angle.sin());
         let friction = ratio(friction_angle);
@@ -52,13 +52,13 @@ impl Pyramid {
         Self { friction, dilatancy: ratio(dilatancy_angle), strength, cut_off: f64::INFINITY }
     }
 
-    /// The pyramid cut off at a principal tension (Pa).
+    /// Returns the pyramid cut off at a principal tension (Pa).
     #[must_use]
     pub fn with_cut_off(self, tensile_strength: Option<f64>) -> Self {
         Self { cut_off: tensile_strength.unwrap_or(f64::INFINITY), ..self }
     }
 
-    /// `k σ1 - σ3 - 2 c √k` (Pa), or `σ1 - σ_t` where that is larger.
+    /// Yield function `k σ1 - σ3 - 2 c √k` (Pa), or `σ1 - σ_t` where that is larger.
     #[inline]
     pub fn yield_value(&self, principal: [f64; 3]) -> f64 {
         self.shear_excess(principal).max(principal[0] - self.cut_off)
@@ -69,7 +69,7 @@ impl Pyramid {
         self.friction * principal[0] - principal[2] - self.strength
     }
 
-    /// The planes that sorted stresses can meet: shear across 1–3, 1–2 and 2–3, then the cut-offs of the
+    /// Yield planes of sorted stresses: shear across 1–3, 1–2 and 2–3, then the cut-offs of the
     /// three principal stresses.
     pub fn planes(&self) -> [YieldPlane; 6] {
         let (k, m) = (self.friction, self.dilatancy);
@@ -90,17 +90,17 @@ impl Pyramid {
         self.pyramid_return(elasticity).return_map(trial)
     }
 
-    /// The part of the surface that the return of `trial` ends on.
+    /// Region of the surface at the end of the return of `trial`.
     pub fn region(&self, elasticity: &Elasticity, trial: [f64; 3]) -> YieldRegion {
         self.pyramid_return(elasticity).return_map(trial).1
     }
 
-    /// Principal stresses of the return of `trial` to the given part of the surface.
+    /// Principal stresses of the return of `trial` to the given region of the surface.
     pub fn return_to(&self, region: YieldRegion, elasticity: &Elasticity, trial: [f64; 3]) -> [f64; 3] {
         self.pyramid_return(elasticity).return_to(region, trial)
     }
 
-    /// What all returns to the pyramid have in common.
+    /// Common data of all returns to the pyramid.
     pub(super) fn pyramid_return(&self, elasticity: &Elasticity) -> PyramidReturn {
         let (k, m) = (self.friction, self.dilatancy);
         let db = stiffness(elasticity, [m, 0.0, -1.0]);
@@ -126,7 +126,7 @@ impl Pyramid {
         }
     }
 
-    /// `∂σ_A/∂ε_B` of a return that ends in `region` (sheet: constitutive §3.10), of constant strength.
+    /// Tangent `∂σ_A/∂ε_B` of a return that ends in `region` (sheet: constitutive §3.10), of constant strength.
     pub fn tangent(&self, elasticity: &Elasticity, region: YieldRegion) -> [[f64; 3]; 3] {
         let (k, m) = (self.friction, self.dilatancy);
         let d = elasticity.principal();

@@ -1,35 +1,35 @@
-//! The return in principal stresses, region by region (sheet: constitutive §3.7.2; §3.7.3 with a cut-off).
+//! Return in principal stresses, region by region (sheet: constitutive §3.7.2; §3.7.3 with a cut-off).
 
 use super::pyramid::{Pyramid, YieldRegion, dot};
 use crate::laws::Elasticity;
 use crate::laws::multi_surface;
 use crate::laws::multi_surface::active_set;
 
-/// A pyramid with what its returns have in common.
+/// Pyramid with the common data of its returns.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PyramidReturn {
     pub pyramid: Pyramid,
     pub elasticity: Elasticity,
-    /// `D b / (aᵀ D b)`: change of stress of a return to the plane, per unit of the yield function.
+    /// Return direction `D b / (aᵀ D b)`: change of stress of a return to the plane, per unit of the yield function.
     pub direction: [f64; 3],
-    /// Of triaxial compression and of triaxial extension.
+    /// Edges of triaxial compression and of triaxial extension.
     pub edges: [PyramidEdge; 2],
     /// Principal stress at the apex (Pa); infinite without friction.
     pub apex: f64,
 }
 
-/// An edge of the pyramid; positions are measured from the apex.
+/// Edge of the pyramid; positions are relative to the apex.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PyramidEdge {
     pub direction: [f64; 3],
-    /// Of a trial, the position along the edge that its return ends at.
+    /// Vector whose product with a trial (from the apex) is the position along the edge at the end of its return.
     pub position: [f64; 3],
     /// Normal of the plane through the edge and the direction of return.
     pub plane_normal: [f64; 3],
 }
 
 impl PyramidReturn {
-    /// Return of `trial` and the part of the surface it ends on.
+    /// Return of `trial` and the region of the surface at its end.
     #[inline]
     pub(super) fn return_map(&self, trial: [f64; 3]) -> ([f64; 3], YieldRegion) {
         let region = self.shear_region(trial);
@@ -43,11 +43,11 @@ impl PyramidReturn {
         (self.return_to(region, trial), region)
     }
 
-    /// The part of the surface without its cut-off.
+    /// Region of the surface without its cut-off.
     #[inline]
     fn shear_region(&self, trial: [f64; 3]) -> YieldRegion {
         let pyramid = &self.pyramid;
-        // Round-off of an earlier return is not flow.
+        // Round-off of an earlier return does not count as flow.
         let scale = pyramid.friction * trial[0].abs() + trial[2].abs() + pyramid.strength;
         if pyramid.shear_excess(trial) <= 8.0 * f64::EPSILON * scale {
             return YieldRegion::Elastic;
@@ -76,7 +76,7 @@ impl PyramidReturn {
         }
     }
 
-    /// Principal stresses of the return of `trial` to the given part of the surface.
+    /// Principal stresses of the return of `trial` to the given region of the surface.
     #[inline]
     pub(super) fn return_to(&self, region: YieldRegion, trial: [f64; 3]) -> [f64; 3] {
         let pyramid = &self.pyramid;

@@ -1,4 +1,4 @@
-//! The return with strength at the end of the step (sheet: constitutive §3.7.2, step 7) and its tangent.
+//! Return with strength at the end of the step (sheet: constitutive §3.7.2, step 7) and its tangent.
 
 use super::pyramid::dot;
 use super::return_map::elastic_strain;
@@ -7,7 +7,7 @@ use crate::return_maps::scalar_roots::first_fixed_point;
 use crate::{MaterialError, PrincipalReturn};
 
 impl MohrCoulomb {
-    /// As [`Pyramid::tangent`], with strength at the end of the step: from `dσ = D dε + σ' dκ` and
+    /// Tangent as [`Pyramid::tangent`], with strength at the end of the step: from `dσ = D dε + σ' dκ` and
     /// `dκ = w · (dε - C dσ)`, `w` the direction of the deviatoric plastic strain.
     pub(super) fn softening_tangent(&self, trial: [f64; 3], state: &PlasticStrain) -> Option<[[f64; 3]; 3]> {
         let (stress, new) = self.return_principal(trial, state).ok()?;
@@ -34,7 +34,7 @@ impl MohrCoulomb {
         Some(std::array::from_fn(|a| std::array::from_fn(|b| fixed[a][b] + slope[a] * driven[b])))
     }
 
-    /// The plastic increment that reproduces itself when strength is taken at its end. Where softening snaps back
+    /// Fixed point of the plastic increment with strength at the end of the step. Where softening snaps back
     /// there may be several: the least, next to the start of the step. `start` is that of strength at the start.
     pub(super) fn softening_return(
         &self,

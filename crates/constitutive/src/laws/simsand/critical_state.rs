@@ -1,4 +1,4 @@
-//! What pressure and density make of stiffness and friction.
+//! Dependence of stiffness and friction on pressure and density.
 
 use super::{Simsand, VOID_RANGE};
 use crate::SymTensor;
@@ -7,10 +7,10 @@ use crate::laws::pressure_elastic::MIN_PRESSURE;
 /// Void ratio at which the stiffness of the formula vanishes.
 const ZERO_STIFFNESS_VOID_RATIO: f64 = 2.97;
 
-/// A stress ratio `M_x` with its derivatives by pressure (1/Pa), void ratio and Lode's cosine.
+/// Stress ratio `M_x` with its derivatives by pressure (1/Pa), void ratio and Lode's cosine.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StressRatio {
-    /// `M_x`.
+    /// Value `M_x`.
     pub value: f64,
     pub(super) by_pressure: f64,
     pub(super) by_void_ratio: f64,
@@ -59,20 +59,20 @@ impl Simsand {
         (ratio > 0.0).then(|| spec.atmospheric_pressure * ratio.powf(1.0 / spec.critical_state_exponent))
     }
 
-    /// `M_c` of the critical state in triaxial compression.
+    /// Stress ratio `M_c` of the critical state in triaxial compression.
     pub fn critical_slope(&self) -> f64 {
         let sin = self.tangent_critical / self.tangent_critical.hypot(1.0);
         6.0 * sin / (3.0 - sin)
     }
 
-    /// `M_p` and `M_pt` at a pressure (Pa), void ratio and Lode cosine (1 extension, -1 compression).
+    /// Stress ratios `M_p` and `M_pt` at a pressure (Pa), void ratio and Lode cosine (1 extension, -1 compression).
     pub fn slopes(&self, pressure: f64, void_ratio: f64, lode: f64) -> [StressRatio; 2] {
         let spec = &self.spec;
         let power = (pressure / spec.atmospheric_pressure).powf(spec.critical_state_exponent);
         let free = spec.reference_void_ratio - spec.critical_state_factor * power;
         let critical = free.max(VOID_RANGE.0);
         let e = void_ratio.clamp(VOID_RANGE.0, VOID_RANGE.1);
-        // Logarithmic derivatives of e_c/e; none where a bound holds.
+        // Logarithmic derivatives of e_c/e; zero where a bound is active.
         let log_by_pressure = if free < critical {
             0.0
         } else {
@@ -83,7 +83,7 @@ impl Simsand {
             let tan = (critical / e).powf(exponent) * self.tangent_critical;
             let root = tan.hypot(1.0);
             let sin = tan / root;
-            // By ln tan φ.
+            // Derivative by ln tan φ.
             let sin_slope = tan / root.powi(3);
             let (mut value, mut by_sin) = (6.0 * sin / (3.0 - sin), 18.0 / (3.0 - sin).powi(2));
             let mut by_lode = 0.0;

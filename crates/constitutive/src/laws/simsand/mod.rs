@@ -7,8 +7,8 @@
 //! `tan φ_p = (e_c/e)^n_p tan φ_c`, `tan φ_pt = (e_c/e)^(-n_d) tan φ_c`, `M_x = 6 sin φ_x/(3 - sin φ_x)`, with
 //! the accumulated plastic shear `ε_q`. The return is implicit with the moduli of the start of the (sub)step:
 //! for a plastic shear the pressure is the root of a rising function, and the yield condition remains.
-//! Steps above 1 % strain are divided. Where pressure would fall below 1 Pa the point carries no stress
-//! and is flagged liquefied until it is compressed again. Limits: no plastic flow at constant stress
+//! Steps above 1 % strain are divided. Where pressure would fall below 1 Pa the stress of the point is zero
+//! and the point is flagged liquefied until it is compressed again. Limits: no plastic flow at constant stress
 //! ratio, reversals are elastic, stiffness is frozen over a substep.
 
 mod critical_state;
@@ -26,28 +26,28 @@ pub use parameters::SimsandSpec;
 
 const NAME: &str = "simsand";
 
-/// Plastic shear every point starts with, so that the surface has a slope at zero stress ratio.
+/// Initial plastic shear of every point, so that the surface has a slope at zero stress ratio.
 const INITIAL_PLASTIC_SHEAR: f64 = 1e-9;
 
-/// Plastic shear at which a sand has mobilised its strength, for initial stresses beyond it: the strength itself is
-/// reached by no plastic shear.
+/// Plastic shear that counts as full mobilisation, for initial stresses beyond the strength: the strength itself is
+/// reached by no finite plastic shear.
 const FULL_MOBILISATION_SHEAR: f64 = 1.0;
 
-/// Void ratios and critical void ratios are taken between these in stiffness and friction.
+/// Limits of void ratios and critical void ratios in stiffness and friction.
 const VOID_RANGE: (f64, f64) = (0.01, 2.9);
 
 /// State of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SimsandState {
-    /// Volume of voids over volume of grains.
+    /// Void ratio: volume of voids over volume of grains.
     pub void_ratio: f64,
     /// Accumulated plastic shear strain `ε_q`.
     pub plastic_strain: f64,
-    /// The point has lost its effective pressure and carries no stress.
+    /// Whether the point has lost its effective pressure and its stress is zero.
     pub liquefied: bool,
 }
 
-/// The law. See the module's head for source and limits.
+/// SIMSAND law. See the module's head for source and limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simsand {
     spec: SimsandSpec,
@@ -75,7 +75,7 @@ impl Law for Simsand {
 impl PointLaw for Simsand {
     type State = SimsandState;
 
-    /// The plastic shear at the start is what puts the yield surface through the initial stress.
+    /// Initial point: the plastic shear at the start puts the yield surface through the initial stress.
     fn initial(&self, initial: &InitialCondition) -> Result<Point<SimsandState>, MaterialError> {
         let stress = initial.stress;
         super::check_compressive(NAME, &stress)?;
@@ -105,7 +105,7 @@ impl PointLaw for Simsand {
         1.1 * bulk * (1.0 + 4.0 / 3.0 * self.shear_ratio)
     }
 
-    /// `f p`, so that it is a stress.
+    /// Yield function `f p` (Pa), scaled to a stress.
     fn yield_value(&self, point: &Point<SimsandState>) -> Option<f64> {
         let p = point.stress.pressure();
         if !(p > 0.0) {

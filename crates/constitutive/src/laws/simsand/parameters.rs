@@ -1,4 +1,4 @@
-//! Parameters of `simsand` as a case file gives them.
+//! Parameters of `simsand` in a case file.
 
 use std::sync::Arc;
 
@@ -58,7 +58,7 @@ fn atmospheric_pressure() -> f64 {
 }
 
 impl SimsandSpec {
-    /// The sand of Bui & Nguyen (2021), Table 1, at a void ratio: they list 0.77 (dense), 0.81 (medium) and
+    /// Returns the sand of Bui & Nguyen (2021), Table 1, at a void ratio: they list 0.77 (dense), 0.81 (medium) and
     /// 0.91 (loose).
     pub fn bui_nguyen(void_ratio: f64) -> Self {
         Self {

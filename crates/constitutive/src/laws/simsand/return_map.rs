@@ -1,4 +1,4 @@
-//! The implicit return of a substep (sheet: constitutive §3.7.8) and its tangent.
+//! Implicit return of a substep (sheet: constitutive §3.7.8) and its tangent.
 
 use super::critical_state::{lode_cosine, lode_gradient};
 use super::{NAME, Simsand, SimsandState};
@@ -8,7 +8,7 @@ use crate::return_maps::scalar_roots::{drop_round_off, falling_root};
 use crate::return_maps::substepping::SubstepResult;
 use crate::{MaterialError, Point, SymTensor, Tangent};
 
-/// Round-off of a stress that lies on the yield surface, relative to the terms of the yield function.
+/// Round-off tolerance of a stress on the yield surface, relative to the terms of the yield function.
 const ON_SURFACE: f64 = 64.0 * f64::EPSILON;
 
 /// Elastic trial of a substep.
@@ -20,16 +20,16 @@ struct SimsandTrial {
     q: f64,
     void_ratio: f64,
     plastic_strain: f64,
-    /// `cos 3θ`: 1 in extension, -1 in compression.
+    /// Lode's cosine `cos 3θ`: 1 in extension, -1 in compression.
     lode: f64,
     radial: RadialTrial,
 }
 
-/// Where the return of a substep ends.
+/// Result of the return of a substep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum SimsandReturn {
     Elastic,
-    /// Pressure (Pa) and plastic shear of the substep.
+    /// Plastic flow: pressure (Pa) and plastic shear of the substep.
     Flow {
         pressure: f64,
         shear: f64,
@@ -55,7 +55,7 @@ impl Simsand {
         }
     }
 
-    /// Pressure that goes with the plastic shear `shear`, and its slope: root of
+    /// Pressure at the plastic shear `shear`, and its slope: root of
     /// `p - p_tr + K Δ A_d (M_pt - q/p)`, which rises with `p`. Not below the least pressure.
     fn pressure_at_plastic_shear(&self, trial: &SimsandTrial, shear: f64, start: f64) -> Option<(f64, f64)> {
         let q = (trial.q - 3.0 * trial.shear * shear).max(0.0);
@@ -141,7 +141,7 @@ impl Simsand {
                 (SymTensor::ZERO, 0.0)
             }
             SimsandReturn::Flow { pressure, shear } => {
-                // From the yield condition, which then holds to the last digit.
+                // From the yield condition, which is then satisfied to the last digit.
                 state.plastic_strain += shear;
                 let [peak, transformation] = self.slopes(pressure, trial.void_ratio, trial.lode);
                 let q = pressure * peak.value * self.mobilised(state.plastic_strain).0;

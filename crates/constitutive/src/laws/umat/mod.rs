@@ -1,14 +1,14 @@
-//! A user material of Abaqus/Standard as a law: a shared library that exports `umat_` (Fortran or C), as the
-//! SoilModels project and many authors publish them.
+//! User material of Abaqus/Standard as a law: a shared library that exports `umat_` (Fortran or C), as published
+//! by the SoilModels project and many authors.
 //!
-//! The library sees what Abaqus shows it: stress and strain in the order 11 22 33 12 13 23 with engineering
-//! shear, tension-positive, already turned by the rotation `DROT` of the step (Hughes–Winget), strain
+//! The library receives the arguments of Abaqus: stress and strain in the order 11 22 33 12 13 23 with engineering
+//! shear, tension-positive, already rotated by `DROT` of the step (Hughes–Winget), strain
 //! increments at mid-step, `DFGRD0` and `DFGRD1`, its `PROPS` and `STATEV`. A `PNEWDT` below 1 counts as a
-//! step that did not converge. Many of these libraries keep COMMON or SAVE variables, so calls into one
-//! library wait for each other unless `thread_safe` says otherwise. Limits: three-dimensional stress
+//! step that did not converge. Many of these libraries have COMMON or SAVE variables, so calls into one
+//! library are serialised unless `thread_safe` is set. Limits: three-dimensional stress
 //! (`NTENS = 6`), no temperature, no utility routines of Abaqus.
 //!
-//! The library is code from outside: it can do anything, a wrong number of state variables included. It is loaded only
+//! The library is foreign code: it can do anything, a wrong number of state variables included. It is loaded only
 //! where [`allow_libraries`](super::allow_libraries) or the environment allows it.
 
 pub(crate) mod shared_library;
@@ -30,14 +30,14 @@ use crate::{
 
 const NAME: &str = "umat";
 
-/// Where each component xx yy zz xy yz zx stands among 11 22 33 12 13 23, and the other way round.
+/// Index of each component xx yy zz xy yz zx among 11 22 33 12 13 23, and the inverse.
 const ORDER: [usize; 6] = [0, 1, 2, 3, 5, 4];
 
-/// `JSTEP`: number of the step, its procedure (static), that geometry is not linear, and that the step is no perturbation. Older routines
+/// Argument `JSTEP`: number of the step, its procedure (static), nonlinear geometry, and no perturbation step. Older routines
 /// call it `KSTEP`, the number alone.
 const JSTEP: [c_int; 4] = [1, 1, 1, 0];
 
-/// The signature of `umat_` as Fortran compilers make it, the hidden length of `CMNAME` last.
+/// Signature of `umat_` from Fortran compilers, the hidden length of `CMNAME` last.
 type UmatFunction = unsafe extern "C" fn(
     stress: *mut f64,
     statev: *mut f64,
@@ -115,7 +115,7 @@ fn default_symbol() -> String {
 }
 
 impl UmatSpec {
-    /// The library's unit of stress (Pa).
+    /// Unit of stress of the library (Pa).
     fn unit(&self) -> f64 {
         self.pascals.unwrap_or(1.0)
     }
@@ -147,17 +147,17 @@ impl Model for UmatSpec {
         Ok(Arc::new(Umat { spec: self.clone(), routine }))
     }
 
-    /// None: what a library does is its own, and it may not be there.
+    /// No samples: the behaviour of a library is unknown, and it may be absent.
     fn examples() -> Vec<Self> {
         Vec::new()
     }
 }
 
-/// A loaded routine and the lock of its library.
+/// Loaded routine and the lock of its library.
 struct Routine {
     function: UmatFunction,
     lock: Arc<Mutex<()>>,
-    /// Keeps the code mapped.
+    /// Library handle, which keeps the code mapped.
     _library: Arc<Library>,
 }
 
@@ -165,7 +165,7 @@ impl Routine {
     #[allow(unsafe_code, reason = "code of another language can be called in no other way")]
     fn load(path: &Path, symbol: &str) -> Result<Self, MaterialError> {
         let (library, lock) = shared_library::open(path)?;
-        // SAFETY: the symbol is a routine with the interface of a UMAT, which is what the user says it is;
+        // SAFETY: the symbol is a routine with the interface of a UMAT, guaranteed by the user;
         // the library outlives the pointer.
         let function = match unsafe { library.get::<UmatFunction>(symbol.as_bytes()) } {
             Ok(function) => *function,
@@ -182,18 +182,18 @@ impl Routine {
     }
 }
 
-/// The law. See the module's head for source and limits.
+/// Law of a user material. See the module's head for source and limits.
 struct Umat {
     spec: UmatSpec,
     routine: Routine,
 }
 
-/// State of a point of a library's material.
+/// State of a point of a user material.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct UmatState {
-    /// `STATEV`.
+    /// State variables `STATEV`.
     variables: Vec<f64>,
-    /// Total strain in the turning frame, tensor shear (`STRAN` doubles it).
+    /// Total strain in the co-rotating frame, tensor shear (`STRAN` doubles it).
     strain: SymTensor,
     /// Deformation gradient since the start, `DFGRD0` of the next step.
     deformation: Mat3,
@@ -203,7 +203,7 @@ struct UmatState {
     modulus: f64,
 }
 
-/// What a call returns.
+/// Output of a call.
 struct UmatOutput {
     stress: SymTensor,
     variables: Vec<f64>,
@@ -218,13 +218,13 @@ fn from_umat(values: [f64; 6]) -> SymTensor {
     SymTensor(std::array::from_fn(|k| values[ORDER[k]]))
 }
 
-/// Column-major, as Fortran has it.
+/// Column-major array of a matrix, as in Fortran.
 fn column_major(m: &Mat3) -> [f64; 9] {
     std::array::from_fn(|k| m.0[k % 3][k / 3])
 }
 
 impl Umat {
-    /// One call: `stress` is already turned by `rotation`.
+    /// Calls the routine once: `stress` is already rotated by `rotation`.
     #[allow(unsafe_code, reason = "code of another language can be called in no other way")]
     fn call(
         &self,
@@ -236,7 +236,7 @@ impl Umat {
         let spec = &self.spec;
         let mut sigma = to_umat(&(*stress * (1.0 / spec.unit())), 1.0);
         let mut variables = state.variables.clone();
-        // A library may write to STATEV(1) though it asked for none.
+        // A library may write to STATEV(1) though it requested none.
         let count = variables.len();
         variables.resize(count.max(1), 0.0);
         let mut ddsdde = [0.0; 36];
@@ -259,8 +259,8 @@ impl Umat {
         {
             let _turn =
                 (!spec.thread_safe).then(|| self.routine.lock.lock().unwrap_or_else(PoisonError::into_inner));
-            // SAFETY: every pointer is to a live array of the length that the interface of a UMAT names; what
-            // the library does with them is the word of the user.
+            // SAFETY: every pointer is to a live array of the length required by the interface of a UMAT; the use
+            // of them by the library is the responsibility of the user.
             shared_library::call_guarded(|| unsafe {
                 (self.routine.function)(
                     sigma.as_mut_ptr(),
@@ -332,7 +332,7 @@ impl Umat {
         half_rotation(&motion.velocity_gradient_dt).map_or(Mat3::IDENTITY, |half| half * half)
     }
 
-    /// A bound on the P-wave modulus: the largest normal stiffness, with room for anisotropy.
+    /// Bound on the P-wave modulus (Pa): the largest normal stiffness, with a margin for anisotropy.
     fn wave_modulus_bound(&self, tangent: &Tangent) -> f64 {
         self.spec.wave_modulus.unwrap_or_else(|| 1.1 * (0..3).fold(0.0, |m: f64, i| m.max(tangent.0[i][i])))
     }
@@ -359,7 +359,7 @@ impl Law for Umat {
         NAME
     }
 
-    /// What a library knows of directions is its own.
+    /// Whether the law is isotropic: false, since the use of directions by a library is unknown.
     fn is_isotropic(&self) -> bool {
         false
     }
@@ -368,7 +368,7 @@ impl Law for Umat {
         true
     }
 
-    /// What a library does with time is its own.
+    /// Whether the law depends on time: true, since the use of time by a library is unknown.
     fn is_time_dependent(&self) -> bool {
         true
     }
@@ -389,7 +389,7 @@ impl PointLaw for Umat {
             time: 0.0,
             modulus: 0.0,
         };
-        // A step without strain tells the stiffness at the start.
+        // A step without strain gives the stiffness at the start.
         let still = Motion { density: initial.density, ..Motion::AT_REST };
         let called = self.call(&initial.stress, &state, &still, &Mat3::IDENTITY)?;
         state.modulus = self.wave_modulus_bound(&called.tangent);
@@ -421,7 +421,7 @@ impl StressUpdate for Umat {
     }
 
     fn state_size(&self) -> usize {
-        // A library that asks for no variable gets one all the same.
+        // A library that requests no variable gets one nevertheless.
         size_of::<UmatState>() + self.spec.state_variables.len().max(1) * size_of::<f64>()
     }
 

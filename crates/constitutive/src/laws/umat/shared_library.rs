@@ -1,4 +1,4 @@
-//! Shared libraries from outside: who may load them, and what is done about those that end the program.
+//! Foreign shared libraries: permission to load them, and protection against libraries that end the program.
 
 use std::cell::Cell;
 use std::collections::HashMap;
@@ -18,8 +18,8 @@ const PERMISSION_VARIABLE: &str = "COLLUVIUM_ALLOW_LIBRARY";
 
 static ALLOWED: AtomicBool = AtomicBool::new(false);
 
-/// Allows materials to load shared libraries, from now on and in this whole process. A case that names a library is
-/// foreign code otherwise, and refused. The environment variable `COLLUVIUM_ALLOW_LIBRARY=1` does the same.
+/// Allows materials to load shared libraries, from now on and in this whole process. Without it, a case that names a library is
+/// rejected as foreign code. The environment variable `COLLUVIUM_ALLOW_LIBRARY=1` is equivalent.
 pub fn allow_libraries() {
     ALLOWED.store(true, Ordering::Relaxed);
 }
@@ -28,7 +28,7 @@ fn allowed() -> bool {
     ALLOWED.load(Ordering::Relaxed) || std::env::var_os(PERMISSION_VARIABLE).is_some_and(|value| value == "1")
 }
 
-/// A library and the lock its routines share.
+/// Library and the common lock of its routines.
 pub(crate) type LoadedLibrary = (Arc<Library>, Arc<Mutex<()>>);
 
 /// Libraries in use, each opened once, so that materials of one library share its lock.
@@ -37,7 +37,7 @@ fn libraries() -> &'static Mutex<HashMap<PathBuf, LoadedLibrary>> {
     OPEN.get_or_init(Mutex::default)
 }
 
-/// Why loading failed, with what the loader of the system says.
+/// Text of a loading error, with the message of the system's loader.
 pub(crate) fn load_error(error: &libloading::Error) -> String {
     let source = error.source().map(ToString::to_string);
     source.unwrap_or_else(|| error.to_string())
@@ -76,7 +76,7 @@ thread_local! {
     static INSIDE: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs code of a library. Should it end the program (`exit` of C, `STOP` of Fortran), then not as a success.
+/// Runs code of a library. If it ends the program (`exit` of C, `STOP` of Fortran), the exit status is not success.
 pub(crate) fn call_guarded<R>(call: impl FnOnce() -> R) -> R {
     watch_exit();
     let before = INSIDE.replace(true);
@@ -95,15 +95,15 @@ fn watch_exit() {
     extern "C" fn at_exit() {
         if INSIDE.try_with(Cell::get).unwrap_or(false) {
             let _ = writeln!(std::io::stderr(), "error: the library of a umat ended the program");
-            // SAFETY: ends the process at once; there is nothing left to hold.
+            // SAFETY: ends the process at once; no resources are left to release.
             unsafe { _exit(1) }
         }
     }
 
     static WATCHED: Once = Once::new();
     WATCHED.call_once(|| {
-        // SAFETY: the callback takes nothing, returns, and lives as long as the program. Where it is not taken, an
-        // exit is what it was without it.
+        // SAFETY: the callback has no arguments, returns, and lives as long as the program. If its registration fails, an
+        // exit behaves as without it.
         let _ = unsafe { atexit(at_exit) };
     });
 }

@@ -1,4 +1,4 @@
-//! What is prescribed, and what is refused.
+//! Prescribed quantities, and rejected ones.
 
 use super::*;
 
@@ -66,7 +66,7 @@ fn creep_and_relaxation_keep_stress_and_strain_while_time_passes() {
     let run = test(fluid(), 0.0, &[(flow, 10), (LoadingPath::Relaxation {}, 1)]).run().unwrap();
     assert_close(run.rows[10][10], 150.0, 1e-9);
     assert_eq!(run.last("q"), 0.0);
-    // All of the work of the flow is lost: μ γ̇² t.
+    // All work of the flow is dissipated: μ γ̇² t.
     assert_close(run.last("dissipated_work"), 50.0 * 9.0, 0.06);
 }
 

@@ -4,7 +4,7 @@ use colluvium_constitutive::driver::incremental::*;
 
 use super::*;
 
-/// 11 22 33 12 13 23 as kPa.
+/// Initial conditions 11 22 33 12 13 23 in kPa.
 const START: &str = "6\n-100.0\n-100.0d0\n-1.0e2\n0\n0\n0\n2\n0.7\n";
 
 fn read(test: &str) -> Result<IncrementalTest, Vec<TestProblem>> {
@@ -123,7 +123,7 @@ fn a_deformation_gradient_turns_and_stretches() {
         stress_unit: 1e3,
     });
     let path = read.unwrap().test.run().unwrap();
-    // sheet: constitutive V-02; the straight way to a rotation strains and comes back.
+    // sheet: constitutive V-02; the linear path to a rotation strains and comes back.
     assert_close(path.last("stress_xx"), -104_820.508_08, 1e-7);
     assert_close(path.last("stress_xy"), -11_650.635_09, 1e-6);
 }
@@ -135,7 +135,7 @@ fn repetitions_repeat_and_rows_are_thinned() {
     assert_eq!(test.test.stages.len(), 7);
     assert_eq!(test.output_interval, [4, 1, 4, 1, 4, 1, 1]);
     let path = run(&format!("o\n{cycle}"));
-    // Of the ten rows of the first steps 1, 5, 9 and the last stay.
+    // Of the ten rows of the first steps 1, 5, 9 and the last are kept.
     assert_eq!(path.rows.len(), 1 + 3 * (4 + 10) + 5);
     assert_close(path.last("stress_xx"), -100e3 - 0.0015 * YOUNG, 1e-9);
 }

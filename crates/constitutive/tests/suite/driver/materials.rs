@@ -129,7 +129,7 @@ fn triaxial_extension_has_youngs_modulus_and_its_own_strength() {
     let elastic = extend(elastic(), 0.001);
     assert_close(elastic.last("stress_zz"), -100e3 + YOUNG * 0.001, 1e-9);
     assert_close(elastic.last("lode_angle"), 0.0, 1e-6);
-    // The axial stress becomes the largest: σ3 = k σ1 - 2c√k with σ3 the kept one.
+    // The axial stress becomes the largest: σ3 = k σ1 - 2c√k with σ3 the constant one.
     let failed = extend(MaterialSpec::MohrCoulomb(mohr_coulomb(0.0)), 0.05);
     assert_close(failed.last("stress_zz"), -(100e3 - 2.0 * 10e3 * 3f64.sqrt()) / 3.0, 1e-6);
 }

@@ -1,4 +1,4 @@
-//! Element tests: paths, what is controlled, limits, output.
+//! Element tests: paths, controlled quantities, limits, output.
 
 mod control;
 mod incremental;
@@ -72,7 +72,7 @@ fn general(stress: [[f64; 6]; 6], strain: [[f64; 6]; 6], total: [f64; 6]) -> Loa
     }
 }
 
-/// The unit matrix times `value`.
+/// Unit matrix times `value`.
 fn unit(value: f64) -> [[f64; 6]; 6] {
     std::array::from_fn(|i| std::array::from_fn(|j| if i == j { value } else { 0.0 }))
 }

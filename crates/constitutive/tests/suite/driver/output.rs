@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// `K_f/n` of water (2.15 GPa) at a porosity of 0.4.
+/// Fluid stiffness `K_f/n` of water (2.15 GPa) at a porosity of 0.4.
 const FLUID: f64 = 2.15e9 / 0.4;
 
 #[test]
@@ -20,7 +20,7 @@ fn what_came_before_a_limit_load_is_kept() {
     let stopped = trace.stopped.unwrap().to_string();
     assert!(stopped.starts_with("stages[0].path: limit load reached in step"), "{stopped}");
     assert!((234..=237).contains(&trace.path.rows.len()), "{}", trace.path.rows.len());
-    // The last row stands within a thousandth of a step of the strength.
+    // The last row lies within a thousandth of a step of the strength.
     assert_close(trace.path.last("q"), 234_641.016, 1e-5);
 }
 
@@ -49,7 +49,7 @@ fn work_is_stored_by_elasticity_and_lost_by_plasticity() {
 fn the_pore_pressure_of_an_undrained_test_is_minus_the_change_of_effective_pressure() {
     let path = LoadingPath::TriaxialUndrained { axial_compression: 0.01, fluid_stiffness: None };
     let run = test(elastic(), 100e3, &[(path, 20)]).run().unwrap();
-    // Constant total lateral stress: u = q/3 where p' stays.
+    // Constant total lateral stress: u = q/3 where p' is constant.
     assert_close(run.last("excess_pore_pressure"), run.last("q") / 3.0, 1e-9);
     assert_eq!(run.standard_plots()[1].name, "pore-pressure-strain");
     let drained = LoadingPath::TriaxialDrained { axial_compression: 0.01 };
@@ -108,7 +108,7 @@ fn the_table_reads_as_csv() {
 fn a_compressible_pore_fluid_adds_its_stiffness() {
     let undrained = BULK + FLUID;
     let poisson = (3.0 * undrained - 2.0 * SHEAR) / (2.0 * (3.0 * undrained + SHEAR));
-    // The figures of `sheet: constitutive §5.3`.
+    // Values of `sheet: constitutive §5.3`.
     assert_close(undrained, 5.391_667e9, 1e-7);
     assert_close(poisson, 0.499_287, 1e-6);
     let path = LoadingPath::TriaxialUndrained { axial_compression: 0.01, fluid_stiffness: Some(FLUID) };
@@ -116,7 +116,7 @@ fn a_compressible_pore_fluid_adds_its_stiffness() {
     assert_close(run.last("q"), 2.0 * SHEAR * (1.0 + poisson) * 0.01, 1e-9);
     assert_close(run.last("volumetric_strain"), -(1.0 - 2.0 * poisson) * 0.01, 1e-7);
     assert_close(run.last("excess_pore_pressure"), FLUID * (1.0 - 2.0 * poisson) * 0.01, 1e-7);
-    // The total lateral stress stays.
+    // The total lateral stress is constant.
     assert_close(run.last("stress_xx") - run.last("excess_pore_pressure"), -100e3, 1e-9);
 }
 

@@ -1,4 +1,4 @@
-//! A law that fails on the way is told from a stress that cannot be reached.
+//! Distinction of a law that fails during a path from a stress that cannot be reached.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use colluvium_constitutive::{
 };
 use serde_json::{Map, Value, json};
 
-/// Linear elastic, without a solution beyond 1 % of stretch in y.
+/// Linear elastic law without a solution beyond 1 % of stretch in y.
 struct Stubborn(Elasticity);
 
 impl Law for Stubborn {
@@ -62,7 +62,7 @@ impl MaterialFactory for StubbornLaw {
     }
 }
 
-/// Why the path stops, and the stretch in y it reaches.
+/// Reason of the stop, and the stretch in y reached.
 fn stopped(path: LoadingPath, steps: usize) -> (DriverError, f64) {
     register_material(&StubbornLaw);
     let law = json!({ "model": "external", "law": "stubborn", "density": 2000, "parameters": {} });
@@ -82,7 +82,7 @@ fn a_law_that_fails_on_prescribed_strains_is_no_limit_load() {
         spin: [0.0; 3],
         fluid_stiffness: None,
     };
-    // Stress is prescribed as well; beyond the last step that the law takes it takes no shorter one.
+    // Stress is prescribed as well; beyond the last step accepted by the law no shorter one is accepted.
     let stretched = LoadingPath::Direct {
         control: [
             ControlledQuantity::Stress,

@@ -1,9 +1,9 @@
-//! Layers before open sides in which waves die away (sheet: depth-sph §3.9).
+//! Absorbing layers before open sides, in which waves decay (sheet: depth-sph §3.9).
 //!
-//! There depth and speed along the normal relax to what stood at the place when the flow began, both at the same rate: their ratio in a wave
-//! along the normal stays what it is without a layer, so that the layer itself sends nothing back. Speed along the side is left alone: with
-//! it waves at an angle are turned back more. What nodes lose or gain of their volume counts as passed. Both of two layers relax at one rate,
-//! that of the surface: waves of the surface and of the interface then stay what they are, and those of the interface die away sooner.
+//! Depth and speed along the normal relax to the initial state of the layer, both at the same rate: their ratio in a wave along the
+//! normal is then that without a layer, so that the layer itself reflects nothing. Speed along the side is not changed: if it relaxed,
+//! waves at an angle would be reflected more. Volume that nodes lose or gain counts as passed. Both of two layers relax at one rate,
+//! that of the surface: waves of the surface and of the interface then keep their shape, and those of the interface decay sooner.
 
 use crate::boundary::open::open_boundary::{OpenBoundary, SideRegion};
 use crate::boundary::open::region_of;
@@ -11,24 +11,24 @@ use crate::flow::Flow;
 use crate::phases::phase::PhaseSet;
 use crate::phases::phase_nodes::PlanVector;
 
-/// Logarithm of what a layer leaves of a wave along the normal that has gone through it once.
+/// Logarithm of the factor by which a layer reduces a wave along the normal that has crossed it once.
 const DECAY: f64 = 2.0;
-/// Power of the distance from where a layer begins that its rate grows with.
+/// Exponent with which the relaxation rate grows with the distance from the begin of the layer.
 const POWER: i32 = 2;
 
-/// What stood in a layer when the flow began: cells of one spacing along and across the side.
+/// Initial state of an absorbing layer: cells of one spacing along and across the side.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct AbsorbingLayer {
-    /// How long it is (m).
+    /// Length of the layer (m).
     length: f64,
-    /// Cells of a set from the side inward, strip by strip; none where nothing stood.
+    /// Cells of a set from the side inward, strip by strip; none where there was no material.
     undisturbed: [Vec<Option<UndisturbedState>>; 2],
 }
 
-/// What stood in a cell when the flow began.
+/// Initial state in a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct UndisturbedState {
-    /// Depth, of both phases or of the layer (m).
+    /// Depth of both phases or of the layer (m).
     depth: f64,
     /// Depth of both layers (m).
     whole: f64,
@@ -43,12 +43,12 @@ impl AbsorbingLayer {
 }
 
 impl<const D: usize> OpenBoundary<D> {
-    /// Number of cells of its layer along the normal.
+    /// Number of cells of the layer along the normal.
     fn cells(&self) -> usize {
         (self.layer.length / self.spacing).ceil() as usize
     }
 
-    /// The cell of its layer that a place is in.
+    /// Cell of the layer that contains a position.
     fn cell(&self, x: &PlanVector<D>) -> Option<usize> {
         let inside = -self.distance_beyond(x);
         if !(0.0..self.layer.length).contains(&inside) {
@@ -58,7 +58,7 @@ impl<const D: usize> OpenBoundary<D> {
         Some(self.strip(x) * cells + ((inside / self.spacing) as usize).min(cells - 1))
     }
 
-    /// Takes what stands in the layer.
+    /// Stores the initial state in the layer.
     pub(super) fn store_undisturbed(
         &mut self,
         sets: &[PhaseSet<D>],
@@ -83,7 +83,7 @@ impl<const D: usize> OpenBoundary<D> {
         }
     }
 
-    /// Lets waves die away over `dt` (s).
+    /// Relaxes waves over `dt` (s).
     fn relax_layer(
         &mut self,
         number: usize,
@@ -106,7 +106,7 @@ impl<const D: usize> OpenBoundary<D> {
             let still = self.outward * calm.speed;
             let speed = &mut nodes.velocity[i][self.axis];
             *speed = still + stays * (*speed - still);
-            // Where next to nothing stands no more is put in than where half of the depth does.
+            // Where there is next to no material, no more is added than at half of the depth.
             let excess = 1.0 - calm.depth / self.depths(nodes)[i].max(0.5 * calm.depth);
             let taken = (1.0 - stays) * excess * nodes.volume[i];
             nodes.volume[i] -= taken;
@@ -116,7 +116,7 @@ impl<const D: usize> OpenBoundary<D> {
 }
 
 impl<const D: usize> Flow<D> {
-    /// Waves die away in the layers before open sides over `dt` (s).
+    /// Relaxes waves in the layers before open sides over `dt` (s).
     pub(crate) fn relax_absorbing_layers(&mut self, dt: f64) {
         if self.open_boundaries.iter().all(|end| end.layer.length == 0.0) {
             return;

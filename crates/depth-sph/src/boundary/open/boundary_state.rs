@@ -1,17 +1,17 @@
-//! What stands at an open side and beyond it, by the invariants along the normal (sheet: depth-sph §2.2, §3.9).
+//! State at an open side and beyond it, by the Riemann invariants along the normal (sheet: depth-sph §2.2, §3.9).
 
 use serde::{Deserialize, Serialize};
 
 use crate::phases::phase_nodes::PlanVector;
 
-/// Least ratio of the variance of the distances of nodes from a side to their mean square for which depth and speed are extrapolated by a line.
+/// Least variance of the distances of nodes from a side, over their mean square, for which depth and speed are extrapolated by a line.
 /// A single row has less; the slope through it is arbitrary.
 const SPREAD: f64 = 1e-2;
 
-/// Times at which what passes the place before a side is taken, in the time that waves need from there to the side.
+/// Number of samples of the history in the time that waves need from its position to the side.
 pub(super) const INTERVALS: f64 = 16.0;
 
-/// Material as it stands at a place of a side.
+/// State of the flow at a position of a side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BoundaryState {
     /// Depth (m).
@@ -25,7 +25,7 @@ pub struct BoundaryState {
 }
 
 impl BoundaryState {
-    /// Share of a set in the depth: that of all of a single phase, of grains or of fluid.
+    /// Share of a set in the depth: one of a single phase, else that of grains or of fluid.
     pub fn share(&self, sets: usize, number: usize) -> f64 {
         match (sets, number) {
             (1, _) => 1.0,
@@ -35,7 +35,7 @@ impl BoundaryState {
     }
 }
 
-/// What a kernel at a side reaches within, and how it changes outward.
+/// State of the flow before a side within the reach of a kernel, and its slopes outward.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InteriorFit {
     /// Depth at the side (m) and its slope.
@@ -48,45 +48,45 @@ pub struct InteriorFit {
     pub porosity: f64,
     /// Effective gravity (m/s²).
     pub effective_gravity: f64,
-    /// As far as slopes are followed (m).
+    /// Distance over which slopes are extrapolated (m).
     pub reach: f64,
 }
 
 impl InteriorFit {
-    /// Depth (m) and outward speed (m/s) as what arrives from within goes on, so far beyond the side (m).
+    /// Depth (m) and outward speed (m/s) of the arriving flow, extrapolated to a distance `far` beyond the side (m).
     pub(super) fn extrapolated(&self, far: f64) -> [f64; 2] {
         let [depth, slope] = self.depth;
         let arriving = (depth + slope * far).clamp(0.5 * depth, 1.5 * depth);
         [arriving, self.speed[0] + self.speed[1] * far]
     }
 
-    /// What stands `beyond` the side (m), before what was out there when the flow began: depths as what arrives from within goes on,
-    /// speeds those at the side, so that the nodes beyond it move as one and keep their distances.
+    /// State `beyond` the side (m) against the far state `still`: depths follow the extrapolation of the arriving flow,
+    /// speeds are those at the side, so that the nodes beyond it move as one and keep their distances.
     pub fn at(&self, still: Option<&BoundaryState>, beyond: f64) -> BoundaryState {
         let met = |[depth, speed]: [f64; 2]| riemann_state(still, depth, speed, self.effective_gravity);
         let (at_side, there) =
             (met([self.depth[0], self.speed[0]]), met(self.extrapolated(beyond.min(self.reach))));
-        // Along the side nodes keep their distances as well, or their depths would have that compression on top.
+        // Along the side nodes keep their distances as well, or their depths would contain that compression in addition.
         let along = still.map_or(self.along, |still| still.along);
         BoundaryState { depth: there.0, speed: at_side.1, along, porosity: self.porosity }
     }
 }
 
-/// What has passed a place before the side, and when: from there waves bring it to the side and beyond.
+/// History of the flow at a position before the side, from which waves reach the side and beyond.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ArrivalHistory {
-    /// Times (s), ascending, and what stood there.
+    /// Times (s), ascending, and the states there.
     records: Vec<(f64, BoundaryState)>,
-    /// Effective gravity there (m/s²).
+    /// Effective gravity at the position (m/s²).
     effective_gravity: f64,
-    /// How far before the side the place is (m).
+    /// Distance of the position before the side (m).
     distance: f64,
-    /// The middle of the step (s).
+    /// Time of the middle of the step (s).
     now: f64,
 }
 
 impl ArrivalHistory {
-    /// Takes what stands `distance` (m) before the side at `time` (s), at the beginning of a step of `dt` (s). It is asked for as far as
+    /// Records the state `distance` (m) before the side at `time` (s), at the beginning of a step of `dt` (s). It is evaluated as far as
     /// `reach` (m) beyond the side.
     pub fn record(&mut self, (time, dt): (f64, f64), found: &InteriorFit, distance: f64, reach: f64) {
         let InteriorFit { depth, speed, along, porosity, effective_gravity: pull, .. } = *found;
@@ -103,20 +103,20 @@ impl ArrivalHistory {
         self.records.drain(..first);
     }
 
-    /// What stands `beyond` the side (m), before what was out there when the flow began: depths as waves bring them there, speeds those
-    /// at the side, so that the nodes beyond it move as one and keep their distances.
+    /// State `beyond` the side (m) against the far state `still`: depths as waves bring them there, speeds those at the side, so that
+    /// the nodes beyond it move as one and keep their distances.
     pub fn at(&self, still: Option<&BoundaryState>, beyond: f64) -> BoundaryState {
         let Some((_, last)) = self.records.last() else { return still.copied().unwrap_or_default() };
         let met = |beyond: f64| {
             let BoundaryState { depth, speed, .. } = self.arriving(beyond, last);
             riemann_state(still, depth, speed, self.effective_gravity)
         };
-        // Along the side nodes keep their distances as well, or their depths would have that compression on top.
+        // Along the side nodes keep their distances as well, or their depths would contain that compression in addition.
         let along = still.map_or(last.along, |still| still.along);
         BoundaryState { depth: met(beyond).0, speed: met(0.0).1, along, porosity: last.porosity }
     }
 
-    /// What has left the place for where it is `beyond` the side (m) now.
+    /// State that has travelled from the position of the history to `beyond` the side (m) by now.
     fn arriving(&self, beyond: f64, last: &BoundaryState) -> BoundaryState {
         let time = self.now - (self.distance + beyond) / self.wave(last);
         let after = self.records.partition_point(|(own, _)| *own < time).max(1);
@@ -131,19 +131,19 @@ impl ArrivalHistory {
         }
     }
 
-    /// Speed of waves outward (m/s). Against a stream that comes in nearly as fast they would take too long.
+    /// Speed of waves outward (m/s), bounded from below: against an inflow nearly as fast they would take too long.
     fn wave(&self, stand: &BoundaryState) -> f64 {
         let celerity = (self.effective_gravity * stand.depth).sqrt();
         (stand.speed + celerity).max(0.5 * celerity)
     }
 }
 
-/// Depth (m) and outward speed (m/s) at a side to which these arrive from within, where gravity is `pull` (m/s²): of waves along the
-/// normal. Of a wave at an angle `θ` to it `(1 - cos θ)/(1 + cos θ)` comes back.
+/// Depth (m) and outward speed (m/s) at a side with this arriving flow, where gravity is `pull` (m/s²): of waves along the
+/// normal. Of a wave at an angle `θ` to it `(1 - cos θ)/(1 + cos θ)` is reflected.
 pub fn riemann_state(still: Option<&BoundaryState>, depth: f64, speed: f64, pull: f64) -> (f64, f64) {
     let celerity = (pull * depth).sqrt();
     let Some(still) = still.filter(|_| speed < celerity) else {
-        // Nothing comes back against a flow that is faster than its waves.
+        // No wave returns against a supercritical flow.
         return (depth, speed);
     };
     let outgoing = speed + 2.0 * celerity;
@@ -152,7 +152,7 @@ pub fn riemann_state(still: Option<&BoundaryState>, depth: f64, speed: f64, pull
     (found * found / pull, 0.5 * (outgoing + incoming))
 }
 
-/// Sums over what a kernel at a side reaches within, for lines by least squares.
+/// Sums over the reach of a kernel at a side, for lines by least squares.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LineFitSums {
     powers: [f64; 3],
@@ -165,8 +165,8 @@ pub struct LineFitSums {
 }
 
 impl LineFitSums {
-    /// Adds a node `beyond` (m, negative within) the side with its weight, a depth (m), of all or of a layer, its effective gravity (m/s²) and
-    /// how far its kernel reaches (m); `velocity` is outward and along the side.
+    /// Adds a node `beyond` (m, negative within) the side with its weight, a depth (m), of all or of a layer, its effective gravity (m/s²)
+    /// and the reach of its kernel (m); `velocity` is outward and along the side.
     pub fn add(&mut self, weight: f64, beyond: f64, velocity: [f64; 2], depth: f64, pull: f64, reach: f64) {
         let powers = [weight, weight * beyond, weight * beyond * beyond];
         (0..3).for_each(|k| self.powers[k] += powers[k]);
@@ -179,12 +179,12 @@ impl LineFitSums {
         self.reach = self.reach.max(reach);
     }
 
-    /// Counts the weight of a node of the pore fluid.
+    /// Adds the weight of a node of the pore fluid.
     pub fn add_fluid(&mut self, weight: f64) {
         self.fluid += weight;
     }
 
-    /// Lines through depths and speeds; `None` where there is nothing.
+    /// Lines through depths and speeds; `None` where there are no nodes.
     pub fn interior_fit(&self) -> Option<InteriorFit> {
         let [weight, first, second] = self.powers;
         if !(weight > 0.0) {
@@ -196,7 +196,7 @@ impl LineFitSums {
             let slope = if is_line { (weight * moment - first * sum) / spread } else { 0.0 };
             [(sum - slope * first) / weight, slope]
         };
-        // A line through a front may fall below the bed before it is at the side.
+        // A line through a front may fall below the bed before the side.
         let [depth, slope] = line(self.depth);
         Some(InteriorFit {
             depth: [depth.max(0.0), slope],
@@ -209,7 +209,7 @@ impl LineFitSums {
     }
 }
 
-/// Outward and along speeds of a velocity in plan at a side across `axis`.
+/// Outward and tangential speeds of a velocity in plan at a side across `axis`.
 pub fn outward_and_tangential<const D: usize>(
     velocity: &PlanVector<D>,
     axis: usize,
@@ -232,7 +232,7 @@ mod tests {
             let (h, u) = riemann_state(Some(&still), depth, speed, 9.81);
             assert!((h - depth).abs() < 1e-12 && (u - speed).abs() < 1e-12);
         }
-        // A wave that comes in from the end itself is not let in: the material out there rests.
+        // A wave that enters from the end itself is not admitted: the material outside rests.
         let (h, u) = riemann_state(Some(&still), 1.1, -2.0 * (celerity(1.1) - celerity(1.0)), 9.81);
         assert!((h - 1.0).abs() < 1e-12 && u.abs() < 1e-12);
         assert_eq!(riemann_state(Some(&still), 0.2, 3.0, 9.81), (0.2, 3.0));

@@ -11,7 +11,7 @@ use crate::boundary::open::two_layers::LayerPair;
 pub struct FarField {
     /// Numbers of the nodes, ascending.
     pub ids: Vec<u64>,
-    /// Volume of each set that has passed outward, less what has come back (m³; m² in profiles).
+    /// Volume of each set that has passed outward, less that which has returned (m³; m² in profiles).
     pub passed: [f64; 2],
     /// State of each strip.
     pub strips: Vec<StripState>,
@@ -20,29 +20,29 @@ pub struct FarField {
 /// State of the flow in a strip.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StripState {
-    /// Depth and speed, where it is the same at all distances.
+    /// Depth and speed, where they are constant at all distances.
     pub fixed: Option<BoundaryState>,
     /// Flow that arrives from within.
     pub interior_fit: Option<InteriorFit>,
-    /// Earlier flow on its way to the end of a profile.
+    /// Earlier flow that travels to the end of a profile.
     pub history: ArrivalHistory,
-    /// Both of two layers, at the side of each.
+    /// States of both layers, at the side of each.
     pub layers: Option<LayerPair>,
 }
 
 impl<const D: usize> OpenBoundary<D> {
-    /// Whether something stood beyond it when the flow began.
+    /// Whether there was material beyond the side initially.
     pub fn is_filled(&self) -> bool {
         self.strips.iter().any(|strip| strip.far_state.is_some())
     }
 
-    /// Whether nothing stood beyond a strip when the flow began, and nothing flows in there.
+    /// Whether there was no material beyond a strip initially, and there is no inflow.
     pub(super) fn is_dry_outside(&self, strip: usize) -> bool {
         self.strips[strip].far_state.is_none() && self.inlet.is_none() && self.flow_layer.is_none()
     }
 
-    /// Gives what has passed strips beyond which nothing stood one speed along the side, the mean of theirs: what runs together before the side
-    /// would else heap beyond it, where the bed does not part it.
+    /// Gives the flow that has passed initially dry strips one speed along the side, the mean of theirs: flow that converges before the
+    /// side would else heap beyond it, where the bed does not part it.
     pub(super) fn average_tangential_speed(&mut self) {
         if D == 1 {
             return;

@@ -1,19 +1,19 @@
-//! What flows in through an end of a profile (sheet: depth-sph §3.9; §0 for dry beds).
+//! Inflow through an end of a profile (sheet: depth-sph §3.9; §0 for dry beds).
 
 use crate::boundary::open::boundary_state::BoundaryState;
 use crate::inflow;
 use crate::inflow::ArrivingFlow;
 
-/// What flows in through an end.
+/// Inflow through an end of a profile.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inlet {
-    /// Times (s) and discharges per width (m²/s), linear between them; none before the first and after the last.
+    /// Times (s) and discharges per width (m²/s), linear between them; zero before the first and after the last.
     pub hydrograph: Vec<[f64; 2]>,
-    /// Froude number `u/√(g h)` at the end where nothing stands before it, or where what flows in is faster than its waves.
+    /// Froude number `u/√(g h)` at the end where it is dry, or where the inflow is supercritical.
     pub froude: f64,
-    /// Porosity of what flows in, of two phases; of no meaning for one.
+    /// Porosity of the inflow, of two phases; without meaning for one.
     pub porosity: f64,
-    /// Set of nodes that it flows into, of two layers; none of one phase, or of grains and fluid.
+    /// Set of nodes of the inflow, of two layers; none of one phase, or of grains and fluid.
     pub layer: Option<usize>,
 }
 
@@ -28,12 +28,12 @@ impl Inlet {
         inflow::section_by_froude(discharge, self.froude, pull)
     }
 
-    /// Its largest speed (m/s) by the Froude number, under gravity `pull` (m/s²).
+    /// Largest speed of the inflow (m/s) by the Froude number, under gravity `pull` (m/s²).
     pub(super) fn max_speed(&self, pull: f64) -> f64 {
         self.hydrograph.iter().map(|pair| self.section_by_froude(pair[1], pull).1).fold(0.0, f64::max)
     }
 
-    /// What stands at an end to which this arrives from within, and nothing where it is dry, under gravity `pull` (m/s²).
+    /// State at an end with this arriving flow, `None` where it is dry, under gravity `pull` (m/s²).
     pub(super) fn state(&self, time: f64, arriving: Option<ArrivingFlow>, pull: f64) -> BoundaryState {
         let (depth, speed) = inflow::inflow_section(self.discharge(time), arriving, self.froude, pull);
         BoundaryState { depth, speed: -speed, along: 0.0, porosity: self.porosity }
@@ -54,7 +54,7 @@ mod tests {
             assert_eq!(porosity, 0.4);
             (depth, speed)
         };
-        // The sheet's: 0.5 m²/s into still water 1 m deep.
+        // The sheet's values: 0.5 m²/s into still water 1 m deep.
         let (h, u) = state(1.0, Some(2.0 * 9.81f64.sqrt()));
         assert!((h - 1.144_364).abs() < 1e-6 && (u + 0.436_924).abs() < 1e-6, "{h} {u}");
         let (h, u) = state(1.0, None);

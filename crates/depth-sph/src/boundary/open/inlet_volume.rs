@@ -1,22 +1,22 @@
-//! Volume that flows in through an end of a profile: that of its hydrograph.
+//! Volume of the inflow through an end of a profile: that of its hydrograph.
 
 use crate::boundary::open::boundary_state::BoundaryState;
 use crate::boundary::open::inlet::Inlet;
 use crate::boundary::open::open_boundary::OpenBoundary;
 use crate::phases::phase::PhaseSet;
 
-/// Volume of a node that flows in over that of its length, least and largest.
+/// Least and largest volume of a node that flows in, over that of its length.
 const WITHIN: (f64, f64) = (0.5, 1.5);
 
-/// Largest remainder of a hydrograph that the last node takes beside its own volume, over the volume of a whole node. Of less than a half no
-/// further node passes.
+/// Largest remainder of a hydrograph that the last node takes beside its own volume, over the volume of a whole node. Of less than a half
+/// no further node passes.
 const LAST: f64 = 0.75;
 
-/// Share by which what has flowed in may be off the integral once all has.
+/// Relative tolerance of the inflow volume against the integral once all has entered.
 const ALL: f64 = 1e-12;
 
 impl Inlet {
-    /// Volume of a set that flows in by a time (m²), `share` of that of all.
+    /// Inflow volume of a set by a time (m²), `share` of that of all.
     fn volume(&self, time: f64, share: f64) -> f64 {
         share * crate::inflow::volume(&self.hydrograph, time)
     }
@@ -28,13 +28,13 @@ impl Inlet {
 }
 
 impl<const D: usize> OpenBoundary<D> {
-    /// Share of set `number` in what flows in.
+    /// Share of set `number` in the inflow.
     fn inlet_share(&self, feed: &Inlet, sets: usize, number: usize) -> f64 {
         self.share(&BoundaryState { porosity: feed.porosity, ..BoundaryState::default() }, sets, number)
     }
 
-    /// Sets the volume of nodes that have just flowed in, by set and index, so that the sum of all is the integral of the discharge; half of a
-    /// node counts when its middle passes. The last node of a hydrograph takes the remainder. `gravity` in m/s².
+    /// Sets the volume of nodes that have just entered, by set and index, so that the sum of all is the integral of the discharge; half of
+    /// a node counts when its middle passes. The last node of a hydrograph takes the remainder. `gravity` in m/s².
     pub(super) fn set_inlet_volumes(
         &mut self,
         sets: &mut [PhaseSet<D>],
@@ -46,7 +46,7 @@ impl<const D: usize> OpenBoundary<D> {
             let Some(feed) = &self.inlet else { return };
             let share = self.inlet_share(feed, count, number);
             let nodes = &mut sets[number].nodes;
-            // It has passed within the step that ends now.
+            // The node has passed within the step that ends now.
             let speed = -self.outward * nodes.velocity[i][self.axis];
             let since = -self.distance_beyond(&nodes.position[i]) / speed;
             let passed = if speed > 0.0 && since < time { time - since } else { time };
@@ -67,8 +67,8 @@ impl<const D: usize> OpenBoundary<D> {
         }
     }
 
-    /// The time of which the discharge rules (s): the end of the hydrograph until all that it brings has flowed in, and none from then on. The sets are
-    /// so many.
+    /// Time at which the discharge is evaluated (s): up to the end of the hydrograph until all of its volume has entered, and infinite
+    /// from then on. `sets` is the number of sets.
     pub(super) fn discharge_time(&self, time: f64, sets: usize) -> f64 {
         if self.is_exhausted(sets) {
             return f64::INFINITY;
@@ -77,7 +77,7 @@ impl<const D: usize> OpenBoundary<D> {
         time.min(end)
     }
 
-    /// Whether all that a hydrograph brings has flowed in, to sets of this number in all.
+    /// Whether all of the volume of a hydrograph has entered, to this number of sets.
     fn is_exhausted(&self, sets: usize) -> bool {
         let Some(feed) = &self.inlet else { return false };
         (0..sets).filter(|number| self.is_of(*number)).all(|number| {

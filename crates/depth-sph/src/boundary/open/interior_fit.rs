@@ -1,4 +1,4 @@
-//! What a side sees of the flow before it.
+//! State of the flow before an open side, by lines of least squares.
 
 use crate::boundary::open::boundary_state::{
     BoundaryState, InteriorFit, LineFitSums, outward_and_tangential,
@@ -9,7 +9,7 @@ use crate::phases::phase::PhaseSet;
 use crate::phases::phase_nodes::PlanVector;
 
 impl<const D: usize> OpenBoundary<D> {
-    /// What a kernel reaches `inside` each strip (m).
+    /// State `inside` each strip (m), within the reach of a kernel.
     pub(super) fn fit_interior(
         &self,
         kernel: Kernel,
@@ -59,7 +59,7 @@ impl<const D: usize> OpenBoundary<D> {
         moments.iter().map(LineFitSums::interior_fit).collect()
     }
 
-    /// The strip this many steps from another; `None` where the side has ended.
+    /// Index of the strip this many steps from another; `None` where the side has ended.
     fn neighbour(&self, own: usize, step: isize) -> Option<usize> {
         let count = self.strips.len() as isize;
         let strip = own as isize + step;
@@ -75,7 +75,7 @@ impl<const D: usize> OpenBoundary<D> {
         self.low + (strip as f64 + 0.5) * self.spacing
     }
 
-    /// Sums over a lattice are not quite its depth: what is still is what they have.
+    /// Sets the initial state to sums of the lattice, which differ a little from its depth.
     pub(super) fn calibrate_lattice_sum(
         &mut self,
         kernel: Kernel,

@@ -1,15 +1,15 @@
-//! Sides that waves leave through, from the invariants `u ± 2c` along characteristics (sheet: depth-sph §2.2, §3.9): ends of profiles,
-//! and sides in plan along the axes.
+//! Open boundaries, through which waves leave, by the invariants `u ± 2c` along characteristics (sheet: depth-sph §2.2, §3.9): ends of
+//! profiles, and sides in plan along the axes.
 //!
-//! Nodes stand beyond the side as far as kernels reach, and move with what its state says: one invariant from within, the other from
-//! the material out there, which is as it was at the side when the flow began. A side in plan is cut into strips, each with a state of
-//! its own, of waves along its normal.
+//! Nodes fill the space beyond the side as far as kernels reach, and move with the state of the side: one invariant comes from within, the
+//! other from the material outside, which keeps the initial state at the side. A side in plan is cut into strips, each with a state of its
+//! own, of waves along its normal.
 //!
-//! Sums of depth are off by some hundredths of a wave where nodes that move meet nodes whose volume follows the wave, and what is found
-//! there comes back. At the end of a profile what arrives is therefore looked at two supports of a kernel before it, and reaches the
-//! end and what stands beyond when waves have had the time: less than 1 % of a small wave comes back (V27: 2 %). In plan, where waves
-//! come at angles, it is what stands at the side: 4.5 % of small waves come back head-on, 12 % at 30°, 15 % at 45°, and less where they die
-//! away in a layer before it.
+//! Sums of depth are off by some hundredths of a wave between nodes that move and nodes whose volume follows the wave, and this error is
+//! reflected. At the end of a profile the arriving flow is therefore sampled two supports of a kernel before it, and reaches the end and
+//! the nodes beyond with the delay of waves: less than 1 % of a small wave is reflected (V27: 2 %). In plan, where waves come at angles,
+//! it is sampled at the side: 4.5 % of small waves are reflected head-on, 12 % at 30°, 15 % at 45°, and less where they decay in an
+//! absorbing layer before it.
 
 mod absorbing_layer;
 mod boundary_state;
@@ -34,34 +34,34 @@ pub use crate::boundary::open::far_field::{FarField, StripState};
 pub use crate::boundary::open::inlet::Inlet;
 pub use crate::boundary::open::open_boundary::OpenBoundary;
 
-/// Nodes stand beyond a side as far as this many supports of a kernel: the last ones, which lack neighbours, are not felt within.
+/// Extent of the nodes beyond a side, in supports of a kernel: the last ones, which lack neighbours, have no influence within.
 const FAR_FIELD_SUPPORTS: f64 = 3.0;
 
-/// Where a side is to be opened.
+/// Open side to be created.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Opening {
-    /// Axis that it stands across.
+    /// Axis normal to the side.
     pub axis: usize,
-    /// Where it is along that axis (m).
+    /// Position along that axis (m).
     pub place: f64,
-    /// 1 at the upper end of the axis, -1 at the lower one.
+    /// Outward direction: 1 at the upper end of the axis, -1 at the lower one.
     pub outward: f64,
     /// Distance of the nodes (m).
     pub spacing: f64,
-    /// From where to where it goes along the other axis (m), in plan.
+    /// Begin and end along the other axis (m), in plan.
     pub span: (f64, f64),
-    /// Whether the other axis repeats itself there.
+    /// Whether the other axis is periodic there.
     pub periodic: bool,
-    /// What flows in through it, in place of what is out there: one, or one for each of two layers. In a profile.
+    /// Inflow through the side, in place of the far state: one, or one for each of two layers. In a profile.
     pub inlets: Vec<Inlet>,
-    /// How far before it waves begin to die away (m); 0 for none.
+    /// Length of the absorbing layer before the side (m); 0 for none.
     pub absorbing_length: f64,
 }
 
-/// Axis, place and direction of the sides of all layers.
+/// Axis, position and direction of the sides of all layers.
 type OpenSides = Vec<(usize, f64, f64)>;
 
-/// Where a place is to side `number` of all: a corner belongs to the first of its sides. Sides of two layers stand at one place.
+/// Region of a position for side `number` of all: a corner belongs to the first of its sides. Sides of two layers are at one position.
 fn region_of<const D: usize>(sides: &OpenSides, number: usize, x: &PlanVector<D>) -> SideRegion {
     let is_beyond = |(axis, place, outward): &(usize, f64, f64)| outward * (x[*axis] - place) > 0.0;
     match sides.iter().position(is_beyond) {
@@ -94,7 +94,7 @@ impl<const D: usize> Flow<D> {
         }])
     }
 
-    /// Opens sides, all of them at once and before the first step. Where they meet, the corner belongs to the first.
+    /// Opens sides, all of them at once and before the first step. A common corner belongs to the first of its sides.
     ///
     /// # Errors
     /// As [`Flow::new`].
@@ -103,7 +103,7 @@ impl<const D: usize> Flow<D> {
         let reach = self.reach_beyond(longest);
         let (gravity, time) = (self.settings.gravity, self.time);
         let known = self.open_boundaries.len();
-        // Of two layers each has its sides.
+        // Each of two layers has its sides.
         let strata = self.layers_of_sides();
         let mut sides = self.open_side_list();
         for opening in openings {
@@ -118,7 +118,7 @@ impl<const D: usize> Flow<D> {
             end.initialise(&self.sets, &|x| region_of(&sides, number, x), gravity, time, feed.as_ref());
             let most = feed.as_ref().map_or(0.0, |feed| feed.max_speed(gravity));
             self.fastest_start = self.fastest_start.max(most);
-            // What flows in begins after the sums of what stands there are known.
+            // Inflow begins after the sums of the initial state are known.
             let stands = end.strips.iter().any(|strip| strip.far_state.is_some());
             let (now, then) = if stands { (None, feed) } else { (feed, None) };
             end.inlet = now;
@@ -139,17 +139,17 @@ impl<const D: usize> Flow<D> {
         Ok(())
     }
 
-    /// How far nodes with this smoothing length (m) stand beyond an open side (m).
+    /// Extent of nodes with this smoothing length (m) beyond an open side (m).
     pub fn reach_beyond(&self, length: f64) -> f64 {
         FAR_FIELD_SUPPORTS * self.settings.numerics.kernel.support() * length
     }
 
-    /// Axis, place and direction of each open side.
+    /// Axis, position and direction of each open side.
     fn open_side_list(&self) -> OpenSides {
         self.open_boundaries.iter().map(|side| (side.axis, side.place, side.outward)).collect()
     }
 
-    /// Which layers have sides of their own; none of one phase, or of grains and fluid.
+    /// Layers with sides of their own; none of one phase, or of grains and fluid.
     fn layers_of_sides(&self) -> Vec<Option<LayerOfSide>> {
         if self.settings.phases != Phases::Layers {
             return vec![None];
@@ -159,7 +159,7 @@ impl<const D: usize> Flow<D> {
         (0..2).map(|set| Some(LayerOfSide { set, ratio })).collect()
     }
 
-    /// What has passed the open sides stands beyond them, in the state of the side, with its columns of pore pressure.
+    /// Updates the nodes beyond the open sides to the state of their side, with their columns of pore pressure.
     pub(crate) fn update_open_boundaries(&mut self, dt: f64) {
         self.pass_nodes(dt);
         self.update_far_field_columns();
@@ -185,7 +185,7 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Each of two layers knows of the other at its side.
+    /// Exchanges the states of two layers at their sides.
     fn exchange_layer_states(&mut self, sides: &OpenSides, dt: f64) {
         let Self { settings, sets, open_boundaries: opens, time, .. } = self;
         for (pair, ends) in opens.chunks_mut(2).enumerate() {
@@ -197,7 +197,7 @@ impl<const D: usize> Flow<D> {
             let look = |end: &OpenBoundary<D>| {
                 end.fit_interior(settings.numerics.kernel, sets, &part, end.search_distance())
             };
-            // In plan waves may come at an angle, which delays along the normal know nothing of.
+            // In plan waves may come at an angle, for which delays along the normal are wrong.
             let arriving = (D == 1).then(|| [look(lower), look(upper)]);
             let (inside, reach) = (lower.search_distance(), lower.reach());
             for strip in 0..lower.strips.len() {
@@ -214,7 +214,7 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Brings the nodes beyond side `number` into its state.
+    /// Updates the nodes beyond side `number` to its state.
     fn update_far_field_nodes(&mut self, number: usize, sides: &OpenSides) {
         let Self { sets, pore_columns: heads, open_boundaries: opens, scratch: spare, next_id, .. } = self;
         let (end, count) = (&mut opens[number], sets.len());
@@ -238,7 +238,7 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Nodes beyond open sides keep their velocity, whatever acts on them.
+    /// Restores the prescribed velocity of nodes beyond open sides, whatever forces act on them.
     pub(crate) fn hold_far_field_velocities(&mut self) {
         let Self { open_boundaries: opens, sets, .. } = self;
         for end in opens {
@@ -264,12 +264,12 @@ impl<const D: usize> Flow<D> {
         self.sets.iter().map(|set| beyond(&set.nodes)).sum()
     }
 
-    /// Whether node number `id` stands beyond an open side.
+    /// Whether node number `id` is beyond an open side.
     pub(crate) fn is_far_field_node(&self, id: u64) -> bool {
         self.open_boundaries.iter().any(|end| end.state.ids.binary_search(&id).is_ok())
     }
 
-    /// Whether node number `id` stands beyond a side that something flows in through.
+    /// Whether node number `id` is beyond a side with inflow.
     pub(crate) fn is_inlet_node(&self, id: u64) -> bool {
         self.open_boundaries.iter().any(|end| end.has_inlet() && end.state.ids.binary_search(&id).is_ok())
     }

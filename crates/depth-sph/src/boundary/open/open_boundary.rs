@@ -1,4 +1,4 @@
-//! One open side: its strips, what stands beyond each, and the nodes there.
+//! One open side: its strips, the state beyond each, and the nodes there.
 
 use colluvium_points::CellList;
 
@@ -14,56 +14,56 @@ use crate::inflow::ArrivingFlow;
 use crate::phases::phase::PhaseSet;
 use crate::phases::phase_nodes::{NewNode, PhaseNodes, PlanVector};
 
-/// No node is added closer to another one than this share of their distance.
+/// Least distance of an added node from others, over the distance of the nodes.
 const MIN_NODE_DISTANCE: f64 = 0.6;
 
-/// Supports of a kernel before a side where it is seen what comes: nodes beyond the side are not felt there, which would be heard again
-/// as waves.
+/// Distance before a side at which the arriving flow is sampled, in supports of a kernel: nodes beyond the side have no influence there,
+/// which would return as waves.
 const PROBE_SUPPORTS: f64 = 2.0;
 
 /// An open side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OpenBoundary<const D: usize> {
-    /// Axis that it stands across.
+    /// Axis normal to the side.
     pub axis: usize,
-    /// Where it is (m).
+    /// Position along that axis (m).
     pub place: f64,
-    /// 1 at the upper end of the axis, -1 at the lower one.
+    /// Outward direction: 1 at the upper end of the axis, -1 at the lower one.
     pub outward: f64,
-    /// Distance of the nodes beyond it (m).
+    /// Distance of the nodes beyond the side (m).
     pub spacing: f64,
-    /// How far nodes stand beyond it (m).
+    /// Extent of the nodes beyond the side (m).
     reach: f64,
-    /// Where its strips begin along it (m), in plan.
+    /// Begin of the strips along the side (m), in plan.
     pub(super) low: f64,
-    /// Its parts along it, each of one `spacing`; one in a profile.
+    /// Strips along the side, each of one `spacing`; one in a profile.
     pub(super) strips: Vec<BoundarySegment<D>>,
-    /// Strips at its ends that stand beyond other open sides: they are as the next one before these.
+    /// Number of strips at its ends that lie beyond other open sides: they copy the next strip.
     pub(super) corner_strips: [usize; 2],
-    /// Whether its last strip is next to the first one.
+    /// Whether the last strip is next to the first one.
     pub(super) periodic: bool,
-    /// What flows in through it, in place of what is out there.
+    /// Inflow through the side, in place of the far state.
     pub(super) inlet: Option<Inlet>,
-    /// Which of two layers it is of; none of one phase, or of grains and fluid.
+    /// Layer of the side, of two layers; none of one phase, or of grains and fluid.
     pub(super) flow_layer: Option<LayerOfSide>,
-    /// The layer before it.
+    /// Absorbing layer before the side.
     pub(super) layer: AbsorbingLayer,
-    /// What has happened.
+    /// State of the flow beyond the side.
     pub state: FarField,
 }
 
-/// A part of a side.
+/// Strip of a side.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct BoundarySegment<const D: usize> {
-    /// Nodes like those beyond it, of each set.
+    /// Templates of the nodes beyond it, of each set.
     pub(super) template_nodes: [Option<NewNode<D>>; 2],
-    /// What is out there; none where there was nothing.
+    /// Far state; none where there was no material.
     pub(super) far_state: Option<BoundaryState>,
-    /// Volume of a node over the depth that sums have there (m; m² in plan).
+    /// Volume of a node over the depth by summation there (m; m² in plan).
     pub(super) width: f64,
 }
 
-/// Which nodes are before all open sides, which beyond one, and which beyond another.
+/// Region of nodes: before all open sides, beyond one, or beyond another.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum SideRegion {
     Interior,
@@ -110,12 +110,12 @@ impl<const D: usize> OpenBoundary<D> {
         }
     }
 
-    /// Whether it is a side of set `number`.
+    /// Whether this is a side of set `number`.
     pub(super) fn is_of(&self, number: usize) -> bool {
         is_of(self.flow_layer, number)
     }
 
-    /// The sets that it is a side of, with their numbers.
+    /// Sets of the side, with their numbers.
     pub(super) fn own_sets<'a>(
         &self,
         sets: &'a [PhaseSet<D>],
@@ -124,23 +124,23 @@ impl<const D: usize> OpenBoundary<D> {
         sets.iter().enumerate().filter(move |(number, _)| is_of(stratum, *number))
     }
 
-    /// Depths at nodes of its sets (m): of both phases, or of its layer.
+    /// Depths at nodes of these sets (m): of both phases, or of the layer.
     pub(super) fn depths<'a>(&self, nodes: &'a PhaseNodes<D>) -> &'a [f64] {
         if self.flow_layer.is_some() { &nodes.partial_thickness } else { &nodes.depth }
     }
 
-    /// Effective gravity at node `i` of one of its sets (m/s²): for what flows into one of two layers that on waves of its own depth.
+    /// Effective gravity at node `i` of these sets (m/s²): for inflow into one of two layers that on waves of its own depth.
     pub(super) fn wave_gravity(&self, nodes: &PhaseNodes<D>, i: usize) -> f64 {
         let stratum = self.flow_layer.filter(|_| self.has_inlet());
         stratum.map_or(nodes.effective_gravity[i], |stratum| stratum.wave_gravity(nodes, i))
     }
 
-    /// Share of set `number` of all in a depth that stands there.
+    /// Share of set `number` in a depth of this state.
     pub(super) fn share(&self, stand: &BoundaryState, sets: usize, number: usize) -> f64 {
         if self.flow_layer.is_some() { 1.0 } else { stand.share(sets, number) }
     }
 
-    /// Finds what stands at the side when the flow begins, under `gravity` (m/s²) at `time` (s): the material goes on like that.
+    /// Sets the initial state at the side, under `gravity` (m/s²) at `time` (s): the material outside continues like it.
     pub(super) fn initialise(
         &mut self,
         sets: &[PhaseSet<D>],
@@ -193,7 +193,7 @@ impl<const D: usize> OpenBoundary<D> {
         self.copy_to_corners();
     }
 
-    /// Strips beyond other open sides are as the next one before these.
+    /// Copies to strips beyond other open sides the next strip.
     pub(super) fn copy_to_corners(&mut self) {
         for number in 0..self.strips.len() {
             let own = self.strip_with_state(number);
@@ -209,17 +209,17 @@ impl<const D: usize> OpenBoundary<D> {
         }
     }
 
-    /// Whether something flows in through it.
+    /// Whether there is inflow through the side.
     pub fn has_inlet(&self) -> bool {
         self.inlet.is_some()
     }
 
-    /// How far before it one looks for what comes (m).
+    /// Distance before the side at which the arriving flow is sampled (m).
     pub(super) fn search_distance(&self) -> f64 {
         PROBE_SUPPORTS * self.reach / FAR_FIELD_SUPPORTS
     }
 
-    /// How far nodes stand beyond it (m).
+    /// Extent of the nodes beyond the side (m).
     pub(super) fn reach(&self) -> f64 {
         self.reach
     }
@@ -229,7 +229,7 @@ impl<const D: usize> OpenBoundary<D> {
         self.outward * (x[self.axis] - self.place)
     }
 
-    /// The strip that a place belongs to.
+    /// Strip of a position.
     pub(super) fn strip(&self, x: &PlanVector<D>) -> usize {
         if D == 1 {
             return 0;
@@ -238,12 +238,12 @@ impl<const D: usize> OpenBoundary<D> {
         along.min(self.strips.len() - 1)
     }
 
-    /// The strip whose state a strip has: that of the next one before a corner.
+    /// Strip whose state a strip has: the next one before a corner.
     pub(super) fn strip_with_state(&self, strip: usize) -> usize {
         strip.clamp(self.corner_strips[0], self.strips.len() - 1 - self.corner_strips[1])
     }
 
-    /// What stands at a distance beyond a strip (m).
+    /// State at a distance beyond a strip (m).
     pub(super) fn at(&self, strip: usize, beyond: f64) -> BoundaryState {
         let known = &self.state.strips[self.strip_with_state(strip)];
         if let Some(fixed) = known.fixed {
@@ -253,19 +253,19 @@ impl<const D: usize> OpenBoundary<D> {
             return stratum.at(both, beyond);
         }
         let still = self.strips[strip].far_state.as_ref();
-        // In plan waves may come at an angle, which delays along the normal know nothing of.
+        // In plan waves may come at an angle, for which delays along the normal are wrong.
         let there = |within: InteriorFit| {
             if D == 1 { known.history.at(still, beyond) } else { within.at(still, beyond) }
         };
         known.interior_fit.map_or(BoundaryState::default(), there)
     }
 
-    /// Velocity in plan of what stands there.
+    /// Velocity in plan of a state.
     pub(super) fn velocity(&self, stand: &BoundaryState) -> PlanVector<D> {
         std::array::from_fn(|c| if c == self.axis { self.outward * stand.speed } else { stand.along })
     }
 
-    /// Counts what has passed the side since it was last looked at; set and index of nodes that have come in.
+    /// Counts the volume that has passed the side since the last call; returns set and index of nodes that have entered.
     pub(super) fn count_crossings(
         &mut self,
         sets: &[PhaseSet<D>],
@@ -293,8 +293,8 @@ impl<const D: usize> OpenBoundary<D> {
         entered
     }
 
-    /// Gives the nodes of set `number` of all beyond the side their depth and speed. How far the last one of each strip stands (m), and the numbers of
-    /// those that are not needed.
+    /// Gives nodes of set `number` beyond the side their depth and speed. Returns the distance of the last one of each strip (m), and the
+    /// numbers of nodes that are no longer needed.
     pub(super) fn set_far_field_nodes(
         &mut self,
         nodes: &mut PhaseNodes<D>,
@@ -319,7 +319,7 @@ impl<const D: usize> OpenBoundary<D> {
                 continue;
             }
             farthest[strip] = f64::max(farthest[strip], beyond);
-            // Where nothing stood out there what has passed goes on with its volume, however close its nodes have come.
+            // Where it was dry outside, the flow goes on with its volume, however close its nodes have come.
             if !self.is_dry_outside(strip) {
                 nodes.volume[i] = self.share(&stand, sets, number) * stand.depth * self.strips[strip].width;
             }
@@ -330,7 +330,7 @@ impl<const D: usize> OpenBoundary<D> {
         (farthest, gone)
     }
 
-    /// Adds nodes of set `number` beyond the side, from the last one of each strip (m) on as far as they are felt.
+    /// Adds nodes of set `number` beyond the side, from the last one of each strip (m) on as far as they have influence.
     pub(super) fn add_far_field_nodes(
         &mut self,
         set: &mut PhaseSet<D>,
@@ -359,7 +359,7 @@ impl<const D: usize> OpenBoundary<D> {
                     continue;
                 }
                 set.nodes.push(*next_id, &node);
-                // It has a height before the next sum.
+                // The node has a height before the next sum.
                 let height = share(self, &stand) * stand.depth;
                 if let (Some(own), Some(whole)) =
                     (set.nodes.partial_thickness.last_mut(), set.nodes.depth.last_mut())
@@ -374,7 +374,7 @@ impl<const D: usize> OpenBoundary<D> {
         self.state.ids.sort_unstable();
     }
 
-    /// Finds the state of the side at `time` (s): that of its outside before the first step, none where there is nothing.
+    /// Finds the state of the side at `time` (s): that of its outside before the first step, none where it is dry.
     pub(super) fn find_state(
         &mut self,
         settings: &FlowSettings<D>,
@@ -415,19 +415,19 @@ impl<const D: usize> OpenBoundary<D> {
             let here = here.or(known.fixed.map(|still| (still.depth, still.speed, gravity)));
             let pull = here.map_or(gravity, |(.., pull)| pull);
             let arriving = here.map(|(depth, speed, pull)| ArrivingFlow::of(depth, speed, pull));
-            // The Froude number of a layer is that of its own depth, whatever stands on it.
+            // The Froude number of a layer is that of its own depth, whatever lies on it.
             let pull = if self.flow_layer.is_some() { gravity } else { pull };
             known.fixed = Some(feed.state(time, arriving, pull));
         }
     }
 }
 
-/// Whether a side of a layer, or of all there is, is one of set `number`.
+/// Whether a side, of this layer or of all material, is one of set `number`.
 fn is_of(stratum: Option<LayerOfSide>, number: usize) -> bool {
     stratum.is_none_or(|stratum| stratum.set == number)
 }
 
-/// A node like node `i`.
+/// Template from node `i`.
 fn template_node<const D: usize>(nodes: &PhaseNodes<D>, i: usize) -> NewNode<D> {
     NewNode {
         body: nodes.body[i],
@@ -439,21 +439,21 @@ fn template_node<const D: usize>(nodes: &PhaseNodes<D>, i: usize) -> NewNode<D> 
     }
 }
 
-/// Where nodes stand: those that there were at first, in cells, and those that have been added since.
+/// Positions of nodes: the initial ones in cells, and those that have been added since.
 #[derive(Default)]
 struct OccupiedPlaces<const D: usize> {
-    /// None before the first question, and of places that are not finite, which the next search names.
+    /// None before the first search, and of positions that are not finite, which the next search reports.
     cells: Option<CellList<D>>,
-    /// How many are in cells.
+    /// Number of nodes in cells.
     count: usize,
 }
 
 impl<const D: usize> OccupiedPlaces<D> {
-    /// Whether a node stands within `distance` (m) of a place.
+    /// Whether a node is within `distance` (m) of a position.
     fn are_taken(&mut self, nodes: &PhaseNodes<D>, x: &PlanVector<D>, distance: f64) -> bool {
         if self.cells.is_none() {
             let mut cells = CellList::new();
-            // Of several distances, so that there are fewer of them than nodes.
+            // The edge is several distances, so that there are fewer cells than nodes.
             if cells.build(&nodes.position, 4.0 * distance).is_ok() {
                 (self.cells, self.count) = (Some(cells), nodes.len());
             }

@@ -1,8 +1,8 @@
 //! Columns of pore pressure beyond open sides (sheet: depth-sph §2.7, §3.9).
 //!
-//! What passes a side takes its columns with it, and brings back what is left of them. Near the end of what stands beyond a side sums of
-//! depth lack neighbours, and would load columns by depths that are none: there they are those of the last nodes before, in shares of
-//! their depths, and so are those of new nodes. The material out there thus drains as that at the side does.
+//! Flow that passes a side takes its columns with it, and on return brings back their remaining pressure. Near the outer end of the nodes
+//! sums of depth lack neighbours, and would load columns by wrong depths: there columns are those of the last nodes before, in shares of
+//! their depths, and so are those of new nodes. The material outside thus drains as that at the side does.
 
 use crate::boundary::open::open_boundary::{OpenBoundary, SideRegion};
 use crate::boundary::open::{FAR_FIELD_SUPPORTS, region_of};
@@ -10,7 +10,7 @@ use crate::flow::{Flow, PorePressureColumns};
 use crate::phases::phase_nodes::{PhaseNodes, PlanVector};
 
 impl<const D: usize> OpenBoundary<D> {
-    /// The node of each strip that stands farthest out, `limit` (m) beyond the side at most; of a strip without one that of the nearest which
+    /// Outermost node of each strip, `limit` (m) beyond the side at most; of a strip without one that of the nearest strip which
     /// has one.
     fn last_before(
         &self,
@@ -28,7 +28,7 @@ impl<const D: usize> OpenBoundary<D> {
                 continue;
             }
             let entry = &mut last[self.strip(x)];
-            // Of equal ones the first by number, whatever the order of the nodes.
+            // Of nodes at equal distance the first by number, whatever the order of the nodes.
             let is_last = |(other, k): &(f64, usize)| {
                 beyond > *other || (beyond == *other && nodes.id[i] < nodes.id[*k])
             };
@@ -49,7 +49,7 @@ impl<const D: usize> OpenBoundary<D> {
 }
 
 impl PorePressureColumns {
-    /// Gives node `i`, so deep (m), the column of node `from` in shares of its depth (m).
+    /// Gives node `i` of depth `depth` (m) the column of node `from`, in shares of its depth (m).
     fn copy_column(&mut self, i: usize, depth: f64, from: usize) {
         let (before, width) = (self.depth[from], self.width);
         for k in 0..width {
@@ -60,17 +60,17 @@ impl PorePressureColumns {
 }
 
 impl<const D: usize> Flow<D> {
-    /// Columns of nodes so near to the end of what stands beyond open sides that sums lack neighbours there.
+    /// Updates columns of nodes so near to the outer end that sums lack neighbours there.
     pub(super) fn update_far_field_columns(&mut self) {
         self.copy_columns(1.0 - 1.0 / FAR_FIELD_SUPPORTS);
     }
 
-    /// Columns of all nodes beyond open sides when the flow begins.
+    /// Sets the initial columns of all nodes beyond open sides.
     pub(crate) fn initialise_far_field_columns(&mut self) {
         self.copy_columns(0.0);
     }
 
-    /// Gives nodes that stand farther beyond sides than this share of the reach of what stands there the columns of the last ones before.
+    /// Copies to nodes farther beyond sides than this share of their reach the columns of the last nodes before.
     fn copy_columns(&mut self, share: f64) {
         if self.pore_columns.is_empty() || self.open_boundaries.iter().all(OpenBoundary::has_inlet) {
             return;

@@ -1,6 +1,6 @@
-//! Open sides of two layers: waves of the surface and of the interface leave, each by its own invariant (sheet: depth-sph §2.2, §2.11, §3.9).
+//! Open sides of two layers: waves of surface and interface leave, each by its own invariant (sheet: depth-sph §2.2, §2.11, §3.9).
 //!
-//! Each layer has an open side of its own. Small waves on what stands out there, `h₁` of the lower and `h₂` of the upper layer, follow
+//! Each layer has an open side of its own. Small waves on the far state, `h₁` of the lower and `h₂` of the upper layer, follow
 //! `∂²h/∂t² = A ∂²h/∂x²` with `A = g [[h₁, γ h₁], [h₂, h₂]]`, `γ = ρ₂/ρ₁`; a left vector `ℓ` of `A` with `c²` is a wave by itself,
 //! `ℓ·q ± c ℓ·h` its invariants with the fluxes `q`.
 
@@ -9,10 +9,10 @@ use serde::{Deserialize, Serialize};
 use crate::boundary::open::boundary_state::{BoundaryState, INTERVALS, InteriorFit, riemann_state};
 use crate::phases::phase_nodes::PhaseNodes;
 
-/// Depths of a layer out there below this share of the other's have no waves of their own.
+/// Share of the other layer's depth in the far state below which a layer has no waves of its own.
 const MIN_DEPTH_RATIO: f64 = 1e-3;
 
-/// Which layer a side is of.
+/// Layer of a side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LayerOfSide {
     /// Set of its nodes: 0 of the lower, 1 of the upper layer.
@@ -21,34 +21,34 @@ pub(crate) struct LayerOfSide {
     pub(crate) ratio: f64,
 }
 
-/// Both layers at a strip, the lower one first.
+/// States of both layers at a strip, the lower one first.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LayerPair {
-    /// What is out there.
+    /// Far states.
     still: [Option<BoundaryState>; 2],
-    /// What arrives from within at the side.
+    /// Flow that arrives from within at the side.
     within: [Option<InteriorFit>; 2],
-    /// At the end of a profile what has passed a place before it, and when (s), ascending.
+    /// At the end of a profile, history of the flow at a position before it, with times (s), ascending.
     seen: Vec<(f64, [ArrivingLayer; 2])>,
-    /// How far before the end that place is (m).
+    /// Distance of that position before the end (m).
     distance: f64,
-    /// The middle of the step (s).
+    /// Time of the middle of the step (s).
     now: f64,
 }
 
-/// A layer as it arrives at a place: depth (m) and outward speed (m/s).
+/// Layer as it arrives at a position: depth (m) and outward speed (m/s).
 type ArrivingLayer = [f64; 2];
 
 impl LayerOfSide {
-    /// Effective gravity (m/s²) on waves of its own depth at node `i`: the surface of what stands on the lower layer stays level (sheet:
+    /// Effective gravity (m/s²) on waves of its own depth at node `i`: the surface of the material on the lower layer stays level (sheet:
     /// depth-sph §2.11, `c_i²` of a thin layer).
     pub(crate) fn wave_gravity<const D: usize>(&self, nodes: &PhaseNodes<D>, i: usize) -> f64 {
         let is_covered = self.set == 0 && nodes.depth[i] > nodes.partial_thickness[i];
         nodes.effective_gravity[i] * if is_covered { 1.0 - self.ratio } else { 1.0 }
     }
 
-    /// Depth (m) and outward speed (m/s) of its layer, where both arrive from within and meet what is out there; the lower one first. What
-    /// arrives is asked for by the speed of the wave that brings it (m/s).
+    /// Depth (m) and outward speed (m/s) of the layer at the side, from the arriving state of both and the far state; the lower one first.
+    /// `arriving` is a function of the speed of the wave (m/s).
     fn riemann_state(
         &self,
         still: [Option<BoundaryState>; 2],
@@ -60,7 +60,7 @@ impl LayerOfSide {
         if let (Some(lower), Some(upper)) = (there(0), there(1)) {
             return self.riemann_state_of_both([lower, upper], arriving, pull);
         }
-        // What is not out there leaves as it is; the surface of the other, over it, has the waves.
+        // A layer without far state leaves unchanged; the surface of the other, over it, has the waves.
         let one = |still: BoundaryState| arriving((pull * still.depth).sqrt() + still.speed);
         match (there(0), there(1)) {
             (None, Some(upper)) if self.set == 1 => {
@@ -89,7 +89,7 @@ impl LayerOfSide {
         let [lower, upper] = depths;
         let mean = still.iter().map(|stand| stand.depth * stand.speed).sum::<f64>() / (lower + upper);
         let spread = ((lower - upper).powi(2) + 4.0 * self.ratio * lower * upper).sqrt();
-        // Left vectors, and what of heights and fluxes of their waves is at the side.
+        // Left vectors, and the parts of heights and fluxes of their waves at the side.
         let waves = [1.0, -1.0].map(|sign| {
             let square = 0.5 * pull * (lower + upper + sign * spread);
             let (vector, celerity) = ([pull * upper, square - pull * lower], square.max(0.0).sqrt());
@@ -120,7 +120,7 @@ impl LayerOfSide {
         ((own.depth + back(0)).max(0.0), own.speed + back(1) / own.depth)
     }
 
-    /// What stands of its layer `beyond` the side (m): depths as waves bring them there, speeds those at the side, so that the nodes there keep
+    /// State of the layer `beyond` the side (m): depths as waves bring them there, speeds those at the side, so that the nodes there keep
     /// their distances.
     pub(super) fn at(&self, both: &LayerPair, beyond: f64) -> BoundaryState {
         let own = both.still[self.set];
@@ -136,13 +136,13 @@ impl LayerOfSide {
 }
 
 impl LayerPair {
-    /// Takes what is out there and what arrives at the side.
+    /// Sets the far states and the flow that arrives at the side.
     pub(super) fn set(&mut self, still: [Option<BoundaryState>; 2], within: [Option<InteriorFit>; 2]) {
         (self.still, self.within) = (still, within);
     }
 
-    /// Takes what stands `distance` (m) before the end of a profile at `time` (s), at the beginning of a step of `dt` (s). It is asked for as
-    /// far as `reach` (m) beyond the end.
+    /// Records the state `distance` (m) before the end of a profile at `time` (s), at the beginning of a step of `dt` (s). It is evaluated
+    /// as far as `reach` (m) beyond the end.
     pub(super) fn record(
         &mut self,
         (time, dt): (f64, f64),
@@ -168,7 +168,7 @@ impl LayerPair {
         self.seen.drain(..first);
     }
 
-    /// What a wave of that speed (m/s) brings to a place so far beyond the side (m).
+    /// Depths and speeds that a wave of this speed (m/s) brings to a distance `beyond` the side (m).
     fn arriving(&self, beyond: f64, wave: f64) -> [ArrivingLayer; 2] {
         let Some((_, last)) = self.seen.last() else {
             let far = |within: InteriorFit| within.extrapolated(beyond.min(within.reach));
@@ -190,7 +190,7 @@ impl LayerPair {
 mod tests {
     use super::*;
 
-    /// A wave of either kind that goes outward is at the side as it arrives, and one that would come in is not.
+    /// An outgoing wave of either kind is unchanged at the side, and an incoming one is absent.
     #[test]
     fn waves_of_both_kinds_leave_and_none_comes_in() {
         let (depths, pull, ratio) = ([0.6, 0.4], 9.81, 0.5);

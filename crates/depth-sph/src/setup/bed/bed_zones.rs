@@ -1,4 +1,4 @@
-//! The parts of the bed, and what each is like.
+//! Zones of the bed with their laws.
 
 use colluvium_case::{Case, CaseError, PlanRegion};
 use colluvium_constitutive::basal::BasalRheology;
@@ -8,10 +8,10 @@ use crate::config::{DepthOptions, FluidResistanceOptions};
 use crate::setup::bed::case_bed::{bed_friction, obstacle_friction};
 use crate::setup::{material, option_error};
 
-/// A part of the bed that an obstacle says of how it holds, and its law.
+/// Region of the bed with a friction of its own on the obstacle, and its law.
 type ObstacleZone = (PlanRegion, Option<BasalRheology>);
 
-/// The parts of the bed, the rest of it last: what the options say of a part rules over what the obstacle says.
+/// Zones of the bed, the rest of it last: a zone of the options has priority over one of the obstacle.
 pub fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<BedZone>, CaseError> {
     let rest = BedZone {
         parts: Vec::new(),
@@ -49,7 +49,7 @@ pub fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<BedZone>, CaseEr
     Ok(zones)
 }
 
-/// The law of the options; none without.
+/// Fluid resistance of the options; none without.
 fn fluid_resistance(options: Option<FluidResistanceOptions>) -> FluidResistance {
     match options.unwrap_or_default() {
         FluidResistanceOptions::None => FluidResistance::None,
@@ -59,7 +59,7 @@ fn fluid_resistance(options: Option<FluidResistanceOptions>) -> FluidResistance 
     }
 }
 
-/// What the regions of the obstacle that is the bed say.
+/// Zones from the regions of the obstacle that is the bed.
 fn of_obstacles(case: &Case, options: &DepthOptions) -> Result<Vec<ObstacleZone>, CaseError> {
     let Some(number) = case.obstacles.iter().position(|obstacle| !obstacle.regions.is_empty()) else {
         return Ok(Vec::new());

@@ -1,4 +1,4 @@
-//! What a flow moves over: the highest faces of walls and obstacles that look upward.
+//! Bed of a case: the highest faces of walls and obstacles that face upward.
 
 use std::sync::Arc;
 
@@ -16,37 +16,37 @@ use crate::setup::bed::face_heights::highest_faces;
 /// Fewest nodes of a raster along an axis (sheet: depth-sph §7).
 const FEWEST_NODES: usize = 4;
 
-/// Steepest slope that half of a survey may exceed without a warning (degrees; sheet: depth-sph §7).
+/// Slope that half of a survey may exceed without a warning (degrees; sheet: depth-sph §7).
 const STEEPEST_TERRAIN: f64 = 60.0;
-/// Nodes of a raster whose slopes are looked at.
+/// Number of nodes of a raster whose slopes are sampled.
 const SAMPLE: usize = 1 << 18;
-/// Steepest slope of the faces of other obstacles that deserves no warning (degrees).
+/// Steepest slope of the faces of other obstacles without a warning (degrees).
 const STEEPEST_FACE: f64 = 60.0;
 
-/// How the bed holds what flows over it.
+/// Friction of the bed on the flow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BedFriction {
-    /// Not at all.
+    /// No friction.
     Smooth,
-    /// By the friction of the material.
+    /// Friction of the material.
     Rough,
-    /// By this coefficient at most.
+    /// Friction of the material, limited to this coefficient.
     Frictional(f64),
 }
 
-/// The bed of a case.
+/// Bed of a case.
 pub struct CaseBed<const D: usize> {
-    /// Its surface.
+    /// Surface.
     pub bed: Bed<D>,
-    /// The cells of its raster, where it is one.
+    /// Cells of the raster, where the bed is one.
     pub grid: Option<PlanCells>,
-    /// Largest distance of its surface from the heights of its raster, and the root mean square of all (m).
+    /// Largest distance of the surface from the heights of its raster, and the root mean square of all (m).
     pub departure: Option<[f64; 2]>,
-    /// What of it deserves a warning.
+    /// Warnings.
     pub warnings: Vec<String>,
 }
 
-/// The bed of `case`: the obstacles there are, and the highest wall that faces upward where it stands above them.
+/// Makes the bed of `case`: its obstacles, and the highest wall that faces upward where it is above them.
 pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<CaseBed<D>, CaseError> {
     let floor = highest_wall(case);
     let Some(first) = case.obstacles.first() else {
@@ -79,7 +79,7 @@ pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<C
     }
     let (mut raster, path) = raster::<D>(case, options)?;
     raise_to_wall(case, first, floor, &mut raster)?;
-    // Means are for the noise of a survey: a dam keeps its crest.
+    // Means reduce the noise of a survey; a dam keeps its crest.
     let given = raster;
     let mut raster = TerrainBed::smoothed(&given, options.terrain_smoothing);
     let means: Vec<f64> = given.values.iter().zip(&raster.values).map(|(z, mean)| z - mean).collect();
@@ -106,7 +106,7 @@ pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<C
     Ok(CaseBed { bed, grid: on_map.then_some(grid), departure, warnings })
 }
 
-/// Largest distance of a surface from heights that were `means` (m) above what it was made of, and the root mean square of all (m).
+/// Largest distance of a surface from heights that were `means` (m) above its own levels, and the root mean square of all (m).
 fn departure(ground: &TerrainBed, means: &[f64]) -> [f64; 2] {
     let raster = ground.raster();
     let off = |number: usize| {
@@ -121,14 +121,14 @@ fn departure(ground: &TerrainBed, means: &[f64]) -> [f64; 2] {
     [most, (square / f64::max(count, 1.0)).sqrt()]
 }
 
-/// Warns of steps that do not carry velocities along the bed.
+/// Warns of time schemes that do not transport velocities along the bed.
 fn energy_warning(options: &DepthOptions) -> Option<String> {
     (options.integration != TimeScheme::Leapfrog).then(|| {
         "methods.depth-sph.integration: steps of Runge and Kutta lose energy over rough ground: leave the option out over a survey".to_owned()
     })
 }
 
-/// Refuses obstacles whose walls differ.
+/// Rejects obstacles whose walls differ.
 fn check_same_walls(case: &Case, first: &Obstacle) -> Result<(), CaseError> {
     let other = case
         .obstacles
@@ -142,7 +142,7 @@ fn check_same_walls(case: &Case, first: &Obstacle) -> Result<(), CaseError> {
     Err(CaseError::new(format!("obstacles[{number}].wall"), problem))
 }
 
-/// Refuses to keep account of what is taken up from a plane, which has no nodes to keep it at, and to put a dam on one.
+/// Rejects erosion with a record on a plane, which has no nodes for it, and a dam on one.
 fn reject_erosion_of_plane(options: &DepthOptions) -> Result<(), CaseError> {
     if !options.dams.is_empty() {
         let problem = "the bed is a plane, which has no heights that could be raised: give it as a raster";
@@ -160,7 +160,7 @@ fn reject_erosion_of_plane(options: &DepthOptions) -> Result<(), CaseError> {
     Err(crate::setup::option_error(key, problem))
 }
 
-/// The heights of the bed, and the key of the case that it follows from.
+/// Heights of the bed, and the key of the case from which they follow.
 fn raster<const D: usize>(case: &Case, options: &DepthOptions) -> Result<(Raster, String), CaseError> {
     let is_raster = |obstacle: &Obstacle| matches!(obstacle.shape, ObstacleShape::Raster { .. });
     let spacing = options.terrain_spacing.unwrap_or(options.spacing);
@@ -175,8 +175,8 @@ fn raster<const D: usize>(case: &Case, options: &DepthOptions) -> Result<(Raster
     Ok((highest_faces::<D>(case, spacing, Some((number, own)))?, path))
 }
 
-/// Warns of faces that a flow runs up, and of terrain so steep throughout that its heights may not be in metres: of survey terrain single cliffs may
-/// stand upright, and no half of it does.
+/// Warns of faces in the way of a flow, and of terrain so steep throughout that its heights may not be in metres: single cliffs
+/// of survey terrain may be upright, but not half of it.
 fn too_steep(case: &Case, ground: &TerrainBed) -> Option<String> {
     let raster = ground.raster();
     let place = |number: usize| raster.node_position(number % raster.columns, number / raster.columns);
@@ -185,7 +185,7 @@ fn too_steep(case: &Case, ground: &TerrainBed) -> Option<String> {
         bed.map_or(0.0, |bed| bed.slope[0].hypot(bed.slope[1]))
     };
     let of_file = matches!(&case.obstacles[..], [Obstacle { shape: ObstacleShape::Raster { .. }, .. }]);
-    // The middle of all slopes is that of a sample.
+    // The median of all slopes is that of a sample.
     let apart = if of_file { raster.values.len().div_ceil(SAMPLE) } else { 1 };
     let known = (0..raster.values.len()).step_by(apart).filter(|number| raster.values[*number].is_finite());
     let mut slopes: Vec<(f64, usize)> = known.map(|number| (slope(number), number)).collect();
@@ -212,7 +212,7 @@ fn too_steep(case: &Case, ground: &TerrainBed) -> Option<String> {
     })
 }
 
-/// Raises a bed to the wall below where that stands higher.
+/// Raises a bed to the wall below where that is higher.
 fn raise_to_wall(
     case: &Case,
     obstacle: &Obstacle,
@@ -236,7 +236,7 @@ fn raise_to_wall(
     Ok(())
 }
 
-/// How the bed of `case` holds, without making it; `None` where there is no bed.
+/// Friction of the bed of `case`, without making it; `None` where there is no bed.
 pub fn bed_friction(case: &Case) -> Option<BedFriction> {
     let obstacle = case.obstacles.first().map(friction_of_obstacle);
     obstacle.or_else(|| highest_wall(case).map(|(_, _, wall)| wall_friction(wall)))
@@ -250,12 +250,12 @@ pub fn is_smooth(case: &Case) -> bool {
     holds.all(|hold| hold == BedFriction::Smooth)
 }
 
-/// The side that the bed is on.
+/// Side of the bed.
 pub fn lowest(case: &Case) -> Side {
     if case.space == Space::PlaneStrain { Side::YMin } else { Side::ZMin }
 }
 
-/// The highest wall that faces upward: its number, its level (m), and how it acts.
+/// Highest wall that faces upward: its number, its level (m), and its kind.
 pub fn highest_wall(case: &Case) -> Option<(usize, f64, &Wall)> {
     let side = lowest(case);
     let level = |boundary: &Boundary| boundary.position(&case.domain);
@@ -276,7 +276,7 @@ fn friction_of_obstacle(obstacle: &Obstacle) -> BedFriction {
     obstacle_friction(obstacle.wall)
 }
 
-/// How a wall of an obstacle holds what flows over it.
+/// Friction of a wall of an obstacle.
 pub fn obstacle_friction(wall: ObstacleWall) -> BedFriction {
     match wall {
         ObstacleWall::Smooth => BedFriction::Smooth,
@@ -287,7 +287,7 @@ pub fn obstacle_friction(wall: ObstacleWall) -> BedFriction {
     }
 }
 
-/// A plane, and its lowest level over the domain (m).
+/// Plane bed, and its lowest level over the domain (m).
 fn plane<const D: usize>(case: &Case, point: &[f64], normal: &[f64]) -> Result<(Bed<D>, f64), CaseError> {
     if !(normal[D] > 0.0) {
         let problem = format!("{} must be positive: a bed faces upward", normal[D]);

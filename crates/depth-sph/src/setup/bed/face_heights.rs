@@ -1,16 +1,16 @@
-//! The highest faces of obstacles, at the nodes of a raster.
+//! Highest faces of obstacles, at the nodes of a raster.
 
 use colluvium_case::{Case, CaseError, PlacedObstacle};
 use colluvium_points::Raster;
 
-/// Shortest advance towards a face, over the distance of the nodes: beside an upright one the distance from it stays small.
+/// Shortest advance towards a face, over the distance of the nodes: beside an upright face the distance from it stays small.
 const ADVANCE: f64 = 1e-2;
-/// Halvings of an advance that ends in a solid.
+/// Bisections of an advance that ends in a solid.
 const HALVINGS: usize = 60;
-/// Rows of nodes of a bed that is the same along the second axis.
+/// Rows of nodes of a bed that is constant along the second axis.
 const ROWS: usize = 4;
 
-/// The faces that a vertical line meets first from above, at nodes `spacing` (m) apart over the domain, or at those of `raster`.
+/// Highest faces along vertical lines, at nodes `spacing` (m) apart over the domain, or at those of `raster`.
 /// The obstacle of that number counts by its heights, those of `raster`.
 pub fn highest_faces<const D: usize>(
     case: &Case,
@@ -24,7 +24,7 @@ pub fn highest_faces<const D: usize>(
     let spacing = raster.spacing[0].min(raster.spacing[1]);
     let columns = raster.columns;
     let line = |raster: &Raster, number: usize| raster.node_position(number % columns, number / columns);
-    // A profile has the same faces in every row.
+    // In a profile all rows are equal.
     let count = if D == 1 { columns } else { raster.values.len() };
     let found: Vec<f64> = if D == 1 {
         let standing = case.placed_obstacles::<2>()?;
@@ -52,7 +52,7 @@ fn nodes<const D: usize>(case: &Case, spacing: f64) -> Raster {
     Raster::from_function([count(0).max(ROWS), rows], [low(0), low(1)], [spacing; 2], |_, _| f64::NAN)
 }
 
-/// Height of the highest face over a place in plan (m), but of obstacle `without`; not-a-number where there is none.
+/// Height of the highest face at a position in plan (m), without obstacle `without`; not-a-number where there is none.
 fn face<const N: usize>(
     case: &Case,
     standing: &[PlacedObstacle<'_, N>],

@@ -1,4 +1,4 @@
-//! The bed of a case: terrain, zones of strength, dams, and heights of steep faces.
+//! Bed of a case: terrain, zones of strength, dams, and heights of steep faces.
 
 pub(crate) mod bed_zones;
 pub(crate) mod case_bed;

@@ -1,36 +1,36 @@
-//! Faces that meet at a node. Their impulses do not depend on the order in which they are listed: those along the normals are the
-//! smallest that leave a velocity into none of the faces, and friction is shared by the faces that bear some.
+//! Contact of a node with several faces. The impulses do not depend on the order of the faces: normal impulses are the smallest after which
+//! no face is penetrated, and friction is shared by the loaded faces.
 
 use crate::boundary::walls::WallKind;
 use crate::boundary::walls::node_faces::{NodeFace, dot, length};
 
-/// Faces of a node among which no order is made; of more the first that are listed act.
+/// Number of faces of a node whose order does not matter; of more faces the first in the list act.
 pub(super) const MAX_FACES: usize = 12;
 
-/// Independent normals at most.
+/// Largest number of linearly independent normals.
 const AXES: usize = 3;
 
-/// Round-off over the velocities that enter.
+/// Relative round-off error of velocities.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Rounds in which faces that leave no way out share their overlap.
+/// Iterations in which faces that leave no admissible velocity share their overlap.
 const MAX_ITERATIONS: usize = 64;
 
-/// Changes of velocity (m/s) along the normals of the faces of a node, in their order.
+/// Normal velocity changes (m/s) of the faces of a node, in the order of the faces.
 type NormalImpulses = [f64; MAX_FACES];
 
-/// A face as a bound of the velocity.
+/// Unilateral or bilateral bound of the nodal velocity by a face.
 #[derive(Clone, Copy, Debug)]
 struct VelocityBound {
-    /// Normal, without the components that walls hold.
+    /// Normal, without the components that walls prescribe.
     normal: [f64; 3],
-    /// Least velocity along it (m/s).
+    /// Least velocity along the normal (m/s).
     min_velocity: f64,
-    /// Whether the velocity along it is that one, and not more.
+    /// Whether the velocity along the normal equals `min_velocity` (else it may be larger).
     bilateral: bool,
 }
 
-/// The bounds of a node.
+/// Velocity bounds of a node.
 #[derive(Clone, Copy, Debug)]
 struct VelocityBounds {
     all: [VelocityBound; MAX_FACES],
@@ -38,7 +38,7 @@ struct VelocityBounds {
 }
 
 impl VelocityBounds {
-    /// Those of faces; the velocity along the normal of those that `is_bilateral` picks is given.
+    /// Returns the bounds of faces; those that `is_bilateral` selects prescribe the normal velocity.
     fn new(
         faces: &[NodeFace],
         velocity: &[f64; 3],
@@ -62,9 +62,9 @@ impl VelocityBounds {
         &self.all[..self.count]
     }
 
-    /// Whether a velocity keeps to all bounds up to `slack` (m/s).
+    /// Whether a velocity satisfies all bounds up to `slack` (m/s).
     fn are_satisfied_by(&self, velocity: &[f64; 3], slack: f64) -> bool {
-        // What walls hold altogether no impulse of a face can change.
+        // Components that walls prescribe can't be changed by the impulse of a face.
         let can = |bound: &&VelocityBound| dot(&bound.normal, &bound.normal) > ROUND_OFF;
         self.all().iter().filter(can).all(|bound| {
             let beyond = dot(&bound.normal, velocity) - bound.min_velocity;
@@ -72,8 +72,8 @@ impl VelocityBounds {
         })
     }
 
-    /// Changes a velocity (m/s) by the smallest pushes along the normals after which it keeps to all bounds. Where several sets of
-    /// faces can give them, each gives its part of their mean.
+    /// Projects a velocity (m/s) onto the admissible set by the smallest impulses along the normals. Where several sets of faces give such
+    /// impulses, their mean is taken.
     fn project(&self, velocity: &mut [f64; 3]) -> NormalImpulses {
         let free: [f64; 3] = std::array::from_fn(|c| {
             if self.all().iter().any(|bound| bound.normal[c] != 0.0) { velocity[c] } else { 0.0 }
@@ -100,8 +100,8 @@ impl VelocityBounds {
         self.balance_opposing_faces(velocity)
     }
 
-    /// Pushes (m/s) of a set of faces that bring a velocity onto all of them, and the velocity then; none where some would have to
-    /// pull or another bound is broken.
+    /// Impulses (m/s) by which a set of faces prescribes its normal velocities, and the velocity after them; `None` where an impulse would
+    /// be tensile or another bound is violated.
     fn solve_active_set(
         &self,
         set: &[usize],
@@ -110,7 +110,7 @@ impl VelocityBounds {
     ) -> Option<([f64; AXES], [f64; 3])> {
         let bound = |k: usize| &self.all[set[k]];
         let size = set.len();
-        // Velocity within the span of the normals that has the least components along them.
+        // Velocity within the span of the normals with the least norm.
         let given = solve(size, |a, b| dot(&bound(a).normal, &bound(b).normal), |a| bound(a).min_velocity)?;
         let lacks = |a: usize| bound(a).min_velocity - dot(&bound(a).normal, velocity);
         let parts = solve(size, |a, b| dot(&bound(a).normal, &bound(b).normal), lacks)?;
@@ -120,7 +120,7 @@ impl VelocityBounds {
         let span: [f64; 3] = std::array::from_fn(|c| (0..size).map(|k| given[k] * bound(k).normal[c]).sum());
         let reached = match size {
             1 => std::array::from_fn(|c| velocity[c] + parts[0] * bound(0).normal[c]),
-            // Along the edge alone, so that in the plane nothing is left by round-off.
+            // Only along the edge, so that round-off leaves no velocity in plane problems.
             2 => {
                 let edge = cross(&bound(0).normal, &bound(1).normal);
                 let rest = dot(&edge, velocity) / dot(&edge, &edge);
@@ -131,7 +131,7 @@ impl VelocityBounds {
         self.are_satisfied_by(&reached, slack).then_some((parts, reached))
     }
 
-    /// Faces that leave no way out, as those that close on a node do, share what one takes and another gives back.
+    /// Shares the overlap of faces that leave no admissible velocity, such as faces that close on a node.
     fn balance_opposing_faces(&self, velocity: &mut [f64; 3]) -> NormalImpulses {
         let (mut pushes, share) = ([0.0; MAX_FACES], 1.0 / self.count as f64);
         for _ in 0..MAX_ITERATIONS {
@@ -151,7 +151,7 @@ impl VelocityBounds {
     }
 }
 
-/// Calls `act` with each set of `size` of `count` faces.
+/// Calls `act` for each set of `size` out of `count` faces.
 fn for_each_set(count: usize, size: usize, mut act: impl FnMut(&[usize])) {
     for i in 0..count {
         match size {
@@ -162,7 +162,7 @@ fn for_each_set(count: usize, size: usize, mut act: impl FnMut(&[usize])) {
     }
 }
 
-/// Solves a symmetric system by Cholesky's factors; none where it is singular.
+/// Solves a symmetric system by Cholesky factorisation; `None` if it is singular.
 fn solve(
     size: usize,
     matrix: impl Fn(usize, usize) -> f64,
@@ -195,7 +195,7 @@ fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     })
 }
 
-/// Mean of the velocities (m/s) of the faces with a weight, and the part of each; none where all weights are zero.
+/// Weighted mean of the face velocities (m/s) and the weight fractions; `None` where all weights are zero.
 fn weighted_mean_velocity(
     faces: &[NodeFace],
     weight: impl Fn(usize) -> f64,
@@ -210,7 +210,7 @@ fn weighted_mean_velocity(
     Some((mean, parts))
 }
 
-/// Changes of velocity (m/s) by each face, at the end and at the start of the step.
+/// Velocity changes by each face (m/s), at the end and at the start of the step.
 #[derive(Clone, Copy, Debug)]
 struct VelocityChanges {
     end: [[f64; 3]; MAX_FACES],
@@ -218,7 +218,7 @@ struct VelocityChanges {
 }
 
 impl VelocityChanges {
-    /// Pushes along the normals.
+    /// Velocity changes of normal impulses.
     fn from_impulses(faces: &[NodeFace], end: &NormalImpulses, start: &NormalImpulses) -> Self {
         let along = |pushes: &NormalImpulses| {
             std::array::from_fn(|k| faces.get(k).map_or([0.0; 3], |face| face.normal.map(|n| pushes[k] * n)))
@@ -227,8 +227,8 @@ impl VelocityChanges {
     }
 }
 
-/// Lets faces that meet at a node act on its velocities at the start and at the end of a step (m/s), as
-/// [`NodeWalls::constrain_and_record`](crate::boundary::walls::NodeWalls::constrain_and_record) has it.
+/// Applies the contact conditions of several faces to the velocities of a node at the start and the end of a step (m/s), as described at
+/// [`NodeWalls::constrain_and_record`](crate::boundary::walls::NodeWalls::constrain_and_record).
 pub(super) fn constrain(
     faces: &[NodeFace],
     (start, end): (&mut [f64; 3], &mut [f64; 3]),
@@ -250,7 +250,7 @@ pub(super) fn constrain(
     let pressed = |k: usize| if pushes[k] > 0.0 { pushes[k] } else { 0.0 };
     let sticks = |k: usize| if faces[k].kind == WallKind::Rough { pressed(k) } else { 0.0 };
     if let Some((velocity, parts)) = weighted_mean_velocity(faces, holding) {
-        // What holds bears more where it is pressed.
+        // Bonded faces take a larger part where they are compressed.
         let parts =
             weighted_mean_velocity(faces, |k| holding(k) * pressed(k)).map_or(parts, |(_, parts)| parts);
         impose_bonded_velocity(&mut changes.end, &parts, &free, end, velocity);
@@ -267,7 +267,7 @@ pub(super) fn constrain(
     }
 }
 
-/// Takes the velocity at the start of the step (m/s) along the normals of faces that are bilateral.
+/// Sets the velocity at the start of the step (m/s) along the normals of bilateral faces.
 fn constrain_start(faces: &[NodeFace], start: &mut [f64; 3]) -> NormalImpulses {
     let mut pushes = [0.0; MAX_FACES];
     let mut chosen = VelocityBounds::new(faces, start, [false; 3], |_| true);
@@ -282,7 +282,7 @@ fn constrain_start(faces: &[NodeFace], start: &mut [f64; 3]) -> NormalImpulses {
     pushes
 }
 
-/// Gives a node the velocity of faces that hold it; beside their pushes they bear their parts of the rest.
+/// Sets the velocity of a node to that of the bonded faces, which share the velocity change beyond their normal impulses.
 fn impose_bonded_velocity(
     changes: &mut [[f64; 3]; MAX_FACES],
     parts: &NormalImpulses,
@@ -297,7 +297,7 @@ fn impose_bonded_velocity(
     *now = velocity;
 }
 
-/// Coulomb's friction of faces, by the motion (m/s) that all of them leave. Each takes its part of what all can take.
+/// Coulomb friction of faces on the sliding velocity (m/s) after all faces. Each face takes its part of the total friction limit.
 fn apply_friction(
     faces: &[NodeFace],
     pushes: &NormalImpulses,
@@ -325,7 +325,7 @@ fn apply_friction(
     }
 }
 
-/// Lets nothing of a velocity (m/s) into any face, without friction, by changes of the components that walls do not hold.
+/// Removes the velocity (m/s) into faces, without friction, by changes of the components that walls do not prescribe.
 pub(super) fn remove_penetration(
     faces: &[NodeFace],
     velocity: &mut [f64; 3],
@@ -342,7 +342,7 @@ pub(super) fn remove_penetration(
     }
 }
 
-/// Acts on the re-mapped velocity (MUSL) of a node that the faces have left with `solved`.
+/// Constrains the re-mapped velocity (MUSL) of a node that had the velocity `solved` after the faces.
 pub(super) fn constrain_remapped(faces: &[NodeFace], solved: &[f64; 3], velocity: &mut [f64; 3]) {
     let faces = &faces[..faces.len().min(MAX_FACES)];
     let stopped = |face: &NodeFace| face.is_in_contact(solved) || !face.separation;
@@ -365,7 +365,7 @@ mod tests {
         NodeFace::at_rest(normal.map(|n| n / long), friction, separation)
     }
 
-    /// Velocity that faces leave of one, and what each of them changes.
+    /// Velocity after the faces and the velocity change by each face.
     fn act(faces: &[NodeFace], free: [f64; 3]) -> ([f64; 3], Vec<[f64; 3]>) {
         let (mut start, mut end, mut told) = ([0.0; 3], free, vec![[0.0; 3]; faces.len()]);
         constrain(faces, (&mut start, &mut end), true, &[0.0; 3], &mut |face, change, _| {

@@ -1,34 +1,34 @@
-//! Walls with friction that meet in an edge and move along each other.
+//! Frictional walls with different velocities that share an edge.
 //!
-//! All of them rub at once: with the velocity `v` of the node at the end of the step, `s_k` what it has along wall `k`
-//! relative to it, and the impulse `j_k` that the wall bears (both per unit mass), friction is `-μ_k j_k s_k/|s_k|`, or
-//! whatever stops the node where `s_k = 0`. What one wall rubs into another adds to what that one bears.
+//! Friction of all walls is simultaneous. `v` is the nodal velocity at the end of the step, `s_k` its tangential part relative to wall `k`,
+//! and `j_k` the normal impulse of the wall (both per unit mass). Friction is `-μ_k j_k s_k/|s_k|`, or the impulse that stops the node
+//! where `s_k = 0`. Friction of one wall adds to the normal impulse of another.
 
 use crate::boundary::walls::{NodeWall, WallKind, length};
 
-/// Rounds in which walls that rub the node into each other find what each bears. An error falls by the product of their
-/// coefficients in two; with a product of one or more they jam the node, and it sticks.
+/// Iterations for the coupled normal impulses of the walls. The error is reduced by the product of their friction coefficients in two
+/// iterations; with a product of one or more the node is wedged and sticks.
 const MAX_ITERATIONS: usize = 64;
 
-/// A node where walls that may let go or rub meet, and move with different velocities.
+/// Node at an edge of unilateral or frictional walls with different velocities.
 pub(super) struct FrictionEdge<'a> {
-    /// The walls, by the axes they are normal to.
+    /// Walls by the axis of their normal.
     pub walls: [Option<&'a NodeWall>; 3],
-    /// Components of velocity that other walls hold.
+    /// Velocity components that other walls prescribe.
     pub constrained: [bool; 3],
-    /// Velocity before the step (m/s).
+    /// Velocity at the start of the step (m/s).
     pub start: [f64; 3],
-    /// Velocity at the end of it without these walls (m/s).
+    /// Velocity at the end of the step without these walls (m/s).
     pub free_velocity: [f64; 3],
-    /// What a fluid in the pores bears (m/s).
+    /// Velocity change by the pore pressure that the wall takes (m/s).
     pub pore_pressure_part: [f64; 3],
 }
 
 impl FrictionEdge<'_> {
-    /// Velocity of the node that walls leave to it, from the `pushes` (m/s) into those that it runs into.
+    /// Velocity of the node after the walls, from the normal impulses `pushes` (m/s) of the walls in contact.
     pub fn solve(&self, mut pushes: [Option<f64>; 3]) -> [f64; 3] {
         let mut end = self.free_velocity;
-        // Each wall may let go of the node or be run into, as the others rub it off or on.
+        // Friction of the other walls may open or close the contact with a wall.
         for _ in 0..6 {
             let rubbed;
             (end, rubbed) = self.friction_velocity(&pushes);
@@ -60,12 +60,12 @@ impl FrictionEdge<'_> {
         end
     }
 
-    /// What pushes into a wall without the others (m/s).
+    /// Normal impulse of a wall without the other walls (m/s).
     fn normal_impulse(&self, wall: &NodeWall) -> f64 {
         wall.approach_velocity(&std::array::from_fn(|c| self.free_velocity[c] + self.pore_pressure_part[c]))
     }
 
-    /// Velocity with the walls that have a push, and what each of them is rubbed into by the others (m/s).
+    /// Velocity after the walls with a normal impulse, and the normal impulse on each by the friction of the others (m/s).
     fn friction_velocity(&self, pushes: &[Option<f64>; 3]) -> ([f64; 3], [f64; 3]) {
         let acting = || self.walls.into_iter().flatten().filter(|wall| pushes[wall.axis].is_some());
         let mut end = self.free_velocity;
@@ -125,7 +125,7 @@ impl FrictionEdge<'_> {
         (end, rubbed)
     }
 
-    /// What each wall is rubbed into (m/s) by the `friction` of the others along its axis.
+    /// Normal impulse of each wall (m/s) by the `friction` of the others along its axis.
     fn friction_normal_impulses<'a, W: Iterator<Item = &'a NodeWall>>(
         &self,
         acting: impl Fn() -> W,
@@ -141,17 +141,17 @@ impl FrictionEdge<'_> {
     }
 }
 
-/// Friction of a wall on the one component of velocity that is left to a node.
+/// Friction of a wall on the one free velocity component of a node.
 struct EdgeFriction {
-    /// The wall's own (m/s).
+    /// Velocity of the wall (m/s).
     speed: f64,
     /// Speed of the node relative to the wall in the other components (m/s).
     across: f64,
-    /// Largest change of velocity by it (m/s).
+    /// Largest velocity change by friction (m/s).
     bound: f64,
 }
 
-/// The velocity that `free` (m/s) becomes by the friction of all: the one at which `½(v-v₀)² + Σ b √(a² + (v-V)²)` is least.
+/// Velocity (m/s) from `free` by the friction of all walls: the minimum of `½(v-v₀)² + Σ b √(a² + (v-V)²)`.
 fn friction_equilibrium<I: Iterator<Item = EdgeFriction>>(free: f64, frictions: impl Fn() -> I) -> f64 {
     let slope = |velocity: f64| {
         let rub = |friction: EdgeFriction| match velocity - friction.speed {
@@ -184,7 +184,7 @@ mod tests {
     const FREE: [f64; 3] = [1.3, -0.8, 0.5];
     const COEFFICIENTS: [f64; 2] = [0.3, 0.6];
 
-    /// A side at the upper end of x and a floor, with velocities.
+    /// A wall at the upper end of x and a floor, with velocities.
     fn walls(separation: bool, [side, floor]: [[f64; 3]; 2]) -> [NodeWall; 2] {
         let [a, b] = COEFFICIENTS.map(|coefficient| WallKind::Frictional { coefficient });
         let wall =
@@ -192,7 +192,7 @@ mod tests {
         [wall(0, true, a, side), wall(1, false, b, floor)]
     }
 
-    /// What they leave of a velocity, with axes named anew: axis `c` becomes `order[c]`.
+    /// Velocity after the walls, with permuted axes: axis `c` becomes `order[c]`.
     fn left(walls: &[NodeWall], order: [usize; 3], free: [f64; 3]) -> [f64; 3] {
         let turned = |v: [f64; 3]| {
             let mut out = [0.0; 3];
@@ -237,21 +237,21 @@ mod tests {
         }
     }
 
-    /// Coulomb's law of both walls at once, each with the impulse that it bears, from the velocity that is left.
+    /// Coulomb's law of both walls at once, each with its normal impulse, from the final velocity.
     #[test]
     fn both_walls_rub_with_what_they_bear() {
         for velocities in &VELOCITIES[..2] {
             let [side, floor] = walls(false, *velocities);
             let end = left(&[side, floor], [0, 1, 2], FREE);
             assert_eq!([end[0], end[1]], [side.velocity[0], floor.velocity[1]]);
-            // Direction of the friction of each.
+            // Friction direction of each wall.
             let [on_side, on_floor] = [side, floor].map(|wall| {
                 let slip: [f64; 3] =
                     std::array::from_fn(|c| if c == wall.axis { 0.0 } else { wall.velocity[c] - end[c] });
                 let length = slip.iter().map(|c| c * c).sum::<f64>().sqrt();
                 slip.map(|c| c / length)
             });
-            // What each bears: its own push and the friction of the other. Two equations.
+            // Normal impulses: the node's own approach and the friction of the other wall. Two equations.
             let [a, b] = COEFFICIENTS;
             let (into_side, into_floor) = (FREE[0] - side.velocity[0], floor.velocity[1] - FREE[1]);
             let (p, q) = (b * on_floor[0], -a * on_side[1]);
@@ -265,7 +265,7 @@ mod tests {
 
     #[test]
     fn walls_that_move_along_their_edge_pull_it_each_its_way() {
-        // Pushed into them by 1.3 and 0.8: the frictions are up to 0.39 and 0.48.
+        // Normal impulses of 1.3 and 0.8: the frictions are up to 0.39 and 0.48.
         let along = |side: f64, floor: f64, free: f64| {
             left(&walls(true, [[0.0, 0.0, side], [0.0, 0.0, floor]]), [0, 1, 2], [1.3, -0.8, free])[2]
         };
@@ -278,18 +278,18 @@ mod tests {
     fn a_floor_that_moves_off_takes_it_from_the_side_and_one_that_moves_on_presses_it_there() {
         let acts =
             |speed: f64, free: [f64; 3]| left(&walls(true, [[0.0; 3], [speed, 0.0, 0.0]]), [0, 1, 2], free);
-        // Friction of up to 0.6 against what pushes it into the side.
+        // Friction of up to 0.6 against the normal impulse of the wall at the side.
         assert_eq!(acts(-9.0, [0.8, -1.0, 0.0])[0], 0.0, "pushed by more");
         assert!((acts(-9.0, [0.1, -1.0, 0.0])[0] + 0.5).abs() < 1e-15, "pulled off");
         assert_eq!(acts(-0.2, [0.1, -1.0, 0.0]), [-0.2, 0.0, 0.0], "it goes with the floor");
-        // What is pulled off has the acceleration that took it there.
+        // A separating node keeps the acceleration of the separation.
         let plane = WallKind::StaticAndSliding { static_coefficient: 0.6, sliding_coefficient: 0.6 };
         let [side, floor] =
             walls(true, [[0.0; 3], [-9.0, 0.0, 0.0]]).map(|wall| NodeWall { kind: plane, ..wall });
         let (mut start, mut end) = ([-0.1, 0.0, 0.0], [0.1, -1.0, 0.0]);
         NodeWalls::new(&[1; 3], vec![side, floor]).constrain(&[0; 3], &mut start, &mut end, false);
         assert!((end[0] + 0.5).abs() < 1e-15 && start == [-0.1, 0.0, 0.0], "{start:?}, {end:?}");
-        // It rests at the side, and the floor presses it there by 0.6, which rubs with 0.3 × 0.6 on what the floor hardly does.
+        // The node rests at the side; the floor friction presses it there by 0.6, and 0.3 × 0.6 acts on the third component.
         let end = acts(1e9, [0.0, -1.0, 0.5]);
         assert!(end[0] == 0.0 && end[1] == 0.0 && (end[2] - (0.5 - 0.18)).abs() < 1e-8, "{end:?}");
     }

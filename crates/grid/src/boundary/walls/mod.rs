@@ -9,7 +9,7 @@ use std::sync::Arc;
 use crate::boundary::walls::friction_edge::FrictionEdge;
 pub use crate::boundary::walls::node_faces::{NodeFace, NodeFaces};
 
-/// How a wall acts.
+/// Contact condition of a wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum WallKind {
     /// No slip.
@@ -21,7 +21,7 @@ pub enum WallKind {
         /// Coefficient of friction.
         coefficient: f64,
     },
-    /// Coulomb friction in acceleration form, with a larger coefficient for what is at rest (GT
+    /// Coulomb friction in acceleration form, with a larger coefficient for nodes at rest (GT
     /// Algorithm 3.1 as corrected in `sheet: mpm §3.7`).
     StaticAndSliding {
         /// Coefficient for a node at rest.
@@ -31,7 +31,7 @@ pub enum WallKind {
     },
 }
 
-/// A half-space of nodes beyond a plane normal to an axis.
+/// Wall: a half-space of nodes beyond a plane normal to an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeWall {
     /// Axis normal to the wall.
@@ -40,31 +40,31 @@ pub struct NodeWall {
     pub upper: bool,
     /// Node index, along the axis, of the wall's face.
     pub node: usize,
-    /// How it acts.
+    /// Contact condition.
     pub kind: WallKind,
-    /// Whether material may lift off; without, the wall is bilateral and its normal velocity is that of what it holds.
+    /// Whether material may separate; without separation the wall is bilateral and prescribes the normal velocity.
     pub separation: bool,
     /// Velocity of the wall (m/s).
     pub velocity: [f64; 3],
 }
 
-/// All walls of a grid, looked up by node index.
+/// All walls of a grid, by node index.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NodeWalls {
     walls: Vec<NodeWall>,
     /// `lookup[axis][index]`: number of the wall plus one, zero for none.
     lookup: [Vec<u32>; 3],
-    /// Whether walls that move set off in this step: what they hold is not yet as fast as they are.
+    /// Whether moving walls start in this step, so that constrained nodes do not yet have their velocity.
     starts_moving: bool,
-    /// On a mesh: distance between neighbouring entries of a node's index, and `lookup` is by node.
+    /// Node strides of a mesh; then `lookup` is by node.
     strides: Option<[usize; 3]>,
     /// Rigid geometry of any shape.
     faces: Arc<NodeFaces>,
 }
 
 impl NodeWalls {
-    /// The walls of a grid with `nodes` nodes per axis. Where two walls normal to the same axis claim
-    /// a node, the later one has it.
+    /// Returns the walls of a grid with `nodes` nodes per axis. Where two walls normal to the same axis include
+    /// a node, the later one acts.
     pub fn new(nodes: &[usize], walls: Vec<NodeWall>) -> Self {
         let mut lookup: [Vec<u32>; 3] = Default::default();
         for (axis, &count) in nodes.iter().enumerate() {
@@ -78,7 +78,7 @@ impl NodeWalls {
         Self { walls, lookup, starts_moving: false, strides: None, faces: Arc::default() }
     }
 
-    /// The walls of a mesh with `count` nodes (of a layout with `strides`), each with the nodes it holds.
+    /// Returns the walls of a mesh with `count` nodes (of a layout with `strides`), each wall with its nodes.
     pub fn for_mesh_nodes<const D: usize>(
         strides: [usize; D],
         count: usize,
@@ -94,23 +94,23 @@ impl NodeWalls {
         Self { walls, lookup, starts_moving: false, strides: Some(strides), faces: Arc::default() }
     }
 
-    /// The same walls beside rigid geometry of any shape.
+    /// Adds rigid geometry of any shape to the walls.
     #[must_use]
     pub fn with_faces(self, faces: Arc<NodeFaces>) -> Self {
         Self { faces, ..self }
     }
 
-    /// The rigid geometry of any shape.
+    /// Rigid geometry of any shape.
     pub fn faces(&self) -> &Arc<NodeFaces> {
         &self.faces
     }
 
-    /// The same, to be changed; copied where others hold it too.
+    /// Rigid geometry of any shape, mutable; copied if it is shared.
     pub fn faces_mut(&mut self) -> &mut NodeFaces {
         Arc::make_mut(&mut self.faces)
     }
 
-    /// The wall normal to `axis` that holds the node with an index along each axis.
+    /// Wall normal to `axis` at a node index, if there is one.
     #[inline]
     pub fn at(&self, axis: usize, index: &[usize; 3]) -> Option<&NodeWall> {
         let entry = match self.strides {
@@ -123,30 +123,30 @@ impl NodeWalls {
         }
     }
 
-    /// The walls that hold a node, axis by axis.
+    /// Walls of a node, axis by axis.
     fn walls_of_node(&self, index: &[usize; 3]) -> impl Iterator<Item = &NodeWall> {
         let axes = (0..3).filter(|axis| !self.lookup[*axis].is_empty());
         axes.filter_map(|axis| self.at(axis, index))
     }
 
-    /// Says whether walls that move set off in this step. Then they take along what they hold, as a prescribed motion that
-    /// begins does: without an acceleration the points beside would never have the speed of the wall.
+    /// Sets whether moving walls start in this step. Then constrained nodes get an acceleration, as with a prescribed motion that begins:
+    /// without it, points beside the wall would never have its speed.
     pub fn set_starts_moving(&mut self, sets_off: bool) {
         self.starts_moving = sets_off;
     }
 
-    /// Lets the walls of a node act: `start` is its velocity before the step, `end` the one after the momentum solve. With
-    /// `keep_start` the start velocity is left as it was (momentum variant of fixed nodes), else a held component has no
-    /// acceleration (force variant, sheet: mpm §3.3).
+    /// Applies the walls to a node with the velocity `start` before the step and `end` after the momentum solve. With `keep_start` the
+    /// start velocity is unchanged (momentum variant of fixed nodes); without, a prescribed component has no acceleration (force variant,
+    /// sheet: mpm §3.3).
     pub fn constrain(&self, index: &[usize; 3], start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool) {
         self.constrain_skeleton(index, start, end, keep_start, &[0.0; 3]);
     }
 
-    /// The same for the skeleton of a saturated soil: friction goes by the effective stress. `lift` (m/s) is the change
-    /// of velocity that what the wall bears of the pore pressure would give the skeleton.
+    /// Applies the walls to the skeleton of a saturated soil, with friction by the effective stress. `lift` (m/s) is the change of the
+    /// skeleton velocity that the pore pressure on the wall would give.
     ///
-    /// In an edge no wall comes first: friction goes by the motion that all of them leave along the wall. So it is with faces that
-    /// meet. Rigid geometry of any shape comes before walls.
+    /// In an edge, all walls act at once: friction depends on the sliding velocity after all of them. The same holds for faces at one node.
+    /// Rigid geometry of any shape acts before walls.
     pub fn constrain_skeleton(
         &self,
         index: &[usize; 3],
@@ -158,8 +158,8 @@ impl NodeWalls {
         self.constrain_and_record(index, start, end, keep_start, lift, |_, _, _| {});
     }
 
-    /// The same; `tell` is called with each change of the velocity (m/s) at the end and at the start of the step by rigid geometry
-    /// of any shape.
+    /// Applies the walls as [`Self::constrain_skeleton`]; calls `tell` with each velocity change (m/s) at the end and the start of the step
+    /// by rigid geometry of any shape.
     #[inline]
     pub fn constrain_and_record(
         &self,
@@ -181,7 +181,7 @@ impl NodeWalls {
             _ => corner::constrain(faces, (start, end), keep_start, lift, &mut tell),
         }
         self.constrain_by_walls(index, start, end, keep_start, lift);
-        // Where faces or walls meet, what one gives may run into another.
+        // Where several faces or walls act, the change by one may lead into another.
         if faces.len() > 1 || (!faces.is_empty() && self.walls_of_node(index).next().is_some()) {
             let held = self.walls_of_node(index).fold([false; 3], |held, wall| {
                 let own = wall.constrained_components(end);
@@ -225,7 +225,7 @@ impl NodeWalls {
                 pore_pressure_part: *lift,
             };
             *end = edge.solve(pushes);
-            // What others rubbed off a wall is not held there.
+            // A wall that others have opened by friction does not constrain the node.
             for wall in walls(false).filter(|wall| end[wall.axis] != wall.velocity[wall.axis]) {
                 start[wall.axis] = begun[wall.axis];
             }
@@ -239,7 +239,7 @@ impl NodeWalls {
         walls(true).for_each(|wall| wall.impose_velocity(start, end, keep(wall)));
     }
 
-    /// Which components of the velocity of a node its walls hold now that it has ended with `end`.
+    /// Whether each velocity component of a node with the end velocity `end` is constrained by its walls.
     pub fn constrained_components(&self, index: &[usize; 3], end: &[f64; 3]) -> [bool; 3] {
         if self.faces.at(index).iter().any(|face| face.is_in_contact(end)) {
             return [true; 3];
@@ -250,8 +250,8 @@ impl NodeWalls {
         })
     }
 
-    /// Lets the walls of a node act on its re-mapped velocity (MUSL): no penetration; what they stopped in the momentum
-    /// solve (`solved`) does not lift off, and what stuck sticks.
+    /// Constrains the re-mapped velocity of a node (MUSL): no penetration, no separation where the momentum solve (`solved`) left contact,
+    /// and no slip where it left sticking.
     pub fn constrain_remapped(&self, index: &[usize; 3], solved: &[f64; 3], velocity: &mut [f64; 3]) {
         match self.faces.at(index) {
             [] => {}
@@ -264,7 +264,7 @@ impl NodeWalls {
         walls(true).for_each(|wall| wall.impose_velocity(&mut [0.0; 3], velocity, true));
     }
 
-    /// One for each component of velocity that no wall of a node holds whatever happens, else zero.
+    /// Factors of the velocity components of a node: 0 where a wall prescribes the component unconditionally, else 1.
     pub fn free_components(&self, index: &[usize; 3]) -> [f64; 3] {
         if self.faces.at(index).iter().any(NodeFace::is_fully_bonded) {
             return [0.0; 3];
@@ -276,14 +276,14 @@ impl NodeWalls {
         })
     }
 
-    /// True when no wall is normal to `axis` at `index` and, for the first axis, no rigid geometry holds a node of that row: the
-    /// quick test of a node's row. On a mesh with walls no row is known to be free.
+    /// Whether no wall is normal to `axis` at `index` and, for the first axis, no rigid geometry has nodes in that row: a quick test of a
+    /// row of nodes. False on a mesh with walls.
     #[inline]
     pub fn is_row_free(&self, axis: usize, index: usize) -> bool {
         !(self.has_wall(axis, index) || axis == 0 && self.faces.has_faces_in_row(index))
     }
 
-    /// Whether a wall normal to `axis` stands at `index`; on a mesh, whether there is any.
+    /// Whether there is a wall normal to `axis` at `index`; on a mesh, whether there is any such wall.
     #[inline]
     pub fn has_wall(&self, axis: usize, index: usize) -> bool {
         match self.strides {
@@ -307,18 +307,18 @@ impl NodeWall {
         if self.upper { normal } else { -normal }
     }
 
-    /// True when the wall fixes all that it acts on whatever the material does (no separation, no friction).
+    /// Whether the wall prescribes components whatever the material does (no separation, no friction).
     fn is_unconditional(&self) -> bool {
         !self.separation && matches!(self.kind, WallKind::Rough | WallKind::Smooth)
     }
 
-    /// One for each component of velocity that the wall leaves to the material whatever happens, else zero.
+    /// Factors of the velocity components: 0 where the wall prescribes the component unconditionally, else 1.
     fn free_components(&self) -> [f64; 3] {
         let held = if self.separation { 0..0 } else { self.unconditional_components() };
         std::array::from_fn(|c| if held.contains(&c) { 0.0 } else { 1.0 })
     }
 
-    /// Which components it holds of a node that it has left with `end`.
+    /// Whether each velocity component of a node with the end velocity `end` is constrained by the wall.
     fn constrained_components(&self, end: &[f64; 3]) -> [bool; 3] {
         if self.is_unconditional() {
             let held = self.unconditional_components();
@@ -329,7 +329,7 @@ impl NodeWall {
         std::array::from_fn(|c| stuck || (stopped && c == self.axis))
     }
 
-    /// Gives a node the velocity of the wall in the components that it holds.
+    /// Sets the prescribed velocity components of a node to those of the wall.
     #[inline]
     fn impose_velocity(&self, start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool) {
         for component in self.unconditional_components() {
@@ -340,9 +340,9 @@ impl NodeWall {
         }
     }
 
-    /// Stops a node that runs into the wall, or that a bilateral one holds: as a fixed component, with `keep_start` or
-    /// without acceleration. What runs into one that may let go always has the acceleration that stops it. The change of velocity into the wall (m/s) that friction goes by, less `lift`,
-    /// which a fluid in the pores bears. `None` where the node moves off.
+    /// Stops a node that approaches the wall or is at a bilateral one: with `keep_start` or without acceleration, as a prescribed
+    /// component. At a unilateral wall the node always has the acceleration that stops it. Returns the velocity change into the wall (m/s)
+    /// for friction, less `lift` of the pore fluid; `None` where the node separates.
     #[inline]
     fn stop(
         &self,
@@ -357,17 +357,17 @@ impl NodeWall {
         let dry: [f64; 3] = std::array::from_fn(|c| end[c] + lift[c]);
         end[self.axis] = self.velocity[self.axis];
         let plane = matches!(self.kind, WallKind::StaticAndSliding { .. });
-        // Of a plane a_n dt of the sheet: a node that only runs into it, without being pushed, has none, and then no friction
-        // (step 1).
+        // The increment a_n dt of the sheet is zero for a node that approaches the wall without acceleration into it; then there is no
+        // friction (step 1).
         let push = self.approach_velocity(&dry) - if plane { self.approach_velocity(start) } else { 0.0 };
-        // Step 4. The force variant does not see the momentum that points carry into the wall.
+        // Step 4. The force variant does not account for the momentum of points into the wall.
         if (plane || !self.separation) && !keep_start {
             start[self.axis] = self.velocity[self.axis];
         }
         Some(push)
     }
 
-    /// Friction on a stopped node, by the `push` into the wall (m/s); none where it is pulled.
+    /// Friction on a stopped node by the normal impulse `push` (m/s); none if it is tensile.
     #[inline]
     fn apply_friction(&self, start: &[f64; 3], end: &mut [f64; 3], push: f64) {
         match self.kind {
@@ -387,21 +387,21 @@ impl NodeWall {
         }
     }
 
-    /// What a velocity has along the wall, relative to it (m/s).
+    /// Tangential velocity relative to the wall (m/s).
     #[inline]
     fn tangential_velocity(&self, velocity: &[f64; 3]) -> [f64; 3] {
         std::array::from_fn(|c| if c == self.axis { 0.0 } else { velocity[c] - self.velocity[c] })
     }
 
-    /// Coefficient of friction of a node that slips by `speed` (m/s) now.
+    /// Friction coefficient of a node with the present slip speed `speed` (m/s).
     #[inline]
     fn coefficient(&self, start: &[f64; 3], speed: f64) -> f64 {
         match self.kind {
             WallKind::Smooth => 0.0,
             WallKind::Rough => f64::INFINITY,
             WallKind::Frictional { coefficient } => coefficient,
-            // Steps 2 and 3: from rest the slip is a_t dt, sliding it is v_t + a_t dt, and in both the bound on the friction
-            // is along it. At rest is what round-off cannot tell from it.
+            // Steps 2 and 3: the slip is a_t dt from rest and v_t + a_t dt in sliding; the friction limit acts along it. Rest means a speed
+            // within round-off.
             WallKind::StaticAndSliding { static_coefficient: resting, .. }
                 if length(&self.tangential_velocity(start)) <= 1e-14 * speed =>
             {
@@ -411,8 +411,8 @@ impl NodeWall {
         }
     }
 
-    /// Constrains the re-mapped velocity of MUSL: no penetration; what the wall stopped in the momentum solve (`solved`)
-    /// does not lift off, or the force of the wall would do work; and what stuck sticks.
+    /// Constrains the re-mapped velocity of MUSL: no penetration; no separation where the momentum solve (`solved`) left contact,
+    /// since the wall force would do work; and no slip where it left sticking.
     #[inline]
     fn constrain_remapped(&self, solved: &[f64; 3], velocity: &mut [f64; 3]) {
         let held = self.constrained_components(solved);

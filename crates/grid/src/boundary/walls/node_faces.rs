@@ -1,35 +1,35 @@
-//! Nodes in and on rigid geometry of any shape.
+//! Contact of nodes with rigid geometry of any shape.
 
 use crate::boundary::walls::WallKind;
 use crate::{Basis1d, Grid, Layout};
 
-/// How a surface of any shape acts on a node.
+/// Contact condition of a surface of any shape at a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeFace {
     /// Unit normal out of the solid.
     pub normal: [f64; 3],
-    /// How it acts; friction is that of impulses.
+    /// Contact condition; friction in impulse form.
     pub kind: WallKind,
-    /// Whether material may lift off.
+    /// Whether material may separate.
     pub separation: bool,
     /// Velocity of the surface (m/s).
     pub velocity: [f64; 3],
-    /// Number of what adds up the reaction of the surface; none when absent.
+    /// Index of the reaction sum of the surface; `None` without one.
     pub reaction_index: Option<u8>,
 }
 
-/// The faces of all nodes that have some.
+/// Faces of all nodes in contact with rigid geometry.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NodeFaces {
-    /// Distance between neighbouring entries of a node's index.
+    /// Node strides.
     strides: [usize; 3],
-    /// By node: number of the node among those with faces plus one, zero for none; empty without any.
+    /// Index of each node in the list of nodes with faces plus one, zero for none; empty without any.
     lookup: Vec<u32>,
-    /// By index along the first axis: whether any node has faces.
+    /// Whether any node of a row has faces, by index along the first axis.
     rows: Vec<bool>,
-    /// First face of each node that has some, and their number.
+    /// First face of each node with faces, and the number of faces.
     starts: Vec<u32>,
-    /// The nodes that have some.
+    /// Nodes with faces.
     nodes: Vec<u32>,
     faces: Vec<NodeFace>,
 }
@@ -42,11 +42,11 @@ pub(super) fn length(a: &[f64; 3]) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// What round-off leaves of the normal part of a velocity, over the velocity.
+/// Round-off of the normal component of a velocity, relative to the velocity.
 const ROUND_OFF: f64 = 1e-12;
 
 impl NodeFaces {
-    /// The faces of `count` nodes (of a layout with `strides`), each with its node, in the order of nodes.
+    /// Returns the faces of `count` nodes (of a layout with `strides`), each with its node, in the order of nodes.
     pub fn new<const D: usize>(strides: [usize; D], count: usize, of_nodes: &[(u32, NodeFace)]) -> Self {
         if of_nodes.is_empty() {
             return Self::default();
@@ -65,7 +65,7 @@ impl NodeFaces {
         faces
     }
 
-    /// Gives the faces from number `first` on to a node, which is the last one so far or comes after it.
+    /// Assigns the faces from index `first` on to a node, which is the last node so far or a later one.
     fn assign(&mut self, node: u32, first: usize) {
         if self.lookup[node as usize] == 0 && first < self.faces.len() {
             self.starts.push(first as u32);
@@ -75,8 +75,8 @@ impl NodeFaces {
         }
     }
 
-    /// Finds the faces of the active nodes of a structured grid anew: those in `rest`, and those that `find` adds to its list for
-    /// a place (m). Room is kept.
+    /// Rebuilds the faces of the active nodes of a structured grid: those in `rest`, and those that `find` adds to its list at a position
+    /// (m). Memory is reused.
     pub fn rebuild<const D: usize>(
         &mut self,
         grid: &Grid<D>,
@@ -109,7 +109,7 @@ impl NodeFaces {
         self.starts.push(self.faces.len() as u32);
     }
 
-    /// The faces of the nodes of a structured grid: `find` adds to its list those that act on a node at a place (m).
+    /// Returns the faces of the nodes of a structured grid: `find` adds the faces at the position of a node (m) to its list.
     pub fn from_positions<const D: usize>(
         grid: &Grid<D>,
         layout: &Layout<D>,
@@ -132,7 +132,7 @@ impl NodeFaces {
         Self::new(strides, layout.len(), &of_nodes)
     }
 
-    /// Whether there are none.
+    /// Whether no node has faces.
     pub fn is_empty(&self) -> bool {
         self.faces.is_empty()
     }
@@ -143,7 +143,7 @@ impl NodeFaces {
         !self.faces.is_empty() && self.rows[row]
     }
 
-    /// The faces of a node.
+    /// Faces of a node.
     #[inline]
     pub fn at(&self, index: &[usize; 3]) -> &[NodeFace] {
         if self.faces.is_empty() {
@@ -160,7 +160,7 @@ impl NodeFaces {
 }
 
 impl NodeFace {
-    /// A surface at rest with the outward unit normal `normal`: of `friction` nought it is smooth, of infinite friction rough, else
+    /// Returns a face at rest with the outward unit normal `normal`: smooth for zero `friction`, rough for infinite friction, else
     /// frictional.
     pub fn at_rest(normal: [f64; 3], friction: f64, separation: bool) -> Self {
         let kind = match friction {
@@ -171,7 +171,7 @@ impl NodeFace {
         Self { normal, kind, separation, velocity: [0.0; 3], reaction_index: None }
     }
 
-    /// Whether it fixes all components whatever the material does.
+    /// Whether the face prescribes all components whatever the material does.
     pub(super) fn is_fully_bonded(&self) -> bool {
         self.kind == WallKind::Rough && !self.separation
     }
@@ -195,7 +195,7 @@ impl NodeFace {
         }
     }
 
-    /// Acts on a node as a wall does: see [`NodeWalls::constrain_skeleton`](crate::boundary::walls::NodeWalls::constrain_skeleton).
+    /// Applies the face to a node as a wall: see [`NodeWalls::constrain_skeleton`](crate::boundary::walls::NodeWalls::constrain_skeleton).
     pub(super) fn constrain(
         &self,
         start: &mut [f64; 3],
@@ -214,7 +214,7 @@ impl NodeFace {
         shift(end, 1.0);
     }
 
-    /// The same with velocities relative to the surface.
+    /// Applies the face with velocities relative to the surface.
     fn constrain_relative(
         &self,
         start: &mut [f64; 3],
@@ -245,7 +245,7 @@ impl NodeFace {
         end.iter_mut().for_each(|c| *c *= keep);
     }
 
-    /// Lets nothing of a velocity into the solid, without friction, by changes of the components that walls do not hold.
+    /// Removes the velocity into the solid, without friction, by changes of the components that walls do not prescribe.
     pub(super) fn remove_penetration(&self, velocity: &mut [f64; 3], held: [bool; 3]) {
         let out = self.separation_velocity(velocity);
         if out >= 0.0 {
@@ -258,12 +258,12 @@ impl NodeFace {
         }
     }
 
-    /// Whether it holds a node that it has left with `end`.
+    /// Whether a node with the end velocity `end` is in contact with the face.
     pub(super) fn is_in_contact(&self, end: &[f64; 3]) -> bool {
         self.is_fully_bonded() || self.separation_velocity(end).abs() <= ROUND_OFF * length(end)
     }
 
-    /// Acts on the re-mapped velocity (MUSL) of a node that it has left with `solved`.
+    /// Constrains the re-mapped velocity (MUSL) of a node that had the velocity `solved` after the face.
     pub(super) fn constrain_remapped(&self, solved: &[f64; 3], velocity: &mut [f64; 3]) {
         if self.is_in_contact(solved) || !self.separation || self.separation_velocity(velocity) < 0.0 {
             let out = self.separation_velocity(velocity);
@@ -307,7 +307,7 @@ mod tests {
             reaction_index: None,
         };
         let act = |kind, free| left(&walls(&[(5, face(kind, true))], Vec::new()), [1, 0, 1], free);
-        // Into the face by 1, along it by 2 and across by 1.
+        // Approach velocity 1, slip 2 in the plane and 1 across it.
         let free = [-0.6 + 2.0 * 0.8, -0.8 - 2.0 * 0.6, 1.0];
         let along = [1.6, -1.2, 1.0];
         assert!(near(act(WallKind::Smooth, free), along));
@@ -360,7 +360,7 @@ mod tests {
             );
             (end, told)
         };
-        // The face goes along its normal by 2, and across.
+        // The face moves along its normal by 2, and tangentially.
         let (end, told) = act(0.0, [0.0; 3]);
         assert!(near(end, TILTED.map(|n| 2.0 * n)), "{end:?}");
         assert!(told[0].0 == Some(3) && near(told[0].1, end), "{told:?}");
@@ -369,7 +369,7 @@ mod tests {
         let faster = TILTED.map(|n| 2.5 * n);
         let (end, told) = act(0.3, faster);
         assert!(near(end, faster) && told.iter().all(|(_, change)| near(*change, [0.0; 3])), "it leaves");
-        // Pushed by 2, it slips across by 0.5, less than friction can bear.
+        // With a normal impulse it slips by 0.5, less than the friction limit.
         let (end, _) = act(0.3, [0.0; 3]);
         assert!(near(end, velocity), "{end:?}");
     }

@@ -4,7 +4,7 @@ fn floor(kind: WallKind, separation: bool) -> NodeWall {
     NodeWall { axis: 1, upper: false, node: 0, kind, separation, velocity: [0.0; 3] }
 }
 
-/// The walls of a node with this one only.
+/// Walls with this one only.
 fn alone(wall: NodeWall) -> NodeWalls {
     NodeWalls::new(&[1; 3], vec![wall])
 }
@@ -13,7 +13,7 @@ fn act(wall: NodeWall, start: &mut [f64; 3], end: &mut [f64; 3], keep_start: boo
     alone(wall).constrain_skeleton(&[0; 3], start, end, keep_start, lift);
 }
 
-/// Every kind of wall on each axis, and a node that runs into some of them.
+/// Every kind of wall on each axis, and a node that approaches some of them.
 #[test]
 fn no_axis_comes_first_in_an_edge() {
     let kinds = [
@@ -83,7 +83,7 @@ fn friction_takes_the_coulomb_share_of_the_normal_impulse() {
 
 #[test]
 fn a_frictional_plane_follows_the_algorithm_of_the_sheet() {
-    // Pushed into the floor by 2 m/s in the step; (start, end along it, expected end).
+    // Normal impulse of 2 m/s on the floor in the step; (start, end along it, expected end).
     let wall = floor(WallKind::StaticAndSliding { static_coefficient: 0.5, sliding_coefficient: 0.25 }, true);
     let table = [
         ([0.0, 0.0], [0.6, 0.8], [0.0, 0.0]), // at rest: 1 is not more than 0.5 × 2
@@ -102,7 +102,7 @@ fn a_frictional_plane_follows_the_algorithm_of_the_sheet() {
             assert_eq!(start[1], -approach, "left, or without acceleration");
         }
     }
-    // It runs into the wall without being pushed: stopped, without friction.
+    // It approaches the wall without acceleration into it: stopped, without friction.
     let mut end = [3.0, -0.5, 0.0];
     act(wall, &mut [3.0, -0.7, 0.0], &mut end, true, &[0.0; 3]);
     assert_eq!(end, [3.0, 0.0, 0.0]);
@@ -120,7 +120,7 @@ fn what_pore_pressure_bears_does_not_rub() {
         let mut end = [3.0, -2.0, 0.0];
         act(floor(kind, true), &mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, 1.5, 0.0]);
         assert!((end[0] - (3.0 - friction)).abs() < 1e-15 && end[1] == 0.0, "{kind:?}: {end:?}");
-        // It bears all: the wall stops without friction. From above it pushes the other way.
+        // The pore pressure takes all: the wall stops without friction. From above its sign is the opposite.
         let mut end = [3.0, -2.0, 0.0];
         act(floor(kind, true), &mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, 2.5, 0.0]);
         assert_eq!(end, [3.0, 0.0, 0.0], "{kind:?}");
@@ -160,7 +160,7 @@ fn bilateral_walls_hold_what_is_pulled_off_without_friction() {
         assert_eq!((start, end), ([3.0, 0.1, 4.0], [3.0, 0.0, 4.0]), "pulled: {kind:?}");
         act(wall, &mut [3.0, 0.0, 4.0], &mut end, false, &[0.0, 1.0, 0.0]);
         assert_eq!(end, [3.0, 0.0, 4.0], "the fluid pushes it off: {kind:?}");
-        // Pushed by 2 m/s in the step: as every wall with friction.
+        // Normal impulse of 2 m/s in the step: as for every wall with friction.
         let (mut start, mut pushed) = ([3.0, 0.0, 4.0], [3.0, -2.0, 4.0]);
         act(wall, &mut start, &mut pushed, true, &[0.0; 3]);
         assert!((pushed[0] - 2.4).abs() < 1e-15 && pushed[1] == 0.0 && (pushed[2] - 3.2).abs() < 1e-15);
@@ -173,7 +173,7 @@ fn bilateral_walls_hold_what_is_pulled_off_without_friction() {
             assert_eq!(velocity, [1.0, 0.0, 0.0], "{kind:?}");
         }
     }
-    // The acceleration form goes by the acceleration into the wall, though the node still moves off.
+    // The acceleration form depends on the acceleration into the wall, though the node still separates.
     let (mut start, mut end) = ([3.0, 2.0, 4.0], [3.0, 0.5, 4.0]);
     act(floor(plane, false), &mut start, &mut end, false, &[0.0; 3]);
     assert!((end[0] - 3.0 * 0.85).abs() < 1e-15 && end[1] == 0.0 && start[1] == 0.0, "{end:?}");

@@ -1,15 +1,15 @@
-//! Faults of a mesh, by the numbers that nodes and elements have in the file.
+//! Errors of a mesh, with the node and element tags of the file.
 
 use crate::mesh::msh::reader::MshReader;
 use crate::mesh::msh::{MshContent, MshError};
 use crate::mesh::{Nonconformity, NonconformityKind};
 use crate::{Mesh, MeshError};
 
-/// Cure of a mesh that does not conform.
+/// Advice for a mesh that does not conform.
 const MERGE_ADVICE: &str = "join the parts before they are meshed, so that they share the nodes where they meet (in Gmsh with “BooleanFragments” or \
                     “Coherence”)";
 
-/// Two nodes at one place.
+/// Error of two nodes at the same position.
 fn coincident_nodes_error(first: usize, second: usize, place: &[f64]) -> String {
     format!(
         "the nodes {first} and {second} lie at one place, {place:?} m, and are not merged: merge them (in Gmsh with “Coherence Mesh”), or {MERGE_ADVICE}"
@@ -17,7 +17,7 @@ fn coincident_nodes_error(first: usize, second: usize, place: &[f64]) -> String 
 }
 
 impl MshContent {
-    /// The fault of a node that lies off the plane.
+    /// Error of a node outside the plane.
     pub(super) fn out_of_plane_error(&self, node: usize, source: &MshReader<'_>) -> MshError {
         let ((tag, at), place) = (self.tags[node], self.positions[node]);
         let cure = if self.positions.iter().all(|x| x[1] == self.positions[0][1]) {
@@ -28,7 +28,7 @@ impl MshContent {
         source.error_at(at, format!("node {tag} lies at {place:?} m, off the plane z = 0{cure}"))
     }
 
-    /// An error with the tags of the file in place of numbers.
+    /// Error with the tags of the file in place of numbers.
     pub(super) fn with_tags(&self, error: MeshError) -> MshError {
         let node = |number: usize| self.tags.get(number).map_or(number, |(tag, _)| *tag as usize);
         MshError::Mesh(match error {
@@ -46,7 +46,7 @@ impl MshContent {
         })
     }
 
-    /// A place where the mesh does not conform, in words.
+    /// Description of a position where the mesh does not conform.
     pub(super) fn describe_nonconformity<const D: usize>(
         &self,
         mesh: &Mesh<D>,
@@ -83,7 +83,7 @@ impl MshContent {
         }
     }
 
-    /// Number in the file of a node of the mesh, by its place, which is that of one node only.
+    /// Number in the file of a node of the mesh, by its position, which is unique.
     fn number_of<const D: usize>(&self, mesh: &Mesh<D>, node: u32) -> usize {
         let place = mesh.nodes()[node as usize];
         let used = |number: usize| self.elements.iter().any(|corners| corners.contains(&number));

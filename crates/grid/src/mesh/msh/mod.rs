@@ -1,7 +1,7 @@
 //! Meshes from Gmsh: `.msh` as text and as binary, versions 2.2 and 4.1.
 //!
-//! A reader of our own: the crates there are read version 4.1 only, and geotechnical models are still written in 2.2,
-//! which most generators offer. Triangles (in the plane) or tetrahedra become elements; physical groups become groups
+//! This reader is part of the project, since existing crates read version 4.1 only, and geotechnical models are still written in 2.2, which
+//! most generators offer. Triangles (in the plane) or tetrahedra become elements; physical groups become groups
 //! of nodes.
 
 mod diagnostics;
@@ -17,40 +17,40 @@ use thiserror::Error;
 use crate::mesh::msh::reader::MshReader;
 use crate::{Mesh, MeshError};
 
-/// Why a mesh file cannot be used.
+/// Reason why a mesh file cannot be used.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum MshError {
-    /// The text is not what the format asks for.
+    /// Text that does not follow the format.
     #[error("line {line}: {problem}")]
     Syntax {
         /// Number of the line, from 1.
         line: usize,
-        /// What is wrong there.
+        /// Description of the error.
         problem: String,
     },
-    /// The bytes are not what the format asks for.
+    /// Bytes that do not follow the format.
     #[error("byte {byte}: {problem}")]
     Binary {
-        /// Number of bytes before it.
+        /// Number of bytes before the error.
         byte: usize,
-        /// What is wrong there.
+        /// Description of the error.
         problem: String,
     },
-    /// The mesh itself is of no use.
+    /// Invalid mesh.
     #[error("the mesh {0}")]
     Mesh(#[from] MeshError),
-    /// Elements do not meet in whole facets, or lie over one another.
+    /// Elements that do not share whole facets, or overlap.
     #[error("the mesh does not conform: {0}")]
     Conformity(String),
 }
 
-/// Distance from the plane over the extent of the mesh that is round-off.
+/// Round-off of the distance from the plane, over the extent of the mesh.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Entities of more dimensions than this there are not.
+/// Bound of the dimension of entities.
 const DIMENSIONS: usize = 4;
 
-/// Content of a file, before it is a mesh.
+/// Content of a file, before it becomes a mesh.
 #[derive(Default)]
 struct MshContent {
     /// Names of physical groups by dimension and tag.
@@ -60,23 +60,23 @@ struct MshContent {
     /// Number of a node by its tag.
     number: HashMap<u64, usize>,
     positions: Vec<[f64; 3]>,
-    /// Tag of each node, and the line or byte where it stands.
+    /// Tag of each node, and its line or byte in the file.
     tags: Vec<(u64, usize)>,
     /// Tag of each element.
     element_tags: Vec<u64>,
     /// Elements with `D + 1` corners.
     elements: Vec<Vec<usize>>,
-    /// The corners of each, in order.
+    /// Sorted corners of each element.
     element_corners: HashSet<Vec<usize>>,
     groups: BTreeMap<String, Vec<usize>>,
 }
 
 impl<const D: usize> Mesh<D> {
-    /// The mesh of the bytes of a `.msh` file.
+    /// Reads the mesh from the bytes of a `.msh` file.
     ///
     /// # Errors
-    /// With the place where the file is not what the format asks for, or what is wrong with the mesh. In the plane,
-    /// nodes off it are refused.
+    /// With the position where the file does not follow the format, or the error of the mesh. In the plane,
+    /// nodes outside of it are refused.
     pub fn from_msh(bytes: &[u8]) -> Result<Self, MshError> {
         read(bytes)
     }
@@ -190,7 +190,7 @@ impl MshContent {
         Ok(())
     }
 
-    /// Takes an element with a tag and a type of Gmsh that belongs to physical groups; other types than simplices are refused
+    /// Adds an element with a tag, a Gmsh type and physical groups; types other than simplices are refused
     /// where they would be elements.
     fn add_element(
         &mut self,
@@ -271,7 +271,7 @@ fn nodes_of_four(source: &mut MshReader<'_>, content: &mut MshContent) -> Result
         for tag in tags {
             let place = place(source)?;
             content.add_node(tag, place, source)?;
-            // Coordinates on the entity, as many as it has dimensions.
+            // Parametric coordinates on the entity, as many as it has dimensions.
             for _ in 0..if parametric == 0 { 0 } else { dimension } {
                 source.double()?;
             }
@@ -281,14 +281,14 @@ fn nodes_of_four(source: &mut MshReader<'_>, content: &mut MshContent) -> Result
     Ok(())
 }
 
-/// The number of blocks of a section of version 4, before the numbers and the range of tags of what is in them.
+/// Number of blocks of a section of version 4; also reads the entity count and the range of tags.
 fn block_count(source: &mut MshReader<'_>) -> Result<u64, MshError> {
     let [blocks, ..] = [source.size()?, source.size()?, source.size()?, source.size()?];
     source.end_row();
     Ok(blocks)
 }
 
-/// Dimension of what has a type of Gmsh; those that are refused afterwards do not matter.
+/// Dimension of a Gmsh element type; types that are refused afterwards do not matter.
 fn dimension_of(kind: i64) -> usize {
     match kind {
         15 => 0,
@@ -305,7 +305,7 @@ fn elements_of_two(
 ) -> Result<(), MshError> {
     let mut left = source.count_in_text()?;
     while left > 0 {
-        // In binary files elements of one type follow its head; in text each has its own, behind its tag.
+        // In binary files elements of one type follow a common header; in text each has its own type, after its tag.
         let in_text = !source.is_binary();
         let mut tag = if in_text { source.tag()? } else { 0 };
         let kind = source.int()?;

@@ -1,23 +1,23 @@
-//! The numbers of a mesh file, from text or binary.
+//! Reader of numbers of a mesh file, text or binary.
 
 use std::str::FromStr;
 
 use crate::mesh::msh::MshError;
 
-/// Order of bytes in binary files, and the length of a size.
+/// Byte order of binary files, and the length of a size.
 #[derive(Clone, Copy)]
 struct BinaryFormat {
     is_big_endian: bool,
     size: usize,
 }
 
-/// A mesh file that is read from its beginning to its end. In text a number is a word and a row a line; in binary all follow each other.
+/// Mesh file, read from start to end. In text a number is a word and a row a line; in binary all numbers are consecutive.
 pub(super) struct MshReader<'a> {
     bytes: &'a [u8],
     at: usize,
-    /// Number of the line that is read, from 1; of text.
+    /// Number of the current line, from 1; of text.
     line: usize,
-    /// End of the line whose words are read; of text.
+    /// End of the current line of words; of text.
     row_end: Option<usize>,
     binary: Option<BinaryFormat>,
 }
@@ -36,12 +36,12 @@ impl<'a> MshReader<'a> {
         Err(self.error_at(self.location(), problem.into()))
     }
 
-    /// Number of the line that is read, or of bytes before what comes next.
+    /// Number of the current line, or of the bytes read so far.
     pub(super) fn location(&self) -> usize {
         if self.is_binary() { self.at } else { self.line }
     }
 
-    /// A fault at an earlier place.
+    /// Error at an earlier position.
     pub(super) fn error_at(&self, place: usize, problem: String) -> MshError {
         match self.binary {
             Some(_) => MshError::Binary { byte: place, problem },
@@ -49,7 +49,7 @@ impl<'a> MshReader<'a> {
         }
     }
 
-    /// What is left of the current line, without its end; the next one comes after.
+    /// Rest of the current line, without its end; advances to the next line.
     fn take_line(&mut self) -> Option<&'a [u8]> {
         let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
         let length = rest.iter().position(|byte| *byte == b'\n');
@@ -59,7 +59,7 @@ impl<'a> MshReader<'a> {
         Some(rest[..length.unwrap_or(rest.len())].trim_ascii())
     }
 
-    /// The next line as text.
+    /// Next line as text.
     pub(super) fn line(&mut self) -> Result<String, MshError> {
         match self.take_line() {
             Some(line) => Ok(String::from_utf8_lossy(line).into_owned()),
@@ -70,7 +70,7 @@ impl<'a> MshReader<'a> {
         }
     }
 
-    /// The next header of a section, blank lines skipped; `None` at the end.
+    /// Next header of a section, blank lines skipped; `None` at the end.
     pub(super) fn find(&mut self) -> Result<Option<String>, MshError> {
         while let Some(line) = self.take_line() {
             if line.is_empty() {
@@ -91,7 +91,7 @@ impl<'a> MshReader<'a> {
         Ok(())
     }
 
-    /// The end of a section, which in binary files may stand behind a line's end of its own.
+    /// Reads the end of a section, which in binary files may follow a line end.
     pub(super) fn expect(&mut self, end: &str) -> Result<(), MshError> {
         let mut line = self.line()?;
         if self.is_binary() && line.is_empty() {
@@ -100,7 +100,7 @@ impl<'a> MshReader<'a> {
         if line == end { Ok(()) } else { self.error(format!("{line:?} where {end} must stand")) }
     }
 
-    /// From the number one behind the head on the file is binary; a size has as many bytes as `size` says.
+    /// Switches to binary from the number one after the header; a size has `size` bytes.
     pub(super) fn begin_binary(&mut self, size: usize) -> Result<(), MshError> {
         if size != 4 && size != 8 {
             return self.error(format!("has sizes of {size} bytes: there are 4 and 8"));
@@ -122,7 +122,7 @@ impl<'a> MshReader<'a> {
         Ok(found)
     }
 
-    /// The next word of the row.
+    /// Next word of the row.
     fn word<T: FromStr<Err: std::fmt::Display>>(&mut self) -> Result<T, MshError> {
         if self.row_end.is_none() {
             let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty());
@@ -141,21 +141,21 @@ impl<'a> MshReader<'a> {
         word.parse().or_else(|error: T::Err| self.error(format!("{word:?}: {error}")))
     }
 
-    /// Leaves what is left of a row of text.
+    /// Skips the rest of a row of text.
     pub(super) fn end_row(&mut self) {
         if let Some(end) = self.row_end.take() {
             self.at = (end + 1).min(self.bytes.len());
         }
     }
 
-    /// A whole number with a sign.
+    /// Signed integer.
     pub(super) fn int(&mut self) -> Result<i64, MshError> {
         let Some(binary) = self.binary else { return self.word() };
         let bytes: [u8; 4] = self.take_bytes("a number")?;
         Ok(if binary.is_big_endian { i32::from_be_bytes(bytes) } else { i32::from_le_bytes(bytes) }.into())
     }
 
-    /// A whole number with a sign that counts something.
+    /// Count given as a signed integer.
     pub(super) fn size_of_int(&mut self) -> Result<u64, MshError> {
         let value = self.int()?;
         u64::try_from(value).or_else(|_| self.error(format!("{value} is not a count")))
@@ -166,7 +166,7 @@ impl<'a> MshReader<'a> {
         if self.is_binary() { self.size_of_int() } else { self.word() }
     }
 
-    /// A count, or the tag of a node or an element of version 4.
+    /// Count, or tag of a node or an element of version 4.
     pub(super) fn size(&mut self) -> Result<u64, MshError> {
         match self.binary {
             None => self.word(),
@@ -191,7 +191,7 @@ impl<'a> MshReader<'a> {
         Ok(if binary.is_big_endian { f64::from_be_bytes(bytes) } else { f64::from_le_bytes(bytes) })
     }
 
-    /// The count of a section that stands as text in binary files too.
+    /// Count of a section that is text in binary files too.
     pub(super) fn count_in_text(&mut self) -> Result<u64, MshError> {
         let line = self.line()?;
         let word = line.split_whitespace().next().unwrap_or_default();

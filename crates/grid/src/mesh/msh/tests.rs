@@ -1,11 +1,11 @@
 use crate::mesh::msh::*;
 
-/// A square of two triangles with its base as a group, as version 2.2.
+/// Mesh file of a square of two triangles with its base as a group, version 2.2.
 const TWO: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n1 7 \"the base\"\n2 9 \"soil\"\n\
     $EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 0\n40 0 1 0\n$EndNodes\n$Elements\n4\n\
     1 15 2 0 1 1\n2 1 2 7 1 1 2\n3 2 2 9 1 1 2 3\n4 2 2 9 1 1 3 40\n$EndElements\n";
 
-/// That mesh in version 4.1 of the format.
+/// Mesh file of the same square, version 4.1.
 const FOUR: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n1 7 \"the base\"\n2 9 \"soil\"\n\
     $EndPhysicalNames\n$Entities\n1 1 1 0\n1 0 0 0 0\n1 0 0 0 1 0 0 1 7 2 1 -2\n1 0 0 0 1 1 0 1 9 1 1\n$EndEntities\n\
     $Nodes\n2 4 1 40\n1 1 0 2\n1\n2\n0 0 0\n1 0 0\n2 1 0 2\n3\n40\n1 1 0\n0 1 0\n$EndNodes\n\
@@ -15,8 +15,8 @@ fn two_dimensional(text: &str) -> Mesh<2> {
     Mesh::from_msh(text.as_bytes()).unwrap()
 }
 
-/// A text as the binary file that Gmsh would write: `$$name` begins numbers, of which `i` are whole, `s` sizes and others coordinates;
-/// what stands between bars is text.
+/// Returns a text as the binary file that Gmsh would write: `$$name` begins numbers, of which `i` are integers, `s` sizes and others
+/// coordinates; the part between bars is text.
 fn binary(text: &str, is_big_endian: bool) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut put = |little: &[u8]| {
@@ -54,7 +54,7 @@ fn binary_files_of_both_versions_and_orders_give_the_mesh_of_the_text() {
         for is_big_endian in [false, true] {
             let bytes = binary(text, is_big_endian);
             assert_eq!(Mesh::<2>::from_msh(&bytes).unwrap(), two_dimensional(TWO));
-            // Cut anywhere it is refused, or the same where only line ends are lost.
+            // A truncated file is refused, or gives the same mesh where only line ends are missing.
             for length in 0..bytes.len() - 1 {
                 assert!(Mesh::<2>::from_msh(&bytes[..length]).is_err(), "{length} of {}", bytes.len());
             }

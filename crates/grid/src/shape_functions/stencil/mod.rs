@@ -1,4 +1,4 @@
-//! Shape functions of a point in `D` dimensions, and the two transfers.
+//! Shape functions of a point in `D` dimensions, and its transfers.
 
 use wide::f64x8;
 
@@ -17,7 +17,7 @@ pub struct Stencil<const D: usize, const S: usize> {
 }
 
 impl<const D: usize, const S: usize> Stencil<D, S> {
-    /// The stencil of `basis` at `position` (m) for a point of full widths `extent` (m).
+    /// Returns the stencil of `basis` at `position` (m) for a point of full widths `extent` (m).
     #[inline(always)]
     pub fn new<B: Basis<S>>(grid: &Grid<D>, position: &[f64; D], extent: &[f64; D]) -> Self {
         let inverse = 1.0 / grid.cell;
@@ -25,7 +25,7 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
             let x = (position[axis] - grid.origin[axis]) * inverse;
             B::evaluate(x, extent[axis] * inverse, grid.cells[axis])
         };
-        // Not of zeros: to clear what is overwritten at once takes a tenth of a transfer.
+        // Not initialised with zeros, which would cost a tenth of a transfer.
         let (first, w, g) = at(0);
         let mut stencil = Self { first: [first; D], weights: [w; D], gradients: [g; D] };
         for axis in 0..D {
@@ -39,10 +39,10 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
         stencil
     }
 
-    /// Lines of nodes along the last axis: so many along the first axis, and so many along the second of three.
+    /// Numbers of node lines along the last axis: along the first axis, and along the second of three.
     const LINE_COUNTS: [usize; 2] = [if D > 1 { S } else { 1 }, if D > 2 { S } else { 1 }];
 
-    /// Of a line of nodes along the last axis: index of the first of `S` consecutive nodes, weight, and gradients of this stencil
+    /// Properties of a node line along the last axis: index of the first of `S` consecutive nodes, weight, and gradients of this stencil
     /// and of `other` on the same nodes; weight and gradients are those of the other axes.
     #[inline(always)]
     fn node_line(
@@ -78,7 +78,7 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
         }
     }
 
-    /// What a line of nodes along the last axis gives of the numbers `of` them, where the other axes weigh `w`.
+    /// Sum over a node line along the last axis of the values `of`, with the weight `w` of the other axes.
     #[inline(always)]
     fn sum_along_line(&self, w: f64, of: impl Fn(usize) -> f64x8) -> f64x8 {
         let mut value = f64x8::ZERO;
@@ -88,7 +88,7 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
         value * w
     }
 
-    /// The gradients along the last axis of this stencil in four lanes, those of `other` in the other four.
+    /// Gradients along the last axis of this stencil in four lanes, and of `other` in the other four.
     #[inline(always)]
     fn paired_gradients(&self, other: &Self) -> [f64x8; S] {
         let mut ends = [f64x8::ZERO; S];
@@ -99,7 +99,7 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
     }
 }
 
-/// Four times one number and four times another.
+/// Vector with four lanes of one number and four lanes of another.
 #[inline(always)]
 fn splat_pair(first: f64, second: f64) -> f64x8 {
     join_halves(Vector4::splat(first), Vector4::splat(second))
@@ -133,7 +133,7 @@ impl<const D: usize, const S: usize> NodeSupport<D> for Stencil<D, S> {
             for k in 0..S {
                 moments.gradients[axis][k] = self.weights[axis][k] * ((nodes[k] - place) * grid.cell);
             }
-            // A point then waits for no sum before it reaches its first node.
+            // So the first node of a point does not wait for a sum.
             squares[axis] = if let Some(same) = B::second_moment(self.first[axis], grid.cells[axis]) {
                 same * (grid.cell * grid.cell)
             } else {
@@ -191,7 +191,7 @@ impl<const D: usize, const S: usize> NodeSupport<D> for Stencil<D, S> {
         for j in 0..D {
             both[j] = join_halves(affine[j], columns[j]);
         }
-        // Loops and no closure, which would be called for each line.
+        // Loops instead of a closure, which would be called for each line.
         for i in 0..Self::LINE_COUNTS[0] {
             for j in 0..Self::LINE_COUNTS[1] {
                 let (start, w, arm, slope) = moments.node_line(self, strides, i, j);
@@ -488,7 +488,7 @@ impl<const D: usize, const S: usize> NodeSupport<D> for Stencil<D, S> {
 }
 
 impl<const D: usize> InterpolatedMotion<D> {
-    /// Adds what a line of nodes along the last axis gives to velocity and gradient.
+    /// Adds the contribution of a node line along the last axis to velocity and gradient.
     #[inline(always)]
     fn add_line(&mut self, v: Vector4, slope: Vector4, w: f64, g: [f64; 2]) {
         self.velocity += v * w;

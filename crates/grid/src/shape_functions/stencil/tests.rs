@@ -1,7 +1,7 @@
 use crate::shape_functions::stencil::*;
 use crate::{GimpBasis, Layout, LinearBasis};
 
-/// Two phases at once are each of them alone.
+/// Transfers of two phases at once equal those of each phase alone.
 fn phases_are_independent<const D: usize, const S: usize, B: Basis<S>>() {
     let grid = Grid::new([0.0; D], [1.0; D], 0.25).unwrap();
     let layout = Layout::<D>::new::<S, B>(&grid);
@@ -31,7 +31,7 @@ fn phases_are_independent<const D: usize, const S: usize, B: Basis<S>>() {
             assert!((0..D).all(|j| close(alone.gradient[j], other.gradient[j])));
         }
         assert!(close(alone.acceleration, read[phase].acceleration));
-        // To the last bit: which of them reads must not matter.
+        // Bitwise equal: both functions must give the same result.
         assert_eq!(stencil.g2p_motion(&one, &strides), [alone.velocity, alone.acceleration]);
         assert_eq!(motions[phase], [read[phase].velocity, read[phase].acceleration]);
     }

@@ -1,15 +1,15 @@
 //! Dual domain material point method (Zhang et al. 2011; sheet: mpm §2.5f): gradients that do not jump at cell faces.
 //!
 //! Values are those of the linear functions. The gradient is `α ∇N_i + (1 - α) Σ_j N_j g_ji`, where `g_ji` is the average
-//! of `∇N_i` around node `j`, weighed with `N_j`, and `α`, the product of the linear functions of the cell over its largest
-//! value, vanishes on the faces. So the share `1 - α` of a point's stress goes to the nodes, with `N_j`, and these pull
-//! with what they have; and the share `1 - α` of its velocity gradient is that of the nodes.
-//!
+//! Values are those of the linear functions. The gradient is `α ∇N_i + (1 - α) Σ_j N_j g_ji`, where `g_ji` is the average of `∇N_i` around
+//! node `j`, weighted with `N_j`, and `α`, the product of the linear functions of the cell over its largest value, vanishes on the faces.
+//! The share `1 - α` of a point's stress goes to the nodes, with `N_j`, which add the force of their stress; the share `1 - α` of its
+//! velocity gradient is that of the nodes.
 //! An average over all cells around a node would reach nodes beyond those of cells that hold points: they have no mass, and
-//! the force on them, with its momentum, would be lost. Here averages are over the cells that hold points, the body as the
-//! grid sees it. Then force falls on nodes of such cells only, and as every `g_j` is an average of one and the same
-//! gradients, `Σ_i g_ji = 0` and `Σ_i x_i ⊗ g_ji = 1` hold at the surface too: momentum is conserved to round-off and linear
-//! fields have their gradients everywhere. The price is a jump where a point enters a cell that held none.
+//! An average over all cells around a node would reach nodes beyond those of cells with points: they have no mass, and the force on them,
+//! with its momentum, would be lost. Here averages are over the cells with points. Then forces act on nodes of such cells only, and as
+//! every `g_j` is an average of the same gradients, `Σ_i g_ji = 0` and `Σ_i x_i ⊗ g_ji = 1` hold at the surface too: momentum is conserved
+//! to round-off and linear fields have exact gradients. The drawback is a jump where a point enters a cell without points.
 
 use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::SymTensor;
@@ -34,7 +34,7 @@ pub struct DualDomainNodes {
     velocity_gradients: Vec<[Vector4; 3]>,
 }
 
-/// Refuses what goes by the gradient of a shape function at one place.
+/// Rejects features that need the gradient of a shape function at a single position.
 pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     if options.shape != ShapeFunctions::DualDomain {
         return Ok(());
@@ -54,21 +54,21 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
     Ok(())
 }
 
-/// Cell of a place (m), and where in it (0 to 1 along each axis).
+/// Cell of a position (m), and local coordinates in it (0 to 1 along each axis).
 #[inline(always)]
 fn cell_and_offset<const D: usize>(grid: &Grid<D>, position: &[f64; D]) -> ([usize; D], [f64; D]) {
     let (cell, local) = (grid.cell_of(position), grid.local(position));
     (cell, std::array::from_fn(|a| local[a] - cell[a] as f64))
 }
 
-/// `α = n^n ∏ N_i` over the `n = 2^D` nodes of a cell, at `s` in it.
+/// Weight `α = n^n ∏ N_i` over the `n = 2^D` nodes of a cell, at `s` in it.
 #[inline(always)]
 fn own_share<const D: usize>(s: &[f64; D]) -> f64 {
     let product: f64 = s.iter().map(|s| 4.0 * s * (1.0 - s)).product();
     product.max(0.0).powi(1 << (D - 1))
 }
 
-/// Share of its stress that a point keeps, and of its velocity gradient that is its own.
+/// Share of a point's own stress and velocity gradient.
 #[inline(always)]
 pub fn share<const D: usize>(grid: &Grid<D>, position: &[f64; D]) -> f64 {
     own_share(&cell_and_offset(grid, position).1)
@@ -80,7 +80,7 @@ fn weight<const D: usize>(k: usize, s: &[f64; D]) -> f64 {
     (0..D).map(|a| if k >> a & 1 == 1 { s[a] } else { 1.0 - s[a] }).product()
 }
 
-/// Corners of cells, and `∫ N_j ∇N_i` over one.
+/// Corners of cells, and `∫ N_j ∇N_i` over a cell.
 struct CellCorners<const D: usize> {
     /// Distance in memory of each corner from the lowest.
     offsets: [usize; 8],
@@ -101,23 +101,23 @@ impl<const D: usize> CellCorners<D> {
 
     const COUNT: usize = 1 << D;
 
-    /// `∫ N_j ∇N_i` over a cell.
+    /// Integral `∫ N_j ∇N_i` over a cell.
     #[inline(always)]
     fn integral(&self, j: usize, i: usize) -> [f64; D] {
         let products = self.products[i ^ j];
         std::array::from_fn(|a| if i >> a & 1 == 1 { products[a] } else { -products[a] })
     }
 
-    /// The lowest node of the cell of which `node` is corner `k`, if that cell holds points.
+    /// Returns the lowest node of the cell of which `node` is corner `k`, if that cell has points.
     #[inline(always)]
     fn cell(&self, stresses: &[[Vector4; 2]], node: usize, k: usize) -> Option<usize> {
         node.checked_sub(self.offsets[k]).filter(|lowest| stresses[*lowest][1].as_array()[2] > 0.0)
     }
 }
 
-/// Called for every set of points in a slab, with their positions, stresses and volumes.
+/// Function called for every set of points in a slab, with their positions, stresses and volumes.
 type PointVisitor<'a, const D: usize> = dyn FnMut(&[[f64; D]], &[SymTensor], &[f64]) + 'a;
-/// Calls a [`PointVisitor`] for a slab.
+/// Function that calls a [`PointVisitor`] for a slab.
 type SlabVisitor<'a, const D: usize> = dyn Fn(usize, &mut PointVisitor<'_, D>) + Sync + 'a;
 
 impl DualDomainNodes {
@@ -128,7 +128,7 @@ impl DualDomainNodes {
             + size_of_val(&self.velocity_gradients[..])
     }
 
-    /// Empty arrays for what the options ask for.
+    /// Returns empty arrays for the options.
     pub fn new<const D: usize>(options: &MpmOptions, layout: &Layout<D>, fields: usize) -> Self {
         let length = if options.shape == ShapeFunctions::DualDomain { fields * layout.len() } else { 0 };
         Self {
@@ -138,20 +138,20 @@ impl DualDomainNodes {
         }
     }
 
-    /// Whether gradients are dual.
+    /// Whether dual-domain gradients are used.
     #[inline(always)]
     pub fn is_used(&self) -> bool {
         !self.inverse_volumes.is_empty()
     }
 
-    /// Empties the active entries.
+    /// Sets the active entries to zero.
     pub fn reset<const D: usize>(&mut self, layout: &Layout<D>) {
         self.stresses.chunks_exact_mut(layout.len()).for_each(|values| layout.reset(values));
         self.inverse_volumes.chunks_exact_mut(layout.len()).for_each(|values| layout.reset(values));
         self.velocity_gradients.chunks_exact_mut(layout.len()).for_each(|values| layout.reset(values));
     }
 
-    /// Takes the points of a velocity field: stresses of nodes, and cells that hold points.
+    /// Adds the points of a velocity field: stresses of nodes, and cells with points.
     fn add_points<const D: usize>(
         &mut self,
         field: usize,
@@ -195,7 +195,7 @@ impl DualDomainNodes {
         );
     }
 
-    /// Adds the force of the stresses of the nodes of a field.
+    /// Adds the force of the nodal stresses of a field.
     fn add_forces<const D: usize>(
         &self,
         field: usize,
@@ -230,7 +230,7 @@ impl DualDomainNodes {
         });
     }
 
-    /// Velocity gradients of the nodes of a field from the velocity that `of` finds at a node.
+    /// Averages velocity gradients at the nodes of a field from the nodal velocities of `of`.
     fn average_gradients<const D: usize>(
         &mut self,
         field: usize,
@@ -263,7 +263,7 @@ impl DualDomainNodes {
         );
     }
 
-    /// Makes the dual gradient at a place (m) of the one of the linear functions there.
+    /// Replaces the gradient of the linear functions at a position (m) by the dual-domain gradient.
     #[inline(never)]
     pub fn blend<const D: usize>(
         &self,
@@ -289,7 +289,7 @@ impl DualDomainNodes {
     }
 }
 
-/// Gives the nodes their share of the points' stresses.
+/// Adds the share of the points' stresses to the nodes.
 pub fn share_stresses<const D: usize>(
     background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
@@ -315,7 +315,7 @@ pub fn share_stresses<const D: usize>(
     }
 }
 
-/// Adds the force of the stresses of the nodes.
+/// Adds the force of the nodal stresses.
 pub fn add_dual_forces<const D: usize>(
     background: &BackgroundGrid<D>,
     dual: &DualDomainNodes,

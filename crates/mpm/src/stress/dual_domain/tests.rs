@@ -3,7 +3,7 @@ use crate::transfer::dimension_dispatch::tests::begun;
 use colluvium_grid::{LinearBasis, NodeSupport, Stencil};
 use proptest::prelude::*;
 
-/// A grid of `cells` of 0.5 m an axis with points at `places`, and how to read a field of nodes with it.
+/// Grid of `cells` of 0.5 m an axis with points at `places`, and the interpolation of a nodal field on it.
 struct Ground<const D: usize> {
     grid: Grid<D>,
     layout: Layout<D>,
@@ -28,7 +28,7 @@ impl<const D: usize> Ground<D> {
         Self { grid, layout, dual }
     }
 
-    /// A point in every cell.
+    /// Grid with a point in every cell.
     fn full(cells: usize) -> Self {
         let count = cells.pow(D as u32);
         let place = |mut n: usize| {
@@ -50,7 +50,7 @@ impl<const D: usize> Ground<D> {
         })
     }
 
-    /// Gradient at a place of the field that `of` gives at the nodes.
+    /// Gradient at a position of the field with the nodal values of `of`.
     fn gradient(&mut self, x: &[f64; D], of: &(dyn Fn([f64; D]) -> [f64; 3] + Sync)) -> [[f64; 3]; D] {
         let values: Vec<Vector4> = (0..self.layout.len())
             .map(|n| {
@@ -101,7 +101,7 @@ fn the_own_share_is_one_in_the_middle_and_none_on_faces() {
     assert!((own_share(&[0.3, 0.4, 0.6]) / (8f64.powi(8) * cube) - 1.0).abs() < 1e-12);
 }
 
-/// Gradients of a constant and of the places at `x`.
+/// Gradients of a constant and of the coordinates at `x`.
 fn linear_fields<const D: usize>(ground: &mut Ground<D>, x: &[f64; D]) {
     for (j, column) in ground.gradient(x, &|_| [1.0, -2.0, 3.0]).into_iter().enumerate() {
         assert!(column.iter().all(|c| c.abs() < 1e-12), "∂/∂x_{j}: {column:?}");
@@ -114,7 +114,7 @@ fn linear_fields<const D: usize>(ground: &mut Ground<D>, x: &[f64; D]) {
     }
 }
 
-/// A field without any order.
+/// Irregular field.
 fn rough<const D: usize>(x: [f64; D]) -> [f64; 3] {
     let phase: f64 = x.iter().enumerate().map(|(a, x)| (7.3 + 3.1 * a as f64) * x * x).sum();
     [phase.sin(), (1.7 * phase).cos(), (phase + 0.4).sin()]
@@ -133,8 +133,7 @@ fn continuous<const D: usize>(mut place: [f64; D], axis: usize) {
     }
 }
 
-/// The power of the nodes' forces is that of the points' stresses, whatever the velocities: force and velocity gradient
-/// go by the same gradients.
+/// Power of the nodal forces, which is that of the points' stresses for any velocities: force and velocity gradient use the same gradients.
 fn power<const D: usize>(space: &str) {
     let all = |value: f64| vec![value; D];
     let text = serde_json::json!({

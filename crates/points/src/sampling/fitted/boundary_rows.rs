@@ -1,4 +1,4 @@
-//! The rows of points along sides.
+//! Rows of points along the edges of a shape.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -6,19 +6,19 @@ use std::f64::consts::TAU;
 use crate::sampling::fitted::PlanarRegion;
 use crate::shape::{BoundaryEdge, PlanePoint};
 
-/// Share of a spacing that points of rows keep away from others.
+/// Least distance between points of different rows, in spacings.
 const ROW_CLEARANCE: f64 = 0.74;
 
-/// The same of points of one row.
+/// Least distance between points of the same row, in spacings.
 const CLEARANCE_IN_ROW: f64 = 0.6;
 
-/// Cosine of the least angle between two sides at a corner that the rows of neither end at the other's.
+/// Largest cosine of the angle between two edges at a convex corner at which the rows of neither edge end at the other.
 const MAX_CORNER_COSINE: f64 = 0.2;
 
-/// Share by which a side may be nearer than the one whose row a point is of.
+/// Relative tolerance of the distance to the nearest edge.
 const NEAREST_TOLERANCE: f64 = 1e-6;
 
-/// Points that keep away from each other, in bins a spacing wide.
+/// Points with a least distance, in bins one spacing wide.
 pub(super) struct SpacedPoints {
     points: Vec<PlanePoint>,
     bins: HashMap<[i64; 2], Vec<u32>>,
@@ -38,12 +38,12 @@ impl SpacedPoints {
         x.map(|c| (c / self.edge).floor() as i64)
     }
 
-    /// Whether no point is nearer than `apart` (m), at most the edge of a bin.
+    /// Whether no point is nearer than `apart` (m), at most the width of a bin.
     pub(super) fn is_free(&self, x: PlanePoint, apart: f64) -> bool {
         self.is_free_except_since(x, apart, usize::MAX, 0.0)
     }
 
-    /// The same, but nearer than `others` (m) of points from number `since` on.
+    /// Whether no point before number `since` is nearer than `apart` (m), and no later one nearer than `others` (m).
     fn is_free_except_since(&self, x: PlanePoint, apart: f64, since: usize, others: f64) -> bool {
         let [column, row] = self.bin(x);
         let bins = (0..9).filter_map(|k| self.bins.get(&[column + k / 3 - 1, row + k % 3 - 1]));
@@ -60,7 +60,7 @@ impl SpacedPoints {
     }
 }
 
-/// Distance between the rows along a side (m), fitted to what lies between it and one that runs along with it.
+/// Distance between the rows along an edge (m), fitted to the distance of an opposite edge that is parallel to it.
 fn row_spacing(side: &BoundaryEdge, sides: &[BoundaryEdge], spacing: f64) -> f64 {
     let near = |a: f64, b: f64| (a - b).abs() < 1e-6 * spacing;
     let thickness = |other: &BoundaryEdge| -> Option<f64> {
@@ -77,7 +77,7 @@ fn row_spacing(side: &BoundaryEdge, sides: &[BoundaryEdge], spacing: f64) -> f64
                 let ([x, y], [nx, ny]) = (side.point_at(0.5), side.left_normal(0.5));
                 let depth = |place: PlanePoint| (place[0] - x) * nx + (place[1] - y) * ny;
                 let level = near(depth(from), depth(to)) && depth(from) > 1e-6 * spacing;
-                // Beside each other, and facing.
+                // The edges are opposite each other, and their normals face.
                 let ahead = [x + nx * depth(from), y + ny * depth(from)];
                 (level && near(other.distance(ahead), 0.0)).then(|| depth(from))
             }
@@ -86,7 +86,7 @@ fn row_spacing(side: &BoundaryEdge, sides: &[BoundaryEdge], spacing: f64) -> f64
     };
     let mut least = sides.iter().filter_map(thickness).fold(f64::INFINITY, f64::min);
     if least.is_infinite() {
-        // A disk is filled to its centre.
+        // A disk is filled up to its centre.
         match *side {
             BoundaryEdge::Arc { radius, sweep, .. } if sweep > 0.0 => least = radius,
             _ => return spacing,
@@ -95,7 +95,7 @@ fn row_spacing(side: &BoundaryEdge, sides: &[BoundaryEdge], spacing: f64) -> f64
     least / (least / spacing).round().max(1.0)
 }
 
-/// Places of a row along a side at a depth below it (m), about a spacing apart.
+/// Points of a row along an edge at a `depth` below it (m), about a `spacing` (m) apart.
 fn row_points(side: &BoundaryEdge, depth: f64, spacing: f64) -> Vec<PlanePoint> {
     let fitting = |length: f64| (length / spacing).round().max(1.0);
     let shares = |count: f64| (0..count as usize).map(move |k| (k as f64 + 0.5) / count);
@@ -118,7 +118,7 @@ fn row_points(side: &BoundaryEdge, depth: f64, spacing: f64) -> Vec<PlanePoint> 
     }
 }
 
-/// Whether two sides meet upright at a corner of less than half a turn.
+/// Whether two edges meet at a nearly right, convex corner.
 fn is_perpendicular_corner(a: &BoundaryEdge, b: &BoundaryEdge, same: f64) -> bool {
     [(a, b), (b, a)].into_iter().any(|(a, b)| {
         let (x, y, n, m) = (a.point_at(1.0), b.point_at(0.0), a.left_normal(1.0), b.left_normal(0.0));
@@ -127,15 +127,15 @@ fn is_perpendicular_corner(a: &BoundaryEdge, b: &BoundaryEdge, same: f64) -> boo
     })
 }
 
-/// A side whose rows go on.
+/// Edge with further rows to place.
 struct ActiveEdge<'a> {
     side: &'a BoundaryEdge,
     pitch: f64,
-    /// The sides that its rows end at.
+    /// Edges at which its rows end.
     ends_at: Vec<&'a BoundaryEdge>,
 }
 
-/// Rows along the sides: of round ones first, as deep as these are the nearest, then of straight ones.
+/// Rows of points along the edges: first along arcs, as far as these are the nearest edges, then along straight edges.
 pub(super) fn rows_along_boundary(region: &PlanarRegion<'_>) -> SpacedPoints {
     let spacing = region.spacing;
     let mut points = SpacedPoints::new(spacing);

@@ -1,4 +1,4 @@
-//! Points in rows along the sides of a shape in the plane, each with the area of its own patch.
+//! Points in rows along the edges of a plane shape, each with the area of its Voronoi patch.
 
 mod boundary_rows;
 mod voronoi_patches;
@@ -10,28 +10,28 @@ use crate::Shape;
 use crate::search::neighbours::CellList;
 use crate::shape::{BoundaryEdge, PlanePoint};
 
-/// Share of a spacing within which points of the lattice that fill what rows leave keep away from others.
+/// Least distance, in spacings, of the lattice points that fill the space between the rows.
 const LATTICE_CLEARANCE: f64 = 0.8;
 
-/// The same of single points, where even so a place would be too far from all.
+/// Least distance, in spacings, of single points that fill the remaining gaps.
 const FILL_CLEARANCE: f64 = 0.9;
 
-/// Share by which the area of a patch may differ from the square of the spacing before its point and those around it are moved.
+/// Relative difference of a patch area from the square of the spacing above which its point and its neighbours are moved.
 const MAX_AREA_DEVIATION: f64 = 0.15;
 
-/// Moves of uneven points to the middle of their patches (Lloyd 1982).
+/// Largest number of iterations that move uneven points to the centroids of their patches (Lloyd 1982).
 const MAX_RELAXATIONS: usize = 30;
 
-/// How far from an uneven point others are moved too, in spacings.
+/// Distance from an uneven point within which other points are moved too, in spacings.
 const RELAXATION_RADIUS: f64 = 2.0;
 
-/// Points next to a side, nearer than this (in spacings), stay where they are.
+/// Distance from an edge below which points are not moved, in spacings.
 const FIXED_DISTANCE: f64 = 0.8;
 
 /// Share of the area that may be lost to round-off.
 const MAX_LOST_AREA: f64 = 1e-9;
 
-/// A region with its sides.
+/// Plane region with its edges.
 pub(super) struct PlanarRegion<'a> {
     pub(super) shape: &'a Shape,
     pub(super) sides: Vec<BoundaryEdge>,
@@ -39,19 +39,19 @@ pub(super) struct PlanarRegion<'a> {
 }
 
 impl PlanarRegion<'_> {
-    /// Distance of a place from the nearest side (m).
+    /// Distance to the nearest edge (m).
     fn distance_to_boundary(&self, x: PlanePoint) -> f64 {
         self.sides.iter().map(|side| side.distance(x)).fold(f64::INFINITY, f64::min)
     }
 }
 
-/// Points in rows along the sides of a shape in the plane, about a `spacing` (m) apart: the first half a spacing from the side, round
-/// sides before straight ones, until the rows of two sides meet. What they leave is filled from the lattice that begins at `origin`
-/// (m), and points that lie unevenly there are moved. Each point lies at the centre of its patch, what is nearer to it than to the
-/// others, and has its exact area, so that the areas and their moments sum up to those of the shape. In columns, from low to high.
+/// Points in rows along the edges of a plane shape, about a `spacing` (m) apart: the first row half a spacing from the edge, arcs before
+/// straight edges, until rows of two edges meet. The space between the rows is filled from the lattice that begins at `origin` (m), and
+/// unevenly spaced points there are moved. Each point is the centroid of its Voronoi patch and has its exact area, so that areas and their
+/// moments sum up to those of the shape. Points are sorted by columns, from low to high.
 ///
 /// # Errors
-/// When the shape has other than straight and round sides or is too thin in places, when there would be more than 2²⁸ candidates, or
+/// When the shape has edges other than straight lines and arcs, or is too thin in places, when there would be more than 2²⁸ candidates, or
 /// the spacing is not a length.
 pub fn fitted<const D: usize>(
     shape: &Shape,
@@ -97,7 +97,7 @@ fn in_plane(shape: &Shape, origin: PlanePoint, spacing: f64) -> Result<Vec<Sampl
     Ok(samples.into_iter().map(|(position, volume)| Sample { position, volume }).collect())
 }
 
-/// Fills what the rows leave: first from the lattice, then by single points where there is room for one.
+/// Fills the space between the rows: first from the lattice, then by single points where there is a gap for one.
 fn fill(
     region: &PlanarRegion<'_>,
     first: [i64; 2],
@@ -112,7 +112,7 @@ fn fill(
             let [column, row] = [number / (count[1] * parts), number % (count[1] * parts)];
             let place = |c: usize, k: i64| origin[c] + ((first[c] * parts + k) as f64 + 0.5) * edge;
             let x = [place(0, column), place(1, row)];
-            // On a side a point would have half a patch.
+            // A point on an edge would have half a patch.
             if points.is_free(x, apart * spacing)
                 && region.shape.contains(&x)
                 && (parts > 1 || region.distance_to_boundary(x) > 0.25 * spacing)
@@ -123,7 +123,7 @@ fn fill(
     }
 }
 
-/// Moves points of uneven patches, and those around them but for the ones next to a side, to the middle of their patches.
+/// Moves the points of uneven patches and their neighbours, except those next to an edge, to the centroids of their patches.
 fn relax_uneven_points(region: &PlanarRegion<'_>, points: &mut [PlanePoint]) {
     let (spacing, whole) = (region.spacing, region.spacing * region.spacing);
     let uneven: Vec<PlanePoint> = {

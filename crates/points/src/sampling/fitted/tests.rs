@@ -22,7 +22,7 @@ fn plate() -> Shape {
     difference(rectangle([-3.0, -2.5], [3.0, 2.5]), ball(0.2, 0.1, 1.0))
 }
 
-/// Distance of the nearest other point (m).
+/// Distance to the nearest other point (m).
 fn nearest(samples: &[Sample<2>], i: usize) -> f64 {
     let apart = |other: &Sample<2>| {
         (other.position[0] - samples[i].position[0]).hypot(other.position[1] - samples[i].position[1])
@@ -123,7 +123,7 @@ fn what_cannot_be_fitted_is_refused() {
         Err(SamplingError::NoBoundaryEdges)
     );
     assert!(matches!(fitted::<2>(&ball(0.0, 0.0, 1.0), [0.0; 2], 1e-6), Err(SamplingError::TooMany(_))));
-    // A spike that no point is near to.
+    // A thin spike with no point near it.
     let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.4995], [4.0, 0.5], [1.0, 0.5005], [1.0, 1.0], [0.0, 1.0]];
     let spike = Shape::Polygon { vertices: corners.to_vec().into() };
     let Err(SamplingError::TooThin { lost, .. }) = fitted::<2>(&spike, [0.0; 2], 0.1) else {

@@ -1,16 +1,16 @@
-//! What of a region is nearer to a point than to the others.
+//! Voronoi patches of points within a region.
 
 use crate::sampling::fitted::PlanarRegion;
 use crate::search::neighbours::CellList;
 use crate::shape::{BoundaryEdge, PlanePoint, SectorMoments};
 
-/// Half the edge of the square around a point within which its patch is looked for, in spacings.
+/// Half the edge of the square around a point that bounds its patch, in spacings.
 const SEARCH_HALF_WIDTH: f64 = 1.2;
 
-/// Share of a spacing within which places are the same.
+/// Distance within which positions coincide, in spacings.
 const COINCIDENCE_TOLERANCE: f64 = 1e-9;
 
-/// Patches of points.
+/// Voronoi patches of points.
 pub(super) struct VoronoiPatches<'a> {
     region: &'a PlanarRegion<'a>,
     points: &'a [PlanePoint],
@@ -20,12 +20,12 @@ pub(super) struct VoronoiPatches<'a> {
 impl<'a> VoronoiPatches<'a> {
     pub(super) fn new(region: &'a PlanarRegion<'a>, points: &'a [PlanePoint]) -> Self {
         let mut cells = CellList::new();
-        // Of points of a shape that has been sampled: they are finite and not too many.
+        // Cannot fail: the points of a sampled shape are finite and not too many.
         let _ = cells.build(points, 2.0 * std::f64::consts::SQRT_2 * SEARCH_HALF_WIDTH * region.spacing);
         Self { region, points, cells }
     }
 
-    /// Centre (m) and area (m²) of the patch of a point.
+    /// Centroid (m) and area (m²) of the patch of a point.
     pub(super) fn centroid_and_area(&self, i: usize) -> (PlanePoint, f64) {
         let point = self.points[i];
         let (ring, reach) = self.cell(i);
@@ -50,8 +50,7 @@ impl<'a> VoronoiPatches<'a> {
         ([0, 1].map(|c| point[c] + sum.first[c] / sum.area), sum.area)
     }
 
-    /// Corners of the part of the plane around a point that is nearer to it than to others, from the point (m), counter-clockwise, and
-    /// the distance of the farthest.
+    /// Corners of the Voronoi cell of a point, relative to the point (m), counter-clockwise, and the distance of the farthest corner (m).
     fn cell(&self, i: usize) -> (Vec<PlanePoint>, f64) {
         let (point, half) = (self.points[i], SEARCH_HALF_WIDTH * self.region.spacing);
         let mut others: Vec<(f64, PlanePoint)> = Vec::new();
@@ -67,7 +66,7 @@ impl<'a> VoronoiPatches<'a> {
         let farthest = |ring: &[PlanePoint]| ring.iter().map(|[x, y]| x * x + y * y).fold(0.0, f64::max);
         let mut square = farthest(&ring);
         for (distance, d) in others {
-            // Bisectors lie half way.
+            // Bisectors lie half way between the points.
             if distance > 4.0 * square {
                 break;
             }
@@ -89,8 +88,8 @@ impl<'a> VoronoiPatches<'a> {
         (ring, square.sqrt())
     }
 
-    /// Moments of what of a convex ring of edges lies in the region, by its boundary: pieces of the edges within the region, and of
-    /// sides of the region within the ring.
+    /// Moments of the part of a convex ring of edges within the region, by its boundary: parts of the ring within the region, and parts of
+    /// the region's edges within the ring.
     fn clipped_moments(
         &self,
         point: PlanePoint,

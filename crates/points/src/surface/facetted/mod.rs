@@ -11,13 +11,13 @@ use crate::surface::queries::contact_query::FacetCandidate;
 use crate::surface::queries::nearest_on_facet::{FacetFeature, facet_normal, nearest_on_facet};
 use crate::surface::queries::triangle_intersection;
 
-/// What is wrong with a surface.
+/// Error in the data of a surface.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{path}: {problem}")]
 pub struct SurfaceError {
-    /// The value that is wrong, e.g. `points[3]`.
+    /// Path of the invalid value, e.g. `points[3]`.
     pub path: String,
-    /// What is wrong with it.
+    /// Description of the error.
     pub problem: String,
 }
 
@@ -27,22 +27,22 @@ impl SurfaceError {
     }
 }
 
-/// A surface of facets, each with `D` corners. The solid lies behind them: a polygon (2D) or a triangle mesh (3D) that is
-/// closed, or an open ground line in 2D with the solid below.
+/// Surface of facets with `D` corners each, the solid behind them: a closed polygon (2D) or triangle mesh (3D), or an open ground line in
+/// 2D with the solid below.
 ///
-/// Inside and outside are told by the normal of the face, edge or corner that is nearest, the latter two as means of the
-/// faces around, weighted with their angles (Bærentzen and Aanæs 2005, Signed distance computation using the angle weighted
-/// pseudonormal, Theorem 1).
+/// The normal of the nearest face, edge or corner distinguishes inside from outside. Normals of edges and corners are means of the adjacent
+/// faces weighted with their angles (Bærentzen and Aanæs 2005, Signed distance computation using the angle weighted pseudonormal, Theorem
+/// 1).
 #[derive(Clone, Debug)]
 pub struct FacettedSurface<const D: usize> {
     vertices: Vec<[f64; D]>,
     facets: Vec<[u32; D]>,
     normals: Vec<[f64; D]>,
     vertex_normals: Vec<[f64; D]>,
-    /// Number of the edge after each corner of a triangle.
+    /// Number of the edge that follows each corner of a triangle.
     edges: Vec<[u32; 3]>,
     edge_normals: Vec<[f64; D]>,
-    /// Length of a ground line up to the beginning of each facet (m).
+    /// Arc length of a ground line at the start of each facet (m).
     lengths: Option<Vec<f64>>,
     tree: BoundingVolumeTree<D>,
 }
@@ -57,7 +57,7 @@ impl<const D: usize> FacettedSurface<D> {
         &self.vertices
     }
 
-    /// Numbers of the vertices of each facet.
+    /// Vertex numbers of each facet.
     pub fn facets(&self) -> &[[u32; D]] {
         &self.facets
     }
@@ -95,7 +95,7 @@ impl<const D: usize> FacettedSurface<D> {
         self.facets[facet].map(|v| self.vertices[v as usize])
     }
 
-    /// Key and normal of a part of a facet.
+    /// Identifier and normal of a feature of a facet.
     fn feature(&self, facet: usize, feature: FacetFeature) -> (u64, &[f64; D]) {
         match feature {
             FacetFeature::Face => ((facet as u64) << 2 | FACE, &self.normals[facet]),
@@ -110,14 +110,14 @@ impl<const D: usize> FacettedSurface<D> {
         }
     }
 
-    /// The facet whose place is nearest within `reach`, that place and its part of the facet.
+    /// Nearest facet within `reach` (m), with the nearest position on it (m) and the feature on which that lies.
     fn nearest(&self, x: &[f64; D], reach: f64) -> Option<(usize, [f64; D], FacetFeature)> {
         let mut best: Option<(usize, [f64; D], FacetFeature)> = None;
         self.tree.visit(x, reach * reach, |facet, square| {
             let (place, feature) = nearest_on_facet(&self.corners(facet), x);
             let from = difference(x, &place);
             let away = dot(&from, &from);
-            // Of facets equally near the first counts, in whatever order the tree comes to them.
+            // Of equally near facets the first counts, whatever the order of the tree.
             let first = best.is_none_or(|(number, ..)| facet < number);
             if away < *square || away == *square && first {
                 *square = away;
@@ -127,7 +127,7 @@ impl<const D: usize> FacettedSurface<D> {
         best
     }
 
-    /// The surface around a box with these corners (m).
+    /// Surface of a box with these corners (m).
     ///
     /// # Errors
     /// When a corner is not finite or the upper one is not above the lower; in one dimension.
@@ -139,7 +139,7 @@ impl<const D: usize> FacettedSurface<D> {
         let corner = |number: usize| -> [f64; D] {
             std::array::from_fn(|c| if number >> c & 1 == 0 { low[c] } else { high[c] })
         };
-        // Clockwise in the plane, anticlockwise seen from outside in space.
+        // Clockwise in the plane, counter-clockwise seen from outside in space.
         let flat: &[[u32; 3]] = &[[0, 2, 0], [2, 3, 0], [3, 1, 0], [1, 0, 0]];
         let solid: &[[u32; 3]] = &[
             [0, 4, 6],
@@ -166,7 +166,7 @@ impl<const D: usize> FacettedSurface<D> {
 }
 
 impl FacettedSurface<2> {
-    /// The surface around a polygon, in either sense of rotation, that does not cross itself.
+    /// Surface of a polygon, in either sense of rotation, that does not cross itself.
     ///
     /// # Errors
     /// Fewer than three corners, an edge without length, edges that cross.
@@ -187,11 +187,11 @@ impl FacettedSurface<2> {
         surface.self_crossing().map_or(Ok(surface), Err)
     }
 
-    /// The ground below a line from its first point to its last (m). The line may overhang but not cross itself; it may be
-    /// given from either end. Beyond its ends there is no ground.
+    /// Ground below a line from its first point to its last (m). The line may overhang but not cross itself, and may be given from either
+    /// end. There is no ground beyond its ends.
     ///
     /// # Errors
-    /// Fewer than two points, two equal ones in a row, pieces that cross.
+    /// Fewer than two points, two equal consecutive points, segments that cross.
     pub fn ground_line(points: &[[f64; 2]]) -> Result<Self, SurfaceError> {
         let (Some(first), Some(last)) = (points.first(), points.last()) else {
             return Err(SurfaceError::new("points", "there are none"));
@@ -204,7 +204,7 @@ impl FacettedSurface<2> {
             return Err(SurfaceError::new("points", problem));
         }
         let mut points = points.to_vec();
-        // A place given twice in a row is one.
+        // Equal consecutive points count once.
         points.dedup();
         if first[0] > last[0] {
             points.reverse();
@@ -225,7 +225,7 @@ impl FacettedSurface<2> {
         Ok(surface)
     }
 
-    /// The first two facets without a common corner that meet.
+    /// Error for the first two facets without a common corner that intersect.
     fn self_crossing(&self) -> Option<SurfaceError> {
         let mut found: Option<(usize, usize)> = None;
         for (number, facet) in self.facets.iter().enumerate() {
@@ -252,12 +252,12 @@ impl FacettedSurface<2> {
 }
 
 impl FacettedSurface<3> {
-    /// A closed surface of triangles, each with three numbers of `vertices` (m). Triangles in which a vertex stands twice are left
-    /// out; a mesh that is inside out is turned.
+    /// Closed surface of triangles, each with three numbers of `vertices` (m). Degenerate triangles with a repeated vertex are left out; a
+    /// mesh that is inside out is reversed.
     ///
     /// # Errors
-    /// When an edge does not belong to exactly two triangles that run through it in opposite directions, with its place; when a
-    /// triangle has no area, or passes through another; when a number is not one of a vertex.
+    /// When an edge does not belong to exactly two triangles with opposite senses, with its position; when a triangle has no area, or
+    /// intersects another; when a number is not one of a vertex.
     pub fn closed(vertices: Vec<[f64; 3]>, triangles: &[[u32; 3]]) -> Result<Self, SurfaceError> {
         let count = vertices.len();
         if let Some(number) = triangles.iter().position(|t| t.iter().any(|v| *v as usize >= count)) {
@@ -279,7 +279,7 @@ impl FacettedSurface<3> {
         surface.self_intersection().map_or(Ok(surface), Err)
     }
 
-    /// The first two triangles without a common corner that pass through each other: behind such, inside and outside are not told.
+    /// Error for the first two triangles without a common corner that intersect, where inside and outside are undefined.
     fn self_intersection(&self) -> Option<SurfaceError> {
         (0..self.facets.len()).find_map(|number| {
             let (own, corners) = (&self.facets[number], self.corners(number));
@@ -299,14 +299,14 @@ impl FacettedSurface<3> {
         })
     }
 
-    /// A closed surface of loose triangles (m), as an STL file has them: corners with the same coordinates are one vertex.
+    /// Closed surface of separate triangles (m), as in an STL file: corners with equal coordinates are one vertex.
     ///
     /// # Errors
-    /// As [`FacettedSurface::closed`].
+    /// See [`FacettedSurface::closed`].
     pub fn from_triangles(triangles: &[[[f64; 3]; 3]]) -> Result<Self, SurfaceError> {
         let mut vertices = Vec::new();
         let mut known: BTreeMap<[u64; 3], u32> = BTreeMap::new();
-        // Zero and minus zero are one coordinate.
+        // Zero and minus zero are the same coordinate.
         let mut vertex = |x: [f64; 3]| {
             *known.entry(x.map(|c| (c + 0.0).to_bits())).or_insert_with(|| {
                 vertices.push(x);
@@ -328,7 +328,7 @@ impl<const D: usize> Surface<D> for FacettedSurface<D> {
         let (key, normal) = self.feature(facet, feature);
         let from = difference(x, &place);
         let sign = if dot(&from, normal) < 0.0 { -1.0 } else { 1.0 };
-        // On a face its own normal has all digits; beside an edge it is the way to the edge.
+        // On a face its normal is exact; beside an edge the direction to the edge is.
         let away = if feature == FacetFeature::Face { None } else { unit(&from) };
         let normal = away.map_or(*normal, |away| away.map(|c| sign * c));
         Some(NearestPoint {
@@ -350,7 +350,7 @@ impl<const D: usize> Surface<D> for FacettedSurface<D> {
             let (place, feature) = nearest_on_facet(&corners, x);
             let from = difference(x, &place);
             let away = dot(&from, &from);
-            // A face that looks away lies behind the one that is touched.
+            // A face that points away from the point lies behind the face in contact.
             if away > *square || dot(&from, &self.normals[facet]) < 0.0 {
                 return;
             }
@@ -375,7 +375,7 @@ impl<const D: usize> Surface<D> for FacettedSurface<D> {
     }
 }
 
-/// Box around the corners of a facet.
+/// Bounding box of the corners of a facet.
 fn bounding_box<const D: usize>(corners: &[[f64; D]; D]) -> ([f64; D], [f64; D]) {
     let fold = |start: f64, pick: fn(f64, f64) -> f64| {
         std::array::from_fn(|c| corners.iter().map(|v| v[c]).fold(start, pick))
@@ -383,7 +383,7 @@ fn bounding_box<const D: usize>(corners: &[[f64; D]; D]) -> ([f64; D], [f64; D])
     (fold(f64::INFINITY, f64::min), fold(f64::NEG_INFINITY, f64::max))
 }
 
-/// Angle of a triangle at a corner; one for a segment, whose two ends count alike.
+/// Angle of a triangle at a corner (rad); one for a segment, whose two ends have equal weights.
 fn corner_angle<const D: usize>(corners: &[[f64; D]; D], k: usize) -> f64 {
     if D != 3 {
         return 1.0;
@@ -392,7 +392,7 @@ fn corner_angle<const D: usize>(corners: &[[f64; D]; D], k: usize) -> f64 {
     dot(&to(k + 1), &to(k + 2)).clamp(-1.0, 1.0).acos()
 }
 
-/// Number of the edge after each corner of each triangle, and the normal of each edge: the mean of its faces.
+/// Number of the edge that follows each corner of each triangle, and the normal of each edge: the mean of its faces.
 fn edge_normals<const D: usize>(facets: &[[u32; D]], normals: &[[f64; D]]) -> (Vec<[u32; 3]>, Vec<[f64; D]>) {
     if D != 3 {
         return (Vec::new(), Vec::new());
@@ -414,7 +414,7 @@ fn edge_normals<const D: usize>(facets: &[[u32; D]], normals: &[[f64; D]]) -> (V
     (of_facets, sums.iter().map(|sum| unit(sum).unwrap_or(*sum)).collect())
 }
 
-/// Each edge must be run through once in each direction.
+/// Checks that the triangles contain each edge once in each direction.
 fn check_watertight(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<(), SurfaceError> {
     let mut runs: BTreeMap<(u32, u32), u32> = BTreeMap::new();
     for triangle in triangles {
@@ -436,7 +436,7 @@ fn check_watertight(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<(),
     Ok(())
 }
 
-/// Whether two segments have a place in common.
+/// Whether two segments have a point in common.
 fn segments_intersect(a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]) -> bool {
     let side = |p: &[f64; 2], q: &[f64; 2], x: &[f64; 2]| {
         (q[0] - p[0]) * (x[1] - p[1]) - (q[1] - p[1]) * (x[0] - p[0])
@@ -448,7 +448,7 @@ fn segments_intersect(a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]) -> bool {
     if apart(side(&b[0], &b[1], &a[0]), side(&b[0], &b[1], &a[1])) {
         return false;
     }
-    // On one line they meet where their boxes do.
+    // Collinear segments intersect where their boxes do.
     let ((al, ah), (bl, bh)) = (bounding_box(a), bounding_box(b));
     (0..2).all(|c| al[c] <= bh[c] && bl[c] <= ah[c])
 }

@@ -7,7 +7,7 @@ fn cube() -> FacettedSurface<3> {
     FacettedSurface::around_box([-1.0; 3], [1.0; 3]).unwrap()
 }
 
-/// Distance from a cube of half edge one about the origin (m), negative inside.
+/// Signed distance from a cube of half edge one about the origin (m), negative inside.
 fn from_cube(x: &[f64; 3]) -> f64 {
     let beyond = x.map(|c| c.abs() - 1.0);
     let outside: f64 = beyond.iter().map(|c| c.max(0.0).powi(2)).sum();
@@ -47,7 +47,7 @@ fn touched<const D: usize>(surface: &dyn Surface<D>, x: [f64; D], radius: f64) -
 #[test]
 fn a_ball_over_two_facets_of_one_plane_touches_once() {
     let surface = cube();
-    // Over the diagonal, beside it, and over the edges and corners of the face.
+    // Above the diagonal, beside it, and above the edges and corners of the face.
     for (x, y) in [(0.0, 0.0), (0.01, -0.01), (0.3, 0.2), (-0.6, 0.59), (1.0, 1.0), (1.01, 0.5)] {
         let found = touched(&surface, [x, y, 1.05], 0.2);
         assert_eq!(found.len(), 1, "at {x}, {y}: {found:?}");
@@ -66,7 +66,7 @@ fn a_ball_in_a_valley_touches_both_flanks() {
         assert!((place.distance - 0.5f64.sqrt()).abs() < 1e-12);
         assert!((place.normal[1] - 0.5f64.sqrt()).abs() < 1e-12);
     }
-    // At the bottom of a ridge's flank there is one contact, at its crest one with the corner.
+    // At the bottom of a ridge's flank there is one contact, at its crest one contact with the corner.
     let ridge = FacettedSurface::ground_line(&[[2.0, -2.0], [0.0, 0.0], [-2.0, -2.0]]).unwrap();
     let crest = touched(&ridge, [0.1, 0.5], 0.8);
     assert_eq!(crest.len(), 1);

@@ -1,8 +1,8 @@
-//! A tree of boxes around facets.
+//! Bounding volume tree of facets.
 
 /// Facets in a leaf.
 const LEAF_FACETS: usize = 4;
-/// More levels than a tree of 2³² facets that is halved at each has.
+/// Largest depth of the tree, above that of 2³² facets halved at each level.
 const MAX_DEPTH: usize = 64;
 
 #[derive(Clone, Debug)]
@@ -14,7 +14,7 @@ struct BoundingVolumeNode<const D: usize> {
     count: u32,
 }
 
-/// Boxes in a binary tree, halved at the median along their longest side.
+/// Binary tree of bounding boxes, split at the median along their longest axis.
 #[derive(Clone, Debug)]
 pub(crate) struct BoundingVolumeTree<const D: usize> {
     nodes: Vec<BoundingVolumeNode<D>>,
@@ -22,7 +22,7 @@ pub(crate) struct BoundingVolumeTree<const D: usize> {
 }
 
 impl<const D: usize> BoundingVolumeTree<D> {
-    /// A tree of these boxes, each with lower and upper corner.
+    /// Tree of these boxes, each with lower and upper corner.
     pub(crate) fn new(boxes: &[([f64; D], [f64; D])]) -> Self {
         let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
         let mut nodes = Vec::with_capacity(boxes.len());
@@ -32,8 +32,8 @@ impl<const D: usize> BoundingVolumeTree<D> {
         Self { nodes, order }
     }
 
-    /// Calls `visit` with each item whose box is within a distance of `x`, the square of which (m²) `visit` gets and
-    /// may make smaller.
+    /// Calls `visit` with each item whose box is within a distance of `x`, and with the square of that distance (m²), which `visit` may
+    /// reduce.
     pub(crate) fn visit(&self, x: &[f64; D], mut square: f64, mut visit: impl FnMut(usize, &mut f64)) {
         let mut stack = [0u32; MAX_DEPTH];
         let mut top = usize::from(!self.nodes.is_empty());
@@ -51,7 +51,7 @@ impl<const D: usize> BoundingVolumeTree<D> {
                 }
                 continue;
             }
-            // The nearer child is looked at first: it lies on top.
+            // The nearer child is on top of the stack and is visited first.
             let (left, right) = (at as u32 + 1, node.first);
             let nearer_left = square_distance_to_box(&self.nodes[left as usize], x)
                 <= square_distance_to_box(&self.nodes[right as usize], x);
@@ -62,7 +62,7 @@ impl<const D: usize> BoundingVolumeTree<D> {
         }
     }
 
-    /// Calls `visit` with each item whose box meets the box between `low` and `high`.
+    /// Calls `visit` with each item whose box overlaps the box between `low` and `high`.
     pub(crate) fn visit_box(&self, low: &[f64; D], high: &[f64; D], mut visit: impl FnMut(usize)) {
         let mut stack = [0u32; MAX_DEPTH];
         let mut top = usize::from(!self.nodes.is_empty());
@@ -84,7 +84,7 @@ impl<const D: usize> BoundingVolumeTree<D> {
         }
     }
 
-    /// Corners of a box around everything (m).
+    /// Corners of the box around all items (m).
     pub(crate) fn bounds(&self) -> ([f64; D], [f64; D]) {
         self.nodes.first().map_or(([0.0; D], [0.0; D]), |node| (node.low, node.high))
     }

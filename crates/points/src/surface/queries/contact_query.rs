@@ -1,23 +1,23 @@
-//! The places at which balls touch a surface.
+//! Contacts of balls with a surface.
 
 use crate::surface::queries::nearest_on_facet::nearest_on_facet;
 use crate::surface::vector::{difference, dot};
 use crate::surface::{NearestPoint, Surface};
 
-/// Share of a ball's radius within which two places of a surface are the same: far above round-off, far below a facet.
+/// Distance within which two surface points coincide, over a ball's radius: far above round-off, far below a facet.
 const COINCIDENCE_TOLERANCE: f64 = 1e-7;
 
-/// Places at which balls touch a surface, ball after ball. Kept by who asks, so that asking again allocates nothing.
+/// Contacts of balls with a surface, ball after ball, with buffers that the caller reuses without allocations.
 #[derive(Clone, Debug, Default)]
 pub struct ContactQuery<const D: usize> {
     contacts: Vec<NearestPoint<D>>,
     ends: Vec<usize>,
     candidates: Vec<FacetCandidate<D>>,
-    /// Those of a section, of surfaces that a section makes.
+    /// Contacts of a plane section, for surfaces that a section generates.
     planar: Option<Box<ContactQuery<2>>>,
 }
 
-/// A facet near a point.
+/// Facet near a point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FacetCandidate<const D: usize> {
     pub(crate) corners: [[f64; D]; D],
@@ -25,34 +25,34 @@ pub(crate) struct FacetCandidate<const D: usize> {
 }
 
 impl<const D: usize> ContactQuery<D> {
-    /// Forgets all.
+    /// Removes all contacts.
     pub fn clear(&mut self) {
         self.contacts.clear();
         self.ends.clear();
     }
 
-    /// All places, ball after ball, of each the nearest first.
+    /// Contacts of all balls, ball after ball, each nearest first.
     pub fn all(&self) -> &[NearestPoint<D>] {
         &self.contacts
     }
 
-    /// Number of places of all balls.
+    /// Number of contacts of all balls.
     pub fn len(&self) -> usize {
         self.contacts.len()
     }
 
-    /// Whether nothing is touched.
+    /// Whether there are no contacts.
     pub fn is_empty(&self) -> bool {
         self.contacts.is_empty()
     }
 
-    /// The places of ball number `ball` of [`Surface::query_contacts_of_all`](crate::surface::Surface::query_contacts_of_all).
+    /// Contacts of ball number `ball` of [`Surface::query_contacts_of_all`](crate::surface::Surface::query_contacts_of_all).
     pub fn contacts_of_ball(&self, ball: usize) -> &[NearestPoint<D>] {
         let start = if ball == 0 { 0 } else { self.ends[ball - 1] };
         &self.contacts[start..self.ends[ball]]
     }
 
-    /// Ends the list of a ball.
+    /// Ends the contact list of a ball.
     pub fn end_ball(&mut self) {
         self.ends.push(self.contacts.len());
     }
@@ -65,7 +65,7 @@ impl<const D: usize> ContactQuery<D> {
         self.contacts.extend(place.filter(|place| place.distance >= 0.0));
     }
 
-    /// Adds what a disk around `x` touches of a section in the plane, brought into space by `out`.
+    /// Adds the contacts of a disk around `x` with a plane section, transformed to space by `out`.
     pub(crate) fn add_planar_contacts(
         &mut self,
         section: &impl Surface<2>,
@@ -79,12 +79,12 @@ impl<const D: usize> ContactQuery<D> {
         self.contacts.extend(flat.contacts.iter().map(out));
     }
 
-    /// Facets near the point that [`ContactQuery::select_distinct`] is to choose from.
+    /// Candidate facets near the point, the input of [`ContactQuery::select_distinct`].
     pub(crate) fn candidates(&mut self) -> &mut Vec<FacetCandidate<D>> {
         &mut self.candidates
     }
 
-    /// Of the candidates those that are contacts of their own. One whose place also belongs to a facet that is nearer is the
+    /// Selects the distinct contacts among the candidates. A candidate whose position also belongs to a nearer facet is left out: it is the
     /// edge at which that facet ends, or lies beyond it on the same side.
     pub(crate) fn select_distinct(&mut self, radius: f64) {
         let key = |c: &FacetCandidate<D>| (c.place.distance, c.place.feature_id);

@@ -1,4 +1,4 @@
-//! Searches on surfaces: the nearest place, the contact of a sphere, and the first place that a path meets.
+//! Queries of surfaces: nearest points, contacts of balls, and intersections of paths.
 
 pub(crate) mod bounding_volume_tree;
 pub(crate) mod contact_query;

@@ -1,20 +1,20 @@
-//! The place of a segment (2D) or a triangle (3D) that is nearest to a point.
+//! Nearest point of a segment (2D) or a triangle (3D).
 
 use crate::surface::vector::{add_scaled, cross, difference, dot, unit};
 
-/// The part of a facet on which its nearest place lies.
+/// Feature of a facet on which the nearest point lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FacetFeature {
-    /// Its interior.
+    /// Interior of the facet.
     Face,
-    /// The edge of a triangle between this corner and the next.
+    /// Edge of a triangle between this corner and the next.
     Edge(usize),
-    /// This corner.
+    /// Corner of this number.
     Corner(usize),
 }
 
-/// Nearest place (m) of the facet with these corners to `x`, and the part of the facet on which it lies: a segment in two
-/// dimensions, a triangle in three (Ericson 2005, Real-Time Collision Detection, §5.1.5).
+/// Point of the facet with these corners nearest to `x` (m), and the feature on which it lies: of a segment in two dimensions, a triangle
+/// in three (Ericson 2005, Real-Time Collision Detection, §5.1.5).
 pub(crate) fn nearest_on_facet<const D: usize>(
     corners: &[[f64; D]; D],
     x: &[f64; D],
@@ -26,7 +26,7 @@ pub(crate) fn nearest_on_facet<const D: usize>(
     }
 }
 
-/// Distance (m) of a place in a plane from a line with these corners; infinite where it has fewer than two.
+/// Distance (m) of a position in a plane from a polyline with these corners; infinite with fewer than two corners.
 pub fn distance_to_line(line: &[[f64; 2]], x: [f64; 2]) -> f64 {
     let of_piece = |piece: &[[f64; 2]]| {
         let place = nearest_on_facet(&[piece[0], piece[1]], &x).0;
@@ -82,8 +82,8 @@ fn nearest_on_triangle<const D: usize>(corners: &[[f64; D]; D], x: &[f64; D]) ->
     (add_scaled(&add_scaled(a, vb * share, &ab), vc * share, &ac), FacetFeature::Face)
 }
 
-/// Unit normal of a facet: left of a segment from its first corner to its second; of a triangle, the side from which its
-/// corners go round anticlockwise. `None` of a facet without extent.
+/// Unit normal of a facet: to the left of a segment from its first corner to its second; of a triangle, towards the side from which its
+/// corners run counter-clockwise. `None` for a facet without extent.
 pub(crate) fn facet_normal<const D: usize>(corners: &[[f64; D]; D]) -> Option<[f64; D]> {
     let edge = |k: usize| -> [f64; 3] {
         std::array::from_fn(|c| if c < D { corners[k][c] - corners[0][c] } else { 0.0 })

@@ -1,10 +1,10 @@
-//! Ways that lead into a solid, be it so thin that they come out again on its other side.
+//! Paths that enter a solid, including solids so thin that the path leaves them on the other side.
 
 use crate::surface::vector::{add_scaled, dot};
 use crate::surface::{NearestPoint, Surface};
 
-/// The place `now` of the surface that is nearest to `x` (m), as it is seen from the end of the way `goes` (m), if that leads through it
-/// into the solid: at this `depth` (m) under where it passes the face the solid goes on.
+/// Nearest surface point `now` of the start `x` (m) of a path, with its signed distance at the end of the displacement `goes` (m), if the
+/// path enters the solid there; the solid is tested at this `depth` (m) under the crossing.
 pub fn path_enters_solid<const D: usize>(
     surface: &dyn Surface<D>,
     x: &[f64; D],
@@ -22,8 +22,8 @@ pub fn path_enters_solid<const D: usize>(
     surface.contains(&under).then_some(NearestPoint { distance, ..*now })
 }
 
-/// Whether the straight way between two places (m) leads through the solid, from either end, under whose surface it is looked for at this
-/// `depth` (m).
+/// Whether the straight path between two positions (m) crosses the solid, from either end; the solid is tested at this `depth` (m) below
+/// its surface.
 pub fn solid_blocks_path<const D: usize>(
     surface: &dyn Surface<D>,
     one: &[f64; D],

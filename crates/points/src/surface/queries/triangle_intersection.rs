@@ -1,20 +1,20 @@
-//! Triangles that pass through each other.
+//! Intersection test of two triangles.
 
 use crate::surface::vector::{cross, difference, dot};
 
-/// Share of the size of a triangle and a segment within which they only touch: corners of a file in single precision.
+/// Share of the size of a triangle and a segment within which they only touch: round-off of a file in single precision.
 const TOUCH_TOLERANCE: f64 = 1e-6;
 
-/// Whether one of two triangles (m) passes through the other. What touches, or lies in one plane, does not.
+/// Whether two triangles (m) intersect. Triangles that touch, or lie in one plane, do not.
 pub(crate) fn triangles_intersect(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> bool {
     let edges = |t: &[[f64; 3]; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
     edges(a).iter().any(|edge| segment_pierces_triangle(edge, b))
         || edges(b).iter().any(|edge| segment_pierces_triangle(edge, a))
 }
 
-/// Whether a segment goes from one side of a triangle to the other through its inside.
+/// Whether a segment crosses the interior of a triangle.
 fn segment_pierces_triangle([from, to]: &[[f64; 3]; 2], [a, b, c]: &[[f64; 3]; 3]) -> bool {
-    // Six times the volume between a triangle and a place, positive on one side.
+    // Six times the volume of the tetrahedron of a triangle and a position, with a sign by the side.
     let volume = |x: &[f64; 3], y: &[f64; 3], z: &[f64; 3], place: &[f64; 3]| {
         dot(&cross(&difference(y, x), &difference(z, x)), &difference(place, x))
     };

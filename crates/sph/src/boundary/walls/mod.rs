@@ -1,9 +1,9 @@
-//! Walls: mirrors, layers of particles, and the ends of periodic domains (sheet: sph §2.13).
+//! Walls: mirrors, layers of particles, and periodic boundaries (sheet: sph §2.13).
 //!
-//! [`FlatWalls`] are the flat walls of a stage. Mirrors and the ends of periods put images of particles behind the
-//! particles; other walls consist of layers of particles behind these. To each particle they answer with what it is
-//! itself, or they take stress and velocity from the soil around (`soil`). Bodies that are held and smooth
-//! answer as smooth walls of any shape do (`smooth_bodies`). [`ObstacleFaces`] are rigid geometry of any shape, without particles.
+//! [`FlatWalls`] are the flat walls of a stage. Mirrors and periodic boundaries add images of particles behind the particles in the arrays;
+//! other walls consist of layers of particles behind these. Wall particles have the mirrored state of each particle, or extrapolate stress
+//! and velocity from the soil (`extrapolated_walls`). Held smooth bodies act as smooth walls of any shape (`smooth_bodies`).
+//! [`ObstacleFaces`] are rigid geometry of any shape, without particles.
 
 #[cfg(test)]
 mod tests;
@@ -22,57 +22,57 @@ use crate::pairs::simd_pairs::set_velocity;
 use crate::points::particles::{Bodies, Derivatives, PairData, ParticleGroup, Particles};
 use crate::points::vector_algebra::mirrored_stress;
 
-/// What stands around the particles. The images come behind the particles in the arrays of [`Particles`], then the
-/// particles of the walls.
+/// Boundaries around the particles. In the arrays of [`Particles`] the particles are followed by the images, then by the particles of the
+/// walls.
 #[derive(Clone, Debug, Default)]
 pub struct Walls<const D: usize> {
     /// The flat walls of the stage.
     pub planes: FlatWalls<D>,
-    /// Images of the particles near mirrors and the ends of periods.
+    /// Images of the particles near mirrors and periodic boundaries.
     pub images: Vec<ImageParticle<D>>,
-    /// Where the smooth bodies stand.
+    /// Index ranges of the smooth bodies.
     pub smooth: SmoothBodies,
-    /// Rigid geometry, the same in all stages, at rest or on its way.
+    /// Rigid geometry, common to all stages, at rest or moving.
     pub obstacles: ObstacleFaces<D>,
 }
 
 impl<const D: usize> Walls<D> {
-    /// Those of a stage, with nothing beside them yet.
+    /// Returns the walls of a stage, without images.
     pub fn new(planes: FlatWalls<D>, obstacles: ObstacleFaces<D>) -> Self {
         Self { planes, obstacles, ..Self::default() }
     }
 
-    /// The same planes without images.
+    /// Returns a copy of the walls without images.
     pub fn empty_like(&self) -> Self {
         Self::new(self.planes.clone(), self.obstacles.empty_like())
     }
 
-    /// Number of the first particle of a wall, behind `len` particles.
+    /// Index of the first wall particle, behind `len` particles.
     pub fn first(&self, len: usize) -> usize {
         len + self.images.len()
     }
 
-    /// Planes and obstacles to where they are at `time` (s).
+    /// Moves planes and obstacles to `time` (s).
     fn move_to(&mut self, time: f64) {
         self.planes.move_to(time);
         self.obstacles.move_to(time);
     }
 
-    /// Finds the images of particles at `positions` within `reach` (m) of mirrors and ends of periods, as these stand at
+    /// Finds the images of particles at `positions` within `reach` (m) of mirrors and periodic boundaries at
     /// `time` (s).
     pub fn find_images(&mut self, positions: &[[f64; D]], time: f64, reach: f64) {
         self.move_to(time);
         self.planes.images(positions, reach, &mut self.images);
     }
 
-    /// Images and particles of walls to their places at `time` (s).
+    /// Moves images and wall particles to `time` (s).
     pub fn place_at_time(&mut self, time: f64, particles: &mut Particles<D>) {
         self.move_to(time);
         self.planes.move_images(&mut self.images);
         self.place_all(particles);
     }
 
-    /// Images and particles of walls to where the walls stand now.
+    /// Writes the positions of images and wall particles at the present position of the walls.
     pub fn place_all(&self, particles: &mut Particles<D>) {
         let len = particles.len();
         for (image, slot) in self.images.iter().zip(len..) {
@@ -82,14 +82,14 @@ impl<const D: usize> Walls<D> {
         self.planes.place_particles(&mut particles.position[self.first(len)..]);
     }
 
-    /// Walls whose velocities vary in time get those of the step from `start` to `end` (s).
+    /// Sets the time-dependent wall velocities of the step from `start` to `end` (s).
     pub fn update_time_histories(&mut self, start: f64, end: f64) {
         if self.planes.update_time_histories(start, end) {
             self.planes.move_images(&mut self.images);
         }
     }
 
-    /// Velocities of the images.
+    /// Updates the velocities of the images.
     pub fn move_images(&self, bodies: &mut Bodies<D>) {
         let Bodies { particles, pair_data: shown, .. } = bodies;
         for (image, slot) in self.images.iter().zip(particles.len()..) {
@@ -100,9 +100,9 @@ impl<const D: usize> Walls<D> {
         }
     }
 
-    /// Particles of fluids behind smooth walls, as these stand at `time` (s), go on as their images in the face. In a mirror that
-    /// is exact: what the particle would have done behind it its image does before it, and nothing changes but their names. A
-    /// slow particle that sinks onto a mirror is pushed less the closer it is, and passes. Whether there were any.
+    /// Replaces fluid particles behind smooth walls at `time` (s) by their images in front of the face; returns whether there were any. In
+    /// a mirror this is exact: the image continues the motion of the particle, and only their names change. A slow particle that sinks onto
+    /// a mirror is repelled less the closer it is, and passes.
     pub fn reflect_escaped(&self, bodies: &mut Bodies<D>, rates: &mut Derivatives<D>, time: f64) -> bool {
         let mut any = false;
         let Bodies { particles: p, groups, .. } = bodies;
@@ -143,7 +143,7 @@ impl<const D: usize> Walls<D> {
         any
     }
 
-    /// Everything else of the images.
+    /// Updates all other fields of the images.
     pub fn load_images(&self, bodies: &mut Bodies<D>) {
         let Bodies { particles: p, pair_data: PairData { grad_h_factor: spread, repulsion, .. }, .. } =
             bodies;
@@ -161,8 +161,8 @@ impl<const D: usize> Walls<D> {
         }
     }
 
-    /// The particle that neighbour `j` is, or whose image in a period it is, of `len` particles; `None` for images in
-    /// mirrors and particles of walls.
+    /// Particle of neighbour `j`, itself or as a periodic image, of `len` particles; `None` for images in
+    /// mirrors and wall particles.
     #[inline]
     pub fn particle_of(&self, len: usize, j: usize) -> Option<usize> {
         let Some(number) = j.checked_sub(len) else { return Some(j) };
@@ -170,7 +170,7 @@ impl<const D: usize> Walls<D> {
         (image.flip == [1.0; D]).then_some(image.source as usize)
     }
 
-    /// From which neighbour on they are walls that answer to the particle itself.
+    /// Index of the first neighbour that is a dummy particle with a mirrored state.
     pub fn first_dummy_particle(&self, setting: &SolverContext<D>, len: usize) -> usize {
         match setting.options.wall_stress {
             WallStress::Pairwise => self.first(len),

@@ -1,4 +1,4 @@
-//! Images and walls of particles, held against what is drawn on paper.
+//! Images and wall particles, compared with hand-drawn positions.
 
 use crate::boundary::flat_wall::{FlatWall, WallContact};
 use crate::boundary::flat_walls::FlatWalls;
@@ -57,7 +57,7 @@ fn a_moving_mirror_carries_its_images() {
     let around =
         |shift| [below, ([-1.0, -1.0], [shift, 0.0], [1.0, 0.0]), ([-1.0, 1.0], [shift, 0.0], [1.0, 0.0])];
     assert_eq!(of(&images), around(2.0));
-    // Those that are there already go along.
+    // Existing images move with the mirror.
     walls.move_to(3.0);
     walls.move_images(&mut images);
     assert_eq!(of(&images), around(3.0));
@@ -83,7 +83,7 @@ fn a_face_is_where_the_integral_of_its_velocity_is() {
     let mut images = Vec::new();
     walls.images(&[[0.5, 0.1]], 1.0, &mut images);
     let first = walls.particles[0][0];
-    // The area under the factor: 1.5 up to 2 s, and 2 more up to 4 s.
+    // Integral of the factor: 1.5 up to 2 s, and 2 more up to 4 s.
     for (time, area) in [(0.5, 0.0), (1.5, 0.375), (2.0, 1.5), (4.0, 3.5), (5.0, 2.5)] {
         walls.move_to(time);
         walls.move_images(&mut images);

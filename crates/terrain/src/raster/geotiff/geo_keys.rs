@@ -1,4 +1,4 @@
-//! GeoKeys: what a GeoTIFF says of its coordinate reference system.
+//! GeoKeys: the coordinate reference system of a GeoTIFF.
 
 use std::fmt::Write;
 use std::io::{Read, Seek};
@@ -12,7 +12,7 @@ use crate::raster::raster_band;
 use crate::raster::raster_band::{BRITISH_FOOT, FOOT, SURVEY_FOOT};
 use crate::reference_system::{map_projection, prj_file, well_known_text};
 
-/// Numbers of GeoKeys.
+/// Identifiers of GeoKeys.
 pub(super) mod key {
     pub(in crate::raster::geotiff) const MODEL_TYPE: u16 = 1024;
     pub(in crate::raster::geotiff) const RASTER_TYPE: u16 = 1025;
@@ -21,11 +21,11 @@ pub(super) mod key {
     pub(in crate::raster::geotiff) const PROJECTED: u16 = 3072;
     pub(in crate::raster::geotiff) const PROJECTED_CITATION: u16 = 3073;
     pub(in crate::raster::geotiff) const LINEAR_UNITS: u16 = 3076;
-    /// Metres in a unit that the user defines.
+    /// Size of a user-defined linear unit (m).
     pub(in crate::raster::geotiff) const LINEAR_UNIT_SIZE: u16 = 3077;
-    /// Keys of a projection that the user defines: its number, its method and its parameters.
+    /// Keys of a user-defined projection: its code, its method and its parameters.
     pub(in crate::raster::geotiff) const PLAN_PARAMETERS: std::ops::Range<u16> = 3074..4096;
-    /// Unit of angles, and semi-major axis of the ellipsoid (m).
+    /// Angular unit, and semi-major axis of the ellipsoid (m).
     pub(in crate::raster::geotiff) const ANGLES: u16 = 2054;
     pub(in crate::raster::geotiff) const SEMI_MAJOR_AXIS: u16 = 2057;
     pub(in crate::raster::geotiff) const PRIME_MERIDIAN: u16 = 2051;
@@ -33,7 +33,7 @@ pub(super) mod key {
     pub(in crate::raster::geotiff) const METHOD: u16 = 3075;
     pub(in crate::raster::geotiff) const VERTICAL: u16 = 4096;
     pub(in crate::raster::geotiff) const VERTICAL_UNITS: u16 = 4099;
-    /// All keys of a system of heights.
+    /// All keys of a vertical coordinate system.
     pub(in crate::raster::geotiff) const VERTICAL_KEYS: std::ops::Range<u16> = 4096..5120;
 }
 
@@ -43,13 +43,13 @@ const GEOCENTRIC_MODEL: u16 = 3;
 pub(super) const PIXEL_IS_AREA: u16 = 1;
 pub(super) const PIXEL_IS_POINT: u16 = 2;
 pub(super) const METRE: u16 = 9001;
-/// Value of a key that the user defines.
+/// Code of a user-defined value.
 pub(super) const USER_DEFINED: u16 = 32767;
 
-/// Words before a well-known text in the citation of a GeoTIFF, by which Esri's programs and GDAL know it.
+/// Prefix of a well-known text in the citation of a GeoTIFF, as Esri's programs and GDAL write it.
 pub(super) const ESRI_TEXT: &str = "ESRI PE String = ";
 
-/// Methods of projections by their codes (OGC 19-008r4, annex C; map projections of GeoTIFF 1.0, section 6.3.3.3).
+/// Projection methods by their codes (OGC 19-008r4, annex C; map projections of GeoTIFF 1.0, section 6.3.3.3).
 const METHODS: [(u16, &str); 20] = [
     (1, "Transverse_Mercator"),
     (3, "Hotine_Oblique_Mercator"),
@@ -73,7 +73,7 @@ const METHODS: [(u16, &str); 20] = [
     (28, "Cylindrical_Equal_Area"),
 ];
 
-/// Keys of parameters of projections.
+/// Keys of projection parameters.
 const PARAMETERS: [(u16, &str); 18] = [
     (3078, "standard_parallel_1"),
     (3079, "standard_parallel_2"),
@@ -95,11 +95,11 @@ const PARAMETERS: [(u16, &str); 18] = [
     (3095, "central_meridian"),
 ];
 
-/// Unit of angles and prime meridian that are understood.
+/// Supported angular unit and prime meridian.
 const DEGREE: u16 = 9102;
 const GREENWICH: u16 = 8901;
 
-/// Systems of heights of the EPSG registry in feet, and the metres in such a foot.
+/// Vertical systems of the EPSG registry in feet, and the size of such a foot (m).
 const HEIGHTS_IN_FEET: [(u16, f64); 9] = [
     (5702, SURVEY_FOOT),
     (6360, SURVEY_FOOT),
@@ -112,7 +112,7 @@ const HEIGHTS_IN_FEET: [(u16, f64); 9] = [
     (8228, FOOT),
 ];
 
-/// Systems of the EPSG registry that count depths downwards.
+/// Vertical systems of the EPSG registry with depths, positive downwards.
 const DEPTHS: [u16; 52] = [
     5336, 5612, 5614, 5706, 5715, 5734, 5739, 5789, 5831, 5861, 5862, 5863, 5864, 5865, 5866, 5867, 5873,
     6357, 6358, 6359, 7976, 8051, 8053, 8358, 8378, 8897, 9287, 9288, 9672, 10150, 10151, 10349, 10364,
@@ -124,7 +124,7 @@ const DEPTHS: [u16; 52] = [
 #[derive(Default)]
 pub(super) struct GeoKeys(Vec<(u16, GeoKey)>);
 
-/// Tags that hold the values of keys.
+/// Tags with the values of keys.
 const NUMBERS: u16 = 34736;
 const TEXTS: u16 = 34737;
 
@@ -150,7 +150,7 @@ impl GeoKeys {
         Self(directory.get(4..).unwrap_or_default().chunks_exact(4).filter_map(value).collect())
     }
 
-    /// The keys of a raster with this reference, in metres and without a system of heights: what is written may be no height.
+    /// GeoKeys of a raster with this reference, in metres and without a vertical system: the values need not be heights.
     pub(super) fn from_georeference(reference: &Georeference, raster_type: u16) -> Self {
         let mut all = vec![(key::RASTER_TYPE, GeoKey::Code(raster_type))];
         let in_plan = reference
@@ -166,7 +166,7 @@ impl GeoKeys {
         let model = if is_text && epsg.is_none() { USER_DEFINED } else { PROJECTED_MODEL };
         all.push((key::MODEL_TYPE, GeoKey::Code(model)));
         match crs {
-            // GDAL takes the text of a system from its citation in plan, where the model is one that the user defines.
+            // GDAL takes the text of a system from its citation in plan where the model is user-defined.
             Some(crs) if is_text && epsg.is_none() => {
                 all.push((key::PROJECTED_CITATION, GeoKey::Text(format!("{ESRI_TEXT}{crs}"))));
             }
@@ -189,7 +189,7 @@ impl GeoKeys {
         Self(all)
     }
 
-    /// The directory, the numbers and the texts of a file.
+    /// Key directory, numbers and texts of a file.
     pub(super) fn encoded(&self) -> (Vec<u16>, Vec<f64>, String) {
         let (mut directory, mut numbers, mut texts) =
             (vec![1, 1, 0, self.0.len() as u16], Vec::new(), String::new());
@@ -242,12 +242,12 @@ impl GeoKeys {
         said.clone().find(|text| well_known_text::is_well_known(text)).or_else(|| said.next())
     }
 
-    /// Number of the coordinate reference system in plan in the EPSG registry.
+    /// EPSG code of the horizontal coordinate reference system.
     pub(super) fn epsg(&self) -> Option<u32> {
         self.get(key::PROJECTED).filter(|code| *code != USER_DEFINED && *code != 0).map(u32::from)
     }
 
-    /// Well-known text of the system in plan that the keys define by a projection and its parameters, as far as systems are compared.
+    /// Well-known text of the horizontal system that the keys define by a projection, with the parts that comparisons use.
     pub(super) fn user_defined_text(&self) -> Option<String> {
         let number = |key: u16| match self.value(key)? {
             GeoKey::Numbers(numbers) => numbers.first(),
@@ -274,7 +274,7 @@ impl GeoKeys {
         Some(text)
     }
 
-    /// The keys that define the system in plan, where it has neither a number nor a text.
+    /// Keys that define the horizontal system, where it has neither an EPSG code nor a text.
     pub(super) fn plan_keys(&self) -> Vec<(u16, GeoKey)> {
         let is_defined =
             self.0.iter().any(|(number, _)| PLAN_PARAMETERS.contains(number) && *number != key::LINEAR_UNITS);
@@ -285,7 +285,7 @@ impl GeoKeys {
         self.0.iter().filter(|(number, _)| !VERTICAL_KEYS.contains(number)).cloned().collect()
     }
 
-    /// Refuses what does not lie in metres in plan.
+    /// Rejects horizontal coordinates that are not in metres.
     pub(super) fn check_metres(&self) -> Result<(), String> {
         let is_projected = self.get(key::PROJECTED).is_some();
         if self.get(key::MODEL_TYPE) == Some(GEOGRAPHIC_MODEL)
@@ -318,7 +318,7 @@ impl GeoKeys {
             }
             None => {}
         }
-        // Without the key the unit is that of the system: by the EPSG registry, or by its name where it has no number.
+        // Without the key the unit is that of the system: by its EPSG code, or by its name where it has no code.
         let citation = self.text(key::PROJECTED_CITATION).or(self.citation()).unwrap_or_default();
         let plan = citation.split(" + ").next().unwrap_or_default();
         let brackets = plan.split('(').skip(1).filter_map(|part| Some(part.split_once(')')?.0));
@@ -343,10 +343,10 @@ impl GeoKeys {
         }
     }
 
-    /// Metres in the unit of heights; `None` where nothing is said of them.
+    /// Size of the unit of heights (m); `None` where the file does not state it.
     ///
     /// # Errors
-    /// Units that are not known, and depths.
+    /// Unknown units, and depths.
     pub(super) fn height_unit(&self) -> Result<Option<f64>, String> {
         let system = self.get(key::VERTICAL);
         if let Some(code) = system.filter(|code| DEPTHS.contains(code)) {
@@ -356,7 +356,7 @@ impl GeoKeys {
             Some(METRE) => return Ok(Some(1.0)),
             Some(9002) => return Ok(Some(FOOT)),
             Some(9003) => return Ok(Some(SURVEY_FOOT)),
-            // A unit without a number, of which the file says no more: GDAL writes and reads it so for metres.
+            // A user-defined unit without further information: GDAL writes and reads it so for metres.
             Some(USER_DEFINED) => {}
             Some(unit) => {
                 return Err(format!(
@@ -369,7 +369,7 @@ impl GeoKeys {
         if let Some((_, unit)) = HEIGHTS_IN_FEET.iter().find(|(code, _)| Some(*code) == system) {
             return Ok(Some(*unit));
         }
-        // A number tells more than words, which may be those of the terrain that a raster was computed on.
+        // A code takes precedence over texts, which may be those of the terrain from which a raster was computed.
         if system.is_some_and(|code| code != USER_DEFINED && code != 0) {
             return Ok(None);
         }
@@ -388,7 +388,7 @@ impl GeoKeys {
             };
         }
         let Some((_, heights)) = citation.split_once(" + ") else { return Ok(None) };
-        // Of what stands in brackets only a unit counts: a year may stand there too.
+        // Of the texts in brackets only a unit counts: a year may be there too.
         let brackets = heights.split('(').skip(1).filter_map(|part| Some(part.split_once(')')?.0));
         match brackets.filter(|word| raster_band::is_length(word)).last() {
             Some(unit) => raster_band::metres_per_unit(unit).map(Some).ok_or_else(|| unknown(unit)),

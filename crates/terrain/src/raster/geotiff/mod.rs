@@ -15,7 +15,7 @@ use crate::raster::geotiff::geo_keys::{GeoKeys, PIXEL_IS_AREA, PIXEL_IS_POINT, k
 use crate::raster::raster_band::{BandMetadata, parse_number};
 use crate::raster::world_file::WorldFile;
 
-/// Tag of the metadata of GDAL, as XML.
+/// Tag of the GDAL metadata (XML).
 const GDAL_METADATA: Tag = Tag::Unknown(42112);
 
 type TiffDecoder<'a> = Decoder<Cursor<&'a [u8]>>;
@@ -31,7 +31,7 @@ fn tiff_error(error: tiff::TiffError) -> String {
     format!("is not a TIFF that can be read: {error}{cure}")
 }
 
-/// Place of the first pixel, its corner or its centre as the raster has it (m), and the steps per column and row.
+/// Position of the first pixel (m), its corner or its centre by the raster type, and the steps per column and row (m).
 fn placement(
     decoder: &mut TiffDecoder<'_>,
     world: Option<WorldFile>,
@@ -67,7 +67,7 @@ fn placement(
     Ok(([tie[3] - tie[0] * step[0], tie[4] - tie[1] * step[1]], step))
 }
 
-/// Coordinate reference system in plan: number in the EPSG registry, and name or text.
+/// Horizontal coordinate reference system: EPSG code, and name or text.
 pub(crate) fn read_reference_system(
     source: impl Read + Seek,
 ) -> Result<(Option<u32>, Option<String>), String> {
@@ -78,18 +78,18 @@ pub(crate) fn read_reference_system(
     Ok((keys.epsg(), defined.or(said)))
 }
 
-/// Files beside a GeoTIFF.
+/// Sidecar files of a GeoTIFF.
 #[derive(Default)]
 pub(crate) struct GeotiffSidecars {
-    /// Meaning of the numbers, by `.aux.xml`.
+    /// Band metadata of the `.aux.xml`.
     pub(crate) band: BandMetadata,
-    /// Mask, by `.msk`.
+    /// Validity mask of the `.msk`.
     pub(crate) mask: Option<Vec<u8>>,
-    /// Placement where the file has none itself.
+    /// Placement by a world file, where the GeoTIFF has none.
     pub(crate) world: Option<WorldFile>,
 }
 
-/// Reads a raster of one band, with what files `beside` it say.
+/// Parses a raster of one band, with its sidecar files `beside`.
 pub(crate) fn parse(bytes: &[u8], beside: GeotiffSidecars) -> Result<Raster, String> {
     let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(tiff_error)?;
     let size = decoder.dimensions().map_err(tiff_error)?;
@@ -116,7 +116,7 @@ pub(crate) fn parse(bytes: &[u8], beside: GeotiffSidecars) -> Result<Raster, Str
         validity_mask::mask_file(&mask, size).map_err(|problem| format!(".msk beside it: {problem}"))
     });
     if let Some(valid) = beside.transpose()?.or(validity_mask::embedded_mask(bytes, size)?) {
-        // What a mask takes away is no data, whatever stands there.
+        // Masked pixels have no data, whatever their value.
         let hole = *band.no_data.get_or_insert(f64::NAN);
         values.iter_mut().zip(valid).filter(|(_, valid)| !valid).for_each(|(value, _)| *value = hole);
     }
@@ -147,7 +147,7 @@ pub(crate) fn parse(bytes: &[u8], beside: GeotiffSidecars) -> Result<Raster, Str
     Ok(raster)
 }
 
-/// Meaning of the numbers, by tags of the file.
+/// Band metadata of the tags of the file.
 fn band(decoder: &mut TiffDecoder<'_>) -> Result<BandMetadata, String> {
     let metadata = decoder.get_tag_ascii_string(GDAL_METADATA).ok();
     let said = metadata.map(|text| BandMetadata::from_xml(text.trim_end_matches('\0')));
@@ -160,7 +160,7 @@ fn band(decoder: &mut TiffDecoder<'_>) -> Result<BandMetadata, String> {
     Ok(band)
 }
 
-/// The bytes of a raster with 64 bits a number.
+/// Bytes of a GeoTIFF with 64 bits per value.
 pub(crate) fn encode(raster: &Raster) -> Result<Vec<u8>, String> {
     let failed = |error: tiff::TiffError| format!("cannot be written: {error}");
     let side =
@@ -237,7 +237,7 @@ mod tests {
         }
     }
 
-    /// A small TIFF with these GeoKeys and this placement.
+    /// Bytes of a small TIFF with these GeoKeys and this placement.
     fn file(keys: &[u16], tag: Tag, numbers: &[f64]) -> Vec<u8> {
         let mut target = Cursor::new(Vec::new());
         let mut encoder = TiffEncoder::new(&mut target).unwrap();
@@ -252,7 +252,7 @@ mod tests {
     fn a_world_file_places_the_centre_of_the_first_pixel() {
         for raster_type in [PIXEL_IS_AREA, PIXEL_IS_POINT] {
             let keys = [1, 1, 0, 1, key::RASTER_TYPE, 0, 1, raster_type];
-            // Half of a placement is none.
+            // An incomplete placement does not count.
             let bytes = file(&keys, Tag::ModelPixelScaleTag, &[9.0; 3]);
             let world = Some(WorldFile { first: [10.0, 20.0], step: [2.0, -2.0] });
             let placed =
@@ -275,7 +275,7 @@ mod tests {
         };
         assert!(problem(&keys(key::MODEL_TYPE, GEOGRAPHIC_MODEL), &transform).contains("degrees"));
         assert!(problem(&keys(key::LINEAR_UNITS, 9003), &transform).contains("9003"));
-        // The same from the south on.
+        // Rows from south to north.
         (transform[5], transform[7]) = (2.0, 18.0);
         let turned = parse(&file(&point, Tag::ModelTransformationTag, &transform)).unwrap();
         assert_eq!((turned.origin, turned.value(0, 0), turned.value(0, 1)), ([10.0, 18.0], 1.0, 3.0));
@@ -306,7 +306,7 @@ mod tests {
             }
             image.write_data(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]).unwrap();
             let mut bytes = target.into_inner();
-            // Lengths of the strips: 32 bytes and 16.
+            // Byte counts of the strips: 32 and 16.
             let lengths = [32u32, 16].map(u32::to_le_bytes).concat();
             let at = bytes.windows(8).rposition(|eight| eight == lengths).unwrap();
             bytes[at..at + 4].fill(0);
@@ -330,7 +330,7 @@ mod tests {
             let keys = GeoKeys::read(&mut decoder);
             assert_eq!(keys.height_unit(), Ok(None), "{crs}");
             assert_eq!(keys.epsg(), epsg, "{crs}");
-            // GDAL reads a text only where the model is one that the user defines, 32767.
+            // GDAL reads a text only where the model is user-defined, 32767.
             let is_text = texts.starts_with(geo_keys::ESRI_TEXT);
             assert_eq!(keys.get(key::MODEL_TYPE), Some(if is_text { 32767 } else { 1 }), "{crs}");
             texts
@@ -410,7 +410,7 @@ mod tests {
         let back = parse(&encode(&raster).unwrap()).unwrap().reference;
         assert!(own.iter().all(|key| back.geo_keys.contains(key)), "{:?}", back.geo_keys);
         assert_eq!(back.crs.as_deref(), Some("Albers"));
-        // What reads no more than the system finds the same projection.
+        // Reading the system alone finds the same projection.
         let (number, text) = read_reference_system(Cursor::new(encode(&raster).unwrap())).unwrap();
         let text = text.unwrap();
         assert!(number.is_none() && text.contains(r#"PROJECTION["Albers_Conic_Equal_Area"]"#), "{text}");

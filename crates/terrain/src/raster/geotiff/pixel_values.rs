@@ -1,4 +1,4 @@
-//! Numbers of the image of a TIFF.
+//! Pixel values of a TIFF.
 
 use std::io::Cursor;
 
@@ -8,8 +8,8 @@ use tiff::tags::Tag;
 
 use crate::raster::geotiff::{TiffDecoder, tiff_error, validity_mask};
 
-/// The numbers of the image, those of classes with a palette of colours too, from north to south. Tiles and strips that were not written
-/// hold `missing` throughout, as GDAL has it.
+/// Pixel values of the image, from north to south, including class numbers with a colour palette. Tiles and strips that were not written
+/// have the value `missing`, as in GDAL.
 pub(super) fn pixel_values(
     bytes: &[u8],
     mut decoder: TiffDecoder<'_>,
@@ -48,7 +48,7 @@ fn image_values(decoder: &mut TiffDecoder<'_>, missing: f64) -> Result<Vec<f64>,
     }
 }
 
-/// The numbers of the tiles or strips that have bytes, and `missing` in the others.
+/// Values of the tiles or strips that have bytes, and `missing` in the others.
 fn chunk_values(decoder: &mut TiffDecoder<'_>, lengths: &[u64], missing: f64) -> Result<Vec<f64>, String> {
     let (columns, rows) = decoder.dimensions().map_err(tiff_error)?;
     let (width, height) = decoder.chunk_dimensions();

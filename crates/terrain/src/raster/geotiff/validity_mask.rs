@@ -1,4 +1,4 @@
-//! Masks of validity in a TIFF, and what its reader does not decode: masks and palettes.
+//! Validity masks in a TIFF, and conversion of masks and palettes, which the TIFF library does not decode.
 
 use std::io::Cursor;
 
@@ -8,15 +8,15 @@ use tiff::tags::{ByteOrder, Tag};
 
 use crate::raster::geotiff::{TiffDecoder, tiff_error};
 
-/// Number of the tag for what a value means, and two meanings.
+/// Tag of the photometric interpretation, and two of its values.
 const PHOTOMETRIC: u16 = 262;
 const BLACK_IS_ZERO: u8 = 1;
 pub(super) const PALETTE: u32 = 3;
-/// Bit of `NewSubfileType` that a mask has, and that of a smaller copy of an image.
+/// Bits of `NewSubfileType` that mark a mask and a reduced copy of an image.
 const IS_MASK: u32 = 4;
 const IS_REDUCED: u32 = 1;
 
-/// The bytes of a TIFF whose current image counts as plain numbers, whatever its colours mean.
+/// Bytes of a TIFF whose current image has plain numbers instead of a colour palette.
 pub(super) fn without_palette(bytes: &[u8], decoder: &mut TiffDecoder<'_>) -> Option<Vec<u8>> {
     let at = usize::try_from(decoder.ifd_pointer()?.0).ok()?;
     let is_little = decoder.byte_order() == ByteOrder::LittleEndian;
@@ -25,7 +25,7 @@ pub(super) fn without_palette(bytes: &[u8], decoder: &mut TiffDecoder<'_>) -> Op
         Some(if is_little { u16::from_le_bytes(two) } else { u16::from_be_bytes(two) })
     };
     let is_big = short(2)? == 43;
-    // The count of entries has two bytes or eight, an entry twelve or twenty, its value stands four or eight before its end.
+    // The count of entries has two or eight bytes, an entry twelve or twenty; its value begins four or eight bytes before its end.
     let (first, entry, value) = if is_big { (8, 20, 12) } else { (2, 12, 8) };
     let count = usize::from(short(if is_big && !is_little { at + 6 } else { at })?);
     let found = (0..count).map(|k| at + first + k * entry).find(|at| short(*at) == Some(PHOTOMETRIC))?;
@@ -35,7 +35,7 @@ pub(super) fn without_palette(bytes: &[u8], decoder: &mut TiffDecoder<'_>) -> Op
     Some(changed)
 }
 
-/// Whether each pixel is valid by the mask in the file, from north to south; `None` without one.
+/// Whether each pixel is valid by the mask in the file, from north to south; `None` without a mask.
 pub(super) fn embedded_mask(bytes: &[u8], size: (u32, u32)) -> Result<Option<Vec<bool>>, String> {
     let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(tiff_error)?;
     let mut number = 0;
@@ -50,7 +50,7 @@ pub(super) fn embedded_mask(bytes: &[u8], size: (u32, u32)) -> Result<Option<Vec
     Ok(None)
 }
 
-/// Whether each pixel is valid by a file that is a mask as a whole.
+/// Whether each pixel is valid by a mask file.
 pub(super) fn mask_file(bytes: &[u8], size: (u32, u32)) -> Result<Vec<bool>, String> {
     let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(tiff_error)?;
     let found = decoder.dimensions().map_err(tiff_error)?;
