@@ -9,7 +9,7 @@
 //!
 //! let mut neighbours = NeighbourList::new();
 //! neighbours.build(&positions, 0.051)?;
-//! let most = (0..positions.len()).map(|i| neighbours.of(i).len()).max();
+//! let most = (0..positions.len()).map(|i| neighbours.neighbours(i).len()).max();
 //! assert_eq!(most, Some(4), "left, right, above, below");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

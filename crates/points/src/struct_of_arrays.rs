@@ -4,7 +4,7 @@
 //! does not use stays empty; every operation leaves it so.
 //!
 //! ```
-//! use colluvium_points::{Spare, struct_of_arrays};
+//! use colluvium_points::{ScratchBuffers, struct_of_arrays};
 //!
 //! struct_of_arrays! {
 //!     /// Grains.
@@ -19,7 +19,7 @@
 //! }
 //!
 //! let mut grains = Grains::<2> { id: vec![7, 8, 9], position: vec![[0.0; 2], [1.0; 2], [2.0; 2]], ..Grains::default() };
-//! grains.reorder(&[2, 0], &mut Spare::default());
+//! grains.reorder(&[2, 0], &mut ScratchBuffers::default());
 //! assert_eq!((grains.id.as_slice(), grains.spin.len()), ([9, 7].as_slice(), 0));
 //!
 //! let mut bytes = Vec::new();

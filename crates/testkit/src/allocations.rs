@@ -11,10 +11,10 @@ static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
 /// The system's allocator, counting. A test that counts makes it its own:
 ///
 /// ```
-/// use colluvium_testkit::{Counting, allocations_during};
+/// use colluvium_testkit::{CountingAllocator, allocations_during};
 ///
 /// #[global_allocator]
-/// static ALLOCATOR: Counting = Counting;
+/// static ALLOCATOR: CountingAllocator = CountingAllocator;
 ///
 /// assert_eq!(allocations_during(|| drop(Box::new(7))), 1);
 /// assert_eq!(allocations_during(|| ()), 0);

@@ -2,15 +2,15 @@
 //!
 //! ```
 //! use colluvium_points::NeighbourList;
-//! use colluvium_sph::kernel::{Kernel, Smoothing};
-//! use colluvium_sph::operators::{Cloud, Gradient, test_lattice};
+//! use colluvium_sph::pairs::kernel::{Kernel, Smoothing};
+//! use colluvium_sph::pairs::operators::{ParticleCloud, Gradient, test_lattice};
 //!
 //! let lattice = test_lattice::<2>(10, 3, 0.2);
 //! let smoothing = Smoothing::new(Kernel::CubicSpline, 1.3 * lattice.spacing)?;
 //! let mut neighbours = NeighbourList::new();
 //! neighbours.build(&lattice.positions, smoothing.radius())?;
 //! let volume = vec![lattice.spacing.powi(2); lattice.positions.len()];
-//! let cloud = Cloud::new(&lattice.positions, &volume, &neighbours, &smoothing);
+//! let cloud = ParticleCloud::new(&lattice.positions, &volume, &neighbours, &smoothing);
 //!
 //! let field: Vec<f64> = lattice.positions.iter().map(|x| 3.0 * x[0] - x[1]).collect();
 //! let slope = cloud.gradient(Gradient::Corrected, &field, lattice.inner[7]);
@@ -116,8 +116,8 @@ impl<'a, const D: usize> ParticleCloud<'a, D> {
     ///
     /// ```
     /// use colluvium_points::NeighbourList;
-    /// use colluvium_sph::kernel::{Kernel, Smoothing};
-    /// use colluvium_sph::operators::{Cloud, test_lattice};
+    /// use colluvium_sph::pairs::kernel::{Kernel, Smoothing};
+    /// use colluvium_sph::pairs::operators::{ParticleCloud, test_lattice};
     ///
     /// let lattice = test_lattice::<2>(9, 20, 0.0);
     /// let (x, centre) = (&lattice.positions, lattice.inner[40]);
@@ -133,7 +133,7 @@ impl<'a, const D: usize> ParticleCloud<'a, D> {
     /// neighbours.build(x, smoothing.radius())?;
     /// let volume = vec![lattice.spacing.powi(2); x.len()];
     /// let density = vec![1000.0; x.len()];
-    /// let summed = Cloud::new(x, &volume, &neighbours, &smoothing).interpolate(&density, centre);
+    /// let summed = ParticleCloud::new(x, &volume, &neighbours, &smoothing).interpolate(&density, centre);
     /// assert!((summed - 1000.0).abs() < 1.0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
