@@ -234,7 +234,7 @@ mod tests {
             ("a.rs", "fn f() -> crate::b::B { todo!() }"),
             ("b/mod.rs", "use crate::Deep;"),
             ("c/mod.rs", "mod inner;"),
-            ("c/inner.rs", "use crate::tidy::a::A;"),
+            ("c/inner.rs", "use crate::a::A;"),
         ];
         assert_eq!(
             found(&files),

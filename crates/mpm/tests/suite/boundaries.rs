@@ -116,7 +116,7 @@ fn a_load_that_varies_along_its_side_has_the_resultants_of_its_profile() {
         on_nodes.map(|(load, exact)| (with_keys(load.clone(), &json!({ "applied_to": "nodes" })), *exact));
     for (load, exact) in table.iter().cloned().chain(on_nodes) {
         for options in
-            grids.iter().filter(|options| load.get("carrier").is_none() || options["shape"] != "quadratic")
+            grids.iter().filter(|options| load.get("applied_to").is_none() || options["shape"] != "quadratic")
         {
             let found = resultants(&case(json!({ "loads": [load], "methods": { "mpm": options } })));
             for c in 0..2 {
