@@ -10,7 +10,6 @@
 //! at run time by a [`ShapeFunctionKind`]. [`NodeWalls`] imposes the boundary conditions on the nodes.
 
 mod boundary;
-mod domain;
 mod grid;
 mod layout;
 mod mesh;
@@ -27,16 +26,16 @@ pub use crate::shape_functions::basis::{
 };
 pub use crate::shape_functions::basis_1d::{Basis1d, BasisValues1d};
 pub use crate::shape_functions::cpdi_basis::CpdiBasis;
-pub use crate::shape_functions::node_support::{NodeList, NodeSupport};
-pub use crate::shape_functions::reference_basis::ReferenceStencil;
-pub use crate::shape_functions::shape_function_kind::ShapeFunctionKind;
-pub use crate::shape_functions::stencil::Stencil;
-pub use crate::transfers::{AffineFields, NodeRange, P2gInput, P2gPhaseInput, PointSlice, Transfers};
-pub use domain::{
+pub use crate::shape_functions::domain::{
     ConvectedDomain, ConvectedQuadrilateral, DomainSlice, Domains, DomainsMut, ElementDomain, FixedDomain,
     GridView, PointDomain, ReferenceDomain, RightStretchDiagonal, RightStretchDomain, SquareMatrix,
     StretchingDomain,
 };
+pub use crate::shape_functions::node_support::{NodeList, NodeSupport};
+pub use crate::shape_functions::reference_basis::ReferenceStencil;
+pub use crate::shape_functions::stencil::Stencil;
+pub use crate::transfers::shape_function_kind::ShapeFunctionKind;
+pub use crate::transfers::{AffineFields, NodeRange, P2gInput, P2gPhaseInput, PointSlice, Transfers};
 pub use grid::{Grid, GridError};
 pub use layout::{Layout, sort_by_cell};
 pub use mesh::{Element, Mesh, MeshError, SimplexBasis};

@@ -9,6 +9,7 @@
 //! Stress is tension-positive; in the plane masses, forces and energies are per metre of thickness. [`SnowMpm`] is the way in:
 //! it turns a [`Case`] into a [`Solver`].
 
+pub(crate) mod background_grid;
 mod boundary;
 mod checkpoint;
 mod config;

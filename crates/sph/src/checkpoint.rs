@@ -15,10 +15,10 @@ use crate::boundary::walls::{ObstacleEnergies, flat_walls};
 use crate::clock::Clock;
 use crate::config::TimeIntegration;
 use crate::momentum::confining_pressure::is_confined;
-use crate::momentum::rates::ReactionSum;
 use crate::neighbours::verlet_lists::ListedPositions;
 use crate::points::particles::ParticleGroup;
 use crate::points::rigid_body::RigidBody;
+use crate::rates::ReactionSum;
 use crate::solver::{EquilibriumTerms, SphSolver};
 
 /// Version of the checkpoint format.

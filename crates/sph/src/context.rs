@@ -6,7 +6,7 @@ use colluvium_case::Case;
 
 use crate::SphOptions;
 use crate::clock::Clock;
-use crate::pairs::kernel::Smoothing;
+use crate::kernel::Smoothing;
 
 /// Leading components of a vector of the case.
 pub fn leading_components<const D: usize>(values: &[f64]) -> [f64; D] {

@@ -8,10 +8,10 @@ use crate::boundary::walls::ObstacleFaces;
 use crate::clock::STEPS_PER_TIME_STEP;
 use crate::config::SoundSpeed;
 use crate::context::SolverContext;
-use crate::momentum::rates::Rates;
 use crate::pairs::ShortRangeRepulsion;
 use crate::points::particles::{Bodies, Particles};
 use crate::points::vector_algebra::square;
+use crate::rates::Rates;
 
 /// Stability limit of the undamped leapfrog, in times `h / c` (sheet: sph §3.4, §7).
 const STABLE: f64 = 1.8;

@@ -6,7 +6,7 @@
 pub(crate) mod basis;
 pub(crate) mod basis_1d;
 pub(crate) mod cpdi_basis;
+pub(crate) mod domain;
 pub(crate) mod node_support;
 pub(crate) mod reference_basis;
-pub(crate) mod shape_function_kind;
 pub(crate) mod stencil;

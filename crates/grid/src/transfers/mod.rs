@@ -9,11 +9,12 @@
 //! [`Transfers::p2g_values`] and [`Transfers::g2p_values`].
 
 mod compiled;
+pub(crate) mod shape_function_kind;
 
 use std::fmt;
 use std::ops::Range;
 
-use crate::domain::{DomainSlice, Domains, GridView, SquareMatrix};
+use crate::shape_functions::domain::{DomainSlice, Domains, GridView, SquareMatrix};
 use crate::{Basis1d, InterpolatedMotion, NodalState, Vector4};
 
 pub(crate) use crate::transfers::compiled::CompiledTransfers;

@@ -6,7 +6,7 @@ use colluvium_case::description::{Boundary, Wall as CaseWall};
 use colluvium_case::{Case, spatial};
 use colluvium_grid::{NodeFaces, NodeWall, NodeWalls, WallKind};
 
-use crate::transfer::background_grid::BackgroundGrid;
+use crate::background_grid::BackgroundGrid;
 
 /// A half-space with its face normal to an axis.
 struct WallHalfSpace {

@@ -6,8 +6,8 @@ use colluvium_grid::{Layout, NodalState, NodeWalls, Vector4};
 use colluvium_points::surface::cross;
 use serde::{Deserialize, Serialize};
 
+use crate::background_grid::BackgroundGrid;
 use crate::obstacles::node_obstacles::MAX_RECORDED;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// What the nodes of a step add up to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

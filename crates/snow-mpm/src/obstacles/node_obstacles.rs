@@ -7,7 +7,7 @@ use colluvium_case::{
 };
 use colluvium_grid::{NodeFace, NodeFaces};
 
-use crate::transfer::background_grid::BackgroundGrid;
+use crate::background_grid::BackgroundGrid;
 
 /// Obstacles whose reactions are added up, at most.
 pub const MAX_RECORDED: usize = 8;

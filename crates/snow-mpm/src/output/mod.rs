@@ -4,4 +4,3 @@
 
 pub(crate) mod energy_balance;
 pub(crate) mod hazard_rasters;
-pub(crate) mod report;

@@ -10,8 +10,8 @@ use colluvium_grid::{
 };
 use colluvium_points::{ScratchBuffers, struct_of_arrays};
 
+use crate::background_grid::BackgroundGrid;
 use crate::step_bound::StepBound;
-use crate::transfer::background_grid::BackgroundGrid;
 
 struct_of_arrays! {
     /// What a point is.

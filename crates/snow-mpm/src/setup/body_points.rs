@@ -5,10 +5,10 @@ use colluvium_case::{Case, CaseError, PointList, spatial};
 use colluvium_grid::SquareMatrix;
 use colluvium_points::Sample;
 
+use crate::background_grid::BackgroundGrid;
 use crate::config::{SnowOptions, SnowTransfer};
 use crate::points::bodies::{BodyPoints, PointColumns, point_slice};
 use crate::setup::option_error;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Beyond this many points the ids no longer fit.
 const MAX_POINTS: usize = u32::MAX as usize;

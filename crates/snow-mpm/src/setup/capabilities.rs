@@ -6,7 +6,7 @@ use colluvium_constitutive::MaterialSpec;
 use colluvium_points::Shape;
 
 use crate::config::{NAME, SnowOptions};
-use crate::setup::saw_test;
+use crate::solver::saw_test;
 
 const ADHESION: &str = "snow-mpm knows no area of the nodes that an obstacle holds: leave it out";
 

@@ -3,7 +3,6 @@
 mod body_points;
 mod capabilities;
 pub(crate) mod manufactured;
-pub(crate) mod saw_test;
 
 use std::sync::Arc;
 
@@ -15,13 +14,13 @@ use colluvium_grid::{NodalState, Transfers};
 
 pub(crate) use crate::setup::capabilities::capabilities;
 
+use crate::background_grid::{BackgroundGrid, shape_function_kind};
 use crate::config::{NAME, SnowOptions};
 use crate::momentum::{GridNodes, MomentumTerms};
 use crate::obstacles::node_obstacles::NodeObstacles;
 use crate::output::energy_balance::EnergyBalance;
 use crate::output::hazard_rasters::HazardRasters;
 use crate::points::bodies::{Bodies, BodyPoints};
-use crate::transfer::background_grid::{BackgroundGrid, shape_function_kind};
 
 use crate::boundary::walls::BoundaryConditions;
 use crate::solver::{Clock, RestChecks, SnowSolver};
@@ -166,7 +165,7 @@ fn solver<const D: usize>(
     let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
     let corners = [corner(&case.domain.min), corner(&case.domain.max)];
     capabilities::check_layer_thickness(case, options)?;
-    saw_test::check_saw_tests(case)?;
+    crate::solver::saw_test::check_saw_tests(case)?;
     let background = BackgroundGrid::new(corners, options.cell_size, sweeps)
         .map_err(|error| option_error("cell_size", error.to_string()))?;
     let background = periodic_background(case, background)?;

@@ -1,12 +1,15 @@
 //! The solver: its owners and one step.
 
 mod removal_shapes;
+pub(crate) mod report;
 mod rest_checks;
+pub(crate) mod saw_test;
 
 use std::sync::Arc;
 
 use colluvium_case::{Case, Manufactured, SolverError, TimeStep, spatial};
 
+use crate::background_grid::BackgroundGrid;
 use crate::boundary::walls::BoundaryConditions;
 use crate::config::SnowOptions;
 use crate::critical_step::{StepCoefficients, time_step};
@@ -15,7 +18,6 @@ use crate::obstacles::node_obstacles::NodeObstacles;
 use crate::output::energy_balance::{EnergyBalance, StoredEnergies};
 use crate::output::hazard_rasters::HazardRasters;
 use crate::points::bodies::{Bodies, PointFailure};
-use crate::transfer::background_grid::BackgroundGrid;
 use crate::transfer::{PointUpdater, p2g};
 
 pub(crate) use crate::solver::rest_checks::RestChecks;

@@ -5,8 +5,8 @@ use colluvium_case::{SolverError, spatial};
 
 use crate::points::bodies::{BodyPoints, PointFailure};
 use crate::points::vectors::square;
-use crate::setup::saw_test::{sawn_layer, strength_of_weak_layer};
 use crate::solver::SnowSolver;
+use crate::solver::saw_test::{sawn_layer, strength_of_weak_layer};
 
 /// Share of its strength that a point may have lost by round-off.
 const YIELD_TOLERANCE: f64 = 1e-9;

@@ -1,7 +1,5 @@
 //! The transfers between points and grid, and what happens at the points in between (sheet: snow-mpm §3.5).
 
-pub(crate) mod background_grid;
-
 use colluvium_case::{Manufactured, spatial};
 use colluvium_constitutive::{BLOCK_SIZE, Material, MotionBlock, StateBlock, SymTensor};
 use colluvium_grid::{
@@ -9,6 +7,7 @@ use colluvium_grid::{
 };
 use rayon::prelude::*;
 
+use crate::background_grid::BackgroundGrid;
 use crate::boundary::walls::BoundaryConditions;
 use crate::config::{DeformationUpdate, SnowTransfer};
 use crate::critical_step::StepCoefficients;
@@ -17,7 +16,6 @@ use crate::points::bodies::{Bodies, BodyPoints, PointColumns, PointFailure, poin
 use crate::points::vectors::vector4;
 use crate::step_bound::StepBound;
 use crate::stress::step_motion::{StressWork, find_motions};
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Blocks that one thread takes at once, at least.
 const BLOCKS_PER_TASK: usize = 4;

@@ -9,7 +9,7 @@ use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::config::WallStress;
 use crate::context::SolverContext;
-use crate::pairs::simd_pairs::set_velocity;
+use crate::points::packed_particles::set_velocity;
 use crate::points::particles::{Bodies, Particles};
 use crate::points::vector_algebra::{geostatic_stress, separation, with_scaled_shear};
 

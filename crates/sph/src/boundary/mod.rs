@@ -8,5 +8,4 @@ pub(crate) mod extrapolated_walls;
 pub(crate) mod flat_wall;
 pub(crate) mod flat_walls;
 pub(crate) mod image_particle;
-pub(crate) mod wall_mirror;
 pub(crate) mod walls;

@@ -16,7 +16,7 @@ pub use choices::{
     Symmetrisation, Tensile, TimeIntegration, VelocityGradientOperator, WallStress, WallVelocity,
 };
 
-use crate::pairs::kernel::Kernel;
+use crate::kernel::Kernel;
 
 /// Largest shift of a particle, in spacings (sheet: sph §2.12).
 pub(crate) const MAX_SHIFT: f64 = 0.1;

@@ -7,12 +7,12 @@ use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::config::ConfinedParticles;
 use crate::context::SolverContext;
-use crate::momentum::rates::Rates;
+use crate::kernel::Smoothing;
 use crate::neighbours::verlet_lists::VerletLists;
 use crate::pairs::PairContext;
-use crate::pairs::kernel::Smoothing;
 use crate::points::particles::{Bodies, Derivatives, MIN_PARTICLES_PER_TASK};
 use crate::points::vector_algebra::{separation, square};
+use crate::rates::Rates;
 
 /// Largest `Σ_{j≠i} V_j W` of a surface particle, in 1, 2 and 3 dimensions (BN 129; in 1D by
 /// the sheet's rule: between the first layer and the rest).
@@ -127,7 +127,7 @@ pub(crate) fn apply_confining_pressure<const D: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pairs::kernel::Kernel;
+    use crate::kernel::Kernel;
 
     fn told_apart<const D: usize>(kernel: Kernel, ratio: f64) -> bool {
         surface_detection_problem(&Smoothing::<D>::new(kernel, ratio).unwrap(), 1.0).is_none()

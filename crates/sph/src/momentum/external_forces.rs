@@ -1,17 +1,17 @@
-//! Forces of loads on particles, follower loads and reactions of obstacles ([`loads`](crate::momentum::body_loads)).
+//! Forces of loads on particles, follower loads and reactions of obstacles ([`loads`](crate::points::body_loads)).
 
 use colluvium_case::loads::load_vectors::{cofactor, nanson};
 
 use crate::boundary::walls::{ObstacleEnergies, Walls};
 use crate::clock::Clock;
 use crate::context::SolverContext;
-use crate::momentum::body_loads::BodyLoads;
-use crate::momentum::rates::{Rates, ReactionSample, ReactionSum};
+use crate::kernel::Smoothing;
 use crate::neighbours::verlet_lists::VerletLists;
 use crate::pairs::PairSums;
-use crate::pairs::kernel::Smoothing;
+use crate::points::body_loads::BodyLoads;
 use crate::points::particles::{Bodies, ParticleGroup, Particles, SquareMatrix};
 use crate::points::vector_algebra::{dot, separation};
+use crate::rates::{Rates, ReactionSample, ReactionSum};
 
 /// Adds the loads at the end of a step of `dt` (s) to the accelerations.
 pub fn apply_loads<const D: usize>(

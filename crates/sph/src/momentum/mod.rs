@@ -2,10 +2,8 @@
 //!
 //! The module reads stresses and writes accelerations (sheet: sph §2.4).
 
-pub(crate) mod body_loads;
 pub(crate) mod confining_pressure;
 pub(crate) mod external_forces;
 pub(crate) mod rate_sums;
-pub(crate) mod rates;
 pub(crate) mod rigid_motion;
 pub(crate) mod shifting;

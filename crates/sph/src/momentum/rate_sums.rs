@@ -10,10 +10,10 @@ use crate::config::SmoothingLength;
 use crate::context::SolverContext;
 use crate::momentum::confining_pressure::apply_confining_pressure;
 use crate::momentum::external_forces::{apply_loads, record_reactions};
-use crate::momentum::rates::Rates;
 use crate::neighbours::verlet_lists::VerletLists;
 use crate::pairs::{PairContext, PairSums, for_each_particle};
 use crate::points::particles::{Bodies, Derivatives};
+use crate::rates::Rates;
 
 /// Computes the accelerations, gravity and local damping of the stage included; keeps the weights of the pairs.
 pub fn accelerate<const D: usize>(

@@ -6,11 +6,11 @@ use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::config::ShiftingSpeed;
 use crate::context::SolverContext;
-use crate::momentum::rates::Rates;
 use crate::neighbours::verlet_lists::VerletLists;
 use crate::pairs::{PairContext, Shift};
 use crate::points::particles::{Bodies, ParticleGroup};
 use crate::points::vector_algebra::square;
+use crate::rates::Rates;
 
 /// Share of the trace of a full moment below which a particle lies at a free surface (sheet: sph §2.13 h: 1.5 of 2 and
 /// 2.4 of 3).

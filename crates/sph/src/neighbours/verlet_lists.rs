@@ -8,9 +8,9 @@ use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::config::WallStress;
 use crate::context::SolverContext;
-use crate::momentum::rates::Rates;
 use crate::points::particles::{Bodies, MIN_PARTICLES_PER_TASK, Particles};
 use crate::points::vector_algebra::square;
+use crate::rates::Rates;
 
 /// Least number of steps between two sorts by cell.
 const STEPS_PER_SORT: u64 = 100;

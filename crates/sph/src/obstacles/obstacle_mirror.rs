@@ -2,11 +2,11 @@
 
 use colluvium_constitutive::SymTensor;
 
-use crate::boundary::wall_mirror::{MAX_MIRROR_FACTOR, MirrorState, STICK_RATIO, SlipFriction};
 use crate::boundary::walls::{DummySite, ObstacleFace, WallContact, dummy_sites};
 use crate::config::WallVelocity;
 use crate::obstacles::smooth_body_mirror::reflected_stress;
 use crate::pairs::operators::GradientMoment;
+use crate::pairs::wall_mirror::{MAX_MIRROR_FACTOR, MirrorState, STICK_RATIO, SlipFriction};
 use crate::pairs::{MomentumForm, PairSums};
 use crate::points::particles::SquareMatrix;
 use crate::points::vector_algebra::dot;

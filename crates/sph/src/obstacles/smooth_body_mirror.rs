@@ -9,8 +9,8 @@ use std::ops::Range;
 
 use colluvium_constitutive::SymTensor;
 
-use crate::boundary::wall_mirror::MirrorState;
 use crate::pairs::operators::GradientMoment;
+use crate::pairs::wall_mirror::MirrorState;
 use crate::pairs::{MomentumForm, PairContext, PairSums};
 use crate::points::particles::SquareMatrix;
 use crate::points::vector_algebra::separation;

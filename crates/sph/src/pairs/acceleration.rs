@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use super::{PairSums, SOFTENING};
 use crate::config::MomentumEquation;
-use crate::pairs::simd_pairs;
-use crate::pairs::simd_pairs::{Lanes, PackedKinematics, PackedState};
+use crate::points::packed_particles;
+use crate::points::packed_particles::{Lanes, PackedKinematics, PackedState};
 
 /// Factors of the pair stresses in the momentum equation.
 #[derive(Clone, Copy)]
@@ -38,8 +38,10 @@ impl<const D: usize> PairSums<'_, D> {
         let records = &self.shown.records;
         let regular = self.first_mirrored(row);
         let own_record = [&records[i]; 4];
-        let (own, mine) =
-            (simd_pairs::packed_kinematics::<D>(own_record), simd_pairs::packed_state::<D>(own_record));
+        let (own, mine) = (
+            packed_particles::packed_kinematics::<D>(own_record),
+            packed_particles::packed_state::<D>(own_record),
+        );
         let form = MomentumForm::of_equation(self.options.momentum);
         let viscous = self.options.viscosity_linear > 0.0 || self.options.viscosity_quadratic > 0.0;
         let variable = self.options.is_variable();
@@ -50,17 +52,17 @@ impl<const D: usize> PairSums<'_, D> {
         let thinness = Lanes::splat(1.0) / own.density;
         let mut sum = [Lanes::splat(0.0); D];
         let (reach, mut push) = (self.short_range_repulsion.map_or(0.0, |close| close.square), [0.0; D]);
-        simd_pairs::for_each_four(&row[..regular], i, |start, four, count| {
+        packed_particles::for_each_four(&row[..regular], i, |start, four, count| {
             let near = four.map(|j| &records[j]);
             let (other, more) =
-                (simd_pairs::packed_kinematics::<D>(near), simd_pairs::packed_state::<D>(near));
+                (packed_particles::packed_kinematics::<D>(near), packed_particles::packed_state::<D>(near));
             let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
-            let square = simd_pairs::dot(&apart, &apart);
+            let square = packed_particles::dot(&apart, &apart);
             let mut weight = if variable {
-                simd_pairs::load_four(weights, start, count)
+                packed_particles::load_four(weights, start, count)
             } else {
                 let weight = self.smoothing.weights(square);
-                simd_pairs::store_four(weights, start, count, weight);
+                packed_particles::store_four(weights, start, count, weight);
                 weight
             };
             let mass = other.volume * other.density;
@@ -68,14 +70,14 @@ impl<const D: usize> PairSums<'_, D> {
                 let others = self.weights_of_others(four, square);
                 let flux = std::array::from_fn(|c| mine.stress[c] * weight + more.stress[c] * others);
                 weight = (weight + others) * 0.5;
-                simd_pairs::product::<D>(&flux, &apart).map(|c| c * mass)
+                packed_particles::product::<D>(&flux, &apart).map(|c| c * mass)
             } else {
                 let flux = std::array::from_fn(|c| mine.stress[c] * form.own_factor + more.stress[c]);
                 let scale = weight * if form.divides_by_both { other.volume * thinness } else { mass };
-                simd_pairs::product::<D>(&flux, &apart).map(|c| c * scale)
+                packed_particles::product::<D>(&flux, &apart).map(|c| c * scale)
             };
             if let Some(repelled) = self.repulsion_stress(i, four, square) {
-                let extra = simd_pairs::product::<D>(&repelled, &apart);
+                let extra = packed_particles::product::<D>(&repelled, &apart);
                 (0..D).for_each(|c| pull[c] += extra[c] * (weight * mass));
             }
             if viscous {
@@ -90,7 +92,7 @@ impl<const D: usize> PairSums<'_, D> {
                 self.add_repulsion(i, (close, four), (&apart, square), &mut push);
             }
         });
-        let mut sum = sum.map(simd_pairs::sum);
+        let mut sum = sum.map(packed_particles::sum);
         (0..D).for_each(|c| sum[c] += push[c]);
         self.other_accelerations(i, (row, &*weights), form, &mut sum, by_obstacles);
         sum
@@ -187,7 +189,7 @@ impl<const D: usize> PairSums<'_, D> {
         square: Lanes,
     ) -> Lanes {
         let relative: [Lanes; D] = std::array::from_fn(|c| other.v[c] - own.v[c]);
-        let closing = simd_pairs::dot(&relative, apart).fast_min(Lanes::splat(0.0));
+        let closing = packed_particles::dot(&relative, apart).fast_min(Lanes::splat(0.0));
         let h = (mine.length + more.length) * 0.5;
         let softened = square + h * h * SOFTENING;
         let (sound, density) = (mine.sound + more.sound, own.density + other.density);

@@ -7,12 +7,12 @@
 mod acceleration;
 pub(crate) mod corrected_momentum;
 pub(crate) mod diffusion;
-pub mod kernel;
 pub mod operators;
 pub(crate) mod pair_data;
 pub(crate) mod short_range_repulsion;
-pub(crate) mod simd_pairs;
+pub(crate) mod tensile_instability;
 pub(crate) mod velocity_gradient;
+pub(crate) mod wall_mirror;
 
 use std::ops::Deref;
 
@@ -26,12 +26,12 @@ pub use acceleration::MomentumForm;
 
 use crate::config::{MomentumEquation, SphOptions, Symmetrisation};
 use crate::context::SolverContext;
-use crate::pairs::kernel::Smoothing;
+use crate::kernel::Smoothing;
 use crate::points::particles::{Bodies, PairData, ParticleGroup, Particles, SquareMatrix};
 use crate::points::vector_algebra::separation;
 
 use crate::boundary::walls::Walls;
-use crate::pairs::simd_pairs::Lanes;
+use crate::points::packed_particles::Lanes;
 
 /// Softening of the viscosity for coincident particles (sheet: sph §2.8).
 pub const SOFTENING: f64 = 0.01;
@@ -264,12 +264,12 @@ impl<'a, const D: usize> PairSums<'a, D> {
             return;
         }
         let records = &self.shown.records;
-        let own = simd_pairs::packed_kinematics::<D>([&records[i]; 4]);
-        simd_pairs::for_each_four(&row[..regular], i, |start, four, count| {
-            let other = simd_pairs::packed_kinematics::<D>(four.map(|j| &records[j]));
+        let own = crate::points::packed_particles::packed_kinematics::<D>([&records[i]; 4]);
+        crate::points::packed_particles::for_each_four(&row[..regular], i, |start, four, count| {
+            let other = crate::points::packed_particles::packed_kinematics::<D>(four.map(|j| &records[j]));
             let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
-            let weight = self.smoothing.weights(simd_pairs::dot(&apart, &apart));
-            simd_pairs::store_four(weights, start, count, weight);
+            let weight = self.smoothing.weights(crate::points::packed_particles::dot(&apart, &apart));
+            crate::points::packed_particles::store_four(weights, start, count, weight);
         });
     }
 

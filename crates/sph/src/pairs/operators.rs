@@ -22,7 +22,7 @@ use colluvium_points::NeighbourList;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::pairs::kernel::Smoothing;
+use crate::kernel::Smoothing;
 
 /// Least determinant over that of an isotropic moment of the same trace; below it a particle has too few
 /// neighbours for a correction (sheet: sph §2.3).

@@ -9,9 +9,9 @@ use crate::config::{ContinuityEquation, MomentumEquation, Symmetrisation, Tensil
 use crate::context::SolverContext;
 use crate::neighbours::verlet_lists::VerletLists;
 use crate::pairs::PairContext;
-use crate::pairs::simd_pairs::clear_volume;
+use crate::pairs::tensile_instability::artificial_stress;
+use crate::points::packed_particles::clear_volume;
 use crate::points::particles::{Bodies, MIN_PARTICLES_PER_TASK, PairData, Particles};
-use crate::stress::tensile_instability::artificial_stress;
 
 /// Updates the pair data of every particle, walls and images included; step 3.
 pub fn update_pair_data<const D: usize>(
@@ -135,5 +135,5 @@ pub fn update_pair_velocities<const D: usize>(bodies: &mut Bodies<D>) {
     let p: &Particles<D> = &bodies.particles;
     let all = bodies.pair_data.records[..p.len()].par_iter_mut().zip(&p.velocity);
     all.with_min_len(MIN_PARTICLES_PER_TASK)
-        .for_each(|(record, v)| crate::pairs::simd_pairs::set_velocity(record, v));
+        .for_each(|(record, v)| crate::points::packed_particles::set_velocity(record, v));
 }

@@ -14,7 +14,7 @@ use crate::boundary::walls::{ImageParticle, WallContact, Walls};
 use crate::config::LagrangianFormulation;
 use crate::context::SolverContext;
 use crate::pairs::PairSums;
-use crate::pairs::simd_pairs::Lanes;
+use crate::points::packed_particles::Lanes;
 use crate::points::particles::{Bodies, ParticleGroup};
 use crate::points::vector_algebra::separation;
 

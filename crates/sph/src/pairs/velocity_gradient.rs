@@ -2,13 +2,13 @@
 
 use crate::config::{ContinuityEquation, VelocityGradientOperator};
 use crate::pairs::operators::{GradientMoment, product};
-use crate::pairs::simd_pairs;
-use crate::pairs::simd_pairs::Lanes;
 use crate::pairs::{PairSums, VelocityGradient};
+use crate::points::packed_particles;
+use crate::points::packed_particles::Lanes;
 use crate::points::particles::SquareMatrix;
 
 fn sum_lanes<const D: usize>(sums: &[[Lanes; D]; D]) -> SquareMatrix<D> {
-    sums.map(|row| row.map(simd_pairs::sum))
+    sums.map(|row| row.map(packed_particles::sum))
 }
 
 /// Symmetric matrix from its upper half.
@@ -81,7 +81,7 @@ impl<const D: usize> PairSums<'_, D> {
     ) -> VelocityGradient<D> {
         let records = &self.shown.records;
         let regular = self.first_mirrored(row);
-        let own = simd_pairs::packed_kinematics::<D>([&records[i]; 4]);
+        let own = packed_particles::packed_kinematics::<D>([&records[i]; 4]);
         let operator = self.options.gradient_operator();
         let by_mass = operator == VelocityGradientOperator::DensityDifference;
         let corrected = operator == VelocityGradientOperator::Corrected;
@@ -96,8 +96,8 @@ impl<const D: usize> PairSums<'_, D> {
         let mut gradient = [[Lanes::splat(0.0); D]; D];
         let (mut moment, mut neighbours) = ([[Lanes::splat(0.0); D]; D], Lanes::splat(0.0));
         let mut trace = Lanes::splat(0.0);
-        simd_pairs::for_each_four(&row[..regular], i, |start, four, count| {
-            let other = simd_pairs::packed_kinematics::<D>(four.map(|j| &records[j]));
+        packed_particles::for_each_four(&row[..regular], i, |start, four, count| {
+            let other = packed_particles::packed_kinematics::<D>(four.map(|j| &records[j]));
             let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
             let mut relative: [Lanes; D] = std::array::from_fn(|c| other.v[c] - own.v[c]);
             if TURNS {
@@ -105,7 +105,7 @@ impl<const D: usize> PairSums<'_, D> {
                     (0..D).for_each(|b| *relative -= apart[b] * row[b]);
                 }
             }
-            let volume = other.volume * simd_pairs::load_four(weights, start, count);
+            let volume = other.volume * packed_particles::load_four(weights, start, count);
             let mass = volume * other.density;
             let scaled = apart.map(|c| c * if by_mass { mass } else { volume });
             for a in 0..D {
@@ -115,7 +115,7 @@ impl<const D: usize> PairSums<'_, D> {
             }
             if apart_forms {
                 let weight = if continuity == ContinuityEquation::Mass { mass } else { volume };
-                trace += simd_pairs::dot(&relative, &apart) * weight;
+                trace += packed_particles::dot(&relative, &apart) * weight;
             }
             if corrected || corotated {
                 // Upper half only, since the moment is symmetric.
@@ -131,7 +131,7 @@ impl<const D: usize> PairSums<'_, D> {
         });
         let density = self.particles.density[i];
         let mut gradient = sum_lanes(&gradient);
-        let neighbours = if corrected { simd_pairs::sum(neighbours) as u32 } else { row.len() as u32 };
+        let neighbours = if corrected { packed_particles::sum(neighbours) as u32 } else { row.len() as u32 };
         let mut moment = GradientMoment { matrix: from_upper_half(&sum_lanes(&moment)), neighbours };
         if by_mass {
             gradient = gradient.map(|row| row.map(|c| c / density));
@@ -139,7 +139,7 @@ impl<const D: usize> PairSums<'_, D> {
             moment.matrix = moment.matrix.map(|row| row.map(|c| c * volume));
         }
         let by_density = if continuity == ContinuityEquation::Mass { density } else { 1.0 };
-        let mut trace = simd_pairs::sum(trace) / by_density;
+        let mut trace = packed_particles::sum(trace) / by_density;
         if !self.walls.smooth.is_empty() {
             self.add_smooth_gradient(i, row, (&mut gradient, &mut trace, &mut moment));
         }

@@ -12,8 +12,8 @@ use colluvium_points::{ScratchBuffers, struct_of_arrays};
 use crate::clock::Clock;
 use crate::config::{SmoothingLength, TimeHistory};
 use crate::context::SolverContext;
-use crate::momentum::body_loads::BodyLoads;
-use crate::pairs::simd_pairs::{PairRecord, pair_record, set_velocity};
+use crate::points::body_loads::BodyLoads;
+use crate::points::packed_particles::{PairRecord, pair_record, set_velocity};
 use crate::points::rigid_body::RigidBody;
 
 /// Least number of particles per task.

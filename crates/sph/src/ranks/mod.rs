@@ -24,8 +24,8 @@ use crate::config::{
     WallStress,
 };
 use crate::critical_step::{critical_step, limit_by_obstacle_motion, to_time_step};
-use crate::momentum::rates::{ReactionSample, ReactionSum};
 use crate::ranks::particle_message::{ParticleMessage, assemble};
+use crate::rates::{ReactionSample, ReactionSum};
 use crate::solver::{EquilibriumTerms, SphSolver, equilibrium_terms};
 use crate::stress::regularisation::is_regularisation_due;
 

@@ -4,7 +4,7 @@ use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::MaterialSpec;
 
 use crate::config::SphOptions;
-use crate::pairs::kernel::Kernel;
+use crate::kernel::Kernel;
 use crate::stress::stress_update::band_length;
 
 /// Largest smoothing length over spacing with which a crack opens two rows of particles. With 1.5 a bar in tension dissipates

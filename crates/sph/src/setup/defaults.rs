@@ -7,7 +7,7 @@ use crate::config::{
     ContinuityEquation, LagrangianFormulation, MomentumEquation, SphOptions, Symmetrisation,
     VelocityGradientOperator,
 };
-use crate::pairs::kernel::Kernel;
+use crate::kernel::Kernel;
 
 /// Ratio of the densities of two bodies from which the form of the momentum equation matters.
 const NOTABLE_JUMP: f64 = 1.01;
@@ -102,7 +102,7 @@ mod tests {
 
     use super::super::options;
     use crate::config::VelocityGradientOperator;
-    use crate::pairs::kernel::Kernel;
+    use crate::kernel::Kernel;
 
     fn case(model: &Value, top: f64, sph: &Value) -> Case {
         let text = json!({

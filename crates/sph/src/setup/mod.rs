@@ -16,9 +16,9 @@ use crate::boundary::walls::{
 };
 use crate::config::{ConfinedParticles, ContinuityEquation, LagrangianFormulation, SphOptions};
 use crate::context::{SolverContext, leading_components};
-use crate::momentum::body_loads::{BodyLoads, LoadedBody};
+use crate::kernel::Smoothing;
 use crate::momentum::confining_pressure::surface_detection_problem;
-use crate::pairs::kernel::Smoothing;
+use crate::points::body_loads::{BodyLoads, LoadedBody};
 use crate::points::particles::{Bodies, ParticleGroup};
 use crate::ranks::RankedSolver;
 use crate::setup::band_checks::check_bands;

@@ -28,10 +28,10 @@ use crate::clock::Clock;
 use crate::context::SolverContext;
 use crate::critical_step::{critical_step, limit_by_obstacle_motion, to_time_step};
 use crate::momentum::external_forces::{stop_at_obstacles, update_follower_loads};
-use crate::momentum::rates::Rates;
 use crate::momentum::shifting::Shifting;
 use crate::neighbours::verlet_lists::{ListedPositions, VerletLists};
 use crate::points::particles::Bodies;
+use crate::rates::Rates;
 use crate::stress::regularisation::SmoothedFields;
 use crate::stress::total_lagrangian::TotalLagrangianReference;
 

@@ -6,11 +6,11 @@ use rayon::prelude::*;
 use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::context::SolverContext;
-use crate::momentum::rates::Rates;
 use crate::neighbours::verlet_lists::VerletLists;
-use crate::pairs::simd_pairs::set_velocity;
+use crate::points::packed_particles::set_velocity;
 use crate::points::particles::{Bodies, MIN_PARTICLES_PER_TASK, ParticleGroup, Particles};
 use crate::points::vector_algebra::square;
+use crate::rates::Rates;
 use crate::solver::EquilibriumTerms;
 
 /// Equilibrium terms of the step for each free particle: unbalanced and external forces, kinetic energy and work.

@@ -4,5 +4,4 @@
 
 pub(crate) mod regularisation;
 pub(crate) mod stress_update;
-pub(crate) mod tensile_instability;
 pub(crate) mod total_lagrangian;

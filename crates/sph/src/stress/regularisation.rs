@@ -10,8 +10,8 @@ use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::config::{DensityReset, Regularisation};
 use crate::context::SolverContext;
+use crate::kernel::Smoothing;
 use crate::neighbours::verlet_lists::VerletLists;
-use crate::pairs::kernel::Smoothing;
 use crate::points::particles::{Bodies, MIN_PARTICLES_PER_TASK, Particles};
 use crate::stress::stress_update::return_to_yield;
 

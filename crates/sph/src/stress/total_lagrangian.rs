@@ -10,7 +10,7 @@ use colluvium_points::{NeighbourList, SearchError};
 use rayon::prelude::*;
 
 use crate::SphOptions;
-use crate::pairs::kernel::Smoothing;
+use crate::kernel::Smoothing;
 use crate::pairs::operators::GradientMoment;
 use crate::points::particles::{Derivatives, MIN_PARTICLES_PER_TASK, Particles, SquareMatrix};
 

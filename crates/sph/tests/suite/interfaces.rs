@@ -4,7 +4,7 @@
 use colluvium_case::{Case, Method};
 use colluvium_constitutive::SymTensor;
 use colluvium_sph::Sph;
-use colluvium_sph::pairs::kernel::{Kernel, Smoothing};
+use colluvium_sph::kernel::{Kernel, Smoothing};
 use colluvium_sph::setup::rates_only::{PrescribedParticle, prepared_solver, rates};
 use serde_json::{Value, json};
 

@@ -3,7 +3,7 @@
 use colluvium_case::Case;
 use colluvium_constitutive::SymTensor;
 use colluvium_points::NeighbourList;
-use colluvium_sph::pairs::kernel::{Kernel, Smoothing};
+use colluvium_sph::kernel::{Kernel, Smoothing};
 use colluvium_sph::pairs::operators::{DiffusivityMean, Gradient, Laplacian, ParticleCloud, test_lattice};
 use colluvium_sph::setup::rates_only::{ParticleRates, PrescribedParticle, rates};
 use serde_json::{Value, json};

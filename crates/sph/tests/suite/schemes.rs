@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use colluvium_case::{Case, Method, Snapshot, Solver, StepLimit};
 use colluvium_sph::Sph;
-use colluvium_sph::pairs::kernel::{Kernel, Smoothing};
+use colluvium_sph::kernel::{Kernel, Smoothing};
 use colluvium_sph::setup::rates_only::unchecked_energy_history;
 use serde_json::{Value, json};
 

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use colluvium::plots::{LineChart, Series, Style};
 use colluvium::points::NeighbourList;
-use colluvium::sph::pairs::kernel::{Kernel, Smoothing};
+use colluvium::sph::kernel::{Kernel, Smoothing};
 use colluvium::sph::pairs::operators::{Gradient, Laplacian, ParticleCloud, test_lattice};
 
 use crate::analysis::MaxOrNan;

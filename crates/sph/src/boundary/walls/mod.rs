@@ -18,7 +18,7 @@ pub use crate::obstacles::smooth_bodies::SmoothBodies;
 
 use crate::config::WallStress;
 use crate::context::SolverContext;
-use crate::pairs::simd_pairs::set_velocity;
+use crate::points::packed_particles::set_velocity;
 use crate::points::particles::{Bodies, Derivatives, PairData, ParticleGroup, Particles};
 use crate::points::vector_algebra::mirrored_stress;
 

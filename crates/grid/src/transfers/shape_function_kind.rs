@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use crate::domain::{
+use crate::shape_functions::domain::{
     ConvectedDomain, ConvectedQuadrilateral, ElementDomain, FixedDomain, ReferenceDomain, RightStretchDomain,
     StretchingDomain,
 };

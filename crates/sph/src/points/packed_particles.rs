@@ -1,6 +1,6 @@
 //! SIMD sums over four neighbours at a time.
 
-use crate::pairs::kernel::{Kernel, Smoothing};
+use crate::kernel::{Kernel, Smoothing};
 
 /// SIMD vector of one number of each of four neighbours.
 pub use wide::f64x4 as Lanes;
