@@ -16,6 +16,7 @@
 
 mod partition;
 mod plan;
+pub(crate) mod raster;
 mod sampling;
 mod search;
 mod shape;
@@ -26,6 +27,7 @@ mod terrain;
 pub use crate::partition::bisection::{Bisection, BoundingBox, halo};
 pub use crate::plan::outline::{Outline, Polygon, Ring};
 pub use crate::plan::polygon::PolygonVertices;
+pub use crate::raster::{GeoKey, Georeference, Raster, RasterError};
 pub use crate::search::box_overlaps::overlapping_boxes;
 pub use crate::search::neighbours::{
     BLOCK_POINTS, CellList, HalfNeighbourList, NeighbourBlock, NeighbourList, SearchError,
@@ -37,7 +39,6 @@ pub use crate::shape::box_classification::BoxLocation;
 pub use crate::shape::microstructure::CachedPacking;
 pub use crate::struct_of_arrays::ScratchBuffers;
 pub use crate::terrain::layer_options::{LayerRows, LayerThickness, ThicknessAttribute, ThicknessDirection};
-pub use crate::terrain::raster::{GeoKey, Georeference, Raster, RasterError};
 pub use crate::terrain::smooth_terrain::{BilinearWeights, Terrain, TerrainSample};
 pub use crate::terrain::terrain_layer::{
     FeatureOverlap, LayerError, OutlineFeature, PlacedLayer, TerrainLayer, ThicknessData,

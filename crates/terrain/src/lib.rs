@@ -5,7 +5,9 @@
 
 mod mesh;
 mod outline;
+mod projection;
 mod raster;
+pub(crate) mod raster_band;
 mod reference_system;
 mod sidecar_files;
 
@@ -87,16 +89,16 @@ fn unknown_format(file: &Path, known: &str) -> FileError {
 /// When the file cannot be read, is not such a raster, is rotated, is empty, or lies in degrees or in units that are not known: by
 /// the keys of a GeoTIFF, or by a `.prj` or `.aux.xml` beside an ASCII grid.
 pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
-    let beside = raster::raster_band::sidecar_band(file).map_err(error_in_file(file))?;
+    let beside = raster_band::sidecar_band(file).map_err(error_in_file(file))?;
     let is_beside = beside.crs.is_some();
     let raster = match extension(file).as_str() {
         "asc" | "grd" | "txt" => {
-            let system = reference_system::prj_file::read_text(file)
+            let system = projection::prj_file::read_text(file)
                 .map_err(error_in_file(file))?
                 .or_else(|| beside.crs.clone());
             let mut raster = raster::ascii_grid::parse(&read_text(file)?, beside);
             raster.iter_mut().for_each(|raster| {
-                reference_system::prj_file::set_georeference(&mut raster.reference, system.clone());
+                projection::prj_file::set_georeference(&mut raster.reference, system.clone());
             });
             raster
         }
@@ -124,14 +126,14 @@ pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
     raster.validate().map_err(|error| error_in_file(file)(error.to_string()))?;
     let is_nameless = raster.reference.epsg.is_none() && raster.reference.crs.is_none();
     if is_nameless {
-        reference_system::prj_file::set_georeference(
+        projection::prj_file::set_georeference(
             &mut raster.reference,
-            reference_system::prj_file::read_text(file).map_err(error_in_file(file))?,
+            projection::prj_file::read_text(file).map_err(error_in_file(file))?,
         );
     }
     // A GeoTIFF states its units itself, but an `.aux.xml` of GDAL beside it takes precedence.
     if is_nameless || is_beside || !extension(file).starts_with("tif") {
-        reference_system::prj_file::check_metres(file).map_err(error_in_file(file))?;
+        projection::prj_file::check_metres(file).map_err(error_in_file(file))?;
     }
     Ok(raster)
 }
@@ -153,7 +155,7 @@ pub fn write_raster(file: &Path, raster: &Raster) -> Result<(), FileError> {
             .map_err(|error| error_in_file(file)(format!("cannot be written: {error}")))
     };
     write(file, &bytes)?;
-    match reference_system::map_projection::georeference_well_known_text(&raster.reference)
+    match projection::map_projection::georeference_well_known_text(&raster.reference)
         .filter(|_| extension(file) == "asc")
     {
         Some(system) => write(&file.with_extension("prj"), system.as_bytes()),

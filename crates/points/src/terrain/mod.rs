@@ -4,6 +4,5 @@
 //! This folder depends on outlines of `plan`. Files are read in `colluvium-terrain`, not here.
 
 pub(crate) mod layer_options;
-pub(crate) mod raster;
 pub(crate) mod smooth_terrain;
 pub(crate) mod terrain_layer;

@@ -7,8 +7,8 @@ use geojson::{GeoJson, GeometryValue, Position};
 use shapefile::dbase::{self, FieldValue};
 use shapefile::{PolygonRing, Shape};
 
+use crate::projection::prj_file;
 use crate::reference_system;
-use crate::reference_system::prj_file;
 use crate::{FileError, error_in_file, extension, read_text, unknown_format};
 
 /// Reads the polygons of a GeoJSON file (`.geojson`, `.json`) or of a shapefile (`.shp`) as one outline: the union of the polygons, each

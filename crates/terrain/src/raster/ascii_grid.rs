@@ -5,7 +5,7 @@ use std::str::SplitAsciiWhitespace;
 
 use colluvium_points::{Georeference, Raster};
 
-use crate::raster::raster_band::{BandMetadata, parse_number};
+use crate::raster_band::{BandMetadata, parse_number};
 
 /// Header of an ESRI ASCII grid.
 #[derive(Default)]

@@ -4,5 +4,4 @@
 
 pub(crate) mod ascii_grid;
 pub(crate) mod geotiff;
-pub(crate) mod raster_band;
 pub(crate) mod world_file;

@@ -7,10 +7,10 @@ use colluvium_points::{GeoKey, Georeference};
 use tiff::decoder::Decoder;
 use tiff::tags::Tag;
 
+use crate::projection::{map_projection, prj_file, well_known_text};
 use crate::raster::geotiff::geo_keys::key::{PLAN_PARAMETERS, VERTICAL_KEYS};
-use crate::raster::raster_band;
-use crate::raster::raster_band::{BRITISH_FOOT, FOOT, SURVEY_FOOT};
-use crate::reference_system::{map_projection, prj_file, well_known_text};
+use crate::raster_band;
+use crate::raster_band::{BRITISH_FOOT, FOOT, SURVEY_FOOT};
 
 /// Identifiers of GeoKeys.
 pub(super) mod key {

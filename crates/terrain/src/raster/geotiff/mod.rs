@@ -12,8 +12,8 @@ use tiff::encoder::{TiffEncoder, colortype::Gray64Float};
 use tiff::tags::Tag;
 
 use crate::raster::geotiff::geo_keys::{GeoKeys, PIXEL_IS_AREA, PIXEL_IS_POINT, key};
-use crate::raster::raster_band::{BandMetadata, parse_number};
 use crate::raster::world_file::WorldFile;
+use crate::raster_band::{BandMetadata, parse_number};
 
 /// Tag of the GDAL metadata (XML).
 const GDAL_METADATA: Tag = Tag::Unknown(42112);
@@ -73,7 +73,7 @@ pub(crate) fn read_reference_system(
 ) -> Result<(Option<u32>, Option<String>), String> {
     let keys = GeoKeys::read(&mut Decoder::new(source).map_err(tiff_error)?);
     let said = keys.citation().map(str::to_owned);
-    let is_text = said.as_deref().is_some_and(crate::reference_system::well_known_text::is_well_known);
+    let is_text = said.as_deref().is_some_and(crate::projection::well_known_text::is_well_known);
     let defined = keys.user_defined_text().filter(|_| keys.epsg().is_none() && !is_text);
     Ok((keys.epsg(), defined.or(said)))
 }

@@ -1,10 +1,5 @@
 //! Coordinate reference systems of files.
 
-pub(crate) mod map_projection;
-pub(crate) mod prj_file;
-pub(crate) mod proj_string;
-pub(crate) mod well_known_text;
-
 use std::fmt;
 use std::fs::File;
 use std::io::BufReader;
@@ -12,8 +7,9 @@ use std::path::Path;
 
 use geojson::{GeoJson, GeometryValue, JsonObject, JsonValue};
 
-use crate::raster::{geotiff, raster_band};
-use crate::reference_system::map_projection::MapProjection;
+use crate::projection::map_projection::MapProjection;
+use crate::raster::geotiff;
+use crate::raster_band;
 use crate::{extension, read_text};
 
 /// Horizontal coordinate reference system of a file.
@@ -31,13 +27,15 @@ pub struct CoordinateReferenceSystem {
 impl CoordinateReferenceSystem {
     fn new(epsg: Option<u32>, name: Option<String>, text: Option<&str>) -> Self {
         // The code may be that of a compound system, with heights.
-        let in_plan = epsg.and_then(map_projection::epsg_well_known_text).and_then(prj_file::epsg);
+        let in_plan = epsg
+            .and_then(crate::projection::map_projection::epsg_well_known_text)
+            .and_then(crate::projection::prj_file::epsg);
         let epsg = in_plan.or(epsg);
-        let registered = epsg.and_then(map_projection::epsg_well_known_text);
+        let registered = epsg.and_then(crate::projection::map_projection::epsg_well_known_text);
         let own = text.and_then(MapProjection::from_well_known_text);
-        let name = registered.and_then(prj_file::system_name).or(name);
-        let fault = text.or(registered).and_then(map_projection::length_distortion);
-        let unit = text.or(registered).and_then(prj_file::non_metre_unit);
+        let name = registered.and_then(crate::projection::prj_file::system_name).or(name);
+        let fault = text.or(registered).and_then(crate::projection::map_projection::length_distortion);
+        let unit = text.or(registered).and_then(crate::projection::prj_file::non_metre_unit);
         Self {
             epsg,
             name,
@@ -48,7 +46,11 @@ impl CoordinateReferenceSystem {
     }
 
     fn from_well_known_text(text: &str) -> Self {
-        Self::new(prj_file::epsg(text), prj_file::system_name(text), Some(text))
+        Self::new(
+            crate::projection::prj_file::epsg(text),
+            crate::projection::prj_file::system_name(text),
+            Some(text),
+        )
     }
 
     /// Reads a `crs` member of GeoJSON (2008): by name, or by EPSG code.
@@ -76,13 +78,14 @@ impl CoordinateReferenceSystem {
 
     /// Reads a name, a well-known text or a PROJ string.
     fn from_name(name: &str) -> Result<Self, String> {
-        if well_known_text::is_well_known(name) {
+        if crate::projection::well_known_text::is_well_known(name) {
             return Ok(Self::from_well_known_text(name));
         }
-        if proj_string::is_proj_string(name) {
-            return proj_string::to_well_known_text(name).map(|text| Self::from_well_known_text(&text));
+        if crate::projection::proj_string::is_proj_string(name) {
+            return crate::projection::proj_string::to_well_known_text(name)
+                .map(|text| Self::from_well_known_text(&text));
         }
-        Ok(Self::new(well_known_text::epsg_code(name), Some(name.to_owned()), None))
+        Ok(Self::new(crate::projection::well_known_text::epsg_code(name), Some(name.to_owned()), None))
     }
 
     /// Whether two systems are known to differ. Where one has no EPSG code, projections are compared.
@@ -138,15 +141,15 @@ pub fn read_reference_system(file: &Path) -> Option<CoordinateReferenceSystem> {
     match extension(file).as_str() {
         "tif" | "tiff" => {
             if let Some(text) = raster_band::sidecar_band(file).ok()?.crs {
-                return well_known_text::is_well_known(&text)
+                return crate::projection::well_known_text::is_well_known(&text)
                     .then(|| CoordinateReferenceSystem::from_well_known_text(&text));
             }
             let (epsg, name) = geotiff::read_reference_system(BufReader::new(File::open(file).ok()?)).ok()?;
             if epsg.is_none() && name.is_none() {
                 return sidecar_system(file);
             }
-            let text = name.clone().filter(|text| well_known_text::is_well_known(text));
-            let name = text.as_deref().map_or(name, prj_file::system_name);
+            let text = name.clone().filter(|text| crate::projection::well_known_text::is_well_known(text));
+            let name = text.as_deref().map_or(name, crate::projection::prj_file::system_name);
             Some(CoordinateReferenceSystem::new(epsg, name, text.as_deref()))
         }
         "geojson" | "json" => geojson_system(&read_text(file).ok()?.parse().ok()?).ok()?,
@@ -158,8 +161,9 @@ pub fn read_reference_system(file: &Path) -> Option<CoordinateReferenceSystem> {
 /// Coordinate reference system of the `.prj` beside a file, or of the `.aux.xml` of GDAL.
 fn sidecar_system(file: &Path) -> Option<CoordinateReferenceSystem> {
     let of_gdal = || raster_band::sidecar_band(file).ok()?.crs;
-    let text = prj_file::read_text(file).ok()?.or_else(of_gdal)?;
-    well_known_text::is_well_known(&text).then(|| CoordinateReferenceSystem::from_well_known_text(&text))
+    let text = crate::projection::prj_file::read_text(file).ok()?.or_else(of_gdal)?;
+    crate::projection::well_known_text::is_well_known(&text)
+        .then(|| CoordinateReferenceSystem::from_well_known_text(&text))
 }
 
 /// Coordinate reference system of the `crs` members of a GeoJSON file (not in degrees), its features and their geometries.
@@ -275,7 +279,7 @@ mod tests {
         for (text, code) in [(first, 31254), (second, 32633)] {
             let system = CoordinateReferenceSystem::from_well_known_text(text);
             assert_eq!(system.epsg, Some(code));
-            let registered = map_projection::epsg_well_known_text(code)
+            let registered = crate::projection::map_projection::epsg_well_known_text(code)
                 .and_then(MapProjection::from_well_known_text)
                 .unwrap();
             assert!(!system.projection.unwrap().differs(&registered), "{code}");

@@ -62,10 +62,9 @@ pub(crate) fn to_well_known_text(text: &str) -> Result<String, String> {
     let unread = || {
         format!("names its system by a text of PROJ that is not read, {text:?}: write it as well-known text")
     };
-    if let Some(code) =
-        said.get("init").and_then(|init| crate::reference_system::well_known_text::epsg_code(init))
+    if let Some(code) = said.get("init").and_then(|init| crate::projection::well_known_text::epsg_code(init))
     {
-        return crate::reference_system::map_projection::epsg_well_known_text(code)
+        return crate::projection::map_projection::epsg_well_known_text(code)
             .map(str::to_owned)
             .ok_or_else(unread);
     }

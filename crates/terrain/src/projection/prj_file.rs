@@ -4,10 +4,10 @@ use std::path::Path;
 
 use colluvium_points::Georeference;
 
-use crate::raster::raster_band;
-use crate::raster::raster_band::{is_length, metres_per_unit};
-use crate::reference_system::well_known_text::{epsg_code, is_well_known, visit_brackets};
-use crate::reference_system::{map_projection, proj_string};
+use crate::projection::well_known_text::{epsg_code, is_well_known, visit_brackets};
+use crate::projection::{map_projection, proj_string};
+use crate::raster_band;
+use crate::raster_band::{is_length, metres_per_unit};
 
 /// Relative tolerance of the size of the metre.
 const UNIT_TOLERANCE: f64 = 1e-9;
@@ -182,7 +182,7 @@ fn arcinfo_units(text: &str) -> Vec<(String, Option<f64>)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference_system::well_known_text::horizontal_part;
+    use crate::projection::well_known_text::horizontal_part;
 
     const DEGREES: &str = r#"GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,298.257223563]],PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]]"#;
 

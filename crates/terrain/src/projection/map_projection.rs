@@ -2,8 +2,8 @@
 
 use colluvium_points::Georeference;
 
-use crate::reference_system::well_known_text;
-use crate::reference_system::well_known_text::{GEOCENTRIC, WEB_MERCATOR, WORLD_MAP};
+use crate::projection::well_known_text;
+use crate::projection::well_known_text::{GEOCENTRIC, WEB_MERCATOR, WORLD_MAP};
 
 /// Kinds of projections, each with words of which one occurs in its names.
 const PROJECTION_METHODS: [(&str, &[&str]); 11] = [
