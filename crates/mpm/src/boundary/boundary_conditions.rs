@@ -10,6 +10,8 @@ use crate::contact::rigid_contact::ContactSet;
 use crate::obstacles::node_obstacles::NodeObstacles;
 use crate::obstacles::reaction::ReactionRecorder;
 use crate::obstacles::state::PenaltyObstacles;
+use crate::points::bodies::Bodies;
+use crate::points::vectors::power;
 use crate::transfer::background_grid::BackgroundGrid;
 
 /// Boundary conditions and contacts of a run.
@@ -48,4 +50,18 @@ impl<const D: usize> BoundaryConditions<D> {
         self.has_wall = std::array::from_fn(sides);
         self.walls = walls;
     }
+}
+
+/// Work of tractions and prescribed motions in the step (J).
+pub(crate) fn work_of_loads<const D: usize>(bodies: &Bodies<D>, driven: &[DrivenObject], dt: f64) -> f64 {
+    let mut work = 0.0;
+    for set in &bodies.sets {
+        work += dt * power(&set.points.traction, &set.points.velocity);
+    }
+    for driven in driven {
+        let free = driven.free_rigid_body.as_ref().map_or([false; 6], |loose| loose.free);
+        let velocity: [f64; 3] = std::array::from_fn(|c| if free[c] { 0.0 } else { driven.velocity()[c] });
+        work -= (0..3).map(|c| driven.state.force[c] * velocity[c] * dt).sum::<f64>();
+    }
+    work
 }

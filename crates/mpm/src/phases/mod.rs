@@ -12,6 +12,8 @@
 
 mod damping;
 mod momentum;
+pub(crate) mod nodal_phases;
+pub(crate) mod one_phase;
 pub(crate) mod pore_fluid;
 mod reactions;
 mod report;
@@ -28,18 +30,18 @@ use colluvium_grid::{InterpolatedMotion, Layout, NodalState, NodeFaces, NodeWall
 pub use crate::phases::momentum::PhaseEquilibriumTerms;
 pub use crate::phases::setup::{check_supported, liquid_case, pore_set, two_phase};
 
-use crate::boundary::boundary_conditions::BoundaryConditions;
+use crate::boundary::boundary_conditions::{BoundaryConditions, work_of_loads};
 use crate::boundary::nodal_loads::{nodal_load_squares, phase_nodal_load_work};
 use crate::boundary::point_loads::update_follower_vectors;
 use crate::boundary::prescribed_motion::{impose_phase_patch_velocity, mark_constrained};
 use crate::clock::Clock;
-use crate::config::StressScheme;
 use crate::momentum::EquilibriumTerms;
 use crate::momentum::velocity_fields::VelocitySource::{Remapped, Solved};
 use crate::momentum::velocity_fields::{VelocityFields, VelocitySource};
 use crate::obstacles::penetration_limit::{PenetrationLimit, with_mass};
 use crate::phases::damping::Damping;
 use crate::phases::momentum::PhaseSolve;
+use crate::phases::nodal_phases::NodalPhases;
 use crate::phases::pore_fluid::SOLID;
 use crate::phases::reactions::record_phase_reactions;
 use crate::phases::transfer::{p2g_phases, remap_phases, update_phases};
@@ -48,9 +50,10 @@ use crate::points::bodies::Bodies;
 use crate::points::point_set::PointSet;
 use crate::points::point_update::UpdateSelection;
 use crate::points::vectors::{power, square_sum};
-use crate::solver::{MpmSolver, work_of_loads};
+use crate::solver::MpmSolver;
 use crate::stress::averages::CellAverages;
 use crate::transfer::background_grid::BackgroundGrid;
+use crate::transfer::p2g::P2gContent;
 
 /// Nodal data of a solver with pore fluid.
 pub struct TwoPhase {
@@ -107,51 +110,119 @@ impl TwoPhase {
     }
 }
 
-/// Steps 1 to 9 of both phases (sheet: mpm §3.4); the numbers are those of the sheet. Returns the largest move of a point along
-/// an axis (m).
-pub fn step_phases<const D: usize>(
-    clock: &Clock,
-    background: &BackgroundGrid<D>,
-    bodies: &mut Bodies<D>,
-    nodes: &mut VelocityFields,
-    boundary: &mut BoundaryConditions<D>,
-    averages: &mut CellAverages<D>,
-    phases: &mut TwoPhase,
-) -> Result<f64, SolverError> {
-    background.layout.reset(&mut phases.nodes); // 0
-    let (all, velocity, stress) = (UpdateSelection::ALL, UpdateSelection::VELOCITY, UpdateSelection::STRESS);
-    let moved = match clock.options.stress_update {
-        StressScheme::Usl => {
-            p2g_phases(clock, background, bodies, boundary, averages, phases); // 1
-            solve_phases(clock, background, bodies, nodes, boundary, phases); // 2–4
-            average_phase_strains(clock, background, bodies, &mut averages.strains, (phases, Solved)); // 7
-            update_follower_loads(clock, background, bodies, (phases, Solved));
-            update_phases(clock, background, bodies, boundary, averages, (phases, Solved), all) // 5, 7–9
-        }
-        StressScheme::Musl => {
-            p2g_phases(clock, background, bodies, boundary, averages, phases); // 1
-            solve_phases(clock, background, bodies, nodes, boundary, phases); // 2–4
-            update_phases(clock, background, bodies, boundary, averages, (phases, Solved), velocity)?; // 5
-            remap_phases(clock, background, bodies, boundary, phases, false); // 6
-            limit_remapped_penetration(clock, background, bodies, boundary, phases);
-            average_phase_strains(clock, background, bodies, &mut averages.strains, (phases, Remapped)); // 7
-            update_follower_loads(clock, background, bodies, (phases, Remapped));
-            let rest = UpdateSelection { position: true, ..stress };
-            update_phases(clock, background, bodies, boundary, averages, (phases, Remapped), rest) // 7–9
-        }
-        StressScheme::Usf => {
-            remap_phases(clock, background, bodies, boundary, phases, true); // 1, momenta and masses
-            average_phase_strains(clock, background, bodies, &mut averages.strains, (phases, Remapped)); // 7
-            update_phases(clock, background, bodies, boundary, averages, (phases, Remapped), stress)?; // 7, 8
-            p2g_phases(clock, background, bodies, boundary, averages, phases); // 1
-            solve_phases(clock, background, bodies, nodes, boundary, phases); // 2–4
-            update_follower_loads(clock, background, bodies, (phases, Solved));
-            let rest = UpdateSelection { position: true, ..velocity };
-            update_phases(clock, background, bodies, boundary, averages, (phases, Solved), rest) // 5, 9
-        }
-    };
-    phases.walls.set_starts_moving(false);
-    moved
+/// Nodes of skeleton and pore fluid in a step (sheet: mpm §3.4).
+pub(crate) struct SkeletonAndFluid<'a> {
+    /// Velocity fields, whose account of external work both phases share.
+    nodes: &'a mut VelocityFields,
+    /// Nodes of both phases.
+    phases: &'a mut TwoPhase,
+}
+
+impl<'a> SkeletonAndFluid<'a> {
+    /// Nodes of both phases, cleared for a step.
+    pub(crate) fn begin<const D: usize>(
+        background: &BackgroundGrid<D>,
+        nodes: &'a mut VelocityFields,
+        phases: &'a mut TwoPhase,
+    ) -> Self {
+        background.layout.reset(&mut phases.nodes);
+        Self { nodes, phases }
+    }
+}
+
+impl Drop for SkeletonAndFluid<'_> {
+    fn drop(&mut self) {
+        self.phases.walls.set_starts_moving(false);
+    }
+}
+
+impl<const D: usize> NodalPhases<D> for SkeletonAndFluid<'_> {
+    fn p2g(
+        &mut self,
+        clock: &Clock,
+        background: &BackgroundGrid<D>,
+        bodies: &mut Bodies<D>,
+        boundary: &mut BoundaryConditions<D>,
+        averages: &mut CellAverages<D>,
+        _content: P2gContent,
+    ) {
+        p2g_phases(clock, background, bodies, boundary, averages, self.phases);
+    }
+
+    fn start_velocities(
+        &mut self,
+        clock: &Clock,
+        background: &BackgroundGrid<D>,
+        bodies: &mut Bodies<D>,
+        boundary: &mut BoundaryConditions<D>,
+        _averages: &mut CellAverages<D>,
+    ) {
+        remap_phases(clock, background, bodies, boundary, self.phases, true);
+    }
+
+    fn solve_momentum(
+        &mut self,
+        clock: &Clock,
+        background: &BackgroundGrid<D>,
+        bodies: &mut Bodies<D>,
+        boundary: &mut BoundaryConditions<D>,
+    ) -> Result<(), SolverError> {
+        solve_phases(clock, background, bodies, self.nodes, boundary, self.phases);
+        Ok(())
+    }
+
+    fn remap(
+        &mut self,
+        clock: &Clock,
+        background: &BackgroundGrid<D>,
+        bodies: &mut Bodies<D>,
+        boundary: &mut BoundaryConditions<D>,
+    ) {
+        remap_phases(clock, background, bodies, boundary, self.phases, false);
+    }
+
+    fn limit_remapped(
+        &mut self,
+        clock: &Clock,
+        background: &BackgroundGrid<D>,
+        bodies: &mut Bodies<D>,
+        boundary: &mut BoundaryConditions<D>,
+    ) {
+        limit_remapped_penetration(clock, background, bodies, boundary, self.phases);
+    }
+
+    fn average_strains(
+        &mut self,
+        clock: &Clock,
+        background: &BackgroundGrid<D>,
+        bodies: &mut Bodies<D>,
+        averages: &mut CellAverages<D>,
+        source: VelocitySource,
+    ) {
+        average_phase_strains(clock, background, bodies, &mut averages.strains, (self.phases, source));
+    }
+
+    fn update_follower_loads(
+        &mut self,
+        clock: &Clock,
+        background: &BackgroundGrid<D>,
+        bodies: &mut Bodies<D>,
+        source: VelocitySource,
+    ) {
+        update_follower_loads(clock, background, bodies, (self.phases, source));
+    }
+
+    fn update_points(
+        &mut self,
+        clock: &Clock,
+        background: &BackgroundGrid<D>,
+        bodies: &mut Bodies<D>,
+        boundary: &mut BoundaryConditions<D>,
+        averages: &mut CellAverages<D>,
+        (source, selection): (VelocitySource, UpdateSelection),
+    ) -> Result<f64, SolverError> {
+        update_phases(clock, background, bodies, boundary, averages, (self.phases, source), selection)
+    }
 }
 
 /// Updates loads that follow the surface by the velocity of the skeleton.

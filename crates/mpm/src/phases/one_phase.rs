@@ -1,0 +1,292 @@
+//! Nodes of one phase: dry material, or a mixture that moves as one (sheet: mpm §3.3).
+
+use colluvium_case::SolverError;
+use colluvium_grid::NodeWalls;
+
+use crate::boundary::boundary_conditions::{BoundaryConditions, work_of_loads};
+use crate::boundary::nodal_loads::nodal_load_work;
+use crate::boundary::point_loads::update_follower_loads;
+use crate::boundary::{prescribed_motion, rigid_bodies};
+use crate::clock::Clock;
+use crate::contact::contact_correction::correct_velocities;
+use crate::contact::contact_law::FieldContacts;
+use crate::momentum::consistent_mass;
+use crate::momentum::consistent_mass::ConsistentMass;
+use crate::momentum::small_mass_nodes::rescale_small_mass_forces;
+use crate::momentum::velocity_fields::{VelocityFields, VelocitySource};
+use crate::momentum::{EquilibriumAudit, EquilibriumTerms, MomentumSolve, damp};
+use crate::obstacles::penetration_limit::{limit_remapped, limit_solved};
+use crate::phases::nodal_phases::NodalPhases;
+use crate::points::bodies::Bodies;
+use crate::points::point_update::{UpdateSelection, update_points};
+use crate::points::vectors::first_three;
+use crate::stress::averages::CellAverages;
+use crate::stress::free_surface::free_surface_correction;
+use crate::stress::volumetric_strain::average_strains_of_one_phase;
+use crate::transfer::affine_transfer::g2p_affine;
+use crate::transfer::background_grid::BackgroundGrid;
+use crate::transfer::p2g::{P2gContent, p2g, remap, start_velocities};
+use crate::transfer::xpic::filter_velocities;
+
+/// Nodes of one phase in a step.
+pub(crate) struct OnePhase<'a> {
+    /// Velocity fields of the bodies.
+    pub nodes: &'a mut VelocityFields,
+    /// System of equations of the consistent mass matrix, unused with lumped mass.
+    pub consistent: &'a mut ConsistentMass,
+}
+
+impl<const D: usize> NodalPhases<D> for OnePhase<'_> {
+    fn p2g(
+        &mut self,
+        clock: &Clock,
+        background: &BackgroundGrid<D>,
+        bodies: &mut Bodies<D>,
+        boundary: &mut BoundaryConditions<D>,
+        averages: &mut CellAverages<D>,
+        content: P2gContent,
+    ) {
+        p2g(clock, background, bodies, self.nodes, boundary, averages, content);
+    }
+
+    fn start_velocities(
+        &mut self,
+        clock: &Clock,
+        background: &BackgroundGrid<D>,
+        bodies: &mut Bodies<D>,
+        boundary: &mut BoundaryConditions<D>,
+        averages: &mut CellAverages<D>,
+    ) {
+        p2g(clock, background, bodies, self.nodes, boundary, averages, P2gContent::Motion);
+        start_velocities(clock, background, bodies, self.nodes, boundary);
+    }
+
+    fn correct_free_surface(
+        &mut self,
+        background: &BackgroundGrid<D>,
+        bodies: &mut Bodies<D>,
+        averages: &mut CellAverages<D>,
+    ) {
+        free_surface_correction(background, bodies, &mut averages.free_surface);
+    }
+
+    fn rescale_small_mass_forces(
+        &mut self,
+        clock: &Clock,
+        background: &BackgroundGrid<D>,
+        bodies: &mut Bodies<D>,
+    ) {
+        rescale_small_mass_forces(clock, background, bodies, self.nodes);
+    }
+
+    fn solve_momentum(
+        &mut self,
+        clock: &Clock,
+        background: &BackgroundGrid<D>,
+        bodies: &mut Bodies<D>,
+        boundary: &mut BoundaryConditions<D>,
+    ) -> Result<(), SolverError> {
+        solve_momentum(clock, background, bodies, self.nodes, boundary, self.consistent)
+    }
+
+    fn remap(
+        &mut self,
+        clock: &Clock,
+        background: &BackgroundGrid<D>,
+        bodies: &mut Bodies<D>,
+        boundary: &mut BoundaryConditions<D>,
+    ) {
+        remap(clock, background, bodies, self.nodes, boundary);
+    }
+
+    fn limit_remapped(
+        &mut self,
+        clock: &Clock,
+        background: &BackgroundGrid<D>,
+        bodies: &mut Bodies<D>,
+        boundary: &mut BoundaryConditions<D>,
+    ) {
+        let obstacles = (&boundary.walls, &mut boundary.penalty_obstacles);
+        limit_remapped(clock, background, bodies, self.nodes, obstacles);
+    }
+
+    fn average_strains(
+        &mut self,
+        clock: &Clock,
+        background: &BackgroundGrid<D>,
+        bodies: &mut Bodies<D>,
+        averages: &mut CellAverages<D>,
+        source: VelocitySource,
+    ) {
+        average_strains_of_one_phase(clock, background, bodies, (self.nodes, source), &mut averages.strains);
+    }
+
+    fn update_follower_loads(
+        &mut self,
+        clock: &Clock,
+        background: &BackgroundGrid<D>,
+        bodies: &mut Bodies<D>,
+        source: VelocitySource,
+    ) {
+        update_follower_loads(clock, background, bodies, (self.nodes, source));
+    }
+
+    fn update_points(
+        &mut self,
+        clock: &Clock,
+        background: &BackgroundGrid<D>,
+        bodies: &mut Bodies<D>,
+        boundary: &mut BoundaryConditions<D>,
+        averages: &mut CellAverages<D>,
+        (source, selection): (VelocitySource, UpdateSelection),
+    ) -> Result<f64, SolverError> {
+        update_points(clock, background, bodies, (self.nodes, source), boundary, averages, selection)
+    }
+}
+
+/// Computes velocities at the end of the step and accelerations of the nodes (steps 2 to 4), and the affine parts of the transfer.
+fn solve_momentum<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &mut Bodies<D>,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
+    consistent: &mut ConsistentMass,
+) -> Result<(), SolverError> {
+    if consistent.is_used() {
+        return consistent_mass::solve_momentum(
+            clock,
+            background,
+            bodies,
+            &mut nodes.solved,
+            &boundary.walls,
+            consistent,
+        );
+    }
+    let light = bodies.mass_cutoff(clock);
+    let BoundaryConditions { walls, driven, contacts, absorbing, reaction_recorder: bearing, .. } =
+        &mut *boundary;
+    let solve = MomentumSolve {
+        dt: clock.dt,
+        gravity: clock.gravity_at_end(),
+        rayleigh: clock.stage().rayleigh_damping,
+        keep_initial_velocity: clock.keeps_initial_velocity(),
+        inertia: clock.options.mass_scaling,
+        mass_cutoff: light,
+        walls,
+        layout: &background.layout,
+    };
+    if let Some(bearing) = bearing {
+        bearing.record(&solve, background, &nodes.solved);
+    }
+    for nodes in nodes.solved.chunks_exact_mut(background.layout.len()) {
+        background.layout.for_each_active_node_range(nodes, |row, active, line| solve.row(row, active, line));
+    }
+    absorbing.apply(clock, &mut nodes.solved, walls);
+    rigid_bodies::impose_velocity_of_all_rigid(background, driven, contacts, &mut nodes.solved);
+    correct_velocities(clock, background, bodies, &mut nodes.solved, boundary);
+    let BoundaryConditions { driven, contacts, .. } = &mut *boundary;
+    prescribed_motion::impose_patch_velocity(clock, background, driven, contacts, &mut nodes.solved, true);
+    damp_nodes(clock, background, bodies, nodes, boundary);
+    let BoundaryConditions { walls, driven, contacts, penalty_obstacles: rocks, .. } = &mut *boundary;
+    rigid_bodies::integrate_rigid(clock, driven);
+    rigid_bodies::impose_rigid_velocity(background, driven, contacts, &mut nodes.solved);
+    limit_solved(clock, background, bodies, &mut nodes.solved, (walls, rocks));
+    if clock.stage().equilibrium.is_some() {
+        let sums = update_equilibrium(clock, background, bodies, nodes, boundary);
+        nodes.external_work += sums.work;
+        nodes.sums = sums;
+    }
+    if clock.options.filters_velocities() {
+        filter_velocities(clock, background, bodies, nodes, boundary);
+    } else {
+        // Bodies with affine fields: all, liquids, or none.
+        g2p_affine(clock, background, bodies, nodes);
+    }
+    Ok(())
+}
+
+/// Updates the measures of equilibrium of the step, with the work of loads and motions and the terms of free rigid bodies.
+fn update_equilibrium<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &Bodies<D>,
+    nodes: &mut VelocityFields,
+    boundary: &BoundaryConditions<D>,
+) -> EquilibriumTerms {
+    let BoundaryConditions { walls, driven, contacts, nodal_loads: nodal, load_starts, .. } = boundary;
+    let mut sums = equilibrium_terms(clock, background, bodies.mass_cutoff(clock), nodes, walls, contacts);
+    sums.work += work_of_loads(bodies, driven, clock.dt);
+    for loose in driven.iter().filter_map(|driven| driven.free_rigid_body.as_ref()) {
+        let stage = clock.stage();
+        sums.add(&rigid_bodies::equilibrium_terms(
+            loose,
+            clock.dt,
+            &stage.damping_of_axes(),
+            stage.rayleigh_damping,
+        ));
+    }
+    sums.work += nodal_load_work(clock, background, bodies, &nodes.solved, nodal, load_starts);
+    sums
+}
+
+/// Applies local damping. It depends on the unbalanced forces. Forces of walls, of contact, of driven bodies and of the penetration limit
+/// are in balance with others, so that damping follows them. Prescribed components are not damped.
+fn damp_nodes<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &Bodies<D>,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
+) {
+    let damping = clock.stage().damping_of_axes();
+    if damping == [0.0; 3] {
+        return;
+    }
+    let BoundaryConditions { walls, driven, contacts, penalty_obstacles: rocks, .. } = boundary;
+    limit_solved(clock, background, bodies, &mut nodes.solved, (walls, rocks));
+    let layout = &background.layout;
+    for nodes in nodes.solved.chunks_exact_mut(layout.len()) {
+        layout.for_each_active_node_range(nodes, |row, active, line| {
+            for number in active {
+                let node = &mut line[number];
+                let held = walls
+                    .constrained_components(&layout.index(row, number), &first_three(node.momentum_and_mass));
+                damp(node, &damping, held, clock.dt);
+            }
+        });
+    }
+    prescribed_motion::impose_patch_velocity(clock, background, driven, contacts, &mut nodes.solved, false);
+}
+
+/// Returns the measures of equilibrium from the solved nodes, contacts included (sheet: mpm §2.14).
+fn equilibrium_terms<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    light: f64,
+    nodes: &mut VelocityFields,
+    walls: &NodeWalls,
+    contacts: &FieldContacts,
+) -> EquilibriumTerms {
+    let stage = clock.stage();
+    let audit = EquilibriumAudit {
+        dt: clock.dt,
+        gravity: clock.gravity_at_end(),
+        damping: stage.damping_of_axes(),
+        rayleigh: stage.rayleigh_damping,
+        inertia: clock.options.mass_scaling,
+        mass_cutoff: light,
+        walls,
+        layout: &background.layout,
+    };
+    let mut sums = EquilibriumTerms::default();
+    let VelocityFields { solved, row_sums, .. } = nodes;
+    for (field, nodes) in solved.chunks_exact_mut(background.layout.len()).enumerate() {
+        if contacts.is_rigid(field) {
+            continue;
+        }
+        background.layout.for_each_row(nodes, row_sums, |row, active, line| audit.row(row, active, line));
+        row_sums.iter().for_each(|row| sums.add(row));
+    }
+    sums
+}
