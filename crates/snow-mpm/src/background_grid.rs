@@ -1,9 +1,8 @@
-//! Where points and nodes are: the grid around the domain, the order of the nodes, the shape functions. In a step it is only
-//! read.
+//! Background grid around the domain: grid, order of the nodes, shape functions. It is constant during a step.
 //!
-//! The grid is some cells wider than the domain on every side. So all shape functions of points in the domain are those of an
-//! unbounded grid: their second moment, on which APIC stands, is the same everywhere, and they are a partition of unity at walls
-//! too (sheet: snow-mpm §3.3, P16). Nodes lie on multiples of the cell size from the corner of the domain.
+//! The grid is some cells wider than the domain on every side. All shape functions of points in the domain are therefore those of an
+//! unbounded grid: their second moment, which APIC needs, is uniform, and they are a partition of unity at walls too (sheet: snow-mpm §3.3,
+//! P16). Nodes lie on multiples of the cell size from the corner of the domain.
 
 use colluvium_grid::{
     Basis1d, Grid, GridError, GridView, Layout, Mesh, NodalState, ShapeFunctionKind, Transfers,
@@ -14,11 +13,11 @@ use crate::config::SplineShape;
 /// Cells beyond the domain on every side.
 const MARGIN_CELLS: f64 = 4.0;
 
-/// The background of all points.
+/// Background grid of all points.
 pub struct BackgroundGrid<const D: usize> {
     /// The grid, wider than the domain.
     pub grid: Grid<D>,
-    /// The nodes, and which of them are active since the last sort.
+    /// Layout of the nodes, and which of them are active since the last sort.
     pub layout: Layout<D>,
     /// The transfers.
     pub transfers: &'static dyn Transfers<D>,
@@ -28,13 +27,13 @@ pub struct BackgroundGrid<const D: usize> {
     pub low: [f64; D],
     /// Upper corner of the domain (m).
     pub high: [f64; D],
-    /// Axes along which the domain repeats itself.
+    /// Axes along which the domain is periodic.
     pub periodic: [bool; D],
-    /// None: the grid is structured.
+    /// Empty mesh, as the grid is structured.
     mesh: Mesh<D>,
 }
 
-/// Shape functions as the grid knows them.
+/// Returns the kind of shape functions of the grid.
 pub fn shape_function_kind(chosen: SplineShape) -> ShapeFunctionKind {
     match chosen {
         SplineShape::Cubic => ShapeFunctionKind::Cubic,
@@ -44,7 +43,7 @@ pub fn shape_function_kind(chosen: SplineShape) -> ShapeFunctionKind {
 }
 
 impl<const D: usize> BackgroundGrid<D> {
-    /// The background of a domain with corners `low` and `high` (m) and cells of edge `cell` (m).
+    /// Returns the background grid of a domain with corners `low` and `high` (m) and cells of edge `cell` (m).
     ///
     /// # Errors
     /// When the domain is not a whole number of cells wide, or the grid too large.
@@ -55,7 +54,7 @@ impl<const D: usize> BackgroundGrid<D> {
     ) -> Result<Self, GridError> {
         Grid::new(low, high, cell)?;
         let axis = sweeps.basis_1d();
-        // Nodes of an odd number of functions a cell lie at the middles of its grid's cells.
+        // Nodes of an odd number of functions a cell lie at the centres of its grid's cells.
         let margin = MARGIN_CELLS - (axis.coordinate(5, 12) - axis.coordinate(5, 12).floor());
         let wide = margin * cell;
         let grid = Grid::new(low.map(|x| x - wide), high.map(|x| x + wide), cell)?;
@@ -72,13 +71,13 @@ impl<const D: usize> BackgroundGrid<D> {
         })
     }
 
-    /// The same, repeating itself along the given axes, along which nodes that are a width of the domain apart are one.
+    /// Returns the grid with periodic axes, along which nodes at a distance of the domain's width are images of each other.
     ///
     /// # Errors
-    /// How many cells the domain has to be wide for that, where it is narrower.
+    /// The number of cells that the domain must have for that, where it is narrower.
     pub fn with_periodic_axes(mut self, periodic: [bool; D]) -> Result<Self, usize> {
         let period = |axis: usize| ((self.high[axis] - self.low[axis]) / self.grid.cell).round() as usize;
-        // The grid is as much wider than the domain along all axes.
+        // The grid is wider than the domain by the same length along all axes.
         let least = self.layout.nodes()[0] - period(0);
         let periods = std::array::from_fn(|axis| if periodic[axis] { period(axis) } else { 0 });
         self.layout = self.layout.with_period(periods).ok_or(least)?;
@@ -86,7 +85,7 @@ impl<const D: usize> BackgroundGrid<D> {
         Ok(self)
     }
 
-    /// Gives nodes that are one in a periodic domain the sum of what each of them has.
+    /// Sets periodic images of a node to the sum of their values.
     pub fn sum_periodic_images(&self, nodes: &mut [NodalState]) {
         if self.periodic != [false; D] {
             self.layout.sum_periodic_images(nodes, |sum, node| {
@@ -96,24 +95,24 @@ impl<const D: usize> BackgroundGrid<D> {
         }
     }
 
-    /// Whether the node at `index` stands for another one of lower index, in a periodic domain: sums leave it out.
+    /// Whether the node at `index` is an image of a node of lower index in a periodic domain: sums exclude it.
     #[inline(always)]
     pub fn is_periodic_image(&self, index: &[usize; 3]) -> bool {
         self.periodic != [false; D] && self.layout.is_periodic_image(index)
     }
 
-    /// Whether a place (m) lies in the domain; not where it is no number.
+    /// Whether a position (m) lies in the domain; false for NaN.
     pub fn contains(&self, place: &[f64; D]) -> bool {
         (0..D).all(|axis| place[axis] >= self.low[axis] && place[axis] <= self.high[axis])
     }
 
-    /// Where points find their nodes.
+    /// Grid view for points.
     #[inline(always)]
     pub fn grid_view(&self) -> GridView<'_, D> {
         GridView::new(&self.grid, &self.mesh, &self.layout)
     }
 
-    /// Where a node is (m).
+    /// Position of a node (m).
     pub fn node_position(&self, index: &[usize; 3]) -> [f64; 3] {
         let mut place = [0.0; 3];
         for axis in 0..D {
@@ -123,8 +122,8 @@ impl<const D: usize> BackgroundGrid<D> {
         place
     }
 
-    /// How far a place lies outside the domain along the axis where that is most (cells); not positive inside. Along an axis along
-    /// which the domain repeats itself nothing is outside.
+    /// Largest distance of a position from the domain along an axis (cells); not positive inside. Along a periodic axis every position is
+    /// inside.
     #[inline]
     pub fn distance_outside(&self, place: &[f64; D]) -> f64 {
         let beyond = |axis: usize| (self.low[axis] - place[axis]).max(place[axis] - self.high[axis]);

@@ -1,4 +1,4 @@
-//! Saving and restoring the solver, and the `Solver` face of it.
+//! Checkpoint of the solver, and its implementation of `Solver`.
 
 use std::io::{Read, Write};
 use std::sync::Arc;
@@ -21,10 +21,10 @@ use crate::solver::SnowSolver;
 /// Version of the layout of a checkpoint.
 const FORMAT: u32 = 7;
 
-/// Depth of a point under an obstacle of which is told (cells).
+/// Depth of a point under an obstacle (cells) above which the run reports it.
 const REPORTED_DEPTH: f64 = 0.1;
 
-/// What is no column.
+/// State of the solver beside the columns of points.
 #[derive(Serialize, Deserialize)]
 struct CheckpointState {
     format: u32,
@@ -65,7 +65,7 @@ impl<const D: usize> SnowSolver<D> {
         }
     }
 
-    /// States of the laws, where they begin anew from the stresses that there are.
+    /// Initialises stresses and states of the laws anew from the current stresses.
     fn reset_states(&mut self) -> Result<(), SolverError> {
         for number in 0..self.bodies.all.len() {
             let body = &self.bodies.all[number];
@@ -217,7 +217,7 @@ impl<const D: usize> Solver for SnowSolver<D> {
                 .ok_or_else(|| checkpoint_error("its arrays do not fit together"))?;
         }
         self.bodies.find_active_nodes(&mut self.background);
-        // Since the sort points may have drifted, and the order of summation must stay what it was.
+        // Points may have drifted since the sort, and the order of summation must be that of the uninterrupted run.
         for (body, (_, slabs, _)) in self.bodies.all.iter_mut().zip(head.bodies) {
             if slabs.len() != body.slabs.len() || slabs.last() != Some(&body.points.len()) {
                 return Err(checkpoint_error("its slabs do not fit the case"));

@@ -1,4 +1,4 @@
-//! The time step (sheet: snow-mpm §3.4), found anew in every step.
+//! Critical time step (sheet: snow-mpm §3.4), computed in every step.
 
 use colluvium_case::{StepLimit, TimeStep, spatial};
 use colluvium_constitutive::{BLOCK_SIZE, Material, StateBlock, SymTensor};
@@ -8,15 +8,15 @@ use crate::points::bodies::Bodies;
 use crate::points::vectors::square;
 use crate::step_bound::StepBound;
 
-/// The limit of a step by how far the fastest point goes.
+/// Limit of a step by the displacement of the fastest point.
 const POINT_SPEED: StepLimit = StepLimit::new("speed of a point");
 
-/// What steps are measured by.
+/// Coefficients of the step limits.
 #[derive(Clone, Copy, Debug)]
 pub struct StepCoefficients {
-    /// Step times (wave speed + speed) over the cell size.
+    /// Courant number of the waves: step times (wave speed + speed) over the cell size.
     elastic: f64,
-    /// Step times speed over the cell size.
+    /// Courant number of the points: step times speed over the cell size.
     velocity: f64,
     /// Edge of a cell (m).
     cell: f64,
@@ -25,7 +25,7 @@ pub struct StepCoefficients {
 }
 
 impl StepCoefficients {
-    /// Of the options in so many dimensions: a step that the case fixes has to keep below the critical one only.
+    /// Returns the coefficients of the options in `dimension` axes: a fixed step of the case must only be below the critical one.
     pub fn of_options(options: &SnowOptions, dimension: usize) -> Self {
         let [elastic, velocity] = match options.time_step {
             Some(_) => [1.0, 1.0],
@@ -34,7 +34,7 @@ impl StepCoefficients {
         Self { elastic, velocity, cell: options.cell_size, dimension: dimension as f64 }
     }
 
-    /// The pace of a block of points, the first of which is number `first`.
+    /// Step bound of a block of points, the first of which has the number `first`.
     pub fn step_bound<const D: usize>(
         &self,
         first: usize,
@@ -55,7 +55,7 @@ impl StepCoefficients {
         }
         let [by_wave, by_motion] = [self.elastic, self.velocity].map(|courant| 1.0 / (courant * self.cell));
         let by_viscosity = 4.0 * self.dimension / (self.cell * self.cell);
-        // One over the longest step, of each of the three limits.
+        // Inverse of the longest step, for each of the three limits.
         let mut rates = [[0.0; BLOCK_SIZE]; 3];
         for p in 0..BLOCK_SIZE {
             let (speed, specific) = (speeds[p].sqrt(), specific[p]);
@@ -71,7 +71,7 @@ impl StepCoefficients {
             .iter()
             .fold([0f64; 8], |most, rates| std::array::from_fn(|i| most[i].max(rates[i])));
         let highest = highest.iter().fold(0f64, |most, rate| most.max(*rate));
-        // The first point of those that limit most.
+        // First point of those with the highest rate.
         if let Some(p) = (0..count).find(|&p| rates.iter().any(|of| of[p] == highest)) {
             pace.tighten(rates[0][p], StepLimit::ELASTIC_WAVE, first + p);
             pace.tighten(rates[1][p], POINT_SPEED, first + p);
@@ -81,7 +81,7 @@ impl StepCoefficients {
     }
 }
 
-/// The time step that the reports of the bodies leave.
+/// Returns the time step from the reports of the bodies.
 pub fn time_step<const D: usize>(bodies: &Bodies<D>) -> TimeStep {
     let (mut pace, mut place) = (StepBound::NONE, None);
     for body in &bodies.all {

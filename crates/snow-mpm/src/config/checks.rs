@@ -2,7 +2,7 @@
 
 use super::{SnowOptions, SnowTransfer, SplineShape};
 
-/// An option and what is wrong with it.
+/// Option and its problem.
 type OptionProblem = (&'static str, String);
 
 impl SnowOptions {
@@ -48,7 +48,7 @@ impl SnowOptions {
         Ok(())
     }
 
-    /// What of the options is allowed but deserves a warning.
+    /// Warnings on options that are allowed but doubtful.
     pub(crate) fn warnings(&self) -> Vec<String> {
         let mut found = Vec::new();
         let mut say = |key: &str, text: &str| found.push(format!("methods.{}.{key}: {text}", super::NAME));

@@ -1,4 +1,4 @@
-//! What the options choose between.
+//! Values of the options.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! The nodes: their momentum equation, damping and walls (sheet: snow-mpm §3.5, steps 2 and 3), and what that costs in energy.
+//! Momentum solve on the nodes, with damping and walls (sheet: snow-mpm §3.5, steps 2 and 3), and its energies.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::background_grid::BackgroundGrid;
 use crate::obstacles::node_obstacles::MAX_RECORDED;
 
-/// What the nodes of a step add up to.
+/// Sums over the nodes in a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MomentumTerms {
     /// Work of gravity in the step (J).
@@ -20,22 +20,22 @@ pub struct MomentumTerms {
     pub damping: f64,
     /// Kinetic energy of the nodes (J).
     pub kinetic: f64,
-    /// What it has grown by in the step (J).
+    /// Growth of the kinetic energy in the step (J).
     pub kinetic_gain: f64,
-    /// Square of the force out of balance (N²).
+    /// Square of the unbalanced force (N²).
     pub unbalanced: f64,
     /// Square of the weight (N²).
     pub weight: f64,
-    /// What friction takes at obstacles, counted against their own motion (J).
+    /// Energy dissipated by friction at obstacles, relative to their motion (J).
     pub friction: f64,
-    /// Impulses on the obstacles whose reaction is measured (N s).
+    /// Impulses on the obstacles with a measured reaction (N s).
     pub impulses: [[f64; 3]; MAX_RECORDED],
-    /// Their moments about the zero of the coordinates (N m s).
+    /// Moments of these impulses about the origin (N m s).
     pub moments: [[f64; 3]; MAX_RECORDED],
 }
 
 impl MomentumTerms {
-    /// Adds others.
+    /// Adds other sums.
     pub fn add(&mut self, other: &Self) {
         self.gravity += other.gravity;
         self.boundary += other.boundary;
@@ -54,31 +54,31 @@ impl MomentumTerms {
     }
 }
 
-/// The nodes of the grid.
+/// Nodes of the grid.
 pub struct GridNodes {
-    /// What they hold.
+    /// States of the nodes.
     pub nodes: Vec<NodalState>,
     rows: Vec<MomentumTerms>,
 }
 
-/// What the momentum equation of a step needs beside the nodes.
+/// Input of the momentum solve of a step.
 pub struct MomentumSolve<'a, const D: usize> {
     /// Step (s).
     pub dt: f64,
     /// Gravity at the end of the step (m/s²).
     pub gravity: [f64; 3],
-    /// Local damping of each axis.
+    /// Local damping factor of each axis.
     pub damping: [f64; 3],
     /// Nodes up to this mass (kg) get no force.
     pub mass_cutoff: f64,
     /// Walls.
     pub walls: &'a NodeWalls,
-    /// Where the nodes are, and their order.
+    /// Background grid.
     pub background: &'a BackgroundGrid<D>,
 }
 
 impl GridNodes {
-    /// Empty ones.
+    /// Returns nodes with zero state.
     pub fn new<const D: usize>(layout: &Layout<D>) -> Self {
         Self {
             nodes: vec![NodalState::default(); layout.len()],
@@ -86,7 +86,7 @@ impl GridNodes {
         }
     }
 
-    /// Empties the active nodes.
+    /// Sets the active nodes to zero.
     pub fn reset<const D: usize>(&mut self, layout: &Layout<D>) {
         layout.reset(&mut self.nodes);
     }
@@ -115,7 +115,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
             let node = &mut line[number];
             let mass = node.momentum_and_mass.as_array()[3];
             if mass <= self.mass_cutoff {
-                // Too light for forces to mean anything: it moves with the points around it.
+                // Too light for a meaningful force: the node moves with the points around it.
                 let inverse = if mass > 0.0 { 1.0 / mass } else { 0.0 };
                 node.momentum_and_mass *= Vector4::new([inverse, inverse, inverse, 1.0]);
                 node.force = Vector4::ZERO;
@@ -159,9 +159,9 @@ impl<const D: usize> MomentumSolve<'_, D> {
         let before = end;
         if !free {
             let mut begun = start;
-            // What obstacles change along themselves, and its product with their velocities.
+            // Change of velocity by obstacles along their surface, and its product with their velocities.
             let (mut rubbed, mut carried) = ([0.0; 3], 0.0);
-            // Velocities at the start stay what points gave (sheet: snow-mpm §3.5, note iii).
+            // Velocities at the start are those from the points (sheet: snow-mpm §3.5, note iii).
             self.walls.constrain_and_record(
                 index,
                 &mut begun,
@@ -190,7 +190,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
         }
         let rate: [f64; 3] = std::array::from_fn(|c| (end[c] - start[c]) / self.dt);
         for c in 0..D {
-            // Impulses do work with the mean of the velocities before and after.
+            // The work of impulses uses the mean of the velocities before and after.
             let mean = 0.5 * mass * (start[c] + end[c]);
             sums.boundary += mean * (end[c] - before[c]);
             sums.damping += mean * slowed[c];

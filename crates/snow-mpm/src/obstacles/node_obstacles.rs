@@ -1,4 +1,4 @@
-//! Obstacles on the nodes: those in the solid or on its surface have the velocity that it allows (sheet: snow-mpm §3.7).
+//! Obstacles on the nodes: nodes in the solid or on its surface have the velocity that it allows (sheet: snow-mpm §3.7).
 
 use colluvium_case::description::Obstacle;
 use colluvium_case::{
@@ -9,23 +9,23 @@ use colluvium_grid::{NodeFace, NodeFaces};
 
 use crate::background_grid::BackgroundGrid;
 
-/// Obstacles whose reactions are added up, at most.
+/// Maximum number of obstacles with recorded reactions.
 pub const MAX_RECORDED: usize = 8;
 
-/// The obstacles of a case.
+/// Obstacles of a case.
 pub struct NodeObstacles<const D: usize> {
-    /// Faces of those at rest.
+    /// Faces of the obstacles at rest.
     rest: NodeFaces,
     moving: MovingObstacles<NodeFace, D>,
-    /// Names of those whose reaction is measured.
+    /// Names of the obstacles with a measured reaction.
     bearers: Vec<String>,
 }
 
 impl<const D: usize> NodeObstacles<D> {
-    /// The obstacles of `case` on the nodes of a grid.
+    /// Returns the obstacles of `case` on the nodes of a grid.
     ///
     /// # Errors
-    /// Where the reactions of too many are measured.
+    /// Where too many reactions are measured.
     pub fn new(
         case: &Case,
         standing: &[PlacedObstacle<'_, D>],
@@ -55,22 +55,22 @@ impl<const D: usize> NodeObstacles<D> {
         &self.rest
     }
 
-    /// Names of those whose reaction is measured.
+    /// Names of the obstacles with a measured reaction.
     pub fn recorded(&self) -> &[String] {
         &self.bearers
     }
 
-    /// Whether any is on its way.
+    /// Whether any obstacle moves.
     pub fn are_moving(&self) -> bool {
         !self.moving.is_empty()
     }
 
-    /// The step from `time` (s) in which none goes farther than half a `cell` (m), where that is shorter than the `critical` one.
+    /// Limits the `critical` step from `time` (s), so that no obstacle moves farther than half a `cell` (m).
     pub fn limit_by_obstacle_motion(&self, critical: TimeStep, time: f64, cell: f64) -> TimeStep {
         limit_step_by_obstacles(critical, self.moving.iter(), (time, 0.5 * cell, 1))
     }
 
-    /// Finds the faces of the active nodes for a step of so long from a time (s).
+    /// Finds the faces of the active nodes for a `step` of a length from a time (s).
     pub fn update_faces(&mut self, step: (f64, f64), background: &BackgroundGrid<D>, faces: &mut NodeFaces) {
         self.moving.update_positions(step);
         let BackgroundGrid { grid, layout, basis_1d: axis, .. } = background;

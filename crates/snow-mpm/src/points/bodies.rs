@@ -1,4 +1,4 @@
-//! The points of the bodies, as structures of arrays.
+//! Points of the bodies, as structures of arrays.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -14,13 +14,13 @@ use crate::background_grid::BackgroundGrid;
 use crate::step_bound::StepBound;
 
 struct_of_arrays! {
-    /// What a point is.
+    /// State of the points, by column.
     pub struct PointColumns<const D: usize> {
-        /// Ids, the same for life.
+        /// Ids, constant during the run.
         pub id: u32,
         /// Positions (m).
         pub position: [f64; D],
-        /// Positions from which displacement is counted (m).
+        /// Reference positions of displacements (m).
         pub origin: [f64; D],
         /// Velocities (m/s).
         pub velocity: [f64; D],
@@ -37,23 +37,23 @@ struct_of_arrays! {
     }
 }
 
-/// The points of a body, with its law.
+/// Points of a body, with its law.
 pub struct BodyPoints<const D: usize> {
     /// Index into `Case::bodies`.
     pub number: u32,
-    /// The law.
+    /// Material law.
     pub material: Arc<dyn Material>,
     /// States of the law.
     pub states: States,
     /// Width of a point (m).
     pub width: f64,
-    /// Whether points that leave the domain are taken away.
+    /// Whether points that leave the domain are removed.
     pub remove_outside: bool,
-    /// The points, in the order of the last sort.
+    /// Points, in the order of the last sort.
     pub points: PointColumns<D>,
     /// Bounds of the slabs of the grid within the columns.
     pub slabs: Vec<usize>,
-    /// What each block of points reports of the last update.
+    /// Report of each block of points on the last update.
     pub(crate) reports: Vec<Result<StepBound, PointFailure>>,
 }
 
@@ -62,11 +62,11 @@ pub struct BodyPoints<const D: usize> {
 pub struct PointFailure {
     /// Index within its body.
     pub index: usize,
-    /// Why.
+    /// Reason of the failure.
     pub reason: String,
 }
 
-/// Domains of points of splines: nothing.
+/// Domains of points of splines, which have no data.
 static FIXED: [FixedDomain; BLOCK_SIZE] = [FixedDomain; BLOCK_SIZE];
 
 /// A block of points at `position`, for a sweep.
@@ -76,14 +76,14 @@ pub fn point_slice<'a, const D: usize>(position: &'a [[f64; D]], extent: &'a [f6
 }
 
 impl<const D: usize> BodyPoints<D> {
-    /// The points of a slab in blocks of [`BLOCK`] or fewer, by their numbers.
+    /// Returns the points of a slab in blocks of [`BLOCK`] or fewer, as ranges of indices.
     #[inline(always)]
     pub fn blocks_of(&self, slab: usize) -> impl Iterator<Item = Range<usize>> {
         let (start, end) = (self.slabs[slab], self.slabs[slab + 1]);
         (start..end).step_by(BLOCK_SIZE).map(move |first| first..(first + BLOCK_SIZE).min(end))
     }
 
-    /// The points as their law sees them.
+    /// Returns the points as input of their law.
     pub fn law_points(&self) -> LawPoints<'_> {
         LawPoints { material: &*self.material, stress: &self.points.stress, states: &self.states }
     }
@@ -95,8 +95,8 @@ impl<const D: usize> BodyPoints<D> {
         energies
     }
 
-    /// Kinetic energies of the points as bodies of their own, and of the velocity fields around them (J), where `moment` is
-    /// the second moment of the shape functions (m²).
+    /// Kinetic energies (J) of the points without affine fields, and of the affine velocity fields, where `moment` is the second moment of
+    /// the shape functions (m²).
     pub fn kinetic_energies(&self, moment: f64) -> [f64; 2] {
         let PointColumns { velocity, affine, mass, .. } = &self.points;
         let mut sums = [0.0; 2];
@@ -108,23 +108,23 @@ impl<const D: usize> BodyPoints<D> {
         sums
     }
 
-    /// Memory of the points (bytes), with what sorting takes.
+    /// Memory of the points (bytes), including that of sorting.
     pub fn bytes(&self) -> usize {
         let state = self.material.state_size();
         self.points.bytes() + self.points.len() * (2 * state + 16 + size_of::<SquareMatrix<D>>())
     }
 
-    /// Point `i` becomes what point `order[i]` was; points that `order` does not name vanish.
+    /// Reorders the points: point `i` was point `order[i]`; points absent from `order` are removed.
     fn reorder(&mut self, order: &[u32], spare: &mut ScratchBuffers) {
         self.points.reorder(order, spare);
         self.states = self.states.permuted(order);
     }
 }
 
-/// The points of all bodies.
+/// Points of all bodies.
 #[derive(Default)]
 pub struct Bodies<const D: usize> {
-    /// The bodies that there are.
+    /// Bodies with points.
     pub all: Vec<BodyPoints<D>>,
     /// Sum over the steps since the last sort of the largest move along an axis (m).
     pub travel: f64,
@@ -134,7 +134,7 @@ pub struct Bodies<const D: usize> {
 }
 
 impl<const D: usize> Bodies<D> {
-    /// Of these bodies.
+    /// Returns the points of these bodies.
     pub fn new(all: Vec<BodyPoints<D>>) -> Self {
         Self { all, ..Self::default() }
     }
@@ -156,7 +156,7 @@ impl<const D: usize> Bodies<D> {
         self.find_active_nodes(background);
     }
 
-    /// Active nodes and bounds of slabs from the sorted points.
+    /// Finds active nodes and bounds of slabs from the sorted points.
     pub fn find_active_nodes(&mut self, background: &mut BackgroundGrid<D>) {
         background.layout.clear();
         let (mut mass, mut count) = (0.0, 0);
@@ -169,7 +169,7 @@ impl<const D: usize> Bodies<D> {
         self.mean_mass = if count > 0 { mass / count as f64 } else { 0.0 };
     }
 
-    /// Brings points back that left through a periodic side, on the other one.
+    /// Moves points that left through a periodic side to the opposite side.
     pub fn wrap(&mut self, background: &BackgroundGrid<D>) {
         let BackgroundGrid { low, high, periodic, .. } = background;
         if *periodic == [false; D] {
@@ -178,13 +178,13 @@ impl<const D: usize> Bodies<D> {
         for body in &mut self.all {
             let PointColumns { position, origin, .. } = &mut body.points;
             if wrap([low, high], periodic, position, origin) {
-                // They are in other slabs now.
+                // The points are in other slabs now.
                 self.travel = f64::INFINITY;
             }
         }
     }
 
-    /// Keeps the points of which `keep` approves, by body and index, and the bodies that have any; whether any is gone.
+    /// Keeps the points for which `keep` is true, by body and index, and the bodies with points; returns whether any was removed.
     pub fn retain(&mut self, keep: impl Fn(&BodyPoints<D>, usize) -> bool) -> bool {
         let before = self.len();
         for body in &mut self.all {
@@ -198,7 +198,7 @@ impl<const D: usize> Bodies<D> {
     }
 }
 
-/// `columns[j] = -V σ e_j`.
+/// Stress columns `columns[j] = -V σ e_j`.
 #[inline(always)]
 pub fn stress_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Vector4; D] {
     let mut columns = [Vector4::ZERO; D];

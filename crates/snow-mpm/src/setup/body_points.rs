@@ -1,4 +1,4 @@
-//! From bodies to points (sheet: snow-mpm §3.3).
+//! Sampling of bodies by points (sheet: snow-mpm §3.3).
 
 use colluvium_case::bodies::law_points::InitialLawState;
 use colluvium_case::{Case, CaseError, PointList, spatial};
@@ -10,10 +10,10 @@ use crate::config::{SnowOptions, SnowTransfer};
 use crate::points::bodies::{BodyPoints, PointColumns, point_slice};
 use crate::setup::option_error;
 
-/// Beyond this many points the ids no longer fit.
+/// Maximum number of points, by the range of ids.
 const MAX_POINTS: usize = u32::MAX as usize;
 
-/// The points of body number `number`, their ids from `first_id` on.
+/// Returns the points of body `number`, with ids from `first_id` on.
 pub(super) fn body_points<const D: usize>(
     case: &Case,
     options: &SnowOptions,
@@ -70,8 +70,8 @@ pub(super) fn body_points<const D: usize>(
     Ok(body)
 }
 
-/// Moments of the initial velocity field: its gradient times the second moment of the shape functions. The gradient is that of
-/// differences over a cell.
+/// Moments of the initial velocity field: its gradient times the second moment of the shape functions. The gradient is that of differences
+/// over a cell.
 fn affine_moments<const D: usize>(
     case: &Case,
     background: &BackgroundGrid<D>,

@@ -1,4 +1,4 @@
-//! What the method takes of a case, what it refuses, and what it warns of.
+//! Capabilities of the method for the features of a case, and its warnings.
 
 use colluvium_case::description::{CrackTip, Measure, ObstacleWall, Wall, min_extent};
 use colluvium_case::{Capabilities, Case, CaseError};
@@ -10,7 +10,7 @@ use crate::solver::saw_test;
 
 const ADHESION: &str = "snow-mpm knows no area of the nodes that an obstacle holds: leave it out";
 
-/// What the method says to the features of a case.
+/// Returns the capabilities of the method.
 pub(crate) fn capabilities(case: &Case) -> Capabilities {
     let honours = Capabilities::for_point_methods(NAME)
         .supports(&[
@@ -66,7 +66,7 @@ pub(crate) fn capabilities(case: &Case) -> Capabilities {
         .rejects("removal_shapes", "a cut has no image beyond the sides of a periodic domain: use walls")
 }
 
-/// What of a case is allowed but deserves a warning (sheet: snow-mpm §7).
+/// Warnings on a case (sheet: snow-mpm §7).
 pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
     let mut warnings = case.warnings();
     warnings.extend(options.warnings());
@@ -110,7 +110,7 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
     warnings
 }
 
-/// Warns of a weak layer along a track with less than two cells of other snow below it.
+/// Warning on a weak layer along a track with less than two cells of other snow below it.
 fn bare_ground_warning(case: &Case, number: usize, options: &SnowOptions) -> Option<String> {
     let body = &case.bodies[number];
     let Shape::ArcLayer { from, .. } = &body.shape else { return None };
@@ -123,7 +123,7 @@ fn bare_ground_warning(case: &Case, number: usize, options: &SnowOptions) -> Opt
     })
 }
 
-/// Warns of a measure whose lengths do not go with the cells (sheet: snow-mpm §3.11).
+/// Warning on a measure with lengths unsuitable for the cells (sheet: snow-mpm §3.11).
 fn measure_warning(name: &str, measure: &Measure, options: &SnowOptions) -> Option<String> {
     let cell = options.cell_size;
     match measure {
@@ -144,7 +144,7 @@ fn measure_warning(name: &str, measure: &Measure, options: &SnowOptions) -> Opti
     }
 }
 
-/// Coefficients of the frictional walls of a case, and where they stand in it.
+/// Friction coefficients of the walls of a case, with their paths in it.
 fn friction_coefficients(case: &Case) -> impl Iterator<Item = (String, f64)> {
     let boundaries = case.boundaries.iter().enumerate().filter_map(|(number, boundary)| {
         let Wall::Frictional { friction_coefficient, .. } = boundary.wall else { return None };
@@ -163,7 +163,7 @@ fn friction_coefficients(case: &Case) -> impl Iterator<Item = (String, f64)> {
     boundaries.chain(obstacles)
 }
 
-/// Warns of Poisson's ratios of laws that do not do so themselves (sheet: snow-mpm §7).
+/// Warnings on Poisson's ratios of laws that do not warn themselves (sheet: snow-mpm §7).
 fn poissons_ratio_warnings(case: &Case) -> Vec<String> {
     let mut warnings = Vec::new();
     for (name, spec) in &case.materials {
@@ -196,7 +196,7 @@ fn may_soften(spec: &MaterialSpec) -> bool {
     !spec.is_fluid() && !elastic(spec.inner().unwrap_or(spec))
 }
 
-/// Refuses weak layers of less than two cells, across which functions of nodes reach (sheet: snow-mpm §7).
+/// Rejects weak layers of less than two cells, the range of nodal functions (sheet: snow-mpm §7).
 pub(super) fn check_layer_thickness(case: &Case, options: &SnowOptions) -> Result<(), CaseError> {
     for (number, body) in case.bodies.iter().enumerate() {
         let weak = saw_test::is_weak(case, body);

@@ -11,8 +11,8 @@ use crate::solver::SnowSolver;
 use crate::{SnowMpm, setup};
 
 impl SnowMpm {
-    /// The solver of a case under a manufactured solution. Displacements in its snapshots count from where the points of the free
-    /// body are. Its energy balance knows nothing of the work of the force.
+    /// Returns the solver of a case under a manufactured solution. Displacements in its snapshots are relative to the positions of the
+    /// undeformed body. Its energy balance excludes the work of the body force.
     ///
     /// # Errors
     /// As for building the case itself; and when the law refuses the deformation at the start.
@@ -22,7 +22,7 @@ impl SnowMpm {
 }
 
 impl<const D: usize> SnowSolver<D> {
-    /// Moves and deforms the points as a solution begins, and lets its force act from here on.
+    /// Moves and deforms the points to the initial state of a solution, and applies its body force from then on.
     pub(crate) fn begin_manufactured(&mut self, solution: Manufactured) -> Result<(), CaseError> {
         let cell = self.background.grid.cell;
         for body in &mut self.bodies.all {
@@ -70,5 +70,5 @@ impl<const D: usize> SnowSolver<D> {
     }
 }
 
-/// Width of the differences of the velocity field at the start (cells).
+/// Width of the differences of the initial velocity field (cells).
 const DIFFERENCE: f64 = 1e-3;

@@ -1,4 +1,4 @@
-//! From a case to a solver: refuses what the method cannot honour, by JSON path.
+//! Construction of a solver from a case: rejects unsupported features, by JSON path.
 
 mod body_points;
 mod capabilities;
@@ -25,15 +25,15 @@ use crate::points::bodies::{Bodies, BodyPoints};
 use crate::boundary::walls::BoundaryConditions;
 use crate::solver::{Clock, RestChecks, SnowSolver};
 
-/// Point-updates per second and thread in the plane and in space, cubic functions and APIC.
+/// Point updates per second and thread in the plane and in space, cubic functions and APIC.
 const UPDATES_PER_SECOND: [f64; 2] = [2.5e6, 0.8e6];
 
-/// An error under a key of the options.
+/// Returns an error at a key of the options.
 pub(crate) fn option_error(key: &str, problem: impl Into<String>) -> CaseError {
     CaseError::new(format!("methods.{NAME}.{key}"), problem)
 }
 
-/// The options of the case, checked.
+/// Returns the validated options of the case.
 pub(crate) fn options(case: &Case) -> Result<SnowOptions, CaseError> {
     if !case.methods.contains_key(NAME) {
         let problem = "is missing: finite-strain MPM needs at least its `cell_size` (m)";
@@ -44,7 +44,7 @@ pub(crate) fn options(case: &Case) -> Result<SnowOptions, CaseError> {
     Ok(options)
 }
 
-/// The solver of `case`, under a manufactured solution if there is one.
+/// Returns the solver of `case`, under a manufactured solution if there is one.
 pub(crate) fn build(case: &Case, solution: Option<Manufactured>) -> Result<Box<dyn Solver>, CaseError> {
     let options = options(case)?;
     let shape = shape_function_kind(options.shape);
@@ -68,7 +68,7 @@ fn build_in<const D: usize>(
     Ok(Box::new(solver))
 }
 
-/// The plan of `case`.
+/// Returns the plan of `case`.
 pub(crate) fn plan(case: &Case) -> Result<Plan, CaseError> {
     let options = options(case)?;
     let shape = shape_function_kind(options.shape);
@@ -79,7 +79,7 @@ pub(crate) fn plan(case: &Case) -> Result<Plan, CaseError> {
     }
 }
 
-/// The size of `case`, without making its points.
+/// Returns the size of `case`, without sampling its points.
 pub(crate) fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     let options = options(case)?;
     let dimension = case.dimension();
@@ -88,7 +88,7 @@ pub(crate) fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     let cells = |axis: usize| (case.domain.max[axis] - case.domain.min[axis]) / options.cell_size;
     let nodes: f64 = (0..dimension).map(|axis| cells(axis) + 11.0).product();
     let number = size_of::<f64>();
-    // PointColumns of the points, and what sorting takes of their moments.
+    // Columns of the points, and the memory to sort their moments.
     let own = (3 * dimension + 2 * dimension * dimension + 9) * number + 4;
     let mut memory = nodes * size_of::<NodalState>() as f64;
     for (body, points) in case.bodies.iter().zip(&points) {
@@ -141,7 +141,7 @@ fn plan_in<const D: usize>(
     })
 }
 
-/// The background of a domain that repeats itself, where it does.
+/// Returns the background grid with the periodic axes of the domain.
 fn periodic_background<const D: usize>(
     case: &Case,
     background: BackgroundGrid<D>,
@@ -155,7 +155,7 @@ fn periodic_background<const D: usize>(
     })
 }
 
-/// A solver with its concrete type, at time zero.
+/// Returns a solver with its concrete type, at time zero.
 fn solver<const D: usize>(
     case: &Case,
     options: &SnowOptions,

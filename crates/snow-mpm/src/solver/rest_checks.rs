@@ -1,4 +1,4 @@
-//! Whether a weak layer bears what lies on it before anything else happens (sheet: snow-mpm §3.12, §7).
+//! Checks that a weak layer is stable under its slab at rest (sheet: snow-mpm §3.12, §7).
 
 use colluvium_case::description::{RemovalShape, Stage};
 use colluvium_case::{SolverError, spatial};
@@ -8,26 +8,26 @@ use crate::points::vectors::square;
 use crate::solver::SnowSolver;
 use crate::solver::saw_test::{sawn_layer, strength_of_weak_layer};
 
-/// Share of its strength that a point may have lost by round-off.
+/// Relative loss of strength of a point that round-off explains.
 const YIELD_TOLERANCE: f64 = 1e-9;
 /// Speed of the fastest point of a column at rest (m/s; sheet: snow-mpm §3.12).
 const REST_SPEED: f64 = 1e-3;
 
-/// What the run has to say of rest.
+/// Results of the checks of rest.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RestChecks {
-    /// Speed of the fastest point (m/s) when a saw test began, where that was no rest.
+    /// Speed of the fastest point (m/s) at the start of a saw test, where it was not at rest.
     initial_speed: Option<f64>,
-    /// What of a weak layer had yielded before anything else happened, and when that was.
+    /// Points of a weak layer that had yielded before the first cut, and time of the check.
     early_yield: Option<(CheckTime, YieldedPoints)>,
 }
 
-/// When a weak layer was looked at.
+/// Time of the check of a weak layer.
 #[derive(Clone, Copy, Debug)]
 enum CheckTime {
-    /// At the end of the stage of this number, which let the weight grow.
+    /// End of the stage of this number, in which gravity grew.
     EndOf(usize),
-    /// When the first cut began.
+    /// Start of the first cut.
     FirstCut,
 }
 
@@ -36,22 +36,22 @@ enum CheckTime {
 struct YieldedPoints {
     /// Number of the body in the case.
     body: u32,
-    /// How many they are.
+    /// Number of points that have yielded.
     count: usize,
-    /// How many of them have no strength left.
+    /// Number of these points without strength.
     collapsed: usize,
-    /// How many points the layer has.
+    /// Number of points of the layer.
     layer_count: usize,
-    /// Index of the first, of those without strength if there are any, among the points of its body; its place (m).
+    /// Index of the first point, of those without strength if any, among the points of its body; its position (m).
     index: usize,
     place: [f64; 3],
 }
 
 impl<const D: usize> SnowSolver<D> {
-    /// Looks whether a saw test is at rest when its first cut begins.
+    /// Checks whether a saw test is at rest when its first cut begins.
     ///
     /// # Errors
-    /// Where a point of the weak layer has collapsed: the crack is there before the saw.
+    /// Where a point of the weak layer has collapsed: the crack exists before the cut.
     pub(super) fn check_rest(&mut self, cut: &RemovalShape) -> Result<(), SolverError> {
         let Some(name) = sawn_layer(&self.case, cut) else { return Ok(()) };
         let velocities = self.bodies.all.iter().flat_map(|body| &body.points.velocity);
@@ -75,7 +75,7 @@ impl<const D: usize> SnowSolver<D> {
         Ok(())
     }
 
-    /// Looks whether the weight that a stage has let grow slowly is borne at its end by the weak layers, where another stage follows.
+    /// Checks whether the weak layers are intact at the end of a stage with growing gravity, where another stage follows.
     pub(crate) fn check_weak_layers(&mut self, stage: &Stage) {
         let number = self.clock.stage;
         if stage.gravity_ramp > 0.0
@@ -87,12 +87,12 @@ impl<const D: usize> SnowSolver<D> {
         }
     }
 
-    /// What of a body has yielded, where it is a weak layer.
+    /// Yielded points of a body that is a weak layer.
     fn yielded_points(&self, body: &BodyPoints<D>) -> Option<YieldedPoints> {
         let of_case = &self.case.bodies[body.number as usize];
         let spec = &self.case.materials[&of_case.material];
         let strength = strength_of_weak_layer(spec)?;
-        // A law around another may begin with a part of its strength.
+        // A wrapper of a law may begin with a part of its strength.
         let least = if spec.inner().is_none() { strength * (1.0 - YIELD_TOLERANCE) } else { 0.0 };
         let names = body.material.output_names();
         let column = |name: &str| names.iter().position(|own| *own == name);
@@ -115,7 +115,7 @@ impl<const D: usize> SnowSolver<D> {
         })
     }
 
-    /// What there is to say of rest.
+    /// Warning on the checks of rest.
     pub(crate) fn rest_warning(&self) -> Option<String> {
         let RestChecks { initial_speed: unrest, early_yield: early } = self.clock.rest_checks;
         if let Some((moment, YieldedPoints { body, count, collapsed, layer_count: of, place, .. })) = early {

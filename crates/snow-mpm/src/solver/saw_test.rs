@@ -1,8 +1,8 @@
-//! What a saw test must keep to (sheet: snow-mpm §7, row PST).
+//! Requirements of a propagation saw test (sheet: snow-mpm §7, row PST).
 //!
-//! A cut is the saw of a saw test where it takes a body of a law that softens as a weak layer and leaves a slab upon it: both boxes, or
-//! polygons with two sides along the saw's way, or layers along one track. Of other cuts the same things are warned of, by the bounds of
-//! what they take and leave.
+//! A cut is the saw of a saw test where it removes a body of a law that softens as a weak layer and leaves a slab above: both boxes, or
+//! polygons with two sides along the displacement of the saw, or layers along one track. For other cuts the same checks give warnings, by
+//! the bounds of the bodies removed and left.
 
 use colluvium_case::description::{Body, RemovalShape};
 use colluvium_case::{Case, CaseError};
@@ -16,10 +16,10 @@ const LEAST_LENGTH: f64 = 5.0;
 const HIGHEST_SPEED: f64 = 0.05;
 /// Share of the length of the weak layer that a body must cover to be part of the slab.
 const MIN_COVERAGE: f64 = 0.5;
-/// What round-off may add.
+/// Tolerance for round-off.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Strength at the start (Pa) of a law that softens as a weak layer; none of other laws.
+/// Initial strength (Pa) of a law that softens as a weak layer; `None` for other laws.
 pub(crate) fn strength_of_weak_layer(spec: &MaterialSpec) -> Option<f64> {
     match (spec, spec.inner()) {
         (_, Some(inner)) => strength_of_weak_layer(inner),
@@ -30,13 +30,13 @@ pub(crate) fn strength_of_weak_layer(spec: &MaterialSpec) -> Option<f64> {
     }
 }
 
-/// A layer as a saw test sees it: ends along it, and from its lower to its upper side (m).
+/// Layer of a saw test: ends along it, and from its lower to its upper side (m).
 struct SawLayer {
     along: [f64; 2],
     across: [f64; 2],
 }
 
-/// The way of a saw, the axis across which its slab weighs on the weak layer, and the sign of what is up along it.
+/// Axes of a saw test: direction of the saw, axis of the weight of the slab, and sign of the upward direction along it.
 #[derive(Clone, Copy)]
 struct SawAxes {
     along: usize,
@@ -44,18 +44,18 @@ struct SawAxes {
     up: f64,
 }
 
-/// The column of a saw test.
+/// Column of a saw test.
 struct SawColumn<'a> {
-    /// The weak layer.
+    /// Weak layer.
     weak: (&'a Body, SawLayer),
-    /// What lies on it.
+    /// Slab on the weak layer.
     slab: Vec<(&'a Body, SawLayer)>,
-    /// Those of the cut; none where its way is along no axis.
+    /// Axes of the cut; `None` where its direction is along no axis.
     axes: Option<SawAxes>,
 }
 
 impl<'a> SawColumn<'a> {
-    /// The column that a cut saws: a weak layer, and what is left upon it; none where it saws none, or the shapes do not tell.
+    /// Returns the column that a cut saws: a weak layer, and its slab; `None` where it saws none, or where the shapes are not suitable.
     fn of_removal(case: &'a Case, cut: &RemovalShape) -> Option<Self> {
         let axes = SawAxes::of_removal(case, cut);
         let weak = |body: &&Body| cut.applies_to(&body.name) && is_weak(case, body);
@@ -95,7 +95,7 @@ impl SawAxes {
     }
 }
 
-/// A shape as a layer along the axes of a saw, or along the track of the layer below it.
+/// Returns a shape as a layer along the axes of a saw, or along the track of the layer below it.
 fn layer(shape: &Shape, below: &Shape, axes: Option<SawAxes>) -> Option<SawLayer> {
     match (shape, below) {
         (Shape::ArcLayer { on, start, end, from, to, .. }, Shape::ArcLayer { on: same, .. }) => {
@@ -119,7 +119,7 @@ fn ordered(a: f64, b: f64) -> [f64; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// A polygon between two lines along the way of a saw, as a layer that ends in the middle of its slanted ends; none of another polygon.
+/// Returns a polygon between two lines along the saw as a layer that ends in the middle of its slanted ends; `None` for others.
 fn oblique_layer(vertices: &[[f64; 2]], SawAxes { along, across, up }: SawAxes) -> Option<SawLayer> {
     let range = |places: &mut dyn Iterator<Item = f64>| {
         places.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
@@ -135,11 +135,11 @@ fn oblique_layer(vertices: &[[f64; 2]], SawAxes { along, across, up }: SawAxes) 
     of_two.then_some(SawLayer { along: ends, across: ordered(up * low, up * high) })
 }
 
-/// Refuses saw tests that measure something else (sheet: snow-mpm §7): a column shorter than five times its slab, a saw faster than a
-/// twentieth of the shear waves, a layer that does not bear its slab.
+/// Rejects invalid saw tests (sheet: snow-mpm §7): a column shorter than five times its slab, a saw faster than a twentieth of the shear
+/// waves, a layer that fails under its slab.
 ///
 /// # Errors
-/// With the path of the cut or of the strength, and a cure.
+/// With the path of the cut or of the strength, and a remedy.
 pub(crate) fn check_saw_tests(case: &Case) -> Result<(), CaseError> {
     for (number, cut) in case.removal_shapes.iter().enumerate() {
         let Some(column) = SawColumn::of_removal(case, cut) else { continue };
@@ -167,7 +167,7 @@ pub(crate) fn check_saw_tests(case: &Case) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// A positive number, rounded down to three digits.
+/// Returns a positive number, rounded down to three digits.
 fn rounded_down(x: f64) -> f64 {
     let scale = 10f64.powi(2 - x.log10().floor() as i32);
     (scale * x).floor() / scale
@@ -177,8 +177,8 @@ fn is_too_fast(cut: &RemovalShape, waves: f64) -> bool {
     cut.speed() > HIGHEST_SPEED * waves * (1.0 + ROUND_OFF)
 }
 
-/// Refuses a weak layer that yields under its slab at rest: at its lower side, far from the ends, where all strain is across the layer.
-/// Along a track the weight changes with its slope: there the run tells (see [`sawn_layer`]).
+/// Rejects a weak layer that yields under its slab at rest: at its lower side, far from the ends, with strain across the layer only. Along
+/// a track the weight changes with its slope: there the run checks it (see [`sawn_layer`]).
 fn check_layer_strength(case: &Case, column: &SawColumn<'_>) -> Result<(), CaseError> {
     let ((body, own), Some(axes)) = (&column.weak, column.axes) else { return Ok(()) };
     let spec = &case.materials[&body.material];
@@ -193,7 +193,7 @@ fn check_layer_strength(case: &Case, column: &SawColumn<'_>) -> Result<(), CaseE
     let gravity = case.gravity3();
     let (pressure, shear) = (mass * gravity[axes.across].abs(), mass * gravity[axes.along]);
     let side = -law.poissons_ratio / (1.0 - law.poissons_ratio) * pressure;
-    // Across the layer, along it and sideways: in no axes of the case.
+    // Across the layer, along it and sideways: not in the axes of the case.
     let stress = SymTensor([-pressure, side, side, shear, 0.0, 0.0]);
     let strict = MaterialSpec::CohesiveCamClay(CohesiveCamClaySpec {
         return_initial_stress_to_yield: false,
@@ -212,17 +212,17 @@ fn check_layer_strength(case: &Case, column: &SawColumn<'_>) -> Result<(), CaseE
     Err(CaseError::new(format!("materials.{}.compressive_strength", body.material), problem))
 }
 
-/// Whether a body is of the law of weak layers.
+/// Whether a body has the law of a weak layer.
 pub(crate) fn is_weak(case: &Case, body: &Body) -> bool {
     strength_of_weak_layer(&case.materials[&body.material]).is_some()
 }
 
-/// Name of the weak layer that a cut saws, where it is the saw of a saw test.
+/// Name of the weak layer of a saw test with this cut; `None` for other cuts.
 pub(crate) fn sawn_layer<'a>(case: &'a Case, cut: &RemovalShape) -> Option<&'a str> {
     Some(&SawColumn::of_removal(case, cut)?.weak.0.name)
 }
 
-/// Speed of the fastest shear waves (m/s) in bodies, of those whose law has a Young's modulus and a Poisson's ratio.
+/// Speed of the fastest shear waves (m/s) in bodies whose law has a Young's modulus and a Poisson's ratio.
 fn fastest_waves<'a>(case: &Case, bodies: impl Iterator<Item = &'a Body>) -> Option<f64> {
     bodies.filter_map(|body| shear_speed(&case.materials[&body.material])).reduce(f64::max)
 }
@@ -233,7 +233,7 @@ fn shear_speed(spec: &MaterialSpec) -> Option<f64> {
     Some((youngs / (2.0 * (1.0 + poissons)) / spec.density()).sqrt())
 }
 
-/// Young's modulus (Pa) and Poisson's ratio of the laws that snow, ice and the ground are made of here.
+/// Young's modulus (Pa) and Poisson's ratio of the laws of snow, ice and ground.
 pub(crate) fn elastic_constants(spec: &MaterialSpec) -> Option<(f64, f64)> {
     Some(match spec {
         MaterialSpec::LinearElastic(law) => (law.youngs_modulus, law.poissons_ratio),
@@ -248,8 +248,8 @@ pub(crate) fn elastic_constants(spec: &MaterialSpec) -> Option<(f64, f64)> {
     })
 }
 
-/// What is doubtful of cuts: of saw tests one that begins with the run; of others, or of a column whose shapes do not tell, what is refused
-/// of saw tests.
+/// Warnings on cuts: of saw tests one that begins with the run; of others, or of a column with unsuitable shapes, the reasons for which saw
+/// tests are rejected.
 pub(crate) fn warnings(case: &Case) -> Vec<String> {
     let mut warnings = Vec::new();
     for (number, cut) in case.removal_shapes.iter().enumerate() {
@@ -293,7 +293,7 @@ pub(crate) fn warnings(case: &Case) -> Vec<String> {
     warnings
 }
 
-/// Extent of what a cut takes, along its way, and of what it leaves, across (m), by the bounds of their shapes.
+/// Extent of the removed bodies along the cut, and of those left across it (m), by the bounds of their shapes.
 fn extents(case: &Case, cut: &RemovalShape) -> Option<[f64; 2]> {
     let dimension = case.dimension();
     let SawAxes { along, across, .. } = SawAxes::of_removal(case, cut)?;

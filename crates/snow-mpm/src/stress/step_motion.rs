@@ -1,5 +1,5 @@
-//! What the grid makes the points of a block undergo in a step, and the work of their stresses: each component of all points in an
-//! array of its own (sheet: snow-mpm §3.5, step 4).
+//! Motions of the points of a block in a step, and the work of their stresses, with an array for each component (sheet: snow-mpm §3.5, step
+//! 4).
 
 use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, SymTensor};
 use colluvium_grid::{InterpolatedMotion, SquareMatrix};
@@ -9,7 +9,8 @@ use crate::config::DeformationUpdate;
 /// One component of all points of a block.
 type BlockArray = [f64; BLOCK_SIZE];
 
-/// Gradients and deformations of the points that have read `reads` off the grid, in a step of `motions.dt`; the changes of their volumes.
+/// Computes gradients and deformations of points with the interpolated values `reads`, in a step of `motions.dt`; returns the changes of
+/// volume.
 pub fn find_motions<const D: usize>(
     reads: &[InterpolatedMotion<D>],
     how: DeformationUpdate,
@@ -24,7 +25,7 @@ pub fn find_motions<const D: usize>(
     motions.volume_ratios()
 }
 
-/// Deformations of the step, the exponentials of its gradients.
+/// Computes the deformations of the step as exponentials of its gradients.
 fn deform_exponentially<const D: usize>(motions: &mut MotionBlock) {
     for p in 0..BLOCK_SIZE {
         let f = exponential(&matrix::<D>(&motions.velocity_gradient_dt, p));
@@ -43,7 +44,7 @@ pub struct StressWork {
 }
 
 impl StressWork {
-    /// From the stresses before the step.
+    /// Stores the stresses before the step.
     pub fn before_step<const D: usize>(stress: &[SymTensor]) -> Self {
         Self { before: components::<D>(stress) }
     }
@@ -62,7 +63,7 @@ impl StressWork {
         for p in 0..BLOCK_SIZE {
             let started = volumes[p] / stretches[p];
             let mean = |c: usize| before[c][p] * (0.5 * started) + after[c][p] * (0.5 * volumes[p]);
-            // The logarithmic strain of the step, to the third order; nothing outside the axes that there are.
+            // Logarithmic strain of the step, to the third order; zero outside the axes of the space.
             let gradient: SquareMatrix<D> = matrix(&motions.velocity_gradient_dt, p);
             let squared = product(&gradient, &gradient);
             let part = |i: usize, j: usize| gradient[i][j] - squared[i][j] * 0.5;
@@ -96,7 +97,7 @@ fn components<const D: usize>(stress: &[SymTensor]) -> [BlockArray; 6] {
     lanes
 }
 
-/// The matrix of one point.
+/// Matrix of one point.
 #[inline(always)]
 fn matrix<const D: usize>(lanes: &[BlockArray; 9], p: usize) -> SquareMatrix<D> {
     let mut matrix = [[0.0; D]; D];
@@ -121,7 +122,7 @@ fn product<const D: usize>(a: &SquareMatrix<D>, b: &SquareMatrix<D>) -> SquareMa
     product
 }
 
-/// `1 + a`.
+/// Matrix `1 + a`.
 #[inline(always)]
 fn identity_plus<const D: usize>(a: &SquareMatrix<D>) -> SquareMatrix<D> {
     let mut sum = *a;
@@ -142,7 +143,7 @@ fn scaled<const D: usize>(a: &SquareMatrix<D>, factor: f64) -> SquareMatrix<D> {
     scaled
 }
 
-/// `exp a`, to the fourth order.
+/// Exponential `exp a`, to the fourth order.
 #[inline(always)]
 fn exponential<const D: usize>(a: &SquareMatrix<D>) -> SquareMatrix<D> {
     let mut sum = identity_plus(&scaled(a, 0.25));

@@ -1,4 +1,4 @@
-//! The transfers between points and grid, and what happens at the points in between (sheet: snow-mpm §3.5).
+//! Transfers between points and grid, and the update of points between them (sheet: snow-mpm §3.5).
 
 use colluvium_case::{Manufactured, spatial};
 use colluvium_constitutive::{BLOCK_SIZE, Material, MotionBlock, StateBlock, SymTensor};
@@ -17,7 +17,7 @@ use crate::points::vectors::vector4;
 use crate::step_bound::StepBound;
 use crate::stress::step_motion::{StressWork, find_motions};
 
-/// Blocks that one thread takes at once, at least.
+/// Least number of blocks in a task.
 const BLOCKS_PER_TASK: usize = 4;
 
 /// Points to grid: mass, momentum with its affine part, forces (steps 1 and 2), with those of a manufactured solution at a time (s).
@@ -66,7 +66,7 @@ pub fn p2g<const D: usize>(
     });
 }
 
-/// What an update of the points needs beside them.
+/// Input of an update of the points.
 pub struct PointUpdater<'a, const D: usize> {
     /// Step (s).
     pub dt: f64,
@@ -74,9 +74,9 @@ pub struct PointUpdater<'a, const D: usize> {
     pub transfer: SnowTransfer,
     /// Share of FLIP.
     pub flip: f64,
-    /// How the deformation of the step follows from the velocity gradient.
+    /// Rule for the deformation of the step from the velocity gradient.
     pub deformation: DeformationUpdate,
-    /// What the next step is measured by.
+    /// Coefficients of the limits of the next step.
     pub bounds: StepCoefficients,
     /// The grid.
     pub background: &'a BackgroundGrid<D>,
@@ -86,7 +86,7 @@ pub struct PointUpdater<'a, const D: usize> {
     pub boundaries: &'a BoundaryConditions,
 }
 
-/// A block of points, borrowed.
+/// Block of points, borrowed.
 struct PointBlock<'a, const D: usize> {
     first: usize,
     position: &'a mut [[f64; D]],
@@ -99,7 +99,7 @@ struct PointBlock<'a, const D: usize> {
     states: &'a mut StateBlock,
 }
 
-/// What a thread works with, block after block.
+/// Workspace of a thread.
 struct Workspace<const D: usize> {
     interpolated: [InterpolatedMotion<D>; BLOCK_SIZE],
     motions: MotionBlock,
@@ -111,8 +111,8 @@ impl<const D: usize> PointUpdater<'_, D> {
         Workspace { interpolated: [InterpolatedMotion::ZERO; BLOCK_SIZE], motions }
     }
 
-    /// Grid to points: velocity, deformation, stress, position (steps 4 to 9), for all points of a body; each block of
-    /// points leaves a report.
+    /// Grid to points: velocity, deformation, stress, position (steps 4 to 9), for all points of a body; each block of points returns a
+    /// report.
     pub fn body(&self, body: &mut BodyPoints<D>) {
         let BodyPoints { points, states, material, reports, width, remove_outside, .. } = body;
         let PointColumns { position, velocity, affine, volume, stress, work, mass, .. } = points;
@@ -182,7 +182,8 @@ impl<const D: usize> PointUpdater<'_, D> {
         }
     }
 
-    /// Moves the points with the velocity of the grid (step 9); the largest move along an axis (m), and whether a point left.
+    /// Moves the points with the velocity of the grid (step 9); returns the largest displacement along an axis (m), and whether a point
+    /// left.
     fn move_points(
         &self,
         block: &mut PointBlock<'_, D>,
@@ -197,7 +198,7 @@ impl<const D: usize> PointUpdater<'_, D> {
                 let step = self.dt * velocity[c];
                 position[c] += step;
                 moved[c] = moved[c].max(step.abs());
-                // Not where it is no number either.
+                // NaN is not inside either.
                 inside &= (position[c] >= low[c]) & (position[c] <= high[c]);
             }
         }
@@ -208,12 +209,12 @@ impl<const D: usize> PointUpdater<'_, D> {
         Ok((moved, self.check_outside(block, reads, remove_outside)?))
     }
 
-    /// Longest move along an axis in a step (m).
+    /// Largest displacement along an axis in a step (m).
     fn max_move(&self) -> f64 {
         0.5 * self.background.grid.cell * (1.0 + 1e-9)
     }
 
-    /// Whether one of the points has left; an error where it must not, or has moved too far.
+    /// Whether a point of the block has left; an error where the body does not allow it, or for a displacement that is too large.
     #[cold]
     fn check_outside(
         &self,
@@ -244,7 +245,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         Ok(left)
     }
 
-    /// Whether a point at most a cell beyond the domain is on its way back from walls there.
+    /// Whether a point at most a cell beyond the domain is held there by a wall.
     fn is_held_by_wall(&self, position: &[f64; D], outside: f64) -> bool {
         let BackgroundGrid { low, high, .. } = self.background;
         outside < 1.0
