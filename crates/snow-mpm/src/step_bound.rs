@@ -1,28 +1,28 @@
-//! What limits the step of some points.
+//! Bound of the time step from some points.
 
 use colluvium_case::StepLimit;
 
-/// What limits the step of some points, and how far they have moved.
+/// Bound of the time step from some points, and their displacement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepBound {
-    /// One over the longest step (1/s).
+    /// Inverse of the longest step (1/s).
     pub rate: f64,
-    /// What limits it.
+    /// Limit that gives the longest step.
     pub limit: StepLimit,
     /// Index of the point in its body.
     pub index: usize,
-    /// Largest move along an axis in the last step (m).
+    /// Largest displacement along an axis in the last step (m).
     pub max_move: f64,
-    /// Whether a point has left a body that lets it.
+    /// Whether a point has left the domain, of a body with `remove_outside`.
     pub any_outside: bool,
 }
 
 impl StepBound {
-    /// Of no points.
+    /// Bound without points.
     pub const NONE: Self =
         Self { rate: 0.0, limit: StepLimit::NOTHING, index: 0, max_move: 0.0, any_outside: false };
 
-    /// Takes what limits more, of equals what came first.
+    /// Takes a stricter limit; of equal ones the first is kept.
     pub fn tighten(&mut self, rate: f64, limit: StepLimit, index: usize) {
         if rate > self.rate {
             (self.rate, self.limit, self.index) = (rate, limit, index);

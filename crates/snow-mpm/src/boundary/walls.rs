@@ -1,4 +1,4 @@
-//! Walls: half-spaces whose nodes they hold (sheet: snow-mpm §3.7), from the boundaries of a case.
+//! Walls from the boundaries of a case: half-spaces that constrain their nodes (sheet: snow-mpm §3.7).
 
 use std::sync::Arc;
 
@@ -8,17 +8,17 @@ use colluvium_grid::{NodeFaces, NodeWall, NodeWalls, WallKind};
 
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// A half-space with its face normal to an axis.
+/// Half-space with its face normal to an axis.
 struct WallHalfSpace {
-    /// How it acts; its node is where the face stood last.
+    /// Wall condition; its node is at the last position of the face.
     wall: NodeWall,
-    /// Coordinate of the face when the stage began (m).
+    /// Coordinate of the face at the time `since` (m).
     start: f64,
-    /// Time at which it stood there (s).
+    /// Time from which the face moves (s).
     since: f64,
 }
 
-/// The walls of a stage.
+/// Walls of a stage.
 #[derive(Default)]
 pub struct BoundaryConditions {
     faces: Vec<WallHalfSpace>,
@@ -27,7 +27,7 @@ pub struct BoundaryConditions {
 }
 
 impl BoundaryConditions {
-    /// Those that stand in a stage, beside obstacles.
+    /// Returns the walls of a stage, with the faces of obstacles.
     pub fn new<const D: usize>(
         case: &Case,
         stage: usize,
@@ -54,7 +54,7 @@ impl BoundaryConditions {
         self.walls = walls.with_faces(Arc::clone(self.walls.faces()));
     }
 
-    /// Puts moving walls where they are at a time (s).
+    /// Moves the walls to their positions at a time (s).
     pub fn move_to<const D: usize>(&mut self, time: f64, background: &BackgroundGrid<D>) {
         let mut changed = false;
         for face in &mut self.faces {
@@ -75,34 +75,34 @@ impl BoundaryConditions {
         }
     }
 
-    /// The obstacles on the nodes.
+    /// Faces of the obstacles on the nodes.
     pub fn obstacles(&self) -> Arc<NodeFaces> {
         Arc::clone(self.walls.faces())
     }
 
-    /// The same, to be changed.
+    /// Mutable faces of the obstacles on the nodes.
     pub fn obstacles_mut(&mut self) -> &mut NodeFaces {
         self.walls.faces_mut()
     }
 
-    /// The walls, where they are.
+    /// Walls, at their current positions.
     pub fn walls(&self) -> &NodeWalls {
         &self.walls
     }
 
-    /// Whether a wall stands across the side of the domain, upper or lower, of an axis, so that a point beyond is held.
+    /// Whether a wall bounds the upper or lower side of the domain along an axis, so that it returns a point beyond the side.
     pub fn has_wall(&self, axis: usize, upper: bool) -> bool {
         self.faces.iter().any(|face| face.wall.axis == axis && face.wall.upper == upper)
     }
 }
 
-/// Whether a node along `axis` lies at a place (m), but for round-off.
+/// Whether a node along `axis` is at a coordinate (m), up to round-off.
 fn lies_at<const D: usize>(background: &BackgroundGrid<D>, axis: usize, node: usize, place: f64) -> bool {
     let local = (place - background.grid.origin[axis]) / background.grid.cell;
     (background.basis_1d.coordinate(node, background.grid.cells[axis]) - local).abs() < 1e-6
 }
 
-/// How the wall of a boundary acts.
+/// Wall condition of a boundary.
 fn node_wall(boundary: &Boundary) -> NodeWall {
     let kind = match boundary.wall {
         CaseWall::Rough => WallKind::Rough,

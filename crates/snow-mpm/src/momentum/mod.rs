@@ -1,4 +1,4 @@
-//! The nodes: their momentum equation, damping and walls (sheet: snow-mpm §3.5, steps 2 and 3), and what that costs in energy.
+//! Nodal momentum equation with damping and walls (sheet: snow-mpm §3.5, steps 2 and 3), and its energy terms.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::obstacles::node_obstacles::MAX_RECORDED;
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// What the nodes of a step add up to.
+/// Sums over the nodes in a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MomentumTerms {
     /// Work of gravity in the step (J).
@@ -20,22 +20,22 @@ pub struct MomentumTerms {
     pub damping: f64,
     /// Kinetic energy of the nodes (J).
     pub kinetic: f64,
-    /// What it has grown by in the step (J).
+    /// Increase of the kinetic energy of the nodes in the step (J).
     pub kinetic_gain: f64,
-    /// Square of the force out of balance (N²).
+    /// Square of the unbalanced force (N²).
     pub unbalanced: f64,
     /// Square of the weight (N²).
     pub weight: f64,
-    /// What friction takes at obstacles, counted against their own motion (J).
+    /// Frictional dissipation at obstacles, from the velocity relative to the obstacle (J).
     pub friction: f64,
-    /// Impulses on the obstacles whose reaction is measured (N s).
+    /// Impulses on the recorded obstacles (N s).
     pub impulses: [[f64; 3]; MAX_RECORDED],
-    /// Their moments about the zero of the coordinates (N m s).
+    /// Moments of these impulses about the origin of the coordinates (N m s).
     pub moments: [[f64; 3]; MAX_RECORDED],
 }
 
 impl MomentumTerms {
-    /// Adds others.
+    /// Adds the sums of other nodes.
     pub fn add(&mut self, other: &Self) {
         self.gravity += other.gravity;
         self.boundary += other.boundary;
@@ -54,31 +54,31 @@ impl MomentumTerms {
     }
 }
 
-/// The nodes of the grid.
+/// Nodes of the grid.
 pub struct GridNodes {
-    /// What they hold.
+    /// State of the nodes.
     pub nodes: Vec<NodalState>,
     rows: Vec<MomentumTerms>,
 }
 
-/// What the momentum equation of a step needs beside the nodes.
+/// Parameters of the momentum equation of a step.
 pub struct MomentumSolve<'a, const D: usize> {
     /// Step (s).
     pub dt: f64,
     /// Gravity at the end of the step (m/s²).
     pub gravity: [f64; 3],
-    /// Local damping of each axis.
+    /// Local damping coefficient of each axis.
     pub damping: [f64; 3],
-    /// Nodes up to this mass (kg) get no force.
+    /// Mass (kg) up to which nodes have no force.
     pub mass_cutoff: f64,
     /// Walls.
     pub walls: &'a NodeWalls,
-    /// Where the nodes are, and their order.
+    /// Positions and order of the nodes.
     pub background: &'a BackgroundGrid<D>,
 }
 
 impl GridNodes {
-    /// Empty ones.
+    /// Creates empty nodes.
     pub fn new<const D: usize>(layout: &Layout<D>) -> Self {
         Self {
             nodes: vec![NodalState::default(); layout.len()],
@@ -91,7 +91,7 @@ impl GridNodes {
         layout.reset(&mut self.nodes);
     }
 
-    /// Turns momentum and force of the active nodes into velocity at the end of the step and acceleration.
+    /// Replaces momentum and force of the active nodes by velocity at the end of the step and acceleration.
     pub fn solve<const D: usize>(&mut self, momentum: &MomentumSolve<'_, D>) -> MomentumTerms {
         momentum.background.layout.for_each_row(&mut self.nodes, &mut self.rows, |row, active, line| {
             momentum.row(row, active, line)

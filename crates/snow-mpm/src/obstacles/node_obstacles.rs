@@ -1,4 +1,4 @@
-//! Obstacles on the nodes: those in the solid or on its surface have the velocity that it allows (sheet: snow-mpm §3.7).
+//! Obstacles on nodes: nodes in the solid or on its surface have a velocity that it permits (sheet: snow-mpm §3.7).
 
 use colluvium_case::description::Obstacle;
 use colluvium_case::{
@@ -9,23 +9,23 @@ use colluvium_grid::{NodeFace, NodeFaces};
 
 use crate::transfer::background_grid::BackgroundGrid;
 
-/// Obstacles whose reactions are added up, at most.
+/// Largest number of obstacles whose reactions are recorded.
 pub const MAX_RECORDED: usize = 8;
 
-/// The obstacles of a case.
+/// Obstacles of a case.
 pub struct NodeObstacles<const D: usize> {
-    /// Faces of those at rest.
+    /// Faces of the obstacles at rest.
     rest: NodeFaces,
     moving: MovingObstacles<NodeFace, D>,
-    /// Names of those whose reaction is measured.
+    /// Names of the obstacles whose reactions are recorded.
     bearers: Vec<String>,
 }
 
 impl<const D: usize> NodeObstacles<D> {
-    /// The obstacles of `case` on the nodes of a grid.
+    /// Returns the obstacles of `case` on the nodes of a grid.
     ///
     /// # Errors
-    /// Where the reactions of too many are measured.
+    /// When the reactions of too many obstacles are measured.
     pub fn new(
         case: &Case,
         standing: &[PlacedObstacle<'_, D>],
@@ -55,22 +55,22 @@ impl<const D: usize> NodeObstacles<D> {
         &self.rest
     }
 
-    /// Names of those whose reaction is measured.
+    /// Names of the obstacles whose reactions are recorded.
     pub fn recorded(&self) -> &[String] {
         &self.bearers
     }
 
-    /// Whether any is on its way.
+    /// Whether any obstacle moves.
     pub fn are_moving(&self) -> bool {
         !self.moving.is_empty()
     }
 
-    /// The step from `time` (s) in which none goes farther than half a `cell` (m), where that is shorter than the `critical` one.
+    /// Step from `time` (s) in which no obstacle moves farther than half a `cell` (m), where it is shorter than the `critical` one.
     pub fn limit_by_obstacle_motion(&self, critical: TimeStep, time: f64, cell: f64) -> TimeStep {
         limit_step_by_obstacles(critical, self.moving.iter(), (time, 0.5 * cell, 1))
     }
 
-    /// Finds the faces of the active nodes for a step of so long from a time (s).
+    /// Finds the faces of the active nodes for a step, given by its start and length (s).
     pub fn update_faces(&mut self, step: (f64, f64), background: &BackgroundGrid<D>, faces: &mut NodeFaces) {
         self.moving.update_positions(step);
         let BackgroundGrid { grid, layout, basis_1d: axis, .. } = background;
@@ -91,7 +91,7 @@ fn recorded_obstacles(case: &Case) -> Result<Vec<String>, CaseError> {
             continue;
         }
         if names.len() == MAX_RECORDED {
-            let problem = format!("snow-mpm adds up the reactions of {MAX_RECORDED} obstacles at most");
+            let problem = format!("snow-mpm records the reactions of {MAX_RECORDED} obstacles at most");
             return Err(CaseError::new(format!("measures.{measure}.target"), problem));
         }
         names.push(of.to_owned());

@@ -1,7 +1,7 @@
-//! What the snow has done to each cell of a raster over the plan: largest thickness, speed and dynamic pressure, and arrival.
+//! Hazard rasters of the snow in plan: largest thickness, speed and dynamic pressure, and arrival time of each cell.
 //!
-//! A point is spread evenly over the square of its width in plan: thickness is volume over area of a cell, and rasters of it sum to
-//! the volume. The speed of a cell is that of the mass over it. It is done after every step.
+//! A point is distributed evenly over the square of its width in plan: thickness is volume over area of a cell, and rasters of it sum to
+//! the volume. The speed of a cell is that of the mass over it. The rasters are updated after every step.
 
 use colluvium_case::description::Rasters;
 use colluvium_case::{Case, CaseError, PlanRaster};
@@ -10,33 +10,33 @@ use serde::{Deserialize, Serialize};
 
 use crate::points::bodies::Bodies;
 
-/// Cells of the grid of the method that one of a raster is wide, where the case says nothing and has no raster of terrain.
+/// Width of a raster cell over that of a grid cell, where the case gives no width and has no raster of terrain.
 const DEFAULT_CELL_RATIO: f64 = 2.0;
 
-/// What one cell has seen.
+/// Extreme values of one cell.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HazardCell {
     /// Largest thickness (m).
     thickness: f64,
-    /// Largest speed while the thickness was that of the threshold or more (m/s).
+    /// Largest speed at a thickness of at least the threshold (m/s).
     speed: f64,
-    /// Largest `ρ |v|²` while it was (Pa).
+    /// Largest `ρ |v|²` at a thickness of at least the threshold (Pa).
     pressure: f64,
-    /// When it first was (s); not-a-number before.
+    /// Time at which the thickness first reached the threshold (s); not-a-number before.
     arrival: f64,
 }
 
 const UNTOUCHED: HazardCell = HazardCell { thickness: 0.0, speed: 0.0, pressure: 0.0, arrival: f64::NAN };
 
-/// What is over a cell now: thickness (m), mass over area (kg/m²), momentum over area (kg/(m s)).
+/// Current content of a cell: thickness (m), mass over area (kg/m²), momentum over area (kg/(m s)).
 type CellContent = [f64; 5];
 
-/// Rasters of what moves.
+/// Hazard rasters of a run.
 #[derive(Clone, Debug)]
 pub struct HazardRasters {
-    /// Its values are not used.
+    /// Georeference and size of the rasters; its values are not used.
     grid: Raster,
-    /// Thickness from which on a cell counts as reached (m).
+    /// Thickness from which a cell counts as reached (m).
     threshold: f64,
     cells: Vec<HazardCell>,
     contents: Vec<CellContent>,
@@ -44,10 +44,10 @@ pub struct HazardRasters {
 }
 
 impl HazardRasters {
-    /// The rasters that the case asks for, on cells of the terrain or of their own; `cell` (m) is that of the method's grid.
+    /// Returns the rasters that the case requests, on cells of the terrain or of their own; `cell` (m) is that of the method's grid.
     ///
     /// # Errors
-    /// In the plane, and for more cells than a machine holds.
+    /// In the plane, and for more cells than fit into memory.
     pub fn of_case(case: &Case, cell: f64) -> Result<Option<Self>, CaseError> {
         let Some(rasters) = case.plan_rasters()? else { return Ok(None) };
         let mut terrain = None;
@@ -74,17 +74,17 @@ impl HazardRasters {
         }))
     }
 
-    /// What the cells have seen, row by row from the least y.
+    /// Extreme values of the cells, row by row from the least y.
     pub fn cells(&self) -> &[HazardCell] {
         &self.cells
     }
 
-    /// Takes back what the cells have seen; `None` where it is that of another grid.
+    /// Restores the values of the cells; `None` where their number differs.
     pub fn restore(&mut self, cells: Vec<HazardCell>) -> Option<()> {
         (cells.len() == self.cells.len()).then(|| self.cells = cells)
     }
 
-    /// Looks at the points as they are at `time` (s).
+    /// Updates the extreme values with the points at `time` (s).
     pub fn update<const D: usize>(&mut self, bodies: &Bodies<D>, time: f64) {
         self.spread(bodies);
         for &number in &self.touched {
@@ -101,7 +101,7 @@ impl HazardRasters {
         }
     }
 
-    /// Spreads the points over the cells.
+    /// Distributes the points over the cells.
     fn spread<const D: usize>(&mut self, bodies: &Bodies<D>) {
         self.touched.drain(..).for_each(|number| self.contents[number as usize] = [0.0; 5]);
         for body in &bodies.all {
@@ -155,7 +155,7 @@ impl HazardRasters {
         }
     }
 
-    /// The rasters, as those of a flow in depth-integrated methods are called.
+    /// Rasters for output, with the names of those of depth-integrated flows.
     pub fn rasters<const D: usize>(&self, bodies: &Bodies<D>) -> Vec<PlanRaster> {
         let mut now = self.clone();
         now.spread(bodies);

@@ -1,6 +1,6 @@
-//! Values that a run writes beside the points: energy balance, hazard rasters, measures.
+//! Values that a run writes besides the points: energy balance, hazard rasters, measures.
 //!
-//! The room reads the solver and changes nothing.
+//! The module reads the solver and changes nothing.
 
 pub(crate) mod energy_balance;
 pub(crate) mod hazard_rasters;

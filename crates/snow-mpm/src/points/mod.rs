@@ -1,6 +1,6 @@
 //! Material points of the bodies: columns of their state.
 //!
-//! Every other room reads them.
+//! All other modules read them.
 
 pub(crate) mod bodies;
 pub(crate) mod vectors;

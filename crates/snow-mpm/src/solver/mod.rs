@@ -1,4 +1,4 @@
-//! The solver: its owners and one step.
+//! Solver: its components and one step.
 
 mod removal_shapes;
 mod rest_checks;
@@ -20,7 +20,7 @@ use crate::transfer::{PointUpdater, p2g};
 
 pub(crate) use crate::solver::rest_checks::RestChecks;
 
-/// Where a run is.
+/// Time and stage of a run, with the sums of the last step.
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
     /// Number of the stage.
@@ -29,19 +29,19 @@ pub struct Clock {
     pub stage_start: f64,
     /// Time (s).
     pub time: f64,
-    /// Steps done.
+    /// Number of completed steps.
     pub step: u64,
-    /// The longest step from here, safety factors included.
+    /// Longest next step, safety factors included.
     pub limit: TimeStep,
-    /// What the nodes of the last step added up to.
+    /// Sums over the nodes of the last step.
     pub sums: MomentumTerms,
-    /// Work of gravity and walls since the stage began (J).
+    /// Work of gravity and walls since the start of the stage (J).
     pub external_work: f64,
-    /// What was seen of rest.
+    /// Results of the checks of rest.
     pub rest_checks: RestChecks,
 }
 
-/// Finite-strain MPM in `D` dimensions.
+/// Solver of the finite-strain MPM in `D` dimensions.
 pub struct SnowSolver<const D: usize> {
     pub(crate) case: Arc<Case>,
     pub(crate) options: SnowOptions,
@@ -54,13 +54,13 @@ pub struct SnowSolver<const D: usize> {
     pub(crate) hazard_rasters: Option<HazardRasters>,
     /// Bounds of the shapes of the cuts (m).
     pub(crate) cut_bounds: Vec<colluvium_case::description::AxisBounds>,
-    /// A solution to verify against, whose force acts on the points.
+    /// Manufactured solution for verification, whose force acts on the points.
     pub(crate) manufactured: Option<Manufactured>,
     pub(crate) clock: Clock,
 }
 
 impl<const D: usize> SnowSolver<D> {
-    /// One step of `dt` (s); the numbers are those of `sheet: snow-mpm §3.5`.
+    /// Advances by one step of `dt` (s); the numbers are those of `sheet: snow-mpm §3.5`.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
         self.check_fixed_step()?;
         let (gravity, damping) = self.body_forces(dt);
@@ -115,7 +115,7 @@ impl<const D: usize> SnowSolver<D> {
         self.end_step(dt, sums)
     }
 
-    /// Looks at what the points report, and counts.
+    /// Evaluates the reports of the points and advances the clock.
     fn end_step(&mut self, dt: f64, sums: MomentumTerms) -> Result<(), SolverError> {
         let (mut moved, mut left) = (0f64, false);
         for (number, body) in self.bodies.all.iter().enumerate() {
@@ -143,14 +143,14 @@ impl<const D: usize> SnowSolver<D> {
         Ok(())
     }
 
-    /// Takes away the points outside the domain of bodies that let them.
+    /// Removes the points outside the domain, of bodies with `remove_outside`.
     fn remove_outside_points(&mut self) {
         let BackgroundGrid { low, high, .. } = self.background;
         let inside = |x: &[f64; D]| (0..D).all(|axis| x[axis] >= low[axis] && x[axis] <= high[axis]);
         self.retain(|body, i| !body.remove_outside || inside(&body.points.position[i]));
     }
 
-    /// Keeps the points of which `keep` approves, by body and index, and books the energy of the others, which it tells (J).
+    /// Keeps the points for which `keep` returns true, by body and index. Records the energy of the others as removed and returns it (J).
     pub(crate) fn retain(
         &mut self,
         keep: impl Fn(&crate::points::bodies::BodyPoints<D>, usize) -> bool,
@@ -166,12 +166,12 @@ impl<const D: usize> SnowSolver<D> {
         removed
     }
 
-    /// What there is now (J).
+    /// Current energies (J).
     pub(crate) fn stored(&self) -> StoredEnergies {
         StoredEnergies::of_bodies(&self.bodies, self.second_moment())
     }
 
-    /// Second moment of the shape functions about any place (m²), which is the same everywhere (sheet: snow-mpm §3.6).
+    /// Second moment of the shape functions about any position (m²), which is constant (sheet: snow-mpm §3.6).
     pub(crate) fn second_moment(&self) -> f64 {
         let degrees = match self.options.shape {
             crate::SplineShape::Cubic => 4.0,
@@ -182,7 +182,7 @@ impl<const D: usize> SnowSolver<D> {
         degrees / 12.0 * self.options.cell_size.powi(2)
     }
 
-    /// Finds the paces of all points, and the step from here.
+    /// Computes the step bounds of all points, and the next step.
     pub(crate) fn update_step_bounds(&mut self) {
         use colluvium_constitutive::BLOCK_SIZE;
 
@@ -204,7 +204,7 @@ impl<const D: usize> SnowSolver<D> {
         self.set_limit();
     }
 
-    /// The step from here, as points and obstacles allow or the case fixes it.
+    /// Sets the next step from the bounds of points and obstacles, or from the case where it fixes the step.
     fn set_limit(&mut self) {
         let Self { bodies, obstacles, clock, options, .. } = self;
         let critical = obstacles.limit_by_obstacle_motion(time_step(bodies), clock.time, options.cell_size);
@@ -218,7 +218,7 @@ impl<const D: usize> SnowSolver<D> {
         (self.case.gravity3().map(|g| g * factor), stage.damping_of_axes())
     }
 
-    /// Refuses to go on with a step that the case fixes and the state no longer allows.
+    /// Returns an error where the fixed step of the case is above the critical one.
     fn check_fixed_step(&self) -> Result<(), SolverError> {
         match self.clock.limit.fixed_step_problem(self.options.time_step) {
             Some(problem) => {
@@ -229,7 +229,7 @@ impl<const D: usize> SnowSolver<D> {
         }
     }
 
-    /// The error of a point that cannot be followed.
+    /// Error of a failed point.
     pub(crate) fn point_error(&self, body: usize, failure: &PointFailure) -> SolverError {
         let points = &self.bodies.all[body].points;
         SolverError::Point {

@@ -1,4 +1,4 @@
-//! Cuts of the case: shapes that move and take away the points that they cover (sheet: snow-mpm A5).
+//! Removal shapes (cuts) of the case: shapes that move and remove the points that they cover (sheet: snow-mpm A5).
 
 use std::sync::Arc;
 
@@ -9,10 +9,10 @@ use crate::points::bodies::BodyPoints;
 use crate::solver::SnowSolver;
 
 impl<const D: usize> SnowSolver<D> {
-    /// Takes away what the cuts have covered in the last step, which was `dt` long (s), and books it.
+    /// Removes the points covered by the cuts in the last step, of length `dt` (s), and records their mass and energy.
     ///
     /// # Errors
-    /// Where the first of them finds a weak layer that has yielded at rest.
+    /// When the first cut finds a weak layer that has yielded at rest.
     pub(super) fn apply_removal_shapes(&mut self, dt: f64) -> Result<(), SolverError> {
         let case = Arc::clone(&self.case);
         for (number, cut) in case.removal_shapes.iter().enumerate() {
@@ -41,7 +41,7 @@ impl<const D: usize> SnowSolver<D> {
         Ok(())
     }
 
-    /// When the times of a cut began to count (s); `None` where its stage is not the one that runs.
+    /// Time from which the times of a cut count (s); `None` where its stage is not the current one.
     fn start_time_of(&self, cut: &RemovalShape) -> Option<f64> {
         match &cut.stage {
             None => Some(0.0),
@@ -51,7 +51,7 @@ impl<const D: usize> SnowSolver<D> {
         }
     }
 
-    /// Mass of the points that a sweep covers (kg).
+    /// Mass of the points in the swept region of a cut (kg).
     fn mass_in_region(&self, sweep: &SweptRegion<'_>, takes: impl Fn(&BodyPoints<D>) -> bool) -> f64 {
         let mut mass = 0.0;
         for body in self.bodies.all.iter().filter(|body| takes(body)) {

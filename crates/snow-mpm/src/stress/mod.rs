@@ -1,5 +1,5 @@
 //! Deformation of a step and stress at points.
 //!
-//! The room calls material laws (sheet: snow-mpm §2).
+//! The module calls material laws (sheet: snow-mpm §2).
 
 pub(crate) mod step_motion;

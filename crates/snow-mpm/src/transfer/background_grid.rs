@@ -1,9 +1,8 @@
-//! Where points and nodes are: the grid around the domain, the order of the nodes, the shape functions. In a step it is only
-//! read.
+//! Background grid: the grid around the domain, the order of the nodes, the shape functions. A step only reads it.
 //!
-//! The grid is some cells wider than the domain on every side. So all shape functions of points in the domain are those of an
-//! unbounded grid: their second moment, on which APIC stands, is the same everywhere, and they are a partition of unity at walls
-//! too (sheet: snow-mpm §3.3, P16). Nodes lie on multiples of the cell size from the corner of the domain.
+//! The grid is some cells wider than the domain on every side. All shape functions of points in the domain are therefore those of an
+//! unbounded grid: their second moment, on which APIC depends, is constant, and they are a partition of unity at walls too (sheet:
+//! snow-mpm §3.3, P16). Nodes are at multiples of the cell size from the corner of the domain.
 
 use colluvium_grid::{
     Basis1d, Grid, GridError, GridView, Layout, Mesh, NodalState, ShapeFunctionKind, Transfers,
@@ -11,30 +10,30 @@ use colluvium_grid::{
 
 use crate::config::SplineShape;
 
-/// Cells beyond the domain on every side.
+/// Number of cells beyond the domain on every side.
 const MARGIN_CELLS: f64 = 4.0;
 
-/// The background of all points.
+/// Background grid of all points.
 pub struct BackgroundGrid<const D: usize> {
-    /// The grid, wider than the domain.
+    /// Grid, wider than the domain.
     pub grid: Grid<D>,
-    /// The nodes, and which of them are active since the last sort.
+    /// Layout of the nodes, with the active nodes since the last sort.
     pub layout: Layout<D>,
-    /// The transfers.
+    /// Transfers between points and grid.
     pub transfers: &'static dyn Transfers<D>,
-    /// The shape functions along an axis.
+    /// Shape functions along an axis.
     pub basis_1d: Basis1d,
     /// Lower corner of the domain (m).
     pub low: [f64; D],
     /// Upper corner of the domain (m).
     pub high: [f64; D],
-    /// Axes along which the domain repeats itself.
+    /// Whether the domain is periodic along each axis.
     pub periodic: [bool; D],
-    /// None: the grid is structured.
+    /// Empty mesh: the grid is structured.
     mesh: Mesh<D>,
 }
 
-/// Shape functions as the grid knows them.
+/// Kind of the shape functions in the grid crate.
 pub fn shape_function_kind(chosen: SplineShape) -> ShapeFunctionKind {
     match chosen {
         SplineShape::Cubic => ShapeFunctionKind::Cubic,
@@ -44,7 +43,7 @@ pub fn shape_function_kind(chosen: SplineShape) -> ShapeFunctionKind {
 }
 
 impl<const D: usize> BackgroundGrid<D> {
-    /// The background of a domain with corners `low` and `high` (m) and cells of edge `cell` (m).
+    /// Returns the background of a domain with corners `low` and `high` (m) and cells of edge length `cell` (m).
     ///
     /// # Errors
     /// When the domain is not a whole number of cells wide, or the grid too large.
@@ -72,10 +71,10 @@ impl<const D: usize> BackgroundGrid<D> {
         })
     }
 
-    /// The same, repeating itself along the given axes, along which nodes that are a width of the domain apart are one.
+    /// Returns the background with periodic axes, along which nodes one domain width apart are identified.
     ///
     /// # Errors
-    /// How many cells the domain has to be wide for that, where it is narrower.
+    /// The number of cells that the domain needs along a periodic axis, where it has fewer.
     pub fn with_periodic_axes(mut self, periodic: [bool; D]) -> Result<Self, usize> {
         let period = |axis: usize| ((self.high[axis] - self.low[axis]) / self.grid.cell).round() as usize;
         // The grid is as much wider than the domain along all axes.
@@ -86,7 +85,7 @@ impl<const D: usize> BackgroundGrid<D> {
         Ok(self)
     }
 
-    /// Gives nodes that are one in a periodic domain the sum of what each of them has.
+    /// Sets the nodes that are identified in a periodic domain to the sum of their values.
     pub fn sum_periodic_images(&self, nodes: &mut [NodalState]) {
         if self.periodic != [false; D] {
             self.layout.sum_periodic_images(nodes, |sum, node| {
@@ -96,24 +95,24 @@ impl<const D: usize> BackgroundGrid<D> {
         }
     }
 
-    /// Whether the node at `index` stands for another one of lower index, in a periodic domain: sums leave it out.
+    /// Whether the node at `index` is the image of a node of lower index, in a periodic domain: sums omit it.
     #[inline(always)]
     pub fn is_periodic_image(&self, index: &[usize; 3]) -> bool {
         self.periodic != [false; D] && self.layout.is_periodic_image(index)
     }
 
-    /// Whether a place (m) lies in the domain; not where it is no number.
+    /// Whether a position (m) is in the domain; false for not-a-number.
     pub fn contains(&self, place: &[f64; D]) -> bool {
         (0..D).all(|axis| place[axis] >= self.low[axis] && place[axis] <= self.high[axis])
     }
 
-    /// Where points find their nodes.
+    /// View of the grid for the transfers of points.
     #[inline(always)]
     pub fn grid_view(&self) -> GridView<'_, D> {
         GridView::new(&self.grid, &self.mesh, &self.layout)
     }
 
-    /// Where a node is (m).
+    /// Position of a node (m).
     pub fn node_position(&self, index: &[usize; 3]) -> [f64; 3] {
         let mut place = [0.0; 3];
         for axis in 0..D {
@@ -123,8 +122,7 @@ impl<const D: usize> BackgroundGrid<D> {
         place
     }
 
-    /// How far a place lies outside the domain along the axis where that is most (cells); not positive inside. Along an axis along
-    /// which the domain repeats itself nothing is outside.
+    /// Largest distance of a position outside the domain along an axis (cells); not positive inside. Periodic axes do not count.
     #[inline]
     pub fn distance_outside(&self, place: &[f64; D]) -> f64 {
         let beyond = |axis: usize| (self.low[axis] - place[axis]).max(place[axis] - self.high[axis]);
@@ -132,7 +130,7 @@ impl<const D: usize> BackgroundGrid<D> {
             / self.grid.cell
     }
 
-    /// Number of the last node along `axis` that lies at or below `place` (m).
+    /// Number of the last node along `axis` at or below the coordinate `place` (m).
     pub fn node_below(&self, axis: usize, place: f64) -> usize {
         let local = (place - self.grid.origin[axis]) / self.grid.cell + 1e-6;
         let cells = self.grid.cells[axis];
