@@ -11,14 +11,14 @@ use colluvium::output::run_pictures::view_plane_for_gravity;
 pub struct CompareTaskArguments {
     /// The case file.
     case: PathBuf,
-    /// The methods, by name and separated by commas; all that can honour the case when absent.
+    /// Names of the methods, separated by commas; by default all that support the case.
     #[arg(long, value_delimiter = ',')]
     methods: Vec<String>,
-    /// Methods at a time, each on its share of the threads.
+    /// Number of simultaneous methods, each with its share of the threads.
     #[arg(long, default_value_t = 1)]
     jobs: u16,
-    /// CSV file of profiles to compare with: columns position and height (m), and time (s) where there are several; the file
-    /// `reference.csv` beside the case when absent, where there is one.
+    /// CSV file of reference profiles with the columns position and height (m), and time (s) for several profiles; by default the file
+    /// `reference.csv` beside the case, if it exists.
     #[arg(long, value_name = "FILE")]
     reference: Option<PathBuf>,
 }
@@ -51,7 +51,7 @@ pub fn run(arguments: &CompareTaskArguments) -> Result<bool, String> {
 
 fn print_result(MethodResult { method, chosen_options: took, outcome, .. }: &MethodResult) {
     match outcome {
-        MethodOutcome::Refused(why) => println!("{method}: not for this case: {why}"),
+        MethodOutcome::Refused(why) => println!("{method}: does not support this case: {why}"),
         MethodOutcome::Failed(why) => println!("{method}: FAILED, {why}"),
         MethodOutcome::Interrupted => println!("{method}: interrupted"),
         MethodOutcome::Completed(report) => {
@@ -59,6 +59,6 @@ fn print_result(MethodResult { method, chosen_options: took, outcome, .. }: &Met
         }
     }
     if !took.is_empty() {
-        println!("{method}: took {took}");
+        println!("{method}: chosen options: {took}");
     }
 }

@@ -26,18 +26,18 @@ struct CommandLine {
 enum Task {
     /// Runs the benchmarks and writes index.html and report.json under target/validation.
     Validate(validate::ValidateArguments),
-    /// Runs a case with every method that supports it and lays the results side by side.
+    /// Runs a case with every method that supports it and writes one page that compares the results.
     Compare(compare::CompareTaskArguments),
     /// Measures point-updates per second.
     Bench(speed::mpm::BenchArguments),
-    /// Writes docs/coverage.md: every row of the checklists of specification sheets, with what implements and what shows it.
+    /// Writes docs/coverage.md: every row of the checklists of specification sheets, with its files, tests and benchmarks.
     Coverage(coverage::CoverageArguments),
-    /// Tries broken case files, or kills runs and takes them up again.
+    /// Tests broken case files, or kills runs and resumes them.
     Fuzz(fuzz::FuzzArguments),
     /// Runs short cases over all pairs of options with the program of another revision and with that of the working tree, and compares
     /// all results to the last bit.
     SameBits(same_bits::SameBitsArguments),
-    /// Checks what a machine can check of the house rules.
+    /// Checks the house rules that can be checked automatically.
     Tidy(tidy::TidyArguments),
 }
 

@@ -18,14 +18,14 @@ use serde_json::Value;
 /// Arguments of `cargo xtask same-bits`.
 #[derive(Args)]
 pub struct SameBitsArguments {
-    /// Revision to compare the working tree with, as git names it.
+    /// Git revision to compare the working tree with.
     revision: String,
     /// Only families whose name contains this text.
     filter: Option<String>,
-    /// Compares the programs as they are released (a build takes several times as long).
+    /// Compare release builds (a build takes several times as long).
     #[arg(long)]
     release: bool,
-    /// Lists the levels of each case.
+    /// List the levels of each case.
     #[arg(long)]
     list: bool,
 }
@@ -106,7 +106,7 @@ fn checkout_and_build(
         Command::new("git").args(["rev-parse", "--short=12", &arguments.revision]).current_dir(root).output();
     let named = named.map_err(|error| format!("git: {error}"))?;
     if !named.status.success() {
-        return Err(format!("git knows no revision {:?}", arguments.revision));
+        return Err(format!("{:?} is not a git revision", arguments.revision));
     }
     let commit = String::from_utf8_lossy(&named.stdout).trim().to_owned();
     let tree = folder.join("tree");

@@ -6,18 +6,17 @@ use serde::{Deserialize, Serialize};
 use crate::Formula;
 use crate::description::Velocity;
 
-/// A fluid that fills the pores of a body and moves by itself. The body's material is then the dry skeleton in
-/// effective stresses: its `density` is that of the grains times one minus the porosity, and the initial stress is
-/// effective.
+/// Fluid that fills the pores of a body and moves independently. The material of the body is then the dry skeleton in effective stresses:
+/// its `density` is that of the grains times one minus the porosity, and the initial stress is effective.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PoreFluid {
     /// Initial porosity, between 0 and 1 (both excluded).
     pub porosity: f64,
-    /// Hydraulic conductivity under the gravity of the case (m/s). Give this or `intrinsic_permeability`.
+    /// Hydraulic conductivity under the gravity of the case (m/s). Give either this or `intrinsic_permeability`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub permeability: Option<f64>,
-    /// Intrinsic permeability (m²), for which `viscosity` counts. Give this or `permeability`.
+    /// Intrinsic permeability (m²), used with `viscosity`. Give either this or `permeability`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub intrinsic_permeability: Option<f64>,
     /// Density of the fluid (kg/m³).
@@ -29,14 +28,14 @@ pub struct PoreFluid {
     /// Dynamic viscosity of the fluid (Pa s).
     #[serde(default = "water_viscosity")]
     pub viscosity: f64,
-    /// Initial pore pressure; zero by default.
+    /// Initial pore pressure (Pa, compression-positive); zero by default.
     #[serde(default)]
     pub pressure: PorePressure,
-    /// Excess pore pressure at the base of the body over that of full liquefaction, at the start, 0 to 1, linear over the depth: for
+    /// Initial excess pore pressure at the base of the body relative to that of full liquefaction, 0 to 1, linear over the depth; for
     /// depth-integrated flow.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub excess_ratio: Option<f64>,
-    /// Initial velocity of the fluid; that of the body by default.
+    /// Initial velocity of the fluid (m/s); that of the body by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<Velocity>,
     /// Largest tension before the fluid cavitates (Pa), not negative; none when absent.
@@ -44,11 +43,11 @@ pub struct PoreFluid {
     pub cavitation_strength: Option<f64>,
 }
 
-/// An initial field of pore pressure.
+/// Initial field of pore pressure.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum PorePressure {
-    /// None.
+    /// Zero pore pressure.
     #[default]
     None,
     /// Uniform pressure.
@@ -56,12 +55,12 @@ pub enum PorePressure {
         /// Pressure (Pa), compression-positive.
         value: f64,
     },
-    /// A formula of the coordinates.
+    /// Formula of the coordinates.
     Formula {
         /// Pressure (Pa), compression-positive.
         value: Formula,
     },
-    /// Weight of the fluid above, along gravity.
+    /// Hydrostatic pressure: weight of the fluid above, along gravity.
     Hydrostatic {
         /// Coordinate of the surface of the fluid along the axis of gravity (m).
         surface: f64,

@@ -17,8 +17,8 @@ use commands::{
 #[derive(Parser)]
 #[command(version, verbatim_doc_comment)]
 struct CommandLine {
-    /// Load the shared libraries that materials of the model `umat` name. They run with your rights: only for files that
-    /// you trust. The environment variable COLLUVIUM_ALLOW_LIBRARY=1 does the same.
+    /// Load the shared libraries of materials of the model `umat`. A library runs with your rights: use this option only for
+    /// files that you trust. The environment variable COLLUVIUM_ALLOW_LIBRARY=1 has the same effect.
     #[arg(long, global = true)]
     allow_library: bool,
     #[command(subcommand)]
@@ -29,27 +29,27 @@ struct CommandLine {
 enum Command {
     /// Runs a case and writes measures, frames and a summary.
     Run(run::RunArguments),
-    /// Runs a case with every method that can honour it, and writes one page that sets them side by side.
+    /// Runs a case with every method that supports it and writes one page that compares the results.
     Compare(compare::CompareArguments),
-    /// Checks a case without running it and says what would be solved.
+    /// Checks a case without running it and prints its size, time step, duration and warnings.
     Check(check::CheckArguments),
     /// Prints the JSON Schema of a case file, or its reference as Markdown.
     Schema(schema::SchemaArguments),
-    /// Writes a starting case.
+    /// Writes a case from a template.
     New(new::NewArguments),
-    /// Runs a test of a single material point: table and pictures.
+    /// Runs an element test (a single material point) and writes its table and pictures.
     ElementTest(element_test::ElementTestArguments),
     /// Draws measures and points of a run.
     Plot(plot::PlotArguments),
     /// Writes frames and measures of a run as arrays for scripts (NPZ).
     Export(export::ExportArguments),
-    /// Writes a report of a run: one page with all that it left.
+    /// Writes the report of a run: one page with all its results.
     Report(report::ReportArguments),
-    /// Prepares the specimen of a case of grains, and writes grains and contacts for other cases to begin with.
+    /// Prepares a specimen of grains and writes its grains and contacts as the initial state of other cases.
     Specimen(specimen::SpecimenArguments),
-    /// Runs a case with many values of its parameters: table, misfit, convergence.
+    /// Runs a case with varied parameters and writes a table with misfit and convergence.
     Sweep(sweep::SweepArguments),
-    /// Says whether the files of a complete run are still what it wrote.
+    /// Checks that the files of a complete run have not changed since the run.
     Verify(verify::VerifyArguments),
 }
 

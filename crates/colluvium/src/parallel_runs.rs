@@ -28,7 +28,7 @@ pub(crate) fn run_in_parallel<E: Send>(
     let ends: Vec<Result<(), E>> = std::thread::scope(|scope| {
         let workers: Vec<_> = (0..jobs.clamp(1, count.max(1))).map(|_| scope.spawn(all)).collect();
         let joined = |worker: std::thread::ScopedJoinHandle<'_, Result<(), E>>| {
-            worker.join().unwrap_or_else(|_| Err(lost("one of them panicked".to_owned())))
+            worker.join().unwrap_or_else(|_| Err(lost("a thread panicked".to_owned())))
         };
         workers.into_iter().map(joined).collect()
     });

@@ -75,7 +75,7 @@ fn read_pairs<const R: usize>(pairs: &mut PairList<R>, count: usize, input: &mut
     if ends && sorted && within && images && pairs.histories.len() == pairs.other.len() {
         Ok(())
     } else {
-        Err(invalid_data("the lists of pairs do not fit the grains"))
+        Err(invalid_data("the lists of pairs do not match the grains"))
     }
 }
 
@@ -136,7 +136,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         read_column(&mut bytes, |byte: u8| byte, input)?;
         let head: CheckpointState = postcard::from_bytes(&bytes).map_err(io::Error::other)?;
         if head.format != FORMAT || head.dimension != D {
-            return Err(invalid_data("written by another version or for another case"));
+            return Err(invalid_data("was written by another version or for another case"));
         }
         self.membranes.clear();
         self.grains.read(input)?;
@@ -162,10 +162,10 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             && (self.wall_list.key.is_empty() || self.wall_list.key.len() == self.wall_list.grain.len())
             && self.wall_list.grain.iter().all(|&i| (i as usize) < count);
         if !fits {
-            return Err(invalid_data("the lists of walls do not fit the grains"));
+            return Err(invalid_data("the lists of walls do not match the grains"));
         }
         self.find_membranes();
-        self.restore_state(head).ok_or_else(|| invalid_data("the cell or the walls do not fit the case"))
+        self.restore_state(head).ok_or_else(|| invalid_data("the cell or the walls do not match the case"))
     }
 
     fn restore_state(&mut self, head: CheckpointState) -> Option<()> {
@@ -300,8 +300,8 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
         // Sheet: dem §3.5.
         (self.energy_balance.overlap > 0.05).then(|| {
             format!(
-                "t = {:.4e} s: overlaps reach {:.3} of the smaller radius, more than 0.05: solid fractions and contacts per grain \
-                 are those of soft grains (make contacts stiffer)",
+                "t = {:.4e} s: overlaps reach {:.3} of the smaller radius, more than 0.05: the solid \
+                 fraction and the number of contacts are affected by soft grains (make contacts stiffer)",
                 self.time, self.energy_balance.overlap
             )
         })

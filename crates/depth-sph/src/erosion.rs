@@ -3,31 +3,31 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A law of erosion.
+/// Law of erosion: erosion rate `e_R` (m/s) of the bed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "law", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Erosion {
-    /// Hungr: `e_R = E_s h |v|`, with the speed along the bed.
+    /// Law of Hungr: `e_R = E_s h |v|`, with the speed along the bed.
     Hungr {
         /// Growth rate `E_s` (1/m), 0 to 0.1.
         rate: f64,
-        /// Whether the speed is that in plan.
+        /// Whether the speed is the one in plan.
         #[serde(default)]
         plan_speed: bool,
     },
-    /// Blanc and Pastor: `e_R = K (tan θ)^2.5 h |v|`.
+    /// Law of Blanc and Pastor: `e_R = K (tan θ)^2.5 h |v|`.
     BlancPastor {
         /// Coefficient `K` (1/m), 0 to 1.
         coefficient: f64,
     },
-    /// Egashira: `e_R = |v| tan(θ - θ_e)`; negative is deposition, which is left out.
+    /// Law of Egashira: `e_R = |v| tan(θ - θ_e)`; negative rates, which are deposition, are omitted.
     Egashira {
         /// Friction angle of the bed (degrees), 0 to 90 (excluded).
         friction_angle: f64,
     },
-    /// A given rate.
+    /// Prescribed erosion rate of moving nodes.
     Prescribed {
-        /// `e_R` (m/s), not negative.
+        /// Erosion rate `e_R` (m/s), not negative.
         rate: f64,
     },
 }

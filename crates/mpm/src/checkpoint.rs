@@ -179,8 +179,9 @@ impl<const D: usize> Solver for MpmSolver<D> {
     fn warnings_at_end(&self) -> Vec<String> {
         let crushed: usize = self.deformable_sets().map(PointSet::points_at_min_volume).sum();
         let remark = format!(
-            "{crushed} of {} points are compressed to a tenth of their initial volume, the least that is allowed: their \
-             material is far outside of what its law is for (look at its stiffness, at the loads and at what is held)",
+            "{crushed} of {} points are compressed to a tenth of their initial volume, the least that is \
+             allowed. Their material is far outside the range of its law: check its stiffness, the loads and \
+             the constraints",
             self.points()
         );
         (crushed > 0)
@@ -247,19 +248,19 @@ impl<const D: usize> Solver for MpmSolver<D> {
         }
         self.bodies.sets.retain(|set| saved.bodies.contains(&set.body));
         if !self.bodies.sets.iter().map(|set| set.body).eq(saved.bodies) {
-            return Err(wrong("names bodies that the case does not have"));
+            return Err(wrong("contains bodies that the case does not have"));
         }
         self.bodies.sets.iter_mut().try_for_each(|set| set.read(input))?;
         if saved.driven.len() != self.boundary.driven.len() {
-            return Err(wrong("names rigid bodies or patches that the case does not have"));
+            return Err(wrong("contains rigid bodies or patches that the case does not have"));
         }
         if saved.load_starts.len() != self.boundary.load_starts.len() {
-            return Err(wrong("names loads that the case does not have"));
+            return Err(wrong("contains loads that the case does not have"));
         }
         if saved.obstacle_reactions.len()
             != self.boundary.penalty_obstacles.as_ref().map_or(0, |rocks| rocks.obstacles.len())
         {
-            return Err(wrong("names obstacles that the case does not have"));
+            return Err(wrong("contains obstacles that the case does not have"));
         }
         if let Some(rocks) = &mut self.boundary.penalty_obstacles {
             rocks
@@ -297,8 +298,8 @@ impl<const D: usize> MpmSolver<D> {
         }
         let places: Vec<[f64; D]> =
             self.deformable_sets().flat_map(|set| &set.points.position).copied().collect();
-        let reason = "obstacles act on the nodes here, and what is within a cell is not seen (take smaller cells, or \
-                      `methods.mpm.obstacles` `points`, which keeps points out)";
+        let reason = "obstacles act on the nodes here, and a contact within a cell is not detected (take \
+                      smaller cells, or `methods.mpm.obstacles` `points`, which keeps points out)";
         self.clock.case.overlap_warning(&places, REPORTED_DEPTH * self.background.grid.cell, reason)
     }
 

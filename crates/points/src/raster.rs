@@ -80,10 +80,10 @@ pub enum RasterError {
         origin: [f64; 2],
     },
     /// Raster without a single number.
-    #[error("holds no data: every value is that for no data")]
+    #[error("contains no data: every value is the no-data value")]
     Empty,
     /// Window that does not overlap the raster.
-    #[error("the window from {low:?} to {high:?} m does not hold two nodes along each axis of the raster")]
+    #[error("the window from {low:?} to {high:?} m does not contain two nodes along each axis of the raster")]
     Window {
         /// Lower corner (m).
         low: [f64; 2],
@@ -99,18 +99,19 @@ impl Raster {
     /// Warning about thicknesses, depths or classes in whose file numbers seem to stand for no data without a declared no-data value;
     /// `None` otherwise.
     pub fn undeclared_no_data_warning(&self) -> Option<String> {
-        const NAME_IT: &str = "name it in the file, under NODATA_value or in the tag of GDAL";
+        const NAME_IT: &str = "declare it in the file, as NODATA_value or in the GDAL tag";
         let boundless = self.reference.huge_values;
         if boundless > 0 {
             return Some(format!(
-                "{boundless} of its values are as large as no quantity is, 1e30 or more, without being its mark of no data: if they \
-                 stand for it, {NAME_IT}"
+                "{boundless} of its values are 1e30 or more and are not the declared no-data value. If such \
+                 a value stands for no data, {NAME_IT}"
             ));
         }
         let far = || self.values.iter().copied().filter(|value| value.abs() >= LIKELY_NO_DATA);
         let first = far().next()?;
         Some(format!(
-            "{} of its values are {LIKELY_NO_DATA} or more, or -{LIKELY_NO_DATA} or less, as {first}: if that stands for no data, {NAME_IT}",
+            "{} of its values are {LIKELY_NO_DATA} or more, or -{LIKELY_NO_DATA} or less, for example \
+             {first}. If that value stands for no data, {NAME_IT}",
             far().count()
         ))
     }

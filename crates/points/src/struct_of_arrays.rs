@@ -355,7 +355,7 @@ macro_rules! struct_of_arrays {
                 $crate::struct_of_arrays::read_column(&mut self.$first, std::convert::identity, input)?;
                 $($crate::read_field!(self.$column, input $(, $raw)?);)*
                 match self.uneven() {
-                    Some(column) => Err($crate::struct_of_arrays::invalid_data(&format!("column {column} has not an entry per point"))),
+                    Some(column) => Err($crate::struct_of_arrays::invalid_data(&format!("column {column} does not have one entry per point"))),
                     None => Ok(()),
                 }
             }

@@ -1,8 +1,8 @@
-//! Background grid around the domain: grid, order of the nodes, shape functions. It is constant during a step.
+//! Background grid: the grid around the domain, the order of the nodes, the shape functions. A step only reads it.
 //!
 //! The grid is some cells wider than the domain on every side. All shape functions of points in the domain are therefore those of an
-//! unbounded grid: their second moment, which APIC needs, is uniform, and they are a partition of unity at walls too (sheet: snow-mpm §3.3,
-//! P16). Nodes lie on multiples of the cell size from the corner of the domain.
+//! unbounded grid: their second moment, on which APIC depends, is constant, and they are a partition of unity at walls too (sheet:
+//! snow-mpm §3.3, P16). Nodes are at multiples of the cell size from the corner of the domain.
 
 use colluvium_grid::{
     Basis1d, Grid, GridError, GridView, Layout, Mesh, NodalState, ShapeFunctionKind, Transfers,
@@ -10,30 +10,30 @@ use colluvium_grid::{
 
 use crate::config::SplineShape;
 
-/// Cells beyond the domain on every side.
+/// Number of cells beyond the domain on every side.
 const MARGIN_CELLS: f64 = 4.0;
 
 /// Background grid of all points.
 pub struct BackgroundGrid<const D: usize> {
-    /// The grid, wider than the domain.
+    /// Grid, wider than the domain.
     pub grid: Grid<D>,
-    /// Layout of the nodes, and which of them are active since the last sort.
+    /// Layout of the nodes, with the active nodes since the last sort.
     pub layout: Layout<D>,
-    /// The transfers.
+    /// Transfers between points and grid.
     pub transfers: &'static dyn Transfers<D>,
-    /// The shape functions along an axis.
+    /// Shape functions along an axis.
     pub basis_1d: Basis1d,
     /// Lower corner of the domain (m).
     pub low: [f64; D],
     /// Upper corner of the domain (m).
     pub high: [f64; D],
-    /// Axes along which the domain is periodic.
+    /// Whether the domain is periodic along each axis.
     pub periodic: [bool; D],
-    /// Empty mesh, as the grid is structured.
+    /// Empty mesh: the grid is structured.
     mesh: Mesh<D>,
 }
 
-/// Returns the kind of shape functions of the grid.
+/// Kind of the shape functions in the grid crate.
 pub fn shape_function_kind(chosen: SplineShape) -> ShapeFunctionKind {
     match chosen {
         SplineShape::Cubic => ShapeFunctionKind::Cubic,
@@ -43,7 +43,7 @@ pub fn shape_function_kind(chosen: SplineShape) -> ShapeFunctionKind {
 }
 
 impl<const D: usize> BackgroundGrid<D> {
-    /// Returns the background grid of a domain with corners `low` and `high` (m) and cells of edge `cell` (m).
+    /// Returns the background of a domain with corners `low` and `high` (m) and cells of edge length `cell` (m).
     ///
     /// # Errors
     /// When the domain is not a whole number of cells wide, or the grid too large.
@@ -71,10 +71,10 @@ impl<const D: usize> BackgroundGrid<D> {
         })
     }
 
-    /// Returns the grid with periodic axes, along which nodes at a distance of the domain's width are images of each other.
+    /// Returns the background with periodic axes, along which nodes one domain width apart are identified.
     ///
     /// # Errors
-    /// The number of cells that the domain must have for that, where it is narrower.
+    /// The number of cells that the domain needs along a periodic axis, where it has fewer.
     pub fn with_periodic_axes(mut self, periodic: [bool; D]) -> Result<Self, usize> {
         let period = |axis: usize| ((self.high[axis] - self.low[axis]) / self.grid.cell).round() as usize;
         // The grid is wider than the domain by the same length along all axes.
@@ -85,7 +85,7 @@ impl<const D: usize> BackgroundGrid<D> {
         Ok(self)
     }
 
-    /// Sets periodic images of a node to the sum of their values.
+    /// Sets the nodes that are identified in a periodic domain to the sum of their values.
     pub fn sum_periodic_images(&self, nodes: &mut [NodalState]) {
         if self.periodic != [false; D] {
             self.layout.sum_periodic_images(nodes, |sum, node| {
@@ -95,18 +95,18 @@ impl<const D: usize> BackgroundGrid<D> {
         }
     }
 
-    /// Whether the node at `index` is an image of a node of lower index in a periodic domain: sums exclude it.
+    /// Whether the node at `index` is the image of a node of lower index, in a periodic domain: sums omit it.
     #[inline(always)]
     pub fn is_periodic_image(&self, index: &[usize; 3]) -> bool {
         self.periodic != [false; D] && self.layout.is_periodic_image(index)
     }
 
-    /// Whether a position (m) lies in the domain; false for NaN.
+    /// Whether a position (m) is in the domain; false for not-a-number.
     pub fn contains(&self, place: &[f64; D]) -> bool {
         (0..D).all(|axis| place[axis] >= self.low[axis] && place[axis] <= self.high[axis])
     }
 
-    /// Grid view for points.
+    /// View of the grid for the transfers of points.
     #[inline(always)]
     pub fn grid_view(&self) -> GridView<'_, D> {
         GridView::new(&self.grid, &self.mesh, &self.layout)
@@ -122,8 +122,7 @@ impl<const D: usize> BackgroundGrid<D> {
         place
     }
 
-    /// Largest distance of a position from the domain along an axis (cells); not positive inside. Along a periodic axis every position is
-    /// inside.
+    /// Largest distance of a position outside the domain along an axis (cells); not positive inside. Periodic axes do not count.
     #[inline]
     pub fn distance_outside(&self, place: &[f64; D]) -> f64 {
         let beyond = |axis: usize| (self.low[axis] - place[axis]).max(place[axis] - self.high[axis]);
@@ -131,7 +130,7 @@ impl<const D: usize> BackgroundGrid<D> {
             / self.grid.cell
     }
 
-    /// Number of the last node along `axis` that lies at or below `place` (m).
+    /// Number of the last node along `axis` at or below the coordinate `place` (m).
     pub fn node_below(&self, axis: usize, place: f64) -> usize {
         let local = (place - self.grid.origin[axis]) / self.grid.cell + 1e-6;
         let cells = self.grid.cells[axis];

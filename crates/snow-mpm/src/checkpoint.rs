@@ -1,4 +1,4 @@
-//! Checkpoint of the solver, and its implementation of `Solver`.
+//! Checkpoints of the solver, and its implementation of [`Solver`].
 
 use std::io::{Read, Write};
 use std::sync::Arc;
@@ -18,13 +18,13 @@ use crate::output::hazard_rasters::HazardCell;
 use crate::points::bodies::{BodyPoints, PointFailure};
 use crate::solver::SnowSolver;
 
-/// Version of the layout of a checkpoint.
+/// Version of the checkpoint format.
 const FORMAT: u32 = 7;
 
-/// Depth of a point under an obstacle (cells) above which the run reports it.
+/// Depth of a point in an obstacle from which it is reported (cells).
 const REPORTED_DEPTH: f64 = 0.1;
 
-/// State of the solver beside the columns of points.
+/// State of the solver besides the columns of the points.
 #[derive(Serialize, Deserialize)]
 struct CheckpointState {
     format: u32,
@@ -38,7 +38,7 @@ struct CheckpointState {
     travel: f64,
     energy_balance: EnergyBalance,
     hazard_cells: Option<Vec<HazardCell>>,
-    /// Number, slabs and states of each body.
+    /// Number, slabs and serialised law states of each body.
     bodies: Vec<(u32, Vec<usize>, Vec<u8>)>,
 }
 
@@ -65,7 +65,7 @@ impl<const D: usize> SnowSolver<D> {
         }
     }
 
-    /// Initialises stresses and states of the laws anew from the current stresses.
+    /// Reinitialises the states of the laws from the current stresses.
     fn reset_states(&mut self) -> Result<(), SolverError> {
         for number in 0..self.bodies.all.len() {
             let body = &self.bodies.all[number];
@@ -160,8 +160,8 @@ impl<const D: usize> Solver for SnowSolver<D> {
         let places: Vec<[f64; D]> =
             self.bodies.all.iter().flat_map(|body| &body.points.position).copied().collect();
         let slack = REPORTED_DEPTH * self.background.grid.cell;
-        let reason =
-            "obstacles act on the nodes here, and what is within a cell is not seen (take smaller cells)";
+        let reason = "obstacles act on the nodes here, and a contact within a cell is not detected (take \
+                      smaller cells)";
         self.case.overlap_warning(&places, slack, reason).into_iter().collect()
     }
 
@@ -207,7 +207,7 @@ impl<const D: usize> Solver for SnowSolver<D> {
         self.nodes.reset(&self.background.layout);
         self.bodies.all.retain(|body| head.bodies.iter().any(|(number, ..)| *number == body.number));
         if self.bodies.all.len() != head.bodies.len() {
-            return Err(checkpoint_error("names bodies that the case does not have"));
+            return Err(checkpoint_error("contains bodies that the case does not have"));
         }
         for (body, (number, _, states)) in self.bodies.all.iter_mut().zip(&head.bodies) {
             body.points.read(input)?;
@@ -225,7 +225,7 @@ impl<const D: usize> Solver for SnowSolver<D> {
             body.slabs = slabs;
         }
         if head.energy_balance.removals().len() != self.case.removal_shapes.len() {
-            return Err(checkpoint_error("counts other cuts than the case has"));
+            return Err(checkpoint_error("has other cuts than the case"));
         }
         let restored = match (&mut self.hazard_rasters, head.hazard_cells) {
             (Some(maps), Some(cells)) => maps.restore(cells).is_some(),
@@ -233,7 +233,7 @@ impl<const D: usize> Solver for SnowSolver<D> {
             _ => false,
         };
         if !restored {
-            return Err(checkpoint_error("has rasters of other cells than the case"));
+            return Err(checkpoint_error("has rasters with other cells than the case"));
         }
         self.bodies.travel = head.travel;
         self.energy_balance = head.energy_balance;

@@ -8,24 +8,24 @@ use crate::points::bodies::Bodies;
 use crate::points::vectors::square;
 use crate::step_bound::StepBound;
 
-/// Limit of a step by the displacement of the fastest point.
+/// Step limit by the displacement of the fastest point.
 const POINT_SPEED: StepLimit = StepLimit::new("speed of a point");
 
 /// Coefficients of the step limits.
 #[derive(Clone, Copy, Debug)]
 pub struct StepCoefficients {
-    /// Courant number of the waves: step times (wave speed + speed) over the cell size.
+    /// Courant number of elastic waves: step times (wave speed + speed) over the cell size.
     elastic: f64,
-    /// Courant number of the points: step times speed over the cell size.
+    /// Courant number of the motion: step times speed over the cell size.
     velocity: f64,
-    /// Edge of a cell (m).
+    /// Edge length of a cell (m).
     cell: f64,
     /// Number of axes.
     dimension: f64,
 }
 
 impl StepCoefficients {
-    /// Returns the coefficients of the options in `dimension` axes: a fixed step of the case must only be below the critical one.
+    /// Returns the coefficients of the options in `dimension` axes: a step that the case fixes only has to be below the critical one.
     pub fn of_options(options: &SnowOptions, dimension: usize) -> Self {
         let [elastic, velocity] = match options.time_step {
             Some(_) => [1.0, 1.0],
@@ -34,7 +34,7 @@ impl StepCoefficients {
         Self { elastic, velocity, cell: options.cell_size, dimension: dimension as f64 }
     }
 
-    /// Step bound of a block of points, the first of which has the number `first`.
+    /// Step bound of a block of points, the first of which is number `first`.
     pub fn step_bound<const D: usize>(
         &self,
         first: usize,
@@ -81,7 +81,7 @@ impl StepCoefficients {
     }
 }
 
-/// Returns the time step from the reports of the bodies.
+/// Time step from the reports of the bodies.
 pub fn time_step<const D: usize>(bodies: &Bodies<D>) -> TimeStep {
     let (mut pace, mut place) = (StepBound::NONE, None);
     for body in &bodies.all {

@@ -1,9 +1,10 @@
 //! Finite-strain material point method for snow and other brittle, porous solids.
 //!
-//! Points carry mass, velocity, stress and the state of a law at finite strain. A step is fused: points transfer mass, momentum and forces
-//! to the nodes of a grid of B-splines, the nodes move under these and the walls, and points interpolate their new velocity, its gradient
-//! and, with APIC, its affine part (sheet: snow-mpm §3.5; see the step in [`SnowSolver`]). Stress is updated last. The grid extends beyond
-//! the domain of the case, so that its functions are the same everywhere, and walls act on the nodes on or behind them.
+//! Points carry mass, velocity, stress and the state of a law at finite strain. A step is fused: mass, momentum and forces of the points
+//! are transferred to the nodes of a grid of B-splines, the nodal momentum equation is solved with the walls, and points interpolate
+//! their new velocity, its gradient and, with APIC, its affine part (sheet: snow-mpm §3.5; see [`SnowSolver`]). Stress is updated last.
+//! The grid is larger than the domain of the case, so that its shape functions are equal everywhere, and walls constrain the nodes on or
+//! behind them.
 //!
 //! Stress is tension-positive; in the plane masses, forces and energies are per metre of thickness. [`SnowMpm`] is the entry point: it
 //! turns a [`Case`] into a [`Solver`].
@@ -29,7 +30,7 @@ use schemars::Schema;
 pub use config::{DeformationUpdate, SnowOptions, SnowTransfer, SplineShape};
 pub use solver::SnowSolver;
 
-/// The finite-strain material point method.
+/// Finite-strain material point method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SnowMpm;
 

@@ -9,24 +9,24 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// A smoothing function.
+/// Smoothing kernel `W(r, h)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kernel {
-    /// Gaussian, cut at three smoothing lengths.
+    /// Gaussian, truncated at three smoothing lengths.
     Gaussian,
     /// Cubic spline.
     #[default]
     CubicSpline,
-    /// Quadratic, whose slope does not vanish at the centre: resists clumping under compression.
+    /// Quadratic kernel, whose slope does not vanish at the centre: resists clumping under compression.
     Quadratic,
-    /// Quintic spline, which reaches three smoothing lengths.
+    /// Quintic spline, with a support radius of three smoothing lengths.
     QuinticSpline,
-    /// Wendland C2; in one dimension the polynomial of one dimension.
+    /// Wendland C2 kernel; in one dimension the polynomial of one dimension.
     WendlandC2,
-    /// Wendland C4, in two and three dimensions.
+    /// Wendland C4 kernel, in two and three dimensions.
     WendlandC4,
-    /// Wendland C6, in two and three dimensions.
+    /// Wendland C6 kernel, in two and three dimensions.
     WendlandC6,
 }
 

@@ -54,7 +54,8 @@ pub fn read_text(file: &Path) -> Result<String, FileError> {
 fn decode_text(bytes: Vec<u8>) -> Result<String, String> {
     let pairs = |order: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| order([pair[0], pair[1]])).collect();
-        String::from_utf16(&units).map_err(|_| "is not the UTF-16 that its first two bytes say".to_owned())
+        String::from_utf16(&units)
+            .map_err(|_| "is not valid UTF-16, although its first two bytes are those of UTF-16".to_owned())
     };
     match bytes.as_slice() {
         [0xff, 0xfe, ..] => return pairs(u16::from_le_bytes),
@@ -62,7 +63,7 @@ fn decode_text(bytes: Vec<u8>) -> Result<String, String> {
         _ => {}
     }
     if bytes.contains(&0) {
-        return Err("is no text: it holds bytes that are zero".to_owned());
+        return Err("is not text: it contains zero bytes".to_owned());
     }
     let text = String::from_utf8(bytes);
     let text = text.unwrap_or_else(|error| error.as_bytes().iter().map(|byte| char::from(*byte)).collect());
@@ -76,7 +77,7 @@ fn extension(file: &Path) -> String {
 
 fn unknown_format(file: &Path, known: &str) -> FileError {
     error_in_file(file)(format!(
-        "a name that ends in {:?} does not tell what it holds: it must be {known}",
+        "the ending {:?} of the name is not supported: it must be {known}",
         extension(file)
     ))
 }

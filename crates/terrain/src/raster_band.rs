@@ -90,7 +90,8 @@ impl BandMetadata {
         let metres = match self.unit.as_deref().filter(|unit| !unit.trim().is_empty()) {
             Some(unit) => metres_per_unit(unit).ok_or_else(|| {
                 format!(
-                    "its band has the unit {unit:?}, and only metres and feet are known: write it in metres"
+                    "its band has the unit {unit:?}, but only metres and feet are supported: write it in \
+                     metres"
                 )
             })?,
             None => vertical.unwrap_or(1.0),
@@ -98,7 +99,7 @@ impl BandMetadata {
         let (scale, offset) = (self.scale.unwrap_or(1.0), self.offset.unwrap_or(0.0));
         if !(scale.is_finite() && scale != 0.0 && offset.is_finite()) {
             return Err(format!(
-                "its band has the scale {scale} and the offset {offset}: they make no numbers"
+                "its band has the scale {scale} and the offset {offset}, which give no finite values"
             ));
         }
         let (no_data, as_it_is) = (self.no_data, scale == 1.0 && offset == 0.0 && metres == 1.0);

@@ -59,8 +59,8 @@ impl CoordinateReferenceSystem {
         if crs.get("type").and_then(JsonValue::as_str) == Some("link") {
             let place = property("href").map_or_else(String::new, ToString::to_string);
             return Err(format!(
-                "names its coordinate reference system by a link, {place}, which is not read: name it by its number, as \
-                 \"crs\": {{\"type\": \"name\", \"properties\": {{\"name\": \"EPSG:25832\"}}}}"
+                "has its coordinate reference system as a link, {place}, which is not supported: give its \
+                 number, as \"crs\": {{\"type\": \"name\", \"properties\": {{\"name\": \"EPSG:25832\"}}}}"
             ));
         }
         if let Some(name) = crs.as_str().or_else(|| property("name").and_then(JsonValue::as_str)) {
@@ -70,8 +70,8 @@ impl CoordinateReferenceSystem {
         match code.as_ref().and_then(|code| code.rsplit(':').next()?.parse().ok()) {
             Some(code) => Ok(Self::new(Some(code), None, None)),
             None => Err(format!(
-                "has a member crs that is not read, {crs}: name the system by its number, as \
-                 \"crs\": {{\"type\": \"name\", \"properties\": {{\"name\": \"EPSG:25832\"}}}}"
+                "has a member crs that is not supported, {crs}: give the number of the system, as \"crs\": \
+                 {{\"type\": \"name\", \"properties\": {{\"name\": \"EPSG:25832\"}}}}"
             )),
         }
     }
@@ -108,17 +108,17 @@ impl CoordinateReferenceSystem {
         let in_degrees =
             self.name.as_deref().is_some_and(|name| name.ends_with("CRS84") || name.ends_with("CRS83"));
         if let Some(fault) = self.length_distortion {
-            return Err(format!("says that it {fault}"));
+            return Err(format!("by its coordinate reference system it {fault}"));
         }
         let other = self.unit.clone().or(in_degrees.then(|| "degree".to_owned()));
         match other {
             None => Ok(()),
-            Some(unit) if unit.to_lowercase().contains("deg") => Err(format!(
-                "says that it lies in degrees ({self}): project it to metres, for example to UTM"
-            )),
-            Some(unit) => Err(format!(
-                "says that it lies in {unit:?} ({self}), and only metres are known: project it to metres"
-            )),
+            Some(unit) if unit.to_lowercase().contains("deg") => {
+                Err(format!("is in degrees ({self}): project it to metres, for example to UTM"))
+            }
+            Some(unit) => {
+                Err(format!("is in {unit:?} ({self}), but only metres are supported: project it to metres"))
+            }
         }
     }
 }
@@ -179,7 +179,7 @@ pub(crate) fn geojson_system(parsed: &GeoJson) -> Result<Option<CoordinateRefere
         let system = CoordinateReferenceSystem::from_crs_member(crs)?;
         if let Some(other) = found.as_ref().filter(|found| **found != system) {
             return Err(format!(
-                "names several coordinate reference systems, {other} and {system}: write it in one"
+                "has several coordinate reference systems, {other} and {system}: write it in one"
             ));
         }
         found = Some(system);
@@ -317,8 +317,8 @@ mod tests {
         let other = one.replace("31254", "25832");
         assert!(of(&file(&one, none, &other)).unwrap_err().contains("several"));
         let link = r#", "crs": {"type": "link", "properties": {"href": "x.prj", "type": "esriwkt"}}"#;
-        assert!(of(&file(link, none, none)).unwrap_err().contains("by a link, \"x.prj\""));
-        assert!(of(&file(r#", "crs": {"type": "own"}"#, none, none)).unwrap_err().contains("not read"));
+        assert!(of(&file(link, none, none)).unwrap_err().contains("as a link, \"x.prj\""));
+        assert!(of(&file(r#", "crs": {"type": "own"}"#, none, none)).unwrap_err().contains("not supported"));
         let feet = r#", "crs": {"type": "name", "properties": {"name": "+proj=utm +zone=10 +units=us-ft"}}"#;
         let feet = of(&file(feet, none, none)).unwrap().unwrap();
         assert!(feet.check().unwrap_err().contains("us-ft"));

@@ -79,8 +79,8 @@ fn closed_meshes_are_read_and_open_ones_refused() {
     assert!(problem("bad.obj", "# a\nv 1 2\nf 1 2 3").starts_with("line 2: \"v 1 2\" cannot be read"));
     let commas = stl(&TETRAHEDRON).replacen("vertex 0", "vertex 0,5", 1);
     let commas = problem("comma.stl", &commas);
-    assert!(commas.contains("has no three numbers: write numbers with a decimal point"), "{commas}");
-    assert!(problem("none.stl", "not a mesh").contains("is no STL file, or is cut short: its 10 bytes"));
+    assert!(commas.contains("does not have three numbers: write numbers with a decimal point"), "{commas}");
+    assert!(problem("none.stl", "not a mesh").contains("is not an STL file, or is truncated: its 10 bytes"));
     let goes_on = obj.replace("f 1 3 2", "f 1 \\\n3 2");
     assert!(read_mesh(&file(&folder, "on.obj", &goes_on), &as_it_is).is_ok());
 }
@@ -203,7 +203,7 @@ fn outlines_may_have_holes_and_must_not_cross_themselves() {
         r#"{"type": "Polygon", "coordinates": [[[11.1, 47.2], [11.2, 47.2], [11.2, 47.3], [11.1, 47.2]]]}"#;
     assert!(problem("c.geojson", degrees).contains("degrees"));
     let point = r#"{"type": "Point", "coordinates": [1, 2]}"#;
-    assert!(problem("d.geojson", point).starts_with("feature 1: is a Point, and only polygons"));
+    assert!(problem("d.geojson", point).starts_with("feature 1: is a Point, but only polygons"));
     assert!(problem("e.geojson", "{").contains("not GeoJSON"));
     assert!(problem("f.shp", "nonsense").contains("shapefile"));
 }
@@ -279,11 +279,11 @@ fn features_have_the_numbers_of_their_attributes() {
         assert!(features[1].outline.contains([12.0, 2.0]) && !features[0].outline.contains([12.0, 2.0]));
         assert_eq!((features[0].number, features[1].number), (1, 2));
         let problem = read_features(path, "height").unwrap_err().problem;
-        assert_eq!(problem, "feature 1 has no number under \"height\": its attributes are depth");
+        assert_eq!(problem, "feature 1 has no number in the attribute \"height\": its attributes are depth");
     }
     let half = gathered([feature(0.0, r#"{"depth": 1.5}"#), feature(10.0, r#"{"depth": "deep"}"#)]);
     let problem = read_features(&file(&folder, "b.geojson", &half), "depth").unwrap_err().problem;
-    assert_eq!(problem, "feature 2 has no number under \"depth\": it is \"deep\"");
+    assert_eq!(problem, "feature 2 has no number in the attribute \"depth\": it is \"deep\"");
     std::fs::remove_file(shape.with_extension("dbf")).unwrap();
     let problem = read_features(&shape, "depth").unwrap_err().problem;
     assert!(problem.contains("no .dbf beside it"), "{problem}");
@@ -321,15 +321,15 @@ fn rows_that_are_deleted_do_not_count_and_shapes_must_be_as_many_polygons_as_the
     bytes[4] = 1;
     std::fs::write(&table, &bytes).unwrap();
     let problem = read_outlines(&shape).unwrap_err().problem;
-    assert!(problem.contains("its shapes are 2, and the rows of the .dbf beside it 1"), "{problem}");
+    assert!(problem.contains("it has 2 shapes, but the .dbf beside it has 1 rows"), "{problem}");
     bytes.truncate(20);
     std::fs::write(&table, &bytes[..6]).unwrap();
-    assert!(read_outlines(&shape).unwrap_err().problem.contains("cut short"));
+    assert!(read_outlines(&shape).unwrap_err().problem.contains("truncated"));
     let line = folder.path().join("b.shp");
     let way = Polyline::new(vec![Point::new(0.0, 0.0), Point::new(4.0, 4.0)]);
     shapefile::ShapeWriter::from_path(&line).unwrap().write_shapes(&vec![way]).unwrap();
     let problem = read_outlines(&line).unwrap_err().problem;
-    assert!(problem.starts_with("feature 1: is a Polyline, and only polygons"), "{problem}");
+    assert!(problem.starts_with("feature 1: is a Polyline, but only polygons"), "{problem}");
     let both = r#"{"type": "FeatureCollection", "features": [
         {"type": "Feature", "properties": {}, "geometry": null},
         {"type": "Feature", "properties": {"Depth": 2, "depth": 3}, "geometry": {"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9, 9], [0, 0]]]}}]}"#;
@@ -339,5 +339,5 @@ fn rows_that_are_deleted_do_not_count_and_shapes_must_be_as_many_polygons_as_the
     assert!(problem.contains("its attributes are Depth, depth"), "{problem}");
     let line = both.replace("null", r#"{"type": "LineString", "coordinates": [[0, 0], [1, 1]]}"#);
     let problem = read_outlines(&file(&folder, "d.geojson", &line)).unwrap_err().problem;
-    assert!(problem.starts_with("feature 1: is a LineString, and only polygons"), "{problem}");
+    assert!(problem.starts_with("feature 1: is a LineString, but only polygons"), "{problem}");
 }

@@ -173,7 +173,7 @@ fn classes_with_a_palette_are_their_numbers_and_bits_and_bands_are_refused() {
     let path = file(folder.path(), "bands.tif", false, &[(bands, vec![0; 24])]);
     assert!(read_raster(&path).unwrap_err().problem.contains("several bands"));
     let path = file(folder.path(), "bits.tif", false, &[(placed(1, 1), vec![0; 3])]);
-    assert!(read_raster(&path).unwrap_err().problem.contains("1 bits a number"));
+    assert!(read_raster(&path).unwrap_err().problem.contains("1 bits per number"));
 }
 
 #[test]
@@ -310,5 +310,5 @@ fn texts_of_grids_are_read_as_programs_write_them() {
     write(b"DSAA\n2 2\n0 1\n0 1\n0 1\n1 2 3 4\n");
     assert!(read_raster(&path).unwrap_err().problem.contains("Surfer"));
     write(b"\0\0\0\0");
-    assert!(read_raster(&path).unwrap_err().problem.contains("no text"));
+    assert!(read_raster(&path).unwrap_err().problem.contains("not text"));
 }

@@ -49,7 +49,7 @@ fn materials() -> Result<&'static HashMap<String, Ready>, String> {
 }
 
 fn read_materials() -> Result<HashMap<String, Ready>, String> {
-    let file = std::env::var_os(MATERIALS).ok_or(format!("{MATERIALS} names no file of materials"))?;
+    let file = std::env::var_os(MATERIALS).ok_or(format!("{MATERIALS} is not set to a file of materials"))?;
     let file = std::path::PathBuf::from(file);
     let text = std::fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
     let specs: HashMap<String, MaterialSpec> =
@@ -129,7 +129,7 @@ fn run(call: &mut Call) -> Result<(), String> {
         .ok_or_else(|| format!("{:?} is not in {MATERIALS}", call.name))?;
     if !matches!(call.stress.len(), 4 | 6) {
         return Err(format!(
-            "NTENS = {} is not served: 4 (plane strain, axisymmetry) or 6",
+            "NTENS = {} is not supported: it must be 4 (plane strain, axisymmetry) or 6",
             call.stress.len()
         ));
     }

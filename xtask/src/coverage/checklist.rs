@@ -154,7 +154,7 @@ impl ChecklistSheet {
         };
         self.unassigned
             .iter()
-            .map(|line| format!("{line}: no row and state"))
+            .map(|line| format!("{line}: is not a row with a state"))
             .chain(self.rows.iter().flat_map(of))
             .collect()
     }
@@ -180,10 +180,10 @@ impl ChecklistRow {
         );
         let shown = !self.tests.is_empty() || !self.benchmarks.is_empty();
         if self.state == ChecklistState::Done && (self.files.is_empty() || !shown) {
-            wrong.push("done, and names no file, or no test or benchmark".to_owned());
+            wrong.push("is done, but has no file, or no test or benchmark".to_owned());
         }
         if matches!(self.state, ChecklistState::Missing | ChecklistState::Partial) && self.note.is_empty() {
-            wrong.push(format!("{}, and does not say what is missing", self.state.name()));
+            wrong.push(format!("is {}, but has no note on the missing part", self.state.name()));
         }
         wrong
     }
@@ -224,10 +224,10 @@ mod tests {
             ("1;done;crates/none.rs;;dem/gas;".to_owned(), "no file crates/none.rs"),
             (format!("1;done;{file};{file}::no_such_test;;"), "no test"),
             (format!("1;done;{file};;dem/none;"), "no benchmark dem/none"),
-            (format!("1;done;{file};;;"), "names no file, or no test"),
-            (format!("F2;in part;{file};;;"), "does not say what is missing"),
-            ("9;done;;;;".to_owned(), "no row and state"),
-            ("1;well;;;;".to_owned(), "no row and state"),
+            (format!("1;done;{file};;;"), "has no file, or no test"),
+            (format!("F2;in part;{file};;;"), "has no note on the missing part"),
+            ("9;done;;;;".to_owned(), "is not a row with a state"),
+            ("1;well;;;;".to_owned(), "is not a row with a state"),
         ] {
             let wrong = known(&data).wrong().join("\n");
             assert!(wrong.contains(words), "{data}: {wrong}");

@@ -25,13 +25,13 @@ fn incomplete_first(sheet: &ChecklistSheet) -> Vec<&ChecklistRow> {
 /// Page of the documentation as Markdown.
 pub fn markdown(sheets: &[ChecklistSheet]) -> String {
     let mut text = format!(
-        "# Coverage of specification sheets\n\nEvery row of the checklists of the [specification sheets](sheets/README.md): what implements it, \
-         and which test or benchmark shows it. Made by `cargo xtask coverage` of their checklists and of what is known of the rows, \
-         `docs/sheets/coverage/`; a test fails when a row names a file, a test or a benchmark that is not there.\n\n\
-         *Missing*: not implemented. *In part*: the note says what lacks. *Not checked*: nobody has compared the row with the code; it \
-         says nothing of whether it is implemented. *Done*: implemented, and shown by a test or a benchmark. *Background*: nothing to \
-         compute, or left out by its sheet. Rows are filled in by what files say of themselves at their head, and by names and sources of \
-         tests and benchmarks; nobody has held every line of them against its row.\n\n{}.\n\n| sheet |",
+        "# Coverage of specification sheets\n\nEvery row of the checklists of the [specification sheets](sheets/README.md): its files, \
+         tests and benchmarks. Made by `cargo xtask coverage` from their checklists and from the records of the rows in \
+         `docs/sheets/coverage/`; a test fails when a row names a file, a test or a benchmark that does not exist.\n\n\
+         *Missing*: not implemented. *In part*: the note describes the missing part. *Not checked*: the row has not been compared with the code, and may \
+         or may not be implemented. *Done*: implemented, and verified by a test or a benchmark. *Background*: nothing to \
+         compute, or left out by its sheet. The entries of rows follow from the comments at the head of files, and from names and sources of \
+         tests and benchmarks; not every line of them has been compared with its row.\n\n{}.\n\n| sheet |",
         summary_text(sheets)
     );
     // Writing to a string cannot fail.
@@ -83,8 +83,8 @@ pub fn html(sheets: &[ChecklistSheet], style: &str, up: &str) -> Markup {
             body { main {
                 p class="soft" { a href="index.html" { "← all benchmarks" } }
                 h1 { "Coverage of specification sheets" }
-                p { (summary_text(sheets)) ". Rows that lack something come first; what is not checked nobody has compared with the code. The others are filled in by the heads of "
-                    "files and the names and sources of tests and benchmarks." }
+                p { (summary_text(sheets)) ". Incomplete rows come first. Rows not checked have not been compared with the code. The entries of the others follow from the comments at the head of "
+                    "files, and from the names and sources of tests and benchmarks." }
                 @for sheet in sheets {
                     h2 id=(sheet.name) { (link(&format!("docs/sheets/{}.md", sheet.name), sheet.name)) }
                     div class="card" { table class="rows" {

@@ -131,7 +131,7 @@ impl ReferenceRun {
         let complete =
             |out: &Path| read_json(&out.join("summary.json")).is_ok_and(|s| s["status"] == "completed");
         if !complete(&out) && !spawn_run(&self.case, &out)?.wait()?.success() {
-            return Ok((kills, Some("does not go on".to_owned())));
+            return Ok((kills, Some("cannot be resumed to its end".to_owned())));
         }
         if let Some(problem) = folder_problem(&out) {
             return Ok((kills, Some(problem)));
@@ -142,7 +142,7 @@ impl ReferenceRun {
         let problem = differs.map(|(name, _)| name).or(more);
         Ok((
             kills,
-            problem.map(|name| format!("{} is not that of the run that nothing disturbed", name.display())),
+            problem.map(|name| format!("{} differs from that of the undisturbed run", name.display())),
         ))
     }
 }
@@ -169,7 +169,7 @@ fn folder_problem(out: &Path) -> Option<String> {
             Err(error) => return Some(error.to_string()),
             Ok(found) => {
                 if let Some((_, gone)) = found.frames.iter().find(|(_, name)| !out.join(name).exists()) {
-                    return Some(format!("frames.pvd names {gone}, which is not there"));
+                    return Some(format!("frames.pvd refers to {gone}, which is missing"));
                 }
             }
         }
@@ -177,7 +177,7 @@ fn folder_problem(out: &Path) -> Option<String> {
     match (status.as_str(), verify(out)) {
         ("completed", Ok(verified)) => verified.problems.first().cloned(),
         ("completed", Err(error)) => Some(error.to_string()),
-        ("running", Ok(_)) => Some("verifies while it runs".to_owned()),
+        ("running", Ok(_)) => Some("passes `verify` while it runs".to_owned()),
         ("running", Err(_)) => None,
         (other, _) => Some(format!("has the status {other:?}")),
     }

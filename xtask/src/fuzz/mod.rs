@@ -13,22 +13,22 @@ type Fallible<T> = Result<T, Box<dyn std::error::Error>>;
 /// Which, and how many.
 #[derive(Args)]
 pub struct FuzzArguments {
-    /// Number of files that are made from all starting cases, benchmark cases and element tests.
+    /// Number of files that are generated from all templates, benchmark cases and element tests.
     #[arg(default_value_t = 100_000)]
     files: u64,
-    /// Seed of the random numbers: the same files again.
+    /// Seed of the random numbers; equal seeds generate equal files.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Number of the first file: with `1` as the number of files, one that failed again.
+    /// Number of the first file; with `1` as the number of files, the test of a failed file is repeated.
     #[arg(long, default_value_t = 0)]
     first: u64,
-    /// Only files that begin from cases of this method.
+    /// Only files generated from cases of this method.
     #[arg(long)]
     method: Option<String>,
-    /// Kill runs of all methods at random moments instead, so often in all, and take them up again.
+    /// Kill runs of all methods at random moments instead, this number of times in total, and resume them.
     #[arg(long, value_name = "TIMES")]
     kill: Option<u64>,
-    /// Run one case into a folder: what `--kill` starts and kills.
+    /// Run one case into a folder, as the process that `--kill` starts and kills.
     #[arg(long, num_args = 2, value_names = ["CASE", "FOLDER"], hide = true)]
     one: Option<Vec<std::path::PathBuf>>,
 }

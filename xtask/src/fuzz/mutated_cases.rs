@@ -117,11 +117,7 @@ pub fn run(numbers: Range<u64>, seed: u64, method: Option<&str>) -> Fallible<boo
 fn keep(origins: &mut Vec<SeedFile>, method: Option<&str>) -> Fallible<()> {
     let Some(method) = method else { return Ok(()) };
     origins.retain(|origin| origin.value["methods"].get(method).is_some());
-    if origins.is_empty() {
-        Err(format!("no case to begin from is of the method {method:?}").into())
-    } else {
-        Ok(())
-    }
+    if origins.is_empty() { Err(format!("no initial case has the method {method:?}").into()) } else { Ok(()) }
 }
 
 /// Reads all starting cases, benchmark cases, element tests and fuzz cases (`validation/fuzz`), each with a folder of its own.
@@ -246,7 +242,11 @@ fn check_messages(errors: &CaseErrors) -> Result<FuzzOutcome, String> {
     for error in &errors.0 {
         check_readable(&error.to_string())?;
     }
-    if errors.0.is_empty() { Err("is refused without a word".to_owned()) } else { Ok(FuzzOutcome::Refused) }
+    if errors.0.is_empty() {
+        Err("is refused without a message".to_owned())
+    } else {
+        Ok(FuzzOutcome::Refused)
+    }
 }
 
 fn check_readable(line: &str) -> Result<(), String> {
@@ -256,7 +256,7 @@ fn check_readable(line: &str) -> Result<(), String> {
         return Err(format!("a message of {} characters: {start} …", printed.chars().count()));
     }
     if line.contains("NaN") || line.trim().is_empty() {
-        return Err(format!("a message that says nothing: {line:?}"));
+        return Err(format!("a message without content: {line:?}"));
     }
     Ok(())
 }

@@ -31,7 +31,7 @@ pub fn page(entry: &BenchmarkEntry, about: &Provenance, up: &str) -> Markup {
                 p class="soft" { a href=(index) { "← all benchmarks" } }
                 h1 { (benchmark.title) " " (badge(entry.status())) }
                 p class="soft" { (benchmark.id) ", in its " (form_text(entry)) " form; run time " (duration_text(entry.seconds))
-                    @if entry.cached { ", kept from an earlier run: program and files have not changed" }
+                    @if entry.cached { ", from an earlier run: program and files are unchanged since" }
                 }
                 p { strong { "Source: " } (benchmark.source) }
                 @if let Some(error) = &entry.error {
@@ -77,7 +77,7 @@ fn animation_section(entry: &BenchmarkEntry) -> Markup {
     html! {
         @if !films.is_empty() {
             h2 { "Animation" }
-            p class="soft" { "Of the first runs of the benchmark that keep frames." }
+            p class="soft" { "The first runs of the benchmark that have frames." }
             @for film in films { (PreEscaped(&film.element)) p class="soft" { (film.caption) } }
             (PreEscaped(colluvium::output::animation::scripts()))
         }
@@ -109,8 +109,8 @@ fn checks(entry: &BenchmarkEntry) -> Markup {
                 td { (check.name) }
                 td data-head="Source:" { (check.claim) }
                 td class="number" data-head="Found:" { (number_text(check.measured)) }
-                td class="number" data-head="Passes:" { (bounds_text(check.range)) }
-                td class="soft" data-head="Why:" { (check.reason) }
+                td class="number" data-head="Bounds:" { (bounds_text(check.range)) }
+                td class="soft" data-head="Reason:" { (check.reason) }
             }
         }
     };
@@ -118,7 +118,7 @@ fn checks(entry: &BenchmarkEntry) -> Markup {
         h2 { "Numbers" }
         div class="card" { table class="rows" {
             thead { tr {
-                th { "State" } th { "What" } th { "The source says" } th { "Found" } th { "Passes" } th { "Why these bounds, or none" }
+                th { "State" } th { "Quantity" } th { "Source" } th { "Found" } th { "Bounds" } th { "Reason for the bounds" }
             } }
             tbody { @for check in &entry.outcome.checks { (row(check)) } }
         } }
@@ -135,12 +135,12 @@ fn reproduction_section(entry: &BenchmarkEntry, up: &str) -> Markup {
         h2 { "Run it again" }
         p { code { "cargo xtask validate " (id) (form) } }
         @if entry.files.is_empty() {
-            p class="soft" { "It reads no case file: what it computes stands in its source." }
+            p class="soft" { "The benchmark reads no case file: its input is in its source code." }
         } @else {
-            p { "It reads" }
+            p { "The benchmark reads" }
             ul { @for file in &entry.files { li { (link(file)) } } }
             @if entry.files.iter().any(|file| case(&file)) {
-                p class="soft" { "A case as it stands, without what the benchmark varies:" }
+                p class="soft" { "Command for the unmodified case, without the variations of the benchmark:" }
                 @for file in entry.files.iter().filter(case) {
                     p { code {
                         @if entry.method() == "compare" { "colluvium compare " (file) }

@@ -30,7 +30,7 @@ pub fn page(entries: &[BenchmarkEntry], about: &Provenance, scope: &ReportScope)
                     tbody { @for entry in entries { (row(entry)) } }
                 } }
                 @if !scope.left_out.is_empty() {
-                    p class="soft" { "Left out, run by --long: " (scope.left_out.join(", ")) "." }
+                    p class="soft" { "Left out (--long runs them): " (scope.left_out.join(", ")) "." }
                 }
                 script { (PreEscaped(include_str!("index.js"))) }
             } }
@@ -56,9 +56,9 @@ fn head(entries: &[BenchmarkEntry], about: &Provenance, scope: &ReportScope) -> 
             }
         }
         p class="soft" {
-            (checks) " checks; " (open_defect_text(entries)) "; " (shown) " values shown without judgement; "
-            (duration_text(time)) " of runs. Pass: every check holds. Open: what does not hold is known, with its reason on the page of the "
-            "benchmark. Fail: a check does not hold, and nothing is known of it, or the benchmark did not finish. "
+            (checks) " checks; " (open_defect_text(entries)) "; " (shown) " values shown without bounds; "
+            (duration_text(time)) " of runs. Pass: every check is within its bounds. Open: all failing checks are recorded defects, with the reason on the page of the "
+            "benchmark. Fail: a check fails and is not a recorded defect, or the benchmark did not finish. "
             a href=(COVERAGE) { "Coverage of specification sheets" } "." br;
             "Commit " (about.commit) ", " (about.date) ", " (about.machine) ", " (about.rustc)
         }

@@ -76,7 +76,7 @@ fn the_index_counts_what_the_json_has() {
     assert!(page.contains("5 checks; 2 checks fail as open defects"), "{page}");
     assert!(page.contains("1 pass, 1 open, 1 fail"));
     assert!(page.contains("href=\"pages/mpm/column-collapse.html\""));
-    assert!(page.contains("Left out, run by --long: sph/drum."));
+    assert!(page.contains("Left out (--long runs them): sph/drum."));
     assert!(
         page.contains("<option value=\"Lube et al. 2005\">")
             && page.contains(concat!("<option value=\"sheet", ": mpm\">"))

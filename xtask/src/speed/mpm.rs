@@ -16,31 +16,31 @@ pub struct BenchArguments {
     /// Leave out the runs with a million points.
     #[arg(long, conflicts_with = "points")]
     small: bool,
-    /// About so many points instead of ten thousand and a million.
+    /// Approximate number of points, instead of ten thousand and a million.
     #[arg(long, value_parser = clap::value_parser!(u32).range(100..))]
     points: Option<u32>,
-    /// Measure the bandwidth of memory as well (takes 0.8 GB).
+    /// Measure also the memory bandwidth (needs 0.8 GB).
     #[arg(long)]
     bandwidth: bool,
-    /// Only the race against the textbook kernel.
+    /// Only the comparison with the textbook kernel.
     #[arg(long)]
     textbook: bool,
-    /// Particle-updates per second of smoothed particle hydrodynamics instead.
+    /// Measure particle-updates per second of smoothed particle hydrodynamics instead.
     #[arg(long)]
     sph: bool,
-    /// Stress updates per second of every law instead.
+    /// Measure stress updates per second of every law instead.
     #[arg(long)]
     laws: bool,
-    /// Any case with its methods instead: the same steps of its first stage on each number of threads.
+    /// Measure a case with its methods instead: the same steps of its first stage on each number of threads.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["filter", "small", "points", "race", "sph", "laws"])]
     case: Option<PathBuf>,
     /// Only this method of the case.
     #[arg(long, requires = "case")]
     method: Option<String>,
-    /// Steps of the case before the clock starts.
+    /// Number of steps of the case before the measurement.
     #[arg(long, requires = "case", default_value_t = 3)]
     warm_up_steps: usize,
-    /// Steps of the case, in place of those that the first number of threads makes in the seconds of a setting.
+    /// Number of measured steps of the case; by default the number that the first number of threads completes in `--seconds`.
     #[arg(long, requires = "case", value_parser = clap::value_parser!(u32).range(1..))]
     steps: Option<u32>,
     /// Numbers of threads, one after the other.
@@ -54,7 +54,7 @@ pub struct BenchArguments {
 /// Parses a number of threads.
 fn threads(text: &str) -> Result<usize, String> {
     match text.parse() {
-        Ok(0) | Err(_) => Err("a number of threads is 1 or more".to_owned()),
+        Ok(0) | Err(_) => Err("a number of threads must be 1 or more".to_owned()),
         Ok(count) => Ok(count),
     }
 }
@@ -346,7 +346,7 @@ fn print_table(
 /// Prints our solver against the textbook kernel, compiled into the same program; returns the number of failures.
 fn print_textbook_table(sizes: &[usize], seconds: f64, wanted: impl Fn(&BenchSetting) -> bool) -> usize {
     let mut failed = 0;
-    println!("# race against a textbook kernel: array of structs, plain loops, one thread");
+    println!("# comparison with a textbook kernel: array of structs, plain loops, one thread");
     println!("dimension,shape,points,ours,textbook,ratio");
     let (scheme, model, threads) = ("usl", "linear-elastic", 1);
     for dimension in [2, 3] {

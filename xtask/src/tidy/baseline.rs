@@ -109,13 +109,13 @@ impl BaselineComparison {
     /// Prints the comparison.
     pub fn print(&self) {
         for (rule, part, known, found) in &self.worse {
-            println!("{part}: {found} × {rule}, where {known} are known: mend those above that are new");
+            println!("{part}: {found} × {rule}, where {known} are known: correct the new ones above");
         }
         for (rule, part, known, found) in &self.better {
             println!("{part}: {found} × {rule}, where {known} were known");
         }
         if !self.better.is_empty() {
-            println!("write the lower counts down: cargo xtask tidy --lower");
+            println!("record the lower counts: cargo xtask tidy --lower");
         }
         let end = if self.passes() { "tidy" } else { "not tidy" };
         println!("{end}; {} known findings (cargo xtask tidy --all)", self.known);

@@ -50,7 +50,7 @@ fn check(file: &SourceFile, sheets: &SheetIndex, findings: &mut Vec<RuleViolatio
             RULE,
             &file.path,
             line,
-            "speaks of a sheet and cites none".to_owned(),
+            "mentions a sheet without citing it".to_owned(),
         ));
     }
 }
@@ -326,7 +326,7 @@ mod tests {
     fn a_sheet_without_a_name_and_the_old_form_are_found() {
         assert_eq!(
             messages("crates/case/src/x.rs", "// as the sheet says"),
-            ["speaks of a sheet and cites none"]
+            ["mentions a sheet without citing it"]
         );
         assert_eq!(
             messages("crates/mpm/src/x.rs", concat!("// MPM", " sheet §3.3")),

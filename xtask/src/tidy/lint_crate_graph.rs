@@ -67,7 +67,7 @@ pub fn unneeded_dependencies(root: &Path) -> Result<Vec<RuleViolation>, String> 
                 RULE,
                 &manifest,
                 0,
-                format!("a user of the library builds {program}"),
+                format!("the library without its program depends on {program}"),
             ));
         }
     }
@@ -175,7 +175,7 @@ fn dependency_violations(name: &str, package: &PackageDependencies, packages: &P
     }
     if package.folder == "constitutive" {
         let extra = package.normal.iter().filter(|d| !CORE_DEPENDENCIES.contains(&d.as_str()));
-        messages.extend(extra.map(|d| format!("the constitutive core gets a new dependency, {d}")));
+        messages.extend(extra.map(|d| format!("the constitutive core must not have the new dependency {d}")));
     }
     let expected = if above_all { package.folder.clone() } else { format!("colluvium-{}", package.folder) };
     if name != expected {

@@ -16,7 +16,8 @@ pub fn inline_cases(tree: &SourceTree) -> Vec<RuleViolation> {
             let found: Vec<RuleViolation> = (0..lines.len())
                 .filter(is_case)
                 .map(|k| {
-                    let message = "a case stands in code; it belongs in validation/<method>/<name>/case.json";
+                    let message =
+                        "a case is written in code; move it to validation/<method>/<name>/case.json";
                     RuleViolation::new("case in code", &file.path, k + 1, message.to_owned())
                 })
                 .collect();

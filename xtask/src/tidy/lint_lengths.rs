@@ -14,9 +14,7 @@ const MAX_FUNCTION_LINES: usize = 60;
 
 /// Files of more than 500 lines.
 pub fn long_files(tree: &SourceTree) -> Vec<RuleViolation> {
-    let long = |lines: usize| {
-        format!("has {lines} lines, {MAX_FILE_LINES} are allowed: look for the missing concept")
-    };
+    let long = |lines: usize| format!("has {lines} lines, {MAX_FILE_LINES} are allowed: split it by concept");
     tree.sources()
         .map(|file| (file, file.text.lines().count()))
         .filter(|(_, lines)| *lines > MAX_FILE_LINES)

@@ -14,7 +14,7 @@ pub fn broken_links(tree: &SourceTree) -> Vec<RuleViolation> {
                 let (file, heading) = target.split_once('#').unwrap_or((target, ""));
                 let path = if file.is_empty() { page.path.clone() } else { relative_path(&page.path, file) };
                 if !target_exists(tree, &path, heading) {
-                    let message = format!("the link to {target} is dead");
+                    let message = format!("the target of the link {target} does not exist");
                     findings.push(RuleViolation::new("dead link", &page.path, number + 1, message));
                 }
             }
@@ -94,8 +94,10 @@ mod tests {
         ]);
         let found: Vec<_> =
             broken_links(&tree).into_iter().map(|finding| (finding.line, finding.message)).collect();
-        let expected =
-            [(1, "the link to docs/none.md is dead"), (2, "the link to sub/b.md#not-there is dead")];
+        let expected = [
+            (1, "the target of the link docs/none.md does not exist"),
+            (2, "the target of the link sub/b.md#not-there does not exist"),
+        ];
         assert_eq!(found, expected.map(|(line, text)| (line, text.to_owned())));
     }
 

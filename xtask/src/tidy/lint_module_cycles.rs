@@ -29,7 +29,7 @@ pub fn module_cycles(tree: &SourceTree) -> Result<Vec<RuleViolation>, String> {
             let circle = cycle(&graph, module);
             if circle.len() > 1 {
                 let others: Vec<_> = circle.into_iter().filter(|other| other != module).collect();
-                let message = format!("module {module} is in a circle with {}", others.join(", "));
+                let message = format!("module {module} is in a dependency cycle with {}", others.join(", "));
                 findings.push(RuleViolation::new(
                     "module in a circle",
                     &file_of(krate, module, &files),
@@ -239,9 +239,9 @@ mod tests {
         assert_eq!(
             found(&files),
             [
-                "module a is in a circle with b, c",
-                "module b is in a circle with a, c",
-                "module c is in a circle with a, b"
+                "module a is in a dependency cycle with b, c",
+                "module b is in a dependency cycle with a, c",
+                "module c is in a dependency cycle with a, b"
             ]
         );
     }

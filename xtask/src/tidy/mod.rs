@@ -24,10 +24,10 @@ use crate::tidy::source_tree::SourceTree;
 /// Options of `tidy`.
 #[derive(clap::Args)]
 pub struct TidyArguments {
-    /// Writes down the lower counts where rules are broken less often than the ratchet knows.
+    /// Record lower counts in the baseline where there are fewer violations than it has.
     #[arg(long)]
     lower: bool,
-    /// Shows the known findings too.
+    /// Show also the known findings.
     #[arg(long)]
     all: bool,
 }

@@ -25,20 +25,20 @@ use progress::ValidationProgress;
 
 #[derive(Args)]
 pub struct ValidateArguments {
-    /// Only the benchmark of this name, or, where none is called so, those whose name contains it; several are run together.
+    /// Names of benchmarks, or parts of names: a part that is no name selects all benchmarks whose name contains it.
     names: Vec<String>,
-    /// The short form of each benchmark.
+    /// Run the short form of each benchmark.
     #[arg(long)]
     quick: bool,
-    /// The full form of the benchmarks that take minutes each, too: without it they run in their short form, or
-    /// not at all where they have none.
+    /// Run also the full form of the benchmarks that take minutes each: without it they run in their short form, or
+    /// not at all if they have none.
     #[arg(long, conflicts_with = "quick")]
     long: bool,
-    /// Run what has not changed, too: without it a benchmark that did not fail is not run again while the program and the files that
-    /// it reads are the same.
+    /// Run also unchanged benchmarks: without it a benchmark that did not fail is not run again while the program and the files that
+    /// it reads are unchanged.
     #[arg(long)]
     all: bool,
-    /// List the benchmarks and the seconds to expect of each on one core.
+    /// List the benchmarks and their expected seconds on one core.
     #[arg(long)]
     list: bool,
 }
@@ -95,7 +95,7 @@ pub fn run(arguments: &ValidateArguments) -> Result<bool, String> {
     let checks: usize = entries.iter().map(BenchmarkEntry::judged).sum();
     let shown: usize = entries.iter().map(|entry| entry.count(CheckVerdict::Unbounded)).sum();
     println!(
-        "\n{}\n{checks} checks in {} benchmarks, {failed} benchmarks failed; {}; {shown} values shown without judgement",
+        "\n{}\n{checks} checks in {} benchmarks, {failed} benchmarks failed; {}; {shown} values shown without bounds",
         scope.text(),
         entries.len(),
         report::open_defect_text(&entries)
@@ -153,7 +153,7 @@ fn all_entries(
     let mut entries: Vec<Option<BenchmarkEntry>> = work.iter().map(find).collect();
     let kept = entries.iter().flatten().count();
     if kept > 0 {
-        println!("{kept} of them have not changed since they ran, and are not run again (--all runs them)");
+        println!("{kept} of them are unchanged since their last run and are not run again (--all runs them)");
     }
     let open: Vec<usize> = (0..work.len()).filter(|&number| entries[number].is_none()).collect();
     for (number, entry) in run_jobs(work, open, known)? {
@@ -200,7 +200,7 @@ fn run_jobs(
 
 /// Prints the benchmarks and their expected times.
 fn list(chosen: &[&Benchmark]) {
-    println!("{:28} {:>8} {:>8}  seconds to expect on one core", "name", "--quick", "full");
+    println!("{:28} {:>8} {:>8}  expected seconds on one core", "name", "--quick", "full");
     for benchmark in chosen {
         let quick = benchmark.short_seconds.map_or("left out".to_owned(), |seconds| format!("{seconds} s"));
         let full = format!("{} s", benchmark.full_seconds);
@@ -208,7 +208,7 @@ fn list(chosen: &[&Benchmark]) {
     }
     let quick: u32 = chosen.iter().filter_map(|benchmark| benchmark.short_seconds).sum();
     let full: u32 = chosen.iter().map(|benchmark| benchmark.full_seconds).sum();
-    println!("{:28} {:>8} {:>8}", "together", format!("{quick} s"), format!("{full} s"));
+    println!("{:28} {:>8} {:>8}", "total", format!("{quick} s"), format!("{full} s"));
 }
 
 /// Runs a benchmark on the threads of a pool and prints its outcome.

@@ -44,8 +44,8 @@ impl ValidationProgress {
         count.remaining -= f64::from(expected);
         let elapsed = duration(self.start.elapsed().as_secs_f64());
         let rest = match self.number - count.done {
-            0 => "the last".to_owned(),
-            _ => format!("about {} to go", duration(count.rest() / self.workers as f64)),
+            0 => "none left".to_owned(),
+            _ => format!("about {} left", duration(count.rest() / self.workers as f64)),
         };
         format!("{} of {} after {elapsed}, {rest}", count.done, self.number)
     }
@@ -76,9 +76,9 @@ mod tests {
         let progress = ValidationProgress::new([10, 30, 60].into_iter(), 1);
         assert_eq!(progress.header_text(), "1 at a time, about 100 s");
         let line = progress.finished_text(30, 60.0);
-        assert!(line.starts_with("1 of 3 after ") && line.ends_with("about 2 min to go"), "{line}");
-        assert!(progress.finished_text(10, 20.0).ends_with("about 2 min to go"));
-        assert!(progress.finished_text(60, 1.0).ends_with("the last"));
+        assert!(line.starts_with("1 of 3 after ") && line.ends_with("about 2 min left"), "{line}");
+        assert!(progress.finished_text(10, 20.0).ends_with("about 2 min left"));
+        assert!(progress.finished_text(60, 1.0).ends_with("none left"));
     }
 
     #[test]

@@ -84,7 +84,10 @@ pub fn outline(
             (points[0], corners.as_slice())
         }
         _ => {
-            return Err(("on", "is not a profile, nor a ground-line with its points in the case".to_owned()));
+            return Err((
+                "on",
+                "is neither a profile nor a ground-line with its points in the case".to_owned(),
+            ));
         }
     };
     let mut made = Vec::with_capacity(pieces.len());
@@ -95,7 +98,10 @@ pub fn outline(
     }
     let length: f64 = made.iter().map(LinePiece::length).sum();
     if end > length * (1.0 + 1e-9) {
-        return Err(("end", format!("{end} m is beyond the line of the obstacle, which is {length} m long")));
+        return Err((
+            "end",
+            format!("{end} m is beyond the end of the line of the obstacle, which is {length} m long"),
+        ));
     }
     // The ground lies below: a ground line may run from right to left.
     let up = if here[0] >= first[0] { 1.0 } else { -1.0 };

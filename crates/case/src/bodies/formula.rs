@@ -13,10 +13,10 @@ const MAX_LENGTH: usize = 4000;
 /// Largest depth of brackets, since its parser is recursive.
 const MAX_DEPTH: usize = 100;
 
-/// A formula of the coordinates `x`, `y` and `z` (m, from `domain.origin` where the case has one), as text, or a number.
-/// There are `+ - * / ^`, brackets, `PI`, `E` and `TAU`, and `abs`, `signum`, `sqrt`, `cbrt`, `exp`, `ln`, `log2`, `log10`, `floor`,
-/// `ceil`, `round`, `sin`, `cos`, `tan`, their inverses and their hyperbolic forms, and, between two numbers, `min`, `max` and
-/// `atan2`: `"0.3 * sin(PI * x) max 0"`. Angles are in radians.
+/// Formula of the coordinates `x`, `y` and `z` (m, from `domain.origin` where the case has one), as text, or a number. Operators and
+/// functions: `+ - * / ^`, brackets, `PI`, `E` and `TAU`, and `abs`, `signum`, `sqrt`, `cbrt`, `exp`, `ln`, `log2`, `log10`, `floor`,
+/// `ceil`, `round`, `sin`, `cos`, `tan`, their inverses and their hyperbolic forms, and, between two numbers, `min`, `max` and `atan2`:
+/// `"0.3 * sin(PI * x) max 0"`. Angles are in radians.
 #[derive(Clone, Debug)]
 pub struct Formula {
     text: FormulaSource,
@@ -75,7 +75,7 @@ impl Formula {
         };
         if !words.is_ascii() {
             return Err(format!(
-                "{words:?} is no formula: it has characters beyond plain letters, digits and signs"
+                "{words:?} is not a formula: it has characters other than plain letters, digits and signs"
             ));
         }
         let depth = words.bytes().scan(0usize, |open, byte| {
@@ -88,10 +88,11 @@ impl Formula {
         });
         if words.len() > MAX_LENGTH || depth.max().unwrap_or(0) > MAX_DEPTH {
             return Err(format!(
-                "a formula has at most {MAX_LENGTH} characters and {MAX_DEPTH} brackets within each other"
+                "a formula has at most {MAX_LENGTH} characters and {MAX_DEPTH} nested brackets"
             ));
         }
-        let tree = Expression::parse(&words).map_err(|error| format!("{words:?} is no formula: {error}"))?;
+        let tree =
+            Expression::parse(&words).map_err(|error| format!("{words:?} is not a formula: {error}"))?;
         let axis = |name: &String| {
             COORDINATES.iter().position(|coordinate| coordinate == name).ok_or_else(|| {
                 format!(
@@ -177,9 +178,9 @@ mod tests {
     fn what_is_no_formula_is_told() {
         for (text, part) in [
             ("x + t", "\"t\""),
-            ("sin(", "no formula"),
-            ("", "no formula"),
-            ("2 x y", "no formula"),
+            ("sin(", "not a formula"),
+            ("", "not a formula"),
+            ("2 x y", "not a formula"),
             ("µ*x", "beyond"),
             ("sine(x)", "sine"),
         ] {

@@ -88,25 +88,26 @@ impl Case {
             let InitialStress::K0 { surface, .. } = body.stress else { continue };
             if up * surface > all + WEIGHT_TOLERANCE * size {
                 warnings.push(format!(
-                    "bodies[{number}].stress.surface: {surface} m lies above all bodies, and what is not there weighs \
-                     nothing"
+                    "bodies[{number}].stress.surface: {surface} m lies above all bodies. The empty space \
+                     above the bodies adds no weight to the stress"
                 ));
             } else if up * surface < top(body) - WEIGHT_TOLERANCE * size {
                 warnings.push(format!(
-                    "bodies[{number}].stress.surface: {surface} m lies below the top of the body, and what lies above it \
-                     weighs nothing"
+                    "bodies[{number}].stress.surface: {surface} m lies below the top of the body. The \
+                     material above the surface adds no weight to the stress"
                 ));
             }
             if ramped {
                 warnings.push(format!(
-                    "bodies[{number}].stress: it is that of full gravity, which the first stage begins without \
-                     (gravity_ramp): leave out one of both"
+                    "bodies[{number}].stress: it is the stress under full gravity, but the first stage \
+                     begins without gravity (gravity_ramp). Leave out one of the two"
                 ));
             }
             if !settles && !self.is_level(body, axis, surface) {
                 warnings.push(format!(
-                    "bodies[{number}].stress: the weight above differs at the same height (a slope, a step, or layers that \
-                     are not level), and a k0 stress is in no balance there: begin with a stage that has `equilibrium`"
+                    "bodies[{number}].stress: the weight above differs at the same height (a slope, a step, \
+                     or layers that are not level), so a k0 stress is not in equilibrium. Begin with a stage \
+                     that has `equilibrium`"
                 ));
             }
         }
@@ -119,8 +120,8 @@ impl Case {
         let slack = WEIGHT_TOLERANCE * (high[axis] - low[axis]);
         if low[axis] + slack < table && table < high[axis] - slack {
             warnings.push(format!(
-                "bodies[{number}].pore_fluid.pressure.surface: {table} m lies within the body, whose pores are full above \
-                 it too: that water is in no balance, and flows down"
+                "bodies[{number}].pore_fluid.pressure.surface: {table} m lies within the body, and the pores \
+                 above it are full too. The water above the surface is not in equilibrium and flows down"
             ));
         }
     }

@@ -47,9 +47,9 @@ use crate::{Case, CaseError, ColumnFile, ColumnRow, Quantity};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PointFile {
-    /// The file, from the folder of the case.
+    /// Name of the file, from the folder of the case.
     pub file: String,
-    /// Distance of the points (m), of which each then stands for a square or a cube; for files without a column `volume`.
+    /// Distance of the points (m), each of which then represents a square or a cube; for files without a column `volume`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spacing: Option<f64>,
 }
@@ -199,7 +199,8 @@ impl Case {
             return Ok(whole - fluid);
         }
         let problem = format!(
-            "the point at {:?} m weighs {whole} kg/m³, and the fluid in its pores alone {fluid} kg/m³",
+            "the point at {:?} m has a density of {whole} kg/m³, which must be above the {fluid} kg/m³ of \
+             the fluid in its pores",
             list.positions[point]
         );
         Err(CaseError::new(format!("bodies[{number}].points.file"), problem))
@@ -261,7 +262,7 @@ impl Case {
             rows.push(row.line);
         }
         if rows.is_empty() {
-            return Err("holds no points".to_owned());
+            return Err("contains no points".to_owned());
         }
         check_distinct(&list.positions, &rows)?;
         Ok(list)
@@ -299,7 +300,7 @@ struct PointFileColumns {
 impl PointFileColumns {
     fn new(table: &ColumnFile, dimension: usize) -> Result<Self, String> {
         let heads = table.headings().ok_or_else(|| {
-            format!("has no names of columns in its first line, as {}", PLACE[..dimension].join(","))
+            format!("has no names of columns in its first line, for example {}", PLACE[..dimension].join(","))
         })?;
         let names: Vec<String> = heads.iter().map(|head| ColumnFile::name(head).to_owned()).collect();
         let known: Vec<&str> = PLACE[..dimension]
@@ -344,12 +345,12 @@ impl PointFileColumns {
     /// Rejects contradictory data, and columns that a rigid body does not have.
     fn check_against(&self, body: &Body, source: &PointFile) -> Result<(), String> {
         let twice = |what: &str, key: &str| {
-            Err(format!("has {what}, and the body has `{key}` as well: give one of them"))
+            Err(format!("has {what}, but the body also has `{key}`: give one of them"))
         };
         match (self.has(&[VOLUME]), source.spacing) {
             (true, Some(_)) => return twice("a column \"volume\"", "points.spacing"),
             (false, None) if !self.has(&[RADIUS]) => {
-                return Err("the column \"volume\" is missing, and there is no `spacing`".to_owned());
+                return Err("the column \"volume\" is missing, and `spacing` is not given".to_owned());
             }
             _ => {}
         }
@@ -366,7 +367,7 @@ impl PointFileColumns {
             return twice("pore pressures", "pore_fluid.pressure");
         }
         if body.rigid && (self.has(&PointList::VELOCITY) || self.has(&PointList::STRESS)) {
-            return Err("a rigid body begins at rest and carries no stress".to_owned());
+            return Err("a rigid body begins at rest and has no stress".to_owned());
         }
         Ok(())
     }
@@ -414,8 +415,9 @@ impl PointFileRow<'_> {
     fn whole(&self, columns: &PointFileColumns, name: &str, most: u32) -> Result<u32, String> {
         let text = self.text(columns, name);
         let value = text.parse().ok().filter(|value| *value <= most);
-        let problem =
-            || format!("line {}, column {name:?}: {text:?} is no whole number from 0 to {most}", self.line);
+        let problem = || {
+            format!("line {}, column {name:?}: {text:?} is not a whole number from 0 to {most}", self.line)
+        };
         value.ok_or_else(problem)
     }
 
@@ -436,7 +438,9 @@ fn check_distinct(positions: &[[f64; 3]], lines: &[u64]) -> Result<(), String> {
     };
     order.sort_by(compare);
     match order.windows(2).find(|pair| key(&pair[0]) == key(&pair[1])) {
-        Some(pair) => Err(format!("line {}: the same place as line {}", lines[pair[1]], lines[pair[0]])),
+        Some(pair) => {
+            Err(format!("line {}: has the same position as line {}", lines[pair[1]], lines[pair[0]]))
+        }
         None => Ok(()),
     }
 }

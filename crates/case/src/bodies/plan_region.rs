@@ -141,11 +141,11 @@ impl Case {
         let cells = RasterCells::of(&raster, *value);
         let what = value.map_or("data".to_owned(), |value| value.to_string());
         if !cells.selected.contains(&true) {
-            return Err(("value", format!("no cell of {file} holds {what}: {}", values_text(&raster))));
+            return Err(("value", format!("no cell of {file} has {what}: {}", values_text(&raster))));
         }
         if !cells.intersect_box(&self.domain.min, &self.domain.max) {
             let key = if value.is_some() { "value" } else { "file" };
-            return Err((key, format!("none of the cells of {file} that hold {what} lies in the domain")));
+            return Err((key, format!("none of the cells of {file} that have {what} lies in the domain")));
         }
         Ok(cells)
     }
@@ -154,7 +154,7 @@ impl Case {
     /// domain; `None` where they overlap.
     pub fn outside_domain_problem(&self, low: &[f64], high: &[f64]) -> Option<String> {
         let apart = self.outside_extent(low, high, true)?;
-        Some(format!("reaches {apart}: none of it lies there"))
+        Some(format!("lies outside the domain: it reaches {apart}"))
     }
 
     /// Text with the extents of a box and of the domain along the first axis along which the box lies outside the domain; with `touches`, a
@@ -167,7 +167,7 @@ impl Case {
         })?;
         let [from, to, min, max] = [low[c], high[c], domain.min[c], domain.max[c]].map(|x| x + origin[c]);
         let axis = ["x", "y", "z"][c];
-        Some(format!("from {from} to {to} m along {axis}, and the domain from {min} to {max} m"))
+        Some(format!("from {from} to {to} m along {axis}, the domain from {min} to {max} m"))
     }
 }
 
@@ -182,7 +182,7 @@ fn values_text(raster: &Raster) -> String {
     } else {
         String::new()
     };
-    format!("they hold {}{more}", shown.join(", "))
+    format!("the values are {}{more}", shown.join(", "))
 }
 
 #[cfg(test)]
@@ -275,7 +275,10 @@ mod tests {
         cover(folder.path(), "cover.asc");
         let refused = |name: &str, value| of(folder.path(), name, value).unwrap_err();
         let (key, problem) = refused("cover.asc", Some(4.0));
-        assert!(key == "raster.value" && problem.ends_with("cover.asc holds 4: they hold 1, 3"), "{problem}");
+        assert!(
+            key == "raster.value" && problem.ends_with("cover.asc has 4: the values are 1, 3"),
+            "{problem}"
+        );
         let (key, problem) = refused("none.asc", Some(3.0));
         assert!(key == "raster.file" && problem.contains("none.asc: cannot be read"), "{problem}");
         let write = |name: &str, x: f64, value: &dyn Fn(f64, f64) -> f64| {
@@ -291,7 +294,7 @@ mod tests {
         // The class exists, but west of the domain.
         write("west.asc", 599_991.0, &|x, _| if x < 600_000.0 { 7.0 } else { 8.0 });
         let (key, problem) = refused("west.asc", Some(7.0));
-        assert!(key == "raster.value" && problem.ends_with("hold 7 lies in the domain"), "{problem}");
+        assert!(key == "raster.value" && problem.ends_with("have 7 lies in the domain"), "{problem}");
         assert!(of(folder.path(), "west.asc", Some(8.0)).is_ok());
     }
 

@@ -34,7 +34,7 @@ impl Case {
             let alone = matches!(shape, Shape::Layer { .. } | Shape::ArcLayer { .. });
             for (path, layer) in shape.layers_mut(format!("bodies[{number}].shape")) {
                 if layer.follows_terrain() && !alone {
-                    let problem = "terrain is of a layer that is the whole shape of its body";
+                    let problem = "rows along the terrain need a layer that is the whole shape of its body";
                     return Err(CaseError::new(format!("{path}.rows"), problem));
                 }
                 self.load_layer(layer, &path)?;
@@ -82,12 +82,13 @@ impl Case {
                 let [below, above] = first.features;
                 let others = match overlaps.len() - 1 {
                     0 => String::new(),
-                    1 => "; so does another pair of features".to_owned(),
-                    more => format!("; so do {more} other pairs of features"),
+                    1 => " (so does another pair of features)".to_owned(),
+                    more => format!(" (so do {more} other pairs of features)"),
                 };
                 warnings.push(format!(
-                    "{path}.outline: {file}: features {below} and {above} overlap in {} m², where the thickness of feature {above}, \
-                     which comes later, counts{others}: cut one out of the other where they are to add up or the earlier one is to count",
+                    "{path}.outline: {file}: features {below} and {above} overlap in {} m²{others}. There \
+                     the thickness of the later feature is used, here that of feature {above}. To add the \
+                     thicknesses, or to use the earlier feature, cut one out of the other",
                     (1e6 * first.area).round() / 1e6
                 ));
             }
@@ -127,7 +128,7 @@ impl Case {
         });
         for (path, region) in patches.chain(cuts).chain(stages) {
             if let Some((path, _)) = region.layers_mut(path).into_iter().next() {
-                return Err(CaseError::new(path, "a layer is the shape of a body"));
+                return Err(CaseError::new(path, "a layer can only be the shape of a body"));
             }
         }
         Ok(())
@@ -155,7 +156,12 @@ impl Case {
         let number = self.obstacles.iter().position(|obstacle| obstacle.name == *on);
         let number = number.ok_or_else(|| wrong("on", format!("{on:?} is not the name of an obstacle")))?;
         let ground = self.heights(number)?.ok_or_else(|| {
-            wrong("on", format!("the shape of the obstacle {on:?} is not a raster, and a layer lies on one"))
+            wrong(
+                "on",
+                format!(
+                    "the shape of the obstacle {on:?} is not a raster, but a layer needs a raster below it"
+                ),
+            )
         })?;
         let origin = self.origin();
         let depths = match (&*thickness, &*outline) {
@@ -175,7 +181,7 @@ impl Case {
             (None, ThicknessData::Raster(raster)) => TerrainLayer::outline_of_thickness(raster, &ground)
                 .map_err(|problem| wrong("thickness", problem))?,
             (None, _) => {
-                let problem = "is missing: only a raster of thickness says by itself where there is a layer";
+                let problem = "is missing: only with a raster of thickness the outline can be left out";
                 return Err(wrong("outline", problem.to_owned()));
             }
         };
@@ -333,14 +339,18 @@ mod tests {
             told.len() == 1
                 && told[0].starts_with("bodies[0].shape.outline: ")
                 && told[0].contains(
-                    "release.geojson: features 1 and 2 overlap in 100 m², where the thickness of feature 2"
+                    "release.geojson: features 1 and 2 overlap in 100 m². There the thickness of the later \
+                     feature is used, here that of feature 2"
                 ),
             "{told:?}"
         );
         write(json!("deep"));
         let refused = read().unwrap_err().to_string();
         assert!(refused.starts_with("bodies[0].shape.thickness: /"), "{refused}");
-        assert!(refused.contains("release.geojson: feature 2 has no number under \"depth\""), "{refused}");
+        assert!(
+            refused.contains("release.geojson: feature 2 has no number in the attribute \"depth\""),
+            "{refused}"
+        );
         write(json!(-1));
         let refused = read().unwrap_err().to_string();
         assert!(refused.contains("release.geojson: -1 m is negative at"), "{refused}");
@@ -399,7 +409,7 @@ mod tests {
         }
         write("grid of the site");
         let unknown =
-            |warning: &String| warning.contains("grid of the site") && warning.contains("not known");
+            |warning: &String| warning.contains("grid of the site") && warning.contains("cannot decide");
         assert!(read().unwrap().warnings().iter().any(unknown));
         write("urn:ogc:def:crs:OGC:1.3:CRS84");
         assert!(read().unwrap_err().to_string().contains("degrees"));
@@ -425,7 +435,7 @@ mod tests {
         let region = layered()["bodies"][0]["shape"].clone();
         starts(
             refused(&|v| v["stages"][0]["excavate"] = json!([region])),
-            "stages[0].excavate[0]: a layer is",
+            "stages[0].excavate[0]: a layer can only be",
         );
         let other = json!({ "name": "other", "material": "m",
             "shape": { "kind": "box", "min": [600012, 5000012, 55], "max": [600014, 5000020, 70] } });

@@ -66,7 +66,10 @@ fn a_mass_gives_the_density_of_a_point_less_that_of_its_pore_fluid() {
     let list = wet.point_list(0).unwrap().unwrap();
     assert_eq!(wet.density_at(0, Some(&list), 0).unwrap(), 1500.0);
     let refused = wet.density_at(0, Some(&list), 1).unwrap_err().to_string();
-    assert!(refused.starts_with("bodies[0].points.file: the point at [0.6, 0.5, 0.0] m weighs"), "{refused}");
+    assert!(
+        refused.starts_with("bodies[0].points.file: the point at [0.6, 0.5, 0.0] m has a density of"),
+        "{refused}"
+    );
 }
 
 #[test]
@@ -96,12 +99,16 @@ fn every_mistake_in_a_list_is_named_with_its_line_and_column() {
         (format!("# of\n{head}#\n0.2,0.1\n"), "", "line 5: has 2 values, the head has 3 columns"),
         (format!("{head}0.2,0.1\n"), "", "line 3: has 2 values, the head has 3 columns"),
         (format!("{head}1.2,0.1,1\n"), "", "line 3: the point at [1.2, 0.1] m is not in the body's shape"),
-        (format!("{head}0.1,0.1,1\n0.5,0.5,2\n"), "", "line 4: the same place as line 2"),
+        (format!("{head}0.1,0.1,1\n0.5,0.5,2\n"), "", "line 4: has the same position as line 2"),
         ("x,y,radius\n0.5,0.5,0\n".to_owned(), "", "line 2, column \"radius\": 0 must be positive"),
-        ("x,y,radius,held\n0.5,0.5,1,2\n".to_owned(), "", "\"held\": \"2\" is no whole number from 0 to 1"),
-        ("x,y,radius,id\n0.5,0.5,1,-1\n".to_owned(), "", "\"id\": \"-1\" is no whole number"),
+        (
+            "x,y,radius,held\n0.5,0.5,1,2\n".to_owned(),
+            "",
+            "\"held\": \"2\" is not a whole number from 0 to 1",
+        ),
+        ("x,y,radius,id\n0.5,0.5,1,-1\n".to_owned(), "", "\"id\": \"-1\" is not a whole number"),
         ("x,y,radius,spin_x\n".to_owned(), "", "unknown column \"spin_x\"; did you mean \"spin_z\"?"),
-        ("0.5,0.5,1\n".to_owned(), "", "has no names of columns in its first line, as x,y"),
+        ("0.5,0.5,1\n".to_owned(), "", "has no names of columns in its first line, for example x,y"),
         ("x (yd),y,volume\n".to_owned(), "", "column \"x (yd)\": the unit must be one of a length"),
         ("x,y,volume (kg)\n".to_owned(), "", "column \"volume (kg)\": the unit must be one of a volume"),
         ("x,y,volum\n".to_owned(), "", "unknown column \"volum\"; did you mean \"volume\"?"),
@@ -113,18 +120,18 @@ fn every_mistake_in_a_list_is_named_with_its_line_and_column() {
         (
             "x,y,volume,velocity_x\n".to_owned(),
             r#", "velocity": { "kind": "uniform", "value": [1, 0] }"#,
-            "has velocities, and the body has `velocity` as well",
+            "has velocities, but the body also has `velocity`",
         ),
         (
             "x,y,volume,stress_xy\n".to_owned(),
             r#", "stress": { "kind": "uniform", "value": [1, 0, 0, 0, 0, 0] }"#,
-            "has stresses, and the body has `stress` as well",
+            "has stresses, but the body also has `stress`",
         ),
         ("x,y,volume,stress_xy\n".to_owned(), r#", "rigid": true"#, "a rigid body begins at rest"),
         (
             "x,y,volume,pore_pressure\n".to_owned(),
             r#", "pore_fluid": { "porosity": 0.4, "permeability": 1e-3, "pressure": { "kind": "uniform", "value": 1 } }"#,
-            "has pore pressures, and the body has `pore_fluid.pressure` as well",
+            "has pore pressures, but the body also has `pore_fluid.pressure`",
         ),
     ];
     for (text, more, words) in mistakes {
@@ -155,5 +162,5 @@ fn a_device_is_no_file() {
     let mut value: serde_json::Value = serde_json::from_str(&case.to_json()).unwrap();
     value["bodies"][0]["points"]["file"] = serde_json::json!("/dev/zero");
     let error = Case::from_value(&value, folder.path()).unwrap_err().to_string();
-    assert_eq!(error, "bodies[0].points.file: /dev/zero: is no regular file");
+    assert_eq!(error, "bodies[0].points.file: /dev/zero: is not a regular file");
 }

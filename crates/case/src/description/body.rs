@@ -7,43 +7,43 @@ use serde::{Deserialize, Serialize};
 use super::{PointFile, PoreFluid};
 use crate::Formula;
 
-/// A region filled with one material.
+/// Region filled with one material.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// Name.
+    /// Name of the body.
     pub name: String,
-    /// Where it is.
+    /// Region of the body.
     pub shape: Shape,
-    /// Points from a file in place of those that a method sets in the shape, which still says what the body covers: for overlaps,
-    /// weights, and faces that bear loads. All points must be in it.
+    /// Points from a file, in place of those that a method sets in the shape. The shape still defines the region of the body for
+    /// overlaps, weights, and loaded faces. All points must be in it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub points: Option<PointFile>,
-    /// How the points lie that a method sets in the shape; grains (dem) and methods over the plan have ways of their own.
+    /// Arrangement of the points that a method sets in the shape. Grains (dem) and methods over the plan have their own arrangements.
     #[serde(default, skip_serializing_if = "Sampling::is_lattice")]
     pub sampling: Sampling,
     /// Seed of the positions of `poisson-disk`: another number gives other positions.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub sampling_seed: u64,
-    /// Name of its material.
+    /// Name of the material of the body.
     pub material: String,
-    /// Initial velocity; at rest by default. Of a rigid body `uniform`, or `linear` with a turn, where the motion of the first
-    /// stage leaves it free.
+    /// Initial velocity (m/s); at rest by default. For a rigid body it is `uniform`, or `linear` with a rotation, where the motion of the
+    /// first stage leaves it free.
     #[serde(default)]
     pub velocity: Velocity,
-    /// Initial stress; stress-free by default.
+    /// Initial stress (Pa, tension-positive); stress-free by default.
     #[serde(default)]
     pub stress: InitialStress,
-    /// Whether it keeps its shape and moves as the `motions` of the stages say, at rest where they say nothing: at a prescribed
-    /// velocity, or as its weight, a force and what it touches make it. What it touches sticks to it, unless the method's
-    /// options say otherwise; of its material only the density counts.
+    /// Whether the body is rigid: it keeps its shape and moves as the `motions` of the stages prescribe, or is at rest where they have
+    /// none. It moves at a prescribed velocity, or under its weight, a force and contact forces. Material in contact sticks to it, unless
+    /// the options of the method say otherwise. Of its material only the density is used.
     #[serde(default)]
     pub rigid: bool,
-    /// Fluid in its pores that moves by itself (coupled two-phase analysis); none when absent.
+    /// Fluid in the pores that moves independently (coupled two-phase analysis); none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pore_fluid: Option<PoreFluid>,
-    /// Whether points of it that leave the domain are taken away, with all that they carry, as through an outlet; else that
-    /// ends the run.
+    /// Whether points of the body that leave the domain are removed with their mass, momentum and energy, as through an outlet. Otherwise
+    /// a point that leaves ends the run.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub remove_outside: bool,
 }
@@ -53,7 +53,7 @@ fn is_zero(value: &u64) -> bool {
     *value == 0
 }
 
-/// An initial velocity field (m/s).
+/// Initial velocity field (m/s).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Velocity {
@@ -69,7 +69,7 @@ pub enum Velocity {
     Linear {
         /// Velocity at the origin (m/s).
         value: Vec<f64>,
-        /// Where `value` holds (m).
+        /// Point at which the velocity is `value` (m).
         origin: Vec<f64>,
         /// Velocity gradient `∂v_i/∂x_j` (1/s), row by row.
         gradient: Vec<Vec<f64>>,
@@ -84,27 +84,27 @@ pub enum Velocity {
         #[serde(default)]
         phase: f64,
     },
-    /// A formula of the coordinates for each component (m/s).
+    /// Formula of the coordinates for each component (m/s).
     Formula {
         /// Components, as many as the space has dimensions.
         value: Vec<Formula>,
     },
-    /// The first mode of a slender cantilever, at rest behind its clamp.
+    /// First mode of a slender cantilever, at rest behind its clamp.
     Bending {
         /// Axis of the beam: 0 is x.
         along: usize,
-        /// Axis of its deflection.
+        /// Axis of the deflection.
         across: usize,
         /// Coordinate of the clamp along the beam (m).
         clamp: f64,
         /// Length of the beam (m).
         length: f64,
-        /// Velocity of its tip (m/s).
+        /// Velocity of the tip (m/s).
         tip: f64,
     },
 }
 
-/// An initial stress field.
+/// Initial stress field (Pa, tension-positive).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum InitialStress {
@@ -116,19 +116,18 @@ pub enum InitialStress {
         /// Stress components.
         value: [f64; 6],
     },
-    /// A formula of the coordinates for each component (Pa, tension-positive): xx yy zz xy yz zx.
+    /// Formula of the coordinates for each component (Pa, tension-positive): xx yy zz xy yz zx.
     Formula {
         /// Stress components.
         value: Box<[Formula; 6]>,
     },
-    /// Weight of the material above along gravity, and a ratio of horizontal to vertical stress. All bodies count that lie
-    /// above the point, up to `surface`, each with its own density (with a pore fluid the saturated one). Rigid bodies
-    /// have no weight, and empty space has none, unless it lies below the surface of a hydrostatic pore fluid of the body:
-    /// that is open water, which a case puts on the ground as a `pressure` and a `pore-pressure`. Pore pressure is taken
-    /// off, and that of an `undrained` material added again to the total stress with which it starts. The stress is in
-    /// balance under level ground in level layers; where the weight above differs at the same height, let the first stage
-    /// have an `equilibrium`. A state outside the yield surface of the material is refused, unless the material has
-    /// `project`.
+    /// Stress from the weight of the material above along gravity, and a ratio of horizontal to vertical stress. All bodies above the
+    /// point count, up to `surface`, each with its own density (with a pore fluid the saturated one). Rigid bodies have no weight. Empty
+    /// space has none either, unless it lies below the surface of a hydrostatic pore fluid of the body: it is then open water, which a
+    /// case applies to the ground as a `pressure` and a `pore-pressure`. Pore pressure is subtracted, and that of an `undrained` material
+    /// is added again to its initial total stress. The stress is in equilibrium under level ground in level layers. Where the weight
+    /// above differs at the same height, give the first stage an `equilibrium`. A state outside the yield surface of the material is
+    /// refused, unless the material has `return_initial_stress_to_yield`.
     K0 {
         /// Coordinate along the axis of gravity (m) up to which bodies count: the top of the ground.
         surface: f64,

@@ -30,7 +30,7 @@ pub use crate::bodies::PointFile;
 pub use crate::loads::surface_loads::{Load, LoadProfile, LoadTarget, RampShape};
 pub use crate::pore_fluid::{PoreFluid, PorePressure};
 
-/// A problem.
+/// Case: a problem to solve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
@@ -44,7 +44,7 @@ pub struct Case {
     pub notes: Vec<String>,
     /// Dimension and kinematics.
     pub space: Space,
-    /// The box in which everything happens.
+    /// Box that contains the problem.
     pub domain: Domain,
     /// Acceleration of gravity (m/s²), one number per space dimension; none when absent.
     #[serde(default)]
@@ -55,30 +55,30 @@ pub struct Case {
     /// Bodies, which must not overlap; most methods need one.
     #[serde(default)]
     pub bodies: Vec<Body>,
-    /// Walls; a side of the domain without one is open.
+    /// Walls; a side of the domain without a wall is open.
     #[serde(default)]
     pub boundaries: Vec<Boundary>,
-    /// Rigid geometry of any shape that bodies meet: slopes, terrain, blocks.
+    /// Rigid geometry of any shape in contact with bodies: slopes, terrain, blocks.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub obstacles: Vec<Obstacle>,
     /// Loads on bodies.
     #[serde(default)]
     pub loads: Vec<Load>,
-    /// Regions in which the velocity of the grid is prescribed, by the `motions` of the stages; for methods with a grid.
+    /// Regions in which the `motions` of the stages prescribe the velocity of the grid; for methods with a grid.
     #[serde(default)]
     pub patches: Vec<Patch>,
-    /// Shapes that move through bodies and take away what they cover.
+    /// Shapes that move through bodies and remove the points that they cover.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub removal_shapes: Vec<RemovalShape>,
-    /// Stages, run one after another.
+    /// Stages, in the order in which they run.
     pub stages: Vec<Stage>,
     /// Output files and their times.
     #[serde(default)]
     pub output: Output,
-    /// Quantities to follow, by name; those of the columns that are there anyway are taken.
+    /// Quantities recorded in time, by name; the names of the standard columns are reserved.
     #[serde(default)]
     pub measures: BTreeMap<String, Measure>,
-    /// Options per method; a method without an entry runs with its defaults.
+    /// Options per method; a method without an entry runs with its default options.
     #[serde(default)]
     pub methods: BTreeMap<String, serde_json::Value>,
 }
@@ -111,7 +111,7 @@ impl Space {
     }
 }
 
-/// An axis-aligned box.
+/// Axis-aligned box.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Domain {
@@ -119,25 +119,25 @@ pub struct Domain {
     pub min: Vec<f64>,
     /// Upper corner (m).
     pub max: Vec<f64>,
-    /// A place near the domain in the coordinates of the map (m), for example of UTM: taken off all coordinates in the case and in
-    /// the files that it names, and put back on what a run writes. Energies, angular momentum and waves of an initial velocity
-    /// are counted from it. Zero when absent; cases far from zero need it, or digits are lost.
+    /// Reference point near the domain in map coordinates (m), for example of UTM. It is subtracted from all coordinates in the case and
+    /// in the files that the case names, and added to the coordinates that a run writes. Energies, angular momentum and waves of an
+    /// initial velocity refer to it. Zero when absent; cases far from zero need it, or digits are lost.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub origin: Vec<f64>,
-    /// Axes along which the domain repeats itself: what leaves on one side comes in on the other.
+    /// Axes along which the domain is periodic: points that leave on one side enter on the other.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub periodic: Vec<Axis>,
 }
 
-/// An axis of the space.
+/// Axis of the space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Axis {
-    /// The first.
+    /// First axis.
     X,
-    /// The second.
+    /// Second axis.
     Y,
-    /// The third.
+    /// Third axis.
     Z,
 }
 
@@ -160,23 +160,23 @@ impl Domain {
     }
 }
 
-/// A region in which the velocity of the grid's nodes is prescribed.
+/// Region in which the velocity of the nodes of the grid is prescribed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Patch {
-    /// Name, for the `motions` of the stages: without one in a stage the patch does nothing.
+    /// Name of the patch, for the `motions` of the stages: the patch is inactive in a stage without a motion for it.
     pub name: String,
-    /// Where the nodes are at the start; those on its surface belong to it.
+    /// Region of the nodes at the start; nodes on its surface belong to it.
     pub region: Shape,
-    /// Whether the region goes along with its velocity, as a rigid plate does.
+    /// Whether the region moves with its velocity, as a rigid plate does.
     #[serde(default)]
     pub moves: bool,
-    /// Whether pore fluid passes, as through a porous plate; else it has the prescribed velocity too.
+    /// Whether pore fluid passes, as through a porous plate; otherwise it has the prescribed velocity too.
     #[serde(default)]
     pub drained: bool,
 }
 
-/// The side of the box, or of an inner plane, that a wall occupies.
+/// Side of the domain box, or of an inner plane, that a wall occupies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Side {
@@ -228,34 +228,33 @@ impl fmt::Display for Side {
     }
 }
 
-/// How a wall acts on what touches it.
+/// Action of a wall on material in contact.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Wall {
-    /// No slip: all components of velocity are the wall's.
+    /// No slip: all components of velocity are those of the wall.
     Rough,
-    /// Free slip: only the normal component is the wall's.
+    /// Free slip: only the normal component of velocity is that of the wall.
     Smooth,
-    /// Coulomb friction; the material may lift off, unless the wall is `bilateral`.
+    /// Coulomb friction; the material may separate from the wall, unless the wall is `bilateral`.
     Frictional {
-        /// Coefficient of friction, tangent of the friction angle of the interface.
+        /// Friction coefficient (-), the tangent of the friction angle of the interface.
         friction_coefficient: f64,
-        /// Whether the wall holds the normal velocity both ways, as a smooth one does: it also carries tension, under which
-        /// there is no friction.
+        /// Whether the wall constrains the normal velocity in both directions, as a smooth one does: it then also carries tension, under
+        /// which there is no friction.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         bilateral: bool,
     },
-    /// No wall: dashpots that take up the waves which arrive, as if the material went on (Lysmer and Kuhlemeyer).
-    /// For small motions of bodies that reach to it; it carries no lasting stress.
+    /// Absorbing boundary in place of a wall: dashpots that absorb arriving waves, as if the material continued (Lysmer and Kuhlemeyer).
+    /// For small motions of bodies that reach the boundary; it carries no lasting stress.
     Absorbing {
-        /// Factor on the dashpot normal to the face, `ρ c_P`; 1 lets plane waves out that arrive at a right angle.
+        /// Factor (-) on the dashpot normal to the face, `ρ c_P`; at 1 plane waves that arrive at a right angle leave without reflection.
         #[serde(default = "default_fraction")]
         normal: f64,
-        /// Factor on the dashpots along the face, `ρ c_S`.
+        /// Factor (-) on the dashpots along the face, `ρ c_S`.
         #[serde(default = "default_fraction")]
         tangential: f64,
-        /// Thickness of material whose stiffness acts as a spring beside the dashpots, against creep (m); none when
-        /// absent.
+        /// Thickness of material (m) whose stiffness acts as a spring in parallel with the dashpots, against creep; none when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         spring_length: Option<f64>,
     },
@@ -277,26 +276,26 @@ impl Wall {
     }
 }
 
-/// A wall on a side of the domain, or on an inner plane parallel to one.
+/// Wall on a side of the domain, or on an inner plane parallel to one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Boundary {
-    /// Name, for stages that remove it; the side's name by default.
+    /// Name of the wall, for stages that remove it; the name of the side by default.
     #[serde(default)]
     pub name: Option<String>,
-    /// The side it occupies.
+    /// Side that the wall occupies.
     pub side: Side,
-    /// Name of a physical group of the mesh, whose nodes the wall holds in place of those on and beyond a plane; `side`
-    /// then says only which way the wall faces. For methods with a mesh from a file.
+    /// Name of a physical group of the mesh: the wall acts on its nodes instead of those on and beyond a plane, and `side` is only the
+    /// direction that the wall faces. For methods with a mesh from a file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
-    /// Coordinate of the wall's face (m); that side of the domain by default.
+    /// Coordinate of the face of the wall (m); that side of the domain by default.
     #[serde(default)]
     pub position: Option<f64>,
-    /// How it acts.
+    /// Action of the wall on material in contact.
     pub wall: Wall,
-    /// Whether material may lift off (rough and smooth walls hold it otherwise; from frictional ones it always may, unless
-    /// they are `bilateral`).
+    /// Whether material may separate from rough and smooth walls, which otherwise prevent it. From frictional ones it always may, unless
+    /// they are `bilateral`.
     #[serde(default)]
     pub separation: bool,
     /// Velocity of the wall (m/s); at rest by default.
@@ -308,47 +307,46 @@ pub struct Boundary {
     pub drained: bool,
 }
 
-/// A part of the run with an end of its own.
+/// Part of the run with its own end.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stage {
-    /// Name.
+    /// Name of the stage.
     pub name: String,
-    /// Longest duration (s). The stage ends here unless `equilibrium` ends it before; with
-    /// `equilibrium` given, not converging within it is an error.
+    /// Longest duration (s). The stage ends here unless `equilibrium` ends it earlier. With `equilibrium` given, it is an error if the
+    /// stage does not converge within this time.
     pub duration: f64,
-    /// Local damping factor, 0 to 1: each nodal force is reduced by this fraction of its size
-    /// against the motion. For quasi-static stages only.
+    /// Local damping factor (-), 0 to 1: each nodal force is reduced by this fraction of its size against the motion. For quasi-static
+    /// stages only.
     #[serde(default)]
     pub damping: f64,
     /// Axes along which `damping` acts (0 is x); all when absent.
     #[serde(default)]
     pub damping_axes: Option<Vec<usize>>,
-    /// Rayleigh damping, its mass part (1/s): a force against the motion of this factor times mass and velocity, so that
-    /// what nothing else acts on slows down as `exp(-factor × time)`, and one degree of freedom of angular frequency `ω`
-    /// has the damping ratio `factor / (2 ω)`.
+    /// Mass-proportional factor of Rayleigh damping (1/s): a force against the motion of this factor times mass and velocity. A velocity
+    /// under no other force decays as `exp(-factor × time)`, and one degree of freedom of angular frequency `ω` has the damping ratio
+    /// `factor / (2 ω)`.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub rayleigh_damping: f64,
     /// Time over which gravity grows linearly from zero (s).
     #[serde(default)]
     pub gravity_ramp: f64,
-    /// Ends the stage early, at rest, once gravity and motions of the stage and all loads that act have grown over
-    /// their ramps.
+    /// Criterion that ends the stage early, at rest, once gravity, motions of the stage and all active loads have completed their ramps.
     #[serde(default)]
     pub equilibrium: Option<EquilibriumCriterion>,
-    /// How rigid bodies and patches move.
+    /// Motions of rigid bodies and patches.
     #[serde(default)]
     pub motions: Vec<PrescribedMotion>,
     /// Quantities that are reset at the end of the stage.
     #[serde(default)]
     pub reset: Vec<Reset>,
-    /// Names of boundaries that vanish when the stage begins, e.g. a gate.
+    /// Names of boundaries removed at the start of the stage, e.g. a gate.
     #[serde(default)]
     pub remove_boundaries: Vec<String>,
-    /// Names of bodies that vanish when the stage begins, e.g. an excavation.
+    /// Names of bodies removed at the start of the stage, e.g. an excavation.
     #[serde(default)]
     pub remove_bodies: Vec<String>,
-    /// Regions whose material vanishes when the stage begins, of whatever body: an excavation in lifts.
+    /// Regions whose material is removed at the start of the stage, of any body: an excavation in lifts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub excavate: Vec<Shape>,
     /// Strength reduction from the start of the stage until a later stage changes it, relative to the materials
@@ -375,17 +373,18 @@ impl Stage {
     }
 }
 
-/// When a quasi-static stage has converged (sheet: mpm §2.14).
+/// Convergence criterion of a quasi-static stage (sheet: mpm §2.14).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EquilibriumCriterion {
-    /// Bound on the unbalanced-force ratio.
+    /// Upper bound of the unbalanced-force ratio (-).
     pub unbalanced_force: f64,
-    /// Bound on kinetic energy over external work.
+    /// Upper bound of kinetic energy over external work (-).
     pub kinetic_energy: f64,
-    /// Consecutive checks that must hold.
+    /// Number of consecutive checks that must be satisfied.
     pub hold: u32,
-    /// Whether a stage whose duration ends before is an error. Otherwise the run goes on, and says how far from rest it was.
+    /// Whether a stage whose duration ends before convergence is an error. Otherwise the run continues and reports its distance from
+    /// rest.
     pub required: bool,
 }
 
@@ -399,12 +398,12 @@ impl Default for EquilibriumCriterion {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reset {
-    /// Velocities to zero.
+    /// Velocities, set to zero.
     Velocity,
-    /// Displacements to zero: counted from here on.
+    /// Displacements, set to zero and counted from this time.
     Displacement,
-    /// Internal variables (plastic strain, hardening) to their initial values; stress is kept. The run stops where the law
-    /// has no such state: stress beyond an initial cap or strength that has grown, a fluid that flows.
+    /// Internal variables (plastic strain, hardening), set to their initial values; stress is kept. The run stops where the law has no
+    /// such state: stress beyond an initial cap or strength that has grown, a fluid that flows.
     State,
 }
 

@@ -3,31 +3,28 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How a rigid body or a patch moves in a stage: at a prescribed velocity, and, a rigid body, as forces make it where its
-/// velocity is null.
+/// Motion of a rigid body or a patch in a stage: a prescribed velocity or, for a rigid body with null components, motion under forces.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PrescribedMotion {
     /// Name of the rigid body or patch.
     pub target: String,
-    /// Velocity (m/s), one number per space dimension. Null leaves a component free: nodes of a patch then have their own, and
-    /// a rigid body moves along it by Newton's law, with the mass of its points, under its weight, `force`, and the forces of
-    /// what it touches; it begins with the velocity that it has.
+    /// Velocity (m/s), one number per space dimension. Null leaves a component free: nodes of a patch then have their own velocity, and a
+    /// rigid body moves by Newton's law with the mass of its points, under its weight, `force` and contact forces, from its current
+    /// velocity.
     pub velocity: Vec<Option<f64>>,
-    /// Force on a rigid body along components that are free (N; per metre in plane strain, per radian in axisymmetry); none
-    /// when absent.
+    /// Force on a rigid body along free components (N; per metre in plane strain, per radian in axisymmetry); none when absent.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub force: Vec<f64>,
-    /// Moment on a rigid body that `turns`, about its centre of mass (N m; per metre in plane strain): one number in the
-    /// plane, positive from x to y, three in space; none when absent.
+    /// Moment on a rigid body that `turns`, about its centre of mass (N m; per metre in plane strain): one number in the plane, positive
+    /// from x to y, three in space; none when absent.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub moment: Vec<f64>,
-    /// Whether a rigid body turns about its centre of mass as `moment` and the forces of what it touches make it; else it
-    /// keeps its orientation.
+    /// Whether a rigid body rotates about its centre of mass under `moment` and contact forces; otherwise it keeps its orientation.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     #[serde(rename = "turns")]
     pub rotates: bool,
-    /// Time over which velocity, force and moment grow from zero (s), counted from the beginning of the stage.
+    /// Time over which velocity, force and moment grow from zero (s), from the beginning of the stage.
     #[serde(default)]
     pub ramp: f64,
 }

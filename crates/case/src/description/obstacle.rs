@@ -7,79 +7,78 @@ use serde::{Deserialize, Serialize};
 
 use super::Wall;
 
-/// Rigid geometry of any shape that bodies meet, at rest or on a prescribed way. It may reach beyond the domain.
+/// Rigid geometry of any shape in contact with bodies, at rest or in prescribed motion. It may reach beyond the domain.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Obstacle {
-    /// Name.
+    /// Name of the obstacle.
     pub name: String,
-    /// Its surface; the solid is behind it.
+    /// Surface of the obstacle; the solid is behind it.
     pub shape: ObstacleShape,
-    /// How it acts on what touches it.
+    /// Action of the obstacle on material in contact.
     pub wall: ObstacleWall,
-    /// Whether material may lift off (rough and smooth obstacles hold it otherwise; from frictional ones it always may).
+    /// Whether material may separate from rough and smooth obstacles, which otherwise prevent it. From frictional ones it always may.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub separation: bool,
-    /// How it moves; at rest when absent.
+    /// Motion of the obstacle; at rest when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<ObstacleMotion>,
-    /// Parts of its surface with a wall of their own, seen in plan; the first that holds a place rules there. An obstacle that moves
-    /// has none.
+    /// Parts of the surface with their own wall, in plan. Where parts overlap, the first one applies. An obstacle that moves has none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub regions: Vec<ObstacleRegion>,
 }
 
-/// A part of an obstacle's surface: all of it that lies in a part of the plan, which is the last coordinate left out.
+/// Part of the surface of an obstacle: all of it within a region in plan, that is without the last coordinate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObstacleRegion {
-    /// Where, in plan: a box of one coordinate in two dimensions, any shape of two dimensions in three. Give this, `outline` or
+    /// Region in plan: a box of one coordinate in two dimensions, any shape of two dimensions in three. Give one of this, `outline` and
     /// `raster`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape>,
-    /// Where, in three dimensions: a file with polygons in metres, GeoJSON (`.geojson`, `.json`) or a shapefile (`.shp`), from the
-    /// folder of the case.
+    /// File with the region in plan, in three dimensions: polygons in metres, GeoJSON (`.geojson`, `.json`) or a shapefile (`.shp`), from
+    /// the folder of the case.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outline: Option<String>,
-    /// Where, in three dimensions: cells of a raster, as one of land cover.
+    /// Region in plan, in three dimensions: cells of a raster, for example of land cover.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub raster: Option<RasterCellSelection>,
-    /// How it acts there.
+    /// Action of the obstacle in this part.
     pub wall: ObstacleWall,
 }
 
-/// The cells of a raster over the plan that hold a number. Each reaches half a cell to all sides of its centre; beyond the raster there
-/// are none.
+/// Cells of a raster over the plan with a given value. Each reaches half a cell to all sides of its centre; beyond the raster there are
+/// none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RasterCellSelection {
-    /// The file, an ESRI ASCII grid (`.asc`, `.grd`, `.txt`) or a GeoTIFF (`.tif`, `.tiff`), from the folder of the case.
+    /// File of the raster, an ESRI ASCII grid (`.asc`, `.grd`, `.txt`) or a GeoTIFF (`.tif`, `.tiff`), from the folder of the case.
     pub file: String,
-    /// The number that they hold, one of a raster of classes; any, but no data, when absent.
+    /// Value of the cells, for a raster of classes; any value except no data when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
 }
 
-/// A prescribed motion of an obstacle: it turns about a line that moves along.
+/// Prescribed motion of an obstacle: rotation about a line that moves with the velocity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObstacleMotion {
     /// Velocity (m/s); none when absent.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub velocity: Vec<f64>,
-    /// Rate at which it turns (degrees per second): anticlockwise in 2D, about `axis` by the right-hand rule in 3D.
+    /// Rate of rotation (degrees per second): anticlockwise in 2D, about `axis` by the right-hand rule in 3D.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub rotation: f64,
-    /// A place on the line about which it turns, at the start (m); needed with `rotation`.
+    /// Point on the line of rotation, at the start (m); needed with `rotation`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub centre: Vec<f64>,
-    /// In 3D, direction of that line, of any length; needed with `rotation`.
+    /// Direction of the line of rotation in 3D, of any length; needed with `rotation`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub axis: Vec<f64>,
-    /// When it begins (s), not negative.
+    /// Time at which the motion begins (s), not negative.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub start: f64,
-    /// Time in which velocity and rate grow from zero (s), not negative.
+    /// Time over which velocity and rate grow from zero (s), not negative.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub ramp: f64,
 }
@@ -114,19 +113,19 @@ impl ObstacleMotion {
     }
 }
 
-/// How an obstacle acts on what touches it.
+/// Action of an obstacle on material in contact.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum ObstacleWall {
     /// No slip.
     Rough,
-    /// Free slip: only the velocity along the normal is held.
+    /// Free slip: only the normal velocity is constrained.
     Smooth,
-    /// Coulomb friction; the material may lift off.
+    /// Coulomb friction; the material may separate from the obstacle.
     Frictional {
-        /// Coefficient of friction, tangent of the friction angle of the interface.
+        /// Friction coefficient (-), the tangent of the friction angle of the interface.
         friction_coefficient: f64,
-        /// Adhesion: shear strength beside friction where the material is pressed on it (Pa).
+        /// Adhesion (Pa): shear strength in addition to friction where the material is pressed against the obstacle.
         #[serde(default, skip_serializing_if = "is_zero")]
         adhesion: f64,
     },
@@ -145,13 +144,13 @@ impl From<ObstacleWall> for Wall {
     }
 }
 
-/// The surface of an obstacle.
+/// Surface of an obstacle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum ObstacleShape {
-    /// A plane (in 2D a line) without end.
+    /// Infinite plane (in 2D a line).
     Plane {
-        /// A place on it (m).
+        /// Point on the plane (m).
         point: Vec<f64>,
         /// Normal out of the solid, of any length.
         normal: Vec<f64>,
@@ -169,25 +168,25 @@ pub enum ObstacleShape {
         centre: Vec<f64>,
         /// Radius (m).
         radius: f64,
-        /// Whether the solid is what lies around the ball, so that its inside is a bowl.
+        /// Whether the solid is outside the ball, so that its inside is a bowl.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         hollow: bool,
     },
-    /// In 2D, ground below a line of straight pieces, from either end. Beyond its ends there is no ground. Either `points` or a
-    /// `file` is given.
+    /// Ground below a line of straight pieces in 2D, from either end. Beyond its ends there is no ground. Give either `points` or a
+    /// `file`.
     GroundLine {
-        /// Its points (m).
+        /// Points of the line (m).
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         points: Vec<[f64; 2]>,
-        /// A CSV file with two columns, x and y: metres, or in the units that a line of names has between brackets, as `x (ft)`.
+        /// CSV file with two columns, x and y, in metres, or in the units in brackets in a line of names, as `x (ft)`.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         file: Option<String>,
     },
-    /// In 2D, ground below a line of straight pieces and arcs, from left to right.
+    /// Ground below a line of straight pieces and arcs in 2D, from left to right.
     Profile {
-        /// Where it begins (m).
+        /// First point of the line (m).
         start: [f64; 2],
-        /// Its pieces, one after another.
+        /// Pieces of the line, in order.
         pieces: Vec<ProfilePiece>,
     },
     /// Polygon in 2D, without crossings, in either sense of rotation.
@@ -195,50 +194,50 @@ pub enum ObstacleShape {
         /// Corners (m).
         vertices: Vec<[f64; 2]>,
     },
-    /// In 3D, a polygon drawn along an axis.
+    /// Polygon in 3D, extruded along an axis.
     Extruded {
         /// Corners in the plane of the other two axes, in the order x, y, z (m).
         vertices: Vec<[f64; 2]>,
-        /// Axis: 0 is x.
+        /// Axis of extrusion: 0 is x.
         axis: usize,
-        /// Where it begins along the axis (m).
+        /// First coordinate along the axis (m).
         from: f64,
-        /// Where it ends (m).
+        /// Last coordinate along the axis (m).
         to: f64,
     },
-    /// In 3D, a polygon turned about a line along an axis.
+    /// Solid of revolution in 3D: a polygon rotated about a line along an axis.
     Turned {
         /// Corners: distance from the line, coordinate along it (m).
         vertices: Vec<[f64; 2]>,
         /// Axis of the line: 0 is x.
         axis: usize,
-        /// A place on the line (m).
+        /// Point on the line (m).
         centre: [f64; 3],
     },
-    /// In 3D, ground under the heights of a raster: an ESRI ASCII grid (`.asc`, `.grd`, `.txt`) or a GeoTIFF (`.tif`, `.tiff`),
-    /// in metres. Contact uses two triangles between four nodes. Beyond the raster, and where it has no data, there is no ground.
+    /// Ground in 3D under the heights of a raster: an ESRI ASCII grid (`.asc`, `.grd`, `.txt`) or a GeoTIFF (`.tif`, `.tiff`), in metres.
+    /// Contact uses two triangles between four nodes. Beyond the raster, and where it has no data, there is no ground.
     Raster {
-        /// The file, from the folder of the case.
+        /// File of the raster, from the folder of the case.
         file: String,
-        /// Distance of the nodes to resample it to, along x and y (m); that of the file when absent.
+        /// Distance of the nodes of the resampled raster, along x and y (m); that of the file when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         spacing: Option<f64>,
     },
-    /// In 3D, a closed triangle mesh: STL (`.stl`) or Wavefront OBJ (`.obj`), in metres. STL has seven digits: a mesh far from
-    /// its origin must be an OBJ file.
+    /// Closed triangle mesh in 3D: STL (`.stl`) or Wavefront OBJ (`.obj`), in metres. STL has seven digits: a mesh far from its origin
+    /// must be an OBJ file.
     Mesh {
-        /// The file, from the folder of the case.
+        /// File of the mesh, from the folder of the case.
         file: String,
     },
 }
 
-/// A piece of a profile.
+/// Piece of a profile.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProfilePiece {
-    /// Where it ends (m).
+    /// End of the piece (m).
     pub to: [f64; 2],
-    /// Centre of an arc, which goes the shorter way round (m); a straight line when absent.
+    /// Centre of an arc (m), which takes the shorter way round; a straight line when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub centre: Option<[f64; 2]>,
 }

@@ -4,32 +4,32 @@ use colluvium_points::Shape;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A shape that moves with a velocity of its own and takes away the points that it covers: a saw in a weak layer, a trench that
-/// is dug while the run goes on. Each row of the measures has three columns for it: `NAME.travel`, how far it has moved (m),
-/// `NAME.mass`, what it has taken (kg), and `NAME.energy`, the kinetic and recoverable energy that went with it (J).
+/// Shape that moves at its own velocity and removes the points that it covers: a saw in a weak layer, or a trench excavated during the
+/// run. Each row of the measures has three columns for it: `NAME.travel`, the distance moved (m), `NAME.mass`, the mass removed (kg), and
+/// `NAME.energy`, the kinetic and recoverable energy removed with it (J).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RemovalShape {
-    /// Name, of letters, digits, _ and -; no measure has it too.
+    /// Name, of letters, digits, _ and -; no measure has the same name.
     pub name: String,
-    /// Where it is when it begins to cut.
+    /// Region of the shape at the time `start`.
     pub shape: Shape,
-    /// Velocity (m/s), one number per space dimension; it does not turn.
+    /// Velocity (m/s), one number per space dimension; the shape does not rotate.
     pub velocity: Vec<f64>,
-    /// Name of the stage from whose beginning `start` and `stop` count, and with which it ends; when absent they count from the
+    /// Name of the stage from whose beginning `start` and `stop` count, and with which the shape ends. When absent they count from the
     /// beginning of the run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stage: Option<String>,
-    /// When it begins to move and to cut (s), at least 0.
+    /// Time at which the shape begins to move and to cut (s), at least 0.
     #[serde(default)]
     pub start: f64,
-    /// When it is taken out (s), after `start`; at the end of the stage, or of the run, when absent.
+    /// Time at which the shape is removed (s), after `start`; the end of the stage, or of the run, when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stop: Option<f64>,
-    /// Names of the bodies that it cuts; all when absent.
+    /// Names of the bodies that the shape cuts; all when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bodies: Option<Vec<String>>,
-    /// Action on the points that it covers.
+    /// Action on the points that the shape covers.
     #[serde(default)]
     pub action: RemovalAction,
 }
@@ -38,7 +38,7 @@ pub struct RemovalShape {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RemovalAction {
-    /// Takes them away, with their mass, momentum and energy.
+    /// Removal of the points, with their mass, momentum and energy.
     #[default]
     Remove,
 }

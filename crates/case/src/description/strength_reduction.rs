@@ -12,9 +12,9 @@ use crate::{Case, CaseError};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Weakening {
-    /// Factor `F` by which strength is divided, > 0.
+    /// Factor `F` (-) by which strength is divided, > 0.
     pub factor: f64,
-    /// Which strengths are divided.
+    /// Strengths that are divided.
     #[serde(default)]
     pub scope: ReductionScope,
     /// Names of the materials; all that have a strength when absent.
@@ -44,27 +44,27 @@ fn set_return_to_yield(material: &mut MaterialSpec) {
 pub struct FactorOfSafety {
     /// Name of the stage at whose end the bodies are at rest with their full strength.
     pub after: String,
-    /// Longest duration of a trial (s), in twelve blocks: bodies that have neither come to rest nor clearly failed by then leave the
-    /// search undecided. When absent, a block is what the bodies need to come to rest, without yielding, after half of their weight
-    /// is taken away.
+    /// Longest duration of a trial (s), in twelve blocks: if bodies have neither come to rest nor clearly failed by then, the search is
+    /// undecided. When absent, a block is the time that the bodies need to come to rest, without yielding, after removal of half of their
+    /// weight.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration: Option<f64>,
-    /// Height of the slope (m): bodies of which a hundredth has moved by more than 0.02 of it, and what they settle elastically under
-    /// their weight, have failed. When absent, from the lowest to the highest place of the free surface; the height of all bodies
+    /// Height of the slope (m): bodies have failed when a hundredth of them has moved by more than 0.02 of it plus their elastic
+    /// settlement under their weight. When absent, from the lowest to the highest position of the free surface; the height of all bodies
     /// where the surface is level.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub height: Option<f64>,
-    /// Least and largest factor.
+    /// Smallest and largest factor (-).
     #[serde(default = "range")]
     pub range: [f64; 2],
-    /// Width of the interval in which the factor is then known to lie.
+    /// Width of the interval that contains the factor at the end of the search (-).
     #[serde(default = "hundredth")]
     pub tolerance: f64,
-    /// Local damping factor of the trials, 0 to 1, as in a stage. Trials ask where the bodies come to rest, not how they get there; with
-    /// little damping they swing too long, and stay undecided.
+    /// Local damping factor (-) of the trials, 0 to 1, as in a stage. Trials determine the state of rest, not the motion towards it; with
+    /// little damping the bodies oscillate too long, and trials remain undecided.
     #[serde(default = "strong_damping")]
     pub damping: f64,
-    /// Which strengths are divided.
+    /// Strengths that are divided.
     #[serde(default)]
     pub scope: ReductionScope,
     /// Names of the materials; all that have a strength when absent.

@@ -81,8 +81,11 @@ impl Capabilities {
     pub fn new(method: impl Into<Cow<'static, str>>) -> Self {
         Self { method: method.into(), needs: RequiredInput::default(), rules: Vec::new() }
             .supports(&HANDLED_BY_RUN)
-            .rejects("output.rasters*", "rasters over the plan are those of depth-sph and snow-mpm")
-            .rejects("output.contacts", "only grains (dem) have contacts to write")
+            .rejects(
+                "output.rasters*",
+                "rasters over the plan are available with depth-sph and snow-mpm only",
+            )
+            .rejects("output.contacts", "contacts of grains are available with dem only")
     }
 
     /// Capabilities of a method with moving points of bodies in one, two and three dimensions: shapes, points from files, initial fields,
@@ -176,7 +179,7 @@ impl Capabilities {
 
     fn check_needs(&self, case: &Case) -> Result<(), CaseError> {
         let lacks = |path: &str, what: &str| {
-            Err(CaseError::new(path, format!("{what}, and {} needs it", self.method)))
+            Err(CaseError::new(path, format!("{what}, but {} needs it", self.method)))
         };
         if self.needs.bodies && case.bodies.is_empty() {
             return lacks("bodies", "there is none");
@@ -250,7 +253,7 @@ mod tests {
         let mut empty = case("");
         empty.bodies.clear();
         let error = all.clone().check(&empty).unwrap_err();
-        assert_eq!(error.to_string(), "bodies: there is none, and lbm needs it");
+        assert_eq!(error.to_string(), "bodies: there is none, but lbm needs it");
         let none = RequiredInput { bodies: false, materials: false, gravity: false };
         assert!(all.clone().requires(none).check(&empty).is_ok());
         let error = all

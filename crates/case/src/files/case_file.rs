@@ -91,13 +91,14 @@ impl Case {
         for file in self.files() {
             let path = folder.join(&*file);
             if std::fs::metadata(&path).is_ok_and(|about| !about.is_file() && !about.is_dir()) {
-                let problem = format!("{}: is no regular file", path.display());
+                let problem = format!("{}: is not a regular file", path.display());
                 return Err(CaseError::new(path_of_text(value, file).unwrap_or_default(), problem).into());
             }
             if let Some(system) = colluvium_terrain::read_reference_system(&path) {
                 if let Some((other, known)) = systems.iter().find(|(_, known)| known.differs(&system)) {
                     let problem = format!(
-                        "{}: lies in another coordinate reference system ({system}) than {other} ({known}): project one to that of the other",
+                        "{}: is in another coordinate reference system ({system}) than {other} ({known}). \
+                         Project one file to the system of the other",
                         path.display()
                     );
                     return Err(CaseError::new(path_of_text(value, file).unwrap_or_default(), problem).into());

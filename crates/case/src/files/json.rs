@@ -80,7 +80,7 @@ pub fn text(file: &Path) -> Result<String, CaseErrors> {
         return colluvium_terrain::read_text(file).map_err(|error| unreadable(error.problem));
     }
     String::from_utf8(bytes)
-        .map_err(|_| unreadable("cannot be read: it is no text in UTF-8 or UTF-16".to_owned()))
+        .map_err(|_| unreadable("cannot be read: it is not text in UTF-8 or UTF-16".to_owned()))
 }
 
 /// JSON value in a file of a user.
@@ -154,7 +154,7 @@ impl<'de> Visitor<'de> for StrictJson {
         while let Some(key) = access.next_key::<String>()? {
             let value = access.next_value_seed(StrictJson)?;
             if map.contains_key(&key) {
-                return Err(serde::de::Error::custom(format!("the key {key:?} stands twice in one object")));
+                return Err(serde::de::Error::custom(format!("the key {key:?} appears twice in one object")));
             }
             map.insert(key, value);
         }

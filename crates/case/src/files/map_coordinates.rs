@@ -171,14 +171,15 @@ impl Case {
             (farthest(&self.domain.origin), farthest(&self.domain.min).max(farthest(&self.domain.max)));
         if map > 0.0 && off > MAX_DISTANCE_RATIO * extent {
             return refuse(format!(
-                "{:?} lies more than {MAX_DISTANCE_RATIO} times the size of the domain, {extent} m, from it, which costs digits of all \
-                 positions: give a place near it",
+                "{:?} is farther from the domain than {MAX_DISTANCE_RATIO} times its size of {extent} m, so \
+                 positions lose digits. Give a place near the domain",
                 self.domain.origin
             ));
         }
         if map > MAX_ORIGIN_RATIO * extent {
             return refuse(format!(
-                "{:?} is so far from zero that results in its coordinates do not tell places in a domain of {extent} m apart",
+                "{:?} is so far from zero that results in map coordinates cannot resolve positions in a \
+                 domain of {extent} m",
                 self.domain.origin
             ));
         }
@@ -287,16 +288,16 @@ mod tests {
         let problem = Case::from_json(&case.to_string()).unwrap_err().to_string();
         assert!(problem.contains("domain.origin") && problem.contains("[500000.0, 5000000.0]"), "{problem}");
         for (origin, expected) in [
-            (json!([5e5, 0]), "lies more than 1000 times"),
-            (json!([5e5, -5e6]), "lies more than 1000 times"),
-            (json!([5e15, 5e6]), "lies more than 1000 times"),
+            (json!([5e5, 0]), "is farther from the domain than 1000 times"),
+            (json!([5e5, -5e6]), "is farther from the domain than 1000 times"),
+            (json!([5e15, 5e6]), "is farther from the domain than 1000 times"),
         ] {
             case["domain"]["origin"] = origin;
             let problem = Case::from_json(&case.to_string()).unwrap_err().to_string();
             assert!(problem.starts_with("domain.origin: ") && problem.contains(expected), "{problem}");
         }
         let far = Case::from_json(&moved([2e10, 0.0]).to_string()).unwrap_err().to_string();
-        assert!(far.contains("do not tell places in a domain"), "{far}");
+        assert!(far.contains("cannot resolve positions in a domain"), "{far}");
         case["domain"]["origin"] = json!([5e5]);
         assert!(Case::from_json(&case.to_string()).unwrap_err().to_string().contains("domain.origin"));
     }

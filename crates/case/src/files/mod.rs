@@ -113,7 +113,8 @@ impl ColumnFile {
         let line = head.position().map_or(0, |at| self.line(at));
         let first = filled().find(|cell| number(cell, self.separator).is_none()).unwrap_or_default();
         Err(format!(
-            "line {line}: {first:?} is no number, and the others of the line are: give names of columns, or numbers"
+            "line {line}: {first:?} is not a number, but the other cells of the line are numbers. Give names \
+             of columns only, or numbers only"
         ))
     }
 
@@ -245,7 +246,8 @@ pub fn read_pairs(file: &str, of: [(Quantity, &[&str]); 2]) -> Result<Vec<[f64; 
                 _ => {
                     let names = of.map(|(_, words)| words[0]);
                     return Err(format!(
-                        "its columns are called {first:?} and {second:?}, which does not tell which is which: call them {:?} and {:?}",
+                        "its columns are called {first:?} and {second:?}, which does not define their \
+                         quantities: call them {:?} and {:?}",
                         names[0], names[1]
                     ));
                 }
@@ -263,7 +265,7 @@ pub fn read_pairs(file: &str, of: [(Quantity, &[&str]); 2]) -> Result<Vec<[f64; 
         if cells.len() != 2 {
             let found = cells.len();
             let cure = table.decimal_comma_advice(found as u64, 2);
-            return Err(format!("line {line}: has {found} columns, and there must be two{cure}"));
+            return Err(format!("line {line}: has {found} columns, but must have two{cure}"));
         }
         let mut point = [0.0; 2];
         for (wanted, value) in point.iter_mut().enumerate() {
@@ -363,12 +365,10 @@ mod tests {
             problem("t,q\n0,1,5\n"),
             "line 2: has 3 values, the head has 2 columns; with decimal commas separate the columns by semicolons"
         );
-        assert!(
-            problem("0,0,1,5\n").starts_with("line 1: has 4 columns, and there must be two; with decimal")
-        );
+        assert!(problem("0,0,1,5\n").starts_with("line 1: has 4 columns, but must have two; with decimal"));
         assert_eq!(problem("t,q\n0,x\n"), "line 2: \"x\" is not a finite number");
         assert_eq!(problem("0,nan\n"), "line 1: \"nan\" is not a finite number");
-        assert!(problem("0,q\n1,2\n").starts_with("line 1: \"q\" is no number, and the others"));
+        assert!(problem("0,q\n1,2\n").starts_with("line 1: \"q\" is not a number, but the other"));
         assert!(problem("t (yr),q\n0,1\n").starts_with("column \"t (yr)\": the unit must be one of a time"));
         assert_eq!(problem("t;q\n0;1.000,5\n"), "line 2: \"1.000,5\" is not a finite number");
     }

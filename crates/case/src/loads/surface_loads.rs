@@ -7,93 +7,92 @@ use serde::{Deserialize, Serialize};
 use crate::description::{Axis, Side, Stage};
 use crate::files::piecewise_linear;
 
-/// A load.
+/// Load on a body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Load {
-    /// A traction (Pa) on one side of a body, unchanged in direction. On a body
-    /// with a pore fluid it is the total one, of skeleton and fluid.
+    /// Traction (Pa) on one side of a body, constant in direction. On a body with a pore fluid it is the total one, of skeleton and
+    /// fluid.
     Traction {
-        /// Body it acts on, not a rigid one.
+        /// Name of the loaded body, not a rigid one.
         body: String,
-        /// Side of the body's bounding box it acts on.
+        /// Loaded side of the bounding box of the body.
         side: Side,
         /// Traction vector (Pa).
         value: Vec<f64>,
-        /// Time over which it grows from zero (s).
+        /// Time over which the load grows from zero (s).
         #[serde(default)]
         ramp: f64,
-        /// How it grows.
+        /// Shape of the growth over the ramp.
         #[serde(default, skip_serializing_if = "RampShape::is_linear")]
         ramp_shape: RampShape,
-        /// Name of the stage with which it begins; the first when absent. It goes on in the stages after, and the points
-        /// that carry it are those that are outermost at the start of the case.
+        /// Name of the stage in which the load begins; the first when absent. It continues in later stages. The points that carry it are
+        /// the outermost ones at the start of the case.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stage: Option<String>,
-        /// How it varies along its side; the same everywhere when absent.
+        /// Variation of the load along its side; uniform when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         profile: Option<LoadProfile>,
         /// Carrier of the load: points or nodes.
         #[serde(default, skip_serializing_if = "LoadTarget::is_points")]
         applied_to: LoadTarget,
     },
-    /// A pressure (Pa) on one side of a body, carried by its outermost points: it follows the surface, stays normal to
-    /// it and grows with its area. On a body with a pore fluid it is the total one.
+    /// Pressure (Pa) on one side of a body, carried by its outermost points: it follows the surface, stays normal to it and grows with
+    /// its area. On a body with a pore fluid it is the total one.
     Pressure {
-        /// Body it acts on, not a rigid one.
+        /// Name of the loaded body, not a rigid one.
         body: String,
-        /// Side of the body's bounding box it acts on.
+        /// Loaded side of the bounding box of the body.
         side: Side,
         /// Pressure (Pa), positive towards the body.
         value: f64,
-        /// Time over which it grows from zero (s).
+        /// Time over which the load grows from zero (s).
         #[serde(default)]
         ramp: f64,
-        /// How it grows.
+        /// Shape of the growth over the ramp.
         #[serde(default, skip_serializing_if = "RampShape::is_linear")]
         ramp_shape: RampShape,
-        /// Name of the stage with which it begins; the first when absent. It goes on in the stages after, and the points
-        /// that carry it are those that are outermost at the start of the case.
+        /// Name of the stage in which the load begins; the first when absent. It continues in later stages. The points that carry it are
+        /// the outermost ones at the start of the case.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stage: Option<String>,
-        /// How it varies along its side; the same everywhere when absent.
+        /// Variation of the load along its side; uniform when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         profile: Option<LoadProfile>,
     },
-    /// A pressure of the pore fluid (Pa) on one side of a saturated body, as next to open water. It acts on the
-    /// fluid alone; what presses on skeleton and fluid together is a `traction` or a `pressure` beside it. A side
-    /// without it has none.
+    /// Pressure of the pore fluid (Pa) on one side of a saturated body, as next to open water. It acts on the fluid alone; a pressure on
+    /// skeleton and fluid together is a `traction` or a `pressure` in addition. A side without this load has zero pore pressure.
     PorePressure {
-        /// Body it acts on, not a rigid one.
+        /// Name of the loaded body, not a rigid one.
         body: String,
-        /// Side of the body's bounding box it acts on.
+        /// Loaded side of the bounding box of the body.
         side: Side,
         /// Pressure (Pa), compression-positive.
         value: f64,
-        /// Time over which it grows from zero (s).
+        /// Time over which the load grows from zero (s).
         #[serde(default)]
         ramp: f64,
-        /// How it grows.
+        /// Shape of the growth over the ramp.
         #[serde(default, skip_serializing_if = "RampShape::is_linear")]
         ramp_shape: RampShape,
-        /// Name of the stage with which it begins; the first when absent. It goes on in the stages after, and the points
-        /// that carry it are those that are outermost at the start of the case.
+        /// Name of the stage in which the load begins; the first when absent. It continues in later stages. The points that carry it are
+        /// the outermost ones at the start of the case.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stage: Option<String>,
-        /// How it varies along its side; the same everywhere when absent.
+        /// Variation of the load along its side; uniform when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         profile: Option<LoadProfile>,
         /// Carrier of the load: points or nodes.
         #[serde(default, skip_serializing_if = "LoadTarget::is_points")]
         applied_to: LoadTarget,
     },
-    /// A pressure and a shear (Pa) on the surface of a body, or on a part of it, straight or curved, carried by the points next to
-    /// it: both follow the surface, turn with it and grow with its area. On a body with a pore fluid they are the total ones.
+    /// Pressure and shear (Pa) on the surface of a body, or on a part of it, straight or curved, carried by the points next to it: both
+    /// follow the surface, turn with it and grow with its area. On a body with a pore fluid they are the total ones.
     Surface {
-        /// Body it acts on, not a rigid one.
+        /// Name of the loaded body, not a rigid one.
         body: String,
-        /// The part of the surface that is loaded is what lies in this shape at the start; all of it when absent. The surface
-        /// is that of the body's shape, its holes included.
+        /// Region that contains the loaded part of the surface at the start; all of the surface when absent. The surface is that of the
+        /// shape of the body, its holes included.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         within: Option<Shape>,
         /// Pressure (Pa), positive towards the body.
@@ -106,14 +105,14 @@ pub enum Load {
         /// Axis of the shear in space, of any length: along that of a shaft it twists the shaft.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         axis: Option<[f64; 3]>,
-        /// Time over which it grows from zero (s).
+        /// Time over which the load grows from zero (s).
         #[serde(default)]
         ramp: f64,
-        /// How it grows.
+        /// Shape of the growth over the ramp.
         #[serde(default, skip_serializing_if = "RampShape::is_linear")]
         ramp_shape: RampShape,
-        /// Name of the stage with which it begins; the first when absent. It goes on in the stages after, and the points
-        /// that carry it are those that are outermost at the start of the case.
+        /// Name of the stage in which the load begins; the first when absent. It continues in later stages. The points that carry it are
+        /// the outermost ones at the start of the case.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stage: Option<String>,
     },
@@ -207,13 +206,13 @@ impl Load {
     }
 }
 
-/// How a load varies along its side: `[[0, 1], [10, 0]]` along y is the pressure of water with its surface at y = 10 m on
-/// what reaches down to y = 0, where it has its `value`; `[[2, 0], [2, 1], [4, 1], [4, 0]]` along x is a strip from 2 to
-/// 4 m. A part of the load keeps its size as it moves with the body.
+/// Variation of a load along its side: `[[0, 1], [10, 0]]` along y is the pressure of water with its surface at y = 10 m on a side that
+/// reaches down to y = 0, where it has its `value`; `[[2, 0], [2, 1], [4, 1], [4, 0]]` along x is a strip from 2 to 4 m. A part of the
+/// load keeps its size as it moves with the body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoadProfile {
-    /// Axis along which it varies, not the one that is normal to the side.
+    /// Axis along which the load varies, not the one normal to the side.
     pub axis: Axis,
     /// Coordinates on that axis (m), ascending, and the share of the `value` that acts there at the start, of either
     /// sign: straight lines in between, and beyond the first and the last the share that these have. Two entries with
@@ -234,11 +233,11 @@ impl LoadProfile {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LoadTarget {
-    /// The outermost points of the body, which take it along. It is smeared over the cells next to the side.
+    /// Outermost points of the body, which move the load with them. The load is smeared over the cells next to the side.
     #[default]
     Points,
-    /// The nodes on the side, as in finite elements: exact up to the side, which must lie on a grid line (on a mesh along
-    /// facets) and stay there, for nodes that the body leaves have a load no more. For methods with a grid.
+    /// Nodes on the side, as in finite elements: exact up to the side, which must lie on a grid line (on a mesh along facets) and stay
+    /// there, because nodes that the body leaves have no load. For methods with a grid.
     Nodes,
 }
 
@@ -248,14 +247,14 @@ impl LoadTarget {
     }
 }
 
-/// How a load grows over its ramp.
+/// Growth of a load over its ramp.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RampShape {
-    /// In proportion to time.
+    /// Linear in time.
     #[default]
     Linear,
-    /// As half a wave of a cosine, without a kink at either end.
+    /// Half a wave of a cosine, without a kink at either end.
     Cosine,
 }
 

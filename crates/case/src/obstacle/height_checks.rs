@@ -6,7 +6,7 @@ use crate::Case;
 use crate::description::ObstacleShape;
 
 /// Advice on the declaration of a no-data value.
-const NO_DATA_ADVICE: &str = "name it in the file, under NODATA_value or in the tag of GDAL";
+const NO_DATA_ADVICE: &str = "declare it in the file, as NODATA_value or in the GDAL tag";
 
 /// Height (m) below any ground on Earth with flows: lower values probably stand for no data.
 const MIN_HEIGHT: f64 = -9000.0;
@@ -24,8 +24,9 @@ impl Case {
             let unmarked = raster.reference.undeclared_no_data;
             if unmarked > 0 {
                 warnings.push(format!(
-                    "obstacles[{number}].shape.file: {file}: {unmarked} of its values are no finite number, without being its mark of no \
-                     data: there is no ground; fill them where there should be"
+                    "obstacles[{number}].shape.file: {file}: {unmarked} of its values are not finite and are \
+                     not the declared no-data value. There is no ground at these values. Fill them where \
+                     ground is needed"
                 ));
             }
             let low = |height: &f64| height + self.origin()[2] < MIN_HEIGHT;
@@ -33,16 +34,17 @@ impl Case {
             if count > 0 {
                 let lowest = raster.values.iter().copied().fold(f64::INFINITY, f64::min) + self.origin()[2];
                 warnings.push(format!(
-                    "obstacles[{number}].shape.file: {file}: {count} of its heights are below {MIN_HEIGHT} m, the lowest {lowest} m: if that stands \
-                     for no data, {NO_DATA_ADVICE}"
+                    "obstacles[{number}].shape.file: {file}: {count} of its heights are below {MIN_HEIGHT} \
+                     m, the lowest {lowest} m. If that value stands for no data, {NO_DATA_ADVICE}"
                 ));
                 continue;
             }
             for IsolatedLevel { level, count, rim } in isolated_levels(&raster) {
                 let (level, side) = (level + self.origin()[2], if rim > 0.0 { "above" } else { "below" });
                 warnings.push(format!(
-                    "obstacles[{number}].shape.file: {file}: {count} of its heights are {level} m, and all beside them are at least {:.1} m {side}: \
-                     if that stands for no data, {NO_DATA_ADVICE}",
+                    "obstacles[{number}].shape.file: {file}: {count} of its heights are {level} m, and all \
+                     adjacent heights are at least {:.1} m {side}. If that value stands for no data, \
+                     {NO_DATA_ADVICE}",
                     rim.abs()
                 ));
             }
@@ -129,7 +131,7 @@ mod tests {
         assert_eq!(warnings(folder.path(), corner(-9999.0), true), Vec::<String>::new());
         let found = warnings(folder.path(), corner(-7777.0), true);
         assert!(
-            found.len() == 1 && found[0].contains("ground.asc: 3 of its values are no finite number"),
+            found.len() == 1 && found[0].contains("ground.asc: 3 of its values are not finite"),
             "{found:?}"
         );
         let found = warnings(folder.path(), corner(-32768.0), false);
@@ -139,7 +141,7 @@ mod tests {
         );
         for (mark, side) in [(-99.99, "above"), (1e20, "below"), (9999.0, "below")] {
             let found = warnings(folder.path(), corner(mark), false);
-            let told = format!("3 of its heights are {mark} m, and all beside them are at least");
+            let told = format!("3 of its heights are {mark} m, and all adjacent heights are at least");
             assert!(found.len() == 1 && found[0].contains(&told) && found[0].contains(side), "{found:?}");
         }
         // A lake, and a summit.

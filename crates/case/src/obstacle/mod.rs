@@ -100,7 +100,8 @@ impl Case {
     ) -> Result<(), CaseError> {
         let Some(deepest) = deepest_overlap(standing, places, slack) else { return Ok(()) };
         let problem = format!(
-            "the point at {:.6?} m lies {:.3e} m in the obstacle {:?}: a body must not overlap one at the start",
+            "the point at {:.6?} m lies {:.3e} m inside the obstacle {:?}: a body must not overlap an \
+             obstacle at the start",
             self.map_position(&places[deepest.place]),
             deepest.depth,
             self.obstacles[deepest.obstacle].name

@@ -44,7 +44,7 @@ pub fn create_folder(path: &Path) -> Result<(), OutputError> {
             Ok(target) if !part.exists() => {
                 OutputError::new(part, format!("is a link to {}, which does not exist", target.display()))
             }
-            _ => OutputError::new(part, "is a file, and a folder is to be made there"),
+            _ => OutputError::new(part, "is a file, but a folder must be created there"),
         }
     })
 }

@@ -55,7 +55,8 @@ impl DerivedFiles {
         if self.overwrite || path.symlink_metadata().is_err() || self.is_own(name)? {
             return Ok(());
         }
-        let problem = "would be overwritten, and colluvium did not write it as it is: move it away, or give --overwrite";
+        let problem = "would be overwritten, but colluvium did not write it with these contents. Move it \
+                       away, or give --overwrite";
         Err(OutputError::new(&path, problem))
     }
 

@@ -36,7 +36,7 @@ impl Rasters {
         let count = [0, 1].map(|c| ((high[c] - low[c]) / cell - 1e-9).ceil());
         if !(count[0] * count[1] <= MOST_CELLS) {
             let problem =
-                format!("{cell} m makes {:.0e} cells, more than {MOST_CELLS:.0e}", count[0] * count[1]);
+                format!("{cell} m gives {:.0e} cells, more than {MOST_CELLS:.0e}", count[0] * count[1]);
             return Err(CaseError::new("output.rasters.cell", problem));
         }
         let [columns, rows] = count.map(|count| count.max(2.0) as usize);

@@ -69,7 +69,9 @@ impl Table {
             let record = record.map_err(|error| fail(error.to_string()))?;
             let number = |cell: &str| if cell.is_empty() { Ok(f64::NAN) } else { cell.parse() };
             let row: Result<Vec<f64>, std::num::ParseFloatError> = record.iter().map(number).collect();
-            table.rows.push(row.map_err(|_| fail(format!("row {} is not numbers", table.rows.len() + 1)))?);
+            table.rows.push(row.map_err(|_| {
+                fail(format!("row {} contains cells that are not numbers", table.rows.len() + 1))
+            })?);
         }
         Ok(table)
     }
@@ -125,7 +127,7 @@ impl TableFile {
         let found = file.metadata().map_err(|error| fail(&error))?.len();
         if found < seal.bytes {
             let had = seal.bytes;
-            return Err(fail(&format!("has {found} bytes, the checkpoint was written when it had {had}")));
+            return Err(fail(&format!("has {found} bytes, but had {had} when the checkpoint was written")));
         }
         if FileChecksum::of_file(path, Some(seal.bytes))? != seal {
             return Err(fail(&"was changed since the checkpoint: run the case anew"));

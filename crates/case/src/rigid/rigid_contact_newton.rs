@@ -61,8 +61,9 @@ pub fn add_stiffness<T: ContactLawAtPoint>(
 pub fn unconverged_warning(times: u64) -> Option<String> {
     (times > 0).then(|| {
         format!(
-            "the contact of a rigid body that moves freely was not solved to the last digit in {times} steps, in which it rubs \
-             or rests less firmly than its law says (momentum is kept all the same): take a smaller time step"
+            "the contact of a rigid body that moves freely did not converge in {times} steps. In these steps \
+             its friction or its support is smaller than the contact law gives; momentum is conserved. Use a \
+             smaller time step"
         )
     })
 }

@@ -58,9 +58,10 @@ impl EnergyMonitor {
             return None;
         }
         Some(format!(
-            "the total energy has grown by {growth:.2e} J until {time:.4} s, {:.1} % of the largest change of kinetic, recoverable or \
-             potential energy, and nothing works on the bodies from outside: the computation makes it (column total_energy of the \
-             measures; a shorter step, other shape functions or schemes, or some damping show by what)",
+            "the total energy has grown by {growth:.2e} J until {time:.4} s, {:.1} % of the largest change \
+             of kinetic, recoverable or potential energy, without external work. The growth is a numerical \
+             error (column total_energy of the measures). To find its source, try a shorter step, other \
+             shape functions or schemes, or some damping",
             100.0 * growth / self.exchange
         ))
     }

@@ -46,7 +46,8 @@ pub enum RunError {
     },
     /// No limit of the time step, because no material is left that moves.
     #[error(
-        "stage {stage:?}, t = {time} s: nothing is left to move, all bodies are removed, rigid or have left"
+        "stage {stage:?}, t = {time} s: no material is left that moves: all bodies are removed, are rigid \
+         or have left the domain"
     )]
     NothingMoves {
         /// Name of the stage.
@@ -56,8 +57,9 @@ pub enum RunError {
     },
     /// Time step below the precision of the time in double precision.
     #[error(
-        "t = {time} s: a step of {dt:.3e} s, limited by: {limit}, is lost beside the end at {end} s, more than 2^53 steps away: \
-         the run stands still (look at stiffness, density and sizes)"
+        "t = {time} s: a step of {dt:.3e} s, limited by: {limit}, is below the precision of the time: the \
+         end at {end} s is more than 2^53 steps away. The run cannot advance. Check stiffness, density and \
+         sizes"
     )]
     StepTooSmall {
         /// Time (s).
@@ -91,8 +93,9 @@ pub enum RunError {
     },
     /// No rest of the bodies without yielding, so that the duration of a trial cannot be determined.
     #[error(
-        "measures.{measure}.duration: cannot be found: with half of their weight taken away the bodies did not come to rest within \
-         {time:.4} s of strong damping (unbalanced force {unbalanced:.1e} of the external one): give the longest duration of a trial (s)"
+        "measures.{measure}.duration: cannot be determined: with half of their weight removed the bodies \
+         did not come to rest within {time:.4} s under strong damping (unbalanced force {unbalanced:.1e} of \
+         the external force). Give the longest duration of a trial (s)"
     )]
     NeverAtRest {
         /// Name of the measure.

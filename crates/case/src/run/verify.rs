@@ -63,14 +63,14 @@ pub fn verify(out: &Path) -> Result<VerificationResult, OutputError> {
     let fail = |problem: String| OutputError::new(&path, problem);
     let status = summary["status"].as_str().unwrap_or("unknown");
     if status != "completed" {
-        return Err(fail(format!("the run is not complete ({status}): only complete ones have seals")));
+        return Err(fail(format!("the run is not complete ({status}): only complete runs have checksums")));
     }
     let Some(files) = summary["files"].as_object() else {
-        return Err(fail("names no files: a program without seals wrote it".to_owned()));
+        return Err(fail("lists no files: a version of the program without checksums wrote it".to_owned()));
     };
     let mut problems = Vec::new();
     if !files.contains_key(CASE) {
-        problems.push(format!("{CASE}: the run ended without it: `run --overwrite` writes it"));
+        problems.push(format!("{CASE}: was missing when the run ended. `run --overwrite` writes it"));
     }
     for (name, seal) in files {
         let (bytes, hash) = (seal["bytes"].as_u64(), seal["fnv1a"].as_str());
@@ -78,7 +78,7 @@ pub fn verify(out: &Path) -> Result<VerificationResult, OutputError> {
         let found = match fs::metadata(&path) {
             Ok(about) if Some(about.len()) != bytes => {
                 let was = bytes.unwrap_or(0);
-                problems.push(format!("{name}: has {} bytes, the run wrote {was}", about.len()));
+                problems.push(format!("{name}: has {} bytes, but the run wrote {was}", about.len()));
                 continue;
             }
             Ok(_) => FileChecksum::of_file(&path, None)?,
@@ -88,13 +88,13 @@ pub fn verify(out: &Path) -> Result<VerificationResult, OutputError> {
             }
         };
         if Some(format!("{:016x}", found.fnv1a).as_str()) != hash {
-            problems.push(format!("{name}: is not what the run wrote"));
+            problems.push(format!("{name}: was changed since the run wrote it"));
         }
     }
     let foreign = results(out)?.into_iter().filter(|name| !files.contains_key(name));
     problems.extend(
         foreign.map(|name| {
-            format!("{name}: has the name of a result, and the run did not write it: move it away")
+            format!("{name}: has the name of a result, but the run did not write it. Move it away")
         }),
     );
     Ok(VerificationResult { files: files.len(), problems })

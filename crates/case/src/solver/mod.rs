@@ -193,7 +193,7 @@ impl Reaction {
 /// Error text of a body whose law cannot restart from its present stress, with the `reason`.
 pub fn reset_error(reason: &str) -> String {
     format!(
-        "reset of state at the end of the stage: its law cannot begin anew from the stress it has ({reason})"
+        "reset of state at the end of the stage: its law cannot restart from the present stress ({reason})"
     )
 }
 

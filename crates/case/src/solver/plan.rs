@@ -44,7 +44,7 @@ impl ProblemSize {
     pub fn size_notice(&self) -> Option<String> {
         (self.placing_time >= LONG_PLACING_TIME).then(|| {
             format!(
-                "{}: about {:.1e} points are to be placed, which takes about {} and at least {:.2} GB of memory",
+                "{}: about {:.1e} points will be placed. This takes about {} and at least {:.2} GB of memory",
                 self.key,
                 self.points,
                 duration_text(self.placing_time),
@@ -129,8 +129,8 @@ impl Plan {
     fn has_points(&self, case: &Case) -> Result<(), CaseError> {
         let empty = self.volumes.iter().position(|volume| *volume <= 0.0).filter(|_| self.grains.is_none());
         let Some(body) = empty.filter(|body| *body < case.bodies.len()) else { return Ok(()) };
-        let problem = "nothing of it is there: it lies under the ground or within an obstacle, or its points fall beside it; move it, \
-                       make it larger, or the cells or spacings smaller";
+        let problem = "the body has no points: it lies under the ground, inside an obstacle or between the \
+                       points. Move it, make it larger, or use smaller cells or spacings";
         Err(CaseError::new(format!("bodies[{body}].shape"), problem))
     }
 
@@ -140,17 +140,17 @@ impl Plan {
         if dt == f64::INFINITY {
             let loose = case.bodies.iter().any(|body| case.moves_freely(&body.name));
             let problem = if loose {
-                "all bodies are rigid and nothing limits the time step: give the method a `time_step`"
+                "all bodies are rigid, so no limit of the time step exists: give the method a `time_step`"
             } else {
-                "nothing in the case can move, all bodies are rigid: there is no time step"
+                "nothing in the case can move, because all bodies are rigid: there is no time step"
             };
             return Err(CaseError::new("bodies", problem));
         }
         let end = case.end_time();
         if !(dt > 0.0) || self.time_step.is_below_precision(end) {
             let problem = format!(
-                "the time step, {dt:.3e} s, limited by: {limit}, is lost beside the end at {end} s, more than 2^53 steps away: look at \
-                 stiffness, density and sizes"
+                "the time step, {dt:.3e} s, limited by: {limit}, is below the precision of the time: the end \
+                 at {end} s is more than 2^53 steps away. Check stiffness, density and sizes"
             );
             return Err(CaseError::new("stages", problem));
         }
@@ -182,8 +182,9 @@ impl Plan {
             seconds += share * cost.update;
             let points = (share * self.points as f64).round();
             self.warnings.push(format!(
-                "materials.{}: an update of a point takes about {:.2} ms on one thread, and one with a strain of 1e-4 {:.2} ms: at least {} \
-                 for the {points} points of the body {:?} and {} steps",
+                "materials.{}: an update of a point takes about {:.2} ms on one thread, and one with a \
+                 strain of 1e-4 takes {:.2} ms. The run takes at least {} for the {points} points of the \
+                 body {:?} and {} steps",
                 body.material,
                 1e3 * cost.update,
                 1e3 * (1e-4 * cost.strain).max(cost.update),

@@ -35,12 +35,14 @@ impl Plan {
                 let share = 100.0 * volume / exact;
                 let cure = match body.points {
                     Some(_) => {
-                        "weights, overlaps and faces that bear loads are those of the shape: let it follow the points"
+                        "weights, overlaps and loaded faces are computed from the shape. Make the shape \
+                         match the points"
                     }
-                    None => "use smaller cells or spacings, or a shape that ends on their lines",
+                    None => "Use smaller cells or spacings, or a shape that ends on their lines",
                 };
                 warnings.push(format!(
-                    "bodies[{number}].shape: its points hold {share:.1} % of its volume of {exact:.4e}, and of its mass: {cure}"
+                    "bodies[{number}].shape: its points have {share:.1} % of its volume of {exact:.4e}, and \
+                     of its mass. {cure}"
                 ));
             }
         }
@@ -48,7 +50,8 @@ impl Plan {
         for (key, interval) in [("frames", case.output.frames), ("measures", case.output.measures)] {
             let Some(interval) = interval.filter(|interval| *interval < dt) else { continue };
             warnings.push(format!(
-                "output.{key}: {interval} s is shorter than the step, {dt:.4e} s, and all steps are cut to it"
+                "output.{key}: {interval} s is shorter than the time step, {dt:.4e} s, so all steps are \
+                 shortened to it"
             ));
         }
         if let Some(resolution) = &self.resolution {
@@ -103,11 +106,11 @@ fn thin_bodies(case: &Case, resolution: &Resolution) -> Vec<String> {
         if thickness >= MIN_WIDTHS * width * (1.0 - ROUND_OFF) {
             continue;
         }
-        let rows = if thickness < 1.5 * apart { ", one row of points," } else { "" };
+        let rows = if thickness < 1.5 * apart { ", one row of points" } else { "" };
         let place = axis.map_or_else(String::new, |axis| format!(" along axis {axis}"));
         found.push(format!(
-            "bodies[{number}].shape: is {thickness:.4} m thick{place}, {:.1} {noun} of {width} m{rows} and neither bends nor shears as it should: make \
-             {key} {:.3} m or less",
+            "bodies[{number}].shape: is {thickness:.4} m thick{place}, {:.1} {noun} of {width} m{rows}. Its \
+             bending and shear are not resolved. Make {key} {:.3} m or less",
             thickness / width,
             thickness / MIN_WIDTHS
         ));
@@ -132,8 +135,9 @@ fn gaps(case: &Case, resolution: &Resolution) -> Vec<String> {
         let Some((gap, axis)) = gap.filter(|(gap, _)| *gap > ROUND_OFF * width) else { continue };
         if gap < width * (1.0 - ROUND_OFF) {
             found.push(format!(
-                "bodies[{second}].shape: begins {gap:.4e} m from {:?}{axis}, less than one of the {noun} of {width} m: the two act on each \
-                 other at once, across the gap; let them touch, or make the gap larger or {key} smaller",
+                "bodies[{second}].shape: begins {gap:.4e} m from {:?}{axis}, less than one of the {noun} of \
+                 {width} m. The two bodies interact across the gap from the start. Close the gap, or make \
+                 the gap larger or {key} smaller",
                 case.bodies[first].name
             ));
         }
@@ -222,7 +226,7 @@ mod tests {
     fn points_that_miss_volume_are_named_and_grains_have_a_mass_of_their_own() {
         let (case, mut plan) = planned(&json!({}), 0.5);
         let warnings = plan.all_warnings(&case);
-        assert!(warnings.len() == 1 && warnings[0].contains("hold 50.0 % of its volume"), "{warnings:?}");
+        assert!(warnings.len() == 1 && warnings[0].contains("have 50.0 % of its volume"), "{warnings:?}");
         assert_eq!(plan.masses(&case), [1.5]);
         plan.grains = Some(vec![2.5]);
         assert_eq!((plan.all_warnings(&case).len(), plan.masses(&case)), (0, vec![2.5]));

@@ -95,8 +95,9 @@ impl TimeStep {
         let place = point.map_or_else(String::new, |point| format!(" of point {point} at {position:?} m"));
         (*dt < Self::COLLAPSED * first).then(|| {
             format!(
-                "t = {time} s: the time step has fallen to {dt:.3e} s from {first:.3e} s at the start, limited by: \
-                 {limit}{place}; if that lasts, the run will hardly go on (look at what deforms there, and how fast it moves)"
+                "t = {time} s: the time step has fallen to {dt:.3e} s from {first:.3e} s at the start, \
+                 limited by: {limit}{place}. If the step stays so small, the run hardly advances. Check the \
+                 deformation and the velocity there"
             )
         })
     }
@@ -137,8 +138,8 @@ impl TimeStep {
         let Self { dt, limit, .. } = self;
         fixed.filter(|fixed| fixed > dt).map(|fixed| {
             format!(
-                "{fixed} s is larger than the critical step {dt:.4e} s, limited by: {limit} (make it smaller, or leave it \
-                 out for steps that follow the state)"
+                "{fixed} s is larger than the critical step {dt:.4e} s, limited by: {limit} (make it \
+                 smaller, or leave it out for steps that adapt to the state)"
             )
         })
     }

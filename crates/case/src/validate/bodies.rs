@@ -22,7 +22,7 @@ impl ErrorCollector<'_> {
         for (number, body) in case.bodies.iter().enumerate() {
             let path = format!("bodies[{number}]");
             if !names.insert(&body.name) {
-                self.report(format!("{path}.name"), format!("{:?} names two bodies", body.name));
+                self.report(format!("{path}.name"), format!("{:?} is the name of two bodies", body.name));
             }
             self.name(&format!("{path}.material"), &body.material, &materials, "defined under materials");
             if self.is_packed_beyond_domain(number) {
@@ -48,10 +48,10 @@ impl ErrorCollector<'_> {
             self.velocity(&format!("{path}.velocity"), shape, &body.velocity);
             self.initial_stress(&format!("{path}.stress"), shape, &body.stress);
             let whole = !(body.rigid && body.remove_outside);
-            self.require(whole, format!("{path}.remove_outside"), "a rigid body stays whole");
+            self.require(whole, format!("{path}.remove_outside"), "is not available for a rigid body");
             self.start_of_rigid(&format!("{path}.velocity"), number);
             let slack = !body.rigid || body.stress == InitialStress::None;
-            self.require(slack, format!("{path}.stress"), "a rigid body carries no stress");
+            self.require(slack, format!("{path}.stress"), "a rigid body has no stress");
             let material = case.materials.get(&body.material);
             let unfit = if let Some(fluid) = &body.pore_fluid {
                 self.pore_fluid(&format!("{path}.pore_fluid"), shape, fluid);
@@ -76,15 +76,19 @@ impl ErrorCollector<'_> {
     fn sampling(&mut self, number: usize) {
         let body = &self.case.bodies[number];
         let seeded = body.sampling == Sampling::PoissonDisk;
-        let problem = "is of `sampling` `poisson-disk`: nothing else is at random";
+        let problem = "needs `sampling` `poisson-disk`, the only random sampling";
         self.require(seeded || body.sampling_seed == 0, format!("bodies[{number}].sampling_seed"), problem);
         if body.sampling.is_lattice() {
             return;
         }
         let path = format!("bodies[{number}].sampling");
-        self.require(body.points.is_none(), path.clone(), "the points of the body are those of its file");
+        self.require(
+            body.points.is_none(),
+            path.clone(),
+            "the body has its points from a file: leave the sampling out",
+        );
         if seeded {
-            let rows = "the points of rows that follow a terrain have their places";
+            let rows = "rows that follow a terrain determine the points: leave the sampling out";
             return self.require(!body.shape.follows_terrain(), path, rows);
         }
         // Errors of the shape itself are reported with the shape.
@@ -241,7 +245,7 @@ impl ErrorCollector<'_> {
         match (fluid.permeability, fluid.intrinsic_permeability) {
             (Some(value), None) => {
                 self.positive(at("permeability"), value, "m/s");
-                let problem = "a hydraulic conductivity contains gravity and the case has none: give \
+                let problem = "a hydraulic conductivity depends on gravity, but the case has none: give \
                                intrinsic_permeability (m²)";
                 self.require(gravity.iter().any(|g| *g != 0.0), at("permeability"), problem);
             }
@@ -269,7 +273,7 @@ impl ErrorCollector<'_> {
                 at("excess_ratio"),
                 format!("{ratio} is not in 0..=1"),
             );
-            let problem = "is a pressure as well: leave out excess_ratio, or this";
+            let problem = "is given in addition to excess_ratio: leave out one of the two";
             self.require(fluid.pressure == PorePressure::None, at("pressure"), problem);
         }
         if let Some(velocity) = &fluid.velocity {
@@ -290,13 +294,15 @@ fn no_skeleton(material: &MaterialSpec) -> Option<&'static str> {
     if material.is_fluid() {
         return Some("is a fluid and has no pores");
     }
-    let problem = "holds its pore water already: give its skeleton, or leave out pore_fluid";
+    let problem =
+        "already contains its pore water: give the material of its skeleton, or leave out pore_fluid";
     has_layer(material, "undrained").then_some(problem)
 }
 
 /// Reason why a material cannot be a soil without a pore fluid.
 fn no_soil(material: &MaterialSpec) -> Option<&'static str> {
-    let problem = "loses strength as its saturation grows, and without a pore_fluid the body has none";
+    let problem =
+        "loses strength as its saturation grows, but without a pore_fluid the body has no saturation";
     has_layer(material, "saturation-softened").then_some(problem)
 }
 

@@ -26,8 +26,8 @@ impl Case {
                 let Some(fluid) = &body.pore_fluid else { continue };
                 if spec.density() <= (1.0 - fluid.porosity) * fluid.density {
                     warnings.push(format!(
-                        "bodies[{number}].pore_fluid.density: {} kg/m³ is not below that of the grains, the density of \
-                         {name:?} over 1 - porosity",
+                        "bodies[{number}].pore_fluid.density: {} kg/m³ is not below the density of the \
+                         grains, the density of {name:?} over 1 - porosity",
                         fluid.density
                     ));
                 }
@@ -68,8 +68,9 @@ impl Case {
         let (first, known) = systems.first()?;
         let (other, unknown) = systems.iter().find(|(_, system)| !system.is_comparable(known))?;
         Some(format!(
-            "{other} lies in the coordinate reference system {unknown}, and {first} in {known}: whether they are one is not known; \
-             save both in one system, with its EPSG number"
+            "{other} is in the coordinate reference system {unknown}, and {first} in {known}. The program \
+             cannot decide whether the two systems are the same. Save both files in one system, with its \
+             EPSG number"
         ))
     }
 
@@ -93,8 +94,8 @@ impl Case {
             || self.boundaries.iter().any(stops);
         let falls = self.gravity.iter().any(|g| *g != 0.0) && !bound;
         falls.then(|| {
-            "gravity: nothing is there to fall on: give `boundaries` a wall at the lower end, or an obstacle; without one \
-             bodies leave the domain"
+            "gravity: no wall and no obstacle stops the fall of the bodies, so they leave the domain. Give \
+             `boundaries` a wall at the lower end, or add an obstacle"
                 .to_owned()
         })
     }
@@ -124,7 +125,9 @@ impl Case {
             let (low, high) = standing.surface.bounds();
             if let Some(apart) = self.outside_extent(&low, &high, false) {
                 let number = standing.number;
-                warnings.push(format!("obstacles[{number}].shape: lies {apart}: nothing meets it"));
+                warnings.push(format!(
+                    "obstacles[{number}].shape: lies outside the domain and has no effect: it reaches {apart}"
+                ));
             }
         }
     }
@@ -135,8 +138,8 @@ impl Case {
             let rests = |stage: &Stage| stage.name == search.after && stage.equilibrium.is_some();
             if !self.stages.iter().any(rests) {
                 warnings.push(format!(
-                    "measures.{name}.after: the stage {:?} need not end at rest (it has no `equilibrium`), and trials begin \
-                     from its end",
+                    "measures.{name}.after: the stage {:?} may not end at rest (it has no `equilibrium`), \
+                     but trials begin from its end",
                     search.after
                 ));
             }
@@ -171,8 +174,8 @@ impl Case {
             };
             if !self.bodies.iter().any(|body| meets(&body)) {
                 warnings.push(format!(
-                    "removal_shapes[{number}]: nothing that it cuts lies in its way at the start (look at shape, velocity, start and \
-                     bodies)"
+                    "removal_shapes[{number}]: no body that it cuts lies in its path at the start. Check \
+                     shape, velocity, start and bodies"
                 ));
             }
         }
@@ -197,7 +200,7 @@ impl Case {
             self.stages.iter().any(|stage| stage.remove_boundaries.iter().any(|name| name == boundary.name()))
         };
         if let Some(wall) = self.boundaries.iter().filter(holds).find(|wall| !removed(wall)) {
-            warn(format!("the wall {:?} holds that side, and bears the load", wall.name()));
+            warn(format!("the wall {:?} fixes that side and takes the load", wall.name()));
         }
         let (mut loaded, mut flat) = (0usize, 0usize);
         let mut neighbours = vec![0usize; self.bodies.len()];
@@ -224,7 +227,7 @@ impl Case {
         }
         let percent = |part: usize, whole: usize| (100.0 * part as f64 / whole.max(1) as f64).round();
         if loaded == 0 {
-            warn("its profile leaves nothing of it on the body".to_owned());
+            warn("its profile is zero on the whole side of the body".to_owned());
         } else if flat < loaded {
             warn(format!(
                 "it acts where the body reaches {face} m along that axis, {} % of its width",
@@ -233,7 +236,7 @@ impl Case {
         }
         for (touches, other) in neighbours.iter().zip(&self.bodies).filter(|(touches, _)| **touches > 0) {
             warn(format!(
-                "{} % of it is no surface: the body {:?} is there",
+                "{} % of it is not a free surface: the body {:?} lies there",
                 percent(*touches, flat),
                 other.name
             ));
@@ -284,7 +287,7 @@ mod tests {
                 case["gravity"] = json!(gravity);
                 change(case);
             });
-            all.iter().any(|warning| warning.starts_with("gravity: nothing is there to fall on"))
+            all.iter().any(|warning| warning.starts_with("gravity: no wall and no obstacle stops the fall"))
         };
         assert!(!falls([0.0, -9.81], |_| {}) && !falls([0.0, 0.0], |case| case["boundaries"] = json!([])));
         assert!(falls([0.0, 9.81], |_| {}) && falls([0.0, -9.81], |case| case["boundaries"] = json!([])));
@@ -306,7 +309,7 @@ mod tests {
     fn loads_that_a_wall_bears_are_named() {
         let floor = warnings("y-min", |_| {});
         assert!(
-            floor.len() == 1 && floor[0].contains("loads[0].side") && floor[0].contains("bears the load"),
+            floor.len() == 1 && floor[0].contains("loads[0].side") && floor[0].contains("takes the load"),
             "{floor:?}"
         );
         // A load along a wall acts at a smooth wall, but not at a rough one.
@@ -356,7 +359,7 @@ mod tests {
         };
         assert_eq!(strip(0.5, 1.0), Vec::<String>::new(), "above the other body");
         let nothing = strip(1.5, 2.0);
-        assert!(nothing.len() == 1 && nothing[0].contains("leaves nothing of it"), "{nothing:?}");
+        assert!(nothing.len() == 1 && nothing[0].contains("is zero on the whole side"), "{nothing:?}");
     }
 
     #[test]
@@ -386,7 +389,8 @@ mod tests {
         };
         let ball = |x: f64| json!({ "name": "o", "shape": { "kind": "ball", "centre": [x, 1], "radius": 0.5 }, "wall": { "kind": "rough" } });
         let found = with(ball(3.0));
-        let expected = "obstacles[0].shape: lies from 2.5 to 3.5 m along x, and the domain from 500000 to 500004 m: nothing meets it";
+        let expected = "obstacles[0].shape: lies outside the domain and has no effect: it reaches from 2.5 to \
+                        3.5 m along x, the domain from 500000 to 500004 m";
         assert_eq!(
             found.iter().filter(|warning| warning.starts_with("obstacles")).collect::<Vec<_>>(),
             [expected]

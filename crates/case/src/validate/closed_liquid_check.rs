@@ -24,9 +24,10 @@ impl Case {
         let filled: f64 = self.bodies.iter().map(|body| body.shape.volume(dimension, false)).sum();
         (filled >= FULL_DOMAIN_FRACTION * size).then(|| {
             format!(
-                "materials.{}.cavitation_strength: it is 0, and the liquid fills the domain without a pressure at the start: voids open \
-                 where its pressure falls below zero, as soon as it moves. Give a cavitation_strength of several times ρ v², or \
-                 body {:?} a pressure as `stress`",
+                "materials.{}.cavitation_strength: it is 0, and the liquid fills the domain without a \
+                 pressure at the start. As soon as it moves, voids open where its pressure falls below zero. \
+                 Give a cavitation_strength of several times ρ v², or give the body {:?} a pressure as \
+                 `stress`",
                 body.material, body.name
             )
         })

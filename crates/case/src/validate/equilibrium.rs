@@ -18,20 +18,21 @@ impl ErrorCollector<'_> {
         let searched = case.factors_of_safety().find(|(_, search)| search.after == stage.name);
         if let (Some((name, _)), false) = (searched, criterion.required) {
             let problem = format!(
-                "the search of measures.{name} begins where the stage has come to rest: leave it out"
+                "the search of measures.{name} begins from rest, so the stage must reach equilibrium: leave \
+                 this key out"
             );
             self.require(false, format!("{path}.equilibrium.required"), problem);
         }
         for (motion, ramp) in stage.motions.iter().map(|motion| motion.ramp).enumerate() {
-            let problem = format!("{ramp} s is longer than the stage, which is to come to rest");
+            let problem = format!("{ramp} s is longer than the stage, which must come to rest");
             self.require(!(ramp > stage.duration), format!("{path}.motions[{motion}].ramp"), problem);
         }
         for (load, begins, ramp) in case.loads_in(number).map(|(n, begins, load)| (n, begins, load.ramp().0))
         {
             let longest: f64 = case.stages[begins..=number].iter().map(|stage| stage.duration).sum();
             let problem = format!(
-                "{ramp} s is longer than the {longest} s until the end of the stage {:?}, which is to come to rest under \
-                 the load",
+                "{ramp} s is longer than the {longest} s until the end of the stage {:?}, which must come to \
+                 rest under the load",
                 stage.name
             );
             self.require(!(ramp > longest), format!("loads[{load}].ramp"), problem);

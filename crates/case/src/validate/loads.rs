@@ -13,11 +13,15 @@ impl ErrorCollector<'_> {
             self.positive(format!("{path}.wall.spring_length"), length, "m");
         }
         let still = boundary.velocity.is_none();
-        self.require(still, format!("{path}.velocity"), "an absorbing boundary is no wall and does not move");
-        let problem = "an absorbing boundary is no wall: material leaves it by itself";
+        self.require(
+            still,
+            format!("{path}.velocity"),
+            "an absorbing boundary is not a wall and cannot move",
+        );
+        let problem = "an absorbing boundary is not a wall: material separates from it without this key";
         self.require(!boundary.separation, format!("{path}.separation"), problem);
         let problem =
-            "an absorbing boundary has a dashpot for the pore fluid, and is neither drained nor shut";
+            "an absorbing boundary has a dashpot for the pore fluid and is neither drained nor closed";
         self.require(!boundary.drained, format!("{path}.drained"), problem);
     }
 
@@ -67,19 +71,18 @@ impl ErrorCollector<'_> {
         let (case, dimension) = (self.case, self.case.dimension());
         self.finite(format!("{path}.pressure"), *pressure);
         self.finite(format!("{path}.shear"), *shear);
-        let problem = "neither a pressure nor a shear: the load is none";
+        let problem = "has neither a pressure nor a shear";
         self.require(*pressure != 0.0 || *shear != 0.0, path.to_owned(), problem);
-        self.require(
-            *shear == 0.0 || dimension > 1,
-            format!("{path}.shear"),
-            "a line has no shear on its ends",
-        );
+        self.require(*shear == 0.0 || dimension > 1, format!("{path}.shear"), "a load in 1d has no shear");
         match axis {
             Some(axis) if dimension == 3 => {
                 let turns = axis.iter().all(|c| c.is_finite()) && axis.iter().any(|c| *c != 0.0);
                 self.require(turns, format!("{path}.axis"), "must be finite and not zero");
             }
-            Some(_) => self.report(format!("{path}.axis"), "is the one across the plane, and not given"),
+            Some(_) => self.report(
+                format!("{path}.axis"),
+                "applies to 3d only: in two dimensions it is the axis normal to the plane",
+            ),
             None => {
                 let problem = "is missing: in space the shear acts along axis × normal";
                 self.require(*shear == 0.0 || dimension < 3, format!("{path}.axis"), problem);
@@ -97,7 +100,7 @@ impl ErrorCollector<'_> {
         };
         let ((low, high), (least, most)) = (region.bounds(dimension), shape.bounds(dimension));
         let apart = (0..dimension).any(|c| low[c] > most[c] || high[c] < least[c]);
-        self.require(!apart, format!("{path}.within"), format!("the body {body:?} is elsewhere"));
+        self.require(!apart, format!("{path}.within"), format!("does not overlap the body {body:?}"));
     }
 
     fn profile(&mut self, path: &str, profile: &LoadProfile, side: Side) {
@@ -106,7 +109,7 @@ impl ErrorCollector<'_> {
         self.require(axis < dimension, format!("{path}.axis"), problem);
         let problem = format!("is normal to the side {side}: a load varies along its side");
         self.require(axis != side.axis(), format!("{path}.axis"), problem);
-        let problem = "needs two entries or more; leave out the profile of what is the same everywhere";
+        let problem = "needs two entries or more. For a uniform load leave the profile out";
         self.require(profile.shares.len() > 1, format!("{path}.shares"), problem);
         for (number, [at, share]) in profile.shares.iter().enumerate() {
             self.finite(format!("{path}.shares[{number}][0]"), *at);
@@ -138,7 +141,7 @@ impl ErrorCollector<'_> {
             boundary.side == side && at_face && !boundary.drained
         });
         if let Some(wall) = shut {
-            let problem = format!("the wall {:?} stands there and lets no fluid through", wall.name());
+            let problem = format!("the wall {:?} is on that side and is not drained", wall.name());
             self.report(format!("{path}.side"), problem);
         }
     }

@@ -20,7 +20,7 @@ impl ErrorCollector<'_> {
                     self.quantile(&path, *quantile);
                     if let Some(cell) = cell {
                         self.positive(format!("{path}.cell"), *cell, "m");
-                        let problem = "a quantile below 1 looks at no cells";
+                        let problem = "a quantile below 1 does not use cells";
                         self.require(*quantile == 1.0, format!("{path}.cell"), problem);
                     }
                     if let Measure::RunOut { origin, initial_length, .. } = measure {
@@ -47,7 +47,7 @@ impl ErrorCollector<'_> {
                     self.reaction_target(&path, of);
                     self.vector(&format!("{path}.direction"), direction);
                     let still = direction.iter().all(|c| *c == 0.0);
-                    self.require(!still, format!("{path}.direction"), "has no length");
+                    self.require(!still, format!("{path}.direction"), "must not be zero");
                     self.positive(format!("{path}.area"), *area, "m²; m in plane strain");
                 }
                 Measure::Probe { position, radius, fields } => {
@@ -73,12 +73,14 @@ impl ErrorCollector<'_> {
             return;
         }
         let path = &format!("{path}.about");
-        let problem = "a moment about a place is told in plane strain and in space";
+        let problem = "a moment about a place is available in plane-strain and 3d only";
         let space = self.case.space;
         self.require(matches!(space, Space::PlaneStrain | Space::ThreeD), path, problem);
         self.vector(path, about);
         let is_obstacle = self.case.obstacles.iter().any(|obstacle| obstacle.name == of);
-        let problem = format!("moments are those on obstacles, and {of:?} is none: leave it out");
+        let problem = format!(
+            "moments are available on obstacles only, and {of:?} is not an obstacle: leave the place out"
+        );
         self.require(is_obstacle, path, problem);
     }
 
@@ -128,7 +130,7 @@ impl ErrorCollector<'_> {
         self.name(&format!("{path}.body"), &tip.body, &bodies, "the name of a body");
         self.vector(&format!("{path}.direction"), &tip.direction);
         let still = tip.direction.iter().all(|c| *c == 0.0);
-        self.require(!still, format!("{path}.direction"), "has no length");
+        self.require(!still, format!("{path}.direction"), "must not be zero");
         self.vector(&format!("{path}.from"), &tip.from);
         self.finite(format!("{path}.threshold"), tip.threshold);
         self.positive(format!("{path}.bin"), tip.bin, "m");
@@ -145,7 +147,7 @@ impl ErrorCollector<'_> {
             }
             Measure::Discharge { from, to } => {
                 self.require(dimension == 3, path, "a line across a flow needs a space of 3d");
-                self.require(from != to, format!("{path}.to"), "is where the line begins");
+                self.require(from != to, format!("{path}.to"), "must differ from the start of the line");
                 self.places_inside(&format!("{path}.from"), from);
                 self.places_inside(&format!("{path}.to"), to);
             }

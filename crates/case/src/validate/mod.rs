@@ -149,7 +149,7 @@ impl ErrorCollector<'_> {
             let twice = case.domain.periodic[..number].contains(axis);
             self.require(!twice, path.clone(), "is named twice");
             let radial = case.space == Space::Axisymmetric && axis.number() == 0;
-            self.require(!radial, path, "the distance from the axis of symmetry cannot repeat itself");
+            self.require(!radial, path, "the distance from the axis of symmetry cannot be periodic");
         }
         if case.space == Space::Axisymmetric {
             let least = case.domain.min.first().copied().unwrap_or(0.0);
@@ -176,8 +176,8 @@ impl ErrorCollector<'_> {
             let round = 10f64.powf(extent.log10().ceil());
             let near: Vec<f64> = domain.min.iter().map(|x| (x / round).round() * round).collect();
             let problem = format!(
-                "lies more than {MAX_DISTANCE_RATIO} times its size of {extent} m from zero, which costs digits of all positions: give \
-                 domain.origin a place near it, for example {near:?}"
+                "is farther from zero than {MAX_DISTANCE_RATIO} times the size of the domain, {extent} m, so \
+                 positions lose digits. Give domain.origin a place near the domain, for example {near:?}"
             );
             self.report("domain.min", problem);
         }
@@ -191,7 +191,7 @@ impl ErrorCollector<'_> {
                 Ok(law) => {
                     let flat = matches!(case.space, Space::OneD | Space::PlaneStrain);
                     let problem =
-                        "its law knows no strain across the plane: take it in 1d and plane-strain only";
+                        "its law has no strain normal to the plane: use it in 1d and plane-strain only";
                     self.require(flat || !law.requires_plane_strain(), &path, problem);
                 }
                 Err(error) => match error.parameter_problem() {
@@ -215,13 +215,17 @@ impl ErrorCollector<'_> {
             let path = format!("boundaries[{number}]");
             self.side(&format!("{path}.side"), boundary.side);
             if !names.insert(boundary.name()) {
-                self.report(format!("{path}.name"), format!("{:?} names two boundaries", boundary.name()));
+                self.report(
+                    format!("{path}.name"),
+                    format!("{:?} is the name of two boundaries", boundary.name()),
+                );
             }
             let open = !case.domain.is_periodic(boundary.side.axis());
             self.require(open, format!("{path}.side"), "the domain is periodic along the axis of this side");
             if let (Some(group), Some(_)) = (&boundary.group, boundary.position) {
                 let problem = format!(
-                    "the wall holds the nodes of the group {group:?}, wherever they are: leave it out"
+                    "the wall applies to the nodes of the group {group:?}, wherever they are: leave the \
+                     position out"
                 );
                 self.report(format!("{path}.position"), problem);
             }
@@ -232,18 +236,18 @@ impl ErrorCollector<'_> {
                     && (boundary.side, position) == (Side::XMin, 0.0)
                     && boundary.wall != Wall::Smooth
                 {
-                    let problem =
-                        "x = 0 is the axis of symmetry, which is smooth: make it smooth or leave it out";
+                    let problem = "x = 0 is the axis of symmetry, which is smooth: make the wall smooth or \
+                                   leave it out";
                     self.report(format!("{path}.wall.kind"), problem);
                 }
                 if seen.contains(&(boundary.side, position)) {
-                    self.report(format!("{path}.side"), "a wall stands there already");
+                    self.report(format!("{path}.side"), "another wall has the same side and position");
                 }
                 seen.push((boundary.side, position));
             }
             if let Wall::Frictional { friction_coefficient: value, bilateral } = boundary.wall {
                 self.not_negative(format!("{path}.wall.friction_coefficient"), value, "");
-                let problem = "the wall is bilateral: material does not lift off it";
+                let problem = "the wall is bilateral: material cannot separate from it";
                 self.require(!(bilateral && boundary.separation), format!("{path}.separation"), problem);
             }
             if let Some(velocity) = &boundary.velocity {
@@ -260,7 +264,7 @@ impl ErrorCollector<'_> {
         for (number, patch) in case.patches.iter().enumerate() {
             let path = format!("patches[{number}]");
             if !names.insert(&patch.name) {
-                let problem = format!("{:?} names a body or another patch too", patch.name);
+                let problem = format!("{:?} is also the name of a body or another patch", patch.name);
                 self.report(format!("{path}.name"), problem);
             }
             if let Err(error) = patch.region.validate(case.dimension()) {
@@ -284,7 +288,7 @@ impl ErrorCollector<'_> {
         for (number, stage) in case.stages.iter().enumerate() {
             let path = format!("stages[{number}]");
             if !names.insert(&stage.name) {
-                self.report(format!("{path}.name"), format!("{:?} names two stages", stage.name));
+                self.report(format!("{path}.name"), format!("{:?} is the name of two stages", stage.name));
             }
             self.stage(&path, stage);
             gone.extend(stage.remove_bodies.iter().map(String::as_str));
@@ -363,13 +367,17 @@ impl ErrorCollector<'_> {
         {
             let cells = (case.domain.max[axis] - case.domain.min[axis]) / cell;
             let whole = (cells - cells.round()).abs() < 1e-6;
-            self.require(whole, path(), format!("{cell} m is no whole part of the period along an axis"));
+            self.require(
+                whole,
+                path(),
+                format!("{cell} m does not divide the period along an axis into whole cells"),
+            );
         }
     }
 
     fn methods(&mut self) {
         for (name, options) in &self.case.methods {
-            let problem = "the options of a method are an object";
+            let problem = "the options of a method must be an object";
             self.require(options.is_object(), format!("methods.{name}"), problem);
         }
     }

@@ -20,13 +20,17 @@ impl ErrorCollector<'_> {
                     let free = motion.velocity.contains(&None);
                     let problem = if free || !(motion.force.is_empty() && motion.moment.is_empty()) {
                         format!(
-                            "{:?} is an obstacle, which moves as obstacles[{number}].motion says and follows no force: take a rigid body, or, \
-                             for a platen that follows a stress, a wall of boundaries with a method whose walls do",
+                            "{:?} is an obstacle, whose motion is obstacles[{number}].motion and does not \
+                             depend on a force. Use a rigid body, or, for a platen that follows a stress, a \
+                             wall in boundaries with a method that supports it",
                             motion.target
                         )
                     } else {
                         let cure = format!("give its motion in obstacles[{number}].motion");
-                        format!("{:?} is an obstacle, which moves in a way of its own: {cure}", motion.target)
+                        format!(
+                            "{:?} is an obstacle, whose motion is not part of a stage: {cure}",
+                            motion.target
+                        )
                     };
                     self.report(of, problem);
                 }
@@ -55,7 +59,8 @@ impl ErrorCollector<'_> {
             ("moment", !motion.moment.is_empty()),
             ("turns", motion.rotates),
         ] {
-            let problem = "is of a rigid body: a patch holds nodes of what deforms, and has no mass";
+            let problem = "applies to a rigid body only: a patch consists of nodes of a deformable body and \
+                           has no mass";
             self.require(!(patch && given), format!("{path}.{key}"), problem);
         }
         if !motion.force.is_empty() {
@@ -63,7 +68,7 @@ impl ErrorCollector<'_> {
         }
         for (axis, force) in motion.force.iter().enumerate() {
             let idle = *force != 0.0 && motion.velocity.get(axis).is_some_and(Option::is_some);
-            let problem = "acts along a component whose velocity is prescribed: let that be null";
+            let problem = "acts along a component whose velocity is prescribed: set that velocity to null";
             self.require(!idle, format!("{path}.force[{axis}]"), problem);
         }
         for (axis, moment) in motion.moment.iter().enumerate() {
@@ -71,16 +76,16 @@ impl ErrorCollector<'_> {
         }
         let axes = if case.space == Space::ThreeD { 3 } else { 1 };
         let count = motion.moment.len();
-        let problem = format!("has {count} entries: one in the plane, three in space");
+        let problem = format!("has {count} entries, but needs one in the plane and three in space");
         self.require(count == 0 || count == axes, format!("{path}.moment"), problem);
-        let problem = "acts on a body that keeps its orientation: let it have `turns`";
+        let problem = "acts on a body that keeps its orientation: set `turns`";
         self.require(count == 0 || motion.rotates, format!("{path}.moment"), problem);
         let whirls = matches!(case.space, Space::PlaneStrain | Space::ThreeD);
         let problem = "needs a space in which a body can turn: plane-strain or 3d";
         self.require(whirls || !motion.rotates, format!("{path}.turns"), problem);
         let rigid = case.bodies.iter().any(|body| body.rigid && body.name == motion.target);
         let radial = case.space == Space::Axisymmetric && motion.velocity.first() == Some(&None);
-        let problem = "is null: around an axis a rigid body moves along the axis only, let it be 0";
+        let problem = "is null, but in axisymmetry a rigid body moves along the axis only: set it to 0";
         self.require(!(rigid && radial), format!("{path}.velocity[0]"), problem);
     }
 
@@ -91,7 +96,8 @@ impl ErrorCollector<'_> {
             return;
         }
         let first = self.case.stages.first().and_then(|stage| stage.motion_of(&body.name));
-        let problem = "a rigid body moves as the motions of the stages say, and from rest, unless that of the first stage leaves it free";
+        let problem = "a rigid body starts from rest and follows the motions of the stages, unless the \
+                       motion of the first stage leaves it free";
         self.require(first.is_some_and(PrescribedMotion::is_free), path, problem);
         match &body.velocity {
             Velocity::Uniform { .. } | Velocity::Rest => {}
@@ -99,15 +105,16 @@ impl ErrorCollector<'_> {
                 let at =
                     |i: usize, j: usize| gradient.get(i).and_then(|row| row.get(j)).copied().unwrap_or(0.0);
                 let turn = (0..3).all(|i| (0..3).all(|j| at(i, j) == -at(j, i)));
-                let problem = "of a rigid body is that of a turn: the entries (i, j) and (j, i) are opposite";
+                let problem =
+                    "of a rigid body must be a rotation: the entries (i, j) and (j, i) are opposite";
                 self.require(turn, format!("{path}.gradient"), problem);
                 let turns = first.is_some_and(|motion| motion.rotates);
                 let still = gradient.iter().flatten().all(|g| *g == 0.0);
-                let problem =
-                    "turns the body, which the motion of the first stage does not let it: give that `turns`";
+                let problem = "rotates the body, but the motion of the first stage does not allow rotation: \
+                               set its `turns`";
                 self.require(still || turns, format!("{path}.gradient"), problem);
             }
-            _ => self.report(path, "a rigid body has a velocity of kind uniform or linear"),
+            _ => self.report(path, "a rigid body needs a velocity of kind uniform or linear"),
         }
     }
 

@@ -14,8 +14,10 @@ impl ErrorCollector<'_> {
         for (number, obstacle) in case.obstacles.iter().enumerate() {
             let path = format!("obstacles[{number}]");
             if !names.insert(&obstacle.name) {
-                let problem =
-                    format!("{:?} names a body, a boundary, a patch or another obstacle too", obstacle.name);
+                let problem = format!(
+                    "{:?} is also the name of a body, a boundary, a patch or another obstacle",
+                    obstacle.name
+                );
                 self.report(format!("{path}.name"), problem);
             }
             self.obstacle_wall(&format!("{path}.wall"), obstacle.wall);
@@ -41,7 +43,7 @@ impl ErrorCollector<'_> {
         }
         let path = format!("{path}.regions");
         self.require(case.dimension() > 1, path.clone(), "one dimension has no plan");
-        let problem = "lie still in plan, and the obstacle moves: give each part as an obstacle of its own";
+        let problem = "are fixed in plan, but the obstacle moves: give each part as a separate obstacle";
         self.require(obstacle.motion.is_none(), path.clone(), problem);
         for (number, region) in obstacle.regions.iter().enumerate() {
             self.obstacle_wall(&format!("{path}[{number}].wall"), region.wall);
@@ -74,10 +76,10 @@ impl ErrorCollector<'_> {
         self.vector(&format!("{path}.centre"), &motion.centre);
         if dimension == 3 {
             self.vector(&format!("{path}.axis"), &motion.axis);
-            let problem = "must have a length, with rotation";
+            let problem = "must not be zero with a rotation";
             self.require(motion.axis.iter().any(|c| *c != 0.0), format!("{path}.axis"), problem);
         } else {
-            let problem = "is of three dimensions: in two an obstacle turns in the plane";
+            let problem = "applies to 3d only: in two dimensions an obstacle rotates in the plane";
             self.require(motion.axis.is_empty(), format!("{path}.axis"), problem);
         }
     }

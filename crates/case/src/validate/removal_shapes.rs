@@ -12,9 +12,9 @@ impl ErrorCollector<'_> {
         for (number, cut) in self.case.removal_shapes.iter().enumerate() {
             let path = format!("removal_shapes[{number}]");
             self.require(is_plain(&cut.name), format!("{path}.name"), PLAIN_NAME_RULE);
-            let problem = format!("{:?} names two cuts", cut.name);
+            let problem = format!("{:?} is the name of two removal shapes", cut.name);
             self.require(names.insert(&cut.name), format!("{path}.name"), problem);
-            let problem = format!("{:?} names a measure too", cut.name);
+            let problem = format!("{:?} is also the name of a measure", cut.name);
             self.require(!self.case.measures.contains_key(&cut.name), format!("{path}.name"), problem);
             self.removal_shape(&path, cut);
         }

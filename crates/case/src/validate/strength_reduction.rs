@@ -27,14 +27,18 @@ impl ErrorCollector<'_> {
             }
         }
         let weighs = self.case.gravity.iter().any(|g| *g != 0.0);
-        let problem = "there is no gravity by which to find it: give the longest duration of a trial (s)";
+        let problem = "cannot be determined without gravity: give the longest duration of a trial (s)";
         self.require(weighs || search.duration.is_some(), format!("{path}.duration"), problem);
         self.positive(format!("{path}.tolerance"), search.tolerance, "a width");
         let problem = format!("{} is not in 0..1 (1 excluded)", search.damping);
         self.require((0.0..1.0).contains(&search.damping), format!("{path}.damping"), problem);
         let [low, high] = search.range;
         let sound = low.is_finite() && high.is_finite() && 0.0 < low && low < high;
-        self.require(sound, format!("{path}.range"), format!("{low} and {high} must be positive and ascend"));
+        self.require(
+            sound,
+            format!("{path}.range"),
+            format!("{low} and {high} must be positive and ascending"),
+        );
         let trials = ((high - low) / search.tolerance).log2();
         let problem = format!("{} would take {trials:.0} trials", search.tolerance);
         self.require(!(trials > MAX_TRIALS), format!("{path}.tolerance"), problem);

@@ -120,14 +120,18 @@ impl Case {
             let meant = dry - fluid.porosity * fluid.density;
             let cure = if grains > BodyDensities::OF_GRAINS[1] && meant > 0.0 {
                 format!(
-                    "with a pore fluid it is that of the dry skeleton; where it was meant with the fluid, make it {meant:.0}"
+                    "With a pore fluid this density is that of the dry skeleton. If the value includes the \
+                     fluid, change it to {meant:.0}"
                 )
             } else {
-                "with a pore fluid it is that of the dry skeleton, the density of the grains times one minus the porosity".to_owned()
+                "With a pore fluid this density is that of the dry skeleton, the density of the grains times \
+                 one minus the porosity"
+                    .to_owned()
             };
             warnings.push(format!(
-                "materials.{}.density: {dry} kg/m³ makes grains of {grains:.0} kg/m³ at the porosity {} of bodies[{number}], {saturated:.0} kg/m³ \
-                 with the fluid, where grains of soil have {:.0} to {:.0}: {cure}",
+                "materials.{}.density: {dry} kg/m³ gives grains of {grains:.0} kg/m³ at the porosity {} of \
+                 bodies[{number}], and {saturated:.0} kg/m³ with the fluid. Grains of soil have {:.0} to \
+                 {:.0} kg/m³. {cure}",
                 body.material,
                 fluid.porosity,
                 BodyDensities::OF_GRAINS[0],
@@ -189,7 +193,7 @@ mod tests {
         };
         assert!(doubts(1590.0).is_empty());
         let doubt = doubts(2000.0).concat();
-        assert!(doubt.contains("grains of 3333 kg/m³") && doubt.contains("make it 1600"), "{doubt}");
+        assert!(doubt.contains("grains of 3333 kg/m³") && doubt.contains("change it to 1600"), "{doubt}");
         assert!(doubts(1200.0).concat().contains("grains of 2000 kg/m³"));
         let BodyDensities { dry, saturated, grains } =
             column(1590.0).densities(&column(1590.0).bodies[0]).unwrap();

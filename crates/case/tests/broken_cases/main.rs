@@ -95,7 +95,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "/patches",
             json!([{ "name": "a", "region": { "kind": "box", "min": [0, 0], "max": [1, 1] } }]),
             "patches[0].name",
-            "names a body or another patch",
+            "is also the name of a body or another patch",
         ),
         (
             "/patches",
@@ -130,7 +130,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
                     "model": "mohr-coulomb", "density": 1600, "youngs_modulus": 1e7, "poissons_ratio": 0.3,
                     "friction_angle": 30, "cohesion": 1e3 } } }),
             "bodies[0].material",
-            "without a pore_fluid the body has none",
+            "without a pore_fluid the body has no saturation",
         ),
         (
             "/materials/sand/friction_angle",
@@ -162,7 +162,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         ),
         ("/materials", json!({}), "bodies[0].material", "is not defined"),
         ("/bodies/0/material", json!("snad"), "bodies[0].material", "did you mean \"sand\"?"),
-        ("/bodies/1/name", json!("a"), "bodies[1].name", "names two bodies"),
+        ("/bodies/1/name", json!("a"), "bodies[1].name", "is the name of two bodies"),
         ("/bodies/1/shape/radius", json!(-0.2), "bodies[1].shape.radius", "-0.2 must be finite and positive"),
         ("/bodies/1/shape/centre", json!([0.3, 0.3]), "bodies[1].shape", "overlaps the body \"a\""),
         ("/bodies/1/shape/centre", json!([2, 2]), "bodies[1].shape", "beyond the domain"),
@@ -283,7 +283,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "/boundaries/0",
             json!({ "side": "y-min", "wall": { "kind": "absorbing" }, "velocity": [0, 1] }),
             "boundaries[0].velocity",
-            "does not move",
+            "cannot move",
         ),
         (
             "/stages/1/excavate",
@@ -303,7 +303,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "stages[1].remove_boundaries[0]",
             "is not the name of a boundary",
         ),
-        ("/stages/1/name", json!("settle"), "stages[1].name", "names two stages"),
+        ("/stages/1/name", json!("settle"), "stages[1].name", "is the name of two stages"),
         ("/stages/1/weakening", json!({ "factor": 0 }), "stages[1].weakening.factor", "0 must be positive"),
         (
             "/stages/1/weakening",
@@ -318,7 +318,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "/measures/front",
             json!({ "kind": "front", "side": "x-max", "quantile": 0.9, "cell": 0.1 }),
             "measures.front.cell",
-            "looks at no cells",
+            "does not use cells",
         ),
         ("/measures/a,b", json!({ "kind": "front", "side": "x-max" }), "measures.a,b", "letters, digits"),
         ("/measures/front", json!({ "kind": "dissipation", "side": "x-max" }), "measures.front.side", "key"),
@@ -383,7 +383,7 @@ fn broken_json_is_placed_by_line_and_column() {
         ("", "line 1, column 0", "EOF"),
         ("{ \"title\": ", "line 1", "EOF"),
         ("{ \"title\": 'x' }", "line 1, column", "expected value"),
-        ("{\n  \"title\": \"a\",\n  \"title\": \"b\"\n}", "line 4", "\"title\" stands twice"),
+        ("{\n  \"title\": \"a\",\n  \"title\": \"b\"\n}", "line 4", "\"title\" appears twice"),
         ("{ \"gravity\": [0, 1e999] }", "line 1", "out of range"),
         ("[1, 2]", "case file", "not of type object"),
         ("null", "case file", "not of type object"),
@@ -681,13 +681,13 @@ fn pore_fluids_out_of_range_are_refused_by_name() {
         refused(&|case| case["bodies"][0]["pore_fluid"][key] = value.clone(), &path, words);
     }
     let weightless = |case: &mut Value| case["gravity"] = json!([0, 0]);
-    refused(&weightless, "bodies[0].pore_fluid.permeability", "contains gravity");
+    refused(&weightless, "bodies[0].pore_fluid.permeability", "depends on gravity");
     let undrained = |case: &mut Value| {
         let skeleton = case["materials"]["sand"].clone();
         case["materials"]["sand"] =
             json!({ "model": "undrained", "fluid_bulk_modulus": 1e9, "porosity": 0.4, "skeleton": skeleton });
     };
-    refused(&undrained, "bodies[0].material", "pore water already");
+    refused(&undrained, "bodies[0].material", "already contains its pore water");
     let dry = |case: &mut Value| {
         case["bodies"][0].as_object_mut().unwrap().remove("pore_fluid");
         case["boundaries"][0]["drained"] = json!(true);

@@ -18,7 +18,7 @@ const MEASURING_TIME: Duration = Duration::from_millis(700);
 pub struct CheckArguments {
     /// The case file.
     case: PathBuf,
-    /// The method; needed when the case has options for several.
+    /// Name of the method; needed when the case has options for several.
     #[arg(long)]
     method: Option<String>,
 }
@@ -115,11 +115,11 @@ fn search_cost_text(name: &str, cost: &SearchCost, threads: usize) -> String {
         format!("search         {name}: {likely} trials, {most} at most, of {blocks} blocks at most");
     if block.is_nan() {
         return format!(
-            "{trials}; how long a block is shows when bodies that do not yield have come to rest"
+            "{trials}; the duration of a block is unknown until the bodies are at rest without yielding"
         );
     }
     let [usual, longest] = seconds.map(|seconds| duration_text(seconds / threads as f64));
     format!(
-        "{trials}, about {block:.3} s each: about {usual}, {longest} at most, beside the duration of the stages"
+        "{trials}, about {block:.3} s each: about {usual}, {longest} at most, in addition to the duration of the stages"
     )
 }

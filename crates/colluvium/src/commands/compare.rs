@@ -15,20 +15,21 @@ use crate::commands::file_kind::FileKind;
 pub struct CompareArguments {
     /// The case file.
     case: PathBuf,
-    /// The methods, by name and separated by commas; all that can honour the case when absent.
+    /// Names of the methods, separated by commas; by default all that support the case.
     #[arg(long, value_delimiter = ',')]
     methods: Vec<String>,
     /// Number of threads; all cores by default. Results do not depend on it.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Methods at a time, each on its share of the threads. One after the other when absent: times taken are then those of all threads.
+    /// Number of simultaneous methods, each with its share of the threads. By default methods run one after the other, and run times are
+    /// those of all threads.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: u16,
-    /// CSV file of profiles to compare with: columns position and height (m), and time (s) where there are several; the file
-    /// `reference.csv` beside the case when absent, where there is one.
+    /// CSV file of reference profiles with the columns position and height (m), and time (s) for several profiles; by default the file
+    /// `reference.csv` beside the case, if it exists.
     #[arg(long, value_name = "FILE")]
     reference: Option<PathBuf>,
-    /// The two axes seen; xy when absent, and xz in three dimensions with gravity along z.
+    /// Axes of the view; by default xy, and xz in three dimensions with gravity along z.
     #[arg(long, value_parser = ["xy", "xz", "yz"])]
     view: Option<String>,
     #[command(flatten)]
@@ -71,7 +72,7 @@ pub fn run(arguments: &CompareArguments) -> Result<(), CommandError> {
     let failed = |result: &&MethodResult| matches!(result.outcome, MethodOutcome::Failed(_));
     match results.iter().filter(failed).count() {
         0 => Ok(()),
-        _ => Err(CommandError::Other("not every method that began came to its end".to_owned())),
+        _ => Err(CommandError::Other("the run of at least one method failed".to_owned())),
     }
 }
 
@@ -83,13 +84,13 @@ fn print_method_result(result: &MethodResult, quiet: bool) {
             return print_error_line!("error: {method}: {}", why.replace('\n', "; "));
         }
         _ if quiet => return,
-        MethodOutcome::Refused(why) => format!("{method}: not for this case: {why}"),
+        MethodOutcome::Refused(why) => format!("{method}: does not support this case: {why}"),
         MethodOutcome::Interrupted => format!("{method}: interrupted"),
         MethodOutcome::Completed(report) => {
             format!("{method}: {} steps in {:.1} s", report.steps, report.wall_time)
         }
     };
-    let chosen = if took.is_empty() { String::new() } else { format!("; it took {took}") };
+    let chosen = if took.is_empty() { String::new() } else { format!("; chosen options: {took}") };
     // If nobody reads the output, the program ends; any other failure appears again at the last line.
     let _ = write_stdout(format_args!("{line}{chosen}"));
 }

@@ -20,12 +20,12 @@ use crate::commands::file_kind::FileKind;
 #[derive(Args)]
 pub struct ElementTestArguments {
     /// The test file, or a folder with the files of an incrementalDriver: initialconditions.inp,
-    /// test.inp and perhaps parameters.inp.
+    /// test.inp and optionally parameters.inp.
     file: PathBuf,
-    /// File with the material, for a folder: what stands under "material" in a test file.
+    /// File with the material of the test in a folder: the object "material" of a test file.
     #[arg(long)]
     material: Option<PathBuf>,
-    /// The unit of stress in the files of a folder: Pa (the default), kPa or MPa.
+    /// Unit of stress in the files of a folder: Pa (the default), kPa or MPa.
     #[arg(long, requires = "material", value_parser = ["Pa", "kPa", "MPa"])]
     stress_unit: Option<String>,
     /// Folder for table and pictures; the name of the file by default.
@@ -46,11 +46,13 @@ pub fn run(arguments: &ElementTestArguments) -> Result<(), CommandError> {
         }
         (true, None) => {
             return Err(CommandError::Usage(
-                "a folder names no material law: give one with --material".into(),
+                "a folder has no material law: give the file of one with --material".into(),
             ));
         }
         (false, Some(_)) => {
-            return Err(CommandError::Usage("--material goes with a folder; a test file has its own".into()));
+            return Err(CommandError::Usage(
+                "--material applies to a folder only; a test file has its own material".into(),
+            ));
         }
         (false, None) => (colluvium::load_element_test(file)?, None),
     };
@@ -64,7 +66,7 @@ pub fn run(arguments: &ElementTestArguments) -> Result<(), CommandError> {
     write_results(&test.title, &trace, &out, &arguments.format)?;
     let [p, q] = ["p", "q"].map(|name| match trace.path.last(name) {
         value if value.is_finite() => format!("{value:.6e} Pa"),
-        _ => "no number".to_owned(),
+        _ => "not a number".to_owned(),
     });
     print_line!("{} rows; at the end p = {p}, q = {q}; results in {}", trace.path.rows.len(), out.display());
     trace.stopped.map_or(Ok(()), |error| Err(CommandError::Other(error.to_string())))
@@ -128,7 +130,7 @@ fn write_results(title: &str, trace: &TestTrace, out: &Path, format: &str) -> Re
     let foreign = Some(&path).filter(|path| path.exists()).or(pictures.first());
     if let Some(file) = foreign.filter(|_| !is_table) {
         return Err(CommandError::Other(format!(
-            "{} would be overwritten, and no element test wrote it: name another folder with --out",
+            "{} would be overwritten, and no element test wrote it: choose another folder with --out",
             file.display()
         )));
     }

@@ -22,15 +22,15 @@ const ARCHIVE_FOLDER: &str = "npz";
 pub struct ExportArguments {
     /// Folder of a run.
     folder: PathBuf,
-    /// Write the last frame as `points.csv` instead: places, volumes, masses, velocities, stresses and pore pressures that `bodies.points` of
-    /// another case takes, by the same method or another one; of grains also radius, kind, spin, id and whether they are held. Columns of
-    /// depth-integrated flow become stacks of points.
+    /// Write the last frame as `points.csv` instead: positions, volumes, masses, velocities, stresses and pore pressures for `bodies.points`
+    /// of another case, with the same method or another one; of grains also radius, kind, spin, id and held. Columns of depth-integrated
+    /// flow become stacks of points.
     #[arg(long)]
     points: bool,
-    /// Only the points of this body.
+    /// Name of the body whose points are written; all bodies by default.
     #[arg(long, requires = "points")]
     body: Option<String>,
-    /// Replace files of the same names that colluvium did not write, too.
+    /// Replace files of equal names, even those that colluvium did not write.
     #[arg(long)]
     overwrite: bool,
 }
@@ -68,7 +68,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), CommandError> {
         written += 1;
     }
     if written == 0 {
-        return Err(OutputError::new(from, "has nothing that could be exported").into());
+        return Err(OutputError::new(from, "has no tables or frames to export").into());
     }
     print_line!("wrote {written} archives to {}", to.display());
     Ok(())
@@ -84,12 +84,15 @@ fn write_point_list(from: &Path, arguments: &ExportArguments) -> Result<(), Comm
         Err(errors) => {
             let case = Case::load_without_files(&path);
             let case = case.map_err(|errors| OutputError::new(&path, errors.first()))?;
-            print_error_line!("warning: {}: the points are exported without it", errors.first());
+            print_error_line!(
+                "warning: {}: the points are exported without the files of the case",
+                errors.first()
+            );
             case
         }
     };
     let frames = Collection::read(&from.join("frames.pvd"))?.of_points();
-    let last = frames.last().ok_or_else(|| OutputError::new(from, "holds no frame"))?;
+    let last = frames.last().ok_or_else(|| OutputError::new(from, "has no frame"))?;
     let snapshot = read_collection_frame(from, last)?;
     let to = from.join(POINTS_FILE);
     let list = if snapshot.amounts(FieldRole::Bed).is_some() {
@@ -110,7 +113,8 @@ fn write_point_list(from: &Path, arguments: &ExportArguments) -> Result<(), Comm
     print_line!("wrote the {} points at {} s to {}", kept.len(), snapshot.time, to.display());
     if let Some([handed, whole]) = mass_mismatch(&snapshot, &list) {
         print_line!(
-            "the points weigh {handed:.6e} kg and the flow {whole:.6e} kg: they are its grains with the fluid around them, and {:.4e} kg of fluid have no grains near",
+            "the mass of the points is {handed:.6e} kg, and that of the flow {whole:.6e} kg: the points represent the grains with the fluid around them, \
+             and {:.4e} kg of fluid have no grains nearby",
             whole - handed
         );
     }
@@ -139,7 +143,10 @@ fn check_grain_columns(case: &Case, snapshot: &Snapshot) -> Result<(), String> {
     if missing.is_empty() {
         return Ok(());
     }
-    Err(format!("the frames of this run are without {}: output.fields leaves it out", missing.join(", ")))
+    Err(format!(
+        "the frames of this run have no field {}: output.fields does not contain it",
+        missing.join(", ")
+    ))
 }
 
 /// Indices of the points of a body.
@@ -155,8 +162,10 @@ fn point_indices_of_body(
     // Points stacked over the depth have no bodies.
     if number.is_none() || kept.is_empty() || list.positions.len() != snapshot.bodies.len() {
         let known: Vec<&str> = case.bodies.iter().map(|body| body.name.as_str()).collect();
-        let problem =
-            format!("--body {name}: no points of the last frame are of it; bodies are {}", known.join(", "));
+        let problem = format!(
+            "--body {name}: has no points in the last frame; there are the bodies {}",
+            known.join(", ")
+        );
         return Err(CommandError::Usage(problem));
     }
     Ok(kept)

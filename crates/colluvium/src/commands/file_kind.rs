@@ -46,7 +46,7 @@ impl FileKind {
 }
 
 /// Hint where files of terrain and tables are named.
-const REFERENCED_BY_CASE: &str = "a case names such files; `colluvium new debris-flow` writes one that does";
+const REFERENCED_BY_CASE: &str = "name it in a case file; `colluvium new debris-flow` writes an example";
 
 /// Kind of a file from its extension, and a hint how to use it.
 fn from_extension(file: &Path) -> Option<(&'static str, &'static str)> {
@@ -56,7 +56,7 @@ fn from_extension(file: &Path) -> Option<(&'static str, &'static str)> {
         "shp" | "geojson" | "gpkg" | "kml" => ("an outline", REFERENCED_BY_CASE),
         "csv" => ("a table", REFERENCED_BY_CASE),
         "stl" | "obj" | "msh" => ("a mesh", REFERENCED_BY_CASE),
-        "vtu" | "pvd" => ("a frame of results", "`colluvium plot` draws the folder of a run"),
+        "vtu" | "pvd" => ("a frame of results", "give the folder of the run to `colluvium plot`"),
         _ => return None,
     })
 }
@@ -73,19 +73,19 @@ pub fn require_kind(file: &Path, wanted: FileKind) -> Result<(), CommandError> {
         let test = file.join(incremental::TEST).exists() && wanted != FileKind::ElementTest;
         let name = file.display();
         return match (run, test) {
-            (true, _) => wrong("the folder of a run", format!("`colluvium report {name}` shows it")),
+            (true, _) => wrong("the folder of a run", format!("`colluvium report {name}` writes its report")),
             (false, true) => wrong(
                 "the folder of an incrementalDriver",
                 format!("`colluvium element-test {name} --material FILE` runs it"),
             ),
             (false, false) if file.join("sweep.json").exists() => {
                 let tables = format!(
-                    "{name}/runs.csv has its results, and `colluvium sweep SWEEP --out {name} --resume` goes on with it"
+                    "its results are in {name}/runs.csv, and `colluvium sweep SWEEP --out {name} --resume` continues it"
                 );
                 wrong("the folder of a sweep", tables)
             }
             (false, false) if wanted != FileKind::ElementTest => {
-                wrong("a folder", "give the file itself".to_owned())
+                wrong("a folder", "give the path of the file".to_owned())
             }
             (false, false) => Ok(()),
         };
@@ -100,15 +100,12 @@ pub fn require_kind(file: &Path, wanted: FileKind) -> Result<(), CommandError> {
         return wrong("an outline", REFERENCED_BY_CASE.to_owned());
     }
     if ["fingerprint", "status", "method"].iter().all(has) {
-        return wrong(
-            "the summary of a run",
-            "`colluvium report` shows the run, given its folder".to_owned(),
-        );
+        return wrong("the summary of a run", "give the folder of the run to `colluvium report`".to_owned());
     }
     match FileKind::from_keys(&value).filter(|found| *found != wanted) {
         Some(found) => {
             let (is, command) = found.name_and_command();
-            wrong(is, format!("`{command} {}` takes it", file.display()))
+            wrong(is, format!("use `{command} {}`", file.display()))
         }
         None => Ok(()),
     }

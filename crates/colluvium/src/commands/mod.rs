@@ -126,11 +126,12 @@ fn check_run_folder(folder: &Path) -> Result<(), CommandError> {
     }
     let name = folder.display();
     if folder.join("sweep.json").exists() {
-        let problem =
-            format!("{name}: is the folder of a sweep: name that of one of its runs, as {name}/run-0001");
+        let problem = format!(
+            "{name}: is the folder of a sweep: give the folder of one of its runs, such as {name}/run-0001"
+        );
         return Err(CommandError::Usage(problem));
     }
-    Err(CommandError::Usage(format!("{name}: holds no run (there is no summary.json)")))
+    Err(CommandError::Usage(format!("{name}: contains no run (summary.json is missing)")))
 }
 
 /// Number of hardware threads of this machine.
@@ -160,7 +161,7 @@ fn duration_text(seconds: f64) -> String {
         s if s < 120.0 => format!("{s:.0} s"),
         s if s < 7200.0 => format!("{:.0} min", s / 60.0),
         s if s.is_finite() => format!("{:.1} h", s / 3600.0),
-        _ => "a time that cannot be told".to_owned(),
+        _ => "an unknown time".to_owned(),
     }
 }
 
@@ -185,7 +186,7 @@ fn select_method(case: &Case, asked: Option<&str>) -> Result<&'static dyn Method
         (Some(name), _) => name,
         (None, 1) => case.methods.keys().next().map_or("", String::as_str),
         (None, 0) => {
-            return Err(CaseError::new("methods", "names no method: choose one with --method").into());
+            return Err(CaseError::new("methods", "is empty: choose a method with --method").into());
         }
         (None, _) => {
             let names: Vec<&str> = case.methods.keys().map(String::as_str).collect();

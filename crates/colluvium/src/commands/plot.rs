@@ -23,32 +23,33 @@ const MAX_ANIMATION_FRAMES: usize = 120;
 pub struct PlotArguments {
     /// Folder of a run.
     folder: PathBuf,
-    /// Dataset that is drawn: `points`, or another dataset of the run, as `grid` of `output.grid` or `contacts` of `output.contacts`. Nodes
-    /// are squares, polygons dots in their middle, and contacts lines as wide as their force, or as another field that is named.
+    /// Dataset that is drawn: `points`, or another dataset of the run, such as `grid` of `output.grid` or `contacts` of `output.contacts`.
+    /// Nodes are drawn as squares, polygons as dots in their middle, and contacts as lines with a width that shows their force or the
+    /// field of `--fields`.
     #[arg(long, default_value = Dataset::POINTS)]
     dataset: String,
-    /// Fields that colour the points, separated by commas; displacement, or the first there is, when absent.
+    /// Fields that colour the points, separated by commas; by default displacement, or the first available field.
     #[arg(long, alias = "field", value_delimiter = ',')]
     fields: Vec<String>,
     /// Number of the frame, `last`, or `all`: all frames then have one scale of colours and one set of axes.
     #[arg(long, default_value = "last")]
     frame: String,
-    /// Values of the first and of the last colour, as LOW,HIGH; those of the field when absent. Not of contacts.
+    /// Values of the first and of the last colour, as LOW,HIGH; by default the range of the field. Not available for contacts.
     #[arg(long, value_name = "LOW,HIGH", value_parser = parse_range, allow_hyphen_values = true)]
     range: Option<(f64, f64)>,
-    /// Draw an animated GIF of each field, too, of all frames or evenly of 120.
+    /// Draw also an animated GIF of each field, of at most 120 evenly distributed frames.
     #[arg(long)]
     gif: bool,
-    /// Folder for the pictures; `plots` in the folder of the run when absent.
+    /// Folder for the pictures; by default `plots` in the folder of the run.
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Replace files of the same names that colluvium did not write, too.
+    /// Replace files of equal names, even those that colluvium did not write.
     #[arg(long)]
     overwrite: bool,
     /// Format of the pictures: png or svg.
     #[arg(long, default_value = "png", value_parser = ["png", "svg"])]
     format: String,
-    /// The two axes seen; xy when absent, and xz in three dimensions with gravity along z.
+    /// Axes of the view; by default xy, and xz in three dimensions with gravity along z.
     #[arg(long, value_parser = ["xy", "xz", "yz"])]
     view: Option<String>,
 }
@@ -77,7 +78,7 @@ pub fn run(arguments: &PlotArguments) -> Result<(), CommandError> {
     let (frames, chosen) = (frames.unwrap_or_default(), chosen.unwrap_or_default());
     let ground = rigid_geometry_of_run(folder);
     if !ground.missing.is_empty() {
-        print_error_line!("warning: {}: pictures are without the terrain and the obstacles", ground.missing);
+        print_error_line!("warning: {}: the pictures do not show terrain and obstacles", ground.missing);
     }
     let out = arguments.out.clone().unwrap_or_else(|| folder.join("plots"));
     create_folder(&out)?;
@@ -117,7 +118,7 @@ pub fn run(arguments: &PlotArguments) -> Result<(), CommandError> {
         }
     }
     if written == 0 {
-        return Err(OutputError::new(folder, "has nothing that could be drawn").into());
+        return Err(OutputError::new(folder, "has no measures, rasters or frames to draw").into());
     }
     print_line!("wrote {} pictures to {}", written, out.display());
     Ok(())
@@ -146,7 +147,10 @@ fn frame_list(folder: &Path, dataset: &str) -> Result<Vec<(f64, String)>, Comman
             let mut known: Vec<String> = beside.filter(|name| name != "frames").collect();
             known.push(Dataset::POINTS.to_owned());
             known.sort();
-            Err(CommandError::Usage(format!("--dataset {dataset}: the run has {}", known.join(", "))))
+            Err(CommandError::Usage(format!(
+                "--dataset {dataset}: is not a dataset of the run; there are {}",
+                known.join(", ")
+            )))
         }
     }
 }
@@ -205,7 +209,10 @@ fn draw_pictures(
 
 /// Error message for a frame without the requested field.
 fn unknown_field_error(field: Option<&str>, known: &str) -> CommandError {
-    CommandError::Usage(format!("--fields {}: the frame has {known}", field.unwrap_or_default()))
+    CommandError::Usage(format!(
+        "--fields {}: is not a field of the frame; there are {known}",
+        field.unwrap_or_default()
+    ))
 }
 
 /// Lines of some frames between the points at the same times.
@@ -219,7 +226,7 @@ fn line_pictures(
     if arguments.range.is_some() {
         let dataset = &arguments.dataset;
         return Err(CommandError::Usage(format!(
-            "--range: the lines of {dataset} have widths in place of colours"
+            "--range: applies to colours, and the lines of {dataset} show values as widths"
         )));
     }
     let (plane, case) = (view_plane(folder, arguments.view.as_deref())?, read_case_value(folder)?);

@@ -12,13 +12,13 @@ use super::CommandError;
 pub struct ReportArguments {
     /// Folder of a run, complete or not.
     folder: PathBuf,
-    /// Field that colours the points; may be given several times. Displacement and velocity when absent.
+    /// Field that colours the points; may be given several times. By default displacement and velocity.
     #[arg(long)]
     field: Vec<String>,
     /// Number of frames that are shown.
     #[arg(long, default_value_t = 4)]
     frames: usize,
-    /// The two axes seen; xy when absent, and xz in three dimensions with gravity along z.
+    /// Axes of the view; by default xy, and xz in three dimensions with gravity along z.
     #[arg(long, value_parser = ["xy", "xz", "yz"])]
     view: Option<String>,
     /// Replace a `report.html` that no report wrote.

@@ -17,7 +17,7 @@ use crate::commands::file_kind::FileKind;
 pub struct RunArguments {
     /// The case file.
     case: PathBuf,
-    /// The method; needed when the case has options for several.
+    /// Name of the method; needed when the case has options for several.
     #[arg(long)]
     method: Option<String>,
     /// Number of threads; all cores by default. Results do not depend on it.
@@ -40,7 +40,10 @@ pub fn run(arguments: &RunArguments) -> Result<(), CommandError> {
     let out = files.output_folder(&arguments.case, method.name());
     if files.resume && is_complete_without_map(&case, &out) {
         draw_map(&out)?;
-        print_line!("the run was complete but for its map: {}", out.join(MAP_FILE).display());
+        print_line!(
+            "the run was complete except for its map, which is now drawn: {}",
+            out.join(MAP_FILE).display()
+        );
         return Ok(());
     }
     let pool = thread_pool(arguments.threads)?;
@@ -117,10 +120,10 @@ fn print_report(report: &RunReport, out: &Path) -> Result<(), CommandError> {
         report.updates_per_second / 1e6
     );
     if report.start.mass.is_nan() {
-        print_line!("the method keeps no totals of mass and energy");
+        print_line!("the method does not record totals of mass and energy");
     } else {
-        print_line!("mass {:.6} kg, from {:.6} kg", report.end.mass, report.start.mass);
-        print_line!("kinetic energy {:.4e} J, from {:.4e} J", report.end.kinetic, report.start.kinetic);
+        print_line!("mass {:.6} kg, initially {:.6} kg", report.end.mass, report.start.mass);
+        print_line!("kinetic energy {:.4e} J, initially {:.4e} J", report.end.kinetic, report.start.kinetic);
     }
     for (name, safety) in &report.safety {
         print_line!("{name}: {}", safety.message());

@@ -13,15 +13,15 @@ use crate::commands::file_kind::FileKind;
 
 #[derive(Args)]
 pub struct SpecimenArguments {
-    /// The case file, or the folder of a run of it, whose end is taken without running again.
+    /// The case file, or the folder of a run of it, whose final state is taken without a new run.
     case: PathBuf,
     /// The file to write.
     #[arg(long)]
     out: PathBuf,
-    /// The stage after whose end the specimen is taken; the last one by default.
+    /// Stage at whose end the specimen is taken; the last one by default.
     #[arg(long)]
     until: Option<String>,
-    /// The method; needed when the case has options for several.
+    /// Name of the method; needed when the case has options for several.
     #[arg(long)]
     method: Option<String>,
     /// Number of threads; all cores by default. Results do not depend on it.
@@ -38,7 +38,10 @@ pub struct SpecimenArguments {
 pub fn run(arguments: &SpecimenArguments) -> Result<(), CommandError> {
     let out = &arguments.out;
     if out.exists() && !arguments.overwrite {
-        return Err(CommandError::Usage(format!("{}: is there already: give --overwrite", out.display())));
+        return Err(CommandError::Usage(format!(
+            "{}: exists already: give --overwrite to replace it",
+            out.display()
+        )));
     }
     let made =
         if arguments.case.is_dir() { specimen_of_run_folder(arguments)? } else { run_case(arguments)? };
@@ -60,7 +63,10 @@ struct PreparedSpecimen {
 
 /// Error for a method without grains.
 fn no_grains_error(method: &dyn Method) -> CommandError {
-    CommandError::Usage(format!("specimens are of grains with contacts, and {} has none", method.name()))
+    CommandError::Usage(format!(
+        "a specimen consists of grains with contacts, and {} has none",
+        method.name()
+    ))
 }
 
 /// Runs the case.
@@ -118,7 +124,7 @@ fn specimen_of_run_folder(arguments: &SpecimenArguments) -> Result<PreparedSpeci
         truncate_stages_after(&mut case.clone(), stage)?;
         if case.stages.last().is_none_or(|last| last.name != *stage) {
             let problem = format!(
-                "{}: holds the end of its last stage only; {again} --until {stage} --out {}` runs up to that of {stage:?} again",
+                "{}: contains the end of its last stage only; {again} --until {stage} --out {}` runs the case again to the end of {stage:?}",
                 from.display(),
                 arguments.out.display()
             );
@@ -134,7 +140,7 @@ fn specimen_of_run_folder(arguments: &SpecimenArguments) -> Result<PreparedSpeci
     if status != "completed" && !arguments.quiet {
         let (now, end) = (solver.time(), case.end_time());
         print_error_line!(
-            "warning: the run is not complete ({status}): this is its last checkpoint, {now} of {end} s"
+            "warning: the run is not complete ({status}): the specimen is that of its last checkpoint, {now} of {end} s"
         );
     }
     Ok(PreparedSpecimen { text, grains: solver.points(), time: solver.time() })
@@ -151,7 +157,7 @@ fn missing_state_error(
         return Ok(no_grains_error(method));
     }
     Ok(CommandError::Other(format!(
-        "{}: what contacts remember is in checkpoint.bin, which is not there: {again} --out FILE` runs the case again; `colluvium export \
+        "{}: checkpoint.bin with the history of the contacts is missing: {again} --out FILE` runs the case again; `colluvium export \
          --points {}` writes grains without contacts",
         from.display(),
         from.display()

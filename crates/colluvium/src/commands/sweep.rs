@@ -19,13 +19,13 @@ use crate::commands::file_kind::FileKind;
 pub struct SweepArguments {
     /// The file of the sweep.
     file: PathBuf,
-    /// Runs at a time; by default as many as there are cores for their threads.
+    /// Number of simultaneous runs; by default the number of cores over that of the threads of a run.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// Threads of each run. Results do not depend on it.
+    /// Number of threads of each run. Results do not depend on it.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: u16,
-    /// Say what would be run, and run nothing.
+    /// Print the planned runs and do not run them.
     #[arg(long)]
     check: bool,
     #[command(flatten)]
@@ -79,7 +79,7 @@ pub fn run(arguments: &SweepArguments) -> Result<(), CommandError> {
                 return print_error_line!("error: {run}: {}", why.replace('\n', "; "));
             }
             _ if quiet => return,
-            SweepRunState::AlreadyComplete => "complete already",
+            SweepRunState::AlreadyComplete => "already complete",
             SweepRunState::Completed => "completed",
             SweepRunState::Interrupted => "interrupted",
         };
@@ -111,11 +111,13 @@ fn print_plan(
     }
     let [usual, longest] = searches.map(|seconds| seconds / threads as f64);
     if longest.is_nan() {
-        print_line!("searches       for factors of safety come on top: `check` of a case tells of them");
+        print_line!(
+            "searches       for factors of safety take additional time: see `colluvium check` of the case"
+        );
     } else if longest > 0.0 {
         let (usual, longest) = (duration_text(usual), duration_text(longest));
         print_line!(
-            "searches       about {usual} on {threads} threads, {longest} at most, beside the duration"
+            "searches       about {usual} on {threads} threads, {longest} at most, in addition to the duration"
         );
     }
     let warnings = plans.iter().zip(members).flat_map(|(plan, member)| plan.all_warnings(&member.case));
@@ -141,7 +143,7 @@ fn print_memory(plans: &[Plan], jobs: usize, free: f64) -> Result<(), CommandErr
     );
     if memory > free {
         print_error_line!(
-            "warning: the runs at a time need about {:.2} GB, and {:.2} GB are free: give fewer --jobs",
+            "warning: the simultaneous runs need about {:.2} GB of memory, and {:.2} GB are free: reduce --jobs",
             memory / 1e9,
             free / 1e9
         );

@@ -21,15 +21,17 @@ pub fn run(arguments: &VerifyArguments) -> Result<(), CommandError> {
     // The runs of a sweep have no maps.
     let in_sweep = folder.parent().is_some_and(|sweep| sweep.join("sweep.json").exists());
     if !in_sweep && is_map_missing(folder) {
-        verified.problems.push(format!("{MAP_FILE}: the run ended without it: `run --resume` draws it"));
+        verified.problems.push(format!("{MAP_FILE}: is missing: `run --resume` draws it"));
     }
     for problem in &verified.problems {
         print_error_line!("error: {}/{problem}", folder.display());
     }
     let (files, wrong) = (verified.files, verified.problems.len());
     if wrong > 0 {
-        return Err(CommandError::Other(format!("{wrong} of {files} files are not as the run left them")));
+        return Err(CommandError::Other(format!(
+            "{wrong} of {files} files differ from those that the run wrote"
+        )));
     }
-    print_line!("{}: {files} files are as the run left them", folder.display());
+    print_line!("{}: {files} files are unchanged since the run", folder.display());
     Ok(())
 }

@@ -131,8 +131,8 @@ pub(super) fn energy_charts(runs: &MethodRuns<'_>) -> Vec<LineChart> {
     let kinds = [
         ("kinetic_energy", "kinetic", false),
         ("elastic_energy", "elastic", false),
-        ("potential_energy", "potential, since the start", true),
-        ("total_energy", "sum, with what is known to be dissipated, since the start", true),
+        ("potential_energy", "potential, change since the start", true),
+        ("total_energy", "sum with the known dissipation, change since the start", true),
     ];
     let chart = |(method, ran): &(&'static str, &CompletedRun)| {
         let line = |(column, name, since): &(&str, &str, bool)| {

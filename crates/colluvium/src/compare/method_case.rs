@@ -57,7 +57,10 @@ impl MethodCase {
         };
         let took = options.iter().map(told).collect::<Vec<_>>().join(", ");
         own.methods.insert(name.to_owned(), Value::Object(options));
-        Self { case: own, chosen_options: format!("{took} ({}); the rest by default", spacing.origin) }
+        Self {
+            case: own,
+            chosen_options: format!("{took} ({}); other options have their defaults", spacing.origin),
+        }
     }
 }
 

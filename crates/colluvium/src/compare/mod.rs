@@ -89,7 +89,7 @@ pub enum CompareError {
         available: String,
     },
     /// No method supports the case.
-    #[error("no method can honour this case:\n{0}")]
+    #[error("no method supports this case:\n{0}")]
     NoMethod(String),
     /// A file could not be written.
     #[error(transparent)]
@@ -141,7 +141,7 @@ pub fn run(
     let is_of_run = |method: &&dyn Method| options.out.join(method.name()).join("summary.json").exists();
     if page.exists() && !crate::methods().iter().any(is_of_run) {
         let problem = std::io::Error::other(
-            "is there, and no comparison wrote it: choose another folder, or move it away",
+            "exists already, and no comparison wrote it: choose another folder, or move the file",
         );
         return Err(OutputError::new(&page, problem).into());
     }
@@ -226,7 +226,7 @@ fn compare_one_method(
         }
     };
     catch_unwind(AssertUnwindSafe(attempt))
-        .unwrap_or_else(|_| MethodOutcome::Failed("it panicked".to_owned()))
+        .unwrap_or_else(|_| MethodOutcome::Failed("the method panicked".to_owned()))
 }
 
 /// Outcome of a run that reached its end, read from `folder`.

@@ -50,7 +50,7 @@ pub(super) fn page(
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width";
-                title { (case.title) ": methods compared" }
+                title { (case.title) ": comparison of methods" }
                 style { (PreEscaped(PAGE_STYLE)) (PreEscaped(SECTIONS_STYLE)) }
             }
             body {
@@ -98,20 +98,20 @@ fn run_sections(
         (strip)
         @if let Some(player) = &player {
             h2 { "Animation" }
-            p class="soft" { "All methods on one time, with one scale of colours and one set of axes." }
+            p class="soft" { "All methods at equal times, with a common colour scale and common axes." }
             (PreEscaped(player))
         }
         @if !profiles.is_empty() {
             h2 { "Profiles at equal times" }
             p class="soft" {
-                "Highest point over columns that are the same for all methods"
-                @if !reference.profiles.is_empty() { ", and the reference at the times of the frames nearest to its own" } "."
+                "Highest point in each column; the columns are equal for all methods"
+                @if !reference.profiles.is_empty() { ". The reference is shown at the frames nearest to its times" } "."
             }
             div class="charts" { @for chart in &profiles { div { (PreEscaped(chart)) } } }
         }
         @if !figures.is_empty() {
-            h2 { "In time" }
-            p class="soft" { "Measured of the frames, in the same way for all methods." }
+            h2 { "Key figures over time" }
+            p class="soft" { "Measured from the frames, in the same way for all methods." }
             div class="charts" { @for chart in &figures { div { (PreEscaped(chart)) } } }
         }
         @if !energies.is_empty() {
@@ -126,7 +126,7 @@ fn measure_section(runs: &MethodRuns<'_>) -> Result<Markup, CompareError> {
     let measures = charts_to_svg(&charts::measure_charts(runs))?;
     Ok(html! {
         @if !measures.is_empty() {
-            h2 { "What the case measures, and totals" }
+            h2 { "Measures of the case, and totals" }
             div class="charts" { @for chart in &measures { div { (PreEscaped(chart)) } } }
         }
     })
@@ -185,13 +185,13 @@ fn picture_strip(
         for ((method, _), cloud) in states.iter().zip(clouds) {
             cells.push(match cloud {
                 Some(cloud) => picture(cloud, method)?,
-                None => html! { p { "nothing left" } },
+                None => html! { p { "no points left" } },
             });
         }
     }
     Ok(html! {
         h2 { "At equal times" }
-        p class="soft" { "One scale of colours (" (field) ") and one set of axes." }
+        p class="soft" { "Common colour scale (" (field) ") and common axes." }
         div class="wide" {
             div class="strip" style=(format!("grid-template-columns: repeat({}, minmax(240px, 1fr))", runs.len())) {
                 @for (method, _) in runs { h3 { (method) } }
@@ -267,11 +267,11 @@ fn difference_table(
             h2 { "At the end" }
             div class="wide" { table {
                 tr {
-                    th { "Method" } th { "Front (m)" } th { "Top (m)" } th { "Centre of mass (m)" } th { "Speed (m/s)" } th { "At rest from (s)" }
-                    th { "Profile, from that of " (head) }
-                    @if measured.is_some() { th { "Profile, from the reference" } }
-                    th { "Energy, kinetic (J)" } th { "Points" } th { "Steps" }
-                    th { "Time taken (s)" } th { "Updates per second" } @if !results.is_empty() { th { "Memory (MiB)" } }
+                    th { "Method" } th { "Front (m)" } th { "Top (m)" } th { "Centre of mass (m)" } th { "Speed (m/s)" } th { "At rest since (s)" }
+                    th { "Profile, difference from " (head) }
+                    @if measured.is_some() { th { "Profile, difference from the reference" } }
+                    th { "Kinetic energy (J)" } th { "Points" } th { "Steps" }
+                    th { "Run time (s)" } th { "Updates per second" } @if !results.is_empty() { th { "Memory (MiB)" } }
                 }
                 @for (method, ran, snapshot) in &last {
                     @let figures = KeyFigures::of_snapshot(snapshot, axes);
@@ -296,9 +296,9 @@ fn difference_table(
                 }
             } }
             p class="soft" {
-                "Front, top and speed: of 99.9 % of the mass; the speed is grid_velocity where the frames have it. At rest: the kinetic energy stays below a hundredth of its largest. \
-                 Profile: root mean square of the difference over that of the profile."
-                @if !results.is_empty() { " Memory: what the method estimates that it needs at least." }
+                "Front, top and speed refer to 99.9 % of the mass; the speed is grid_velocity where the frames have it. At rest: the kinetic energy stays below a hundredth of its largest value. \
+                 Difference of profiles: root mean square of the difference over that of the profile."
+                @if !results.is_empty() { " Memory: least memory, estimated by the method." }
             }
         }
     }
@@ -309,19 +309,19 @@ fn method_table(results: &[MethodResult]) -> Markup {
     html! {
         h2 { "Methods" }
         table {
-            tr { th { "Method" } th { "Result" } th { "Discretisation" } th { "What it said" } }
+            tr { th { "Method" } th { "Result" } th { "Discretisation" } th { "Warnings" } }
             @for MethodResult { method, chosen_options: took, outcome, .. } in results {
                 tr class=(if matches!(outcome, MethodOutcome::Failed(_)) { "failed" } else { "" }) {
                     td { (method) }
                     td {
                         @match outcome {
-                            MethodOutcome::Refused(why) => { "not for this case: " (why) }
+                            MethodOutcome::Refused(why) => { "does not support this case: " (why) }
                             MethodOutcome::Failed(why) => { "failed: " (why) }
                             MethodOutcome::Interrupted => { "interrupted; continue with --resume" }
                             MethodOutcome::Completed(_) => { "completed" }
                         }
                     }
-                    td { @if took.is_empty() { "as the case has it" } @else { (took) } }
+                    td { @if took.is_empty() { "from the case" } @else { (took) } }
                     td {
                         @if let MethodOutcome::Completed(report) = outcome {
                             @for remark in &report.warnings { (remark) br; }

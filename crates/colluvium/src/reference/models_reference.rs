@@ -28,9 +28,9 @@ pub fn models_reference() -> String {
     let schema = crate::case_schema();
     let mut text = String::from(
         "# Models\n\nMade from the list of models and the schema of a case; do not edit. The equations and their \
-         files: [Constitutive laws](theory/constitutive.md). Which law a file holds is said by `model`. Every model \
+         files: [Constitutive laws](theory/constitutive.md). The key `model` selects the law. Every model \
          works in three dimensions, plane strain and axisymmetry, and in [element tests](element-tests.md).\n\n\
-         | model | what | source | strain | tangent | who may use it |\n|---|---|---|---|---|---|\n",
+         | model | description | source | strain | tangent | methods |\n|---|---|---|---|---|---|\n",
     );
     for (name, facts) in MaterialSpec::MODELS {
         let what = model_schema(&schema, name).map_or_else(String::new, |v| one_line(&v["description"]));
@@ -56,8 +56,8 @@ pub fn models_reference() -> String {
         }
     }
     text.push_str(
-        "## Named only\n\nThese are mentioned in the sources and not built; the traits of \
-         [the contract](theory/constitutive.md#the-contract) take them.\n\n",
+        "## Models without implementation\n\nThe sources mention these models; the traits of \
+         [the contract](theory/constitutive.md#the-contract) support their implementation.\n\n",
     );
     for extension in UNVERIFIED_MODELS {
         text.push_str(&format!("- {extension}\n"));
@@ -67,7 +67,7 @@ pub fn models_reference() -> String {
 
 fn methods_of_model(name: &str, kind: ModelFamily) -> &'static str {
     match (name, kind) {
-        ("umat", _) => "who trusts the library; 3D stress only",
+        ("umat", _) => "all methods, with the option `--allow-library`; 3D stress only",
         ("hypoplastic", _) => "all methods; viscous mode `rate-material` in element tests only",
         ("saturation-softened", _) => "bodies with a `pore_fluid`; element tests",
         ("double-scale", _) => {
@@ -75,7 +75,7 @@ fn methods_of_model(name: &str, kind: ModelFamily) -> &'static str {
         }
         (_, ModelFamily::Solid) => "all methods",
         (_, ModelFamily::Fluid) => "all methods; no shear stress at the start",
-        (_, ModelFamily::Wrapper) => "who the inner material is for",
+        (_, ModelFamily::Wrapper) => "those of the inner material",
     }
 }
 

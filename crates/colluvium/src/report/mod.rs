@@ -52,10 +52,10 @@ pub enum ReportError {
     #[error(transparent)]
     Output(#[from] OutputError),
     /// The folder is not that of a run.
-    #[error("{}: holds no run (there is no summary.json)", .0.display())]
+    #[error("{}: contains no run (summary.json is missing)", .0.display())]
     NoRun(PathBuf),
     /// The frames do not have the field.
-    #[error("the frames have no field {name:?}; they have {available}")]
+    #[error("the frames have no field {name:?}; there are {available}")]
     Field {
         /// The requested field.
         name: String,
@@ -109,12 +109,12 @@ impl RunResults {
         let mut missing = Vec::new();
         let table = Table::read(&folder.join("measures.csv")).map(run_pictures::without_rounding_noise);
         let table = table.unwrap_or_else(|error| {
-            missing.push(format!("{error}: the report is without the measures"));
+            missing.push(format!("{error}: the report does not show the measures"));
             Table::default()
         });
         let frames = Collection::read(&folder.join("frames.pvd")).map(|collection| collection.frames);
         let frames = frames.unwrap_or_else(|error| {
-            missing.push(format!("{error}: the report is without frames"));
+            missing.push(format!("{error}: the report does not show frames"));
             Vec::new()
         });
         let mut profiles = Vec::new();
@@ -180,7 +180,7 @@ pub fn write(folder: &Path, options: &ReportOptions) -> Result<Report, ReportErr
     if !ground.missing.is_empty() {
         results
             .missing_files
-            .push(format!("{}: pictures are without the terrain and the obstacles", ground.missing));
+            .push(format!("{}: the pictures do not show terrain and obstacles", ground.missing));
     }
     let (asked, charts) = charts(&results)?;
     let pictures = ReportPictures {

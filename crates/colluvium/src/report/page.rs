@@ -37,7 +37,7 @@ pub(super) fn page(results: &RunResults, pictures: &ReportPictures) -> Markup {
                     h2 { "Animation" }
                     (PreEscaped(player))
                 }
-                (figures("All else in time", "charts", &pictures.charts))
+                (figures("Other measures over time", "charts", &pictures.charts))
                 (tables::measure_table(results))
                 (figures("Points", "", &pictures.points))
                 (tables::balance_table(results))
@@ -59,15 +59,15 @@ fn incomplete_notice(results: &RunResults) -> Markup {
     let what = match summary["status"].as_str() {
         Some("failed") => "The run failed.",
         Some("interrupted") => "The run was interrupted; it can be resumed.",
-        _ => "The run goes on, or was killed before its end.",
+        _ => "The run is still in progress, or it was killed before its end.",
     };
     let reached = results.measures.last("time").map(five_digits);
     html! {
         div class="incomplete" {
             strong { "Incomplete. " (what) }
             @if let Some(reason) = summary["reason"].as_str() { " " (reason) }
-            @if let Some(time) = reached { " The measures reach to t = " (time) " s." }
-            " What stands below is not the end of the case."
+            @if let Some(time) = reached { " The measures end at t = " (time) " s." }
+            " The results below are not those at the end of the case."
         }
     }
 }
@@ -89,7 +89,7 @@ fn run_summary(results: &RunResults) -> Markup {
             ", " (value_text(&results.case["space"]))
             @if let Some(points) = summary["points"].as_u64() { ", " (points) " points" }
             @if let Some(time) = summary["time"].as_f64() { ", to t = " (five_digits(time)) " s" }
-            @if let Some(wall) = summary["wall_time"].as_f64() { "; took " (duration_text(wall)) }
+            @if let Some(wall) = summary["wall_time"].as_f64() { "; run time " (duration_text(wall)) }
             "." @if results.is_complete() { " Completed." }
         }
     }
@@ -126,7 +126,7 @@ fn provenance(results: &RunResults) -> Markup {
         ("Hash of the final state", value_text(&summary["snapshot_hash"])),
     ];
     html! {
-        h2 { "How it was computed" }
+        h2 { "Provenance" }
         div class="wide" { table {
             @for (what, value) in &rows { tr { td class="soft" { (what) } td { (value) } } }
         } }
@@ -141,7 +141,7 @@ fn figures(title: &str, class: &str, figures: &[ReportFigure]) -> Markup {
     html! {
         h2 { (title) }
         div class=(class) { (figure_list(figures)) }
-        @if figures.is_empty() { p class="soft" { "Nothing yet." } }
+        @if figures.is_empty() { p class="soft" { "No results yet." } }
     }
 }
 

@@ -54,8 +54,7 @@ pub(super) fn safety_figures(
         if trials.exists() {
             let fail = |problem| ReportError::Picture { subject: name.clone(), problem };
             let chart = chart(&Table::read(&trials)?);
-            let caption =
-                format!("{name}: displacement that a hundredth of the points exceed, in the trials");
+            let caption = format!("{name}: displacement that 1 % of the points exceed, for each trial");
             figures.push(ReportFigure { element: chart.to_svg().map_err(fail)?, caption });
         }
         let failing = named_file(folder, &format!("failing-{name}"), "vtu")?;
@@ -65,8 +64,9 @@ pub(super) fn safety_figures(
         let points = read_frame(&failing, 0.0)?;
         if let Some(cloud) = PointCloud::from_snapshot(&points, "trial_displacement", plane) {
             let cloud = PointCloud { title: format!("{name}: last failing trial"), ..cloud };
-            let caption =
-                format!("{name}: displacement in the last failing trial; the slip surface is where it ends");
+            let caption = format!(
+                "{name}: displacement in the last failing trial; the slip surface is the edge of the displaced mass"
+            );
             figures.push(ReportFigure { element: png(&cloud, &caption)?, caption });
         }
     }
@@ -93,7 +93,7 @@ fn chart(trials: &Table) -> LineChart {
         }
     }
     LineChart {
-        x_label: "factor by which strength is divided".to_owned(),
+        x_label: "strength reduction factor".to_owned(),
         y_label: if known { "E u / (γ H²)" } else { "displacement (m)" }.to_owned(),
         log: true,
         series,

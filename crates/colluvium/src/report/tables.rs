@@ -27,7 +27,7 @@ pub(super) fn stage_table(results: &RunResults) -> Markup {
     html! {
         h2 { "Stages" }
         div class="wide" { table {
-            tr { th { "Stage" } th { "Begins (s)" } th { "Ends (s)" } th { "Longest (s)" } th { "How it ended" } }
+            tr { th { "Stage" } th { "Begins (s)" } th { "Ends (s)" } th { "Longest (s)" } th { "Reason of the end" } }
             @for (number, stage) in all.iter().enumerate() {
                 @let record = begun.get(number).unwrap_or(&Value::Null);
                 tr {
@@ -39,7 +39,7 @@ pub(super) fn stage_table(results: &RunResults) -> Markup {
                         @match (record.is_null(), record["ended"].as_str()) {
                             (_, Some(how)) => (how),
                             (false, None) => "not ended",
-                            (true, None) => @if begun.is_empty() { "not known" } @else { "not begun" },
+                            (true, None) => @if begun.is_empty() { "unknown" } @else { "not begun" },
                         }
                     }
                 }
@@ -60,9 +60,9 @@ pub(super) fn limit_table(summary: &Value) -> Markup {
         None => "–".to_owned(),
     };
     html! {
-        h2 { "What limited the time step" }
+        h2 { "Limits of the time step" }
         div class="wide" { table {
-            tr { th { "Limit" } th { "Steps" } th { "Least (s)" } th { "At t (s)" } th { "Where" } }
+            tr { th { "Limit" } th { "Steps" } th { "Least (s)" } th { "At t (s)" } th { "Position" } }
             @for limit in limits {
                 tr {
                     td { (value_text(&limit["limit"])) }
@@ -90,7 +90,7 @@ pub(super) fn balance_table(results: &RunResults) -> Markup {
     if found.clone().next().is_none() {
         return html! {
             h2 { "Mass and energy" }
-            p class="soft" { "The method keeps no totals of mass and energy." }
+            p class="soft" { "The method does not record totals of mass and energy." }
         };
     }
     // The total energy is a sum itself.
@@ -117,8 +117,8 @@ pub(super) fn balance_table(results: &RunResults) -> Markup {
             (line("sum of the energies (J)".to_owned(), sum(first), sum(last)))
         } }
         p class="soft" {
-            "The sum changes by the work of walls, loads and motions, and by what friction, plastic flow and damping take. "
-            "Per metre of thickness in plane strain, per radian in axisymmetry."
+            "The sum changes by the work of walls, loads and motions, and by the dissipation of friction, plastic flow and damping. "
+            "Values are per metre of thickness in plane strain and per radian in axisymmetry."
         }
     }
 }
@@ -177,7 +177,7 @@ pub(super) fn parameter_table(results: &RunResults) -> Markup {
     let method = results.summary["method"].as_str().unwrap_or_default();
     html! {
         h2 { "Parameters" }
-        details { summary { "Every parameter of the case, and the defaults that it leaves out" } table {
+        details { summary { "All parameters of the case, and the defaults of parameters that it does not set" } table {
             tr { th { "Key" } th { "Value" } th {} }
             @for parameter in parameters::all_parameters(&results.case, method) {
                 tr {

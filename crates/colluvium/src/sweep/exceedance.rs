@@ -46,7 +46,7 @@ pub(super) fn check_raster_name(case: &Case, name: &str) -> Result<(), String> {
         let known: Vec<&str> = THRESHOLD_RASTERS.iter().map(|(known, ..)| *known).collect();
         return Err(format!("is not a raster with thresholds; there are {}", known.join(", ")));
     }
-    let problem = || "the case writes no rasters: give it output.rasters".to_owned();
+    let problem = || "the case writes no rasters: add output.rasters to it".to_owned();
     case.output.rasters.as_ref().map(|_| ()).ok_or_else(problem)
 }
 
@@ -156,7 +156,7 @@ fn read_rasters(
         let Some(raster) = read_run_raster(name, &folder(number))? else { continue };
         if rasters.first().is_some_and(|first| !have_equal_cells(first, &raster)) {
             let problem =
-                "has other cells than the runs before: give all of them the same output.rasters.cell";
+                "has other raster cells than the earlier runs: give all runs the same output.rasters.cell";
             return Err(OutputError::new(&file, problem));
         }
         rasters.push(raster);

@@ -1,4 +1,4 @@
-//! Classes of intensity of the runs of a sweep, cell by cell.
+//! Intensity classes of the runs of a sweep, for each cell.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -15,13 +15,14 @@ use super::{Sweep, SweepCase, SweepRow};
 use crate::case::output::{OutputError, PLAIN_NAME_RULE, create_folder, is_plain};
 use crate::case::{Case, CaseError, CaseErrors};
 
-/// A class of intensity.
+/// Intensity class.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct IntensityClass {
-    /// Its name, which files have.
+    /// Name of the class, which is part of the names of files.
     pub name: String,
-    /// Conditions for a cell to be of this class, all of them in one run: thresholds by the name of the raster, as in `exceedance`.
+    /// Conditions for a cell to be of this class, all of them fulfilled in one run: thresholds by the name of the raster, as in
+    /// `exceedance`.
     #[serde(rename = "reaches")]
     pub thresholds: BTreeMap<String, f64>,
 }
@@ -36,10 +37,12 @@ impl Sweep {
                 return Err(CaseError::new(format!("{path}.name"), PLAIN_NAME_RULE).into());
             }
             if !names.insert(&class.name) {
-                return Err(CaseError::new(format!("{path}.name"), "is that of another class too").into());
+                return Err(
+                    CaseError::new(format!("{path}.name"), "is also the name of another class").into()
+                );
             }
             if class.thresholds.is_empty() {
-                let problem = "gives no threshold: every cell would be of this class";
+                let problem = "has no threshold: every cell would be of this class";
                 return Err(CaseError::new(format!("{path}.reaches"), problem).into());
             }
             for (name, threshold) in &class.thresholds {
@@ -75,7 +78,7 @@ pub(super) fn write_intensity(
             .get_or_insert_with(|| (like.clone(), vec![vec![0; like.values.len()]; sweep.intensities.len()]));
         if !have_equal_cells(first, &like) {
             let problem =
-                "has other cells than the runs before: give all of them the same output.rasters.cell";
+                "has other raster cells than the earlier runs: give all runs the same output.rasters.cell";
             return Err(OutputError::new(&folder(number), problem));
         }
         for (cell, class) in classes.iter().enumerate() {
@@ -102,7 +105,7 @@ pub(super) fn write_intensity(
     )?;
     for (class, count) in sweep.intensities.iter().zip(&counts) {
         let share = raster(&|cell| f64::from(count[cell]) / complete.len() as f64);
-        let label = format!("share of {} runs of intensity {} or more", complete.len(), class.name);
+        let label = format!("share of {} runs with intensity {} or higher", complete.len(), class.name);
         write_sweep_raster(
             &own.join(format!("exceedance-intensity-{}", class.name)),
             share,
@@ -114,7 +117,7 @@ pub(super) fn write_intensity(
     Ok(())
 }
 
-/// One raster of a run, and the number of the strongest class of each cell, from 1 for the first; 0 for none. `None` for a run without
+/// Raster of a run, with the number of the strongest class of each cell, from 1 for the first; 0 for none. `None` for a run without
 /// rasters.
 fn intensity_raster(sweep: &Sweep, folder: &Path) -> Result<Option<(Raster, Vec<usize>)>, OutputError> {
     let names: BTreeSet<&String> =

@@ -1,4 +1,4 @@
-//! Sweeps: one case with other values of its parameters, for sensitivity, back-analysis and convergence.
+//! Sweeps: runs of one case with varied parameters, for sensitivity, back-analysis and convergence.
 
 mod convergence;
 mod exceedance;
@@ -25,67 +25,67 @@ pub use convergence::{ConvergenceOrder, observed_order};
 pub use intensity::IntensityClass;
 pub use run::{SweepError, SweepOptions, SweepRunState, run_sweep};
 
-/// A sweep, as its file describes it.
+/// Sweep of a case over values of its parameters, as described in its file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sweep {
-    /// Title of the sweep, in a line.
+    /// Title of the sweep, in one line.
     pub title: String,
-    /// The case file, from the folder of the sweep's file.
+    /// Path of the case file, relative to the folder of the sweep's file.
     pub case: String,
     /// Name of the method; needed when the case has options for several.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub method: Option<String>,
-    /// Parameters that are varied, by names of your own, of letters, digits, `_` and `-`: the columns of the table.
+    /// Varied parameters, by names of your own, of letters, digits, `_` and `-`: the columns of the table.
     pub parameters: BTreeMap<String, SweepParameter>,
-    /// Which values are run together.
+    /// Sampling plan: combinations of values that are run.
     #[serde(default)]
     pub plan: SamplingPlan,
-    /// Observed values, by the name of a column of the measures: the table has the distance of each run from them.
+    /// Observed values, by the name of a column of the measures: the table has the difference of each run from them.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub targets: BTreeMap<String, ObservedTarget>,
     /// Thresholds of the rasters of the runs, by the name of the raster: `peak_thickness_vertical`, `final_thickness_vertical` (m),
-    /// `peak_velocity` (m/s), `peak_dynamic_pressure` (Pa). The sweep writes a raster with the share of the runs that reach each of
-    /// them.
+    /// `peak_velocity` (m/s), `peak_dynamic_pressure` (Pa). For each threshold the sweep writes a raster with the share of the runs that
+    /// reach it.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub exceedance: BTreeMap<String, Vec<f64>>,
-    /// Classes of intensity, from the weakest to the strongest, as those of thickness and velocity that maps of hazard have. The sweep
-    /// writes a raster with the strongest class that any run has in a cell, and one for each class with the share of the runs that
-    /// have it or a stronger one there.
+    /// Intensity classes, from the weakest to the strongest, such as those of thickness and velocity in hazard maps. The sweep writes a
+    /// raster with the strongest class of any run in each cell, and for each class one with the share of the runs that have it or a
+    /// stronger one there.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub intensities: Vec<IntensityClass>,
-    /// A study of convergence in one of the parameters.
+    /// Convergence study in one of the parameters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub convergence: Option<ConvergenceStudy>,
 }
 
-/// Parameter that is varied.
+/// Varied parameter of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SweepParameter {
-    /// Where in the case the value goes, as error messages name it: `materials.sand.friction_angle`,
-    /// `bodies[0].shape.max[1]`. Several places get the same value.
+    /// JSON paths of the value in the case, as in error messages: `materials.sand.friction_angle`, `bodies[0].shape.max[1]`. Several
+    /// paths get one value.
     #[serde(rename = "at")]
     pub paths: Vec<String>,
-    /// The values: numbers, words or true and false.
+    /// Values of the parameter: numbers, words or true and false.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub values: Vec<Value>,
-    /// Least and largest value, in place of `values`, for plans that draw them.
+    /// Least and largest value, in place of `values`, for plans that draw values.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<[f64; 2]>,
-    /// How values are spread over the range.
+    /// Distribution of the values over the range.
     #[serde(default)]
     pub scale: ParameterScale,
 }
 
-/// How values are spread over a range.
+/// Distribution of values over a range.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ParameterScale {
-    /// Evenly.
+    /// Uniform distribution of the values.
     #[default]
     Linear,
-    /// Their logarithms evenly, for stiffness and permeability.
+    /// Uniform distribution of the logarithms, for stiffness and permeability.
     Logarithmic,
 }
 
@@ -93,19 +93,19 @@ pub enum ParameterScale {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObservedTarget {
-    /// The value, in the unit of the measure.
+    /// Observed value, in the unit of the measure.
     pub value: f64,
-    /// How well it is known: a run that is off by so much has a misfit of one.
+    /// Uncertainty of the value, in its unit: a run with this difference has a misfit of one.
     pub tolerance: f64,
 }
 
-/// A study of convergence.
+/// Convergence study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ConvergenceStudy {
-    /// Name of the parameter that gets finer as it gets smaller: a cell size, a spacing, a time step.
+    /// Name of the refined parameter, such as a cell size, a spacing or a time step: smaller values are finer.
     pub parameter: String,
-    /// Columns of the measures whose last values are looked at.
+    /// Columns of the measures whose last values are compared.
     pub measures: Vec<String>,
 }
 
@@ -201,7 +201,7 @@ impl Sweep {
         let mut errors = Vec::new();
         let mut wrong = |path: String, problem: &str| errors.push(CaseError::new(path, problem));
         if self.parameters.is_empty() {
-            wrong("parameters".into(), "is empty: nothing is varied");
+            wrong("parameters".into(), "is empty: give at least one parameter");
         }
         for (name, parameter) in &self.parameters {
             if !is_plain(name) {
@@ -215,7 +215,7 @@ impl Sweep {
         for (name, parameter) in &self.parameters {
             for (number, place) in parameter.paths.iter().enumerate() {
                 if let Some(other) = places.insert(place, name) {
-                    let problem = format!("{place} has the values of the parameter {other:?} already");
+                    let problem = format!("{place} is set by the parameter {other:?} already");
                     wrong(format!("parameters.{name}.at[{number}]"), &problem);
                 }
             }
@@ -237,7 +237,7 @@ impl Sweep {
                 Some(parameter)
                     if !parameter.values.iter().all(is_positive) || parameter.values.len() < 3 =>
                 {
-                    Some("needs three values or more, numbers above 0")
+                    Some("needs three or more values, all of them numbers above 0")
                 }
                 Some(_) => None,
             };
@@ -245,7 +245,7 @@ impl Sweep {
                 wrong("convergence.parameter".into(), problem);
             }
             if study.measures.is_empty() {
-                wrong("convergence.measures".into(), "is empty: nothing is looked at");
+                wrong("convergence.measures".into(), "is empty: give at least one measure");
             }
         }
         if errors.is_empty() { Ok(()) } else { Err(CaseErrors(errors)) }
@@ -257,13 +257,13 @@ impl SweepParameter {
     fn validation_error(&self) -> Option<(&'static str, String)> {
         let plain = |value: &Value| value.is_number() || value.is_string() || value.is_boolean();
         if self.paths.is_empty() {
-            return Some(("at", "is empty: the value goes nowhere".into()));
+            return Some(("at", "is empty: give at least one path in the case".into()));
         }
         match (self.range, self.values.is_empty()) {
-            (None, true) => Some(("values", "is missing; give these or a range".into())),
-            (Some(_), false) => Some(("range", "stands beside values; give one of them".into())),
+            (None, true) => Some(("values", "is missing; give values or a range".into())),
+            (Some(_), false) => Some(("range", "is given beside values; give only one of them".into())),
             (None, false) if self.scale != ParameterScale::Linear => {
-                Some(("scale", "goes with a range".into()))
+                Some(("scale", "applies to a range only".into()))
             }
             (None, false) => {
                 let odd = self.values.iter().position(|value| !plain(value))?;
@@ -273,7 +273,7 @@ impl SweepParameter {
                 Some(("range", format!("{low} is not below {high}")))
             }
             (Some([low, _]), true) if self.scale == ParameterScale::Logarithmic && low <= 0.0 => {
-                Some(("range", format!("{low} is not above 0, as a logarithmic scale needs")))
+                Some(("range", format!("{low} is not above 0, which a logarithmic scale requires")))
             }
             (Some(_), true) => None,
         }

@@ -41,7 +41,7 @@ impl SweepRow {
 /// Results of a sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepResults<'a> {
-    /// The sweep.
+    /// Sweep of the results.
     pub sweep: &'a Sweep,
     /// Rows of the runs, in their order.
     pub rows: Vec<SweepRow>,
@@ -124,9 +124,9 @@ impl SweepResults<'_> {
                     if let (Some(found), true) = (found, k + 1 == runs.len()) {
                         let with = if others.is_empty() { String::new() } else { format!(" ({others})") };
                         said.push(match found.order.is_nan() {
-                            true => format!("{measure}{with}: no order; {value:.6e} at {size}"),
+                            true => format!("{measure}{with}: no observed order; {value:.6e} at {size}"),
                             false => format!(
-                                "{measure}{with}: order {:.2}, limit {:.6e}, uncertainty of the finest {:.2} %",
+                                "{measure}{with}: order {:.2}, limit {:.6e}, uncertainty of the finest run {:.2} %",
                                 found.order,
                                 found.limit,
                                 100.0 * found.grid_convergence_index

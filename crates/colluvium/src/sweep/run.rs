@@ -147,17 +147,19 @@ fn prepare_folder(sweep: &Sweep, options: &SweepOptions) -> Result<(), SweepErro
     let kept = out.join(SWEEP_FILE);
     let earlier = kept.exists().then(|| fs::read_to_string(&kept)).transpose().map_err(fail)?;
     match earlier {
-        Some(earlier) if options.resume && earlier != text => return refuse("holds another sweep"),
+        Some(earlier) if options.resume && earlier != text => return refuse("contains another sweep"),
         Some(_) if !options.resume && !options.overwrite => {
-            return refuse("holds an earlier sweep already (resume it, overwrite it or choose another)");
+            return refuse(
+                "contains an earlier sweep already (resume it, overwrite it or choose another folder)",
+            );
         }
-        None if options.resume => return refuse("holds no sweep to resume"),
+        None if options.resume => return refuse("contains no sweep to resume"),
         Some(earlier) if options.overwrite => remove_earlier_sweep(out, &earlier)?,
         None => {
             let foreign = results_table::TABLE_FILES.iter().find(|name| out.join(name).exists());
             if let Some(name) = foreign {
                 return refuse(&format!(
-                    "holds {name}, which no sweep wrote: choose another folder, or move it away"
+                    "contains {name}, which no sweep wrote: choose another folder, or move the file"
                 ));
             }
         }
@@ -218,7 +220,7 @@ fn run_case(method: &dyn Method, case: &Case, out: &Path, options: &SweepOptions
         return match verify(out) {
             Ok(verified) if verified.problems.is_empty() => SweepRunState::AlreadyComplete,
             Ok(verified) => SweepRunState::Failed(format!(
-                "{}: files are not as the run left them ({}): delete this folder to have it run anew",
+                "{}: files differ from those that the run wrote ({}): delete this folder to run the case again",
                 out.display(),
                 verified.problems.join("; ")
             )),

@@ -16,28 +16,27 @@ const MAX_RUNS: usize = 100_000;
 /// Largest number of parameters of a Sobol sequence.
 const SOBOL_DIMENSIONS: usize = sobol_burley::NUM_DIMENSIONS as usize;
 
-/// Which values of the parameters are run together.
+/// Sampling plan: combinations of parameter values that are run.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum SamplingPlan {
-    /// Every value of each parameter with every value of the others.
+    /// All combinations of the values (full factorial design).
     #[default]
     #[serde(rename = "grid")]
     FullFactorial,
-    /// The first values of all parameters, then the second ones, …
+    /// Values in parallel: the first values of all parameters, then the second ones, …
     #[serde(rename = "together")]
     Paired,
-    /// Drawn at random so that each of `runs` equal parts of each parameter's range is met once (McKay, Beckman and
-    /// Conover 1979).
+    /// Latin hypercube sampling: random values, one in each of `runs` equal parts of each parameter's range (McKay, Beckman and Conover
+    /// 1979).
     LatinHypercube {
         /// Number of runs.
         runs: usize,
-        /// Seed; the same one draws the same values.
+        /// Seed of the random draws; equal seeds draw equal values.
         #[serde(default)]
         seed: u64,
     },
-    /// The first points of a Sobol sequence, scrambled (Owen 1998), which fill the ranges evenly whatever their
-    /// number; powers of two are best.
+    /// Scrambled Sobol sequence (Owen 1998), whose first points fill the ranges evenly for any number of runs; powers of two are best.
     Sobol {
         /// Number of runs.
         runs: usize,
@@ -56,7 +55,7 @@ impl SamplingPlan {
         let mut wrong = Vec::new();
         if let Self::FullFactorial | Self::Paired = self {
             let ranges = parameters.iter().filter(|(_, parameter)| parameter.range.is_some());
-            let problem = "goes with the plans latin-hypercube and sobol; give values";
+            let problem = "applies to the plans latin-hypercube and sobol only; give values";
             wrong.extend(ranges.map(|(name, _)| (format!("parameters.{name}.range"), problem.to_owned())));
         }
         let mut counts = parameters.iter().map(|(name, parameter)| (name, parameter.values.len()));
@@ -64,14 +63,14 @@ impl SamplingPlan {
             Self::FullFactorial => {
                 let runs = counts.try_fold(1, |runs: usize, (_, count)| runs.checked_mul(count));
                 if runs.is_none_or(|runs| runs > MAX_RUNS) {
-                    wrong.push(("plan".into(), format!("makes more than {MAX_RUNS} runs")));
+                    wrong.push(("plan".into(), format!("has more than {MAX_RUNS} runs")));
                 }
             }
             Self::Paired => {
                 let Some((first, count)) = counts.next() else { return wrong };
                 wrong.extend(counts.filter(|(_, other)| *other != count).map(|(name, other)| {
                     let problem =
-                        format!("has {other} entries, {first} has {count}: the plan takes them together");
+                        format!("has {other} entries, and {first} has {count}: the plan together requires equal numbers");
                     (format!("parameters.{name}.values"), problem)
                 }));
             }
@@ -82,8 +81,10 @@ impl SamplingPlan {
             }
         }
         if matches!(self, Self::Sobol { .. }) && parameters.len() > SOBOL_DIMENSIONS {
-            let problem =
-                format!("are {}, a Sobol sequence has {SOBOL_DIMENSIONS} at most", parameters.len());
+            let problem = format!(
+                "are {}, and a Sobol sequence has {SOBOL_DIMENSIONS} dimensions at most",
+                parameters.len()
+            );
             wrong.push(("parameters".into(), problem));
         }
         wrong

@@ -65,8 +65,11 @@ fn what_is_wrong_is_named_with_its_place() {
         ),
         (problem(parameter("values", json!([20, [1]]))), "parameters.friction.values: [1]"),
         (problem(parameter("values", json!([]))), "parameters.friction.values: is missing"),
-        (problem(parameter("range", json!([1, 2]))), "parameters.friction.range: stands beside values"),
-        (problem(parameter("scale", json!("logarithmic"))), "parameters.friction.scale: goes with a range"),
+        (problem(parameter("range", json!([1, 2]))), "parameters.friction.range: is given beside values"),
+        (
+            problem(parameter("scale", json!("logarithmic"))),
+            "parameters.friction.scale: applies to a range only",
+        ),
         (
             problem(|s| s["plan"] = json!({ "kind": "together" })),
             "parameters.friction.values: has 2 entries, floor has 3",
@@ -87,14 +90,14 @@ fn what_is_wrong_is_named_with_its_place() {
         (problem(|s| s["case"] = json!("none.json")), "none.json: cannot be read"),
         (
             problem(|s| s["convergence"] = json!({ "parameter": "friction", "measures": ["front"] })),
-            "convergence.parameter: needs three values",
+            "convergence.parameter: needs three or more values",
         ),
         (
             problem(|s| {
                 s["parameters"]["floor"] =
                     json!({ "at": ["boundaries[2].wall.friction_coefficient"], "range": [0.1, 1] });
             }),
-            "parameters.floor.range: goes with the plans",
+            "parameters.floor.range: applies to the plans",
         ),
     ];
     for (found, expected) in wrong {
@@ -198,7 +201,7 @@ fn a_sweep_goes_on_where_it_stopped_and_is_kept_from_others() {
     assert_eq!(status, ["completed", "completed", "", "", "", ""]);
 
     let refused = table(&path, &options).unwrap_err().to_string();
-    assert!(refused.contains("holds an earlier sweep already"), "{refused}");
+    assert!(refused.contains("contains an earlier sweep already"), "{refused}");
     let resumed = SweepOptions { resume: true, ..options.clone() };
     let (rest, states) = table(&path, &resumed).unwrap();
     assert_eq!(rest, whole);
@@ -215,7 +218,7 @@ fn a_sweep_goes_on_where_it_stopped_and_is_kept_from_others() {
     other["parameters"]["friction"]["values"] = json!([20]);
     fs::write(&path, other.to_string()).unwrap();
     let refused = table(&path, &resumed).unwrap_err().to_string();
-    assert!(refused.contains("holds another sweep"), "{refused}");
+    assert!(refused.contains("contains another sweep"), "{refused}");
     for name in ["run-0004/notes.txt", "pictures/mine.svg"] {
         fs::write(out.join(name), "kept").unwrap();
     }

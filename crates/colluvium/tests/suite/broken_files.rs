@@ -51,7 +51,7 @@ fn a_file_that_is_no_json_is_named_with_line_and_column() {
     for (arguments, start) in [
         (&["check", "broken.json"][..], "broken.json: line 3, column 0: EOF"),
         (&["run", "broken.json"], "broken.json: line 3, column 0: EOF"),
-        (&["run", "twice.json"], "twice.json: line 2, column 16: the key \"title\" stands twice"),
+        (&["run", "twice.json"], "twice.json: line 2, column 16: the key \"title\" appears twice"),
         (&["sweep", "broken.json"], "broken.json: line 3, column 0: EOF"),
         (&["sweep", "of-broken.json"], "broken.json: line 3, column 0: EOF"),
         (&["sweep", "of-wrong.json"], "wrong.json: materials.m.poissons_ratio: 0.7 "),

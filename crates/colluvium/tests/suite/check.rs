@@ -17,7 +17,7 @@ fn check_tells_densities_and_the_times_that_decide() {
     assert_eq!(code, 0, "{warned}");
     assert!(told.contains("densities      column: dry 2000, saturated 2400, grains 3333 kg/m³"), "{told}");
     assert!(told.contains("consolidation h²/c_v") && told.contains("fall √(h/g) 1.010e-1 s"), "{told}");
-    assert!(warned.contains("materials.sand.density: 2000 kg/m³ makes grains of 3333 kg/m³"), "{warned}");
+    assert!(warned.contains("materials.sand.density: 2000 kg/m³ gives grains of 3333 kg/m³"), "{warned}");
     let steps = told.lines().find_map(|line| line.strip_prefix("steps          about ")).unwrap();
     assert!(steps.parse::<f64>().unwrap() >= 1200.0, "{steps} steps for 1200 frames");
 }
@@ -69,7 +69,7 @@ fn an_element_test_of_no_stress_is_refused_before_its_table() {
     let (code, told, warned) =
         output(program().arg("element-test").arg(&file).arg("--out").arg(folder.path().join("out")));
     assert!(
-        code == 3 && warned.contains("the stress at the start is no number") && !told.contains("NaN"),
+        code == 3 && warned.contains("the initial stress is not a number") && !told.contains("NaN"),
         "{code}: {warned}"
     );
 }

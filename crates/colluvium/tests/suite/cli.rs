@@ -443,7 +443,10 @@ fn templates_pass_their_check_and_the_smallest_runs_and_plots() {
     assert_eq!(output(program().args(["plot", "--frame", "999"]).arg(&out)).0, 2);
     assert_eq!(output(program().args(["plot", "--field", "colour"]).arg(&out)).0, 2);
     let (code, _, errors) = output(program().arg("plot").arg(folder.path().join("nowhere")));
-    assert!(code == 2 && errors.contains("nowhere: holds no run"), "{code} {errors}");
+    assert!(
+        code == 2 && errors.contains("nowhere: contains no run (summary.json is missing)"),
+        "{code} {errors}"
+    );
 }
 
 #[test]
@@ -464,7 +467,11 @@ fn what_lies_on_nodes_is_drawn_by_its_name() {
     let (code, _, errors) = draw("grid", "colour");
     assert!(code == 2 && errors.contains("density"), "{errors}");
     let (code, _, errors) = draw("contacts", "force");
-    assert!(code == 2 && errors.contains("--dataset contacts: the run has grid, points"), "{errors}");
+    assert!(
+        code == 2
+            && errors.contains("--dataset contacts: is not a dataset of the run; there are grid, points"),
+        "{errors}"
+    );
 }
 
 #[test]
@@ -521,7 +528,7 @@ fn a_report_needs_no_other_file_and_has_all_that_a_run_left() {
     assert!(order.map(place).is_sorted(), "{:?}", order.map(place));
     assert!(!page.contains("Incomplete") && !page.contains("<figcaption>mass"));
     assert_eq!(output(program().args(["report", "--field", "colour"]).arg(&out)).0, 2);
-    assert_eq!(output(program().arg("report").arg(folder.path())).0, 2, "holds no run");
+    assert_eq!(output(program().arg("report").arg(folder.path())).0, 2, "contains no run");
 }
 
 #[test]
@@ -553,7 +560,7 @@ fn an_export_has_every_frame_and_table_to_the_last_bit() {
     let numbers = columns.iter().filter(|array| !array.name.ends_with(".mask")).count();
     assert_eq!(numbers, table.columns.len());
     assert_eq!(columns[0].values, NpzValues::Float(table.column("time").unwrap()));
-    assert_eq!(output(program().arg("export").arg(folder.path())).0, 2, "holds no run");
+    assert_eq!(output(program().arg("export").arg(folder.path())).0, 2, "contains no run");
 }
 
 #[test]
@@ -581,7 +588,7 @@ fn a_report_says_that_a_run_is_incomplete() {
     for file in ["measures.csv", "frames.pvd", "profile-surface.csv"] {
         fs::remove_file(out.join(file)).unwrap();
     }
-    assert!(page().contains("Nothing yet."));
+    assert!(page().contains("No results yet."));
 }
 
 #[test]

@@ -51,10 +51,10 @@ fn a_case_with_one_entry_runs_with_two_methods_side_by_side_and_resumes() {
         "At equal times",
         "Profiles at equal times",
         "front along x",
-        "not for this case",
+        "does not support this case",
         "spacing 0.01 m",
         "Energy budget",
-        "Profile, from the reference",
+        "Profile, difference from the reference",
         "Memory (MiB)",
     ] {
         assert!(html.contains(words), "{words}");

@@ -131,7 +131,7 @@ fn a_deposit_is_released_by_a_next_case() {
     fs::write(folder.join("around.geojson"), outline(&dry)).unwrap();
     let (code, _, errors) = run("none");
     assert!(code != 0 && errors.contains("bodies[0].shape.thickness: "), "{errors}");
-    assert!(errors.contains("final_thickness_vertical.tif: is zero all over the outline"), "{errors}");
+    assert!(errors.contains("final_thickness_vertical.tif: is zero in the whole outline"), "{errors}");
 }
 
 #[test]
@@ -141,7 +141,10 @@ fn rasters_are_refused_by_methods_that_have_none() {
     assert_eq!(in_folder(folder, &["new", "debris-flow"]).0, 0);
     change(folder, |case| case["methods"] = json!({ "mpm": { "cell_size": 20 } }));
     let (code, _, errors) = in_folder(folder, &["check", "debris-flow.json"]);
-    assert!(code != 0 && errors.contains("output.rasters: rasters over the plan are those of"), "{errors}");
+    assert!(
+        code != 0 && errors.contains("output.rasters: rasters over the plan are available with"),
+        "{errors}"
+    );
     change(folder, |case| {
         case["output"] = json!({});
     });

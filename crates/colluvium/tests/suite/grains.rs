@@ -211,12 +211,12 @@ fn cells_of_disks_are_refused_where_there_is_strain_across_their_plane() {
     let mut value = mpm();
     value["space"] = json!("axisymmetric");
     let refusal = read(&value).unwrap_err();
-    assert!(refusal.contains("materials.grains: its law knows no strain across the plane"), "{refusal}");
+    assert!(refusal.contains("materials.grains: its law has no strain normal to the plane"), "{refusal}");
     // Grains in tension at the start.
     let mut value = mpm();
     value["bodies"][0]["stress"]["value"] = json!([1e3, -1e3, 0, 0, 0, 0]);
     let refusal = colluvium::method("mpm").unwrap().build(&case(&value)).err().unwrap().to_string();
-    assert!(refusal.contains("bear no tension"), "{refusal}");
+    assert!(refusal.contains("cannot carry tension"), "{refusal}");
 }
 
 #[test]
@@ -278,7 +278,7 @@ fn grains_that_take_long_to_place_are_told_of_before_and_those_that_do_not_fit_a
     let told = |value: &Value| dem.problem_size(&case(value)).unwrap().size_notice();
     let words = told(&filled(1.0, 0.01)).unwrap();
     assert!(
-        words.starts_with("methods.dem.grains: about 1.4e6 points are to be placed, which takes about "),
+        words.starts_with("methods.dem.grains: about 1.4e6 points will be placed. This takes about "),
         "{words}"
     );
     assert_eq!(told(&filled(1.0, 0.1)), None);
@@ -354,9 +354,9 @@ fn the_folder_of_a_run_has_the_specimen_that_running_its_case_gives() {
     // For a state that a folder lacks, the message names the remedy.
     let early = ["specimen", "bed", "--out", "no.json", "--until", "fall"];
     let (code, _, problems) = command(&early);
-    let cure = "case.json --until fall --out no.json` runs up to that of \"fall\" again";
+    let cure = "case.json --until fall --out no.json` runs the case again to the end of \"fall\"";
     assert!(
-        code == 2 && problems.contains("holds the end of its last stage only") && problems.contains(cure),
+        code == 2 && problems.contains("contains the end of its last stage only") && problems.contains(cure),
         "{problems}"
     );
     assert_eq!(command(&["specimen", ".", "--out", "no.json"]).0, 2, "no run");
@@ -364,7 +364,10 @@ fn the_folder_of_a_run_has_the_specimen_that_running_its_case_gives() {
     assert!(code == 2 && problems.contains("is a run of dem, not of mpm"), "{problems}");
     std::fs::remove_file(folder.path().join("bed/checkpoint.bin")).unwrap();
     let (code, _, problems) = command(&["specimen", "bed", "--out", "no.json"]);
-    assert!(code == 1 && problems.contains("is in checkpoint.bin, which is not there"), "{problems}");
+    assert!(
+        code == 1 && problems.contains("checkpoint.bin with the history of the contacts is missing"),
+        "{problems}"
+    );
     assert!(!folder.path().join("no.json").exists());
 }
 

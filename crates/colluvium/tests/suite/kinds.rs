@@ -33,10 +33,10 @@ fn a_file_of_another_kind_is_named_in_a_line_with_the_command_for_it() {
         for (file, line) in [
             (
                 "test.json",
-                "test.json: is an element test, and not a case: `colluvium element-test test.json` takes it",
+                "test.json: is an element test, and not a case: use `colluvium element-test test.json`",
             ),
-            ("sweep.json", "sweep.json: is a sweep, and not a case: `colluvium sweep sweep.json` takes it"),
-            ("run", "run: is the folder of a run, and not a case: `colluvium report run` shows it"),
+            ("sweep.json", "sweep.json: is a sweep, and not a case: use `colluvium sweep sweep.json`"),
+            ("run", "run: is the folder of a run, and not a case: `colluvium report run` writes its report"),
             (
                 "driver",
                 "driver: is the folder of an incrementalDriver, and not a case: `colluvium element-test driver --material FILE` runs it",
@@ -46,10 +46,10 @@ fn a_file_of_another_kind_is_named_in_a_line_with_the_command_for_it() {
         }
     }
     for (command, file, is) in [
-        ("sweep", "test.json", "is an element test, and not a sweep: `colluvium element-test"),
-        ("sweep", "case.json", "is a case, and not a sweep: `colluvium check"),
-        ("element-test", "case.json", "is a case, and not an element test: `colluvium check"),
-        ("element-test", "sweep.json", "is a sweep, and not an element test: `colluvium sweep"),
+        ("sweep", "test.json", "is an element test, and not a sweep: use `colluvium element-test"),
+        ("sweep", "case.json", "is a case, and not a sweep: use `colluvium check"),
+        ("element-test", "case.json", "is a case, and not an element test: use `colluvium check"),
+        ("element-test", "sweep.json", "is a sweep, and not an element test: use `colluvium sweep"),
     ] {
         let (code, errors) = run(folder, &[command, file]);
         assert!(
@@ -75,11 +75,14 @@ fn files_that_a_case_names_results_and_folders_are_told_apart() {
     fs::write(folder.join("terrain.asc"), "ncols 2\n").unwrap();
     fs::create_dir(folder.join("empty")).unwrap();
     for (file, is) in [
-        ("area.geojson", "area.geojson: is an outline, and not a case: a case names such files"),
-        ("area.json", "area.json: is an outline, and not a case: a case names such files"),
-        ("terrain.asc", "terrain.asc: is a raster, and not a case: a case names such files"),
-        ("summary.json", "summary.json: is the summary of a run, and not a case: `colluvium report`"),
-        ("empty", "empty: is a folder, and not a case: give the file itself"),
+        ("area.geojson", "area.geojson: is an outline, and not a case: name it in a case file"),
+        ("area.json", "area.json: is an outline, and not a case: name it in a case file"),
+        ("terrain.asc", "terrain.asc: is a raster, and not a case: name it in a case file"),
+        (
+            "summary.json",
+            "summary.json: is the summary of a run, and not a case: give the folder of the run to `colluvium report`",
+        ),
+        ("empty", "empty: is a folder, and not a case: give the path of the file"),
     ] {
         let (code, errors) = run(folder, &["check", file]);
         assert!(code == 3 && errors.contains(is) && errors.lines().count() == 1, "{file}: {errors}");

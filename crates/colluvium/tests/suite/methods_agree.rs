@@ -79,7 +79,12 @@ fn a_case_with_pore_fluid_runs_in_depth_and_over_the_depth() {
     });
     let case = Case::from_json(&value.to_string()).unwrap();
     let notes = DepthSph.plan(&case).unwrap().warnings;
-    assert!(notes.iter().any(|note| note.contains("bulk_modulus: the pore fluid of depth-sph")), "{notes:?}");
+    assert!(
+        notes
+            .iter()
+            .any(|note| note.contains("bulk_modulus: is ignored, because the pore fluid of depth-sph")),
+        "{notes:?}"
+    );
     for method in [&Mpm as &dyn Method, &DepthSph] {
         let mut solver = method.build(&case).unwrap();
         solver.begin_stage(0, 0.0).unwrap();

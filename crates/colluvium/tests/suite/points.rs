@@ -118,7 +118,7 @@ fn grains_are_as_their_file_lists_them() {
     for (text, words) in [
         (
             "x,y,radius,kind\n1.5,0.5,0.1,lead\n",
-            "the kind \"lead\" is none of methods.dem.grains, which are iron, m",
+            "the kind \"lead\" is not one of methods.dem.grains, which are iron, m",
         ),
         ("x,y,radius,id\n1.5,0.5,0.1,3\n2.5,0.5,0.1,3\n", "two grains have the number 3"),
     ] {
@@ -139,7 +139,7 @@ fn points_that_do_not_suit_the_method_are_refused_or_remarked() {
     };
     let error = colluvium::method("mpm").unwrap().plan(&case("mpm", 0.5)).unwrap_err().to_string();
     assert!(
-        error.starts_with("bodies[0].points: ") && error.contains("more than the cells of 0.25 m"),
+        error.starts_with("bodies[0].points: ") && error.contains("more than the cell size of 0.25 m"),
         "{error}"
     );
     // A width of a cell, to rounding, is not too wide.

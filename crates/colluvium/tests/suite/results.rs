@@ -90,7 +90,7 @@ fn files_of_a_run_that_are_gone_are_named_and_the_rest_is_done() {
     without("measures.csv", None);
     without("measures.csv", Some("# about\ntime (s),front (m)\n0,x\n"));
     let page = fs::read_to_string(folder.join("out/report.html")).unwrap();
-    assert!(page.contains("measures.csv: ") && page.contains("the report is without the measures"));
+    assert!(page.contains("measures.csv: ") && page.contains("the report does not show the measures"));
     fs::remove_file(folder.join("out/frames.pvd")).unwrap();
     let (code, _, errors) = in_folder(folder, &["export", "out", "--points"]);
     assert!(code == 1 && errors.contains("frames.pvd"), "{errors}");
@@ -136,7 +136,7 @@ fn a_run_whose_terrain_has_moved_is_shown_and_exported_without_it() {
     // File with the name of a result that the run did not write.
     fs::write(folder.join("out/rasters/final_speed.asc"), "mine").unwrap();
     let (code, said, errors) = in_folder(folder, &["verify", "out"]);
-    let named = "rasters/final_speed.asc: has the name of a result, and the run did not write it";
+    let named = "rasters/final_speed.asc: has the name of a result, but the run did not write it";
     assert!(code == 1 && (said + &errors).contains(named));
 }
 

@@ -70,7 +70,7 @@ impl BasalSpec {
         };
         let steep = angle > 50.0;
         steep
-            .then(|| format!("friction_angle: {angle} degrees is more than any bed has"))
+            .then(|| format!("friction_angle: {angle} degrees is more than that of any bed"))
             .into_iter()
             .collect()
     }

@@ -236,7 +236,7 @@ impl MotionBlock {
             *volume *= ratio;
             *density = mass / *volume;
         }
-        inverted.map(|p| (p, format!("the step would turn it inside out (volume ratio {})", ratios[p])))
+        inverted.map(|p| (p, format!("the step would invert it (volume ratio {})", ratios[p])))
     }
 
     /// Motion of one point.

@@ -179,7 +179,7 @@ impl MaterialSpec {
         if std::iter::successors(Some(self), |spec| spec.inner()).nth(MAX_NESTING).is_none() {
             return Ok(());
         }
-        let rule = format!("more than {MAX_NESTING} materials stand around one another");
+        let rule = format!("more than {MAX_NESTING} materials are nested");
         Err(MaterialError::choice("model", rule))
     }
 

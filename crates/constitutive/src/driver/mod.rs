@@ -222,7 +222,7 @@ impl ElementTest {
         let invalid = |error| DriverError::Invalid(vec![test_checks::material_problem(&error)]);
         let mut specimen = ElementSpecimen::new(self).map_err(invalid)?;
         if !specimen.stress.0.iter().all(|component| component.is_finite()) {
-            let problem = "the stress at the start is no number: look at the size of moduli and strengths";
+            let problem = "the initial stress is not a number: check the size of moduli and strengths";
             return Err(DriverError::Invalid(vec![TestProblem {
                 path: "material".to_owned(),
                 problem: problem.to_owned(),

@@ -219,7 +219,7 @@ impl TestProblems {
         let at = |share: f64| (Mat3::IDENTITY + (*to - Mat3::IDENTITY) * share).determinant();
         let inverts = (0..=100).any(|i| !(at(f64::from(i) / 100.0) > 0.0));
         self.require(!inverts, path, || {
-            "turns the material inside out on the straight way from the unit matrix".to_owned()
+            "inverts the material on the straight path from the unit matrix".to_owned()
         });
     }
 }

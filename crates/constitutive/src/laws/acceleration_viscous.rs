@@ -115,7 +115,7 @@ impl AccelerationViscosity {
         not_negative("viscous.m2", self.m2, "s²")?;
         not_negative("viscous.eta1", self.eta1, "Pa s")?;
         let fits = self.eta3 == 0.0 || (self.eta3.is_finite() && self.mode == ViscousMode::RateMaterial);
-        check("viscous.eta3", self.eta3, fits, "goes with mode rate-material only (Pa s³)")
+        check("viscous.eta3", self.eta3, fits, "needs mode rate-material (Pa s³)")
     }
 }
 

@@ -146,7 +146,8 @@ impl ViscoplasticParameters {
         match self.form {
             YieldForm::Viscoplastic {} => Vec::new(),
             YieldForm::Capped { .. } => {
-                vec!["form: a capped viscosity creeps for ever, it does not rest on a slope".to_owned()]
+                vec!["form: with a capped viscosity the material always creeps and does not come to rest on a \
+                      slope".to_owned()]
             }
         }
     }

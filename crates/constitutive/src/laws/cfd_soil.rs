@@ -95,8 +95,10 @@ impl Model for CfdSoilSpec {
         let mut warnings = super::angle_warnings(self.friction_angle, 0.0);
         warnings.extend(incompressibility_warnings(self.poissons_ratio));
         if self.norm == ShearNorm::VonMisesQ {
-            warnings
-                .push("norm: von-mises-q makes the soil weaker than Coulomb's by the root of 3".to_owned());
+            warnings.push(
+                "norm: von-mises-q makes the soil weaker than that of Coulomb by a factor of the root of 3"
+                    .to_owned(),
+            );
         }
         warnings
     }

@@ -121,7 +121,7 @@ impl CohesiveBandSpec {
         positive("band.shear_stiffness", self.shear_stiffness, "Pa/m")?;
         let offset = cohesion - least;
         let shear_strength = (cohesion * cohesion - offset * offset).sqrt();
-        let rule = "must be finite when it is squared";
+        let rule = "must have a finite square";
         check("band.cohesion", cohesion, shear_strength.is_finite(), rule)?;
         let lengths = [self.opening_energy / tensile_strength, self.sliding_energy / shear_strength];
         for (name, stiffness, softening) in [

@@ -114,7 +114,7 @@ impl Barotropic {
         let ratio = self.ratio_of(pressure);
         // The tolerance is round-off of a mean stress of three components.
         if !(ratio > 0.0 && pressure >= -self.tension - 1e-12 * initial.stress.norm()) {
-            return Err(fail("the initial tension is above what the material bears"));
+            return Err(fail("the initial tension is above the tensile strength of the material"));
         }
         if !(initial.density > 0.0 && initial.density.is_finite()) {
             return Err(fail("the density must be positive"));

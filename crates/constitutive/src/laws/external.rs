@@ -51,7 +51,7 @@ pub struct ExternalSpec {
 
 impl Model for ExternalSpec {
     const INFO: ModelInfo = ModelInfo {
-        source: "a method that brings it",
+        source: "a method that provides it",
         kind: ModelFamily::Solid,
         strain: "the law's",
         tangent: "the law's",
@@ -61,7 +61,8 @@ impl Model for ExternalSpec {
         let known = FACTORIES.read().unwrap_or_else(PoisonError::into_inner);
         let Some(factory) = known.iter().find(|factory| factory.name() == self.law) else {
             let names: Vec<&str> = known.iter().map(|factory| factory.name()).collect();
-            let rule = format!("no law {:?} is offered here; there is {}", self.law, name_list(&names));
+            let rule =
+                format!("the law {:?} is not available here; there is {}", self.law, name_list(&names));
             return Err(MaterialError::choice("law", rule));
         };
         factory.build(self.density, &self.parameters).map_err(|error| error.under_key("parameters"))

@@ -156,7 +156,7 @@ pub(super) fn solve_deformation(
     principal: impl Fn([f64; 3]) -> PrincipalStress,
 ) -> Result<SymTensor, MaterialError> {
     let refuse = || {
-        let reason = "no deformation of moderate size carries this stress".to_owned();
+        let reason = "no moderate deformation gives this stress".to_owned();
         MaterialError::Initial { model, reason }
     };
     if !stress.is_finite() {

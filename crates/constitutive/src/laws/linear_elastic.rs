@@ -62,7 +62,9 @@ impl Model for LinearElasticSpec {
 /// Warnings about nearly incompressible solids (sheet: mpm §7).
 pub(crate) fn incompressibility_warnings(poissons_ratio: f64) -> Vec<String> {
     if poissons_ratio >= 0.49 {
-        vec![format!("poissons_ratio: {poissons_ratio} makes explicit steps short and low-order grids lock")]
+        vec![format!(
+            "poissons_ratio: {poissons_ratio} makes explicit time steps short, and low-order grids lock"
+        )]
     } else {
         Vec::new()
     }
@@ -73,7 +75,9 @@ pub(crate) fn snow_ratio_warnings(poissons_ratio: f64) -> Vec<String> {
     if poissons_ratio > 0.45 {
         vec![format!("poissons_ratio: {poissons_ratio} is above 0.45: low-order grids lock")]
     } else if poissons_ratio < 0.0 {
-        vec![format!("poissons_ratio: {poissons_ratio} is negative: what is pressed grows thinner across")]
+        vec![format!(
+            "poissons_ratio: {poissons_ratio} is negative: the material contracts laterally under compression"
+        )]
     } else {
         Vec::new()
     }

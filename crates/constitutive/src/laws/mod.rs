@@ -99,10 +99,10 @@ fn check_angles(friction: f64, dilatancy: f64) -> Result<(), MaterialError> {
 fn angle_warnings(friction: f64, dilatancy: f64) -> Vec<String> {
     let mut warnings = Vec::new();
     if friction > 60.0 {
-        warnings.push(format!("friction_angle: {friction} degrees is more than any soil has"));
+        warnings.push(format!("friction_angle: {friction} degrees is more than that of any soil"));
     }
     if dilatancy < 0.0 {
-        warnings.push(format!("dilatancy_angle: {dilatancy} degrees contracts without end"));
+        warnings.push(format!("dilatancy_angle: {dilatancy} degrees gives contraction without limit"));
     }
     warnings
 }
@@ -120,7 +120,7 @@ fn check_initial(
     let reason = if excess.is_finite() {
         format!("the stress lies outside the yield surface by {excess:.4e} Pa (stress {:?} Pa)", stress.0)
     } else {
-        format!("numbers of this size leave double precision (stress {:?} Pa)", stress.0)
+        format!("numbers of this size exceed double precision (stress {:?} Pa)", stress.0)
     };
     Err(MaterialError::Initial { model, reason })
 }

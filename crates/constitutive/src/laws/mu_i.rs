@@ -172,7 +172,10 @@ impl Model for MuISpec {
             ));
         }
         if self.form != MuIForm::default() {
-            warnings.push("form: a viscous form creeps for ever, it does not rest on a slope".to_owned());
+            warnings.push(
+                "form: with a viscous form the material always creeps and does not come to rest on a slope"
+                    .to_owned(),
+            );
         }
         warnings
     }

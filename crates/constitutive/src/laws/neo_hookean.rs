@@ -147,7 +147,7 @@ impl FiniteElastic for NeoHookean {
         if *stress == SymTensor::ZERO {
             return Ok(SymTensor::ZERO);
         }
-        let reason = "no deformation of moderate size carries this stress".to_owned();
+        let reason = "no moderate deformation gives this stress".to_owned();
         self.deformation_of(stress).ok_or(MaterialError::Initial { model: Self::NAME, reason })
     }
 

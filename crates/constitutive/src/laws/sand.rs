@@ -301,7 +301,7 @@ impl SandSpec {
             let rule = format!("is not between 0 and the friction angle, {angle} degrees (excluded)");
             check("hardening.below", below, (0.0..angle).contains(&below), &rule)?;
             let most = angle + hardening.max_friction_change();
-            let rule = format!("takes the friction angle to {most:.4} degrees, which must stay below 90");
+            let rule = format!("raises the friction angle to {most:.4} degrees, which must stay below 90");
             check("hardening.growth", growth, most < 90.0, &rule)?;
         }
         Ok(Sand { elasticity: self.invariants.elasticity(elasticity), spec: self.clone() })
@@ -325,8 +325,8 @@ impl Model for SandSpec {
         warnings.extend(angle_warnings(self.friction_angle, 0.0));
         if self.invariants == StressInvariants::Plane {
             warnings.push(
-                "invariants: plane makes sand weaker, its cone has two thirds of the slope that the friction angle stands for in \
-                 triaxial compression"
+                "invariants: plane makes sand weaker: the slope of its cone is two thirds of that of the \
+                 friction angle in triaxial compression"
                     .to_owned(),
             );
         }

@@ -57,7 +57,7 @@ impl Model for SaturationSoftenedSpec {
             MaterialSpec::MohrCoulomb(spec) if spec.strain_measure == StrainMeasure::Rate => {
                 within(spec.cohesion)?;
                 if spec.tensile_strength.is_some() {
-                    return refuse("a tension cut-off does not go with strength lost by saturation");
+                    return refuse("a tension cut-off is not available with loss of strength by saturation");
                 }
                 let law = spec.law().map_err(under)?;
                 Ok(Arc::new(Corotational(SaturationSoftened { law, dry: spec.cohesion, saturated })))

@@ -137,10 +137,10 @@ impl Model for SnowSpec {
     // Sheet: snow-mpm §7.
     fn warnings(&self) -> Vec<String> {
         let mut warnings = snow_ratio_warnings(self.poissons_ratio);
-        let elastic = "this much elastic strain is more than snow bears";
+        let elastic = "snow fails at smaller elastic strains";
         warn_above(&mut warnings, ("critical_compression", self.critical_compression, 0.2), elastic);
         warn_above(&mut warnings, ("critical_stretch", self.critical_stretch, 0.2), elastic);
-        let steps = "packed snow becomes so stiff that steps shrink by orders of magnitude";
+        let steps = "compacted snow becomes so stiff that time steps decrease by orders of magnitude";
         warn_above(&mut warnings, ("hardening_factor", self.hardening_factor, 30.0), steps);
         warnings
     }

@@ -76,7 +76,7 @@ impl Model for UndrainedSpec {
         };
         if psi > 0.0 && self.cavitation_strength.is_none() {
             warnings.push(format!(
-                "skeleton.dilatancy_angle: {psi} degrees, undrained strength grows without bound"
+                "skeleton.dilatancy_angle: with {psi} degrees the undrained strength grows without limit"
             ));
         }
         warnings

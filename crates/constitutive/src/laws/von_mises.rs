@@ -100,7 +100,7 @@ impl VonMisesSpec {
                 refuse("residual_cohesion", "is never reached without a softening_rate")
             }
             None if self.softening_rate != 0.0 => {
-                refuse("softening_rate", "has nothing to soften to without a residual_cohesion")
+                refuse("softening_rate", "needs a residual_cohesion as the end of softening")
             }
             _ => Ok(()),
         }

@@ -42,7 +42,7 @@ fn a_law_from_outside_is_found_by_its_name_also_within_another() {
     );
     assert_eq!(read(&nested).unwrap().name(), "eigenstrain");
     let wrong = read(&other.replace("doubled\"", "tripled\"")).map(|_| ()).unwrap_err().to_string();
-    assert!(wrong.starts_with("law: no law \"tripled\" is offered here; there is "), "{wrong}");
+    assert!(wrong.starts_with("law: the law \"tripled\" is not available here; there is "), "{wrong}");
     assert!(wrong.contains("doubled"), "{wrong}");
     let wrong = read(&other.replace("5e6", "-1")).map(|_| ()).unwrap_err().to_string();
     assert!(wrong.starts_with("parameters.youngs_modulus: -2"), "{wrong}");

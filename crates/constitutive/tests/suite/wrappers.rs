@@ -287,7 +287,7 @@ fn reductions_within_one_another_multiply_and_are_not_without_end() {
     assert!((nested / direct - 1.0).abs() < 1e-9, "{nested} for {direct}");
     for depth in [8, 22, 50] {
         let error = reduced(depth).build().err().expect("refused").to_string();
-        assert!(error.contains("more than 8 materials stand around one another"), "{depth}: {error}");
+        assert!(error.contains("more than 8 materials are nested"), "{depth}: {error}");
     }
 }
 

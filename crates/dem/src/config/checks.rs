@@ -82,7 +82,7 @@ impl RuleChecker {
         if let Some(value) = restitution {
             let holds = *value > 0.0 && *value <= 1.0;
             self.rule(holds, format!("{path}.restitution"), format!("{value} is not in 0..=1 (0 excluded)"));
-            let problem = "restitution is given too: one of both is enough";
+            let problem = "restitution is given too: leave one of them out";
             self.rule(ratio.is_none(), format!("{path}.damping_ratio"), problem);
         }
         if let Some(value) = ratio {
@@ -119,13 +119,13 @@ impl RuleChecker {
                 self.rule(
                     linear,
                     format!("{path}.kind"),
-                    "cohesive goes with the linear law, whose spring bears tension",
+                    "cohesive requires the linear normal law, whose spring transmits tension",
                 );
             }
             Adhesion::Jkr { work_of_adhesion } => {
                 self.positive(format!("{path}.work_of_adhesion"), *work_of_adhesion, " (J/m²)");
                 let hertz = matches!(normal, NormalLaw::Hertz { .. });
-                self.rule(hertz, format!("{path}.kind"), "jkr goes with the hertz law");
+                self.rule(hertz, format!("{path}.kind"), "jkr requires the hertz normal law");
             }
             Adhesion::Capillary { surface_tension, contact_angle, volume_ratio } => {
                 self.positive(format!("{path}.surface_tension"), *surface_tension, " (N/m)");
@@ -215,9 +215,9 @@ impl RuleChecker {
         );
         let least = if membrane.closed { 3 } else { 2 };
         let (columns, problem) = match membrane.columns {
-            None => (dimension == 2, "is missing: a membrane in space is a sheet of rows of so many grains"),
+            None => (dimension == 2, "is missing: give the number of grains in a row of the membrane"),
             Some(_) if dimension == 2 => (false, "a membrane in the plane is one row: leave it out"),
-            Some(columns) => (columns >= least, "two grains a row are the least, three where it is closed"),
+            Some(columns) => (columns >= least, "a row needs at least two grains, or three if it is closed"),
         };
         self.rule(columns, format!("{path}.columns"), problem);
         let problem = "a membrane in the plane is one row: leave it out";
@@ -265,16 +265,16 @@ impl RuleChecker {
             let path = format!("{path}.walls.{name}");
             let pushes = press.stress.is_finite() && press.stress < 0.0;
             let problem = format!(
-                "{} must be finite and negative (Pa): grains push walls, and do not pull them",
+                "{} must be finite and negative (Pa): grains can push a wall but not pull it",
                 press.stress
             );
             self.rule(pushes, format!("{path}.stress"), problem);
             self.positive(format!("{path}.speed"), press.speed, " (m/s)");
             self.positive(format!("{path}.area"), press.area.unwrap_or(1.0), " (m²)");
-            let problem = "is given beside area: leave one of them out";
+            let problem = "is given together with area: leave one of them out";
             self.rule(press.area.is_none() || press.sleeve.is_none(), format!("{path}.sleeve"), problem);
             let stable = press.gain > 0.0 && press.gain <= 0.1;
-            let problem = format!("{} is not in 0..=0.1 (0 excluded): the wall would swing", press.gain);
+            let problem = format!("{} is not in 0..=0.1 (0 excluded): the wall would oscillate", press.gain);
             self.rule(stable, format!("{path}.gain"), problem);
         }
     }
@@ -291,7 +291,7 @@ impl DemOptions {
         for (number, pair) in self.pairs.iter().enumerate() {
             rules.pair(&format!("pairs[{number}]"), pair);
             let flat = dimension == 2 && pair.twisting.is_some();
-            let problem = "disks do not twist: leave it out, or use space 3d";
+            let problem = "disks have no twisting: leave it out, or use space 3d";
             rules.rule(!flat, format!("pairs[{number}].twisting"), problem);
         }
         for (name, stage) in &self.stages {
@@ -312,11 +312,7 @@ impl DemOptions {
         if let Some(step) = self.time_step {
             rules.positive("time_step", step, " (s)");
         }
-        rules.rule(
-            !self.voronoi || dimension == 2,
-            "voronoi",
-            "cells of grains are those of disks in the plane",
-        );
+        rules.rule(!self.voronoi || dimension == 2, "voronoi", "is available only for disks in plane-strain");
         rules.within("coarse_graining", self.coarse_graining, 0.5, 20.0);
         rules.within("initial_overlap", self.initial_overlap, 0.0, 0.3);
         rules.first.map_or(Ok(()), Err)
@@ -351,8 +347,9 @@ impl DemOptions {
                 let problem = format!("must come after the start, {} s", rain.start);
                 let ends = rain.end.is_none_or(|end| end.is_finite() && end > rain.start);
                 rules.rule(ends, format!("{path}.end"), problem);
-                rules.rule(!body.held, path.clone(), "held grains do not enter: leave held out");
-                let problem = "the body begins empty, and its grains enter one by one: leave fill out";
+                rules.rule(!body.held, path.clone(), "held grains cannot enter: leave held out");
+                let problem = "a body with rain is empty at the start, and its grains enter one by one: \
+                               leave fill out";
                 rules.rule(body.fill.is_none(), format!("bodies.{name}.fill"), problem);
             }
             let finite = body.spin.iter().all(|spin| spin.is_finite());

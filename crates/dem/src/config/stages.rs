@@ -7,67 +7,67 @@ use serde::{Deserialize, Serialize};
 
 use super::PairOverride;
 
-/// Options of the grains that differ in a stage.
+/// Options of the discrete element method that differ in a stage.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct GrainStage {
     /// Acceleration of gravity (m/s²) in place of that of the case.
     pub gravity: Option<Vec<f64>>,
-    /// Forces on bodies (N; N/m in the plane), by their names, each shared among the grains of its body by their mass.
+    /// Forces on bodies (N; N/m in the plane), by the names of the bodies, each distributed over the grains of its body by mass.
     pub forces: BTreeMap<String, Vec<f64>>,
-    /// Bodies that are flexible membranes, by their names.
+    /// Flexible membranes, by the names of their bodies.
     pub membranes: BTreeMap<String, Membrane>,
-    /// Shakes the domain, seen from within it.
+    /// Shaking of the domain, in the frame of the domain.
     pub shaking: Option<Shaking>,
-    /// Pairs that differ, in this stage only.
+    /// Contact laws of pairs that differ in this stage only.
     pub pairs: Vec<PairOverride>,
-    /// Sets the springs across all contacts to zero when the stage begins.
+    /// Whether the tangential springs of all contacts are set to zero at the beginning of the stage.
     pub reset_contacts: bool,
-    /// Velocity of grains that is added at random when the stage begins (m/s), each component at most so large.
+    /// Random velocity (m/s) added to grains at the beginning of the stage, as the largest value of each component.
     pub agitation: f64,
-    /// Rate at which diameters grow (1/s), masses with them.
+    /// Growth rate of diameters (1/s); masses grow with them.
     pub growth: f64,
-    /// Grains grow only while the mean pressure in the periodic cell is below this (Pa; N/m in the plane).
+    /// Mean pressure in the periodic cell (Pa; N/m in the plane) at which the growth of grains ends.
     pub grow_until: Option<f64>,
     /// Form of the local `damping`.
     pub damping_form: DampingForm,
-    /// How the periodic cell deforms; it keeps its shape when absent.
+    /// Deformation of the periodic cell; the cell keeps its shape when absent.
     pub cell: Option<CellControl>,
-    /// Walls of the case, by name, that follow a stress in place of the velocity of their boundary: platens of a biaxial, triaxial
-    /// or oedometer test.
+    /// Servo-controlled walls, by the name of the wall in the case, that follow a stress in place of the velocity of their boundary:
+    /// platens of a biaxial, triaxial or oedometer test.
     pub walls: BTreeMap<String, WallServo>,
 }
 
-/// A row of grains in the plane, or a sheet of them in space, on which a fluid presses, as on the membrane of a triaxial test: the pressure
-/// acts across the line through the centres of the grains, or across the surface between them, in the order in which the body has them
-/// (upwards in a lattice one grain wide, as in the file in one of points), whatever way it bends. Bonds to their neighbours keep the
-/// grains together.
+/// Membrane of a triaxial test: a row of grains in the plane, or a sheet of them in space, under a fluid pressure. The pressure acts
+/// normal to the line through the centres of the grains, or to the surface between them, in the order of the grains in the body (upwards
+/// in a lattice one grain wide, that of the file for a file of points), for any curvature. Bonds to their neighbours keep the grains
+/// together.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Membrane {
-    /// Pressure (Pa; N/m in the plane), not negative.
+    /// Fluid pressure (Pa; N/m in the plane), not negative.
     pub pressure: f64,
-    /// The body that it is pressed against: towards the centre of mass of its grains.
+    /// Name of the body on which the membrane is pressed: towards the centre of mass of its grains.
     pub against: String,
-    /// Grains in each row of a sheet in space, at least two, whose rows follow each other in the body: of a lattice one grain thick those
-    /// along the first axis of its plane. Left out in the plane.
+    /// Number of grains in each row of a sheet in space, at least two. The rows follow each other in the body: in a lattice one grain
+    /// thick they are parallel to the first axis of its plane. Absent in the plane.
     #[serde(default)]
     pub columns: Option<usize>,
-    /// Whether the last grain of each row is beside the first one, as in a sleeve around a cylinder; in space.
+    /// Whether the last grain of each row is a neighbour of the first one, as in a sleeve around a cylinder; in space.
     #[serde(default)]
     pub closed: bool,
 }
 
 /// Shaking at a frequency that may change over the stage: an acceleration `a sin 2π(f t + (f₁ - f) t²/2T)` acts as gravity does, which is
-/// what grains in a shaken box see.
+/// the effect of shaking in the frame of the box.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Shaking {
-    /// Largest acceleration along each axis (m/s²).
+    /// Acceleration amplitude `a` along each axis (m/s²).
     pub acceleration: Vec<f64>,
-    /// Frequency at the start of the stage (Hz).
+    /// Frequency `f` at the start of the stage (Hz).
     pub frequency: f64,
-    /// Frequency at its end (Hz); as at the start when absent.
+    /// Frequency `f₁` at the end of the stage (Hz); that at the start when absent.
     #[serde(default)]
     pub last_frequency: Option<f64>,
 }
@@ -80,25 +80,25 @@ impl Shaking {
     }
 }
 
-/// A wall that follows a stress (sheet: dem §3.7). Its area is what lies between the walls beside it, or within the period; where there are none, `area` or
-/// `sleeve` says it.
+/// Servo control of a wall that follows a stress (sheet: dem §3.7). The area of the wall is bounded by the walls beside it, or by the
+/// period; where there are none, `area` or `sleeve` gives it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WallServo {
-    /// Normal stress that the grains are to bear on it (Pa, tension-positive, so that -1e5 is a pressure; N/m in the plane).
+    /// Normal stress of the grains on the wall (Pa, tension-positive, so that -1e5 is a pressure; N/m in the plane).
     pub stress: f64,
-    /// Largest speed (m/s), and that with which it comes where nothing touches it.
+    /// Largest speed of the wall (m/s), and its speed of approach without contact.
     pub speed: f64,
-    /// Share of the missing force that it makes good in a step, 0 to 0.1; 0.05 when absent. The wall goes with the grains that
-    /// touch it: one that moves has the whole stress, within 0.5 % in the mean over a strain of 1 % at inertial numbers up to 0.001, and the run
-    /// warns where it is off by more than 2 %.
+    /// Share of the missing force that the wall corrects in a step (-), 0 to 0.1; 0.05 when absent. The wall moves with the grains in
+    /// contact with it: a moving wall has the full stress, within 0.5 % in the mean over a strain of 1 % at inertial numbers up to 0.001,
+    /// and the run warns where the error is more than 2 %.
     #[serde(default = "default_gain")]
     pub gain: f64,
     /// Area on which the stress acts (m²; m in the plane).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub area: Option<f64>,
-    /// Body that is a closed membrane around the specimen, in space: the area is the mean of what its rows enclose now, to the centres of their
-    /// grains.
+    /// Name of the body that is a closed membrane around the specimen, in space. The area is the mean of the areas that its rows
+    /// currently enclose, to the centres of their grains.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sleeve: Option<String>,
 }
@@ -112,70 +112,70 @@ fn default_gain() -> f64 {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DampingForm {
-    /// Each component of force against its component of velocity.
+    /// Damping of each component of force against its component of velocity.
     #[default]
     Components,
-    /// The force against its power.
+    /// Damping of the force against its power.
     Vector,
 }
 
-/// Deformation of a periodic cell: each entry of its velocity gradient follows a rate or a stress; entries that are not given have a
-/// rate of zero.
+/// Deformation of a periodic cell: each entry of its velocity gradient follows a rate or a stress. Entries that are not given have a rate
+/// of zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CellControl {
-    /// `∂v_x/∂x`.
+    /// Entry `∂v_x/∂x` (1/s).
     pub xx: Option<CellEntry>,
-    /// `∂v_y/∂y`.
+    /// Entry `∂v_y/∂y` (1/s).
     pub yy: Option<CellEntry>,
-    /// `∂v_z/∂z`.
+    /// Entry `∂v_z/∂z` (1/s).
     pub zz: Option<CellEntry>,
-    /// `∂v_x/∂y`: simple shear.
+    /// Entry `∂v_x/∂y` (1/s): simple shear.
     pub xy: Option<CellEntry>,
-    /// `∂v_y/∂z`.
+    /// Entry `∂v_y/∂z` (1/s).
     pub yz: Option<CellEntry>,
-    /// `∂v_x/∂z`.
+    /// Entry `∂v_x/∂z` (1/s).
     pub xz: Option<CellEntry>,
-    /// Damping of entries that follow a stress, over `√(P d^(D-2) / m)` of the mean grain; 1 when absent. It acts on the rate less
-    /// its mean, so that a cell which deforms steadily has the whole stress: its mean over a strain of 1 % is within 0.5 % at inertial
-    /// numbers up to 0.001, and the run warns where it is off by more than 2 %. Below half of the stress a cell is damped in
-    /// its whole rate (sheet: dem §3.7).
+    /// Damping of entries that follow a stress, over `√(P d^(D-2) / m)` of the mean grain; 1 when absent. It acts on the rate less its
+    /// mean, so that a cell in steady deformation has the full stress: its mean over a strain of 1 % is within 0.5 % at inertial numbers
+    /// up to 0.001, and the run warns where the error is more than 2 %. Below half of the stress the damping acts on the whole rate of
+    /// the cell (sheet: dem §3.7).
     pub damping: Option<f64>,
 }
 
-/// One entry of the velocity gradient of a periodic cell.
+/// Entry of the velocity gradient of a periodic cell: a prescribed rate, stress or cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CellEntry {
-    /// Rate (1/s).
+    /// Prescribed rate (1/s).
     Rate(f64),
-    /// Stress (Pa, tension-positive; N/m in the plane) that the cell follows.
+    /// Prescribed stress (Pa, tension-positive; N/m in the plane) that the cell follows.
     Stress(f64),
-    /// A logarithmic strain that goes to and fro.
+    /// Prescribed cyclic logarithmic strain.
     CyclicStrain(CyclicStrain),
-    /// A stress that goes to and fro, which the cell follows.
+    /// Prescribed cyclic stress that the cell follows.
     CyclicStress(CyclicStress),
 }
 
-/// `amplitude × sin 2πt/period` from the start of the stage on.
+/// Cyclic strain `amplitude × sin 2πt/period`, with the time `t` from the start of the stage.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CyclicStrain {
-    /// Largest strain from where the stage begins.
+    /// Strain amplitude (-), relative to the start of the stage.
     pub amplitude: f64,
-    /// Time of a cycle (s).
+    /// Period of a cycle (s).
     pub period: f64,
 }
 
-/// `mean + amplitude × sin 2πt/period` from the start of the stage on.
+/// Cyclic stress `mean + amplitude × sin 2πt/period`, with the time `t` from the start of the stage.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CyclicStress {
-    /// Stress at the start (Pa, tension-positive; N/m in the plane).
+    /// Mean stress, and stress at the start (Pa, tension-positive; N/m in the plane).
     pub mean: f64,
-    /// Largest difference from it (Pa; N/m in the plane).
+    /// Stress amplitude (Pa; N/m in the plane).
     pub amplitude: f64,
-    /// Time of a cycle (s).
+    /// Period of a cycle (s).
     pub period: f64,
 }
 

@@ -109,7 +109,7 @@ const OVERLAP_MESSAGE: &str = "grains overlap too far in this step: make steps s
 
 pub fn bytes<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Result<Vec<u8>, MaterialError> {
     let mut out = Vec::new();
-    solver.save(&mut out).map_err(|_| equilibrium_error("the cell cannot be kept"))?;
+    solver.save(&mut out).map_err(|_| equilibrium_error("the state of the cell cannot be stored"))?;
     Ok(out)
 }
 
@@ -117,7 +117,7 @@ pub fn restore<const D: usize, const R: usize>(
     solver: &mut DemSolver<D, R>,
     mut bytes: &[u8],
 ) -> Result<(), MaterialError> {
-    let foreign = |_| equilibrium_error("the kept cell is of another material");
+    let foreign = |_| equilibrium_error("the stored state is of another material");
     if solver.stage != DEFORM {
         solver.begin_stage(DEFORM, solver.time).map_err(foreign)?;
     }
@@ -195,7 +195,7 @@ fn servo<const D: usize, const R: usize>(
         }
     }
     Err(equilibrium_error(
-        "the specimen does not come to rest under its pressure: raise damping, or check the contacts",
+        "the specimen does not reach equilibrium under its pressure: increase damping, or check the contacts",
     ))
 }
 
@@ -240,7 +240,7 @@ pub fn load<const D: usize, const R: usize>(
         let dt = solver.critical_step().dt;
         solver.advance(dt).map_err(|_| equilibrium_error(OVERLAP_MESSAGE))?;
     }
-    Err(equilibrium_error("the specimen does not lose its stress when it expands"))
+    Err(equilibrium_error("the stress of the specimen does not vanish during expansion"))
 }
 
 /// Largest strain rate (1/s), at the inertial number of the parameters under a pressure (Pa).
@@ -300,9 +300,9 @@ pub fn check_initial<const D: usize>(stress: &SymTensor) -> Result<(), MaterialE
     let normal = &stress.0[..D];
     let across = if D == 2 { stress[4].abs() + stress[5].abs() } else { 0.0 };
     let reason = if normal.iter().any(|value| *value > 0.0) {
-        format!("grains bear no tension (stress {:?} Pa)", stress.0)
+        format!("grains cannot carry tension (stress {:?} Pa)", stress.0)
     } else if across > 0.0 {
-        "disks bear no shear out of their plane: take dimension 3".to_owned()
+        "disks cannot carry shear out of their plane: use dimension 3".to_owned()
     } else {
         return Ok(());
     };
@@ -316,6 +316,6 @@ pub fn check_motion<const D: usize>(motion: &Motion) -> Result<(), MaterialError
     if D == 3 || across.iter().all(|value| value.abs() < 1e-12) {
         return Ok(());
     }
-    let reason = "disks have no strain across their plane: take dimension 3, or a test in plane strain";
+    let reason = "disks cannot have strain normal to their plane: use dimension 3, or a test in plane strain";
     Err(MaterialError::Motion { model: NAME, reason })
 }

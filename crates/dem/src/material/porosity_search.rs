@@ -26,7 +26,8 @@ pub fn friction<T>(
     let (least, largest) = (porosity(&ends.0), porosity(&ends.1));
     if asked < least - POROSITY_TOLERANCE || asked > largest + POROSITY_TOLERANCE {
         let rule = format!(
-            "{asked} is not between {least:.4}, compressed without friction, and {largest:.4}, with a friction of {MAX_FRICTION}"
+            "{asked} is not between {least:.4}, the porosity after compression without friction, and \
+             {largest:.4}, with a friction of {MAX_FRICTION}"
         );
         return Err(parameter_error("preparation.porosity", rule));
     }
@@ -48,7 +49,8 @@ pub fn friction<T>(
         }
     }
     let rule = format!(
-        "{asked} is not met: the nearest that a friction gives these grains is {:.4}; take more grains or another seed",
+        "{asked} is not reached: the nearest porosity of these grains is {:.4}; use more grains or another \
+         seed",
         porosity(&nearest)
     );
     Err(parameter_error("preparation.porosity", rule))
@@ -69,14 +71,15 @@ mod tests {
         for asked in [0.15, 0.21] {
             let refusal = friction(asked, Ok, |found| of(*found)).unwrap_err().to_string();
             assert!(
-                refusal.contains("is not between 0.1600, ") && refusal.contains("and 0.2000, with"),
+                refusal.contains("is not between 0.1600, the porosity")
+                    && refusal.contains("and 0.2000, with"),
                 "{refusal}"
             );
         }
         // A porosity that jumps across the target.
         let jumps = |friction: &f64| if *friction < 0.3 { 0.16 } else { 0.2 };
         let refusal = friction(0.18, Ok, jumps).unwrap_err().to_string();
-        assert!(refusal.contains("the nearest that a friction gives these grains is "), "{refusal}");
+        assert!(refusal.contains("the nearest porosity of these grains is "), "{refusal}");
         let stuck = |_: f64| Err::<f64, _>(MaterialError::NotConverged { model: "m", reason: "r" });
         assert!(friction(0.18, stuck, |found| *found).is_err());
     }

@@ -1,4 +1,4 @@
-//! Parameters of a cell of grains as a material.
+//! Parameters of a representative cell of grains as a material.
 
 use colluvium_constitutive::MaterialError;
 use schemars::JsonSchema;
@@ -6,67 +6,69 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::{Diameters, Friction, NormalLaw, RollingSpec, TangentialSpec};
 
-/// Parameters of `granular-cell`.
+/// Parameters of the material model `granular-cell`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GranularCellSpec {
-    /// 2 for disks, in plane strain; 3 for spheres.
+    /// Number of dimensions: 2 for disks, in plane strain; 3 for spheres.
     #[serde(default = "default_dimension")]
     pub dimension: usize,
-    /// About how many grains a cell has, 16 to 100000. Noise of the stress falls with its square root; time grows with it.
+    /// Approximate number of grains of a cell, 16 to 100000. The noise of the stress decreases with the square root of the number;
+    /// computing time grows with it.
     #[serde(default = "default_grains")]
     pub grains: usize,
     /// Density of the grains (kg/m³), > 0.
     pub grain_density: f64,
-    /// Their diameters.
+    /// Diameters of the grains.
     pub diameter: Diameters,
-    /// How they act on each other.
+    /// Contact law of the grains.
     pub contact: CellContact,
-    /// How the specimen is made.
+    /// Preparation of the specimen.
     pub preparation: Preparation,
-    /// Bound on the inertial number `γ̇ d √(ρ/p)` of the cell, 1e-6 to 0.1: the smaller, the more steps of the grains for a strain.
+    /// Upper bound of the inertial number `γ̇ d √(ρ/p)` of the cell (-), 1e-6 to 0.1: smaller values need more steps of the grains for a
+    /// strain.
     #[serde(default = "inertial_number")]
     pub inertial_number: f64,
-    /// Local damping of grains, 0 up to 0.9.
+    /// Local damping of grains (-), 0 up to 0.9.
     #[serde(default = "damping")]
     pub damping: f64,
-    /// Share of its stress that a cell cannot tell from noise, 1e-6 to 0.1.
+    /// Noise level of the stress of a cell, as a share of the stress (-), 1e-6 to 0.1.
     #[serde(default = "tolerance")]
     pub tolerance: f64,
-    /// Seed of sizes and places.
+    /// Seed of the random draws of sizes and positions.
     #[serde(default)]
     pub seed: u64,
 }
 
-/// How the grains of a cell act on each other; see `methods.dem.pairs`.
+/// Contact law of the grains of a cell; see `methods.dem.pairs`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CellContact {
-    /// Along the line of centres.
+    /// Normal law, along the line of centres.
     pub normal: NormalLaw,
-    /// Across it.
+    /// Tangential law, across the line of centres.
     #[serde(default)]
     pub tangential: TangentialSpec,
-    /// Friction.
+    /// Coulomb friction.
     pub friction: Friction,
-    /// Resistance against rolling; none when absent.
+    /// Rolling resistance; none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rolling: Option<RollingSpec>,
 }
 
-/// Isotropic compression of a random packing (sheet: dem §3.8).
+/// Preparation of a specimen by isotropic compression of a random packing (sheet: dem §3.8).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Preparation {
-    /// Pressure (Pa), > 0. Points that start at less than a twentieth of it are unloaded by expansion.
+    /// Pressure of the compression (Pa), > 0. Points that start at less than a twentieth of it are unloaded by expansion.
     pub pressure: f64,
-    /// Coefficient of friction during compression: 0, as when absent, makes the specimen dense, that of the contacts loose.
+    /// Friction coefficient during compression (-): 0, as when absent, makes the specimen dense, that of the contacts loose.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
-    /// Porosity under that pressure, for which the friction of the compression is sought between 0 and 1; met within 0.002.
+    /// Porosity under the pressure (-), met within 0.002 by a search for the friction of the compression between 0 and 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub porosity: Option<f64>,
-    /// Solid fraction of the packing that is drawn, 0.2 to 0.75: 0.7 for disks and 0.5 for spheres when absent.
+    /// Solid fraction of the initial random packing (-), 0.2 to 0.75: 0.7 for disks and 0.5 for spheres when absent.
     #[serde(default)]
     pub solid_fraction: Option<f64>,
 }
@@ -124,7 +126,7 @@ impl GranularCellSpec {
             if self.preparation.friction.is_some() {
                 return Err(parameter_error(
                     "preparation.friction",
-                    "is sought for the porosity: leave it out",
+                    "is determined from porosity: leave it out",
                 ));
             }
         }

@@ -86,7 +86,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 }
                 if !cell.periodic[axis] {
                     if !self.grains.held[i] && !(-1e-9..=1.0 + 1e-9).contains(&s[axis]) {
-                        let reason = "has left the domain: make it larger, or put a wall there".to_owned();
+                        let reason = "has left the domain: enlarge it, or add a wall there".to_owned();
                         return Err(self.grain_error(i, reason));
                     }
                     continue;
@@ -115,12 +115,13 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let reason = match error {
             ListError::Search(error) => error.to_string(),
             ListError::Narrow(axis, width, reach) => format!(
-                "the periodic cell is {width:.4e} m wide along axis {axis}, less than twice {reach:.4e} m, the reach of a \
-                 grain: two grains would meet twice"
+                "the periodic cell is {width:.4e} m wide along axis {axis}, less than twice the range of a \
+                 grain, {reach:.4e} m: a pair of grains would have two contacts"
             ),
             ListError::Stretched(grain) => {
                 format!(
-                    "a bond of grain {grain} is longer than the skin: give it a tensile_strength that it can reach"
+                    "a bond of grain {grain} is longer than the skin: give the bond a tensile_strength at \
+                     which it breaks earlier"
                 )
             }
         };

@@ -126,17 +126,17 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     pub(crate) fn missed_stress_warnings(&self) -> Vec<String> {
         let axes = ["x", "y", "z"];
         let name = |slot: usize| match slot.checked_sub(D * D) {
-            None => format!("the stress {}{} that the cell follows", axes[slot / D], axes[slot % D]),
+            None => format!("the controlled stress {}{} of the cell", axes[slot / D], axes[slot % D]),
             Some(wall) => {
                 let name = self.case.boundaries.get(wall).map_or("", |boundary| boundary.name());
-                format!("the stress that the wall {name:?} follows")
+                format!("the controlled stress of the wall {name:?}")
             }
         };
         let missed = |(slot, own): (usize, &ControlledStress)| {
             (own.max_mean_error.abs() > ALLOWED).then(|| {
                 format!(
-                    "stage {:?}: {} was {:.2} times what was asked for, as the mean over a strain of 1 %: deform the specimen \
-                     more slowly in this stage",
+                    "stage {:?}: {} was {:.2} times its target, as the mean over a strain of 1 %: deform \
+                     the specimen more slowly in this stage",
                     self.case.stages.get(own.stage as usize).map_or("", |stage| stage.name.as_str()),
                     name(slot),
                     1.0 + own.max_mean_error

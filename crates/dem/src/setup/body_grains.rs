@@ -77,7 +77,7 @@ pub(super) fn fill<const D: usize, const R: usize>(
             }
         };
         if placed.is_empty() {
-            let problem = "holds no grain: it is smaller than the grains, or than the pitch of their lattice";
+            let problem = "has no grain: it is smaller than the grains, or than the pitch of their lattice";
             return Err(CaseError::new(format!("{path}.shape"), problem));
         }
         if grains.len() + placed.len() > MAX_GRAINS {
@@ -133,7 +133,7 @@ fn kinds_as_listed<const D: usize, const R: usize>(
         let found = options.grains.iter().enumerate().find(|(_, (known, _))| *known == name);
         let Some((index, (_, kind))) = found else {
             let known = options.grains.keys().cloned().collect::<Vec<_>>().join(", ");
-            let problem = format!("the kind {name:?} is none of methods.dem.grains, which are {known}");
+            let problem = format!("the kind {name:?} is not one of methods.dem.grains, which are {known}");
             return Err(CaseError::new(format!("{path}.points.file"), problem));
         };
         grains.kind[i] = index as u32;
@@ -181,7 +181,7 @@ fn begin<const D: usize, const R: usize>(
     grains: &mut Grains<D, R>,
 ) -> Result<(), CaseError> {
     if list.is_some_and(|list| list.pore_pressures.is_some()) {
-        let problem = "the points have pore pressures, and dem no pore fluid: leave the column out";
+        let problem = "the points have pore pressures, but dem has no pore fluid: leave the column out";
         return Err(CaseError::new(format!("bodies[{number}].points.file"), problem));
     }
     let of_grains = list.map(|list| &list.grains);
@@ -192,7 +192,7 @@ fn begin<const D: usize, const R: usize>(
     );
     if spins.is_some() && !own.spin.is_empty() {
         let problem = format!(
-            "the points have spins, and methods.dem.bodies.{} has `spin` as well: give one",
+            "the points have spins, and methods.dem.bodies.{} has `spin` too: leave one of them out",
             body.name
         );
         return Err(CaseError::new(format!("bodies[{number}].points.file"), problem));
@@ -214,7 +214,7 @@ fn begin<const D: usize, const R: usize>(
     }
     if body.rigid && own.held {
         let path = format!("methods.dem.bodies.{}.held", body.name);
-        return Err(CaseError::new(path, "a rigid body moves as the motions say: leave held out"));
+        return Err(CaseError::new(path, "motions prescribe the velocity of a rigid body: leave held out"));
     }
     Ok(())
 }
@@ -227,7 +227,7 @@ fn place<const D: usize>(
     random: &mut ChaCha8Rng,
 ) -> Result<Vec<PlacedGrain<D>>, CaseError> {
     let Some(fill) = fill_of_body(options, body) else {
-        let problem = format!("say how grains fill the body {:?}", body.name);
+        let problem = format!("is missing: it defines how grains fill the body {:?}", body.name);
         return Err(CaseError::new(format!("methods.dem.grains.{}.fill", body.material), problem));
     };
     if let Fill::Single = fill {
@@ -285,7 +285,7 @@ fn sites<const D: usize>(
         (LatticePacking::BodyCentred, 3) => [2.0 / root3 * pitch, 2.0 / root3 * pitch, 1.0 / root3 * pitch],
         (LatticePacking::FaceCentred, 3) => [root2 * pitch, pitch / root2, pitch / root2],
         (LatticePacking::Square, _) => [pitch; 3],
-        _ => return Err("this lattice is one in space: use square or hexagonal in the plane".to_owned()),
+        _ => return Err("this lattice is for 3d only: use square or hexagonal in the plane".to_owned()),
     };
     let counts: Vec<usize> = (0..D)
         .map(|c| (((high[c] - low[c] - pitch) / steps[c] + 1e-9).floor() + 1.0).max(0.0) as usize)

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::config::{CellControl, DemOptions, PairSpec};
 
-const ADHESION: &str = "adhesion of grains is in the pair of their kind and the obstacle: leave it out";
+const ADHESION: &str = "the adhesion is given in the pair of the grains and the obstacle: leave it out";
 const SPACES: &str = "dem has disks and spheres: use plane-strain or 3d";
 
 /// Rejects clumps of grains, by their key.
@@ -21,7 +21,8 @@ pub fn reject_clumps(options: &Value) -> Result<(), CaseError> {
     match named(options).or_else(|| kinds.filter_map(of_kind).next()) {
         None => Ok(()),
         Some(key) => {
-            let problem = "there are disks and spheres, and no clumps of them: for grains that are not round give their pair `rolling`";
+            let problem = "dem has disks and spheres, but no clumps: for grains that are not round, give \
+                           their pair `rolling`";
             Err(CaseError::new(format!("methods.dem.{key}"), problem))
         }
     }
@@ -64,28 +65,28 @@ pub fn capabilities() -> Capabilities {
         .rejects("space=axisymmetric", SPACES)
         .rejects(
             "bodies.rigid",
-            "dem has no rigid bodies: what moves at a velocity is `held` in methods.dem.bodies, what follows a force is bonded, with \
-             `forces` in methods.dem.stages",
+            "dem has no rigid bodies: for a prescribed velocity, set `held` in methods.dem.bodies; for a \
+             force, bond the grains and give `forces` in methods.dem.stages",
         )
-        .rejects("bodies.remove_outside", "dem has no sides that grains leave by")
-        .rejects("bodies.pore_fluid", "dem has dry grains only")
+        .rejects("bodies.remove_outside", "dem cannot remove grains that leave the domain")
+        .rejects("bodies.pore_fluid", "dem has no pore fluid")
         .rejects(
             "bodies.stress*",
-            "grains begin without forces: let a stage bring the body to rest under its weight",
+            "grains have no initial stress: let the body reach equilibrium under its weight in a first stage",
         )
         .supports(&["bodies.stress=none"])
         .rejects("boundaries.group", "dem has no mesh with groups of nodes")
         .rejects("boundaries.wall=absorbing", "dem has no absorbing boundaries")
-        .rejects("boundaries.wall.bilateral", "grains can always lift off the walls of dem")
+        .rejects("boundaries.wall.bilateral", "grains can always separate from the walls of dem")
         .rejects("obstacles.wall.adhesion", ADHESION)
         .rejects("obstacles.regions.wall.adhesion", ADHESION)
-        .rejects("measures.about", "dem tells the force on an obstacle and not its moment")
+        .rejects("measures.about", "dem computes the force on an obstacle, but not its moment")
         .ignores_with_warning("bodies.sampling*", "grains fill a body by a packing of their own")
         .rejects("bodies.shape.rows=terrain", "grains fill a layer by a packing of their own")
         .rejects("loads", "dem cannot apply tractions: use a wall, or a periodic cell that follows a stress")
-        .rejects("patches", "dem has no nodes to prescribe")
+        .rejects("patches", "dem cannot prescribe the motion of patches")
         .rejects("stages.weakening*", "grains have no material to weaken: change the pairs of the stage")
-        .rejects("measures=factor-of-safety", "grains have no material whose strength could be reduced")
+        .rejects("measures=factor-of-safety", "grains have no material with a strength to reduce")
 }
 
 /// Rejects combinations of the case and the options that are not supported, by path.
@@ -128,13 +129,13 @@ fn check_pluviation(case: &Case, options: &DemOptions) -> Result<(), CaseError> 
         if body.points.is_some() {
             return Err(CaseError::new(
                 path,
-                format!("bodies[{number}] has points: grains enter at random places"),
+                format!("bodies[{number}] has points: grains enter at random positions"),
             ));
         }
         if body.rigid {
             return Err(CaseError::new(
                 path,
-                format!("bodies[{number}] is rigid: its grains do not enter one by one"),
+                format!("bodies[{number}] is rigid: its grains cannot enter one by one"),
             ));
         }
     }
@@ -175,11 +176,11 @@ impl PairNames<'_> {
         self.pair(&path, &pair.between)?;
         let wall = pair.between.iter().any(|name| self.walls.contains(&name.as_str()));
         if wall && pair.friction.is_some() {
-            let problem = "a wall says its friction in boundaries: leave it out";
+            let problem = "the friction of a wall is given in boundaries: leave it out";
             return Err(CaseError::new(format!("{path}.friction"), problem));
         }
         if wall && pair.bond.is_some() {
-            let problem = "grains are not bonded to walls: bond them to held grains";
+            let problem = "grains cannot be bonded to walls: bond them to held grains";
             return Err(CaseError::new(format!("{path}.bond"), problem));
         }
         let [a, b] = &pair.between;
@@ -204,7 +205,7 @@ fn names(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
         }
     }
     if let Some(name) = walls.iter().find(|name| kinds.contains(name)) {
-        let problem = format!("{name:?} is the name of a wall too");
+        let problem = format!("{name:?} is also the name of a wall");
         return Err(CaseError::new(format!("methods.dem.grains.{name}"), problem));
     }
     let all: Vec<&str> = kinds.iter().chain(&walls).copied().collect();
@@ -239,18 +240,18 @@ fn no_servo_reason(case: &Case, kinds: &[&str], stage: &str, name: &str) -> Opti
     }
     let grains = kinds.contains(&name) || case.bodies.iter().any(|body| body.name == name);
     let force = bonded(stage);
-    grains.then(|| format!("grains are no wall, and follow no stress: take a wall of boundaries; {force}"))
+    grains.then(|| format!("grains cannot have a prescribed stress: use a wall of boundaries; {force}"))
 }
 
 fn bonded(stage: &str) -> String {
-    format!("bonded grains that are not held take a force by methods.dem.stages.{stage}.forces")
+    format!("to apply a force to bonded grains that are not held, use methods.dem.stages.{stage}.forces")
 }
 
 /// Message on alternatives to stress or force control of an obstacle.
 fn no_stress_control_message(stage: &str) -> String {
     format!(
-        "an obstacle moves as its `motion` says, and follows no stress and no force: take a wall of boundaries, which follows a stress by \
-         methods.dem.stages.{stage}.walls; {}",
+        "an obstacle has a prescribed `motion`, and cannot have a prescribed stress or force: for a \
+         stress, use a wall of boundaries and methods.dem.stages.{stage}.walls; {}",
         bonded(stage)
     )
 }
@@ -287,7 +288,8 @@ fn bodies(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
             if held(name) {
                 return Err(CaseError::new(
                     path,
-                    "its grains are held, and follow no force: leave held out, and bond them to each other",
+                    "its grains are held, so that a force cannot move them: leave held out, and bond them \
+                     to each other",
                 ));
             }
         }
@@ -296,7 +298,7 @@ fn bodies(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
             known(path.clone(), &membrane.against)?;
             there(&path, &membrane.against)?;
             if membrane.against == *name {
-                return Err(CaseError::new(path, "a membrane is pressed against another body"));
+                return Err(CaseError::new(path, "must be another body than the membrane"));
             }
         }
     }
@@ -308,7 +310,7 @@ fn cells(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     for (name, stage) in &options.stages {
         let path = format!("methods.dem.stages.{name}");
         if stage.grow_until.is_some() && case.domain.periodic.len() < case.dimension() {
-            let problem = "the pressure is that of a cell that is periodic along all axes";
+            let problem = "is available only if the domain is periodic along all axes";
             return Err(CaseError::new(format!("{path}.grow_until"), problem));
         }
         let Some(CellControl { xx, yy, zz, xy, yz, xz, damping }) = stage.cell else { continue };
@@ -326,10 +328,10 @@ fn cells(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
                 return Err(CaseError::new(format!("{path}.cell.{key}"), problem));
             }
             if flat && axes.contains(&2) {
-                return Err(CaseError::new(format!("{path}.cell.{key}"), "the plane has no z"));
+                return Err(CaseError::new(format!("{path}.cell.{key}"), "the plane has no z axis"));
             }
             if axes.iter().any(|axis| !case.domain.is_periodic(*axis)) {
-                let problem = "the domain is not periodic along its axes, and does not deform";
+                let problem = "the domain is not periodic along its axes, and cannot deform";
                 return Err(CaseError::new(format!("{path}.cell.{key}"), problem));
             }
         }

@@ -215,8 +215,8 @@ fn check_step<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Resul
         return Ok(());
     };
     let problem = format!(
-        "{step} s is larger than {:.4e} s, the longest step of the stiffest contact with its lightest grains; {:.4e} s is taken \
-         where it is left out",
+        "{step} s is larger than {:.4e} s, the longest stable step of the stiffest contact with its \
+         lightest grains; the default is {:.4e} s",
         solver.laws.step[1], solver.laws.step[0]
     );
     Err(CaseError::new("methods.dem.time_step", problem))
@@ -238,11 +238,12 @@ fn check_sheets<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Res
             let body = number.map(|number| &solver.case.bodies[number]).filter(|body| body.points.is_none());
             let problem = match body.and_then(|body| fill_of_body(&solver.options, body)) {
                 _ if count % columns != 0 || count < 2 * columns => {
-                    format!("the body has {count} grains, which are not two or more rows of {columns}")
+                    format!("the body has {count} grains, which do not form two or more rows of {columns}")
                 }
                 Some(Fill::Sleeve { columns: rings }) if rings != columns || !membrane.closed => {
                     format!(
-                        "the body is filled with rings of {rings} grains: give columns {rings}, and closed true"
+                        "the body is filled with rings of {rings} grains: set columns to {rings} and \
+                         closed to true"
                     )
                 }
                 _ => continue,
@@ -266,7 +267,7 @@ fn check_areas<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Resu
             let axis = wall.side.axis();
             if let Some(sleeve) = &press.sleeve {
                 if solver.enclosed_by(sleeve, axis).is_none() {
-                    let problem = format!("{sleeve:?} is no body that is a closed membrane in some stage");
+                    let problem = format!("{sleeve:?} is not a body that is a closed membrane in a stage");
                     return Err(CaseError::new(format!("{path}.sleeve"), problem));
                 }
                 continue;
@@ -279,8 +280,8 @@ fn check_areas<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Resu
             };
             if let (None, Some(other)) = (press.area, (0..D).find(|&other| !bounded(other))) {
                 let problem = format!(
-                    "is missing: along {} no walls bound what {name:?} presses on; give its area, or in space the membrane \
-                     around it as sleeve",
+                    "is missing: along {} no walls bound the grains that {name:?} presses on; give the \
+                     area, or in 3d the membrane around the grains as sleeve",
                     ["x", "y", "z"][other]
                 );
                 return Err(CaseError::new(format!("{path}.area"), problem));

@@ -46,7 +46,7 @@ pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
         memory: (points * BYTES_OF_GRAIN[case.dimension() - 2] as f64).max(placed * BYTES_OF_PLACED),
         key: "methods.dem.grains",
         placing_time: all.iter().map(|own| own.seconds).sum(),
-        advice: "take larger grains or smaller bodies",
+        advice: "use larger grains or smaller bodies",
         ..ProblemSize::default()
     })
 }

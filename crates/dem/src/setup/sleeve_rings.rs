@@ -48,15 +48,19 @@ pub(super) fn rings<const D: usize>(
     columns: usize,
 ) -> Result<Vec<([f64; D], f64)>, String> {
     let tube = tube(shape).filter(|_| D == 3).ok_or(
-        "a sleeve is the difference of two cylinders in space about the same axis, the cut as high as the other one or higher",
+        "a sleeve must be the difference of two cylinders in 3d about the same axis, and the cut must \
+         extend over the height of the other one",
     )?;
     let (least, diameter) = sizes.range();
     if least < diameter {
-        return Err("the grains of a sleeve are of one size: give their diameter as equal".to_owned());
+        return Err("the grains of a sleeve must have one size: give their diameter as equal".to_owned());
     }
     let [inner, outer] = tube.radii;
     if diameter > (outer - inner) * (1.0 + EQUAL_TOLERANCE) {
-        return Err(format!("the grains, {diameter} m, are wider than the tube, {} m", outer - inner));
+        return Err(format!(
+            "the diameter of the grains, {diameter} m, is larger than the thickness of the tube, {} m",
+            outer - inner
+        ));
     }
     let radius = inner + 0.5 * diameter;
     let chord = 2.0 * radius * (PI / columns as f64).sin();
@@ -65,8 +69,8 @@ pub(super) fn rings<const D: usize>(
     if chord.min(pitch) < diameter * (1.0 - EQUAL_TOLERANCE) {
         let most = (PI / (0.5 * diameter / radius).asin()).floor();
         return Err(format!(
-            "{columns} grains of {diameter} m do not fit beside each other into a ring of the sleeve, or {rows} rings not above \
-             each other: {most} columns are the most around it"
+            "{columns} grains of {diameter} m do not fit into a ring of the sleeve, or {rows} rings do not \
+             fit into its height: use at most {most} columns"
         ));
     }
     let (a, b) = ((tube.axis + 1) % 3, (tube.axis + 2) % 3);

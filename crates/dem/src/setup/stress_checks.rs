@@ -18,14 +18,14 @@ pub(super) fn check_stresses(case: &Case, options: &DemOptions) -> Result<(), Ca
             let path = format!("{path}.{key}");
             if !attracts && most >= 0.0 {
                 let problem = format!(
-                    "{most} must be negative (Pa): grains that do not attract each other bear no tension"
+                    "{most} must be negative (Pa): grains without adhesion or bonds cannot carry tension"
                 );
                 return Err(CaseError::new(path, problem));
             }
             if let Some(limit) = limit.filter(|limit| -least > *limit) {
                 let problem = format!(
-                    "{:.4e} Pa press grains into each other by more than {MAX_MEAN_OVERLAP} of their radius, which their stiffness \
-                     has them do at {limit:.4e} Pa: make contacts stiffer",
+                    "{:.4e} Pa causes overlaps of more than {MAX_MEAN_OVERLAP} of the radius (at most \
+                     {limit:.4e} Pa for this stiffness): make contacts stiffer",
                     -least
                 );
                 return Err(CaseError::new(path, problem));

@@ -32,7 +32,8 @@ fn of_options(case: &Case, options: &DemOptions, warnings: &mut Vec<String>) {
     let falls = case.gravity.iter().any(|g| *g != 0.0);
     if falls && case.boundaries.iter().any(|boundary| flat(&boundary.wall)) && !resists {
         warnings.push(
-            "boundaries: single grains roll on a flat wall without end; use a floor of held grains, or rolling resistance"
+            "boundaries: single grains roll on a flat wall without stopping; use a floor of held grains, \
+             or rolling resistance"
                 .to_owned(),
         );
     }
@@ -41,8 +42,8 @@ fn of_options(case: &Case, options: &DemOptions, warnings: &mut Vec<String>) {
         let lattice = matches!(kind.fill, Some(Fill::Lattice { .. }));
         if mono && case.dimension() == 2 && !lattice {
             warnings.push(format!(
-                "methods.dem.grains.{name}.diameter: disks of nearly one size order themselves in crystals; let sizes differ by \
-                 20 % or more"
+                "methods.dem.grains.{name}.diameter: disks of nearly one size form a regular lattice; use \
+                 diameters that differ by 20 % or more"
             ));
         }
     }
@@ -72,8 +73,8 @@ fn underived_pair_warnings(options: &DemOptions) -> Vec<String> {
         for b in kinds[number + 1..].iter().filter(|b| pair(a, b).is_none()) {
             if let Some((kind, key)) = more(a).or_else(|| more(b)) {
                 warnings.push(format!(
-                    "methods.dem.mix: grains of {a:?} and {b:?} have no {key} between them, as those of {kind:?} have: give that pair in \
-                     methods.dem.pairs where it counts"
+                    "methods.dem.mix: grains of {a:?} and {b:?} have no {key} between them, although those \
+                     of {kind:?} have it: if it matters, give this pair in methods.dem.pairs"
                 ));
             }
         }
@@ -110,9 +111,9 @@ fn soft_grain_warnings<const D: usize, const R: usize>(case: &Case, solver: &Dem
         let share = law.normal.overlap(pressure * mean.powi(D as i32 - 1), 0.25 * mean) / mean;
         (share > MAX_WEIGHT_OVERLAP).then(|| {
             format!(
-                "methods.dem.pairs: the weight of the body {:?} ({pressure:.3e} Pa at its foot) presses grains into each other by \
-                 about {:.1} % of their diameter: porosity, coordination and flow then depend on the stiffness; make contacts {:.0} \
-                 times as stiff for 0.1 %",
+                "methods.dem.pairs: the weight of the body {:?} ({pressure:.3e} Pa at its base) causes \
+                 overlaps of about {:.1} % of the diameter, so that porosity, coordination and flow depend \
+                 on the stiffness; for overlaps of 0.1 %, make contacts {:.0} times as stiff",
                 case.bodies[body].name,
                 1e2 * share,
                 law.normal.stiffness_factor(share / 1e-3),
@@ -128,7 +129,7 @@ fn porosity_warnings<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -
         own.requested_porosity.is_some_and(|asked| (own.porosity - asked).abs() > POROSITY_TOLERANCE)
     };
     let said = |own: &Specimen| {
-        format!("{own}: grains that would reach out of the shape, or into obstacles, are left out")
+        format!("{own}: grains that would extend beyond the shape or into obstacles are left out")
     };
     solver.specimens.iter().filter(far).map(said).collect()
 }

@@ -409,7 +409,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         };
         let sums = integrate_grains(&mut self.grains, &drive, &mut self.scratch.sums);
         if let Some(grain) = sums.lost {
-            return Err(self.grain_error(grain as usize, "its place or velocity is not finite".to_owned()));
+            return Err(self.grain_error(grain as usize, "its position or velocity is not finite".to_owned()));
         }
         for (orientation, spin) in self.grains.orientation.iter_mut().zip(&self.grains.spin) {
             rotate(orientation, spin, dt);

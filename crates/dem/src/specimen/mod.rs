@@ -224,7 +224,7 @@ pub fn pack<const D: usize>(
     let fraction = radii.iter().map(|r| volume(D, *r)).sum::<f64>() / container.space();
     let spread = largest / radii.iter().copied().fold(f64::INFINITY, f64::min);
     if fraction >= 1.0 || (spread < 1.01 && fraction > DENSEST[D - 2]) {
-        return Err(format!("a solid fraction of {fraction:.4} is more than any packing has"));
+        return Err(format!("a solid fraction of {fraction:.4} is higher than that of any packing"));
     }
     let (mut positions, mut deepest) = relax_random(container, radii, random)?;
     for _ in 1..DRAWINGS {
@@ -265,8 +265,8 @@ fn check_overlap(deepest: f64, fraction: f64) -> Result<(), String> {
         return Ok(());
     }
     Err(format!(
-        "a solid fraction of {fraction:.4} leaves overlaps of {deepest:.3} of the smaller radius: ask for less, and compact \
-         the body in a stage"
+        "a solid fraction of {fraction:.4} leaves overlaps of {deepest:.3} of the smaller radius: give a \
+         lower one, and compact the body in a stage"
     ))
 }
 

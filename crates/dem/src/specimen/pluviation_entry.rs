@@ -120,8 +120,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             |source: &&GrainSource| source.entered.waiting_mass > REPORTED_BACKLOG * source.entered.mass;
         let source = self.sources.iter().find(behind)?;
         Some(format!(
-            "t = {:.4e} s: {:.3e} kg of body {:?} wait for room to enter, which its shape no longer has: make the shape larger, its \
-             velocity higher, or rain.rate smaller",
+            "t = {:.4e} s: {:.3e} kg of body {:?} cannot enter, because its shape is full of grains: make \
+             the shape larger, its velocity higher, or rain.rate smaller",
             self.time, source.entered.waiting_mass, self.case.bodies[source.body as usize].name
         ))
     }

@@ -21,8 +21,8 @@ impl fmt::Display for Specimen {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "body {:?}: {} grains, porosity {:.4}", self.body, self.grains, self.porosity)?;
         if let Some(asked) = self.requested_porosity {
-            write!(f, " ({asked:.4} asked for)")?;
+            write!(f, " ({asked:.4} requested)")?;
         }
-        write!(f, ", {:.2} contacts a grain", self.coordination)
+        write!(f, ", {:.2} contacts per grain", self.coordination)
     }
 }

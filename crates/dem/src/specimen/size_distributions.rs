@@ -98,7 +98,7 @@ impl Diameters {
         }
     }
 
-    /// Invalid key of the distribution, and the problem.
+    /// Invalid key of the distribution, with its problem.
     pub fn problem(&self) -> Option<(&'static str, String)> {
         let (min, max) = self.range();
         let length = |value: f64| value.is_finite() && value > 0.0;
@@ -119,7 +119,7 @@ impl Diameters {
                 let rises = |values: &[f64]| values.windows(2).all(|pair| pair[0] <= pair[1]);
                 let ends = passing.first() == Some(&0.0) && passing.last() == Some(&1.0);
                 if diameters.len() != passing.len() || diameters.len() < 2 {
-                    let problem = "has not as many entries as diameters, two or more";
+                    let problem = "must have as many entries as diameters, at least two";
                     return Some(("passing", problem.to_owned()));
                 }
                 (!rises(diameters) || !rises(passing) || !ends)
@@ -151,7 +151,7 @@ impl Diameters {
         top / bottom
     }
 
-    /// Share of the mass of smaller grains; not defined for distributions by number.
+    /// Share of the mass in grains smaller than `diameter` (m); not defined for distributions by number.
     pub fn passing(&self, diameter: f64) -> f64 {
         let (min, max) = self.range();
         let place = ((diameter - min) / (max - min)).clamp(0.0, 1.0);
@@ -262,8 +262,8 @@ impl Diameters {
         order.iter().take(missing).for_each(|&class| numbers[class] += 1);
         if let Some(class) = numbers.iter().position(|number| *number < LEAST_IN_CLASS) {
             return Err(format!(
-                "{count} grains give {} in the class from {:.4e} to {:.4e} m, {LEAST_IN_CLASS} are needed: fewer classes or \
-                 more grains",
+                "{count} grains give {} in the class from {:.4e} to {:.4e} m, but {LEAST_IN_CLASS} are \
+                 needed: use fewer classes or more grains",
                 numbers[class],
                 edge(class),
                 edge(class + 1)

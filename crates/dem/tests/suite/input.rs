@@ -144,7 +144,10 @@ fn a_stress_that_grains_cannot_have_is_refused_with_its_path() {
     let start = "methods.dem.stages.all.cell.yy.";
     let refused = |entry: Value| problem(cell(entry)).unwrap_err();
     assert!(refused(json!({ "stress": 0 })).starts_with(&format!("{start}stress: 0 must be negative")));
-    assert!(refused(json!({ "stress": -160 })).starts_with(&format!("{start}stress: 1.6000e2 Pa press")));
+    assert!(
+        refused(json!({ "stress": -160 }))
+            .starts_with(&format!("{start}stress: 1.6000e2 Pa causes overlaps"))
+    );
     let swing = |mean: f64| json!({ "cyclic-stress": { "mean": mean, "amplitude": 2, "period": 1 } });
     assert!(refused(swing(-1.0)).starts_with(&format!("{start}cyclic-stress: 1 must be negative")));
     assert_eq!(problem(cell(swing(-3.0))), Ok(()));
@@ -171,7 +174,7 @@ fn clumps_are_refused_by_name_with_what_stands_in_for_them() {
             _ => value["methods"]["dem"]["grains"]["grain"]["clump"] = json!({ "spheres": 2 }),
         });
         assert!(
-            problem.starts_with(&format!("methods.dem.{path}: there are disks and spheres")),
+            problem.starts_with(&format!("methods.dem.{path}: dem has disks and spheres, but no clumps")),
             "{problem}"
         );
         assert!(problem.contains("`rolling`"), "{problem}");

@@ -127,7 +127,7 @@ fn the_friction_of_the_preparation_is_sought_for_a_porosity() {
     let refusal = made(json!({ "pressure": PRESSURE, "porosity": 0.4 })).unwrap_err();
     assert!(refusal.contains("preparation.porosity: 0.4 is not between 0.1"), "{refusal}");
     let refusal = made(json!({ "pressure": PRESSURE, "porosity": 0.18, "friction": 0.2 })).unwrap_err();
-    assert!(refusal.contains("preparation.friction: is sought"), "{refusal}");
+    assert!(refusal.contains("preparation.friction: is determined from porosity"), "{refusal}");
 }
 
 #[test]
@@ -159,7 +159,7 @@ fn wrong_parameters_are_refused_by_their_path() {
         ("/parameters/preparation/pressure", json!(-1.0), "parameters.preparation.pressure: -1 "),
         ("/parameters/contact/normal/stiffness", json!(-5.0), "parameters.contact.normal"),
         ("/parameters/dimension", json!(1), "parameters.dimension: 1 is neither"),
-        ("/law", json!("granular"), "law: no law \"granular\" is offered here"),
+        ("/law", json!("granular"), "law: the law \"granular\" is not available here"),
     ] {
         let mut spec = disks(0.0, 1);
         if let Some(place) = spec.pointer_mut(pointer) {
@@ -172,11 +172,11 @@ fn wrong_parameters_are_refused_by_their_path() {
     }
     let law = built(&disks(0.0, 1)).unwrap();
     let error = law.initial(&[start(SymTensor::isotropic(1e3))]).unwrap_err().to_string();
-    assert!(error.contains("bear no tension"), "{error}");
+    assert!(error.contains("cannot carry tension"), "{error}");
     let (mut stress, mut states) = law.initial(&[start(SymTensor::isotropic(-PRESSURE))]).unwrap();
     let across = motion([[0.0; 3], [0.0; 3], [0.0, 0.0, 1e-3]]);
     let error = law.update(&[across], &mut stress, &mut states.blocks_mut()[0]).unwrap_err().to_string();
-    assert!(error.contains("take dimension 3"), "{error}");
+    assert!(error.contains("use dimension 3"), "{error}");
 }
 
 /// Spheres like the disks of [`disks`], with the stiffness over a diameter.

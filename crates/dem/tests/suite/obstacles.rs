@@ -165,7 +165,7 @@ fn a_grain_in_an_obstacle_is_refused_with_its_place() {
     let value = resting(2, &json!({ "kind": "plane", "point": [0, 1], "normal": [0, 1] }), 0.5);
     let problem = disks(&case(&value)).map(|_| ()).unwrap_err().to_string();
     assert!(problem.starts_with("bodies[0].shape: the point at [0.2"), "{problem}");
-    assert!(problem.contains("in the obstacle \"slope\""), "{problem}");
+    assert!(problem.contains("inside the obstacle \"slope\""), "{problem}");
 }
 
 #[test]

@@ -114,7 +114,7 @@ fn a_platen_whose_area_nothing_bounds_needs_it() {
     assert!(error.starts_with("methods.dem.stages.all.walls.platen.area: is missing: along x"), "{error}");
     value["methods"]["dem"]["stages"]["all"]["walls"]["platen"]["sleeve"] = json!("grain 0");
     let error = refused(&value);
-    assert!(error.contains("platen.sleeve: \"grain 0\" is no body that is a closed membrane"), "{error}");
+    assert!(error.contains("platen.sleeve: \"grain 0\" is not a body that is a closed membrane"), "{error}");
 }
 
 #[test]
@@ -133,19 +133,22 @@ fn what_is_no_wall_and_follows_no_stress_is_refused_with_what_does() {
         value["methods"]["dem"]["stages"] = press("plate");
     });
     assert!(
-        polygon.starts_with("methods.dem.stages.all.walls.plate: an obstacle moves as its `motion`"),
+        polygon.starts_with("methods.dem.stages.all.walls.plate: an obstacle has a prescribed `motion`"),
         "{polygon}"
     );
     for name in ["grain 0", "grain"] {
         let grains = refused(&|value| value["methods"]["dem"]["stages"] = press(name));
-        let start = format!("methods.dem.stages.all.walls.{name}: grains are no wall");
+        let start = format!("methods.dem.stages.all.walls.{name}: grains cannot have a prescribed stress");
         assert!(grains.starts_with(&start) && grains.contains("methods.dem.stages.all.forces"), "{grains}");
     }
     let held = refused(&|value| {
         value["methods"]["dem"]["bodies"]["grain 2"] = json!({ "fill": { "kind": "single" }, "held": true });
         value["methods"]["dem"]["stages"] = json!({ "all": { "forces": { "grain 2": [0, -5] } } });
     });
-    assert!(held.ends_with("follow no force: leave held out, and bond them to each other"), "{held}");
+    assert!(
+        held.ends_with("so that a force cannot move them: leave held out, and bond them to each other"),
+        "{held}"
+    );
 }
 
 /// Box of triangles that face outwards, as an OBJ file.
@@ -191,15 +194,15 @@ fn a_plate_from_a_mesh_follows_no_stress_and_a_wall_bears_it_on_the_area_that_is
         let error = refused(&|value| {
             value["methods"]["dem"]["stages"] = json!({ "all": { key: { "plate": own } } });
         });
-        let start = format!("methods.dem.stages.all.{key}.plate: an obstacle moves as its `motion` says");
+        let start = format!("methods.dem.stages.all.{key}.plate: an obstacle has a prescribed `motion`");
         assert!(error.starts_with(&start) && cures.iter().all(|cure| error.contains(cure)), "{error}");
     }
     let error = refused(&|value| {
         value["stages"][0]["motions"] =
             json!([{ "target": "plate", "velocity": [0, 0, null], "force": [0, 0, -4500] }]);
     });
-    let start = "stages[0].motions[0].target: \"plate\" is an obstacle, which moves as obstacles[0].motion says and follows no force";
-    assert!(error.starts_with(start) && error.contains("a wall of boundaries"), "{error}");
+    let start = "stages[0].motions[0].target: \"plate\" is an obstacle, whose motion is obstacles[0].motion and does not depend on a force";
+    assert!(error.starts_with(start) && error.contains("a wall in boundaries"), "{error}");
 
     // The alternative named in the refusals: a wall across the domain, 200 m wide, under the stress on the area of the plate.
     scene.boundaries =

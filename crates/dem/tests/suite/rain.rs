@@ -76,7 +76,7 @@ fn the_mass_that_is_asked_for_enters_between_start_and_end_with_its_energy_accou
         assert!(reading(&*solver, "energy_error").abs() < 0.01);
         let ids = solver.snapshot().ids;
         assert!(ids.iter().enumerate().all(|(k, id)| *id == k as u64));
-        assert!(solver.warning().is_none_or(|text| !text.contains("wait for room")));
+        assert!(solver.warning().is_none_or(|text| !text.contains("cannot enter")));
     }
 }
 
@@ -107,7 +107,7 @@ fn a_region_that_is_full_lets_grains_wait_and_says_so() {
     let mut solver = begun(disks(&case(&value)).unwrap());
     to(&mut solver, 0.3);
     let warning = solver.warning().unwrap();
-    assert!(warning.contains("of body \"rain\" wait for room to enter"), "{warning}");
+    assert!(warning.contains("of body \"rain\" cannot enter"), "{warning}");
 }
 
 #[test]

@@ -72,7 +72,7 @@ fn a_region_without_grains_has_no_mean() {
     let error = disks(&Case::from_json(&value.to_string()).unwrap()).err().unwrap().to_string();
     assert!(
         error.starts_with(
-            "methods.dem.regions.gap: reaches from 6.5 to 7.5 m along x, and the domain from 0 to 6 m"
+            "methods.dem.regions.gap: lies outside the domain: it reaches from 6.5 to 7.5 m along x, the domain from 0 to 6 m"
         ),
         "{error}"
     );

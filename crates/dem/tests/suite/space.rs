@@ -205,19 +205,24 @@ fn sleeves_that_do_not_fit_their_tube_or_their_membrane_are_refused() {
     let sleeve = |columns: usize| json!({ "kind": "sleeve", "columns": columns });
     for (fill, diameter, membrane, expected) in [
         (sleeve(2), 0.2, membrane(8, true), "2 is less than three grains around a sleeve"),
-        (sleeve(8), 0.5, membrane(8, true), "the grains, 0.5 m, are wider than the tube"),
-        (sleeve(40), 0.2, membrane(40, true), "40 grains of 0.2 m do not fit beside each other"),
+        (
+            sleeve(8),
+            0.5,
+            membrane(8, true),
+            "the diameter of the grains, 0.5 m, is larger than the thickness of the tube",
+        ),
+        (sleeve(40), 0.2, membrane(40, true), "40 grains of 0.2 m do not fit into a ring"),
         (
             sleeve(8),
             0.2,
             membrane(8, false),
-            "filled with rings of 8 grains: give columns 8, and closed true",
+            "filled with rings of 8 grains: set columns to 8 and closed to true",
         ),
         (
             sleeve(8),
             0.2,
             membrane(12, true),
-            "filled with rings of 8 grains: give columns 8, and closed true",
+            "filled with rings of 8 grains: set columns to 8 and closed to true",
         ),
     ] {
         let refusal = rings(&fill, diameter, &membrane).err().unwrap();
@@ -235,10 +240,10 @@ fn sheets_that_are_no_rows_of_grains_are_refused() {
     };
     for (more, expected) in [
         (json!({}), "columns: is missing"),
-        (json!({ "columns": 1 }), "columns: two grains a row are the least"),
-        (json!({ "columns": 2, "closed": true }), "columns: two grains a row are the least, three"),
-        (json!({ "columns": 4 }), "columns: the body has 6 grains, which are not two or more rows of 4"),
-        (json!({ "columns": 6 }), "columns: the body has 6 grains, which are not two or more rows of 6"),
+        (json!({ "columns": 1 }), "columns: a row needs at least two grains"),
+        (json!({ "columns": 2, "closed": true }), "columns: a row needs at least two grains, or three if"),
+        (json!({ "columns": 4 }), "columns: the body has 6 grains, which do not form two or more rows of 4"),
+        (json!({ "columns": 6 }), "columns: the body has 6 grains, which do not form two or more rows of 6"),
     ] {
         let refusal = sheet(&places, [0.0, 0.0, 5.0], &membrane(more)).err().unwrap();
         assert!(

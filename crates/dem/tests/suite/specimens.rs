@@ -149,20 +149,20 @@ fn dropped_spheres_rest_on_three_others_each() {
 fn a_run_tells_porosity_and_coordination_and_a_plan_what_is_off() {
     let mut value = filled(&json!({ "kind": "random", "solid_fraction": 0.7 }));
     let plan = Dem.plan(&case(&value)).unwrap();
-    assert!(!plan.warnings.iter().any(|said| said.contains("asked for")), "{:?}", plan.warnings);
+    assert!(!plan.warnings.iter().any(|said| said.contains("requested")), "{:?}", plan.warnings);
     let options = RunOptions { method: "dem".into(), ..RunOptions::default() };
     let report = run_method(&Dem, &case(&value), &options).unwrap();
     let said = report.notes.iter().find(|said| said.contains("porosity")).unwrap();
     assert!(
         said.starts_with("at the start, body \"sand\": ")
-            && said.contains("porosity 0.3000 (0.3000 asked for), "),
+            && said.contains("porosity 0.3000 (0.3000 requested), "),
         "{said}"
     );
     // Grains that would protrude from a triangle are left out: it is looser than requested.
     value["bodies"][0]["shape"] =
         json!({ "kind": "polygon", "vertices": [[0.4, 0.1], [0.6, 0.1], [0.5, 0.3]] });
     let plan = Dem.plan(&case(&value)).unwrap();
-    let off = plan.warnings.iter().find(|said| said.contains("(0.3000 asked for)")).unwrap();
+    let off = plan.warnings.iter().find(|said| said.contains("(0.3000 requested)")).unwrap();
     assert!(off.contains("are left out"), "{off}");
 }
 
@@ -187,12 +187,15 @@ fn grains_that_their_weight_presses_flat_are_told() {
     let spring = |stiffness: f64| json!({ "law": "linear", "stiffness": stiffness, "damping_ratio": 0.3 });
     // 2500 kg/m³ on 0.7 of 0.6 m weigh 10.3 kPa: that over the stiffness is the share.
     let soft = told(&spring(1e5)).unwrap();
-    assert!(soft.contains("by about 10.") && soft.contains(" times as stiff for 0.1 %"), "{soft}");
+    assert!(
+        soft.contains("of about 10.") && soft.contains("for overlaps of 0.1 %, make contacts "),
+        "{soft}"
+    );
     assert_eq!(told(&spring(2e6)), None);
     // 10.3 kPa times 24 mm on disks with E* of 55 MPa and 6 mm: (0.75 · 247 / (55e6 · 0.0775))^(2/3) = 1.24 mm.
     let ball = |modulus: f64| json!({ "law": "hertz", "youngs_modulus": modulus, "poissons_ratio": 0.3, "restitution": 0.5 });
     let soft = told(&ball(1e8)).unwrap();
     // 51 times smaller overlaps: 51^(3/2) times the modulus.
-    assert!(soft.contains("by about 5.1 %") && soft.contains("make contacts 36"), "{soft}");
+    assert!(soft.contains("of about 5.1 %") && soft.contains("make contacts 36"), "{soft}");
     assert_eq!(told(&ball(1e10)), None);
 }

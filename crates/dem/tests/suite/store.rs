@@ -158,19 +158,19 @@ fn what_a_file_or_a_case_lacks_is_named() {
     cases::advance_steps(&mut solver, 500);
     let text = solver.specimen().unwrap();
     let notes = told(&value, &text).unwrap();
-    assert!(notes.iter().any(|note| note.contains("takes the place of the domain")), "{notes:?}");
+    assert!(notes.iter().any(|note| note.contains("replaces the domain")), "{notes:?}");
     let refused = |value: &Value, text: &str, problem: &str| {
         let error = told(value, text).unwrap_err();
         assert!(error.starts_with("methods.dem.specimen: FILE: ") && error.contains(problem), "{error}");
     };
-    refused(&value, &text[..text.len() / 2], "not all of one: EOF");
+    refused(&value, &text[..text.len() / 2], "is not a complete specimen file: EOF");
     refused(&value, &text.replacen("colluvium-specimen-1", "colluvium-specimen-9", 1), "its format is");
     refused(&value, &text.replacen("\"radius\"", "\"radios\"", 1), "the grains have no column \"radius\"");
     refused(&value, &text.replacen("\"slide\"", "\"slip\"", 1), "the contacts have no column \"slide\"");
     refused(
         &value,
         &text.replacen("\"sand\"", "\"gravel\"", 1),
-        "of the kind \"gravel\", and in the case of the kind \"sand\"",
+        "of the kind \"gravel\", but in the case they are of the kind \"sand\"",
     );
     refused(&value, &text.replacen("\"heap\"\n", "\"pile\"\n", 1), "has grains of the body \"pile\"");
     let parsed: Value = serde_json::from_str(&text).unwrap();
@@ -192,17 +192,17 @@ fn what_a_file_or_a_case_lacks_is_named() {
     refused(
         &value,
         &changed(&|text| text["grains"]["rows"][0][0] = text["grains"]["rows"][1][0].clone()),
-        "two of id",
+        "is given twice",
     );
     refused(
         &value,
         &changed(&|text| text["head"]["cell"]["periodic"] = json!([true, false])),
-        "its cell is periodic along \"x\", and",
+        "its cell is periodic along \"x\", but",
     );
     let mut other = value.clone();
     other["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1, 0] });
     assert!(told(&other, &text).unwrap_err().starts_with("bodies[0].velocity: "));
-    assert!(told(&heap(3), &text).unwrap_err().contains("has 2 dimensions, and the case 3"));
+    assert!(told(&heap(3), &text).unwrap_err().contains("has 2 dimensions, but the case has 3"));
 }
 
 #[test]
@@ -211,10 +211,10 @@ fn a_wall_that_is_gone_lets_its_contacts_go_and_says_so() {
     let mut solver = begun(disks(&read(&value)).unwrap());
     cases::advance_steps(&mut solver, 1500);
     let text = solver.specimen().unwrap();
-    assert!(!told(&value, &text).unwrap().iter().any(|note| note.contains("are gone")));
+    assert!(!told(&value, &text).unwrap().iter().any(|note| note.contains("they are left out")));
     value["boundaries"].as_array_mut().unwrap().remove(0);
     let notes = told(&value, &text).unwrap();
-    let gone = notes.iter().find(|note| note.contains("are gone")).unwrap();
+    let gone = notes.iter().find(|note| note.contains("they are left out")).unwrap();
     assert!(gone.contains("contacts of the specimen are with the wall \"y-min\""), "{gone}");
     // Another body is filled beside the specimen, with new ids.
     value["boundaries"] = heap(2)["boundaries"].clone();

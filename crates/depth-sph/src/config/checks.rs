@@ -63,7 +63,7 @@ impl DepthOptions {
         within("xsph", self.xsph, 0.0, 1.0)?;
         let drifts = self.integration == TimeScheme::Leapfrog || self.xsph == 0.0;
         check(drifts, "xsph", || {
-            "is part of `integration` `leapfrog` only: leave `xsph` or `integration` out".to_owned()
+            "applies only with `integration` `leapfrog`: leave `xsph` or `integration` out".to_owned()
         })?;
         positive("courant", self.courant, "")?;
         within("courant", self.courant, 0.0, 0.5)?;
@@ -92,7 +92,7 @@ impl DepthOptions {
         drainage("drainage", self.drainage)?;
         let without = |key: &str, asked: bool| {
             check(self.column.is_some() || !asked, key, || {
-                "acts on the pore pressure of columns: give `column`, or leave this out".to_owned()
+                "applies only with pore-pressure columns: give `column`, or leave this out".to_owned()
             })
         };
         without("drainage", self.drainage != Drainage::default())?;
@@ -126,7 +126,7 @@ impl DepthOptions {
                 || last.erosion.is_some();
             // Within a bed with erosion a region without any key is one without erosion.
             check(says || self.erosion.is_some(), &format!("regions[{}]", self.regions.len() - 1), || {
-                "says nothing of the bed there: give `basal`, `drainage`, `fluid_resistance` or `erosion`"
+                "has no property of the bed: give `basal`, `drainage`, `fluid_resistance` or `erosion`"
                     .to_owned()
             })?;
         }
@@ -136,7 +136,7 @@ impl DepthOptions {
             [("erodible_depth_raster", self.erodible_depth_raster.is_some()), ("lower_bed", self.lower_bed)];
         asked.into_iter().try_for_each(|(key, asked)| {
             check(erodes || !asked, key, || {
-                "nothing is taken up from the bed: give `erosion`, or leave this out".to_owned()
+                "applies only with erosion of the bed: give `erosion`, or leave this out".to_owned()
             })
         })
     }
@@ -159,7 +159,8 @@ impl DepthOptions {
             && self.continuity == ThicknessEquation::Summation
             && !self.surface_gradient;
         check(self.momentum != PressureForceForm::Variational || is_plain, "momentum", || {
-            "`variational` is for one phase with heights by summation: leave `phases`, `continuity` and `surface_gradient` out"
+            "`variational` requires one phase with depths by summation: leave `phases`, `continuity` and \
+             `surface_gradient` out"
                 .to_owned()
         })
     }
@@ -183,13 +184,15 @@ impl DepthOptions {
             && velocity > 10.0
         {
             warnings.push(format!(
-                "methods.depth-sph.mixture.drag.settling_velocity: {velocity} m/s is faster than grains settle"
+                "methods.depth-sph.mixture.drag.settling_velocity: {velocity} m/s is faster than grains \
+                 settle: check the unit (m/s)"
             ));
         }
         let consolidation = self.column.as_ref().and_then(|column| column.consolidation);
         if let Some(value) = consolidation.filter(|value| *value > 100.0) {
             warnings.push(format!(
-                "methods.depth-sph.column.consolidation: {value} m²/s is more than soils have: is the unit right?"
+                "methods.depth-sph.column.consolidation: {value} m²/s is higher than the coefficient of \
+                 consolidation of soils: check the unit (m²/s)"
             ));
         }
         let of_bed = self.basal.iter().map(|spec| ("basal".to_owned(), spec));
@@ -219,7 +222,7 @@ fn erosion(key: &str, erosion: Option<Erosion>) -> Result<(), OptionError> {
 fn erodible(key: &str, depth: Option<f64>, erodes: bool) -> Result<(), OptionError> {
     let Some(depth) = depth else { return Ok(()) };
     not_negative(key, depth, " (m)")?;
-    check(erodes, key, || "nothing is taken up there: give `erosion`, or leave this out".to_owned())
+    check(erodes, key, || "applies only with erosion: give `erosion`, or leave this out".to_owned())
 }
 
 impl MixtureOptions {
@@ -230,7 +233,9 @@ impl MixtureOptions {
         let (grain, fluid) = (self.grain_density, self.fluid_density);
         let buoyant = column || !matches!(self.drag, InterphaseDrag::None);
         check(!buoyant || grain > fluid, &key("grain_density"), || {
-            format!("{grain} kg/m³ is not above that of the fluid, {fluid} kg/m³: grains would float")
+            format!(
+                "{grain} kg/m³ is not above the density of the fluid, {fluid} kg/m³: the grains would float"
+            )
         })?;
         let layers = phases == Phases::Layers;
         let porosity = self.porosity;
@@ -238,7 +243,7 @@ impl MixtureOptions {
             format!("{porosity} is not between 0 and 1 (both excluded)")
         })?;
         check(phases == Phases::Two || self.porosities.is_empty(), &key("porosities"), || {
-            "are those of grains and fluid on nodes of their own: make phases two, or leave them out"
+            "apply only to grains and fluid with separate nodes: set `phases` to `two`, or leave them out"
                 .to_owned()
         })?;
         for (body, porosity) in &self.porosities {
@@ -248,7 +253,7 @@ impl MixtureOptions {
         }
         under_key("mixture.drag", self.drag.validate())?;
         check(layers != self.upper.is_empty(), &key("upper"), || {
-            "names the bodies of the upper of two layers: for phases that are `layers`, and for these only"
+            "must name the bodies of the upper layer if `phases` is `layers`, and must be left out otherwise"
                 .to_owned()
         })?;
         within(&key("interface_friction"), self.interface_friction, 0.0, 1.0)?;
@@ -259,7 +264,7 @@ impl MixtureOptions {
 impl FluidResistanceOptions {
     fn validate(self, path: &str, phases: Phases) -> Result<(), OptionError> {
         check(self == Self::None || phases == Phases::Two, path, || {
-            "acts on a fluid that moves by itself: make phases two, or leave this out".to_owned()
+            "applies only to a fluid with separate nodes: set `phases` to `two`, or leave this out".to_owned()
         })?;
         let key = |name: &str| format!("{path}.{name}");
         match self {
@@ -275,7 +280,7 @@ impl ColumnOptions {
     fn validate(&self, mixture: Option<&MixtureOptions>) -> Result<(), OptionError> {
         let key = |name: &str| format!("column.{name}");
         check(mixture.is_some(), "column", || {
-            "needs grains and fluid: give bodies a `pore_fluid`, or a `mixture` here".to_owned()
+            "requires grains and fluid: give the bodies a `pore_fluid`, or give `mixture`".to_owned()
         })?;
         check((4..=MOST_CELLS).contains(&self.cells), &key("cells"), || {
             format!("{} is not in 4..={MOST_CELLS}", self.cells)
@@ -288,15 +293,15 @@ impl ColumnOptions {
                 skeleton.validate()?;
                 let permeable = mixture.is_some_and(|mixture| mixture.drag != InterphaseDrag::None);
                 check(permeable, &key("skeleton"), || {
-                    "needs a law of `mixture.drag`, from which the permeability follows".to_owned()
+                    "requires the permeability: give a law of `mixture.drag`".to_owned()
                 })?;
             }
             (None, None) => {
-                let problem = "is missing, and so is `skeleton`: one of them says how fast pressure drains";
+                let problem = "is missing, and so is `skeleton`: give one of them for the rate of drainage";
                 return Err((key("consolidation"), problem.to_owned()));
             }
             (Some(_), Some(_)) => {
-                let problem = "is given, and so is `skeleton`, from which it follows: leave one of them out";
+                let problem = "is given together with `skeleton`, which determines it: leave one of them out";
                 return Err((key("consolidation"), problem.to_owned()));
             }
         }
@@ -307,7 +312,7 @@ impl ColumnOptions {
         not_negative(&key("dilatancy.slope"), dilatancy.slope, "")?;
         within(&key("dilatancy.critical_porosity"), dilatancy.critical_porosity, 0.0, 1.0)?;
         check(self.skeleton.is_some(), &key("dilatancy"), || {
-            "needs the stiffness of the `skeleton`".to_owned()
+            "requires the stiffness of the skeleton: give `skeleton`".to_owned()
         })
     }
 }

@@ -1,107 +1,108 @@
-//! Choices of the method, as a case file names them.
+//! Enumerated options of `methods.depth-sph`.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How many phases move on sets of nodes of their own.
+/// Number of phases with nodes of their own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Phases {
-    /// One set: a dry material, a fluid, or a mixture whose phases move together.
+    /// Single phase: a dry material, a fluid, or a mixture whose components move together.
     #[default]
     One,
-    /// Grains and pore fluid, each with its own height and velocity.
+    /// Two phases: grains and pore fluid, each with its own flow depth and velocity.
     Two,
     /// Two layers: an avalanche below water.
     Layers,
 }
 
-/// How what flows in across a line stands along it.
+/// Distribution of an inflow along its line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum InflowDistribution {
-    /// As deep everywhere.
+    /// Equal depth along the line.
     #[default]
     Even,
-    /// Up to one level, so that it is deeper where the bed is lower, and nothing where that is higher: for a line across a channel.
+    /// Level surface along the line: the inflow is deeper where the bed is lower, and absent where the bed is higher than the surface.
+    /// For a line across a channel.
     Level,
 }
 
-/// One of two layers.
+/// Lower or upper layer of two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FlowLayer {
-    /// The one on the bed.
+    /// Layer on the bed.
     Lower,
-    /// The one on top of it.
+    /// Layer on top of the lower one.
     Upper,
 }
 
-/// The axes that depth is measured in (sheet: depth-sph §2.9).
+/// Axes of the flow depth (sheet: depth-sph §2.9).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DepthFrame {
     /// Horizontal axes and vertical depth over steep terrain: effective gravity follows slope and curvature.
     #[default]
     Horizontal,
-    /// Horizontal axes over gentle slopes: gravity acts on depth in full.
+    /// Horizontal axes over gentle slopes: the full gravity acts on the depth.
     SmallSlope,
     /// Axes along the bed, which is a plane, and depth normal to it.
     BedFitted,
 }
 
-/// How depth gradients act over steep terrain (sheet: depth-sph §2.9).
+/// Effect of depth gradients over steep terrain (sheet: depth-sph §2.9).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Metric {
-    /// As they are where the free surface is level, along the bed normal where it follows the bed, and between them by its slope.
+    /// Blend of `vertical` where the free surface is level and `normal` where it is parallel to the bed, by the slope of the surface.
     #[default]
     Blended,
-    /// As they are: a level surface stays level, and sheets on steep slopes spread too fast.
+    /// Gradients in the horizontal plan: a level surface stays level, and thin flows on steep slopes spread too fast.
     Vertical,
-    /// Projected along the bed normal, for thin sheets on steep slopes: lakes over rough ground do not rest.
+    /// Gradients projected along the bed normal, for thin flows on steep slopes: lakes over rough terrain do not stay at rest.
     Normal,
 }
 
-/// The form of the pressure force (sheet: depth-sph §2.10).
+/// Form of the pressure force (sheet: depth-sph §2.10).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "DepthMomentum")]
 pub enum PressureForceForm {
-    /// `Σ m (P_I/h_I² + P_J/h_J²) ∇W`; of two phases, corrected differences at nodes whose drag is weak.
+    /// Symmetric form `Σ m (P_I/h_I² + P_J/h_J²) ∇W`; for two phases, corrected differences at nodes whose drag is weak.
     #[default]
     Automatic,
-    /// `Σ m (P_I/h_I² + P_J/h_J²) ∇W`, which conserves momentum.
+    /// Symmetric form `Σ m (P_I/h_I² + P_J/h_J²) ∇W`, which conserves momentum.
     Symmetric,
-    /// `Σ m (P_I + P_J)/(h_I h_J) ∇W`, which does too.
+    /// Product form `Σ m (P_I + P_J)/(h_I h_J) ∇W`, which conserves momentum too.
     Product,
-    /// Gradients of heights by corrected differences: for phases that move apart.
+    /// Gradients of flow depths by corrected differences, for phases that separate.
     Node,
-    /// `Σ m (P_I/(Ω_I h_I²) ∇W(ℓ_I) + P_J/(Ω_J h_J²) ∇W(ℓ_J))` with heights and smoothing lengths that are solved for together, whatever
-    /// `passes`: the forces of an energy, which is kept as well. One phase, heights by summation.
+    /// Variational form `Σ m (P_I/(Ω_I h_I²) ∇W(ℓ_I) + P_J/(Ω_J h_J²) ∇W(ℓ_J))` with flow depths and smoothing lengths solved for
+    /// together, whatever `passes`: the forces derive from an energy, which is conserved too. One phase, depths by summation.
     Variational,
 }
 
-/// How heights follow the nodes (sheet: depth-sph §2.10).
+/// Equation of the flow depth (sheet: depth-sph §2.10).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "DepthContinuity")]
 pub enum ThicknessEquation {
-    /// `h = Σ m W`: mass exact, fronts free.
+    /// Summation `h = Σ m W`: exact mass, with free fronts.
     #[default]
     Summation,
-    /// `h = Σ m W / Σ (m/h) W`: level up to an edge, which a free front is then as well.
+    /// Normalised summation `h = Σ m W / Σ (m/h) W`: level up to an edge, and therefore at a free front too.
     Normalised,
-    /// `dh/dt = -h Σ (m/h) v_J · ∇W`.
+    /// Rate equation `dh/dt = -h Σ (m/h) v_J · ∇W`.
     RateBasic,
-    /// `dh/dt = Σ m v_IJ · ∇W`.
+    /// Rate equation `dh/dt = Σ m v_IJ · ∇W`.
     RateDifference,
-    /// `dh/dt = h Σ (m/h) v_IJ · ∇W`.
+    /// Rate equation `dh/dt = h Σ (m/h) v_IJ · ∇W`.
     RateVolume,
 }
 
 impl ThicknessEquation {
-    /// Whether heights are integrated in time.
+    /// Whether flow depths are integrated in time.
     pub fn is_rate(self) -> bool {
         matches!(self, Self::RateBasic | Self::RateDifference | Self::RateVolume)
     }
@@ -112,23 +113,23 @@ impl ThicknessEquation {
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "DepthIntegration")]
 pub enum TimeScheme {
-    /// Half a drift, a kick, half a drift: second order, one evaluation of forces.
+    /// Leapfrog: half a position update, a velocity update, half a position update; second order, one evaluation of forces.
     #[default]
     Leapfrog,
     /// Midpoint rule: second order, two evaluations.
     RungeKutta2,
-    /// Classical fourth order, four evaluations.
+    /// Classical Runge–Kutta scheme: fourth order, four evaluations.
     RungeKutta4,
 }
 
-/// How the cells lie that neighbours are looked for in (sheet: depth-sph §3.4).
+/// Orientation of the cells of the neighbour search (sheet: depth-sph §3.4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "DepthSearch")]
 pub enum SearchOrientation {
-    /// Along the axes of the plan.
+    /// Cells along the axes of the plan.
     #[default]
     Axes,
-    /// Turned with the flow, in every step: lines of cells follow its longest extent.
+    /// Cells rotated with the flow in every step: lines of cells are parallel to its longest extent.
     Turned,
 }

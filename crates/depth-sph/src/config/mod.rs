@@ -25,91 +25,94 @@ use crate::pore_pressure::pore_pressure_column::{Drainage, LowerBound, PressureP
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DepthOptions {
-    /// Initial distance of the nodes (m).
+    /// Initial distance of neighbouring nodes (m).
     pub spacing: f64,
-    /// Kernel.
+    /// Smoothing kernel.
     #[serde(default)]
     pub kernel: Kernel,
-    /// Smoothing length over `spacing`, 1 to 3; 1.5 along a line and 1.3 in plan when absent.
+    /// Smoothing length over `spacing` (-), 1 to 3. When absent 1.5 along a line and 1.3 in plan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub smoothing: Option<f64>,
-    /// Whether smoothing lengths follow the heights, `ℓ^d h / m` constant, within half of the first one and three times it
+    /// Whether smoothing lengths follow the flow depths, with `ℓ^d h / m` constant, between half of the first one and three times it
     /// (fifty times along a line).
     #[serde(default = "default_true")]
     pub variable_smoothing: bool,
-    /// Smoothing length that variable ones do not fall below (m), at most the first one: it bounds the step from below; none when absent.
+    /// Lower bound of variable smoothing lengths (m), at most the first one; none when absent. It bounds the time step from below.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortest_smoothing: Option<f64>,
-    /// Sums of height per step, each with the smoothing lengths that follow from the one before; 1 to 10. With `momentum`
-    /// `variational` they are as many as it takes.
+    /// Number of summations of flow depth per step, 1 to 10, each with the smoothing lengths that follow from the one before. With
+    /// `momentum` `variational` the number is as large as needed.
     #[serde(default = "default_passes")]
     pub passes: usize,
-    /// How heights follow the nodes.
+    /// Equation of the flow depth.
     #[serde(default)]
     pub continuity: ThicknessEquation,
     /// Form of the pressure force.
     #[serde(default)]
     pub momentum: PressureForceForm,
-    /// Whether gradients are those of the free surface, by corrected differences: lakes stay at rest, momentum is not
-    /// conserved to round-off.
+    /// Whether gradients are those of the free surface, by corrected differences. Lakes stay at rest; momentum is not conserved to
+    /// round-off.
     #[serde(default)]
     pub surface_gradient: bool,
     /// Time integration.
     #[serde(default)]
     pub integration: TimeScheme,
-    /// Linear artificial viscosity, at least 0.
+    /// Linear artificial viscosity (-), at least 0.
     #[serde(default = "one")]
     pub viscosity_linear: f64,
-    /// Quadratic artificial viscosity, at least 0.
+    /// Quadratic artificial viscosity (-), at least 0.
     #[serde(default)]
     pub viscosity_quadratic: f64,
-    /// Share of the neighbours' velocity with which nodes drift (XSPH), 0 to 1, with `integration` `leapfrog`. Of two phases it parts the sets of nodes.
+    /// XSPH fraction (-), 0 to 1: share of the neighbours' velocity in the motion of nodes. With `integration` `leapfrog`. In two phases
+    /// it separates the sets of nodes.
     #[serde(default)]
     pub xsph: f64,
-    /// How the cells lie that neighbours are looked for in: `turned` gains a few per cent where a long flow is oblique. Sums are then added up in another
-    /// order. In three dimensions.
+    /// Orientation of the cells of the neighbour search. In three dimensions. `turned` gains a few per cent where a long flow is oblique;
+    /// kernel sums are then added in another order.
     #[serde(default)]
     pub search: SearchOrientation,
-    /// Length of a layer before absorbing sides in which waves decay (m): depth and speed along the normal relax to the initial state
-    /// there, so that a lasting change of the flow is held back. As long as two waves; none when absent. Of two layers in a profile alone.
+    /// Length (m) of a layer before absorbing sides in which waves decay; none when absent. Depth and normal speed relax to the initial
+    /// state in it, so that lasting changes of the flow are held back. A suitable length is that of two waves. With two layers only in a
+    /// profile.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub absorbing_layer: Option<f64>,
-    /// Courant number, up to 0.5.
+    /// Courant number (-), up to 0.5.
     #[serde(default = "courant")]
     pub courant: f64,
-    /// Longest time step (s); none when absent.
+    /// Upper bound of the time step (s); none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_time_step: Option<f64>,
-    /// Axes that depth is measured in. Gravity that is tilted over a flat bed is always `bed-fitted`.
+    /// Axes of the flow depth. With gravity tilted over a flat bed always `bed-fitted`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frame: Option<DepthFrame>,
-    /// How depth gradients act over steep terrain.
+    /// Effect of depth gradients over steep terrain.
     #[serde(default)]
     pub metric: Metric,
-    /// Whether curvature of the bed acts on friction and pore pressure: the turning of the velocity over a step, on a bed that is smooth at
-    /// the scale of two cells of the terrain. Pressure depends on the slope alone. Velocity turns along the bed in any case.
+    /// Whether the curvature of the bed acts on friction and pore pressure, as the rotation of the velocity over a step on a bed that is
+    /// smooth at the scale of two cells of the terrain. The pressure force depends on the slope alone. The velocity rotates along the bed
+    /// in any case.
     #[serde(default = "default_true")]
     pub curvature_in_friction: bool,
-    /// Means of the levels of terrain over its neighbouring nodes with weights 1, 2, 1 along each axis, 0 to 20 times, before the bed is made a
-    /// cubic spline of them: surveys are noisy, formulas are not. One mean leaves a wave of four cells half of its height. Dams are raised after it.
+    /// Number of averagings of the terrain levels, 0 to 20, over neighbouring nodes with weights 1, 2, 1 along each axis, before a cubic
+    /// spline of the bed is made. For the noise of surveys; formulas have none. One averaging halves the height of a wave of four cells.
+    /// Dams are raised afterwards.
     #[serde(default = "default_smoothing_passes")]
     pub terrain_smoothing: usize,
-    /// Distance of the places at which the highest face of obstacles is looked up, where the bed is no raster of a file and no
-    /// plane (m); `spacing` when absent.
+    /// Distance (m) of the positions at which the highest face of obstacles is evaluated, where the bed is no raster of a file and no
+    /// plane; `spacing` when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub terrain_spacing: Option<f64>,
     /// Resistance of the bed; from the wall below and the material when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub basal: Option<BasalSpec>,
-    /// Parts of the bed that differ; the first that holds a place rules there.
+    /// Parts of the bed with other properties. At a position in several parts the first one applies.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub regions: Vec<BedRegion>,
     /// Dams on the terrain, in three dimensions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dams: Vec<DamOptions>,
-    /// Lines that material flows in across in three dimensions, or ends of a profile: of one phase, of grains and fluid at one speed, or of a
-    /// layer of two.
-    /// With columns of pore pressure what flows in has their `excess_ratio`.
+    /// Inflows of material, across lines in three dimensions or through the ends of a profile: of one phase, of grains and fluid at one
+    /// speed, or of one of two layers. With pore-pressure columns the inflow has their `excess_ratio`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inflows: Vec<InflowOptions>,
     /// Drainage of the pore fluid through the bed.
@@ -118,121 +121,122 @@ pub struct DepthOptions {
     /// Erosion of the bed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erosion: Option<Erosion>,
-    /// Depth of the bed that can be taken up (m, vertical), at least 0; no limit when absent. The bed must be terrain.
+    /// Erodible depth of the bed (m, vertical), at least 0; no limit when absent. The bed must be terrain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erodible_depth: Option<f64>,
-    /// Erodible depth as a raster (m), ESRI ASCII grid or GeoTIFF, from the folder of the case. Nothing is eroded beyond it
-    /// and where it has no data; `erodible_depth` bounds it as well. In three dimensions.
+    /// Path of a raster of the erodible depth (m), ESRI ASCII grid or GeoTIFF, relative to the folder of the case. Nothing is eroded
+    /// outside it and where it has no data; `erodible_depth` bounds it too. In three dimensions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erodible_depth_raster: Option<String>,
-    /// Whether the bed is lowered where it is eroded. When not, as by default, flows pass over the bed of the start, so that a
-    /// bed that is a plane may erode as well. The bed must be terrain.
+    /// Whether erosion lowers the bed. By default flows move over the initial bed, so that a plane bed may erode too. The bed must be
+    /// terrain.
     #[serde(default, skip_serializing_if = "is_false")]
     pub lower_bed: bool,
-    /// How many phases move on sets of nodes of their own.
+    /// Number of phases with nodes of their own.
     #[serde(default)]
     pub phases: Phases,
-    /// Components of the flowing material, where there is pore fluid or a second layer.
+    /// Components of the flowing material, with pore fluid or a second layer.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mixture: Option<MixtureOptions>,
-    /// Excess pore pressure along the depth; none when absent.
+    /// Columns of excess pore pressure over the depth; none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub column: Option<ColumnOptions>,
     /// Earth-pressure coefficients; isotropic stress when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub earth_pressure: Option<EarthPressureOptions>,
-    /// When the flow has come to rest, in the reading `stopped`.
+    /// Conditions under which the flow counts as stopped, in the scalar output `stopped`.
     #[serde(default)]
     pub stop: StopOptions,
-    /// Whether nodes that leave the terrain end the run; they are removed and counted otherwise.
+    /// Whether the run ends with an error when nodes leave the terrain; otherwise they are removed and counted.
     #[serde(default)]
     pub leaving_is_an_error: bool,
 }
 
-/// A part of the bed.
+/// Part of the bed with other properties.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BedRegion {
-    /// Where, in plan: a box of one coordinate in plane strain, any shape of two dimensions in three. Give this, `outline` or `raster`.
+    /// Region in plan: a box of one coordinate in plane strain, any shape of two dimensions in three. Give this, `outline` or `raster`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape>,
-    /// Where, in three dimensions: a file with polygons in metres, GeoJSON (`.geojson`, `.json`) or a shapefile (`.shp`), from the
-    /// folder of the case.
+    /// Path of a file of the region's polygons (m), relative to the folder of the case: GeoJSON (`.geojson`, `.json`) or a shapefile
+    /// (`.shp`). In three dimensions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outline: Option<String>,
-    /// Where, in three dimensions: cells of a raster, as one of land cover.
+    /// Region as cells of a raster, such as one of land cover. In three dimensions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub raster: Option<RasterCellSelection>,
-    /// Resistance; that of the rest of the bed when absent.
+    /// Resistance of the region; that of the rest of the bed when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub basal: Option<BasalSpec>,
-    /// Drainage of the pore fluid there; as the rest of the bed when absent. A rack is `atmospheric`.
+    /// Drainage of the pore fluid through the region; that of the rest of the bed when absent. A drainage rack is `atmospheric`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drainage: Option<Drainage>,
-    /// Resistance to the pore fluid; that of the rest of the bed, `mixture.fluid_resistance`, when absent.
+    /// Resistance of the region to the pore fluid; that of the rest of the bed, `mixture.fluid_resistance`, when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fluid_resistance: Option<FluidResistanceOptions>,
-    /// Erosion there; none when absent.
+    /// Erosion of the region; none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erosion: Option<Erosion>,
-    /// Depth of it that can be taken up (m, vertical), at least 0; as of the rest of the bed when absent.
+    /// Erodible depth of the region (m, vertical), at least 0; that of the rest of the bed when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erodible_depth: Option<f64>,
 }
 
-/// A dam along a line in plan, which raises the terrain below it.
+/// Dam along a line in plan, which raises the terrain below it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DamOptions {
-    /// Corners of the line of its crest (m), in plan; two at least.
+    /// Corners of the crest line (m) in plan, at least two.
     pub line: Vec<[f64; 2]>,
-    /// Height of the crest above the ground below it (m, vertical).
+    /// Height of the crest above the terrain below it (m, vertical).
     pub height: f64,
     /// Width of the crest (m), not negative.
     #[serde(default)]
     pub width: f64,
-    /// Fall of its sides over their width, > 0. Sides steeper than 60° (1.73) hold no flow that comes fast.
+    /// Slope of the sides (-), fall over width, > 0. Sides steeper than 60° (1.73) do not stop a fast flow.
     #[serde(default = "one")]
     pub side_slope: f64,
 }
 
-/// A line that material flows in across, by a hydrograph.
+/// Inflow of material across a line, by a hydrograph.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InflowOptions {
-    /// Where the line begins (m), in plan. In three dimensions.
+    /// Start of the line (m) in plan. In three dimensions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<[f64; 2]>,
-    /// Where it ends (m). The flow goes to the right of who walks along it, and needs ground for a few `spacing` behind.
+    /// End of the line (m) in plan. The flow is to the right of the direction from start to end, and needs terrain for a few `spacing`
+    /// behind the line.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to: Option<[f64; 2]>,
-    /// The end that it flows in through, `x-min` or `x-max`. In a profile.
+    /// End of the profile through which the material flows in, `x-min` or `x-max`. In a profile.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub side: Option<Side>,
-    /// Times from the start of the flow (s) and discharges (m³/s; m²/s in a profile), linear between them; none before and after. Give this
-    /// or `hydrograph`.
+    /// Hydrograph: pairs of time from the start of the flow (s) and discharge (m³/s; m²/s in a profile), linear between them, zero before
+    /// and after. Give this or `hydrograph`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub discharge: Vec<[f64; 2]>,
-    /// File of them, from the folder of the case: CSV with two columns, time and discharge, in these units or in those that a line of
-    /// names has between brackets, as `time (h),discharge (l/s)`.
+    /// Path of a file of the hydrograph, relative to the folder of the case: CSV with two columns, time and discharge, in the units of
+    /// `discharge` or in those in brackets in a header line, such as `time (h),discharge (l/s)`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hydrograph: Option<String>,
-    /// Froude number `u/√(g h)` at the line, which makes depth and speed of a discharge where nothing stands before it, and where the flow
-    /// is faster than its waves. Else they follow from the discharge and what stands there.
+    /// Froude number `u/√(g h)` at the line (-). It determines depth and speed of a discharge where there is no flow before the line, and
+    /// where the flow is faster than its waves. Otherwise they follow from the discharge and the flow before the line.
     #[serde(default = "one")]
     pub froude: f64,
-    /// How it stands along the line, at one speed. In three dimensions.
+    /// Distribution of the inflow along the line, at one speed. In three dimensions.
     #[serde(default)]
     pub across: InflowDistribution,
-    /// Which of two layers flows in, for phases that are `layers`: one inflow for each, at one line or at lines of their own.
+    /// Layer of the inflow, for phases that are `layers`: one inflow for each layer, at one line or at two lines.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub layer: Option<FlowLayer>,
-    /// Share of the pore fluid in what flows in, between 0 and 1, for phases that are `two`; that of the mixture when absent.
+    /// Porosity of the inflow (share of the pore fluid), between 0 and 1, for phases that are `two`; that of the mixture when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub porosity: Option<f64>,
 }
 
-/// Grains and fluid, or two layers.
+/// Components of the flowing material: grains and fluid, or two layers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MixtureOptions {
@@ -241,22 +245,22 @@ pub struct MixtureOptions {
     /// Density of the fluid, or of the upper layer (kg/m³).
     #[serde(default = "water")]
     pub fluid_density: f64,
-    /// Porosity at the start, between 0 and 1; of no meaning for two layers.
+    /// Initial porosity, between 0 and 1; without effect for two layers.
     #[serde(default = "half")]
     pub porosity: f64,
-    /// Porosity at the start of bodies whose own is another one, by name, between 0 and 1: for phases that are `two`.
+    /// Initial porosities of bodies that differ, by name, between 0 and 1; for phases that are `two`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub porosities: BTreeMap<String, f64>,
-    /// Drag between grains and fluid that move apart, or the permeability of columns.
+    /// Drag law between grains and fluid in relative motion, or the permeability of columns.
     #[serde(default)]
     pub drag: InterphaseDrag,
-    /// Resistance of the bed to the fluid, of phases that are `two`. Parts of the bed may have another one, see `regions`.
+    /// Resistance of the bed to the fluid, for phases that are `two`. Parts of the bed may have another one, see `regions`.
     #[serde(default)]
     pub fluid_resistance: FluidResistanceOptions,
-    /// Names of the bodies that are the upper of two layers.
+    /// Names of the bodies of the upper layer of two.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub upper: Vec<String>,
-    /// Coefficient of friction between two layers, 0 to 1.
+    /// Friction coefficient between two layers (-), 0 to 1.
     #[serde(default)]
     pub interface_friction: f64,
 }
@@ -265,22 +269,22 @@ pub struct MixtureOptions {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "law", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum FluidResistanceOptions {
-    /// None.
+    /// No resistance.
     #[default]
     None,
-    /// `3 μ v / h`.
+    /// Laminar flow, `3 μ v / h`.
     Laminar {
-        /// Viscosity (Pa s), not negative.
+        /// Viscosity `μ` (Pa s), not negative.
         viscosity: f64,
     },
-    /// `ρ g n² v² / h^⅓`.
+    /// Manning's law, `ρ g n² v² / h^⅓`.
     Manning {
-        /// Manning's coefficient (s/m^⅓), not negative.
+        /// Manning's coefficient `n` (s/m^⅓), not negative.
         coefficient: f64,
     },
-    /// `ρ g v² / ξ`.
+    /// Turbulent flow, `ρ g v² / ξ`.
     Turbulent {
-        /// Coefficient `ξ` (m/s²), > 0.
+        /// Turbulence coefficient `ξ` (m/s²), > 0.
         turbulence: f64,
     },
 }
@@ -289,13 +293,13 @@ pub enum FluidResistanceOptions {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ColumnOptions {
-    /// Intervals over the depth, 4 to 1000.
+    /// Number of intervals over the depth, 4 to 1000.
     #[serde(default = "default_column_cells")]
     pub cells: usize,
-    /// Weight of the new time level: 1 is backward Euler, 0.5 Crank–Nicolson.
+    /// Weight of the new time level (-): 1 is backward Euler, 0.5 Crank–Nicolson.
     #[serde(default = "one")]
     pub weight: f64,
-    /// How a column carries its pressure.
+    /// Discretisation of the pressure over the depth.
     #[serde(default)]
     pub profile: PressureProfile,
     /// Coefficient of consolidation (m²/s), not negative; 0 without drainage. Give this or `skeleton`.
@@ -304,10 +308,10 @@ pub struct ColumnOptions {
     /// Stiffness of the skeleton, which with the permeability of the drag law gives the coefficient of consolidation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub skeleton: Option<SkeletonOptions>,
-    /// How low the pressure may fall.
+    /// Lower bound of the pressure.
     #[serde(default)]
     pub lower_bound: LowerBound,
-    /// Excess pressure at the base over that of full liquefaction, at the start; 0 to 1, linear over the depth.
+    /// Initial liquefaction ratio (-), 0 to 1: excess pressure at the base over that of full liquefaction, linear over the depth.
     #[serde(default)]
     pub excess_ratio: f64,
     /// Dilatancy under shear; none when absent.
@@ -323,12 +327,12 @@ pub struct SkeletonOptions {
     pub youngs_modulus: f64,
     /// Poisson's ratio, 0 to 0.5 (excluded).
     pub poissons_ratio: f64,
-    /// State of stress.
+    /// State of stress, which gives the factor `α`.
     #[serde(default)]
     pub confinement: SkeletonConfinement,
 }
 
-/// The factor `α` of the state of stress.
+/// Factor `α` of the state of stress (-).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 #[schemars(rename = "DepthConfinement")]
@@ -336,21 +340,21 @@ pub enum SkeletonConfinement {
     /// No lateral strain: `α = (1 + 2 k₀)/3`, `k₀ = ν/(1 - ν)`.
     #[default]
     OneDimensional,
-    /// No lateral strain with a coefficient of its own: `α = (1 + 2 k₀)/3`.
+    /// No lateral strain, with a given coefficient of lateral stress: `α = (1 + 2 k₀)/3`.
     Lateral {
-        /// Coefficient of lateral stress `k₀`, not negative.
+        /// Coefficient of lateral stress `k₀` (-), not negative.
         k0: f64,
     },
-    /// Equal stress: `α = 1`.
+    /// Isotropic stress: `α = 1`.
     Isotropic,
-    /// As the source prints it: `α = k₀`.
+    /// Form printed in the source: `α = k₀`.
     Source {
-        /// Coefficient of lateral stress `k₀`, > 0.
+        /// Coefficient of lateral stress `k₀` (-), > 0.
         k0: f64,
     },
-    /// A value.
+    /// Given value of `α`.
     Value {
-        /// `α`, > 0.
+        /// Factor `α` (-), > 0.
         alpha: f64,
     },
 }
@@ -374,13 +378,13 @@ impl SkeletonOptions {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DilatancyOptions {
-    /// Slope, not negative.
+    /// Slope of `tan ψ` over porosity (-), not negative.
     pub slope: f64,
     /// Porosity at which shear changes no volume, between 0 and 1.
     pub critical_porosity: f64,
 }
 
-/// Savage–Hutter's earth pressure.
+/// Earth pressure of Savage and Hutter.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EarthPressureOptions {
@@ -390,17 +394,17 @@ pub struct EarthPressureOptions {
     pub basal_friction_angle: f64,
 }
 
-/// When a flow counts as stopped.
+/// Conditions under which a flow counts as stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StopOptions {
-    /// Speed below which a node rests (m/s).
+    /// Speed (m/s) below which a node is at rest.
     pub speed: f64,
-    /// Share of the volume that must rest.
+    /// Share of the volume (-) that must be at rest.
     pub share: f64,
-    /// Kinetic energy over its largest value that must be fallen below.
+    /// Upper bound of the kinetic energy over its largest value (-).
     pub kinetic_ratio: f64,
-    /// Time for which all of it must hold (s).
+    /// Time (s) for which all conditions must be fulfilled.
     pub hold: f64,
 }
 
@@ -413,7 +417,7 @@ impl Default for StopOptions {
 const fn default_true() -> bool {
     true
 }
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks with a reference")]
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
 const fn is_false(value: &bool) -> bool {
     !*value
 }

@@ -412,7 +412,10 @@ impl<const D: usize> Flow<D> {
                 continue;
             };
             let reason = if position[i].iter().all(|x| x.is_finite()) {
-                format!("its velocity is {:?} m/s and its smoothing length {} m", velocity[i], length[i])
+                format!(
+                    "its velocity, {:?} m/s, or its smoothing length, {} m, is not finite",
+                    velocity[i], length[i]
+                )
             } else {
                 "its position is not finite".to_owned()
             };
@@ -431,12 +434,12 @@ impl<const D: usize> Flow<D> {
             && nodes.partial_thickness[i].is_finite())
         {
             return Some(format!(
-                "its velocity is {:?} m/s and its height {} m",
+                "its position, its velocity, {:?} m/s, or its height, {} m, is not finite",
                 nodes.velocity[i], nodes.partial_thickness[i]
             ));
         }
         if nodes.partial_thickness[i] < 0.0 {
-            return Some(format!("its height is {} m", nodes.partial_thickness[i]));
+            return Some(format!("its height, {} m, is negative", nodes.partial_thickness[i]));
         }
         let bed = &set.bed[i];
         let speed = bed.speed(&nodes.velocity[i]);
@@ -449,8 +452,9 @@ impl<const D: usize> Flow<D> {
         let given = (2.0 * (self.settings.gravity * fall + push * run)).sqrt();
         (speed > MAX_SPEED_RATIO * (given + self.fastest_start)).then(|| {
             format!(
-                "its speed along the bed is {speed:.3e} m/s, more than {MAX_SPEED_RATIO} times the {given:.3e} m/s that gravity can give it: \
-                 try a smaller `courant`, a finer `spacing` or more `terrain_smoothing`"
+                "its speed along the bed, {speed:.3e} m/s, is more than {MAX_SPEED_RATIO} times the speed \
+                 that it can gain by gravity, {given:.3e} m/s: reduce `courant` or `spacing`, or increase \
+                 `terrain_smoothing`"
             )
         })
     }

@@ -125,8 +125,9 @@ impl<const D: usize> Flow<D> {
                 deepest <= DEEPEST * inflow.depth || deepest <= DEEPEST * inflow.max_section().max_depth;
             if !is_bounded {
                 let reason = format!(
-                    "the inflow across the line from here would be {deepest:.3e} m deep, more than {DEEPEST} times its depth at the largest \
-                     discharge, because of the flow before the line: take a smaller `courant` or a finer `spacing`"
+                    "the inflow across the line that begins here would be {deepest:.3e} m deep, more than \
+                     {DEEPEST} times its depth at the largest discharge, because of the flow ahead of the \
+                     line: reduce `courant` or `spacing`"
                 );
                 return Err(FlowFailure { node: self.next_id, position: inflow.from.to_vec(), reason });
             }

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wide::f64x4;
 
-/// A smoothing kernel `W(r, ℓ)`; the argument of its shape is `q = r/ℓ`.
+/// Smoothing kernel `W(r, ℓ)`; the argument of its shape is `q = r/ℓ`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "DepthKernel")]
@@ -18,7 +18,7 @@ pub enum Kernel {
     WendlandC2,
     /// Quintic spline, support 3 ℓ.
     QuinticSpline,
-    /// Gaussian, cut off at 3 ℓ: its integral falls short by 2.2e-5 in one dimension and 1.2e-4 in two.
+    /// Gaussian, truncated at 3 ℓ: its integral is too small by 2.2e-5 in one dimension and 1.2e-4 in two.
     Gaussian,
 }
 

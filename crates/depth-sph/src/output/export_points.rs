@@ -22,7 +22,8 @@ pub fn point_stacks(case: &Case, snapshot: &Snapshot) -> Result<PointList, CaseE
     let wrong = |problem: &str| CaseError::new("methods.depth-sph.phases", problem);
     if options.phases == Phases::Layers {
         return Err(wrong(
-            "two layers are no material of a model in depth: points of them are not handed over",
+            "`layers` cannot be exported as points of one material: only one phase, or grains and fluid, \
+             can be exported",
         ));
     }
     let scalars = |name: &str| snapshot.scalars(name).ok_or_else(|| missing_field(name));
@@ -73,7 +74,7 @@ pub fn point_stacks(case: &Case, snapshot: &Snapshot) -> Result<PointList, CaseE
 
 /// Error of a frame without a field of that name.
 fn missing_field(name: &str) -> CaseError {
-    CaseError::new("output.fields", format!("the frame has no {name:?}"))
+    CaseError::new("output.fields", format!("the frame has no field {name:?}"))
 }
 
 /// Nodes that become stacks, those of the grains where there are two phases, with their share of the fluid.

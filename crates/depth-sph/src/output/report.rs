@@ -262,27 +262,33 @@ impl<const D: usize> DepthSolver<D> {
         let mut remarks = Vec::new();
         if flow.removed_nodes > 0 {
             remarks.push(format!(
-                "{} nodes, {:.4e} m³, have left the terrain: make it larger where that matters",
+                "{} nodes with a volume of {:.4e} m³ have left the terrain and were removed. If this \
+                 volume matters, make the terrain larger",
                 flow.removed_nodes,
                 flow.outflow_volume.iter().sum::<f64>()
             ));
         }
         if self.hazard_rasters.as_ref().is_some_and(crate::output::hazard_rasters::HazardRasters::are_empty) {
             let threshold = self.case.output.rasters.as_ref().map_or(0.0, |rasters| rasters.threshold);
-            remarks.push(format!("output.rasters.threshold: no cell has been as deep as {threshold} m"));
+            remarks.push(format!(
+                "output.rasters.threshold: the flow was less than {threshold} m deep in all cells, so the \
+                 rasters are empty"
+            ));
         }
         let account = flow.energy_balance_summary();
         if account.is_off() {
             let cure = match (self.departure.is_some(), flow.settings.numerics.variable_length) {
-                (true, true) => "`variable_smoothing` false, more `terrain_smoothing` or a finer `spacing`",
-                (true, false) => "more `terrain_smoothing` or a finer `spacing`",
-                (false, true) => "`variable_smoothing` false, or `momentum` `variational`",
-                (false, false) => "`momentum` `variational`, or a finer `spacing`",
+                (true, true) => {
+                    "set `variable_smoothing` to false, increase `terrain_smoothing` or reduce `spacing`"
+                }
+                (true, false) => "increase `terrain_smoothing` or reduce `spacing`",
+                (false, true) => "set `variable_smoothing` to false, or `momentum` to `variational`",
+                (false, false) => "set `momentum` to `variational`, or reduce `spacing`",
             };
             remarks.push(format!(
-                "the computation has {} {:.2e} J, {:.1} % of the {:.2e} J that the flow has turned over (column energy_error of the measures): \
-                 take {cure}",
-                if account.error > 0.0 { "made" } else { "lost" },
+                "the computation has {} {:.2e} J by numerical error, {:.1} % of the {:.2e} J that the flow \
+                 has exchanged (column energy_error of the measures). To reduce the error, {cure}",
+                if account.error > 0.0 { "gained" } else { "lost" },
                 account.error.abs(),
                 100.0 * account.error.abs() / account.exchanged,
                 account.exchanged
@@ -290,7 +296,8 @@ impl<const D: usize> DepthSolver<D> {
         }
         if self.rest.stopped.is_nan() {
             remarks.push(
-                "the flow still moves at the end of the run, by the criterion of methods.depth-sph.stop"
+                "the flow still moves at the end of the run: the criterion of methods.depth-sph.stop is \
+                 not met"
                     .to_owned(),
             );
         }

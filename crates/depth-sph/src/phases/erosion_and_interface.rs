@@ -128,7 +128,11 @@ impl<const D: usize> Flow<D> {
                 (0..set.nodes.len()).into_par_iter().with_min_len(TASK).filter(is_out).collect();
             let Some(first) = out.first() else { continue };
             if self.outside == OutsideNodes::Fail {
-                return Err(failure(set, *first, "it has left the terrain".to_owned()));
+                return Err(failure(
+                    set,
+                    *first,
+                    "it has left the terrain, which is an error by `leaving_is_an_error`".to_owned(),
+                ));
             }
             self.outflow_volume[number] += out.iter().map(|&i| set.nodes.volume[i]).sum::<f64>();
             self.removed_nodes += out.len() as u64;

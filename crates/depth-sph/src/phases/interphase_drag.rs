@@ -7,38 +7,38 @@ use serde::{Deserialize, Serialize};
 /// Bounds of the porosity in drag and permeability.
 const POROSITIES: (f64, f64) = (1e-3, 1.0 - 1e-3);
 
-/// A law of drag.
+/// Law of drag between grains and pore fluid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "law", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum InterphaseDrag {
-    /// None: the phases pass each other freely.
+    /// No drag between the phases.
     #[default]
     None,
-    /// Anderson and Jackson, Pitman and Le: `C_d = n (1 - n) (ρ_s - ρ_w) g / (V_T n^m)`.
+    /// Law of Anderson and Jackson, Pitman and Le: `C_d = n (1 - n) (ρ_s - ρ_w) g / (V_T n^m)`.
     Anderson {
-        /// Speed at which a grain settles in the fluid, `V_T` (m/s), > 0; `"none"` is without drag.
+        /// Settling velocity of a grain in the fluid, `V_T` (m/s), > 0; `"none"` for no drag.
         settling_velocity: MaybeInfinite,
-        /// Exponent `m` of the porosity, 0 to 10: that of Richardson and Zaki less one.
+        /// Exponent `m` of the porosity (-), 0 to 10: that of Richardson and Zaki less one.
         #[serde(default = "one")]
         exponent: f64,
     },
-    /// Darcy: `C_d = n² ρ_w g / K`.
+    /// Darcy's law: `C_d = n² ρ_w g / K`.
     Darcy {
         /// Hydraulic conductivity `K` (m/s), > 0.
         permeability: f64,
     },
-    /// Darcy with the permeability of Kozeny and Carman, `k_w = d² n³ / (180 μ_w (1 - n)²)`.
+    /// Darcy's law with the permeability of Kozeny and Carman, `k_w = d² n³ / (180 μ_w (1 - n)²)`.
     KozenyCarman {
-        /// Median diameter of the grains (m), > 0.
+        /// Median diameter of the grains, `d` (m), > 0.
         diameter: f64,
-        /// Viscosity of the fluid (Pa s), > 0.
+        /// Viscosity of the fluid, `μ_w` (Pa s), > 0.
         viscosity: f64,
     },
-    /// Ergun: `C_d = 150 μ_w (1 - n)²/(n d²) + 1.75 ρ_w (1 - n) |u| / d`.
+    /// Ergun's law: `C_d = 150 μ_w (1 - n)²/(n d²) + 1.75 ρ_w (1 - n) |u| / d`.
     Ergun {
-        /// Diameter of the grains (m), > 0.
+        /// Diameter of the grains, `d` (m), > 0.
         diameter: f64,
-        /// Viscosity of the fluid (Pa s), > 0.
+        /// Viscosity of the fluid, `μ_w` (Pa s), > 0.
         viscosity: f64,
     },
 }

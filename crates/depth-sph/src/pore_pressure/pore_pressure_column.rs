@@ -10,42 +10,42 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Drainage {
-    /// Nothing.
+    /// Impermeable base.
     #[default]
     Sealed,
-    /// All excess pressure: the pore pressure at the base is hydrostatic.
+    /// Drainage of all excess pressure: the pore pressure at the base is hydrostatic.
     Hydrostatic,
-    /// All pressure: the pore pressure at the base is that of the air, as over a rack.
+    /// Drainage of all pressure: the pore pressure at the base is atmospheric, as over a drainage rack.
     Atmospheric,
-    /// A flow in proportion to the excess pressure, `k_w ∂p/∂x₃ = χ Δp`.
+    /// Partial drainage: flow in proportion to the excess pressure, `k_w ∂p/∂x₃ = χ Δp`.
     Partly {
-        /// Hydraulic conductance of the base, `χ ρ_w g` (1/s): flow through it (m/s) under a metre of head; > 0.
+        /// Hydraulic conductance of the base, `χ ρ_w g` (1/s), > 0: flow through it (m/s) under a head of one metre.
         conductance: f64,
     },
 }
 
-/// How a column carries its pressure.
+/// Discretisation of the pressure over the depth of a column.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PressureProfile {
     /// Finite differences over the depth.
     #[default]
     FiniteDifference,
-    /// One amplitude of a quarter of a cosine. A drained base empties the whole column, and nothing comes back.
+    /// Amplitude of a quarter cosine. A drained base removes the pressure of the whole column, which does not return.
     ShapeFunction,
 }
 
-/// How low the pressure may fall.
+/// Lower bound of the pore pressure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum LowerBound {
-    /// Total pore pressure is not below zero, less the tensile strength of the fluid.
+    /// Total pore pressure of at least zero less the tensile strength of the fluid.
     Total {
         /// Tensile strength of the fluid (Pa), not negative; up to 1e5.
         #[serde(default)]
         cavitation: f64,
     },
-    /// Excess pressure is not below zero.
+    /// Excess pressure of at least zero.
     NoSuction,
 }
 

@@ -78,13 +78,14 @@ pub fn body_nodes<const D: usize>(
         if volume < (1.0 - SLACK) * whole {
             let below = 100.0 * (1.0 - volume / whole);
             warnings.push(format!(
-                "bodies[{number}].shape: {below:.1} % of it lies below the bed; only what is above flows"
+                "bodies[{number}].shape: {below:.1} % of the volume lies below the bed and is left out; \
+                 only the part above the bed flows"
             ));
         }
         assign_to_phases(options, &mut sets, own, body, upper(body));
     }
     if sets.iter().all(Vec::is_empty) {
-        let problem = "none stands on a point of the lattice: make methods.depth-sph.spacing smaller";
+        let problem = "no body covers a point of the lattice: make methods.depth-sph.spacing smaller";
         return Err(CaseError::new("bodies", problem));
     }
     Ok(BodyNodes { sets, transferred_pressures: handed, warnings })
@@ -108,7 +109,7 @@ fn nodes_of_points<const D: usize>(
     }
     if list.stresses.is_some() {
         warnings.push(format!(
-            "bodies[{number}].points: stresses are passed over: depth-integrated flow has none"
+            "bodies[{number}].points: the stresses are ignored: depth-integrated flow has no stress"
         ));
     }
     if let (None, Some(field), Some(_)) = (
@@ -120,7 +121,8 @@ fn nodes_of_points<const D: usize>(
     }
     if list.pore_pressures.is_some() && options.column.is_none() {
         warnings.push(format!(
-            "bodies[{number}].points: pore pressures are passed over: give methods.depth-sph.column to follow them"
+            "bodies[{number}].points: the pore pressures are ignored: to include them, give \
+             methods.depth-sph.column"
         ));
     }
     transferred_nodes(case, options, number, &list, bed).map(Some)
@@ -257,8 +259,9 @@ fn check_hydrostatic<const D: usize>(
             let origin = case.origin();
             let place: Vec<f64> = (0..D).map(|c| x[c] + origin[c]).collect();
             let problem = format!(
-                "{} m is not the surface of the flow at {place:?} m, {} m, from which pore pressure is hydrostatic in depth-sph: give \
-                 methods.depth-sph.column to follow another one, or leave `pressure` out",
+                "{} m differs from the surface of the flow at {place:?} m, {} m, below which the pore \
+                 pressure of depth-sph is hydrostatic: give methods.depth-sph.column for another surface, \
+                 or leave `pressure` out",
                 surface + origin[D],
                 top + origin[D]
             );
@@ -393,8 +396,8 @@ fn body_column<const D: usize>(
         if from > top + slack && from <= own.last().map_or(base, |stretch| stretch.0) + slack {
             let [from, to] = [top, from].map(|z| z + origin[D]);
             return refuse(format!(
-                "there is a gap from {from} m to {to} m below it at {place:?} m: depth-integrated flow has none; fill it, or \
-                 take another method"
+                "there is a gap from {from} m to {to} m below it at {place:?} m, which depth-integrated \
+                 flow cannot have: fill the gap, or use another method"
             ));
         }
         top = top.max(to);

@@ -12,8 +12,8 @@ use crate::setup::{NAME, pore_fluid};
 /// Number of nodes below which there is a warning (sheet: depth-sph §0).
 const FEW_NODES: usize = 10;
 
-const SPACES: &str =
-    "depth-sph flows over a profile (plane-strain, gravity along y) or over terrain (3d, gravity along z)";
+const SPACES: &str = "depth-sph computes flow along a profile (plane-strain, gravity along y) or over \
+                      terrain (3d, gravity along z)";
 
 /// Capabilities of the method for the features of a case.
 pub(crate) fn capabilities() -> Capabilities {
@@ -49,42 +49,43 @@ pub(crate) fn capabilities() -> Capabilities {
         .rejects("bodies.rigid", "depth-sph has no rigid bodies")
         .ignores_with_warning(
             "bodies.pore_fluid.bulk_modulus",
-            "the pore fluid of depth-sph keeps its volume",
+            "is ignored, because the pore fluid of depth-sph is incompressible",
         )
         .rejects(
             "bodies.remove_outside",
-            "nodes of depth-sph that leave the terrain are removed and counted: see its options",
+            "nodes that leave the terrain are removed: see methods.depth-sph.leaving_is_an_error",
         )
-        .ignores_with_warning("obstacles.separation", "flows of depth-sph stay on their bed")
-        .ignores_with_warning("bodies.sampling*", "nodes of depth-sph lie on a lattice")
+        .ignores_with_warning("obstacles.separation", "is ignored, because depth-sph flows stay on the bed")
+        .ignores_with_warning("bodies.sampling*", "is ignored, because depth-sph nodes lie on a lattice")
         .ignores_with_warning(
             "bodies.shape.rows=terrain",
-            "flows of depth-sph have columns and no rows of points",
+            "is ignored, because depth-sph has columns and no rows of points",
         )
-        .rejects("obstacles.wall.adhesion", "say how the bed resists in methods.depth-sph.basal")
+        .rejects("obstacles.wall.adhesion", "give the resistance of the bed in methods.depth-sph.basal")
         .rejects(
             "obstacles.regions.wall.adhesion",
-            "say how parts of the bed resist in methods.depth-sph.regions",
+            "give the resistance of parts of the bed in methods.depth-sph.regions",
         )
         .rejects("boundaries.group", "depth-sph has no mesh with groups of nodes")
         .rejects("loads", "depth-sph cannot apply tractions")
-        .rejects("patches", "depth-sph has no nodes to prescribe")
+        .rejects("patches", "depth-sph cannot prescribe the motion of patches")
         .rejects("stages.excavate", "depth-sph removes whole bodies only: use remove_bodies")
-        .rejects("stages.weakening*", "the bed of depth-sph keeps its strength")
-        .rejects("measures=factor-of-safety", "depth-sph has no slope whose strength could be reduced")
-        .rejects("measures=dissipation", "depth-sph does not count dissipation")
+        .rejects("stages.weakening*", "depth-sph cannot change the strength of the bed in a stage")
+        .rejects("measures=factor-of-safety", "depth-sph cannot reduce the strength of a slope")
+        .rejects("measures=dissipation", "use the columns energy_friction and energy_viscosity of depth-sph")
 }
 
 /// Rejects by name the features that the method does not support.
 pub(super) fn check_supported(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     let last = case.dimension() - 1;
     if !(case.gravity[last] < 0.0) {
-        let problem = format!("{} must be negative: depth is measured against it", case.gravity[last]);
+        let problem =
+            format!("{} must be negative: depth is measured opposite to gravity", case.gravity[last]);
         return Err(CaseError::new(format!("gravity[{last}]"), problem));
     }
     let first = options.smoothing_ratio(last) * options.spacing;
     if let Some(shortest) = options.shortest_smoothing.filter(|shortest| *shortest > first) {
-        let problem = format!("{shortest} m is longer than the first smoothing length, {first} m");
+        let problem = format!("{shortest} m is longer than the initial smoothing length, {first} m");
         return Err(crate::setup::option_error("shortest_smoothing", problem));
     }
     if options.search == SearchOrientation::Turned && last == 1 {
@@ -103,11 +104,11 @@ fn check_walls(case: &Case) -> Result<(), CaseError> {
         if boundary.side.axis() == up && boundary.side != lowest(case) {
             return Err(CaseError::new(
                 path("side"),
-                "a flow of depth-sph has a free surface: no lid above it",
+                "a flow of depth-sph has a free surface: a wall above it is not available",
             ));
         }
         if boundary.velocity.as_ref().is_some_and(|velocity| velocity.iter().any(|v| *v != 0.0)) {
-            return Err(CaseError::new(path("velocity"), "the walls of depth-sph are at rest"));
+            return Err(CaseError::new(path("velocity"), "must be 0: the walls of depth-sph do not move"));
         }
     }
     Ok(())
@@ -123,8 +124,10 @@ fn check_absorbing_layer(case: &Case, length: f64) -> Result<(), CaseError> {
     let room = |side: &Boundary| case.domain.max[side.side.axis()] - case.domain.min[side.side.axis()];
     match absorbing.find(|side| 2.0 * length > room(side)) {
         Some(side) => {
-            let problem =
-                format!("{length} m is more than half of the domain before the side {:?}", side.name());
+            let problem = format!(
+                "{length} m is more than half of the length of the domain normal to the side {:?}",
+                side.name()
+            );
             Err(crate::setup::option_error("absorbing_layer", problem))
         }
         None => Ok(()),
@@ -136,8 +139,9 @@ fn check_open_boundaries(case: &Case, options: &DepthOptions) -> Result<(), Case
     let up = case.dimension() - 1;
     if let Some(length) = options.absorbing_layer {
         if options.phases == Phases::Layers && up > 1 {
-            let problem = "is of one phase, or of grains and fluid, in plan: what it sends back of waves of two layers is known in profiles alone; \
-                           leave it out, their sides let waves through without one";
+            let problem = "is not available for two layers in 3d, because its reflection of their waves is \
+                           known for profiles only: leave it out, absorbing sides transmit the waves of \
+                           two layers without it";
             return Err(crate::setup::option_error("absorbing_layer", problem));
         }
         check_absorbing_layer(case, length)?;
@@ -148,15 +152,15 @@ fn check_open_boundaries(case: &Case, options: &DepthOptions) -> Result<(), Case
         }
         let wrong = |problem: &str| Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
         if boundary.side.axis() == up {
-            return wrong("is a bed that absorbs: only the sides do");
+            return wrong("the bed cannot be absorbing: only a side can");
         }
         let others = || case.boundaries.iter().enumerate().filter(|(other, _)| *other != number);
         if others().any(|(_, other)| other.side == boundary.side) {
-            return wrong("stands at a side that has another wall: leave one of them out");
+            return wrong("the side has another wall: leave one of them out");
         }
         if case.stages.iter().any(|stage| stage.remove_boundaries.iter().any(|name| name == boundary.name()))
         {
-            return wrong("is removed by a stage: an open end of depth-sph stays");
+            return wrong("is removed by a stage, but depth-sph cannot remove an absorbing side");
         }
     }
     Ok(())
@@ -166,7 +170,7 @@ fn check_open_boundaries(case: &Case, options: &DepthOptions) -> Result<(), Case
 pub(super) fn check_velocity_along_bed(velocity: &Velocity, path: &str, up: usize) -> Result<(), CaseError> {
     match velocity {
         Velocity::Uniform { value } if value[up] != 0.0 => {
-            let problem = "flows of depth-sph begin along the bed: the last component must be 0";
+            let problem = "must be 0: the initial velocity of a flow of depth-sph is along the bed";
             Err(CaseError::new(format!("{path}.value[{up}]"), problem))
         }
         _ => Ok(()),
@@ -193,8 +197,9 @@ fn check_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
         let other = case.bodies[..number].iter().find(is_other);
         if let Some(other) = other {
             let problem = format!(
-                "{:?} is not the material of the body {:?}, {:?}: a flow of depth-sph has one, unless bodies differ by \
-                 mixture.porosities and the law of the bed is given in methods.depth-sph.basal",
+                "{:?} is not the material of the body {:?}, {:?}: a flow of depth-sph has one material, \
+                 unless the bodies differ by mixture.porosities and methods.depth-sph.basal gives the law \
+                 of the bed",
                 body.material, other.name, other.material
             );
             return Err(CaseError::new(path("material"), problem));
@@ -214,12 +219,15 @@ fn check_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
 pub(super) fn warnings(case: &Case, nodes: usize) -> Vec<String> {
     let mut warnings = case.warnings();
     if nodes < FEW_NODES {
-        warnings.push(format!("methods.{NAME}.spacing: {nodes} nodes are too few to resolve a flow"));
+        warnings.push(format!(
+            "methods.{NAME}.spacing: {nodes} nodes are too few to resolve a flow: make it smaller"
+        ));
     }
     for (number, stage) in case.stages.iter().enumerate() {
         if is_passed_over(stage) {
             warnings.push(format!(
-                "stages[{number}]: it brings stress into balance, which depth-integrated flow has no need of: it is passed over"
+                "stages[{number}]: the flow does not move in this stage, which equilibrates the initial stress: \
+                 depth-integrated flow does not need it"
             ));
         }
     }
@@ -229,12 +237,16 @@ pub(super) fn warnings(case: &Case, nodes: usize) -> Vec<String> {
     };
     if let Some(boundary) = case.boundaries.iter().find(sticks) {
         warnings.push(format!(
-            "boundaries: the side wall {:?} acts as a smooth mirror; its friction is left out",
+            "boundaries: the side wall {:?} acts as a smooth wall; its friction is ignored",
             boundary.name()
         ));
     }
     if case.bodies.iter().any(|body| body.stress != colluvium_case::description::InitialStress::None) {
-        warnings.push("bodies: initial stress is that of the weight over the depth".to_owned());
+        warnings.push(
+            "bodies: the given initial stress is ignored: the stress of depth-integrated flow follows from \
+             the weight over the depth"
+                .to_owned(),
+        );
     }
     warnings
 }

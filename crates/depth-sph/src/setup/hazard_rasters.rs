@@ -29,11 +29,12 @@ pub fn hazard_rasters<const D: usize>(
         let outline = case.outline(file);
         let beyond = maps.compare(&outline.map_err(|problem| CaseError::new(KEY, problem))?);
         if beyond > 1.0 - NEGLIGIBLE {
-            return Err(CaseError::new(KEY, format!("{file}: lies beside the terrain")));
+            return Err(CaseError::new(KEY, format!("{file}: lies outside the terrain")));
         }
         if beyond > NEGLIGIBLE {
             warnings.push(format!(
-                "{KEY}: {:.1} % of the outline's area lie beyond the terrain, and count as missed (`mapped_missed`)",
+                "{KEY}: {:.1} % of the outline's area lies outside the terrain and counts as missed \
+                 (`mapped_missed`)",
                 100.0 * beyond
             ));
         }

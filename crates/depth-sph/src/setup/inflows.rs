@@ -40,7 +40,7 @@ pub fn add_inflows<const D: usize>(
                 continue;
             };
             if known.inlets.iter().any(|known| opening.inlets.iter().any(|feed| feed.layer == known.layer)) {
-                return Err(option_error(&key("side"), "has an inflow already: add up their discharges"));
+                return Err(option_error(&key("side"), "has another inflow: add up their discharges"));
             }
             known.inlets.append(&mut opening.inlets);
             continue;
@@ -59,7 +59,7 @@ pub fn add_inflows<const D: usize>(
             [depth, deepest].map(|own| before.map_or(own, |(standing, _)| standing.max(own)));
         inflow.depth = depth;
         if before.is_some() && flow.nodes_behind(&inflow) > 0 {
-            let problem = "lies within a body, and the nodes of the inflow stand behind it: let bodies begin at the line, to the right of who walks along it";
+            let problem = "lies within a body, but nodes of the inflow are placed behind it: let the body begin at the line, to the right of the direction from `from` to `to`";
             return Err(option_error(&key("from"), problem));
         }
         standing.push(before);
@@ -67,8 +67,8 @@ pub fn add_inflows<const D: usize>(
         flow.fastest_start = flow.fastest_start.max(speed);
         if let Some(slope) = uphill_slope(&inflow, &flow.bed) {
             warnings.push(format!(
-                "methods.{NAME}.inflows[{number}]: the bed rises by {:.1} % where it flows to, to the right of who walks from `from` to `to`: are \
-                 these the right way round?",
+                "methods.{NAME}.inflows[{number}]: the bed rises by {:.1} % in the direction of the inflow, to the right of the line from `from` to `to`: \
+                 check whether the two must be exchanged",
                 100.0 * slope
             ));
         }
@@ -100,8 +100,9 @@ fn outflow_warning<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Result<Op
         return Ok(None);
     }
     let problem = format!(
-        "the flow goes out of the domain {ahead:.3} m ahead of the line, and {behind:.3} m of the domain lie behind it: it goes to the right \
-             of who walks from `from` to `to`; exchange these if it is to go the other way"
+        "the inflow leaves the domain {ahead:.3} m ahead of the line, and {behind:.3} m of the domain lie \
+         behind the line: it flows to the right of the direction from `from` to `to`; exchange the two to \
+         reverse the inflow"
     );
     if ahead < inflow.reach { Err(problem) } else { Ok(Some(problem)) }
 }
@@ -121,7 +122,8 @@ fn truncated_hydrograph_warning(hydrograph: &[[f64; 2]], end: f64) -> Option<Str
     let share = brought / whole;
     (share < 1.0 - 1e-9).then(|| {
         format!(
-            "the run ends at {end} s, when {:.1} % of what the hydrograph brings have flowed in: make the stages longer if all of it is meant",
+            "the run ends at {end} s, when {:.1} % of the volume of the hydrograph has flowed in: to \
+             include all of it, make the stages longer",
             100.0 * share
         )
     })
@@ -136,7 +138,8 @@ fn porosity(
     let wrong = |problem: String| Err(option_error(&key("porosity"), problem));
     match given.porosity {
         Some(_) if options.phases != Phases::Two => wrong(
-            "is that of grains and fluid on nodes of their own: make phases two, or leave it out".to_owned(),
+            "applies only to grains and fluid with separate nodes: set `phases` to `two`, or leave it out"
+                .to_owned(),
         ),
         Some(porosity) if !(porosity > 0.0 && porosity < 1.0) => {
             wrong(format!("{porosity} is not between 0 and 1 (both excluded)"))
@@ -156,14 +159,17 @@ fn layer<const D: usize>(
     let wrong = |problem: &str| Err(option_error(&key("layer"), problem));
     let set = match (options.phases == Phases::Layers, given.layer) {
         (false, None) => return Ok(None),
-        (false, Some(_)) => return wrong("is one of two layers: make phases layers, or leave it out"),
-        (true, None) => return wrong("is missing: say which of two layers flows in, lower or upper"),
+        (false, Some(_)) => {
+            return wrong("applies only to two layers: set `phases` to `layers`, or leave it out");
+        }
+        (true, None) => return wrong("is missing: give the layer that flows in, `lower` or `upper`"),
         (true, Some(FlowLayer::Lower)) => 0,
         (true, Some(FlowLayer::Upper)) => 1,
     };
     if flow.sets[set].is_empty() {
         return wrong(
-            "has no body whose material flows in: give it one, small and away from the flow if need be",
+            "has no body that defines the material of the inflow: add one, which may be small and away \
+             from the flow",
         );
     }
     Ok(Some(set))
@@ -180,17 +186,17 @@ fn end_inlet<const D: usize>(
     let Some(side) = given.side.filter(|side| side.axis() == 0) else {
         return Err(option_error(
             &key("side"),
-            "give the end of the profile that it flows in through, x-min or x-max",
+            "must be the end of the profile through which material flows in: x-min or x-max",
         ));
     };
     if given.from.is_some() || given.to.is_some() {
         return Err(option_error(
             &key("from"),
-            "is a line in plan, which a profile does not have: leave it out",
+            "belongs to a line in plan, which a profile does not have: leave it out",
         ));
     }
     if given.across != InflowDistribution::Even {
-        return Err(option_error(&key("across"), "is of a line in plan: leave it out"));
+        return Err(option_error(&key("across"), "applies only to a line in plan: leave it out"));
     }
     if case.boundaries.iter().any(|boundary| boundary.side == side) {
         return Err(option_error(&key("side"), "has a wall: leave the wall out"));
@@ -204,7 +210,7 @@ fn end_inlet<const D: usize>(
     if beyond != [true; 2] {
         return Err(option_error(
             &key("side"),
-            "has no ground beyond it, where the nodes of the inflow stand",
+            "has no ground beyond it, where the nodes of the inflow are placed",
         ));
     }
     let (spacing, span) = (options.spacing, (0.0, 0.0));
@@ -275,20 +281,21 @@ fn inflow<const D: usize>(
     if given.side.is_some() {
         return Err(option_error(
             &key("side"),
-            "is an end of a profile: give a line in plan, `from` and `to`",
+            "applies only to a profile: give a line in plan, `from` and `to`",
         ));
     }
     let (Some(from), Some(to)) = (given.from, given.to) else {
         let name = if given.from.is_none() { "from" } else { "to" };
-        return Err(option_error(&key(name), "is missing: a line in plan goes from a place to another"));
+        return Err(option_error(&key(name), "is missing: a line in plan needs `from` and `to`"));
     };
     if from == to {
-        return Err(option_error(&key("to"), "is where the line begins"));
+        return Err(option_error(&key("to"), "is equal to `from`: the line has no length"));
     }
     let places = (to[0] - from[0]).hypot(to[1] - from[1]) / options.spacing;
     if !(places <= MAX_SEGMENTS) {
         let problem = format!(
-            "makes the line {places:.1e} spacings long, {MAX_SEGMENTS:.0e} at most: is it in metres?"
+            "makes the line {places:.1e} spacings long, more than {MAX_SEGMENTS:.0e}: check that it is in \
+             metres"
         );
         return Err(option_error(&key("to"), problem));
     }
@@ -322,10 +329,10 @@ fn check(hydrograph: &[[f64; 2]]) -> Result<(), String> {
         return Err(format!("{discharge} m³/s at {time} s must not be negative"));
     }
     if let Some(pair) = hydrograph.windows(2).find(|pair| !(pair[1][0] > pair[0][0])) {
-        return Err(format!("times must increase: {} s stands behind {} s", pair[1][0], pair[0][0]));
+        return Err(format!("times must increase: {} s follows {} s", pair[1][0], pair[0][0]));
     }
     if hydrograph[0][0] < 0.0 || hydrograph.iter().all(|pair| pair[1] == 0.0) {
-        return Err("must begin at zero or later and flow at some time".to_owned());
+        return Err("must begin at zero or later and have a discharge above zero at some time".to_owned());
     }
     Ok(())
 }
@@ -348,7 +355,9 @@ fn highest<const D: usize>(inflow: &Inflow<D>, bed: &Bed<D>) -> Result<f64, Stri
         match bed.at(&inflow.place(number % count, behind)) {
             Some(bed) => highest = highest.max(bed.level),
             None => {
-                return Err(format!("there is no ground {behind} m behind the line, where its nodes stand"));
+                return Err(format!(
+                    "there is no ground {behind} m behind the line, where its nodes are placed"
+                ));
             }
         }
     }

@@ -18,7 +18,7 @@ const SAME_DENSITY: f64 = 0.01;
 pub fn mixture(case: &Case, options: &DepthOptions, gravity: f64) -> Result<Mixture, CaseError> {
     let Some(mixture) = &options.mixture else {
         if options.phases != Phases::One {
-            return Err(option_error("mixture", "is missing: more than one phase needs its densities"));
+            return Err(option_error("mixture", "is missing: it gives the densities of the phases"));
         }
         return Ok(Mixture::plain(case.materials[&case.bodies[0].material].density(), gravity));
     };
@@ -31,8 +31,8 @@ pub fn mixture(case: &Case, options: &DepthOptions, gravity: f64) -> Result<Mixt
         let own = densities.mixture(mixture.porosity_of(&body.name));
         if (density / own - 1.0).abs() > SAME_DENSITY {
             let problem = format!(
-                "{density} kg/m³ is not that of the mixture of methods.depth-sph.mixture in the body {:?}, (1 - porosity) \
-                 grain_density + porosity fluid_density = {own:.1} kg/m³",
+                "{density} kg/m³ is not the density of methods.depth-sph.mixture in the body {:?}, (1 - \
+                 porosity) grain_density + porosity fluid_density = {own:.1} kg/m³",
                 body.name
             );
             return Err(CaseError::new(format!("materials.{}.density", body.material), problem));
@@ -78,7 +78,8 @@ pub fn build_basal_law(
 /// Rejects a law for one phase where there are two.
 fn of_phases(options: &DepthOptions, law: BasalRheology, key: &str) -> Result<BasalRheology, CaseError> {
     if options.phases == Phases::Two && !law.is_additive() {
-        let problem = "is a Bingham profile, which is for one phase: give another law for grains and fluid that move apart";
+        let problem = "a Bingham profile is available for one phase only: give another law, or leave \
+                       `phases` out";
         return Err(option_error(key, problem));
     }
     Ok(law)

@@ -187,8 +187,8 @@ fn build_in<const D: usize>(
         let held = flow.set_pore_pressures(&filled.transferred_pressures);
         if held > 0 {
             warnings.push(format!(
-                "bodies: the pore pressure of the start above {held} nodes bears more than what stands there, or is below its lowest: it is held \
-                 within methods.depth-sph.column"
+                "bodies: the initial pore pressure of {held} nodes exceeds the weight of the material or \
+                 is below the lower bound of methods.depth-sph.column: it is limited to this range"
             ));
         }
     }
@@ -202,7 +202,7 @@ fn erodible_depths(case: &Case, options: &DepthOptions) -> Result<Option<Raster>
     let Some(file) = &options.erodible_depth_raster else { return Ok(None) };
     let wrong = |problem: String| option_error("erodible_depth_raster", problem);
     if case.dimension() != 3 {
-        return Err(wrong("a raster of depths needs a space of 3d: give erodible_depth".to_owned()));
+        return Err(wrong("a raster is available in 3d only: give `erodible_depth`".to_owned()));
     }
     let raster = case.plan_raster(file).map_err(wrong)?;
     raster.validate().map_err(|error| wrong(format!("{file}: {error}")))?;
@@ -219,12 +219,15 @@ fn settings<const D: usize>(case: &Case, options: &DepthOptions) -> Result<FlowS
     let tilted = drive.iter().any(|g| *g != 0.0);
     let frame = match options.frame {
         Some(frame) if tilted && frame != DepthFrame::BedFitted => {
-            return Err(option_error("frame", "gravity is tilted over a flat bed: the frame is bed-fitted"));
+            return Err(option_error(
+                "frame",
+                "must be bed-fitted, because gravity is tilted over a flat bed",
+            ));
         }
         Some(DepthFrame::BedFitted) if !case.obstacles.is_empty() => {
             return Err(option_error(
                 "frame",
-                "an obstacle is the bed, and has slopes: depth is vertical over it",
+                "must not be bed-fitted, because the bed is an obstacle: depth is vertical over it",
             ));
         }
         Some(frame) => frame,

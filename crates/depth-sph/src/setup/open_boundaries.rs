@@ -73,8 +73,9 @@ pub fn open_boundaries<const D: usize>(
         let stands = ends.iter().any(OpenBoundary::is_filled);
         if let Some(slope) = slope.filter(|slope| stands && slope.abs() > MAX_CROSS_SLOPE) {
             warnings.push(format!(
-                "{key}: the bed has a slope of {slope:.3} across it, and the material beyond it is taken as deep as at the side: waves \
-                 come back from there; move it to where the bed is level"
+                "{key}: the bed has a slope of {slope:.3} across this side, but the depth beyond the side \
+                 is assumed to be equal to that at the side. The side therefore reflects waves: move it to \
+                 where the bed is level"
             ));
         }
     }
@@ -82,7 +83,8 @@ pub fn open_boundaries<const D: usize>(
         side.absorbing_length > 0.0 && side.absorbing_length < MIN_LAYER_NODES * side.spacing
     }) {
         warnings.push(format!(
-            "methods.{NAME}.absorbing_layer: {} m are fewer than {MIN_LAYER_NODES} nodes, and send back more than they take: make it as long as two waves",
+            "methods.{NAME}.absorbing_layer: {} m are fewer than {MIN_LAYER_NODES} nodes, and the layer \
+             reflects more than it absorbs: make it as long as two waves",
             opening.absorbing_length
         ));
     }
@@ -97,7 +99,8 @@ fn check_segment_count(opening: &Opening, key: &str) -> Result<(), CaseError> {
         return Ok(());
     }
     let problem = format!(
-        "has {places:.1e} places along it and in its layer, {MAX_SEGMENTS:.0e} at most: make the domain there no wider than the flow, or the spacing larger"
+        "has {places:.1e} segments along it and in its layer, more than {MAX_SEGMENTS:.0e}: make the \
+         domain there no wider than the flow, or the spacing larger"
     );
     Err(CaseError::new(key, problem))
 }
@@ -122,7 +125,8 @@ fn slope_across<const D: usize>(
         };
         let (Some(here), Some(_)) = (at(0.0), at(reach + spacing)) else {
             let problem = format!(
-                "has no ground for {:.3} m beyond it, where nodes stand: give it a `position` farther inside, or make the terrain larger",
+                "has no ground for {:.3} m beyond it, where nodes are placed: give it a `position` farther \
+                 inside, or make the terrain larger",
                 reach + spacing
             );
             return Err(CaseError::new(key, problem));

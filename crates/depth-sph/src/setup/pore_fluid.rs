@@ -60,7 +60,7 @@ pub fn with_pore_fluid_options(case: &Case) -> Result<Cow<'_, Case>, CaseError> 
     let mut options = case.methods.get(NAME).cloned().unwrap_or_else(|| json!({}));
     let phases = options["phases"].as_str().unwrap_or("one").to_owned();
     if phases == "layers" {
-        let problem = "is grains and fluid in one body, and two layers have none: describe them in methods.depth-sph.mixture";
+        let problem = "is not available for two layers: give their densities in methods.depth-sph.mixture";
         return Err(CaseError::new(format!("bodies[{first}].pore_fluid"), problem));
     }
     let facts = common_pore_fluid(case, &phases)?;
@@ -75,7 +75,8 @@ pub fn with_pore_fluid_options(case: &Case) -> Result<Cow<'_, Case>, CaseError> 
     match all.get_mut("column").and_then(Value::as_object_mut) {
         Some(column) => state_column(case, &facts, column)?,
         None if facts.excess.is_some() => {
-            let problem = "is carried by columns: give methods.depth-sph.column, or leave this out";
+            let problem = "applies only with pore-pressure columns: give methods.depth-sph.column, or \
+                           leave this out";
             return Err(CaseError::new(format!("bodies[{first}].pore_fluid.excess_ratio"), problem));
         }
         None => {}
@@ -92,20 +93,21 @@ fn common_pore_fluid(case: &Case, phases: &str) -> Result<PoreFluidData, CaseErr
     for (number, body) in case.bodies.iter().enumerate() {
         let path = |key: &str| format!("bodies[{number}].pore_fluid{key}");
         let Some(fluid) = &body.pore_fluid else {
-            let problem =
-                "is missing: another body has one, and all of a flow of depth-sph is grains and fluid";
+            let problem = "is missing, but another body has one: either all bodies of depth-sph have a \
+                           pore fluid, or none";
             return Err(CaseError::new(path(""), problem));
         };
         let own = PoreFluidData::of_body(case, body, fluid);
         if own.grain <= own.fluid {
             let problem = format!(
-                "{} kg/m³ is not below that of the grains, {:.1} kg/m³, the density of {:?} over 1 - porosity: grains would float",
+                "{} kg/m³ is not below the density of the grains, {:.1} kg/m³, the density of {:?} over 1 \
+                 - porosity: the grains would float",
                 own.fluid, own.grain, body.material
             );
             return Err(CaseError::new(path(".density"), problem));
         }
         if own.cavitation.is_some_and(|strength| strength > MOST_TENSION) {
-            let problem = format!("is above {MOST_TENSION} Pa, which no pore fluid of a flow bears");
+            let problem = format!("is above {MOST_TENSION} Pa, the largest tension of a pore fluid");
             return Err(CaseError::new(path(".cavitation_strength"), problem));
         }
         let Some((other, name)) = &found else {
@@ -130,11 +132,13 @@ fn common_pore_fluid(case: &Case, phases: &str) -> Result<PoreFluidData, CaseErr
             if !are_equal(own, other, close) {
                 let problem = match key {
                     "" => format!(
-                        "has grains of {own:.1} kg/m³, the density of the material over 1 - porosity, and those of the body {name:?} have {other:.1} kg/m³: \
-                         a flow of depth-sph has one kind"
+                        "has grains of {own:.1} kg/m³, the density of the material over 1 - porosity, but \
+                         those of the body {name:?} have {other:.1} kg/m³: all grains of a flow of \
+                         depth-sph have one density"
                     ),
                     ".porosity" => format!(
-                        "{own} is not that of the body {name:?}, {other}: make methods.depth-sph.phases two, or give both the same"
+                        "{own} is not that of the body {name:?}, {other}: set methods.depth-sph.phases to \
+                         `two`, or give both bodies the same porosity"
                     ),
                     _ => format!("is not that of the body {name:?}: a flow of depth-sph has one pore fluid"),
                 };
@@ -166,8 +170,10 @@ fn set_option(
         Some(None) => Ok(()),
         Some(Some(given)) if are_equal(given, value, close) => Ok(()),
         Some(Some(given)) => {
-            let problem =
-                format!("{given} is not what bodies[].pore_fluid says, {value}: leave one of them out");
+            let problem = format!(
+                "{given} differs from the value that follows from bodies[].pore_fluid, {value}: leave one \
+                 of them out"
+            );
             Err(option_error(&format!("{path}.{key}"), problem))
         }
     }
@@ -194,8 +200,8 @@ fn state_mixture(
         return Ok(());
     }
     let problem = format!(
-        "gives a permeability of {own_law:.3e} m/s at a porosity of {}, and bodies[].pore_fluid one of {conductivity:.3e} m/s: leave this out, or \
-         give both the same",
+        "gives a permeability of {own_law:.3e} m/s at a porosity of {}, but bodies[].pore_fluid gives \
+         {conductivity:.3e} m/s: leave this out, or make the two equal",
         facts.porosity
     );
     Err(option_error("mixture.drag", problem))
@@ -253,28 +259,30 @@ fn state_drainage(case: &Case, options: &mut Map<String, Value>) -> Result<(), C
         let wrong = |problem: &str| Err(CaseError::new(format!("boundaries[{number}].drained"), problem));
         if boundary.side.axis() + 1 < case.dimension() {
             return wrong(
-                "side walls of depth-sph are mirrors, and columns drain along their depth only: leave this out, or the wall with it for a side \
-                 that the flow may leave through",
+                "a side wall of depth-sph cannot be drained, because columns drain along their depth only: \
+                 leave this out, or leave out the wall if the flow may leave through this side",
             );
         }
         if !case.obstacles.is_empty() {
             return wrong(
-                "obstacles are the bed: say what they let through in methods.depth-sph.drainage, and of parts of them in its regions",
+                "the obstacles are the bed: give their drainage in methods.depth-sph.drainage, and that of \
+                 parts of them in methods.depth-sph.regions",
             );
         }
         if Some(number) != bed {
-            return wrong("the flow is not on this wall: only what the bed lets through matters");
+            return wrong("the flow is not on this wall: only the bed can be drained");
         }
         if !options.contains_key("column") {
             return wrong(
-                "acts on the pore pressure of columns: give methods.depth-sph.column, or leave this out",
+                "applies only with pore-pressure columns: give methods.depth-sph.column, or leave this out",
             );
         }
         let open = json!(Drainage::Atmospheric);
         let given = options.entry("drainage").or_insert_with(|| open.clone());
         if *given != open {
             let problem = format!(
-                "{given} is not what boundaries[{number}].drained says, a bed that is open to the air: leave one of them out"
+                "{given} differs from boundaries[{number}].drained, a bed that is open to the air: leave \
+                 one of them out"
             );
             return Err(option_error("drainage", problem));
         }
@@ -294,7 +302,8 @@ pub fn check_supported(case: &Case, options: &DepthOptions) -> Result<(), CaseEr
                 case.dimension() - 1,
             )?;
             if options.phases != Phases::Two && *velocity != body.velocity {
-                let problem = "is that of fluid on nodes of its own: make methods.depth-sph.phases two, or leave this out";
+                let problem = "applies only to a fluid with separate nodes: set methods.depth-sph.phases \
+                               to `two`, or leave this out";
                 return Err(CaseError::new(path("velocity"), problem));
             }
         }
@@ -304,7 +313,8 @@ pub fn check_supported(case: &Case, options: &DepthOptions) -> Result<(), CaseEr
             PorePressure::Formula { .. } => true,
         };
         if is_field && options.column.is_none() {
-            let problem = "is carried by columns: without methods.depth-sph.column the pressure is hydrostatic from the surface of the flow";
+            let problem = "applies only with pore-pressure columns: without methods.depth-sph.column the \
+                           pressure is hydrostatic below the surface of the flow";
             return Err(CaseError::new(path("pressure"), problem));
         }
     }
@@ -323,7 +333,8 @@ pub fn warnings(case: &Case) -> Vec<String> {
     let found = case.bodies.iter().position(without);
     let warning = |number: usize| {
         format!(
-            "bodies[{number}].pore_fluid.pressure: is not given: pore pressure in depth-sph begins hydrostatic from the surface of the flow"
+            "bodies[{number}].pore_fluid.pressure: is not given: the initial pore pressure is hydrostatic \
+             below the surface of the flow"
         )
     };
     found.map(warning).into_iter().collect()

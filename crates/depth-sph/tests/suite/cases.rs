@@ -207,7 +207,7 @@ fn bodies_have_porosities_of_their_own() {
     let mut fluid = fix(heap());
     fluid["bodies"][0]["pore_fluid"] = json!({ "porosity": 0.4, "permeability": 1e-3 });
     // The material of a body with a pore fluid is its dry skeleton.
-    starts(refused(&fluid), "methods.depth-sph.mixture.grain_density: 2650 is not what");
+    starts(refused(&fluid), "methods.depth-sph.mixture.grain_density: 2650 differs from the value");
 }
 
 #[test]
@@ -385,7 +385,7 @@ fn bad_input_is_refused_under_its_key() {
     assert!(refused(&up).starts_with("gravity[2]: "), "{}", refused(&up));
     let mut small = fix(heap());
     small["bodies"][0]["shape"] = json!({ "kind": "box", "min": [1.1, 3.1, 0], "max": [1.15, 3.15, 1] });
-    assert!(refused(&small).starts_with("bodies: none stands on a point"), "{}", refused(&small));
+    assert!(refused(&small).starts_with("bodies: no body covers a point"), "{}", refused(&small));
 }
 
 /// A permeable bed needs columns; a steep bed and an obstacle that no flow reaches give a warning.
@@ -399,12 +399,16 @@ fn what_has_no_effect_is_named() {
         refused(&case)
     };
     let start = "methods.depth-sph.regions[0]";
-    assert!(region(1.0, json!({})).starts_with(&format!("{start}: says nothing")));
+    assert!(region(1.0, json!({})).starts_with(&format!("{start}: has no property of the bed")));
     let beyond = region(101.0, json!({ "basal": { "model": "none" } }));
     assert!(beyond.starts_with(&format!("{start}.shape: reaches from 101 to 102 m along x")), "{beyond}");
     let mut dry = fix(heap());
     dry["methods"]["depth-sph"] = json!({ "spacing": 0.1, "drainage": { "kind": "atmospheric" } });
-    assert!(refused(&dry).starts_with("methods.depth-sph.drainage: acts on"), "{}", refused(&dry));
+    assert!(
+        refused(&dry).starts_with("methods.depth-sph.drainage: applies only with pore-pressure columns"),
+        "{}",
+        refused(&dry)
+    );
     dry["methods"]["depth-sph"] =
         json!({ "spacing": 0.1, "basal": { "model": "coulomb", "friction_angle": 51 } });
     let warnings = DepthSph.plan(&Case::from_json(&dry.to_string()).unwrap()).unwrap().warnings;
@@ -419,7 +423,9 @@ fn what_has_no_effect_is_named() {
     ]);
     let warnings = DepthSph.plan(&Case::from_json(&dry.to_string()).unwrap()).unwrap().warnings;
     assert!(
-        warnings.iter().any(|warning| warning.starts_with("obstacles[1].shape: lies from -9 to -8 m")),
+        warnings.iter().any(|warning| warning.starts_with(
+            "obstacles[1].shape: lies outside the domain and has no effect: it reaches from -9 to -8 m"
+        )),
         "{warnings:?}"
     );
 }

@@ -63,5 +63,8 @@ fn gauges_and_lines_that_are_none_are_refused_by_path() {
         "measures.m.position: has 3 coordinates",
     );
     starts(refused(json!({ "kind": "gauge", "position": [1, 99] })), "measures.m.position[1]: 99 is outside");
-    starts(refused(json!({ "kind": "discharge", "from": [1, 2], "to": [1, 2] })), "measures.m.to: is where");
+    starts(
+        refused(json!({ "kind": "discharge", "from": [1, 2], "to": [1, 2] })),
+        "measures.m.to: must differ from",
+    );
 }

@@ -117,14 +117,14 @@ fn hydrographs_and_lines_that_are_none_are_refused_by_path() {
     for (changes, start) in [
         (json!({ "discharge": [[0, 1], [0, 2]] }), "discharge: times must increase"),
         (json!({ "discharge": [[0, 1], [1, -2]] }), "discharge: -2 m³/s at 1 s"),
-        (json!({ "discharge": [[0, 0], [1, 0]] }), "discharge: must begin at zero or later and flow"),
+        (json!({ "discharge": [[0, 0], [1, 0]] }), "discharge: must begin at zero or later and have"),
         (json!({ "hydrograph": "flood.csv" }), "discharge: give either"),
         (json!({ "discharge": null, "hydrograph": "flood.csv" }), "hydrograph: /"),
         (json!({ "froude": 0 }), "froude: 0 must be"),
-        (json!({ "to": [4, 0] }), "to: is where"),
+        (json!({ "to": [4, 0] }), "to: is equal to `from`"),
         (json!({ "to": null }), "to: is missing"),
         (json!({ "to": [4, 1e17] }), "to: makes the line 4.0e17 spacings long"),
-        (json!({ "side": "x-min" }), "side: is an end of a profile"),
+        (json!({ "side": "x-min" }), "side: applies only to a profile"),
     ] {
         let error = refused_with(changes);
         assert!(error.starts_with(&format!("methods.depth-sph.inflows[0].{start}")), "{error}");
@@ -132,9 +132,8 @@ fn hydrographs_and_lines_that_are_none_are_refused_by_path() {
     // In the opposite direction, it would leave the domain at once.
     let turned = refused_with(json!({ "from": [0.75, 4], "to": [0.75, 0] }));
     assert!(
-        turned
-            .starts_with("methods.depth-sph.inflows[0].from: the flow goes out of the domain 0.750 m ahead")
-            && turned.contains("exchange these"),
+        turned.starts_with("methods.depth-sph.inflows[0].from: the inflow leaves the domain 0.750 m ahead")
+            && turned.contains("exchange the two"),
         "{turned}"
     );
     let warned = |from: Value, to: Value| {
@@ -144,7 +143,7 @@ fn hydrographs_and_lines_that_are_none_are_refused_by_path() {
         let plan = DepthSph.plan(&Case::from_value(&value, folder.path()).unwrap()).unwrap();
         plan.warnings
             .iter()
-            .any(|warning| warning.contains("inflows[0]: the flow goes out of the domain 4.000 m"))
+            .any(|warning| warning.contains("inflows[0]: the inflow leaves the domain 4.000 m"))
     };
     assert!(warned(json!([4, 4]), json!([4, 0])) && !warned(json!([4, 0]), json!([4, 4])));
     let of_two = |porosity: f64, phases: &str| {
@@ -157,7 +156,7 @@ fn hydrographs_and_lines_that_are_none_are_refused_by_path() {
     };
     let key = "methods.depth-sph.inflows[0].porosity: ";
     assert!(
-        of_two(0.3, "one").starts_with(&format!("{key}is that of grains and fluid")),
+        of_two(0.3, "one").starts_with(&format!("{key}applies only to grains and fluid")),
         "{}",
         of_two(0.3, "one")
     );

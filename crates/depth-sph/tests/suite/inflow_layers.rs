@@ -142,8 +142,8 @@ fn layers_that_cannot_flow_in_are_refused_by_path() {
     twice["methods"]["depth-sph"]["inflows"][1]["layer"] = json!("lower");
     for (value, start) in [
         (unsaid, "[1].layer: is missing"),
-        (one, "[0].layer: is one of two layers"),
-        (twice, "[1].side: has an inflow already"),
+        (one, "[0].layer: applies only to two layers"),
+        (twice, "[1].side: has another inflow"),
     ] {
         let error = refused(&value);
         assert!(error.starts_with(&format!("methods.depth-sph.inflows{start}")), "{error}");

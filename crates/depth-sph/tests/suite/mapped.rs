@@ -60,7 +60,7 @@ fn areas_are_those_of_the_outlines() {
     let warnings = DepthSph.plan(&case).unwrap().warnings;
     assert!(warnings.iter().any(|warning| warning.contains("50.0 % of the outline's area")), "{warnings:?}");
     let beside = DepthSph.plan(&far(30.0, 40.0)).map(|_| ()).unwrap_err().to_string();
-    assert!(beside.ends_with("lies beside the terrain"), "{beside}");
+    assert!(beside.ends_with("lies outside the terrain"), "{beside}");
     let refused = |file: &str| {
         let case = Case::from_value(&pond(file), folder.path()).unwrap();
         DepthSph.plan(&case).map(|_| ()).unwrap_err().to_string()

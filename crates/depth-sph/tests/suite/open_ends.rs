@@ -134,7 +134,11 @@ fn a_case_has_an_absorbing_side_and_keeps_its_balance() {
         .as_array_mut()
         .unwrap()
         .push(json!({ "side": "x-max", "name": "gate", "position": 8, "wall": { "kind": "smooth" } }));
-    assert!(refused(&walled).starts_with("boundaries[2].wall: stands at a side"), "{}", refused(&walled));
+    assert!(
+        refused(&walled).starts_with("boundaries[2].wall: the side has another wall"),
+        "{}",
+        refused(&walled)
+    );
 }
 
 /// Channel of 40 m with two sets of nodes of these depths (m), each with a wave of `rise` times a hump 2 m wide at 25 m, which moves

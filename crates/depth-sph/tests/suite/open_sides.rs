@@ -217,7 +217,7 @@ fn a_lake_with_open_sides_goes_on_after_a_restart_to_the_last_bit_on_any_threads
 fn sides_that_cannot_be_open_are_refused_by_path() {
     let mut damped = layered();
     damped["methods"]["depth-sph"]["absorbing_layer"] = json!(2);
-    let start = "methods.depth-sph.absorbing_layer: is of one phase";
+    let start = "methods.depth-sph.absorbing_layer: is not available for two layers";
     assert!(refused(&damped).starts_with(start), "{}", refused(&damped));
     let mut ends = lake();
     ends["obstacles"] = json!([{ "name": "floor", "wall": { "kind": "smooth" }, "shape":
@@ -227,7 +227,7 @@ fn sides_that_cannot_be_open_are_refused_by_path() {
     let mut wide = lake();
     wide["domain"]["max"][1] = json!(1e17);
     wide["boundaries"].as_array_mut().unwrap().pop();
-    assert!(refused(&wide).starts_with("boundaries[1].side: has 5.0e17 places"), "{}", refused(&wide));
+    assert!(refused(&wide).starts_with("boundaries[1].side: has 5.0e17 segments"), "{}", refused(&wide));
 }
 
 /// Basin after its packet of waves has gone to the side and back to the middle of the window.

@@ -107,14 +107,14 @@ fn parts_of_a_bed_that_contradict_each_other_are_refused() {
     value["methods"]["depth-sph"]["basal"] = json!({ "model": "coulomb", "friction_angle": 20 });
     let found = refused(folder.path(), &value);
     assert!(
-        found.starts_with("obstacles[0].regions: methods.depth-sph.basal says how the whole bed"),
+        found.starts_with("obstacles[0].regions: methods.depth-sph.basal applies to the whole bed"),
         "{found}"
     );
     let mut value = slide(&friction(0.2));
     value["obstacles"][0]["regions"] = region(2.0, friction(0.5));
     let found = refused(folder.path(), &value);
     assert!(found.starts_with("obstacles[0].regions[0].raster.value: no cell of /"), "{found}");
-    assert!(found.ends_with("cover.asc holds 2: they hold 1, 3"), "{found}");
+    assert!(found.ends_with("cover.asc has 2: the values are 1, 3"), "{found}");
     value["obstacles"][0]["regions"] =
         region(3.0, json!({ "kind": "frictional", "friction_coefficient": 0.1, "adhesion": 5 }));
     let found = refused(folder.path(), &value);

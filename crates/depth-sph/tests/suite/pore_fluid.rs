@@ -140,9 +140,15 @@ fn resistance_to_a_fluid_that_does_not_move_by_itself_is_refused() {
     let law = json!({ "law": "laminar", "viscosity": 1 });
     let region = |law: &Value| json!([{ "shape": { "kind": "box", "min": [2], "max": [12] }, "fluid_resistance": law }]);
     let error = plan(&with_fluid(&json!({ "mixture": { "fluid_resistance": law } }))).unwrap_err();
-    assert!(error.starts_with("methods.depth-sph.mixture.fluid_resistance: acts on"), "{error}");
+    assert!(
+        error.starts_with("methods.depth-sph.mixture.fluid_resistance: applies only to a fluid"),
+        "{error}"
+    );
     let error = plan(&with_fluid(&json!({ "regions": region(&law) }))).unwrap_err();
-    assert!(error.starts_with("methods.depth-sph.regions[0].fluid_resistance: acts on"), "{error}");
+    assert!(
+        error.starts_with("methods.depth-sph.regions[0].fluid_resistance: applies only to a fluid"),
+        "{error}"
+    );
     let wrong = json!({ "law": "laminar", "viscosity": -1 });
     let error = plan(&with_fluid(&json!({ "phases": "two", "regions": region(&wrong) }))).unwrap_err();
     assert!(error.starts_with("methods.depth-sph.regions[0].fluid_resistance.viscosity: "), "{error}");
@@ -180,7 +186,7 @@ fn columns_begin_with_the_pore_pressure_of_the_fluid() {
         }
         let warned = plan(&value).unwrap();
         // A pressure of a metre of water at all heights exceeds the weight of the grains above the base.
-        let held = warned.iter().any(|warning| warning.starts_with("bodies: the pore pressure of the start"));
+        let held = warned.iter().any(|warning| warning.starts_with("bodies: the initial pore pressure of"));
         assert_eq!(held, exact < 0.0, "{warned:?}");
         assert!(!warned.iter().any(|warning| warning.contains("pressure: is not given")), "{warned:?}");
     }
@@ -200,21 +206,29 @@ fn what_a_flow_has_no_place_for_is_refused_by_path() {
     let fluid = "bodies[0].pore_fluid";
     let own = "methods.depth-sph";
     let column = json!({ "column": { "consolidation": 0.02, "excess_ratio": 0.2 } });
-    check(json!({ "phases": "layers" }), json!({}), &format!("{fluid}: is grains and fluid in one body"));
-    check(json!({}), json!({ "excess_ratio": 0.5 }), &format!("{fluid}.excess_ratio: is carried by columns"));
-    check(column.clone(), json!({ "excess_ratio": 0.5 }), &format!("{own}.column.excess_ratio: 0.2 is not"));
+    check(json!({ "phases": "layers" }), json!({}), &format!("{fluid}: is not available for two layers"));
+    check(
+        json!({}),
+        json!({ "excess_ratio": 0.5 }),
+        &format!("{fluid}.excess_ratio: applies only with pore-pressure columns"),
+    );
+    check(column.clone(), json!({ "excess_ratio": 0.5 }), &format!("{own}.column.excess_ratio: 0.2 differs"));
     check(json!({}), json!({ "excess_ratio": 1.5 }), &format!("{fluid}.excess_ratio: 1.5 is not in"));
     let uniform = json!({ "kind": "uniform", "value": 1e3 });
-    check(json!({}), json!({ "pressure": uniform }), &format!("{fluid}.pressure: is carried by columns"));
+    check(
+        json!({}),
+        json!({ "pressure": uniform }),
+        &format!("{fluid}.pressure: applies only with pore-pressure columns"),
+    );
     let both = json!({ "pressure": uniform, "excess_ratio": 0.5 });
-    check(column, both, &format!("{fluid}.pressure: is a pressure as well"));
+    check(column, both, &format!("{fluid}.pressure: is given in addition"));
     let low = json!({ "pressure": { "kind": "hydrostatic", "surface": 1.5 } });
-    check(json!({}), low, &format!("{fluid}.pressure.surface: 1.5 m is not the surface of the flow"));
+    check(json!({}), low, &format!("{fluid}.pressure.surface: 1.5 m differs from the surface of the flow"));
     check(json!({}), json!({ "density": 2700 }), &format!("{fluid}.density: 2700 kg/m³ is not below"));
     let velocity = json!({ "velocity": { "kind": "uniform", "value": [1, 0] } });
-    check(json!({}), velocity, &format!("{fluid}.velocity: is that of fluid on nodes"));
+    check(json!({}), velocity, &format!("{fluid}.velocity: applies only to a fluid with separate nodes"));
     let upward = json!({ "velocity": { "kind": "uniform", "value": [0, 1] } });
-    check(json!({ "phases": "two" }), upward, &format!("{fluid}.velocity.value[1]: flows of"));
+    check(json!({ "phases": "two" }), upward, &format!("{fluid}.velocity.value[1]: must be 0"));
     check(
         json!({}),
         json!({ "cavitation_strength": 2e5 }),
@@ -237,9 +251,9 @@ fn what_options_and_pore_fluid_both_say_must_agree() {
     check(json!({ "fluid_resistance": { "law": "laminar", "viscosity": 1 } }), "");
     check(json!({ "grain_density": 2650, "porosity": 0.4 }), "");
     check(json!({ "drag": { "law": "darcy", "permeability": 1e-3 } }), "");
-    check(json!({ "grain_density": 2500 }), "grain_density: 2500 is not what");
-    check(json!({ "fluid_density": 1100 }), "fluid_density: 1100 is not");
-    check(json!({ "porosity": 0.5 }), "porosity: 0.5 is not");
+    check(json!({ "grain_density": 2500 }), "grain_density: 2500 differs from the value");
+    check(json!({ "fluid_density": 1100 }), "fluid_density: 1100 differs");
+    check(json!({ "porosity": 0.5 }), "porosity: 0.5 differs");
     check(
         json!({ "drag": { "law": "darcy", "permeability": 1e-2 } }),
         "drag: gives a permeability of 1.000e-2",
@@ -314,23 +328,20 @@ fn what_a_drained_wall_cannot_say_is_refused_by_path() {
         assert!(error.starts_with(start), "{error}");
     };
     let side = |value: &mut Value| value["boundaries"][0]["drained"] = json!(true);
-    check(&side, "boundaries[0].drained: side walls of depth-sph are mirrors");
+    check(&side, "boundaries[0].drained: a side wall of depth-sph cannot be drained");
     let sealed = |value: &mut Value| {
         value["methods"]["depth-sph"]["drainage"] = json!({ "kind": "sealed" });
     };
-    check(
-        &sealed,
-        "methods.depth-sph.drainage: {\"kind\":\"sealed\"} is not what boundaries[2].drained says",
-    );
+    check(&sealed, "methods.depth-sph.drainage: {\"kind\":\"sealed\"} differs from boundaries[2].drained");
     let without = |value: &mut Value| {
         value["methods"]["depth-sph"].as_object_mut().unwrap().remove("column");
     };
-    check(&without, "boundaries[2].drained: acts on the pore pressure of columns");
+    check(&without, "boundaries[2].drained: applies only with pore-pressure columns");
     let covered = |value: &mut Value| {
         let face = json!({ "kind": "plane", "point": [0, 0.1], "normal": [0, 1] });
         value["obstacles"] = json!([{ "name": "bed", "shape": face, "wall": { "kind": "smooth" } }]);
     };
-    check(&covered, "boundaries[2].drained: obstacles are the bed");
+    check(&covered, "boundaries[2].drained: the obstacles are the bed");
     let above = |value: &mut Value| {
         let wall = json!({ "side": "y-min", "name": "above", "position": 0.2, "wall": { "kind": "smooth" } });
         value["boundaries"].as_array_mut().unwrap().push(wall);

@@ -194,11 +194,11 @@ fn a_dam_holds_what_would_run_past_it() {
     };
     let thin = plan(json!({ "line": line, "height": 3 }));
     assert!(
-        thin.contains("methods.depth-sph.dams[0]: cells of 2 m by 2 m show its crest as low as 1.59 m"),
+        thin.contains("methods.depth-sph.dams[0]: cells of 2 m by 2 m reduce its crest to 1.59 m"),
         "{thin}"
     );
     let off = plan(json!({ "line": [[300, 0], [300, 40]], "height": 3 }));
-    assert!(off.starts_with("methods.depth-sph.dams[0].line: stands on no node of the terrain"), "{off}");
+    assert!(off.starts_with("methods.depth-sph.dams[0].line: covers no node of the terrain"), "{off}");
     let short = plan(json!({ "line": [[30, 0]], "height": 3 }));
     assert!(short.starts_with("methods.depth-sph.dams[0].line: has fewer than two corners"), "{short}");
 }

@@ -97,7 +97,10 @@ fn a_lake_in_a_basin_of_a_raster_stays_at_rest() {
         json!({ "spacing": 0.25, "surface_gradient": true, "terrain_smoothing": 0 });
     let case = case(folder.path(), &value);
     let warnings = DepthSph.plan(&case).unwrap().warnings;
-    assert!(warnings.iter().any(|warning| warning.contains("% of it lies below the bed")), "{warnings:?}");
+    assert!(
+        warnings.iter().any(|warning| warning.contains("% of the volume lies below the bed")),
+        "{warnings:?}"
+    );
     let solver = run(&case, 10.0);
     let snapshot = solver.snapshot();
     let depth = snapshot.scalars("depth").unwrap();
@@ -189,14 +192,11 @@ fn terrain_that_is_none_is_refused_by_path() {
     starts(refused(&|v| v["bodies"][0]["shape"] = off.clone()), "bodies[0].shape: there is no ground below");
     starts(
         refused(&|v| v["methods"]["depth-sph"]["frame"] = json!("bed-fitted")),
-        "methods.depth-sph.frame: an obstacle is the bed",
+        "methods.depth-sph.frame: must not be bed-fitted",
     );
     starts(refused(&|v| v["gravity"] = json!([1, 0, -9])), "gravity[0]: must be 0 over an obstacle");
     let floor = json!([{ "side": "z-min", "position": 20, "wall": { "kind": "smooth" } }]);
-    starts(
-        refused(&|v| v["boundaries"] = floor.clone()),
-        "boundaries[0].wall: stands at 20 m, above the lowest",
-    );
+    starts(refused(&|v| v["boundaries"] = floor.clone()), "boundaries[0].wall: is at 20 m, above the lowest");
     let ball = json!({ "kind": "ball", "centre": [20, 10, 5], "radius": 4 });
     starts(
         refused(&|v| v["obstacles"][0]["shape"] = ball.clone()),
@@ -211,7 +211,7 @@ fn terrain_that_is_none_is_refused_by_path() {
     let tower = json!({ "name": "tower", "shape": tall, "wall": { "kind": "rough" } });
     starts(
         refused(&|v| v["obstacles"].as_array_mut().unwrap().push(tower.clone())),
-        "obstacles[1].shape: stands higher than the domain at [",
+        "obstacles[1].shape: is higher than the domain at [",
     );
     let sticky = json!({ "kind": "frictional", "friction_coefficient": 0.3, "adhesion": 10 });
     starts(refused(&|v| v["obstacles"][0]["wall"] = sticky.clone()), "obstacles[0].wall.adhesion: ");
@@ -453,9 +453,7 @@ fn a_region_from_an_outline_is_that_of_its_shape() {
     assert!(refused(json!({ "outline": "none.shp" })).starts_with(&format!("{start}outline: /")));
     // Coordinates from the origin in place of those of the map.
     let unshifted = json!({ "shape": { "kind": "box", "min": [30, 0], "max": [80, 40] } });
-    assert!(
-        refused(unshifted).starts_with(&format!(
-            "{start}shape: reaches from 30 to 80 m along x, and the domain from 600000"
-        ))
-    );
+    assert!(refused(unshifted).starts_with(&format!(
+        "{start}shape: lies outside the domain: it reaches from 30 to 80 m along x, the domain from 600000"
+    )));
 }

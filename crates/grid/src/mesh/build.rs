@@ -14,7 +14,7 @@ pub enum MeshError {
     #[error("has no {0}")]
     Empty(&'static str),
     /// An element refers to an unknown node.
-    #[error("element {element} names node {node}, and there are {nodes}")]
+    #[error("element {element} has the node {node}, but the mesh has only {nodes} nodes")]
     UnknownNode {
         /// Number of the element.
         element: usize,
@@ -54,7 +54,7 @@ pub enum MeshError {
         position: Vec<f64>,
     },
     /// A facet of three elements or more.
-    #[error("elements around {first:?} m and {second:?} m share a facet that a third one has too")]
+    #[error("elements around {first:?} m and {second:?} m share a facet with a third element")]
     SharedFacet {
         /// Centre of one element (m).
         first: Vec<f64>,

@@ -54,8 +54,8 @@ pub fn nodal_loads<const D: usize>(
     let mut found = Vec::new();
     for number in (0..case.loads.len()).filter(of_nodes) {
         if matches!(options.shape, ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2) {
-            let problem =
-                "nodes is not available with cpdi and cpdi2, whose domains reach over the side: use points";
+            let problem = "nodes is not available with cpdi and cpdi2, because their point domains extend \
+                           beyond the side: use points";
             return Err(CaseError::new(format!("loads[{number}].applied_to"), problem));
         }
         let set = &sets[point_loads::loaded_set(case, number, sets)?];
@@ -99,13 +99,14 @@ fn loaded_grid_nodes<const D: usize>(
     let line = (sign * (outermost + 0.5 * set.extent[axis]) - grid.origin[axis]) / grid.cell;
     if (line - line.round()).abs() > 1e-6 {
         return refuse(format!(
-            "the side lies {line:.6} cells from the domain's side: nodes carry loads on grid lines"
+            "the side lies {line:.6} cells from the side of the domain: loads on nodes need a side on a grid \
+             line"
         ));
     }
     let line = line.round() as usize;
     if (1..grid.cells[axis]).contains(&line) && !basis.allows_interior_walls {
         return refuse(format!(
-            "with {} shape functions nodes carry loads on the domain's sides only",
+            "with {} shape functions, loads on nodes are available only on the sides of the domain",
             basis.name
         ));
     }

@@ -36,13 +36,14 @@ pub fn walls<const D: usize>(
         let path = || format!("boundaries[{number}].position");
         if (face - face.round()).abs() > 1e-6 {
             let problem =
-                format!("lies {face:.6} cells from the domain's side: a wall must lie on a grid line");
+                format!("lies {face:.6} cells from the side of the domain: a wall must lie on a grid line");
             return Err(CaseError::new(path(), problem));
         }
         let face = face.round() as usize;
         let inside = face > 0 && face < grid.cells[axis];
         if inside && !basis.allows_interior_walls {
-            let problem = format!("with {} shape functions walls must lie on the domain's sides", basis.name);
+            let problem =
+                format!("with {} shape functions, walls must lie on the sides of the domain", basis.name);
             return Err(CaseError::new(path(), problem));
         }
         if let Some(kind) = wall_kind(boundary, options) {
@@ -59,8 +60,9 @@ pub fn reject_walls_that_leave(case: &Case, cell: f64) -> Result<(), CaseError> 
         let way = normal.map_or(0.0, |speed| speed.abs() * time);
         if way > 0.5 * cell {
             let problem = format!(
-                "the wall would go {way:.3e} m, more than half a cell or element ({:.3e} m), but its plane stays where it \
-                 is and only its nodes have the velocity: drive a rigid body or a patch",
+                "the wall would move {way:.3e} m, more than half a cell or element ({:.3e} m). A wall gives \
+                 its velocity to its nodes, but its plane does not move: use a rigid body or a patch with a \
+                 prescribed motion",
                 0.5 * cell
             );
             return Err(CaseError::new(format!("boundaries[{number}].velocity"), problem));

@@ -7,41 +7,41 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ShapeFunctions {
-    /// Linear: the standard material point method.
+    /// Linear functions: the standard material point method.
     Linear,
-    /// Linear, with gradients that are averages around the nodes where cells meet and do not jump there (dual domain
-    /// material point method).
+    /// Linear functions with gradients averaged around the nodes, which do not jump from cell to cell (dual domain material point
+    /// method).
     DualDomain,
-    /// Generalised interpolation with point domains of fixed size.
+    /// Generalised interpolation (GIMP) with point domains of fixed size.
     #[default]
     Ugimp,
-    /// Generalised interpolation with point domains that stretch with the deformation.
+    /// Generalised interpolation (GIMP) with point domains that stretch with the deformation.
     Cpgimp,
     /// Quadratic B-splines.
     Quadratic,
     /// Cubic B-splines.
     Cubic,
-    /// Convected particle domains: parallelograms that the deformation gradient carries along.
+    /// Convected particle domains (CPDI): parallelograms that deform with the deformation gradient of their points.
     Cpdi,
     /// Convected particle domains of the second order: quadrilaterals whose corners move with the grid (plane strain).
     Cpdi2,
 }
 
-/// Where the gradients of the shape functions are taken (sheet: mpm §2.5g).
+/// Configuration in which the gradients of the shape functions are taken (sheet: mpm §2.5g).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "MpmFormulation")]
 pub enum LagrangianFormulation {
-    /// Where the points are now.
+    /// Current positions of the points.
     #[default]
     UpdatedLagrangian,
-    /// Where the points were at the start: no point ever crosses a cell and no body is torn by the grid, but what
-    /// touched at the start stays together, and what did not never meets. Walls hold the nodes they held at the
-    /// start. With `shape` `linear` or `quadratic`.
+    /// Initial positions of the points. No point crosses a cell and the grid does not tear a body. Bodies that touch at the start stay
+    /// together, and other bodies do not detect contact with each other. Walls act on the nodes on which they acted at the start. Needs
+    /// `shape` `linear` or `quadratic`.
     TotalLagrangian,
-    /// Where the points were at the start, and the points stay there: loads and supports act on the geometry at the
-    /// start, as in finite elements for small displacements. Stresses, volumes and displacements follow the strains as
-    /// ever. For limit loads. Not with `cpgimp`, `cpdi` and `cpdi2`, whose domains deform.
+    /// Initial positions of the points, which do not move: loads and supports act on the initial geometry, as in finite elements for
+    /// small displacements. Stresses, volumes and displacements follow the strains as in the other formulations. For limit loads. Not
+    /// with `cpgimp`, `cpdi` and `cpdi2`, whose domains deform.
     SmallDisplacement,
 }
 
@@ -49,31 +49,31 @@ pub enum LagrangianFormulation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum NodalMass {
-    /// A number a node: the row sums of the consistent matrix. Takes a little kinetic energy each time velocities pass
-    /// through the nodes.
+    /// Lumped mass: the row sums of the consistent matrix. Each transfer of velocities through the nodes dissipates a little kinetic
+    /// energy.
     #[default]
     Lumped,
-    /// The consistent matrix, solved with in each step, for studies of frequency and dissipation. Needs `stress_update`
-    /// `usl`, rough and smooth walls and two points per cell and direction or more; steps are shorter, and each costs ten to
-    /// fifty times as much. What a body moves into empty cells makes nodes that are lighter still than with lumped mass: for
-    /// bodies that move `lumped_share` must be larger.
+    /// Consistent mass matrix, with a linear solve in each step, for studies of frequency and dissipation. Needs `stress_update` `usl`,
+    /// rough and smooth walls and two points per cell and direction or more. Steps are shorter, and each costs ten to fifty times as
+    /// much. A body that moves into empty cells makes nodes that are even lighter than with lumped mass: for bodies that move,
+    /// `lumped_share` must be larger.
     Consistent,
 }
 
-/// How velocities pass between points and grid (sheet: mpm §2.6).
+/// Transfer of velocities between points and grid (sheet: mpm §2.6).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum VelocityTransfer {
-    /// Points take the change of velocity of the grid (FLIP), or a share of its velocity (`flip` below 1).
+    /// FLIP: points add the change of the grid velocity to their own, or blend this with the grid velocity (`flip` below 1).
     #[default]
     Flip,
-    /// Extended PIC: points take the grid's velocity less what the mapping itself loses. Removes the noise that
-    /// the grid cannot see and dissipates little else.
+    /// Extended PIC: points take the grid velocity, corrected for the loss of the mapping itself. Removes the noise that the grid does
+    /// not represent and dissipates little else.
     Xpic,
-    /// Affine PIC: points take the grid's velocity and carry its moment. Conserves angular momentum (exactly with
-    /// `stress_update` `usl`); needs `shape` `quadratic` or `cubic`.
+    /// Affine PIC: points take the grid velocity and store its first moment. Conserves angular momentum (exactly with `stress_update`
+    /// `usl`). Needs `shape` `quadratic` or `cubic`.
     Apic,
-    /// As `apic` with the velocity gradient in place of the moment; for any shape functions.
+    /// Affine transfer like `apic`, with the velocity gradient in place of the moment, for any shape functions.
     Tpic,
 }
 
@@ -84,9 +84,9 @@ pub enum StepCriterion {
     /// Waves and drag of both phases together.
     #[default]
     Combined,
-    /// The smaller one of `courant` times the step of the undrained wave and a limit of the drag (eqs. 4.122–4.128 of the
-    /// scientific manual of Anura3D). To repeat analyses that were made with it: it is not safe, as the limit of the drag is
-    /// that of an incompressible fluid and about a quarter too long, and with high conductivities the wave is faster.
+    /// Smaller one of two limits: `courant` times the step of the undrained wave, and a limit of the drag (eqs. 4.122–4.128 of the
+    /// scientific manual of Anura3D). For repeating analyses made with that program. It is not safe: its limit of the drag is that of an
+    /// incompressible fluid and about a quarter too long, and with high conductivities the wave is faster.
     Simple,
 }
 
@@ -96,49 +96,49 @@ impl StepCriterion {
     }
 }
 
-/// When stress is updated in the step.
+/// Position of the stress update in the step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StressScheme {
-    /// First, from the velocities before the momentum solve.
+    /// Update stress first (USF): from the velocities before the momentum solve.
     Usf,
-    /// Last, from the velocities after it. Dissipates a little.
+    /// Update stress last (USL): from the velocities after the momentum solve. Dissipates a little.
     Usl,
-    /// Last, from velocities mapped back from the updated points. Conserves energy well.
+    /// Modified update stress last (MUSL): from velocities mapped back from the updated points. Conserves energy well.
     #[default]
     Musl,
 }
 
-/// Treatment of held degrees of freedom (sheet: mpm §3.3).
+/// Treatment of fixed degrees of freedom (sheet: mpm §3.3).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FixedNodes {
-    /// Velocity and acceleration are the wall's; points keep their own velocity component.
+    /// Velocity and acceleration of the node are those of the wall; points keep their own velocity component.
     #[default]
     Force,
-    /// The wall stops the momentum that points bring.
+    /// Momentum that points transfer to the node is stopped by the wall.
     Momentum,
 }
 
-/// How frictional walls find the normal force (sheet: mpm §3.7).
+/// Source of the normal force in wall friction (sheet: mpm §3.7).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallFriction {
-    /// From the momentum that the wall takes, that of arriving material included.
+    /// Momentum that the wall stops, with that of arriving material.
     #[default]
     Impulse,
-    /// From the acceleration into the wall.
+    /// Acceleration into the wall.
     Acceleration,
 }
 
-/// Where obstacles act on bodies (docs/theory/mpm.md, obstacles).
+/// Nodes or points on which obstacles act (docs/theory/mpm.md, obstacles).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ObstacleCoupling {
-    /// On nodes in them or on their surface, whose velocity is that which the obstacle allows.
+    /// Nodes in an obstacle or on its surface: their velocity is constrained to one that the obstacle permits.
     #[default]
     Nodes,
-    /// On points that come nearer than half their width, by springs: of the overlap, and along the surface up to Coulomb's bound.
+    /// Points closer to the surface than half their width: a spring acts on the overlap, and a tangential spring up to Coulomb's bound.
     Points,
 }
 
@@ -146,48 +146,47 @@ pub enum ObstacleCoupling {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DomainStretch {
-    /// The diagonal of the deformation gradient: for bodies that stretch along the axes.
+    /// Diagonal of the deformation gradient, for bodies that stretch along the axes.
     #[default]
     Diagonal,
-    /// The diagonal of the right stretch tensor, which is invariant under rotation.
+    /// Diagonal of the right stretch tensor, which is invariant under rotation.
     RightStretch,
 }
 
 impl VelocityTransfer {
-    /// Whether points carry more of the velocity than its value.
+    /// Whether points store more of the velocity than its value.
     pub(crate) fn is_affine(self) -> bool {
         matches!(self, Self::Apic | Self::Tpic)
     }
 }
 
-/// Over what the internal force is summed (sheet: mpm §2.16).
+/// Integration of the internal force (sheet: mpm §2.16).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "MpmIntegration")]
 pub enum InternalForceIntegration {
-    /// The points, each with its own stress and volume.
+    /// Sum over the points, each with its own stress and volume.
     #[default]
     Points,
-    /// The cells that are full of material, each with the average stress of its points, and the points of the others
-    /// (MPM-MIXED): less noise of points that cross cells. Needs `shape` `linear`; the cells of a `mesh` are its elements.
+    /// Mixed integration (MPM-MIXED): full cells act with the average stress of their points, and the points of other cells with their
+    /// own. Reduces the noise of points that cross cells. Needs `shape` `linear`; the cells of a `mesh` are its elements.
     Mixed,
-    /// All cells that hold a point, each with the average stress of its points and its whole volume, as in quasi-static
-    /// analyses: no noise of points that cross cells at all, but a cell at the surface that is filled by half pulls as if
-    /// it were full, so that stress times volume does not follow the mass. Needs `shape` `linear`.
+    /// Gauss integration: every cell with a point acts with the average stress of its points and its whole volume, as in quasi-static
+    /// analyses. There is no noise of points that cross cells. A half-filled cell at the surface acts as a full one, so that stress times
+    /// volume is not proportional to the mass. Needs `shape` `linear`.
     Gauss,
 }
 
-/// Where the volumetric strain of a point comes from (sheet: mpm §2.17).
+/// Source of the volumetric strain of a point (sheet: mpm §2.17).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum VolumetricStrain {
-    /// The point itself.
+    /// Strain of the point itself.
     #[default]
     Point,
-    /// The average over the points of its cell that have its material; phase by phase with a `pore_fluid`. In the triangles
-    /// and tetrahedra of a `mesh`, whose strain is constant, it changes nothing, but in axisymmetry.
+    /// Average over the points of the cell that have the same material, phase by phase with a `pore_fluid`. It has no effect in the
+    /// triangles and tetrahedra of a `mesh`, whose strain is constant, except in axisymmetry.
     CellAverage,
-    /// The average over the nodes of its cell, each of which takes the average of the cells around it (nodal mixed
-    /// discretisation).
+    /// Average over the nodes of the cell, each of which has the average of the cells around it (nodal mixed discretisation).
     Nodal,
 }

@@ -9,27 +9,27 @@ use serde::{Deserialize, Serialize};
 pub struct BodyContact {
     /// Names of the two bodies.
     pub bodies: [String; 2],
-    /// Coefficient of friction, tangent of the friction angle of the interface.
+    /// Friction coefficient (-), the tangent of the friction angle of the interface.
     #[serde(default)]
     pub friction_coefficient: f64,
-    /// Adhesion (Pa): shear strength of the interface without normal stress, while it is closed.
+    /// Adhesion (Pa): shear strength of the closed interface without normal stress.
     #[serde(default)]
     pub adhesion: f64,
-    /// Direction from the first body to the second, where the interface is a plane; from the gradients of the
-    /// bodies' volumes when absent.
+    /// Direction from the first body to the second, for a plane interface. When absent, it follows from the gradients of the bodies'
+    /// volumes.
     #[serde(default)]
     pub normal: Option<Vec<f64>>,
-    /// When the bodies act on each other; when absent `gap`, but `approach` where `normal` is given and on a mesh.
+    /// Test of contact. When absent `gap`, or `approach` where `normal` is given and on a mesh.
     #[serde(default)]
     pub test: Option<ContactTest>,
-    /// A normal force that grows with the overlap of the bodies, in place of velocities that do not approach; with `test`
-    /// `gap`.
+    /// Penalty contact: a normal force that grows with the overlap of the bodies, in place of the condition that velocities do not
+    /// approach. Needs `test` `gap`.
     #[serde(default)]
     pub penalty: Option<PenaltyContact>,
 }
 
 impl BodyContact {
-    /// When the bodies act on each other, on a grid or on a mesh.
+    /// Test of contact, on a grid or on a mesh.
     pub fn test(&self, on_mesh: bool) -> ContactTest {
         // A given plane defines where bodies touch; without it bodies that come near would catch at their corners.
         let usual = if on_mesh || self.normal.is_some() { ContactTest::Approach } else { ContactTest::Gap };
@@ -46,7 +46,8 @@ impl BodyContact {
         }
         let test = self.test(on_mesh);
         if on_mesh && test == ContactTest::Gap {
-            let problem = "gap needs a structured grid, whose shape functions tell the distance of a surface: use approach";
+            let problem = "gap needs a structured grid, whose shape functions give the distance of a surface: \
+                           use approach";
             return Err(("test", problem.to_owned()));
         }
         self.penalty.map_or(Ok(()), |penalty| penalty.validate(test)).map_err(|problem| ("penalty", problem))
@@ -58,10 +59,10 @@ impl BodyContact {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PenaltyContact {
-    /// Normal stress for an overlap of one metre (Pa/m), > 0. A step never parts the bodies by more than the overlap,
-    /// however stiff they are.
+    /// Penalty stiffness (Pa/m), > 0: normal stress per metre of overlap. However stiff the contact, a step never separates the bodies by
+    /// more than the overlap.
     pub stiffness: f64,
-    /// Largest shear stress (Pa), not negative, whatever the normal stress; no limit when absent.
+    /// Upper bound of the shear stress (Pa) at any normal stress, not negative; no limit when absent.
     #[serde(default)]
     pub shear_strength: Option<f64>,
 }
@@ -70,7 +71,7 @@ impl PenaltyContact {
     /// Checks the values together with the test of contact; the error describes the problem.
     pub(crate) fn validate(&self, test: ContactTest) -> Result<(), String> {
         if test != ContactTest::Gap {
-            return Err("needs test gap, which tells the overlap".to_owned());
+            return Err("needs test gap, which measures the overlap".to_owned());
         }
         if !(self.stiffness.is_finite() && self.stiffness > 0.0) {
             return Err(format!("the stiffness {} must be finite and positive (Pa/m)", self.stiffness));
@@ -84,15 +85,14 @@ impl PenaltyContact {
     }
 }
 
-/// When two bodies act on each other at a node that knows both, besides that their velocities approach
-/// (sheet: mpm §2.12).
+/// Condition of contact at a node with mass of both bodies, besides approaching velocities (sheet: mpm §2.12).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ContactTest {
-    /// Always: contact begins up to a cell early, and what rolls or comes near at an angle is held back. With normals from
-    /// the gradients of volumes corners dig in: a block that slides down loses more than half of its acceleration.
+    /// Approaching velocities alone. Contact begins up to a cell early, and bodies that roll or approach at an angle are slowed down.
+    /// With normals from the gradients of volumes, corners catch: a sliding block loses more than half of its acceleration.
     Approach,
-    /// Where their surfaces touch, by what the node knows of their volumes and surfaces. What rests upon another
-    /// bounces more, since nothing dampens the approach. Not on a mesh.
+    /// Closed gap between the surfaces, as estimated at the node from the bodies' volumes and surfaces. Bodies at rest on others bounce
+    /// more, since the approach is not damped. Not on a mesh.
     Gap,
 }

@@ -19,9 +19,9 @@ pub use contact::{BodyContact, ContactTest, PenaltyContact};
 /// Coefficients of the step limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct StepCoefficients {
-    /// Step times wave speed over cell size.
+    /// Courant number of the wave limit: step times wave speed over cell size (-).
     pub courant: f64,
-    /// Step times viscosity over density and the square of the cell size.
+    /// Diffusion number of the viscous limit: step times viscosity over density and the square of the cell size (-).
     pub diffusion: f64,
 }
 
@@ -29,145 +29,142 @@ pub(crate) struct StepCoefficients {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MpmOptions {
-    /// Edge of the square (cubic) grid cells (m); the domain must be a whole number of cells wide.
+    /// Edge length of the square (cubic) grid cells (m). The domain must be a whole number of cells wide.
     pub cell_size: f64,
-    /// A mesh of triangles or tetrahedra in place of the structured grid; needs `shape` `linear`. Measures still count in
-    /// columns of `cell_size`.
+    /// Mesh of triangles or tetrahedra in place of the structured grid. Needs `shape` `linear`. Measures still use columns of width
+    /// `cell_size`.
     #[serde(default)]
     pub mesh: Option<MeshSource>,
-    /// Points per cell and direction: 2 without an entry, 3 where all bodies that deform are Newtonian liquids and there is no `mesh`. With a `mesh`, 1, 2 or 3 stand for 1, 3 or 6 points a triangle, and 1, 4 or 10 a
-    /// tetrahedron.
+    /// Points per cell and direction. The default is 2, or 3 where all bodies that deform are Newtonian liquids and there is no `mesh`.
+    /// With a `mesh`, 1, 2 or 3 stand for 1, 3 or 6 points in a triangle and 1, 4 or 10 in a tetrahedron.
     #[serde(default = "default_points_per_cell")]
     pub points_per_cell: usize,
     /// Shape functions.
     #[serde(default)]
     pub shape: ShapeFunctions,
-    /// When in the step stress is updated.
+    /// Position of the stress update in the step.
     #[serde(default)]
     pub stress_update: StressScheme,
-    /// How velocities pass from the grid to the points and back. Without an entry `flip`, and `tpic` where all bodies that deform are Newtonian
-    /// liquids with `volumetric_strain` `point` and no option of FLIP or XPIC is given: FLIP leaves liquids with motion of the points that the grid does not see. Liquid bodies
-    /// in velocity fields of their own (`contacts`) have `tpic` beside bodies that have `flip`.
+    /// Transfer of velocities between points and grid. The default is `flip`, or `tpic` where all bodies that deform are Newtonian
+    /// liquids with `volumetric_strain` `point` and no option of FLIP or XPIC is given: with FLIP, points of liquids keep motion that the
+    /// grid does not represent. Liquid bodies in velocity fields of their own (`contacts`) have `tpic` beside bodies that have `flip`.
     #[serde(default)]
     pub transfer: VelocityTransfer,
-    /// With `transfer` `xpic`, or `flip` with a `residual_time`: order of the filter, 1 to 20. With 1 XPIC is PIC; the higher, the less is
-    /// dissipated, at the cost of one more sweep over the grid each.
+    /// Order of the filter, 1 to 20, with `transfer` `xpic`, or `flip` with a `residual_time`. XPIC of order 1 is PIC. Higher orders
+    /// dissipate less; each costs one more loop over the grid.
     #[serde(default = "xpic_order")]
     pub xpic_order: usize,
-    /// With `transfer` `flip` or `xpic`: time (s) in which what the grid does not see of the velocities of points falls to 1/e, whatever the
-    /// step. Of the order of the root of a deposit's height over gravity. Without an entry FLIP keeps it, and XPIC takes all of it in each
-    /// step, so that shorter steps dissipate more.
+    /// Time (s) in which the point velocities that the grid does not represent fall to 1/e, at any step, with `transfer` `flip` or
+    /// `xpic`. A suitable value is of the order of the root of a deposit's height over gravity. When absent, FLIP keeps these velocities,
+    /// and XPIC removes all of them in each step, so that shorter steps dissipate more.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residual_time: Option<f64>,
-    /// With `transfer` `flip`: share of FLIP in the velocity update, 0 to 1; the rest is PIC. 1 dissipates nothing.
+    /// FLIP fraction of the velocity update, 0 to 1, with `transfer` `flip`; the rest is PIC. 1 dissipates nothing.
     #[serde(default = "default_one")]
     pub flip: f64,
-    /// Values of `flip` for single stages, by their names: bodies may come to rest with a smaller share of FLIP than they flow with.
+    /// FLIP fraction (`flip`) of single stages, by their names: bodies may come to rest with a smaller one than they flow with.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub stage_flip: BTreeMap<String, f64>,
-    /// Courant number: the step over cell size / (wave speed + point speed), 0 to 1. Without an entry it is 0.9 in
-    /// cases with a `pore_fluid` and `musl`, whose critical step is that of both phases and their drag (with
-    /// `step_criterion` `combined`). With
-    /// `stress_update` `usl` steps are never longer than what is stable at free surfaces: 0.7, 0.57 and 0.48 in one, two and three dimensions with
-    /// `linear` and `dual-domain` functions without a `node_mass_cutoff`; in d dimensions 0.95 times
-    /// the root of 1 / (d times the points per cell and axis) with GIMP and CPDI, of 1/d with quadratic splines.
+    /// Courant number, 0 to 1: the step over cell size / (wave speed + point speed). The default is 0.5, or 0.9 in cases with a
+    /// `pore_fluid` and `musl`, whose critical step is that of both phases and their drag (with `step_criterion` `combined`). With
+    /// `stress_update` `usl` steps are bounded by stability at free surfaces: by 0.7, 0.57 and 0.48 in one, two and three dimensions with
+    /// `linear` and `dual-domain` functions without a `node_mass_cutoff`; in d dimensions by 0.95 times the root of 1 / (d times the
+    /// points per cell and axis) with GIMP and CPDI, of 1/d with quadratic splines.
     #[serde(default = "courant")]
     pub courant: f64,
-    /// Fixed time step (s), which must be below the critical one, and stops the run when it is not any more; chosen by the
-    /// solver when absent. Before an output steps are shorter, so that they end at its time.
+    /// Fixed time step (s). It must be below the critical step, and the run stops when it no longer is. When absent, the solver chooses
+    /// the step. Steps before an output are shorter, so that they end at its time.
     #[serde(default)]
     pub time_step: Option<f64>,
-    /// With a `pore_fluid`: criterion of the critical step.
+    /// Criterion of the critical step, with a `pore_fluid`.
     #[serde(default, skip_serializing_if = "StepCriterion::is_combined")]
     pub step_criterion: StepCriterion,
-    /// Factor on inertia, at least 1, but not on weight: the stable step grows with its square root. For quasi-static
-    /// stages only, and with a study of how much the result depends on it.
+    /// Mass scaling factor (-), at least 1: factor on inertia, not on weight. The stable step grows with its square root. For
+    /// quasi-static stages only, with a study of its effect on the result.
     #[serde(default = "default_one")]
     pub mass_scaling: f64,
-    /// Contacts between bodies. Bodies that no contact names share one velocity field and stick where they touch;
-    /// each body named here has a field of its own.
+    /// Contacts between bodies. Each body named here has a velocity field of its own. All other bodies share one velocity field and stick
+    /// where they touch.
     #[serde(default)]
     pub contacts: Vec<BodyContact>,
-    /// How a held degree of freedom treats the momentum that arrives there. Material that runs into a wall from which it may separate is
-    /// always stopped with its momentum, except for `wall_friction` `acceleration`.
+    /// Treatment of fixed degrees of freedom. Material that runs into a wall from which it may separate is always stopped with its
+    /// momentum, except for `wall_friction` `acceleration`.
     #[serde(default)]
     pub fixed_nodes: FixedNodes,
-    /// Nodes lighter than this share of the heaviest point get no force and move with the points around
-    /// them; 1e-12 without an entry. With `stress_update` `usl`, lumped mass, one phase and shape `linear` or `dual-domain` nodes that material
-    /// reaches only just, by less than about half the square of the step's Courant number times the number of axes, in cells, then get less
-    /// force from the points, but for their weight: this keeps free surfaces stable, at the cost of a little momentum. An entry is
-    /// taken as it is.
+    /// Mass of a node over that of the heaviest point (-) below which the node has no force and moves with the points around it; 1e-12
+    /// when absent. With `stress_update` `usl`, lumped mass, one phase and `shape` `linear` or `dual-domain`, an absent value also
+    /// reduces the point forces, except weight, at nodes whose cells contain little material: it extends into the cell by less than about
+    /// half the square of the step's Courant number times the number of axes, in cells. This keeps free surfaces stable, at the cost of a
+    /// little momentum. With a given value this reduction is off.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub node_mass_cutoff: Option<f64>,
-    /// How frictional walls find the normal force.
+    /// Source of the normal force in wall friction.
     #[serde(default)]
     pub wall_friction: WallFriction,
-    /// Where obstacles act on bodies. Without an entry on `nodes`, and on `points` where all bodies that deform are Newtonian liquids.
+    /// Nodes or points on which obstacles act. The default is `nodes`, or `points` where all bodies that deform are Newtonian liquids.
     #[serde(default)]
     pub obstacles: ObstacleCoupling,
-    /// With `obstacles` `points`: stiffness of a point on an obstacle over the wave modulus of its material times its volume over the
-    /// square of the cell size, above 0 and at most 1000. Points sink in by about their stress over wave modulus and stiffness, in
-    /// cells, and the step is shorter by the root of one and a quarter of the stiffness.
+    /// Stiffness of the contact of a point with an obstacle (-), with `obstacles` `points`, above 0 and at most 1000. Its unit is the
+    /// wave modulus of the material times the volume of the point over the square of the cell size. In cells, points penetrate by about
+    /// their stress over wave modulus and stiffness. The step is shorter by the root of one and a quarter of the stiffness.
     #[serde(default = "obstacle_stiffness")]
     pub obstacle_stiffness: f64,
-    /// With `wall_friction` `acceleration`: coefficient of friction of a node at rest over that of a node that
-    /// slides, at least 1. At rest is a node without any speed along the wall.
+    /// Ratio of the friction coefficient of a node at rest to that of a sliding node, at least 1, with `wall_friction` `acceleration`. A
+    /// node is at rest when it has no speed along the wall.
     #[serde(default = "default_one")]
     pub static_friction_ratio: f64,
     /// Mass of the nodes.
     #[serde(default)]
     pub mass: NodalMass,
-    /// With `mass` `consistent`: share of the lumped mass in the matrix, 0 to 1 (0 excluded), without which few points
-    /// leave it singular. From `3^-d` on, in `d` dimensions, the step is safe however the points lie; `ugimp` and `cpgimp` need
-    /// that.
+    /// Share of the lumped mass in the mass matrix, 0 to 1 (0 excluded), with `mass` `consistent`. Without it few points make the matrix
+    /// singular. From `3^-d` on, in `d` dimensions, the step is stable for any positions of the points; `ugimp` and `cpgimp` need that.
     #[serde(default = "default_lumped_share")]
     pub lumped_share: f64,
     /// Stretch of the domains of `cpgimp` points.
     #[serde(default)]
     pub domain_stretch: DomainStretch,
-    /// Whether gradients are taken where points are or where they were at the start.
+    /// Configuration in which gradients are taken: current or initial positions of the points.
     #[serde(default)]
     pub formulation: LagrangianFormulation,
-    /// Over what the internal force is summed.
+    /// Integration of the internal force.
     #[serde(default)]
     pub integration: InternalForceIntegration,
-    /// With `integration` `mixed` or `gauss`: whether the points of full cells take the average stress as their own at the
-    /// beginning of each step, with a `pore_fluid` the average pore pressure too; by default only the internal force goes by
-    /// it. Internal variables stay the points' own. For materials whose stress is no function of these, the same in all
-    /// bodies that share a velocity field.
+    /// Whether the points of full cells take the average stress as their own at the beginning of each step, and with a `pore_fluid` the
+    /// average pore pressure too. By default only the internal force uses the average. Needs `integration` `mixed` or `gauss`. Points
+    /// keep their own internal variables. For materials whose stress is no function of these, the same in all bodies that share a
+    /// velocity field.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub mixed_reset: bool,
-    /// With `integration` `mixed`: share of its volume, above 0 and at most 1, that a cell at the boundary of the
-    /// material must hold to count as full.
+    /// Fill ratio from which a cell at the boundary of the material counts as full, above 0 and at most 1, with `integration` `mixed`.
     #[serde(default = "full_cell")]
     pub full_cell: f64,
-    /// Where volumetric strain comes from: a cure of locking, where a material keeps its volume.
+    /// Source of the volumetric strain of a point; averages reduce locking of nearly incompressible materials.
     #[serde(default)]
     pub volumetric_strain: VolumetricStrain,
-    /// Points of fluids where the cells around are filled to less than this share lie on the free surface and carry no
-    /// stress, below 1; 0 for no such points. Without an entry 0.7 where all bodies that deform, or all of a velocity field (`contacts`), are Newtonian
-    /// liquids, but for periodic domains and axisymmetry, and 0 elsewhere.
+    /// Fill ratio of the surrounding cells, below 1, under which points of fluids are on the free surface and have no stress; 0 for no
+    /// such points. The default is 0, or 0.7 where all bodies that deform, or all of a velocity field (`contacts`), are Newtonian
+    /// liquids, except in periodic domains and axisymmetry.
     #[serde(default)]
     pub free_surface: Option<f64>,
-    /// Largest volume of a stress-free point over its initial volume: keeps the points of a
-    /// cohesionless free front from swelling without bound.
+    /// Upper bound of the volume of a stress-free point over its initial volume. It prevents the points of a cohesionless free front from
+    /// swelling without bound.
     #[serde(default = "volume_cap")]
     pub volume_cap: f64,
-    /// Numbers of the liquid bodies in velocity fields of their own, which have `tpic` whatever the others have.
+    /// Numbers of the liquid bodies in velocity fields of their own, which have `tpic` whatever transfer the others have.
     #[serde(skip)]
     #[schemars(skip)]
     pub liquid_bodies: Vec<usize>,
 }
 
-/// Where a mesh of triangles (in the plane) or tetrahedra comes from (sheet: mpm §2.5b).
+/// Source of a mesh of triangles (in the plane) or tetrahedra (sheet: mpm §2.5b).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum MeshSource {
-    /// The domain, cut into cells of `cell_size` and these into two triangles or six tetrahedra each.
+    /// Mesh of the domain: cells of `cell_size`, each divided into two triangles or six tetrahedra.
     Box,
-    /// A file of Gmsh, in text form of version 2.2 or 4.1. Its physical groups can be named by boundaries.
+    /// Gmsh file, in text form of version 2.2 or 4.1. Boundaries can name its physical groups.
     File {
-        /// Path, from the folder of the case file.
+        /// Path of the file, relative to the folder of the case file.
         file: String,
     },
 }
@@ -236,8 +233,8 @@ impl MpmOptions {
         if self.formulation == LagrangianFormulation::SmallDisplacement {
             let deforms =
                 matches!(self.shape, ShapeFunctions::Cpgimp | ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2);
-            let problem = "small-displacement needs points whose domains stay as they are: linear, dual-domain, ugimp, \
-                           quadratic, cubic or a mesh";
+            let problem = "small-displacement needs points whose domains do not deform: linear, dual-domain, \
+                           ugimp, quadratic, cubic or a mesh";
             return if deforms { Err(("formulation", problem.to_owned())) } else { Ok(()) };
         }
         if self.formulation == LagrangianFormulation::UpdatedLagrangian {
@@ -247,7 +244,8 @@ impl MpmOptions {
             return Err(("formulation", "total-lagrangian needs shape linear or quadratic".to_owned()));
         }
         if !self.contacts.is_empty() {
-            let problem = "total-lagrangian cannot tell when bodies meet: it needs contacts to be empty";
+            let problem = "total-lagrangian does not detect contact between bodies: it needs contacts to be \
+                           empty";
             return Err(("formulation", problem.to_owned()));
         }
         Ok(())
@@ -268,13 +266,14 @@ impl MpmOptions {
             if self.transfer.is_affine() {
                 return refuse(
                     "residual_time",
-                    "needs transfer flip or xpic: points carry what the grid sees",
+                    "needs transfer flip or xpic: with affine transfers the points have only the velocity of \
+                     the grid",
                 );
             }
         }
         for (name, none) in [("flip", self.flip == 1.0), ("stage_flip", self.stage_flip.is_empty())] {
             if !none && self.transfer != VelocityTransfer::Flip {
-                return refuse(name, "needs transfer flip: the other transfers have no share of it");
+                return refuse(name, "needs transfer flip: the other transfers have no FLIP fraction");
             }
         }
         let spline = matches!(self.shape, ShapeFunctions::Quadratic | ShapeFunctions::Cubic);
@@ -284,11 +283,12 @@ impl MpmOptions {
         Ok(())
     }
 
-    /// The largest Courant number in `dimension` axes at which steps with stress last are stable at free surfaces
-    /// (docs/theory/mpm.md, limits). A node that only the end of a domain of half width `l` reaches forgets its velocity
-    /// from step to step, and strains that point by `-C² h/l` times the strain that makes the force; at corners, and in
-    /// fluids, as much for each axis. Beyond -2 that grows, and some of it before: a twentieth is kept back. With
-    /// linear functions that where nodes within material would be weakened (`light.rs`). 1 with a `node_mass_cutoff` and functions whose gradient falls faster than the root of their weight.
+    /// Largest Courant number in `dimension` axes at which steps with stress last are stable at free surfaces (docs/theory/mpm.md,
+    /// limits). A node supported only by the end of a domain of half width `l` loses its velocity from step to step, and strains that
+    /// point by `-C² h/l` times the strain that causes the force; at corners, and in fluids, as much for each axis. Beyond -2 this strain
+    /// grows, and sometimes earlier: hence the factor 0.95. With linear functions it is the number at which forces of nodes within
+    /// material would be reduced (`small_mass_nodes.rs`). 1 with a `node_mass_cutoff` and functions whose gradient falls faster than the
+    /// root of their weight.
     pub(crate) fn surface_courant(&self, dimension: usize) -> f64 {
         let axes = dimension as f64;
         match (self.stress_update, self.half_width()) {
@@ -301,8 +301,8 @@ impl MpmOptions {
         }
     }
 
-    /// Whether nodes with a small reach of material strain it without bound: with stress last and gradients that do not decrease with their
-    /// weights.
+    /// Whether nodes with a small reach of material strain it without bound: with stress last and gradients that do not decrease with
+    /// their weights.
     pub(crate) fn has_unbounded_small_node_strain(&self) -> bool {
         matches!(self.shape, ShapeFunctions::Linear | ShapeFunctions::DualDomain)
             && self.stress_update == StressScheme::Usl
@@ -326,8 +326,8 @@ impl MpmOptions {
         self.node_mass_cutoff.unwrap_or(ROUND_OFF)
     }
 
-    /// Half the width of the domain of a point over the cell size, where the gradients of its functions fall with the
-    /// root of their weights.
+    /// Half the width of the domain of a point over the cell size, where the gradients of its functions fall with the root of their
+    /// weights.
     fn half_width(&self) -> Option<f64> {
         match self.shape {
             ShapeFunctions::Ugimp | ShapeFunctions::Cpgimp | ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2 => {
@@ -338,10 +338,10 @@ impl MpmOptions {
         }
     }
 
-    /// The largest viscosity times step over density and the square of the cell size, in `dimension` axes, at which momentum
-    /// diffuses in good order: that of `sheet: mpm §2.10` or less. With stress last a strain rate is that of the solved
-    /// velocity, of which points keep a part only: neither the shortest wave, which a liquid resists with 4/3 of its
-    /// viscosity, nor what the node beyond a free surface adds, must be turned in one step.
+    /// Largest stable viscosity times step over density and the square of the cell size, in `dimension` axes: that of `sheet: mpm §2.10`
+    /// or less. With stress last a strain rate is that of the solved velocity, of which points keep only a part. One step must not
+    /// reverse the shortest wave, which a liquid resists with 4/3 of its viscosity, nor the contribution of the node beyond a free
+    /// surface.
     fn surface_diffusion(&self, dimension: usize) -> f64 {
         let sheet = 0.25 / dimension as f64;
         match self.stress_update {
@@ -382,7 +382,7 @@ impl MpmOptions {
             let refuse =
                 |problem: String| Err(CaseError::new(format!("methods.mpm.stage_flip.{name}"), problem));
             if case.stages.iter().all(|stage| stage.name != *name) {
-                return refuse("is the name of no stage".to_owned());
+                return refuse("is not the name of a stage".to_owned());
             }
             if !(0.0..=1.0).contains(share) {
                 return refuse(format!("{share} is not in 0..=1"));
@@ -428,7 +428,7 @@ fn default_lumped_share() -> f64 {
 fn xpic_order() -> usize {
     2
 }
-/// The Courant number of cases that say none.
+/// Default Courant number.
 pub(crate) const COURANT: f64 = 0.5;
 
 fn courant() -> f64 {
@@ -437,16 +437,16 @@ fn courant() -> f64 {
 fn default_points_per_cell() -> usize {
     2
 }
-/// The largest reach of material into a cell below which nodes get less force.
+/// Largest reach of material into a cell below which the forces of nodes are reduced.
 const MAX_REACH: f64 = 0.375;
-/// Share of the heaviest point that round-off leaves (sheet: mpm §3.2).
+/// Share of the heaviest point's mass at the level of round-off (sheet: mpm §3.2).
 const ROUND_OFF: f64 = 1e-12;
 
-/// Of `sheet: mpm §2.16`.
+/// Default value (`sheet: mpm §2.16`).
 fn full_cell() -> f64 {
     0.9
 }
-/// What halves the square of the stable step: stiffer points are as deep as the cells are large against the body anyway.
+/// Default stiffness, which halves the square of the stable step. With stiffer points the penetration is limited by the cell size.
 fn obstacle_stiffness() -> f64 {
     4.0
 }

@@ -51,7 +51,7 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
     let refuse =
         |path: &str, problem: &str| Err(CaseError::new(path, format!("with mass consistent {problem}")));
     if options.stress_update != StressScheme::Usl {
-        let problem = "only usl is available: the re-mapped velocity of musl is the solved one";
+        let problem = "only usl is available: the re-mapped velocity of musl equals the solved one";
         return refuse("methods.mpm.stress_update", problem);
     }
     if options.transfer != VelocityTransfer::Flip {
@@ -74,7 +74,8 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
     let gimp = matches!(options.shape, ShapeFunctions::Ugimp | ShapeFunctions::Cpgimp);
     if gimp && options.lumped_share < 0.9 * least {
         let problem = format!(
-            "gimp needs {least:.3} or more, or light nodes are flung out; or use shape linear or quadratic"
+            "gimp needs {least:.3} or more, otherwise the acceleration of nodes of small mass is too large; \
+             or use shape linear or quadratic"
         );
         return refuse("methods.mpm.lumped_share", &problem);
     }
@@ -83,7 +84,7 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
     }
     let holds = |wall: &Boundary| matches!(wall.wall, Wall::Rough | Wall::Smooth) && !wall.separation;
     if let Some(number) = case.boundaries.iter().position(|boundary| !holds(boundary)) {
-        let problem = "walls are rough or smooth, without separation: the system is linear";
+        let problem = "walls must be rough or smooth, without separation, because the system is linear";
         return refuse(&format!("boundaries[{number}].wall"), problem);
     }
     Ok(())
@@ -300,8 +301,8 @@ pub fn solve_momentum<const D: usize>(
         return Ok(());
     }
     Err(clock.step_error(format!(
-        "the consistent mass matrix has not been solved with in {MAX_ITERATIONS} iterations: use mass lumped, or \
-         more points per cell"
+        "the system of the consistent mass matrix has not converged in {MAX_ITERATIONS} iterations: use mass \
+         lumped, or more points per cell"
     )))
 }
 

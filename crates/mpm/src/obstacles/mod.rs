@@ -28,7 +28,7 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
         if options.formulation != LagrangianFormulation::UpdatedLagrangian {
             return refuse(
                 "obstacles",
-                "points needs points that move in space: formulation updated-lagrangian",
+                "points needs formulation updated-lagrangian, in which points move in space",
             );
         }
         return Ok(());
@@ -42,7 +42,8 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
             && let Some(what) = why_not_recorded(options)
         {
             let problem = format!(
-                "with {what} mpm sums up the reaction of obstacles with `methods.mpm.obstacles` `points` only"
+                "with {what} mpm records the reaction of an obstacle with `methods.mpm.obstacles` `points` \
+                 only"
             );
             return Err(CaseError::new(format!("measures.{name}.target"), problem));
         }
@@ -50,7 +51,8 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
     if let Some(number) = case.obstacles.iter().position(|obstacle| obstacle.motion.is_some())
         && let Some(what) = why_fixed(case, options)
     {
-        let problem = format!("with {what} obstacles of mpm move with `methods.mpm.obstacles` `points` only");
+        let problem =
+            format!("with {what} an obstacle of mpm can move with `methods.mpm.obstacles` `points` only");
         return Err(CaseError::new(format!("obstacles[{number}].motion"), problem));
     }
     if case.bodies.iter().any(|body| body.pore_fluid.is_some())
@@ -59,21 +61,29 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
             .iter()
             .position(|obstacle| !lies_on_nodes(case, &obstacle.shape, options.cell_size))
     {
-        let problem = "beside pore fluid an obstacle on nodes is a plane on a grid line: in cells that a surface cuts pore pressure \
-                       oscillates, or leaks away: take `methods.mpm.obstacles` `points`";
+        let problem = "with a pore fluid, an obstacle on nodes must be a plane on a grid line: in cells that \
+                       its surface cuts, the pore pressure oscillates or leaks away. Use \
+                       `methods.mpm.obstacles` `points`";
         return Err(CaseError::new(format!("obstacles[{number}].shape"), problem));
     }
     if options.mesh.is_some() {
-        return refuse("mesh", "nodes of a mesh are held by walls on its groups, not by obstacles");
+        return refuse(
+            "mesh",
+            "obstacles do not act on the nodes of a mesh: use walls on groups of the mesh",
+        );
     }
     if options.filters_velocities() {
         return refuse(
             if options.residual_time.is_some() { "residual_time" } else { "transfer" },
-            "velocities are filtered axis by axis, and obstacles on nodes hold them along any direction",
+            "the filter of the velocities works axis by axis, but obstacles on nodes constrain velocities in \
+             any direction",
         );
     }
     if options.wall_friction == WallFriction::Acceleration {
-        return refuse("wall_friction", "acceleration is of walls: obstacles rub by impulses");
+        return refuse(
+            "wall_friction",
+            "acceleration is for walls only: the friction of obstacles follows from impulses",
+        );
     }
     Ok(())
 }

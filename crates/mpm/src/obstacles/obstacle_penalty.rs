@@ -132,8 +132,9 @@ pub fn penetration_warning<const D: usize>(rocks: Option<&PenaltyObstacles<D>>) 
     let under = rocks.map_or(0, |rocks| rocks.history.penetrations);
     (under > 0).then(|| {
         format!(
-            "centres of points have been in an obstacle, {under} times a point and a step, though points are stopped before it: \
-             look at where it is thinner or more curved than a cell (take smaller cells, or a shorter step)"
+            "centres of points have been inside an obstacle ({under} points, counted in every step), although \
+             points are stopped at its surface. Check where the obstacle is thinner or more curved than a \
+             cell (take smaller cells, or a shorter step)"
         )
     })
 }

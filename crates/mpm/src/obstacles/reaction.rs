@@ -48,7 +48,7 @@ impl ReactionRecorder {
                 .filter(|of| names.iter().all(|name| name != of));
             let Some(of) = of else { continue };
             if names.len() == MAX_OBSTACLES {
-                let problem = format!("mpm adds up the reactions of {MAX_OBSTACLES} obstacles at most");
+                let problem = format!("mpm records the reactions of {MAX_OBSTACLES} obstacles at most");
                 return Err(CaseError::new(format!("measures.{name}.target"), problem));
             }
             names.push(of.to_owned());

@@ -36,9 +36,10 @@ impl<const D: usize> MpmSolver<D> {
         }
         let worst = (0..set.len()).max_by(|&a, &b| tension(a).total_cmp(&tension(b)))?;
         Some(format!(
-            "t = {} s: {:.0} % of the liquid {:?} are in tension of more than {allowed:.3e} Pa, its weight and motion, most point {} \
-             at {:?} m with {:.3e} Pa: a real liquid opens there (lower materials.{}.cavitation_strength, or give it a pressure to \
-             begin with)",
+            "t = {} s: {:.0} % of the liquid {:?} are in tension of more than {allowed:.3e} Pa, the pressure \
+             of its weight and motion. The tension is largest at point {} at {:?} m, with {:.3e} Pa. A real \
+             liquid opens there: lower materials.{}.cavitation_strength, or give the liquid an initial \
+             pressure",
             self.clock.time,
             100.0 * share,
             body.name,

@@ -45,8 +45,10 @@ impl<const D: usize> MpmSolver<D> {
                 Some(_) => "shorten methods.mpm.residual_time".to_owned(),
             };
             format!(
-                "{unseen:.1e} J of the remaining kinetic energy ({all:.1e} J) is noise of the velocity transfer that does not move the material: points \
-                 differ from the grid by up to {fastest:.2} m/s. To damp it, {cure}. The output field grid_velocity holds the velocity without it"
+                "{unseen:.1e} J of the remaining kinetic energy ({all:.1e} J) is noise of the velocity \
+                 transfer that does not move the material: velocities of points differ from those of the grid \
+                 by up to {fastest:.2} m/s. To damp it, {cure}. The output field grid_velocity has the \
+                 velocity without this noise"
             )
         })
     }
@@ -71,8 +73,9 @@ impl<const D: usize> MpmSolver<D> {
         let farthest = positions.filter(apart).max_by(|a, b| far(a).total_cmp(&far(b)))?;
         let digits = (2.0 - grid.cell.log10()).ceil().max(0.0) as usize;
         Some(format!(
-            "{count} of {total} points are apart from the others, in cells that touch none of theirs, the farthest at {:.digits$?} m: the contiguous \
-             front and quantiles of the mass leave them out, the farthest point does not",
+            "{count} of {total} points are detached: their cells do not touch cells of the other points. The \
+             farthest is at {:.digits$?} m. The contiguous front and quantiles of the mass exclude these \
+             points, the farthest point includes them",
             spatial(farthest)
         ))
     }

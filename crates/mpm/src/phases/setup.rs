@@ -22,7 +22,7 @@ pub fn check_supported(case: &Case, mut options: MpmOptions) -> Result<MpmOption
         if options.step_criterion != StepCriterion::Combined {
             return refuse(
                 "methods.mpm.step_criterion",
-                "simple is of two phases, and no body has a pore_fluid",
+                "simple is for two phases, but no body has a pore_fluid",
             );
         }
         return Ok(options);
@@ -31,7 +31,7 @@ pub fn check_supported(case: &Case, mut options: MpmOptions) -> Result<MpmOption
         return refuse("methods.mpm.transfer", "only flip (or a share of it) is available with a pore_fluid");
     }
     if options.residual_time.is_some() {
-        return refuse("methods.mpm.residual_time", "is of one phase and not available with a pore_fluid");
+        return refuse("methods.mpm.residual_time", "is for one phase and not available with a pore_fluid");
     }
     if options.shape == ShapeFunctions::Cpdi2 {
         return refuse("methods.mpm.shape", "cpdi2 is not available with a pore_fluid: use cpdi");
@@ -39,16 +39,17 @@ pub fn check_supported(case: &Case, mut options: MpmOptions) -> Result<MpmOption
     if options.free_surface.is_some() {
         return refuse(
             "methods.mpm.free_surface",
-            "is of liquids without grains and not available with a pore_fluid",
+            "is for liquids without grains and not available with a pore_fluid",
         );
     }
     if !options.contacts.is_empty() {
         return refuse(
             "methods.mpm.contacts",
-            "are not available with a pore_fluid: a contact that lies between nodes gives the fluid no sound condition, and its \
-             pressure oscillates there. For a rigid partner take an obstacle, which may move, with methods.mpm.obstacles points; \
-             where no fluid leaves take a material of the model undrained in place of the pore_fluid; bodies without a contact \
-             stick, and the fluid passes between them",
+            "are not available with a pore_fluid: at a contact between nodes the fluid has no correct \
+             boundary condition, and its pressure oscillates. For a rigid partner use an obstacle, which may \
+             move, with methods.mpm.obstacles points. Where no fluid flows out, use a material of the model \
+             undrained in place of the pore_fluid. Bodies without a contact stick together, and the fluid \
+             flows between them",
         );
     }
     // The criterion belongs to the sheet's sequence, which is MUSL; with USL it overshoots at free surfaces.

@@ -312,7 +312,7 @@ fn update_pore_pressure<const D: usize>(
     // At the porosity before the step, as the sheet has it.
     let n = fluid.porosity_at(block.volume[p], block.initial_volume[p]);
     if !PoreFluidConstants::is_valid_porosity(n) {
-        return Err(format!("its porosity has become {n}, beyond 0.01 to 0.99"));
+        return Err(format!("its porosity has become {n}, outside the range 0.01 to 0.99"));
     }
     block.pressure[p] = fluid.pressure_after(block.pressure[p], n, solid, liquid);
     Ok(())

@@ -206,7 +206,7 @@ impl<const D: usize> PointSet<D> {
             points.work.clear();
         }
         if !points.uses_columns_of(&self.points) {
-            return Err(invalid_data("points have other columns than the case asks for"));
+            return Err(invalid_data("points have other columns than the case"));
         }
         self.points = points;
         let count = self.len();

@@ -13,8 +13,9 @@ pub(super) fn check_bands(case: &Case, options: &MpmOptions) -> Result<(), CaseE
         let Some(largest) = law.and_then(DoubleScaleSpec::largest_band) else { continue };
         if options.band_cells() * options.cell_size >= largest {
             let problem = format!(
-                "bands of the material {:?}, {} cells long, snap back from {largest:.4e} m on, E G/f_t² or that with the \
-                 shear modulus if it is less: make it smaller, or set `allow_snapback` in the material",
+                "bands of the material {:?}, {} cells long, show snap-back from a length of {largest:.4e} m \
+                 on (E G/f_t², or the same with the shear modulus if that is less): make the cells smaller, \
+                 or set `allow_snapback` in the material",
                 body.material,
                 options.band_cells()
             );

@@ -121,7 +121,7 @@ fn samples<const D: usize>(
         let spacing = list.spacing(D);
         if spacing > (1.0 + 1e-9) * grid.cell {
             let problem = format!(
-                "the points are {spacing:.4e} m wide on the mean, more than the cells of {} m",
+                "the mean width of the points is {spacing:.4e} m, more than the cell size of {} m",
                 grid.cell
             );
             return Err(CaseError::new(format!("{path}.points"), problem));
@@ -130,11 +130,11 @@ fn samples<const D: usize>(
     } else if ground.mesh.is_empty() {
         case.samples(number, grid.origin, grid.cell / options.points_per_cell as f64)?
     } else if body.shape.follows_terrain() {
-        let problem =
-            "terrain is of points on a lattice, and those of a mesh have their places in its elements";
+        let problem = "terrain needs points on a lattice, but with a mesh the points have fixed positions in \
+                       its elements";
         return Err(CaseError::new(format!("{path}.shape.rows"), problem));
     } else if !body.sampling.is_lattice() {
-        let problem = "the points of a mesh have their places in its elements";
+        let problem = "with a mesh the points have fixed positions in its elements";
         return Err(CaseError::new(format!("{path}.sampling"), problem));
     } else {
         unstructured_mesh::sample_body(ground.mesh, options, body)

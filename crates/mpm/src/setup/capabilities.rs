@@ -57,12 +57,14 @@ pub fn capabilities(case: &Case) -> Result<Capabilities, CaseError> {
     let options = crate::setup::options(case)?;
     let mut honours = Capabilities::for_point_methods("mpm").supports(&SUPPORTED).rejects(
         "bodies.pore_fluid.excess_ratio",
-        "is the start of columns of depth-integrated flow: mpm begins with `pressure`, give a formula of it",
+        "is the initial state of the columns of depth-integrated flow: for mpm give the initial `pressure`, \
+         as a formula",
     );
     honours = if options.obstacles == ObstacleCoupling::Points {
         honours.supports(&["obstacles.wall.adhesion"])
     } else {
-        let problem = "mpm knows no area of the nodes that an obstacle holds: take `methods.mpm.obstacles` `points` or leave it out";
+        let problem = "mpm has no contact area for obstacles on nodes: use `methods.mpm.obstacles` `points`, \
+                       or leave out the adhesion";
         honours
             .rejects("obstacles.wall.adhesion", problem)
             .rejects("obstacles.regions.wall.adhesion", problem)
@@ -78,12 +80,15 @@ pub fn capabilities(case: &Case) -> Result<Capabilities, CaseError> {
     if options.formulation == LagrangianFormulation::TotalLagrangian {
         let name = "the total-Lagrangian formulation of mpm";
         honours = without_driven(honours, name)
-            .rejects("bodies.remove_outside", format!("{name} has no sides that points leave by"))
-            .rejects("obstacles", format!("{name} has no places in space that an obstacle could hold"));
+            .rejects("bodies.remove_outside", format!("{name} has no sides through which points can leave"))
+            .rejects(
+                "obstacles",
+                format!("{name} has its grid in the initial configuration, where obstacles cannot act"),
+            );
     }
     if options.mesh.is_some() {
         let problem =
-            "mpm does not move the mesh of a file: give mesh and case the same coordinates near zero";
+            "mpm does not shift the mesh of a file: give mesh and case the same coordinates near zero";
         honours = honours.rejects("domain.origin", problem);
     }
     if options.shape == ShapeFunctions::DualDomain {
@@ -108,12 +113,12 @@ fn restrict_free_rigid(honours: Capabilities, options: &MpmOptions) -> Capabilit
         .rejects_if(
             on_nodes,
             "obstacles",
-            format!("{name} stands on obstacles with methods.mpm.obstacles `points`"),
+            format!("{name} needs methods.mpm.obstacles `points` for contact with obstacles"),
         )
-        .rejects("domain.periodic", format!("{name} has no image on the other side"))
+        .rejects("domain.periodic", format!("{name} has no periodic image"))
         .rejects("bodies.pore_fluid", format!("{name} has no contact with pore fluid"));
     if matches!(options.shape, ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2) {
-        let problem = "the domains of cpdi do not turn with a rigid body: use another shape";
+        let problem = "the domains of cpdi do not rotate with a rigid body: use another shape";
         honours = honours.rejects("stages.motions.turns", problem);
     }
     honours
@@ -127,16 +132,16 @@ fn restrict_consistent_mass(honours: Capabilities) -> Capabilities {
         .rejects("bodies.pore_fluid", "with mass consistent a pore fluid is not available")
         .rejects(
             "stages.equilibrium",
-            "with mass consistent equilibrium is not measured: use mass lumped for what comes to rest",
+            "with mass consistent equilibrium is not measured: use mass lumped for stages that end at rest",
         )
 }
 
 fn without_rigid(honours: Capabilities, name: &str) -> Capabilities {
     honours
         .rejects("bodies.rigid", format!("{name} has no rigid bodies"))
-        .rejects("stages.damping_axes", format!("{name} damps all axes alike"))
+        .rejects("stages.damping_axes", format!("{name} has the same damping along all axes"))
 }
 
 fn without_driven(honours: Capabilities, name: &str) -> Capabilities {
-    without_rigid(honours, name).rejects("patches", format!("{name} has no nodes to prescribe"))
+    without_rigid(honours, name).rejects("patches", format!("{name} cannot prescribe the motion of nodes"))
 }

@@ -70,7 +70,7 @@ pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
     let options = phases::check_supported(case, options)?;
     check_bands(case, &options)?;
     if options.shape == ShapeFunctions::Cpdi2 && case.space != Space::PlaneStrain {
-        let problem = "cpdi2 is of quadrilaterals and available in plane strain only: use cpdi";
+        let problem = "cpdi2 has quadrilateral point domains and is available in plane strain only: use cpdi";
         return Err(CaseError::new("methods.mpm.shape", problem));
     }
     unstructured_mesh::check_supported(case, &options)?;
@@ -148,13 +148,13 @@ impl dimension_dispatch::DimensionVisitor for BuildPlan<'_> {
         for patch in
             prescribed_motion::empty_patches(&solver.clock, &solver.background, &solver.boundary.driven)
         {
-            warnings.push(format!("patches[{patch}].region: holds no node at the start"));
+            warnings.push(format!("patches[{patch}].region: contains no node at the start"));
         }
         if time_step.limit == StepLimit::SEEPAGE_DRAG {
             // sheet: mpm P-13.
             warnings.push(format!(
-                "pore_fluid: the drag of so low a permeability limits the step, to {:.2e} s; where no fluid leaves in \
-                 the time considered use the material `undrained`",
+                "pore_fluid: the drag of this low permeability limits the time step to {:.2e} s. Where no \
+                 fluid flows out in the time considered, use the material `undrained`",
                 time_step.dt
             ));
         }

@@ -42,8 +42,9 @@ fn open_side_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
                 if reaches && !held(axis, upper) {
                     let side = format!("{}-{}", ["x", "y", "z"][axis], if upper { "max" } else { "min" });
                     found.push(format!(
-                        "bodies[{number}]: reaches the side {side} of the domain, which no wall holds for good: there splines with usl \
-                         are stable up to a courant of {OPEN_SIDE} only; make the domain a cell larger, or use musl"
+                        "bodies[{number}]: reaches the side {side} of the domain, which has no permanent \
+                         wall. There splines with usl are stable only up to a courant of {OPEN_SIDE}: make \
+                         the domain a cell larger, or use musl"
                     ));
                 }
             }
@@ -58,8 +59,9 @@ fn locking_warning(case: &Case, options: &MpmOptions) -> Option<String> {
     let free = if options.mesh.is_some() { "nodal" } else { "cell-average" };
     (options.volumetric_strain == VolumetricStrain::Point).then(|| {
         format!(
-            "measures.{name}: with methods.mpm.volumetric_strain `point` soil that keeps its volume locks as it yields, and slides slowly \
-             where it should fail: the factor comes out too large, or undecided (1.41 to 1.55 for 1.36 on 20 cells); use `{free}`"
+            "measures.{name}: with methods.mpm.volumetric_strain `point`, soil of constant volume locks when \
+             it yields, and slides slowly where it should fail. The factor is then too large, or undecided \
+             (1.41 to 1.55 for 1.36 on 20 cells): use `{free}`"
         )
     })
 }
@@ -84,8 +86,9 @@ fn cut_step_warning(case: &Case, dt: f64) -> Option<String> {
     let body = case.bodies.iter().find(liquid)?;
     (steps > 1.0 && steps < FEW_STEPS_TO_OUTPUT && !whole).then(|| {
         format!(
-            "output: steps of {dt:.2e} s are cut at every output, each {interval} s, {steps:.1} steps: that can make sound in the liquid {} grow (by \
-             4 to 10/s); take an interval of more than {FEW_STEPS_TO_OUTPUT} steps, or a methods.mpm.time_step that divides it",
+            "output: steps of {dt:.2e} s are shortened at every output, each {interval} s ({steps:.1} steps). \
+             This can make pressure waves in the liquid {} grow (by 4 to 10/s): use an interval of more than \
+             {FEW_STEPS_TO_OUTPUT} steps, or a methods.mpm.time_step that divides it",
             body.name
         )
     })
@@ -117,15 +120,17 @@ fn liquid_at_rest_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
         let wanted = MIN_STIFFNESS_RATIO.max(MIN_STIFFNESS_RATIO_OF_CELLS * cells * cells) * weight;
         if shared && (linear || spec.bulk_modulus < enough) {
             found.push(format!(
-                "methods.mpm.volumetric_strain: in the liquid {} at rest, averages leave motions within cells without stiffness, and the \
-                 pressure makes them grow, with musl and usl alike: use ugimp with a bulk modulus of {enough:.2e} Pa at least, point with ugimp, \
-                 quadratic functions, or mixed integration",
+                "methods.mpm.volumetric_strain: in the liquid {} at rest, averages leave motions within cells \
+                 without stiffness, and the pressure makes these motions grow, with musl and with usl. Use \
+                 ugimp with a bulk modulus of {enough:.2e} Pa at least, point with ugimp, quadratic \
+                 functions, or mixed integration",
                 body.name
             ));
         } else if linear && spec.bulk_modulus < wanted {
             found.push(format!(
-                "methods.mpm.shape: in the liquid {} at rest, disturbances grow with linear functions where its bulk modulus is less than \
-                 {:.0} ρgH, {wanted:.2e} Pa: use that modulus, or ugimp, quadratic functions or mixed integration",
+                "methods.mpm.shape: in the liquid {} at rest, disturbances grow with linear functions if its \
+                 bulk modulus is less than {:.0} ρgH ({wanted:.2e} Pa). Use at least that modulus, or ugimp, \
+                 quadratic functions or mixed integration",
                 body.name,
                 wanted / weight
             ));
@@ -167,9 +172,9 @@ fn thin_sheet_warning(case: &Case, options: &MpmOptions) -> Vec<String> {
             let cells = (high[axis] - low[axis]) / options.cell_size;
             if reach.abs() < 0.5 * options.cell_size && cells < ENOUGH_CELLS {
                 found.push(format!(
-                    "boundaries[{wall}]: a rough floor rubs with the mean stress of the cell on it, and {} is {cells:.1} cells thick: its \
-                     friction is short by {:.0} % where it slides; take a `frictional` wall with the sine of the friction angle, or \
-                     smaller cells",
+                    "boundaries[{wall}]: the friction of a rough floor follows from the mean stress of the \
+                     cell on it, and {} is {cells:.1} cells thick. Its friction is {:.0} % too small where it \
+                     slides: use a `frictional` wall with the sine of the friction angle, or smaller cells",
                     body.name,
                     50.0 / cells.max(0.5)
                 ));
@@ -190,8 +195,9 @@ fn xpic_filter_warning(case: &Case, options: &MpmOptions, dt: f64) -> Option<Str
         && dt * FEW_STEPS < time;
     often.then(|| {
         format!(
-            "methods.mpm.transfer: xpic takes what the grid does not see from the velocities in each step, {:.0} times while the bodies fall by \
-             their height, and nearly all of the motion within cells with it: give it a residual_time, {time:.2} s for example",
+            "methods.mpm.transfer: xpic removes the motion that the grid does not represent in each step, \
+             {:.0} times while the bodies fall by their height. This also removes nearly all of the motion \
+             within cells: set residual_time, for example to {time:.2} s",
             time / dt
         )
     })
@@ -209,8 +215,8 @@ fn round_body_warning(case: &Case, options: &MpmOptions) -> Option<String> {
     let rolls = |body: &Body| !body.rigid && body.shape.has_round_edges() && !is_liquid(&body.material);
     let number = case.bodies.iter().position(rolls)?;
     Some(format!(
-        "bodies[{number}]: {} is round: nodes that hold it at a wall hold all that is within a cell, so that it hardly rolls; take an obstacle, and \
-         methods.mpm.obstacles points",
+        "bodies[{number}]: {} is round. Wall nodes constrain all of the material within a cell, so that the \
+         body hardly rolls: use an obstacle, and methods.mpm.obstacles points",
         case.bodies[number].name
     ))
 }
@@ -244,8 +250,9 @@ pub(super) fn warnings(
     let cutoff = options.node_mass_cutoff.unwrap_or(if wet { 0.0 } else { 1.0 });
     if options.has_unbounded_small_node_strain() && cutoff < 0.99 * steep {
         warnings.push(format!(
-            "methods.mpm.stress_update: usl with linear shape functions (dual-domain too) can turn points inside out at free \
-             surfaces; use musl, ugimp, or a node_mass_cutoff of {steep:.2e}, half the square of the Courant number of the step"
+            "methods.mpm.stress_update: usl with linear shape functions (also dual-domain) can invert points \
+             at free surfaces; use musl, ugimp, or a node_mass_cutoff of {steep:.2e}, half the square of the \
+             Courant number of the step"
         ));
     }
     warnings.extend(liquid_at_rest_warnings(case, options));
@@ -255,9 +262,10 @@ pub(super) fn warnings(
     warnings.extend(round_body_warning(case, options));
     if could_act_on_nodes(case, options) {
         warnings.push(
-            "methods.mpm.obstacles: with points stress and pore pressure in the cells at an obstacle are a quarter too small, since points \
-             press with their centres, and with GIMP and CPDI the pressure of the row at it falls away within seconds; these obstacles lie \
-             on nodes, where nodes is exact"
+            "methods.mpm.obstacles: with points, stress and pore pressure in the cells at an obstacle are a \
+             quarter too small, because points exert their pressure at their centres. With GIMP and CPDI the \
+             pressure of the row of points at the obstacle is lost within seconds. These obstacles lie on \
+             nodes: use nodes, which is exact there"
                 .to_owned(),
         );
     }
@@ -265,14 +273,15 @@ pub(super) fn warnings(
     if let (Some(loose), true) = (rigid.clone().find(|body| case.moves_freely(&body.name)), rigid.count() > 1)
     {
         warnings.push(format!(
-            "bodies: rigid bodies do not act on each other: {:?} passes through the others; take a wall, or let one of two deform",
+            "bodies: rigid bodies do not act on each other: {:?} passes through the others. Use a wall, or \
+             make one of two bodies deformable",
             loose.name
         ));
     }
     if options.step_criterion == StepCriterion::Simple {
         warnings.push(
-            "methods.mpm.step_criterion: simple is not safe: steps may be longer than what drag and the fast wave of both phases \
-             allow; with combined they are not"
+            "methods.mpm.step_criterion: with simple, steps may be longer than the drag and the fast wave of \
+             both phases allow: use combined"
                 .to_owned(),
         );
     }
@@ -280,8 +289,8 @@ pub(super) fn warnings(
     // Without an entry the default is the largest stable value.
     if options.courant > stable.max(COURANT) {
         warnings.push(format!(
-            "methods.mpm.courant: with usl and this shape more than {stable:.3} is not stable at free surfaces; steps are made \
-             with that"
+            "methods.mpm.courant: with usl and this shape, more than {stable:.3} is not stable at free \
+             surfaces; steps are limited to that"
         ));
     }
     warnings.extend(open_side_warnings(case, options));
@@ -298,14 +307,15 @@ pub(super) fn warnings(
         }
         if options.integration == InternalForceIntegration::Gauss && stage.equilibrium.is_none() {
             warnings.push(format!(
-                "methods.mpm.integration: with gauss cells that are filled in part pull as if they were full; \
-                 stages[{number}] has no `equilibrium`, and it is for quasi-static stages"
+                "methods.mpm.integration: with gauss, partly filled cells contribute to the internal force as \
+                 if they were full; stages[{number}] has no `equilibrium`, and it is for quasi-static stages"
             ));
         }
         let seeps = case.bodies.iter().any(|body| body.pore_fluid.is_some());
         if seeps && options.mass_scaling > 1.0 && stage.equilibrium.is_some() {
             warnings.push(format!(
-                "stages[{number}]: mass scaling slows consolidation; at rest the state is right, the time it takes is not"
+                "stages[{number}]: mass scaling slows consolidation: the state at rest is correct, the time \
+                 to reach it is not"
             ));
         }
         if stage.damping > 0.0 && stage.equilibrium.is_none() {

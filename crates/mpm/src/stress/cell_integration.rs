@@ -38,7 +38,7 @@ pub fn check_supported(options: &MpmOptions) -> Result<(), CaseError> {
     let refuse = |problem: &str| Err(CaseError::new("methods.mpm.integration", problem));
     if options.shape != ShapeFunctions::Linear {
         return refuse(
-            "by cells (mixed, gauss) needs shape linear: other shape functions reach beyond a cell",
+            "by cells (mixed, gauss) needs shape linear: other shape functions extend beyond a cell",
         );
     }
     if options.formulation == crate::LagrangianFormulation::TotalLagrangian {
@@ -62,7 +62,8 @@ pub fn check_stress_reset<const D: usize>(
     let deformable = || sets.iter().filter(|set| set.rigid.is_none());
     if let Some(set) = deformable().find(|set| !set.material.is_hypoelastic()) {
         return refuse(format!(
-            "the material {:?} ({}) finds its stress from its own state, not from that of the step before",
+            "the material {:?} ({}) computes its stress from its own state, not from the stress of the step \
+             before",
             name(set),
             set.material.name()
         ));
@@ -73,8 +74,8 @@ pub fn check_stress_reset<const D: usize>(
         if let Some(other) = deformable().filter(|other| other.field == set.field).find(differs) {
             let [one, two] = [set, other].map(|set| &case.bodies[set.body as usize].name);
             return refuse(format!(
-                "the bodies {one:?} and {two:?} may have points in one cell, and differ in material or pore_fluid: the average \
-                 is the stress of neither"
+                "the bodies {one:?} and {two:?} may have points in one cell, and differ in material or \
+                 pore_fluid: the average is a valid stress of neither"
             ));
         }
     }

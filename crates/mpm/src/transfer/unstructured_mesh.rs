@@ -229,7 +229,7 @@ fn nodes_where<const D: usize>(mesh: &Mesh<D>, picks: impl Fn(&[f64; D]) -> bool
 fn group<const D: usize>(mesh: &Mesh<D>, number: usize, name: &str) -> Result<Vec<u32>, CaseError> {
     mesh.group(name).map(<[u32]>::to_vec).ok_or_else(|| {
         let known: Vec<&str> = mesh.groups().collect();
-        let problem = format!("{name:?} is no physical group of the mesh, which has {known:?}");
+        let problem = format!("{name:?} is not a physical group of the mesh, which has {known:?}");
         CaseError::new(format!("boundaries[{number}].group"), problem)
     })
 }

@@ -227,7 +227,7 @@ fn loads_on_nodes_survive_a_restart_and_ask_for_a_side_on_a_grid_line() {
     assert_eq!(refused(json!({ "cell_size": 0.05 }), 0.65), "");
     for (options, max, words) in [
         (json!({ "cell_size": 0.05 }), 0.625, "12.500000 cells"),
-        (json!({ "cell_size": 0.05, "shape": "cubic" }), 0.65, "on the domain's sides only"),
+        (json!({ "cell_size": 0.05, "shape": "cubic" }), 0.65, "only on the sides of the domain"),
         (json!({ "cell_size": 0.05, "shape": "cpdi" }), 0.65, "cpdi"),
     ] {
         let problem = refused(options, max);

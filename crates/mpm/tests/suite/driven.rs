@@ -443,7 +443,7 @@ fn a_patch_without_nodes_is_named() {
         Mpm.plan(&case).unwrap().warnings
     };
     assert!(
-        patch(1.02, 1.08).iter().any(|warning| warning == "patches[0].region: holds no node at the start")
+        patch(1.02, 1.08).iter().any(|warning| warning == "patches[0].region: contains no node at the start")
     );
     assert!(patch(1.02, 1.12).is_empty());
 }

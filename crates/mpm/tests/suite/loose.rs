@@ -347,11 +347,11 @@ fn what_a_loose_body_does_not_go_with_is_refused_by_name() {
     assert!(refused(json!({ "obstacles": rock })).contains("`points`"));
     assert!(
         refused(json!({ "domain": { "min": [0, 0], "max": [2, 2], "periodic": ["x"] } }))
-            .contains("no image")
+            .contains("no periodic image")
     );
     assert!(
         refused(json!({ "methods": { "mpm": { "cell_size": 0.1, "shape": "cpdi" } } }))
-            .contains("do not turn")
+            .contains("do not rotate")
     );
 }
 

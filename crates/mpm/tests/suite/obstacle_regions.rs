@@ -130,7 +130,7 @@ fn regions_that_are_none_are_refused_where_they_stand() {
     let found = problem(&region("wall", json!({ "kind": "frictional", "friction_coefficient": -1 })));
     assert!(found.starts_with("obstacles[0].regions[0].wall.friction_coefficient: -1"), "{found}");
     let found = problem(&|case: &mut Value| case["obstacles"][0]["motion"] = json!({ "velocity": [1, 0] }));
-    assert!(found.starts_with("obstacles[0].regions: lie still in plan"), "{found}");
+    assert!(found.starts_with("obstacles[0].regions: are fixed in plan"), "{found}");
     let found = problem(&|case: &mut Value| {
         case["methods"]["mpm"]["obstacles"] = json!("nodes");
         case["obstacles"][0]["regions"][0]["wall"]["adhesion"] = json!(10);

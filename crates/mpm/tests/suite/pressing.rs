@@ -274,7 +274,10 @@ fn what_does_not_go_with_points_on_obstacles_is_refused_where_it_stands() {
     });
     assert!(found.contains("needs obstacles points"), "{found}");
     let found = refused(&|case| case["methods"]["mpm"]["formulation"] = json!("small-displacement"));
-    assert!(found.starts_with("methods.mpm.obstacles: points needs points that move"), "{found}");
+    assert!(
+        found.starts_with("methods.mpm.obstacles: points needs formulation updated-lagrangian"),
+        "{found}"
+    );
 }
 
 /// A plate of a fifth of a cell flies at a block, faster than its waves.

@@ -72,5 +72,5 @@ fn points_at_random_have_the_mass_of_the_body_and_follow_from_their_seed() {
     let mut lattice = random("plane-strain", 7);
     lattice["bodies"][0]["sampling"] = json!("lattice");
     let error = Case::from_json(&lattice.to_string()).unwrap_err().to_string();
-    assert!(error.starts_with("bodies[0].sampling_seed: is of `sampling` `poisson-disk`"), "{error}");
+    assert!(error.starts_with("bodies[0].sampling_seed: needs `sampling` `poisson-disk`"), "{error}");
 }

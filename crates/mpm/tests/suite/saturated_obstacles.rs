@@ -117,7 +117,7 @@ fn what_a_saturated_block_loses_of_its_momentum_is_the_reaction() {
 fn a_leaning_obstacle_on_nodes_is_refused_beside_pore_fluid() {
     let problem = Mpm.build(&case_with(thrown("nodes"), &json!({}))).map(|_| ()).unwrap_err().to_string();
     assert!(
-        problem.starts_with("obstacles[0].shape: beside pore fluid") && problem.contains("`points`"),
+        problem.starts_with("obstacles[0].shape: with a pore fluid") && problem.contains("`points`"),
         "{problem}"
     );
 }
@@ -212,7 +212,7 @@ fn check_names_nodes_where_they_are_exact_beside_pore_fluid() {
         let warnings = Mpm.plan(&case_with(value, &json!({}))).unwrap().warnings;
         warnings
             .iter()
-            .any(|warning| warning.starts_with("methods.mpm.obstacles: with points stress and pore"))
+            .any(|warning| warning.starts_with("methods.mpm.obstacles: with points, stress and pore"))
     };
     assert!(told("points", 0.0) && !told("nodes", 0.0));
     // Where the floor is between two nodes there is no better form.

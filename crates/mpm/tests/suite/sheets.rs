@@ -51,7 +51,7 @@ fn a_frictional_wall_slows_a_sheet_of_any_thickness_and_of_a_rough_one_it_is_tol
         assert!((found / (GRAVITY * slope) - 1.0).abs() < 0.05, "{cells} cells: {found}");
         let told = Mpm.plan(&sheet(cells, &json!({ "kind": "rough" }))).unwrap().warnings;
         let short = format!(
-            "sheet is {cells:.1} cells thick: its friction is short by {:.0} %",
+            "sheet is {cells:.1} cells thick. Its friction is {:.0} % too small",
             50.0 / cells.max(0.5)
         );
         assert!(told.iter().any(|one| one.contains(&short)), "{told:?}");

@@ -71,7 +71,7 @@ fn light_nodes_of_linear_functions_are_warned_of_until_they_are_left_out() {
 }
 
 fn is_warned(case: &Case) -> bool {
-    Mpm.plan(case).unwrap().warnings.iter().any(|warning| warning.contains("inside out"))
+    Mpm.plan(case).unwrap().warnings.iter().any(|warning| warning.contains("can invert points"))
 }
 
 #[test]
@@ -655,7 +655,11 @@ fn what_the_method_cannot_honour_is_refused_by_path() {
     refused(json!({ "boundaries": gate }), "boundaries[0].position", "grid line");
     let gate = json!([{ "side": "x-max", "position": 0.9, "wall": { "kind": "smooth" } }]);
     let spline = json!({ "mpm": { "cell_size": 0.1, "shape": "cubic" } });
-    refused(json!({ "boundaries": gate, "methods": spline }), "boundaries[0].position", "domain's sides");
+    refused(
+        json!({ "boundaries": gate, "methods": spline }),
+        "boundaries[0].position",
+        "sides of the domain",
+    );
     let speck = json!([{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0.5, 0.5], "radius": 1e-3 } }]);
     refused(json!({ "bodies": speck }), "bodies[0].shape", "no point");
 }

@@ -72,7 +72,7 @@ fn still(stiffness: f64, mpm: &Value) -> Case {
 #[test]
 fn liquids_at_rest_are_told_of_what_grows_in_them() {
     let told = |stiffness: f64, mpm: &Value| Mpm.plan(&still(stiffness, mpm)).unwrap().warnings.join("\n");
-    let soft = "its bulk modulus is less than 410 ρgH, 4.10e6 Pa";
+    let soft = "its bulk modulus is less than 410 ρgH (4.10e6 Pa)";
     assert!(told(100.0, &json!({ "shape": "linear" })).contains(soft));
     for (stiffness, mpm) in [
         (420.0, json!({ "shape": "linear" })),
@@ -189,7 +189,7 @@ fn outputs_that_cut_every_few_steps_are_told() {
     let told = |step: f64, measures: f64| {
         let mut case = still(200.0, &json!({ "cell_size": 0.125, "time_step": step }));
         case.output.measures = Some(measures);
-        Mpm.plan(&case).unwrap().warnings.join("\n").contains("are cut at every output")
+        Mpm.plan(&case).unwrap().warnings.join("\n").contains("are shortened at every output")
     };
     assert!(told(1.4e-3, 0.01) && !told(1.25e-3, 0.01) && !told(1.4e-3, 0.05));
 }

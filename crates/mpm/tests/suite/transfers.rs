@@ -205,9 +205,9 @@ fn points_that_lie_apart_are_told() {
         .warnings_at_end
         .join(" ")
     };
-    assert!(!of(1).contains("apart"), "{}", of(1));
+    assert!(!of(1).contains("detached"), "{}", of(1));
     assert!(
-        of(3).contains("8 of 408 points are apart") && of(3).contains("the farthest at [1.8"),
+        of(3).contains("8 of 408 points are detached") && of(3).contains("The farthest is at [1.8"),
         "{}",
         of(3)
     );
@@ -219,7 +219,11 @@ fn extended_pic_without_a_residual_time_is_warned_of_where_steps_are_many() {
     let told = |gravity: f64, options: Value| {
         let mut case = spinning(&with_keys(json!({ "transfer": "xpic" }), &options));
         case.gravity = vec![0.0, -gravity];
-        Mpm.plan(&case).unwrap().warnings.join("\n").contains("xpic takes what the grid does not see")
+        Mpm.plan(&case)
+            .unwrap()
+            .warnings
+            .join("\n")
+            .contains("xpic removes the motion that the grid does not represent")
     };
     assert!(told(0.1, json!({})) && !told(0.1, json!({ "residual_time": 1.0 })) && !told(0.0, json!({})));
     assert!(!told(0.1, json!({ "transfer": "flip" })));

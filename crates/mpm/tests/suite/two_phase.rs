@@ -399,7 +399,7 @@ fn the_simple_criterion_takes_the_step_of_the_undrained_wave_or_of_the_drag() {
     let options = json!({ "mpm": { "cell_size": 0.1, "step_criterion": "simple" } });
     let dry = json!([{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] } }]);
     let problem = Mpm.plan(&case(json!({ "bodies": dry, "methods": options }))).unwrap_err().to_string();
-    assert!(problem.starts_with("methods.mpm.step_criterion: simple"), "{problem}");
+    assert!(problem.starts_with("methods.mpm.step_criterion: simple is for two phases"), "{problem}");
 }
 
 #[test]

@@ -42,7 +42,7 @@ pub(super) fn decimate<'a>(
             said.push(format!("{} of {} frames", panel.frames.len(), panel.frame_count));
         }
         if let Some(blocks) = &blocks {
-            said.push(format!("one in {} of the points, each as wide as its block", blocks.share()));
+            said.push(format!("one of {} points, with the width of its block", blocks.share()));
         }
         if !said.is_empty() {
             let name = if panels.len() > 1 { format!("{}: ", panel.name) } else { String::new() };

@@ -24,7 +24,7 @@ fn palette() -> Vec<[u8; 3]> {
 /// # Errors
 /// When there is no picture, they differ in size, or one cannot be drawn.
 pub fn to_gif<P: Picture>(pictures: &[P], each: f64) -> Result<Vec<u8>, String> {
-    let (width, height) = pictures.first().ok_or("there is nothing to show")?.size();
+    let (width, height) = pictures.first().ok_or("the animation has no pictures")?.size();
     let side =
         |length: u32| u16::try_from(length).map_err(|_| format!("{length} pixels are too many for a GIF"));
     let (wide, high) = (side(width)?, side(height)?);

@@ -56,7 +56,7 @@ impl Outline {
     pub fn new(polygons: Vec<Polygon>) -> Result<Self, String> {
         let polygons: Vec<Polygon> = polygons.into_iter().filter(|polygon| !polygon.is_empty()).collect();
         if polygons.is_empty() {
-            return Err("holds no polygon".to_owned());
+            return Err("contains no polygon".to_owned());
         }
         let mut number = 0;
         let mut split = |polygon: &Polygon| -> Result<Vec<Vec<Ring>>, String> {

@@ -29,20 +29,20 @@ pub struct Sample<const D: usize> {
     pub volume: f64,
 }
 
-/// How points lie in a body.
+/// Arrangement of the points in a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sampling {
-    /// On the lattice of the method, whatever the shape: round and oblique sides are stepped.
+    /// Lattice of the method, for any shape: round and oblique sides are stepped.
     #[default]
     Lattice,
-    /// In the plane, in rows along the sides of the shape, the first half a spacing from the side, each point at the centre of its
-    /// patch and with the exact area of it. Rows of round sides come first and go on until those of other sides meet them; the lattice
-    /// fills the rest. For boxes, balls, polygons and their combinations.
+    /// Rows along the sides of the shape, in the plane, the first half a spacing from the side, each point at the centre of its patch and
+    /// with the exact area of it. Rows of round sides come first and continue until they reach those of other sides; the lattice fills
+    /// the rest. For boxes, balls, polygons and their combinations.
     Fitted,
-    /// At random, no two points closer than a distance, and none of them missing that would have room (Poisson disk): without the
-    /// directions of a lattice. As many as a lattice has, and each with the same share of the volume of the shape; which points
-    /// follows from `sampling_seed`.
+    /// Random positions (Poisson disk), without the directions of a lattice: no two points are closer than a distance, and there is no
+    /// room for a further point. The number of points is that of a lattice, and each has the same share of the volume of the shape; the
+    /// selection follows from `sampling_seed`.
     PoissonDisk,
 }
 
@@ -68,7 +68,8 @@ pub enum SamplingError {
     NoMeasure,
     /// Shape that is no combination of boxes, balls and polygons in the plane.
     #[error(
-        "rows are fitted to boxes, balls and polygons in the plane, and to what is made of them, with 2000 sides at most"
+        "rows are fitted to boxes, balls and polygons in the plane, and to their combinations, with 2000 \
+         sides at most"
     )]
     NoBoundaryEdges,
     /// Shape with parts that no point is near to.

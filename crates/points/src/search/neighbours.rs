@@ -16,8 +16,9 @@ pub enum SearchError {
     Radius(f64),
     /// Number of cells, and the point farthest from the others, where the cells would take more memory than the points.
     #[error(
-        "the points spread over {0:.2e} cells of the search radius, point {1} farthest from the others: it has flown off; take smaller \
-         steps or a stiffer floor, or let what leaves the domain be taken away (`remove_outside`)"
+        "the points spread over {0:.2e} cells of the search radius, because point {1} has moved far away \
+         from the others. Use smaller steps or a stiffer floor, or remove points that leave the domain \
+         (`remove_outside`)"
     )]
     TooSpread(f64, usize),
 }

@@ -30,7 +30,10 @@ pub(crate) fn sphere_count_error(min: &[f64], max: &[f64], diameter: f64, fracti
     // At random positions, balls of n times the volume of the box cover 1 - exp(-n) of it.
     let balls = -(1.0 - fraction).ln() * whole / ball;
     (balls > MAX_SPHERES).then(|| {
-        format!("{diameter} m makes about {balls:.1e} balls, more than {MAX_SPHERES:e}: take larger ones, or a smaller box")
+        format!(
+            "{diameter} m gives about {balls:.1e} balls, more than {MAX_SPHERES:e}: use larger balls, or \
+             a smaller box"
+        )
     })
 }
 

@@ -19,7 +19,7 @@ use crate::shape::microstructure::{CachedPacking, MicrostructureSpec, SpherePack
 use crate::terrain::layer_options::{LayerRows, LayerThickness, ThicknessDirection};
 use crate::terrain::terrain_layer::PlacedLayer;
 
-/// A region of space. In two dimensions the third coordinate is not looked at.
+/// Region of space. In two dimensions the third coordinate is not used.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Shape {
@@ -54,63 +54,63 @@ pub enum Shape {
         /// Height along the axis (m), > 0.
         height: f64,
     },
-    /// In 3D, a layer on terrain, as a release area of a map is: of a body only.
+    /// Layer on terrain in 3D, as a release area of a map; for a body only.
     Layer {
-        /// Name of the obstacle it lies on, whose shape is a raster.
+        /// Name of the obstacle below the layer, whose shape is a raster.
         on: String,
-        /// File of its outline in plan, in metres: GeoJSON (`.geojson`, `.json`) or a shapefile (`.shp`), from the folder of the
-        /// case. The layer lies in all its features together, but not in their holes. Without one it is where the raster of its thickness
-        /// is above zero.
+        /// File of the outline of the layer in plan, in metres: GeoJSON (`.geojson`, `.json`) or a shapefile (`.shp`), from the folder of
+        /// the case. The layer covers all features of the file, without their holes. Without an outline the layer is where the raster of
+        /// its thickness is above zero.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         outline: Option<String>,
-        /// How thick it is.
+        /// Thickness of the layer (m).
         thickness: LayerThickness,
-        /// Along what thickness is measured.
+        /// Direction in which thickness is measured.
         #[serde(default)]
         measured: ThicknessDirection,
-        /// How points lie in it, where a method lays them on a lattice.
+        /// Arrangement of the points in the layer, where a method sets them on a lattice.
         #[serde(default, skip_serializing_if = "LayerRows::are_level")]
         rows: LayerRows,
         /// Layer built from its files; empty before they are read.
         #[serde(skip)]
         laid: PlacedLayer,
     },
-    /// In 2D, what lies along the line of an obstacle between two lengths of it, and between two distances from it, as a snowpack
-    /// on a track: of a body only.
+    /// Region in 2D along the line of an obstacle, between two lengths along it and between two distances from it, as a snowpack on a
+    /// track; for a body only.
     ArcLayer {
         /// Name of the obstacle, a `profile`, or a `ground-line` with its points in the case.
         on: String,
-        /// Length of the line from its beginning to where the layer begins (m), not negative.
+        /// Length along the line from its beginning to the start of the layer (m), not negative.
         #[serde(default)]
         start: f64,
-        /// Length of the line to where the layer ends (m).
+        /// Length along the line to the end of the layer (m).
         end: f64,
-        /// Distance from the line at which the layer begins, along the normal out of the ground (m).
+        /// Distance of the lower side of the layer from the line, along the normal out of the ground (m).
         #[serde(default)]
         from: f64,
-        /// Distance at which it ends (m).
+        /// Distance of the upper side of the layer from the line (m).
         to: f64,
-        /// How points lie in it, where a method lays them on a lattice.
+        /// Arrangement of the points in the layer, where a method sets them on a lattice.
         #[serde(default, skip_serializing_if = "LayerRows::are_level")]
         rows: LayerRows,
         /// Its corners (m), once the obstacle is looked at: those along its lower side, then as many along its upper side, back.
         #[serde(skip)]
         outline: PolygonVertices,
     },
-    /// A box full of balls of one size that overlap (discs in 2D): the ice of snow, as a sintered structure. Not in 1D.
+    /// Box filled with overlapping balls of one size (discs in 2D): the ice of snow, as a sintered structure. Not in 1D.
     Microstructure {
         /// Lower corner of the box (m).
         min: Vec<f64>,
         /// Upper corner (m).
         max: Vec<f64>,
-        /// Diameter of the balls (m), less than the box is wide.
+        /// Diameter of the balls (m), less than the width of the box.
         diameter: f64,
-        /// Share of the box that is solid, above 0, at most 0.95. At random, discs hang together from 0.68 on, and balls from 0.29.
+        /// Solid share of the box (-), above 0, at most 0.95. At random, discs are connected from 0.68 on, and balls from 0.29.
         solid_fraction: f64,
-        /// Seed of the places of the balls.
+        /// Seed of the positions of the balls.
         #[serde(default)]
         seed: u64,
-        /// Keep only balls that hang together with all others.
+        /// Whether only balls connected with all others are kept.
         #[serde(default = "default_true")]
         connected: bool,
         /// The balls, once they are asked for.
@@ -269,7 +269,7 @@ impl Shape {
         check_length("diameter", *diameter)?;
         let narrow = (0..dimension).map(|c| max[c] - min[c]).fold(f64::INFINITY, f64::min);
         if *diameter >= narrow {
-            let problem = format!("{diameter} must be less than the box is wide, {narrow} m");
+            let problem = format!("{diameter} must be less than the width of the box, {narrow} m");
             return Err(ShapeError::new("diameter", problem));
         }
         if !(*solid_fraction > 0.0 && *solid_fraction <= 0.95) {
@@ -280,8 +280,8 @@ impl Shape {
             return Err(ShapeError::new("diameter", problem));
         }
         if self.packing().is_none() {
-            let problem =
-                "so many balls that hang together were not found: ask for more, or set connected to false";
+            let problem = "no connected arrangement of so few balls was found: increase solid_fraction, or \
+                           set connected to false";
             return Err(ShapeError::new("solid_fraction", problem));
         }
         Ok(())

@@ -163,7 +163,13 @@ impl GroundProfile {
     pub fn line_to(&mut self, to: [f64; 2]) -> Result<(), SurfaceError> {
         let length = difference(&to, &self.end);
         if !(dot(&length, &length) > 0.0 && to.iter().all(|c| c.is_finite())) {
-            return Err(SurfaceError::new("to", format!("{to:?} m makes no piece from {:?} m", self.end)));
+            return Err(SurfaceError::new(
+                "to",
+                format!(
+                    "{to:?} m is not the end of a piece from {:?} m: the two must differ and be finite",
+                    self.end
+                ),
+            ));
         }
         self.pieces.push(ProfileSegment::Line { from: self.end, to });
         self.end = to;
@@ -184,7 +190,7 @@ impl GroundProfile {
         }
         let sweep = (a[0] * b[1] - a[1] * b[0]).atan2(dot(&a, &b));
         if sweep == 0.0 {
-            return Err(SurfaceError::new("to", "begins and ends at one place"));
+            return Err(SurfaceError::new("to", "begins and ends at the same place"));
         }
         self.pieces.push(ProfileSegment::Arc { centre, radius, start: a[1].atan2(a[0]), sweep });
         self.end = to;

@@ -18,7 +18,8 @@ impl RevolvedSurface {
     /// When a corner lies beyond the axis, when the polygon crosses itself or touches the axis in several parts.
     pub fn new(corners: &[[f64; 2]], axis: usize) -> Result<Self, SurfaceError> {
         if let Some(number) = corners.iter().position(|corner| !(corner[0] >= 0.0)) {
-            let problem = format!("{} is no distance from the axis", corners[number][0]);
+            let problem =
+                format!("{} is not a distance from the axis, which must be 0 or more", corners[number][0]);
             return Err(SurfaceError::new(format!("points[{number}]"), problem));
         }
         // Errors of the polygon itself are reported first.

@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How thick a layer is: a number (m), the file of a raster in metres (ESRI ASCII grid or GeoTIFF, from the folder of the
-/// case), or the name of an attribute (m) that each feature of the outline's file has; where features overlap that of the last one in the
-/// file counts. Where a raster is zero or has no data, as that of a
-/// deposit has none where it is dry, there is nothing; it must reach as far as the outline, where there is one.
+/// Thickness of a layer: a number (m), the file of a raster in metres (ESRI ASCII grid or GeoTIFF, from the folder of the case), or the
+/// name of an attribute (m) of each feature in the file of the outline. Where features overlap, the last one in the file applies. Where a
+/// raster is zero or has no data, as that of a deposit outside the deposit, there is no layer. The raster must cover the outline, where
+/// there is one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "is neither a number (m), nor the name of a raster's file, nor an attribute")]
 pub enum LayerThickness {
@@ -14,7 +14,7 @@ pub enum LayerThickness {
     Uniform(f64),
     /// File of a raster (m).
     Raster(String),
-    /// As the features of the outline have it.
+    /// Attribute of the features of the outline (m).
     Attribute(ThicknessAttribute),
 }
 
@@ -26,27 +26,27 @@ pub struct ThicknessAttribute {
     pub attribute: String,
 }
 
-/// Along what the thickness of a layer is measured.
+/// Direction in which the thickness of a layer is measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ThicknessDirection {
-    /// Vertically.
+    /// Vertical direction.
     #[default]
     Vertical,
-    /// Normal to the terrain: the vertical thickness is larger by one over the cosine of its slope.
+    /// Normal to the terrain: the vertical thickness is larger by a factor of one over the cosine of the slope.
     Normal,
 }
 
-/// How points lie in a layer.
+/// Arrangement of the points in a layer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LayerRows {
-    /// On the lattice of the method, in level rows: the lowest of a place lies anywhere up to a spacing above the terrain.
+    /// Lattice of the method, in level rows: the lowest point of a position lies anywhere up to a spacing above the terrain.
     #[default]
     Level,
-    /// In rows that follow the terrain, as many over a place as spacings fit into its thickness, and one at least: each stands for its
-    /// share of the thickness, the lowest half of that above the terrain. Where a layer on a map is thinner than a quarter of a spacing
-    /// there are none; along a line places lie as far apart as spacings fit into the length of the layer.
+    /// Rows that follow the terrain, as many over a position as spacings fit into its thickness, and at least one. Each point represents
+    /// its share of the thickness, the lowest at half of that above the terrain. Where a layer on a map is thinner than a quarter of a
+    /// spacing there are no points. Along a line, the positions are as far apart as spacings fit into the length of the layer.
     Terrain,
 }
 

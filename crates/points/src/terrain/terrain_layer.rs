@@ -92,7 +92,7 @@ impl TerrainLayer {
         }
         let ends = [thickness.last_node_position(), ground.last_node_position()];
         if (0..2).any(|c| low[c] < ground.origin[c] || high[c] > ends[1][c]) {
-            return Err("is above zero beyond the raster it lies on".to_owned());
+            return Err("is above zero beyond the raster below the layer".to_owned());
         }
         for c in 0..2 {
             low[c] = (low[c] - thickness.spacing[c]).max(thickness.origin[c]).max(ground.origin[c]);
@@ -123,7 +123,7 @@ impl TerrainLayer {
         if (0..2).any(|c| low[c] < ground.origin[c] || high[c] > end[c]) {
             let map = |x: [f64; 2]| [x[0] + origin[0], x[1] + origin[1]];
             let problem = format!(
-                "reaches from {:?} to {:?} m, beyond the raster it lies on, from {:?} to {:?} m",
+                "reaches from {:?} to {:?} m, beyond the raster below the layer, from {:?} to {:?} m",
                 map(low),
                 map(high),
                 map(ground.origin),
@@ -166,7 +166,7 @@ impl TerrainLayer {
                 Err(LayerError { key, problem })
             };
             let Some(thickness) = self.vertical_thickness(x, y) else {
-                return refuse("thickness", "is not known all over the outline: it ends".to_owned());
+                return refuse("thickness", "does not cover the whole outline: it ends".to_owned());
             };
             if !(thickness >= 0.0) {
                 return refuse("thickness", format!("{thickness} m is negative"));
@@ -176,12 +176,13 @@ impl TerrainLayer {
                 continue;
             }
             let Some(ground) = self.ground.height(x, y) else {
-                return refuse("on", "the raster it lies on has no data under it,".to_owned());
+                return refuse("on", "the raster below the layer has no data".to_owned());
             };
             (lowest, highest) = (lowest.min(ground), highest.max(ground + thickness));
         }
         if !(sum > 0.0) {
-            let problem = "is zero all over the outline, or that is too narrow for the raster it lies on";
+            let problem =
+                "is zero in the whole outline, or the outline is too narrow for the raster below the layer";
             return Err(LayerError { key: "thickness", problem: problem.to_owned() });
         }
         (self.low[2], self.high[2]) = (lowest, highest);
@@ -482,15 +483,15 @@ mod tests {
         let mut gap = slope();
         gap.values[15 * 41 + 15] = f64::NAN;
         let gap = refused(gap, square(5.0, 25.0), ThicknessData::Uniform(1.0));
-        assert!(gap.starts_with("on: the raster it lies on has no data under it, at [1014."), "{gap}");
+        assert!(gap.starts_with("on: the raster below the layer has no data at [1014."), "{gap}");
         let raster = |z: f64, columns| Raster::from_function([columns, 31], [0.0; 2], [1.0; 2], |_, _| z);
         let none = |depths| refused(slope(), square(5.0, 25.0), ThicknessData::Raster(depths));
-        assert!(none(raster(0.0, 41)).contains("is zero all over the outline"));
-        assert!(none(raster(f64::NAN, 41)).contains("is zero all over the outline"));
+        assert!(none(raster(0.0, 41)).contains("is zero in the whole outline"));
+        assert!(none(raster(f64::NAN, 41)).contains("is zero in the whole outline"));
         assert!(none(raster(-1.0, 41)).contains("-1 m is negative"));
         assert!(
             none(raster(1.0, 20))
-                .starts_with("thickness: is not known all over the outline: it ends at [1019.")
+                .starts_with("thickness: does not cover the whole outline: it ends at [1019.")
         );
     }
 }

@@ -1,4 +1,4 @@
-//! Walls as half-spaces with conditions on their nodes (sheet: snow-mpm §3.7), from the boundaries of a case.
+//! Walls from the boundaries of a case: half-spaces that constrain their nodes (sheet: snow-mpm §3.7).
 
 use std::sync::Arc;
 
@@ -10,11 +10,11 @@ use crate::background_grid::BackgroundGrid;
 
 /// Half-space with its face normal to an axis.
 struct WallHalfSpace {
-    /// Kind of the wall; its node is the last position of the face.
+    /// Wall condition; its node is at the last position of the face.
     wall: NodeWall,
-    /// Coordinate of the face at the start of the stage (m).
+    /// Coordinate of the face at the time `since` (m).
     start: f64,
-    /// Time at which the face was there (s).
+    /// Time from which the face moves (s).
     since: f64,
 }
 
@@ -27,7 +27,7 @@ pub struct BoundaryConditions {
 }
 
 impl BoundaryConditions {
-    /// Returns the walls of a stage, and the obstacles.
+    /// Returns the walls of a stage, with the faces of obstacles.
     pub fn new<const D: usize>(
         case: &Case,
         stage: usize,
@@ -75,34 +75,34 @@ impl BoundaryConditions {
         }
     }
 
-    /// Obstacles on the nodes.
+    /// Faces of the obstacles on the nodes.
     pub fn obstacles(&self) -> Arc<NodeFaces> {
         Arc::clone(self.walls.faces())
     }
 
-    /// Mutable access to the obstacles on the nodes.
+    /// Mutable faces of the obstacles on the nodes.
     pub fn obstacles_mut(&mut self) -> &mut NodeFaces {
         self.walls.faces_mut()
     }
 
-    /// Walls at their current positions.
+    /// Walls, at their current positions.
     pub fn walls(&self) -> &NodeWalls {
         &self.walls
     }
 
-    /// Whether there is a wall on the side of the domain, upper or lower, of an axis, so that a point beyond is moved back.
+    /// Whether a wall bounds the upper or lower side of the domain along an axis, so that it returns a point beyond the side.
     pub fn has_wall(&self, axis: usize, upper: bool) -> bool {
         self.faces.iter().any(|face| face.wall.axis == axis && face.wall.upper == upper)
     }
 }
 
-/// Whether a node along `axis` lies at a coordinate (m), up to round-off.
+/// Whether a node along `axis` is at a coordinate (m), up to round-off.
 fn lies_at<const D: usize>(background: &BackgroundGrid<D>, axis: usize, node: usize, place: f64) -> bool {
     let local = (place - background.grid.origin[axis]) / background.grid.cell;
     (background.basis_1d.coordinate(node, background.grid.cells[axis]) - local).abs() < 1e-6
 }
 
-/// Returns the wall of a boundary.
+/// Wall condition of a boundary.
 fn node_wall(boundary: &Boundary) -> NodeWall {
     let kind = match boundary.wall {
         CaseWall::Rough => WallKind::Rough,

@@ -2,7 +2,7 @@
 
 use super::{SnowOptions, SnowTransfer, SplineShape};
 
-/// Option and its problem.
+/// Name of an option, with its problem.
 type OptionProblem = (&'static str, String);
 
 impl SnowOptions {
@@ -35,20 +35,20 @@ impl SnowOptions {
         if let Some(time) = self.blend_time {
             positive("blend_time", time, " (s)")?;
             if self.flip_ratio.is_some() {
-                return Err(("blend_time", "stands in place of flip_ratio: give one of them".to_owned()));
+                return Err(("blend_time", "replaces flip_ratio: give one of them".to_owned()));
             }
         }
         let cutoff = self.node_mass_cutoff;
         rule("node_mass_cutoff", cutoff, (0.0..0.1).contains(&cutoff), "is not in 0..0.1")?;
         if self.shape == SplineShape::Linear && self.transfer == SnowTransfer::Apic {
-            let problem = "apic needs cubic or quadratic functions, whose second moment is the same everywhere: with linear \
-                           ones use flip";
+            let problem = "apic needs cubic or quadratic functions, whose second moment is constant: with \
+                           linear functions use flip";
             return Err(("transfer", problem.to_owned()));
         }
         Ok(())
     }
 
-    /// Warnings on options that are allowed but doubtful.
+    /// Warnings about permitted but doubtful values of options.
     pub(crate) fn warnings(&self) -> Vec<String> {
         let mut found = Vec::new();
         let mut say = |key: &str, text: &str| found.push(format!("methods.{}.{key}: {text}", super::NAME));
@@ -75,14 +75,14 @@ impl SnowOptions {
         }
         let blended = self.flip_ratio.is_some() || self.blend_time.is_some();
         if self.transfer == SnowTransfer::Apic && blended {
-            say("transfer", "apic has no share of flip: flip_ratio and blend_time have no effect");
+            say("transfer", "apic has no FLIP fraction: flip_ratio and blend_time have no effect");
         }
         if let (SnowTransfer::Flip, Some(share)) = (self.transfer, self.flip_ratio)
             && share < 0.95
         {
             let text = format!(
-                "{share} damps motions on the scale of a cell within few steps, whatever they last; 0.95 to 1 is usual, \
-                 apic keeps more"
+                "{share} damps motions of the size of a cell within few steps, whatever the duration of a \
+                 step: 0.95 to 1 is usual, and apic damps less"
             );
             say("flip_ratio", &text);
         }

@@ -1,4 +1,4 @@
-//! Values of the options.
+//! Enumerated options of `methods.snow-mpm`.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -7,34 +7,34 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SplineShape {
-    /// Cubic B-splines: 4 nodes an axis.
+    /// Cubic B-splines, with 4 nodes per axis.
     #[default]
     Cubic,
-    /// Quadratic B-splines: 3 nodes an axis.
+    /// Quadratic B-splines, with 3 nodes per axis.
     Quadratic,
-    /// Hat functions, to compare with only: points that cross cells make noise, which grows as the grid is refined.
+    /// Linear (hat) functions, for comparison only: points that cross cells cause noise, which grows as the grid is refined.
     Linear,
 }
 
-/// How velocities pass from the grid to the points and back (sheet: snow-mpm §3.5, §3.6).
+/// Transfer of velocities between points and grid (sheet: snow-mpm §3.5, §3.6).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SnowTransfer {
-    /// Affine particle-in-cell: points carry the affine velocity field around them. Keeps linear and angular momentum to
-    /// round-off and dissipates little, whatever the step.
+    /// Affine particle-in-cell (APIC): points store the affine velocity field around them. Conserves linear and angular momentum to
+    /// round-off and dissipates little at any step.
     #[default]
     Apic,
-    /// A blend of FLIP and PIC, by `flip_ratio` or `blend_time`.
+    /// Blend of FLIP and PIC, by `flip_ratio` or `blend_time`.
     Flip,
 }
 
-/// How the deformation `f` of a step follows from the velocity gradient `L`.
+/// Deformation `f` of a step as a function of the velocity gradient `L`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DeformationUpdate {
-    /// `f = 1 + Δt L`. A constant spin strains a point by about `2π² / N` in `N` steps a turn.
+    /// First order: `f = 1 + Δt L`. A constant spin strains a point by about `2π² / N` in `N` steps per revolution.
     #[default]
     Linear,
-    /// `f = exp(Δt L)`, to the fourth order: a spin strains nothing.
+    /// Exponential: `f = exp(Δt L)`, to the fourth order. A spin causes no strain.
     Exponential,
 }

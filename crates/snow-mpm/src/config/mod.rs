@@ -14,7 +14,7 @@ pub const NAME: &str = "snow-mpm";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SnowOptions {
-    /// Edge of the square (cubic) grid cells (m); the domain must be a whole number of cells wide.
+    /// Edge length of the square (cubic) grid cells (m). The domain must be a whole number of cells wide.
     pub cell_size: f64,
     /// Points per cell and direction.
     #[serde(default = "default_points_per_cell")]
@@ -22,38 +22,37 @@ pub struct SnowOptions {
     /// Shape functions.
     #[serde(default)]
     pub shape: SplineShape,
-    /// How velocities pass from the grid to the points and back.
+    /// Transfer of velocities between points and grid.
     #[serde(default)]
     pub transfer: SnowTransfer,
-    /// With `transfer` `flip`: share of FLIP in the velocity update, 0 to 1, 0.99 when absent; the rest is PIC. The share
-    /// counts in each step: shorter steps damp more, and results do not converge as steps shrink. Use `blend_time` for a share that
-    /// follows the step.
+    /// FLIP fraction of the velocity update, 0 to 1, with `transfer` `flip`; 0.99 when absent. The rest is PIC. The fraction applies to
+    /// each step: shorter steps damp more, and results do not converge as steps shrink. With `blend_time` the fraction follows the step.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flip_ratio: Option<f64>,
-    /// With `transfer` `flip`, in place of `flip_ratio`: time (s) over which PIC takes over; the share of PIC in a step is the
-    /// step over this time.
+    /// Time (s) of the transition from FLIP to PIC, with `transfer` `flip` and in place of `flip_ratio`: the PIC fraction of a step is
+    /// the step over this time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub blend_time: Option<f64>,
-    /// How the deformation of a step follows from the velocity gradient.
+    /// Deformation of a step as a function of the velocity gradient.
     #[serde(default)]
     pub deformation: DeformationUpdate,
-    /// Step over cell size / (wave speed + speed) of the fastest point, 0 to 1 (0 excluded).
+    /// Courant number of elastic waves, 0 to 1 (0 excluded): the step over cell size / (wave speed + speed) of the fastest point.
     #[serde(default = "courant_elastic")]
     pub courant_elastic: f64,
-    /// Step over cell size / speed of the fastest point, 0 to 1 (0 excluded).
+    /// Courant number of the motion, 0 to 1 (0 excluded): the step over cell size / speed of the fastest point.
     #[serde(default = "courant_velocity")]
     pub courant_velocity: f64,
-    /// Fixed time step (s), which must be below the critical one, and stops the run when it is not any more; chosen in each step
-    /// by the solver when absent. Before an output steps are shorter, so that they end at its time.
+    /// Fixed time step (s). It must be below the critical step, and the run stops when it no longer is. When absent, the solver chooses
+    /// each step. Steps before an output are shorter, so that they end at its time.
     #[serde(default)]
     pub time_step: Option<f64>,
-    /// Nodes lighter than this share of the mean mass of a point get no force and move with the points around them.
+    /// Mass of a node over the mean mass of a point (-) below which the node has no force and moves with the points around it.
     #[serde(default = "mass_cutoff")]
     pub node_mass_cutoff: f64,
 }
 
 impl SnowOptions {
-    /// Share of FLIP in a step of `dt` (s).
+    /// FLIP fraction of a step of `dt` (s).
     pub(crate) fn flip_share(&self, dt: f64) -> f64 {
         match (self.transfer, self.blend_time) {
             (SnowTransfer::Apic, _) => 0.0,
@@ -63,21 +62,21 @@ impl SnowOptions {
     }
 }
 
-/// Sheet: snow-mpm §3.5.
+/// Default value (sheet: snow-mpm §3.5).
 const FLIP_RATIO: f64 = 0.99;
 
 fn default_points_per_cell() -> usize {
     2
 }
-/// Sheet: snow-mpm §3.4.
+/// Default value (sheet: snow-mpm §3.4).
 fn courant_elastic() -> f64 {
     0.4
 }
-/// Sheet: snow-mpm §3.4.
+/// Default value (sheet: snow-mpm §3.4).
 fn courant_velocity() -> f64 {
     0.5
 }
-/// Sheet: snow-mpm §3.5.
+/// Default value (sheet: snow-mpm §3.5).
 fn mass_cutoff() -> f64 {
     1e-14
 }

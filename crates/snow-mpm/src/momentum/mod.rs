@@ -1,4 +1,4 @@
-//! Momentum solve on the nodes, with damping and walls (sheet: snow-mpm §3.5, steps 2 and 3), and its energies.
+//! Nodal momentum equation with damping and walls (sheet: snow-mpm §3.5, steps 2 and 3), and its energy terms.
 
 use std::ops::Range;
 
@@ -20,22 +20,22 @@ pub struct MomentumTerms {
     pub damping: f64,
     /// Kinetic energy of the nodes (J).
     pub kinetic: f64,
-    /// Growth of the kinetic energy in the step (J).
+    /// Increase of the kinetic energy of the nodes in the step (J).
     pub kinetic_gain: f64,
     /// Square of the unbalanced force (N²).
     pub unbalanced: f64,
     /// Square of the weight (N²).
     pub weight: f64,
-    /// Energy dissipated by friction at obstacles, relative to their motion (J).
+    /// Frictional dissipation at obstacles, from the velocity relative to the obstacle (J).
     pub friction: f64,
-    /// Impulses on the obstacles with a measured reaction (N s).
+    /// Impulses on the recorded obstacles (N s).
     pub impulses: [[f64; 3]; MAX_RECORDED],
-    /// Moments of these impulses about the origin (N m s).
+    /// Moments of these impulses about the origin of the coordinates (N m s).
     pub moments: [[f64; 3]; MAX_RECORDED],
 }
 
 impl MomentumTerms {
-    /// Adds other sums.
+    /// Adds the sums of other nodes.
     pub fn add(&mut self, other: &Self) {
         self.gravity += other.gravity;
         self.boundary += other.boundary;
@@ -56,29 +56,29 @@ impl MomentumTerms {
 
 /// Nodes of the grid.
 pub struct GridNodes {
-    /// States of the nodes.
+    /// State of the nodes.
     pub nodes: Vec<NodalState>,
     rows: Vec<MomentumTerms>,
 }
 
-/// Input of the momentum solve of a step.
+/// Parameters of the momentum equation of a step.
 pub struct MomentumSolve<'a, const D: usize> {
     /// Step (s).
     pub dt: f64,
     /// Gravity at the end of the step (m/s²).
     pub gravity: [f64; 3],
-    /// Local damping factor of each axis.
+    /// Local damping coefficient of each axis.
     pub damping: [f64; 3],
-    /// Nodes up to this mass (kg) get no force.
+    /// Mass (kg) up to which nodes have no force.
     pub mass_cutoff: f64,
     /// Walls.
     pub walls: &'a NodeWalls,
-    /// Background grid.
+    /// Positions and order of the nodes.
     pub background: &'a BackgroundGrid<D>,
 }
 
 impl GridNodes {
-    /// Returns nodes with zero state.
+    /// Creates empty nodes.
     pub fn new<const D: usize>(layout: &Layout<D>) -> Self {
         Self {
             nodes: vec![NodalState::default(); layout.len()],
@@ -91,7 +91,7 @@ impl GridNodes {
         layout.reset(&mut self.nodes);
     }
 
-    /// Turns momentum and force of the active nodes into velocity at the end of the step and acceleration.
+    /// Replaces momentum and force of the active nodes by velocity at the end of the step and acceleration.
     pub fn solve<const D: usize>(&mut self, momentum: &MomentumSolve<'_, D>) -> MomentumTerms {
         momentum.background.layout.for_each_row(&mut self.nodes, &mut self.rows, |row, active, line| {
             momentum.row(row, active, line)

@@ -1,4 +1,4 @@
-//! Obstacles on the nodes: nodes in the solid or on its surface have the velocity that it allows (sheet: snow-mpm §3.7).
+//! Obstacles on nodes: nodes in the solid or on its surface have a velocity that it permits (sheet: snow-mpm §3.7).
 
 use colluvium_case::description::Obstacle;
 use colluvium_case::{
@@ -9,7 +9,7 @@ use colluvium_grid::{NodeFace, NodeFaces};
 
 use crate::background_grid::BackgroundGrid;
 
-/// Maximum number of obstacles with recorded reactions.
+/// Largest number of obstacles whose reactions are recorded.
 pub const MAX_RECORDED: usize = 8;
 
 /// Obstacles of a case.
@@ -17,7 +17,7 @@ pub struct NodeObstacles<const D: usize> {
     /// Faces of the obstacles at rest.
     rest: NodeFaces,
     moving: MovingObstacles<NodeFace, D>,
-    /// Names of the obstacles with a measured reaction.
+    /// Names of the obstacles whose reactions are recorded.
     bearers: Vec<String>,
 }
 
@@ -25,7 +25,7 @@ impl<const D: usize> NodeObstacles<D> {
     /// Returns the obstacles of `case` on the nodes of a grid.
     ///
     /// # Errors
-    /// Where too many reactions are measured.
+    /// When the reactions of too many obstacles are measured.
     pub fn new(
         case: &Case,
         standing: &[PlacedObstacle<'_, D>],
@@ -55,7 +55,7 @@ impl<const D: usize> NodeObstacles<D> {
         &self.rest
     }
 
-    /// Names of the obstacles with a measured reaction.
+    /// Names of the obstacles whose reactions are recorded.
     pub fn recorded(&self) -> &[String] {
         &self.bearers
     }
@@ -65,12 +65,12 @@ impl<const D: usize> NodeObstacles<D> {
         !self.moving.is_empty()
     }
 
-    /// Limits the `critical` step from `time` (s), so that no obstacle moves farther than half a `cell` (m).
+    /// Step from `time` (s) in which no obstacle moves farther than half a `cell` (m), where it is shorter than the `critical` one.
     pub fn limit_by_obstacle_motion(&self, critical: TimeStep, time: f64, cell: f64) -> TimeStep {
         limit_step_by_obstacles(critical, self.moving.iter(), (time, 0.5 * cell, 1))
     }
 
-    /// Finds the faces of the active nodes for a `step` of a length from a time (s).
+    /// Finds the faces of the active nodes for a step, given by its start and length (s).
     pub fn update_faces(&mut self, step: (f64, f64), background: &BackgroundGrid<D>, faces: &mut NodeFaces) {
         self.moving.update_positions(step);
         let BackgroundGrid { grid, layout, basis_1d: axis, .. } = background;
@@ -91,7 +91,7 @@ fn recorded_obstacles(case: &Case) -> Result<Vec<String>, CaseError> {
             continue;
         }
         if names.len() == MAX_RECORDED {
-            let problem = format!("snow-mpm adds up the reactions of {MAX_RECORDED} obstacles at most");
+            let problem = format!("snow-mpm records the reactions of {MAX_RECORDED} obstacles at most");
             return Err(CaseError::new(format!("measures.{measure}.target"), problem));
         }
         names.push(of.to_owned());

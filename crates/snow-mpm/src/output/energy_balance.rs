@@ -1,4 +1,4 @@
-//! Energy balance (sheet: snow-mpm §2.11): stored, supplied and dissipated energies, and the numerical remainder.
+//! Energy balance (sheet: snow-mpm §2.11): stored energies, external work, removed energy and numerical dissipation.
 
 use colluvium_case::Reaction;
 use colluvium_case::measure::ScalarOutput;
@@ -8,66 +8,66 @@ use crate::momentum::MomentumTerms;
 use crate::obstacles::node_obstacles::MAX_RECORDED;
 use crate::points::bodies::Bodies;
 
-/// Energy balance since the start (J).
+/// Energy terms accumulated since the start (J).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergyBalance {
-    /// Energy at the start.
+    /// Total energy at the start.
     start: f64,
-    /// Kinetic energy of the points at the start, less that of points that left or were reset.
+    /// Kinetic energy of the points at the start, less that of removed points and of resets.
     kinetic_at_start: f64,
     /// Kinetic energy gained by the nodes within the steps.
     nodes: f64,
     /// Work of gravity.
     gravity: f64,
-    /// Work of walls on the nodes, friction and stops included; negative where it dissipates.
+    /// Work of walls on the nodes, with friction and inelastic stops; negative where energy is lost.
     boundary: f64,
-    /// Energy dissipated by friction at obstacles, part of the work of walls.
+    /// Frictional dissipation at obstacles, a part of the work of walls.
     friction: f64,
     /// Work of local damping, negative.
     damping: f64,
-    /// Energy of points that left, and energy reset between stages.
+    /// Energy removed with points, or by resets between stages.
     removed: f64,
-    /// Dissipated energy of points that have left.
+    /// Dissipation of the law in removed points.
     dissipated_of_removed: f64,
-    /// Removals of each cut of the case.
+    /// Mass and energy removed by each cut of the case.
     cuts: Vec<CutRemoval>,
-    /// Reactions of the obstacles with a measured reaction.
+    /// Reactions of the recorded obstacles.
     borne: [Reaction; MAX_RECORDED],
 }
 
-/// Removal by a cut since the start.
+/// Mass and energy removed by a cut since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CutRemoval {
-    /// Displacement of the cut (m).
+    /// Distance that the cut has moved (m).
     pub travel: f64,
-    /// Mass removed (kg).
+    /// Removed mass (kg).
     pub mass: f64,
-    /// Kinetic and recoverable energy removed (J), part of the removed energy.
+    /// Removed kinetic and recoverable energy (J), a part of the removed energy.
     pub energy: f64,
 }
 
 impl CutRemoval {
-    /// Displacement of the cut (m) after its start: a cut at rest starts with its first removal.
+    /// Distance that the cut has moved (m), if it has started. A cut at rest starts when it removes mass.
     pub fn travel_if_started(&self) -> Option<f64> {
         (self.travel > 0.0 || self.mass > 0.0).then_some(self.travel)
     }
 }
 
-/// Energies of the points at a time (J).
+/// Current energies (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StoredEnergies {
-    /// Kinetic energy of the points without affine fields.
+    /// Kinetic energy of the point velocities.
     pub kinetic: f64,
-    /// Kinetic energy of the affine velocity fields, with APIC.
+    /// Kinetic energy of the affine velocity fields around the points, with APIC.
     pub affine: f64,
     /// Recoverable energy of the materials.
     pub elastic: f64,
-    /// Work of the stresses that is not recoverable.
+    /// Dissipated energy: work of the stresses that is not recoverable.
     pub dissipated: f64,
 }
 
 impl StoredEnergies {
-    /// Returns the energies of bodies whose shape functions have the second moment `moment` (m²).
+    /// Energies of bodies whose shape functions have the second moment `moment` (m²).
     pub fn of_bodies<const D: usize>(bodies: &Bodies<D>, moment: f64) -> Self {
         let mut stored = Self::default();
         for body in &bodies.all {
@@ -81,12 +81,12 @@ impl StoredEnergies {
         stored
     }
 
-    /// Kinetic energy, including that of the affine fields.
+    /// Total kinetic energy, with that of the affine fields (J).
     pub fn kinetic_total(&self) -> f64 {
         self.kinetic + self.affine
     }
 
-    /// Sum of all energies.
+    /// Sum of all energies (J).
     pub fn total(&self) -> f64 {
         self.kinetic + self.affine + self.elastic + self.dissipated
     }
@@ -104,22 +104,22 @@ impl EnergyBalance {
         }
     }
 
-    /// Removal by cut number `number`.
+    /// Mass and energy removed by cut number `number`.
     pub fn removal(&mut self, number: usize) -> &mut CutRemoval {
         &mut self.cuts[number]
     }
 
-    /// Removals of the cuts, in the order of the case.
+    /// Mass and energy removed by the cuts, in the order of the case.
     pub fn removals(&self) -> &[CutRemoval] {
         &self.cuts
     }
 
-    /// Reaction of obstacle number `number` of those with a measured reaction.
+    /// Reaction of recorded obstacle number `number`.
     pub fn reactions(&self, number: usize) -> Reaction {
         self.borne[number]
     }
 
-    /// Adds a step of `dt` (s).
+    /// Adds the terms of a step of `dt` (s).
     pub fn add(&mut self, sums: &MomentumTerms, dt: f64) {
         let bears = sums.impulses.iter().zip(&sums.moments);
         for (borne, (impulse, moment)) in self.borne.iter_mut().zip(bears) {
@@ -134,13 +134,13 @@ impl EnergyBalance {
         self.friction += sums.friction;
     }
 
-    /// Adds an instantaneous change, as of points that left or were reset, from the energies `before` and `after`.
+    /// Adds a sudden change of energy, by removed points or resets, from the energies `before` and `after`.
     pub fn add_change(&mut self, before: &StoredEnergies, after: &StoredEnergies) {
         self.removed += before.total() - after.total();
         self.kinetic_at_start -= before.kinetic_total() - after.kinetic_total();
     }
 
-    /// Adds the removal of points: their dissipated energy remains in the balance. Returns the energy removed (J).
+    /// Adds removed points: the dissipation of the law in them is kept in the balance. Returns the removed energy (J).
     pub fn add_removed(&mut self, before: &StoredEnergies, after: &StoredEnergies) -> f64 {
         let gone = before.dissipated - after.dissipated;
         let removed = before.total() - after.total() - gone;
@@ -150,29 +150,29 @@ impl EnergyBalance {
         removed
     }
 
-    /// Energy dissipated by the law since the start (J).
+    /// Dissipation of the law since the start (J).
     pub fn dissipated(&self, stored: &StoredEnergies) -> f64 {
         stored.dissipated + self.dissipated_of_removed
     }
 
-    /// Numerical dissipation since the start: the remainder of the balance (J).
+    /// Numerical dissipation since the start, the remainder of the balance (J).
     pub fn numerical(&self, stored: &StoredEnergies) -> f64 {
         let came = self.start + self.gravity + self.boundary + self.damping - self.removed;
         came - stored.total() - self.dissipated_of_removed
     }
 
-    /// Kinetic energy lost in the transfers between points and nodes since the start (J): all change outside the nodal solve of the steps.
-    /// It is part of the numerical dissipation.
+    /// Loss of kinetic energy in the transfers between points and nodes since the start (J): all change outside the nodal momentum
+    /// equation. It is part of the numerical dissipation.
     pub fn transfer_loss(&self, stored: &StoredEnergies) -> f64 {
         self.kinetic_at_start + self.nodes - stored.kinetic_total()
     }
 
-    /// Energy dissipated by friction at obstacles since the start (J).
+    /// Frictional dissipation at obstacles since the start (J).
     pub fn friction(&self) -> f64 {
         self.friction
     }
 
-    /// Scalar outputs of the balance, for a row of the measures.
+    /// Entries of the balance, for a row of the measures.
     pub fn scalar_outputs(&self, stored: &StoredEnergies) -> Vec<ScalarOutput> {
         let entries = [
             ("energy_translation", stored.kinetic),

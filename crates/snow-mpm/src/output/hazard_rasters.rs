@@ -1,7 +1,7 @@
-//! Hazard rasters over the plan: largest thickness, speed and dynamic pressure, and arrival time of each cell.
+//! Hazard rasters of the snow in plan: largest thickness, speed and dynamic pressure, and arrival time of each cell.
 //!
-//! A point is spread evenly over the square of its width in plan: thickness is volume over area of a cell, and rasters of it sum to the
-//! volume. The speed of a cell is that of the mass over it. The rasters are updated after every step.
+//! A point is distributed evenly over the square of its width in plan: thickness is volume over area of a cell, and rasters of it sum to
+//! the volume. The speed of a cell is that of the mass over it. The rasters are updated after every step.
 
 use colluvium_case::description::Rasters;
 use colluvium_case::{Case, CaseError, PlanRaster};
@@ -10,33 +10,33 @@ use serde::{Deserialize, Serialize};
 
 use crate::points::bodies::Bodies;
 
-/// Width of a raster cell over that of the method's grid, where the case has neither a width nor a raster of terrain.
+/// Width of a raster cell over that of a grid cell, where the case gives no width and has no raster of terrain.
 const DEFAULT_CELL_RATIO: f64 = 2.0;
 
-/// Maxima of one cell.
+/// Extreme values of one cell.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HazardCell {
     /// Largest thickness (m).
     thickness: f64,
-    /// Largest speed while the thickness was that of the threshold or more (m/s).
+    /// Largest speed at a thickness of at least the threshold (m/s).
     speed: f64,
-    /// Largest `ρ |v|²` while the thickness was that of the threshold or more (Pa).
+    /// Largest `ρ |v|²` at a thickness of at least the threshold (Pa).
     pressure: f64,
-    /// Arrival time: first time with the thickness of the threshold (s); NaN before.
+    /// Time at which the thickness first reached the threshold (s); not-a-number before.
     arrival: f64,
 }
 
 const UNTOUCHED: HazardCell = HazardCell { thickness: 0.0, speed: 0.0, pressure: 0.0, arrival: f64::NAN };
 
-/// Content of a cell: thickness (m), mass over area (kg/m²), momentum over area (kg/(m s)).
+/// Current content of a cell: thickness (m), mass over area (kg/m²), momentum over area (kg/(m s)).
 type CellContent = [f64; 5];
 
 /// Hazard rasters of a run.
 #[derive(Clone, Debug)]
 pub struct HazardRasters {
-    /// Grid of the rasters; its values are not used.
+    /// Georeference and size of the rasters; its values are not used.
     grid: Raster,
-    /// Thickness above which a cell counts as reached (m).
+    /// Thickness from which a cell counts as reached (m).
     threshold: f64,
     cells: Vec<HazardCell>,
     contents: Vec<CellContent>,
@@ -44,10 +44,10 @@ pub struct HazardRasters {
 }
 
 impl HazardRasters {
-    /// Returns the rasters of the case, on cells of the terrain or of their own; `cell` (m) is that of the method's grid.
+    /// Returns the rasters that the case requests, on cells of the terrain or of their own; `cell` (m) is that of the method's grid.
     ///
     /// # Errors
-    /// In the plane, and for more cells than memory allows.
+    /// In the plane, and for more cells than fit into memory.
     pub fn of_case(case: &Case, cell: f64) -> Result<Option<Self>, CaseError> {
         let Some(rasters) = case.plan_rasters()? else { return Ok(None) };
         let mut terrain = None;
@@ -74,17 +74,17 @@ impl HazardRasters {
         }))
     }
 
-    /// Maxima of the cells, row by row from the least y.
+    /// Extreme values of the cells, row by row from the least y.
     pub fn cells(&self) -> &[HazardCell] {
         &self.cells
     }
 
-    /// Restores the maxima of the cells; `None` where they belong to another grid.
+    /// Restores the values of the cells; `None` where their number differs.
     pub fn restore(&mut self, cells: Vec<HazardCell>) -> Option<()> {
         (cells.len() == self.cells.len()).then(|| self.cells = cells)
     }
 
-    /// Updates the maxima with the points at `time` (s).
+    /// Updates the extreme values with the points at `time` (s).
     pub fn update<const D: usize>(&mut self, bodies: &Bodies<D>, time: f64) {
         self.spread(bodies);
         for &number in &self.touched {
@@ -155,7 +155,7 @@ impl HazardRasters {
         }
     }
 
-    /// Returns the rasters, with the names of those of depth-integrated methods.
+    /// Rasters for output, with the names of those of depth-integrated flows.
     pub fn rasters<const D: usize>(&self, bodies: &Bodies<D>) -> Vec<PlanRaster> {
         let mut now = self.clone();
         now.spread(bodies);

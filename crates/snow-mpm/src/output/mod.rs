@@ -1,4 +1,4 @@
-//! Values that a run writes beside the points: energy balance, hazard rasters, measures.
+//! Values that a run writes besides the points: energy balance, hazard rasters, measures.
 //!
 //! The module reads the solver and changes nothing.
 

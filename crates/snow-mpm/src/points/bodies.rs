@@ -14,13 +14,13 @@ use crate::background_grid::BackgroundGrid;
 use crate::step_bound::StepBound;
 
 struct_of_arrays! {
-    /// State of the points, by column.
+    /// State of the points, one column per variable.
     pub struct PointColumns<const D: usize> {
-        /// Ids, constant during the run.
+        /// Ids, constant over the run.
         pub id: u32,
         /// Positions (m).
         pub position: [f64; D],
-        /// Reference positions of displacements (m).
+        /// Reference positions of the displacement (m).
         pub origin: [f64; D],
         /// Velocities (m/s).
         pub velocity: [f64; D],
@@ -32,12 +32,12 @@ struct_of_arrays! {
         pub volume: f64,
         /// Cauchy stresses (Pa).
         pub stress: SymTensor as [f64; 6],
-        /// Energy stored at the start and work of the stress since (J).
+        /// Energy stored at the start plus work of the stress since (J).
         pub work: f64,
     }
 }
 
-/// Points of a body, with its law.
+/// Points of a body, with their material law.
 pub struct BodyPoints<const D: usize> {
     /// Index into `Case::bodies`.
     pub number: u32,
@@ -51,13 +51,13 @@ pub struct BodyPoints<const D: usize> {
     pub remove_outside: bool,
     /// Points, in the order of the last sort.
     pub points: PointColumns<D>,
-    /// Bounds of the slabs of the grid within the columns.
+    /// Bounds of the grid slabs within the columns.
     pub slabs: Vec<usize>,
-    /// Report of each block of points on the last update.
+    /// Step bound or failure of each block of points in the last update.
     pub(crate) reports: Vec<Result<StepBound, PointFailure>>,
 }
 
-/// A point that failed.
+/// Failure of a point.
 #[derive(Clone, Debug)]
 pub struct PointFailure {
     /// Index within its body.
@@ -66,24 +66,24 @@ pub struct PointFailure {
     pub reason: String,
 }
 
-/// Domains of points of splines, which have no data.
+/// Domains of points with spline functions, which have no width.
 static FIXED: [FixedDomain; BLOCK_SIZE] = [FixedDomain; BLOCK_SIZE];
 
-/// A block of points at `position`, for a sweep.
+/// Block of points at `position`, for a transfer.
 #[inline(always)]
 pub fn point_slice<'a, const D: usize>(position: &'a [[f64; D]], extent: &'a [f64; D]) -> Places<'a, D> {
     Places { position, domain: DomainSlice::Fixed(&FIXED[..position.len()]), extent }
 }
 
 impl<const D: usize> BodyPoints<D> {
-    /// Returns the points of a slab in blocks of [`BLOCK`] or fewer, as ranges of indices.
+    /// Blocks of the points of a slab, of [`BLOCK_SIZE`] points or fewer, as ranges of their numbers.
     #[inline(always)]
     pub fn blocks_of(&self, slab: usize) -> impl Iterator<Item = Range<usize>> {
         let (start, end) = (self.slabs[slab], self.slabs[slab + 1]);
         (start..end).step_by(BLOCK_SIZE).map(move |first| first..(first + BLOCK_SIZE).min(end))
     }
 
-    /// Returns the points as input of their law.
+    /// Stresses and states of the points, with their law.
     pub fn law_points(&self) -> LawPoints<'_> {
         LawPoints { material: &*self.material, stress: &self.points.stress, states: &self.states }
     }
@@ -95,8 +95,8 @@ impl<const D: usize> BodyPoints<D> {
         energies
     }
 
-    /// Kinetic energies (J) of the points without affine fields, and of the affine velocity fields, where `moment` is the second moment of
-    /// the shape functions (m²).
+    /// Kinetic energies of the points (J): that of the point velocities, and that of the affine velocity fields around them. `moment` is
+    /// the second moment of the shape functions (m²).
     pub fn kinetic_energies(&self, moment: f64) -> [f64; 2] {
         let PointColumns { velocity, affine, mass, .. } = &self.points;
         let mut sums = [0.0; 2];
@@ -108,13 +108,13 @@ impl<const D: usize> BodyPoints<D> {
         sums
     }
 
-    /// Memory of the points (bytes), including that of sorting.
+    /// Memory of the points (bytes), with that of sorting.
     pub fn bytes(&self) -> usize {
         let state = self.material.state_size();
         self.points.bytes() + self.points.len() * (2 * state + 16 + size_of::<SquareMatrix<D>>())
     }
 
-    /// Reorders the points: point `i` was point `order[i]`; points absent from `order` are removed.
+    /// Moves point `order[i]` to index `i`; points that `order` does not contain are removed.
     fn reorder(&mut self, order: &[u32], spare: &mut ScratchBuffers) {
         self.points.reorder(order, spare);
         self.states = self.states.permuted(order);
@@ -126,7 +126,7 @@ impl<const D: usize> BodyPoints<D> {
 pub struct Bodies<const D: usize> {
     /// Bodies with points.
     pub all: Vec<BodyPoints<D>>,
-    /// Sum over the steps since the last sort of the largest move along an axis (m).
+    /// Sum over the steps since the last sort of the largest displacement along an axis (m).
     pub travel: f64,
     /// Mean mass of a point (kg).
     pub mean_mass: f64,
@@ -134,7 +134,7 @@ pub struct Bodies<const D: usize> {
 }
 
 impl<const D: usize> Bodies<D> {
-    /// Returns the points of these bodies.
+    /// Creates the set of bodies.
     pub fn new(all: Vec<BodyPoints<D>>) -> Self {
         Self { all, ..Self::default() }
     }
@@ -144,7 +144,7 @@ impl<const D: usize> Bodies<D> {
         self.all.iter().map(|body| body.points.len()).sum()
     }
 
-    /// Sorts the points by cell and finds the active nodes. Nodes must be empty.
+    /// Sorts the points by cell and finds the active nodes. The nodes must be empty.
     pub fn sort(&mut self, background: &mut BackgroundGrid<D>) {
         for body in &mut self.all {
             let order = sort_by_cell(&background.grid, &body.points.position);
@@ -156,7 +156,7 @@ impl<const D: usize> Bodies<D> {
         self.find_active_nodes(background);
     }
 
-    /// Finds active nodes and bounds of slabs from the sorted points.
+    /// Finds the active nodes and the bounds of slabs from the sorted points.
     pub fn find_active_nodes(&mut self, background: &mut BackgroundGrid<D>) {
         background.layout.clear();
         let (mut mass, mut count) = (0.0, 0);
@@ -184,7 +184,7 @@ impl<const D: usize> Bodies<D> {
         }
     }
 
-    /// Keeps the points for which `keep` is true, by body and index, and the bodies with points; returns whether any was removed.
+    /// Keeps the points for which `keep` returns true, by body and index, and the bodies that have any. Returns whether any was removed.
     pub fn retain(&mut self, keep: impl Fn(&BodyPoints<D>, usize) -> bool) -> bool {
         let before = self.len();
         for body in &mut self.all {
@@ -198,7 +198,7 @@ impl<const D: usize> Bodies<D> {
     }
 }
 
-/// Stress columns `columns[j] = -V σ e_j`.
+/// Columns `columns[j] = -V σ e_j` (J) of the internal force.
 #[inline(always)]
 pub fn stress_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Vector4; D] {
     let mut columns = [Vector4::ZERO; D];

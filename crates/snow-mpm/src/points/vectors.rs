@@ -2,7 +2,7 @@
 
 use colluvium_grid::Vector4;
 
-/// Returns the components of a vector in the space, times `factor`, and a fourth number.
+/// Components of a vector times `factor`, and a fourth number.
 #[inline(always)]
 pub fn vector4<const D: usize>(vector: &[f64; D], factor: f64, fourth: f64) -> Vector4 {
     let mut values = [0.0; 4];

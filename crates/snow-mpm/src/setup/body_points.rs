@@ -1,4 +1,4 @@
-//! Sampling of bodies by points (sheet: snow-mpm §3.3).
+//! Points from the bodies of a case (sheet: snow-mpm §3.3).
 
 use colluvium_case::bodies::law_points::InitialLawState;
 use colluvium_case::{Case, CaseError, PointList, spatial};
@@ -10,10 +10,10 @@ use crate::config::{SnowOptions, SnowTransfer};
 use crate::points::bodies::{BodyPoints, PointColumns, point_slice};
 use crate::setup::option_error;
 
-/// Maximum number of points, by the range of ids.
+/// Largest number of points, by the range of the ids.
 const MAX_POINTS: usize = u32::MAX as usize;
 
-/// Returns the points of body `number`, with ids from `first_id` on.
+/// Returns the points of body number `number`, with ids from `first_id` on.
 pub(super) fn body_points<const D: usize>(
     case: &Case,
     options: &SnowOptions,
@@ -70,8 +70,8 @@ pub(super) fn body_points<const D: usize>(
     Ok(body)
 }
 
-/// Moments of the initial velocity field: its gradient times the second moment of the shape functions. The gradient is that of differences
-/// over a cell.
+/// Moments of the initial velocity field: its gradient times the second moment of the shape functions. The gradient is a finite
+/// difference over a cell.
 fn affine_moments<const D: usize>(
     case: &Case,
     background: &BackgroundGrid<D>,
@@ -119,7 +119,7 @@ fn sample_body<const D: usize>(
         && list.spacing(D) > (1.0 + 1e-9) * cell
     {
         let problem = format!(
-            "the points are {:.4e} m wide on the mean, more than the cells of {cell} m",
+            "the mean width of the points is {:.4e} m, more than the cell size of {cell} m",
             list.spacing(D)
         );
         return Err(wrong("points", problem));

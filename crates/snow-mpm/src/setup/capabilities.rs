@@ -1,4 +1,4 @@
-//! Capabilities of the method for the features of a case, and its warnings.
+//! Supported and rejected features of a case, and warnings.
 
 use colluvium_case::description::{CrackTip, Measure, ObstacleWall, Wall, min_extent};
 use colluvium_case::{Capabilities, Case, CaseError};
@@ -8,9 +8,9 @@ use colluvium_points::Shape;
 use crate::config::{NAME, SnowOptions};
 use crate::solver::saw_test;
 
-const ADHESION: &str = "snow-mpm knows no area of the nodes that an obstacle holds: leave it out";
+const ADHESION: &str = "snow-mpm has no contact area for obstacles on nodes: leave out the adhesion";
 
-/// Returns the capabilities of the method.
+/// Support of the features of a case.
 pub(crate) fn capabilities(case: &Case) -> Capabilities {
     let honours = Capabilities::for_point_methods(NAME)
         .supports(&[
@@ -62,18 +62,18 @@ pub(crate) fn capabilities(case: &Case) -> Capabilities {
         return honours;
     }
     honours
-        .rejects("obstacles", "an obstacle has no image beyond the sides of a periodic domain: use boundaries, and tilt gravity")
-        .rejects("removal_shapes", "a cut has no image beyond the sides of a periodic domain: use walls")
+        .rejects("obstacles", "an obstacle has no periodic image: use boundaries, and tilt gravity")
+        .rejects("removal_shapes", "a cut has no periodic image: use walls")
 }
 
-/// Warnings on a case (sheet: snow-mpm §7).
+/// Warnings about permitted but doubtful values of a case (sheet: snow-mpm §7).
 pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
     let mut warnings = case.warnings();
     warnings.extend(options.warnings());
     for (path, coefficient) in friction_coefficients(case).filter(|(_, coefficient)| *coefficient > 2.0) {
         warnings.push(format!(
-            "{path}.wall.friction_coefficient: {coefficient} is more than snow or soil has on anything; a rough wall holds what \
-             touches it"
+            "{path}.wall.friction_coefficient: {coefficient} is more than the friction of snow or soil on any \
+             surface; for a surface without sliding, use a rough wall"
         ));
     }
     warnings.extend(poissons_ratio_warnings(case));
@@ -83,8 +83,9 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
         // Sheet: snow-mpm P12.
         if thinnest < 2.0 * options.cell_size * (1.0 - 1e-9) {
             warnings.push(format!(
-                "removal_shapes[{number}].shape: {thinnest} m across at its thinnest, less than two cells; what stands on both sides of so thin \
-                 a cut goes on touching: make it wider, or cells smaller"
+                "removal_shapes[{number}].shape: its smallest width is {thinnest} m, less than two cells. The \
+                 material on both sides of such a thin cut stays in contact: make the cut wider, or the cells \
+                 smaller"
             ));
         }
     }
@@ -94,13 +95,14 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
         let (least, why) = if may_soften(&case.materials[&body.material]) {
             (
                 4.0,
-                "a layer that softens needs 4 or more, and what it takes to break it depends on how many there are",
+                "a layer that softens needs 4 or more, and its resistance to fracture depends on their number",
             )
         } else {
-            (2.0, "functions of nodes reach across it: 2 or more let it bend and shear by itself")
+            (2.0, "shape functions extend across it: with 2 or more it bends and shears independently")
         };
         if cells < least - 1e-9 {
-            warnings.push(format!("bodies[{number}].shape: {cells:.2} cells across at its thinnest; {why}"));
+            warnings
+                .push(format!("bodies[{number}].shape: its smallest thickness is {cells:.2} cells; {why}"));
         }
         warnings.extend(bare_ground_warning(case, number, options));
     }
@@ -117,34 +119,37 @@ fn bare_ground_warning(case: &Case, number: usize, options: &SnowOptions) -> Opt
     let cells = from / options.cell_size;
     (saw_test::is_weak(case, body) && cells < 2.0 - 1e-9).then(|| {
         format!(
-            "bodies[{number}].shape.from: a weak layer {cells:.2} cells above the ground, whose nodes lie in steps of a cell where it lies \
-             along no axis: points at a step collapse under the slab alone; lay two cells or more of old, elastic snow below it"
+            "bodies[{number}].shape.from: the weak layer lies {cells:.2} cells above the ground. Where the \
+             ground is not parallel to an axis, its nodes form steps of a cell, and points at a step collapse \
+             under the slab alone: add two cells or more of old, elastic snow below the layer"
         )
     })
 }
 
-/// Warning on a measure with lengths unsuitable for the cells (sheet: snow-mpm §3.11).
+/// Warns of a measure whose lengths do not fit the cell size (sheet: snow-mpm §3.11).
 fn measure_warning(name: &str, measure: &Measure, options: &SnowOptions) -> Option<String> {
     let cell = options.cell_size;
     match measure {
         Measure::Fragments { link, .. } if !(1.0 - 1e-9..=1.5 + 1e-9).contains(&(link / cell)) => {
             let cells = link / cell;
             Some(format!(
-                "measures.{name}.link: {link} m is {cells:.2} cells; points of one piece lie up to 1 to 1.5 cells apart"
+                "measures.{name}.link: {link} m is {cells:.2} cells, but points of one fragment lie up to 1 \
+                 to 1.5 cells apart"
             ))
         }
         Measure::CrackTip(CrackTip { bin, .. })
             if *bin < cell / options.points_per_cell as f64 * (1.0 - 1e-9) =>
         {
             Some(format!(
-                "measures.{name}.bin: {bin} m is less than points are apart, so that bins lack points: take a cell, {cell} m"
+                "measures.{name}.bin: {bin} m is less than the spacing of the points, so that some bins \
+                 contain no points: use a cell, {cell} m"
             ))
         }
         _ => None,
     }
 }
 
-/// Friction coefficients of the walls of a case, with their paths in it.
+/// Coefficients of the frictional walls of a case, with their JSON paths.
 fn friction_coefficients(case: &Case) -> impl Iterator<Item = (String, f64)> {
     let boundaries = case.boundaries.iter().enumerate().filter_map(|(number, boundary)| {
         let Wall::Frictional { friction_coefficient, .. } = boundary.wall else { return None };
@@ -163,7 +168,7 @@ fn friction_coefficients(case: &Case) -> impl Iterator<Item = (String, f64)> {
     boundaries.chain(obstacles)
 }
 
-/// Warnings on Poisson's ratios of laws that do not warn themselves (sheet: snow-mpm §7).
+/// Warns of Poisson's ratios of laws that give no such warning themselves (sheet: snow-mpm §7).
 fn poissons_ratio_warnings(case: &Case) -> Vec<String> {
     let mut warnings = Vec::new();
     for (name, spec) in &case.materials {
@@ -177,7 +182,8 @@ fn poissons_ratio_warnings(case: &Case) -> Vec<String> {
             ));
         } else if ratio < 0.0 {
             warnings.push(format!(
-                "materials.{name}.poissons_ratio: {ratio} is negative: what is pressed grows thinner across"
+                "materials.{name}.poissons_ratio: {ratio} is negative: the material contracts laterally under \
+                 compression"
             ));
         }
     }
@@ -196,15 +202,15 @@ fn may_soften(spec: &MaterialSpec) -> bool {
     !spec.is_fluid() && !elastic(spec.inner().unwrap_or(spec))
 }
 
-/// Rejects weak layers of less than two cells, the range of nodal functions (sheet: snow-mpm §7).
+/// Rejects weak layers thinner than two cells, across which nodal shape functions extend (sheet: snow-mpm §7).
 pub(super) fn check_layer_thickness(case: &Case, options: &SnowOptions) -> Result<(), CaseError> {
     for (number, body) in case.bodies.iter().enumerate() {
         let weak = saw_test::is_weak(case, body);
         let thickness = body.shape.min_thickness(case.dimension());
         if weak && thickness < 2.0 * options.cell_size * (1.0 - 1e-9) {
             let problem = format!(
-                "a weak layer of {thickness} m is less than two cells of {} m thick, so that what is above it touches what is below: \
-                 make the cells smaller",
+                "the weak layer is {thickness} m thick, less than two cells of {} m, so that the bodies above \
+                 and below it are in contact: make the cells smaller",
                 options.cell_size
             );
             return Err(CaseError::new(format!("bodies[{number}].shape"), problem));

@@ -11,18 +11,18 @@ use crate::solver::SnowSolver;
 use crate::{SnowMpm, setup};
 
 impl SnowMpm {
-    /// Returns the solver of a case under a manufactured solution. Displacements in its snapshots are relative to the positions of the
-    /// undeformed body. Its energy balance excludes the work of the body force.
+    /// Solver of a case under a manufactured solution. Displacements in its snapshots are relative to the points of the free body. Its
+    /// energy balance does not include the work of the force.
     ///
     /// # Errors
-    /// As for building the case itself; and when the law refuses the deformation at the start.
+    /// Those of building the case itself, and when the law rejects the deformation at the start.
     pub fn manufactured(&self, case: &Case, solution: Manufactured) -> Result<Box<dyn Solver>, CaseError> {
         setup::build(case, Some(solution))
     }
 }
 
 impl<const D: usize> SnowSolver<D> {
-    /// Moves and deforms the points to the initial state of a solution, and applies its body force from then on.
+    /// Sets positions and deformations of the points to the start of a solution, and applies its force from then on.
     pub(crate) fn begin_manufactured(&mut self, solution: Manufactured) -> Result<(), CaseError> {
         let cell = self.background.grid.cell;
         for body in &mut self.bodies.all {
@@ -52,7 +52,8 @@ impl<const D: usize> SnowSolver<D> {
         Ok(())
     }
 
-    /// Moments of the velocity field of a solution: its gradient times the second moment of the shape functions (sheet: snow-mpm §3.3).
+    /// Sets the moments of the velocity field of a solution: its gradient times the second moment of the shape functions (sheet: snow-mpm
+    /// §3.3).
     fn set_moments(&mut self, solution: &Manufactured) {
         let (sweeps, ground) = (self.background.transfers, self.background.grid_view());
         for body in &mut self.bodies.all {
@@ -70,5 +71,5 @@ impl<const D: usize> SnowSolver<D> {
     }
 }
 
-/// Width of the differences of the initial velocity field (cells).
+/// Width of the finite differences of the initial velocity field (cells).
 const DIFFERENCE: f64 = 1e-3;

@@ -1,4 +1,4 @@
-//! Construction of a solver from a case: rejects unsupported features, by JSON path.
+//! Setup of a solver from a case; rejects unsupported features, by JSON path.
 
 mod body_points;
 mod capabilities;
@@ -25,7 +25,7 @@ use crate::points::bodies::{Bodies, BodyPoints};
 use crate::boundary::walls::BoundaryConditions;
 use crate::solver::{Clock, RestChecks, SnowSolver};
 
-/// Point updates per second and thread in the plane and in space, cubic functions and APIC.
+/// Point updates per second and thread in the plane and in space, with cubic functions and APIC.
 const UPDATES_PER_SECOND: [f64; 2] = [2.5e6, 0.8e6];
 
 /// Returns an error at a key of the options.
@@ -33,7 +33,7 @@ pub(crate) fn option_error(key: &str, problem: impl Into<String>) -> CaseError {
     CaseError::new(format!("methods.{NAME}.{key}"), problem)
 }
 
-/// Returns the validated options of the case.
+/// Returns the checked options of the case.
 pub(crate) fn options(case: &Case) -> Result<SnowOptions, CaseError> {
     if !case.methods.contains_key(NAME) {
         let problem = "is missing: finite-strain MPM needs at least its `cell_size` (m)";
@@ -44,7 +44,7 @@ pub(crate) fn options(case: &Case) -> Result<SnowOptions, CaseError> {
     Ok(options)
 }
 
-/// Returns the solver of `case`, under a manufactured solution if there is one.
+/// Builds the solver of `case`, under a manufactured solution if there is one.
 pub(crate) fn build(case: &Case, solution: Option<Manufactured>) -> Result<Box<dyn Solver>, CaseError> {
     let options = options(case)?;
     let shape = shape_function_kind(options.shape);
@@ -68,7 +68,7 @@ fn build_in<const D: usize>(
     Ok(Box::new(solver))
 }
 
-/// Returns the plan of `case`.
+/// Plan of `case`.
 pub(crate) fn plan(case: &Case) -> Result<Plan, CaseError> {
     let options = options(case)?;
     let shape = shape_function_kind(options.shape);
@@ -79,7 +79,7 @@ pub(crate) fn plan(case: &Case) -> Result<Plan, CaseError> {
     }
 }
 
-/// Returns the size of `case`, without sampling its points.
+/// Size of `case`, estimated without its points.
 pub(crate) fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     let options = options(case)?;
     let dimension = case.dimension();
@@ -141,7 +141,7 @@ fn plan_in<const D: usize>(
     })
 }
 
-/// Returns the background grid with the periodic axes of the domain.
+/// Returns the background with the periodic axes of the domain.
 fn periodic_background<const D: usize>(
     case: &Case,
     background: BackgroundGrid<D>,
@@ -149,7 +149,8 @@ fn periodic_background<const D: usize>(
     let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
     background.with_periodic_axes(periodic).map_err(|least| {
         let problem = format!(
-            "needs {least} cells or more along each periodic axis, so many do nodes reach beyond its sides"
+            "needs {least} cells or more along each periodic axis, because shape functions extend that far \
+             beyond its sides"
         );
         CaseError::new("domain.periodic", problem)
     })

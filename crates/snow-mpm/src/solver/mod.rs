@@ -1,4 +1,4 @@
-//! Solver with its components, and one step.
+//! Solver: its components and one step.
 
 mod removal_shapes;
 pub(crate) mod report;
@@ -22,7 +22,7 @@ use crate::transfer::{PointUpdater, p2g};
 
 pub(crate) use crate::solver::rest_checks::RestChecks;
 
-/// Clock of a run.
+/// Time and stage of a run, with the sums of the last step.
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
     /// Index of the stage.
@@ -35,15 +35,15 @@ pub struct Clock {
     pub step: u64,
     /// Longest next step, safety factors included.
     pub limit: TimeStep,
-    /// Sums over the nodes in the last step.
+    /// Sums over the nodes of the last step.
     pub sums: MomentumTerms,
-    /// Work of gravity and walls since the stage began (J).
+    /// Work of gravity and walls since the start of the stage (J).
     pub external_work: f64,
     /// Results of the checks of rest.
     pub rest_checks: RestChecks,
 }
 
-/// Finite-strain MPM in `D` dimensions.
+/// Solver of the finite-strain MPM in `D` dimensions.
 pub struct SnowSolver<const D: usize> {
     pub(crate) case: Arc<Case>,
     pub(crate) options: SnowOptions,
@@ -56,13 +56,13 @@ pub struct SnowSolver<const D: usize> {
     pub(crate) hazard_rasters: Option<HazardRasters>,
     /// Bounds of the shapes of the cuts (m).
     pub(crate) cut_bounds: Vec<colluvium_case::description::AxisBounds>,
-    /// Manufactured solution for verification, whose body force acts on the points.
+    /// Manufactured solution for verification, whose force acts on the points.
     pub(crate) manufactured: Option<Manufactured>,
     pub(crate) clock: Clock,
 }
 
 impl<const D: usize> SnowSolver<D> {
-    /// Advances one step of `dt` (s); the numbers are those of `sheet: snow-mpm §3.5`.
+    /// Advances by one step of `dt` (s); the numbers are those of `sheet: snow-mpm §3.5`.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
         self.check_fixed_step()?;
         let (gravity, damping) = self.body_forces(dt);
@@ -117,7 +117,7 @@ impl<const D: usize> SnowSolver<D> {
         self.end_step(dt, sums)
     }
 
-    /// Evaluates the reports of the points, and updates the clock and the energy balance.
+    /// Evaluates the reports of the points and advances the clock.
     fn end_step(&mut self, dt: f64, sums: MomentumTerms) -> Result<(), SolverError> {
         let (mut moved, mut left) = (0f64, false);
         for (number, body) in self.bodies.all.iter().enumerate() {
@@ -145,14 +145,14 @@ impl<const D: usize> SnowSolver<D> {
         Ok(())
     }
 
-    /// Removes the points outside the domain of bodies that allow it.
+    /// Removes the points outside the domain, of bodies with `remove_outside`.
     fn remove_outside_points(&mut self) {
         let BackgroundGrid { low, high, .. } = self.background;
         let inside = |x: &[f64; D]| (0..D).all(|axis| x[axis] >= low[axis] && x[axis] <= high[axis]);
         self.retain(|body, i| !body.remove_outside || inside(&body.points.position[i]));
     }
 
-    /// Keeps the points for which `keep` is true, by body and index; records and returns the energy of the others (J).
+    /// Keeps the points for which `keep` returns true, by body and index. Records the energy of the others as removed and returns it (J).
     pub(crate) fn retain(
         &mut self,
         keep: impl Fn(&crate::points::bodies::BodyPoints<D>, usize) -> bool,
@@ -168,12 +168,12 @@ impl<const D: usize> SnowSolver<D> {
         removed
     }
 
-    /// Current energies of the points (J).
+    /// Current energies (J).
     pub(crate) fn stored(&self) -> StoredEnergies {
         StoredEnergies::of_bodies(&self.bodies, self.second_moment())
     }
 
-    /// Second moment of the shape functions about any position (m²), which is uniform (sheet: snow-mpm §3.6).
+    /// Second moment of the shape functions about any position (m²), which is constant (sheet: snow-mpm §3.6).
     pub(crate) fn second_moment(&self) -> f64 {
         let degrees = match self.options.shape {
             crate::SplineShape::Cubic => 4.0,
@@ -206,7 +206,7 @@ impl<const D: usize> SnowSolver<D> {
         self.set_limit();
     }
 
-    /// Sets the next step from the limits of points and obstacles or the fixed step of the case.
+    /// Sets the next step from the bounds of points and obstacles, or from the case where it fixes the step.
     fn set_limit(&mut self) {
         let Self { bodies, obstacles, clock, options, .. } = self;
         let critical = obstacles.limit_by_obstacle_motion(time_step(bodies), clock.time, options.cell_size);
@@ -220,7 +220,7 @@ impl<const D: usize> SnowSolver<D> {
         (self.case.gravity3().map(|g| g * factor), stage.damping_of_axes())
     }
 
-    /// Rejects a fixed step of the case that the state no longer allows.
+    /// Returns an error where the fixed step of the case is above the critical one.
     fn check_fixed_step(&self) -> Result<(), SolverError> {
         match self.clock.limit.fixed_step_problem(self.options.time_step) {
             Some(problem) => {
@@ -231,7 +231,7 @@ impl<const D: usize> SnowSolver<D> {
         }
     }
 
-    /// Returns the error of a point.
+    /// Error of a failed point.
     pub(crate) fn point_error(&self, body: usize, failure: &PointFailure) -> SolverError {
         let points = &self.bodies.all[body].points;
         SolverError::Point {

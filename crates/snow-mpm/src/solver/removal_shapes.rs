@@ -1,4 +1,4 @@
-//! Cuts of the case: moving shapes that remove the points that they cover (sheet: snow-mpm A5).
+//! Removal shapes (cuts) of the case: shapes that move and remove the points that they cover (sheet: snow-mpm A5).
 
 use std::sync::Arc;
 
@@ -9,10 +9,10 @@ use crate::points::bodies::BodyPoints;
 use crate::solver::SnowSolver;
 
 impl<const D: usize> SnowSolver<D> {
-    /// Removes the points that the cuts have covered in the last step of `dt` (s), and records them in the energy balance.
+    /// Removes the points covered by the cuts in the last step, of length `dt` (s), and records their mass and energy.
     ///
     /// # Errors
-    /// Where the first of them finds a weak layer that has yielded at rest.
+    /// When the first cut finds a weak layer that has yielded at rest.
     pub(super) fn apply_removal_shapes(&mut self, dt: f64) -> Result<(), SolverError> {
         let case = Arc::clone(&self.case);
         for (number, cut) in case.removal_shapes.iter().enumerate() {
@@ -41,7 +41,7 @@ impl<const D: usize> SnowSolver<D> {
         Ok(())
     }
 
-    /// Start of the times of a cut (s); `None` where its stage is not the current one.
+    /// Time from which the times of a cut count (s); `None` where its stage is not the current one.
     fn start_time_of(&self, cut: &RemovalShape) -> Option<f64> {
         match &cut.stage {
             None => Some(0.0),
@@ -51,7 +51,7 @@ impl<const D: usize> SnowSolver<D> {
         }
     }
 
-    /// Mass of the points that a swept region covers (kg).
+    /// Mass of the points in the swept region of a cut (kg).
     fn mass_in_region(&self, sweep: &SweptRegion<'_>, takes: impl Fn(&BodyPoints<D>) -> bool) -> f64 {
         let mut mass = 0.0;
         for body in self.bodies.all.iter().filter(|body| takes(body)) {

@@ -1,4 +1,4 @@
-//! Reports of the solver: snapshot, budget, scalar outputs, equilibrium.
+//! Output of the solver: snapshot, budget, scalar outputs, equilibrium.
 
 use colluvium_case::bodies::law_points::{LawPoints, law_fields};
 use colluvium_case::measure::ScalarOutput;
@@ -8,7 +8,7 @@ use crate::points::bodies::{BodyPoints, PointColumns};
 use crate::solver::SnowSolver;
 
 impl<const D: usize> SnowSolver<D> {
-    /// Returns all fields of the points, in the order of ids.
+    /// Snapshot of all fields on the points, in the order of ids.
     pub(crate) fn collect_snapshot(&self) -> Snapshot {
         let bodies = &self.bodies.all;
         let mut order: Vec<(u32, usize, usize)> = Vec::new();
@@ -51,7 +51,7 @@ impl<const D: usize> SnowSolver<D> {
         }
     }
 
-    /// Returns totals over the points; kinetic energy and angular momentum include those of rotation and stretch within the points.
+    /// Totals over the points; kinetic energy and angular momentum include the affine velocity fields of the points.
     pub(crate) fn collect_budget(&self) -> Budget {
         let stored = self.stored();
         let mut budget =
@@ -77,7 +77,7 @@ impl<const D: usize> SnowSolver<D> {
         budget
     }
 
-    /// Returns the energy balance, the speed of the fastest point, the total volume, and the outputs of obstacles and cuts.
+    /// Energy balance, speed of the fastest point, total volume, and values of obstacles and cuts.
     pub(crate) fn collect_scalar_outputs(&self) -> Vec<ScalarOutput> {
         let stored = self.stored();
         let mut readings = self.energy_balance.scalar_outputs(&stored);
@@ -101,7 +101,7 @@ impl<const D: usize> SnowSolver<D> {
         readings
     }
 
-    /// Distance from equilibrium: unbalanced force over the weight, kinetic energy over the external work.
+    /// Distance from equilibrium: unbalanced force over weight, kinetic energy over external work.
     pub(crate) fn measure_equilibrium(&self) -> Equilibrium {
         let sums = &self.clock.sums;
         let ratio = |value: f64, scale: f64| match (value == 0.0, scale > 0.0) {

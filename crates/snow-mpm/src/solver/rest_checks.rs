@@ -1,4 +1,4 @@
-//! Checks that a weak layer is stable under its slab at rest (sheet: snow-mpm §3.12, §7).
+//! Checks that a weak layer carries its slab before a saw test begins (sheet: snow-mpm §3.12, §7).
 
 use colluvium_case::description::{RemovalShape, Stage};
 use colluvium_case::{SolverError, spatial};
@@ -8,24 +8,24 @@ use crate::points::vectors::square;
 use crate::solver::SnowSolver;
 use crate::solver::saw_test::{sawn_layer, strength_of_weak_layer};
 
-/// Relative loss of strength of a point that round-off explains.
+/// Share of its strength that a point may lose by round-off.
 const YIELD_TOLERANCE: f64 = 1e-9;
-/// Speed of the fastest point of a column at rest (m/s; sheet: snow-mpm §3.12).
+/// Upper bound of the speed of points in a column at rest (m/s; sheet: snow-mpm §3.12).
 const REST_SPEED: f64 = 1e-3;
 
 /// Results of the checks of rest.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RestChecks {
-    /// Speed of the fastest point (m/s) at the start of a saw test, where it was not at rest.
+    /// Speed of the fastest point (m/s) at the start of a saw test, where it is above that of rest.
     initial_speed: Option<f64>,
-    /// Points of a weak layer that had yielded before the first cut, and time of the check.
+    /// Points of a weak layer that yielded before the first cut, with the time of the check.
     early_yield: Option<(CheckTime, YieldedPoints)>,
 }
 
-/// Time of the check of a weak layer.
+/// Time of a check of a weak layer.
 #[derive(Clone, Copy, Debug)]
 enum CheckTime {
-    /// End of the stage of this number, in which gravity grew.
+    /// End of the stage of this number, in which gravity was ramped.
     EndOf(usize),
     /// Start of the first cut.
     FirstCut,
@@ -36,22 +36,22 @@ enum CheckTime {
 struct YieldedPoints {
     /// Number of the body in the case.
     body: u32,
-    /// Number of points that have yielded.
+    /// Number of yielded points.
     count: usize,
-    /// Number of these points without strength.
+    /// Number of points without remaining strength.
     collapsed: usize,
     /// Number of points of the layer.
     layer_count: usize,
-    /// Index of the first point, of those without strength if any, among the points of its body; its position (m).
+    /// Index of the first yielded point among the points of its body, of those without strength if there are any; its position (m).
     index: usize,
     place: [f64; 3],
 }
 
 impl<const D: usize> SnowSolver<D> {
-    /// Checks whether a saw test is at rest when its first cut begins.
+    /// Checks whether a saw test is at rest at the start of its first cut.
     ///
     /// # Errors
-    /// Where a point of the weak layer has collapsed: the crack exists before the cut.
+    /// When a point of the weak layer has collapsed: the crack exists before the cut.
     pub(super) fn check_rest(&mut self, cut: &RemovalShape) -> Result<(), SolverError> {
         let Some(name) = sawn_layer(&self.case, cut) else { return Ok(()) };
         let velocities = self.bodies.all.iter().flat_map(|body| &body.points.velocity);
@@ -63,9 +63,10 @@ impl<const D: usize> SnowSolver<D> {
             (number, yielded.filter(|yielded| yielded.collapsed > 0))
         {
             let reason = format!(
-                "{collapsed} of the {of} points of the weak layer {name:?} have collapsed at rest, before the first cut, this one among them: \
-                 make it stronger or the slab lighter, let its weight come more slowly (gravity_ramp and damping \
-                 of the stage before), or on ground along no axis lay old, elastic snow below it"
+                "{collapsed} of the {of} points of the weak layer {name:?} have collapsed at rest, before the \
+                 first cut, this one among them: make the layer stronger or the slab lighter, apply its \
+                 weight more slowly (gravity_ramp and damping of the stage before), or, on ground that is not \
+                 parallel to an axis, add old, elastic snow below the layer"
             );
             return Err(self.point_error(number, &PointFailure { index, reason }));
         }
@@ -75,7 +76,7 @@ impl<const D: usize> SnowSolver<D> {
         Ok(())
     }
 
-    /// Checks whether the weak layers are intact at the end of a stage with growing gravity, where another stage follows.
+    /// Checks whether the weak layers carry the weight at the end of a stage with a gravity ramp, where another stage follows.
     pub(crate) fn check_weak_layers(&mut self, stage: &Stage) {
         let number = self.clock.stage;
         if stage.gravity_ramp > 0.0
@@ -87,7 +88,7 @@ impl<const D: usize> SnowSolver<D> {
         }
     }
 
-    /// Yielded points of a body that is a weak layer.
+    /// Yielded points of a body, where it is a weak layer.
     fn yielded_points(&self, body: &BodyPoints<D>) -> Option<YieldedPoints> {
         let of_case = &self.case.bodies[body.number as usize];
         let spec = &self.case.materials[&of_case.material];
@@ -115,7 +116,7 @@ impl<const D: usize> SnowSolver<D> {
         })
     }
 
-    /// Warning on the checks of rest.
+    /// Warning of the checks of rest.
     pub(crate) fn rest_warning(&self) -> Option<String> {
         let RestChecks { initial_speed: unrest, early_yield: early } = self.clock.rest_checks;
         if let Some((moment, YieldedPoints { body, count, collapsed, layer_count: of, place, .. })) = early {
@@ -125,16 +126,18 @@ impl<const D: usize> SnowSolver<D> {
             };
             let (name, place) = (&self.case.bodies[body as usize].name, self.case.map_position(&place));
             return Some(format!(
-                "{when} {count} of the {of} points of the weak layer {name:?} had yielded under their weight alone, {collapsed} of them without \
-                 strength, one at {:.4?} m: what follows finds a weaker layer than that of the case (make it stronger or the slope less; on \
-                 ground along no axis lay old, elastic snow below it)",
+                "{when} {count} of the {of} points of the weak layer {name:?} had yielded under their weight \
+                 alone, {collapsed} of them without strength, one at {:.4?} m. The layer is then weaker than \
+                 that of the case: make it stronger or the slope less, or, on ground that is not parallel to \
+                 an axis, add old, elastic snow below it",
                 &place[..D]
             ));
         }
         unrest.map(|fastest| {
             format!(
-                "the first cut began with points as fast as {fastest:.1e} m/s, above the {REST_SPEED:.0e} of a column at rest: let it settle longer, \
-                 with gravity_ramp and damping"
+                "the first cut began with points as fast as {fastest:.1e} m/s, above the limit of \
+                 {REST_SPEED:.0e} m/s for a column at rest: let it settle longer, with gravity_ramp and \
+                 damping"
             )
         })
     }

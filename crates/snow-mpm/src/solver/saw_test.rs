@@ -1,8 +1,8 @@
-//! Requirements of a propagation saw test (sheet: snow-mpm §7, row PST).
+//! Requirements on a saw test (sheet: snow-mpm §7, row PST).
 //!
-//! A cut is the saw of a saw test where it removes a body of a law that softens as a weak layer and leaves a slab above: both boxes, or
-//! polygons with two sides along the displacement of the saw, or layers along one track. For other cuts the same checks give warnings, by
-//! the bounds of the bodies removed and left.
+//! A cut is the saw of a saw test where it removes a body of a law that softens as a weak layer and leaves a slab above it: both boxes,
+//! or polygons with two sides along the direction of the saw, or layers along one track. For other cuts the same requirements give
+//! warnings, from the bounds of the removed and remaining material.
 
 use colluvium_case::description::{Body, RemovalShape};
 use colluvium_case::{Case, CaseError};
@@ -12,14 +12,14 @@ use colluvium_points::Shape;
 
 /// Least length of a column over the thickness of its slab.
 const LEAST_LENGTH: f64 = 5.0;
-/// Highest speed of a saw over that of shear waves in the slab.
+/// Upper bound of the speed of a saw over that of shear waves in the slab.
 const HIGHEST_SPEED: f64 = 0.05;
-/// Share of the length of the weak layer that a body must cover to be part of the slab.
+/// Least share of the length of the weak layer above which a body is part of the slab.
 const MIN_COVERAGE: f64 = 0.5;
-/// Tolerance for round-off.
+/// Relative tolerance for round-off.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Initial strength (Pa) of a law that softens as a weak layer; `None` for other laws.
+/// Initial strength (Pa) of a law that softens as a weak layer; none for other laws.
 pub(crate) fn strength_of_weak_layer(spec: &MaterialSpec) -> Option<f64> {
     match (spec, spec.inner()) {
         (_, Some(inner)) => strength_of_weak_layer(inner),
@@ -30,13 +30,13 @@ pub(crate) fn strength_of_weak_layer(spec: &MaterialSpec) -> Option<f64> {
     }
 }
 
-/// Layer of a saw test: ends along it, and from its lower to its upper side (m).
+/// Layer in the axes of a saw test: ends along it, and from its lower to its upper side (m).
 struct SawLayer {
     along: [f64; 2],
     across: [f64; 2],
 }
 
-/// Axes of a saw test: direction of the saw, axis of the weight of the slab, and sign of the upward direction along it.
+/// Direction of a saw, axis across which its slab weighs on the weak layer, and sign of the upward direction along it.
 #[derive(Clone, Copy)]
 struct SawAxes {
     along: usize,
@@ -48,14 +48,14 @@ struct SawAxes {
 struct SawColumn<'a> {
     /// Weak layer.
     weak: (&'a Body, SawLayer),
-    /// Slab on the weak layer.
+    /// Bodies above the weak layer.
     slab: Vec<(&'a Body, SawLayer)>,
-    /// Axes of the cut; `None` where its direction is along no axis.
+    /// Axes of the cut; none where its direction is along no axis.
     axes: Option<SawAxes>,
 }
 
 impl<'a> SawColumn<'a> {
-    /// Returns the column that a cut saws: a weak layer, and its slab; `None` where it saws none, or where the shapes are not suitable.
+    /// Column that a cut saws: a weak layer and the slab above it; none where it saws none, or the shapes are of other kinds.
     fn of_removal(case: &'a Case, cut: &RemovalShape) -> Option<Self> {
         let axes = SawAxes::of_removal(case, cut);
         let weak = |body: &&Body| cut.applies_to(&body.name) && is_weak(case, body);
@@ -95,7 +95,7 @@ impl SawAxes {
     }
 }
 
-/// Returns a shape as a layer along the axes of a saw, or along the track of the layer below it.
+/// Shape as a layer along the axes of a saw, or along the track of the layer below it.
 fn layer(shape: &Shape, below: &Shape, axes: Option<SawAxes>) -> Option<SawLayer> {
     match (shape, below) {
         (Shape::ArcLayer { on, start, end, from, to, .. }, Shape::ArcLayer { on: same, .. }) => {
@@ -119,7 +119,8 @@ fn ordered(a: f64, b: f64) -> [f64; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// Returns a polygon between two lines along the saw as a layer that ends in the middle of its slanted ends; `None` for others.
+/// Polygon between two lines along the direction of a saw, as a layer that ends in the middle of its oblique ends; none for another
+/// polygon.
 fn oblique_layer(vertices: &[[f64; 2]], SawAxes { along, across, up }: SawAxes) -> Option<SawLayer> {
     let range = |places: &mut dyn Iterator<Item = f64>| {
         places.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
@@ -136,7 +137,7 @@ fn oblique_layer(vertices: &[[f64; 2]], SawAxes { along, across, up }: SawAxes) 
 }
 
 /// Rejects invalid saw tests (sheet: snow-mpm §7): a column shorter than five times its slab, a saw faster than a twentieth of the shear
-/// waves, a layer that fails under its slab.
+/// waves, a layer that does not carry its slab.
 ///
 /// # Errors
 /// With the path of the cut or of the strength, and a remedy.
@@ -146,8 +147,8 @@ pub(crate) fn check_saw_tests(case: &Case) -> Result<(), CaseError> {
         let slab = column.slab.iter().map(|(body, _)| *body);
         if let Some(waves) = fastest_waves(case, slab).filter(|waves| is_too_fast(cut, *waves)) {
             let problem = format!(
-                "{} m/s is above a twentieth of the speed of shear waves in the slab ({waves:.1} m/s), so that the crack depends on how \
-                 fast it is cut: saw with {} m/s or less",
+                "{} m/s is above a twentieth of the speed of shear waves in the slab ({waves:.1} m/s), so \
+                 that the crack depends on the speed of the cut: saw with {} m/s or less",
                 cut.speed(),
                 rounded_down(HIGHEST_SPEED * waves)
             );
@@ -156,8 +157,8 @@ pub(crate) fn check_saw_tests(case: &Case) -> Result<(), CaseError> {
         let (length, least) = (column.length(), LEAST_LENGTH * column.thickness());
         if length < least * (1.0 - ROUND_OFF) {
             let problem = format!(
-                "the column that it cuts is {length:.4} m long, less than five times the {:.4} m of its slab, so that the far end takes part \
-                 in the crack: make it {least:.4} m long or longer",
+                "the cut column is {length:.4} m long, less than five times the thickness of its slab ({:.4} \
+                 m), so that its far end affects the crack: make it {least:.4} m long or longer",
                 column.thickness()
             );
             return Err(CaseError::new(format!("removal_shapes[{number}]"), problem));
@@ -167,7 +168,7 @@ pub(crate) fn check_saw_tests(case: &Case) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Returns a positive number, rounded down to three digits.
+/// Positive number, rounded down to three digits.
 fn rounded_down(x: f64) -> f64 {
     let scale = 10f64.powi(2 - x.log10().floor() as i32);
     (scale * x).floor() / scale
@@ -177,8 +178,8 @@ fn is_too_fast(cut: &RemovalShape, waves: f64) -> bool {
     cut.speed() > HIGHEST_SPEED * waves * (1.0 + ROUND_OFF)
 }
 
-/// Rejects a weak layer that yields under its slab at rest: at its lower side, far from the ends, with strain across the layer only. Along
-/// a track the weight changes with its slope: there the run checks it (see [`sawn_layer`]).
+/// Rejects a weak layer that yields under its slab at rest: at its lower side, far from the ends, where all strain is across the layer.
+/// Along a track the weight changes with its slope: the run checks it (see [`sawn_layer`]).
 fn check_layer_strength(case: &Case, column: &SawColumn<'_>) -> Result<(), CaseError> {
     let ((body, own), Some(axes)) = (&column.weak, column.axes) else { return Ok(()) };
     let spec = &case.materials[&body.material];
@@ -204,15 +205,15 @@ fn check_layer_strength(case: &Case, column: &SawColumn<'_>) -> Result<(), CaseE
         return Ok(());
     }
     let problem = format!(
-        "a layer of {} Pa yields at rest, under the {pressure:.0} Pa of pressure and the {:.0} Pa of shear of its slab, before the saw \
-         begins: make it stronger, or the slab lighter",
+        "a layer of {} Pa yields at rest under its slab (pressure {pressure:.0} Pa, shear stress {:.0} Pa), \
+         before the saw begins: make the layer stronger, or the slab lighter",
         law.compressive_strength,
         shear.abs()
     );
     Err(CaseError::new(format!("materials.{}.compressive_strength", body.material), problem))
 }
 
-/// Whether a body has the law of a weak layer.
+/// Whether a body has the law of weak layers.
 pub(crate) fn is_weak(case: &Case, body: &Body) -> bool {
     strength_of_weak_layer(&case.materials[&body.material]).is_some()
 }
@@ -248,8 +249,8 @@ pub(crate) fn elastic_constants(spec: &MaterialSpec) -> Option<(f64, f64)> {
     })
 }
 
-/// Warnings on cuts: of saw tests one that begins with the run; of others, or of a column with unsuitable shapes, the reasons for which saw
-/// tests are rejected.
+/// Warnings of cuts: of saw tests that begin with the run; of other cuts, or of a column with shapes of other kinds, where the
+/// requirements on saw tests are not fulfilled.
 pub(crate) fn warnings(case: &Case) -> Vec<String> {
     let mut warnings = Vec::new();
     for (number, cut) in case.removal_shapes.iter().enumerate() {
@@ -258,8 +259,8 @@ pub(crate) fn warnings(case: &Case) -> Vec<String> {
             // Sheet: snow-mpm P25.
             if first && cut.start == 0.0 {
                 warnings.push(format!(
-                    "removal_shapes[{number}]: begins with the run, when the slab does not yet weigh on the layer: let it settle before, in a stage with \
-                     gravity_ramp and damping"
+                    "removal_shapes[{number}]: begins with the run, before the layer carries the weight of \
+                     the slab: let the slab settle first, in a stage with gravity_ramp and damping"
                 ));
             }
             continue;
@@ -269,15 +270,16 @@ pub(crate) fn warnings(case: &Case) -> Vec<String> {
             && case.bodies.iter().any(|body| is_weak(case, body))
         {
             warnings.push(format!(
-                "removal_shapes[{number}]: takes all bodies, what lies on the weak layer with it: give it `bodies` with the weak layer alone for a saw test"
+                "removal_shapes[{number}]: removes all bodies, also those above the weak layer. For a saw \
+                 test set its `bodies` to the weak layer alone"
             ));
             continue;
         }
         let left = case.bodies.iter().filter(|body| !cut.applies_to(&body.name));
         if let Some(waves) = fastest_waves(case, left).filter(|waves| is_too_fast(cut, *waves)) {
             warnings.push(format!(
-                "removal_shapes[{number}].velocity: {} m/s is above a twentieth of the speed of shear waves in what it leaves ({waves:.1} m/s): the crack \
-                 depends on how fast it is cut",
+                "removal_shapes[{number}].velocity: {} m/s is above a twentieth of the speed of shear waves \
+                 in the remaining material ({waves:.1} m/s): the crack depends on the speed of the cut",
                 cut.speed()
             ));
         }
@@ -285,15 +287,15 @@ pub(crate) fn warnings(case: &Case) -> Vec<String> {
             && length < LEAST_LENGTH * thickness * (1.0 - ROUND_OFF)
         {
             warnings.push(format!(
-                "removal_shapes[{number}]: what it cuts is {length} m long, less than five times the {thickness:.3} m of what it leaves: its far end \
-                 takes part in the crack"
+                "removal_shapes[{number}]: the cut material is {length} m long, less than five times the \
+                 thickness of the remaining material ({thickness:.3} m): its far end affects the crack"
             ));
         }
     }
     warnings
 }
 
-/// Extent of the removed bodies along the cut, and of those left across it (m), by the bounds of their shapes.
+/// Extent of the removed bodies along the direction of a cut, and of the remaining bodies across it (m), by the bounds of their shapes.
 fn extents(case: &Case, cut: &RemovalShape) -> Option<[f64; 2]> {
     let dimension = case.dimension();
     let SawAxes { along, across, .. } = SawAxes::of_removal(case, cut)?;

@@ -1,5 +1,5 @@
-//! Motions of the points of a block in a step, and the work of their stresses, with an array for each component (sheet: snow-mpm §3.5, step
-//! 4).
+//! Deformation of the points of a block in a step, and the work of their stresses: each component of all points in an array of its own
+//! (sheet: snow-mpm §3.5, step 4).
 
 use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, SymTensor};
 use colluvium_grid::{InterpolatedMotion, SquareMatrix};
@@ -9,8 +9,8 @@ use crate::config::DeformationUpdate;
 /// One component of all points of a block.
 type BlockArray = [f64; BLOCK_SIZE];
 
-/// Computes gradients and deformations of points with the interpolated values `reads`, in a step of `motions.dt`; returns the changes of
-/// volume.
+/// Computes gradients and deformations of the points from the interpolated motions `reads`, in a step of `motions.dt`. Returns the
+/// changes of their volumes.
 pub fn find_motions<const D: usize>(
     reads: &[InterpolatedMotion<D>],
     how: DeformationUpdate,
@@ -25,7 +25,7 @@ pub fn find_motions<const D: usize>(
     motions.volume_ratios()
 }
 
-/// Computes the deformations of the step as exponentials of its gradients.
+/// Sets the deformations of the step to the exponentials of its gradients.
 fn deform_exponentially<const D: usize>(motions: &mut MotionBlock) {
     for p in 0..BLOCK_SIZE {
         let f = exponential(&matrix::<D>(&motions.velocity_gradient_dt, p));
@@ -37,19 +37,18 @@ fn deform_exponentially<const D: usize>(motions: &mut MotionBlock) {
     }
 }
 
-/// Work of the stresses of a step over the logarithmic strain (J): the mean of `V σ` before and after, to the second order in
-/// the step.
+/// Work of the stresses of a step over the logarithmic strain (J): the mean of `V σ` before and after, of second order in the step.
 pub struct StressWork {
     before: [BlockArray; 6],
 }
 
 impl StressWork {
-    /// Stores the stresses before the step.
+    /// Returns the work with the stresses before the step.
     pub fn before_step<const D: usize>(stress: &[SymTensor]) -> Self {
         Self { before: components::<D>(stress) }
     }
 
-    /// Adds the work to `work`, with volumes and stresses after the step, and changes of volume.
+    /// Adds the work to `work`, from volumes and stresses after the step, and changes of volume.
     pub fn add<const D: usize>(
         &self,
         motions: &MotionBlock,
@@ -82,7 +81,7 @@ impl StressWork {
     }
 }
 
-/// Components of the stresses in the space.
+/// Components of the stresses in `D` dimensions.
 #[inline(always)]
 fn components<const D: usize>(stress: &[SymTensor]) -> [BlockArray; 6] {
     let mut lanes = [[0.0; BLOCK_SIZE]; 6];
@@ -122,7 +121,7 @@ fn product<const D: usize>(a: &SquareMatrix<D>, b: &SquareMatrix<D>) -> SquareMa
     product
 }
 
-/// Matrix `1 + a`.
+/// Sum `1 + a`.
 #[inline(always)]
 fn identity_plus<const D: usize>(a: &SquareMatrix<D>) -> SquareMatrix<D> {
     let mut sum = *a;

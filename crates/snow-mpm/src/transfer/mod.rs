@@ -1,4 +1,6 @@
-//! Transfers between points and grid, and the update of points between them (sheet: snow-mpm §3.5).
+//! Transfers between points and grid, with the update of the points (sheet: snow-mpm §3.5).
+
+pub(crate) mod background_grid;
 
 use colluvium_case::{Manufactured, spatial};
 use colluvium_constitutive::{BLOCK_SIZE, Material, MotionBlock, StateBlock, SymTensor};
@@ -17,10 +19,11 @@ use crate::points::vectors::vector4;
 use crate::step_bound::StepBound;
 use crate::stress::step_motion::{StressWork, find_motions};
 
-/// Least number of blocks in a task.
+/// Least number of blocks per task of a thread.
 const BLOCKS_PER_TASK: usize = 4;
 
-/// Points to grid: mass, momentum with its affine part, forces (steps 1 and 2), with those of a manufactured solution at a time (s).
+/// Transfers mass, momentum with its affine part, and forces of the points to the grid (steps 1 and 2), with the force of a manufactured
+/// solution at a time (s).
 pub fn p2g<const D: usize>(
     background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
@@ -66,27 +69,27 @@ pub fn p2g<const D: usize>(
     });
 }
 
-/// Input of an update of the points.
+/// Parameters of the update of the points.
 pub struct PointUpdater<'a, const D: usize> {
     /// Step (s).
     pub dt: f64,
-    /// The transfer.
+    /// Transfer of velocities.
     pub transfer: SnowTransfer,
-    /// Share of FLIP.
+    /// FLIP fraction.
     pub flip: f64,
-    /// Rule for the deformation of the step from the velocity gradient.
+    /// Deformation of the step as a function of the velocity gradient.
     pub deformation: DeformationUpdate,
-    /// Coefficients of the limits of the next step.
+    /// Coefficients of the next step's bounds.
     pub bounds: StepCoefficients,
-    /// The grid.
+    /// Background grid.
     pub background: &'a BackgroundGrid<D>,
-    /// The solved nodes.
+    /// Nodes after the momentum equation.
     pub nodes: &'a [NodalState],
-    /// The walls.
+    /// Walls.
     pub boundaries: &'a BoundaryConditions,
 }
 
-/// Block of points, borrowed.
+/// Borrowed columns of a block of points.
 struct PointBlock<'a, const D: usize> {
     first: usize,
     position: &'a mut [[f64; D]],
@@ -99,7 +102,7 @@ struct PointBlock<'a, const D: usize> {
     states: &'a mut StateBlock,
 }
 
-/// Workspace of a thread.
+/// Working arrays of a thread.
 struct Workspace<const D: usize> {
     interpolated: [InterpolatedMotion<D>; BLOCK_SIZE],
     motions: MotionBlock,
@@ -111,8 +114,8 @@ impl<const D: usize> PointUpdater<'_, D> {
         Workspace { interpolated: [InterpolatedMotion::ZERO; BLOCK_SIZE], motions }
     }
 
-    /// Grid to points: velocity, deformation, stress, position (steps 4 to 9), for all points of a body; each block of points returns a
-    /// report.
+    /// Grid to points: velocity, deformation, stress, position (steps 4 to 9), for all points of a body. Each block of points gives a
+    /// step bound or a failure.
     pub fn body(&self, body: &mut BodyPoints<D>) {
         let BodyPoints { points, states, material, reports, width, remove_outside, .. } = body;
         let PointColumns { position, velocity, affine, volume, stress, work, mass, .. } = points;
@@ -172,7 +175,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         Ok(StepBound { max_move: moved, any_outside: left, ..pace })
     }
 
-    /// New velocities of the points: shares of FLIP and PIC.
+    /// Blends FLIP and PIC in the new velocities of the points.
     fn blend(&self, velocities: &mut [[f64; D]], reads: &[InterpolatedMotion<D>]) {
         for (own, read) in velocities.iter_mut().zip(reads) {
             let (velocity, acceleration) = (read.velocity.as_array(), read.acceleration.as_array());
@@ -182,8 +185,8 @@ impl<const D: usize> PointUpdater<'_, D> {
         }
     }
 
-    /// Moves the points with the velocity of the grid (step 9); returns the largest displacement along an axis (m), and whether a point
-    /// left.
+    /// Moves the points with the velocity of the grid (step 9). Returns the largest displacement along an axis (m), and whether a point
+    /// left the domain.
     fn move_points(
         &self,
         block: &mut PointBlock<'_, D>,
@@ -209,12 +212,12 @@ impl<const D: usize> PointUpdater<'_, D> {
         Ok((moved, self.check_outside(block, reads, remove_outside)?))
     }
 
-    /// Largest displacement along an axis in a step (m).
+    /// Upper bound of the displacement along an axis in a step (m).
     fn max_move(&self) -> f64 {
         0.5 * self.background.grid.cell * (1.0 + 1e-9)
     }
 
-    /// Whether a point of the block has left; an error where the body does not allow it, or for a displacement that is too large.
+    /// Returns whether one of the points has left the domain; an error where this is not permitted, or a point has moved too far.
     #[cold]
     fn check_outside(
         &self,
@@ -245,7 +248,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         Ok(left)
     }
 
-    /// Whether a point at most a cell beyond the domain is held there by a wall.
+    /// Whether a point at most a cell beyond the domain is returned by walls there.
     fn is_held_by_wall(&self, position: &[f64; D], outside: f64) -> bool {
         let BackgroundGrid { low, high, .. } = self.background;
         outside < 1.0

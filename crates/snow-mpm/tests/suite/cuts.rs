@@ -118,9 +118,12 @@ fn doubtful_cuts_are_warned_of() {
         SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).unwrap().warnings
     };
     let thin = change("shape", json!({ "kind": "box", "min": [1.5, 0], "max": [1.6, 0.9] }));
-    assert!(thin.len() == 1 && thin[0].starts_with("removal_shapes[0].shape: 0.1"), "{thin:?}");
+    assert!(
+        thin.len() == 1 && thin[0].starts_with("removal_shapes[0].shape: its smallest width is 0.1"),
+        "{thin:?}"
+    );
     let away = change("velocity", json!([4, 0]));
-    assert!(away.len() == 1 && away[0].starts_with("removal_shapes[0]: nothing that it cuts"), "{away:?}");
+    assert!(away.len() == 1 && away[0].starts_with("removal_shapes[0]: no body that it cuts"), "{away:?}");
 }
 
 #[test]

@@ -199,7 +199,7 @@ fn reactions_of_more_obstacles_than_are_added_up_are_refused() {
             json!({ "kind": "reaction", "target": format!("o{number}") });
     }
     let error = refused(&case);
-    assert!(error.starts_with("measures.z7.target: snow-mpm adds up"), "{error}");
+    assert!(error.starts_with("measures.z7.target: snow-mpm records the reactions"), "{error}");
 }
 
 #[test]

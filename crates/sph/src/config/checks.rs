@@ -23,8 +23,9 @@ impl SphOptions {
         rule("smoothing", ratio, (0.9..=3.0).contains(&ratio), "is not in 0.9..=3")?;
         let most = self.clumping_from().unwrap_or(f64::INFINITY);
         if ratio > most && !self.allow_pairing {
-            let problem =
-                format!("{ratio} makes particles clump with this kernel; at most {most}, or allow_pairing");
+            let problem = format!(
+                "{ratio} makes particles clump with this kernel: use at most {most}, or set allow_pairing"
+            );
             return Err(("smoothing", problem));
         }
         for (name, value) in [
@@ -69,14 +70,19 @@ impl SphOptions {
                 "smoothing",
                 ratio,
                 (1.0..=1.5).contains(&ratio),
-                "is not in 1..=1.5, for which confining finds surfaces",
+                "is not in 1..=1.5, the range in which confining detects surfaces",
             )?;
         }
         for (name, steps, off) in [
             ("regularisation_steps", self.regularisation_steps, "regularisation"),
             ("density_reset_steps", self.density_reset_steps, "density_reset"),
         ] {
-            rule(name, steps as f64, steps > 0, &format!("must be at least 1; {off}: none turns it off"))?;
+            rule(
+                name,
+                steps as f64,
+                steps > 0,
+                &format!("must be at least 1; to turn it off, set {off} to none"),
+            )?;
         }
         let ranks = self.ranks;
         rule("ranks", f64::from(ranks), (1..=1024).contains(&ranks), "is not in 1..=1024")?;
@@ -92,7 +98,7 @@ impl SphOptions {
     fn check_lengths(&self) -> Result<(), (&'static str, String)> {
         let grad_h = self.symmetrisation == Symmetrisation::GradH;
         if self.is_variable() && self.confining.is_some() {
-            return Err(("smoothing_length", "must be constant where a pressure confines".to_owned()));
+            return Err(("smoothing_length", "must be constant with a confining pressure".to_owned()));
         }
         if self.is_variable() && self.continuity == ContinuityEquation::Summation {
             return Err(("continuity", "summation needs a constant smoothing length".to_owned()));
@@ -101,29 +107,29 @@ impl SphOptions {
             return Err(("symmetrisation", "grad-h needs smoothing_length density".to_owned()));
         }
         if grad_h && self.momentum != MomentumEquation::Rho2 {
-            return Err(("momentum", "must be rho2 with grad-h, its adjoint".to_owned()));
+            return Err(("momentum", "must be rho2 with grad-h, which is adjoint to it".to_owned()));
         }
         if grad_h && !matches!(self.continuity, ContinuityEquation::Trace | ContinuityEquation::Mass) {
             return Err(("continuity", "must be trace or mass with grad-h".to_owned()));
         }
         if self.continuity == ContinuityEquation::Summation && self.wall_stress != WallStress::Pairwise {
-            return Err(("wall_stress", "must be pairwise where density is summed".to_owned()));
+            return Err(("wall_stress", "must be pairwise with density by summation".to_owned()));
         }
         if self.is_variable() && self.wall_stress != WallStress::Pairwise {
-            return Err(("wall_stress", "must be pairwise where the smoothing length varies".to_owned()));
+            return Err(("wall_stress", "must be pairwise with a smoothing length that varies".to_owned()));
         }
         let corrects = self.momentum == MomentumEquation::Corrected;
         use VelocityGradientOperator::{Compatible, Corotated, Corrected};
         let fits = matches!(self.velocity_gradient, Compatible | Corotated | Corrected);
         if corrects && !fits {
-            return Err(("velocity_gradient", "must be corrected where momentum is".to_owned()));
+            return Err(("velocity_gradient", "must be corrected if momentum is corrected".to_owned()));
         }
         if corrects && self.wall_stress != WallStress::Pairwise {
-            return Err(("wall_stress", "must be pairwise where momentum is corrected".to_owned()));
+            return Err(("wall_stress", "must be pairwise if momentum is corrected".to_owned()));
         }
         let stages = self.integration != TimeIntegration::Leapfrog;
         if stages && self.ranks > 1 {
-            return Err(("integration", "must be leapfrog with more than one of ranks".to_owned()));
+            return Err(("integration", "must be leapfrog with more than one rank".to_owned()));
         }
         let shifts = self.shifting > 0.0;
         if !shifts && self.shifting_speed != ShiftingSpeed::Own {
@@ -132,14 +138,14 @@ impl SphOptions {
         if shifts && self.shifting_speed == ShiftingSpeed::Largest && self.ranks > 1 {
             return Err((
                 "shifting_speed",
-                "must be own with more than one of ranks: a rank knows its particles only".to_owned(),
+                "must be own with more than one rank, because a rank has its own particles only".to_owned(),
             ));
         }
         if self.formulation == LagrangianFormulation::TotalLagrangian && self.ranks > 1 {
-            return Err(("formulation", "must be updated with more than one of ranks".to_owned()));
+            return Err(("formulation", "must be updated with more than one rank".to_owned()));
         }
         if stages && self.smoothing_length == SmoothingLength::Rate {
-            return Err(("smoothing_length", "rate goes with the leapfrog only".to_owned()));
+            return Err(("smoothing_length", "rate needs integration leapfrog".to_owned()));
         }
         Ok(())
     }
@@ -179,7 +185,8 @@ impl SphOptions {
             "this form does not conserve momentum",
         );
         let unlike = self.confining.is_some() && self.momentum != MomentumEquation::RhoRho;
-        let text = "only rho-rho balances a confining pressure: others leave forces where densities or gradients vary";
+        let text = "only rho-rho is in equilibrium with a confining pressure: other forms leave forces where \
+                    densities or gradients vary";
         warn("momentum", unlike, text);
         let smooths = self.regularisation != Regularisation::None;
         let renews = self.density_reset != DensityReset::None;
@@ -226,7 +233,7 @@ impl SphOptions {
         warn(
             "velocity_gradient",
             !pair && !viscous,
-            "corrected makes energy without viscosity: set momentum to corrected",
+            "corrected without viscosity increases the energy: set momentum to corrected",
         );
         warnings
     }

@@ -7,15 +7,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum MomentumEquation {
-    /// `Σ m_j (σ_i / ρ_i² + σ_j / ρ_j²) ∇W`.
+    /// Symmetric form `Σ m_j (σ_i / ρ_i² + σ_j / ρ_j²) ∇W`.
     #[default]
     Rho2,
-    /// `Σ m_j (σ_i + σ_j) / (ρ_i ρ_j) ∇W`.
+    /// Symmetric form `Σ m_j (σ_i + σ_j) / (ρ_i ρ_j) ∇W`.
     RhoRho,
-    /// `Σ m_j (σ_i L_i + σ_j L_j) / (ρ_i ρ_j) ∇W` with the corrections `L` of the gradient: conserves energy with the
-    /// `corrected` velocity gradient, which it needs.
+    /// Corrected form `Σ m_j (σ_i L_i + σ_j L_j) / (ρ_i ρ_j) ∇W` with the gradient corrections `L`. Conserves energy with the `corrected`
+    /// velocity gradient, which it needs.
     Corrected,
-    /// `Σ m_j (σ_j - σ_i) / (ρ_i ρ_j) ∇W`: conserves nothing; to show what that does.
+    /// Difference form `Σ m_j (σ_j - σ_i) / (ρ_i ρ_j) ∇W`, which conserves neither momentum nor energy; for demonstrations.
     Difference,
 }
 
@@ -23,15 +23,15 @@ pub enum MomentumEquation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ContinuityEquation {
-    /// `-ρ_i tr L` with the velocity gradient that the law gets, so that density and strain agree, at surfaces too: `mass`
+    /// Trace form `-ρ_i tr L` with the velocity gradient of the material law, so that density and strain agree, at surfaces too: `mass`
     /// with its operator `density-difference`, `volume` with `difference`, exact for linear fields with `corrected`.
     #[default]
     Trace,
-    /// `Σ m_j (v_i - v_j)·∇W`, for one material.
+    /// Mass form `Σ m_j (v_i - v_j)·∇W`, for one material.
     Mass,
-    /// `ρ_i Σ V_j (v_i - v_j)·∇W`, for jumps in density.
+    /// Volume form `ρ_i Σ V_j (v_i - v_j)·∇W`, for jumps in density.
     Volume,
-    /// `Σ m_j W`: for one density in closed or periodic domains, which the bodies must fill: supports are to be full.
+    /// Density summation `Σ m_j W`, for one density in closed or periodic domains that the bodies fill: the supports must be full.
     Summation,
 }
 
@@ -39,17 +39,16 @@ pub enum ContinuityEquation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum VelocityGradientOperator {
-    /// The adjoint of the momentum equation, which conserves energy: `density-difference` with `rho2`,
-    /// `difference` otherwise.
+    /// Adjoint of the momentum equation, which conserves energy: `density-difference` with `rho2`, `difference` otherwise.
     #[default]
     Compatible,
-    /// `compatible` of the velocities as seen from what turns with the particle, and that turning: exact for rotations, also at surfaces.
+    /// Operator `compatible` in a frame that rotates with the particle, plus this rotation: exact for rotations, also at surfaces.
     Corotated,
-    /// `Σ V_j (v_j - v_i) ⊗ ∇W`.
+    /// Difference operator `Σ V_j (v_j - v_i) ⊗ ∇W`.
     Difference,
-    /// `Σ m_j (v_j - v_i) ⊗ ∇W / ρ_i`.
+    /// Difference operator with densities, `Σ m_j (v_j - v_i) ⊗ ∇W / ρ_i`.
     DensityDifference,
-    /// `difference` times the inverse moment: exact for linear fields, also at surfaces.
+    /// Operator `difference` times the inverse moment matrix: exact for linear fields, also at surfaces.
     Corrected,
 }
 
@@ -57,39 +56,39 @@ pub enum VelocityGradientOperator {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SoundSpeed {
-    /// That of P waves.
+    /// Speed of P waves.
     #[default]
     PWave,
-    /// `√(E/ρ)`, for materials with a Young's modulus.
+    /// Speed `√(E/ρ)`, for materials with a Young's modulus.
     YoungsModulus,
 }
 
-/// Against tensile instability (sheet: sph §2.11). The ratio of kernels is that of the kernel between two particles to its
-/// value at their spacing: the initial one, times how far the smoothing length has grown where it varies.
+/// Correction against tensile instability (sheet: sph §2.11). The kernel ratio is the kernel between two particles over its value at
+/// their spacing: the initial spacing, times the growth of the smoothing length where it varies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Tensile {
-    /// Nothing: for materials that bear no tension.
+    /// No correction, for materials without tensile stress.
     #[default]
     None,
-    /// Repulsion along the principal tensions.
+    /// Artificial stress: repulsion along the principal tensions.
     ArtificialStress {
-        /// Strength, 0 to 1.
+        /// Strength `ε₀` (-), 0 to 1.
         strength: f64,
-        /// Exponent of the ratio of kernels.
+        /// Exponent `n` of the kernel ratio (-).
         exponent: f64,
     },
-    /// Repulsion by the mean tension.
+    /// Artificial pressure: repulsion by the mean tension.
     ArtificialPressure {
-        /// Strength, 0 to 1.
+        /// Strength (-), 0 to 1.
         strength: f64,
-        /// Exponent of the ratio of kernels.
+        /// Exponent of the kernel ratio (-).
         exponent: f64,
     },
 }
 
 impl Tensile {
-    /// Exponent of the ratio of kernels; `None` without artificial repulsion.
+    /// Exponent of the kernel ratio; `None` without artificial repulsion.
     pub(crate) fn exponent(self) -> Option<f64> {
         match self {
             Self::None => None,
@@ -104,10 +103,10 @@ impl Tensile {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Regularisation {
-    /// None.
+    /// No smoothing.
     #[default]
     None,
-    /// Exact for constant fields.
+    /// Shepard average, exact for constant fields.
     Shepard,
     /// Moving least squares, exact for linear fields.
     Mls,
@@ -117,7 +116,7 @@ pub enum Regularisation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallStress {
-    /// The stress and the mirrored velocity of each particle that touches them: conserves energy.
+    /// Stress and mirrored velocity of each particle that interacts with the wall: conserves energy.
     #[default]
     Pairwise,
     /// Stress and velocity interpolated from the soil.
@@ -126,38 +125,37 @@ pub enum WallStress {
     Extrapolated,
 }
 
-/// How the smoothing length follows the density (sheet: sph §2.5).
+/// Dependence of the smoothing length on the density (sheet: sph §2.5).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SmoothingLength {
-    /// Not at all.
+    /// Constant smoothing length.
     #[default]
     Constant,
-    /// `h = h₀ (ρ₀/ρ)^(1/d)`.
+    /// Function of the density, `h = h₀ (ρ₀/ρ)^(1/d)`.
     Density,
-    /// `ḣ` from the difference between two rates of density (AL1 36–37); not tested by its authors.
+    /// Rate `ḣ` from the difference between two rates of density (AL1 36–37); not tested by its authors.
     Rate,
 }
 
-/// The kernel between particles of different smoothing lengths (sheet: sph §2.5).
+/// Kernel between particles of different smoothing lengths (sheet: sph §2.5).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Symmetrisation {
-    /// `(h_i + h_j) / 2`.
+    /// Kernel of the arithmetic mean `(h_i + h_j) / 2`.
     #[default]
     Arithmetic,
-    /// `2 h_i h_j / (h_i + h_j)`.
+    /// Kernel of the harmonic mean `2 h_i h_j / (h_i + h_j)`.
     Harmonic,
-    /// `√(h_i h_j)`.
+    /// Kernel of the geometric mean `√(h_i h_j)`.
     Geometric,
-    /// The larger one.
+    /// Kernel of the larger smoothing length.
     Max,
-    /// The smaller one.
+    /// Kernel of the smaller smoothing length.
     Min,
-    /// The mean of the two kernels.
+    /// Mean of the two kernels.
     Kernel,
-    /// Each particle its own kernel, with the factors of the gradient of `h` in the continuity and the momentum
-    /// equation (BN 52–53).
+    /// Kernel of each particle itself, with the factors of the gradient of `h` in the continuity and the momentum equation (BN 52–53).
     GradH,
 }
 
@@ -165,31 +163,31 @@ pub enum Symmetrisation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum TimeIntegration {
-    /// Velocities at half steps, everything else at full steps.
+    /// Leapfrog: velocities at half steps, all other variables at full steps.
     #[default]
     Leapfrog,
-    /// The source's leapfrog: velocity, density and stress at half steps, predicted to full steps for the rates.
+    /// Leapfrog of the source: velocity, density and stress at half steps, predicted to full steps for the rates.
     LeapfrogRates,
-    /// Rates at the middle of the step, predicted.
+    /// Predictor-corrector: rates at the predicted middle of the step.
     PredictorCorrector,
-    /// Half a drift, a whole kick, half a drift.
+    /// Position Verlet: half a position update, a whole velocity update, half a position update.
     PositionVerlet,
-    /// Half a kick, a whole drift, half a kick.
+    /// Velocity Verlet: half a velocity update, a whole position update, half a velocity update.
     VelocityVerlet,
-    /// Velocities over two steps, with a plain step now and then.
+    /// Verlet scheme: velocities over two steps, with a simple step at intervals.
     Verlet,
-    /// Four stages; the law is called once with the mean of their velocity gradients.
+    /// Runge–Kutta scheme of four stages; the material law is evaluated once with the mean of their velocity gradients.
     RungeKutta4,
 }
 
-/// Renewal of density (sheet: sph §2.10).
+/// Reinitialisation of density (sheet: sph §2.10).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DensityReset {
-    /// None.
+    /// No reinitialisation.
     #[default]
     None,
-    /// Shepard's sum.
+    /// Shepard summation.
     Shepard,
     /// Moving least squares.
     Mls,
@@ -199,10 +197,10 @@ pub enum DensityReset {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallVelocity {
-    /// The mirrored velocity: conserves energy.
+    /// Mirrored velocity of the particle: conserves energy.
     #[default]
     Mirrored,
-    /// Linear in the distances from the wall, at most half of the particle's own.
+    /// Velocity linear in the distances from the wall, at most half of the particle's own.
     Linear,
 }
 
@@ -210,12 +208,12 @@ pub enum WallVelocity {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RoughWall {
-    /// Layers of fixed particles, which answer as `wall_stress` says.
+    /// Layers of fixed particles, with the stress and velocity of `wall_stress`.
     #[default]
     Particles,
-    /// Images of the particles with opposite velocity and the same stress: nothing moves along the face itself,
-    /// whatever the distance. For viscous flow, with `hourglass_viscosity`, without which particles of loose material may
-    /// pass; it need not conserve energy as `pairwise` particles do.
+    /// Images of the particles with opposite velocity and equal stress: the velocity along the face itself is zero, at any distance of
+    /// the particle. For viscous flow, with `hourglass_viscosity`, without which particles of loose material may pass the wall. Unlike
+    /// `pairwise` particles, images need not conserve energy.
     Mirror,
 }
 
@@ -223,34 +221,34 @@ pub enum RoughWall {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SmoothWall {
-    /// Mirror images of the particles: exact.
+    /// Mirror images of the particles, which represent the wall exactly.
     #[default]
     Mirror,
-    /// Layers of fixed particles that keep the tangential velocity.
+    /// Layers of fixed particles that leave the tangential velocity unchanged.
     Particles,
 }
 
-/// The speed that goes into the way over which particles are shifted (sheet: sph §2.12).
+/// Speed in the distance over which particles are shifted (sheet: sph §2.12).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ShiftingSpeed {
-    /// The particle's own: what rests is not shifted, however uneven it lies.
+    /// Speed of the particle itself: particles at rest are not shifted, however uneven their spacing.
     #[default]
     Own,
-    /// That of the fastest particle of the body, as in the δ⁺ scheme (Sun et al. 2017): the middle of a vortex, which
-    /// hardly moves, is kept even too.
+    /// Speed of the fastest particle of the body, as in the δ⁺ scheme (Sun et al. 2017): particles in the middle of a vortex, which
+    /// hardly move, are kept evenly spaced too.
     Largest,
 }
 
-/// The configuration that the sums are taken over (sheet: sph §2.14).
+/// Configuration in which the kernel sums are taken (sheet: sph §2.14).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "SphFormulation")]
 pub enum LagrangianFormulation {
-    /// The present one: neighbours change.
+    /// Current configuration: neighbours change.
     #[default]
     Updated,
-    /// The initial one, with corrected gradients: solids that keep their neighbours, free of tensile instability.
+    /// Initial configuration, with corrected gradients: for solids that keep their neighbours, free of tensile instability.
     TotalLagrangian,
 }
 
@@ -260,24 +258,24 @@ pub enum LagrangianFormulation {
 pub struct ConfiningPressure {
     /// Pressure (Pa), at least 0.
     pub pressure: f64,
-    /// Time over which it grows from zero (s).
+    /// Time (s) over which the pressure grows from zero.
     #[serde(default)]
     pub ramp: f64,
-    /// Names of the bodies it acts on; all that are not held when absent.
+    /// Names of the bodies under the pressure; all that are not `held` when absent.
     #[serde(default)]
     pub bodies: Option<Vec<String>>,
-    /// The particles it acts on.
+    /// Particles under the pressure.
     #[serde(default)]
     pub on: ConfinedParticles,
 }
 
-/// Particles that a confining pressure acts on.
+/// Particles under a confining pressure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ConfinedParticles {
-    /// Those at the surface and their nearest neighbours.
+    /// Particles at the surface and their nearest neighbours.
     #[default]
     Surface,
-    /// All: within a body the sum vanishes on even arrangements only.
+    /// All particles. Within a body the sum vanishes only for evenly spaced particles.
     All,
 }

@@ -25,129 +25,128 @@ pub(crate) const MAX_SHIFT: f64 = 0.1;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SphOptions {
-    /// Initial distance of the particles (m).
+    /// Initial distance of neighbouring particles (m).
     pub spacing: f64,
-    /// Kernel. Without an entry `cubic-spline`, and `wendland-c2` where all bodies that move by themselves are Newtonian liquids (and
-    /// `formulation` is `updated`): particles of liquids clump with the cubic spline.
+    /// Smoothing kernel. The default is `cubic-spline`, or `wendland-c2` where all bodies that move by themselves are Newtonian liquids
+    /// (and `formulation` is `updated`): particles of liquids clump with the cubic spline.
     #[serde(default)]
     pub kernel: Kernel,
-    /// Smoothing length over `spacing`, 0.9 to 3. Without an entry 1.2, and 1.5 for Newtonian liquids with `kernel` `wendland-c2`.
+    /// Smoothing length over `spacing` (-), 0.9 to 3. The default is 1.2, or 1.5 for Newtonian liquids with `kernel` `wendland-c2`.
     #[serde(default = "smoothing")]
     pub smoothing: f64,
-    /// Allows a smoothing at which the kernel is known to make particles clump.
+    /// Whether a smoothing is allowed at which the kernel is known to make particles clump.
     #[serde(default)]
     pub allow_pairing: bool,
-    /// How the smoothing length follows the density.
+    /// Dependence of the smoothing length on the density.
     #[serde(default)]
     pub smoothing_length: SmoothingLength,
-    /// Largest smoothing length over the initial one, 1 to 3.
+    /// Upper bound of the smoothing length over the initial one (-), 1 to 3.
     #[serde(default = "growth")]
     pub smoothing_growth: f64,
-    /// The kernel between particles of different smoothing lengths.
+    /// Kernel between particles of different smoothing lengths.
     #[serde(default)]
     pub symmetrisation: Symmetrisation,
     /// Time integration.
     #[serde(default)]
     pub integration: TimeIntegration,
-    /// Form of the momentum equation. Where it is left out and bodies differ in density, `rho-rho`, but for `grad-h`.
+    /// Form of the momentum equation. When absent and bodies differ in density, `rho-rho`, except with `grad-h`.
     #[serde(default)]
     pub momentum: MomentumEquation,
     /// Form of the continuity equation.
     #[serde(default)]
     pub continuity: ContinuityEquation,
-    /// Allows density by summation where supports are not full at the start, or densities differ: particles at free
-    /// surfaces lose up to half of their density, and jumps of density are smeared.
+    /// Whether density by summation is allowed where supports are not full at the start, or densities differ. Particles at free surfaces
+    /// then lose up to half of their density, and jumps of density are smeared.
     #[serde(default)]
     pub allow_summation: bool,
-    /// Operator of the velocity gradient that the law gets. Without an entry `compatible` where all that moves are liquids, and
-    /// `corotated` elsewhere: near a surface `compatible` includes a part of a rotation only, and strains a rotating body until it stops.
+    /// Operator of the velocity gradient of the material law. The default is `compatible` where all moving bodies are liquids, and
+    /// `corotated` elsewhere: near a surface `compatible` includes only a part of a rotation, and strains a rotating body until it stops.
     #[serde(default)]
     pub velocity_gradient: VelocityGradientOperator,
-    /// Linear artificial viscosity `α`, at least 0; it adds about `α h c/8` to the kinematic viscosity. 0.1 without an entry, and 0 where
-    /// all bodies are liquids whose own viscosity is at least `ρ c spacing/100`.
+    /// Linear artificial viscosity `α` (-), at least 0. It adds about `α h c/8` to the kinematic viscosity. The default is 0.1, or 0
+    /// where all bodies are liquids whose own viscosity is at least `ρ c spacing/100`.
     #[serde(default = "viscosity")]
     pub viscosity_linear: f64,
-    /// Quadratic artificial viscosity, at least 0.
+    /// Quadratic artificial viscosity `β` (-), at least 0.
     #[serde(default)]
     pub viscosity_quadratic: f64,
     /// Speed of sound of the artificial viscosity and of the damping.
     #[serde(default)]
     pub sound_speed: SoundSpeed,
-    /// Viscous damping `ξ`, at least 0: velocities fall by `exp(-ξ c dt / h)` in a step.
+    /// Viscous damping `ξ` (-), at least 0: velocities decrease by the factor `exp(-ξ c dt / h)` in a step.
     #[serde(default)]
     pub damping: f64,
-    /// Against tensile instability.
+    /// Correction against tensile instability.
     #[serde(default)]
     pub tensile: Tensile,
-    /// Smoothing of stress, of bodies whose law is in rate form: a law that finds its stress from its elastic strain or
-    /// the rate of the motion, as hyperelastic laws and Newtonian fluids do, keeps its own. Refused where no body's law
-    /// is in rate form. A step without motion takes the stress back to yield; where the law depends on time (relaxation,
-    /// eigenstrain, user materials) the next step with motion does.
+    /// Smoothing of stress, for bodies whose law is in rate form. A law whose stress follows from its elastic strain or the rate of the
+    /// motion, such as that of hyperelastic solids and Newtonian fluids, keeps its stress. Refused where no body's law is in rate form. A
+    /// step without motion returns the stress to yield; where the law depends on time (relaxation, eigenstrain, user materials) the next
+    /// step with motion does.
     #[serde(default)]
     pub regularisation: Regularisation,
-    /// Steps between two regularisations.
+    /// Number of steps between two regularisations of stress.
     #[serde(default = "default_regularisation_steps")]
     pub regularisation_steps: u64,
-    /// Diffusion of stress `ζ` within each body, 0 to 0.5; what the weight between particles explains is left out. Acts
-    /// on bodies whose law is in rate form, as `regularisation`, and is refused where no body's is.
+    /// Diffusion of stress `ζ` (-) within each body, 0 to 0.5. The stress difference due to the weight between particles is not diffused.
+    /// For bodies whose law is in rate form, as `regularisation`; refused where no body's law is.
     #[serde(default)]
     pub stress_diffusion: f64,
-    /// Ratio of horizontal to vertical stress in that weight.
+    /// Ratio of horizontal to vertical stress (-) of the weight in `stress_diffusion`.
     #[serde(default = "default_wall_k0")]
     pub stress_diffusion_k0: f64,
-    /// Diffusion of density `δ` within each body of fluid, 0 to 0.5.
+    /// Diffusion of density `δ` (-) within each body of fluid, 0 to 0.5.
     #[serde(default)]
     pub density_diffusion: f64,
-    /// Renewal of density, for fluids.
+    /// Reinitialisation of density, for fluids.
     #[serde(default)]
     pub density_reset: DensityReset,
-    /// Steps between two renewals.
+    /// Number of steps between two reinitialisations of density.
     #[serde(default = "default_reset_steps")]
     pub density_reset_steps: u64,
-    /// Share of the neighbours' velocity with which particles of bodies that are not `held` move (XSPH), 0 to 1.
+    /// XSPH fraction (-), 0 to 1: share of the neighbours' velocity in the motion of the particles of bodies that are not `held`.
     #[serde(default)]
     pub xsph: f64,
-    /// Viscosity, in units of `viscosity_linear`, against the part of the relative velocity of neighbours that their
-    /// velocity gradients do not see (hourglass or zero-energy modes), 0 to 1. Linear velocity fields feel nothing of
-    /// it where `velocity_gradient` is `corrected`, and rotations nothing where it is `corotated`.
+    /// Viscosity of hourglass (zero-energy) modes, in units of `viscosity_linear`, 0 to 1. It acts on the part of the relative velocity
+    /// of neighbours that their velocity gradients do not represent. It does not act on linear velocity fields where `velocity_gradient`
+    /// is `corrected`, nor on rotations where it is `corotated`.
     #[serde(default)]
     pub hourglass_viscosity: f64,
-    /// Shifting of particles towards even spacing, in smoothing lengths per length moved; at least 0. Without an entry 10 where all bodies that
-    /// move by themselves are Newtonian liquids that fill the domain (no free surface) and there is no obstacle, and 0 elsewhere. Particles are
-    /// shifted every four steps, by their way since (more often with more than 10), which makes steps 1.7 times as expensive. Velocity,
-    /// density and stress are carried along to first order, density and stress with their gradients within the body.
+    /// Shifting of particles towards even spacing, in smoothing lengths per length moved, at least 0. The default is 10 where all bodies
+    /// that move by themselves are Newtonian liquids that fill the domain (no free surface) and there is no obstacle, and 0 elsewhere.
+    /// Particles are shifted every four steps (more often with more than 10), in proportion to the distance moved since; this makes steps
+    /// 1.7 times as expensive. Velocity, density and stress are transported to first order, density and stress with their gradients
+    /// within the body.
     #[serde(default)]
     pub shifting: f64,
-    /// The speed over which `shifting` counts the way.
+    /// Speed in the distance of `shifting`.
     #[serde(default)]
     pub shifting_speed: ShiftingSpeed,
-    /// The configuration that the sums are taken over.
+    /// Configuration in which the kernel sums are taken.
     #[serde(default)]
     pub formulation: LagrangianFormulation,
     /// Confining pressure of a flexible membrane; none when absent.
     #[serde(default)]
     pub confining: Option<ConfiningPressure>,
-    /// Names of bodies that keep their initial velocity field during the whole run, times the factor that `held_history` gives; their
-    /// stress follows their law.
+    /// Names of bodies that keep their initial velocity field during the whole run, times the factor of `held_history`. Their stress
+    /// follows their law.
     #[serde(default)]
     pub held: Vec<String>,
-    /// Factors on the velocities of bodies that are `held`, over the time of the run, by the name of the body; those that
-    /// are not named keep theirs.
+    /// Time histories of factors on the velocities of `held` bodies, by the name of the body. Bodies not named keep their velocities.
     #[serde(default)]
     pub held_history: BTreeMap<String, TimeHistory>,
-    /// Names of bodies that are `held` along which the others slip freely. For each particle beside it such a body has the particle's own
+    /// Names of `held` bodies along which the others slip freely. Towards each particle beside it, such a body has the particle's own
     /// stress and velocity, mirrored in the plane normal to the direction from the particle to the body: forces act along that direction
     /// only. No force acts on the body, and it keeps its stress.
     #[serde(default)]
     pub smooth_bodies: Vec<String>,
-    /// Writes how well the sums over neighbours hold: as fields what the plain gradient makes of a constant, times the
-    /// smoothing length (`gradient_of_constant`, nothing where supports are full), and of the position
-    /// (`gradient_of_position`, one there); in the measures how many pairs of particles lie in one place and how many
-    /// corrections fall back. Takes the neighbours anew for every output.
+    /// Whether the accuracy of the kernel sums is written. Fields: the plain gradient of a constant, times the smoothing length
+    /// (`gradient_of_constant`, 0 where supports are full), and of the position (`gradient_of_position`, 1 there). Measures: the numbers
+    /// of pairs of particles at one position and of corrections that fall back. The neighbours are searched anew for every output.
     #[serde(default)]
     pub diagnostics: bool,
-    /// Factors on the velocities of walls, over the time of the run, by the name of the wall (that of its side where it
-    /// has none): its face stands where the integral of the velocity takes it. Those that are not named keep theirs.
+    /// Time histories of factors on the velocities of walls, by the name of the wall (that of its side where it has none). The face is at
+    /// the integral of the velocity over time. Walls not named keep their velocities.
     #[serde(default)]
     pub wall_history: BTreeMap<String, TimeHistory>,
     /// Stress and velocity of rough walls.
@@ -159,30 +158,31 @@ pub struct SphOptions {
     /// Discretisation of rough walls.
     #[serde(default)]
     pub rough_wall: RoughWall,
-    /// Discretisation of smooth walls. Fluid particles that pass the face are replaced by their images in it; others stop the run.
+    /// Discretisation of smooth walls. Fluid particles that pass the face are replaced by their images in it; other particles stop the
+    /// run.
     #[serde(default)]
     pub smooth_wall: SmoothWall,
-    /// Repulsion of particles closer than half a spacing to a particle of a wall, as a share of the square of the
-    /// speed of sound: keeps hard impacts from passing a wall. 0 for none.
+    /// Repulsion of particles closer than half a spacing to a particle of a wall, as a share of the square of the speed of sound. It
+    /// prevents particles from passing a wall in hard impacts. 0 for none.
     #[serde(default)]
     pub wall_guard: f64,
     /// Repulsion of particles of fluids closer than 0.7 spacings to each other or to their image in a smooth wall, as a share of the
-    /// square of the speed of sound, 0 to 0.2: pressure pushes the less the closer they are. Conserves momentum and energy; what
-    /// it stores counts as elastic energy. 0 for none.
+    /// square of the speed of sound, 0 to 0.2. It is needed since the pressure force decreases as particles approach each other. It
+    /// conserves momentum and energy; its stored energy counts as elastic energy. 0 for none.
     #[serde(default = "repulsion")]
     pub close_repulsion: f64,
-    /// Ratio of horizontal to vertical stress by which `extrapolated` walls carry weight on.
+    /// Ratio of horizontal to vertical stress (-) with which `extrapolated` walls continue the weight of the soil.
     #[serde(default = "default_wall_k0")]
     pub wall_k0: f64,
-    /// Courant number: step times wave speed over smoothing length, up to 1.
+    /// Courant number, up to 1: step times wave speed over smoothing length.
     #[serde(default = "courant")]
     pub courant: f64,
-    /// Fixed time step (s); chosen by the solver when absent. A run whose critical step is or comes to be shorter is refused
-    /// or stops: elastic waves may cross 1.8 smoothing lengths in it, whatever `courant` says.
+    /// Fixed time step (s); chosen by the solver when absent. A run whose critical step is or becomes shorter is refused or stops.
+    /// Elastic waves may cross 1.8 smoothing lengths in the step, whatever the value of `courant`.
     #[serde(default)]
     pub time_step: Option<f64>,
-    /// Number of ranks that share the particles out and exchange copies of those near each other, 1 to 1024. Results
-    /// are those of one rank. With the leapfrog and present neighbours (`formulation: updated`) only.
+    /// Number of ranks, 1 to 1024, that each compute a part of the particles and exchange copies near their boundaries. Results equal
+    /// those of one rank. Only with the leapfrog and current neighbours (`formulation: updated`).
     #[serde(default = "default_ranks")]
     pub ranks: u32,
 }

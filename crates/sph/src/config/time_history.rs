@@ -4,13 +4,13 @@ use colluvium_case::files::piecewise_linear as lines;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A factor that varies in time: straight lines between the given values, constant before the first and after the last.
+/// Factor that varies in time: linear between the given values, constant before the first and after the last.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TimeHistory {
-    /// Times of the run (s), each later than the one before.
+    /// Times of the run (s), in ascending order.
     pub times: Vec<f64>,
-    /// The factor at each of them.
+    /// Factor at each of the times (-).
     pub factors: Vec<f64>,
 }
 

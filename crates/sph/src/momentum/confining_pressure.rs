@@ -40,8 +40,8 @@ pub(crate) fn surface_detection_problem<const D: usize>(
     let ratio = smoothing.length() / spacing;
     (first > most || within <= most).then(|| {
         format!(
-            "{ratio} does not let confining tell surfaces by Σ V W <= {most} with this kernel: it is {first:.3} in the \
-             first layer, {within:.3} within; choose another, or confine on all"
+            "{ratio} does not allow confining to detect surfaces by Σ V W <= {most} with this kernel: the sum \
+             is {first:.3} in the first layer, {within:.3} inside. Choose another value, or confine on all"
         )
     })
 }

@@ -114,8 +114,8 @@ impl<const D: usize> VerletLists<D> {
             None => Ok(()),
             Some((i, name)) => {
                 let reason = format!(
-                    "it passed the surface of the obstacle {name:?}, before which particles are stopped: look at where that is \
-                     thinner or more curved than a spacing"
+                    "it passed the surface of the obstacle {name:?}, which stops particles. Check where the \
+                     obstacle is thinner or more curved than a spacing"
                 );
                 Err(p.particle_error(clock, i, reason))
             }

@@ -28,35 +28,35 @@ use crate::kernel::Smoothing;
 /// neighbours for a correction (sheet: sph §2.3).
 pub const MIN_DETERMINANT_RATIO: f64 = 1e-3;
 
-/// A discrete gradient.
+/// Discrete gradient operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Gradient {
-    /// `Σ V_j f_j ∇W` (BN 15).
+    /// Plain gradient `Σ V_j f_j ∇W` (BN 15).
     Plain,
-    /// `Σ V_j (f_j - f_i) ∇W` (BN 20): exact for constants.
+    /// Difference gradient `Σ V_j (f_j - f_i) ∇W` (BN 20): exact for constants.
     Difference,
-    /// `M⁻¹ Σ V_j (f_j - f_i) ∇W` (BN 21): exact for linear fields on any arrangement.
+    /// Corrected gradient `M⁻¹ Σ V_j (f_j - f_i) ∇W` (BN 21): exact for linear fields on any arrangement.
     Corrected,
-    /// `Σ m_j (f_j - f_i) ∇W / ρ_i` (BN 22).
+    /// Difference gradient with densities, `Σ m_j (f_j - f_i) ∇W / ρ_i` (BN 22).
     DensityDifference,
-    /// `ρ_i Σ m_j (f_i / ρ_i² + f_j / ρ_j²) ∇W` (BN 23): pairwise antisymmetric.
+    /// Symmetric gradient `ρ_i Σ m_j (f_i / ρ_i² + f_j / ρ_j²) ∇W` (BN 23): pairwise antisymmetric.
     SymmetricRho2,
-    /// `Σ V_j (f_i + f_j) ∇W` (BN 24): pairwise antisymmetric.
+    /// Symmetric gradient `Σ V_j (f_i + f_j) ∇W` (BN 24): pairwise antisymmetric.
     SymmetricSum,
 }
 
-/// A discrete Laplacian.
+/// Discrete Laplacian operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Laplacian {
-    /// `Σ V_j (f_j - f_i) ∇²W` (BN 25): sensitive to disorder.
+    /// Second derivative of the kernel, `Σ V_j (f_j - f_i) ∇²W` (BN 25): sensitive to disorder.
     SecondDerivative,
-    /// `2 Σ V_j (f_j - f_i) F` (BN 31).
+    /// Brookshaw's Laplacian `2 Σ V_j (f_j - f_i) F` (BN 31).
     Brookshaw,
-    /// The new operator (BN 39): exact for linear fields on any arrangement.
+    /// Laplacian of Bui and Nguyen (BN 39): exact for linear fields on any arrangement.
     BuiNguyen,
-    /// All second derivatives by inversion: exact for quadratic fields on any arrangement.
+    /// Corrected second derivatives by inversion: exact for quadratic fields on any arrangement.
     Csph2,
 }
 
@@ -64,9 +64,9 @@ pub enum Laplacian {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DiffusivityMean {
-    /// `2 k_i k_j / (k_i + k_j)`.
+    /// Harmonic mean `2 k_i k_j / (k_i + k_j)`.
     Harmonic,
-    /// `(k_i + k_j) / 2`.
+    /// Arithmetic mean `(k_i + k_j) / 2`.
     Arithmetic,
 }
 

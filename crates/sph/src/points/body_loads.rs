@@ -57,7 +57,7 @@ impl<const D: usize> BodyLoads<D> {
             let on = |loaded: &&LoadedBody<'_, D>| case.bodies[loaded.body as usize].name == load.body();
             let Some(&LoadedBody { body, held, first, positions }) = bodies.iter().find(on) else { continue };
             if held {
-                let problem = format!("the body {:?} is held, whatever acts on it", load.body());
+                let problem = format!("the body {:?} is held, and loads do not act on it", load.body());
                 return Err(CaseError::new(format!("loads[{number}].body"), problem));
             }
             let carried = case.load_vectors(number, positions, &[spacing; D])?;

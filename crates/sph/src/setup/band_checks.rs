@@ -23,15 +23,16 @@ pub(super) fn check_bands<const D: usize>(case: &Case, options: &SphOptions) -> 
         let name = &body.material;
         if options.kernel != Kernel::CubicSpline {
             let problem = format!(
-                "bands of the material {name:?} spend their fracture energy with cubic-spline only: take that, or give the material \
-                 the length of its bands (`size`)"
+                "bands of the material {name:?} dissipate their fracture energy with cubic-spline only: use \
+                 that kernel, or give the material the length of its bands (`size`)"
             );
             return Err(CaseError::new("methods.sph.kernel", problem));
         }
         if options.smoothing > MAX_SMOOTHING_RATIO * (1.0 + 1e-9) {
             let problem = format!(
-                "{} spreads a crack of the material {name:?} over more than two rows of particles, and it spends up to four times its \
-                 fracture energy: at most {MAX_SMOOTHING_RATIO}, or give the material the length of its bands (`size`)",
+                "{} spreads a crack of the material {name:?} over more than two rows of particles, and it \
+                 dissipates up to four times its fracture energy: use at most {MAX_SMOOTHING_RATIO}, or give \
+                 the material the length of its bands (`size`)",
                 options.smoothing
             );
             return Err(CaseError::new("methods.sph.smoothing", problem));
@@ -39,8 +40,9 @@ pub(super) fn check_bands<const D: usize>(case: &Case, options: &SphOptions) -> 
         let Some(largest) = law.largest_band() else { continue };
         if band_length::<D>(options.spacing.powi(D as i32)) >= largest {
             let problem = format!(
-                "bands of the material {name:?} snap back from {:.4e} m on, half of E G/f_t² or of that with \
-                 the shear modulus if it is less: make it smaller, or set `allow_snapback` in the material",
+                "bands of the material {name:?} show snap-back from {:.4e} m on (half of E G/f_t², or of the \
+                 same with the shear modulus if that is less): make it smaller, or set `allow_snapback` in \
+                 the material",
                 0.5 * largest
             );
             return Err(CaseError::new("methods.sph.spacing", problem));
@@ -55,8 +57,9 @@ pub(super) fn rigid_sticking_warning(case: &Case) -> Option<String> {
     let number = case.bodies.iter().position(|body| body.rigid)?;
     let stuck = case.bodies.iter().find(|body| !body.rigid && soil(&body.material))?;
     Some(format!(
-        "bodies[{number}].rigid: in sph {:?} sticks to the rigid body {:?}, in tension too, and neither slips along it nor lifts off \
-         it: where that matters use an obstacle, which may move as told (`obstacles.motion`), or mpm with `contacts`",
+        "bodies[{number}].rigid: in sph {:?} sticks to the rigid body {:?}, in tension too, and neither \
+         slides along it nor separates from it. Where that matters, use an obstacle, which may have a \
+         prescribed motion (`obstacles.motion`), or mpm with `contacts`",
         stuck.name, case.bodies[number].name
     ))
 }

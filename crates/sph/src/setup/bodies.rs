@@ -63,7 +63,7 @@ pub(super) fn add_body<const D: usize>(
     let factor = history.as_ref().map_or(1.0, |history| history.at(0.0));
     let own = listed.as_ref().and_then(|list| list.velocities.as_ref());
     if own.is_some() && options.held.contains(&body.name) {
-        let problem = "has velocities, and a held body moves with its `velocity`";
+        let problem = "has velocities, but a held body moves with its `velocity`";
         return Err(CaseError::new(format!("{path}.points.file"), problem));
     }
     let velocity = |(point, x): (usize, &[f64; D])| match own {
@@ -146,8 +146,10 @@ pub(super) fn check_distances<const D: usize>(
     match list.pairs().find(close) {
         None => Ok(()),
         Some((i, _)) => {
-            let problem =
-                format!("two particles stand at {:?} m: do bodies overlap?", particles.position[i as usize]);
+            let problem = format!(
+                "two particles have the same position, {:?} m: check whether bodies overlap",
+                particles.position[i as usize]
+            );
             Err(CaseError::new("bodies", problem))
         }
     }

@@ -52,25 +52,32 @@ pub(crate) fn capabilities(options: &SphOptions) -> Capabilities {
             "obstacles.motion*",
         ])
         .rejects("space=axisymmetric", "sph has no axisymmetric form: use plane-strain or 3d")
-        .rejects_if(total, "bodies.rigid", in_total("bodies deform or are held"))
-        .rejects_if(options.ranks > 1, "bodies.rigid", "a rigid body is not shared out among ranks: use one")
-        .rejects("bodies.remove_outside", "sph has no sides that points leave by")
-        .rejects("bodies.pore_fluid", "sph has one phase; where no fluid leaves use the material undrained")
+        .rejects_if(total, "bodies.rigid", in_total("bodies are deformable or held"))
+        .rejects_if(
+            options.ranks > 1,
+            "bodies.rigid",
+            "a rigid body cannot be distributed over ranks: use one rank",
+        )
+        .rejects("bodies.remove_outside", "sph has no sides through which points can leave")
+        .rejects(
+            "bodies.pore_fluid",
+            "sph has one phase: where no fluid flows out, use the material undrained",
+        )
         .rejects("boundaries.group", "sph has no mesh with groups of nodes")
         .rejects("boundaries.wall=absorbing", "sph has no absorbing boundaries")
         .rejects("boundaries.separation", "material cannot lift off the rough and smooth walls of sph")
         .rejects("boundaries.wall.bilateral", "material can always lift off the frictional walls of sph")
-        .rejects("loads=pore-pressure", "sph has one phase: a total pressure is a `pressure`")
-        .rejects("loads.applied_to", "sph has no nodes: its particles carry loads")
-        .rejects("patches", "sph has no nodes to prescribe")
-        .rejects("stages.damping_axes", "sph damps all axes alike")
+        .rejects("loads=pore-pressure", "sph has one phase: give a total pressure as a `pressure`")
+        .rejects("loads.applied_to", "sph has no nodes: loads act on its particles")
+        .rejects("patches", "sph has no nodes with a prescribed motion")
+        .rejects("stages.damping_axes", "sph has the same damping along all axes")
         .rejects("stages.rayleigh_damping", "sph has no Rayleigh damping")
         .rejects("stages.excavate", "sph removes whole bodies only: use remove_bodies")
         .rejects("measures=dissipation", "sph does not count dissipation")
-        .rejects_if(total, "obstacles", in_total("obstacles do not act: hold a body as a clamp"))
-        .rejects_if(total, "boundaries", in_total("walls do not act: hold a body as a clamp"))
-        .rejects_if(total, "stages.remove_bodies", in_total("bodies stay"))
-        .rejects_if(total, "domain.periodic", in_total("there are no periods"))
+        .rejects_if(total, "obstacles", in_total("obstacles have no effect: use a held body as a clamp"))
+        .rejects_if(total, "boundaries", in_total("walls have no effect: use a held body as a clamp"))
+        .rejects_if(total, "stages.remove_bodies", in_total("bodies cannot be removed"))
+        .rejects_if(total, "domain.periodic", in_total("a periodic domain is not available"))
 }
 
 /// Refuses features that SPH does not support (yet), by name.
@@ -95,7 +102,7 @@ fn check_walls(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
         if frictional && options.wall_stress != WallStress::Pairwise {
             return Err(CaseError::new(
                 path("wall"),
-                "frictional walls answer pairwise: set wall_stress to pairwise",
+                "frictional walls act pairwise: set wall_stress to pairwise",
             ));
         }
     }
@@ -108,7 +115,7 @@ fn check_walls(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
             Some(wall) if wall.velocity.is_none() => {
                 return Err(CaseError::new(
                     path,
-                    format!("the wall {name:?} has no velocity that could vary"),
+                    format!("the wall {name:?} has no velocity, to which the history could apply"),
                 ));
             }
             Some(_) => {}
@@ -135,7 +142,7 @@ fn check_obstacles(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
         ("confining.on", surface, "take another form"),
     ] {
         if on {
-            let problem = format!("does not go with obstacles, which have no particles: {cure}");
+            let problem = format!("is not available with obstacles, which have no particles: {cure}");
             return Err(CaseError::new(format!("methods.sph.{key}"), problem));
         }
     }
@@ -151,12 +158,14 @@ fn check_obstacle_periods(case: &Case) -> Result<(), CaseError> {
             let same = matches!(&obstacle.shape, ObstacleShape::Plane { normal, .. } if normal[axis] == 0.0);
             let path = |key: &str| format!("obstacles[{number}].motion.{key}");
             if motion.rotation != 0.0 {
-                let problem = "in a periodic domain sph has no obstacles that turn: they do not repeat";
+                let problem = "in a periodic domain an obstacle of sph cannot rotate, because it has no \
+                               periodic image";
                 return Err(CaseError::new(path("rotation"), problem));
             }
             if along && !same {
-                let problem = "carries the obstacle over the end of a period, where it does not come back: of what moves along a \
-                               periodic axis sph takes planes along it only";
+                let problem = "moves the obstacle across the end of a period, and it does not return on the \
+                               other side: along a periodic axis, sph can move only planes parallel to that \
+                               axis";
                 return Err(CaseError::new(path("velocity"), problem));
             }
         }
@@ -170,7 +179,7 @@ fn check_rigid(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     let problem = |problem: &str| Err(CaseError::new(format!("bodies[{number}].rigid"), problem));
     if options.held.contains(&case.bodies[number].name) {
         return problem(
-            "sph holds the body (`held`), or it is rigid and moves as the `motions` say: take one",
+            "the body is either held (`held`), or rigid with the motion of the `motions`: choose one",
         );
     }
     if options.integration != TimeIntegration::Leapfrog {
@@ -192,14 +201,14 @@ fn check_names(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     }
     for (number, name) in options.smooth_bodies.iter().enumerate() {
         if !options.held.contains(name) {
-            let problem = format!("{name:?} is not among the bodies that are held: only these can be smooth");
+            let problem = format!("{name:?} is not among the held bodies: only these can be smooth");
             return Err(CaseError::new(format!("methods.sph.smooth_bodies[{number}]"), problem));
         }
     }
     for (name, history) in &options.held_history {
         let path = format!("methods.sph.held_history.{name}");
         if !options.held.contains(name) {
-            let problem = format!("{name:?} is not among the bodies that are held");
+            let problem = format!("{name:?} is not among the held bodies");
             return Err(CaseError::new(path, problem));
         }
         history.validate().map_err(|(key, problem)| CaseError::new(format!("{path}.{key}"), problem))?;
@@ -229,13 +238,14 @@ fn check_periods(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
         let length = case.domain.max[axis] - case.domain.min[axis];
         if length < reach {
             let problem =
-                format!("the domain is {length} m long, less than the reach of a particle, {reach} m");
+                format!("the domain is {length} m long, less than the support of a particle, {reach} m");
             return Err(CaseError::new(path, problem));
         }
         let count = length / options.spacing;
         if (count - count.round()).abs() > 1e-6 {
-            let problem =
-                format!("the domain is {count} spacings of methods.sph long: a whole number is needed");
+            let problem = format!(
+                "the length of the domain is {count} times methods.sph.spacing: a whole number is needed"
+            );
             return Err(CaseError::new(path, problem));
         }
     }
@@ -247,7 +257,8 @@ fn check_density_forms(case: &Case, options: &SphOptions) -> Result<(), CaseErro
     let (low, high) = densities(case);
     if options.continuity == ContinuityEquation::Summation && low < high && !options.allow_summation {
         let problem = format!(
-            "summation smears the jump between bodies of {low} and {high} kg/m³: use volume, or allow_summation"
+            "summation smooths the jump between bodies of {low} and {high} kg/m³: use volume, or set \
+             allow_summation"
         );
         return Err(CaseError::new("methods.sph.continuity", problem));
     }
@@ -261,7 +272,7 @@ fn check_density_forms(case: &Case, options: &SphOptions) -> Result<(), CaseErro
         if on && !fluid {
             return Err(CaseError::new(
                 format!("methods.sph.{name}"),
-                "is for fluids, and no body is made of one",
+                "is for fluids, but no body is a fluid",
             ));
         }
     }
@@ -279,7 +290,7 @@ pub(super) fn check_stress_forms(groups: &[ParticleGroup], options: &SphOptions)
     ] {
         if on {
             let problem =
-                "is for laws in rate form, and no body is made of one: others find their stress anew";
+                "is for laws in rate form, but no body has one: other laws compute their stress anew";
             return Err(CaseError::new(format!("methods.sph.{name}"), problem));
         }
     }
@@ -295,8 +306,8 @@ fn jump_warnings(case: &Case, options: &SphOptions) -> Vec<String> {
     }
     if options.momentum == MomentumEquation::Rho2 && has_jump(case) {
         warnings.push(format!(
-            "methods.sph.momentum: bodies of {low} and {high} kg/m³: where they touch, rho2 sets even a uniform stress in \
-             motion and reflects waves too strongly: use rho-rho"
+            "methods.sph.momentum: where bodies of {low} and {high} kg/m³ are in contact, rho2 causes motion \
+             even under uniform stress and reflects waves too strongly: use rho-rho"
         ));
     }
     // A gradient that follows the form of the momentum equation is corrected with it.
@@ -309,8 +320,8 @@ fn jump_warnings(case: &Case, options: &SphOptions) -> Vec<String> {
     };
     if let Some((key, what, cure)) = wrong.filter(|_| high >= 2.0 * low) {
         warnings.push(format!(
-            "methods.sph.{key}: bodies of {low} and {high} kg/m³: where they touch, weights by mass miscount their {what}: use \
-             {cure}"
+            "methods.sph.{key}: where bodies of {low} and {high} kg/m³ are in contact, weights by mass give a \
+             wrong {what}: use {cure}"
         ));
     }
     warnings
@@ -335,7 +346,7 @@ fn tension_warning(case: &Case, options: &SphOptions) -> Option<String> {
     let bears = |b: &&Body| elastic(&b.material) && !b.rigid && !options.held.contains(&b.name);
     let body = case.bodies.iter().find(bears)?;
     Some(format!(
-        "methods.sph.tensile: the body {} is elastic: where it comes under tension its particles clump and it crumbles; use \
+        "methods.sph.tensile: the body {} is elastic. Under tension its particles clump and it breaks up: use \
          artificial-stress, or the formulation total-lagrangian where its particles keep their neighbours",
         body.name
     ))
@@ -349,8 +360,8 @@ fn stepped_edge_warning(case: &Case, options: &SphOptions) -> Option<String> {
     let stepped = |b: &Body| b.points.is_none() && b.sampling.is_lattice() && b.shape.has_round_edges();
     let number = case.bodies.iter().position(|b| stepped(b) && !options.held.contains(&b.name))?;
     Some(format!(
-        "bodies[{number}].sampling: on a lattice the round sides of {:?} are stepped, and stress next to them comes out 10 to 20 % \
-         short at ten particles to a radius: use \"fitted\"",
+        "bodies[{number}].sampling: on a lattice the round sides of {:?} are stepped, and the stress next to \
+         them is 10 to 20 % too small at ten particles to a radius: use \"fitted\"",
         case.bodies[number].name
     ))
 }
@@ -365,8 +376,8 @@ pub(super) fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
         let spacing = list.spacing(case.dimension());
         if (spacing / options.spacing - 1.0).abs() > LISTED_SLACK {
             warnings.push(format!(
-                "bodies[{number}].points: they are {spacing:.4e} m wide on the mean, methods.sph.spacing is {} m, and the \
-                 smoothing length follows from that",
+                "bodies[{number}].points: their mean width is {spacing:.4e} m, but methods.sph.spacing is {} \
+                 m, and the smoothing length follows from that",
                 options.spacing
             ));
         }

@@ -115,7 +115,7 @@ fn problem_size_in<const D: usize>(
     let walls = wall_particle_count::<D>(case, options, smoothing::<D>(options)?.radius());
     let memory = points * bytes_each::<D>(options)? + states + walls * source_bytes(D) as f64;
     let (key, cure) = if walls > points {
-        ("domain", "most are particles of walls: make it smaller, or the spacing larger")
+        ("domain", "most of them are wall particles: make the domain smaller, or the spacing larger")
     } else {
         ("methods.sph.spacing", "")
     };
@@ -264,7 +264,8 @@ fn check_summed_densities<const D: usize>(solver: &SphSolver<D>) -> Result<(), C
         .position(|(sum, density)| !((sum / density - 1.0).abs() <= DENSITY_TOLERANCE));
     let Some(i) = off else { return Ok(()) };
     let problem = format!(
-        "summation gives the particle at {:?} m {:.3} of its density: fill the domain between walls or periods, or allow_summation",
+        "by summation the particle at {:?} m has {:.3} of its density: fill the domain between walls or \
+         periodic sides, or set allow_summation",
         p.position[i],
         summed[i] / p.density[i]
     );

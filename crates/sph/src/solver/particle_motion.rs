@@ -93,9 +93,9 @@ fn out_of_range_reason<const D: usize>(
     };
     let (name, axis) = (setting.case.boundaries[wall.boundary].name(), ["x", "y", "z"][wall.axis]);
     format!(
-        "it passed the wall {name:?}, whose face stands at {axis} = {} m: methods.sph.wall_guard keeps particles off \
-         walls of particles; mirrors are tighter with methods.sph.hourglass_viscosity, or made of particles \
-         (methods.sph.smooth_wall, rough_wall)",
+        "it passed the wall {name:?}, whose face is at {axis} = {} m. For walls of particles set \
+         methods.sph.wall_guard; for mirror walls set methods.sph.hourglass_viscosity, or use walls of \
+         particles (methods.sph.smooth_wall, rough_wall)",
         wall.face_at(time)
     )
 }

@@ -116,8 +116,10 @@ pub fn update_stress<const D: usize>(
                     }
                     let here = range.start + number * BLOCK_SIZE + k;
                     if !DENSITY_RANGE.contains(&(density[k] / initial)) {
-                        let problem =
-                            format!("its density {} kg/m³ left 0.2 to 5 times the initial", density[k]);
+                        let problem = format!(
+                            "its density {} kg/m³ is outside 0.2 to 5 times the initial density",
+                            density[k]
+                        );
                         return Some((here, problem));
                     }
                     let volume = mass[k] / density[k];

@@ -198,8 +198,8 @@ pub fn check_supported(options: &SphOptions) -> Result<(), CaseError> {
         }
     };
     let of = |name: &str| format!("methods.sph.{name}");
-    rule(options.integration == TimeIntegration::Leapfrog, &of("integration"), "only the leapfrog is there")?;
-    rule(options.tensile == Tensile::None, &of("tensile"), "there is no tensile instability to cure")?;
+    rule(options.integration == TimeIntegration::Leapfrog, &of("integration"), "only leapfrog is available")?;
+    rule(options.tensile == Tensile::None, &of("tensile"), "there is no tensile instability")?;
     rule(options.regularisation == Regularisation::None, &of("regularisation"), "stress is not smoothed")?;
     // Both are corrected and adjoint by construction.
     let momentum = matches!(options.momentum, MomentumEquation::Rho2 | MomentumEquation::Corrected);
@@ -222,8 +222,8 @@ pub fn check_supported(options: &SphOptions) -> Result<(), CaseError> {
     let symmetrisation = options.symmetrisation == Symmetrisation::Arithmetic;
     rule(symmetrisation, &of("symmetrisation"), "the smoothing length is fixed")?;
     rule(!options.is_variable(), &of("smoothing_length"), "the smoothing length is fixed")?;
-    rule(!options.diagnostics, &of("diagnostics"), "sums are those of the start for good")?;
-    rule(options.smooth_bodies.is_empty(), &of("smooth_bodies"), "bodies that touch stay bonded")?;
+    rule(!options.diagnostics, &of("diagnostics"), "kernel sums do not change")?;
+    rule(options.smooth_bodies.is_empty(), &of("smooth_bodies"), "bodies in contact stay bonded")?;
     rule(options.confining.is_none(), &of("confining"), "no pressure acts on surfaces")?;
     for (name, value) in [
         ("stress_diffusion", options.stress_diffusion),
@@ -232,7 +232,7 @@ pub fn check_supported(options: &SphOptions) -> Result<(), CaseError> {
         ("hourglass_viscosity", options.hourglass_viscosity),
         ("shifting", options.shifting),
     ] {
-        rule(value == 0.0, &of(name), "it does not act")?;
+        rule(value == 0.0, &of(name), "it has no effect")?;
     }
     Ok(())
 }

@@ -101,7 +101,7 @@ fn what_spreads_a_crack_or_snaps_back_is_refused_with_the_cure() {
     let (path, problem) = refused(&case_with(brittle, &json!({}))).unwrap_err();
     assert_eq!(path, "methods.sph.spacing");
     let from: f64 = problem
-        .split("\"strong\" snap back from ")
+        .split("\"strong\" show snap-back from ")
         .nth(1)
         .unwrap()
         .split(' ')

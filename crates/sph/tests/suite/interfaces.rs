@@ -363,19 +363,19 @@ fn what_the_forms_make_of_a_jump_of_density_is_told_with_its_cure() {
         options.as_object_mut().unwrap().extend(sph.as_object().unwrap().clone());
         Sph.plan(&halves(&densities.map(solid), &options)).unwrap().warnings.join("\n")
     };
-    let momentum = "methods.sph.momentum: bodies of 1000 and 2000 kg/m³";
+    let momentum = "methods.sph.momentum: where bodies of 1000 and 2000 kg/m³";
     let asked = told([1000.0, 2000.0], &json!({ "momentum": "rho2" }));
-    assert!(asked.contains(momentum) && !asked.contains("miscount"), "{asked}");
+    assert!(asked.contains(momentum) && !asked.contains("weights by mass"), "{asked}");
     // The recommended option gives no warning, and the default is the recommended one.
-    assert!(!told([1000.0, 2000.0], &json!({ "momentum": "rho-rho" })).contains("where they touch"));
-    assert!(!told([1000.0, 2000.0], &json!({})).contains("where they touch"));
-    assert!(!told([1000.0, 1000.0], &json!({ "momentum": "rho2" })).contains("where they touch"));
+    assert!(!told([1000.0, 2000.0], &json!({ "momentum": "rho-rho" })).contains("are in contact"));
+    assert!(!told([1000.0, 2000.0], &json!({})).contains("are in contact"));
+    assert!(!told([1000.0, 1000.0], &json!({ "momentum": "rho2" })).contains("are in contact"));
     for (key, given, cure) in
         [("continuity", "mass", "volume"), ("velocity_gradient", "density-difference", "difference")]
     {
         let with = |value: &str| told([1000.0, 2000.0], &json!({ "momentum": "rho-rho", key: value }));
-        assert!(with(given).contains(&format!("methods.sph.{key}: bodies of")), "{}", with(given));
-        assert!(!with(cure).contains("where they touch"), "{}", with(cure));
+        assert!(with(given).contains(&format!("methods.sph.{key}: where bodies of")), "{}", with(given));
+        assert!(!with(cure).contains("are in contact"), "{}", with(cure));
     }
 }
 

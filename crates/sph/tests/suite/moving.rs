@@ -370,7 +370,7 @@ fn what_does_not_come_back_in_a_period_is_refused() {
     assert_eq!(problem(json!({ "velocity": [1, 0.5] }), plane.clone()), None);
     assert_eq!(problem(json!({ "velocity": [0, 0.5] }), ram.clone()), None);
     let over = problem(json!({ "velocity": [1, 0] }), ram.clone()).unwrap();
-    assert!(over.starts_with("obstacles[0].motion.velocity: carries the obstacle over the end"), "{over}");
+    assert!(over.starts_with("obstacles[0].motion.velocity: moves the obstacle across the end"), "{over}");
     let turns = problem(json!({ "rotation": 5, "centre": [0, 0] }), ram).unwrap();
     assert!(turns.starts_with("obstacles[0].motion.rotation"), "{turns}");
 }

@@ -177,7 +177,7 @@ fn what_does_not_go_with_obstacles_is_refused_by_path() {
         Sph.build(&sliding(&case)).map(|_| ()).unwrap_err().to_string()
     };
     let summed = problem(&json!({ "methods": { "sph": { "spacing": 0.05, "continuity": "summation" } } }));
-    assert!(summed.starts_with("methods.sph.continuity: does not go with obstacles"), "{summed}");
+    assert!(summed.starts_with("methods.sph.continuity: is not available with obstacles"), "{summed}");
     let deep = json!({ "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, -0.2], "max": [0.6, 0.1] } }] });
     let found = problem(&deep);
     assert!(found.starts_with("bodies[0].shape: the point at") && found.contains("\"floor\""), "{found}");

@@ -109,7 +109,7 @@ fn walls_of_particles_are_counted_before_they_are_made() {
     // Ten kilometres of wall and one particle.
     case.domain.max[0] = 1e4;
     let error = Sph.problem_size(&case).unwrap().check_memory(1e7).unwrap_err().to_string();
-    assert!(error.starts_with("domain: ") && error.contains("walls"), "{error}");
+    assert!(error.starts_with("domain: ") && error.contains("wall particles"), "{error}");
 }
 
 /// Column of `sheet: sph §5.4 set S` at a spacing of 1 cm. A particle close to a mirror hardly interacts with its own image, and its
@@ -189,7 +189,7 @@ fn a_particle_that_passes_a_wall_stops_the_run_wherever_the_wall_has_got_to() {
         ),
     ] {
         let (x, time, reason) = end_of(&chip(wall, speed, &sph));
-        let told = reason.strip_prefix("it passed the wall \"ram\", whose face stands at y = ");
+        let told = reason.strip_prefix("it passed the wall \"ram\", whose face is at y = ");
         let face: f64 = told.and_then(|told| told.split(' ').next()?.parse().ok()).expect(&reason);
         let course = if sph.get("wall_history").is_some() { 0.5 * time * time } else { time };
         assert!((face - speed * course).abs() < 1e-12, "{reason}, at {time} s");
@@ -206,7 +206,7 @@ fn what_leaves_the_domain_is_told_whether_there_was_a_wall() {
         case
     };
     let (x, _, reason) = end_of(&at_side(json!([{ "side": "y-min", "wall": { "kind": "rough" } }])));
-    assert!(reason.starts_with("it passed the wall \"y-min\", whose face stands at y = -2 m"), "{reason}");
+    assert!(reason.starts_with("it passed the wall \"y-min\", whose face is at y = -2 m"), "{reason}");
     assert!((-2.06..-2.05).contains(&x[1]), "{x:?}");
     let (x, _, reason) = end_of(&at_side(json!([])));
     assert!(reason.starts_with("it left the domain"), "{reason}");

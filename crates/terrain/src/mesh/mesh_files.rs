@@ -30,7 +30,7 @@ fn merge_solids(bytes: Vec<u8>) -> Result<Vec<u8>, String> {
     let solids = text.lines().filter(|line| line.trim_start().starts_with("solid")).count();
     let ends = text.lines().filter(|line| line.trim_start().starts_with("endsolid")).count();
     if solids != ends {
-        return Err(format!("begins {solids} solids and ends {ends}: it may be cut short"));
+        return Err(format!("begins {solids} solids and ends {ends}: it may be truncated"));
     }
     let is_inner =
         |line: &&str| !["solid", "endsolid"].iter().any(|word| line.trim_start().starts_with(word));
@@ -48,7 +48,7 @@ fn first_invalid_line(lines: &[String]) -> Option<String> {
     };
     let line = lines.iter().find(is_wrong)?;
     let cure = if line.contains(',') { ": write numbers with a decimal point" } else { "" };
-    Some(format!(": {:?} has no three numbers{cure}", line.trim()))
+    Some(format!(": {:?} does not have three numbers{cure}", line.trim()))
 }
 
 /// Reads an STL file, text or binary: the triangles of all its solids. Coordinates have single precision; corners with equal coordinates
@@ -66,15 +66,16 @@ pub(crate) fn read_stl(
     let lines = String::from_utf8_lossy(&bytes).lines().map(str::to_owned).collect::<Vec<_>>();
     let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|error| match error.kind() {
         ErrorKind::UnexpectedEof => format!(
-            "is no STL file, or is cut short: its {length} bytes are not the head and the {count} triangles that a binary one would have"
+            "is not an STL file, or is truncated: its {length} bytes are not those of the header and the \
+             {count} triangles of a binary STL file"
         ),
         _ => {
             let place = first_invalid_line(&lines).unwrap_or_default();
-            format!("is not an STL file that can be read{place} ({error})")
+            format!("is not a readable STL file{place} ({error})")
         }
     })?;
     if mesh.faces.is_empty() {
-        return Err("holds no triangles".to_owned());
+        return Err("contains no triangles".to_owned());
     }
     let all = || mesh.vertices.iter();
     let extents = (0..3).map(|c| {
@@ -87,8 +88,8 @@ pub(crate) fn read_stl(
     );
     if far * f64::from(f32::EPSILON) > MAX_ROUND_OFF * extent {
         return Err(format!(
-            "lies up to {far:.0} m from its origin, where the single precision of STL is {:.1e} m, on a mesh of {extent:.1} m: \
-             write it as an OBJ file with all digits",
+            "lies up to {far:.0} m from its origin, where the single precision of STL is {:.1e} m, for a \
+             mesh of {extent:.1} m: write it as an OBJ file with all digits",
             far * f64::from(f32::EPSILON)
         ));
     }
@@ -141,7 +142,7 @@ pub(crate) fn read_obj(
         }
     }
     if triangles.is_empty() {
-        return Err("holds no faces".to_owned());
+        return Err("contains no faces".to_owned());
     }
     FacettedSurface::from_triangles(&triangles).map_err(|error| error.problem)
 }
@@ -174,7 +175,7 @@ fn check_weights(text: &str) -> Result<(), String> {
             && weight.parse() != Ok(1.0)
         {
             return Err(format!(
-                "line {}: the vertex has the fourth number {weight}, a weight: write x, y and z alone",
+                "line {}: the vertex has the fourth number {weight}, a weight: write x, y and z only",
                 number + 1
             ));
         }

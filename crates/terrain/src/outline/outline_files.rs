@@ -35,7 +35,9 @@ pub fn read_features(file: &Path, attribute: &str) -> Result<Vec<OutlineFeature>
     for (number, feature) in features.filter(|(_, feature)| !feature.polygons.is_empty()) {
         let number = number + 1;
         let thickness = feature.number.map_err(|why| {
-            error_in_file(file)(format!("feature {number} has no number under {attribute:?}: {why}"))
+            error_in_file(file)(format!(
+                "feature {number} has no number in the attribute {attribute:?}: {why}"
+            ))
         })?;
         found.push(OutlineFeature { number, outline: outline(file, feature.polygons)?, thickness });
     }
@@ -76,9 +78,8 @@ fn outline(file: &Path, polygons: Vec<Polygon>) -> Result<Outline, FileError> {
     let like_degrees =
         extension(file) != "shp" && (0..2).all(|c| low[c].abs() <= 180.0 && high[c] - low[c] < 0.5);
     if like_degrees {
-        let problem = format!(
-            "seems to lie in degrees ({low:?} to {high:?}): project it to metres, for example to UTM"
-        );
+        let problem =
+            format!("seems to be in degrees ({low:?} to {high:?}): project it to metres, for example to UTM");
         return Err(error_in_file(file)(problem));
     }
     Ok(outline)
@@ -94,7 +95,7 @@ fn find_attribute<'a, T>(all: impl Iterator<Item = (&'a String, T)> + Clone, nam
 
 /// Error text for a feature that is not a polygon.
 fn not_a_polygon(kind: &str) -> String {
-    format!("is a {kind}, and only polygons are taken: take it out of the file, or draw it as a polygon")
+    format!("is a {kind}, but only polygons are supported: remove it from the file, or draw it as a polygon")
 }
 
 fn geojson_features(text: &str, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>, String> {
@@ -144,14 +145,14 @@ fn add(geometry: &GeometryValue, polygons: &mut Vec<Polygon>) -> Result<(), Stri
 }
 
 fn shapefile_features(file: &Path, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>, String> {
-    let wrong = |error: shapefile::Error| format!("is not a shapefile that can be read: {error}");
+    let wrong = |error: shapefile::Error| format!("is not a readable shapefile: {error}");
     let shapes = shapefile::read_shapes(file).map_err(wrong)?;
     let table = attribute_table(file);
     let is_deleted =
         table.as_ref().map_or_else(|| Ok(vec![false; shapes.len()]), |table| deleted_rows(table))?;
     if is_deleted.len() != shapes.len() {
         return Err(format!(
-            "its shapes are {}, and the rows of the .dbf beside it {}: they do not belong together; write the shapefile anew",
+            "it has {} shapes, but the .dbf beside it has {} rows. Write the shapefile again",
             shapes.len(),
             is_deleted.len()
         ));
@@ -187,7 +188,7 @@ fn attribute_table(file: &Path) -> Option<PathBuf> {
 
 /// Rows of an attribute table, without the deleted ones.
 fn attribute_rows(table: Option<&Path>) -> Result<Vec<dbase::Record>, String> {
-    let table = table.ok_or("has no .dbf beside it, which holds its attributes")?;
+    let table = table.ok_or("has no .dbf beside it, the file with its attributes")?;
     dbase::read(table).map_err(|error| format!("the .dbf beside it cannot be read: {error}"))
 }
 
@@ -195,7 +196,7 @@ fn attribute_rows(table: Option<&Path>) -> Result<Vec<dbase::Record>, String> {
 fn deleted_rows(table: &Path) -> Result<Vec<bool>, String> {
     let bytes =
         std::fs::read(table).map_err(|error| format!("the .dbf beside it cannot be read: {error}"))?;
-    let cut = || "the .dbf beside it is cut short".to_owned();
+    let cut = || "the .dbf beside it is truncated".to_owned();
     let short = |at: usize| {
         let two: [u8; 2] = bytes.get(at..at + 2)?.try_into().ok()?;
         Some(usize::from(u16::from_le_bytes(two)))
@@ -226,7 +227,8 @@ fn polygons(shape: &Shape) -> Result<Vec<Polygon>, String> {
         other => return Err(not_a_polygon(&other.shapetype().to_string())),
     };
     found.ok_or_else(|| {
-        "a ring within another runs the same way round, so that it is no hole: repair the geometry (in QGIS with “Fix geometries”)"
+        "a ring within another has the same orientation, so it is not a hole: repair the geometry (in QGIS \
+         with “Fix geometries”)"
             .to_owned()
     })
 }

@@ -35,16 +35,14 @@ fn to_well_known_text(text: &str) -> Result<String, String> {
         return proj_string::to_well_known_text(text);
     }
     if let Some(code) = epsg_code(text) {
-        let problem = || format!("names EPSG:{code}, which is not known: write it as well-known text");
+        let problem = || format!("has EPSG:{code}, which is not supported: write it as well-known text");
         return map_projection::epsg_well_known_text(code).map(str::to_owned).ok_or_else(problem);
     }
     if is_of_arcinfo {
         return Ok(text.to_owned());
     }
     let start: String = text.chars().take(40).collect();
-    Err(format!(
-        "holds no coordinate reference system that can be read, {start:?}: write it as well-known text"
-    ))
+    Err(format!("has no readable coordinate reference system, {start:?}: write it as well-known text"))
 }
 
 fn file_name(file: &Path) -> String {
@@ -62,12 +60,12 @@ pub(crate) fn check_metres(file: &Path) -> Result<(), String> {
     let Some((beside, text)) = own.map_or_else(of_gdal, |own| Ok(Some(own)))? else { return Ok(()) };
     match non_metre_unit(&text) {
         None => match map_projection::length_distortion(&text) {
-            Some(fault) => Err(format!("{beside} beside it says that it {fault}")),
+            Some(fault) => Err(format!("by {beside} beside it, it {fault}")),
             None => Ok(()),
         },
         Some(unit) => Err(format!(
-            "{beside} beside it says that it lies in {unit:?}, and only metres are known, in plan and in height: project it, or write its \
-             heights, in metres"
+            "by {beside} beside it, it is in {unit:?}, but only metres are supported, in plan and in height: \
+             project it, or write its heights, in metres"
         )),
     }
 }
@@ -302,8 +300,10 @@ mod tests {
         assert!(checked("+proj=longlat +datum=WGS84").unwrap_err().contains("degree"));
         assert!(checked("+proj=merc +lon_0=0 +k=1").unwrap_err().contains("maps of the world"));
         assert!(checked(r#"GEOCCS["WGS 84",UNIT["metre",1]]"#).unwrap_err().contains("geocentric"));
-        assert!(checked("hello").unwrap_err().contains("can be read, \"hello\""));
-        assert!(checked("EPSG:1").unwrap_err().contains("EPSG:1, which is not known"));
+        assert!(
+            checked("hello").unwrap_err().contains("has no readable coordinate reference system, \"hello\"")
+        );
+        assert!(checked("EPSG:1").unwrap_err().contains("EPSG:1, which is not supported"));
         assert_eq!(checked(""), Ok(()));
         let folder = tempfile::tempdir().unwrap();
         let system = |text: &str| {

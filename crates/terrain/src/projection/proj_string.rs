@@ -60,7 +60,7 @@ pub(crate) fn to_well_known_text(text: &str) -> Result<String, String> {
     let words = text.split_whitespace().filter_map(|word| word.strip_prefix('+'));
     let said: HashMap<&str, &str> = words.map(|word| word.split_once('=').unwrap_or((word, ""))).collect();
     let unread = || {
-        format!("names its system by a text of PROJ that is not read, {text:?}: write it as well-known text")
+        format!("has its system as a PROJ text that is not supported, {text:?}: write it as well-known text")
     };
     if let Some(code) = said.get("init").and_then(|init| crate::projection::well_known_text::epsg_code(init))
     {

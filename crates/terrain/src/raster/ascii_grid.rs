@@ -92,7 +92,7 @@ pub(crate) fn parse(text: &str, beside: BandMetadata) -> Result<Raster, String> 
     let (x, corner) = required(head.origin[0], "xllcorner or xllcenter")?;
     let (y, other) = required(head.origin[1], "yllcorner or yllcenter")?;
     if corner != other {
-        return Err("names a corner along one axis and a centre along the other".to_owned());
+        return Err("has a corner along one axis and a centre along the other".to_owned());
     }
     let spacing =
         [required(head.spacing[0], "cellsize or dx")?, required(head.spacing[1], "cellsize or dy")?];

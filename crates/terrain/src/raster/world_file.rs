@@ -24,7 +24,7 @@ impl WorldFile {
             return Err(problem());
         }
         if down != 0.0 || right != 0.0 {
-            return Err("turns the raster: resample it to a grid along east and north".to_owned());
+            return Err("rotates the raster: resample it to a grid along east and north".to_owned());
         }
         Ok(Self { first: [x, y], step: [east, north] })
     }

@@ -331,7 +331,7 @@ impl Collection {
         let frames: Option<Vec<_>> = sets.map(frame).collect();
         match frames.filter(|_| text.contains("<Collection") && text.contains("</Collection>")) {
             Some(frames) => Ok(Self { frames }),
-            None => Err(OutputError::new(path, "is not a whole list of frames")),
+            None => Err(OutputError::new(path, "is not a complete list of frames")),
         }
     }
 }

@@ -97,22 +97,23 @@ impl SafetyResult {
                 let from = if *stable > 0.0 {
                     format!("stable at {stable:.3}")
                 } else {
-                    "stable at none".to_owned()
+                    "no stable factor".to_owned()
                 };
                 let to = if failed.is_finite() {
                     format!("failed at {failed:.3}")
                 } else {
-                    "failed at none".to_owned()
+                    "no failed factor".to_owned()
                 };
                 format!(
-                    "undecided: {from}, {to}; at {} the bodies neither clearly failed nor came to rest within {:.3} s (look at the displacements of the trials: where they grow fast the slope fails; a longer `duration`, finer \
-                     points or a cure of locking may decide it)",
+                    "undecided: {from}, {to}; at {} the bodies neither clearly failed nor came to rest \
+                     within {:.3} s. Check the displacements of the trials: where they grow fast, the slope \
+                     fails. A longer `duration`, finer points or a remedy for locking may decide it",
                     open.join(", "),
                     BLOCKS as f64 * block
                 )
             }
             (SearchOutcome::BelowRange, _) => {
-                format!("less than {failed:.3}: the bodies fail with the least factor of the range")
+                format!("less than {failed:.3}: the bodies fail with the smallest factor of the range")
             }
             (SearchOutcome::AboveRange, _) => {
                 format!("more than {stable:.3}: the bodies come to rest with the largest factor of the range")
@@ -334,7 +335,8 @@ fn trial_message(name: &str, trial: &StrengthTrial) -> String {
     let what = trial.verdict.name();
     let StrengthTrial { factor, time, displacement, unbalanced_force, .. } = trial;
     format!(
-        "{name}: trial at {factor:.4}: {what} after {time:.4} s, moved {displacement:.3e} m, unbalanced force {unbalanced_force:.1e}"
+        "{name}: trial at {factor:.4}: {what} after {time:.4} s, displacement {displacement:.3e} m, \
+         unbalanced force {unbalanced_force:.1e}"
     )
 }
 

@@ -393,7 +393,7 @@ fn a_search_of_which_only_the_stage_is_given_finds_the_rest() {
     assert_eq!(moved, displacement, "the frame is that of the least failing factor");
     value["gravity"] = json!([0, 0]);
     let error = Case::from_json(&value.to_string()).unwrap_err().to_string();
-    assert!(error.contains("measures.safety.duration: there is no gravity"), "{error}");
+    assert!(error.contains("measures.safety.duration: cannot be determined without gravity"), "{error}");
 }
 
 fn safety_of(trials: &[(f64, TrialVerdict)]) -> SafetyResult {

@@ -70,7 +70,7 @@ pub fn column_names(case: &Case, solver: &dyn Solver) -> Vec<String> {
 fn check_without_places(case: &Case) -> Result<(), CaseErrors> {
     let of_places = case.measures.iter().filter(|(_, measure)| measure::needs_places(measure));
     let error = |(name, _): (&String, &Measure)| {
-        let problem = "is read off points, nodes or cells, and the frames of the method hold none";
+        let problem = "needs points, nodes or cells, but the frames of the method have none";
         CaseError::new(format!("measures.{name}"), problem)
     };
     let errors: Vec<CaseError> = of_places.map(error).collect();
@@ -123,7 +123,7 @@ pub fn check_names(case: &Case, solver: &dyn Solver) -> Result<(), CaseErrors> {
     for (column, ..) in case_outputs(case, solver, &snapshot) {
         let measure = column.split('.').next().unwrap_or_default().to_owned();
         if taken.iter().any(|(name, ..)| *name == column) && last.as_ref() != Some(&measure) {
-            let problem = format!("the column {column:?} is there in every run: choose another name");
+            let problem = format!("the column {column:?} exists in every run: choose another name");
             errors.push(CaseError::new(format!("measures.{measure}"), problem));
             last = Some(measure);
         }

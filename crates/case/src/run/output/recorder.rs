@@ -101,14 +101,16 @@ impl<'a> RunRecorder<'a> {
         });
         let used = out.join(SUMMARY).exists() || out.join(CHECKPOINT).exists();
         if self.options.resume && !used {
-            return Err(folder("holds no run to resume".to_owned()));
+            return Err(folder("contains no run to resume".to_owned()));
         }
         if used && !self.options.resume && !self.options.overwrite {
-            let problem = "holds an earlier run already (resume it, overwrite it or choose another)";
+            let problem =
+                "already contains an earlier run (resume it, overwrite it or choose another folder)";
             return Err(folder(problem.to_owned()));
         }
         if let Some(name) = run_folder::existing_run_file(out)?.filter(|_| !used) {
-            let problem = format!("holds {name}, which no run wrote: choose another folder, or move it away");
+            let problem =
+                format!("contains {name}, which no run wrote: choose another folder, or move it away");
             return Err(folder(problem));
         }
         self.lock = run_folder::lock(out)?;
@@ -140,13 +142,13 @@ impl<'a> RunRecorder<'a> {
         let path = out.join(SUMMARY);
         let summary = if path.exists() { read_json(&path)? } else { serde_json::Value::Null };
         if summary["status"] == "completed" {
-            return Err(folder("holds a complete run: there is nothing to resume"));
+            return Err(folder("contains a complete run: there is nothing to resume"));
         }
         if summary["fingerprint"].as_str().is_some_and(|mark| mark != self.case_fingerprint()) {
             let changed = verify::changed_files(&summary, &self.files);
             return Err(folder(&match changed.is_empty() {
-                true => "holds a run of another case".to_owned(),
-                false => format!("holds a run of the case with other contents of {}", changed.join(", ")),
+                true => "contains a run of another case".to_owned(),
+                false => format!("contains a run of the case with other contents of {}", changed.join(", ")),
             }));
         }
         Ok(())
@@ -424,14 +426,11 @@ impl<'a> RunRecorder<'a> {
         for (name, seal) in seals {
             let path = out.join(name);
             let wrong = match path.exists() {
-                false => "gone",
-                true if FileChecksum::of_file(&path, None)? != *seal => "not as it was written",
+                false => "missing",
+                true if FileChecksum::of_file(&path, None)? != *seal => "changed",
                 true => continue,
             };
-            return Err(checkpoint_error(
-                out,
-                format!("counts on {name}, which is {wrong}: run the case anew"),
-            ));
+            return Err(checkpoint_error(out, format!("needs {name}, which is {wrong}: run the case anew")));
         }
         Ok(())
     }

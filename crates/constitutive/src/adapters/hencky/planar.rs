@@ -112,7 +112,7 @@ impl<L: InvariantReturn> PlanarHencky<L> {
         }
         let across = [f.0[0][2], f.0[1][2], f.0[2][0], f.0[2][1], f.0[2][2] - 1.0];
         if across.iter().any(|c| c.abs() > OUT_OF_PLANE_TOLERANCE) {
-            return Err(self.invalid("the motion leaves the plane that the invariants are taken in"));
+            return Err(self.invalid("the motion leaves the plane of the invariants"));
         }
         let trial = push_forward(&old.state.elastic, f);
         let [xx, yy, _, xy, ..] = trial.0;

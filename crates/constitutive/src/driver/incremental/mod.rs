@@ -173,7 +173,7 @@ impl<'t> NumberedLines<'t> {
     fn expect(&mut self, what: &str) -> Result<&'t str, TestProblem> {
         match self.next() {
             Some(line) => Ok(line),
-            None => Err(self.problem(format!("the file ends where {what} should stand"))),
+            None => Err(self.problem(format!("the file ends where {what} is expected"))),
         }
     }
 

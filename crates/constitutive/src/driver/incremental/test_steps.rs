@@ -82,7 +82,7 @@ fn repetition(
     for _ in 0..count {
         let keyword = keyword(lines.expect("a step of the repetition")?);
         if matches!(keyword, "*Repetition" | "*End") {
-            return Err(lines.problem(format!("{keyword} cannot stand inside of *Repetition")));
+            return Err(lines.problem(format!("{keyword} is not allowed inside *Repetition")));
         }
         repeated.push(step(keyword, lines, unit)?);
     }
@@ -97,7 +97,7 @@ fn step(keyword: &str, lines: &mut NumberedLines<'_>, unit: f64) -> Result<TestS
     }
     if !KEYWORDS.contains(&keyword) {
         let known = KEYWORDS.join(" ");
-        return Err(lines.problem(format!("{keyword:?} is not a keyword that is read; there are: {known}")));
+        return Err(lines.problem(format!("{keyword:?} is not a supported keyword; there are: {known}")));
     }
     let (steps, duration, every) = increment_header(lines)?;
     let path = path(keyword, lines, unit)?;

@@ -111,7 +111,8 @@ impl CohesiveCamClaySpec {
         let slope = self.cohesion_ratio * law.strength(law.initial_strain()).1.abs() / bulk;
         if slope >= 1.0 {
             warnings.push(format!(
-                "hardening_factor: {} makes what is pulled apart snap (β ξ cosh(ξ x0) = {slope:.3}, stable below 1)",
+                "hardening_factor: {} makes the failure in tension unstable (β ξ cosh(ξ x0) = {slope:.3}, \
+                 stable below 1)",
                 self.hardening_factor
             ));
         }
@@ -133,12 +134,12 @@ impl Model for CohesiveCamClaySpec {
     fn warnings(&self) -> Vec<String> {
         let mut warnings = snow_ratio_warnings(self.poissons_ratio);
         let slope = ("critical_state_slope", self.critical_state_slope, 3.0);
-        warn_above(&mut warnings, slope, "no snow or soil has so much friction");
+        warn_above(&mut warnings, slope, "no snow or soil has a friction so large");
         let cohesion = ("cohesion_ratio", self.cohesion_ratio, 1.0);
         warn_above(
             &mut warnings,
             cohesion,
-            "it then bears more tension than compression, and returns take longer",
+            "the strength in tension is then above that in compression, and return mappings take longer",
         );
         self.warn_of_strength(&mut warnings);
         if let (CamClayHardening::WeakLayer { softening_factor }, Ok(law)) = (self.hardening, self.law()) {
@@ -146,8 +147,8 @@ impl Model for CohesiveCamClaySpec {
                 softening_factor * law.strength(law.initial_strain()).1.abs() / law.elasticity.bulk_modulus;
             if slope >= 1.0 {
                 warnings.push(format!(
-                    "hardening.softening_factor: {softening_factor} makes the weak layer snap (α ξ cosh(ξ x0) = \
-                     {slope:.3}, stable below 1)"
+                    "hardening.softening_factor: {softening_factor} makes the failure of the weak layer \
+                     unstable (α ξ cosh(ξ x0) = {slope:.3}, stable below 1)"
                 ));
             }
         }

@@ -317,7 +317,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
             return invalid("the size of the point must be positive");
         }
         if begins && size >= self.snap_back_size {
-            return invalid("the point is so large that its band snaps back (see allow_snapback)");
+            return invalid("the point is so large that its band shows snap-back (see allow_snapback)");
         }
         Ok(size)
     }

@@ -153,7 +153,7 @@ impl DoubleScaleSpec {
         if let Some(size) = self.size {
             positive("size", size, "m")?;
             if size >= largest && !self.allow_snapback {
-                let rule = format!("snaps back: must be less than {largest} m, or allow_snapback be set");
+                let rule = format!("causes snap-back: must be less than {largest} m, or set allow_snapback");
                 return Err(MaterialError::parameter("size", size, rule));
             }
         }
@@ -215,7 +215,7 @@ impl Model for DoubleScaleSpec {
         if let (Some(size), Some(largest)) = (self.size, self.largest_size())
             && size >= largest
         {
-            warnings.push(format!("size: snap-back, {size} m is not less than {largest:.4} m"));
+            warnings.push(format!("size: snap-back, because {size} m is not less than {largest:.4} m"));
         }
         warnings
     }

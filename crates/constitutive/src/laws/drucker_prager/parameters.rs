@@ -98,7 +98,7 @@ impl DruckerPragerSpec {
         if self.integration != PlasticIntegration::ClosestPoint
             && self.strain_measure == StrainMeasure::Hencky
         {
-            let rule = "only closest-point goes with strain_measure hencky";
+            let rule = "only closest-point is available with strain_measure hencky";
             return Err(MaterialError::choice("integration", rule));
         }
         let constant = self.softening.is_none() && decay == 0.0;
@@ -113,7 +113,7 @@ impl DruckerPragerSpec {
         let peak = law.softened_cone(0.0);
         let modulus =
             elasticity.shear_modulus + 9.0 * elasticity.bulk_modulus * peak.friction * peak.dilatancy;
-        let rule = "contracts faster than this stiffness can follow (G + 9 K α α_ψ must be positive)";
+        let rule = "gives a contraction too large for this stiffness (G + 9 K α α_ψ must be positive)";
         check("dilatancy_angle", self.dilatancy_angle, modulus > 0.0, rule)?;
         Ok(DruckerPrager { peak, inverse_plastic_modulus: 1.0 / modulus, ..law })
     }
@@ -165,8 +165,8 @@ impl Model for DruckerPragerSpec {
             let softens = -law.cone_rate(0.0).strength / (3f64.sqrt() * law.elasticity.shear_modulus);
             if softens >= 1.0 {
                 warnings.push(format!(
-                    "softening.cohesion_rate: strength falls {softens:.2} times as fast as the stiffness unloads: a point loses it at \
-                     once, and results depend on the steps"
+                    "softening.cohesion_rate: strength decreases {softens:.2} times as fast as the stress by \
+                     elastic unloading: a point loses its strength at once, and results depend on the steps"
                 ));
             }
         }

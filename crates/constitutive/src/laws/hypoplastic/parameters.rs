@@ -120,7 +120,7 @@ impl HypoplasticConstants {
         let early = states.iter().find(|state| state.stress_ratio < r * (1.0 - 1e-6));
         if let Some(state) = early {
             let rule = format!(
-                "stalls at the spurious stationary state R = {:.4}, ψ = {:.1}° before failure at R = {r:.4}",
+                "stops at the spurious stationary state R = {:.4}, ψ = {:.1}° before failure at R = {r:.4}",
                 state.stress_ratio,
                 state.dilatancy_angle.to_degrees()
             );

@@ -78,7 +78,7 @@ impl MohrCoulombSpec {
         let (k, m) = (peak.friction, peak.dilatancy);
         let modulus =
             elasticity.lame() * (k - 1.0) * (m - 1.0) + 2.0 * elasticity.shear_modulus * (k * m + 1.0);
-        let rule = "contracts faster than this stiffness can follow (aᵀ D b must be positive)";
+        let rule = "gives a contraction too large for this stiffness (aᵀ D b must be positive)";
         check("dilatancy_angle", self.dilatancy_angle, modulus > 0.0, rule)?;
         let peak = peak.pyramid_return(&elasticity);
         Ok(MohrCoulomb {

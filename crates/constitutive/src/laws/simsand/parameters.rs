@@ -128,7 +128,7 @@ impl Model for SimsandSpec {
         }
         if self.dilatancy_constant > 1.0 {
             warnings.push(format!(
-                "dilatancy_constant: {} is above 1, plastic flow may give back work",
+                "dilatancy_constant: {} is above 1, plastic flow may release work",
                 self.dilatancy_constant
             ));
         }

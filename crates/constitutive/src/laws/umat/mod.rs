@@ -123,7 +123,7 @@ impl UmatSpec {
 
 impl Model for UmatSpec {
     const INFO: ModelInfo = ModelInfo {
-        source: "a library of yours",
+        source: "a user library",
         kind: ModelFamily::Solid,
         strain: "the library's",
         tangent: "the library's (DDSDDE)",
@@ -308,7 +308,7 @@ impl Umat {
         if pnewdt < 1.0 {
             return Err(MaterialError::NotConverged {
                 model: NAME,
-                reason: "the library asks for a shorter step",
+                reason: "the library requests a shorter step",
             });
         }
         let stress = from_umat(sigma) * spec.unit();

@@ -117,7 +117,7 @@ impl StoredSpecimen {
         solver: &mut DemSolver<D, R>,
     ) -> Result<(), String> {
         if !(self.head.step >= 0.0) {
-            return Err(format!("its step before is {} s", self.head.step));
+            return Err(format!("its last time step, {} s, must not be negative", self.head.step));
         }
         solver.last_step = self.head.step;
         solver.virial[1] = std::array::from_fn(|row| std::array::from_fn(|k| self.head.cell.motion[row][k]));
@@ -132,15 +132,21 @@ impl StoredSpecimen {
         let lost = self.restore_histories(solver, &walls)?;
         for (wall, count) in self.head.walls.iter().zip(lost).filter(|(_, count)| *count > 0) {
             notes.push(format!(
-                "{KEY}: {count} contacts of the specimen are with the wall {:?}, which the case does not have: they are gone",
+                "{KEY}: {count} contacts of the specimen are with the wall {:?}, which the case does not \
+                 have: they are left out",
                 wall.name
             ));
         }
         for name in &self.head.left_out {
-            notes.push(format!("{KEY}: contacts with the obstacle {name:?}, which moved, begin anew"));
+            notes.push(format!(
+                "{KEY}: the contacts with the obstacle {name:?}, which moved, start without their history"
+            ));
         }
         if self.contacts.columns.iter().any(|(name, _)| name == "bond_strength") && !solver.columns.bonds {
-            notes.push(format!("{KEY}: grains are bonded in the specimen, and no pair of the case has a `bond`: the bonds are gone"));
+            notes.push(format!(
+                "{KEY}: grains are bonded in the specimen, but no pair of the case has a `bond`: the bonds \
+                 are left out"
+            ));
         }
         solver.specimen_source.notes = notes;
         Ok(())
@@ -162,7 +168,8 @@ impl StoredSpecimen {
             let own = wall.surface.is_none().then_some((wall.axis, wall.upper));
             if own != side.plane.map(|(axis, upper, _)| (axis, upper)) || side.velocity.len() != D {
                 return Err(format!(
-                    "its wall {:?} is on another side than that of the case, or no wall there",
+                    "its wall {:?} is on another side in the case, or is a wall in one and an obstacle in \
+                     the other",
                     side.name
                 ));
             }
@@ -170,7 +177,8 @@ impl StoredSpecimen {
             let position = position + shift[axis];
             if (position - wall.position).abs() > 1e-9 * solver.cell.h[axis][axis].abs() {
                 notes.push(format!(
-                    "{KEY}: the wall {:?} begins at {position} m, as in the specimen, and not at {} m",
+                    "{KEY}: the wall {:?} starts at {position} m, its position in the specimen, instead of \
+                     {} m",
                     side.name, wall.position
                 ));
             }
@@ -211,7 +219,8 @@ impl StoredSpecimen {
             let j = find(number, other)?;
             if i == j || !seen.insert((i.min(j), i.max(j))) {
                 return Err(format!(
-                    "row {} of the contacts: of a grain with itself, or of two with a row before",
+                    "row {} of the contacts: the contact is of a grain with itself, or repeats an earlier \
+                     row",
                     number + 1
                 ));
             }

@@ -67,7 +67,7 @@ impl<'a> NamedTable<'a> {
         }
         let name = &self.table.columns[column].0;
         Err(format!(
-            "row {} of {}: {name} is {value}, and no number from 0 to {}",
+            "row {} of {}: {name} is {value}, which is not an integer from 0 to {}",
             row + 1,
             self.what,
             limit - 1
@@ -99,7 +99,7 @@ impl StoredSpecimen {
     fn read(file: &str) -> Result<Self, String> {
         let text =
             std::fs::read_to_string(Path::new(file)).map_err(|error| format!("cannot be read: {error}"))?;
-        serde_json::from_str(&text).map_err(|error| format!("is no specimen, or not all of one: {error}"))
+        serde_json::from_str(&text).map_err(|error| format!("is not a complete specimen file: {error}"))
     }
 
     /// Number of grains of each body that has any.
@@ -120,10 +120,10 @@ impl StoredSpecimen {
     fn check_case(&self, case: &Case) -> Result<(), String> {
         let (head, dimension) = (&self.head, case.dimension());
         if head.format != FORMAT {
-            return Err(format!("its format is {:?}, and this program reads {FORMAT:?}", head.format));
+            return Err(format!("its format is {:?}, but this program reads {FORMAT:?}", head.format));
         }
         if head.dimension != dimension {
-            return Err(format!("has {} dimensions, and the case {dimension}", head.dimension));
+            return Err(format!("has {} dimensions, but the case has {dimension}", head.dimension));
         }
         let grains = NamedTable::new("the grains", &self.grains)?;
         let body = grains.column("body")?;
@@ -142,14 +142,14 @@ impl StoredSpecimen {
     fn body_fits(&self, case: &Case, name: &str) -> Result<(), String> {
         let Some(body) = case.bodies.iter().find(|body| body.name == name) else {
             return Err(format!(
-                "has grains of the body {name:?}, and the case no such body; there are {}",
+                "has grains of the body {name:?}, which the case does not have; the bodies of the case: {}",
                 name_list(case.bodies.iter().map(|body| body.name.as_str()))
             ));
         };
         let kind = self.head.bodies.iter().position(|own| own == name).map(|at| &self.head.kinds[at]);
         match kind.filter(|kind| **kind != body.material) {
             Some(kind) => Err(format!(
-                "the grains of {name:?} are of the kind {kind:?}, and in the case of the kind {:?}",
+                "the grains of {name:?} are of the kind {kind:?}, but in the case they are of the kind {:?}",
                 body.material
             )),
             None => Ok(()),
@@ -167,7 +167,7 @@ impl StoredSpecimen {
             || ![&cell.vectors, &cell.rates, &cell.motion].into_iter().all(square)
             || !(cell.mean_rates.is_empty() || square(&cell.mean_rates))
         {
-            return Err(format!("its cell is none of {dimension} dimensions"));
+            return Err(format!("its cell does not have {dimension} dimensions"));
         }
         let along = |periodic: &dyn Fn(usize) -> bool| {
             name_list((0..dimension).filter(|&axis| periodic(axis)).map(|axis| AXES[axis]))
@@ -176,7 +176,7 @@ impl StoredSpecimen {
             (along(&|axis| cell.periodic[axis]), along(&|axis| case.domain.is_periodic(axis)));
         if own != of_case {
             return Err(format!(
-                "its cell is periodic along {own}, and the domain of the case along {of_case}"
+                "its cell is periodic along {own}, but the domain of the case along {of_case}"
             ));
         }
         Ok(())
@@ -209,7 +209,7 @@ impl StoredSpecimen {
         if volume > 0.0 {
             Ok(cell)
         } else {
-            Err(self.file_error(case, &format!("its cell has a volume of {volume}")))
+            Err(self.file_error(case, &format!("its cell has a volume of {volume}, which must be positive")))
         }
     }
 
@@ -225,7 +225,7 @@ impl StoredSpecimen {
         };
         let other = (0..D).find(|&axis| own.periodic[axis] && differs(axis))?;
         Some(format!(
-            "{KEY}: the cell of the specimen takes the place of the domain along {}, where its vector is {:?} m",
+            "{KEY}: the cell of the specimen replaces the domain along {}, where its vector is {:?} m",
             AXES[other], own.vectors[other]
         ))
     }
@@ -280,7 +280,7 @@ impl StoredSpecimen {
             grains.id[last] = rows.whole(number, id, u64::from(u32::MAX / 2))?;
             if !ids.insert(grains.id[last]) {
                 return Err(format!(
-                    "row {} of the grains: there are two of id {}",
+                    "row {} of the grains: the id {} is given twice",
                     number + 1,
                     grains.id[last]
                 ));
@@ -326,8 +326,5 @@ fn refuse_twice(options: &DemOptions, number: usize, body: &Body) -> Result<(), 
     } else {
         return Ok(());
     };
-    Err(CaseError::new(
-        path,
-        format!("the body has the grains of {KEY}, with their velocities: leave it out"),
-    ))
+    Err(CaseError::new(path, format!("the grains and velocities of this body come from {KEY}: leave it out")))
 }

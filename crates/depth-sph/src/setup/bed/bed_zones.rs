@@ -68,12 +68,13 @@ fn of_obstacles(case: &Case, options: &DepthOptions) -> Result<Vec<ObstacleZone>
     let refuse = |problem: &str| Err(CaseError::new(path.clone(), problem));
     if case.obstacles.len() > 1 {
         return refuse(
-            "several obstacles are the bed: say in methods.depth-sph.regions what differs in parts of it",
+            "several obstacles are the bed: give the parts of it that differ in methods.depth-sph.regions",
         );
     }
     if options.basal.is_some() {
         return refuse(
-            "methods.depth-sph.basal says how the whole bed resists: say in methods.depth-sph.regions what differs in parts of it",
+            "methods.depth-sph.basal applies to the whole bed: give the parts of it that differ in \
+             methods.depth-sph.regions",
         );
     }
     let held = case.obstacles[number].regions.iter().enumerate().map(|(part, region)| {

@@ -61,7 +61,7 @@ pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<C
         return Ok(CaseBed { bed: Bed::Flat(level), grid: None, departure: None, warnings: Vec::new() });
     };
     if let Some(axis) = (0..D).find(|axis| case.gravity[*axis] != 0.0) {
-        let problem = "must be 0 over an obstacle: its slopes are measured against gravity";
+        let problem = "must be 0 over an obstacle: gravity must be vertical over a bed with slopes";
         return Err(CaseError::new(format!("gravity[{axis}]"), problem));
     }
     check_same_walls(case, first)?;
@@ -69,7 +69,8 @@ pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<C
         let (bed, least) = plane(case, point, normal)?;
         if let Some((number, level, _)) = floor.filter(|(_, level, _)| *level > least) {
             let problem = format!(
-                "the wall at {level} m stands above the lowest place of the plane {:?}, {least} m: leave it out or lower it",
+                "the wall at {level} m lies above the lowest point of the plane {:?}, {least} m: leave the \
+                 wall out or lower it",
                 first.name
             );
             return Err(CaseError::new(format!("boundaries[{number}]"), problem));
@@ -124,7 +125,9 @@ fn departure(ground: &TerrainBed, means: &[f64]) -> [f64; 2] {
 /// Warns of time schemes that do not transport velocities along the bed.
 fn energy_warning(options: &DepthOptions) -> Option<String> {
     (options.integration != TimeScheme::Leapfrog).then(|| {
-        "methods.depth-sph.integration: steps of Runge and Kutta lose energy over rough ground: leave the option out over a survey".to_owned()
+        "methods.depth-sph.integration: Runge-Kutta steps lose energy over rough ground: leave the option \
+         out over surveyed terrain"
+            .to_owned()
     })
 }
 
@@ -136,7 +139,8 @@ fn check_same_walls(case: &Case, first: &Obstacle) -> Result<(), CaseError> {
         .position(|obstacle| friction_of_obstacle(obstacle) != friction_of_obstacle(first));
     let Some(number) = other else { return Ok(()) };
     let problem = format!(
-        "is not that of {:?}, and a bed has one: what differs in parts of it stands in methods.depth-sph.regions",
+        "is not that of {:?}, but the bed has one kind of wall: give the parts of it that differ \
+         in methods.depth-sph.regions",
         first.name
     );
     Err(CaseError::new(format!("obstacles[{number}].wall"), problem))
@@ -145,7 +149,7 @@ fn check_same_walls(case: &Case, first: &Obstacle) -> Result<(), CaseError> {
 /// Rejects erosion with a record on a plane, which has no nodes for it, and a dam on one.
 fn reject_erosion_of_plane(options: &DepthOptions) -> Result<(), CaseError> {
     if !options.dams.is_empty() {
-        let problem = "the bed is a plane, which has no heights that could be raised: give it as a raster";
+        let problem = "the bed is a plane, whose heights cannot be raised: give the bed as a raster";
         return Err(crate::setup::option_error("dams", problem));
     }
     if !options.records_erosion() {
@@ -156,7 +160,7 @@ fn reject_erosion_of_plane(options: &DepthOptions) -> Result<(), CaseError> {
         (false, Some(_)) => "erodible_depth_raster",
         (false, None) => "erodible_depth",
     };
-    let problem = "the bed is a plane, which has no heights that could be lowered: give it as a raster";
+    let problem = "the bed is a plane, whose heights cannot be lowered: give the bed as a raster";
     Err(crate::setup::option_error(key, problem))
 }
 
@@ -168,7 +172,7 @@ fn raster<const D: usize>(case: &Case, options: &DepthOptions) -> Result<(Raster
         return Ok((highest_faces::<D>(case, spacing, None)?, "obstacles".to_owned()));
     };
     let path = format!("obstacles[{number}].shape.file");
-    let own = case.heights(number)?.ok_or_else(|| CaseError::new(path.clone(), "holds no heights"))?;
+    let own = case.heights(number)?.ok_or_else(|| CaseError::new(path.clone(), "has no heights"))?;
     if case.obstacles.len() == 1 {
         return Ok((own, path));
     }
@@ -197,7 +201,8 @@ fn too_steep(case: &Case, ground: &TerrainBed) -> Option<String> {
         let angle = slopes.select_nth_unstable_by(middle, |a, b| a.0.total_cmp(&b.0)).1.0.atan().to_degrees();
         return (angle > STEEPEST_TERRAIN).then(|| {
             format!(
-                "obstacles: half of the raster is steeper than {angle:.1}°: are its heights in metres, as the distances of its nodes are?"
+                "obstacles: half of the raster is steeper than {angle:.1}°: check that its heights are in \
+                 metres, like the distances of its nodes"
             )
         });
     }
@@ -206,8 +211,9 @@ fn too_steep(case: &Case, ground: &TerrainBed) -> Option<String> {
     let place: Vec<f64> = (0..case.dimension() - 1).map(|c| place(number)[c] + case.origin()[c]).collect();
     (angle > STEEPEST_FACE).then(|| {
         format!(
-            "obstacles: the bed is as steep as {angle:.1}° at {place:?} m: a flow that meets such a face turns upward along it \
-             and is not thrown back as by a wall; give faces that are to hold it slopes below {STEEPEST_FACE}°"
+            "obstacles: the slope of the bed reaches {angle:.1}° at {place:?} m: a flow that reaches such \
+             a face runs up along it and is not reflected as by a wall; give faces that must stop the flow \
+             slopes below {STEEPEST_FACE}°"
         )
     })
 }
@@ -226,7 +232,8 @@ fn raise_to_wall(
     let Some((number, level, wall)) = floor.filter(|(_, level, _)| *level > least) else { return Ok(()) };
     if wall_friction(wall) != friction_of_obstacle(obstacle) {
         let problem = format!(
-            "stands at {} m, above the lowest place of the obstacles, {} m, and is not of their kind: a bed has one",
+            "is at {} m, above the lowest point of the obstacles, {} m, but differs from their wall: the \
+             bed has one kind of wall",
             level + case.origin()[case.dimension() - 1],
             least + case.origin()[case.dimension() - 1]
         );

@@ -25,7 +25,7 @@ pub fn raise_terrain(
     if case.dimension() != 3 {
         return Err(option_error(
             "dams",
-            "are lines in plan, which a profile does not have: draw the dam as an obstacle",
+            "are lines in plan, which a profile does not have: give the dam as an obstacle",
         ));
     }
     let origin = case.origin();
@@ -42,8 +42,8 @@ pub fn raise_terrain(
             *added = added.max(own);
         }
         if highest == 0.0 {
-            let problem =
-                "stands on no node of the terrain: it lies beyond it, or is narrower than its cells";
+            let problem = "covers no node of the terrain: it lies outside the terrain, or the dam is \
+                           narrower than the cells";
             return Err(option_error(&format!("dams[{number}].line"), problem));
         }
         // Between nodes on both sides of the line the crest is as high as the nearest of them.
@@ -52,8 +52,8 @@ pub fn raise_terrain(
         if seen < 0.9 * dam.height {
             let [dx, dy] = raster.spacing;
             warnings.push(format!(
-                "methods.depth-sph.dams[{number}]: cells of {dx} m by {dy} m show its crest as low as {seen:.2} m in places, of {} m: \
-                 make it wider, or the terrain finer",
+                "methods.depth-sph.dams[{number}]: cells of {dx} m by {dy} m reduce its crest to {seen:.2} \
+                 m in places, instead of {} m: make the dam wider, or the terrain finer",
                 dam.height
             ));
         }

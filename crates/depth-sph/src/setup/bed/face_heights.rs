@@ -66,7 +66,9 @@ fn face<const N: usize>(
     for PlacedObstacle { number, surface, .. } in standing.iter().filter(|of| Some(of.number) != without) {
         if surface.contains(&at(top)) {
             let place: Vec<f64> = x.iter().zip(case.origin()).map(|(x, origin)| x + origin).collect();
-            let problem = format!("stands higher than the domain at {place:?} m: a bed ends below");
+            let problem = format!(
+                "is higher than the domain at {place:?} m: the bed must end below the top of the domain"
+            );
             return Err(CaseError::new(format!("obstacles[{number}].shape"), problem));
         }
         let (mut above, mut z) = (top, top);

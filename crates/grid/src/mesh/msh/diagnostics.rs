@@ -66,7 +66,8 @@ impl MshContent {
         let on = if clash.is_inside { "inside of" } else { "on a side of" };
         match clash.kind {
             NonconformityKind::Node(number) => format!(
-                "node {} lies at {place:?} m {on} element {within}, of which it is no corner: {MERGE_ADVICE}",
+                "node {} lies at {place:?} m {on} element {within}, but is not a corner of this element: \
+                 {MERGE_ADVICE}",
                 node(number)
             ),
             NonconformityKind::CoincidentNode(number, other) => {

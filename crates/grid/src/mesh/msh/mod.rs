@@ -137,7 +137,7 @@ fn format(source: &mut MshReader<'_>) -> Result<Version, MshError> {
     match kind {
         Some("0") => {}
         Some("1") => source.begin_binary(size.and_then(|size| size.parse().ok()).unwrap_or(8))?,
-        _ => return source.error("does not say whether it is text (0) or binary (1)"),
+        _ => return source.error("does not define whether it is text (0) or binary (1)"),
     }
     Ok(version)
 }
@@ -148,10 +148,10 @@ fn names(source: &mut MshReader<'_>, content: &mut MshContent) -> Result<(), Msh
         let line = source.line()?;
         let mut words = line.split_whitespace().map(str::parse::<i64>);
         let (Some(Ok(dimension)), Some(Ok(tag))) = (words.next(), words.next()) else {
-            return source.error("a physical name has its dimension and tag before it");
+            return source.error("a physical name must follow its dimension and tag");
         };
         let quoted = line.split_once('"').and_then(|(_, rest)| rest.rsplit_once('"'));
-        let Some((name, _)) = quoted else { return source.error("a physical name stands in quotes") };
+        let Some((name, _)) = quoted else { return source.error("a physical name must be in quotes") };
         content.names.insert((usize::try_from(dimension).unwrap_or(DIMENSIONS), tag), name.to_owned());
     }
     Ok(())
@@ -183,7 +183,7 @@ fn entities(source: &mut MshReader<'_>, content: &mut MshContent) -> Result<(), 
 impl MshContent {
     fn add_node(&mut self, tag: u64, place: [f64; 3], source: &MshReader<'_>) -> Result<(), MshError> {
         if self.number.insert(tag, self.positions.len()).is_some() {
-            return source.error(format!("node {tag} stands here a second time"));
+            return source.error(format!("node {tag} is defined a second time"));
         }
         self.positions.push(place);
         self.tags.push((tag, source.location()));

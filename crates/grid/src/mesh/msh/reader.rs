@@ -81,7 +81,7 @@ impl<'a> MshReader<'a> {
                 return Ok(Some(line));
             }
             let start: String = line.chars().take(20).collect();
-            return self.error(format!("{start:?} stands outside of any section"));
+            return self.error(format!("{start:?} is outside of any section"));
         }
         Ok(None)
     }
@@ -97,19 +97,19 @@ impl<'a> MshReader<'a> {
         if self.is_binary() && line.is_empty() {
             line = self.line()?;
         }
-        if line == end { Ok(()) } else { self.error(format!("{line:?} where {end} must stand")) }
+        if line == end { Ok(()) } else { self.error(format!("{line:?} is in the place of {end}")) }
     }
 
     /// Switches to binary from the number one after the header; a size has `size` bytes.
     pub(super) fn begin_binary(&mut self, size: usize) -> Result<(), MshError> {
         if size != 4 && size != 8 {
-            return self.error(format!("has sizes of {size} bytes: there are 4 and 8"));
+            return self.error(format!("has sizes of {size} bytes: only 4 and 8 are supported"));
         }
         let one: [u8; 4] = self.take_bytes("the number one")?;
         let is_big_endian = match (i32::from_le_bytes(one), i32::from_be_bytes(one)) {
             (1, _) => false,
             (_, 1) => true,
-            _ => return self.error("is a binary mesh whose order of bytes cannot be told"),
+            _ => return self.error("is a binary mesh with an unknown order of bytes"),
         };
         self.binary = Some(BinaryFormat { is_big_endian, size });
         Ok(())
@@ -117,7 +117,7 @@ impl<'a> MshReader<'a> {
 
     fn take_bytes<const N: usize>(&mut self, what: &str) -> Result<[u8; N], MshError> {
         let found = self.bytes.get(self.at..self.at + N).and_then(|bytes| bytes.try_into().ok());
-        let Some(found) = found else { return self.error(format!("the file ends where {what} must stand")) };
+        let Some(found) = found else { return self.error(format!("the file ends before {what}")) };
         self.at += N;
         Ok(found)
     }

@@ -63,7 +63,7 @@ fn binary_files_of_both_versions_and_orders_give_the_mesh_of_the_text() {
     let cut = Mesh::<2>::from_msh(&binary(&two.replace("i40|\n$EndElements\n", "|"), false))
         .unwrap_err()
         .to_string();
-    assert!(cut.starts_with("byte ") && cut.contains("ends where a number must stand"), "{cut}");
+    assert!(cut.starts_with("byte ") && cut.contains("ends before a number"), "{cut}");
 }
 
 #[test]
@@ -102,8 +102,11 @@ fn an_element_of_two_groups_is_one_element() {
 #[test]
 fn what_is_wrong_is_named_with_its_line() {
     let refuse = |text: &str| Mesh::<2>::from_msh(text.as_bytes()).unwrap_err().to_string();
-    assert_eq!(refuse("solid cube"), "line 1: \"solid cube\" stands outside of any section");
-    assert!(refuse(&TWO.replace("2.2 0", "2.2 1")).contains("line 2: is a binary mesh whose order of bytes"));
+    assert_eq!(refuse("solid cube"), "line 1: \"solid cube\" is outside of any section");
+    assert!(
+        refuse(&TWO.replace("2.2 0", "2.2 1"))
+            .contains("line 2: is a binary mesh with an unknown order of bytes")
+    );
     assert!(refuse(&TWO.replace("2.2 0", "4.0 0")).contains("version 4.0"));
     assert!(refuse(&TWO.replace("40 0 1 0", "40 0 one 0")).starts_with("line 14: \"one\""));
     assert!(refuse(&TWO.replace("1 1 3 40", "1 1 3 41")).contains("no node 41"));
@@ -136,7 +139,8 @@ fn meshes_that_do_not_conform_are_refused_with_the_numbers_of_the_file() {
     let hangs = refuse(&format!("{square}15 1 0.5 0\n16 2 0 0\n"), &format!("{two}23 2 2 9 1 12 16 15\n"));
     assert!(
         hangs.contains(
-            "does not conform: node 15 lies at [1.0, 0.5] m on a side of element 21, of which it is no corner"
+            "does not conform: node 15 lies at [1.0, 0.5] m on a side of element 21, but is not a \
+             corner of this element"
         ),
         "{hangs}"
     );
@@ -153,7 +157,7 @@ fn meshes_that_do_not_conform_are_refused_with_the_numbers_of_the_file() {
     let same = refuse(&format!("{square}15 1 0 0\n16 2 0 0\n"), &format!("{two}23 2 2 9 1 15 16 13\n"));
     assert!(same.contains("nodes 12 and 15 lie at one place, [1.0, 0.0] m"), "{same}");
     let thrice = refuse(&format!("{square}15 0 2 0\n"), &format!("{two}23 2 2 9 1 11 13 15\n"));
-    assert!(thrice.contains("third one"), "{thrice}");
+    assert!(thrice.contains("a third element"), "{thrice}");
     let flat = refuse(square, "21 2 2 9 1 11 13 12\n22 2 2 9 1 11 13 14\n");
     assert!(flat.contains("element 21 around"), "{flat}");
 }

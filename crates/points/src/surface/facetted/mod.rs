@@ -197,10 +197,10 @@ impl FacettedSurface<2> {
             return Err(SurfaceError::new("points", "there are none"));
         };
         if points.len() < 2 {
-            return Err(SurfaceError::new("points", "one point is no line, at least two are needed"));
+            return Err(SurfaceError::new("points", "one point is not a line, at least two are needed"));
         }
         if first[0] == last[0] {
-            let problem = format!("begins and ends at x = {} m: nothing lies below it", first[0]);
+            let problem = format!("begins and ends at x = {} m: there is no ground below it", first[0]);
             return Err(SurfaceError::new("points", problem));
         }
         let mut points = points.to_vec();
@@ -261,7 +261,8 @@ impl FacettedSurface<3> {
     pub fn closed(vertices: Vec<[f64; 3]>, triangles: &[[u32; 3]]) -> Result<Self, SurfaceError> {
         let count = vertices.len();
         if let Some(number) = triangles.iter().position(|t| t.iter().any(|v| *v as usize >= count)) {
-            let problem = format!("{:?} has a vertex beyond the {count} there are", triangles[number]);
+            let problem =
+                format!("{:?} has a vertex that is not one of the {count} vertices", triangles[number]);
             return Err(SurfaceError::new(format!("facets[{number}]"), problem));
         }
         let whole = |t: &&[u32; 3]| t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
@@ -286,13 +287,17 @@ impl FacettedSurface<3> {
             let ((low, high), mut found) = (bounding_box(&corners), None::<usize>);
             self.tree.visit_box(&low, &high, |other| {
                 let apart = own.iter().all(|v| !self.facets[other].contains(v));
-                if other > number && apart && triangle_intersection::triangles_intersect(&corners, &self.corners(other)) {
+                if other > number
+                    && apart
+                    && triangle_intersection::triangles_intersect(&corners, &self.corners(other))
+                {
                     found = Some(found.map_or(other, |before| before.min(other)));
                 }
             });
             let other = self.corners(found?);
             let problem = format!(
-                "the triangle from {:?} m passes through the one from {:?} m: unite what overlaps into one surface",
+                "the triangle from {:?} m passes through the one from {:?} m: unite overlapping parts into \
+                 one surface",
                 corners[0], other[0]
             );
             Some(SurfaceError::new("facets", problem))
@@ -428,7 +433,7 @@ fn check_watertight(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<(),
         let problem = match (*count, back) {
             (1, 1) => continue,
             (1, 0) => "belongs to one triangle only: the surface is open there",
-            (_, 0) => "is run through in the same direction by its triangles: they face opposite ways",
+            (_, 0) => "has the same direction in its two triangles: they face opposite ways",
             _ => "belongs to more than two triangles",
         };
         return Err(SurfaceError::new("facets", format!("the edge from {from:?} to {to:?} m {problem}")));

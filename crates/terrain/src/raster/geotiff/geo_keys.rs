@@ -292,7 +292,7 @@ impl GeoKeys {
             || self.get(key::MODEL_TYPE).is_none() && self.get(key::GEOGRAPHIC).is_some() && !is_projected
         {
             return Err(
-                "lies in degrees (a geographic CRS): project it to metres, for example to UTM".to_owned()
+                "is in degrees (a geographic CRS): project it to metres, for example to UTM".to_owned()
             );
         }
         if self.get(key::MODEL_TYPE) == Some(GEOCENTRIC_MODEL) {
@@ -313,7 +313,8 @@ impl GeoKeys {
             Some(USER_DEFINED) if size == Some(1.0) => return Ok(()),
             Some(unit) => {
                 return Err(format!(
-                    "its CRS has the unit {unit} (EPSG) in plan, and only metres (9001) are known: project it to metres"
+                    "its CRS has the unit {unit} (EPSG) in plan, but only metres (9001) are supported: \
+                     project it to metres"
                 ));
             }
             None => {}
@@ -330,13 +331,15 @@ impl GeoKeys {
         match system {
             Some(text) => match prj_file::non_metre_unit(text) {
                 Some(unit) => Err(format!(
-                    "its CRS {plan:?} is in {unit:?}, and only metres are known in plan: project it to metres"
+                    "its CRS {plan:?} is in {unit:?}, but only metres are supported in plan: project it to \
+                     metres"
                 )),
                 None => Ok(()),
             },
             None => match named {
                 Some(unit) => Err(format!(
-                    "its CRS {plan:?} is in {unit}, and only metres are known in plan: project it to metres"
+                    "its CRS {plan:?} is in {unit}, but only metres are supported in plan: project it to \
+                     metres"
                 )),
                 None => Ok(()),
             },
@@ -350,7 +353,7 @@ impl GeoKeys {
     pub(super) fn height_unit(&self) -> Result<Option<f64>, String> {
         let system = self.get(key::VERTICAL);
         if let Some(code) = system.filter(|code| DEPTHS.contains(code)) {
-            return Err(format!("its vertical CRS, EPSG:{code}, counts depths downwards: write heights"));
+            return Err(format!("its vertical CRS, EPSG:{code}, has depths (downwards): write heights"));
         }
         match self.get(key::VERTICAL_UNITS) {
             Some(METRE) => return Ok(Some(1.0)),
@@ -360,8 +363,8 @@ impl GeoKeys {
             Some(USER_DEFINED) => {}
             Some(unit) => {
                 return Err(format!(
-                    "its CRS has the unit {unit} (EPSG) in height, and only metres (9001) and feet (9002, 9003) are known: \
-                     write its heights in metres"
+                    "its CRS has the unit {unit} (EPSG) in height, but only metres (9001) and feet (9002, \
+                     9003) are supported: write its heights in metres"
                 ));
             }
             None => {}
@@ -375,7 +378,8 @@ impl GeoKeys {
         }
         let unknown = |unit: &str| {
             format!(
-                "its CRS counts heights in {unit:?}, and only metres and feet are known: write its heights in metres"
+                "its CRS has heights in {unit:?}, but only metres and feet are supported: write its heights \
+                 in metres"
             )
         };
         let Some(citation) = self.citation() else { return Ok(None) };

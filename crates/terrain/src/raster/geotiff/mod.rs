@@ -28,7 +28,7 @@ fn tiff_error(error: tiff::TiffError) -> String {
         }
         _ => "",
     };
-    format!("is not a TIFF that can be read: {error}{cure}")
+    format!("is not a readable TIFF: {error}{cure}")
 }
 
 /// Position of the first pixel (m), its corner or its centre by the raster type, and the steps per column and row (m).
@@ -101,7 +101,8 @@ pub(crate) fn parse(bytes: &[u8], beside: GeotiffSidecars) -> Result<Raster, Str
     let (start, step) = placement(&mut decoder, beside.world, corner)?;
     if !(step[0] > 0.0 && step[1] != 0.0) {
         return Err(format!(
-            "its columns and rows go on by {step:?} m: columns must go east and rows north or south; resample it to such a grid"
+            "its columns and rows advance by {step:?} m, but columns must go east and rows north or south: \
+             resample it to such a grid"
         ));
     }
     let mut band = band(&mut decoder)?.or(beside.band);
@@ -154,7 +155,7 @@ fn band(decoder: &mut TiffDecoder<'_>) -> Result<BandMetadata, String> {
     let mut band =
         said.transpose().map_err(|problem| format!("its metadata of GDAL {problem}"))?.unwrap_or_default();
     if let Ok(text) = decoder.get_tag_ascii_string(Tag::GdalNodata) {
-        let problem = || format!("its mark of no data is {text:?}, not a number");
+        let problem = || format!("its no-data value is {text:?}, not a number");
         band.no_data = Some(parse_number(&text).ok_or_else(problem)?);
     }
     Ok(band)

@@ -28,7 +28,7 @@ pub(super) fn pixel_values(
 fn image_values(decoder: &mut TiffDecoder<'_>, missing: f64) -> Result<Vec<f64>, String> {
     match decoder.colortype().map_err(tiff_error)? {
         ColorType::Gray(bits) if bits < 8 => {
-            Err(format!("has {bits} bits a number: write it with 8 bits or more"))
+            Err(format!("has {bits} bits per number: write it with 8 bits or more"))
         }
         ColorType::Gray(_) => {
             let lengths = match decoder.get_chunk_type() {
@@ -42,8 +42,7 @@ fn image_values(decoder: &mut TiffDecoder<'_>, missing: f64) -> Result<Vec<f64>,
             decoder.read_image().map(to_f64).map_err(tiff_error)
         }
         _ => {
-            Err("has several bands or colours: write the one with the numbers to a file of its own"
-                .to_owned())
+            Err("has several bands or colours: write the band with the numbers to a separate file".to_owned())
         }
     }
 }

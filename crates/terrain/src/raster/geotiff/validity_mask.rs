@@ -75,7 +75,7 @@ fn decode_mask(
     let (columns, rows) = (size.0 as usize, size.1 as usize);
     let kind = decoder.colortype().map_err(tiff_error)?;
     let DecodingResult::U8(values) = decoder.read_image().map_err(tiff_error)? else {
-        return Err("has a mask that is not of bits or bytes".to_owned());
+        return Err("has a mask whose values are neither bits nor bytes".to_owned());
     };
     match kind {
         ColorType::Gray(8) if values.len() == columns * rows => {
@@ -88,6 +88,6 @@ fn decode_mask(
             };
             Ok((0..columns * rows).map(bit).collect())
         }
-        _ => Err("has a mask that is not of bits or bytes".to_owned()),
+        _ => Err("has a mask whose values are neither bits nor bytes".to_owned()),
     }
 }
