@@ -185,8 +185,9 @@ fn step<const D: usize>(
 impl<const D: usize> MpmSolver<D> {
     /// Point to grid in a step of a millisecond, for tests.
     pub(crate) fn p2g_for_tests(&mut self) {
-        let Self { clock, background, bodies, nodes, boundary, averages, .. } = self;
+        let Self { clock, background, bodies, nodes, boundary, averages, consistent, .. } = self;
         clock.dt = 1e-3;
-        p2g(clock, background, bodies, nodes, boundary, averages, P2gContent::Everything);
+        let content = P2gContent::Everything;
+        OnePhase { nodes, consistent }.p2g(clock, background, bodies, boundary, averages, content);
     }
 }

@@ -1,7 +1,5 @@
 //! Transfers between points and grid, with the update of the points (sheet: snow-mpm §3.5).
 
-pub(crate) mod background_grid;
-
 use colluvium_case::{Manufactured, spatial};
 use colluvium_constitutive::{BLOCK_SIZE, Material, MotionBlock, StateBlock, SymTensor};
 use colluvium_grid::{
