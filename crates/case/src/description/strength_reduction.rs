@@ -38,7 +38,8 @@ fn set_return_to_yield(material: &mut MaterialSpec) {
     }
 }
 
-/// Search for a factor of safety by strength reduction (after sheet: sph §3.5; the criteria differ, docs/theory/sph-applications.md). Only `after` must be given.
+/// Search for a factor of safety by strength reduction (after sheet: sph §3.5; the criteria differ,
+/// docs/theory/sph-applications.md). Only `after` must be given.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FactorOfSafety {
@@ -49,9 +50,9 @@ pub struct FactorOfSafety {
     /// weight.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration: Option<f64>,
-    /// Height of the slope (m): bodies have failed when a hundredth of them has moved by more than 0.02 of it plus their elastic
-    /// settlement under their weight. When absent, from the lowest to the highest position of the free surface; the height of all bodies
-    /// where the surface is level.
+    /// Height of the slope (m). Bodies of which a hundredth has moved by more than 0.02 of this height plus their elastic settlement under
+    /// their weight have failed. When absent, from the lowest to the highest position of the free surface; the height of all bodies where
+    /// the surface is level.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub height: Option<f64>,
     /// Smallest and largest factor (-).

@@ -98,8 +98,8 @@ pub enum Load {
         /// Pressure (Pa), positive towards the body.
         #[serde(default)]
         pressure: f64,
-        /// Shear (Pa): in the plane and in axisymmetry positive counter-clockwise, with the body on the left hand of who goes
-        /// along; in space in the direction of `axis` × outward normal, times the sine of the angle between the two. Not in 1D.
+        /// Shear (Pa): in the plane and in axisymmetry positive counter-clockwise, that is with the body to the left of its
+        /// direction; in space in the direction of `axis` × outward normal, times the sine of the angle between the two. Not in 1D.
         #[serde(default)]
         shear: f64,
         /// Axis of the shear in space, of any length: along that of a shaft it twists the shaft.

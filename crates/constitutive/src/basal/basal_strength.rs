@@ -18,15 +18,15 @@ pub struct BasalStrength {
     pub pore_pressure_ratio: f64,
 }
 
-/// How cohesion at the base depends on the normal stress.
+/// Dependence of cohesion at the base on the normal stress.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CohesionForm {
-    /// Not at all: `s = σ' tan φ + c`.
+    /// Constant cohesion: `s = σ' tan φ + c`.
     #[default]
     Constant,
-    /// None without normal stress (Bartelt et al. 2015, eq. 6; RAMMS):
-    /// `s = σ' tan φ + (1 - tan φ) c (1 - e^(-σ'/c))`, for `tan φ` up to 1.
+    /// Cohesion that is zero without normal stress (Bartelt et al. 2015, eq. 6; RAMMS): `s = σ' tan φ + (1 - tan φ) c (1 - e^(-σ'/c))`,
+    /// for `tan φ` up to 1.
     Ramms,
 }
 

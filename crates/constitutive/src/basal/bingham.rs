@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 
 use super::BasalFlow;
 
-/// How the cubic equation of the Bingham profile is solved.
+/// Solution of the cubic equation of the Bingham profile.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum BinghamSolution {
-    /// To round-off.
+    /// Solution to round-off.
     #[default]
     Exact,
-    /// By the economised quadratic of Pastor et al. (2004): within -2.8 % to +5.2 %, the latter at rest.
+    /// Economised quadratic of Pastor et al. (2004): within -2.8 % to +5.2 %, the latter at rest.
     Quadratic,
 }
 

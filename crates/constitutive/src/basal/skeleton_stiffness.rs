@@ -14,16 +14,16 @@ pub struct SkeletonSpec {
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
-    /// How the sides of a column are held.
+    /// Lateral confinement of a column.
     #[serde(default)]
     pub confinement: LateralConfinement,
 }
 
-/// How the sides of a column are held: mean over vertical effective stress `α`.
+/// Lateral confinement of a column: mean over vertical effective stress `α`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum LateralConfinement {
-    /// Under the same stress as the top: `α = 1`.
+    /// Equal stress on the sides and the top: `α = 1`.
     Isotropic {},
     /// No lateral strain: `α = (1 + 2 k_0)/3`. With the elastic `k_0` the stiffness is the oedometric modulus. The
     /// default.
@@ -32,14 +32,14 @@ pub enum LateralConfinement {
         #[serde(default)]
         k0: Option<f64>,
     },
-    /// `α = k_0`, as the source prints it. The stiffness grows without bound as `k_0` vanishes.
+    /// Source formula `α = k_0`, as printed. The stiffness grows without bound as `k_0` vanishes.
     SourceK0 {
         /// Coefficient of lateral stress, > 0.
         k0: f64,
     },
-    /// `α` itself.
+    /// Value of `α`.
     Value {
-        /// `α`, > 0.
+        /// Ratio `α` (-), > 0.
         alpha: f64,
     },
 }

@@ -7,7 +7,7 @@ use super::{BasalDrag, BasalRheology, BasalStrength, BinghamSolution, CohesionFo
 use crate::contract::model::{check, not_negative, positive};
 use crate::{MaterialError, MaybeInfinite};
 
-/// A basal law of a case file: the model's name and its parameters, angles in degrees.
+/// Basal law of a case file: the name of the model and its parameters, angles in degrees.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "model", deny_unknown_fields)]
 pub enum BasalSpec {
@@ -137,7 +137,7 @@ pub struct BinghamBaseSpec {
     pub pore_pressure_ratio: f64,
     /// Plastic viscosity `μ` (Pa s), not negative; without it the yield stress alone acts.
     pub viscosity: f64,
-    /// How the cubic equation is solved.
+    /// Solution of the cubic equation.
     #[serde(default)]
     pub solution: BinghamSolution,
 }
@@ -173,7 +173,7 @@ macro_rules! frictional {
             /// Cohesion `c` at the base (Pa), not negative.
             #[serde(default)]
             pub cohesion: f64,
-            /// How cohesion depends on the normal stress.
+            /// Dependence of cohesion on the normal stress.
             #[serde(default)]
             pub cohesion_form: CohesionForm,
             /// Constant pore-pressure ratio `r_u`: share of the normal stress that water carries, 0 to 1.
@@ -265,7 +265,7 @@ frictional! {
     GranularBaseSpec {
         /// Friction coefficient at rest `μ_s`, between 0 and 2, both excluded.
         static_friction: f64,
-        /// Friction coefficient `μ_2` that fast flow tends to: at least `static_friction`, below 2.
+        /// Friction coefficient `μ_2`, the limit in fast flow: at least `static_friction`, below 2.
         limit_friction: f64,
         /// Inertial number `I_0` at which friction is halfway between the two, > 0.
         reference_inertial_number: f64,

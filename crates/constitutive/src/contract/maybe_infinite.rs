@@ -3,12 +3,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A number, or `"none"` where it is infinite: a turbulence coefficient without turbulence, a settling velocity
-/// without drag.
+/// Number, or `"none"` for an infinite value: a turbulence coefficient without turbulence, a settling velocity without drag.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected a number or \"none\"")]
 pub enum MaybeInfinite {
-    /// The number.
+    /// Finite value.
     Number(f64),
     /// Infinite.
     Word(NoneWord),

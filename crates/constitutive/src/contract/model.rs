@@ -77,7 +77,7 @@ pub enum ModelFamily {
     Wrapper,
 }
 
-/// How a law with linear elasticity measures strain.
+/// Strain measure of a law with linear elasticity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StrainMeasure {

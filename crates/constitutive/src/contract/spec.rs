@@ -23,7 +23,7 @@ macro_rules! density {
 /// gives the expression.
 macro_rules! models {
     ($($(#[$doc:meta])* $name:literal => $variant:ident($spec:ty $(, $($density:tt)+)?),)*) => {
-        /// A material of a case file: the model's name and its parameters, angles in degrees.
+        /// Material of a case file: the name of the model and its parameters, angles in degrees.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(tag = "model")]
         pub enum MaterialSpec {
@@ -120,8 +120,8 @@ models! {
     "fixed-corotated" => FixedCorotated(FixedCorotatedSpec),
     /// Drucker–Prager plasticity.
     "drucker-prager" => DruckerPrager(DruckerPragerSpec),
-    /// Sand without cohesion at finite strain (Klar): its friction angle may change with flow, and the volume of what was
-    /// pulled apart is closed again.
+    /// Sand without cohesion at finite strain (Klar): its friction angle may change with flow, and volume gained by separation is closed
+    /// again.
     "sand" => Sand(SandSpec),
     /// Mohr–Coulomb plasticity.
     "mohr-coulomb" => MohrCoulomb(MohrCoulombSpec),
@@ -129,13 +129,13 @@ models! {
     "tresca" => Tresca(TrescaSpec),
     /// Von Mises plasticity.
     "von-mises" => VonMises(VonMisesSpec),
-    /// Isotropic elasticity whose stiffness grows with pressure.
+    /// Isotropic elasticity with a stiffness that grows with pressure.
     "pressure-dependent-elastic" => PressureElastic(PressureElasticSpec),
     /// Modified Cam-clay.
     "modified-cam-clay" => CamClay(CamClaySpec),
     /// Original Cam-clay.
     "original-cam-clay" => OriginalCamClay(OriginalCamClaySpec, 0.density),
-    /// Snow that breaks and packs (Stomakhin), finite strain.
+    /// Snow that breaks and compacts (Stomakhin), finite strain.
     "snow" => Snow(SnowSpec),
     /// Cohesive Cam Clay: snow slabs and weak layers, finite strain.
     "cohesive-cam-clay" => CohesiveCamClay(CohesiveCamClaySpec),
@@ -153,9 +153,9 @@ models! {
     "hypoplastic" => Hypoplastic(HypoplasticSpec),
     /// Critical-state sand.
     "simsand" => Simsand(SimsandSpec),
-    /// A user material of Abaqus in a shared library.
+    /// User material of Abaqus in a shared library.
     "umat" => Umat(UmatSpec),
-    /// An elastic point that a cohesive–frictional band may cut.
+    /// Elastic point with a possible cohesive–frictional band.
     "double-scale" => DoubleScale(DoubleScaleSpec),
     /// Weakly compressible Newtonian fluid.
     "newtonian-fluid" => NewtonianFluid(NewtonianFluidSpec),
@@ -167,7 +167,7 @@ models! {
     "mu-i" => MuI(MuISpec),
     /// Elastic–perfectly plastic soil with pressure from density.
     "cfd-soil" => CfdSoil(CfdSoilSpec),
-    /// A law that a method brings, such as a periodic cell of grains.
+    /// Law provided by a method, such as a periodic cell of grains.
     "external" => External(ExternalSpec),
 }
 

@@ -3,73 +3,71 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Loading path of a stage. Amounts are totals over the stage; keys named `compression` are positive
-/// when the specimen gets shorter.
+/// Loading path of a stage. Amounts are totals over the stage; keys named `compression` are positive when the specimen shortens.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum LoadingPath {
-    /// All normal stresses go to minus the given pressure.
+    /// Isotropic path: all normal stresses change to minus the given pressure.
     Isotropic {
         /// Pressure at the end (Pa, compression-positive).
         pressure: f64,
     },
-    /// Compression along z, no lateral strain.
+    /// Compression along z without lateral strain.
     Oedometer {
         /// Strain along z.
         axial_compression: f64,
     },
-    /// Compression along z, lateral stress kept.
+    /// Compression along z at constant lateral stress.
     TriaxialDrained {
-        /// Strain along z.
+        /// Strain along z (-).
         axial_compression: f64,
     },
-    /// Compression along z without drainage, total lateral stress kept; the law gives effective stress.
+    /// Compression along z without drainage, at constant total lateral stress; the law gives effective stress.
     TriaxialUndrained {
         /// Strain along z.
         axial_compression: f64,
-        /// Stiffness of the pore fluid `K_f/n` (Pa), > 0, by which the pore pressure follows the volume; the
-        /// volume is kept when absent.
+        /// Stiffness of the pore fluid `K_f/n` (Pa), > 0, which relates the pore pressure to the volume; constant volume when absent.
         #[serde(default)]
         fluid_stiffness: Option<f64>,
     },
-    /// Extension along z, lateral stress kept.
+    /// Extension along z at constant lateral stress.
     TriaxialExtension {
         /// Strain along z.
         axial_extension: f64,
     },
-    /// Compression along z, stress along x kept, stress along y in between: `b = (σ_y - σ_x)/(σ_z - σ_x)`.
+    /// Compression along z at constant stress along x, with the stress along y in between: `b = (σ_y - σ_x)/(σ_z - σ_x)`.
     TrueTriaxial {
         /// Strain along z.
         axial_compression: f64,
         /// Ratio b, 0 to 1.
         b: f64,
     },
-    /// Compression along y, stress along x kept, no strain along z.
+    /// Compression along y at constant stress along x, without strain along z.
     BiaxialPlaneStrain {
         /// Strain along y.
         axial_compression: f64,
     },
-    /// Simple shear along x on planes normal to y, no other strain; the material turns.
+    /// Simple shear along x on planes normal to y, without other strain; the material rotates.
     SimpleShearConstantVolume {
         /// Engineering shear strain.
         shear: f64,
     },
-    /// Simple shear along x on planes normal to y, normal stress on them kept.
+    /// Simple shear along x on planes normal to y, at constant normal stress on them.
     SimpleShearConstantNormalStress {
         /// Engineering shear strain.
         shear: f64,
     },
-    /// Given strain increment.
+    /// Prescribed strain increment.
     Strain {
         /// Tensor components xx yy zz xy yz zx, tension-positive.
         increment: [f64; 6],
     },
-    /// Given stress increment.
+    /// Prescribed stress increment.
     Stress {
         /// Components xx yy zz xy yz zx (Pa, tension-positive).
         increment: [f64; 6],
     },
-    /// Simple shear along x on planes normal to y by a given shear stress, normal stress kept.
+    /// Simple shear along x on planes normal to y by a prescribed shear stress, at constant normal stress.
     SimpleShearStress {
         /// Change of the shear stress (Pa).
         shear_stress: f64,
@@ -77,11 +75,11 @@ pub enum LoadingPath {
     /// General linear control `S Δσ + E Δε = ΔY`, six rows; strain with tensor shear. With an
     /// amplitude the stage is one period: `ΔY(t) = total t/T + amplitude (sin(2πt/T + phase) - sin(phase))`.
     General {
-        /// The matrix S, row by row.
+        /// Matrix S, row by row.
         stress: [[f64; 6]; 6],
-        /// The matrix E, row by row.
+        /// Matrix E, row by row.
         strain: [[f64; 6]; 6],
-        /// The right-hand side ΔY.
+        /// Right-hand side ΔY.
         total: [f64; 6],
         /// Amplitude of each row.
         #[serde(default)]
@@ -89,7 +87,7 @@ pub enum LoadingPath {
         /// Phase of each row (degrees).
         #[serde(default)]
         phase: [f64; 6],
-        /// Rotation that goes with it: angles about x, y, z (degrees, right-handed).
+        /// Rotation over the stage: angles about x, y, z (degrees, right-handed).
         #[serde(default)]
         spin: [f64; 3],
         /// Stiffness of the pore fluid `K_f/n` (Pa), > 0: the test is undrained, `Δσ` the total stress, and the
@@ -97,14 +95,14 @@ pub enum LoadingPath {
         #[serde(default)]
         fluid_stiffness: Option<f64>,
     },
-    /// A list of increments one after another, each taken in the stage's number of steps and an equal
-    /// share of its duration. Every row prescribes either strain or stress.
+    /// List of increments in sequence, each applied in the number of steps of the stage and an equal share of its duration. Every row
+    /// prescribes either strain or stress.
     Direct {
         /// Quantity prescribed by each of the rows xx yy zz xy yz zx.
         control: [ControlledQuantity; 6],
-        /// Increments: tensor strain, or stress (Pa), tension-positive, as `control` says.
+        /// Increments: tensor strain, or stress (Pa), tension-positive, according to `control`.
         increments: Vec<[f64; 6]>,
-        /// Rotation that goes with each increment: angles about x, y, z (degrees); none when empty.
+        /// Rotation in each increment: angles about x, y, z (degrees); none when empty.
         #[serde(default)]
         spins: Vec<[f64; 3]>,
     },
@@ -113,18 +111,18 @@ pub enum LoadingPath {
         /// Velocity gradient `∂v_i/∂x_j` (1/s), row by row.
         velocity_gradient: [[f64; 3]; 3],
     },
-    /// Deformation gradient that goes from the unit matrix to the given one, linearly in time.
+    /// Deformation gradient, linear in time from the unit matrix to the given one.
     DeformationGradient {
         /// Deformation gradient at the end, relative to the beginning of the stage, row by row.
         deformation: [[f64; 3]; 3],
     },
-    /// Time passes, stress is kept.
+    /// Creep: constant stress over the duration.
     Creep {},
-    /// Time passes, nothing moves.
+    /// Relaxation: no deformation over the duration.
     Relaxation {},
-    /// The stage before, backwards: the same kind of control with all amounts turned round.
+    /// Reversal of the previous stage: control of the same kind with all amounts reversed.
     Reversal {
-        /// Share of the stage before that is taken back.
+        /// Share of the previous stage that is reversed (-).
         #[serde(default = "default_fraction")]
         fraction: f64,
     },
@@ -139,9 +137,9 @@ pub enum LoadingPath {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ControlledQuantity {
-    /// The strain increment.
+    /// Strain increment.
     Strain,
-    /// The stress increment.
+    /// Stress increment.
     Stress,
 }
 

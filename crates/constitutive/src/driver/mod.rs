@@ -28,22 +28,22 @@ pub use crate::driver::test_checks::TestProblem;
 
 use crate::driver::element_path::PathRecorder;
 
-/// A test of a single material point.
+/// Test of a single material point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ElementTest {
     /// Title of the test, one line.
     pub title: String,
-    /// The material.
+    /// Material of the point.
     pub material: MaterialSpec,
     /// Initial stress (Pa, tension-positive): xx yy zz xy yz zx.
     #[serde(default)]
     pub initial_stress: [f64; 6],
-    /// Stages of the test, one after another.
+    /// Stages of the test, in order.
     pub stages: Vec<TestStage>,
 }
 
-/// A part of an element test.
+/// Stage of an element test.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TestStage {
@@ -52,7 +52,7 @@ pub struct TestStage {
     /// Number of steps.
     #[serde(default = "steps")]
     pub steps: usize,
-    /// Duration (s), for laws that feel the rate.
+    /// Duration (s), for rate-dependent laws.
     #[serde(default = "duration")]
     pub duration: f64,
 }

@@ -28,14 +28,14 @@ use crate::{
 /// Largest ratio of a component of `T` to that of `T_i`.
 const MAX_AMPLIFICATION: f64 = 10.0;
 
-/// How the viscous rate is integrated.
+/// Integration of the viscous rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ViscousMode {
-    /// In closed form at the current rate: objective, for boundary-value problems.
+    /// Closed form at the current rate: objective, for boundary-value problems.
     #[default]
     Integrated,
-    /// From differences of the stretching, as in the source: element tests only.
+    /// Differences of the stretching, as in the source: element tests only.
     RateMaterial,
 }
 
@@ -43,20 +43,20 @@ pub enum ViscousMode {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AccelerationViscosity {
-    /// `A` (s), < 0.
+    /// Coefficient `A` (s), < 0.
     pub a: f64,
-    /// `m1`, > 0.
+    /// Coefficient `m1`, > 0.
     pub m1: f64,
-    /// `m2` (s²), not negative.
+    /// Coefficient `m2` (s²), not negative.
     #[serde(default)]
     pub m2: f64,
-    /// `η1` (Pa s), viscosity of the term `η1 D̊`, not negative.
+    /// Viscosity `η1` (Pa s) of the term `η1 D̊`, not negative.
     #[serde(default)]
     pub eta1: f64,
-    /// `η3` (Pa s³) of the term `η3 D̊²`, normal stresses alone; with mode `rate-material` only.
+    /// Coefficient `η3` (Pa s³) of the term `η3 D̊²`, normal stresses alone; with mode `rate-material` only.
     #[serde(default)]
     pub eta3: f64,
-    /// How the rate is integrated.
+    /// Integration of the viscous rate.
     #[serde(default)]
     pub mode: ViscousMode,
 }

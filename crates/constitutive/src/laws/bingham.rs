@@ -22,7 +22,7 @@ use crate::laws::viscous_flow::{
 };
 use crate::{Corotational, Material, MaterialError};
 
-/// How the flow of `bingham` and `frictional-fluid` is integrated.
+/// Integration of the flow of `bingham` and `frictional-fluid`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum YieldForm {
@@ -57,14 +57,14 @@ pub struct BinghamSpec {
     pub yield_stress: f64,
     /// Plastic viscosity `μ` (Pa s), not negative.
     pub viscosity: f64,
-    /// Largest tension before the fluid cavitates (Pa), not negative. At zero, as by default, a fluid that no pressure holds
-    /// together opens as soon as it moves: in a channel without a free surface give this, or an initial pressure.
+    /// Largest tension before the fluid cavitates (Pa), not negative. With zero, the default, a fluid without confining pressure opens as
+    /// soon as it moves: in a channel without a free surface give this, or an initial pressure.
     #[serde(default)]
     pub cavitation_strength: f64,
     /// Equation of state.
     #[serde(default)]
     pub equation_of_state: EquationOfState,
-    /// How flow is integrated.
+    /// Integration of the flow.
     #[serde(default)]
     pub form: YieldForm,
 }
@@ -88,14 +88,14 @@ pub struct FrictionalFluidSpec {
     /// Viscosity of the flow above yield (Pa s), not negative.
     #[serde(default)]
     pub viscosity: f64,
-    /// Largest tension before the fluid cavitates (Pa), not negative. At zero, as by default, a fluid that no pressure holds
-    /// together opens as soon as it moves: in a channel without a free surface give this, or an initial pressure.
+    /// Largest tension before the fluid cavitates (Pa), not negative. With zero, the default, a fluid without confining pressure opens as
+    /// soon as it moves: in a channel without a free surface give this, or an initial pressure.
     #[serde(default)]
     pub cavitation_strength: f64,
     /// Equation of state.
     #[serde(default)]
     pub equation_of_state: EquationOfState,
-    /// How flow is integrated.
+    /// Integration of the flow.
     #[serde(default)]
     pub form: YieldForm,
 }

@@ -18,7 +18,7 @@ use crate::contract::model::{Model, ModelFamily, ModelInfo, check, not_negative,
 use crate::laws::viscous_flow::{FlowCurve, FlowOutputs, Viscoplastic};
 use crate::{Corotational, Material, MaterialError};
 
-/// Which measure of shear stress is held against the strength.
+/// Measure of shear stress that is compared with the strength.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ShearNorm {
@@ -44,7 +44,7 @@ pub struct CfdSoilSpec {
     /// Cohesion (Pa), not negative.
     #[serde(default)]
     pub cohesion: f64,
-    /// Which measure of shear stress is held against the strength.
+    /// Measure of shear stress that is compared with the strength.
     #[serde(default)]
     pub norm: ShearNorm,
 }

@@ -16,10 +16,10 @@ const TAIT: f64 = 7.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum EquationOfState {
-    /// `p = c² (ρ - ρ₀)`.
+    /// Linear equation `p = c² (ρ - ρ₀)`.
     #[default]
     Linear,
-    /// `p = ρ₀ c²/7 [(ρ/ρ₀)⁷ - 1]`.
+    /// Tait's equation `p = ρ₀ c²/7 [(ρ/ρ₀)⁷ - 1]`.
     Tait,
 }
 

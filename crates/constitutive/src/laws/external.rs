@@ -44,7 +44,7 @@ pub struct ExternalSpec {
     pub density: f64,
     /// Name of the law: `granular-cell`, a periodic cell of grains.
     pub law: String,
-    /// Parameters of that law; those of `granular-cell` stand in docs/theory/dem.md, "A cell of grains as a material".
+    /// Parameters of that law; for `granular-cell` see docs/theory/dem.md, "A cell of grains as a material".
     #[serde(default)]
     pub parameters: Map<String, Value>,
 }

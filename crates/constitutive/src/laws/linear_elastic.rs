@@ -26,7 +26,7 @@ pub struct LinearElasticSpec {
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
-    /// Small strain in rate form, or logarithmic finite strain.
+    /// Strain measure: small strain in rate form, or logarithmic finite strain.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
 }

@@ -43,23 +43,23 @@ pub struct MuISpec {
     pub grain_diameter: f64,
     /// Friction coefficient at rest `μ_s`, between 0 and 2, both excluded.
     pub static_friction: f64,
-    /// Friction coefficient `μ_2` that fast flow tends to: at least `static_friction`, below 2.
+    /// Friction coefficient `μ_2`, the limit in fast flow: at least `static_friction`, below 2.
     pub limit_friction: f64,
     /// Inertial number `I_0` at which friction is halfway between the two, > 0.
     pub reference_inertial_number: f64,
-    /// How flow is integrated.
+    /// Integration of the flow.
     #[serde(default)]
     pub form: MuIForm,
 }
 
-/// How the flow of `mu-i` is integrated.
+/// Integration of the flow of `mu-i`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum MuIForm {
-    /// Elastic below the static yield stress: rests on a slope, no limit to the viscous step. The default.
+    /// Elastic below the static yield stress: the material can rest on a slope, and the viscous step has no limit. The default.
     // With braces, so that unknown keys are refused here as well.
     ElastoViscoplastic {},
-    /// `η = min(μ(I) p/γ̇, η_max)`, with `γ̇` no smaller than a floor (Bui & Nguyen 2021).
+    /// Capped viscosity `η = min(μ(I) p/γ̇, η_max)`, with `γ̇` no smaller than a floor (Bui & Nguyen 2021).
     Capped {
         /// Largest viscosity `η_max` (Pa s), > 0.
         max_viscosity: f64,
@@ -67,14 +67,14 @@ pub enum MuIForm {
         #[serde(default = "rate_floor")]
         min_shear_rate: f64,
     },
-    /// `η = μ(I) p/√(γ̇² + δ²)`.
+    /// Smoothed viscosity `η = μ(I) p/√(γ̇² + δ²)`.
     Smoothed {
-        /// `δ` (1/s), > 0.
+        /// Smoothing shear rate `δ` (1/s), > 0.
         shear_rate: f64,
     },
-    /// `η = μ_s p (1 - e^(-mγ̇))/γ̇ + (μ(I) - μ_s) p/γ̇`.
+    /// Papanastasiou's viscosity `η = μ_s p (1 - e^(-mγ̇))/γ̇ + (μ(I) - μ_s) p/γ̇`.
     Papanastasiou {
-        /// `m` (s), > 0.
+        /// Time constant `m` (s), > 0.
         time: f64,
     },
 }

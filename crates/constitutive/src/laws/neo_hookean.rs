@@ -27,7 +27,7 @@ pub struct NeoHookeanSpec {
     pub youngs_modulus: f64,
     /// Poisson's ratio at small strain, between -1 and 0.5.
     pub poissons_ratio: f64,
-    /// How pressure follows the volume.
+    /// Dependence of pressure on volume.
     #[serde(default)]
     pub volumetric_law: VolumetricLaw,
 }

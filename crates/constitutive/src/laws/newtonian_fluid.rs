@@ -27,8 +27,8 @@ pub struct NewtonianFluidSpec {
     /// Dynamic viscosity (Pa s), not negative.
     #[serde(default)]
     pub viscosity: f64,
-    /// Largest tension before the fluid cavitates (Pa), not negative. At zero, as by default, a fluid that no pressure holds
-    /// together opens as soon as it moves: in a channel without a free surface give this, or an initial pressure.
+    /// Largest tension before the fluid cavitates (Pa), not negative. With zero, the default, a fluid without confining pressure opens as
+    /// soon as it moves: in a channel without a free surface give this, or an initial pressure.
     #[serde(default)]
     pub cavitation_strength: f64,
     /// Equation of state.

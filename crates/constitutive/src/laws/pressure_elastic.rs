@@ -33,11 +33,11 @@ const MIN_PRESSURE_RATIO: f64 = 1e-3;
 /// Least pressure of laws without a reference pressure of their own (Pa).
 pub(super) const MIN_PRESSURE: f64 = MIN_PRESSURE_RATIO * REFERENCE_PRESSURE;
 
-/// How stiffness follows pressure.
+/// Dependence of stiffness on pressure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum PressureStiffness {
-    /// A power of pressure: `G = A (p/p_ref)ⁿ`.
+    /// Power law of pressure: `G = A (p/p_ref)ⁿ`.
     Sand {
         /// Shear modulus at the reference pressure, `A` (Pa), > 0.
         shear_modulus: f64,
@@ -46,7 +46,7 @@ pub enum PressureStiffness {
         /// Exponent `n`, 0 (constant stiffness) to 1.
         exponent: f64,
     },
-    /// In proportion to pressure: `K = (1+e) p/κ`.
+    /// Stiffness proportional to pressure: `K = (1+e) p/κ`.
     Clay {
         /// Slope `κ` of the unloading line in the plane of specific volume and ln p, > 0.
         swelling_slope: f64,
@@ -59,7 +59,7 @@ pub enum PressureStiffness {
 pub struct PressureElasticSpec {
     /// Density (kg/m³), > 0.
     pub density: f64,
-    /// How stiffness follows pressure.
+    /// Dependence of stiffness on pressure.
     pub stiffness: PressureStiffness,
     /// Poisson's ratio, between -1 and 0.5.
     #[serde(default = "poissons_ratio")]

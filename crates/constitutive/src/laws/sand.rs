@@ -44,18 +44,19 @@ pub struct SandSpec {
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
-    /// Friction angle (degrees), above 0, below 90; with `hardening` that after much flow.
+    /// Friction angle (degrees), above 0, below 90; with `hardening` the friction angle after much flow.
     pub friction_angle: f64,
     /// Change of the friction angle with flow; none when absent.
     #[serde(default)]
     pub hardening: Option<SandHardening>,
-    /// Whether volume gained in tension closes before the sand carries stress again; when false, sand keeps the volume it has gained.
+    /// Whether volume gained in tension is closed before the sand carries stress again; when false, sand keeps the volume that it has
+    /// gained.
     #[serde(default = "default_true")]
     pub volume_correction: bool,
     /// Tensor of the invariants.
     #[serde(default)]
     pub invariants: StressInvariants,
-    /// Start on the cone, where the return of the initial stress ends, if that stress lies outside; refused when false.
+    /// Whether an initial stress outside the cone is replaced by the stress at the end of its return; refused when false.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }
@@ -64,18 +65,18 @@ fn default_true() -> bool {
     true
 }
 
-/// Change of the friction angle of `sand` with flow (Klar et al. 2016): `φ = h0 + (h1 a - h3) exp(-h2 a)`, where
-/// `h0` is `friction_angle` and `a` adds up the norm of the plastic strain.
+/// Change of the friction angle of `sand` with flow (Klar et al. 2016): `φ = h0 + (h1 a - h3) exp(-h2 a)`, where `h0` is `friction_angle`
+/// and `a` is the sum of the norms of the plastic strain.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SandHardening {
-    /// Growth `h1` of the friction angle with plastic strain at first (degrees), not negative; 9 in the source.
+    /// Initial growth `h1` of the friction angle with plastic strain (degrees), not negative; 9 in the source.
     #[serde(default = "growth")]
     pub growth: f64,
-    /// Rate `h2` at which the change fades with plastic strain, > 0; 0.2 in the source.
+    /// Rate `h2` of decay of the change with plastic strain, > 0; 0.2 in the source.
     #[serde(default = "fading")]
     pub fading: f64,
-    /// How far `h3` the friction angle lies below `friction_angle` at the start (degrees), not negative, less than
+    /// Difference `h3` between `friction_angle` and the initial friction angle below it (degrees), not negative, less than
     /// `friction_angle`; 10 in the source.
     #[serde(default = "below")]
     pub below: f64,

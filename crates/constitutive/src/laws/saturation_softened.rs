@@ -24,7 +24,7 @@ const NAME: &str = "saturation-softened";
 pub struct SaturationSoftenedSpec {
     /// Cohesion of the saturated soil (Pa), 0 to the cohesion of the material.
     pub saturated_cohesion: f64,
-    /// The dry soil: `drucker-prager` or `mohr-coulomb` in rate form, of constant strength.
+    /// Dry soil: `drucker-prager` or `mohr-coulomb` in rate form, of constant strength.
     pub material: Box<MaterialSpec>,
 }
 

@@ -45,22 +45,22 @@ pub struct SnowSpec {
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
-    /// Largest elastic compression of a direction θ_c, between 0 and 1 (exclusive).
+    /// Largest elastic compression θ_c along a direction, between 0 and 1 (exclusive).
     #[serde(default = "critical_compression")]
     pub critical_compression: f64,
-    /// Largest elastic extension of a direction θ_s, > 0.
+    /// Largest elastic extension θ_s along a direction, > 0.
     #[serde(default = "critical_stretch")]
     pub critical_stretch: f64,
-    /// How fast moduli follow the plastic volume, ξ, not negative.
+    /// Factor ξ of the change of the moduli with the plastic volume, not negative.
     #[serde(default = "hardening_factor")]
     pub hardening_factor: f64,
-    /// Stress of the elastic stretches.
+    /// Elastic law: stress from the elastic stretches.
     #[serde(default)]
     pub elastic_law: SnowElasticity,
-    /// Packing below this plastic volume `J_P` stiffens no more; in 0..=1 (0 excluded).
+    /// Lower bound of the plastic volume `J_P` for stiffening: packing below it does not stiffen further; in 0..=1 (0 excluded).
     #[serde(default = "least_plastic_volume")]
     pub least_plastic_volume: f64,
-    /// Tearing above this plastic volume `J_P` softens no more; at least 1.
+    /// Upper bound of the plastic volume `J_P` for softening: tearing above it does not soften further; at least 1.
     #[serde(default = "largest_plastic_volume")]
     pub largest_plastic_volume: f64,
 }
@@ -86,7 +86,7 @@ fn largest_plastic_volume() -> f64 {
     20.0
 }
 
-/// Elastic law of the snow's stretches.
+/// Elastic law for the stretches of snow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SnowElasticity {

@@ -13,7 +13,7 @@ use super::Softening;
 use crate::contract::model::{Model, ModelFamily, ModelInfo, check, positive};
 use crate::{Material, MaterialError, MaterialSpec};
 
-/// Which strengths are divided.
+/// Strengths that are divided.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReductionScope {
@@ -72,13 +72,13 @@ impl StrengthReduction {
 pub struct StrengthReducedSpec {
     /// Factor by which strength is divided, > 0.
     pub factor: f64,
-    /// Which strengths are divided.
+    /// Strengths that are divided.
     #[serde(default)]
     pub scope: ReductionScope,
-    /// Keep the dilatancy angle even where it exceeds the reduced friction angle.
+    /// Whether the dilatancy angle is kept even where it exceeds the reduced friction angle.
     #[serde(default)]
     pub keep_dilatancy: bool,
-    /// The material whose strength is reduced.
+    /// Material whose strength is reduced.
     pub material: Box<MaterialSpec>,
 }
 

@@ -25,11 +25,10 @@ pub struct TrescaSpec {
     pub poissons_ratio: f64,
     /// Undrained shear strength `s_u` (Pa), > 0.
     pub undrained_strength: f64,
-    /// Small strain in rate form, or logarithmic finite strain.
+    /// Strain measure: small strain in rate form, or logarithmic finite strain.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
-    /// Start on the yield surface, where the return of the initial stress ends, if that stress lies outside;
-    /// refused when false.
+    /// Whether an initial stress outside the yield surface is replaced by the stress at the end of its return; refused when false.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }

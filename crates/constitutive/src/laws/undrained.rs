@@ -22,13 +22,13 @@ pub struct UndrainedSpec {
     pub fluid_bulk_modulus: f64,
     /// Porosity, between 0 and 1 (both excluded).
     pub porosity: f64,
-    /// Pore pressure at the start (Pa, compression-positive); initial stresses are total.
+    /// Initial pore pressure (Pa, compression-positive); initial stresses are total.
     #[serde(default)]
     pub initial_pore_pressure: f64,
     /// Largest tension before the pore fluid cavitates (Pa), not negative; none when absent.
     #[serde(default)]
     pub cavitation_strength: Option<f64>,
-    /// The skeleton, in effective stresses, with the density of the saturated soil.
+    /// Skeleton material, in effective stresses, with the density of the saturated soil.
     pub skeleton: Box<MaterialSpec>,
 }
 

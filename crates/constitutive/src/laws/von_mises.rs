@@ -30,7 +30,7 @@ pub struct VonMisesSpec {
     pub poissons_ratio: f64,
     /// Cohesion (Pa), > 0.
     pub cohesion: f64,
-    /// Stress state in which the strength is that of the cohesion.
+    /// Stress state in which the strength is exactly that of the cohesion.
     #[serde(default)]
     pub exact_in: ExactIn,
     /// Cohesion after large plastic strain (Pa), 0 to the peak; no softening when absent. With `softening_rate`.
@@ -39,16 +39,15 @@ pub struct VonMisesSpec {
     /// Rate of decay of the cohesion with plastic strain, > 0 with a `residual_cohesion`, 0 without.
     #[serde(default)]
     pub softening_rate: f64,
-    /// Small strain in rate form, or logarithmic finite strain.
+    /// Strain measure: small strain in rate form, or logarithmic finite strain.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
-    /// Start on the yield surface, where the return of the initial stress ends, if that stress lies outside;
-    /// refused when false.
+    /// Whether an initial stress outside the yield surface is replaced by the stress at the end of its return; refused when false.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }
 
-/// Stress states in which the circle of von Mises meets the hexagon of Tresca.
+/// Stress states in which the circle of von Mises intersects the hexagon of Tresca.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ExactIn {

@@ -20,11 +20,11 @@ use crate::{
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StressInvariants {
-    /// The whole tensor, `d = 3`: plane strain carries a stress across the plane.
+    /// Whole tensor, `d = 3`: plane strain has a stress normal to the plane.
     #[default]
     Space,
-    /// The tensor in the plane, `d = 2`, as Gaume et al. and Klar et al. print it: `p = -(τ_xx + τ_yy)/2`, `K = λ + μ`. For
-    /// motions in the plane only; not the same material as in space.
+    /// Tensor in the plane, `d = 2`, as printed by Gaume et al. and Klar et al.: `p = -(τ_xx + τ_yy)/2`, `K = λ + μ`. For motions in the
+    /// plane only; the material differs from that in space.
     Plane,
 }
 

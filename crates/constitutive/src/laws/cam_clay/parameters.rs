@@ -24,23 +24,23 @@ pub struct CamClaySpec {
     pub compression_slope: f64,
     /// Slope `κ` of unloading and reloading in the same plane, > 0.
     pub swelling_slope: f64,
-    /// Poisson's ratio, between -1 and 0.5; this or `shear_modulus`.
+    /// Poisson's ratio, between -1 and 0.5; give either this or `shear_modulus`.
     #[serde(default)]
     pub poissons_ratio: Option<f64>,
-    /// Constant shear modulus (Pa), > 0; this or `poissons_ratio`.
+    /// Constant shear modulus (Pa), > 0; give either this or `poissons_ratio`.
     #[serde(default)]
     pub shear_modulus: Option<f64>,
     /// Initial void ratio, > 0.
     pub void_ratio: f64,
-    /// Pressure `p_c` at the tip of the initial yield surface (Pa), > 0; this or `overconsolidation_ratio`.
+    /// Pressure `p_c` at the tip of the initial yield surface (Pa), > 0; give either this or `overconsolidation_ratio`.
     #[serde(default)]
     pub preconsolidation_pressure: Option<f64>,
-    /// `p_c` over that of the surface through the initial stress, at least 1; this or
+    /// Overconsolidation ratio (-): `p_c` over that of the surface through the initial stress, at least 1; give either this or
     /// `preconsolidation_pressure`.
     #[serde(default)]
     pub overconsolidation_ratio: Option<f64>,
-    /// Start on the yield surface where the initial stress lies outside it: pressure at most `p_c`, and then as
-    /// much of the deviator as there is room for; refused when false.
+    /// Whether an initial stress outside the yield surface is moved to it: the pressure is limited to `p_c`, and then the deviator to
+    /// that on the surface; refused when false.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }

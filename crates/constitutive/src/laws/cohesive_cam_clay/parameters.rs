@@ -24,12 +24,12 @@ pub struct CohesiveCamClaySpec {
     pub poissons_ratio: f64,
     /// Slope `M = q/p` of the critical state without cohesion, > 0.
     pub critical_state_slope: f64,
-    /// Isotropic tensile strength over `p0`, β, not negative.
+    /// Ratio β of the isotropic tensile strength to `p0` (-), not negative.
     #[serde(default)]
     pub cohesion_ratio: f64,
     /// Isotropic compressive strength `p0` at the start (Pa), > 0 and below the bulk modulus.
     pub compressive_strength: f64,
-    /// How fast `p0` follows the plastic volumetric strain, ξ, > 0.
+    /// Factor ξ (-) of the growth of `p0` with the plastic volumetric strain, > 0.
     pub hardening_factor: f64,
     /// Hardening variable of `p0`.
     #[serde(default)]
@@ -37,25 +37,23 @@ pub struct CohesiveCamClaySpec {
     /// Tensor of the invariants.
     #[serde(default)]
     pub invariants: StressInvariants,
-    /// Whose `p0` a step returns to.
+    /// Time in the step of the `p0` to which the stress returns.
     #[serde(default)]
     pub integration: CamClayIntegration,
-    /// Start on the yield surface where the initial stress lies outside it, at the point of the return; refused
-    /// when false.
+    /// Whether an initial stress outside the yield surface is replaced by the stress at the end of its return; refused when false.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }
 
-/// Whose `p0` a step of `cohesive-cam-clay` returns to.
+/// Time in a step of `cohesive-cam-clay` of the `p0` to which the stress returns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CamClayIntegration {
-    /// That of the end of the step: the stress ends on the surface that it leaves behind.
+    /// End of the step: the stress ends on the yield surface of that time.
     #[default]
     Implicit,
-    /// That of the start of the step, as Gaume et al. print it: the stress lags behind hardening and softening by one
-    /// step. Both agree as the steps shrink; in a weak layer that softens fast they differ at the steps of explicit
-    /// dynamics.
+    /// Start of the step, as printed by Gaume et al.: the stress is one step behind hardening and softening. Both agree as the steps
+    /// shrink; in a weak layer that softens fast they differ at the steps of explicit dynamics.
     Explicit,
 }
 
@@ -63,11 +61,10 @@ pub enum CamClayIntegration {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum CamClayHardening {
-    /// Plastic compaction hardens, plastic dilation softens.
+    /// Slab: plastic compaction hardens, plastic dilation softens.
     #[default]
     Slab,
-    /// Plastic volume change of either sign softens until the layer collapses; then as the slab, without
-    /// cohesion.
+    /// Weak layer: plastic volume change of either sign softens until the layer collapses; then as the slab, without cohesion.
     WeakLayer {
         /// Anticrack strain per plastic volumetric strain before the collapse, α, > 0.
         softening_factor: f64,

@@ -28,25 +28,24 @@ pub struct DoubleScaleSpec {
     pub outside: Option<OutsideStrength>,
     /// Interface law of the band.
     pub band: BandSpec,
-    /// When a band is inserted, and which way.
+    /// Criterion for the insertion and orientation of a band.
     #[serde(default)]
     pub onset: Onset,
-    /// How the jump of a step is found: by `return` where the surroundings are elastic, else by `newton`, when
-    /// absent.
+    /// Solution method for the jump of a step; when absent `return` where the surroundings are elastic, else `newton`.
     #[serde(default)]
     pub local_solve: Option<LocalSolve>,
-    /// Length of a band (m), > 0; that of the method when absent: in MPM a cell, or two with splines; in SPH two spacings.
+    /// Length of a band (m), > 0; when absent that of the method: in MPM a cell, or two with splines; in SPH two spacings.
     #[serde(default)]
     pub size: Option<f64>,
-    /// Drop a band that is broken through and start again from the intact material (desiccation networks).
+    /// Whether a fully broken band is removed and the point restarts from the intact material (desiccation networks).
     #[serde(default)]
     pub intact_reset: bool,
-    /// Take points so large that they snap back.
+    /// Whether points so large that they snap back are allowed.
     #[serde(default)]
     pub allow_snapback: bool,
 }
 
-/// The interface law of a band.
+/// Interface law of a band.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "law", rename_all = "kebab-case")]
 pub enum BandSpec {
@@ -56,24 +55,24 @@ pub enum BandSpec {
     CohesiveDamage(CohesiveDamageSpec),
 }
 
-/// When a band is inserted.
+/// Criterion for the insertion of a band.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Onset {
-    /// Where the band's yield function is exceeded, on the plane where it is largest.
+    /// Yield function of the band: a band is inserted where it is exceeded, on the plane where it is largest.
     #[default]
     BandYield,
-    /// Where the largest principal stress reaches the tensile strength, across it.
+    /// Tensile strength: a band is inserted where the largest principal stress reaches it, normal to that stress.
     Rankine,
-    /// Where the acoustic tensor of the material outside loses its positive determinant, on that plane.
+    /// Acoustic tensor of the material outside: a band is inserted where its determinant is no longer positive, on that plane.
     Ellipticity,
 }
 
-/// How the jump of a step is found; both ways end at the same jump.
+/// Solution method for the jump of a step; both methods end at the same jump.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LocalSolve {
-    /// Elastic surroundings and band are springs in series: one return of the band with their common stiffness.
+    /// Return map of the band with the common stiffness of elastic surroundings and band, which are springs in series.
     Return,
     /// Newton's method on the jump, `σ(Δε - n ⊗ Δu/H) n = t(u + Δu)`.
     Newton,
@@ -91,7 +90,7 @@ pub struct OutsideStrength {
     /// Dilatancy angle (degrees), between minus and plus the friction angle.
     #[serde(default)]
     pub dilatancy_angle: f64,
-    /// How the cone is matched to Mohr–Coulomb.
+    /// Matching of the cone to Mohr–Coulomb.
     #[serde(default)]
     pub matching: Matching,
     /// Exponential softening of cohesion and friction; none when absent.

@@ -12,14 +12,14 @@ use crate::laws::strength_reduced::StrengthReduction;
 use crate::laws::{Elasticity, angle_warnings, check_angles};
 use crate::{Material, MaterialError};
 
-/// How the cone is fitted to the Mohr–Coulomb pyramid.
+/// Matching of the cone to the Mohr–Coulomb pyramid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Matching {
-    /// Through the edges of triaxial compression: too strong by far in plane strain.
+    /// Cone through the edges of triaxial compression: far too strong in plane strain.
     #[default]
     Compression,
-    /// Through the edges of triaxial extension.
+    /// Cone through the edges of triaxial extension.
     Extension,
     /// Inscribed cone: plane-strain strength for associated flow only.
     PlaneStrainAssociated,
@@ -45,7 +45,7 @@ pub struct DruckerPragerSpec {
     /// Dilatancy angle (degrees), between minus and plus the friction angle.
     #[serde(default)]
     pub dilatancy_angle: f64,
-    /// How the cone is matched to Mohr–Coulomb.
+    /// Matching of the cone to Mohr–Coulomb.
     #[serde(default)]
     pub matching: Matching,
     /// Exponential softening of cohesion and friction; none when absent.
@@ -54,34 +54,32 @@ pub struct DruckerPragerSpec {
     /// Rate at which the dilatancy angle decays with plastic strain.
     #[serde(default)]
     pub dilatancy_decay: f64,
-    /// How the step is integrated.
+    /// Integration of the plastic step.
     #[serde(default)]
     pub integration: PlasticIntegration,
-    /// Small strain in rate form, or logarithmic finite strain.
+    /// Strain measure: small strain in rate form, or logarithmic finite strain.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
-    /// Start on the yield surface, where the return of the initial stress ends, if that stress lies outside;
-    /// refused when false.
+    /// Whether an initial stress outside the yield surface is replaced by the stress at the end of its return; refused when false.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }
 
-/// How a plastic step is integrated.
+/// Integration of a plastic step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PlasticIntegration {
-    /// Fully implicit return to the cone or its apex.
+    /// Closest-point projection: fully implicit return to the cone or its apex.
     #[default]
     ClosestPoint,
-    /// Algorithm 2 of Bui & Nguyen: one corrector with the slopes at the trial. The same as the return
-    /// where strength is constant; otherwise what drifts outside is scaled back. Returned where softening takes half
-    /// of the elastic resistance to flow, `G + 9Kαα_ψ`, or more, or the step would gain work.
+    /// Algorithm 2 of Bui & Nguyen: one corrector with the slopes at the trial. It equals the return where strength is constant;
+    /// otherwise the part that drifts outside is scaled back. The implicit return is used where softening takes half of the elastic
+    /// resistance to flow, `G + 9Kαα_ψ`, or more, or the step would gain work.
     SemiImplicit,
-    /// Algorithm 1 of Bui & Nguyen: forward step with the elastoplastic stiffness from where the elastic
-    /// part meets the cone; drift is taken back by tension cracking and stress scaling. Steps above half
-    /// of the yield strain at zero pressure, `k/2G`, are divided. A part that might turn the deviator around, as next
-    /// to the apex, or that starts by unloading, is returned: there the slope at its start says nothing about its end.
-    /// Nor does it where softening is steep, see `semi-implicit`.
+    /// Algorithm 1 of Bui & Nguyen: forward step with the elastoplastic stiffness from the intersection of the elastic part with the
+    /// cone. Drift is corrected by tension cracking and stress scaling. Steps above half of the yield strain at zero pressure, `k/2G`,
+    /// are divided. The implicit return is used for a part that might reverse the deviator, as next to the apex, or that starts by
+    /// unloading: the slope at its start is then no estimate for its end. The same applies where softening is steep, see `semi-implicit`.
     Explicit,
 }
 

@@ -18,7 +18,7 @@ pub struct Softening {
     pub friction_rate: f64,
     /// Rate of decay of the cohesion with plastic strain.
     pub cohesion_rate: f64,
-    /// Allow residual values above the peak: strength then grows with plastic strain.
+    /// Whether residual values above the peak are allowed: strength then grows with plastic strain.
     #[serde(default)]
     pub hardening: bool,
 }

@@ -29,17 +29,17 @@ pub use parameters::{Calibration, HypoplasticParameters, HypoplasticSpec};
 
 const NAME: &str = "hypoplastic";
 
-/// The dimensionless constants of the rate equation.
+/// Dimensionless constants of the rate equation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HypoplasticConstants {
-    /// `C1`, < 0: stiffness.
+    /// Constant `C1`, < 0: stiffness.
     pub c1: f64,
-    /// `C2`.
+    /// Constant `C2`.
     pub c2: f64,
-    /// `C3`.
+    /// Constant `C3`.
     pub c3: f64,
-    /// `C4`.
+    /// Constant `C4`.
     pub c4: f64,
 }
 
@@ -49,17 +49,17 @@ pub struct HypoplasticConstants {
 pub struct CriticalState {
     /// Smallest void ratio `e_min`, not negative.
     pub minimum_void_ratio: f64,
-    /// `p1`: critical void ratio at infinite pressure (for `p3 < 0`).
+    /// Constant `p1`: critical void ratio at infinite pressure (for `p3 < 0`).
     pub p1: f64,
-    /// `p2`: critical void ratio without pressure, less `p1`.
+    /// Constant `p2`: critical void ratio without pressure, minus `p1`.
     pub p2: f64,
-    /// `p3` (1/Pa), at most 0.
+    /// Constant `p3` (1/Pa), at most 0.
     pub p3: f64,
-    /// `q1`.
+    /// Constant `q1`.
     pub q1: f64,
-    /// `q2`.
+    /// Constant `q2`.
     pub q2: f64,
-    /// `q3` (1/Pa), at most 0.
+    /// Constant `q3` (1/Pa), at most 0.
     pub q3: f64,
 }
 

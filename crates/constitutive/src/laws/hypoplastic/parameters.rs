@@ -18,12 +18,12 @@ pub struct HypoplasticSpec {
     pub density: f64,
     /// Void ratio at the start, > 0.
     pub void_ratio: f64,
-    /// The four constants, or what they are calibrated on.
+    /// Four constants, or the two states for their calibration.
     pub parameters: HypoplasticParameters,
     /// Critical state; without it density has no influence (`f_d = 1`).
     #[serde(default)]
     pub critical_state: Option<CriticalState>,
-    /// Mean pressure below which the skeleton counts as free of stress (Pa), > 0.
+    /// Mean pressure below which the skeleton is treated as stress-free (Pa), > 0.
     #[serde(default = "minimum_pressure")]
     pub minimum_pressure: f64,
     /// Viscous stress driven by the acceleration of strain; none when absent.
@@ -35,17 +35,17 @@ fn minimum_pressure() -> f64 {
     10.0
 }
 
-/// Where the four constants come from.
+/// Source of the four constants.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum HypoplasticParameters {
-    /// Given directly; a set with spurious stationary states raises a warning only.
+    /// Constants given directly; a set with spurious stationary states raises a warning only.
     Constants(HypoplasticConstants),
-    /// By calibration; a set with spurious stationary states is refused.
+    /// Constants from a calibration; a set with spurious stationary states is refused.
     Calibration(Calibration),
 }
 
-/// Two states the constants are calibrated on, angles in degrees.
+/// Two states for the calibration of the constants, angles in degrees.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Calibration {

@@ -40,11 +40,10 @@ pub struct MohrCoulombSpec {
     /// Largest principal tension (Pa, Rankine cut-off, associated), 0 to the apex `c / tan φ`; none when absent.
     #[serde(default)]
     pub tensile_strength: Option<f64>,
-    /// Small strain in rate form, or logarithmic finite strain.
+    /// Strain measure: small strain in rate form, or logarithmic finite strain.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
-    /// Start on the yield surface, where the return of the initial stress ends, if that stress lies outside;
-    /// refused when false.
+    /// Whether an initial stress outside the yield surface is replaced by the stress at the end of its return; refused when false.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }

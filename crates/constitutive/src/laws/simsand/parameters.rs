@@ -44,11 +44,11 @@ pub struct SimsandSpec {
     /// Atmospheric pressure `p_at` (Pa), > 0.
     #[serde(default = "atmospheric_pressure")]
     pub atmospheric_pressure: f64,
-    /// Whether strength falls from triaxial compression to extension.
+    /// Whether strength decreases from triaxial compression to extension.
     #[serde(default)]
     pub lode_dependence: bool,
-    /// Start with as much of the deviator as the sand carries at the initial pressure after a plastic shear of 1,
-    /// where the initial stress has more; refused when false.
+    /// Whether an initial deviator above the strength is reduced to that which the sand carries at the initial pressure after a plastic
+    /// shear of 1; refused when false.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }

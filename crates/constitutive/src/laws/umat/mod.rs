@@ -85,27 +85,28 @@ type UmatFunction = unsafe extern "C" fn(
 pub struct UmatSpec {
     /// Density (kg/m³), > 0.
     pub density: f64,
-    /// The shared library (.so, .dylib, .dll); a relative path starts at the working directory.
+    /// Shared library (.so, .dylib, .dll); a relative path starts at the working directory.
     pub library: PathBuf,
     /// Name of the routine in the library.
     #[serde(default = "default_symbol")]
     pub symbol: String,
-    /// Name handed over as `CMNAME` (at most 80 bytes), for libraries with several materials.
+    /// Name passed as `CMNAME` (at most 80 bytes), for libraries with several materials.
     #[serde(default)]
     pub material_name: String,
-    /// The properties `PROPS`, in the units of the library.
+    /// Properties `PROPS`, in the units of the library.
     #[serde(default)]
     pub props: Vec<f64>,
-    /// State variables `STATEV` at the start, as many as the library needs.
+    /// Initial state variables `STATEV`, as many as the library needs.
     #[serde(default)]
     pub state_variables: Vec<f64>,
-    /// Pascals in the library's unit of stress: 1 for Pa, 1000 for kPa. Pa when absent; in a test of incrementalDriver files, their unit.
+    /// Unit of stress of the library in pascals: 1 for Pa, 1000 for kPa. Pa when absent; in a test of incrementalDriver files, their
+    /// unit.
     #[serde(default)]
     pub pascals: Option<f64>,
     /// P-wave modulus that bounds the time step (Pa), > 0; from the library's stiffness when absent.
     #[serde(default)]
     pub wave_modulus: Option<f64>,
-    /// The library may be called by several threads at once.
+    /// Whether several threads may call the library at once.
     #[serde(default)]
     pub thread_safe: bool,
 }
