@@ -128,7 +128,7 @@ pub enum InitialStress {
     /// off, and that of an `undrained` material added again to the total stress with which it starts. The stress is in
     /// balance under level ground in level layers; where the weight above differs at the same height, let the first stage
     /// have an `equilibrium`. A state outside the yield surface of the material is refused, unless the material has
-    /// `project`.
+    /// `return_initial_stress_to_yield`.
     K0 {
         /// Coordinate along the axis of gravity (m) up to which bodies count: the top of the ground.
         surface: f64,

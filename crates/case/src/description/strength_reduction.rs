@@ -133,7 +133,7 @@ impl Case {
         self.stages.iter().take(stage.saturating_add(1)).rev().find_map(|stage| stage.weakening.as_ref())
     }
 
-    /// The case with the materials as they are in stage number `stage`. Weakened ones have `project`: the initial stress,
+    /// The case with the materials as they are in stage number `stage`. Weakened ones have `return_initial_stress_to_yield`: the initial stress,
     /// which the full strength bears, may lie outside what is left of it, and a state at the start of the stage replaces
     /// it anyway.
     ///

@@ -11,8 +11,8 @@ use colluvium_points::surface::{
 
 use crate::CaseError;
 use crate::description::{ObstacleShape, ProfilePiece};
+use crate::files::column_file::{Quantity, read_pairs};
 use crate::files::decimal_sum::relative_to_origin;
-use crate::files::{Quantity, read_pairs};
 
 /// What is wrong with a shape: where below it, and what.
 type ShapeProblem = (String, String);

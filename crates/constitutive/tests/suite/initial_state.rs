@@ -1,4 +1,4 @@
-//! Initial stresses outside the yield surface, brought back to it where `project` asks for that
+//! Initial stresses outside the yield surface, brought back to it where `return_initial_stress_to_yield` asks for that
 //! (sheet: constitutive §3.11, §7).
 
 use std::sync::Arc;

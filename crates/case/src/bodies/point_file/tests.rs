@@ -1,6 +1,6 @@
 //! What files of points hold, and what is wrong with them.
 
-use crate::bodies::*;
+use crate::bodies::point_file::*;
 
 fn case(points: &str, more: &str) -> (tempfile::TempDir, Case) {
     let folder = tempfile::tempdir().unwrap();
