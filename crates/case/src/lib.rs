@@ -19,9 +19,9 @@ mod validate;
 
 pub use crate::bodies::formula::Formula;
 pub use crate::bodies::plan_region::PlanRegion;
-pub use crate::bodies::{GrainColumns, PointList};
+pub use crate::bodies::point_file::{GrainColumns, PointList};
 pub use crate::files::case_file::spatial;
-pub use crate::files::{ColumnFile, ColumnRow, Quantity, read_pairs};
+pub use crate::files::column_file::{ColumnFile, ColumnRow, Quantity, read_pairs};
 pub use crate::solver::equilibrium::{Equilibrium, EquilibriumScales};
 pub use crate::solver::manufactured::{Manufactured, PrescribedState};
 pub use crate::validate::time_scales::{BodyDensities, TimeScales};

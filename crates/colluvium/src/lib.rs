@@ -52,6 +52,8 @@ use case::{Case, CaseError, CaseErrors, Method};
 use constitutive::driver::{DriverError, ElementTest};
 use serde_json::Value;
 
+use crate::templates::debris_flow;
+
 /// Commit that this was built from; `None` without git.
 pub const COMMIT: Option<&str> = option_env!("COLLUVIUM_COMMIT");
 
@@ -134,18 +136,18 @@ pub const TEMPLATES: [(&str, &str); 10] = [
 
 /// Names of all templates.
 pub fn template_names() -> Vec<&'static str> {
-    TEMPLATES.iter().chain([&templates::CASE_TEXT]).map(|(name, _)| *name).collect()
+    TEMPLATES.iter().chain([&debris_flow::CASE_TEXT]).map(|(name, _)| *name).collect()
 }
 
 /// JSON text of the template called `name`.
 pub fn template(name: &str) -> Option<&'static str> {
-    TEMPLATES.iter().chain([&templates::CASE_TEXT]).find(|(known, _)| *known == name).map(|(_, text)| *text)
+    TEMPLATES.iter().chain([&debris_flow::CASE_TEXT]).find(|(known, _)| *known == name).map(|(_, text)| *text)
 }
 
 /// Names of the files that the template called `name` needs beside it.
 pub fn template_files(name: &str) -> Vec<&'static str> {
-    if name == templates::CASE_TEXT.0 {
-        vec![templates::TERRAIN_FILES, templates::RELEASE_FILE.0]
+    if name == debris_flow::CASE_TEXT.0 {
+        vec![debris_flow::TERRAIN_FILES, debris_flow::RELEASE_FILE.0]
     } else {
         Vec::new()
     }
@@ -157,13 +159,13 @@ pub fn template_files(name: &str) -> Vec<&'static str> {
 /// When a file cannot be written.
 pub fn write_template_files(name: &str, folder: &std::path::Path) -> Result<(), case::output::OutputError> {
     use case::output::{OutputError, write_atomically};
-    if name != templates::CASE_TEXT.0 {
+    if name != debris_flow::CASE_TEXT.0 {
         return Ok(());
     }
-    let terrain = folder.join(templates::TERRAIN_FILES);
-    colluvium_terrain::write_raster(&terrain, &templates::terrain())
+    let terrain = folder.join(debris_flow::TERRAIN_FILES);
+    colluvium_terrain::write_raster(&terrain, &debris_flow::terrain())
         .map_err(|error| OutputError::new(&terrain, error.problem))?;
-    write_atomically(&folder.join(templates::RELEASE_FILE.0), templates::RELEASE_FILE.1.as_bytes())
+    write_atomically(&folder.join(debris_flow::RELEASE_FILE.0), debris_flow::RELEASE_FILE.1.as_bytes())
 }
 
 #[cfg(doctest)]

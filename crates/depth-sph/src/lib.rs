@@ -19,11 +19,12 @@ pub mod phases;
 pub mod pore_pressure;
 pub mod scalar_transport;
 mod setup;
+pub mod solver;
 
 use colluvium_case::{Capabilities, Case, CaseError, Method, Plan, ProblemSize, Solver};
 use schemars::Schema;
 
-pub use crate::output::DepthSolver;
+pub use crate::solver::DepthSolver;
 pub use config::{
     BedRegion, ColumnOptions, DepthOptions, DilatancyOptions, EarthPressureOptions, FluidResistanceOptions,
     InflowOptions, MixtureOptions, SkeletonConfinement, SkeletonOptions, StopOptions,

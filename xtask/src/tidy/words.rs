@@ -29,14 +29,12 @@ const PHRASES: [(&str, &str); 16] = [
 ];
 
 /// Names of files and folders at the root of a crate that need no entry in the glossary: parts of a program, not of the field.
-const PLAIN: [&str; 43] = [
+const PLAIN: [&str; 38] = [
     "allocations",
     "analysis",
     "animation",
     "benchmarks",
     "bodies",
-    "build",
-    "case",
     "charts",
     "checkpoint",
     "clock",
@@ -58,7 +56,6 @@ const PLAIN: [&str; 43] = [
     "measure",
     "output",
     "pictures",
-    "plots",
     "reference",
     "report",
     "run",
@@ -66,11 +63,9 @@ const PLAIN: [&str; 43] = [
     "search",
     "setup",
     "solver",
-    "spec",
     "speed",
     "struct_of_arrays",
     "templates",
-    "tests",
     "tidy",
     "validate",
 ];

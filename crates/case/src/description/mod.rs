@@ -26,7 +26,7 @@ pub use output::{BreakageCriterion, Compression, CrackTip, Measure, Output, Rast
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use crate::bodies::PointFile;
+pub use crate::bodies::point_file::PointFile;
 pub use crate::loads::surface_loads::{Load, LoadProfile, LoadTarget, RampShape};
 pub use crate::pore_fluid::{PoreFluid, PorePressure};
 

@@ -8,7 +8,7 @@ use schemars::{JsonSchema, Schema};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-use crate::bodies::PointFile;
+use crate::bodies::point_file::PointFile;
 use crate::bodies::terrain_layers;
 use crate::description::{Body, Boundary, Domain, Measure, ObstacleRegion, PrescribedMotion, Velocity};
 use crate::files::json;

@@ -11,8 +11,8 @@ use colluvium_points::surface::{
 
 use crate::CaseError;
 use crate::description::{ObstacleShape, ProfilePiece};
+use crate::files::column_file::{Quantity, read_pairs};
 use crate::files::decimal_sum::relative_to_origin;
-use crate::files::{Quantity, read_pairs};
 
 /// Error in a shape: path below it, and description.
 type ShapeProblem = (String, String);

@@ -123,7 +123,7 @@ fn expectations(name: &str) -> Option<Vec<(&'static str, f64, f64)>> {
             let (sin, cos) = (30f64.to_radians().tan() / 1.4).atan().sin_cos();
             vec![("q", (200e3 * sin + 20e3 / 1.4 * cos) / (1.0 - sin), 1e-6)]
         }
-        // Without water the strength is that of the material; wetted it is in tests/wrappers.rs.
+        // Without water the strength is that of the material; the law with water is tested in the wrappers suite of the laws.
         "saturation-softened-triaxial-drained" => vec![("q", strength - 100e3, 1e-6)],
         // sheet: constitutive V-16: the stress ratio is 3.
         "hypoplastic-triaxial-drained" => vec![("q", 200e3, 5e-4)],

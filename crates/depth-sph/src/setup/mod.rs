@@ -25,9 +25,9 @@ use crate::config::DepthOptions;
 use crate::config::choices::{DepthFrame, Phases};
 use crate::config::settings::{Consolidation, EarthPressure, FlowSettings, Mixture, Numerics, PoreColumn};
 use crate::flow::{Flow, FlowFailure, OutsideNodes};
-use crate::output::DepthSolver;
 use crate::phases::interphase_drag::MixtureDensities;
 use crate::setup::stages::plan_boundaries;
+use crate::solver::DepthSolver;
 
 /// Node-updates per second and thread, from the benchmark of one phase without columns.
 const UPDATES_PER_SECOND: f64 = 2e6;

@@ -7,8 +7,8 @@ use colluvium_constitutive::SymTensor;
 use crate::bed::BedPoint;
 use crate::config::choices::{DepthFrame, Phases};
 use crate::flow::{PhaseSet, PhaseTotals};
-use crate::output::DepthSolver;
 use crate::phases::phase_nodes::dot;
+use crate::solver::DepthSolver;
 
 fn scalar(name: &str, unit: &'static str, values: Vec<f64>) -> Field {
     Field { name: name.to_owned(), unit, data: FieldData::Scalar(values) }
@@ -34,7 +34,7 @@ impl<const D: usize> DepthSolver<D> {
     }
 
     /// Snapshot of all nodes, in the order of ids.
-    pub(super) fn collect_snapshot(&self) -> Snapshot {
+    pub(crate) fn collect_snapshot(&self) -> Snapshot {
         let flow = &self.flow;
         let order = self.in_order();
         let nodes = |set: usize| &flow.sets[set].nodes;
@@ -144,7 +144,7 @@ impl<const D: usize> DepthSolver<D> {
     }
 
     /// Totals of mass, momentum and energy.
-    pub(super) fn collect_budget(&self) -> Budget {
+    pub(crate) fn collect_budget(&self) -> Budget {
         let spatial = |totals: &PhaseTotals<D>| {
             let mut momentum = along_bed(&totals.momentum, &[0.0; D]);
             momentum[D] = totals.vertical_momentum;
@@ -186,7 +186,7 @@ impl<const D: usize> DepthSolver<D> {
     }
 
     /// Scalar outputs of the method in each row of the measures.
-    pub(super) fn collect_scalar_outputs(&self) -> Vec<ScalarOutput> {
+    pub(crate) fn collect_scalar_outputs(&self) -> Vec<ScalarOutput> {
         let flow = &self.flow;
         let nodes = || flow.sets.iter().flat_map(|set| (0..set.len()).map(move |i| (&set.nodes, i)));
         let most = |value: &dyn Fn(&crate::phases::phase_nodes::PhaseNodes<D>, usize) -> f64| {
@@ -249,7 +249,7 @@ impl<const D: usize> DepthSolver<D> {
     }
 
     /// Rasters over the plan, where the case has them.
-    pub(super) fn collect_rasters(&self) -> Vec<PlanRaster> {
+    pub(crate) fn collect_rasters(&self) -> Vec<PlanRaster> {
         let Some(maps) = &self.hazard_rasters else { return Vec::new() };
         let normal = self.flow.settings.frame == DepthFrame::BedFitted;
         let all = maps.rasters(&self.flow, if normal { "normal" } else { "vertical" });
@@ -257,7 +257,7 @@ impl<const D: usize> DepthSolver<D> {
     }
 
     /// Warnings about the state at the end of the run.
-    pub(super) fn warnings_at_end(&self) -> Vec<String> {
+    pub(crate) fn warnings_at_end(&self) -> Vec<String> {
         let flow = &self.flow;
         let mut remarks = Vec::new();
         if flow.removed_nodes > 0 {

@@ -1,6 +1,6 @@
 //! Files of points and their errors.
 
-use crate::bodies::*;
+use crate::bodies::point_file::*;
 
 fn case(points: &str, more: &str) -> (tempfile::TempDir, Case) {
     let folder = tempfile::tempdir().unwrap();

@@ -1,0 +1,32 @@
+//! Template of a debris flow: a case with the files that it names.
+
+use crate::points::Raster;
+
+/// Name and JSON text of the case.
+pub(crate) const CASE_TEXT: (&str, &str) = ("debris-flow", include_str!("../debris_flow/debris-flow.json"));
+
+/// Names of the files beside the case.
+pub(crate) const TERRAIN_FILES: &str = "debris-flow-terrain.asc";
+pub(crate) const RELEASE_FILE: (&str, &str) =
+    ("debris-flow-release.geojson", include_str!("../debris_flow/release.geojson"));
+
+/// South-western corner of the terrain on its map (m).
+const MAP_CORNER: [f64; 2] = [600_000.0, 5_200_000.0];
+
+/// Terrain: a slope that becomes gentle, with a winding channel that ends on a fan, at nodes 5 m apart.
+pub(crate) fn terrain() -> Raster {
+    Raster::from_function([181, 81], MAP_CORNER, [5.0; 2], |east, north| {
+        let (x, y) = (east - MAP_CORNER[0], north - MAP_CORNER[1]);
+        let fan = {
+            let t = ((x - 400.0) / 240.0).clamp(0.0, 1.0);
+            t * t * (3.0 - 2.0 * t)
+        };
+        let aside = y - 200.0 - 18.0 * (x / 90.0).sin();
+        let slope = 20.0 + 170.0 * (-x / 320.0).exp() + 0.05 * (900.0 - x);
+        let flanks =
+            0.22 * ((aside * aside + 400.0).sqrt() - 20.0) * (1.0 - fan) - 0.0004 * aside * aside * fan;
+        let channel = 9.0 * (-aside * aside / 450.0).exp() * (1.0 - fan);
+        // Heights rounded to centimetres, as in surveys.
+        ((slope + flanks - channel) * 100.0).round() / 100.0
+    })
+}
