@@ -1,5 +1,5 @@
-//! The most memory that a few steps of many spheres take, a row of the measures, and a run that writes frames: bytes a sphere. Their
-//! number is the argument, about, a million without one. Where the system does not tell what a program takes, nothing is measured.
+//! Peak memory of a few steps of many spheres, of a row of the measures, and of a run that writes frames: bytes per sphere. The
+//! argument is their approximate number, a million without one. Nothing is measured where the system does not report memory.
 
 use colluvium_case::{Case, RunOptions, Solver, run_with_plan};
 use colluvium_dem::{Dem, spheres};
@@ -9,7 +9,7 @@ const DIAMETER: f64 = 0.01;
 const TIME_STEP: f64 = 2e-5;
 const STEPS: u32 = 4;
 
-/// Hexagonal layers a little into each other at rest on a floor, about `count` spheres.
+/// Overlapping hexagonal layers at rest on a floor, about `count` spheres.
 fn case(count: f64) -> Case {
     let side = DIAMETER * (count / 2f64.sqrt()).cbrt();
     let cube = json!({ "kind": "box", "min": [0, 0, 0], "max": [side, side, side] });
@@ -35,7 +35,7 @@ fn case(count: f64) -> Case {
     Case::from_json(&case.to_string()).expect("a valid case")
 }
 
-/// The most that the program has held since it was last asked (bytes); `None` where the system does not tell.
+/// Peak memory of the program since the last call (bytes); `None` where the system does not report it.
 fn peak() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;

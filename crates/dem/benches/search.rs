@@ -1,12 +1,12 @@
-//! Time of a new list of pairs of spheres of which the largest is ten times as wide as the smallest: by classes of sizes, and in
-//! cells of one width.
+//! Time to build a list of pairs of spheres, the largest ten times as wide as the smallest: by size classes, and in
+//! uniform cells.
 
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, spheres};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use serde_json::json;
 
-/// Grains of 1 to 10 mm with the same mass in every interval of sizes, in a periodic cube with sides of this length (m).
+/// Grains of 1 to 10 mm with equal mass in every interval of sizes, in a periodic cube with sides of this length (m).
 fn specimen(side: f64) -> DemSolver<3, 3> {
     let cube = json!({ "kind": "box", "min": [0, 0, 0], "max": [side, side, side] });
     let case = json!({
@@ -37,7 +37,7 @@ fn all(criterion: &mut Criterion) {
             let grains = solver.points();
             group.throughput(Throughput::Elements(grains as u64));
             group.bench_function(BenchmarkId::new(name, grains), |bencher| {
-                // A stage that begins has its lists made anew.
+                // The beginning of a stage makes the lists invalid.
                 bencher.iter(|| solver.begin_stage(0, 0.0).expect("a stage"));
             });
         }

@@ -15,7 +15,7 @@ const DIAMETER: f64 = 0.01;
 /// Centres (m) and the box around them (m).
 type Specimen = (Vec<[f64; 3]>, [f64; 3]);
 
-/// A column that has room to spread: a simple cubic lattice, gaps of a twentieth of the diameter, jitter.
+/// Column that can spread: a simple cubic lattice, gaps of a twentieth of the diameter, jitter.
 fn loose([nx, ny, nz]: [usize; 3]) -> Specimen {
     let (pitch, mut random) = (1.05 * DIAMETER, ChaCha8Rng::seed_from_u64(1));
     let mut all = Vec::new();
@@ -33,7 +33,7 @@ fn loose([nx, ny, nz]: [usize; 3]) -> Specimen {
     (all, [3.0 * nx as f64 * pitch, ny as f64 * pitch, 1.6 * nz as f64 * pitch])
 }
 
-/// Hexagonal layers a little into each other: six contacts per sphere within.
+/// Overlapping hexagonal layers: six contacts per inner sphere.
 fn dense(n: usize) -> Specimen {
     let pitch = 0.999 * DIAMETER;
     let (root3, root6) = (3f64.sqrt(), 6f64.sqrt());
@@ -56,7 +56,7 @@ fn dense(n: usize) -> Specimen {
     (all, size)
 }
 
-/// Springs, dashpots and friction against all walls but the lid.
+/// Springs, dashpots and friction with all walls but the lid.
 fn solver((places, size): &Specimen, folder: &Path) -> DemSolver<3, 3> {
     let volume = std::f64::consts::PI / 6.0 * DIAMETER.powi(3);
     let mut text = String::from("x,y,z,volume\n");
@@ -68,7 +68,7 @@ fn solver((places, size): &Specimen, folder: &Path) -> DemSolver<3, 3> {
         |side: &str| json!({ "side": side, "wall": { "kind": "frictional", "friction_coefficient": 0.5 } });
     let walls: Vec<_> = ["x-min", "x-max", "y-min", "y-max", "z-min"].map(wall).to_vec();
     let mass = 2500.0 * volume;
-    // γ_n = 1000 m_eff and γ_t = 500 m_eff per second, in a pair.
+    // γ_n = 1000 m_eff and γ_t = 500 m_eff per second, for a pair.
     let ratio = 0.5 * 1000.0 * 0.5 * mass / (2e4 * 0.5 * mass).sqrt();
     let across = 0.5 * 500.0 * 0.5 * mass / (2e4 * 2.0 / 7.0 * 0.5 * mass).sqrt();
     let case = json!({
@@ -95,24 +95,24 @@ fn solver((places, size): &Specimen, folder: &Path) -> DemSolver<3, 3> {
     solver
 }
 
-/// Time that this thread has computed for, or time itself where the system does not tell.
+/// Processor time of this thread, or wall-clock time where the system does not report it.
 fn now(start: Instant) -> Duration {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
     let own = text.and_then(|text| text.split(' ').next().and_then(|ns| ns.parse().ok()));
     own.map_or_else(|| start.elapsed(), Duration::from_nanos)
 }
 
-/// What is measured.
+/// Measured case.
 struct Setting {
     name: &'static str,
     specimen: Specimen,
-    /// Steps before.
+    /// Steps before the window.
     after: u64,
     /// Steps of the window, and of an iteration.
     steps: [u64; 2],
 }
 
-/// Steps of one window, again from its start when it is over.
+/// Steps of one window, repeated from its start when it is over.
 fn window(criterion: &mut Criterion, setting: &Setting, threads: usize) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
     let folder = tempfile::tempdir().expect("a folder");

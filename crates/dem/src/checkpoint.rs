@@ -1,4 +1,4 @@
-//! Saving and restoring the solver, and the `Solver` face of it.
+//! Checkpoints of the solver, and its implementation of the `Solver` trait.
 
 use std::io::{self, Read, Write};
 
@@ -19,7 +19,7 @@ use crate::specimen::pluviation::EnteredGrains;
 /// Version of the layout of a checkpoint.
 const FORMAT: u32 = 11;
 
-/// What is no column.
+/// State of the solver in a checkpoint, except the columns.
 #[derive(Serialize, Deserialize)]
 struct CheckpointState {
     format: u32,
@@ -31,7 +31,7 @@ struct CheckpointState {
     deep_share: f64,
     energy_balance: EnergyBalance,
     virial: Vec<f64>,
-    /// Vectors, rates and mean rates of the cell, and its vectors when the lists were made.
+    /// Vectors, rates and mean rates of the cell, and the vectors at the last list build.
     cell: Vec<f64>,
     since_list_build: Option<(Vec<f64>, f64, f64)>,
     walls: Vec<(u32, Vec<f64>)>,
@@ -253,7 +253,7 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
                         *velocity = [0.0; D];
                     }
                     g.spin.fill([0.0; R]);
-                    // The next step starts from rest: it kicks by half.
+                    // The next step starts from rest: its kick lasts half a step.
                     self.last_step = 0.0;
                     for moving in self.walls.iter_mut().filter_map(|wall| wall.moving.as_mut()) {
                         moving.set_mean_velocity(self.time, 0.0);

@@ -1,13 +1,13 @@
 //! Discrete element method: disks in the plane and spheres in space, by the same code.
 //!
-//! Grains are rigid bodies that overlap a little where they touch. Each pair of kinds has its laws ([`contact`]): along the
-//! line of centres, across it with friction, against rolling, attraction, bonds. Grains move by leap-frog steps, velocities
-//! half a step ahead (sheet: dem §3.4); the step reads in [`DemSolver`].
+//! Grains are rigid bodies that overlap slightly in contact. Each pair of kinds has its laws ([`contact`]): normal, tangential
+//! with friction, rolling resistance, attraction, bonds. Leap-frog steps integrate the motion, with velocities
+//! half a step ahead (sheet: dem §3.4); [`DemSolver`] contains the step.
 //!
 //! In the plane masses, forces and stiffnesses are per metre of thickness. Stress is tension-positive. A normal points from
-//! the second grain to the first, and an overlap is positive.
+//! the second grain to the first, and an overlap is positive in contact.
 //!
-//! [`Dem`] is the way in: it turns a [`Case`] into a [`Solver`].
+//! [`Dem`] is the entry point: it turns a [`Case`] into a [`Solver`].
 
 pub mod boundary;
 mod checkpoint;
@@ -38,7 +38,7 @@ pub use contact::Contact;
 pub use solver::DemSolver;
 pub use specimen::Specimen;
 
-/// The discrete element method.
+/// Discrete element method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dem;
 
@@ -77,7 +77,7 @@ impl Method for Dem {
     }
 }
 
-/// The solver of a case in the plane with its own type, for what asks for contacts.
+/// Solver of a case in the plane with its concrete type, for access to its contacts.
 ///
 /// # Errors
 /// As [`Dem::build`].
@@ -85,7 +85,7 @@ pub fn disks(case: &Case) -> Result<DemSolver<2, 1>, CaseError> {
     setup::solver(case)
 }
 
-/// The same in space.
+/// Solver of a case in space with its concrete type.
 ///
 /// # Errors
 /// As [`Dem::build`].
@@ -93,10 +93,10 @@ pub fn spheres(case: &Case) -> Result<DemSolver<3, 3>, CaseError> {
     setup::solver(case)
 }
 
-/// Names of the kinds of grains of a case, in the order of the numbers that the field `kind` of frames has.
+/// Names of the kinds of grains of a case, in the order of the numbers in the field `kind` of frames.
 ///
 /// # Errors
-/// When the case has no options of the method, or wrong ones.
+/// When the case has no options of the method, or invalid ones.
 pub fn kinds(case: &Case) -> Result<Vec<String>, CaseError> {
     Ok(setup::options(case)?.grains.into_keys().collect())
 }

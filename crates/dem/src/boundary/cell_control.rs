@@ -1,28 +1,28 @@
-//! A periodic cell that follows rates and stresses (sheet: dem §3.7).
+//! Strain-rate and stress control of a periodic cell (sheet: dem §3.7).
 
 use crate::config::{CellControl, CellEntry};
 use crate::solver::DemSolver;
 
-/// Damping of entries that follow a stress where the case says none (sheet: dem §3.7).
+/// Default damping ratio of stress-controlled entries (sheet: dem §3.7).
 const DAMPING: f64 = 1.0;
 
-/// Length of a cell with the inertia against which a stress is followed, over the mean diameter (sheet: dem §3.7).
+/// Length of the cell whose inertia resists the controlled stress, over the mean diameter (sheet: dem §3.7).
 const LENGTH: f64 = 3.0;
 
-/// What an entry asks for at a time: a rate (1/s), or a stress with the size of what it follows over the stage (Pa).
+/// Target of an entry at a time: a rate (1/s), or a stress with the size of the controlled stress over the stage (Pa).
 pub(crate) enum ControlTarget {
     Rate(f64),
     Stress(f64, f64),
 }
 
-/// What an entry asks for after `elapsed` of its stage, in a step that ends `ahead` from then (s).
+/// Target of an entry at time `elapsed` of its stage (s), for a step of length `ahead` (s).
 pub(crate) fn control_target(entry: CellEntry, elapsed: f64, ahead: f64) -> ControlTarget {
     let wave = |period: f64, time: f64| (std::f64::consts::TAU * time / period).sin();
     match entry {
         CellEntry::Rate(rate) => ControlTarget::Rate(rate),
         CellEntry::Stress(stress) => ControlTarget::Stress(stress, stress.abs()),
         CellEntry::CyclicStrain(own) => {
-            // As much as takes the strain from its value now to that at the end of the step.
+            // The rate that brings the strain from its value now to that at the end of the step.
             let way = wave(own.period, elapsed + ahead) - wave(own.period, elapsed);
             ControlTarget::Rate(own.amplitude * way / ahead)
         }
@@ -33,7 +33,7 @@ pub(crate) fn control_target(entry: CellEntry, elapsed: f64, ahead: f64) -> Cont
     }
 }
 
-/// Entry of the velocity gradient in a row and a column.
+/// Entry of the velocity gradient in a row and a column; `None` where the case gives none.
 pub(crate) fn entry(control: &CellControl, row: usize, column: usize) -> Option<CellEntry> {
     match (row, column) {
         (0, 0) => control.xx,
@@ -47,7 +47,7 @@ pub(crate) fn entry(control: &CellControl, row: usize, column: usize) -> Option<
 }
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// Stress of the grains in the cell, with that of their motion (Pa, tension-positive; N/m in the plane).
+    /// Stress of the cell: contact stress plus kinetic stress of the grains (Pa, tension-positive; N/m in the plane).
     pub(crate) fn stress(&self) -> [[f64; D]; D] {
         let volume = self.cell.volume();
         std::array::from_fn(|i| {
@@ -55,7 +55,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         })
     }
 
-    /// Change of the velocity gradient of the cell with a step of `dt` (1/s).
+    /// Change of the velocity gradient of the cell in a step of `dt` (1/s).
     pub(crate) fn control(&mut self, dt: f64) -> [[f64; D]; D] {
         let now = self.cell.velocity_gradient;
         if let Some(rate) = self.imposed_gradient {
@@ -94,9 +94,9 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         (mass / count, 2.0 * self.grains.radius.iter().sum::<f64>() / count)
     }
 
-    /// Rate (1/s) that an entry which follows a stress has after a step of `dt` (s), and the mean against which it is damped: a mass that
-    /// the missing stress accelerates, and another one that a dashpot couples to it (sheet: dem §3.7). While the cell bears less than half of
-    /// the stress the masses and the dashpot are those of a cell that grains do not hold yet.
+    /// Rate (1/s) of a stress-controlled entry after a step of `dt` (s), and the mean rate against which it is damped: missing stress
+    /// accelerates a mass, and a dashpot couples a second mass to it (sheet: dem §3.7). While the cell carries less than half of the
+    /// stress, the masses and the dashpot are those of a cell without support by the grains.
     fn servo_rate(
         &self,
         (i, j): (usize, usize),
@@ -118,7 +118,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             damping.unwrap_or(DAMPING) * (scale.max(0.0) * diameter.powi(D as i32 - 2) / mass).sqrt();
         let all = mass * self.grains.len() as f64;
         let pull = (target - stress) * self.cell.volume() / (all * length * length);
-        // Against the dashpot without overshoot.
+        // Implicit in the dashpot, so that the rate does not overshoot.
         let next = (rate + dt * (pull + damping * share * mean)) / (1.0 + damping * dt);
         [next, (mean + damping * dt * next) / (1.0 + damping * dt)]
     }

@@ -1,6 +1,6 @@
 //! Walls and periodic cells, and the control of their stress or strain.
 //!
-//! The room reads forces on walls and moves them (sheet: dem §2.6).
+//! This module reads forces on walls and moves the walls (sheet: dem §2.6).
 
 pub(crate) mod cell_control;
 pub mod periodic_cell;

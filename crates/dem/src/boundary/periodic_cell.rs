@@ -1,19 +1,19 @@
-//! The box, periodic along some of its axes, which may deform (sheet: dem §2.11).
+//! Periodic cell, periodic along some of its axes, which may deform (sheet: dem §2.11).
 
 use crate::points::vector::norm;
 
-/// A box spanned by the columns of `h`.
+/// Periodic cell spanned by the columns of the cell matrix `h`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PeriodicCell<const D: usize> {
-    /// A corner (m).
+    /// Corner (m).
     pub origin: [f64; D],
-    /// Its vectors, column by column: `h[row][column]` (m).
+    /// Cell vectors, column by column: `h[row][column]` (m).
     pub h: [[f64; D]; D],
-    /// Along which of them it repeats itself.
+    /// Axes along which the cell is periodic.
     pub periodic: [bool; D],
-    /// Velocity gradient with which it deforms (1/s).
+    /// Velocity gradient of the cell (1/s).
     pub velocity_gradient: [[f64; D]; D],
-    /// Mean of the entries of `rate` that follow a stress, against which they are damped; 0 for the others (1/s).
+    /// Means of the stress-controlled entries of `velocity_gradient`, against which they are damped; 0 for the others (1/s).
     pub mean_velocity_gradient: [[f64; D]; D],
 }
 
@@ -52,7 +52,7 @@ pub fn inverse<const D: usize>(m: &[[f64; D]; D]) -> ([[f64; D]; D], f64) {
 }
 
 impl<const D: usize> PeriodicCell<D> {
-    /// A box between two corners (m).
+    /// Creates a box between two corners (m).
     pub fn new(low: [f64; D], high: [f64; D], periodic: [bool; D]) -> Self {
         let mut h = [[0.0; D]; D];
         for c in 0..D {
@@ -67,12 +67,12 @@ impl<const D: usize> PeriodicCell<D> {
         }
     }
 
-    /// Whether it repeats itself along some axis.
+    /// Whether the cell is periodic along some axis.
     pub fn is_periodic(&self) -> bool {
         self.periodic.contains(&true)
     }
 
-    /// Whether it deforms.
+    /// Whether the cell deforms.
     pub fn is_deforming(&self) -> bool {
         self.velocity_gradient.iter().flatten().any(|rate| *rate != 0.0)
     }
@@ -82,7 +82,7 @@ impl<const D: usize> PeriodicCell<D> {
         inverse(&self.h).1
     }
 
-    /// Coordinates along its vectors, 0 to 1 within.
+    /// Reduced coordinates along the cell vectors, 0 to 1 within the cell.
     pub fn reduced(&self, inverse: &[[f64; D]; D], x: &[f64; D]) -> [f64; D] {
         apply(inverse, &crate::points::vector::difference(x, &self.origin))
     }
@@ -92,12 +92,12 @@ impl<const D: usize> PeriodicCell<D> {
         inverse(&self.h).0.map(|row| 1.0 / norm(&row))
     }
 
-    /// Number of images, itself included.
+    /// Number of images, the cell itself included.
     pub const fn images() -> usize {
         3usize.pow(D as u32)
     }
 
-    /// Lattice steps of image number `code`.
+    /// Lattice steps of the image with index `code`.
     pub fn image_steps(code: u8) -> [i32; D] {
         let mut rest = i32::from(code);
         std::array::from_fn(|_| {
@@ -107,7 +107,7 @@ impl<const D: usize> PeriodicCell<D> {
         })
     }
 
-    /// Number of the image with these lattice steps.
+    /// Index of the image with these lattice steps.
     pub fn image_index(steps: &[i32; D]) -> u8 {
         steps.iter().rev().fold(0, |code, step| 3 * code + step.rem_euclid(3) as u8)
     }
@@ -117,7 +117,7 @@ impl<const D: usize> PeriodicCell<D> {
         apply(&self.h, &steps.map(f64::from))
     }
 
-    /// Shifts of all images, and the velocities that go with them.
+    /// Shifts of all images (m), and their velocities relative to the cell (m/s).
     pub fn shifts(&self, out: &mut Vec<([f64; D], [f64; D])>) {
         out.clear();
         out.extend((0..Self::images()).map(|code| {
@@ -126,7 +126,7 @@ impl<const D: usize> PeriodicCell<D> {
         }));
     }
 
-    /// Goes on over a step of `dt` (s).
+    /// Advances the cell by a step of `dt` (s).
     pub fn advance(&mut self, dt: f64) {
         let change = product(&self.velocity_gradient, &self.h);
         for i in 0..D {
@@ -136,7 +136,7 @@ impl<const D: usize> PeriodicCell<D> {
         }
     }
 
-    /// Takes the shortest vectors of the same lattice, where shear has made them long.
+    /// Replaces cell vectors that shear has elongated by the shortest ones of the same lattice.
     pub fn reduce(&mut self) {
         for j in 1..D {
             for i in (0..j).rev() {
@@ -146,7 +146,7 @@ impl<const D: usize> PeriodicCell<D> {
                 let column = |k: usize| -> [f64; D] { std::array::from_fn(|row| self.h[row][k]) };
                 let (a, b) = (column(i), column(j));
                 let count = (crate::points::vector::dot(&a, &b) / crate::points::vector::dot(&a, &a)).round();
-                // With a margin, so that a cell at half a step does not go to and fro.
+                // With a margin, so that a cell near half a lattice step does not switch back and forth.
                 if count != 0.0
                     && (crate::points::vector::dot(&a, &b) / crate::points::vector::dot(&a, &a)).abs() > 0.55
                 {
@@ -177,7 +177,7 @@ mod tests {
             let [x, y] =
                 [0.754_877_666, 0.569_840_291].map(|f: f64| 0.6 * ((f64::from(k) * f).fract() - 0.5));
             for (up, along) in [(0.0, 0.0), (1.0, 0.0), (-1.0, 1.0), (2.0, -3.0)] {
-                // The same pair, written with an image of the second grain.
+                // The pair once more, written with an image of the second grain.
                 let apart = [x + up * 3.7 + along * wide, y + up * high];
                 let s = apply(&unit, &apart);
                 let steps = s.map(f64::round);

@@ -1,4 +1,4 @@
-//! Walls that follow a stress (sheet: dem §3.7, rigid-wall servo).
+//! Rigid-wall servo: walls that follow a stress (sheet: dem §3.7).
 
 use colluvium_case::measure::ScalarOutput;
 
@@ -9,11 +9,11 @@ use crate::force_loop::ContactInput;
 use crate::solver::DemSolver;
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// Walls that the stage presses take the velocities with which they go on for `dt` (s): inwards
-    /// `(α (F - F_w) + Δt Σ k_n v_n + Σ γ_n v) / (Δt Σ k_n + Σ γ_n)`, at most their speed, and that speed where nothing touches them. `v` is the
-    /// velocity that they had: the force at the wall has what dashpots make of it. Without them in the rule a wall whose `α Σ γ_n` is beyond
-    /// `Δt Σ k_n` turns round every step. `v_n` are the velocities of the grains that touch the wall: it goes with them, and makes good a
-    /// share of the missing force besides (sheet: dem §3.7).
+    /// Updates the velocities of the servo-controlled walls for a step of `dt` (s): inwards
+    /// `(α (F - F_w) + Δt Σ k_n v_n + Σ γ_n v) / (Δt Σ k_n + Σ γ_n)`, at most the given speed, and at that speed without contact. `v` is
+    /// the old velocity of the wall: the wall force includes the dashpot forces. Without them in the rule, a wall with `α Σ γ_n > Δt Σ k_n`
+    /// reverses every step. `v_n` are the velocities of the grains in contact with the wall: the wall moves with them, and also
+    /// corrects a share of the missing force (sheet: dem §3.7).
     pub(crate) fn update_servo_walls(&mut self, dt: f64) {
         for number in 0..self.walls.len() {
             let wall = &self.walls[number];
@@ -31,13 +31,13 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
-    /// Force with which grains press a wall outwards (N).
+    /// Outward force of the grains on a wall (N).
     pub(crate) fn wall_force(&self, number: usize) -> f64 {
         let (axis, inward) = inward_normal(&self.walls[number]);
         -inward * self.walls[number].reaction[0][axis]
     }
 
-    /// Area that the stress on a wall across an axis is of (m², a length in the plane).
+    /// Area on which the stress of a servo-controlled wall acts (m²; a length in the plane, m).
     pub(crate) fn servo_area(&self, press: &WallServo, axis: usize) -> f64 {
         let sleeve = || press.sleeve.as_ref().and_then(|name| self.enclosed_by(name, axis));
         press.area.or_else(sleeve).unwrap_or_else(|| self.wall_area(axis))
@@ -48,7 +48,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         (0..D).filter(|other| *other != axis).map(|other| self.extent(other)).product()
     }
 
-    /// Extent of the specimen along an axis (m): what lies between the walls where they stand, or as wide as the domain.
+    /// Extent of the specimen along an axis (m): between the current positions of the walls, or the width of the domain.
     pub(crate) fn extent(&self, axis: usize) -> f64 {
         let domain = &self.case.domain;
         if self.cell.periodic[axis] {
@@ -62,8 +62,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         stands(true).unwrap_or(domain.max[axis]) - stands(false).unwrap_or(domain.min[axis])
     }
 
-    /// Sums over the contacts with a wall of the normal stiffness (N/m), of the dashpots along the normal (N s/m), and of the stiffness times
-    /// the velocity of the grain inwards (N/s).
+    /// Sums over the contacts of a wall: normal stiffness (N/m), normal dashpots (N s/m), and stiffness times the inward velocity
+    /// of the grain (N/s).
     fn wall_resistance(&self, number: usize) -> [f64; 3] {
         let wall = &self.walls[number];
         let (axis, inward) = inward_normal(wall);
@@ -76,7 +76,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             let (touch, _) = scene.wall_contact_geometry(i, wall, wall.distance(&self.grains.position[i]));
             let [stiffness, dashpot] = match &wall.laws[self.grains.kind[i] as usize].normal {
                 NormalForceLaw::Linear(law) => [law.stiffness(touch.radius), law.response(&touch).damping],
-                // The force goes with the overlap to the power 3/2.
+                // The Hertz force is proportional to the overlap to the power 3/2.
                 NormalForceLaw::Hertz(law) if touch.overlap > 0.0 => {
                     let base = law.response(&touch);
                     [1.5 * base.force / touch.overlap, base.damping]
@@ -88,12 +88,12 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         touching.map(of_contact).fold([0.0; 3], |sums, own| std::array::from_fn(|c| sums[c] + own[c]))
     }
 
-    /// Place and stress of the walls that some stage presses (m; Pa, tension-positive; N/m in the plane).
+    /// Position and stress of the walls that are servo-controlled in some stage (m; Pa, tension-positive; N/m in the plane).
     pub(crate) fn wall_outputs(&self) -> Vec<ScalarOutput> {
         let mut readings = Vec::new();
         for boundary in &self.case.boundaries {
             let name = boundary.name();
-            // As in this stage, or else as in the first one that presses it.
+            // The servo of this stage, or else that of the first stage that has one for the wall.
             let stages = self.stage().into_iter().chain(self.options.stages.values());
             let Some(press) = stages.filter_map(|stage| stage.walls.get(name)).next() else { continue };
             let standing = self.walls.iter().position(|wall| wall.name == name);
@@ -108,7 +108,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     }
 }
 
-/// The axis across a wall, and the sign along it of the way to the grains.
+/// Axis normal to a wall, and the sign of the inward direction along it.
 fn inward_normal<const D: usize>(wall: &RigidWall<D>) -> (usize, f64) {
     (wall.axis, if wall.upper { -1.0 } else { 1.0 })
 }

@@ -1,4 +1,4 @@
-//! Walls, and grains near them (sheet: dem §2.10).
+//! Walls, their contacts with grains, and wall forces (sheet: dem §2.10).
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -17,53 +17,53 @@ use crate::force_loop::{
 use crate::obstacles::facet::{Facet, MAX_FACETS, NO_FACET};
 use crate::points::vector::{WIDTH, add, difference, dot, from_tangential, moment, normal_spin};
 
-/// A plane beyond which no grain goes, or an obstacle.
+/// Rigid wall: a plane across an axis, or an obstacle.
 #[derive(Clone, Debug)]
 pub struct RigidWall<const D: usize> {
-    /// The surface of an obstacle, where it is at the start; `None` for a plane across an axis.
+    /// Surface of an obstacle at its initial position; `None` for a plane across an axis.
     pub surface: Option<Arc<dyn Surface<D>>>,
-    /// The way of an obstacle that moves.
+    /// Prescribed motion of a moving obstacle.
     pub moving: Option<MovingObstacle<D>>,
-    /// Index into the boundaries of the case; obstacles follow them.
+    /// Index into the boundaries of the case; obstacles come after them.
     pub boundary: usize,
     /// Name.
     pub name: String,
-    /// Axis across it.
+    /// Axis normal to the plane.
     pub axis: usize,
-    /// Whether grains are below it.
+    /// Whether the wall bounds the grains from above.
     pub upper: bool,
-    /// Where it stands (m).
+    /// Coordinate of the plane along its axis (m).
     pub position: f64,
-    /// Its velocity (m/s).
+    /// Velocity (m/s).
     pub velocity: [f64; D],
-    /// Law for each kind; at an obstacle with regions, of the rest.
+    /// Law for each kind of grains; at an obstacle with regions, outside of them.
     pub laws: Vec<PairLaw>,
-    /// Of an obstacle with regions, which of them rules where.
+    /// Regions of an obstacle, which select the law by position.
     pub obstacle_laws: Option<ObstacleLaws>,
     /// Law for each kind in each of the regions.
     pub regions: Vec<Vec<PairLaw>>,
-    /// Force on it in the last step (N), and impulse since the start (N s).
+    /// Force on the wall in the last step (N), and impulse since the start (N s).
     pub reaction: [[f64; D]; 2],
-    /// Of an obstacle, the moment of that force about the zero of the coordinates (N m).
+    /// Moment of that force about the origin of coordinates (N m), of an obstacle.
     pub moment: [f64; 3],
 }
 
-/// What a wall bears.
+/// Reaction of a wall.
 #[derive(Clone, Copy, Debug)]
 pub struct WallReaction<const D: usize> {
     /// Force (N).
     pub force: [f64; D],
-    /// Of an obstacle, its moment about the zero of the coordinates (N m).
+    /// Moment about the origin of coordinates (N m), of an obstacle.
     pub moment: [f64; 3],
 }
 
 impl<const D: usize> WallReaction<D> {
-    /// Nothing.
+    /// Zero reaction.
     pub const NONE: Self = Self { force: [0.0; D], moment: [0.0; 3] };
 }
 
 impl<const D: usize> RigidWall<D> {
-    /// Distance of a place (m) from a plane, and the normal from it.
+    /// Distance of a point from a plane (m), and the normal from the plane towards it.
     #[inline]
     pub fn distance(&self, x: &[f64; D]) -> (f64, [f64; D]) {
         let mut normal = [0.0; D];
@@ -72,7 +72,7 @@ impl<const D: usize> RigidWall<D> {
         (sign * (x[self.axis] - self.position), normal)
     }
 
-    /// The surface of an obstacle where it is; `None` for a plane across an axis.
+    /// Surface of an obstacle at its current position; `None` for a plane across an axis.
     pub fn current_surface(&self) -> Option<&dyn Surface<D>> {
         match &self.moving {
             Some(moving) => Some(&moving.placed),
@@ -80,7 +80,7 @@ impl<const D: usize> RigidWall<D> {
         }
     }
 
-    /// The law between it and a grain of this kind at `x` (m), which sees it at this distance along the normal.
+    /// Contact law of the wall for a grain of this kind at `x` (m), at this distance along the normal.
     #[inline]
     pub fn law(&self, kind: usize, x: &[f64; D], (distance, normal): &(f64, [f64; D])) -> &PairLaw {
         let region = self
@@ -90,13 +90,13 @@ impl<const D: usize> RigidWall<D> {
         self.regions.get(region).map_or(&self.laws[kind], |laws| &laws[kind])
     }
 
-    /// Velocity of its part at `x` (m/s).
+    /// Velocity of the wall at `x` (m/s).
     #[inline]
     fn velocity_at(&self, x: &[f64; D]) -> [f64; D] {
         self.moving.as_ref().map_or(self.velocity, |moving| moving.velocity(x))
     }
 
-    /// Whether a place is nearer than `reach` (m).
+    /// Whether a point is nearer to the wall than `reach` (m).
     fn is_near(&self, x: &[f64; D], reach: f64) -> bool {
         match self.current_surface() {
             None => self.distance(x).0 < reach,
@@ -105,29 +105,29 @@ impl<const D: usize> RigidWall<D> {
     }
 }
 
-/// Grains near walls.
+/// List of grains near walls.
 #[derive(Clone, Debug, Default)]
 pub struct WallList<const R: usize> {
     /// Grain of each entry, ascending.
     pub grain: Vec<u32>,
     /// Wall of each entry.
     pub wall: Vec<u32>,
-    /// First entry of each slab, and their number.
+    /// First entry of each slab, and the number of entries.
     pub slabs: Vec<u32>,
-    /// What contacts remember.
+    /// Contact histories.
     pub memory: ContactHistories<R>,
-    /// Facet of each entry at an obstacle, which has several in a row; empty without obstacles.
+    /// Facet key of each entry at an obstacle, which has several entries in a row; empty without obstacles.
     pub key: Vec<u64>,
-    /// Where each entry at an obstacle sees its facet.
+    /// Distance and normal of the facet of each entry at an obstacle.
     pub facet: Vec<Facet>,
     kept: Vec<(u32, u32, u64)>,
-    /// Normals of the contacts that are kept.
+    /// Normals of the contacts whose histories are stored.
     normals: Vec<Facet>,
     carried: ContactHistories<R>,
 }
 
 impl<const R: usize> WallList<R> {
-    /// Keeps what contacts remember before grains are sorted, by the ids of their grains.
+    /// Stores the contact histories by the ids of their grains, before grains are sorted.
     pub fn store_histories(&mut self, ids: &[u32], columns: HistoryColumns) {
         self.kept.clear();
         self.normals.clear();
@@ -142,7 +142,7 @@ impl<const R: usize> WallList<R> {
         }
     }
 
-    /// Forgets grains and walls that go, whose new number is `u32::MAX`; the list is to be made anew.
+    /// Removes the entries of removed grains and walls, whose new number is `u32::MAX`; the list must be rebuilt afterwards.
     pub fn remove(&mut self, grains: &[u32], walls: &[u32], columns: HistoryColumns) {
         let mut left = Self::default();
         left.memory.clear(0, columns);
@@ -159,7 +159,7 @@ impl<const R: usize> WallList<R> {
         *self = left;
     }
 
-    /// Lists grains within `gap` (m) of walls, slab by slab.
+    /// Builds the list of grains within `gap` (m) of walls, slab by slab.
     pub fn build<const D: usize>(
         &mut self,
         scene: &ContactInput<'_, D, R>,
@@ -202,7 +202,7 @@ impl<const R: usize> WallList<R> {
         let mut slot = 0;
         for k in 0..self.grain.len() {
             let (id, wall) = (ids[self.grain[k] as usize], self.wall[k]);
-            // The slots of a grain at an obstacle take its contacts one after another.
+            // The slots of a grain at an obstacle receive its stored contacts one after another.
             let again = k > 0 && self.grain[k - 1] == self.grain[k] && self.wall[k - 1] == wall;
             slot = if again { slot + 1 } else { 0 };
             let first = order.partition_point(|&entry| (self.kept[entry].0, self.kept[entry].1) < (id, wall));
@@ -218,7 +218,7 @@ impl<const R: usize> WallList<R> {
     }
 }
 
-/// What wall contacts change, slab by slab.
+/// Accumulators of wall contact forces, slab by slab.
 struct WallForceAccumulators<'a, const D: usize, const R: usize> {
     first: usize,
     force: &'a mut [[f64; D]],
@@ -227,7 +227,7 @@ struct WallForceAccumulators<'a, const D: usize, const R: usize> {
     memory: ContactHistoriesMut<'a, R>,
     slab: usize,
     tallies: &'a mut [(ContactEnergies, Virial<D>)],
-    /// Forces on the walls, wall after wall for each slab.
+    /// Forces on the walls, ordered by slab and then by wall.
     reactions: &'a mut [WallReaction<D>],
 }
 
@@ -255,7 +255,7 @@ impl<'a, const D: usize, const R: usize> WallForceAccumulators<'a, D, R> {
 }
 
 impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
-    /// What a grain and a wall see of each other, and the lever arm (m).
+    /// Contact geometry of a grain and a wall, and the lever arm (m).
     pub fn wall_contact_geometry(
         &self,
         i: usize,
@@ -277,7 +277,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         (touch, arm)
     }
 
-    /// Forces of all walls; `reactions` are those on each wall, slab after slab.
+    /// Adds the forces of all walls; `reactions` are those on each wall, slab after slab.
     pub fn wall_forces(
         &self,
         walls: &[RigidWall<D>],
@@ -332,7 +332,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         }
     }
 
-    /// Forces of the walls on the grains of a slab: of planes four at a time, with what is between them in order.
+    /// Adds the forces of the walls on the grains of a slab: plane contacts four at a time, other contacts between them in list order.
     fn simd_wall_forces<const HERTZ: bool, const TURNS: bool>(
         &self,
         walls: &[RigidWall<D>],
@@ -366,7 +366,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         shares.tallies[slab - shares.slab].0.add(&sums.tally(self.dt));
     }
 
-    /// Forces of planes on four grains that touch them.
+    /// Adds the forces of planes on four grains in contact with them.
     fn planes<const HERTZ: bool, const TURNS: bool>(
         &self,
         walls: &[RigidWall<D>],
@@ -424,7 +424,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
             add(&mut shares.torque[at], 1.0, &push.moment);
             let borne = &mut shares.reactions[(slab - shares.slab) * walls.len() + number];
             add(&mut borne.force, -1.0, &on);
-            // The work of planes follows from their whole force, and nobody asks for its moment.
+            // The work of planes follows from their total force; their moment is not reported.
             if wall.surface.is_some() {
                 let at = contact_position(&self.position[i], arm, &touch.normal);
                 let (turn, own) = (cross(&spatial(&at), &spatial(&on)), moment_in_space(&push.moment));
@@ -443,26 +443,26 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
     }
 }
 
-/// A moment in space (N m); in the plane it is the one out of it.
+/// Moment as a spatial vector (N m); in the plane along the out-of-plane axis.
 fn moment_in_space<const R: usize>(moment: &[f64; R]) -> [f64; 3] {
     if R == 1 { [0.0, 0.0, moment[0]] } else { std::array::from_fn(|c| moment[c]) }
 }
 
-/// Where a lever arm (m) of a grain at `x` (m) ends on a wall with this normal.
+/// Contact point on a wall with this normal, at a lever arm (m) from a grain at `x` (m).
 #[inline]
 fn contact_position<const D: usize>(x: &[f64; D], arm: f64, normal: &[f64; D]) -> [f64; D] {
     std::array::from_fn(|c| x[c] - arm * normal[c])
 }
 
-/// The entries of a wall list.
+/// View of a wall list, without the contact histories.
 #[derive(Clone, Copy)]
 pub struct WallListView<'a> {
-    /// Grains.
+    /// Grain of each entry, ascending.
     pub grain: &'a [u32],
-    /// Walls.
+    /// Wall of each entry.
     pub wall: &'a [u32],
-    /// First entry of each slab, and their number.
+    /// First entry of each slab, and the number of entries.
     pub slabs: &'a [u32],
-    /// Where entries at obstacles see their facets.
+    /// Distances and normals of the facets of entries at obstacles.
     pub facet: &'a [Facet],
 }

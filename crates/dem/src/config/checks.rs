@@ -1,8 +1,8 @@
-//! What the options allow (sheet: dem §7).
+//! Validation of the options (sheet: dem §7).
 
 use super::{Adhesion, BondSpec, DemOptions, Friction, NormalLaw, PairSpec, RollingSpec, TangentialSpec};
 
-/// A rule that does not hold: path from the options, problem.
+/// Violated rule: path from the options, and problem.
 pub type BrokenRule = (String, String);
 
 fn positive(value: f64) -> bool {
@@ -13,7 +13,7 @@ fn not_negative(value: f64) -> bool {
     value.is_finite() && value >= 0.0
 }
 
-/// Collects the first rule that does not hold.
+/// Collector of the first violated rule.
 struct RuleChecker {
     first: Option<BrokenRule>,
 }
@@ -284,7 +284,7 @@ impl DemOptions {
     /// Checks the ranges.
     ///
     /// # Errors
-    /// The first rule that does not hold.
+    /// The first violated rule.
     pub fn validate(&self, dimension: usize) -> Result<(), BrokenRule> {
         let mut rules = RuleChecker { first: None };
         self.grain_rules(&mut rules, dimension);
@@ -322,7 +322,7 @@ impl DemOptions {
         rules.first.map_or(Ok(()), Err)
     }
 
-    /// Kinds of grains and the bodies that they fill.
+    /// Checks the kinds of grains and the bodies that they fill.
     fn grain_rules(&self, rules: &mut RuleChecker, dimension: usize) {
         for (name, kind) in &self.grains {
             let path = format!("grains.{name}");

@@ -92,15 +92,15 @@ pub struct TangentialSpec {
     /// Damping ratio; the dashpot is `2 ζ √(k_t m_eff)`, with `hertz` `2 √(5/6) ζ √(S_t m_eff)`. When absent 0 with the law `linear`,
     /// and with `hertz` the damping ratio along the line of centres.
     pub damping_ratio: Option<f64>,
-    /// What is left of the spring when a contact slips.
+    /// Elongation of the tangential spring after a contact slips.
     pub reset: SpringReset,
 }
 
-/// What is left of a spring when its contact slips (sheet: dem §2.4).
+/// Reset rule of the tangential spring when its contact slips (sheet: dem §2.4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SpringReset {
-    /// What with the dashpot gives the force of friction, at most that force over the stiffness.
+    /// The elongation that with the dashpot gives the friction force, at most that force over the stiffness.
     #[default]
     Clip,
     /// The force of friction over the stiffness.
@@ -136,7 +136,7 @@ pub struct RollingSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Adhesion {
-    /// Tension and shear that a contact bears until it breaks (sheet: dem §2.7).
+    /// Tensile and shear strength of a contact until it breaks (sheet: dem §2.7).
     Cohesive {
         /// Tensile force over the smaller radius (N/m per metre in the plane), or its square in space (Pa).
         tension: f64,
@@ -197,7 +197,7 @@ pub struct BondSpec {
     pub gap: f64,
 }
 
-/// What of a pair differs in a stage.
+/// Parameters of a pair that differ in a stage.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PairOverride {
@@ -223,7 +223,7 @@ fn default_true() -> bool {
 fn default_one() -> f64 {
     1.0
 }
-/// Sheet: dem, amendments.
+/// Default of `gap` (sheet: dem, amendments).
 fn default_bond_gap() -> f64 {
     0.01
 }

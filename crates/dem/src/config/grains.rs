@@ -33,7 +33,7 @@ pub enum Diameters {
         /// Largest (m).
         max: f64,
     },
-    /// The same mass in every interval of sizes (sheet: dem §3.8).
+    /// Equal mass in every interval of sizes (sheet: dem §3.8).
     EqualMass {
         /// Smallest (m).
         min: f64,
@@ -126,7 +126,7 @@ pub enum LatticePacking {
     FaceCentred,
 }
 
-/// What differs for a body.
+/// Parameters of the grains of a body that differ from those of their kind.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BodyGrains {
@@ -142,7 +142,7 @@ pub struct BodyGrains {
 }
 
 /// Grains that enter during a run: their sizes are those of their kind, their velocity is that of the body, their places are
-/// drawn at random in its shape, where there is room. Where there is none they wait, which the run tells.
+/// drawn at random in its shape, where there is room. Without room they wait, and the run reports it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pluviation {

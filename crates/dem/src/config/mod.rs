@@ -26,7 +26,7 @@ pub struct DemOptions {
     pub grains: BTreeMap<String, GrainKind>,
     /// How grains act on each other and on walls.
     pub pairs: Vec<PairSpec>,
-    /// What differs for single bodies, by their names.
+    /// Parameters that differ for single bodies, by the names of the bodies.
     #[serde(default)]
     pub bodies: BTreeMap<String, BodyGrains>,
     /// A specimen that bodies begin with in place of their fill: a file that `colluvium specimen` has written, from the folder of the
@@ -35,7 +35,7 @@ pub struct DemOptions {
     /// periodic axes and walls of the same name are those of the file. Other bodies are filled beside them.
     #[serde(default)]
     pub specimen: Option<String>,
-    /// What holds in single stages, by their names.
+    /// Parameters of single stages, by the names of the stages.
     #[serde(default)]
     pub stages: BTreeMap<String, GrainStage>,
     /// Derives pairs of unlike kinds that are not given from those of like kinds: harmonic means of stiffness, the smaller
@@ -79,7 +79,7 @@ pub struct DemOptions {
     /// grains, times one minus the porosity. Empty where there is no grain. Where axes are periodic images count.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub regions: BTreeMap<String, MeasuringRegion>,
-    /// Seed of what is drawn at random: sizes, places, strengths of bonds.
+    /// Seed of the random draws: sizes, places, strengths of bonds.
     #[serde(default)]
     pub seed: u64,
 }
@@ -117,19 +117,19 @@ pub enum ContactVelocity {
     Predicted,
 }
 
-/// Sheet: dem §3.2.
+/// Default value (sheet: dem §3.2).
 fn skin() -> f64 {
     0.3
 }
-/// Sheet: dem §3.5.
+/// Default value (sheet: dem §3.5).
 fn step_fraction() -> f64 {
     1.0 / 30.0
 }
-/// Sheet: dem §3.9, one to three.
+/// Default value (sheet: dem §3.9, one to three).
 fn coarse_graining() -> f64 {
     2.0
 }
-/// Sheet: dem §7.
+/// Default value (sheet: dem §7).
 fn initial_overlap() -> f64 {
     0.1
 }

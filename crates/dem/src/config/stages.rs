@@ -1,4 +1,4 @@
-//! What holds in single stages.
+//! Options of single stages.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::PairOverride;
 
-/// What differs for grains in a stage.
+/// Options of the grains that differ in a stage.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct GrainStage {
@@ -73,7 +73,7 @@ pub struct Shaking {
 }
 
 impl Shaking {
-    /// Factor on the acceleration after `elapsed` of a stage of `duration` (s).
+    /// Factor on the acceleration at time `elapsed` of a stage of `duration` (s).
     pub fn factor(&self, elapsed: f64, duration: f64) -> f64 {
         let change = self.last_frequency.map_or(0.0, |last| (last - self.frequency) / duration);
         (std::f64::consts::TAU * elapsed * (self.frequency + 0.5 * change * elapsed)).sin()
@@ -94,7 +94,7 @@ pub struct WallServo {
     /// warns where it is off by more than 2 %.
     #[serde(default = "default_gain")]
     pub gain: f64,
-    /// Area that bears the stress (m²; m in the plane).
+    /// Area on which the stress acts (m²; m in the plane).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub area: Option<f64>,
     /// Body that is a closed membrane around the specimen, in space: the area is the mean of what its rows enclose now, to the centres of their
@@ -103,7 +103,7 @@ pub struct WallServo {
     pub sleeve: Option<String>,
 }
 
-/// Sheet: dem §3.7, half of the largest.
+/// Default value (sheet: dem §3.7, half of the largest).
 fn default_gain() -> f64 {
     0.05
 }
@@ -119,8 +119,8 @@ pub enum DampingForm {
     Vector,
 }
 
-/// How a periodic cell deforms: each entry of its velocity gradient by a rate or by a stress; what is not given is a rate of
-/// zero.
+/// Deformation of a periodic cell: each entry of its velocity gradient follows a rate or a stress; entries that are not given have a
+/// rate of zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CellControl {
@@ -136,9 +136,9 @@ pub struct CellControl {
     pub yz: Option<CellEntry>,
     /// `∂v_x/∂z`.
     pub xz: Option<CellEntry>,
-    /// Damping of what follows a stress, over `√(P d^(D-2) / m)` of the mean grain; 1 when absent. It acts on the difference of the rate
-    /// from its mean, so that a cell which deforms steadily has the whole stress: its mean over a strain of 1 % is within 0.5 % at inertial
-    /// numbers up to 0.001, and the run warns where it is off by more than 2 %. A cell that bears less than half of the stress is damped in
+    /// Damping of entries that follow a stress, over `√(P d^(D-2) / m)` of the mean grain; 1 when absent. It acts on the rate less
+    /// its mean, so that a cell which deforms steadily has the whole stress: its mean over a strain of 1 % is within 0.5 % at inertial
+    /// numbers up to 0.001, and the run warns where it is off by more than 2 %. Below half of the stress a cell is damped in
     /// its whole rate (sheet: dem §3.7).
     pub damping: Option<f64>,
 }
@@ -180,7 +180,7 @@ pub struct CyclicStress {
 }
 
 impl CellEntry {
-    /// What is wrong with it.
+    /// Problem of the entry, if there is one.
     pub fn validation_error(&self) -> Option<String> {
         let (numbers, period) = match *self {
             Self::Rate(value) | Self::Stress(value) => ([value, 0.0], None),

@@ -1,4 +1,4 @@
-//! Beams between grains that break (Potyondy and Cundall 2004; sheet: dem §2.7, parallel bond).
+//! Parallel bonds: breakable beams between grains (Potyondy and Cundall 2004; sheet: dem §2.7).
 
 use std::f64::consts::PI;
 
@@ -7,22 +7,22 @@ use colluvium_points::struct_of_arrays::FixedBytes;
 use super::{ContactEnergies, ContactForce, ContactGeometry, rolling_and_twisting};
 use crate::points::vector::{dot, rotate_with_normal};
 
-/// Parameters.
+/// Parameters of a parallel bond.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beam {
     /// Normal stiffness per area (Pa/m).
     pub normal: f64,
     /// Shear stiffness per area (Pa/m).
     pub shear: f64,
-    /// Radius over that of the smaller grain.
+    /// Bond radius over the radius of the smaller grain.
     pub radius: f64,
-    /// Share of moments in the stresses that break it.
+    /// Share of the moments in the stresses that break the bond.
     pub moments: f64,
-    /// Tensile strength (Pa), infinite where it does not break.
+    /// Tensile strength (Pa); infinite for a bond that does not break in tension.
     pub tensile_strength: f64,
-    /// Shear strength without pressure (Pa), infinite where it does not break.
+    /// Shear strength without pressure (Pa); infinite for a bond that does not break in shear.
     pub cohesion: f64,
-    /// Tangent of the angle by which it grows with pressure.
+    /// Tangent of the friction angle of the shear strength.
     pub friction: f64,
     /// Coefficient of variation of the strengths.
     pub scatter: f64,
@@ -30,14 +30,14 @@ pub struct Beam {
     pub gap: f64,
 }
 
-/// What a bond carries.
+/// State of a bond: its strength, forces and moments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bond<const R: usize> {
-    /// Factor on its strengths; 0 where there is no bond, negative where it has broken.
+    /// Factor on the strengths; 0 without a bond, negative for a broken one.
     pub strength: f64,
     /// Tension (N).
     pub tension: f64,
-    /// Shear force on `i`, tangent coordinates (N).
+    /// Shear force on `i` in tangent coordinates (N).
     pub shear: [f64; R],
     /// Bending moment on `i` (N m).
     pub bending: [f64; R],
@@ -52,7 +52,7 @@ impl<const R: usize> Default for Bond<R> {
 }
 
 impl<const R: usize> Bond<R> {
-    /// Whether it holds.
+    /// Whether the bond is intact.
     #[inline]
     pub fn is_intact(&self) -> bool {
         self.strength > 0.0
@@ -80,7 +80,7 @@ impl<const R: usize> FixedBytes for Bond<R> {
     }
 }
 
-/// Area (m²), second moment of it about an axis across and about its own (m⁴), radius (m).
+/// Cross-section: area (m²), second moments of area in bending and in torsion (m⁴), radius (m).
 struct BeamSection {
     area: f64,
     bending: f64,
@@ -108,12 +108,12 @@ impl Beam {
         }
     }
 
-    /// Stiffness along and across (N/m) of a bond of a grain of radius `small` (m).
+    /// Larger of the normal and the shear stiffness (N/m) of a bond of a grain of radius `small` (m).
     pub fn stiffness<const D: usize>(&self, small: f64) -> f64 {
         self.normal.max(self.shear) * self.section::<D>(small).area
     }
 
-    /// Adds what the bond does over a step of `dt` (s), and breaks it.
+    /// Adds the force and moment of the bond in a step of `dt` (s), and breaks the bond beyond its strength.
     #[inline]
     pub fn bond_force<const D: usize, const R: usize>(
         &self,

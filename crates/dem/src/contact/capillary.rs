@@ -1,27 +1,27 @@
-//! Bridges of liquid between spheres (Rabinovich et al. 2005, with Lian et al. 1993 for their rupture):
+//! Capillary bridges between spheres (Rabinovich et al. 2005; rupture of Lian et al. 1993):
 //! `F = 2 π R_c γ cos θ / (1 + S / 2 d)`, with the depth of immersion `d` from the volume of the bridge and `R_c` twice the
 //! effective radius. The bridge forms on contact and breaks at a gap `S = (1 + θ/2) V^(1/3)`.
 
 use std::f64::consts::PI;
 
-/// Parameters.
+/// Parameters of a capillary bridge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Capillary {
     /// Surface tension times the cosine of the contact angle (N/m).
     pub tension: f64,
-    /// `1 + θ/2`, in radians.
+    /// Factor of the rupture distance, `1 + θ/2` with `θ` in radians.
     pub rupture: f64,
-    /// Volume over the cube of the effective radius.
+    /// Volume of the bridge over the cube of the effective radius.
     pub volume: f64,
 }
 
 impl Capillary {
-    /// Gap (m) at which the bridge breaks, of spheres of effective radius `radius` (m).
+    /// Rupture distance of the bridge (m), for spheres of effective radius `radius` (m).
     pub fn rupture_distance(&self, radius: f64) -> f64 {
         self.rupture * self.volume.cbrt() * radius
     }
 
-    /// Attraction (N) across a gap (m); that of the contact where they overlap.
+    /// Attraction (N) across a gap (m); that at zero gap where the spheres overlap.
     pub fn force(&self, radius: f64, gap: f64) -> f64 {
         let curvature = 2.0 * radius;
         let most = 2.0 * PI * curvature * self.tension;

@@ -1,4 +1,4 @@
-//! Contacts that bear tension and shear until they break (sheet: dem §2.7, adhesive-frictional contact).
+//! Cohesive contacts with tensile and shear strength until they break (sheet: dem §2.7, adhesive-frictional contact).
 
 use super::{
     AttractionLaw, CONTACT_BONDED, CONTACT_TOUCHING, ContactEnergies, ContactGeometry, ContactHistory,
@@ -6,23 +6,23 @@ use super::{
 };
 use crate::points::vector::dot;
 
-/// Parameters.
+/// Parameters of a cohesive contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cohesion {
     /// Tensile force over the smaller radius to the power `D - 1`.
     pub tension: f64,
-    /// Shear force over the same.
+    /// Shear force over the smaller radius to the power `D - 1`.
     pub shear: f64,
-    /// Whether shear beyond the cap breaks it.
+    /// Whether shear beyond the cap breaks the contact.
     pub fragile: bool,
-    /// Whether later contacts have it too.
+    /// Whether contacts that form later are cohesive too.
     pub new_contacts: bool,
-    /// Gap (m) that no contact outlasts: tension over stiffness, of the largest grains.
+    /// Rupture distance (m): tension over stiffness, of the largest grains.
     pub rupture_distance: f64,
 }
 
 impl Cohesion {
-    /// Bounds tension, breaks what is beyond, and gives the shear force that is borne without pressure (N).
+    /// Breaks the contact beyond its tensile strength, and returns the shear strength without pressure (N).
     #[inline]
     pub fn bound_tension<const D: usize, const R: usize>(
         &self,
@@ -43,7 +43,7 @@ impl Cohesion {
             return self.shear * size;
         }
         if touch.overlap < 0.0 {
-            // It has broken in this step, and ends with the next.
+            // The contact has broken in this step, and ends with the next.
             (*normal, *energy) = (0.0, 0.0);
         }
         0.0

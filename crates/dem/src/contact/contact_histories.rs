@@ -1,40 +1,40 @@
-//! Pairs of grains near each other, each once, with what their contacts remember.
+//! Pair lists of grains near each other, each pair once, with the contact histories.
 
 use colluvium_points::struct_of_arrays;
 
 use crate::contact::bond::Bond;
 use crate::contact::{CONTACT_APART, ContactHistory, PairLaw};
 
-/// Numbers of a spring across with its dashpot: as many as are read at once.
+/// Width of the record of a tangential spring with its damping force: the four numbers that are loaded at once.
 pub const SPRING_WIDTH: usize = 4;
 
 struct_of_arrays! {
-    /// What contacts remember, column by column. Columns that no law needs are empty.
+    /// Contact histories, column by column. Columns that no law needs are empty.
     pub struct ContactHistories<const R: usize> {
         /// State of each contact.
         pub state: u8,
-        /// The first `R`: see [`ContactHistory::shear_displacement`]. The last: see [`ContactHistory::damping_force`].
+        /// Record of [`ContactHistory::shear_displacement`] (m), the first `R`, and [`ContactHistory::damping_force`] (N), the last.
         pub spring: [f64; SPRING_WIDTH],
-        /// See [`ContactHistory::rolling_angle`].
+        /// Rolling angle (rad), see [`ContactHistory::rolling_angle`].
         pub roll: [f64; R],
-        /// See [`ContactHistory::torsion_angle`].
+        /// Torsion angle (rad), see [`ContactHistory::torsion_angle`].
         pub twist: f64,
         /// Bonds.
         pub bond: Bond<R>,
     }
 }
 
-/// Which columns there are beside those that all laws need.
+/// Optional columns of the contact histories.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HistoryColumns {
-    /// Springs against rolling and twisting.
+    /// Whether there are columns of rolling and torsion springs.
     pub has_rolling: bool,
-    /// Bonds.
+    /// Whether there is a column of bonds.
     pub bonds: bool,
 }
 
 impl HistoryColumns {
-    /// Those that these laws need.
+    /// Returns the columns that these laws need.
     pub fn of(laws: &[PairLaw]) -> Self {
         Self {
             has_rolling: laws.iter().any(|law| law.rolling.is_some() || law.twisting.is_some()),
@@ -44,7 +44,7 @@ impl HistoryColumns {
 }
 
 impl<const R: usize> ContactHistories<R> {
-    /// Forgets all, for `count` contacts.
+    /// Resets the histories, for `count` contacts.
     pub fn clear(&mut self, count: usize, columns: HistoryColumns) {
         let of = |on: bool| if on { count } else { 0 };
         fill(&mut self.state, count, CONTACT_APART);
@@ -54,7 +54,7 @@ impl<const R: usize> ContactHistories<R> {
         fill(&mut self.bond, of(columns.bonds), Bond::default());
     }
 
-    /// What contact `k` remembers.
+    /// History of contact `k`.
     #[inline]
     pub fn get(&self, k: usize) -> ContactHistory<R> {
         ContactHistory {
@@ -66,15 +66,15 @@ impl<const R: usize> ContactHistories<R> {
         }
     }
 
-    /// Whether contact `k` has something to remember.
+    /// Whether contact `k` has a history.
     #[inline]
     pub fn is_kept(&self, k: usize) -> bool {
         self.state[k] != CONTACT_APART || self.bond.get(k).is_some_and(|bond| bond.strength != 0.0)
     }
 
-    /// Takes what another contact remembers, seen from the other side where `flip`.
+    /// Copies the history of another contact, seen from its second grain where `flip` is set.
     pub fn take(&mut self, k: usize, from: &Self, of: usize, flip: bool) {
-        // In the plane slip is the same seen from either side, and a rotation is the opposite; in space both are.
+        // Seen from the other grain, in the plane slip is unchanged and a rotation changes sign; in space both change sign.
         let (slide, turn) = match (flip, R) {
             (false, _) => (1.0, 1.0),
             (true, 1) => (1.0, -1.0),
@@ -87,7 +87,7 @@ impl<const R: usize> ContactHistories<R> {
             self.roll[k] = from.roll[of].map(|c| turn * c);
         }
         if !self.twist.is_empty() {
-            // About the normal, which is the opposite too.
+            // The twist is about the normal, which changes sign too.
             self.twist[k] = from.twist[of];
         }
         if !self.bond.is_empty() {
@@ -100,7 +100,7 @@ impl<const R: usize> ContactHistories<R> {
         }
     }
 
-    /// All of it, to be changed.
+    /// Mutable view of all histories.
     pub fn view(&mut self) -> ContactHistoriesMut<'_, R> {
         ContactHistoriesMut {
             state: &mut self.state,
@@ -111,7 +111,7 @@ impl<const R: usize> ContactHistories<R> {
         }
     }
 
-    /// Adds a contact that remembers what contact `of` of another list does.
+    /// Appends the history of contact `of` of another list.
     pub fn push(&mut self, from: &Self, of: usize) {
         self.state.push(from.state[of]);
         self.spring.push(from.spring[of]);
@@ -130,15 +130,15 @@ fn fill<T: Clone>(column: &mut Vec<T>, count: usize, value: T) {
     column.resize(count, value);
 }
 
-/// Part of what contacts remember, to be changed.
+/// Mutable view of a part of the contact histories.
 pub struct ContactHistoriesMut<'a, const R: usize> {
     /// State of each contact.
     pub state: &'a mut [u8],
-    /// See [`ContactHistories::spring`].
+    /// Tangential springs, see [`ContactHistories::spring`].
     pub spring: &'a mut [[f64; SPRING_WIDTH]],
-    /// Springs against rolling; empty where there are none.
+    /// Rolling springs; empty where there are none.
     pub roll: &'a mut [[f64; R]],
-    /// Springs against twisting; empty where there are none.
+    /// Torsion springs; empty where there are none.
     pub twist: &'a mut [f64],
     /// Bonds.
     pub bond: &'a mut [Bond<R>],
@@ -150,7 +150,7 @@ fn cut<T>(column: &mut [T], at: usize) -> (&mut [T], &mut [T]) {
 }
 
 impl<'a, const R: usize> ContactHistoriesMut<'a, R> {
-    /// The same for a while.
+    /// Reborrows the view.
     pub fn reborrow(&mut self) -> ContactHistoriesMut<'_, R> {
         ContactHistoriesMut {
             state: self.state,
@@ -161,7 +161,7 @@ impl<'a, const R: usize> ContactHistoriesMut<'a, R> {
         }
     }
 
-    /// Parts before and from contact `at` on.
+    /// Splits the view into the parts before contact `at` and from it on.
     pub fn split_at(self, at: usize) -> (Self, Self) {
         let (a, b) = cut(self.state, at);
         let (c, d) = cut(self.spring, at);
@@ -174,7 +174,7 @@ impl<'a, const R: usize> ContactHistoriesMut<'a, R> {
         )
     }
 
-    /// What contact `k` remembers.
+    /// History of contact `k`.
     #[inline]
     pub fn get(&self, k: usize) -> ContactHistory<R> {
         ContactHistory {
@@ -186,7 +186,7 @@ impl<'a, const R: usize> ContactHistoriesMut<'a, R> {
         }
     }
 
-    /// Sets what contact `k` remembers.
+    /// Sets the history of contact `k`.
     #[inline]
     pub fn set(&mut self, k: usize, memory: &ContactHistory<R>) {
         self.state[k] = memory.state;
@@ -201,38 +201,38 @@ impl<'a, const R: usize> ContactHistoriesMut<'a, R> {
     }
 }
 
-/// Pairs under their first grain.
+/// Pair list, ordered by the first grain.
 #[derive(Clone, Debug, Default)]
 pub struct PairList<const R: usize> {
-    /// Where the pairs of each grain begin, and their number.
+    /// First pair of each grain, and the number of pairs.
     pub starts: Vec<u32>,
-    /// The other grain.
+    /// Second grain of each pair.
     pub other: Vec<u32>,
-    /// Which image of it; empty in a cell that does not repeat itself.
+    /// Image index of the second grain; empty in a cell that is not periodic.
     pub image: Vec<u8>,
-    /// What their contacts remember.
+    /// Contact histories of the pairs.
     pub histories: ContactHistories<R>,
 }
 
-/// Pairs without what their contacts remember; see [`PairList`].
+/// View of a pair list without the contact histories; see [`PairList`].
 #[derive(Clone, Copy)]
 pub struct PairListView<'a> {
-    /// Where the pairs of each grain begin, and their number.
+    /// First pair of each grain, and the number of pairs.
     pub starts: &'a [u32],
-    /// The other grain.
+    /// Second grain of each pair.
     pub other: &'a [u32],
-    /// Which image of it; empty in a cell that does not repeat itself.
+    /// Image index of the second grain; empty in a cell that is not periodic.
     pub image: &'a [u8],
 }
 
 impl<const R: usize> PairList<R> {
-    /// The pairs, and what their contacts remember.
+    /// Views of the pairs and of their contact histories.
     pub fn view_and_histories(&mut self) -> (PairListView<'_>, ContactHistoriesMut<'_, R>) {
         let Self { starts, other, image, histories: memory } = self;
         (PairListView { starts, other, image }, memory.view())
     }
 
-    /// The first grain of each pair, with the number of the pair.
+    /// First grain of each pair, with the number of the pair.
     pub fn firsts(&self) -> impl Iterator<Item = (usize, usize)> {
         let rows = self.starts.windows(2).enumerate();
         rows.flat_map(|(i, ends)| (ends[0] as usize..ends[1] as usize).map(move |k| (i, k)))

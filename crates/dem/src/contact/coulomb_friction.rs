@@ -1,4 +1,4 @@
-//! A spring across the line of centres with a dashpot and Coulomb friction (sheet: dem §2.4; Cundall and Strack 1979).
+//! Tangential spring with a dashpot and Coulomb friction (sheet: dem §2.4; Cundall and Strack 1979).
 
 use wide::f64x4 as Lanes;
 
@@ -6,23 +6,23 @@ use crate::config::SpringReset;
 use crate::contact::{ContactEnergies, ContactGeometry, ContactHistory, NormalResponse};
 use crate::points::vector::{SimdNumber, dot, rotate_with_normal, scaled};
 
-/// Coefficient of friction of walls on which nothing slips.
+/// Coefficient of friction of rough walls, on which no grain slips.
 pub const ROUGH_FRICTION: f64 = 1e12;
 
-/// Parameters.
+/// Parameters of Coulomb friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coulomb {
     /// Coefficient of friction.
     pub coefficient: f64,
-    /// Coefficient that must be overcome before a contact slips.
+    /// Static coefficient of friction, which must be overcome before a contact slips.
     pub at_rest: f64,
-    /// What is left of the spring.
+    /// Reset rule of the spring when the contact slips.
     pub reset: SpringReset,
 }
 
 impl Coulomb {
-    /// Force across, in tangent coordinates; `before` is the overlap a step ago (m) and whether stiffness depends on it;
-    /// `cap` what times friction, and what without it, is the largest force (N).
+    /// Tangential force in tangent coordinates (N); `before` is the overlap of the last step (m), and whether the stiffness depends on it;
+    /// the largest force is the friction coefficient times `cap.0`, plus `cap.1` (N).
     #[inline]
     #[allow(clippy::too_many_arguments, reason = "what a contact is and what it changes")]
     pub fn tangential_force<const D: usize, const R: usize>(
@@ -64,7 +64,7 @@ impl Coulomb {
         force
     }
 
-    /// Elongation that is left of a spring whose contact slips under `force`, at most `limit` (N).
+    /// Remaining elongation (m) of the spring of a contact that slips under `force`, at most `limit` over the stiffness (N).
     #[inline]
     fn remaining_displacement<const R: usize>(
         &self,
@@ -88,10 +88,10 @@ impl Coulomb {
     }
 }
 
-/// Energy that a contact loses which slips under `force`, while its spring goes from one elongation to another (J): the work over the
-/// step, less what the spring takes up. The work is that of the mean of the force and of the one a step ago, which moves the grains in
-/// leap-frog steps; the latter is that of the spring. With a dashpot it is not known, and the work is that of the force. The dashpot's
-/// share is in it, and what a spring loses that is set back.
+/// Energy dissipated by a contact that slips under `force`, while its spring changes from one elongation to another (J): the work over
+/// the step, less the change of the spring energy. The work is that of the mean of this force and the last one, which moves the grains in
+/// leap-frog steps; the last one is that of the spring. With a dashpot it is not known, and the work is that of this force. The result
+/// includes the share of the dashpot, and the energy lost by resetting the spring.
 #[inline(always)]
 pub fn slip_dissipation<T: SimdNumber, const R: usize>(
     force: &[T; R],
@@ -105,8 +105,8 @@ pub fn slip_dissipation<T: SimdNumber, const R: usize>(
     T::of(0.5) * (stiffness * (dot(old, old) - dot(left, left)) - dt * dot(&both, sliding))
 }
 
-/// A spring whose stiffness follows the overlap: its force stays where the contact is pressed together, its elongation where
-/// it opens, so that no energy comes of it.
+/// Rescaled elongation (m) of a spring whose stiffness follows the overlap: the force is kept in loading, the elongation in
+/// unloading, so that no energy is generated.
 #[inline]
 fn rescaled_displacement<const R: usize>(
     old: [f64; R],
@@ -119,7 +119,7 @@ fn rescaled_displacement<const R: usize>(
     if square == 0.0 || before <= 0.0 {
         return old;
     }
-    // Stiffness goes with the root of the overlap.
+    // The stiffness is proportional to the square root of the overlap.
     let ratio = (before / overlap.max(f64::MIN_POSITIVE)).sqrt();
     if ratio < 1.0 {
         tally.rescaled += 0.5 * stiffness * square * ratio * (1.0 - ratio);
@@ -130,7 +130,7 @@ fn rescaled_displacement<const R: usize>(
     }
 }
 
-/// `Coulomb::remaining_displacement` of four contacts; `spring` is where the spring is reset to the force of friction.
+/// `Coulomb::remaining_displacement` of four contacts; `spring` marks those whose spring is reset to the friction force.
 #[inline(always)]
 pub fn remaining_displacement_simd<const R: usize>(
     force: &[Lanes; R],
@@ -150,7 +150,7 @@ pub fn remaining_displacement_simd<const R: usize>(
     std::array::from_fn(|c| stiff & whole.bitselect(plain[c], longer.bitselect(clipped[c], slide[c])))
 }
 
-/// `rescaled` of four contacts, and the energy that is lost (J).
+/// `rescaled_displacement` of four contacts, and the energy that is lost (J).
 #[inline(always)]
 pub fn rescaled_displacement_simd<const R: usize>(
     old: &[Lanes; R],

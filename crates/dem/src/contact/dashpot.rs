@@ -1,27 +1,27 @@
-//! Dashpots along the normal in steps of finite length: what makes the restitution that of the law (sheet: dem §2.3).
+//! Normal dashpots in steps of finite length, corrected to give the restitution of the law (sheet: dem §2.3).
 
 use super::{ContactGeometry, NormalResponse, PairLaw};
 use crate::points::vector::SimdNumber;
 
-/// Steps (s) before and after the time of the forces, which act over the half of either.
+/// Steps (s) before and after the time of the forces, which act over half of each.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepLengths<T = f64> {
-    /// Step that has been taken; zero at the start.
+    /// Last step (s); zero at the start.
     pub last: T,
-    /// Step that follows.
+    /// Following step (s).
     pub next: T,
-    /// Step by half of which velocities are behind, where contacts see lagged ones: the last one, also where nothing goes on.
+    /// Step by half of which lagged velocities are behind: the last one, also for a probe without a following step.
     pub lag_step: T,
 }
 
 impl<T: SimdNumber> StepLengths<T> {
-    /// Of a step between `last` and `next` (s).
+    /// Creates the lengths of the steps `last` and `next` (s).
     #[inline(always)]
     pub fn between(last: T, next: T) -> Self {
         Self { last, next, lag_step: last }
     }
 
-    /// Of contacts as they are, which do not go on, after a step of this length (s).
+    /// Creates the lengths for a probe of contacts after a step of this length (s), without a following step.
     pub fn after(behind: T) -> Self {
         Self { last: T::of(0.0), next: T::of(0.0), lag_step: behind }
     }
@@ -32,8 +32,8 @@ impl<T: SimdNumber> StepLengths<T> {
         T::of(0.5) * (self.last + self.next)
     }
 
-    /// Factor on the dashpot of a contact that lasts for `time` (s) on one side of the time of the forces and for `half` (s), the half of a
-    /// step, on the other: the dashpot is constant, or goes with the fourth root of the overlap, which is linear in time.
+    /// Factor on the dashpot of a contact that lasts for `time` (s) before or after the time of the forces and for `half` (s), half a step,
+    /// on the other side: the dashpot is constant, or proportional to the fourth root of the overlap, which is linear in time.
     #[inline(always)]
     fn factor(&self, time: T, half: T, is_hertz: bool) -> T {
         let both = time + half;
@@ -42,7 +42,7 @@ impl<T: SimdNumber> StepLengths<T> {
     }
 }
 
-/// Dashpot (N s/m) of a contact in these steps, the first of which it sees where it `is_new`.
+/// Dashpot (N s/m) of a contact in these steps; `is_new` marks the first step of the contact.
 #[inline]
 pub fn dashpot_in_step<const D: usize, const R: usize>(
     law: &PairLaw,
@@ -61,16 +61,16 @@ pub fn dashpot_in_step<const D: usize, const R: usize>(
     damping
 }
 
-/// Dashpot (N s/m) whose force with a velocity `lag` / 2 (s) behind damps a pair of this effective mass (kg) as `dashpot` does with the
-/// velocity of the time: the lag takes `dashpot × lag / 2` from the mass in the equation of motion, and the damping ratio is over its root.
+/// Dashpot (N s/m) whose force with a velocity `lag` / 2 (s) behind damps a pair of this effective mass (kg) like `dashpot` with the
+/// current velocity: the lag reduces the mass in the equation of motion by `dashpot × lag / 2`, and the damping ratio contains its root.
 #[inline(always)]
 pub fn lagged_dashpot<T: SimdNumber>(dashpot: T, mass: T, lag: T) -> T {
     let share = T::of(0.25) * dashpot * lag / mass;
     dashpot * ((T::of(1.0) + share * share).root() - share)
 }
 
-/// Dashpot in the first step of a contact: the impulse is that of the time since the grains met, `overlap / |v_n|`, and of the half step that
-/// follows. Stands unchanged where the grains met earlier or separate.
+/// Dashpot in the first step of a contact (N s/m): the impulse is that of the time since first contact, `overlap / |v_n|`, and of the
+/// half step that follows. Unchanged where first contact was earlier or the grains separate.
 #[inline(always)]
 pub fn onset_dashpot<const D: usize, const R: usize, T: SimdNumber>(
     dashpot: T,
@@ -79,15 +79,15 @@ pub fn onset_dashpot<const D: usize, const R: usize, T: SimdNumber>(
     is_hertz: bool,
 ) -> T {
     let time = -touch.overlap / touch.separation_velocity;
-    // Grains that met a step ago are seen on either side of that.
+    // First contact a step ago: the time is bounded by the last step.
     let time = time.above(steps.last, steps.last, time);
     let way = -touch.separation_velocity * steps.last;
     let factor = steps.factor(time, T::of(0.5) * steps.next, is_hertz);
     (way + way).above(touch.overlap, dashpot * factor, dashpot)
 }
 
-/// Dashpot in the last step of a contact that pulls as it opens: the impulse is that of the half step before and of the time until the
-/// overlap ends. Stands unchanged where it does not end within the step.
+/// Dashpot in the last step of a contact that may be in tension as it opens (N s/m): the impulse is that of the half step before and of
+/// the time until the overlap ends. Unchanged where the overlap does not end within the step.
 #[inline(always)]
 pub fn release_dashpot<const D: usize, const R: usize, T: SimdNumber>(
     base: &NormalResponse<T>,
@@ -98,13 +98,13 @@ pub fn release_dashpot<const D: usize, const R: usize, T: SimdNumber>(
     let (dt, kick) = (steps.next, steps.kick() / touch.mass);
     let whole =
         dt * (touch.separation_velocity + kick * (base.force - base.damping * touch.separation_velocity));
-    // Dashpots with which the overlap just ends, and just stays.
+    // Dashpots with which the overlap just ends, and just persists.
     let [ends, stays] = [1.0 + 1e-9, 1.0 - 1e-9].map(|share| {
         base.damping + (whole - touch.overlap * T::of(share)) / (dt * kick * touch.separation_velocity)
     });
     let time = touch.overlap * dt / whole;
     let wanted = base.damping * steps.factor(time, T::of(0.5) * steps.last, is_hertz);
-    // A contact that stays loses as much again as one that opens at once: the nearer of the two.
+    // A contact that persists loses as much again as one that opens at once: take the nearer of the two.
     let again = base.damping * T::of(if is_hertz { HALF_STEP_OF_HERTZ } else { 0.5 });
     let most = (wanted - ends).above(T::of(0.5) * again, stays, ends);
     let ending = wanted.above(ends, most, wanted);
@@ -112,6 +112,6 @@ pub fn release_dashpot<const D: usize, const R: usize, T: SimdNumber>(
     touch.separation_velocity.above(T::of(0.0), ending, base.damping)
 }
 
-/// Impulse of a dashpot that goes with the fourth root of the time before the end, over half a step before it, in terms of that of its
-/// value one step before: 4/5 (1/2)^(5/4).
+/// Impulse, over half a step before the end, of a dashpot proportional to the fourth root of the time before the end, over the
+/// impulse of its value one step before: 4/5 (1/2)^(5/4).
 const HALF_STEP_OF_HERTZ: f64 = 0.336_358_566;

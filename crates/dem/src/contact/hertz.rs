@@ -1,33 +1,33 @@
-//! Elastic spheres after Hertz (1882), springs across after Mindlin, damping after Tsuji et al. (1992): the restitution does
-//! not depend on the speed (sheet: dem §2.8).
+//! Hertz contact of elastic spheres (1882) with the tangential stiffness of Mindlin and the damping of Tsuji et al. (1992): the
+//! restitution does not depend on the speed (sheet: dem §2.8).
 
 use super::{ContactGeometry, NormalResponse};
 use crate::points::vector::SimdNumber;
 
-/// Parameters.
+/// Parameters of Hertz–Mindlin contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hertz<T = f64> {
-    /// `E*`: `1/E* = (1-ν_i²)/E_i + (1-ν_j²)/E_j` (Pa).
+    /// Effective modulus `E*`: `1/E* = (1-ν_i²)/E_i + (1-ν_j²)/E_j` (Pa).
     pub modulus: T,
-    /// `G*` of the spring across: that of the grains, or a quarter of `E*` times the stiffness ratio that was asked for (Pa).
+    /// Effective shear modulus `G*` of the tangential spring: of the grains, or `E*`/4 times the given stiffness ratio (Pa).
     pub shear_modulus: T,
-    /// `G*` of the grains: `1/G* = (2-ν_i)/G_i + (2-ν_j)/G_j` (Pa).
+    /// Effective shear modulus `G*` of the grains: `1/G* = (2-ν_i)/G_i + (2-ν_j)/G_j` (Pa).
     pub grain_shear_modulus: T,
-    /// `2 √(5/6) β`, of a dashpot `that · √(S m_eff)`.
+    /// Factor of the normal dashpot, `2 √(5/6) β`: the dashpot is `that · √(S m_eff)`.
     pub damping: T,
-    /// The same of the dashpot across, of which the stiffness is that across.
+    /// Factor of the tangential dashpot, with the tangential stiffness.
     pub tangential_damping: T,
-    /// Root of the stiffness across over that along.
+    /// Square root of the tangential over the normal stiffness.
     pub tangential_stiffness_root: T,
 }
 
-/// Dashpot over `√(S m_eff)` for a damping ratio, `β` of which is the ratio.
+/// Factor of a dashpot over `√(S m_eff)` for a damping ratio `β`.
 pub fn dashpot_factor(damping_ratio: f64) -> f64 {
     2.0 * (5.0f64 / 6.0).sqrt() * damping_ratio
 }
 
 impl<T: SimdNumber> Hertz<T> {
-    /// What it says of an overlap.
+    /// Normal force, energy, stiffness and dashpots at an overlap.
     #[inline]
     pub fn response<const D: usize, const R: usize>(
         &self,
@@ -50,7 +50,7 @@ impl<T: SimdNumber> Hertz<T> {
 }
 
 impl Hertz {
-    /// Of grains with Young's moduli (Pa) and Poisson ratios; the stiffness across is Mindlin's.
+    /// Creates the law of grains with Young's moduli (Pa) and Poisson's ratios; the tangential stiffness is Mindlin's.
     pub fn new(youngs: [f64; 2], poisson: [f64; 2], damping_ratio: f64, damping_ratio_across: f64) -> Self {
         let normal: f64 = (0..2).map(|k| (1.0 - poisson[k] * poisson[k]) / youngs[k]).sum();
         let shear: f64 = (0..2).map(|k| (2.0 - poisson[k]) * 2.0 * (1.0 + poisson[k]) / youngs[k]).sum();
@@ -64,7 +64,7 @@ impl Hertz {
         }
     }
 
-    /// With this stiffness across over that along in place of Mindlin's.
+    /// Returns the law with this tangential over normal stiffness in place of Mindlin's.
     #[must_use]
     pub fn with_stiffness_ratio(self, ratio: f64) -> Self {
         Self { shear_modulus: 0.25 * ratio * self.modulus, tangential_stiffness_root: ratio.sqrt(), ..self }

@@ -5,32 +5,32 @@ use std::f64::consts::PI;
 
 use super::hertz::Hertz;
 
-/// Steps of Newton's method, more than it takes.
+/// Bound on Newton iterations, above the number needed.
 const MAX_ITERATIONS: usize = 60;
 
-/// Parameters.
+/// Parameters of JKR adhesion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jkr {
     /// Work of adhesion `w` (J/m²).
     pub work: f64,
-    /// `E*` (Pa).
+    /// Effective modulus `E*` (Pa).
     pub modulus: f64,
 }
 
 impl Jkr {
-    /// Force at which spheres of effective radius `radius` (m) separate under a dead load, `3/2 π w R` (N).
+    /// Pull-off force of spheres of effective radius `radius` (m) under a dead load, `3/2 π w R` (N).
     pub fn pull_off(&self, radius: f64) -> f64 {
         1.5 * PI * self.work * radius
     }
 
-    /// Gap (m) at which they separate where the gap is prescribed.
+    /// Gap (m) at which the spheres separate under displacement control.
     pub fn rupture_distance(&self, radius: f64) -> f64 {
-        // There dδ/da = 0: a³ = π w R² / 8 E*.
+        // At the separation dδ/da = 0: a³ = π w R² / 8 E*.
         let a = self.tear_radius(radius);
         (2.0 * PI * self.work * a / self.modulus).sqrt() - a * a / radius
     }
 
-    /// Radius (m) of the contact as it tears.
+    /// Contact radius at separation (m).
     fn tear_radius(&self, radius: f64) -> f64 {
         (PI * self.work * radius * radius / (8.0 * self.modulus)).cbrt()
     }
@@ -40,7 +40,7 @@ impl Jkr {
         let modulus = hertz.modulus;
         let least = self.tear_radius(radius);
         let overlap = overlap.max(-self.rupture_distance(radius));
-        // From above: the function is convex there, and steps stay on its side.
+        // Start from above: the function is convex there, and the iterates stay above the root.
         let mut a = (radius * overlap.max(0.0)).sqrt() + 4.0 * least;
         for _ in 0..MAX_ITERATIONS {
             let root = (2.0 * PI * self.work * a / modulus).sqrt();
@@ -73,7 +73,7 @@ mod tests {
         let sweep = (0..20_000).map(|k| -bridge + 3.0 * bridge * f64::from(k) / 20_000.0);
         let least = sweep.map(|overlap| law.force(&hertz, radius, overlap).0).fold(f64::INFINITY, f64::min);
         assert!((least / -law.pull_off(radius) - 1.0).abs() < 1e-6, "{least}");
-        // Where it tears the force is 5/9 of that.
+        // At separation the force is 5/9 of the pull-off force.
         let torn = law.force(&hertz, radius, -bridge).0;
         assert!((torn / -law.pull_off(radius) - 5.0 / 9.0).abs() < 1e-6, "{torn}");
         let weak = Jkr { work: 1e-14, ..law };

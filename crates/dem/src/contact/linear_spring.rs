@@ -1,22 +1,22 @@
-//! A spring and a dashpot (sheet: dem §2.3; Cundall and Strack 1979): `F_n = k δ - γ v_n`.
+//! Linear spring and dashpot (sheet: dem §2.3; Cundall and Strack 1979): `F_n = k δ - γ v_n`.
 
 use crate::contact::{ContactGeometry, NormalResponse};
 use crate::points::vector::SimdNumber;
 
-/// Parameters.
+/// Parameters of a linear contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearSpring<T = f64> {
-    /// Stiffness (N/m); none where it follows from `modulus`.
+    /// Stiffness (N/m); zero where it follows from `modulus`.
     pub stiffness: T,
-    /// Twice the modulus of the grains (Pa), of which the stiffness is that times the effective radius (m).
+    /// Twice the modulus of the grains (Pa); the stiffness is this times the effective radius (m).
     pub modulus: T,
     /// Damping ratio ζ: `γ = 2 ζ √(k m_eff)`.
     pub damping_ratio: T,
-    /// Stiffness across over that along.
+    /// Tangential over normal stiffness.
     pub tangential_ratio: T,
-    /// Damping ratio across.
+    /// Tangential damping ratio.
     pub tangential_damping_ratio: T,
-    /// Root of `across`.
+    /// Square root of `tangential_ratio`.
     pub tangential_ratio_root: T,
 }
 
@@ -27,7 +27,7 @@ impl<T: SimdNumber> LinearSpring<T> {
         self.stiffness + self.modulus * radius
     }
 
-    /// What it says of an overlap.
+    /// Normal force, energy, stiffness and dashpots at an overlap.
     #[inline]
     pub fn response<const D: usize, const R: usize>(
         &self,

@@ -1,4 +1,4 @@
-//! What two grains, or a grain and a wall, do to each other: one file per interaction, put together per pair of kinds.
+//! Contact laws of two grains, or of a grain and a wall: one file per interaction, combined per pair of kinds.
 //!
 //! The normal points from `j` to `i`; an overlap is positive; forces and moments are those on `i`, repulsive ones positive
 //! along the normal (sheet: dem §1.2).
@@ -30,41 +30,41 @@ use dashpot::StepLengths;
 use hertz::Hertz;
 use jkr::Jkr;
 
-/// A contact at an instant.
+/// Contact at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact<const D: usize> {
-    /// One grain.
+    /// First grain.
     pub grain: usize,
-    /// The other; `None` for a wall.
+    /// Second grain; `None` for a wall.
     pub other: Option<usize>,
-    /// From the centre of the other, or the place on the wall, to that of the first (m).
+    /// Branch vector from the centre of the second grain, or the contact point on the wall, to the centre of the first (m).
     pub branch: [f64; D],
-    /// Force on the first (N).
+    /// Force on the first grain (N).
     pub force: [f64; D],
-    /// Part of it along the normal, repulsive ones positive (N).
+    /// Normal component of the force, repulsion positive (N).
     pub normal: f64,
     /// Overlap (m).
     pub overlap: f64,
 }
 
-/// What contacts leave for their fabric.
+/// Contact data for the fabric.
 pub struct FabricSample<const D: usize> {
-    /// Grains of each, those between grains first; what is held stands like a wall, of which there is `None`.
+    /// Grains of each contact, those between grains first; a held grain counts as a wall, which is `None`.
     pub pairs: Vec<(u32, Option<u32>)>,
-    /// Force along the normal of each between grains (N).
+    /// Normal force of each contact between grains (N).
     pub forces: Vec<f64>,
-    /// Sum of `n ⊗ n` of these.
+    /// Sum of `n ⊗ n` over the contacts between grains.
     pub dyads: SymTensor,
-    /// Their stress times the volume, compression positive (N m).
+    /// Stress of these contacts times the volume, compression positive (N m).
     pub stress_volume: [[f64; D]; D],
 }
 
-/// Along the line of centres.
+/// Normal contact law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NormalForceLaw {
-    /// Spring and dashpot.
+    /// Linear spring and dashpot.
     Linear(LinearSpring),
-    /// Elastic spheres.
+    /// Hertz contact of elastic spheres.
     Hertz(Hertz),
 }
 
@@ -77,7 +77,7 @@ impl NormalForceLaw {
         }
     }
 
-    /// Factor of its stiffness or modulus that makes overlaps this many times smaller.
+    /// Factor on the stiffness or modulus that makes overlaps `times` times smaller.
     pub fn stiffness_factor(&self, times: f64) -> f64 {
         match self {
             Self::Linear(_) => times,
@@ -86,48 +86,48 @@ impl NormalForceLaw {
     }
 }
 
-/// Attraction.
+/// Attraction law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AttractionLaw {
-    /// Tension and shear until it breaks.
+    /// Cohesion: tensile and shear strength until the contact breaks.
     Cohesion(Cohesion),
-    /// Johnson, Kendall and Roberts.
+    /// Adhesion of Johnson, Kendall and Roberts.
     Jkr(Jkr),
-    /// Bridges of liquid.
+    /// Capillary bridge.
     Capillary(Capillary),
 }
 
-/// All that a pair of kinds does.
+/// Contact law of a pair of kinds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairLaw {
-    /// Along the line of centres.
+    /// Normal law.
     pub normal: NormalForceLaw,
-    /// Whether elasticity and damping together never pull.
+    /// Whether elastic and damping force together are never tensile.
     pub no_tension: bool,
-    /// Lag of the velocities that dashpots see, over half a step: 1 where they are lagged, 0 where they are carried on.
+    /// Lag of the velocities in the dashpots, over half a step: 1 for lagged, 0 for predicted velocities.
     pub velocity_lag: f64,
-    /// Across it.
+    /// Tangential law with friction.
     pub friction: Coulomb,
-    /// Against rolling.
+    /// Rolling resistance.
     pub rolling: Option<RollingResistance>,
-    /// Against twisting.
+    /// Torsion resistance.
     pub twisting: Option<RollingResistance>,
     /// Attraction.
     pub attraction: Option<AttractionLaw>,
-    /// Bonds.
+    /// Parallel bond.
     pub bond: Option<Beam>,
 }
 
-/// Two bodies in contact, as they see each other.
+/// Contact geometry and kinematics of two bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactGeometry<const D: usize, const R: usize, T = f64> {
-    /// Overlap (m); negative for a gap that attraction bridges.
+    /// Overlap (m); negative for a gap across which attraction acts.
     pub overlap: T,
-    /// From `j` to `i`.
+    /// Unit normal from `j` to `i`.
     pub normal: [T; D],
-    /// Rate at which they separate (m/s).
+    /// Normal velocity of `i` relative to `j`, positive in separation (m/s).
     pub separation_velocity: T,
-    /// Velocity of the surface of `i` against that of `j`, in tangent coordinates (m/s).
+    /// Sliding velocity: surface velocity of `i` relative to that of `j`, in tangent coordinates (m/s).
     pub sliding_velocity: [T; R],
     /// Angular velocity of `i` less that of `j` (rad/s).
     pub relative_spin: [T; R],
@@ -141,7 +141,7 @@ pub struct ContactGeometry<const D: usize, const R: usize, T = f64> {
     pub min_radius: T,
 }
 
-/// One of two grains in contact.
+/// Motion and size of a grain in contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactBody<const D: usize, const R: usize, T = f64> {
     /// Velocity (m/s).
@@ -150,14 +150,13 @@ pub struct ContactBody<const D: usize, const R: usize, T = f64> {
     pub spin: [T; R],
     /// Radius (m).
     pub radius: T,
-    /// Inverse of the mass (1/kg); none of a grain that is held, which moves like a wall.
+    /// Inverse of the mass (1/kg); zero for a held grain, which moves like a wall.
     pub inverse_mass: T,
 }
 
 impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
-    /// Of two grains, the second seen from the first at a `distance` along `apart` (m), the images of which move at `drift`
-    /// (m/s); and their lever arms over their radii, which are one where `radii` are the arms. One division serves the normal,
-    /// the arms and the mass.
+    /// Geometry of two grains, whose centres are at a `distance` along `apart` (m), with the image velocity `drift` (m/s); and their
+    /// lever arms over their radii, which are one where `radii` are the arms. One division gives the normal, the arms and the mass.
     #[inline(always)]
     pub fn between(
         [one, two]: [&ContactBody<D, R, T>; 2],
@@ -197,8 +196,8 @@ impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
 }
 
 impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
-    /// Of a grain of this mass (kg) and a wall that does not turn, whose part there has this velocity (m/s), `distance` away (m) along the
-    /// normal; and the lever arm (m).
+    /// Geometry of a grain of this mass (kg) and a wall without rotation, with this velocity at the contact (m/s), at a `distance` along
+    /// the normal (m); and the lever arm (m).
     #[inline(always)]
     pub fn with_wall(
         (one, mass): (&ContactBody<D, R, T>, T),
@@ -225,26 +224,26 @@ impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
     }
 }
 
-/// What a contact remembers.
+/// History of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactHistory<const R: usize> {
-    /// See [`CONTACT_APART`], [`CONTACT_TOUCHING`], [`CONTACT_BONDED`].
+    /// State: [`CONTACT_APART`], [`CONTACT_TOUCHING`] or [`CONTACT_BONDED`].
     pub state: u8,
-    /// Elongation of the spring across, tangent coordinates (m).
+    /// Elongation of the tangential spring in tangent coordinates (m).
     pub shear_displacement: [f64; R],
     /// Dissipative part of the normal force in the last step (N).
     pub damping_force: f64,
-    /// Elongation of the spring against rolling (rad).
+    /// Elongation of the rolling spring (rad).
     pub rolling_angle: [f64; R],
-    /// Elongation of the spring against twisting (rad).
+    /// Elongation of the torsion spring (rad).
     pub torsion_angle: f64,
 }
 
-/// No contact.
+/// State of a pair without contact.
 pub const CONTACT_APART: u8 = 0;
-/// Contact.
+/// State of a pair in contact.
 pub const CONTACT_TOUCHING: u8 = 1;
-/// Contact whose cohesion holds.
+/// State of a contact with intact cohesion.
 pub const CONTACT_BONDED: u8 = 2;
 
 impl<const R: usize> Default for ContactHistory<R> {
@@ -259,53 +258,53 @@ impl<const R: usize> Default for ContactHistory<R> {
     }
 }
 
-/// Force and moment on `i`.
+/// Contact force and moment on `i`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactForce<const R: usize> {
-    /// Force along the normal (N).
+    /// Normal force (N).
     pub normal: f64,
-    /// Force across, tangent coordinates (N).
+    /// Tangential force in tangent coordinates (N).
     pub tangential: [f64; R],
-    /// Moment of rolling, twisting and bonds; the opposite one on `j` (N m).
+    /// Moment of rolling, torsion and bonds on `i`, opposite on `j` (N m).
     pub moment: [f64; R],
 }
 
-/// Sums over contacts (sheet: dem §2.14). Energies are those at the time of the forces; the others grow.
+/// Sums over contacts (sheet: dem §2.14). Elastic energies are those at the time of the forces; the other sums accumulate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactEnergies {
-    /// Energy of overlaps (J).
+    /// Elastic energy of overlaps (J).
     pub elastic: f64,
-    /// Energy of the springs across (J).
+    /// Elastic energy of the tangential springs (J).
     pub elastic_tangential: f64,
-    /// Energy of the springs against rolling and twisting (J).
+    /// Elastic energy of the rolling and torsion springs (J).
     pub elastic_rolling: f64,
-    /// Energy of bonds (J).
+    /// Elastic energy of bonds (J).
     pub elastic_bonds: f64,
-    /// Work of friction, taken out in this step (J).
+    /// Energy dissipated by friction in this step (J).
     pub friction: f64,
-    /// Work of dashpots (J).
+    /// Energy dissipated by dashpots (J).
     pub dashpots: f64,
-    /// Work of resistance against rolling and twisting beyond its cap (J).
+    /// Energy dissipated by rolling and torsion resistance beyond its cap (J).
     pub rolling: f64,
-    /// Energy lost where springs across are rescaled or vanish with their contact (J).
+    /// Energy lost where tangential springs are rescaled or end with their contact (J).
     pub rescaled: f64,
-    /// Work against attraction (J); negative where attraction gives it.
+    /// Work against attraction (J); negative where attraction does the work.
     pub attraction: f64,
     /// Energy of bonds that broke (J).
     pub broken: f64,
     /// Work of the images of a moving cell, and of walls, on the grains (J).
     pub boundary: f64,
-    /// Contacts with a force.
+    /// Number of contacts with a force.
     pub contacts: u64,
-    /// Contacts that slip.
+    /// Number of contacts that slip.
     pub sliding: u64,
-    /// Bonds that broke in this step.
+    /// Number of bonds that broke in this step.
     pub bonds_broken: u64,
     /// Sum of the squares of contact forces (N²).
     pub squares: f64,
     /// Largest overlap over the smaller radius.
     pub overlap: f64,
-    /// The grain that has it.
+    /// First grain of the contact with the largest overlap.
     pub max_overlap_grain: u32,
 }
 
@@ -333,23 +332,23 @@ impl ContactEnergies {
     }
 }
 
-/// What the normal law says of an overlap.
+/// Normal response at an overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalResponse<T = f64> {
-    /// Force (N).
+    /// Normal force (N).
     pub force: T,
-    /// Energy (J).
+    /// Elastic energy (J).
     pub energy: T,
-    /// Dashpot along the normal (N s/m).
+    /// Normal dashpot (N s/m).
     pub damping: T,
-    /// Stiffness across (N/m).
+    /// Tangential stiffness (N/m).
     pub tangential_stiffness: T,
-    /// Dashpot across (N s/m).
+    /// Tangential dashpot (N s/m).
     pub tangential_damping: T,
 }
 
 impl PairLaw {
-    /// What the normal law says.
+    /// Normal response of the contact.
     #[inline]
     pub fn normal_response<const D: usize, const R: usize>(
         &self,
@@ -361,13 +360,13 @@ impl PairLaw {
         }
     }
 
-    /// Whether its normal law is that of Hertz.
+    /// Whether the normal law is that of Hertz.
     #[inline]
     pub fn is_hertz(&self) -> bool {
         matches!(self.normal, NormalForceLaw::Hertz(_))
     }
 
-    /// Gap that a contact in that state bridges (m), for grains of effective radius `radius` (m).
+    /// Rupture distance of a contact in this state (m), for grains of effective radius `radius` (m).
     #[inline]
     pub fn rupture_distance(&self, state: u8, radius: f64) -> f64 {
         match &self.attraction {
@@ -380,13 +379,13 @@ impl PairLaw {
         }
     }
 
-    /// Whether some contact may reach beyond touching.
+    /// Whether some contact may act across a gap.
     pub fn has_rupture_distance(&self) -> bool {
         self.attraction.is_some() || self.bond.is_some()
     }
 }
 
-/// Force and moment of a contact between two steps, which it remembers.
+/// Contact force and moment between two steps; updates the contact history.
 #[inline]
 pub fn contact_force<const D: usize, const R: usize>(
     law: &PairLaw,
@@ -429,7 +428,7 @@ pub fn contact_force<const D: usize, const R: usize>(
         Some(AttractionLaw::Jkr(jkr)) => {
             let NormalForceLaw::Hertz(hertz) = &law.normal else { unreachable!("checked by the setup") };
             let (force, pull_off) = jkr.force(hertz, touch.radius, touch.overlap);
-            // Hertz is part of it: what is left is attraction.
+            // The JKR force includes that of Hertz: the difference is attraction.
             let attraction = base.force - force;
             normal -= attraction;
             tally.attraction += attraction * touch.separation_velocity * dt;
@@ -454,7 +453,7 @@ pub fn contact_force<const D: usize, const R: usize>(
     ContactForce { normal, tangential: across, moment }
 }
 
-/// A contact ends: what its springs still hold is lost.
+/// Ends a contact: the remaining energy of its springs is lost.
 #[inline]
 pub fn release_contact<const D: usize, const R: usize>(
     law: &PairLaw,
@@ -466,7 +465,7 @@ pub fn release_contact<const D: usize, const R: usize>(
     tally.dashpots -= 0.5 * memory.damping_force * touch.separation_velocity * dt;
     let held = dot(&memory.shear_displacement, &memory.shear_displacement);
     if held > 0.0 {
-        // As stiff as it was a step ago. Its force acts half a step longer, and the work is lost as well.
+        // With the stiffness of the last step. The last force acts half a step longer, and this work is lost as well.
         let last =
             ContactGeometry { overlap: (touch.overlap + touch.separation_velocity * dt).max(0.0), ..*touch };
         let across = law.normal_response(&last).tangential_stiffness;
@@ -477,7 +476,7 @@ pub fn release_contact<const D: usize, const R: usize>(
 }
 
 impl PairLaw {
-    /// State of a contact that begins.
+    /// Initial state of a contact.
     fn initial_state(&self) -> u8 {
         match &self.attraction {
             Some(AttractionLaw::Cohesion(law)) if law.new_contacts => CONTACT_BONDED,
@@ -485,7 +484,7 @@ impl PairLaw {
         }
     }
 
-    /// Adds the bond of a contact to what it does.
+    /// Adds the bond of a contact to its force and moment.
     #[inline]
     pub fn add_bond_force<const D: usize, const R: usize>(
         &self,
@@ -501,7 +500,7 @@ impl PairLaw {
     }
 }
 
-/// Splits a rotation into what rolls, across the normal, and what twists, about it.
+/// Splits a rotation into rolling, across the normal, and torsion, about the normal.
 #[inline]
 pub fn rolling_and_twisting<const D: usize, const R: usize, T: SimdNumber>(
     turning: &[T; R],

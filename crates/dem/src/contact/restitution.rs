@@ -1,13 +1,13 @@
-//! Restitution of a collision with a linear spring and dashpot, and back (sheet: dem §2.3; Schwager and Pöschel 2007).
+//! Restitution and damping ratio of a linear spring and dashpot (sheet: dem §2.3; Schwager and Pöschel 2007).
 
 use std::f64::consts::PI;
 
-/// Coefficient of restitution of a damping ratio, where spring and dashpot together may pull.
+/// Coefficient of restitution of a damping ratio, where spring and dashpot together may be in tension.
 pub fn restitution_with_tension(ratio: f64) -> f64 {
     if ratio >= 1.0 { 0.0 } else { (-PI * ratio / (1.0 - ratio * ratio).sqrt()).exp() }
 }
 
-/// The same where they may not: the contact ends when its force vanishes.
+/// Coefficient of restitution without tension: the contact ends when its force vanishes.
 pub fn restitution_without_tension(ratio: f64) -> f64 {
     let square = ratio * ratio;
     if (ratio - 1.0).abs() < 1e-9 {
@@ -23,13 +23,13 @@ pub fn restitution_without_tension(ratio: f64) -> f64 {
     }
 }
 
-/// Damping ratio of a coefficient of restitution, where spring and dashpot together may pull.
+/// Damping ratio of a coefficient of restitution, where spring and dashpot together may be in tension.
 pub fn damping_ratio_with_tension(restitution: f64) -> f64 {
     let log = restitution.ln();
     -log / (PI * PI + log * log).sqrt()
 }
 
-/// The same where they may not, by bisection.
+/// Damping ratio of a coefficient of restitution without tension, by bisection.
 pub fn damping_ratio_without_tension(restitution: f64) -> f64 {
     if restitution >= 1.0 {
         return 0.0;
@@ -67,7 +67,7 @@ mod tests {
                     && (restitution_without_tension(ratio) - held).abs() < 1e-6
             );
         }
-        // Its first table.
+        // Sheet: dem §2.3, first table.
         for (restitution, free, held, mixed) in [
             (0.95, 0.01632, 0.01650, 0.9505),
             (0.8, 0.07085, 0.07436, 0.8081),

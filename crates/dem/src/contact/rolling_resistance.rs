@@ -1,4 +1,4 @@
-//! Resistance against rolling and twisting: spring, dashpot and cap (Iwashita and Oda 1998, Luding 2008, type C of Ai et al.
+//! Resistance to rolling and torsion: spring, dashpot and cap (Iwashita and Oda 1998, Luding 2008, type C of Ai et al.
 //! 2011; sheet: dem §2.6).
 
 use wide::f64x4 as Lanes;
@@ -9,18 +9,18 @@ use crate::contact::{
 };
 use crate::points::vector::{dot, rotate_with_normal, scaled};
 
-/// Parameters.
+/// Parameters of rolling or torsion resistance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RollingResistance<T = f64> {
-    /// Largest moment over effective radius and normal force.
+    /// Largest moment over effective radius and normal force, `μ_r`.
     pub friction: T,
     /// Stiffness over `k_t R²`.
     pub stiffness: T,
-    /// Damping ratio: the dashpot is `2 ζ √(k m_eff) R²` of that stiffness over `R²`.
+    /// Damping ratio `ζ`: the dashpot is `2 ζ √(k m_eff) R²`, with `k` the stiffness over `R²`.
     pub damping_ratio: T,
 }
 
-/// Adds the moments on `i`.
+/// Adds the moments of rolling and torsion resistance on `i`.
 #[inline]
 #[allow(clippy::too_many_arguments, reason = "what a contact is and what it changes")]
 pub fn add_rolling_moments<const D: usize, const R: usize>(
@@ -53,7 +53,7 @@ pub fn add_rolling_moments<const D: usize, const R: usize>(
 }
 
 impl RollingResistance {
-    /// Moment, and elongation of the spring (rad).
+    /// Moment (N m), and elongation of the spring (rad).
     #[inline]
     #[allow(clippy::too_many_arguments, reason = "what a contact is and what it changes")]
     fn moment<const D: usize, const R: usize, const N: usize>(
@@ -92,17 +92,17 @@ impl RollingResistance {
     }
 }
 
-/// What resistance does in four contacts.
+/// Response of rolling or torsion resistance of four contacts.
 pub struct RollingResponse<const N: usize> {
     /// Moment on the first grain (N m).
     pub moment: [Lanes; N],
     /// Elongation of the spring (rad).
     pub angle: [Lanes; N],
-    /// Work beyond the cap (J).
+    /// Energy dissipated beyond the cap (J).
     pub dissipated: Lanes,
-    /// Work of dashpots (J).
+    /// Energy dissipated by dashpots (J).
     pub dashpots: Lanes,
-    /// Energy of springs (J).
+    /// Elastic energy of springs (J).
     pub elastic: Lanes,
 }
 

@@ -1,5 +1,5 @@
-//! Forces of all contacts: slabs of one parity side by side, then those of the other, then the seam. Every grain receives
-//! its forces in an order that the lists fix.
+//! Forces of all contacts: slabs of one parity in parallel, then those of the other, then the periodic pairs. The lists fix the
+//! order in which every grain receives its forces.
 
 mod simd;
 mod simd_records;
@@ -23,11 +23,11 @@ use crate::points::grains::GrainView;
 use crate::points::vector::{add, difference, dot, from_tangential, moment, scaled};
 use wide::f64x4 as Lanes;
 
-/// What contacts see.
+/// Input of the contact forces: state of the grains, laws and steps.
 pub struct ContactInput<'a, const D: usize, const R: usize> {
     /// Positions (m).
     pub position: &'a [[f64; D]],
-    /// Velocities to find forces with (m/s).
+    /// Velocities for the contact forces (m/s).
     pub velocity: &'a [[f64; D]],
     /// Angular velocities (rad/s).
     pub spin: &'a [[f64; R]],
@@ -37,27 +37,27 @@ pub struct ContactInput<'a, const D: usize, const R: usize> {
     pub mass: &'a [f64],
     /// Whether a grain is held.
     pub held: &'a [bool],
-    /// Kinds.
+    /// Kind of each grain.
     pub kind: &'a [u32],
-    /// Laws of each pair of kinds, row by row.
+    /// Contact law of each pair of kinds, row by row.
     pub laws: &'a [PairLaw],
     /// Number of kinds.
     pub kinds: usize,
-    /// Shift and velocity of each image.
+    /// Shift (m) and velocity (m/s) of each image.
     pub shifts: &'a [([f64; D], [f64; D])],
     /// Time since the last forces (s).
     pub dt: f64,
     /// Time until the next forces (s).
     pub next: f64,
-    /// Whether lever arms are radii.
+    /// Whether lever arms are the radii.
     pub radii: bool,
     /// Rate at which radii grow (1/s).
     pub growth: f64,
-    /// How contacts of grains are worked on.
+    /// Kernel of the contacts between grains.
     pub kernel: ForceKernel,
-    /// How contacts with planes are.
+    /// Kernel of the contacts with planes.
     pub plane_kernel: ForceKernel,
-    /// Places with radii, and motions, where contacts are worked on side by side.
+    /// Records of places with radii, and of motions, for the SIMD kernels.
     pub records: (&'a [Lanes], &'a [GrainMotion]),
 }
 
@@ -69,18 +69,18 @@ struct SlabPairs<'a> {
     active_pairs: &'a [ActivePairs],
 }
 
-/// A stress times volume, row by row (J).
+/// Stress times volume, row by row (J).
 pub type Virial<const D: usize> = [[f64; D]; D];
 
-/// What contacts change.
+/// Accumulators of the contact forces.
 pub struct ForceAccumulators<'a, const D: usize, const R: usize> {
-    /// First grain of what follows.
+    /// First grain of this part.
     pub first: usize,
-    /// Forces and moments.
+    /// Forces and moments of the grains.
     pub forces: &'a mut [ForceTorque],
-    /// First pair of the memories.
+    /// First pair of the contact histories.
     pub pair: usize,
-    /// What contacts remember.
+    /// Contact histories.
     pub memory: ContactHistoriesMut<'a, R>,
     /// First slab of the sums.
     pub slab: usize,
@@ -89,7 +89,7 @@ pub struct ForceAccumulators<'a, const D: usize, const R: usize> {
 }
 
 impl<'a, const D: usize, const R: usize> ForceAccumulators<'a, D, R> {
-    /// Parts before and from these grains, pairs and slabs on.
+    /// Splits the accumulators into the parts before and from these grains, pairs and slabs on.
     fn split_at(self, grain: usize, pair: usize, slab: usize) -> (Self, Self) {
         let (received, more_received) = self.forces.split_at_mut(grain - self.first);
         let (memory, more_memory) = self.memory.split_at(pair - self.pair);
@@ -109,7 +109,7 @@ impl<'a, const D: usize, const R: usize> ForceAccumulators<'a, D, R> {
 }
 
 impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
-    /// Of these grains at rest in a cell that does not repeat itself.
+    /// Creates the input of these grains in a cell that is not periodic, without a step.
     pub fn new(grains: GrainView<'a, D, R>, laws: &'a [PairLaw], kinds: usize) -> Self {
         let GrainView { kind, held, radius, mass, position, velocity, spin } = grains;
         Self {
@@ -133,25 +133,25 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         }
     }
 
-    /// Steps before and after these forces.
+    /// Steps before and after the forces.
     pub fn steps(&self) -> StepLengths {
         StepLengths::between(self.dt, self.next)
     }
 
-    /// The law between two grains.
+    /// Contact law of two grains.
     #[inline]
     pub fn law(&self, i: usize, j: usize) -> &'a PairLaw {
         &self.laws[self.kind[i] as usize * self.kinds + self.kind[j] as usize]
     }
 
-    /// How a grain moves.
+    /// Motion and size of a grain.
     #[inline]
     pub fn contact_body(&self, i: usize) -> ContactBody<D, R> {
         let inverse_mass = if self.held[i] { 0.0 } else { 1.0 / self.mass[i] };
         ContactBody { velocity: self.velocity[i], spin: self.spin[i], radius: self.radius[i], inverse_mass }
     }
 
-    /// What grain `i` and image `code` of grain `j` see of each other, at a distance, and their lever arms over their radii.
+    /// Contact geometry of grain `i` and image `code` of grain `j`, at a distance (m), and their lever arms over their radii.
     #[inline]
     pub fn contact_geometry(
         &self,
@@ -170,7 +170,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         )
     }
 
-    /// Forces of the pairs of some grains, of which those that can touch are `close`. What other grains get is in `shares` too.
+    /// Adds the forces of the pairs of some grains, with the active pairs `close`. Forces on the other grains go to `shares` too.
     fn pair_forces(
         &self,
         (pairs, close): (PairListView<'_>, &ActivePairs),
@@ -195,7 +195,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         }
     }
 
-    /// The same, one contact after another.
+    /// Adds the forces of the pairs of some grains, one contact after another.
     fn scalar_pair_forces(
         &self,
         pairs: PairListView<'_>,
@@ -254,7 +254,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         shares.energies[slab - shares.slab] = (tally, virial);
     }
 
-    /// What two grains that touch, or are bonded, do to each other; `None` where they do neither.
+    /// Contact force and moment of two grains in contact or bonded; `None` if they are neither.
     #[inline]
     fn contact_force(
         &self,
@@ -282,7 +282,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         (meets || bonded).then_some(push)
     }
 
-    /// Slabs of one parity, those of `groups`: group `g` is slab `2 g + parity` with the one after.
+    /// Adds the forces of slabs of one parity, those of `groups`: group `g` is slab `2 g + parity` with the one after.
     fn coloured_slabs(
         &self,
         lists: SlabPairs<'_>,
@@ -306,7 +306,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         }
     }
 
-    /// Forces of all pairs; `tallies` are one per slab and one for the seam, to which sums are added.
+    /// Adds the forces of all pairs; the sums are added to `tallies`, one per slab and one for the periodic pairs.
     pub fn contacts(
         &self,
         lists: &mut VerletLists<D, R>,
@@ -361,7 +361,7 @@ pub fn count_contact<const D: usize, const R: usize>(
     }
 }
 
-/// A contact as it is after a step of `behind` (s), without going on.
+/// Force and energies of a contact after a step of `behind` (s), without advancing it.
 pub fn probe_contact<const D: usize, const R: usize>(
     law: &PairLaw,
     touch: &ContactGeometry<D, R>,

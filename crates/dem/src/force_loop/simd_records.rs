@@ -1,4 +1,4 @@
-//! What contacts side by side see: records of the grains, and their laws.
+//! Records of grains and laws for the SIMD contact kernels.
 
 use wide::f64x4 as Lanes;
 
@@ -10,17 +10,17 @@ use crate::contact::{ContactBody, NormalForceLaw, PairLaw};
 use crate::points::grains::{GrainView, MIN_GRAINS_PER_TASK};
 use crate::points::vector::WIDTH;
 
-/// What grains show their contacts.
+/// Grain data of the SIMD kernels.
 #[derive(Clone, Debug, Default)]
 pub struct GrainRecords {
-    /// Place and radius. They are all that tells which grains touch, and stand close together.
+    /// Position and radius of each grain: all that the search for contacts reads, stored close together.
     pub place: Vec<Lanes>,
-    /// How each moves.
+    /// Motion of each grain.
     pub motion: Vec<GrainMotion>,
 }
 
-/// Velocity and inverse of the mass (none of a grain that is held), and spin, in one line of the cache. In the plane the spin
-/// stands third beside the velocity.
+/// Velocity, inverse of the mass (zero for a held grain) and spin of a grain, in one cache line. In the plane the spin is the
+/// third component beside the velocity.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
 pub struct GrainMotion {
@@ -28,7 +28,7 @@ pub struct GrainMotion {
     spin: Lanes,
 }
 
-/// Force that a grain receives, and moment over its radius. In the plane the latter stands third beside the force.
+/// Force on a grain (N), and moment over its radius (N). In the plane the latter is the third component beside the force.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
 pub struct ForceTorque {
@@ -50,29 +50,29 @@ impl ForceTorque {
         }
     }
 
-    /// Adds what another part has received.
+    /// Adds another force and moment.
     #[inline]
     pub fn add(&mut self, other: &Self) {
         self.force += other.force;
         self.lever += other.lever;
     }
 
-    /// The force (N).
+    /// Force (N).
     #[inline]
     pub fn force<const D: usize>(&self) -> [f64; D] {
         let all = self.force.as_array();
         std::array::from_fn(|c| all[c])
     }
 
-    /// The moment (N m) on a grain of this radius (m).
+    /// Moment (N m) on a grain of this radius (m).
     #[inline]
     pub fn moment<const R: usize>(&self, radius: f64) -> [f64; R] {
         let all = if R == 3 { self.lever.as_array() } else { self.force.as_array() };
         std::array::from_fn(|c| radius * if R == 3 { all[c] } else { all[2] })
     }
 
-    /// What the first and the second grains of four contacts receive: a force, and moments over the radius that are those of
-    /// the force across, alike on both, and where there are any those of resistance on either.
+    /// Forces and moments over the radius on the first and the second grains of four contacts: the moments of the tangential force
+    /// are equal on both, those of rolling and torsion resistance, where there are any, are given for each.
     #[inline(always)]
     pub fn of_four<const D: usize, const R: usize>(
         force: &[Lanes; D],
@@ -100,7 +100,7 @@ impl ForceTorque {
     }
 }
 
-/// Forces and moments of all grains of these radii (m), column by column.
+/// Writes forces and moments of all grains of these radii (m), column by column.
 pub fn scatter_forces<const D: usize, const R: usize>(
     received: &[ForceTorque],
     radius: &[f64],
@@ -116,19 +116,19 @@ pub fn scatter_forces<const D: usize, const R: usize>(
     });
 }
 
-/// How contacts are worked on.
+/// Kernel of the contact forces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ForceKernel {
-    /// One after another, whatever their law.
+    /// One contact after another, any law.
     Scalar,
-    /// Four side by side: springs and dashpots; whether some resist rolling or twisting.
+    /// Four contacts at once, linear spring and dashpot; whether some have rolling or torsion resistance.
     SimdLinear(bool),
-    /// Four side by side: elastic spheres; whether some resist rolling or twisting.
+    /// Four contacts at once, Hertz contact; whether some have rolling or torsion resistance.
     SimdHertz(bool),
 }
 
 impl ForceKernel {
-    /// For contacts with any of these laws.
+    /// Selects the kernel for contacts with any of these laws.
     pub fn of<'l>(mut laws: impl Iterator<Item = &'l PairLaw> + Clone) -> Self {
         let plain = |law: &PairLaw| law.attraction.is_none() && law.bond.is_none();
         let turns = laws.clone().any(|law| law.rolling.is_some() || law.twisting.is_some());
@@ -144,7 +144,7 @@ impl ForceKernel {
     }
 }
 
-/// Records of all grains, which have received nothing yet.
+/// Records of all grains, with zero forces.
 pub fn grain_records<const D: usize, const R: usize>(
     grains: GrainView<'_, D, R>,
     (velocity, spin): (&[[f64; D]], &[[f64; R]]),
@@ -176,7 +176,7 @@ pub fn grain_records<const D: usize, const R: usize>(
     );
 }
 
-/// How four grains of these radii move.
+/// Motion of four grains of these radii (m).
 #[inline(always)]
 pub fn contact_bodies<const D: usize, const R: usize>(
     four: [&GrainMotion; WIDTH],
@@ -192,7 +192,7 @@ pub fn contact_bodies<const D: usize, const R: usize>(
     ContactBody { velocity: std::array::from_fn(|c| motion[c]), spin, radius, inverse_mass: motion[3] }
 }
 
-/// The laws of four contacts.
+/// Laws of four contacts.
 #[derive(Clone, Copy)]
 pub struct SimdLaws {
     pub linear: LinearSpring<Lanes>,
@@ -201,9 +201,9 @@ pub struct SimdLaws {
     pub lag: Lanes,
     pub coefficient: Lanes,
     pub at_rest: Lanes,
-    /// Where the spring is reset to the force of friction.
+    /// Mask of the laws whose spring is reset to the friction force.
     pub spring: Lanes,
-    /// Resistance against rolling and twisting, and where there is any.
+    /// Rolling and torsion resistance, and the mask of the laws that have it.
     pub resistance: [(RollingResistance<Lanes>, Lanes); 2],
 }
 

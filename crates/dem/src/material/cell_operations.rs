@@ -1,4 +1,4 @@
-//! What is done to the cell of a point.
+//! Operations on the cell of a material point: preparation, loading, deformation, stress.
 
 use colluvium_case::{Case, Solver};
 use colluvium_constitutive::{Mat3, MaterialError, Motion, SymTensor, UpdateCost};
@@ -11,27 +11,27 @@ use crate::material::spec::{GranularCellSpec, parameter_error};
 use crate::points::grains::volume;
 use crate::setup;
 
-/// Stages of the case of a cell: compressed with the friction of the preparation, at rest with that of the contacts, deformed.
+/// Stages of the case of a cell: compression with the preparation friction, rest with the contact friction, deformation.
 const STAGES: [&str; 3] = ["prepare", "settle", "deform"];
 const DEFORM: usize = 2;
 
-/// Steps after which a specimen that has found no equilibrium is given up.
+/// Number of steps after which the search for equilibrium fails.
 const MAX_STEPS: usize = 2_000_000;
-/// Steps between looks at the equilibrium.
+/// Steps between checks of the equilibrium.
 const STEPS_PER_CHECK: usize = 100;
-/// Unbalanced force at which grains count as at rest (sheet: dem §3.1). Without friction a packing passes through states at several times
-/// this before it yields once more, and one that is stopped there is looser than the one at rest. The kinetic energy tells less: grains
-/// without contacts keep theirs.
+/// Unbalanced force ratio at which grains count as at rest (sheet: dem §3.1). Without friction a packing passes through states at several
+/// times this ratio before it yields once more; a packing stopped there is looser than one at rest. The kinetic energy is a worse
+/// measure: grains without contacts keep theirs.
 const REST_RATIO: f64 = 1e-3;
-/// Pressure over that of the preparation under which a cell is unloaded by expansion, and which bounds rates from below.
+/// Pressure over the preparation pressure below which a cell is unloaded by expansion; it also bounds rates from below.
 const MIN_PRESSURE_RATIO: f64 = 0.05;
 /// Largest change of the deformation gradient in a step of the grains.
 const MAX_DEFORMATION_STEP: f64 = 1e-2;
 
-/// The case that cells are made from.
+/// Case from which cells are made.
 pub struct CellCase {
     case: Case,
-    /// About how many bytes a cell has.
+    /// Approximate size of a cell in bytes.
     pub bytes: usize,
 }
 
@@ -78,13 +78,13 @@ impl CellCase {
         Ok(Self { case, bytes: 600 * spec.grains })
     }
 
-    /// A solver with the packing as it is drawn.
+    /// Creates a solver with the initial random packing.
     pub fn solver<const D: usize, const R: usize>(&self) -> Result<DemSolver<D, R>, MaterialError> {
         setup::solver(&self.case).map_err(|error| cell_error(&error.to_string()))
     }
 }
 
-/// An error of the case behind a cell, as one of the parameters that it was made from.
+/// Converts an error of the case of a cell to an error of the parameters.
 fn cell_error(problem: &str) -> MaterialError {
     let first = problem.lines().next().unwrap_or_default();
     for (from, to) in [
@@ -125,7 +125,7 @@ pub fn restore<const D: usize, const R: usize>(
     solver.restore(&mut bytes).map_err(foreign)
 }
 
-/// Stress of the cell (Pa); of disks with the mean of the normal stresses across the plane.
+/// Stress of the cell (Pa); for disks the out-of-plane stress is the mean of the normal stresses in the plane.
 pub fn stress<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> SymTensor {
     let cell = solver.stress();
     let at = |i: usize, j: usize| 0.5 * (cell[i][j] + cell[j][i]);
@@ -143,8 +143,8 @@ pub fn coordination<const D: usize, const R: usize>(solver: &DemSolver<D, R>) ->
     2.0 * solver.energy_balance.contacts[0] as f64 / solver.grains.len() as f64
 }
 
-/// Bound on the P-wave modulus (Pa): all contacts stretched along their branches, `Σ k l² / V`; one and a half times the secant
-/// stiffness covers that of Hertz.
+/// Upper bound of the P-wave modulus (Pa): affine stretch of all contacts along their branches, `Σ k l² / V`; one and a half times the
+/// secant stiffness covers that of Hertz.
 pub fn modulus<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> f64 {
     let mut sum = 0.0;
     solver.for_each_contact(|contact, _, _| {
@@ -161,7 +161,7 @@ fn set_cell<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>, contro
     solver.options.stages.entry(name.to_owned()).or_default().cell = control;
 }
 
-/// The cell follows a stress (Pa) until it has it and its grains are at rest.
+/// Runs stress control to a stress (Pa), until the cell has it and its grains are at rest.
 fn servo<const D: usize, const R: usize>(
     solver: &mut DemSolver<D, R>,
     target: &SymTensor,
@@ -199,7 +199,7 @@ fn servo<const D: usize, const R: usize>(
     ))
 }
 
-/// Compresses the packing with a coefficient of friction (sheet: dem §3.8).
+/// Compresses the packing with a friction coefficient (sheet: dem §3.8).
 pub fn prepare<const D: usize, const R: usize>(
     solver: &mut DemSolver<D, R>,
     spec: &GranularCellSpec,
@@ -243,7 +243,7 @@ pub fn load<const D: usize, const R: usize>(
     Err(equilibrium_error("the specimen does not lose its stress when it expands"))
 }
 
-/// Rate of strain (1/s) that has the inertial number of the parameters at a pressure (Pa).
+/// Largest strain rate (1/s), at the inertial number of the parameters under a pressure (Pa).
 fn largest_rate<const D: usize, const R: usize>(
     solver: &DemSolver<D, R>,
     spec: &GranularCellSpec,
@@ -253,12 +253,12 @@ fn largest_rate<const D: usize, const R: usize>(
     spec.inertial_number * (pressure / spec.grain_density).sqrt() / mean
 }
 
-/// Updates of grains in a second on one thread, disks and spheres, and time to take up the cell and to put it away (s), for each grain: of
+/// Grain updates per second on one thread, disks and spheres, and time to load and store the cell (s) per grain: measured on
 /// cells of 200 disks on a desktop computer (docs/theory/dem.md), for spheres twice as long as for disks.
 const UPDATES: [f64; 2] = [1.2e6, 6e5];
 const HANDLING: f64 = 1.5e-6;
 
-/// What an update of a point takes: steps of the grains, and taking up and putting away the cell.
+/// Cost of an update of a point: steps of the grains, loading and storing of the cell (s).
 pub fn cost<const D: usize, const R: usize>(solver: &DemSolver<D, R>, spec: &GranularCellSpec) -> UpdateCost {
     let grains = solver.grains.len() as f64;
     let step = grains / UPDATES[D - 2];
@@ -266,7 +266,7 @@ pub fn cost<const D: usize, const R: usize>(solver: &DemSolver<D, R>, spec: &Gra
     UpdateCost { update: grains * HANDLING + step, strain: step / (rate * solver.critical_step().dt) }
 }
 
-/// Deforms the cell by `f`, slowly for its grains; `before` is its stress (Pa).
+/// Deforms the cell by `f` at a rate that its grains allow; `before` is its stress (Pa).
 pub fn deform<const D: usize, const R: usize>(
     solver: &mut DemSolver<D, R>,
     spec: &GranularCellSpec,
@@ -295,7 +295,7 @@ pub fn deform<const D: usize, const R: usize>(
     Ok(())
 }
 
-/// Grains without cohesion bear no tension.
+/// Refuses initial tension: grains without cohesion carry none.
 pub fn check_initial<const D: usize>(stress: &SymTensor) -> Result<(), MaterialError> {
     let normal = &stress.0[..D];
     let across = if D == 2 { stress[4].abs() + stress[5].abs() } else { 0.0 };
@@ -309,7 +309,7 @@ pub fn check_initial<const D: usize>(stress: &SymTensor) -> Result<(), MaterialE
     Err(MaterialError::Initial { model: NAME, reason })
 }
 
-/// Disks deform in their plane.
+/// Refuses out-of-plane motion of disks.
 pub fn check_motion<const D: usize>(motion: &Motion) -> Result<(), MaterialError> {
     let f = &motion.deformation.0;
     let across = [f[2][2] - 1.0, f[0][2], f[1][2], f[2][0], f[2][1]];

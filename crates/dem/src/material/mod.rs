@@ -1,13 +1,13 @@
-//! A periodic cell of grains as a material: continua and the element driver deform it and take its stress
+//! Granular cell as a material law: a periodic cell of grains that continua and the element driver deform, with its stress
 //! (sheet: dem §3.7–3.9; Sun 2020, “hierarchical multiscale”).
 //!
-//! Each point holds a cell of its own, as the bytes of a checkpoint that points share until they deform. A step deforms the cell
-//! by the motion of the point, in as many steps of the grains as keep the inertial number below a bound, and takes the mean stress
-//! of its contacts. Costs follow from that: see `docs/theory/dem.md`.
+//! Each point has a cell of its own, as the bytes of a checkpoint that points share until they deform. A step deforms the cell
+//! by the motion of the point, in as many grain steps as keep the inertial number below a bound, and returns the mean stress
+//! of its contacts. For the cost see `docs/theory/dem.md`.
 //!
-//! Disks carry stress in the plane; across it they have the mean of the two normal stresses, so that the mean pressure is that in
-//! the plane, and refuse any strain there. Grains without cohesion have no stress once they lose contact: such a point is stiff
-//! again only after it is compressed to where its grains meet.
+//! Disks carry stress in the plane; the out-of-plane stress is the mean of the two normal stresses, so that the mean pressure is that
+//! in the plane, and out-of-plane strain is refused. Grains without cohesion have no stress once they lose contact: such a point is
+//! stiff again only after it is compressed until its grains are in contact.
 
 mod cell_operations;
 mod porosity_search;
@@ -33,7 +33,11 @@ use crate::material::cell_operations::CellCase;
 
 const NAME: &str = "granular-cell";
 
+<<<<<<< ours
 /// Brings `{"model": "external", "law": "granular-cell"}` to case files (see [`colluvium_constitutive::register_material`]).
+=======
+/// Provider of `{"model": "other", "law": "granular-cell"}` for case files (see [`colluvium_constitutive::register_material`]).
+>>>>>>> theirs
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GranularCells;
 
@@ -54,23 +58,23 @@ impl MaterialFactory for GranularCells {
     }
 }
 
-/// What a point keeps of its cell.
+/// Cell state of a material point.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct CellState {
     bytes: SharedBytes,
     /// Bound on the P-wave modulus (Pa).
     modulus: f64,
-    /// Void over volume.
+    /// Porosity, void volume over total volume.
     porosity: f64,
     /// Contacts per grain.
     coordination: f64,
     /// Mean unbalanced force over mean contact force.
     unbalanced: f64,
-    /// Coefficient of friction with which the specimen was compressed.
+    /// Friction coefficient of the preparation.
     friction: f64,
 }
 
-/// Bytes that points share until they deform.
+/// Bytes shared by points until they deform.
 #[derive(Clone)]
 struct SharedBytes(Arc<[u8]>);
 
@@ -88,16 +92,16 @@ impl<'de> Deserialize<'de> for SharedBytes {
 
 type PreparedCell = Result<(SymTensor, CellState), MaterialError>;
 
-/// The law: cells of `D` dimensions whose grains have rotations of `R` components.
+/// Granular-cell law, for cells of `D` dimensions whose grains have rotations of `R` components.
 pub struct GranularCell<const D: usize, const R: usize> {
     spec: GranularCellSpec,
     case: CellCase,
     cost: UpdateCost,
-    /// Solvers that no thread uses now.
+    /// Solvers that are not in use by a thread.
     idle: Mutex<Vec<DemSolver<D, R>>>,
-    /// The specimen under its pressure of preparation.
+    /// Specimen under its preparation pressure.
     prepared: OnceLock<PreparedCell>,
-    /// Cells brought to the stresses that points start from, by the bits of those.
+    /// Cells loaded to the initial stresses of points, by the bits of those stresses.
     started: Mutex<HashMap<[u64; 6], PreparedCell>>,
 }
 
@@ -106,7 +110,7 @@ fn lock<T>(lock: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl<const D: usize, const R: usize> GranularCell<D, R> {
-    /// A cell of grains.
+    /// Creates the law of a cell of grains.
     ///
     /// # Errors
     /// The first parameter that the discrete element method refuses.
@@ -123,7 +127,7 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
         })
     }
 
-    /// Calls `use_it` with a solver that holds the cell of `state`.
+    /// Calls `use_it` with a solver in the cell state `state`.
     fn with_solver<T>(
         &self,
         state: &CellState,
@@ -188,7 +192,7 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
     }
 }
 
-/// Strain by which tangents are found: small against the strain to failure, large against noise.
+/// Strain increment of the finite-difference tangent: small against the strain to failure, large against noise.
 const PROBE_STRAIN: f64 = 1e-4;
 
 impl<const D: usize, const R: usize> Law for GranularCell<D, R> {
@@ -196,7 +200,7 @@ impl<const D: usize, const R: usize> Law for GranularCell<D, R> {
         NAME
     }
 
-    /// A cell of few grains has a fabric, and its periods a direction.
+    /// Returns false: a cell of few grains has a fabric, and its periods a direction.
     fn is_isotropic(&self) -> bool {
         false
     }
@@ -251,7 +255,7 @@ impl<const D: usize, const R: usize> StressUpdate for GranularCell<D, R> {
         size_of::<CellState>() + bytes.map_or(self.case.bytes, |(_, state)| state.bytes.0.len())
     }
 
-    /// By forward differences of a strain of 1e-4; for disks in their plane, and a stiffness of the same size across it.
+    /// Tangent by forward differences of a strain of 1e-4; for disks in their plane, with a stiffness of equal size out of it.
     fn tangent(&self, motion: &Motion, old: &Point<CellState>) -> Result<Tangent, MaterialError> {
         let here = StressUpdate::update(self, motion, old)?.stress;
         let mut tangent = [[0.0; 6]; 6];

@@ -1,21 +1,21 @@
-//! The friction of a preparation that gives a porosity (sheet: dem §3.8).
+//! Search for the preparation friction that gives a porosity (sheet: dem §3.8).
 
 use colluvium_constitutive::MaterialError;
 
 use crate::material::spec::parameter_error;
 
-/// The largest friction that is tried: more hardly makes specimens looser (sheet: dem §5, B14).
+/// Largest friction that is tried: more hardly makes specimens looser (sheet: dem §5, B14).
 const MAX_FRICTION: f64 = 1.0;
-/// Distance from the porosity asked for that is let be.
+/// Tolerance of the porosity.
 const POROSITY_TOLERANCE: f64 = 2e-3;
-/// Halvings of the interval of frictions.
+/// Number of bisections of the friction interval.
 const HALVINGS: usize = 12;
 
-/// What `prepare` makes with the friction that gives the porosity nearest to the one asked for, found by bisection: specimens are the
-/// looser, the more friction they are compressed with.
+/// Returns the result of `prepare` with the friction whose porosity is nearest to the target, by bisection: specimens compressed with more
+/// friction are looser.
 ///
 /// # Errors
-/// When no friction comes near the porosity, with those that were found; when a specimen cannot be prepared.
+/// When no friction gives a porosity near the target, with the porosities found; when a specimen cannot be prepared.
 pub fn friction<T>(
     asked: f64,
     prepare: impl Fn(f64) -> Result<T, MaterialError>,
@@ -73,7 +73,7 @@ mod tests {
                 "{refusal}"
             );
         }
-        // One that jumps over what is asked for.
+        // A porosity that jumps across the target.
         let jumps = |friction: &f64| if *friction < 0.3 { 0.16 } else { 0.2 };
         let refusal = friction(0.18, Ok, jumps).unwrap_err().to_string();
         assert!(refusal.contains("the nearest that a friction gives these grains is "), "{refusal}");

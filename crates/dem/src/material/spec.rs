@@ -80,7 +80,7 @@ fn default_grains() -> usize {
 fn inertial_number() -> f64 {
     1e-3
 }
-/// Sheet: dem §2.9.
+/// Default value (sheet: dem §2.9).
 fn damping() -> f64 {
     0.2
 }
@@ -88,13 +88,13 @@ fn tolerance() -> f64 {
     2e-3
 }
 
-/// An error about a parameter of the cell.
+/// Returns an error about a parameter of the cell.
 pub fn parameter_error(field: &str, rule: impl Into<String>) -> MaterialError {
     MaterialError::Choice { model: "external", field: field.to_owned(), rule: rule.into() }
 }
 
 impl GranularCellSpec {
-    /// Checks the ranges; what the discrete element method checks itself comes when the cell is made.
+    /// Checks the ranges; the discrete element method checks its own options when the cell is made.
     ///
     /// # Errors
     /// The first parameter out of range.

@@ -1,4 +1,4 @@
-//! Cells against closed forms of regular packings, and against the method on the same specimen.
+//! Tests of cells against closed forms of regular packings, and against the method on an equal specimen.
 
 use colluvium_case::{Case, Solver};
 use colluvium_constitutive::{Mat3, SymTensor};
@@ -9,7 +9,7 @@ use crate::DemSolver;
 use crate::material::cell_operations;
 use crate::material::cell_operations::CellCase;
 
-/// Diameter of the grains of lattices (m), their density (kg/m³), and stiffness of contacts (N/m; of disks Pa), across over along.
+/// Diameter of the grains of lattices (m), density (kg/m³), contact stiffness (N/m; of disks Pa), and tangential over normal stiffness.
 const SIZE: f64 = 1e-3;
 const DENSITY: f64 = 2600.0;
 const STIFFNESS: f64 = 5e4;
@@ -32,7 +32,7 @@ fn equal(dimension: usize, grains: usize, damping_ratio: f64) -> GranularCellSpe
     spec(dimension, grains, &json!({ "distribution": "equal", "value": SIZE }), damping_ratio)
 }
 
-/// A cell whose grains stand at these places, in these vectors.
+/// Cell with grains at these places and these cell vectors.
 fn placed<const D: usize, const R: usize>(
     spec: &GranularCellSpec,
     places: &[[f64; D]],
@@ -51,7 +51,7 @@ fn placed<const D: usize, const R: usize>(
     solver
 }
 
-/// Goes on by a step in which the cell stands, after which its stress is that of where its grains are.
+/// Stress after a step without deformation, which belongs to the present positions of the grains.
 fn looked_at<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) -> SymTensor {
     solver.imposed_gradient = Some([[0.0; D]; D]);
     let dt = solver.critical_step().dt;
@@ -65,7 +65,7 @@ fn stretch(rates: [f64; 3], shear: f64, time: f64) -> Mat3 {
     Mat3([[x, shear * time, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]])
 }
 
-/// Deforms a cell as a point is, in ten updates.
+/// Deforms a cell like that of a material point, in ten updates.
 fn deformed<const D: usize, const R: usize>(
     solver: &mut DemSolver<D, R>,
     spec: &GranularCellSpec,
@@ -86,16 +86,16 @@ fn near(found: f64, exact: f64, share: f64, what: &str) {
     );
 }
 
-/// Distance of neighbours at the start (m), with an overlap of 0.2 %.
+/// Initial distance of neighbours (m), with an overlap of 0.2 %.
 const APART: f64 = 0.998 * SIZE;
 
-/// Elongation of a spring across a contact whose grains don't turn, when its branch goes from (`x`, `from`) to (`x`, `to`): the integral of
-/// x dz over the length.
+/// Elongation of the tangential spring of a contact whose grains do not rotate, when its branch changes from (`x`, `from`) to
+/// (`x`, `to`): the integral of x dz over the length.
 fn across(x: f64, from: f64, to: f64) -> f64 {
     x * ((to / x).asinh() - (from / x).asinh())
 }
 
-/// Spheres on two by two by two cubes of a face-centred lattice.
+/// Spheres on a face-centred cubic lattice of two by two by two unit cells.
 fn face_centred(spec: &GranularCellSpec) -> DemSolver<3, 3> {
     let half = APART / 2f64.sqrt();
     let mut places = Vec::new();
@@ -173,8 +173,8 @@ fn a_lattice_of_disks_has_its_stress_under_isotropic_uniaxial_and_simple_shear_s
     near(-stress[0], side, 1e-4, "side");
     near(-stress[1], 2.0 * y * (pushed * y - slid * x) / long / volume, 1e-4, "axial");
 
-    // Columns of a square lattice lean by the strain, and its disks turn by half of it, so that the moments of their contacts cancel: the
-    // springs are elongated by half of it, and the normal forces of the columns push it on.
+    // Columns of a square lattice tilt by the strain, and its disks rotate by half of it, so that the moments of their contacts cancel: the
+    // springs are elongated by half of it, and the normal forces of the columns increase the tilt.
     let mut cell = rows_of_disks(&spec, 0.0, 1.0);
     let stress = deformed(&mut cell, &spec, &stretch([0.0; 3], strain, 0.1));
     let exact = strain * STIFFNESS * (0.5 * ACROSS - (SIZE - APART) / APART);
@@ -189,20 +189,20 @@ fn dashpots_add_the_share_of_stress_that_the_inertial_number_sets() {
     let before = cell_operations::stress(&cube);
     cell_operations::deform(&mut cube, &spec, &stretch([-1e-4; 3], 0.0, 1.0), &before).unwrap();
     let rate = -cube.imposed_gradient.unwrap()[0][0];
-    // The bound is on the size of the tensor of rates.
+    // The bound applies to the norm of the strain-rate tensor.
     let bound = spec.inertial_number * (-before[0] / DENSITY).sqrt() / SIZE / 3f64.sqrt();
     assert!(rate <= bound && rate > 0.9 * bound, "{rate} {bound}");
     let apart = APART * (-1e-4f64).exp();
     let mass = DENSITY * std::f64::consts::PI / 6.0 * SIZE.powi(3);
     let viscous = 2.0 * ratio * (0.5 * STIFFNESS * mass).sqrt() * rate * apart;
-    // Forces of a step are of the velocities before it.
+    // The forces of a step depend on the velocities before it.
     let moving = looked_at(&mut cube)[0];
     let still = looked_at(&mut cube)[0];
     let share = viscous / (STIFFNESS * (SIZE - apart));
     near(moving / still - 1.0, share, 0.05, "share of the dashpots");
 }
 
-/// The case of the method that has the grains of a law, drawn in a cell of this side (m), which deforms at these rates (1/s).
+/// Case of the method with the grains of a law, drawn in a cell of this side (m) that deforms at these rates (1/s).
 fn case_of(spec: &GranularCellSpec, side: f64, rates: [[f64; 3]; 3]) -> Case {
     let d = spec.dimension;
     let (low, high, axes) = (vec![0.0; d], vec![side; d], &["x", "y", "z"][..d]);
@@ -229,7 +229,7 @@ fn case_of(spec: &GranularCellSpec, side: f64, rates: [[f64; 3]; 3]) -> Case {
     Case::from_json(&case.to_string()).unwrap()
 }
 
-/// Deforms a specimen as a point is and as a cell of the method is, and compares all that both keep.
+/// Deforms a specimen as the cell of a point and as a cell of the method, and compares all that both store.
 fn same<const D: usize, const R: usize>(spec: &GranularCellSpec, f: &Mat3) {
     let mut law: DemSolver<D, R> = CellCase::new(spec).unwrap().solver().unwrap();
     let side = law.cell.h[0][0];
@@ -247,7 +247,7 @@ fn same<const D: usize, const R: usize>(spec: &GranularCellSpec, f: &Mat3) {
     for _ in first..law.step {
         method.step(f64::INFINITY).unwrap();
     }
-    // More than what rounding may hide: the stress has changed.
+    // More than the round-off tolerance: the stress has changed.
     let (after, own) = (cell_operations::stress(&law), cell_operations::stress(&method));
     assert!((after - before).norm() > 0.05 * before.norm(), "{before:?} {after:?}");
     assert_eq!(after, own);

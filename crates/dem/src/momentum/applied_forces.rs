@@ -1,4 +1,4 @@
-//! Forces on grains that the case gives: on bodies, and on membranes (sheet: dem §2.1).
+//! Applied forces on grains: on bodies, and on membranes (sheet: dem §2.1).
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -10,7 +10,7 @@ use crate::points::vector::{add, cross, difference, dot};
 use crate::solver::DemSolver;
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// Forces on the grains that are neither gravity nor of contacts (N); empty where the stage has none.
+    /// Applied forces on the grains, without gravity and contacts (N); empty where the stage has none.
     pub(crate) fn applied(&self) -> Vec<[f64; D]> {
         let Some(stage) = self.stage().filter(|own| !(own.forces.is_empty() && own.membranes.is_empty()))
         else {
@@ -24,7 +24,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         applied
     }
 
-    /// Shares forces on bodies among their grains by mass.
+    /// Distributes forces on bodies among their grains by mass.
     fn add_body_forces(&self, stage: &GrainStage, applied: &mut [[f64; D]]) {
         let g = &self.grains;
         for (name, force) in &stage.forces {
@@ -36,7 +36,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
-    /// Presses a row or a sheet of grains towards a body.
+    /// Adds the pressure of a membrane, a row or a sheet of grains, towards a body.
     fn add_membrane_pressure(&self, name: &str, membrane: &Membrane, applied: &mut [[f64; D]]) {
         let g = &self.grains;
         let (Some(own), Some(other)) = (self.number_of(name), self.number_of(&membrane.against)) else {
@@ -57,11 +57,11 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
-    /// Presses a row in the plane towards a place: half of what acts on the line between two of its grains each.
+    /// Adds the pressure on a row in the plane towards a point: each of two neighbours takes half of the force on the line between them.
     fn add_row_pressure(&self, row: &[usize], centre: &[f64; D], pressure: f64, applied: &mut [[f64; D]]) {
         let g = &self.grains;
         let (Some(first), Some(last)) = (row.first(), row.last()) else { return };
-        // A quarter turn to the left of the row, or the other way where the body lies to its right.
+        // Rotation by 90° to the left of the row, or to the right where the body lies on its right.
         let left =
             |way: &[f64; D]| -> [f64; D] { std::array::from_fn(|c| if c == 0 { -way[1] } else { way[0] }) };
         let chord = difference(&g.position[*last], &g.position[*first]);
@@ -74,8 +74,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
-    /// Presses a sheet in space towards a place: a quarter of what acts on the surface between four of its grains each. That is the pressure
-    /// times half the cross product of the diagonals, whatever surface the four span.
+    /// Adds the pressure on a sheet in space towards a point: each of four neighbours takes a quarter of the force on the surface between
+    /// them, the pressure times half the cross product of the diagonals, whatever surface the four span.
     fn add_sheet_pressure(
         &self,
         (grains, columns, closed): (&[usize], usize, bool),
@@ -105,8 +105,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
-    /// Area within the rows of a closed sheet, seen along an axis and to the centres of their grains: the mean of all rows (m²). `None` where the
-    /// body is no closed sheet in any stage.
+    /// Area enclosed by the rows of a closed sheet, projected along an axis and to the centres of their grains: the mean of all rows (m²).
+    /// `None` where the body is no closed sheet in any stage.
     pub(crate) fn enclosed_by(&self, name: &str, axis: usize) -> Option<f64> {
         let sheets = self.options.stages.values().filter_map(|stage| stage.membranes.get(name));
         let columns = sheets.filter(|sheet| sheet.closed).find_map(|sheet| sheet.columns)?;
@@ -124,8 +124,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         Some(grains.chunks_exact(columns).map(area).sum::<f64>() / rows)
     }
 
-    /// Sections and volumes within the bodies that are closed membranes in some stage (m², m³), to the centres of their grains and along the axis
-    /// across their rings.
+    /// Enclosed sections and volumes of the closed membranes of all stages (m², m³), to the centres of their grains and along
+    /// the axis of their rings.
     pub(crate) fn sleeve_outputs(&self) -> Vec<ScalarOutput> {
         let closed = |(_, sheet): &(&String, &Membrane)| sheet.closed;
         let sheets = self.options.stages.values().flat_map(|stage| &stage.membranes).filter(closed);
@@ -146,7 +146,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         readings
     }
 
-    /// Notes where the grains of membranes are.
+    /// Finds the indices of the grains of membranes.
     pub(crate) fn find_membranes(&mut self) {
         let names: BTreeSet<&String> =
             self.options.stages.values().flat_map(|stage| stage.membranes.keys()).collect();
@@ -154,7 +154,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.membranes = numbers.map(|body| (body, self.sorted(body))).collect();
     }
 
-    /// The grains of a body in the order of their numbers.
+    /// Indices of the grains of a body in the order of their ids.
     fn in_order(&self, body: u32) -> Cow<'_, [usize]> {
         match self.membranes.iter().find(|(own, _)| *own == body) {
             Some((_, grains)) => Cow::Borrowed(grains),
@@ -169,7 +169,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         grains
     }
 
-    /// Mean place of some grains by mass (m); none where there are none.
+    /// Centre of mass of the selected grains (m); `None` without grains.
     fn centre(&self, holds: impl Fn(usize) -> bool) -> Option<[f64; D]> {
         let g = &self.grains;
         let (mut mass, mut moment) = (0.0, [0.0; D]);

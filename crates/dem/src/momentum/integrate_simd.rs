@@ -1,4 +1,4 @@
-//! Grains that only contacts and gravity move, four at once (sheet: dem §3.4).
+//! SIMD time integration of grains under contact forces and gravity only, four at once (sheet: dem §3.4).
 
 use wide::f64x4 as Lanes;
 
@@ -6,9 +6,9 @@ use crate::momentum::time_integration::{ExternalActions, GrainSums, LeapfrogKick
 use crate::points::grains::inertia;
 use crate::points::vector::dot;
 
-/// What does not change of the grains of a block as they move.
+/// Constant data of a block of grains.
 pub(crate) struct GrainBlock<'a, const D: usize, const R: usize> {
-    /// Number of the first of them.
+    /// Number of the first grain.
     pub(crate) first: usize,
     pub(crate) radius: &'a [f64],
     pub(crate) mass: &'a [f64],
@@ -17,10 +17,10 @@ pub(crate) struct GrainBlock<'a, const D: usize, const R: usize> {
     pub(crate) listed: &'a [[f64; D]],
 }
 
-/// Grains that are moved side by side.
+/// Number of grains that are moved at once.
 const SIMD_GRAINS: usize = 4;
 
-/// Entries `4 c` to `4 c + 3` of the components of four grains, `N` each: of each its grain's number.
+/// Entries `4 c` to `4 c + 3` of the components of four grains, `N` each: the number of the grain of each entry.
 #[inline(always)]
 fn spread_by_grain<const N: usize>(numbers: Lanes, c: usize) -> Lanes {
     let numbers = numbers.to_array();
@@ -34,7 +34,7 @@ fn entries(column: &[f64], c: usize) -> Lanes {
     Lanes::new([own[0], own[1], own[2], own[3]])
 }
 
-/// For each of four grains the sum over its components of what stands grain by grain.
+/// Sums over the components of each of four grains, stored grain by grain.
 #[inline(always)]
 fn sum_by_grain<const D: usize>(parts: &[Lanes; D]) -> Lanes {
     let mut sum = Lanes::ZERO;
@@ -52,7 +52,7 @@ fn sum_lanes(lanes: Lanes) -> f64 {
     (a + b) + (c + d)
 }
 
-/// The first grain whose place or velocity is not finite, or the first of all.
+/// First grain whose position or velocity is not finite, or the first of all.
 fn first_lost<const D: usize>(position: &[[f64; D]], velocity: &[[f64; D]]) -> usize {
     let mut sizes = position.iter().zip(velocity).map(|(x, v)| dot(x, x) + dot(v, v));
     sizes.position(|size| !size.is_finite()).unwrap_or(0)
@@ -63,8 +63,8 @@ fn largest(lanes: Lanes) -> f64 {
 }
 
 impl<const D: usize, const R: usize> GrainBlock<'_, D, R> {
-    /// Moves grains under contact forces and gravity, four at once and component by component: what `Grain::advance` does to
-    /// them, to the last bit. How many it has moved: the rest of a block is left.
+    /// Moves grains under contact forces and gravity, four at once and component by component, equal to `Grain::advance` to the last
+    /// bit. Returns the number of moved grains: the rest of a block is left.
     pub(crate) fn integrate(
         &self,
         (drive, kick): (&ExternalActions<'_, D>, &LeapfrogKick),
@@ -136,7 +136,7 @@ mod tests {
     use crate::momentum::time_integration::{ExternalActions, GrainSums, integrate_grains};
     use crate::points::grains::Grains;
 
-    /// Grains of several sizes that move, turn and bear forces; those of the second block are held in part.
+    /// Grains of several sizes with velocities, spins and forces; those of the second block are held in part.
     fn grains<const D: usize, const R: usize>() -> Grains<D, R> {
         let mut grains = Grains::default();
         let wave = |k: usize| (k as f64 * 0.7).sin();
@@ -151,7 +151,7 @@ mod tests {
         grains
     }
 
-    /// A step under gravity and forces of their own, without damping.
+    /// Actions of gravity and applied forces, without damping.
     fn drive<const D: usize>(applied: &[[f64; D]]) -> ExternalActions<'_, D> {
         ExternalActions {
             dt: 1e-4,
@@ -174,7 +174,7 @@ mod tests {
     }
 
     fn compare<const D: usize, const R: usize>() {
-        // Forces of nothing send every grain through by itself.
+        // Zero applied forces select the scalar path.
         let (together, own) = moved::<D, R>(&[]);
         let (apart, other) = moved::<D, R>(&[[0.0; D]; 1500]);
         assert_eq!(together, apart);

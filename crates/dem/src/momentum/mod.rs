@@ -1,4 +1,4 @@
-//! Forces that act on grains beside contacts: gravity, damping, applied loads.
+//! Motion of grains: gravity, damping, applied forces and time integration.
 
 pub(crate) mod applied_forces;
 pub(crate) mod integrate_simd;

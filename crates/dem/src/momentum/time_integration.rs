@@ -1,4 +1,4 @@
-//! Grains move: leap-frog, velocities half a step ahead of positions (sheet: dem §3.4).
+//! Time integration: leap-frog, velocities half a step ahead of positions (sheet: dem §3.4).
 
 use crate::momentum::integrate_simd::GrainBlock;
 use rayon::prelude::*;
@@ -9,28 +9,28 @@ use crate::config::DampingForm;
 use crate::points::grains::{Grains, MIN_GRAINS_PER_TASK, inertia};
 use crate::points::vector::{difference, dot, norm};
 
-/// What moves grains beside contacts.
+/// External actions on grains: gravity, applied forces, damping, deformation of the cell.
 #[derive(Clone, Copy, Debug)]
 pub struct ExternalActions<'a, const D: usize> {
-    /// Step (s).
+    /// Time step (s).
     pub dt: f64,
-    /// The step before, zero at the start (s).
+    /// Length of the last step, zero at the start (s).
     pub last_step: f64,
-    /// Gravity (m/s²).
+    /// Gravitational acceleration (m/s²).
     pub gravity: [f64; D],
-    /// Forces on the grains that are neither gravity nor of contacts (N); empty where there are none.
+    /// Applied forces on the grains, without gravity and contacts (N); empty where there are none.
     pub applied: &'a [[f64; D]],
-    /// Local damping of each axis.
+    /// Local damping coefficient of each axis.
     pub damping: [f64; 3],
-    /// Its form.
+    /// Form of the local damping.
     pub form: DampingForm,
-    /// Damping by mass (1/s).
+    /// Mass-proportional damping (1/s).
     pub viscous: f64,
-    /// Velocity gradient of the cell (1/s), where velocities are damped against it.
+    /// Velocity gradient of the cell (1/s), where velocities are damped relative to it.
     pub rate: Option<[[f64; D]; D]>,
-    /// What takes places in the cell for which the lists were made to those now, less the corner they share (m).
+    /// Map from positions in the cell at the last list build to those in the present cell, relative to the common corner (m).
     pub cell_map: Option<([[f64; D]; D], [f64; D])>,
-    /// Change of the velocity gradient with this step (1/s), and the corner of the cell (m).
+    /// Change of the velocity gradient in this step (1/s), and the corner of the cell (m).
     pub gradient_change: Option<([[f64; D]; D], [f64; D])>,
 }
 
@@ -41,25 +41,25 @@ pub struct GrainSums<const D: usize> {
     pub kinetic: f64,
     /// Kinetic energy of rotations (J).
     pub rotation: f64,
-    /// Mass times velocity against the deformation of the cell, twice (J).
+    /// Twice the kinetic energy tensor of velocities relative to the deformation of the cell (J).
     pub kinetic_stress: [[f64; D]; D],
     /// Work of gravity in this step (J).
     pub gravity: f64,
     /// Work of applied forces (J).
     pub applied: f64,
-    /// Energy taken out by damping (J).
+    /// Energy dissipated by damping (J).
     pub damping: f64,
     /// Work of held grains (J).
     pub held: f64,
-    /// Work of the cell where its velocity gradient changes: done right after the time of the forces (J).
+    /// Work of the change of the velocity gradient of the cell, right after the time of the forces (J).
     pub cell: f64,
     /// Square of the largest velocity (m²/s²).
     pub max_speed_squared: f64,
-    /// Square of the largest way since the lists were made (m²).
+    /// Square of the largest displacement since the last list build (m²).
     pub max_travel_squared: f64,
     /// Sum of the squares of forces (N²).
     pub squares: f64,
-    /// First grain with a velocity that is not finite.
+    /// First grain whose velocity is not finite.
     pub lost: Option<u32>,
 }
 
@@ -102,7 +102,7 @@ impl<const D: usize> GrainSums<D> {
     }
 }
 
-/// Moves all grains by a step. `buffer` takes the sums of each block.
+/// Moves all grains by a step. `buffer` receives the sums of each block.
 pub fn integrate_grains<const D: usize, const R: usize>(
     grains: &mut Grains<D, R>,
     drive: &ExternalActions<'_, D>,
@@ -155,17 +155,17 @@ pub fn integrate_grains<const D: usize, const R: usize>(
     buffer.iter().fold(GrainSums::default(), GrainSums::add)
 }
 
-/// What a step does to all velocities alike.
+/// Leap-frog kick, equal for all velocities.
 pub(crate) struct LeapfrogKick {
     /// Time over which forces act (s).
     pub(crate) time: f64,
-    /// Share of it before the time of the forces.
+    /// Share of that time before the time of the forces.
     pub(crate) share: f64,
-    /// What is left of a velocity by damping by mass.
+    /// Factor of mass-proportional damping on a velocity.
     pub(crate) damping_factor: f64,
-    /// Time over which forces act on it, less what damping by mass takes (s).
+    /// Time over which forces act on the velocity, reduced by mass-proportional damping (s).
     pub(crate) force_time: f64,
-    /// Damping by mass (1/s).
+    /// Mass-proportional damping (1/s).
     viscous: f64,
 }
 
@@ -174,12 +174,12 @@ impl LeapfrogKick {
         let time = 0.5 * (drive.last_step + drive.dt);
         let slow = 1.0 / (1.0 + 0.5 * drive.viscous * time);
         let keep = (1.0 - 0.5 * drive.viscous * time) * slow;
-        // At the time of the forces, half a step after the old velocity.
+        // Position of the time of the forces, half a step after the old velocity.
         let share = if time > 0.0 { 0.5 * drive.last_step / time } else { 0.0 };
         Self { time, share, damping_factor: keep, force_time: slow * time, viscous: drive.viscous }
     }
 
-    /// The velocity after the step, and at the time of the forces, of what has this inertia: all components side by side.
+    /// Velocities after the step and at the time of the forces, for this inertia: all components at once.
     #[inline(always)]
     fn apply<const N: usize>(&self, v: &[f64; N], force: &[f64; N], inertia: f64) -> ([f64; N], [f64; N]) {
         let lanes = |of: &[f64; N]| Lanes::new(std::array::from_fn(|c| if c < N { of[c] } else { 0.0 }));
@@ -190,7 +190,7 @@ impl LeapfrogKick {
         (std::array::from_fn(|c| new[c]), std::array::from_fn(|c| now[c]))
     }
 
-    /// Energy that damping by mass takes (J).
+    /// Energy dissipated by mass-proportional damping (J).
     #[inline]
     fn viscous_loss<const N: usize>(
         &self,
@@ -208,14 +208,14 @@ impl LeapfrogKick {
 }
 
 impl<const D: usize> ExternalActions<'_, D> {
-    /// Whether nothing but contacts and gravity moves grains.
+    /// Whether only contacts and gravity act on the grains.
     fn is_gravity_only(&self) -> bool {
         let damped = self.damping != [0.0; 3] || self.viscous != 0.0;
         self.applied.is_empty() && !damped && self.gradient_change.is_none() && self.cell_map.is_none()
     }
 }
 
-/// One grain.
+/// State of one grain.
 struct Grain<'a, const D: usize, const R: usize> {
     held: bool,
     radius: f64,
@@ -225,7 +225,7 @@ struct Grain<'a, const D: usize, const R: usize> {
     applied: Option<&'a [f64; D]>,
 }
 
-/// Force of local damping against one component.
+/// Local damping force opposed to one velocity component (N).
 #[inline]
 fn local_damping(damping: f64, force: f64, velocity: f64) -> f64 {
     if velocity == 0.0 { 0.0 } else { -damping * force.abs() * velocity.signum() }
@@ -284,7 +284,7 @@ impl<const D: usize, const R: usize> Grain<'_, D, R> {
         }
     }
 
-    /// What a cell that deforms does: the momentum that its grains carry, and the velocity that it gives them.
+    /// Adds the velocity change by the deforming cell, its work, and the kinetic energy tensor of the grain.
     #[inline]
     fn add_cell_motion(
         &self,
@@ -306,13 +306,13 @@ impl<const D: usize, const R: usize> Grain<'_, D, R> {
         }
         let more = apply(change, &place);
         for c in 0..D {
-            // What the cell does to the grains with it is its work.
+            // Work of the cell on the grains that move with it.
             sums.cell += self.mass * (v[c] + 0.5 * more[c]) * more[c];
             v[c] += more[c];
         }
     }
 
-    /// Adds local damping to the force; the energy that it takes out (J).
+    /// Adds local damping to the force, and returns the energy dissipated (J).
     #[inline]
     fn damp(&self, drive: &ExternalActions<'_, D>, x: &[f64; D], v: &[f64; D], force: &mut [f64; D]) -> f64 {
         if drive.damping == [0.0; 3] {
@@ -340,7 +340,7 @@ impl<const D: usize, const R: usize> Grain<'_, D, R> {
     }
 }
 
-/// Turns a quaternion by an angular velocity over a step, or an angle in the plane (sheet: dem §3.4).
+/// Rotates a quaternion by an angular velocity over a step, or an angle in the plane (sheet: dem §3.4).
 pub fn rotate<const R: usize>(orientation: &mut [f64; 4], spin: &[f64; R], dt: f64) {
     if R == 1 {
         orientation[0] += spin[0] * dt;

@@ -1,5 +1,5 @@
-//! Pairs that can touch before grains have moved further, out of all that are listed. The others are apart and stay so for a while: no
-//! step looks at them. Forces and their order are those of the whole lists.
+//! Active pairs: listed pairs that can come into contact before grains have moved further. The other pairs stay apart for a while, and
+//! steps skip them. Forces and their order are those of the whole lists.
 
 use std::ops::Range;
 
@@ -11,60 +11,60 @@ use crate::neighbours::VerletLists;
 use crate::points::grains::Grains;
 use crate::points::vector::{WIDTH, difference, dot};
 
-/// Share of the skin up to which gaps are looked at, at least.
+/// Smallest gap of active pairs, as a share of the skin.
 const MIN_GAP_FRACTION: f64 = 1.0 / 16.0;
 
-/// Margin for round-off in sums of ways.
+/// Margin for round-off in sums of displacements.
 const ROUND_OFF_FACTOR: f64 = 1.0 - 1e-9;
 
-/// A pair, in one piece: it is copied as such from list to batch. Numbers count from the first grain and pair of its slab on.
+/// Active pair, copied as one record from list to batch. Numbers count from the first grain and pair of its slab on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(align(16))]
 pub struct ActivePair {
-    /// The first grain.
+    /// First grain.
     pub first: u32,
-    /// The other.
+    /// Second grain.
     pub second: u32,
     /// Number of the pair in its list.
     pub slot: u32,
-    /// Image of the other.
+    /// Image index of the second grain.
     pub image_index: u32,
 }
 
-/// Pairs of a slab, or across the seam, in the order of their list.
+/// Active pairs of a slab, or of the periodic pairs, in the order of their list.
 #[derive(Clone, Debug, Default)]
 pub struct ActivePairs {
-    /// The pairs; the last one again to fill up those that are looked at side by side.
+    /// The pairs; the last one is repeated to fill up the last SIMD group.
     pairs: Vec<ActivePair>,
     count: usize,
 }
 
-/// What is looked at in a step.
+/// Active pairs of all lists.
 #[derive(Clone, Debug, Default)]
 pub struct ActivePairLists {
-    /// Of each slab.
+    /// Active pairs of each slab.
     pub slabs: Vec<ActivePairs>,
-    /// Of the seam.
+    /// Active periodic pairs.
     pub periodic_pairs: ActivePairs,
-    /// How much nearer to each other than when they were listed grains may have come (m); `None` before it is known.
+    /// Approach of two grains since the list build for which the selection is valid (m); `None` before the first selection.
     reach: Option<f64>,
 }
 
 impl ActivePairLists {
-    /// Has the pairs chosen anew before the next step.
+    /// Invalidates the selection, so that the next step makes a new one.
     pub fn clear(&mut self) {
         self.reach = None;
     }
 }
 
 impl ActivePairs {
-    /// Pairs side by side, and how many of them count.
+    /// Groups of four pairs, and the number of valid ones in each.
     pub fn in_fours(&self) -> impl Iterator<Item = (&[ActivePair; WIDTH], usize)> {
         let (groups, _) = self.pairs.as_chunks();
         groups.iter().enumerate().map(|(n, group)| (group, (self.count - WIDTH * n).min(WIDTH)))
     }
 
-    /// Takes the pairs of some grains that remember something, or that were `near` when they were listed.
+    /// Selects those pairs of some grains that have a contact history, or were `near` at the list build.
     fn choose<const R: usize>(
         &mut self,
         pairs: &PairList<R>,
@@ -90,14 +90,14 @@ impl ActivePairs {
 }
 
 impl<const D: usize, const R: usize> VerletLists<D, R> {
-    /// Chooses no pairs, for steps that look at all that are listed.
+    /// Empties the selection, for steps that process all listed pairs.
     pub fn clear_active(&mut self) {
         self.active_pairs.clear();
         self.active_pairs.slabs.resize_with(self.slab_count(), ActivePairs::default);
     }
 
-    /// Chooses the pairs that a step looks at, where grains may have come `closer` to each other since they were listed (m) than the last
-    /// choice allows for. Shifts of images are those of the time of the lists where there are any, or else all pairs are chosen.
+    /// Selects the active pairs if the approach `closer` of grains since the list build (m) exceeds the last bound. `shifts` are
+    /// the image shifts at the list build; without them all pairs are selected.
     pub fn select_active(
         &mut self,
         grains: &Grains<D, R>,
@@ -108,7 +108,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         if self.active_pairs.reach.is_some_and(|reach| closer < ROUND_OFF_FACTOR * reach) {
             return;
         }
-        // Twice as far as now, so that ways that grow steadily have few choices made.
+        // Twice the present approach, so that few selections are made when displacements grow steadily.
         let wanted = (2.0 * closer).max(MIN_GAP_FRACTION * skin);
         let reach = if wanted < skin && shifts.is_some() { wanted } else { f64::INFINITY };
         let near = |i: usize, j: usize, code: usize| {
@@ -182,7 +182,7 @@ mod tests {
             );
             grains.position.clone_from(&grains.listed);
             for x in &mut grains.position {
-                // Half of the way of the two, along a diagonal.
+                // Half of the approach of the two, along a diagonal.
                 let way = 0.5 * closer / 3f64.sqrt();
                 x.iter_mut().for_each(|c| *c += if random.random() { way } else { -way });
             }

@@ -1,13 +1,13 @@
-//! Pairs that classes of sizes find, listed as cells of one width would list them.
+//! Pairs found by size classes, listed in the order of a uniform grid.
 
 use crate::boundary::periodic_cell::PeriodicCell;
 use crate::neighbours::{MAX_DIMENSION, PairCriterion, VerletLists, cell_of, count_sort};
 
-/// Largest over smallest radius beyond which grains are searched for class by class (sheet: dem §3.2).
+/// Ratio of largest to smallest radius beyond which pairs are searched for by size classes (sheet: dem §3.2).
 const MIN_SIZE_RATIO: f64 = 3.0;
 
-/// Pairs that were found in no order: the grain that lists each, the place of the other's cell among those ahead, the other
-/// grain, and its image; whether they go across the seam.
+/// Unordered pairs: the grain that lists each, the place of the other's cell among the cells ahead, the other grain, and its image;
+/// whether they are periodic pairs.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FoundPairs {
     pairs: Vec<(u32, u8, u32, u8, bool)>,
@@ -17,21 +17,21 @@ pub(super) struct FoundPairs {
 }
 
 impl<const D: usize, const R: usize> VerletLists<D, R> {
-    /// Whether radii differ so much that cells of one width would hold too many of the small grains.
+    /// Whether radii differ so much that uniform cells would contain too many small grains.
     pub(super) fn is_wide(&self, radii: &[f64]) -> bool {
         let ends = |(low, high): (f64, f64), r: &f64| (low.min(*r), high.max(*r));
         let (low, high) = radii.iter().fold((f64::INFINITY, 0.0), ends);
         !self.uniform_cells && high > MIN_SIZE_RATIO * low
     }
 
-    /// Lists the pairs that classes of sizes find, as if cells of one width had found them.
+    /// Lists the pairs found by size classes, in the order of uniform cells.
     pub(super) fn find_by_class(&mut self, look: &PairCriterion<'_, D, R>, all: bool) {
         let grains = look.grains;
         let Self {
             found, classes, slab_pairs: inner, periodic_pairs: seam, keys, order, counts, axes, ..
         } = self;
         let cells = UniformCells { counts: *counts, axes: *axes, keys, order };
-        // Positions are finite: `build` has looked.
+        // Positions are finite: `build` has checked them.
         let built = classes.build(&grains.position, &grains.radius, look.cell, look.gap);
         debug_assert!(built.is_ok(), "{built:?}");
         let FoundPairs { pairs, starts, order, keys } = found;
@@ -61,7 +61,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
     }
 }
 
-/// Cells of one width, and which grains are in them.
+/// Uniform cells, and the cell of each grain.
 struct UniformCells<'a> {
     counts: [usize; MAX_DIMENSION],
     axes: [usize; MAX_DIMENSION],
@@ -70,7 +70,7 @@ struct UniformCells<'a> {
 }
 
 impl UniformCells<'_> {
-    /// How cells of one width list a pair whose second grain is `steps` cells away: `None` where they would not see it.
+    /// Place in the list of uniform cells of a pair whose second grain is `steps` cells away: `None` where they would not list it.
     fn listed<const D: usize>(
         &self,
         (i, j): (usize, usize),
@@ -116,7 +116,7 @@ mod tests {
     use crate::points::grains::Grains;
     use crate::points::vector::{difference, dot};
 
-    /// Grains at random in a cell, radii between two ends, most of them small, some held.
+    /// Random grains in a cell, with radii between two bounds, most of them small, some held.
     fn grains<const D: usize, const R: usize>(
         count: usize,
         [low, most]: [f64; 2],
@@ -136,7 +136,7 @@ mod tests {
         grains
     }
 
-    /// Pairs by ids, the smaller first.
+    /// Pairs by ids, the smaller one first.
     fn ids<const D: usize, const R: usize>(
         lists: &VerletLists<D, R>,
         grains: &Grains<D, R>,
@@ -151,7 +151,7 @@ mod tests {
         all
     }
 
-    /// Pairs by looking at all of them, over all images.
+    /// Pairs by a search over all grains and all images.
     fn brute<const D: usize, const R: usize>(
         grains: &Grains<D, R>,
         cell: &PeriodicCell<D>,
@@ -191,7 +191,7 @@ mod tests {
         cell.h[0][D - 1] = if periodic[0] && periodic[D - 1] { shear } else { 0.0 };
         cell.reduce();
         let mut drawn = grains::<D, R>(count, ends, &cell, seed);
-        // Whatever was drawn, there is one of either end.
+        // Both radius bounds occur, whatever was drawn.
         (drawn.radius[0], drawn.radius[1]) = (ends[0], ends[1]);
         let reach = ListReach { gap, radius: drawn.radii().1 };
         let (mut by_class, mut by_cell) = (drawn.clone(), drawn.clone());
@@ -204,7 +204,7 @@ mod tests {
         let set: BTreeSet<(u32, u32)> = found.iter().copied().collect();
         prop_assert_eq!(set.len(), found.len());
         prop_assert_eq!(set, brute(&drawn, &cell, gap));
-        // The same lists as those of cells of one width, in the same order.
+        // The lists are equal to those of uniform cells, in the same order.
         prop_assert_eq!(&by_class.id, &by_cell.id);
         for (a, b) in [(&classes.slab_pairs, &one.slab_pairs), (&classes.periodic_pairs, &one.periodic_pairs)]
         {
@@ -228,7 +228,7 @@ mod tests {
             gap in 0.0..0.3f64,
             seed in any::<u64>(),
         ) {
-            // Cells of one width are fewer than three along an axis where grains are large.
+            // Uniform cells are fewer than three along an axis where grains are large.
             let of = (count, [most / ratio, most], gap);
             same_pairs::<2, 1>([axes[0], axes[1]], shear, of, seed)?;
             same_pairs::<3, 3>(axes, shear, of, seed)?;

@@ -1,4 +1,4 @@
-//! When lists are made anew, and how.
+//! Rebuild of the Verlet lists: criterion and steps.
 
 use colluvium_case::SolverError;
 
@@ -14,12 +14,12 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.skin + self.laws.rupture_distance
     }
 
-    /// Whether a pair may have come near that is not listed (sheet: dem §3.2).
+    /// Whether a pair that is not listed may have come near (sheet: dem §3.2).
     pub(crate) fn is_stale(&self) -> bool {
         !self.since_list_build.cell.is_some_and(|then| self.max_approach(&then) <= self.skin)
     }
 
-    /// How much nearer to each other grains of a pair near each other may have come since the lists were made (m), with the cell `then`.
+    /// Bound on the approach of two neighbouring grains since the list build (m), with the cell matrix `then` of that time.
     fn max_approach(&self, then: &[[f64; D]; D]) -> f64 {
         let mut strain = 0.0;
         if self.cell.is_periodic() && *then != self.cell.h {
@@ -34,16 +34,16 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         2.0 * self.since_list_build.grain_travel + strain.sqrt() * reach + self.since_list_build.wall_travel
     }
 
-    /// Chooses the listed pairs that the step looks at.
+    /// Selects the active pairs of the step.
     pub(crate) fn select_active_pairs(&mut self) {
         let closer = self.since_list_build.cell.map_or(f64::INFINITY, |then| self.max_approach(&then));
-        // In a cell that has moved since, images have other shifts than when they were listed.
+        // In a cell that has deformed since, the image shifts differ from those at the list build.
         let shifts =
             (self.since_list_build.cell == Some(self.cell.h)).then_some(self.scratch.shifts.as_slice());
         self.lists.select_active(&self.grains, shifts, closer, self.skin);
     }
 
-    /// Sorts grains and lists pairs and grains near walls.
+    /// Sorts the grains, and builds the pair lists and the list of grains near walls.
     pub(crate) fn build_lists(&mut self) -> Result<(), SolverError> {
         self.cell.reduce();
         self.wrap()?;
@@ -63,7 +63,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         Ok(())
     }
 
-    /// Finds the facets of obstacles that grains touch where they are.
+    /// Finds the obstacle facets in contact with grains at their present positions.
     pub(crate) fn find_facets(&mut self) {
         if !self.wall_list.key.is_empty() {
             let (grains, bridge) = (&self.grains, self.laws.rupture_distance);
@@ -72,7 +72,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
-    /// Brings grains back into a periodic cell; stops at those that have left it elsewhere.
+    /// Wraps grains into a periodic cell; fails for grains that have left the domain along other axes.
     fn wrap(&mut self) -> Result<(), SolverError> {
         let (unit, _) = inverse(&self.cell.h);
         let cell = self.cell;
@@ -129,7 +129,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 }
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// Sets the springs across all contacts to zero.
+    /// Sets the tangential springs of all contacts to zero.
     pub(crate) fn reset_contacts(&mut self) {
         for memory in [
             &mut self.lists.slab_pairs.histories,
@@ -142,7 +142,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
-    /// Keeps the grains of some bodies; contacts of the others are forgotten.
+    /// Keeps the grains that `keep` selects; contacts of the others are removed.
     pub(crate) fn retain_grains(&mut self, keep: impl Fn(u32, &[f64; D]) -> bool) {
         let kept: Vec<bool> = {
             let g = &self.grains;

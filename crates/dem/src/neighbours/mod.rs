@@ -1,11 +1,11 @@
-//! Lists of pairs (sheet: dem §3.2): grains sorted by cell, each pair once, in slabs that can be worked on side by side.
+//! Verlet lists (sheet: dem §3.2): grains sorted by cell, each pair once, in slabs that can be processed in parallel.
 //!
 //! Cells are as wide as the longest reach of two grains. A slab is a run of layers of cells across the axis with most of
-//! them; what a grain of slab `s` finds ahead is in slab `s` or `s + 1`. Slabs of the same parity therefore touch different
-//! grains. Pairs across the seam, where the last layer meets the first one again, are a list of their own.
+//! them; the pairs of a grain of slab `s` have their second grain in slab `s` or `s + 1`. Slabs of equal parity therefore have
+//! no grain in common. Pairs across the periodic boundary, between the last layer and the first, are a separate list.
 //!
-//! Where the largest grain is more than three times as wide as the smallest, [`classes`] finds the pairs. They are listed under
-//! the grains and in the order in which cells of one width find them, so that nothing but time tells the two searches apart.
+//! Where the largest grain is more than three times as wide as the smallest, [`size_classes`] finds the pairs. They are listed under
+//! the grains and in the order of uniform cells, so that the two searches differ only in time.
 
 pub mod active_pairs;
 mod class_pairs;
@@ -26,19 +26,19 @@ use crate::contact::contact_histories::{ContactHistories, HistoryColumns, PairLi
 use crate::points::grains::Grains;
 use crate::points::vector::{difference, dot};
 
-/// Grains of a slab, at least.
+/// Smallest number of grains of a slab.
 const MIN_SLAB_GRAINS: usize = 384;
 
-/// The lists, and the buffers to make them.
+/// Verlet lists, and the buffers to build them.
 #[derive(Default)]
 pub struct VerletLists<const D: usize, const R: usize> {
-    /// Pairs of each grain with those ahead.
+    /// Pairs of each grain with grains ahead, within and between slabs.
     pub slab_pairs: PairList<R>,
-    /// Pairs across the seam.
+    /// Pairs across the periodic boundary.
     pub periodic_pairs: PairList<R>,
     /// First grain of each slab, and the number of grains.
     pub slabs: Vec<u32>,
-    /// Pairs that a step looks at where contacts are worked on side by side.
+    /// Active pairs, for the SIMD kernels.
     pub active_pairs: ActivePairLists,
     /// First cell of each slab, and the number of cells.
     cells: Vec<u32>,
@@ -52,14 +52,14 @@ pub struct VerletLists<const D: usize, const R: usize> {
     scratch: ScratchBuffers,
     classes: SizeClasses<D>,
     found: FoundPairs,
-    /// Whether cells of one width serve grains of all sizes.
+    /// Whether uniform cells are used for grains of all sizes.
     pub uniform_cells: bool,
 }
 
-/// Entries of arrays over axes, of which the first `D` count.
+/// Length of arrays over axes, of which the first `D` entries count.
 const MAX_DIMENSION: usize = 3;
 
-/// What contacts remember while their lists are made anew.
+/// Contact histories during a list build.
 #[derive(Clone, Debug, Default)]
 struct CarriedHistories<const R: usize> {
     first: Vec<u32>,
@@ -70,7 +70,7 @@ struct CarriedHistories<const R: usize> {
     used: Vec<bool>,
 }
 
-/// Place of cell `number` along each axis, of so many cells along each and in this order of the axes.
+/// Index of cell `number` along each axis, for these counts along each axis and this order of the axes.
 fn cell_of<const D: usize>(
     number: usize,
     counts: &[usize; MAX_DIMENSION],
@@ -84,7 +84,7 @@ fn cell_of<const D: usize>(
     own
 }
 
-/// How far grains see each other.
+/// Reach of the pair lists.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ListReach {
     /// Gap up to which pairs are listed (m).
@@ -93,7 +93,7 @@ pub struct ListReach {
     pub radius: f64,
 }
 
-/// Why lists cannot be made.
+/// Error of a list build.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ListError {
     /// The search fails.
@@ -104,7 +104,7 @@ pub enum ListError {
     Stretched(u32),
 }
 
-/// Which image of a cell a neighbouring one is.
+/// Neighbouring cell and its image.
 #[derive(Clone, Copy)]
 struct NeighbourCell<const D: usize> {
     cell: [usize; D],
@@ -112,11 +112,11 @@ struct NeighbourCell<const D: usize> {
     is_periodic: bool,
 }
 
-/// What decides whether two grains are a pair.
+/// Criterion of a listed pair.
 struct PairCriterion<'a, const D: usize, const R: usize> {
     grains: &'a Grains<D, R>,
     cell: &'a PeriodicCell<D>,
-    /// Inverse of the cell's edges.
+    /// Inverse of the cell matrix.
     unit: [[f64; D]; D],
     shifts: &'a [([f64; D], [f64; D])],
     gap: f64,
@@ -134,7 +134,7 @@ impl<const D: usize, const R: usize> PairCriterion<'_, D, R> {
         }
     }
 
-    /// The image of grain `j`, `steps` cells away, where it is near grain `i` and not both are held.
+    /// Image index of grain `j`, `steps` cells away, where it is near grain `i` and not both are held.
     #[inline]
     fn near(&self, i: usize, j: usize, steps: [i32; D]) -> Option<u8> {
         let grains = self.grains;
@@ -150,7 +150,7 @@ impl<const D: usize, const R: usize> PairCriterion<'_, D, R> {
         (dot(&apart, &apart) < limit * limit).then_some(code)
     }
 
-    /// Lists all later grains that are near grain `i`, by the nearest of their images.
+    /// Lists all later grains that are near grain `i`, by their nearest image.
     fn all(&self, i: usize, pairs: &mut PairList<R>) {
         let own = self.cell.reduced(&self.unit, &self.grains.position[i]);
         for j in i + 1..self.grains.len() {
@@ -169,8 +169,8 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         self.slabs.len().saturating_sub(1)
     }
 
-    /// Sorts the grains by cell and lists their pairs; what contacts remember goes along. Positions must lie in the cell
-    /// along its periodic axes.
+    /// Sorts the grains by cell and lists their pairs, with the contact histories. Positions must lie in the cell along its
+    /// periodic axes.
     ///
     /// # Errors
     /// When positions are not finite or spread too far, the cell is too narrow, or a bond is too long.
@@ -207,7 +207,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         self.restore_histories(grains, columns)
     }
 
-    /// Forgets pairs of grains that go, whose new place is `u32::MAX`; the lists are to be made anew.
+    /// Removes pairs of removed grains, whose new number is `u32::MAX`; the lists must be rebuilt afterwards.
     pub fn remove_grains(&mut self, place: &[u32], columns: HistoryColumns) {
         let count = place.iter().filter(|place| **place != u32::MAX).count();
         for pairs in [&mut self.slab_pairs, &mut self.periodic_pairs] {
@@ -229,7 +229,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         }
     }
 
-    /// Keeps what contacts remember.
+    /// Stores the contact histories.
     fn store_histories(&mut self, columns: HistoryColumns) {
         let carried = &mut self.carried;
         carried.first.clear();
@@ -246,7 +246,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         }
     }
 
-    /// Bins the grains; whether cells are too few to tell images apart, so that all pairs are looked at.
+    /// Sorts the grains into cells; returns whether cells are too few to distinguish images, so that all pairs are checked.
     fn bin(&mut self, positions: &[[f64; D]], cell: &PeriodicCell<D>, reach: f64) -> Result<bool, ListError> {
         let (unit, _) = inverse(&cell.h);
         let widths = cell.widths();
@@ -289,7 +289,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         Ok(few)
     }
 
-    /// Cuts slabs of whole layers.
+    /// Divides the layers of cells into slabs.
     fn cut_slabs(&mut self, grains: usize, all: bool) {
         self.slabs.clear();
         self.slabs.push(0);
@@ -346,7 +346,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         }
     }
 
-    /// Pairs of the grains of some cells, within the slabs and across the seam; where those of each grain end.
+    /// Pairs of the grains of some cells, within the slabs and across the periodic boundary, with the end of those of each grain.
     fn find_in(&self, look: &PairCriterion<'_, D, R>, cells: Range<u32>, all: bool) -> [PairList<R>; 2] {
         let [mut inner, mut seam] = [PairList::default(), PairList::default()];
         let mut neighbours: Vec<NeighbourCell<D>> = Vec::new();
@@ -408,14 +408,14 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         }
     }
 
-    /// Gives contacts that are listed again what they remember.
+    /// Restores the histories of contacts that are listed again.
     fn restore_histories(&mut self, grains: &Grains<D, R>, columns: HistoryColumns) -> Result<(), ListError> {
         let count = grains.len();
         let carried = &mut self.carried;
         for column in [&mut carried.first, &mut carried.second] {
             column.iter_mut().for_each(|grain| *grain = self.place[*grain as usize]);
         }
-        // Entries under either grain.
+        // Entries under both grains.
         carried.starts.clear();
         carried.starts.resize(count + 1, 0);
         for &grain in carried.first.iter().chain(&carried.second) {
@@ -469,7 +469,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
     }
 }
 
-/// Sorts by key, ties in their order: where each key begins, and the order.
+/// Stable counting sort by key: first index of each key, and the order.
 fn count_sort(keys: &[u32], most: usize, starts: &mut Vec<u32>, order: &mut Vec<u32>) {
     starts.clear();
     starts.resize(most + 1, 0);
@@ -486,7 +486,7 @@ fn count_sort(keys: &[u32], most: usize, starts: &mut Vec<u32>, order: &mut Vec<
         order[*slot as usize] = item as u32;
         *slot += 1;
     }
-    // Every start has become the next key's start.
+    // Every start has become that of the next key.
     starts.rotate_right(1);
     starts[0] = 0;
 }

@@ -1,51 +1,51 @@
-//! Search among grains of very different sizes: a grid for each class of radii (sheet: dem §3.2).
+//! Search among grains of very different sizes: one grid per size class (sheet: dem §3.2).
 //!
-//! A class has the radii between a power of one half of the largest and the next one; the cells of its grid are as wide as the
-//! reach of two of its largest grains. A grain looks around itself in the grid of its own class and in those of the larger
-//! ones, so that the smaller grain of a pair finds it and small grains never look through a cell of the largest.
+//! A class contains the radii between a power of one half of the largest and the next one; the cells of its grid are as wide as the
+//! reach of two of its largest grains. A grain searches the grid of its own class and those of the larger ones: the smaller
+//! grain of a pair finds the pair, and no search runs over the small grains in a cell as wide as the largest.
 
 use colluvium_points::SearchError;
 
 use crate::boundary::periodic_cell::{PeriodicCell, inverse};
 
-/// Classes, at most; the last one has all that are smaller.
+/// Largest number of classes; the last one contains all smaller grains.
 const CLASSES: usize = 12;
 
-/// Cells of a grid for each of its grains, at most: beyond it cells are wider than they need to be.
+/// Largest number of grid cells per grain: beyond it cells are wider than necessary.
 const CELLS_A_GRAIN: f64 = 4.0;
 
-/// Share of a cell by which a search reaches beyond what it must find.
+/// Share of a cell by which a search exceeds the required reach, for round-off.
 const ROUND_OFF: f64 = 1e-9;
 
-/// The grid of a class.
+/// Grid of a size class.
 #[derive(Clone, Debug, Default)]
 struct ClassGrid<const D: usize> {
     /// Largest radius (m).
     radius: f64,
     /// Cells along each axis.
     counts: Vec<usize>,
-    /// Cells to a unit of each reduced coordinate.
+    /// Cells per unit of each reduced coordinate.
     scale: Vec<f64>,
     starts: Vec<u32>,
     /// Grains by cell, ascending within one.
     members: Vec<u32>,
 }
 
-/// Grids of all classes of a set of balls.
+/// Grids of all size classes of a set of balls.
 #[derive(Clone, Debug, Default)]
 pub struct SizeClasses<const D: usize> {
     grids: Vec<ClassGrid<D>>,
     class: Vec<u8>,
-    /// Reduced coordinates less those of the lowest grain along axes that don't repeat themselves.
+    /// Reduced coordinates, along axes that are not periodic relative to the lowest grain.
     place: Vec<[f64; D]>,
     periodic: Vec<bool>,
-    /// Reduced coordinate to a metre across the cell's sides.
+    /// Reduced coordinate per metre across the sides of the cell (1/m).
     per_metre: Vec<f64>,
     gap: f64,
     keys: Vec<u32>,
 }
 
-/// The class of a radius, of which the largest is `most`.
+/// Size class of a radius, of which the largest is `most`.
 fn class_of(radius: f64, most: f64) -> u8 {
     let (mut class, mut bound) = (0u8, 0.5 * most);
     while radius <= bound && usize::from(class) < CLASSES - 1 {
@@ -132,7 +132,7 @@ impl<const D: usize> SizeClasses<D> {
     }
 
     /// Calls `visit` once for each two balls that may be within the gap, `i` and `j`, with the lattice steps to the image of the
-    /// second that is near the first. Where a cell is narrower than four reaches two images of it may be.
+    /// second one near the first. Where a cell is narrower than four reaches there may be two such images.
     pub fn visit(&self, radii: &[f64], mut visit: impl FnMut(usize, usize, [i32; D])) {
         for (i, radius) in radii.iter().enumerate() {
             let own = usize::from(self.class[i]);
@@ -141,7 +141,7 @@ impl<const D: usize> SizeClasses<D> {
                     continue;
                 }
                 self.around(grid, i, radius + grid.radius + self.gap, |j, steps| {
-                    // Of two in one class the first finds the second.
+                    // Of two grains in one class the first finds the second.
                     if class < own || j > i {
                         visit(i, j, steps);
                     }
@@ -150,7 +150,7 @@ impl<const D: usize> SizeClasses<D> {
         }
     }
 
-    /// Balls in the cells of a grid that `reach` (m) around ball `i` touches.
+    /// Visits the balls in the grid cells within `reach` (m) of ball `i`.
     #[inline]
     fn around(&self, grid: &ClassGrid<D>, i: usize, reach: f64, mut visit: impl FnMut(usize, [i32; D])) {
         let (mut low, mut spans) = ([0i64; D], [1i64; D]);

@@ -1,6 +1,6 @@
 //! Facets of obstacles in contact with grains.
 //!
-//! The room reads surfaces of `colluvium-points` and returns contacts.
+//! This module reads surfaces of `colluvium-points` and returns contacts.
 
 pub(crate) mod facet;
 pub(crate) mod obstacle_facets;

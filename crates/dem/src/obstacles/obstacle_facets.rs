@@ -1,4 +1,4 @@
-//! Grains near obstacles: which facets they touch, with a contact for each (sheet: dem §2.10).
+//! Facets of obstacles in contact with grains, one contact for each (sheet: dem §2.10).
 
 use colluvium_points::surface::{ContactQuery, NearestPoint};
 
@@ -6,12 +6,12 @@ use crate::boundary::walls::{RigidWall, WallList};
 use crate::contact::CONTACT_APART;
 use crate::obstacles::facet::{Facet, MAX_FACETS, NO_FACET};
 
-/// Cosine of the angle between normals up to which a contact goes on as it changes from facet to facet.
+/// Smallest cosine between two facet normals for which a contact continues from one facet to the other.
 const MIN_NORMAL_COSINE: f64 = 0.999;
 
 impl<const R: usize> WallList<R> {
-    /// Finds the facets that grains with radii and `bridge` (m) around their places touch. A contact stays with its facet; one
-    /// whose facet is no longer touched goes on with a new one of nearly the same normal, and ends otherwise.
+    /// Finds the facets within the radius plus `bridge` (m) of each grain. A contact stays with its facet; one
+    /// whose facet is no longer near continues with a new one of nearly the same normal, and ends otherwise.
     pub fn find_facets<const D: usize>(
         &mut self,
         walls: &[RigidWall<D>],
@@ -35,7 +35,7 @@ impl<const R: usize> WallList<R> {
         }
     }
 
-    /// Gives the slots from `first` on the places that are touched.
+    /// Assigns the facets near a grain to its slots from `first` on.
     fn match_slots<const D: usize>(&mut self, first: usize, places: &[NearestPoint<D>], reach: f64) {
         let slots = first..first + MAX_FACETS;
         let mut taken = [false; MAX_FACETS];
@@ -64,7 +64,7 @@ impl<const R: usize> WallList<R> {
             }
         }
         for k in slots.filter(|k| !taken[*k - first]) {
-            // Out of touch: a contact that is left ends, with the normal it had.
+            // Facet no longer near: the remaining contact ends, with its last normal.
             self.facet[k].distance = reach;
             if self.memory.state[k] == CONTACT_APART {
                 self.key[k] = NO_FACET;

@@ -1,10 +1,10 @@
-//! From grains to continuum fields by coarse graining (Goldhirsch; sheet: dem §3.9): density, velocity, kinetic and contact
+//! Coarse graining of grains to continuum fields (Goldhirsch; sheet: dem §3.9): density, velocity, kinetic and contact
 //! stress at the nodes of a lattice, for any state of a run.
 //!
-//! Each grain is spread by a kernel of the given width, each contact along the line between the two centres. So density
-//! integrates to the mass, momentum to the momentum and contact stress to `-Σ F ⊗ l`, whatever the width: it only says how
-//! fine the fields are. Below two mean diameters they show single grains. Contacts with walls are spread from the place on
-//! the wall to the centre.
+//! Each grain is smoothed by a kernel of the given width, each contact along the line between the two centres. Therefore density
+//! integrates to the mass, momentum to the momentum and contact stress to `-Σ F ⊗ l`, whatever the width, which only sets
+//! the resolution of the fields. Below two mean diameters they show single grains. Contacts with walls are smoothed from the
+//! contact point on the wall to the centre.
 
 use colluvium_case::{Dataset, DatasetGeometry, Field, FieldData, Lattice, spatial};
 use colluvium_constitutive::SymTensor;
@@ -14,7 +14,7 @@ use crate::contact::Contact;
 use crate::points::vector::{difference, dot};
 use crate::solver::DemSolver;
 
-/// Places and weights of the rule of Gauss and Legendre along a branch, on 0 to 1.
+/// Points and weights of Gauss–Legendre quadrature along a branch, on 0 to 1.
 const GAUSS_RULE: [(f64, f64); 5] = [
     (0.046_910_077_030_668, 0.118_463_442_528_094_5),
     (0.230_765_344_947_158_5, 0.239_314_335_249_683_2),
@@ -28,32 +28,32 @@ const GAUSS_RULE: [(f64, f64); 5] = [
 pub struct CoarseGrainingNodes<const D: usize> {
     /// The first node (m).
     pub origin: [f64; D],
-    /// Distance of the nodes (m).
+    /// Spacing of the nodes (m).
     pub spacing: f64,
-    /// Their number along each axis; the first runs fastest.
+    /// Number of nodes along each axis; the first axis runs fastest.
     pub count: [usize; D],
 }
 
-/// Fields at a node.
+/// Coarse-grained fields at a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoarseFields<const D: usize> {
     /// Mass over volume (kg/m³; in the plane kg/m³ of a slice one metre thick).
     pub density: f64,
     /// Momentum over mass (m/s); zero where there is no grain.
     pub velocity: [f64; D],
-    /// Stress of the velocities beside the mean one, `-Σ m v' ⊗ v' W` (Pa, tension-positive).
+    /// Kinetic stress of the velocities relative to the mean one, `-Σ m v' ⊗ v' W` (Pa, tension-positive).
     pub kinetic: SymTensor,
-    /// Stress of contacts, `-Σ F ⊗ l ∫ W` (Pa, tension-positive), its symmetric part.
+    /// Symmetric part of the contact stress, `-Σ F ⊗ l ∫ W` (Pa, tension-positive).
     pub contact: SymTensor,
 }
 
 impl<const D: usize> CoarseFields<D> {
-    /// Where there is nothing.
+    /// Fields without grains.
     const EMPTY: Self =
         Self { density: 0.0, velocity: [0.0; D], kinetic: SymTensor::ZERO, contact: SymTensor::ZERO };
 }
 
-/// The kernel of Lucy, `c (1 + 3 q) (1 - q)³` with `q` the distance over its width.
+/// Lucy kernel, `c (1 + 3 q) (1 - q)³` with `q` the distance over the width.
 #[derive(Clone, Copy, Debug)]
 struct CoarseGrainingKernel<const D: usize> {
     width: f64,
@@ -79,12 +79,12 @@ impl<const D: usize> CoarseGrainingNodes<D> {
         self.count.iter().product()
     }
 
-    /// Whether there are none.
+    /// Whether there are no nodes.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Place of node number `index` (m).
+    /// Position of node number `index` (m).
     pub fn place(&self, index: usize) -> [f64; D] {
         let mut rest = index;
         std::array::from_fn(|c| {
@@ -127,14 +127,14 @@ impl<const D: usize> CoarseGrainingNodes<D> {
     }
 }
 
-/// `a ⊗ b`, its symmetric part.
+/// Symmetric part of `a ⊗ b`.
 fn outer<const D: usize>(a: &[f64; D], b: &[f64; D]) -> SymTensor {
     let at = |v: &[f64; D], c: usize| v.get(c).copied().unwrap_or(0.0);
     let entry = |i: usize, j: usize| 0.5 * (at(a, i) * at(b, j) + at(a, j) * at(b, i));
     SymTensor([entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(1, 2), entry(2, 0)])
 }
 
-/// Shifts of the images of a periodic cell (m), the cell itself included.
+/// Shifts (m) of the images of a periodic cell, the cell itself included, and their velocities (m/s).
 fn images<const D: usize>(cell: &PeriodicCell<D>) -> Vec<([f64; D], [f64; D])> {
     let mut all = Vec::new();
     cell.shifts(&mut all);
@@ -146,8 +146,8 @@ fn images<const D: usize>(cell: &PeriodicCell<D>) -> Vec<([f64; D], [f64; D])> {
 }
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// Continuum fields at `nodes` from the grains as they are now, by a kernel of Lucy of this `width` (m), over the ends of
-    /// periods too. Velocities are those half a step before the positions, as they are kept.
+    /// Continuum fields at `nodes` from the present grains, by a Lucy kernel of this `width` (m), across periodic boundaries
+    /// too. Velocities are those half a step before the positions, as stored.
     pub fn coarse_grained(&self, nodes: &CoarseGrainingNodes<D>, width: f64) -> Vec<CoarseFields<D>> {
         let kernel = CoarseGrainingKernel::<D>::new(width);
         let images = images(&self.cell);
@@ -190,7 +190,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 }
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// The fields at the nodes of `output.grid`.
+    /// Coarse-grained fields at the nodes of `output.grid`.
     pub(crate) fn coarse_grained_dataset(&self, lattice: Lattice) -> Dataset {
         let nodes = CoarseGrainingNodes {
             origin: std::array::from_fn(|c| lattice.low[c]),

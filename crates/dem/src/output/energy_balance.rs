@@ -1,4 +1,4 @@
-//! The energy balance (sheet: dem §2.14): what there is, what came in, what went, all at the time of the last forces.
+//! Energy balance (sheet: dem §2.14): stored energy, energy input and dissipation, all at the time of the last forces.
 
 use colluvium_case::measure::ScalarOutput;
 use serde::{Deserialize, Serialize};
@@ -6,31 +6,31 @@ use serde::{Deserialize, Serialize};
 use crate::contact::ContactEnergies;
 use crate::momentum::time_integration::GrainSums;
 
-/// A bond that has broken.
+/// Record of a broken bond.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BrokenBond {
-    /// When (s).
+    /// Time of the breakage (s).
     pub time: f64,
-    /// Ids of its grains.
+    /// Ids of the two grains.
     pub ids: [u32; 2],
-    /// Half way between these, or the centre of the first where they met across a side of a periodic cell (m).
+    /// Midpoint of the two grains, or the centre of the first one for a pair across a periodic boundary (m).
     pub place: [f64; 3],
 }
 
-/// Energies (J).
+/// Energy balance of a run (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergyBalance {
     /// Kinetic energy of centres.
     pub kinetic: f64,
     /// Kinetic energy of rotations.
     pub rotation: f64,
-    /// Energy of overlaps.
+    /// Elastic energy of overlaps.
     pub elastic: f64,
-    /// Energy of springs across.
+    /// Elastic energy of tangential springs.
     pub elastic_tangential: f64,
-    /// Energy of springs against rolling and twisting.
+    /// Elastic energy of rolling and torsion springs.
     pub elastic_rolling: f64,
-    /// Energy of bonds.
+    /// Elastic energy of bonds.
     pub elastic_bonds: f64,
     /// Work of gravity since the start.
     pub gravity: f64,
@@ -40,31 +40,31 @@ pub struct EnergyBalance {
     pub boundary: f64,
     /// Kinetic energy of grains that entered since the start.
     pub entered: f64,
-    /// Changes between stages: other laws, velocities set.
+    /// Energy changes between stages: other laws, velocities set.
     pub stage_changes: f64,
-    /// Taken by friction.
+    /// Energy dissipated by friction.
     pub friction: f64,
-    /// Taken by dashpots.
+    /// Energy dissipated by dashpots.
     pub dashpots: f64,
-    /// Taken by resistance against rolling and twisting.
+    /// Energy dissipated by rolling and torsion resistance.
     pub rolling: f64,
-    /// Taken where springs are rescaled or vanish.
+    /// Energy lost where springs are rescaled or end with their contact.
     pub rescaled: f64,
-    /// Taken by attraction; negative where it gives.
+    /// Work against attraction; negative where attraction does the work.
     pub attraction: f64,
-    /// Taken by bonds that broke.
+    /// Energy of bonds that broke.
     pub broken: f64,
-    /// Taken by damping.
+    /// Energy dissipated by damping.
     pub damping: f64,
-    /// What there was at the start.
+    /// Stored energy at the start.
     pub start: Option<f64>,
-    /// What of gravity, damping, held grains and applied forces belongs to the half step that follows.
+    /// Shares of gravity, damping, held grains and applied forces in the half step that follows.
     next_half_step: [f64; 4],
-    /// The balance to go on from when a stage begins.
+    /// Balance at the start of a stage, from which it continues.
     carried_balance: Option<f64>,
-    /// Contacts with a force, and those that slip.
+    /// Numbers of contacts with a force, and of those that slip.
     pub contacts: [u64; 2],
-    /// Bonds that have broken since the start.
+    /// Number of bonds broken since the start.
     pub bonds_broken: u64,
     /// Sums of the squares of forces on grains and of contact forces (N²).
     pub squares: [f64; 2],
@@ -73,17 +73,17 @@ pub struct EnergyBalance {
 }
 
 impl EnergyBalance {
-    /// What there is.
+    /// Stored energy: kinetic and elastic (J).
     pub fn stored(&self) -> f64 {
         self.kinetic + self.rotation + self.recoverable()
     }
 
-    /// What contacts hold.
+    /// Elastic energy of the contacts (J).
     pub fn recoverable(&self) -> f64 {
         self.elastic + self.elastic_tangential + self.elastic_rolling + self.elastic_bonds
     }
 
-    /// What has been taken out.
+    /// Dissipated energy (J).
     pub fn dissipated(&self) -> f64 {
         self.friction
             + self.dashpots
@@ -94,7 +94,7 @@ impl EnergyBalance {
             + self.damping
     }
 
-    /// What there is and went, less what there was and came: nothing.
+    /// Error of the balance (J): stored plus dissipated energy, less the initial energy and the input; zero if exact.
     pub fn balance(&self) -> f64 {
         let came = self.start.unwrap_or(0.0)
             + self.gravity
@@ -105,7 +105,7 @@ impl EnergyBalance {
         self.stored() + self.dissipated() - came
     }
 
-    /// What came in, by size.
+    /// Initial energy plus the absolute values of the inputs (J).
     pub fn input(&self) -> f64 {
         self.start.unwrap_or(0.0)
             + self.gravity.abs()
@@ -115,19 +115,19 @@ impl EnergyBalance {
             + self.stage_changes.abs()
     }
 
-    /// When a stage begins what changes with it is no error.
+    /// Begins a stage: the energy changes that it makes count as input, not as an error.
     pub fn begin_stage(&mut self) {
         if self.start.is_some() {
             self.carried_balance = Some(self.balance());
         }
     }
 
-    /// What happened before belongs to another run: the balance is that from the first step on.
+    /// Continues from another run: the balance begins with the first step.
     pub fn continue_from_other_run(&mut self) {
         self.carried_balance = Some(0.0);
     }
 
-    /// Sums over contacts of a step.
+    /// Adds the sums over contacts of a step.
     pub fn add_contacts(&mut self, tally: &ContactEnergies) {
         self.elastic = tally.elastic;
         self.elastic_tangential = tally.elastic_tangential;
@@ -146,7 +146,7 @@ impl EnergyBalance {
         self.overlap = tally.overlap;
     }
 
-    /// Sums over grains of a step, of which `share` lies before the time of the forces.
+    /// Adds the sums over grains of a step, of which `share` lies before the time of the forces.
     pub fn add_grains<const D: usize>(&mut self, sums: &GrainSums<D>, share: f64) {
         let now = [sums.gravity, sums.damping, sums.held, sums.applied];
         let sum = |k: usize| self.next_half_step[k] + share * now[k];
@@ -156,7 +156,7 @@ impl EnergyBalance {
         self.damping += damping;
         self.boundary += held;
         self.next_half_step = now.map(|value| (1.0 - share) * value);
-        // Velocities at the time of the forces are those before the cell changed them.
+        // The velocities at the time of the forces are those before the change of the cell velocity gradient.
         self.next_half_step[2] += sums.cell;
         (self.kinetic, self.rotation) = (sums.kinetic, sums.rotation);
         self.squares[0] = sums.squares;
@@ -168,7 +168,7 @@ impl EnergyBalance {
         }
     }
 
-    /// What goes into the rows of the measures.
+    /// Scalar outputs of the energy balance.
     pub fn scalar_outputs(&self) -> Vec<ScalarOutput> {
         let error = if self.input() > 0.0 { self.balance() / self.input() } else { 0.0 };
         [

@@ -1,6 +1,6 @@
-//! How contacts lie and what they bear: coordination, grains that bear nothing, fabric tensor, rose, forces (sheet: dem §3.9).
+//! Fabric and forces of contacts: coordination, rattlers, fabric tensor, contact rose (sheet: dem §3.9).
 //!
-//! All of it is of contacts between grains; those with walls count for whether a grain bears something.
+//! The measures are of contacts between grains; contacts with walls only count in the search for rattlers.
 
 use colluvium_case::measure::ScalarOutput;
 use colluvium_case::solver::{FramePoints, PolygonMesh};
@@ -11,31 +11,31 @@ use crate::contact::{Contact, FabricSample};
 use crate::points::vector::{difference, dot, norm, scaled};
 use crate::solver::DemSolver;
 
-/// What contacts between grains are on average.
+/// Averages over the contacts between grains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fabric<const D: usize> {
-    /// Contacts between grains.
+    /// Number of contacts between grains.
     pub contacts: usize,
-    /// `Z = 2 N_c / N`, of all grains that are not held.
+    /// Coordination number `Z = 2 N_c / N`, over all grains that are not held.
     pub coordination: f64,
-    /// The same without grains that bear nothing and their contacts.
+    /// Mechanical coordination number, without rattlers and their contacts.
     pub mechanical_coordination: f64,
-    /// Share of the grains that bear nothing: those with at most one contact, and those left with at most one without these.
+    /// Share of rattlers: grains with at most one contact, and those left with at most one without these.
     pub rattlers: f64,
-    /// `G = Σ n ⊗ n / N_c`, of trace 1.
+    /// Fabric tensor `G = Σ n ⊗ n / N_c`, of trace 1.
     pub tensor: [[f64; D]; D],
-    /// Norm of `4 (G - 1/2)` in the plane, of `15/2 (G - 1/3)` in space: 0 where contacts lie in all directions alike.
+    /// Norm of `4 (G - 1/2)` in the plane, of `15/2 (G - 1/3)` in space: 0 for contacts that are equally distributed over directions.
     pub anisotropy: f64,
-    /// `A = n_F : n_s`, of the unit deviators of the tensor and of the compressive stress of these contacts: 1 where both have the same
+    /// Alignment `A = n_F : n_s` of the unit deviators of the fabric tensor and of the compressive stress of these contacts: 1 for equal
     /// directions (in the plane the cosine of twice the angle between them); not-a-number where one has no deviator.
     pub alignment: f64,
-    /// Mean force along the normal (N).
+    /// Mean normal force (N).
     pub mean_force: f64,
-    /// Share of the contacts whose force along the normal is below the mean.
+    /// Share of the contacts whose normal force is below the mean.
     pub weak_fraction: f64,
 }
 
-/// Which grains bear nothing, of `count` grains with these contacts; `None` stands for a wall.
+/// Rattlers among `count` grains with these contacts; `None` is a wall.
 fn rattlers(count: usize, pairs: &[(u32, Option<u32>)]) -> Vec<bool> {
     let mut out = vec![false; count];
     let mut left = vec![0usize; count];
@@ -71,7 +71,7 @@ fn alignment<const D: usize>(a: &[[f64; D]; D], b: &[[f64; D]; D]) -> f64 {
 }
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// How contacts lie now; `None` where no grains touch. Held grains bear something always and are not counted.
+    /// Fabric of the present contacts; `None` without contacts between grains. Held grains are never rattlers and are not counted.
     pub fn fabric(&self) -> Option<Fabric<D>> {
         let held = &self.grains.held;
         let FabricSample { pairs, forces, dyads, stress_volume: pressed } = self.fabric_sample();
@@ -109,10 +109,10 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         })
     }
 
-    /// What contacts leave for it.
+    /// Contact data for the fabric.
     pub(crate) fn fabric_sample(&self) -> FabricSample<D> {
         let held = &self.grains.held;
-        // As many as in the last step, and no list of whole contacts: of many grains that would be as much as all else.
+        // The capacity follows the last step. A list of whole contacts would need as much memory as all else for many grains.
         let all = self.contact_count() as usize + self.wall_list.grain.len();
         let (mut pairs, mut forces) = (Vec::with_capacity(all), Vec::with_capacity(all));
         let (mut dyads, mut pressed) = (SymTensor::ZERO, [[0.0; D]; D]);
@@ -137,7 +137,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         FabricSample { pairs, forces, dyads, stress_volume: pressed }
     }
 
-    /// What goes into the rows of the measures: not-a-number where no grains touch.
+    /// Scalar outputs of the fabric: not-a-number without contacts between grains.
     pub(crate) fn fabric_outputs(&self) -> Vec<ScalarOutput> {
         let fabric = self.fabric();
         let number = |of: &dyn Fn(&Fabric<D>) -> f64| fabric.as_ref().map_or(f64::NAN, of);
@@ -159,7 +159,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         all.into_iter().map(|(name, unit, value)| (name, unit.to_owned(), value)).collect()
     }
 
-    /// The bonds that have broken, in the order in which they did: where, when, and between which grains.
+    /// Broken bonds in the order of their breakage: position, time, and ids of the grains.
     pub(crate) fn broken_bonds_dataset(&self) -> Dataset {
         let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
         let ids = |k: usize| {
@@ -178,7 +178,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
-    /// Contacts as lines: from the other centre, or the place on a wall, to that of the first grain.
+    /// Contacts as lines: from the centre of the second grain, or the contact point on a wall, to the centre of the first.
     pub(crate) fn contacts_dataset(&self) -> Dataset {
         let all = self.contacts();
         let across = |contact: &Contact<D>| {
@@ -207,8 +207,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
-    /// Share of the contacts between grains in each of `bins` equal parts of the half turn from the x axis towards y, normals
-    /// seen along z; all zero where no grains touch.
+    /// Contact rose: share of the contacts between grains in each of `bins` equal parts of the half turn from the x axis towards y,
+    /// normals projected along z; all zero without contacts between grains.
     pub fn contact_rose(&self, bins: usize) -> Vec<f64> {
         let mut counts = vec![0.0; bins];
         let mut total = 0.0;
@@ -249,7 +249,7 @@ mod tests {
         // A ring of three; a chain of two on it; one grain alone.
         let pairs = [(0, Some(1)), (1, Some(2)), (2, Some(0)), (2, Some(3)), (3, Some(4))];
         assert_eq!(rattlers(6, &pairs), [false, false, false, true, true, true]);
-        // Between the ring and a wall the chain bears something.
+        // Between the ring and a wall the chain carries force.
         let pairs = [(0, Some(1)), (1, Some(2)), (2, Some(0)), (2, Some(3)), (3, Some(4)), (4, None)];
         assert_eq!(rattlers(6, &pairs), [false, false, false, false, false, true]);
     }

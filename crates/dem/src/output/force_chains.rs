@@ -1,8 +1,8 @@
-//! Chains of forces, grain by grain (Peters et al. 2005; sheet: dem §3.9).
+//! Force chains from the grain stresses (Peters et al. 2005; sheet: dem §3.9).
 //!
-//! A grain is part of a chain where the largest compressive stress of its contacts is above the mean of all grains, and links to a grain of
-//! this kind that it touches where the line of centres lies within 45° of the direction of that stress in both. Chains are
-//! what links join, of three grains or more.
+//! A grain is part of a chain where the largest compressive stress of its contacts is above the mean of all grains. It links to another
+//! such grain in contact with it where the line of centres lies within 45° of the direction of that stress in both. Chains are
+//! sets of linked grains, three or more.
 
 use colluvium_case::measure::ScalarOutput;
 use colluvium_points::UnionFind;
@@ -10,19 +10,19 @@ use colluvium_points::UnionFind;
 use crate::points::vector::{dot, norm};
 use crate::solver::DemSolver;
 
-/// Cosine of the largest angle between the direction of stress and the line of centres.
+/// Smallest cosine of the angle between the direction of stress and the line of centres.
 const MIN_ALIGNMENT_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// Grains of the shortest chain.
+/// Number of grains of the shortest chain.
 const MIN_CHAIN_LENGTH: usize = 3;
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// Chains of forces, each by the numbers of its grains, ascending; the longest first, and of equal ones that with the least
+    /// Force chains, each by the numbers of its grains, ascending; the longest first, and of equal ones that with the lowest
     /// number.
     pub fn force_chains(&self) -> Vec<Vec<usize>> {
         let (stresses, _) = self.grain_stresses();
         let count = stresses.len();
-        // Compression is the lowest of tension-positive values.
+        // Compression is negative: the major compressive stress is the lowest eigenvalue.
         let major: Vec<(f64, [f64; D])> = stresses
             .iter()
             .map(|stress| {
@@ -51,7 +51,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         of
     }
 
-    /// What goes into the rows of the measures.
+    /// Scalar outputs of the force chains.
     pub(crate) fn chain_outputs(&self) -> Vec<ScalarOutput> {
         let chains = self.force_chains();
         let free = self.grains.held.iter().filter(|held| !**held).count() as f64;

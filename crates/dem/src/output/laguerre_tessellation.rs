@@ -1,7 +1,7 @@
-//! Cells of disks: the power diagram of Laguerre, by half-planes, and the triangulation that is dual to it (sheet: dem §3.9).
+//! Laguerre tessellation of disks (power diagram) by half-planes, and its dual triangulation (sheet: dem §3.9).
 //!
-//! A place belongs to the disk to whose edge a tangent from it is shortest. Two disks that touch share the tangent at their contact; the
-//! cells fill the domain without gaps. For disks of one size they are those of Voronoi, and the triangles those of Delaunay.
+//! A point belongs to the disk with the shortest tangent from it. Two disks in contact share the tangent at their contact; the
+//! cells fill the domain without gaps. For disks of one size they are Voronoi cells, and the triangles Delaunay triangles.
 
 use rayon::prelude::*;
 
@@ -9,36 +9,36 @@ use crate::boundary::periodic_cell::{PeriodicCell, inverse};
 use crate::points::vector::{difference, dot};
 use crate::solver::DemSolver;
 
-/// Farthest corner of a cell over the mean diameter beyond which it is one of a surface.
+/// Distance of the farthest corner of a cell, over the mean diameter, beyond which it is a surface cell.
 const SURFACE: f64 = 3.0;
 
-/// Width of the bins of the search over the mean diameter.
+/// Width of the search bins over the mean diameter.
 const BIN_WIDTH: f64 = 2.0;
 
-/// Cells and triangles.
+/// Laguerre cells and dual triangles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tessellation {
     /// Area of the cell of each grain (m²).
     pub area: Vec<f64>,
-    /// Whether the cell is one of a surface: it reaches farther than three mean diameters, or is bounded by nothing.
+    /// Whether the cell is a surface cell: it reaches farther than three mean diameters, or is unbounded.
     pub surface: Vec<bool>,
-    /// Grains whose cells meet in a corner, anticlockwise, the least number first; none over the end of a period.
+    /// Grains whose cells share a corner, anticlockwise, the lowest number first; none across a periodic boundary.
     pub triangles: Vec<[usize; 3]>,
 }
 
-/// What bounds an edge of a cell.
+/// Neighbour across an edge of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum CellEdge {
-    /// A wall, or the end of the domain.
+    /// Wall, or boundary of the domain.
     End,
     /// Another grain, or an image of it.
     Grain { number: usize, image: bool },
 }
 
-/// A corner, from the centre of the grain (m), and what bounds the edge from there on, anticlockwise.
+/// Corner of a cell relative to the centre of the grain (m), and the neighbour across the edge that follows it anticlockwise.
 type CellCorner = ([f64; 2], CellEdge);
 
-/// Keeps what of a polygon has `normal · x ≤ limit`.
+/// Clips a polygon to the half-plane `normal · x ≤ limit`.
 fn clip(
     polygon: &mut Vec<CellCorner>,
     room: &mut Vec<CellCorner>,
@@ -71,9 +71,9 @@ fn clip(
     std::mem::swap(polygon, room);
 }
 
-/// Grains by bins.
+/// Grains sorted into search bins.
 struct GrainBins<'a> {
-    /// Places, brought back into the periods.
+    /// Positions, wrapped into the periods (m).
     position: Vec<[f64; 2]>,
     cell: &'a PeriodicCell<2>,
     unit: [[f64; 2]; 2],
@@ -124,7 +124,7 @@ impl<'a> GrainBins<'a> {
         std::array::from_fn(|c| ((s[c] * self.count[c] as f64).floor() as i64).clamp(0, self.count[c] - 1))
     }
 
-    /// Calls `visit` with each grain in the bins `ring` bins away, its place from `x`, and whether it is an image.
+    /// Calls `visit` with each grain in the bins `ring` bins away, its position relative to `x`, and whether it is an image.
     fn ring(&self, x: &[f64; 2], ring: i64, mut visit: impl FnMut(usize, [f64; 2], bool)) {
         let own = self.of(x);
         for b in -ring..=ring {
@@ -147,7 +147,7 @@ impl<'a> GrainBins<'a> {
     }
 }
 
-/// The cell of grain `i` among disks of these radii (m); `ends` are half-planes `normal · x ≤ limit` that hold all of them.
+/// Cell of grain `i` among disks of these radii (m); `ends` are half-planes `normal · x ≤ limit` that contain all of them.
 fn polygon(
     i: usize,
     bins: &GrainBins<'_>,
@@ -167,7 +167,7 @@ fn polygon(
     for ring in 0..=most {
         let least = (ring - 1) as f64 * bins.width;
         let reach = polygon.iter().map(|(x, _)| dot(x, x)).fold(0.0, f64::max).sqrt();
-        // Beyond it no disk cuts the cell.
+        // No disk beyond this distance cuts the cell.
         if ring > 1 && 0.5 * (least + (radius[i].powi(2) - largest.powi(2)) / least) > reach {
             break;
         }
@@ -182,7 +182,7 @@ fn polygon(
     polygon
 }
 
-/// The cells of disks in a box that is periodic along some of its axes, within `ends`.
+/// Laguerre tessellation of disks in a box that is periodic along some of its axes, within `ends`.
 pub fn tessellate(
     position: &[[f64; 2]],
     radius: &[f64],
@@ -222,7 +222,7 @@ pub fn tessellate(
     out
 }
 
-/// Gradient of what has these values at the corners of a triangle, row by row: `∂u_a/∂x_b`; `None` without area.
+/// Gradient of a field with these values at the corners of a triangle, row by row: `∂u_a/∂x_b`; `None` for zero area.
 pub fn gradient(corners: [[f64; 2]; 3], values: [[f64; 2]; 3]) -> Option<[[f64; 2]; 2]> {
     let (p, q) = (difference(&corners[1], &corners[0]), difference(&corners[2], &corners[0]));
     let (u, v) = (difference(&values[1], &values[0]), difference(&values[2], &values[0]));
@@ -233,7 +233,7 @@ pub fn gradient(corners: [[f64; 2]; 3], values: [[f64; 2]; 3]) -> Option<[[f64; 
 }
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// Cells of the disks as they are now, within the domain and its plane walls; nothing in space.
+    /// Laguerre tessellation of the present disks, within the domain and its plane walls; empty in space.
     pub fn tessellation(&self) -> Tessellation {
         if D != 2 {
             return Tessellation::default();
@@ -265,7 +265,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         tessellate(&position, &self.grains.radius, &cell, &ends)
     }
 
-    /// Solid fraction of the cells that are none of a surface; not-a-number where there are none.
+    /// Solid fraction of all cells but surface cells; not-a-number where there are none.
     pub fn inner_solid_fraction(&self) -> f64 {
         let cells = self.tessellation();
         let inner = (0..cells.area.len()).filter(|&i| !cells.surface[i]);
@@ -286,7 +286,7 @@ mod tests {
         PeriodicCell::new([0.0; 2], [side; 2], [periodic; 2])
     }
 
-    /// Places that look drawn at random.
+    /// Pseudo-random positions and radii.
     fn scattered(count: usize, side: f64) -> (Vec<[f64; 2]>, Vec<f64>) {
         let part = |k: usize, factor: f64| (k as f64 * factor).fract();
         let places =

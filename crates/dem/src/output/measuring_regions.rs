@@ -1,4 +1,4 @@
-//! Measuring regions: circles, in space spheres, that stand in the packing (sheet: dem §3.9).
+//! Measuring regions: circles, in space spheres, at fixed places in the packing (sheet: dem §3.9).
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,7 @@ use crate::points::grains::volume;
 use crate::points::vector::{add, difference, norm};
 use crate::solver::DemSolver;
 
-/// Area of two disks, or volume of two balls, in common (m², m³): radii (m) and distance of the centres (m).
+/// Common area of two disks, or common volume of two balls (m², m³), of these radii (m) and distance of the centres (m).
 pub fn overlap_volume(dimension: usize, [a, b]: [f64; 2], distance: f64) -> f64 {
     if distance >= a + b {
         return 0.0;
@@ -24,17 +24,17 @@ pub fn overlap_volume(dimension: usize, [a, b]: [f64; 2], distance: f64) -> f64 
         let (sum, difference) = (a + b - d, a - b);
         return PI * sum * sum * (d * d + 2.0 * d * (a + b) - 3.0 * difference * difference) / (12.0 * d);
     }
-    // Four times the area of the triangle of centres and crossing, of which the angles at the centres follow.
+    // Four times the area of the triangle of the centres and an intersection, from which the angles at the centres follow.
     let area = ((a + b - d) * (d + a - b) * (d - a + b) * (d + a + b)).max(0.0).sqrt();
     let angle = |r: f64, other: f64| area.atan2((d - other) * (d + other) + r * r);
     a * a * angle(a, b) + b * b * angle(b, a) - 0.5 * area
 }
 
-/// Share of a cell by which a grain may be beyond its sides.
+/// Share of a cell by which a grain may be outside.
 const BEYOND: f64 = 0.5;
 
 impl<const D: usize> PeriodicCell<D> {
-    /// The shifts (m) of all images that may have grains within `reach` (m) of a place.
+    /// Shifts (m) of all images that may have grains within `reach` (m) of a point.
     fn shifts_around(&self, place: &[f64; D], reach: f64) -> Vec<[f64; D]> {
         let (middle, widths) = (self.reduced(&inverse(&self.h).0, place), self.widths());
         let ends = |c: usize| {
@@ -56,7 +56,7 @@ impl<const D: usize> PeriodicCell<D> {
 }
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// Porosity, coordination, velocity and stress in each region of the options.
+    /// Scalar outputs of each region of the options: porosity, coordination, velocity and stress.
     pub(crate) fn region_outputs(&self) -> Vec<ScalarOutput> {
         if self.options.regions.is_empty() {
             return Vec::new();
@@ -68,7 +68,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             let ball = Shape::Ball { centre: region.centre.clone(), radius: region.radius };
             let Shape::Ball { centre, radius } = self.case.relative_to_origin(ball) else { continue };
             let centre: [f64; D] = std::array::from_fn(|c| centre[c]);
-            // Area or volume of grains in the region; of those with their centre there number, contacts, mass, momentum and stress.
+            // Area or volume of grains in the region; number, contacts, mass, momentum and stress of those with their centre there.
             let (mut solid, mut inside, mut touching, mut mass) = (0.0, 0.0, 0.0, 0.0);
             let (mut momentum, mut stress, mut own) = ([0.0; D], [0.0; 6], 0.0);
             let shifts = self.cell.shifts_around(&centre, radius + self.radii.1);
@@ -120,7 +120,7 @@ mod tests {
         // Radii and distance 1: 2π/3 - √3/2, and 5π/12.
         assert_near(overlap_volume(2, [1.0, 1.0], 1.0), 2.0 * PI / 3.0 - 0.75f64.sqrt(), 1e-14);
         assert_near(overlap_volume(3, [1.0, 1.0], 1.0), 5.0 * PI / 12.0, 1e-14);
-        // A plane cuts a small one off at its middle.
+        // A sphere that a much larger one cuts at its middle, as a plane would.
         assert_near(overlap_volume(2, [1e5, 1.0], 1e5), 0.5 * PI, 1e-4);
         assert_near(overlap_volume(3, [1e4, 1.0], 1e4), 2.0 / 3.0 * PI, 1e-3);
         for dimension in [2, 3] {

@@ -1,6 +1,6 @@
-//! Values that a run writes beside the grains: energy balance, fabric, force chains, coarse-grained fields.
+//! Output of a run besides the grains: energy balance, fabric, force chains, coarse-grained fields.
 //!
-//! The room reads grains and contacts and changes nothing.
+//! This module reads grains and contacts and changes nothing.
 
 pub mod coarse_graining;
 pub(crate) mod energy_balance;

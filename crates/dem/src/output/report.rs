@@ -1,4 +1,4 @@
-//! What the solver tells: contacts, fields, totals.
+//! Output of the solver: contacts, fields, totals.
 
 use colluvium_case::measure::ScalarOutput;
 use colluvium_case::{Budget, Field, FieldData, Frame, FrameRequest, Reaction, Snapshot, spatial};
@@ -16,7 +16,7 @@ use crate::points::vector::{add, difference, dot, from_tangential, scaled};
 use crate::solver::DemSolver;
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// Calls `visit` for every contact as it is now, with what it does and holds.
+    /// Calls `visit` for every present contact, with its force and energies.
     pub(crate) fn for_each_contact(
         &self,
         mut visit: impl FnMut(Contact<D>, &ContactForce<R>, &ContactEnergies),
@@ -94,19 +94,19 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         contact.overlap / small
     }
 
-    /// Contacts that bore a force in the last step.
+    /// Number of contacts with a force in the last step.
     pub fn contact_count(&self) -> u64 {
         self.energy_balance.contacts[0]
     }
 
-    /// All contacts as they are now.
+    /// All present contacts.
     pub fn contacts(&self) -> Vec<Contact<D>> {
         let mut all = Vec::new();
         self.for_each_contact(|contact, _, _| all.push(contact));
         all
     }
 
-    /// Velocity at the time of the positions (m/s): the one half a step behind carried on.
+    /// Velocity at the time of the positions (m/s): the one half a step behind, extrapolated.
     fn velocity(&self, i: usize, (gravity, applied): (&[f64; D], &[[f64; D]]), ahead: f64) -> [f64; D] {
         let g = &self.grains;
         if g.held[i] {
@@ -128,7 +128,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         std::array::from_fn(|c| g.spin[i][c] + ahead * g.torque[i][c] / g.inertia(i))
     }
 
-    /// Stress of each grain from its contacts, over its own volume (Pa), and its contacts.
+    /// Stress of each grain from its contacts, over its own volume (Pa), and its number of contacts.
     pub(crate) fn grain_stresses(&self) -> (Vec<SymTensor>, Vec<f64>) {
         let g = &self.grains;
         let (mut sums, mut counts) = (vec![[[0.0; 3]; 3]; g.len()], vec![0.0; g.len()]);
@@ -139,7 +139,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 counts[grain] += 1.0;
                 for a in 0..3 {
                     for b in 0..3 {
-                        // The arm points from the centre against the branch of the first grain.
+                        // The lever arm points from the centre, opposite to the branch of the first grain.
                         sums[grain][a][b] -= share * force[a] * branch[b];
                     }
                 }
@@ -161,7 +161,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         (stress.collect(), counts)
     }
 
-    /// Everything on the grains, in the order of ids.
+    /// Snapshot of all fields of the grains, in the order of ids.
     pub(crate) fn collect_snapshot(&self) -> Snapshot {
         let g = &self.grains;
         let mut order: Vec<usize> = (0..g.len()).collect();
@@ -227,7 +227,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
-    /// Grains, and where they are to be written what the case asks for besides.
+    /// Frame with the grains, and the further data sets that the case requests.
     pub(crate) fn collect_frame(&self, wanted: FrameRequest) -> Frame {
         let mut frame = Frame::from(self.collect_snapshot());
         if wanted == FrameRequest::Written {
@@ -274,7 +274,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         budget
     }
 
-    /// Force of the grains on a body that is held (N); impulses of bodies are not kept.
+    /// Force of the grains of a held body (N); impulses of bodies are not recorded.
     pub(crate) fn reaction_of_body(&self, name: &str) -> Option<Reaction> {
         let body = self.case.bodies.iter().position(|body| body.name == name)? as u32;
         let mut force = [0.0; D];
@@ -284,7 +284,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         Some(Reaction { force: spatial(&force), impulse: [f64::NAN; 3], moment: None })
     }
 
-    /// Kinetic and elastic energy of what there is (J).
+    /// Kinetic and elastic energy at present (J).
     fn energies(&self) -> (f64, f64) {
         let g = &self.grains;
         let free = (0..g.len()).filter(|&i| !g.held[i]);
@@ -299,7 +299,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         (free.map(of).sum(), elastic)
     }
 
-    /// What goes into the rows beside the totals.
+    /// Scalar outputs besides the totals.
     pub(crate) fn collect_scalar_outputs(&self) -> Vec<ScalarOutput> {
         let mut readings = self.energy_balance.scalar_outputs();
         let mut read = |name: &str, unit: &str, value: f64| {

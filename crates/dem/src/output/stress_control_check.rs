@@ -1,4 +1,4 @@
-//! Stresses that the cell and walls follow while the specimen is deformed: their means over the strain.
+//! Check of stress control during deformation: means of the controlled stresses over the strain.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,32 +7,32 @@ use crate::solver::DemSolver;
 
 /// Strain over which a stress is averaged.
 const STRAIN: f64 = 0.01;
-/// Time over which it is averaged at least, over `√(m / P d^(D-2))` of the mean grain: where the inertial number is above a thousandth
-/// the strain is larger.
+/// Smallest averaging time, over `√(m / P d^(D-2))` of the mean grain: at inertial numbers above a thousandth the strain of a
+/// window is larger.
 const TIME: f64 = 10.0;
-/// Difference of the mean from the stress that is followed, over that stress, from which on the run warns.
+/// Relative difference of the mean from the target stress above which the run warns.
 const ALLOWED: f64 = 0.02;
 
-/// A stress that is followed.
+/// Record of a controlled stress.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ControlledStress {
-    /// Whether the stress has been met in this stage.
+    /// Whether the target has been reached in this stage.
     is_met: bool,
-    /// Strain and time (s) since the window began, and the integral of the relative error over the strain.
+    /// Strain and time since the start of the window, time over the smallest averaging time, and the integral of the error over the strain.
     window: [f64; 3],
-    /// Largest mean error of a window, over the stress.
+    /// Largest mean error of a window, over the target stress.
     max_mean_error: f64,
     /// Stage of that window.
     stage: u32,
 }
 
 impl ControlledStress {
-    /// What was met in the stage before is to be met again.
+    /// Begins a stage, in which the target must be reached again.
     pub fn begin_stage(&mut self) {
         (self.is_met, self.window) = (false, [0.0; 3]);
     }
 
-    /// Takes the error of a step, over the stress, with its strain and its length over the least time of a window.
+    /// Records the error of a step, over the stress, with its strain and its length over the smallest averaging time.
     fn record(&mut self, error: f64, strain: f64, time: f64, stage: usize) {
         self.is_met |= error.abs() <= ALLOWED;
         if !self.is_met {
@@ -63,13 +63,13 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.record_walls(dt);
     }
 
-    /// Length of a step of `dt` (s) over the least time of a window under a stress (Pa).
+    /// Length of a step of `dt` (s) over the smallest averaging time under a stress (Pa).
     fn share_of_window(&self, stress: f64, dt: f64) -> f64 {
         let (mass, diameter) = self.mean_grain();
         dt * (stress.abs() * diameter.powi(D as i32 - 2) / mass).sqrt() / TIME
     }
 
-    /// Entries of the cell that follow a stress, over the strain of those that have a rate.
+    /// Records the stress-controlled entries of the cell, over the strain of the rate-controlled ones.
     fn record_cell(&mut self, dt: f64) {
         let Some(control) = self.stage().and_then(|stage| stage.cell) else { return };
         let (elapsed, stress, number) = (self.time - self.stage_start, self.stress(), self.stage);
@@ -98,7 +98,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
-    /// Walls that follow a stress, over the strain that the others make.
+    /// Records the stress-controlled walls, over the strain by the other walls.
     fn record_walls(&mut self, dt: f64) {
         let Some(stage) = self.stage() else { return };
         let mut rates = [0.0f64; D];
@@ -122,7 +122,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
-    /// What is to be told of stresses that were missed.
+    /// Warnings of stresses that missed their targets.
     pub(crate) fn missed_stress_warnings(&self) -> Vec<String> {
         let axes = ["x", "y", "z"];
         let name = |slot: usize| match slot.checked_sub(D * D) {

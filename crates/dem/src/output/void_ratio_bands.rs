@@ -1,19 +1,19 @@
-//! How evenly disks are spread: void ratios of bands, disks cut exactly (sheet: dem §3.8).
+//! Uniformity of packings of disks: void ratios of bands, with disks cut exactly (sheet: dem §3.8).
 
 use crate::solver::DemSolver;
 
-/// What the bands of a packing say.
+/// Void ratios of the bands of a packing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VoidRatioBands {
     /// Void ratio of each band, from below; infinite where a band is empty.
     pub bands: Vec<f64>,
-    /// Void ratio of all of them together.
+    /// Void ratio of all bands together.
     pub void_ratio: f64,
-    /// `Σ (e - e_k)² / (N - 1)`; its root is a standard deviation. A packing is taken to be even below 0.05.
+    /// Variance `Σ (e - e_k)² / (N - 1)`; its root is the standard deviation. A packing counts as uniform below 0.05.
     pub variance: f64,
 }
 
-/// Area of a disk of radius `r` below a line at height `h` over its centre.
+/// Area of a disk of radius `r` below a line at height `h` above its centre.
 fn segment_area(r: f64, h: f64) -> f64 {
     let h = h.clamp(-r, r);
     let half = (h / r).asin();
@@ -22,7 +22,7 @@ fn segment_area(r: f64, h: f64) -> f64 {
 
 impl DemSolver<2, 1> {
     /// Void ratios of horizontal bands of equal height between `low` and `high` (m), in the box from `left` to `right` (m), which
-    /// holds the disks or repeats itself; `None` for fewer than two bands, for no width, and where there are no disks.
+    /// contains the disks or is periodic; `None` for fewer than two bands, for no width, and without disks.
     pub fn void_ratio_bands(
         &self,
         [left, right]: [f64; 2],

@@ -1,20 +1,20 @@
-//! Grains: one column per quantity.
+//! Grains, one column per quantity.
 
 use colluvium_points::struct_of_arrays;
 
-/// Grains that a task takes at least.
+/// Smallest number of grains of a parallel task.
 pub const MIN_GRAINS_PER_TASK: usize = 1024;
 
 struct_of_arrays! {
     /// Grains in `D` dimensions with rotations of `R` components.
     pub struct Grains<const D: usize, const R: usize> {
-        /// Numbers, for life.
+        /// Permanent id.
         pub id: u32,
         /// Index into the bodies of the case.
         pub body: u32,
         /// Index into the kinds.
         pub kind: u32,
-        /// Whether nothing moves it but its body.
+        /// Whether only the prescribed motion of its body moves the grain.
         pub held: bool,
         /// Radius (m).
         pub radius: f64,
@@ -24,7 +24,7 @@ struct_of_arrays! {
         pub position: [f64; D],
         /// Position less displacement (m).
         pub origin: [f64; D],
-        /// Position when the lists were made (m).
+        /// Position at the last list build (m).
         pub listed: [f64; D],
         /// Velocity, half a step ahead (m/s).
         pub velocity: [f64; D],
@@ -34,12 +34,12 @@ struct_of_arrays! {
         pub force: [f64; D],
         /// Contact moment of the last step (N m).
         pub torque: [f64; R],
-        /// How far it has turned: an angle, or a quaternion; empty where nobody asks.
+        /// Rotation since the start: an angle (rad), or a quaternion; empty where the case does not request it.
         pub orientation: [f64; 4],
     }
 }
 
-/// What contacts see of grains, column by column; see [`Grains`] for what they are.
+/// Columns of the grains for the contact forces; see [`Grains`].
 #[derive(Clone, Copy)]
 pub struct GrainView<'a, const D: usize, const R: usize> {
     /// Kinds.
@@ -58,10 +58,10 @@ pub struct GrainView<'a, const D: usize, const R: usize> {
     pub spin: &'a [[f64; R]],
 }
 
-/// What contacts do to grains: forces (N) and moments (N m).
+/// Contact forces (N) and moments (N m) of the grains.
 pub type GrainForces<'a, const D: usize, const R: usize> = (&'a mut [[f64; D]], &'a mut [[f64; R]]);
 
-/// Moment of inertia over mass and square of the radius.
+/// Moment of inertia over mass times square of the radius.
 pub const fn inertia(dimension: usize) -> f64 {
     if dimension == 2 { 0.5 } else { 0.4 }
 }
@@ -73,7 +73,7 @@ pub fn volume(dimension: usize, radius: f64) -> f64 {
 }
 
 impl<const D: usize, const R: usize> Grains<D, R> {
-    /// Adds a grain at rest that has not turned.
+    /// Adds a grain at rest without rotation.
     pub fn push(&mut self, body: u32, kind: u32, position: [f64; D], radius: f64, density: f64) {
         self.id.push(self.id.len() as u32);
         self.body.push(body);
@@ -90,13 +90,13 @@ impl<const D: usize, const R: usize> Grains<D, R> {
         self.torque.push([0.0; R]);
     }
 
-    /// What contacts see.
+    /// View of the columns for the contact forces.
     pub fn view(&self) -> GrainView<'_, D, R> {
         let Self { kind, held, radius, mass, position, velocity, spin, .. } = self;
         GrainView { kind, held, radius, mass, position, velocity, spin }
     }
 
-    /// What contacts see, and what they change.
+    /// View of the columns for the contact forces, and the forces that they update.
     pub fn view_and_forces(&mut self) -> (GrainView<'_, D, R>, GrainForces<'_, D, R>) {
         let Self { kind, held, radius, mass, position, velocity, spin, force, torque, .. } = self;
         (GrainView { kind, held, radius, mass, position, velocity, spin }, (force, torque))

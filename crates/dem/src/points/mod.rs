@@ -1,6 +1,6 @@
 //! Grains: columns of position, velocity, spin, radius and mass, and small vector algebra.
 //!
-//! Every other room reads them.
+//! Every other module reads them.
 
 pub(crate) mod grains;
 pub(crate) mod vector;

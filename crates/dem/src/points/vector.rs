@@ -1,18 +1,18 @@
 //! Vectors of `D` components, rotations of `R` components: one in the plane, three in space.
 //!
-//! What lies across a contact normal `n` is kept in *tangent coordinates*, of `R` components as well: in the plane the
+//! Tangential vectors at a contact normal `n` are stored in *tangent coordinates*, of `R` components as well: in the plane the
 //! component along `t = (-n_y, n_x)`, in space the vector itself.
 //!
-//! A component is a [`SimdNumber`]: one, or those of four contacts side by side.
+//! A component is a [`SimdNumber`]: one number, or those of four contacts at once.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use wide::f64x4;
 
-/// Contacts side by side.
+/// Number of contacts processed at once.
 pub const WIDTH: usize = 4;
 
-/// What a component is.
+/// Number type of a component: scalar or SIMD vector.
 pub trait SimdNumber:
     Copy
     + Add<Output = Self>
@@ -23,13 +23,13 @@ pub trait SimdNumber:
     + AddAssign
     + SubAssign
 {
-    /// The same number everywhere.
+    /// Returns the number in all lanes.
     fn of(value: f64) -> Self;
     /// Square root.
     fn root(self) -> Self;
-    /// This, or zero where it is negative.
+    /// Returns the number, or zero where it is negative.
     fn or_zero(self) -> Self;
-    /// `one` where this is above `limit`, `two` elsewhere.
+    /// Returns `one` where the number is above `limit`, `two` elsewhere.
     fn above(self, limit: Self, one: Self, two: Self) -> Self;
 }
 
@@ -114,7 +114,7 @@ pub fn cross<const A: usize, const B: usize, const C: usize, T: SimdNumber>(
     out
 }
 
-/// What of a vector lies across `n`, in tangent coordinates.
+/// Tangential part of a vector relative to the normal `n`, in tangent coordinates.
 #[inline(always)]
 pub fn tangential_part<const D: usize, const R: usize, T: SimdNumber>(v: &[T; D], n: &[T; D]) -> [T; R] {
     let mut out = [T::of(0.0); R];
@@ -135,13 +135,13 @@ pub fn spin_cross_normal<const D: usize, const R: usize, T: SimdNumber>(spin: &[
     if D == 2 { *spin } else { cross(spin, n) }
 }
 
-/// `n × f` of a force in tangent coordinates.
+/// Moment `n × f` of a force in tangent coordinates.
 #[inline(always)]
 pub fn moment<const D: usize, const R: usize, T: SimdNumber>(n: &[T; D], f: &[T; R]) -> [T; R] {
     if D == 2 { *f } else { cross(n, f) }
 }
 
-/// The vector with these tangent coordinates.
+/// Vector with these tangent coordinates.
 #[inline(always)]
 pub fn from_tangential<const D: usize, const R: usize, T: SimdNumber>(f: &[T; R], n: &[T; D]) -> [T; D] {
     let mut out = [T::of(0.0); D];
@@ -154,7 +154,7 @@ pub fn from_tangential<const D: usize, const R: usize, T: SimdNumber>(f: &[T; R]
     out
 }
 
-/// Component along `n` of a rotation; none in the plane.
+/// Component of a rotation along `n`; zero in the plane.
 #[inline(always)]
 pub fn normal_spin<const D: usize, const R: usize, T: SimdNumber>(spin: &[T; R], n: &[T; D]) -> T {
     if D == 2 {
@@ -167,9 +167,9 @@ pub fn normal_spin<const D: usize, const R: usize, T: SimdNumber>(spin: &[T; R],
     sum
 }
 
-/// Turns what was across the normal of a step ago into the plane across `n`, its length kept, and about `n` by `angle`
-/// (rad): in the plane it keeps its coordinate (sheet: dem §2.4). The angle is right but for its fifth power, the length
-/// exact.
+/// Rotates a tangential vector of the last step into the plane across `n`, its length kept, and about `n` by `angle`
+/// (rad): in the plane it keeps its coordinate (sheet: dem §2.4). The angle is exact up to its fifth power, the length
+/// exactly.
 #[inline(always)]
 pub fn rotate_with_normal<const D: usize, const R: usize, T: SimdNumber>(
     v: &[T; R],
@@ -180,11 +180,11 @@ pub fn rotate_with_normal<const D: usize, const R: usize, T: SimdNumber>(
         return *v;
     }
     let (square, off) = (dot(v, v), normal_spin(v, n));
-    // What is left of the square of its length in the plane, and the tangent of the angle.
+    // The square of the remaining in-plane length, and the tangent of the angle.
     let left = square - off * off;
     let tangent = angle + angle * angle * angle * T::of(1.0 / 3.0);
     let grown = left * (T::of(1.0) + tangent * tangent);
-    // Turned by a right angle within a step nothing is left of it.
+    // For a rotation by a right angle within a step nothing remains.
     let kept = left.above(T::of(1e-12) * square, square / grown, T::of(0.0)).root();
     let side: [T; R] = moment(n, v);
     std::array::from_fn(|c| kept * (v[c] - off * n[c] + tangent * side[c]))

@@ -1,4 +1,4 @@
-//! Bodies as grains.
+//! Grains of bodies: filling, ids, initial velocities.
 
 use std::collections::HashSet;
 
@@ -17,22 +17,22 @@ use crate::specimen::undercompaction::{UndercompactedLayers, pack_layers};
 use crate::specimen::{Container, RoundWall, pack};
 use crate::specimen::{drop_and_roll_2d, drop_and_roll_3d};
 
-/// More grains than this do not fit in numbers.
+/// Largest number of grains, limited by the integer type.
 const MAX_GRAINS: usize = u32::MAX as usize / 2;
 
-/// Overlap with an obstacle over the radius below which a grain counts as touching.
+/// Overlap with an obstacle over the radius below which a grain counts as just in contact.
 const OVERLAP_TOLERANCE: f64 = 1e-6;
 
-/// A grain that is placed.
+/// Position (m) and radius (m) of a placed grain.
 type PlacedGrain<const D: usize> = ([f64; D], f64);
 
-/// How a body is filled.
+/// Fill of a body: its own, or that of its kind.
 pub fn fill_of_body(options: &DemOptions, body: &Body) -> Option<Fill> {
     let own = options.bodies.get(&body.name).and_then(|own| own.fill);
     own.or_else(|| options.grains.get(&body.material).and_then(|kind| kind.fill))
 }
 
-/// Whether a grain beside an obstacle reaches into it: the centre of one in an obstacle is no matter of the filling.
+/// Whether a grain beside an obstacle overlaps it; grains with centres inside an obstacle are checked elsewhere.
 fn overlaps_obstacle<const D: usize>(
     standing: &[PlacedObstacle<'_, D>],
     (x, radius): &PlacedGrain<D>,
@@ -44,7 +44,7 @@ fn overlaps_obstacle<const D: usize>(
     })
 }
 
-/// Fills all bodies, with grains that touch no obstacle where they are not listed by the case.
+/// Fills all bodies; grains that the case does not list must not overlap obstacles.
 pub(super) fn fill<const D: usize, const R: usize>(
     case: &Case,
     options: &DemOptions,
@@ -102,18 +102,18 @@ pub(super) fn fill<const D: usize, const R: usize>(
     Ok(())
 }
 
-/// Number of the next grain.
+/// Id of the next grain.
 pub(super) fn next_id<const D: usize, const R: usize>(grains: &Grains<D, R>) -> u32 {
     grains.id.iter().max().map_or(0, |last| last + 1)
 }
 
-/// Radius of a grain of this area or volume.
+/// Radius (m) of a grain of this area or volume (m², m³).
 fn radius_of<const D: usize>(amount: f64) -> f64 {
     let unit = amount / volume(D, 1.0);
     if D == 2 { unit.sqrt() } else { unit.cbrt() }
 }
 
-/// Grains as a file lists them, with the radius of what each point stands for where it has none.
+/// Grains listed in a file, with the radius of the volume of a point where it has none.
 fn listed_grains<const D: usize>(list: &PointList) -> Vec<PlacedGrain<D>> {
     let radius =
         |i: usize, volume: f64| list.grains.radii.as_ref().map_or(radius_of::<D>(volume), |all| all[i]);
@@ -121,7 +121,7 @@ fn listed_grains<const D: usize>(list: &PointList) -> Vec<PlacedGrain<D>> {
     samples.map(|(i, sample)| (sample.position, radius(i, sample.volume))).collect()
 }
 
-/// Kinds of grains as a file lists them, from grain `start` on, with the masses that follow or that it lists.
+/// Sets the kinds of grains listed in a file, from grain `start` on, and the masses, listed or computed.
 fn kinds_as_listed<const D: usize, const R: usize>(
     list: &PointList,
     options: &DemOptions,
@@ -145,13 +145,13 @@ fn kinds_as_listed<const D: usize, const R: usize>(
     Ok(())
 }
 
-/// The numbers that a file gives its grains; none for those of bodies without.
+/// Ids that a file gives its grains; `None` for grains without.
 fn ids_as_listed(list: Option<&PointList>, count: usize) -> Vec<Option<u32>> {
     let ids = list.and_then(|list| list.grains.ids.as_ref());
     ids.map_or_else(|| vec![None; count], |ids| ids.iter().copied().map(Some).collect())
 }
 
-/// Numbers the grains from `first` on: as `ids` has it, and those without after all others.
+/// Assigns ids to the grains from `first` on: those of `ids`, and consecutive ones after all others where it has none.
 fn assign_ids<const D: usize, const R: usize>(
     ids: &[Option<u32>],
     first: usize,
@@ -171,7 +171,7 @@ fn assign_ids<const D: usize, const R: usize>(
     Ok(())
 }
 
-/// Velocities, spins, and what is held, at the start.
+/// Sets the initial velocities and spins, and which grains are held.
 fn begin<const D: usize, const R: usize>(
     number: usize,
     body: &Body,
@@ -257,7 +257,7 @@ fn place<const D: usize>(
         Fill::Layers { solid_fraction, layers, first_solid_fraction } => {
             let layers =
                 UndercompactedLayers { count: layers, first: first_solid_fraction, last: solid_fraction };
-            // A lid comes down along the last axis: sections that it passes must be alike.
+            // A lid moves down along the last axis: the sections that it passes must be equal.
             let round = round_wall(&body.shape).filter(|round| round.axis == Some(D - 1));
             in_box(case, (body, round), sizes, solid_fraction, random, |container, radii, random| {
                 pack_layers(container, radii, layers, random)
@@ -270,7 +270,7 @@ fn place<const D: usize>(
     placed.map_err(|problem| CaseError::new(format!("{path}.shape"), problem))
 }
 
-/// Places of a lattice that begins half a pitch within a corner.
+/// Sites of a lattice that begins half a pitch within a corner.
 fn sites<const D: usize>(
     low: &[f64],
     high: &[f64],
@@ -278,7 +278,7 @@ fn sites<const D: usize>(
     pitch: f64,
 ) -> Result<Vec<[f64; D]>, String> {
     let (root3, root2) = (3f64.sqrt(), 2f64.sqrt());
-    // Distances of rows along the axes, and shifts of odd rows and layers.
+    // Spacings of rows along the axes, and shifts of odd rows and layers.
     let steps: [f64; 3] = match (packing, D) {
         (LatticePacking::Hexagonal, 2) => [pitch, 0.5 * root3 * pitch, 1.0],
         (LatticePacking::Hexagonal, _) => [pitch, 0.5 * root3 * pitch, root2 / root3 * pitch],
@@ -338,12 +338,12 @@ fn lattice<const D: usize>(
     }
     let diameters = sizes.sample(all.len(), D, random)?;
     let placed = all.into_iter().zip(diameters.into_iter().map(|d| 0.5 * d));
-    // Half a pitch holds a grain, or what of it jitter lets stick out.
+    // Half a pitch contains a grain, less the share that jitter lets protrude.
     let slack = jitter * pitch;
     Ok(placed.filter(|(x, radius)| contains_ball(shape, x, (radius - slack).max(0.0))).collect())
 }
 
-/// The box around a body, periodic where the domain is and the body spans it.
+/// Container around a body, periodic where the domain is and the body spans it.
 fn container<const D: usize>(case: &Case, body: &Body) -> Container<D> {
     let (low, high) = body.shape.bounds(D);
     let periodic: [bool; D] = std::array::from_fn(|axis| {
@@ -356,7 +356,7 @@ fn container<const D: usize>(case: &Case, body: &Body) -> Container<D> {
     Container { low, high, periodic, round: None }
 }
 
-/// The round wall of a shape that is round all about.
+/// Round wall of a shape that is a ball or a cylinder.
 fn round_wall<const D: usize>(shape: &Shape) -> Option<RoundWall<D>> {
     let (axis, centre, radius) = match shape {
         Shape::Ball { centre, radius } => (None, &centre[..], *radius),
@@ -366,8 +366,8 @@ fn round_wall<const D: usize>(shape: &Shape) -> Option<RoundWall<D>> {
     Some(RoundWall { axis, centre: std::array::from_fn(|c| centre[c]), radius })
 }
 
-/// Grains of a solid fraction within the round wall of a body, or else in the box around it and cut to its shape, at the places that
-/// `pack` finds.
+/// Grains of a solid fraction within the round wall of a body, or else in the box around it and cut to its shape, at the positions
+/// that `pack` returns.
 fn in_box<const D: usize>(
     case: &Case,
     (body, round): (&Body, Option<RoundWall<D>>),
@@ -385,7 +385,7 @@ fn in_box<const D: usize>(
         return Err(format!("it would have {count:.1e} grains"));
     }
     let mut radii: Vec<f64> = sizes.sample(count as usize, D, random)?.iter().map(|d| 0.5 * d).collect();
-    // Exactly that fraction, sizes all alike a little larger or smaller.
+    // Exactly that fraction, with all sizes scaled slightly.
     let filled: f64 = radii.iter().map(|r| volume(D, *r)).sum();
     let factor = (solid_fraction * space / filled).powf(1.0 / D as f64);
     radii.iter_mut().for_each(|r| *r *= factor);
@@ -402,7 +402,7 @@ fn cut_to_shape<const D: usize>(
     placed.filter(|(x, radius)| whole || contains_ball(&body.shape, x, *radius)).collect()
 }
 
-/// Grains that are dropped into the box around the body, cut to its shape.
+/// Grains deposited by drop and roll in the box around the body, cut to its shape.
 fn dropped_grains<const D: usize>(
     case: &Case,
     body: &Body,
@@ -420,7 +420,7 @@ fn dropped_grains<const D: usize>(
     Ok(cut_to_shape(body, placed.into_iter().map(spread)))
 }
 
-/// A place as one of that many coordinates, which it has.
+/// Converts a position of `N` coordinates to one of `D` coordinates, which are equal.
 fn spread<const N: usize, const D: usize>((x, radius): ([f64; N], f64)) -> PlacedGrain<D> {
     (std::array::from_fn(|c| x[c]), radius)
 }

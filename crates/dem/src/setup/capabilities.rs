@@ -1,4 +1,4 @@
-//! What DEM refuses of a case, by its path.
+//! Capabilities of DEM: features of a case that are supported or rejected, by path.
 
 use colluvium_case::files::json::closest;
 use colluvium_case::{Capabilities, Case, CaseError, RequiredInput};
@@ -10,7 +10,7 @@ use crate::config::{CellControl, DemOptions, PairSpec};
 const ADHESION: &str = "adhesion of grains is in the pair of their kind and the obstacle: leave it out";
 const SPACES: &str = "dem has disks and spheres: use plane-strain or 3d";
 
-/// Refuses grains made of several, by their name.
+/// Rejects clumps of grains, by their key.
 pub fn reject_clumps(options: &Value) -> Result<(), CaseError> {
     let named = |own: &Value| {
         let mut keys = own.as_object().into_iter().flatten().map(|(key, _)| key.clone());
@@ -27,7 +27,7 @@ pub fn reject_clumps(options: &Value) -> Result<(), CaseError> {
     }
 }
 
-/// What DEM says to the features of a case.
+/// Capabilities of DEM for the features of a case.
 pub fn capabilities() -> Capabilities {
     Capabilities::for_point_methods("dem")
         .supports(&[
@@ -88,7 +88,7 @@ pub fn capabilities() -> Capabilities {
         .rejects("measures=factor-of-safety", "grains have no material whose strength could be reduced")
 }
 
-/// Refuses by name what its options do not go with.
+/// Rejects combinations of the case and the options that are not supported, by path.
 pub(super) fn check_supported(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     names(case, options)?;
     check_pluviation(case, options)?;
@@ -97,14 +97,14 @@ pub(super) fn check_supported(case: &Case, options: &DemOptions) -> Result<(), C
     crate::setup::stress_checks::check_stresses(case, options)
 }
 
-/// Measuring regions lie in the domain.
+/// Checks that measuring regions lie in the domain.
 fn check_regions(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     for (name, region) in &options.regions {
         let ball =
             case.relative_to_origin(Shape::Ball { centre: region.centre.clone(), radius: region.radius });
         let (mut low, mut high) = ball.bounds(case.dimension());
         for c in (0..case.dimension()).filter(|c| case.domain.is_periodic(*c)) {
-            // It sees the images of grains too.
+            // The region includes images of grains.
             (low[c], high[c]) = (case.domain.min[c], case.domain.max[c]);
         }
         if let Some(problem) = case.outside_domain_problem(&low, &high) {
@@ -114,7 +114,7 @@ fn check_regions(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Grains that enter need sizes, and a body that is not made of points or moved as one.
+/// Checks that sources of grains have sizes, and are neither bodies of points nor rigid.
 fn check_pluviation(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     for (number, body) in case.bodies.iter().enumerate() {
         if options.bodies.get(&body.name).is_none_or(|own| own.pluviation.is_none()) {
@@ -141,13 +141,13 @@ fn check_pluviation(case: &Case, options: &DemOptions) -> Result<(), CaseError> 
     Ok(())
 }
 
-/// The error of a name that is not there.
+/// Returns the error of an unknown name.
 fn missing(path: String, name: &str, known: &[&str], what: &str) -> Result<(), CaseError> {
     let hint = closest(name, known).map_or(String::new(), |k| format!("; did you mean {k:?}?"));
     Err(CaseError::new(path, format!("{name:?} is not {what}{hint}")))
 }
 
-/// What a pair may be between.
+/// Names allowed in a pair.
 struct PairNames<'a> {
     /// Kinds of grains, and walls.
     all: &'a [&'a str],
@@ -155,7 +155,7 @@ struct PairNames<'a> {
 }
 
 impl PairNames<'_> {
-    /// The two names of a pair.
+    /// Checks the two names of a pair.
     fn pair(&self, path: &str, between: &[String; 2]) -> Result<(), CaseError> {
         for (side, name) in between.iter().enumerate() {
             if !self.all.contains(&name.as_str()) {
@@ -169,7 +169,7 @@ impl PairNames<'_> {
         Ok(())
     }
 
-    /// An entry of the options' pairs, which none before repeats.
+    /// Checks an entry of the options' pairs, which must not repeat an earlier one.
     fn options(&self, pairs: &[PairSpec], number: usize) -> Result<(), CaseError> {
         let (path, pair) = (format!("methods.dem.pairs[{number}]"), &pairs[number]);
         self.pair(&path, &pair.between)?;
@@ -191,7 +191,7 @@ impl PairNames<'_> {
     }
 }
 
-/// Names that must be there.
+/// Checks the names of kinds, walls, stages and pairs.
 fn names(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     let kinds: Vec<&str> = options.grains.keys().map(String::as_str).collect();
     let mut walls: Vec<&str> =
@@ -232,7 +232,7 @@ fn names(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     bodies(case, options)
 }
 
-/// Why what is no wall of `boundaries` follows no stress, and what does; none of a name that is not there.
+/// Reason why a name other than a wall of `boundaries` cannot follow a stress, with the alternative; `None` for an unknown name.
 fn no_servo_reason(case: &Case, kinds: &[&str], stage: &str, name: &str) -> Option<String> {
     if case.obstacles.iter().any(|obstacle| obstacle.name == name) {
         return Some(no_stress_control_message(stage));
@@ -246,7 +246,7 @@ fn bonded(stage: &str) -> String {
     format!("bonded grains that are not held take a force by methods.dem.stages.{stage}.forces")
 }
 
-/// What does in place of an obstacle that is to follow a stress or a force.
+/// Message on alternatives to stress or force control of an obstacle.
 fn no_stress_control_message(stage: &str) -> String {
     format!(
         "an obstacle moves as its `motion` says, and follows no stress and no force: take a wall of boundaries, which follows a stress by \
@@ -255,7 +255,7 @@ fn no_stress_control_message(stage: &str) -> String {
     )
 }
 
-/// Names of bodies that must be there, and forces only where grains are free to follow them.
+/// Checks the names of bodies, and that forces act only on grains that are free.
 fn bodies(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     let bodies: Vec<&str> = case.bodies.iter().map(|body| body.name.as_str()).collect();
     let known = |path: String, name: &str| match bodies.contains(&name) {
@@ -303,7 +303,7 @@ fn bodies(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Cells that deform must repeat themselves where they do.
+/// Checks that deforming cells are periodic along the axes of the deformation.
 fn cells(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     for (name, stage) in &options.stages {
         let path = format!("methods.dem.stages.{name}");

@@ -1,4 +1,4 @@
-//! From a case to a solver: refuses what the method cannot honour, by JSON path.
+//! Setup: from a case to a solver; rejects what the method does not support, by JSON path.
 
 mod body_grains;
 mod capabilities;
@@ -36,10 +36,10 @@ use crate::solver::{
 use crate::specimen::file::StoredSpecimen;
 use crate::specimen::pluviation;
 
-/// Bytes of a disk and of a sphere with its buffers and its pairs, while a run goes on.
+/// Memory of a disk and of a sphere during a run, with buffers and pairs (bytes).
 const BYTES_OF_GRAIN: [usize; 2] = [650, 1000];
 
-/// The options of the case, checked.
+/// Options of the case, validated.
 pub(crate) fn options(case: &Case) -> Result<DemOptions, CaseError> {
     if !case.methods.contains_key("dem") {
         let problem = "is missing: the discrete element method needs at least its `grains` and `pairs`";
@@ -68,7 +68,7 @@ pub fn plan(case: &Case) -> Result<Plan, CaseError> {
     })
 }
 
-/// What would be solved, and the solver of it.
+/// Plan of a case, and its solver.
 pub fn plan_and_build(case: &Case) -> Result<(Plan, Box<dyn Solver>), CaseError> {
     Ok(match case.dimension() {
         3 => {
@@ -107,7 +107,7 @@ fn build_plan<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D,
     }
 }
 
-/// A solver with its concrete type, at time zero.
+/// Solver with its concrete type, at time zero.
 pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D, R>, CaseError> {
     let options = options(case)?;
     let kinds = kinds(&options);
@@ -176,14 +176,14 @@ fn kinds(options: &DemOptions) -> Vec<KindProperties> {
         .collect()
 }
 
-/// The domain as a cell.
+/// Periodic cell of the domain.
 fn domain<const D: usize>(case: &Case) -> PeriodicCell<D> {
     let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
     let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
     PeriodicCell::new(corner(&case.domain.min), corner(&case.domain.max), periodic)
 }
 
-/// Mean diameter (m) of the grains that there are, or of those that will enter.
+/// Mean diameter (m) of the grains at the start, or of those that will enter.
 fn mean_diameter<const D: usize, const R: usize>(
     case: &Case,
     options: &DemOptions,
@@ -195,7 +195,7 @@ fn mean_diameter<const D: usize, const R: usize>(
     }
 }
 
-/// Grains that are free must not begin in obstacles.
+/// Checks that free grains do not start inside obstacles.
 fn check_covered<const D: usize, const R: usize>(
     case: &Case,
     standing: &[PlacedObstacle<'_, D>],
@@ -209,7 +209,7 @@ fn check_covered<const D: usize, const R: usize>(
     Ok(())
 }
 
-/// A step that the case fixes must be one that contacts allow.
+/// Checks that the contacts allow a fixed time step of the case.
 fn check_step<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Result<(), CaseError> {
     let Some(step) = solver.options.time_step.filter(|step| *step > solver.laws.step[1]) else {
         return Ok(());
@@ -222,13 +222,13 @@ fn check_step<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Resul
     Err(CaseError::new("methods.dem.time_step", problem))
 }
 
-/// What stages press fits what there is.
+/// Checks the membranes and servo walls of the stages against the grains and walls.
 fn check_stages<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Result<(), CaseError> {
     check_sheets(solver)?;
     check_areas(solver)
 }
 
-/// Membranes in space are whole rows of grains, two at least, and those that are filled with rings are closed by these.
+/// Checks that membranes in space are at least two whole rows of grains, and closed where they are filled with rings.
 fn check_sheets<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Result<(), CaseError> {
     for (stage, own) in &solver.options.stages {
         for (name, membrane) in &own.membranes {
@@ -254,7 +254,7 @@ fn check_sheets<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Res
     Ok(())
 }
 
-/// The area that a wall presses on is known: walls or periods bound it, or the case says it.
+/// Checks that the area of each servo wall is known: bounded by walls or periods, or given by the case.
 fn check_areas<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Result<(), CaseError> {
     let case = &solver.case;
     for (stage, own) in &solver.options.stages {
@@ -290,14 +290,14 @@ fn check_areas<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Resu
     Ok(())
 }
 
-/// Grains must not begin deep in each other or in walls.
+/// Checks the initial overlaps of grains with each other and with walls.
 fn check_overlaps<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Result<(), CaseError> {
     let (g, most) = (&solver.grains, solver.options.initial_overlap);
     let mut worst: Option<(f64, usize, Option<usize>)> = None;
     solver.for_each_contact(|contact, _, _| {
         let share = solver.overlap_of(&contact);
         let given = |grain: usize| solver.specimen_source.has(g.body[grain] as usize);
-        // A specimen is in balance with the overlaps that it has.
+        // A specimen is in equilibrium with its overlaps.
         let of_file = given(contact.grain) && contact.other.is_none_or(given);
         let most = if of_file { most.max(solver.specimen_source.overlap) } else { most };
         if share > most * (1.0 + 1e-9) && worst.is_none_or(|(before, ..)| share > before) {
@@ -318,7 +318,7 @@ fn check_overlaps<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> R
     Err(CaseError::new(format!("bodies[{}].shape", g.body[i]), problem))
 }
 
-/// Bonds grains that touch at the start, and sets the cohesion of their contacts.
+/// Bonds grains in contact at the start, and sets the cohesion of their contacts.
 fn initialise_bonds<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) -> Result<(), CaseError> {
     let wanted = solver.laws.pairs.iter().any(|law| law.bond.is_some());
     let coheres = |law: &PairLaw| matches!(law.attraction, Some(AttractionLaw::Cohesion(_)));
@@ -335,7 +335,7 @@ fn initialise_bonds<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>
             let j = pairs.other[k] as usize;
             let given = |grain: usize| solver.specimen_source.has(g.body[grain] as usize);
             if solver.specimen_source.bonded && given(i) && given(j) {
-                // Bonded, or broken, as the file says.
+                // The file states that it is bonded, or broken.
                 bonds += usize::from(pairs.histories.bond.get(k).is_some_and(Bond::is_intact));
                 continue;
             }
@@ -382,18 +382,18 @@ fn initialise_bonds<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>
     Ok(())
 }
 
-/// A factor on strengths of mean 1 and coefficient of variation `scatter`, of a Weibull distribution.
+/// Random factor on strengths, of a Weibull distribution of mean 1 and coefficient of variation `scatter`.
 fn strength(scatter: f64, random: &mut ChaCha8Rng) -> f64 {
     if scatter == 0.0 {
         return 1.0;
     }
-    // The modulus from the coefficient of variation (Justus and Mikhail 1976, within 1 % from 0.1 to 1).
+    // Weibull modulus from the coefficient of variation (Justus and Mikhail 1976, within 1 % from 0.1 to 1).
     let modulus = scatter.powf(-1.086);
     let draw: f64 = 1.0 - random.random::<f64>();
     (-draw.ln()).powf(1.0 / modulus) / crate::specimen::size_distributions::gamma(1.0 + 1.0 / modulus)
 }
 
-/// Laws of the regions of obstacle number `number`, which follow those of all walls and obstacles.
+/// Laws of the regions of obstacle number `number`, which are stored after those of all walls and obstacles.
 fn laws_of_regions<const D: usize, const R: usize>(
     solver: &DemSolver<D, R>,
     number: usize,
@@ -404,7 +404,7 @@ fn laws_of_regions<const D: usize, const R: usize>(
     solver.laws.walls[first..first + case.obstacles[number].regions.len()].to_vec()
 }
 
-/// The walls that stand in a stage.
+/// Walls present in a stage.
 fn stage_walls<const D: usize, const R: usize>(solver: &DemSolver<D, R>, stage: usize) -> Vec<RigidWall<D>> {
     let case = &solver.case;
     let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);

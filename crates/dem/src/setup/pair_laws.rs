@@ -1,4 +1,4 @@
-//! From the pairs of a case to the laws of a stage.
+//! Contact laws of a stage, from the pairs of a case.
 
 use std::f64::consts::PI;
 
@@ -22,10 +22,10 @@ use crate::points::grains::Grains;
 use crate::solver::{KindProperties, StageLaws};
 use crate::specimen::pluviation::{GrainSource, sources};
 
-/// Share of the stable step of a lone undamped contact that no step exceeds (sheet: dem §3.5).
+/// Largest step as a share of the stable step of a single undamped contact (sheet: dem §3.5).
 const MAX_STEP_FRACTION: f64 = 0.2;
 
-/// Damping ratio of a law.
+/// Damping ratio from a coefficient of restitution, or as given; zero without either.
 fn damping(restitution: Option<f64>, ratio: Option<f64>, clamp: bool) -> f64 {
     match (restitution, ratio) {
         (Some(e), _) if e >= 1.0 => 0.0,
@@ -70,7 +70,7 @@ fn normal(law: &NormalLaw, tangential: &TangentialSpec) -> (NormalForceLaw, bool
             let youngs = [*youngs_modulus, other_youngs_modulus.unwrap_or(*youngs_modulus)];
             let poisson = [*poissons_ratio, other_poissons_ratio.unwrap_or(*poissons_ratio)];
             let ratio = damping(*restitution, *damping_ratio, *clamp);
-            // Friction is damped as the normal direction is (sheet: dem §2.8) where the case does not say how.
+            // Tangential damping equals normal damping (sheet: dem §2.8) where the case gives none.
             let hertz = Hertz::new(youngs, poisson, ratio, tangential.damping_ratio.unwrap_or(ratio));
             let ratio = tangential.stiffness_ratio;
             (NormalForceLaw::Hertz(ratio.map_or(hertz, |ratio| hertz.with_stiffness_ratio(ratio))), *clamp)
@@ -78,7 +78,7 @@ fn normal(law: &NormalLaw, tangential: &TangentialSpec) -> (NormalForceLaw, bool
     }
 }
 
-/// The law of a pair for grains up to `largest` (m).
+/// Contact law of a pair, for grains of radius up to `largest` (m).
 fn law(pair: &PairSpec, velocity: ContactVelocity, largest: f64, dimension: usize) -> PairLaw {
     let (normal, clamp) = normal(&pair.normal, &pair.tangential);
     let friction =
@@ -147,7 +147,7 @@ fn is_between(pair: &[String; 2], a: &str, b: &str) -> bool {
     (pair[0] == a && pair[1] == b) || (pair[0] == b && pair[1] == a)
 }
 
-/// What a stage changes of a pair.
+/// Returns a pair with the overrides of a stage.
 fn with_overrides(pair: &PairSpec, overrides: &[PairOverride]) -> PairSpec {
     let mut pair = pair.clone();
     let own =
@@ -161,7 +161,7 @@ fn with_overrides(pair: &PairSpec, overrides: &[PairOverride]) -> PairSpec {
     pair
 }
 
-/// The pair of two unlike kinds that follows from those of like ones (sheet: dem §0).
+/// Contact law of two unlike kinds, mixed from those of like kinds (sheet: dem §0).
 fn mixed_law(a: &PairLaw, b: &PairLaw) -> Option<PairLaw> {
     let harmonic = |x: f64, y: f64| if x + y > 0.0 { 2.0 * x * y / (x + y) } else { 0.0 };
     let root = |x: f64, y: f64| (x * y).sqrt();
@@ -195,7 +195,7 @@ fn mixed_law(a: &PairLaw, b: &PairLaw) -> Option<PairLaw> {
     Some(PairLaw { normal, attraction: None, bond: None, rolling: None, twisting: None, ..*smaller })
 }
 
-/// The laws of stage number `stage`.
+/// Contact laws of stage number `stage`.
 pub(super) fn laws<const D: usize, const R: usize>(
     case: &Case,
     options: &DemOptions,
@@ -254,7 +254,7 @@ pub(super) fn laws<const D: usize, const R: usize>(
     Ok(StageLaws { pairs, walls, step, impact, rupture_distance: bridge })
 }
 
-/// Names of boundaries, then of obstacles, then of obstacles once more for each of their regions, with their coefficients of friction.
+/// Names and friction coefficients of boundaries, then of obstacles, then of obstacles once more for each of their regions.
 fn frictions(case: &Case) -> Vec<(&str, f64)> {
     let walls = case.boundaries.iter().map(|boundary| {
         let coefficient = match boundary.wall {
@@ -276,14 +276,14 @@ fn frictions(case: &Case) -> Vec<(&str, f64)> {
     walls.chain(obstacles).chain(regions).collect()
 }
 
-/// Largest gap (m) that a law bridges, between grains up to radius `largest` (m).
+/// Largest rupture distance (m) of a law, for grains of radius up to `largest` (m).
 fn max_rupture_distance(law: &PairLaw, largest: f64) -> f64 {
     // At a wall the effective radius is that of the grain.
     let bridged = law.rupture_distance(crate::contact::CONTACT_BONDED, largest);
     bridged.max(law.bond.map_or(0.0, |bond| 2.0 * bond.gap * largest))
 }
 
-/// The smallest grain of each kind, those that will enter among them, as radius (m) and mass (kg).
+/// Smallest grain of each kind, including those that will enter, as radius (m) and mass (kg).
 fn smallest_grains<const D: usize, const R: usize>(
     grains: &Grains<D, R>,
     coming: &[(usize, [(f64, f64); 2])],
@@ -304,7 +304,7 @@ fn smallest_grains<const D: usize, const R: usize>(
     least
 }
 
-/// Stable step of the stiffest contact (s), and the one above which none is (sheet: dem §3.5). `least` has radius (m) and mass
+/// Stable step of the stiffest contact (s), and the upper bound of stable steps (sheet: dem §3.5). `least` has radius (m) and mass
 /// (kg) of the smallest grain of each kind.
 fn stable_steps<const D: usize>(
     pairs: &[PairLaw],
@@ -339,7 +339,7 @@ fn stable_steps<const D: usize>(
     limits
 }
 
-/// See [`Laws::impact`]; of equal spheres with the radius (m) and the mass (kg) of any of `least`.
+/// Impact factor, see [`StageLaws::impact`], of equal spheres with the radius (m) and the mass (kg) of any of `least`.
 fn impact(law: &PairLaw, least: &[(f64, f64)]) -> f64 {
     let NormalForceLaw::Hertz(hertz) = &law.normal else { return 0.0 };
     let sizes = least.iter().filter(|(radius, _)| radius.is_finite());
@@ -357,11 +357,11 @@ fn limits_of<const D: usize>(law: &PairLaw, radius: f64, mass: f64, small: f64, 
             [fraction * PI / frequency, MAX_STEP_FRACTION * 2.0 / frequency]
         }
         NormalForceLaw::Hertz(hertz) => {
-            // Of the Rayleigh wave over the smaller grain, whose moduli follow from both of the contact.
+            // Rayleigh wave over the smaller grain, with moduli from those of the contact.
             let ratio = hertz.modulus / hertz.grain_shear_modulus;
             let poisson = ((ratio - 4.0) / (ratio - 2.0)).clamp(-0.99, 0.5);
             let shear = hertz.grain_shear_modulus * 2.0 * (2.0 - poisson);
-            // Two alike have half the mass of one, at a wall it has all of it.
+            // Two equal grains have half the mass of one, a contact with a wall has all of it.
             let density = mass / (4.0 / 3.0 * PI * small.powi(3)) * if radius < small { 2.0 } else { 1.0 };
             let rayleigh = PI * small * (density / shear).sqrt() / (0.1631 * poisson + 0.8766);
             let bonded = if bond > 0.0 { fraction * PI / (bond / mass).sqrt() } else { f64::INFINITY };

@@ -1,4 +1,4 @@
-//! How many grains there will be, and what it takes to place them.
+//! Estimate of the number of grains, and of memory and time to place them.
 
 use colluvium_case::description::Body;
 use colluvium_case::{Case, CaseError, ProblemSize};
@@ -9,23 +9,23 @@ use crate::setup::{BYTES_OF_GRAIN, fill_of_body, options};
 use crate::specimen::file::StoredSpecimen;
 use crate::specimen::pluviation;
 
-/// Bytes of a grain while it is placed, with its neighbours.
+/// Memory of a grain during placement, with its neighbours (bytes).
 const BYTES_OF_PLACED: f64 = 300.0;
-/// Solid fraction of disks and of spheres that are dropped and roll (Visscher and Bolsterli 1972).
+/// Solid fraction of disks and of spheres placed by drop and roll (Visscher and Bolsterli 1972).
 const DROPPED: [f64; 2] = [0.82, 0.58];
 
-/// Grains of a body.
+/// Expected number of grains of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct ExpectedGrains {
-    /// Those that the body will have.
+    /// Number of grains that the body will have.
     grains: f64,
-    /// Those that are placed in the box around it, of which some are cut away.
+    /// Number of grains placed in the box around the body, some of which are cut away.
     placed: f64,
-    /// Time that this takes (s).
+    /// Time of the placement (s).
     seconds: f64,
 }
 
-/// About how large the problem is.
+/// Approximate size of the problem.
 pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     let options = options(case)?;
     let stored = StoredSpecimen::of_case(case, &options)?;
@@ -39,7 +39,7 @@ pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     let sources = pluviation::sources(case, &options);
     let rain: f64 = sources.iter().map(|source| source.expected(case.dimension(), end)).sum();
     let points = all.iter().map(|own| own.grains).sum::<f64>() + rain;
-    // One body is placed after another.
+    // Bodies are placed one after another.
     let placed = all.iter().map(|own| own.placed).fold(0.0, f64::max);
     Ok(ProblemSize {
         points,
@@ -93,7 +93,7 @@ fn filled(body: &Body, fill: Fill, sizes: &Diameters, dimension: usize) -> Expec
     }
 }
 
-/// Area or volume of a site of a lattice of pitch one.
+/// Area or volume per site of a lattice of unit pitch.
 fn site(packing: LatticePacking, dimension: usize) -> f64 {
     match (packing, dimension) {
         (LatticePacking::Square, _) => 1.0,
@@ -103,7 +103,7 @@ fn site(packing: LatticePacking, dimension: usize) -> f64 {
     }
 }
 
-/// Time to place one of `count` grains (s), as it was measured on one thread of a desktop computer (docs/theory/dem.md).
+/// Time to place one of `count` grains (s), measured on one thread of a desktop computer (docs/theory/dem.md).
 fn seconds_each(fill: Fill, dimension: usize, count: f64) -> f64 {
     let flat = dimension == 2;
     match fill {
@@ -117,14 +117,14 @@ fn seconds_each(fill: Fill, dimension: usize, count: f64) -> f64 {
         }
         Fill::Random { solid_fraction } => relaxation_time(solid_fraction, flat, count),
         Fill::Layers { solid_fraction, layers, .. } => {
-            // All that lies below a layer is pushed with it, and longer.
+            // All grains below a layer are pushed with it, and for longer.
             9.0 * relaxation_time(solid_fraction, flat, count) * 0.5 * (layers + 1) as f64
         }
     }
 }
 
-/// Time for which one of `count` grains is pushed to and fro (s): the longer, the nearer the packing is to the densest that pushes make, and
-/// the more there are, of which the deepest overlap must be small.
+/// Relaxation time of one of `count` grains (s): the longer, the nearer the packing is to the densest random one, and
+/// the more grains there are, whose largest overlap must become small.
 fn relaxation_time(solid_fraction: f64, flat: bool, count: f64) -> f64 {
     let (scale, densest) = if flat { (1.2e-5, 0.84) } else { (1.6e-5, 0.64) };
     scale / (densest - solid_fraction).max(0.01) * (count / 3e4).powf(0.28)

@@ -6,10 +6,10 @@ use colluvium_points::Shape;
 
 use crate::config::Diameters;
 
-/// Share by which lengths may differ that are to be the same.
+/// Relative tolerance of lengths that should be equal.
 const EQUAL_TOLERANCE: f64 = 1e-9;
 
-/// A tube: what a cylinder leaves of a wider one about the same axis.
+/// Tube: a cylinder less a narrower one about the same axis.
 struct Tube {
     axis: usize,
     base: [f64; 3],
@@ -18,7 +18,7 @@ struct Tube {
     radii: [f64; 2],
 }
 
-/// The tube that a shape is.
+/// Tube of a shape, if it is one.
 fn tube(shape: &Shape) -> Option<Tube> {
     let Shape::Difference { from, cut } = shape else { return None };
     let (
@@ -36,12 +36,12 @@ fn tube(shape: &Shape) -> Option<Tube> {
     is_tube.then_some(Tube { axis: *axis, base: *base, height: *height, radii: [*inner, *outer] })
 }
 
-/// Number of rings of a tube, as far apart as the grains of a ring are, and two at least.
+/// Number of rings of a tube, at about the spacing of the grains of a ring, and at least two.
 fn rows(height: f64, chord: f64) -> usize {
     ((height / chord).round() as usize).max(2)
 }
 
-/// Centres of rings of `columns` grains each, one ring above another, from the base of the tube on: all rest on its inner side.
+/// Centres of rings of `columns` grains each, one ring above another, from the base of the tube on: all grains rest on its inner side.
 pub(super) fn rings<const D: usize>(
     shape: &Shape,
     sizes: &Diameters,
@@ -82,7 +82,7 @@ pub(super) fn rings<const D: usize>(
     Ok((0..rows * columns).map(place).collect())
 }
 
-/// How many grains rings have, about.
+/// Approximate number of grains of the rings.
 pub(super) fn count(shape: &Shape, sizes: &Diameters, columns: usize) -> f64 {
     let Some(tube) = tube(shape) else { return 0.0 };
     let radius = tube.radii[0] + 0.5 * sizes.range().1;

@@ -1,4 +1,4 @@
-//! What changes when a stage begins.
+//! Changes at the beginning of a stage.
 
 use std::sync::Arc;
 
@@ -11,13 +11,13 @@ use crate::setup::{check_step, pair_laws, stage_walls};
 use crate::solver::{ControlledStress, DemSolver};
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// Prepares the solver for its stage, which is `fresh` where it begins with this.
+    /// Prepares the solver for its stage; `fresh` marks the beginning of the stage.
     pub(crate) fn enter_stage(&mut self, fresh: bool) -> Result<(), SolverError> {
         let (step, time, stage) = (self.step, self.time, self.stage);
         let failed = |reason: String| SolverError::Step { step, time, reason };
         let laws = pair_laws::laws(&self.case, &self.options, &self.kinds, &self.grains, stage);
         self.laws = laws.map_err(|error| failed(error.to_string()))?;
-        // Walls keep where they have moved to.
+        // Walls keep their present positions.
         let standing = stage_walls(self, stage);
         let stands = |wall: &RigidWall<D>| standing.iter().any(|other| other.boundary == wall.boundary);
         let mut next = 0;
@@ -37,7 +37,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             wall.laws.clone_from(&self.laws.walls[wall.boundary]);
             let Some(own) = standing.iter().find(|other| other.boundary == wall.boundary) else { continue };
             wall.regions.clone_from(&own.regions);
-            // What a stage before has pressed goes on as its boundary says.
+            // A wall that was servo-controlled in the last stage takes the velocity of its boundary.
             if !options.walls.contains_key(&wall.name) {
                 wall.velocity = own.velocity;
             }
@@ -55,12 +55,12 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
         self.energy_balance.begin_stage();
         self.controlled_stresses.iter_mut().for_each(ControlledStress::begin_stage);
-        // Walls may be gone, and gaps that contacts bridge may be others.
+        // The walls and the largest rupture distance may have changed.
         self.build_lists()
     }
 }
 
-/// Takes away the grains of bodies that a stage removes, and those whose centres lie where it digs.
+/// Removes the grains of bodies that a stage removes, and those with centres in its excavations.
 fn remove<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) {
     let case = Arc::clone(&solver.case);
     let pits = &case.stages[solver.stage].excavate;
@@ -72,7 +72,7 @@ fn remove<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) {
     }
 }
 
-/// Adds a random velocity to all grains, drawn in the order of their ids.
+/// Adds a random velocity to all grains, drawn in the order of ids.
 fn agitate<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>, speed: f64) {
     let mut random = ChaCha8Rng::seed_from_u64(solver.options.seed ^ (solver.stage as u64 + 1) << 32);
     let g = &mut solver.grains;

@@ -1,14 +1,14 @@
-//! Stresses that a packing of grains cannot have (sheet: dem §7).
+//! Checks for stresses that a packing of grains cannot carry (sheet: dem §7).
 
 use colluvium_case::{Case, CaseError};
 
 use crate::config::{CellEntry, DemOptions, GrainStage, NormalLaw};
 
-/// Mean overlap over the radius beyond which contacts of one size have no stiffness that means anything.
+/// Mean overlap over the radius beyond which the stiffness of contacts has no physical meaning.
 const MAX_MEAN_OVERLAP: f64 = 0.3;
 
-/// Refuses stresses that grains without attraction would have to be pulled for, and pressures under which they would overlap by
-/// more than [`DEEPEST`].
+/// Rejects tensile stresses on grains without attraction, and pressures that cause overlaps of more than
+/// [`MAX_MEAN_OVERLAP`].
 pub(super) fn check_stresses(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     let attracts = options.pairs.iter().any(|pair| pair.adhesion.is_some() || pair.bond.is_some());
     for (name, stage) in &options.stages {
@@ -35,7 +35,7 @@ pub(super) fn check_stresses(case: &Case, options: &DemOptions) -> Result<(), Ca
     Ok(())
 }
 
-/// Normal stresses that a stage follows, each with its key, the least and the largest value (Pa, tension-positive).
+/// Normal stresses prescribed in a stage, each with its key, the lowest and the highest value (Pa, tension-positive).
 fn requested_stresses(stage: &GrainStage) -> Vec<(String, f64, f64)> {
     let entries = stage.cell.iter().flat_map(|cell| [("xx", cell.xx), ("yy", cell.yy), ("zz", cell.zz)]);
     let of_cell = entries.filter_map(|(key, entry)| {
@@ -54,8 +54,8 @@ fn requested_stresses(stage: &GrainStage) -> Vec<(String, f64, f64)> {
     of_cell.chain(of_walls).collect()
 }
 
-/// Pressure under which the stiffest pair of the smallest grains overlaps by [`DEEPEST`]: in a packing a contact bears about the
-/// pressure times the diameter, in space its square. `None` where the stiffness is no number.
+/// Pressure that causes the overlap [`MAX_MEAN_OVERLAP`] of the stiffest pair of the smallest grains (Pa; N/m in the plane): a contact
+/// force is about the pressure times the diameter, in space its square. `None` where the stiffness is not given as a number.
 fn largest_pressure(dimension: usize, options: &DemOptions, stage: &GrainStage) -> Option<f64> {
     let laws = options.pairs.iter().map(|pair| &pair.normal);
     let stiffness =

@@ -1,4 +1,4 @@
-//! What DEM allows of a case but has a word about.
+//! Warnings about a case that DEM accepts.
 
 use colluvium_case::Case;
 use colluvium_case::description::Wall;
@@ -8,13 +8,13 @@ use crate::points::vector::norm;
 use crate::solver::DemSolver;
 use crate::specimen::Specimen;
 
-/// Difference of a porosity from what was asked for that is told.
+/// Difference between the actual and the requested porosity that causes a warning.
 const POROSITY_TOLERANCE: f64 = 0.01;
-/// Overlap under a body's own weight, over the diameter, that is told: porosity and coordination depend on the stiffness then
-/// (sheet: dem §7).
+/// Overlap under the weight of the body, over the diameter, that causes a warning: porosity and coordination then depend on
+/// the stiffness (sheet: dem §7).
 const MAX_WEIGHT_OVERLAP: f64 = 0.01;
 
-/// All that is worth a word of a solver at time zero.
+/// Warnings of a solver at time zero.
 pub(super) fn warnings<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Vec<String> {
     let mut warnings = case.warnings();
     of_options(case, &solver.options, &mut warnings);
@@ -25,7 +25,7 @@ pub(super) fn warnings<const D: usize, const R: usize>(case: &Case, solver: &Dem
     warnings
 }
 
-/// Grains that roll without end, and grains of one size.
+/// Adds the warnings about grains that roll without resistance, and grains of one size.
 fn of_options(case: &Case, options: &DemOptions, warnings: &mut Vec<String>) {
     let flat = |wall: &Wall| matches!(wall, Wall::Rough | Wall::Frictional { .. });
     let resists = options.pairs.iter().any(|pair| pair.rolling.is_some());
@@ -48,7 +48,7 @@ fn of_options(case: &Case, options: &DemOptions, warnings: &mut Vec<String>) {
     }
 }
 
-/// Pairs that `mix` derives of kinds which do more than unlike grains then do.
+/// Warnings about pairs derived by `mix` from kinds whose further interactions are not derived.
 fn underived_pair_warnings(options: &DemOptions) -> Vec<String> {
     let pair = |a: &str, b: &str| {
         options.pairs.iter().find(|pair| {
@@ -81,8 +81,8 @@ fn underived_pair_warnings(options: &DemOptions) -> Vec<String> {
     warnings
 }
 
-/// Kinds of grains that the weight of their own body presses into each other. At its foot a contact bears about the pressure times
-/// the diameter, in space its square.
+/// Warnings about kinds of grains that overlap much under the weight of their body. At its base a contact force is about the
+/// pressure times the diameter, in space its square.
 fn soft_grain_warnings<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Vec<String> {
     let (g, gravity) = (&solver.grains, solver.gravity_at(0.0));
     let size = norm(&gravity);
@@ -122,7 +122,7 @@ fn soft_grain_warnings<const D: usize, const R: usize>(case: &Case, solver: &Dem
     (0..case.bodies.len()).filter_map(of_body).collect()
 }
 
-/// Bodies that are filled otherwise than was asked for.
+/// Warnings about bodies whose porosity differs from the requested one.
 fn porosity_warnings<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Vec<String> {
     let far = |own: &&Specimen| {
         own.requested_porosity.is_some_and(|asked| (own.porosity - asked).abs() > POROSITY_TOLERANCE)

@@ -1,29 +1,29 @@
-//! The largest step (sheet: dem §3.5).
+//! Critical time step (sheet: dem §3.5).
 
 use colluvium_case::{MovingObstacle, StepLimit, TimeStep};
 
 use crate::solver::DemSolver;
 
-/// Share of the smallest radius that the fastest grain moves in a step, at most (sheet: dem §3.5).
+/// Largest displacement of the fastest grain in a step, over the smallest radius (sheet: dem §3.5).
 const MAX_TRAVEL: f64 = 0.1;
 
-/// Overlap over the smaller radius from which on elastic spheres take shorter steps: that of an impact which lasts for 20 steps of the
+/// Overlap over the smaller radius beyond which Hertz contacts take shorter steps: that of an impact which lasts for 20 steps of the
 /// fraction of the Rayleigh wave (sheet: dem §3.5).
 const DEEP_OVERLAP: f64 = 0.008;
 
-/// Limit of a step by the duration of contacts.
+/// Step limit by the duration of contacts.
 const CONTACT: StepLimit = StepLimit::new("contact");
 
-/// Limit of a step by the way that the fastest grain moves in it.
+/// Step limit by the displacement of the fastest grain.
 const TRAVEL: StepLimit = StepLimit::new("travel");
 
-/// Factor by which the step of elastic spheres grows from one step to the next, at most: by 1 % over a collision, whose restitution is off
-/// where its steps change, although the overlap and the speed fall.
+/// Largest growth factor of the step of Hertz contacts from one step to the next: by 1 % over a collision, whose restitution has errors
+/// where its steps change, although the overlap and the speed decrease.
 const GROWTH: f64 = 1.0005;
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// Factor on the step of contacts of elastic spheres that grow stiff with their overlap: the frequency goes with its fourth root. The
-    /// overlap is that which the deepest contact has when the fastest grains have met, so that it hardly changes while they do.
+    /// Factor on the step of Hertz contacts that stiffen with their overlap: the frequency is proportional to its fourth root. The
+    /// overlap is that of the deepest contact after an impact of the fastest grains, so that it hardly changes during the impact.
     pub(super) fn deep_contact_factor(&self) -> f64 {
         let square = self.energy_balance.overlap * self.energy_balance.overlap;
         let energy =
@@ -36,7 +36,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         share.min(GROWTH * self.deep_share)
     }
 
-    /// The largest step from here (sheet: dem §3.5).
+    /// Critical step at present (sheet: dem §3.5).
     pub(crate) fn critical_step(&self) -> TimeStep {
         let least = self.radii.0;
         let moving = self.walls.iter().filter_map(|wall| wall.moving.as_ref());

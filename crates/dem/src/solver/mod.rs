@@ -1,4 +1,4 @@
-//! The solver: its data and one step (sheet: dem §3.1).
+//! Solver: its data and one step (sheet: dem §3.1).
 
 mod critical_step;
 
@@ -29,7 +29,7 @@ use crate::specimen::pluviation::GrainSource;
 /// Overlap over the smaller radius beyond which a run stops (sheet: dem §3.5).
 const MAX_OVERLAP: f64 = 0.3;
 
-/// A kind of grains.
+/// Properties of a kind of grains.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KindProperties {
     /// Name.
@@ -38,19 +38,19 @@ pub struct KindProperties {
     pub density: f64,
 }
 
-/// The laws of a stage.
+/// Contact laws of a stage.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StageLaws {
-    /// Of each pair of kinds, row by row.
+    /// Laws of each pair of kinds, row by row.
     pub pairs: Vec<PairLaw>,
-    /// Of each kind with each boundary of the case.
+    /// Laws of each kind with each boundary of the case.
     pub walls: Vec<Vec<PairLaw>>,
-    /// Stable step of contacts (s), and the one above which none is.
+    /// Stable step of contacts (s), and the upper bound of stable steps (s).
     pub step: [f64; 2],
-    /// Overlap over the radius to the power 5/2 that two of the smallest elastic spheres reach which meet head-on, over the square of the
-    /// speed of each (s²/m²); zero without them.
+    /// Overlap over the radius to the power 5/2 in a head-on impact of two of the smallest elastic spheres, over the square of the
+    /// speed of each (s²/m²); zero without elastic spheres.
     pub impact: f64,
-    /// Gap that contacts may bridge (m).
+    /// Largest rupture distance of the contacts (m).
     pub rupture_distance: f64,
 }
 
@@ -61,47 +61,47 @@ pub struct StepBuffers<const D: usize, const R: usize> {
     pub reactions: Vec<WallReaction<D>>,
     pub shifts: Vec<([f64; D], [f64; D])>,
     pub sums: Vec<GrainSums<D>>,
-    /// Velocities carried on by half a step.
+    /// Predicted velocities, extrapolated by half a step.
     pub velocity: Vec<[f64; D]>,
     pub spin: Vec<[f64; R]>,
     pub records: GrainRecords,
     pub received: Vec<ForceTorque>,
-    /// Facets that a grain touches.
+    /// Facets in contact with a grain.
     pub facets: ContactQuery<D>,
 }
 
-/// Since the lists were made.
+/// Changes since the last list build.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SinceListBuild<const D: usize> {
-    /// Vectors of the cell then (m).
+    /// Cell vectors at the list build (m).
     pub cell: Option<[[f64; D]; D]>,
-    /// Largest way of a grain (m).
+    /// Largest displacement of a grain (m).
     pub grain_travel: f64,
-    /// Way of the fastest wall, and growth of the largest radius (m).
+    /// Displacement of the fastest wall, plus growth of the largest radius (m).
     pub wall_travel: f64,
 }
 
-/// What is from a specimen in a file.
+/// Origin of the grains and contacts in a specimen file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SpecimenSource {
-    /// Whether the grains of each body of the case are.
+    /// Whether the grains of each body of the case are from the file.
     pub bodies: Vec<bool>,
     /// Whether contacts were bonded, or cohesive from the start on.
     pub bonded: bool,
     /// Largest overlap over the smaller radius.
     pub overlap: f64,
-    /// What is told of it.
+    /// Notes on the specimen for the user.
     pub notes: Vec<String>,
 }
 
 impl SpecimenSource {
-    /// Whether the grains of body number `body` are.
+    /// Whether the grains of body number `body` are from the file.
     pub fn has(&self, body: usize) -> bool {
         self.bodies.get(body).is_some_and(|given| *given)
     }
 }
 
-/// Grains in `D` dimensions with rotations of `R` components.
+/// DEM solver of grains in `D` dimensions with rotations of `R` components.
 pub struct DemSolver<const D: usize, const R: usize> {
     pub(crate) case: Arc<Case>,
     pub(crate) options: DemOptions,
@@ -112,11 +112,11 @@ pub struct DemSolver<const D: usize, const R: usize> {
     pub(crate) cell: PeriodicCell<D>,
     pub(crate) lists: VerletLists<D, R>,
     pub(crate) wall_list: WallList<R>,
-    /// Bodies that are membranes in some stage, and where their grains are, in the order of their numbers; empty where grains have been moved
-    /// about since the lists were made.
+    /// Bodies that are membranes in some stage, and the indices of their grains in the order of ids; empty where grains have been reordered
+    /// since the last list build.
     pub(crate) membranes: Vec<(u32, Vec<usize>)>,
     pub(crate) walls: Vec<RigidWall<D>>,
-    /// Surfaces of the obstacles of the case, and how they act.
+    /// Surfaces of the obstacles of the case, and their laws.
     pub(crate) obstacles: Vec<(Arc<dyn Surface<D>>, ObstacleLaws)>,
     pub(crate) scratch: StepBuffers<D, R>,
     pub(crate) since_list_build: SinceListBuild<D>,
@@ -124,60 +124,60 @@ pub struct DemSolver<const D: usize, const R: usize> {
     pub(crate) stage_start: f64,
     pub(crate) time: f64,
     pub(crate) step: u64,
-    /// Length of the step before, zero at the start (s).
+    /// Length of the last step, zero at the start (s).
     pub(crate) last_step: f64,
     /// Speed of the fastest grain (m/s).
     pub(crate) max_speed: f64,
-    /// Factor on the last step by deep contacts of elastic spheres.
+    /// Factor on the last step by deep Hertz contacts.
     pub(crate) deep_share: f64,
     /// Smallest and largest radius (m).
     pub(crate) radii: (f64, f64),
     pub(crate) energy_balance: EnergyBalance,
-    /// Stress times volume of the last step (J): contacts, and motion.
+    /// Stress times volume of the last step (J): contact and kinetic part.
     pub(crate) virial: [Virial<D>; 2],
-    /// Thickness of the skin (m).
+    /// Thickness of the Verlet skin (m).
     pub(crate) skin: f64,
-    /// Velocity gradient (1/s) that the cell takes in place of what its stage says.
+    /// Imposed velocity gradient of the cell (1/s), in place of that of the stage.
     pub(crate) imposed_gradient: Option<[[f64; D]; D]>,
-    /// Whether contacts are taken one by one even where they could go side by side.
+    /// Whether the scalar kernel is used even where a SIMD kernel could be.
     pub(crate) scalar_only: bool,
     /// Bodies whose grains enter during the run.
     pub(crate) sources: Vec<GrainSource>,
-    /// Number of the next grain that enters.
+    /// Id of the next grain that enters.
     pub(crate) next_id: u32,
-    /// How bodies were filled.
+    /// Reports on the filling of bodies.
     pub(crate) specimens: Vec<Specimen>,
-    /// What is from a file.
+    /// Origin of the specimen from a file.
     pub(crate) specimen_source: SpecimenSource,
-    /// Bonds that broke: time (s) and ids of the grains.
+    /// Broken bonds: time (s) and ids of the grains.
     pub(crate) broken_bonds: Vec<BrokenBond>,
-    /// Stresses that entries of the cell follow, row by row, and those that walls do.
+    /// Controlled stresses of the entries of the cell, row by row, and then of walls.
     pub(crate) controlled_stresses: Vec<ControlledStress>,
 }
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// What the stage says of grains, if anything.
+    /// Options of the present stage, if there are any.
     pub(crate) fn stage(&self) -> Option<&GrainStage> {
         self.options.stages.get(&self.case.stages[self.stage].name)
     }
 
-    /// The same, with what holds where it says nothing.
+    /// Options of the present stage, or the defaults.
     pub(crate) fn stage_options(&self) -> GrainStage {
         self.stage().cloned().unwrap_or_default()
     }
 
-    /// Takes contacts one by one from here on, as the solver does by itself where grains attract each other or are bonded. The
-    /// forces are the same to the last bit; what is summed over contacts of all grains is so to round-off.
+    /// Selects the scalar contact kernel, which the solver always uses for grains with attraction or bonds. The forces are
+    /// equal to the last bit; sums over contacts of all grains are equal to round-off.
     pub fn use_scalar_contacts(&mut self) {
         self.scalar_only = true;
     }
 
-    /// Looks for pairs in cells of one width from here on, however much the sizes of grains differ. The lists are the same.
+    /// Selects the search in uniform cells, whatever the sizes of grains. The lists are equal.
     pub fn use_uniform_cells(&mut self) {
         self.lists.uniform_cells = true;
     }
 
-    /// One step, `at_most` as long (s).
+    /// Takes a step of at most `at_most` (s).
     pub(crate) fn take_step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
         let limit = self.critical_step();
         let dt = limit.limited_to(at_most);
@@ -185,7 +185,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         Ok(Advance { dt, limit: limit.limit })
     }
 
-    /// One step.
+    /// Advances by a step of `dt` (s).
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
         self.deep_share = self.deep_contact_factor();
         self.add_entering_grains();
@@ -206,7 +206,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         Ok(())
     }
 
-    /// Grains of rigid bodies take the velocities that the stage prescribes.
+    /// Imposes the velocities of rigid bodies that the stage prescribes.
     fn impose_body_velocities(&mut self, dt: f64) {
         let case = Arc::clone(&self.case);
         if !case.bodies.iter().any(|body| body.rigid) {
@@ -224,13 +224,13 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
-    /// Forces of all contacts, from positions and the velocities half a step behind, before a step of `next` (s).
+    /// Computes the forces of all contacts from positions and the velocities half a step behind, before a step of `next` (s).
     pub(crate) fn find_forces(&mut self, next: f64) {
         let rate = self.stage_growth();
         self.find_facets();
         self.predict_velocities();
         self.cell.shifts(&mut self.scratch.shifts);
-        // Lanes that are left over look at the first grain.
+        // Unused lanes read the first grain.
         let single = self.grains.mass.is_empty() || self.scalar_only;
         let way = if single { ForceKernel::Scalar } else { ForceKernel::of(self.laws.pairs.iter()) };
         match way {
@@ -276,7 +276,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.sum_up();
     }
 
-    /// Sums of all slabs, in their order.
+    /// Adds up the sums of all slabs, in their order.
     fn sum_up(&mut self) {
         let (mut tally, mut virial) = (ContactEnergies::default(), [[0.0; D]; D]);
         for (own, part) in &self.scratch.tallies {
@@ -295,7 +295,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             }
             wall.moment = moment;
             let before = std::mem::replace(&mut wall.reaction[0], force);
-            // The mean of the forces at both ends of the way. Its sum is that of the kicks, each over half of the steps before and after.
+            // Mean of the forces at both ends of the displacement. Its sum is that of the kicks, over half of the steps before and after.
             let mean: [f64; D] = std::array::from_fn(|c| 0.5 * (before[c] + force[c]));
             if wall.surface.is_none() {
                 tally.boundary -= dot(&mean, &wall.velocity) * self.last_step;
@@ -308,7 +308,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
-    /// Notes which bonds broke.
+    /// Records the bonds that broke.
     fn record_broken_bonds(&mut self) {
         for pairs in [&mut self.lists.slab_pairs, &mut self.lists.periodic_pairs] {
             for i in 0..self.grains.len() {
@@ -330,7 +330,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
-    /// Velocities carried on by half a step with the forces of the last one.
+    /// Predicts velocities half a step ahead with the last forces.
     fn predict_velocities(&mut self) {
         if self.options.velocity != ContactVelocity::Predicted {
             return;
@@ -364,7 +364,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         Err(self.grain_error(grain, reason))
     }
 
-    /// Gravity `ahead` of now (m/s²).
+    /// Gravity at time `ahead` from now (m/s²).
     pub(crate) fn gravity_at(&self, ahead: f64) -> [f64; D] {
         let stage = &self.case.stages[self.stage];
         let own = self.stage();
@@ -446,7 +446,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         if stops { 0.0 } else { options.growth }
     }
 
-    /// Radii grow, masses with them.
+    /// Grows radii and masses in a step of `dt` (s).
     fn grow(&mut self, dt: f64) {
         let rate = self.stage_growth();
         if rate == 0.0 {

@@ -1,4 +1,4 @@
-//! Disks that are dropped one by one and roll until two supports hold them (ballistic deposition; sheet: dem §3.8).
+//! Drop and roll of disks, one by one until two supports hold each (ballistic deposition; sheet: dem §3.8).
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -7,25 +7,25 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::specimen::{Container, GrainHeap};
 
-/// Supports that a disk rolls over before it is given up.
+/// Largest number of supports that a disk rolls over before it is given up.
 const MAX_ROLLS: usize = 1000;
-/// Share of a distance that is no distance.
+/// Share of a length below which a distance is negligible.
 const NEGLIGIBLE: f64 = 1e-9;
 
-/// What a disk rests on when it cannot go on.
+/// Support at which the motion of a disk stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum RestingOn {
     /// The floor.
     Floor,
     /// A disk.
     Disk(usize),
-    /// A side, of which no disk rests alone.
+    /// A side; no disk rests on a side alone.
     Side,
-    /// Nothing: it has rolled to the height of its support's centre, and falls.
+    /// No support: it has rolled to the height of the centre of its support, and falls.
     Free,
 }
 
-/// Disks at rest, found by where they stand along the floor.
+/// Disks at rest, sorted into columns along the floor.
 struct RestingDisks<'a> {
     container: &'a Container<2>,
     placed: Vec<([f64; 2], f64)>,
@@ -36,7 +36,7 @@ struct RestingDisks<'a> {
 impl<'a> RestingDisks<'a> {
     fn new(container: &'a Container<2>, largest: f64) -> Self {
         let length = container.width(0);
-        // As wide as two of the largest, so that what touches a disk is in its column or beside it.
+        // As wide as two of the largest disks, so that contacts of a disk are in its column or beside it.
         let count = (length / (2.0 * largest)).floor().max(1.0) as usize;
         Self { container, placed: Vec::new(), columns: vec![Vec::new(); count], width: length / count as f64 }
     }
@@ -54,7 +54,7 @@ impl<'a> RestingDisks<'a> {
         real.flat_map(move |k| self.columns[k.rem_euclid(count) as usize].iter().map(|&i| i as usize))
     }
 
-    /// Way along the floor to a disk, over the period (m).
+    /// Distance along the floor to a disk, over the period (m).
     fn along(&self, x: f64, other: usize) -> f64 {
         let way = self.placed[other].0[0] - x;
         if !self.container.periodic[0] {
@@ -64,7 +64,7 @@ impl<'a> RestingDisks<'a> {
         way - length * (way / length).round()
     }
 
-    /// Where a disk that falls from a height at `x` first touches: the height of its centre, and what it touches.
+    /// First contact of a disk that falls from a height at `x`: height of its centre (m), and the support.
     fn fall(&self, [x, from]: [f64; 2], radius: f64) -> (f64, RestingOn) {
         let mut found = (self.container.low[1] + radius, RestingOn::Floor);
         for other in self.beside(x) {
@@ -80,7 +80,7 @@ impl<'a> RestingDisks<'a> {
         found
     }
 
-    /// Rolls a disk at `x` on a disk below towards one side (1 or -1): where it comes to, and what stops it there.
+    /// Rolls a disk at `x` on a disk below towards one side (1 or -1): its end position (m), and the support that stops it.
     fn roll(&self, x: [f64; 2], radius: f64, on: usize, side: f64) -> ([f64; 2], RestingOn) {
         let reach = radius + self.placed[on].1;
         let centre = [x[0] + self.along(x[0], on), self.placed[on].0[1]];
@@ -108,7 +108,7 @@ impl<'a> RestingDisks<'a> {
             let (apart, to) = (way.hypot(up), radius + self.placed[other].1);
             let cosine = (reach * reach + apart * apart - to * to) / (2.0 * reach * apart);
             if cosine.abs() < 1.0 {
-                // Where the circles about both meet first.
+                // First intersection of the circles about both.
                 stop((side * way).atan2(up) - cosine.acos(), RestingOn::Disk(other));
             }
         }
@@ -133,7 +133,7 @@ impl GrainHeap<2> for RestingDisks<'_> {
             };
             let off = -self.along(place[0], on);
             if side * off < 0.0 {
-                // It leans on what it has rolled from and on this, one on either side of it.
+                // It rests on the disk from which it has rolled and on this support, one on either side of it.
                 return Some(place);
             }
             side = if off == 0.0 { if random.random::<bool>() { 1.0 } else { -1.0 } } else { off.signum() };
@@ -150,8 +150,8 @@ impl GrainHeap<2> for RestingDisks<'_> {
     }
 }
 
-/// Drops disks, whose radii (m) `draw` gives one by one, at random places over a container until it is full: places and radii, the first
-/// ones lowest. Each rests on two disks with its centre between them, on a disk and a side, or on the floor.
+/// Drops disks, whose radii (m) `draw` gives one by one, at random places over a container until it is full: positions and radii
+/// (m), the lowest first. Each rests on two disks with its centre between them, on a disk and a side, or on the floor.
 ///
 /// # Errors
 /// When the container is narrower than two of the largest disks (`largest`, m), or would hold more than `most` of them.
@@ -195,7 +195,7 @@ mod tests {
                     let apart = container.separation(y, x);
                     let gap = apart[0].hypot(apart[1]) - radius - other;
                     assert!(gap > -1e-7, "{i}: {gap}");
-                    // What was there when it came to rest, and not above it.
+                    // Disks placed before it came to rest, and not above it.
                     if gap < 1e-7 {
                         if apart[0] <= 0.0 { left += 1 } else { right += 1 }
                     }
@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn a_bed_of_nearly_equal_disks_has_four_contacts_a_disk_and_is_seeded() {
-        // Of equal ones three may meet in a lattice.
+        // Equal disks may have three supports in a lattice.
         let sizes = [0.25, 5e-4];
         let (container, placed) = dropped(true, 7, sizes);
         let on_floor = |(x, r): &([f64; 2], f64)| x[1] - r - container.low[1] < 1e-9;
@@ -226,7 +226,7 @@ mod tests {
                 contacts += usize::from(apart[0].hypot(apart[1]) < (radius + other) * (1.0 + 1e-9));
             }
         }
-        // Two supports each but for the row on the floor, which may lean on each other.
+        // Two supports each but for the row on the floor, whose disks may touch each other.
         let above = placed.iter().filter(|own| !on_floor(own)).count();
         assert_eq!(contacts, 2 * above);
         // Away from floor and surface: 0.82 for dropped equal disks (Visscher and Bolsterli 1972).

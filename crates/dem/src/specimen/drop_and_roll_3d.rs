@@ -1,8 +1,8 @@
-//! Spheres that are dropped one by one and roll until three supports hold them (ballistic deposition; sheet: dem §3.8).
+//! Drop and roll of spheres, one by one until three supports hold each (ballistic deposition; sheet: dem §3.8).
 //!
-//! A sphere falls, rolls on one sphere down its meridian, or on two, or on one and a side, along the circle of the places that touch both,
-//! until it touches another or leaves one. Which of these follows from the direction in which it can go down: that of its weight
-//! projected on what the supports allow.
+//! A sphere falls, rolls on one sphere down its meridian, or on two, or on one and a side, along the circle of the positions in contact
+//! with both, until it meets another support or leaves one. The path follows from the possible direction of descent: that of its weight
+//! projected on the motions that the supports allow.
 
 use std::f64::consts::PI;
 
@@ -11,27 +11,27 @@ use rand_chacha::ChaCha8Rng;
 use crate::points::vector::{add, cross, difference, dot, norm};
 use crate::specimen::{Container, GrainHeap};
 
-/// Ways of a sphere after which it is given up.
+/// Largest number of paths of a sphere before it is given up.
 const MAX_PATHS: usize = 1000;
-/// Share of a distance that is no distance, and angle (rad) that is none.
+/// Share of a length, and angle (rad), below which they are negligible.
 const NEGLIGIBLE: f64 = 1e-9;
 
-/// Distance between the centre of a sphere and that of what it meets as it rolls on, over the largest radius: at most the diameter of its
+/// Largest distance between the centre of a rolling sphere and that of its next support, over the largest radius: the diameter of its
 /// circle, four, and the two radii.
 const REACH: f64 = 6.0;
 
 type Vector3 = [f64; 3];
 
-/// What a sphere touches: a sphere about a centre at a reach (both radii, m), or a plane across an axis.
+/// Support of a sphere: a sphere about a centre with the sum of both radii (m), or a plane across an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum RollSupport {
     Sphere(Vector3, f64),
-    /// Axis, the coordinate of the centre that touches (m), and the direction away from it.
+    /// Axis, coordinate of the centre in contact (m), and direction away from the plane.
     Plane(usize, f64, f64),
 }
 
 impl RollSupport {
-    /// Distance of a centre from where it touches (m).
+    /// Gap between a sphere with this centre and the support (m).
     fn gap(&self, x: &Vector3) -> f64 {
         match self {
             Self::Sphere(centre, reach) => norm(&difference(x, centre)) - reach,
@@ -39,7 +39,7 @@ impl RollSupport {
         }
     }
 
-    /// Direction from the support to a centre that touches.
+    /// Direction from the support to the centre of a sphere in contact.
     fn normal(&self, x: &Vector3) -> Vector3 {
         match self {
             Self::Sphere(centre, _) => unit(&difference(x, centre)),
@@ -53,17 +53,17 @@ fn unit(v: &Vector3) -> Vector3 {
     v.map(|c| c / length)
 }
 
-/// Where a sphere goes from its supports.
+/// Path of a sphere from its supports.
 enum RollPath {
-    /// Nowhere.
+    /// No motion: the sphere rests.
     Rest,
-    /// Straight down.
+    /// Vertical fall.
     Fall,
-    /// On one or two of the supports, by number, in a direction.
+    /// Roll on one or two of the supports, by number, in a direction.
     Roll(Vec<usize>, Vector3),
 }
 
-/// The direction down that the supports allow: the weight, projected on what moves away from none of them.
+/// Path down that the supports allow: the weight, projected so that the motion penetrates none of them.
 fn roll_path(normals: &[Vector3]) -> RollPath {
     let weight = [0.0, 0.0, -1.0];
     let allowed = |d: &Vector3| normals.iter().all(|n| dot(n, d) > -NEGLIGIBLE);
@@ -98,7 +98,7 @@ fn roll_path(normals: &[Vector3]) -> RollPath {
     RollPath::Rest
 }
 
-/// The circle that a rolling sphere follows: `centre + radius (from cos φ + to sin φ)`.
+/// Circle of a rolling sphere: `centre + radius (from cos φ + to sin φ)`.
 struct RollCircle {
     centre: Vector3,
     radius: f64,
@@ -107,7 +107,7 @@ struct RollCircle {
 }
 
 impl RollCircle {
-    /// Through a place that touches one or two supports, in a direction; none where they leave no circle.
+    /// Circle through a position in contact with one or two supports, in a direction; `None` where they allow no circle.
     fn of(supports: &[RollSupport], x: &Vector3, direction: &Vector3) -> Option<Self> {
         let centre = match supports {
             [RollSupport::Sphere(centre, _)] => *centre,
@@ -137,19 +137,19 @@ impl RollCircle {
         std::array::from_fn(|c| self.centre[c] + self.radius * (self.from[c] * cos + self.to[c] * sin))
     }
 
-    /// The first angle at which `a cos φ + b sin φ + c` falls below zero.
+    /// First angle at which `a cos φ + b sin φ + c` becomes negative.
     fn falls([a, b, c]: [f64; 3]) -> Option<f64> {
         let size = a.hypot(b);
         if size <= c.abs() {
             return None;
         }
-        // a cos φ + b sin φ = size cos(φ - top): falls through -c half a turn at most after its top.
+        // a cos φ + b sin φ = size cos(φ - top): it decreases through -c at most half a turn after its top.
         let angle = b.atan2(a) + (-c / size).acos();
         let angle = angle.rem_euclid(2.0 * PI);
         (angle > NEGLIGIBLE && angle < 2.0 * PI - NEGLIGIBLE).then_some(angle)
     }
 
-    /// Where a sphere on the circle first touches a support.
+    /// Angle at which a sphere on the circle first meets a support.
     fn meets(&self, support: &RollSupport) -> Option<f64> {
         Self::falls(match support {
             RollSupport::Sphere(other, reach) => {
@@ -165,9 +165,9 @@ impl RollCircle {
         })
     }
 
-    /// Where it no longer presses on the first of its supports: the force on it falls below zero.
+    /// Angle at which it leaves the first of its supports: the contact force becomes negative.
     fn leaves(&self, supports: &[RollSupport]) -> Option<f64> {
-        // Normals as constants and factors of cos and sin.
+        // Normals as constants and factors of cos φ and sin φ.
         let parts = |support: &RollSupport| match support {
             RollSupport::Sphere(centre, reach) => {
                 let constant = difference(&self.centre, centre).map(|c| c / reach);
@@ -177,7 +177,7 @@ impl RollCircle {
             RollSupport::Plane(..) => [[0.0; 3], [0.0; 3], support.normal(&self.at(0.0))],
         };
         let first = parts(supports.first()?);
-        // The weight on a normal is minus its last entry.
+        // The component of the weight along a normal is minus its last entry.
         let up = first.map(|part| part[2]);
         Self::falls(match supports.get(1) {
             None => up,
@@ -191,7 +191,7 @@ impl RollCircle {
     }
 }
 
-/// Spheres at rest, found by where they stand over the floor.
+/// Spheres at rest, sorted into columns over the floor.
 struct RestingSpheres<'a> {
     container: &'a Container<3>,
     placed: Vec<(Vector3, f64)>,
@@ -202,7 +202,7 @@ struct RestingSpheres<'a> {
 
 impl<'a> RestingSpheres<'a> {
     fn new(container: &'a Container<3>, largest: f64) -> Self {
-        // As wide as what a rolling sphere meets is away at most, so that all of it is in its column or beside it.
+        // As wide as the largest distance of the next support of a rolling sphere, so that all of them are in its column or beside it.
         let counts = [0, 1].map(|axis| (container.width(axis) / (REACH * largest)).floor().max(1.0) as usize);
         Self {
             container,
@@ -220,7 +220,7 @@ impl<'a> RestingSpheres<'a> {
         })
     }
 
-    /// Columns along an axis that what rolls from column `own` may meet.
+    /// Columns along an axis that a sphere rolling from column `own` may reach.
     fn reach(&self, axis: usize, own: usize) -> Vec<usize> {
         let count = self.counts[axis] as i64;
         let all = if count < 3 { 0..=count - 1 } else { own as i64 - 1..=own as i64 + 1 };
@@ -228,7 +228,7 @@ impl<'a> RestingSpheres<'a> {
         all.filter(|k| round || (0..count).contains(k)).map(|k| k.rem_euclid(count) as usize).collect()
     }
 
-    /// Spheres, sides and the floor that a sphere of a radius at `x` may touch from there, those far below it left out.
+    /// Spheres, sides and the floor that a sphere of a radius at `x` may meet from there, without those far below it.
     fn supports(&self, x: &Vector3, radius: f64, from: f64) -> Vec<RollSupport> {
         let own = self.column(x);
         let mut all = Vec::new();
@@ -254,7 +254,7 @@ impl<'a> RestingSpheres<'a> {
         all
     }
 
-    /// Height to which a sphere falls at a place.
+    /// Height to which a sphere falls at a position (m).
     fn fall(&self, x: &Vector3, radius: f64) -> f64 {
         let mut height = self.container.low[2] + radius;
         for support in self.supports(x, radius, f64::NEG_INFINITY) {
@@ -318,8 +318,8 @@ impl GrainHeap<3> for RestingSpheres<'_> {
     }
 }
 
-/// Drops spheres, whose radii (m) `draw` gives one by one, at random places over a container until it is full: places and radii, the
-/// first ones lowest. Each rests on three others or sides, its weight within them, or on the floor.
+/// Drops spheres, whose radii (m) `draw` gives one by one, at random places over a container until it is full: positions and radii (m), the
+/// lowest first. Each rests on three spheres or sides, its weight within them, or on the floor.
 ///
 /// # Errors
 /// When the container is narrower than six of the largest spheres (`largest`, m), or would hold more than `most` of them.
@@ -411,7 +411,7 @@ mod tests {
             Container { low: [0.0; 3], high: [12.0, 12.0, 16.0], periodic: [true, true, false], round: None };
         let bed = |seed: u64| {
             let mut random = ChaCha8Rng::seed_from_u64(seed);
-            // Of equal ones four may meet in a lattice.
+            // Equal spheres may have four supports in a lattice.
             let draw = |random: &mut ChaCha8Rng| 0.5 + 1e-3 * random.random::<f64>();
             drop_and_roll(&container, 0.501, 100_000, &mut random, draw).unwrap()
         };

@@ -1,4 +1,4 @@
-//! How bodies are filled with grains.
+//! Reports on the filling of bodies with grains.
 
 use crate::config::Fill;
 use crate::points::grains::volume;
@@ -7,17 +7,17 @@ use crate::setup::fill_of_body;
 use crate::solver::DemSolver;
 use crate::specimen::Specimen;
 
-/// Gap over the smaller radius up to which grains touch: dropped ones do so to round-off.
+/// Gap over the smaller radius up to which grains count as in contact: dropped ones are in contact to round-off.
 const CONTACT_TOLERANCE: f64 = 1e-9;
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// The bodies that were filled with grains at the start. Those of single grains, of points or a specimen from a file and those that
-    /// grains rain into are none.
+    /// Bodies that were filled with grains at the start, except single grains, points, specimens from files and bodies filled by
+    /// pluviation.
     pub fn specimens(&self) -> &[Specimen] {
         &self.specimens
     }
 
-    /// Bodies as they are filled now.
+    /// Reports on the bodies as they are filled at present.
     pub(crate) fn find_specimens(&self) -> Vec<Specimen> {
         let mut counts = vec![0usize; self.case.bodies.len()];
         let mut solid = vec![0.0; counts.len()];
@@ -48,7 +48,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.case.bodies.iter().enumerate().filter_map(specimen).collect()
     }
 
-    /// Grains of each body that other grains touch, once for each.
+    /// Number of contacts of the grains of each body, each counted for both of its grains.
     fn touching_grains(&self) -> Vec<usize> {
         let mut counts = vec![0usize; self.case.bodies.len()];
         let (g, mut shifts) = (&self.grains, Vec::new());

@@ -1,5 +1,5 @@
 //! Random packings: grains at random places grow to their sizes while overlaps are pushed apart (radius expansion; sheet:
-//! dem §3.8.6). The same in [`undercompaction`] that are pressed one on another, and grains that are dropped and roll, [disks](drop_and_roll_2d) and
+//! dem §3.8.6). Further methods: layers pressed one on another, [`undercompaction`], and drop and roll of [disks](drop_and_roll_2d) and
 //! [spheres](drop_and_roll_3d).
 
 pub mod drop_and_roll_2d;
@@ -23,50 +23,50 @@ use crate::neighbours::size_classes::SizeClasses;
 use crate::points::grains::volume;
 use crate::points::vector::{difference, dot};
 
-/// Share of the final radii with which grains begin.
+/// Initial share of the final radii.
 const INITIAL_RADIUS_RATIO: f64 = 0.6;
-/// Steps of growth.
+/// Number of growth steps.
 const GROWTH: usize = 40;
-/// Pushes apart in each of them, and in the last.
+/// Number of relaxation iterations in each of them, and in the last.
 const PUSHES: usize = 60;
 const LAST_PUSHES: usize = 20_000;
-/// Pushes after which overlaps must have become smaller by a share if they are to go on, where they are far from what is let be.
+/// Number of iterations after which overlaps far above the tolerance must have decreased by a share for the relaxation to go on.
 const PATIENCE: usize = 1000;
 const PROGRESS: f64 = 0.02;
 const FAR_FACTOR: f64 = 1.5;
-/// Overlap over the smaller radius that is let be.
+/// Tolerance of the overlap over the smaller radius.
 const OVERLAP_TOLERANCE: f64 = 0.01;
-/// Drawings of a packing: one may jam, with a grain behind two others or with all of them a little too early, that another does not.
+/// Number of attempts at a packing: one may jam, with a grain behind two others or all a little too early, where another does not.
 const DRAWINGS: usize = 3;
-/// Solid fractions that no packing exceeds (sheet: dem §0; disks of several sizes may be denser).
+/// Largest possible solid fractions (sheet: dem §0; disks of several sizes may be denser).
 const DENSEST: [f64; 2] = [0.9069, 0.7405];
 
-/// A box that grains are packed in, or what is round in it.
+/// Container of a packing: a box, or the inside of a round wall in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Container<const D: usize> {
     /// Lower corner (m).
     pub low: [f64; D],
     /// Upper corner (m).
     pub high: [f64; D],
-    /// Axes along which it repeats itself.
+    /// Axes along which the box is periodic.
     pub periodic: [bool; D],
-    /// Its round wall, where it has one.
+    /// Round wall, where there is one.
     pub round: Option<RoundWall<D>>,
 }
 
-/// The wall of a disk or a ball, or of a cylinder along one of the axes.
+/// Round wall: of a disk or a ball, or of a cylinder along one of the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoundWall<const D: usize> {
-    /// Axis of the cylinder; none of a disk or a ball.
+    /// Axis of the cylinder; `None` for a disk or a ball.
     pub axis: Option<usize>,
-    /// Centre, or a place on the axis (m).
+    /// Centre, or a point on the axis (m).
     pub centre: [f64; D],
     /// Radius (m).
     pub radius: f64,
 }
 
 impl<const D: usize> RoundWall<D> {
-    /// What lies between a place and the centre, or the axis (m).
+    /// Vector from the centre or the axis to a point (m).
     fn apart(&self, x: &[f64; D]) -> [f64; D] {
         std::array::from_fn(|c| if self.axis == Some(c) { 0.0 } else { x[c] - self.centre[c] })
     }
@@ -76,7 +76,7 @@ impl<const D: usize> RoundWall<D> {
         dot(&apart, &apart) <= self.radius * self.radius
     }
 
-    /// Brings a ball within the wall.
+    /// Moves a ball inside the wall.
     fn confine(&self, x: &mut [f64; D], radius: f64) {
         let apart = self.apart(x);
         let (distance, most) = (dot(&apart, &apart).sqrt(), (self.radius - radius).max(0.0));
@@ -88,24 +88,24 @@ impl<const D: usize> RoundWall<D> {
     }
 }
 
-/// Grains that are dropped one by one and lie where they came to rest.
+/// Heap of grains that are dropped one by one and rest at their final positions.
 trait GrainHeap<const D: usize> {
-    /// Where a grain of a radius (m) comes to rest that is dropped from above over a place, whose last coordinate is infinite; `None` where
-    /// it rolls without end.
+    /// Resting position (m) of a grain of a radius (m) that is dropped from above over a place, whose last coordinate is infinite;
+    /// `None` where it rolls without end.
     fn resting_position(&self, over: [f64; D], radius: f64, random: &mut ChaCha8Rng) -> Option<[f64; D]>;
 
     /// Adds a grain at rest.
     fn add(&mut self, place: [f64; D], radius: f64);
 }
 
-/// Grains in a row that come to rest above the container, after which it is full.
+/// Number of grains in a row that come to rest above the container, after which it counts as full.
 const MAX_FAILURES: usize = 200;
 
 impl<const D: usize> Container<D> {
     /// Drops grains, whose radii (m) `draw` gives one by one, at random places on a heap until the container is full.
     ///
     /// # Errors
-    /// When it would hold more than `most` of them.
+    /// When the container would hold more than `most` of them.
     fn drop_grains(
         &self,
         heap: &mut impl GrainHeap<D>,
@@ -136,7 +136,7 @@ impl<const D: usize> Container<D> {
         Ok(())
     }
 
-    /// Its volume (m³), in the plane its area (m²).
+    /// Volume (m³), in the plane area (m²).
     pub fn space(&self) -> f64 {
         match self.round {
             None => (0..D).map(|axis| self.width(axis)).product(),
@@ -145,7 +145,7 @@ impl<const D: usize> Container<D> {
         }
     }
 
-    /// The area of its sections across the last axis, which are all alike (m²; m in the plane).
+    /// Area of the sections across the last axis, which are all equal (m²; m in the plane).
     fn section(&self) -> f64 {
         match self.round {
             None => (0..D - 1).map(|axis| self.width(axis)).product(),
@@ -157,7 +157,7 @@ impl<const D: usize> Container<D> {
         self.high[axis] - self.low[axis]
     }
 
-    /// The shortest way from one place to another, over the periods (m).
+    /// Shortest vector from one point to another, over the periods (m).
     fn separation(&self, a: &[f64; D], b: &[f64; D]) -> [f64; D] {
         let mut apart = difference(a, b);
         for c in 0..D {
@@ -168,7 +168,7 @@ impl<const D: usize> Container<D> {
         apart
     }
 
-    /// A coordinate brought back into the period where the axis has one (m).
+    /// Coordinate wrapped into the period where the axis has one (m).
     fn wrapped(&self, axis: usize, x: f64) -> f64 {
         let (low, width) = (self.low[axis], self.width(axis));
         if self.periodic[axis] { x - width * ((x - low) / width).floor() } else { x }
@@ -185,7 +185,7 @@ impl<const D: usize> Container<D> {
         }
     }
 
-    /// Brings a place back into the box, a ball of that radius within its walls.
+    /// Moves a point back into the box, a ball of that radius inside its walls.
     fn confine(&self, x: &mut [f64; D], radius: f64) {
         for c in 0..D {
             if self.periodic[c] {
@@ -199,7 +199,7 @@ impl<const D: usize> Container<D> {
         }
     }
 
-    /// A place in it, drawn at random (m).
+    /// Random point in the container (m).
     fn random_position(&self, random: &mut ChaCha8Rng) -> [f64; D] {
         loop {
             let x = std::array::from_fn(|c| self.low[c] + self.width(c) * random.random::<f64>());
@@ -210,10 +210,10 @@ impl<const D: usize> Container<D> {
     }
 }
 
-/// Places for balls of these radii (m), overlaps at most 1 % of the smaller radius.
+/// Positions of balls of these radii (m), with overlaps of at most 1 % of the smaller radius.
 ///
 /// # Errors
-/// When they do not fit, with what is left of overlaps.
+/// When the balls do not fit, with the remaining overlap.
 pub fn pack<const D: usize>(
     container: &Container<D>,
     radii: &[f64],
@@ -236,7 +236,7 @@ pub fn pack<const D: usize>(
     Ok(positions)
 }
 
-/// Places drawn at random, of balls that grow and push each other apart; the largest overlap that is left over the smaller radius.
+/// Random positions of balls that grow and push each other apart, and the largest remaining overlap over the smaller radius.
 fn relax_random<const D: usize>(
     container: &Container<D>,
     radii: &[f64],
@@ -259,7 +259,7 @@ fn relax_random<const D: usize>(
     Ok((positions, deepest))
 }
 
-/// Refuses overlaps that are left.
+/// Refuses overlaps above the tolerance.
 fn check_overlap(deepest: f64, fraction: f64) -> Result<(), String> {
     if deepest <= OVERLAP_TOLERANCE {
         return Ok(());
@@ -270,7 +270,7 @@ fn check_overlap(deepest: f64, fraction: f64) -> Result<(), String> {
     ))
 }
 
-/// Pushes overlaps apart, half by each grain, up to `pushes` times; the largest that is left over the smaller radius.
+/// Pushes overlapping balls apart, half by each, at most `pushes` times; returns the largest remaining overlap over the smaller radius.
 fn push_apart<const D: usize>(
     container: &Container<D>,
     positions: &mut [[f64; D]],
@@ -280,7 +280,7 @@ fn push_apart<const D: usize>(
 ) -> Result<f64, String> {
     let largest = radii.iter().copied().fold(0.0, f64::max);
     let mean = radii.iter().sum::<f64>() / radii.len().max(1) as f64;
-    // As thick as serves most grains; what is pushed doesn't depend on it.
+    // The skin suits most grains; the result does not depend on it.
     let skin = 0.4 * largest.min(3.0 * mean);
     let scaled: Vec<f64> = radii.iter().map(|radius| scale * radius).collect();
     let mut near = NearPairs::default();
@@ -310,7 +310,7 @@ fn push_apart<const D: usize>(
                 continue;
             }
             deepest = deepest.max(overlap / (scale * radii[i].min(radii[j])));
-            // A little more than half each, so that few pushes are needed.
+            // A little more than half each, so that few iterations are needed.
             let share = 0.55 * overlap / distance.max(1e-9 * largest);
             for c in 0..D {
                 shifts[i][c] += share * apart[c];
@@ -330,14 +330,14 @@ fn push_apart<const D: usize>(
     Ok(deepest)
 }
 
-/// The smallest of the largest overlaps of the last pushes, and of those before.
+/// Progress of the relaxation: smallest of the largest overlaps of the last iterations, and of those before.
 struct OverlapProgress {
     least: f64,
     before: f64,
 }
 
 impl OverlapProgress {
-    /// Whether pushes no longer make overlaps smaller that are far from what is let be.
+    /// Whether iterations no longer decrease overlaps that are far above the tolerance.
     fn ends(&mut self, push: usize, deepest: f64) -> bool {
         self.least = self.least.min(deepest);
         if push % PATIENCE != PATIENCE - 1 {
@@ -350,7 +350,7 @@ impl OverlapProgress {
     }
 }
 
-/// Pairs of balls near each other, and what finds them.
+/// List of pairs of balls near each other, with the search grid.
 #[derive(Default)]
 struct NearPairs<const D: usize> {
     classes: SizeClasses<D>,

@@ -1,4 +1,4 @@
-//! Grains that enter during a run (pluviation; sheet: dem §3.8).
+//! Pluviation: grains that enter during a run (sheet: dem §3.8).
 
 use colluvium_case::Case;
 use colluvium_points::Shape;
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::config::{DemOptions, Diameters, Pluviation};
 use crate::points::grains::volume;
 
-/// A body whose grains enter during the run.
+/// Source of grains: a body whose grains enter during the run.
 #[derive(Clone, Debug)]
 pub struct GrainSource {
     /// Index into the bodies of the case.
@@ -17,29 +17,29 @@ pub struct GrainSource {
     /// Index into the kinds.
     pub kind: u32,
     pluviation: Pluviation,
-    /// Where they enter.
+    /// Shape in which the grains enter.
     pub shape: Shape,
     sizes: Diameters,
     /// Density of the grains (kg/m³).
     pub density: f64,
-    /// Angular velocity with which they enter (rad/s).
+    /// Angular velocity of entering grains (rad/s).
     pub spin: Vec<f64>,
-    /// What has entered.
+    /// Grains that have entered.
     pub entered: EnteredGrains,
 }
 
-/// What has entered of a body.
+/// Number and mass of the grains of a body that have entered.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnteredGrains {
-    /// Grains.
+    /// Number of grains.
     pub count: u64,
     /// Mass (kg).
     pub mass: f64,
-    /// Mass that waits for room (kg).
+    /// Mass that waits for space (kg).
     pub waiting_mass: f64,
 }
 
-/// The sources of a case; the options are checked.
+/// Sources of a case with validated options.
 pub fn sources(case: &Case, options: &DemOptions) -> Vec<GrainSource> {
     let source = |(number, body): (usize, &colluvium_case::description::Body)| {
         let own = options.bodies.get(&body.name)?;
@@ -59,25 +59,25 @@ pub fn sources(case: &Case, options: &DemOptions) -> Vec<GrainSource> {
 }
 
 impl GrainSource {
-    /// Kind, and radius and mass of its smallest and largest grains.
+    /// Kind, and radius (m) and mass (kg) of its smallest and largest grains.
     pub fn extremes<const D: usize>(&self) -> (usize, [(f64, f64); 2]) {
         let (low, high) = self.sizes.range();
         let of = |diameter: f64| (0.5 * diameter, self.density * volume(D, 0.5 * diameter));
         (self.kind as usize, [of(low), of(high)])
     }
 
-    /// Mean diameter of its grains by number (m).
+    /// Mean diameter of the grains by number (m).
     pub fn mean(&self, dimension: usize) -> f64 {
         self.sizes.mean_power(dimension, 1)
     }
 
-    /// Grains that will have entered by `end` (s), about.
+    /// Approximate number of grains that will have entered by `end` (s).
     pub fn expected(&self, dimension: usize, end: f64) -> f64 {
         let mean = self.density * volume(dimension, 0.5) * self.sizes.mean_power(dimension, dimension as i32);
         self.due(end) / mean
     }
 
-    /// Mass that should have entered by `time` (s).
+    /// Mass due by `time` (s).
     pub fn due(&self, time: f64) -> f64 {
         let end = self.pluviation.end.map_or(time, |end| end.min(time));
         self.pluviation.rate * (end - self.pluviation.start).max(0.0)
@@ -88,7 +88,7 @@ impl GrainSource {
         0.5 * self.sizes.draw(dimension, &mut self.random_draws(seed, 0))
     }
 
-    /// Draws of grain number `count`: the size by themselves, places anew in each step.
+    /// Random numbers of the next grain: step 0 is for its size, later ones for positions in each step.
     pub fn random_draws(&self, seed: u64, step: u64) -> ChaCha8Rng {
         let body = seed.wrapping_add(u64::from(self.body)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let count = self.entered.count.wrapping_add(1).wrapping_mul(0xbf58_476d_1ce4_e5b9);

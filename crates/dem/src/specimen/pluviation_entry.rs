@@ -1,4 +1,4 @@
-//! Grains enter: when, where, and with what energy.
+//! Entry of grains by pluviation: time, position, and energy.
 
 use colluvium_case::spatial;
 use rand::RngExt;
@@ -9,14 +9,14 @@ use crate::points::vector::{difference, dot};
 use crate::solver::DemSolver;
 use crate::specimen::pluviation::{EnteredGrains, GrainSource, contains_ball};
 
-/// Places that are drawn for a grain in a step before it waits for the next one.
+/// Number of positions drawn for a grain in a step before it waits for the next step.
 const DRAWS: usize = 100;
 
-/// Grains that wait, over what has entered, from which on the run tells.
+/// Waiting mass over entered mass above which the run warns.
 const REPORTED_BACKLOG: f64 = 0.02;
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// Lets grains enter that are due.
+    /// Adds the grains that are due.
     pub(crate) fn add_entering_grains(&mut self) {
         for number in 0..self.sources.len() {
             let body = self.sources[number].body as usize;
@@ -27,7 +27,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
-    /// Lets the next grain of a source enter, if it is due and has room.
+    /// Adds the next grain of a source if it is due and there is space; returns whether it was added.
     fn add_next_grain(&mut self, number: usize) -> bool {
         let source = &self.sources[number];
         let waits = source.due(self.time) - source.entered.mass;
@@ -66,7 +66,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         true
     }
 
-    /// A place in the shape of a source where a grain touches nothing.
+    /// Random position in the shape of a source where a grain is not in contact; `None` if none is found.
     fn free_position(&self, source: &GrainSource, radius: f64) -> Option<[f64; D]> {
         let mut random = source.random_draws(self.options.seed, self.step + 1);
         let (low, high) = source.shape.bounds(D);
@@ -78,8 +78,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         })
     }
 
-    /// Grains that may touch one of this radius (m) in the box between two corners (m): all of them in a periodic cell, whose images
-    /// count.
+    /// Grains that may be in contact with one of this radius (m) in the box between two corners (m): all of them in a periodic cell,
+    /// because of images.
     fn nearby_grains(&self, low: &[f64], high: &[f64], radius: f64) -> Vec<usize> {
         let g = &self.grains;
         let beside = |i: &usize| {
@@ -89,7 +89,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         (0..g.len()).filter(|i| self.cell.is_periodic() || beside(i)).collect()
     }
 
-    /// Whether a grain at `x` would touch nothing, neither a wall nor one of those that are `near`.
+    /// Whether a grain at `x` would be in contact with neither a wall nor one of the grains `near`.
     fn is_free(&self, x: &[f64; D], radius: f64, unit: &[[f64; D]; D], near: &[usize]) -> bool {
         let g = &self.grains;
         let apart = |i: usize| {
@@ -114,7 +114,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.walls.iter().all(off) && near.iter().all(|i| clear(*i))
     }
 
-    /// A source that cannot keep up.
+    /// Warning about a source that cannot keep up.
     pub(crate) fn full_source_warning(&self) -> Option<String> {
         let behind =
             |source: &&GrainSource| source.entered.waiting_mass > REPORTED_BACKLOG * source.entered.mass;

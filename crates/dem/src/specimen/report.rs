@@ -1,19 +1,19 @@
-//! What a specimen is, against what was asked for.
+//! Report on a specimen: actual and requested properties.
 
 use std::fmt;
 
-/// A body that was filled with grains: how densely, and how they touch.
+/// Report on a body that was filled with grains: density and contacts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Specimen {
     /// Name of the body.
     pub body: String,
-    /// Grains.
+    /// Number of grains.
     pub grains: usize,
-    /// Share of its shape that is not grains; what reaches out of the shape counts as in it.
+    /// Porosity of the shape; parts of grains outside the shape count as inside.
     pub porosity: f64,
-    /// The porosity that was asked for; none of lattices and of grains that are dropped.
+    /// Requested porosity; `None` for lattices and for grains that are dropped.
     pub requested_porosity: Option<f64>,
-    /// Contacts a grain, each counted for both of its grains: those with other bodies among them, those with walls not.
+    /// Coordination number, each contact counted for both grains: with contacts to other bodies, without those to walls.
     pub coordination: f64,
 }
 

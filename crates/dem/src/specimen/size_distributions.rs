@@ -1,21 +1,21 @@
-//! Sizes of grains, by grading curves (sheet: dem §3.8).
+//! Size distributions of grains, by grading curves (sheet: dem §3.8).
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use crate::config::Diameters;
 
-/// Draws that a grain of a cumulative beta distribution takes at most.
+/// Largest number of draws for a grain of a cumulative beta distribution.
 const DRAWS: usize = 1_000_000;
 
-/// Largest over smallest diameter, to the power of the dimension, up to which sizes are drawn by rejection: beyond it nearly
+/// Ratio of largest to smallest diameter, to the power of the dimension, up to which sizes are drawn by rejection: beyond it nearly
 /// all draws are rejected.
 const REJECTED: f64 = 1000.0;
 
-/// Cells of the table that wider distributions are drawn from, each a like ratio of diameters wide.
+/// Number of cells of the table for wider distributions, each with an equal ratio of diameters.
 const CELLS: usize = 4096;
 
-/// Fewer grains than this in a class of sizes stand for nothing (sheet: dem §3.8).
+/// Smallest number of grains that represents a size class (sheet: dem §3.8).
 const LEAST_IN_CLASS: usize = 5;
 
 /// Regularised incomplete beta function `I_x(a, b)`, by its continued fraction (Lentz).
@@ -98,7 +98,7 @@ impl Diameters {
         }
     }
 
-    /// What is wrong with it, and its key.
+    /// Invalid key of the distribution, and the problem.
     pub fn problem(&self) -> Option<(&'static str, String)> {
         let (min, max) = self.range();
         let length = |value: f64| value.is_finite() && value > 0.0;
@@ -151,7 +151,7 @@ impl Diameters {
         top / bottom
     }
 
-    /// Share of the mass of smaller grains; not of distributions by number.
+    /// Share of the mass of smaller grains; not defined for distributions by number.
     pub fn passing(&self, diameter: f64) -> f64 {
         let (min, max) = self.range();
         let place = ((diameter - min) / (max - min)).clamp(0.0, 1.0);
@@ -185,7 +185,7 @@ impl Diameters {
                     (min.powi(-2) - z * (min.powi(-2) - max.powi(-2))).powf(-0.5)
                 }
             }
-            // By rejection: numbers are as mass over volume.
+            // By rejection: numbers are proportional to mass over volume.
             Self::CumulativeBeta { .. } | Self::Curve { .. } => {
                 for _ in 0..DRAWS {
                     let diameter = self.diameter_at_mass(random.random());
@@ -198,7 +198,7 @@ impl Diameters {
         }
     }
 
-    /// `count` diameters (m) of a distribution by mass of many sizes: numbers per cell are as mass over volume.
+    /// `count` diameters (m) of a wide distribution by mass: numbers per cell are proportional to mass over volume.
     fn draw_wide(&self, count: usize, dimension: usize, random: &mut ChaCha8Rng) -> Vec<f64> {
         let (min, max) = self.range();
         let edge = |cell: usize| min * (max / min).powf(cell as f64 / CELLS as f64);
@@ -206,7 +206,7 @@ impl Diameters {
         let mut total = 0.0;
         for cell in 0..CELLS {
             let (from, to) = (edge(cell), edge(cell + 1));
-            // Over the largest, so that no power leaves double precision.
+            // Over the largest diameter, so that no power overflows or underflows double precision.
             let middle = 0.5 * (from + to) / max;
             total += (self.passing(to) - self.passing(from)).max(0.0) / middle.powi(dimension as i32);
             numbers.push(total);
@@ -229,7 +229,7 @@ impl Diameters {
         0.5 * (low + high)
     }
 
-    /// `count` diameters (m): by classes where the distribution says so, drawn otherwise.
+    /// `count` diameters (m): by classes where the distribution has them, drawn otherwise.
     ///
     /// # Errors
     /// When a class has too few grains.
@@ -275,7 +275,7 @@ impl Diameters {
                 (0..*number).map(|_| edge(class) + (edge(class + 1) - edge(class)) * random.random::<f64>()),
             );
         }
-        // Sizes in random order, by Fisher and Yates.
+        // Sizes in random order, by the Fisher–Yates shuffle.
         for k in (1..all.len()).rev() {
             all.swap(k, random.random_range(0..=k));
         }
@@ -325,7 +325,7 @@ mod tests {
         let sizes = Diameters::CumulativeBeta { min: 1.0, max: 40.0, a: 1.0, b: 1.0, classes: None };
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let sample = sizes.sample(200_000, 2, &mut random).unwrap();
-        // Mass is uniform between 1 and 40: the number has the density 1/d², its mean is ln 40 / (1 - 1/40).
+        // Mass is uniform between 1 and 40: the number density is proportional to 1/d², its mean is ln 40 / (1 - 1/40).
         let mean = sample.iter().sum::<f64>() / sample.len() as f64;
         assert!((mean / (40f64.ln() / (1.0 - 1.0 / 40.0)) - 1.0).abs() < 0.01, "{mean}");
         let mass = |up_to: f64| sample.iter().filter(|d| **d < up_to).map(|d| d * d).sum::<f64>();

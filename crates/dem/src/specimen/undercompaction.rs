@@ -1,4 +1,4 @@
-//! Layers that are pressed one on another, the lower ones too little at first (multilayer undercompaction, Jiang et al. 2003;
+//! Undercompaction: layers pressed one on another, the lower ones too little at first (multilayer undercompaction, Jiang et al. 2003;
 //! sheet: dem §3.8).
 
 use rand_chacha::ChaCha8Rng;
@@ -6,25 +6,25 @@ use rand_chacha::ChaCha8Rng;
 use crate::points::grains::volume;
 use crate::specimen::{Container, LAST_PUSHES, PUSHES, check_overlap, pack, push_apart};
 
-/// Solid fraction over that asked for with which a layer is drawn.
+/// Initial solid fraction of a layer over the target.
 const INITIAL_FRACTION_RATIO: f64 = 0.6;
-/// Steps in which the lid comes down on a new layer.
+/// Number of steps of the lid on a new layer.
 const STEPS: usize = 40;
 
-/// How many layers there are, and how dense.
+/// Number and solid fractions of the layers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UndercompactedLayers {
-    /// Layers of equal mass.
+    /// Number of layers of equal mass.
     pub count: usize,
-    /// Solid fraction of the first one while it is alone.
+    /// Solid fraction of the first layer while it is alone.
     pub first: f64,
-    /// Solid fraction of all of them at the end.
+    /// Solid fraction of all layers at the end.
     pub last: f64,
 }
 
 impl UndercompactedLayers {
     /// Solid fraction of the first `number` layers once layer `number`, from one on, has been pressed on those below: void ratios
-    /// fall linearly from that of the first layer to that of all.
+    /// decrease linearly from that of the first layer to that of all.
     pub fn fraction(&self, number: usize) -> f64 {
         let void_ratio = |fraction: f64| (1.0 - fraction) / fraction;
         let [first, last] = [self.first, self.last].map(void_ratio);
@@ -33,12 +33,12 @@ impl UndercompactedLayers {
     }
 }
 
-/// Places for balls of these radii (m), which fill the container to the last of the layers' solid fractions: layers along the last
-/// axis, each drawn at random above those that are there and pressed with them by a lid until the whole has its solid fraction.
+/// Positions of balls of these radii (m), which fill the container to the last of the layers' solid fractions: layers along the last
+/// axis, each drawn at random above those below and pressed with them by a lid until the whole has its solid fraction.
 /// The first grains are in the lowest layer.
 ///
 /// # Errors
-/// When they do not fit, or layers are thinner than two of the largest grains.
+/// When the balls do not fit, or layers are thinner than two of the largest grains.
 pub fn pack_layers<const D: usize>(
     container: &Container<D>,
     radii: &[f64],
@@ -74,7 +74,7 @@ pub fn pack_layers<const D: usize>(
     Ok(positions)
 }
 
-/// Brings the lid down from one height to another (m); the largest overlap that is left over the smaller radius.
+/// Lowers the lid from one height to another (m); returns the largest remaining overlap over the smaller radius.
 fn lower_lid<const D: usize>(
     container: &Container<D>,
     positions: &mut [[f64; D]],

@@ -24,7 +24,7 @@ fn grains_that_roll_on_each_other_or_turn_together_do_not_slip() {
         let contact = solver.contacts()[0];
         contact.force[1] / contact.force[0]
     };
-    // Gears.
+    // Gears: opposite spins without sliding.
     assert_near(along([0.01, 0.0], [0.0; 2], [1.0, -2.0]), 0.0, 1e-4);
     // Rigid rotation about the contact.
     assert_near(along([0.01, -1.0], [0.0, 0.5], [1.0, 1.0]), 0.0, 1e-4);
@@ -100,7 +100,7 @@ fn a_pair_across_a_period_is_the_same_as_within() {
 
 #[test]
 fn work_of_a_cell_that_starts_or_turns_is_booked_with_the_velocities_it_gives() {
-    // Two disks that press on each other while the cell jumps from rest to shear, and back to another rate.
+    // Two disks in contact while the cell changes from rest to shear at once, and back to another rate.
     let mut scene = Scene::new(linear(1e4, 0.0, 0.5, 0.4)).disk([-0.49, 0.1], 0.5, [0.2, 0.3], 3.0).disk(
         [0.3, -0.1],
         0.3,
@@ -135,7 +135,7 @@ fn work_of_a_cell_that_starts_or_turns_is_booked_with_the_velocities_it_gives() 
         if stage > 0 {
             assert!((came - work).abs() > 0.1, "a cell that jumps does work");
         }
-        // Of the order of the step: nothing of the size of a jump is left over.
+        // Of the order of the step: no error of the size of a jump remains.
         assert!(error.abs() < 2e-3 * came.abs().max(1.0), "stage {stage}: {error} J of {came} J");
         work = came;
     }

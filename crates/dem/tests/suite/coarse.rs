@@ -54,7 +54,7 @@ fn two_grains_that_pass_each_other_have_the_kinetic_stress_of_their_energy() {
         [-v, 0.0],
         0.0,
     );
-    // Half way between both the mean velocity is zero.
+    // Half way between the two grains the mean velocity is zero.
     let middle = CoarseGrainingNodes { origin: [0.0; 2], spacing: 1.0, count: [1; 2] };
     let field = scene.solver().coarse_grained(&middle, 3.0)[0];
     assert_near(field.velocity[0], 0.0, 1e-12);

@@ -28,7 +28,7 @@ fn a_disk_in_free_flight_is_exact_for_any_step() {
     assert_near(x[1], 2.0 * time - 0.5 * 9.81 * time * time, 1e-12);
 }
 
-/// Relative speed after over before of a head-on collision of disks of these masses, with `steps` of them to `π/ω₀`.
+/// Coefficient of restitution of a head-on collision of disks of these masses, with `steps` steps to `π/ω₀`.
 fn restitution(pair: &serde_json::Value, masses: [f64; 2], steps: f64, phase: f64) -> f64 {
     let radius = |mass: f64| 0.5 * mass.sqrt();
     let [a, b] = masses.map(radius);
@@ -60,7 +60,7 @@ fn restitution_is_that_of_the_damping_ratio() {
         assert_near(errors.into_iter().fold(0.0, f64::max), 0.0, 1.5e-3);
     }
     assert_near(restitution(&linear(1e6, 0.0, 0.5, 0.0), [1.0, 1.0], 200.0, 0.4), 1.0, 1e-3);
-    // What is asked for is what comes of it.
+    // The simulated restitution is the prescribed one.
     let pair = json!({ "normal": { "law": "linear", "stiffness": 1e6, "restitution": 0.7 } });
     assert_near(restitution(&pair, [1.0, 1.0], 1000.0, 0.1), 0.7, 1e-3);
 }
@@ -114,7 +114,7 @@ fn a_bouncing_disk_loses_energy_by_its_dashpot_alone() {
     assert_near(reading(&solver.scalar_outputs(), "energy_error"), 0.0, 2e-3);
 }
 
-/// Oblique impact on a wall at unit normal speed: velocity along the wall and spin times radius after.
+/// Oblique impact on a wall at unit normal speed: velocity along the wall and spin times radius afterwards.
 fn oblique(sphere: bool, friction: f64, across: f64, restitution: f64, psi: f64) -> (f64, f64) {
     let mut pair = linear(1e6, 0.0, across, 0.0);
     pair["normal"] = json!({ "law": "linear", "stiffness": 1e6, "restitution": restitution });
@@ -157,7 +157,7 @@ fn oblique_impacts_are_those_of_the_table() {
         (true, 0.5, 0.5, 0.5, 2.0, 1.2988, -1.7529),
     ] {
         let (v, w) = oblique(sphere, friction, across, restitution, psi);
-        // A velocity along +x turns the grain about -z where the wall lies below.
+        // A velocity along +x rotates the grain about -z on a wall below it.
         assert!(
             (v - along).abs() < 5e-3 && (w - spin).abs() < 5e-3,
             "{sphere} {psi}: {v} {w} for {along} {spin}"
@@ -213,7 +213,7 @@ fn steps_of_a_collision_are_those_of_the_scheme_in_positions() {
     assert!(largest > 100.0, "they touch: {largest}");
 }
 
-/// The impulse of a wall is the change of momentum, whatever the lengths of the steps, as outputs cut them.
+/// The impulse of a wall is the change of momentum, for any step lengths, as outputs shorten them.
 #[test]
 fn the_impulse_of_a_wall_is_the_change_of_momentum_with_steps_of_any_length() {
     let mut scene = Scene::new(linear(1e5, 0.3, 0.5, 0.4)).disk([0.0, 0.501], 0.5, [0.3, -1.0], 0.0);

@@ -91,7 +91,7 @@ impl Scene {
     }
 }
 
-/// The solver in its first stage.
+/// Solver in its first stage.
 pub fn begun<const D: usize, const R: usize>(mut solver: DemSolver<D, R>) -> DemSolver<D, R> {
     use colluvium_case::Solver;
     colluvium_testkit::solver_runs::single_threaded();
@@ -99,12 +99,12 @@ pub fn begun<const D: usize, const R: usize>(mut solver: DemSolver<D, R>) -> Dem
     solver
 }
 
-/// A floor at y = 0.
+/// Floor at y = 0.
 pub fn floor(kind: &Value) -> Value {
     json!([{ "side": "y-min", "name": "floor", "position": 0, "wall": kind }])
 }
 
-/// A linear law with a damping ratio and a fixed ratio of stiffnesses.
+/// Linear law with a damping ratio and a fixed ratio of stiffnesses.
 pub fn linear(stiffness: f64, damping_ratio: f64, across: f64, friction: f64) -> Value {
     json!({
         "normal": { "law": "linear", "stiffness": stiffness, "damping_ratio": damping_ratio },

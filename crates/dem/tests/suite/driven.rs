@@ -1,4 +1,4 @@
-//! Forces on bodies, membranes, shaking, and cells that go to and fro (sheet: dem §2.1, §3.7, §3.8).
+//! Forces on bodies, membranes, shaking, and cyclic cells (sheet: dem §2.1, §3.7, §3.8).
 
 use std::f64::consts::TAU;
 
@@ -28,7 +28,7 @@ fn refused(value: &Value) -> String {
     disks(&Case::from_json(&value.to_string()).unwrap()).err().unwrap().to_string()
 }
 
-/// A block of grains of 0.02 m at rest, and one beside it.
+/// Block of grains of 0.02 m at rest, with another one beside it.
 fn blocks() -> Value {
     let mut value = Scene::new(linear(1e6, 0.0, 0.5, 0.3)).disk([0.0; 2], 0.5, [0.0; 2], 0.0).json();
     value["methods"]["dem"]["grains"]["grain"] = json!({ "density": 2500,
@@ -62,7 +62,7 @@ fn a_force_on_a_body_moves_its_grains_alike_and_does_its_work() {
                 assert_near(v[i][c], rate * 0.1, 1e-10);
             }
         }
-        // To the time of the last forces, a step before.
+        // At the time of the last forces, a step before.
         let then = 0.1 - solver.limit().dt;
         let way = |push: f64, gravity: f64| 0.5 * (gravity + push / mass) * then * then;
         let work = 3.0 * way(3.0, 0.5) + 4.0 * way(4.0, -9.81);
@@ -118,7 +118,7 @@ fn forces_that_no_grain_can_follow_are_refused() {
 #[test]
 fn a_membrane_bears_its_pressure_across_the_line_of_its_grains() {
     let folder = tempfile::tempdir().unwrap();
-    // A row that bends, and a body to its left or right; seen from its first grain on, the left is towards negative x.
+    // A bent row, and a body on its left or right; from the first grain of the row on, the left is towards negative x.
     let row = [[0.0, 0.0], [0.0, 1.0], [0.5, 1.9], [0.4, 3.0]];
     let lines: Vec<String> = row.iter().map(|[x, y]| format!("{x},{y},0.5")).collect();
     std::fs::write(folder.path().join("row.csv"), format!("x,y,volume\n{}\n", lines.join("\n"))).unwrap();
@@ -134,14 +134,14 @@ fn a_membrane_bears_its_pressure_across_the_line_of_its_grains() {
         let mut solver = begun(disks(&Case::from_value(&value, folder.path()).unwrap()).unwrap());
         let time = 1e-3;
         to(&mut solver, time);
-        // Whatever the bend, the sum is the pressure on the chord; towards the body.
+        // For any bend the sum is the pressure times the chord, towards the body.
         let momentum = solver.totals().momentum;
         let exact = [20.0 * 3.0 * side, -20.0 * 0.4 * side];
         let then = time - solver.limit().dt;
         for c in 0..2 {
             assert_near(momentum[c] / (exact[c] * then), 1.0, 0.05);
         }
-        // The second grain has half of the two lines beside it, 1 m up and (0.5, 0.9) on.
+        // The second grain takes half of the two lines beside it, the vectors (0, 1) m and (0.5, 0.9) m.
         let v = solver.snapshot().vectors("velocity").unwrap()[2];
         let mass = 0.5 * 4.0 / std::f64::consts::PI;
         assert_near(v[0] * mass / (20.0 * 0.95 * side * time), 1.0, 1e-3);
@@ -163,13 +163,13 @@ fn grains_in_a_shaken_box_see_an_acceleration_that_goes_to_and_fro() {
     let exact = 2.0 / rate * (0.33 - (rate * 0.33f64).sin() / rate);
     assert_near(solver.snapshot().vectors("displacement").unwrap()[0][0] / exact, 1.0, 1e-4);
     assert_near(reading(&solver, "energy_error"), 0.0, 1e-6);
-    // From 5 to 10 Hz in 2 s: 7.5 Hz on the mean, 15 cycles, and 5 + 1.25 of them after half of the time.
+    // From 5 to 10 Hz in 2 s: mean 7.5 Hz, 15 cycles, of which 5 + 1.25 are in the first half of the time.
     let sweep = Shaking { acceleration: vec![1.0, 0.0], frequency: 5.0, last_frequency: Some(10.0) };
     assert_near(sweep.factor(2.0, 2.0), 0.0, 1e-9);
     assert_near(sweep.factor(1.0, 2.0), (TAU * 6.25).sin(), 1e-12);
 }
 
-/// A square lattice of six by six disks in a cell that is periodic both ways.
+/// Square lattice of six by six disks in a cell that is periodic along both axes.
 fn lattice(cell: &Value) -> Value {
     let mut value = Scene::new(linear(1e4, 0.3, 0.5, 0.0)).disk([0.0; 2], 0.5, [0.0; 2], 0.0).json();
     value["domain"] = json!({ "min": [0, 0], "max": [6, 6], "periodic": ["x", "y"] });
@@ -189,11 +189,11 @@ fn cells_follow_strains_and_stresses_that_go_to_and_fro() {
         to(&mut solver, 0.4 * share);
         (reading(&solver, "cell.y") / 6.0).ln()
     };
-    // The rate changes at half steps: to a step's worth of strain.
+    // The rate changes at half steps: equal up to the strain of a step.
     for (share, exact) in [(0.25, -0.01), (0.5, 0.0), (0.75, 0.01), (1.0, 0.0)] {
         assert_near(strain(share), exact, 2e-4);
     }
-    // Along y the lattice is springs in rows: the stress is the stiffness times the strain, here slowly.
+    // Along y the lattice is rows of springs: the stress is the stiffness times the strain, in slow deformation.
     let cell = json!({ "xx": { "rate": 0 },
         "yy": { "cyclic-stress": { "mean": -50, "amplitude": 40, "period": 8 } } });
     let mut solver = solver(&lattice(&cell));

@@ -1,10 +1,10 @@
-//! How contacts lie (sheet: dem §3.9).
+//! Fabric of contacts (sheet: dem §3.9).
 
 use colluvium_testkit::assert_near;
 
 use crate::common::{Scene, begun, linear};
 
-/// Disks of radius 0.5001 m on a square lattice of 1 m six by six.
+/// Disks of radius 0.5001 m on a square lattice of 1 m, six by six.
 fn lattice() -> Scene {
     let mut scene = Scene::new(linear(1e4, 0.0, 0.5, 0.5));
     for a in 0..6 {
@@ -51,7 +51,7 @@ fn contacts_of_a_single_row_all_lie_along_it() {
     assert_near(fabric.anisotropy, 8.0f64.sqrt(), 1e-6);
     assert_near(fabric.alignment, 1.0, 1e-9);
     assert_near(fabric.coordination, 14.0 / 8.0, 1e-12);
-    // Its ends are held by nothing, and without them the next ones are not either.
+    // Its ends are rattlers, and without them the next ones are too.
     assert_near(fabric.mechanical_coordination, 0.0, 1e-12);
     assert_near(fabric.rattlers, 1.0, 1e-12);
 }
@@ -78,7 +78,7 @@ fn lines_of_contacts_join_the_centres_and_carry_the_forces() {
     let frame = lattice.frame(FrameRequest::Written);
     let lines = frame.dataset("contacts").unwrap();
     let DatasetGeometry::Mesh(mesh) = &lines.geometry else { panic!("lines") };
-    // Six touch the floor.
+    // Six disks are in contact with the floor.
     assert_eq!(mesh.cells().count(), 66);
     let scalars = |name: &str| match &lines.fields.iter().find(|field| field.name == name).unwrap().data {
         FieldData::Scalar(values) => values.clone(),
@@ -93,7 +93,7 @@ fn lines_of_contacts_join_the_centres_and_carry_the_forces() {
         assert_near(normal[k] / (1e4 * overlap), 1.0, 1e-6);
     }
     assert_near(wall.iter().sum::<f64>(), 6.0, 1e-12);
-    // Every row says how contacts lie.
+    // Every output row contains the fabric.
     let rows = lattice.scalar_outputs();
     let row = |name: &str| rows.iter().find(|(own, ..)| own == name).unwrap().2;
     assert_near(row("fabric.xx") + row("fabric.yy"), 1.0, 1e-12);
@@ -101,7 +101,7 @@ fn lines_of_contacts_join_the_centres_and_carry_the_forces() {
 
 #[test]
 fn rows_that_are_pressed_more_than_others_are_chains_of_force() {
-    // Two rows of six one pressed ten times as much as the other, and a row that bears nothing.
+    // Two rows of six, one pressed ten times as much as the other, and a row of four without force.
     let mut scene = Scene::new(linear(1e4, 0.0, 0.5, 0.5));
     for k in 0..6 {
         let x = f64::from(k);
@@ -116,7 +116,7 @@ fn rows_that_are_pressed_more_than_others_are_chains_of_force() {
     assert_eq!(chains.iter().map(Vec::len).collect::<Vec<_>>(), [6]);
     let contacts = rows.contacts();
     let inside = |i: usize| chains[0].contains(&i);
-    // All contacts of the chain are those of the row that is pressed most.
+    // All contacts of the chain are those of the row with the largest pressure.
     let overlaps = contacts.iter().filter(|contact| inside(contact.grain)).map(|contact| contact.overlap);
     assert!(overlaps.clone().count() == 5 && overlaps.fold(f64::INFINITY, f64::min) > 1e-4);
     let read =

@@ -1,4 +1,4 @@
-//! Means of stresses that cells and walls follow while they deform (sheet: dem §3.7).
+//! Means of controlled stresses of cells and walls during deformation (sheet: dem §3.7).
 
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, disks};
@@ -9,10 +9,10 @@ const PRESSURE: f64 = 1e5;
 const DIAMETER: f64 = 0.01;
 const DENSITY: f64 = 2600.0;
 const GRAINS: f64 = 100.0;
-/// Steps between looks at the stress.
+/// Number of steps between stress samples.
 const BLOCK: f64 = 8.0;
 
-/// Time of a grain under the pressure, √(m/P) (s).
+/// Inertial time of a grain under the pressure, √(m/P) (s).
 fn unit() -> f64 {
     (DENSITY * std::f64::consts::PI * 0.25 * DIAMETER * DIAMETER / PRESSURE).sqrt()
 }
@@ -21,7 +21,7 @@ fn side() -> f64 {
     (GRAINS * std::f64::consts::PI * 0.25 * DIAMETER * DIAMETER / 0.78).sqrt()
 }
 
-/// Disks that are pressed without friction and then sheared at an inertial number.
+/// Disks compressed without friction and then sheared at an inertial number.
 fn case(inertial: f64, strain: f64, periodic: bool, own: &Value) -> Value {
     let (side, unit) = (side(), unit());
     let stage = |name: &str, duration: f64, damping: f64| json!({ "name": name, "duration": duration * unit, "damping": damping });
@@ -82,7 +82,7 @@ fn reading(solver: &dyn Solver, name: &str) -> f64 {
     solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
 }
 
-/// Means of a stress over the pressure in windows of 1 % of strain of the shear, and what the run says at its end.
+/// Means of a stress over the pressure in windows of 1 % of shear strain, and the warning of the run at its end.
 fn means(value: &Value, name: &str, inertial: f64, windows: usize) -> (Vec<f64>, Vec<String>) {
     single_threaded();
     let case = Case::from_json(&value.to_string()).unwrap();
@@ -134,7 +134,7 @@ fn platens_hold_their_stress_in_the_mean_while_another_one_moves() {
 
 #[test]
 fn a_run_says_where_a_stress_was_missed() {
-    // A wall that may not move fast enough.
+    // A wall whose speed limit is too low.
     let inertial = 5e-3;
     let mut slow = platens(&["left", "right"]);
     slow["walls"]["right"]["speed"] = json!(1e-6);

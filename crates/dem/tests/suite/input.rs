@@ -24,26 +24,26 @@ fn refusal(change: impl Fn(&mut Value)) -> String {
     }
 }
 
-/// A law of elastic spheres with one number changed.
+/// Hertz law with one number changed.
 fn hertz(key: &str, value: f64) -> Value {
     let mut law = json!({ "law": "hertz", "youngs_modulus": 1e7, "poissons_ratio": 0.3, "restitution": 0.5 });
     law[key] = json!(value);
     law
 }
 
-/// A bond with one number changed.
+/// Bond with one number changed.
 fn bond(key: &str, value: f64) -> Value {
     let mut bond = json!({ "normal_stiffness": 1e6, "shear_stiffness": 1e6, "gap": 0.5 });
     bond[key] = json!(value);
     bond
 }
 
-/// A grading curve.
+/// Grading curve.
 fn beta(min: f64, max: f64, a: f64) -> Value {
     json!({ "distribution": "cumulative-beta", "min": min, "max": max, "a": a, "b": 4 })
 }
 
-/// More of it: laws, sizes, bonds, stages.
+/// Further invalid input: laws, sizes, bonds, stages.
 fn numbers() -> Vec<(&'static str, Value, &'static str)> {
     vec![
         ("/pairs/0/normal", hertz("poissons_ratio", 0.6), "methods.dem.pairs[0].normal.poissons_ratio"),
@@ -54,7 +54,7 @@ fn numbers() -> Vec<(&'static str, Value, &'static str)> {
         ("/pairs/0/bond", bond("radius_factor", 0.0), "methods.dem.pairs[0].bond.radius_factor"),
         ("/pairs/0/bond", bond("tensile_strength", -1.0), "methods.dem.pairs[0].bond.tensile_strength"),
         ("/pairs/0/bond", bond("scatter", 1.5), "methods.dem.pairs[0].bond.scatter"),
-        // The grains stand 0.2 m apart.
+        // The grains are 0.2 m apart.
         ("/pairs/0/bond", bond("gap", 0.1), "methods.dem.pairs"),
         (
             "/pairs/0/adhesion",
@@ -119,7 +119,7 @@ fn what_is_wrong_is_refused_with_its_path() {
     }
 }
 
-/// Grains that only push bear no tension, and none at all bear a pressure near their stiffness.
+/// Grains without attraction carry no tension, and grains of any kind no pressure near their stiffness.
 #[test]
 fn a_stress_that_grains_cannot_have_is_refused_with_its_path() {
     let cell = |entry: Value| {

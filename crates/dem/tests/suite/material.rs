@@ -74,7 +74,7 @@ fn cells_that_are_saved_and_read_go_on_with_the_same_bits() {
     law.update(&[shear], &mut stress, &mut states.blocks_mut()[0]).unwrap();
     law.update(&[shear], &mut other, &mut again.blocks_mut()[0]).unwrap();
     assert_eq!(stress, other);
-    // A law made anew from the same parameters has the same cells.
+    // A new law with equal parameters has equal cells.
     let law = built(&disks(0.5, 2)).unwrap();
     let (mut third, mut states) = law.initial(&[start(SymTensor::isotropic(-PRESSURE))]).unwrap();
     for _ in 0..2 {
@@ -85,7 +85,7 @@ fn cells_that_are_saved_and_read_go_on_with_the_same_bits() {
 
 #[test]
 fn small_strains_have_the_stiffness_of_the_contacts() {
-    // Kuhn–Rothenburg bounds: an affine packing has the modulus Σ k l² n⁴ / V; grains that give way have less.
+    // Kuhn–Rothenburg bounds: an affine packing has the modulus Σ k l² n⁴ / V; non-affine motion of grains gives less.
     let law = built(&disks(0.0, 3)).unwrap();
     let (mut stress, mut states) = law.initial(&[start(SymTensor::isotropic(-PRESSURE))]).unwrap();
     let mut bound = [0.0];
@@ -122,7 +122,7 @@ fn the_friction_of_the_preparation_is_sought_for_a_porosity() {
     let asked = 0.5 * (dense[0] + loose[0]);
     let found = made(json!({ "pressure": PRESSURE, "porosity": asked })).unwrap();
     assert!((found[0] - asked).abs() <= 2e-3 && found[1] > 0.0 && found[1] < 1.0, "{found:?} for {asked}");
-    // The friction that was found makes the same specimen.
+    // The friction that was found gives an equal specimen.
     assert_eq!(by(found[1]), found);
     let refusal = made(json!({ "pressure": PRESSURE, "porosity": 0.4 })).unwrap_err();
     assert!(refusal.contains("preparation.porosity: 0.4 is not between 0.1"), "{refusal}");
@@ -179,7 +179,7 @@ fn wrong_parameters_are_refused_by_their_path() {
     assert!(error.contains("take dimension 3"), "{error}");
 }
 
-/// Spheres as [`disks`], with the stiffness over a diameter.
+/// Spheres like the disks of [`disks`], with the stiffness over a diameter.
 fn spheres(seed: u64) -> Value {
     let mut spec = disks(0.0, seed);
     let own = &mut spec["parameters"];
@@ -188,10 +188,10 @@ fn spheres(seed: u64) -> Value {
     spec
 }
 
-/// The periodic cell of the method that has the same grains: compressed, at rest, and deformed at a rate (1/s) along each axis.
+/// Periodic cell of the method with equal grains: compressed, at rest, and deformed at a rate (1/s) along each axis.
 fn cell_of_the_method(spec: &Value, rates: [f64; 3], duration: f64) -> Value {
     let own = &spec["parameters"];
-    // The side to the last bit, without which grains that meet at random come to lie otherwise.
+    // The side is equal to the last bit: otherwise randomly placed grains end at other positions.
     let sizes: Diameters = serde_json::from_value(own["diameter"].clone()).unwrap();
     let unit = 4.0 / 3.0 * (std::f64::consts::PI * 0.5 * 0.5) * 0.5 * sizes.mean_power(3, 3);
     let side = (100.0 * unit / 0.5).powf(1.0 / 3.0);
@@ -222,7 +222,7 @@ fn cell_of_the_method(spec: &Value, rates: [f64; 3], duration: f64) -> Value {
     })
 }
 
-/// Stress along the axes, porosity and coordination of the method's cell at the end of each of the stages from number `first` on.
+/// Stress along the axes, porosity and coordination of the cell of the method at the end of each stage from number `first` on.
 fn stages_of_the_method(case: &Value, first: usize) -> Vec<[f64; 5]> {
     let case = Case::from_json(&case.to_string()).unwrap();
     let mut solver = colluvium_dem::spheres(&case).unwrap();
@@ -249,7 +249,7 @@ fn a_cell_of_spheres_has_the_stress_and_porosity_of_the_same_cell_in_the_method(
     for (seed, way) in [(3, [-1.0, -1.0, -1.0]), (7, [0.5, 0.5, -1.0])] {
         let mut spec = spheres(seed);
         spec["parameters"]["tolerance"] = json!(1e-4);
-        // A strain of 0.3 %, at the rate that the law begins with.
+        // A strain of 0.3 %, at the initial rate of the law.
         let rate = 1e-3 * (PRESSURE / 2600.0).sqrt() / 1e-3 / 3f64.sqrt();
         let case = cell_of_the_method(&spec, way.map(|own: f64| own * rate), 0.003 / rate);
         let [before, after] = stages_of_the_method(&case, 1)[..] else { panic!() };
@@ -265,14 +265,14 @@ fn a_cell_of_spheres_has_the_stress_and_porosity_of_the_same_cell_in_the_method(
             law.update(&[gradient], &mut stress, &mut states.blocks_mut()[0]).unwrap();
         }
         law.outputs(&stress, &states.blocks()[0], &mut out);
-        // Both start within 1e-4 of the pressure and from there have contacts that open and close at other moments, and the rate of the law
-        // grows with the pressure, so that its dashpots bear up to 0.2 % more. Packings that are not at rest differ by 1.5 % and more.
+        // Both start within 1e-4 of the pressure and then have contacts that open and close at other times, and the rate of the law
+        // grows with the pressure, so that its dashpots carry up to 0.2 % more. Packings that are not at rest differ by 1.5 % and more.
         assert!(stress[0][2] < -1.2 * PRESSURE, "{:?}", stress[0]);
         for c in 0..3 {
             assert!((stress[0][c] / after[c] - 1.0).abs() < 5e-3, "{way:?}: {:?}, {after:?}", stress[0]);
         }
         assert!((out[0] - after[3]).abs() < 2e-5, "{out:?} {after:?}");
-        // A contact more or less of some 320.
+        // One contact of some 320 more or less.
         assert!((out[1] / after[4] - 1.0).abs() < 0.01, "{out:?} {after:?}");
     }
 }

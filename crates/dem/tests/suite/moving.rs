@@ -1,4 +1,4 @@
-//! Obstacles on a prescribed way (sheet: dem §2.10, wall types).
+//! Obstacles with prescribed motion (sheet: dem §2.10, wall types).
 
 use std::f64::consts::PI;
 
@@ -24,7 +24,7 @@ fn reading(solver: &dyn Solver, name: &str) -> f64 {
     solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
 }
 
-/// A disk of mass 1 kg and radius 0.5 m at rest on a floor that runs along x at 1 m/s, with friction 0.2.
+/// Disk of mass 1 kg and radius 0.5 m at rest on a floor that moves along x at 1 m/s, with friction 0.2.
 fn belt(motion: &Value) -> Value {
     let mut scene =
         Scene::new(linear(STIFFNESS, 0.2, 0.5, 0.5)).disk([0.0, 0.5 - 9.81e-6], 0.5, [0.0; 2], 0.0);
@@ -39,7 +39,7 @@ fn belt(motion: &Value) -> Value {
 #[test]
 fn a_disk_on_a_belt_slips_until_it_rolls_at_a_third_of_its_speed() {
     let mut solver = begun(disks(&case(&belt(&json!({ "velocity": [1, 0] })))).unwrap());
-    // It slips for v / (3 μ g) = 0.17 s: its surface gains 3 μ g, its centre μ g.
+    // It slips for v / (3 μ g) = 0.17 s: its surface gains the acceleration 3 μ g, its centre μ g.
     to(&mut solver, 0.1);
     let early = solver.snapshot().positions[0][0];
     assert!((early / (0.5 * 0.2 * 9.81 * 0.01) - 1.0).abs() < 0.01, "{early}");
@@ -48,7 +48,7 @@ fn a_disk_on_a_belt_slips_until_it_rolls_at_a_third_of_its_speed() {
     to(&mut solver, 1.0);
     let speed = (solver.snapshot().positions[0][0] - start) / 0.5;
     assert!((speed - 1.0 / 3.0).abs() < 2e-4, "{speed}");
-    // Friction bore μ m g over v times the time of slip: m v²/3; half of it is heat.
+    // Friction transmits μ m g over v times the slip time, m v²/3; half of it is dissipated.
     let work = reading(&solver, "work.boundaries");
     assert!((work - 1.0 / 3.0).abs() < 2e-3, "{work}");
     let heat = reading(&solver, "dissipated.friction");
@@ -94,7 +94,7 @@ fn a_sphere_on_a_turntable_goes_round_at_two_sevenths_of_its_rate() {
     assert!(reading(&solver, "energy_error").abs() < 1e-3);
 }
 
-/// Disks in a pan whose paddle, a cross of two bars, turns.
+/// Disks in a pan with a rotating paddle, a cross of two bars.
 fn stirred() -> Case {
     let mut value = Scene::new(linear(1e6, 0.2, 0.5, 0.5)).disk([0.0, 0.0], 1.0, [0.0; 2], 0.0).json();
     value["domain"] = json!({ "min": [-3, -3], "max": [3, 3] });
@@ -157,7 +157,7 @@ fn a_belt_tells_the_moment_of_the_disk_on_it() {
         "{:?}",
         reaction.force
     );
-    // It acts where the disk touches the belt: two metres behind that it has the arm of these, at the height of the centre half a metre.
+    // The force acts at the contact of disk and belt: its lever arm is 2 m about a point 2 m behind, and 0.5 m about the centre.
     let of = |about: [f64; 3]| reaction.moment_about(&about).unwrap()[2];
     assert!((of([x[0] - 2.0, 0.0, 0.0]) / (2.0 * across) - 1.0).abs() < 1e-3);
     assert!((of([x[0], x[1], 0.0]) / (0.5 * along) - 1.0).abs() < 1e-2);

@@ -9,7 +9,7 @@ use crate::common::{Scene, begun, linear};
 const ANGLE: f64 = 30.0;
 const STIFFNESS: f64 = 1e6;
 
-/// A grain of radius 0.5 m at rest on a plane through the origin that falls along x, pressed in by its weight.
+/// Grain of radius 0.5 m at rest on a plane through the origin that descends along x, pressed in by its weight.
 fn resting(dimension: usize, shape: &Value, friction: f64) -> Value {
     let (sine, cosine) = ANGLE.to_radians().sin_cos();
     let mut scene = Scene::new(linear(STIFFNESS, 0.2, 0.5, 0.5));
@@ -28,7 +28,7 @@ fn resting(dimension: usize, shape: &Value, friction: f64) -> Value {
     value
 }
 
-/// How far the grain has gone down the plane after `time` (s).
+/// Displacement of the grain down the plane after `time` (s).
 fn way<const D: usize, const R: usize>(solver: DemSolver<D, R>, time: f64) -> f64
 where
     DemSolver<D, R>: Solver,
@@ -47,7 +47,7 @@ fn case(value: &Value) -> Case {
     Case::from_value(value, std::path::Path::new("")).unwrap()
 }
 
-/// Way in a second of a grain of moment of inertia `share m r²`, that rolls or slides.
+/// Displacement in a second of a grain of moment of inertia `share m r²` that rolls or slides.
 fn exact(share: f64, friction: f64) -> f64 {
     let (sine, cosine) = ANGLE.to_radians().sin_cos();
     let rolls = friction >= ANGLE.to_radians().tan() * share / (1.0 + share);
@@ -194,7 +194,7 @@ fn a_disk_slides_over_the_smooth_part_and_rolls_at_two_thirds_of_its_speed_on_th
     assert!((smooth - 2.0).abs() < 1e-6, "{smooth}");
     // It slips for v/(3 μ g) = 0.227 s.
     let rolls = until(1.0);
-    // The spring across has no dashpot and goes on swinging from μ m g, at √(3 k_t/m), about rolling: so does a third of the speed.
+    // The tangential spring has no dashpot and oscillates from μ m g, at √(3 k_t/m), about rolling: so does a third of the speed.
     let across = 0.5 * STIFFNESS;
     let swing = 0.3 * 9.81 / 3.0 * (3.0 / across).sqrt();
     assert!((rolls - 4.0 / 3.0).abs() < 1.02 * swing, "{rolls}, swings by {swing}");

@@ -38,7 +38,7 @@ fn a_modulus_of_the_grains_gives_a_stiffness_that_grows_with_them() {
     }
 }
 
-/// Place after `time` of a disk thrown with this velocity under this gravity with local damping of 0.3.
+/// Position after `time` (s) of a disk with this initial velocity under this gravity and local damping of 0.3.
 fn thrown(form: &str, velocity: [f64; 2], gravity: [f64; 2], time: f64) -> [f64; 3] {
     let mut scene = Scene::new(linear(1e6, 0.0, 0.5, 0.0)).disk([0.0; 2], 0.5, velocity, 0.0);
     scene.gravity = gravity.to_vec();
@@ -59,7 +59,7 @@ fn local_damping_takes_its_share_of_each_component_or_of_the_force() {
     let place = |accelerations: [f64; 2]| -> [f64; 2] {
         std::array::from_fn(|c| velocity[c] * time + 0.5 * accelerations[c] * time * time)
     };
-    // Along x the grain moves against gravity, along y with it, and on the whole with it.
+    // Along x the grain moves against gravity, along y and in total with it.
     for (form, exact) in [
         ("components", place([1.3 * gravity[0], 0.7 * gravity[1]])),
         ("vector", place([0.7 * gravity[0], 0.7 * gravity[1]])),
@@ -81,11 +81,11 @@ fn the_unbalanced_force_is_that_of_grains_over_that_of_contacts() {
         solver.step(1e-9).unwrap();
         solver.equilibrium().unwrap().unbalanced_force
     };
-    // Only the two ends are out of balance, by the force of one contact.
+    // Only the two end grains are out of balance, by the force of one contact.
     assert_near(row(2), 1.0, 1e-6);
     assert_near(row(3), (2.0f64 / 3.0).sqrt(), 1e-6);
     assert_near(row(8), 0.5, 1e-6);
-    // Nothing acts on a grain alone.
+    // No force acts on a single grain.
     assert_near(row(1), 0.0, 1e-12);
 }
 
@@ -120,8 +120,8 @@ fn a_cohesive_contact_breaks_at_its_tension_and_takes_the_energy_of_its_spring()
     assert!(x[1][0] - x[0][0] < 1.0 + force / stiffness);
 }
 
-/// Velocity along x that a disk of 1 kg and 0.5 m takes in a time (s) from one below that moves at 0.5 m/s, held: pressed by its weight of
-/// 10 N, with cohesion that bears 10 N of shear and with friction of 0.3.
+/// Velocity along x that a disk of 1 kg and 0.5 m reaches in a time (s) on a held one below that moves at 0.5 m/s: pressed by its weight of
+/// 10 N, with a cohesive shear strength of 10 N and friction of 0.3.
 fn dragged(fragile: bool, cohesive: bool, time: f64) -> f64 {
     let stiffness = 1e6;
     let mut pair = linear(stiffness, 0.0, 0.5, 0.3);
@@ -145,13 +145,13 @@ fn dragged(fragile: bool, cohesive: bool, time: f64) -> f64 {
 
 #[test]
 fn a_cohesive_contact_slips_at_its_shear_strength_and_a_fragile_one_breaks_there() {
-    // While it slips the force is that of the strength and of friction, 10 + 3 N; once it has broken only 3 N are left.
+    // While it slips the force is cohesion plus friction, 10 + 3 N; after the cohesion has broken only 3 N remain.
     let force =
         |fragile, cohesive| (dragged(fragile, cohesive, 6e-4) - dragged(fragile, cohesive, 1e-4)) / 5e-4;
     assert_near(force(false, true), 13.0, 0.1);
     assert_near(force(true, true), 3.0, 0.1);
     assert_near(force(true, false), 3.0, 0.1);
-    // The fragile one has borne its strength until it broke.
+    // The fragile contact transmitted its strength until it broke.
     assert!(dragged(true, true, 1e-4) > dragged(true, false, 1e-4) + 1e-5);
 }
 
@@ -191,7 +191,7 @@ fn what_mix_does_not_derive_of_like_grains_is_told() {
             "grains of \"grain\" and \"other\" have no {key} between them, as those of \"other\" have"
         );
         assert!(said.len() == 1 && said[0].contains(&own), "{key}: {said:?}");
-        // A pair that is given is as it is given.
+        // A pair that is given is not mixed.
         assert!(warnings(more.clone(), Some(linear(1e6, 0.1, 0.5, 0.5))).is_empty(), "{key}");
     }
     assert!(warnings(json!({}), None).is_empty());

@@ -1,4 +1,4 @@
-//! Grains that rest (sheet: dem §5, B5, B9) and bonds (B15).
+//! Grains at rest (sheet: dem §5, B5, B9) and bonds (B15).
 
 use colluvium_case::{DatasetGeometry, FieldData, FrameRequest, Solver};
 use colluvium_dem::disks;
@@ -29,7 +29,7 @@ fn a_static_column_has_the_overlaps_of_its_weight() {
     assert_near(solver.reaction("floor").unwrap().force[1] / (-9.81 * f64::from(count)), 1.0, 1e-6);
 }
 
-/// Whether two disks on the floor bear a third after gravity has grown.
+/// Whether two disks on the floor support a third one after gravity has increased.
 fn stands(grain: f64, wall: f64) -> bool {
     let mut scene = Scene::new(linear(1e6, 0.3, 0.5, grain))
         .disk([-0.5, 0.5], 0.5, [0.0, 0.0], 0.0)
@@ -69,7 +69,7 @@ fn a_bonded_cantilever_bends_as_a_beam() {
     for k in 0..=n {
         scene = scene.disk([f64::from(k) * d, 0.0], 0.5, [0.0, 0.0], 0.0);
     }
-    // The load is the weight of the last grain alone: the others have next to none.
+    // The load is the weight of the last grain alone: the others have negligible weight.
     let mut value = scene.json();
     let load = 1e-3;
     value["gravity"] = json!([0, -load]);
@@ -93,7 +93,7 @@ fn a_bonded_cantilever_bends_as_a_beam() {
         solver.step(dt).unwrap();
     }
     let tip = solver.snapshot().vectors("displacement").unwrap()[n as usize][1];
-    // Weight of the chain itself: a hundredth of the load at each grain.
+    // Weight of the chain: a hundredth of the load at each grain.
     let own: f64 = (1..n).map(|k| beam(k, n, rotation, shear)).sum::<f64>() * load * 1e-2;
     let expected = load * beam(n, n, rotation, shear) + own;
     assert_near(load * beam(n, n, rotation, shear), 3.335e-4, 1e-8);
@@ -122,7 +122,7 @@ fn a_bond_breaks_at_its_strength() {
     let mut solver = begun(disks(&case).unwrap());
     let mut most = 0.0f64;
     let dt = 1e-5;
-    // Speed 1e-3 m/s, mass 1 kg, stiffness 1e6 N/m: the swing reaches 1 N, less than 100 N.
+    // Speed 1e-3 m/s, mass 1 kg, stiffness 1e6 N/m: the oscillation reaches 1 N, less than 100 N.
     for _ in 0..2000 {
         solver.step(dt).unwrap();
         most = solver.contacts().iter().map(|c| -c.normal).fold(most, f64::max);
@@ -145,7 +145,7 @@ fn a_bond_breaks_at_its_strength() {
     let readings = solver.scalar_outputs();
     assert_eq!(readings.iter().find(|(name, ..)| name == "broken_bonds").unwrap().2, 1.0);
     assert_near(readings.iter().find(|(name, ..)| name == "energy_error").unwrap().2, 0.0, 1e-2);
-    // It is listed, and still is after a restart.
+    // The bond is listed as broken, and is so after a restart too.
     let mut again = begun(disks(&case).unwrap());
     again.restore(&mut solver.saved().unwrap().as_slice()).unwrap();
     for solver in [&solver, &again] {

@@ -1,4 +1,4 @@
-//! Walls that follow a stress (sheet: dem §3.7).
+//! Servo-controlled walls (sheet: dem §3.7).
 
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, disks, spheres};
@@ -10,7 +10,7 @@ use crate::common::{Scene, begun, linear};
 const STIFFNESS: f64 = 1e6;
 const DISKS: usize = 3;
 
-/// A stack of disks of radius 0.5 m, without gravity, under a wall that presses with 5 N/m over the 200 m of the domain.
+/// Stack of disks of radius 0.5 m, without gravity, under a wall that presses with 5 N/m over the 200 m of the domain.
 fn stack(start: f64) -> Value {
     let mut scene = Scene::new(linear(STIFFNESS, 0.3, 0.5, 0.5));
     for k in 0..DISKS {
@@ -46,13 +46,13 @@ fn a_platen_comes_to_rest_where_the_stack_bears_its_stress() {
     assert_near(reading(&solver, "wall.platen.position"), 3.15, 1e-3);
     assert_near(reading(&solver, "wall.platen.stress"), 0.0, 1e-12);
     to(&mut solver, 3.0);
-    // All of the contacts bear 1000 N.
+    // Each contact carries 1000 N.
     let overlap = 1000.0 / STIFFNESS;
     assert_near(reading(&solver, "wall.platen.position"), DISKS as f64 - (DISKS + 1) as f64 * overlap, 1e-7);
     assert_near(reading(&solver, "wall.platen.stress"), -5.0, 1e-4);
     assert_near(solver.reaction("platen").unwrap().force[1], 1000.0, 0.02);
     assert_near(solver.reaction("floor").unwrap().force[1], -1000.0, 0.02);
-    // Its work is what the springs hold and the dashpots have taken.
+    // Its work is the spring energy plus the dissipation of the dashpots.
     assert!(reading(&solver, "work.boundaries") > 4.0 * 0.5 * 1000.0 * overlap);
     assert_near(reading(&solver, "energy_error"), 0.0, 2e-3);
 }
@@ -126,7 +126,7 @@ fn what_is_no_wall_and_follows_no_stress_is_refused_with_what_does() {
     };
     let press =
         |name: &str| json!({ "all": { "walls": { name: { "stress": -5, "speed": 0.5, "area": 1 } } } });
-    // A polygon; one of a file of an STL is an obstacle as well.
+    // A polygon; an STL file gives an obstacle as well.
     let polygon = refused(&|value| {
         value["obstacles"] = json!([{ "name": "plate", "wall": { "kind": "smooth" },
             "shape": { "kind": "polygon", "vertices": [[-1, 4], [1, 4], [1, 5], [-1, 5]] } }]);
@@ -148,7 +148,7 @@ fn what_is_no_wall_and_follows_no_stress_is_refused_with_what_does() {
     assert!(held.ends_with("follow no force: leave held out, and bond them to each other"), "{held}");
 }
 
-/// A box as triangles that face outwards, as a file of an OBJ.
+/// Box of triangles that face outwards, as an OBJ file.
 fn box_as_obj(low: [f64; 3], high: [f64; 3]) -> String {
     let ends = [low, high];
     let corners = (0..8usize).map(|k| [0, 1, 2].map(|c| ends[k >> c & 1][c]));
@@ -161,7 +161,7 @@ fn box_as_obj(low: [f64; 3], high: [f64; 3]) -> String {
 
 #[test]
 fn a_plate_from_a_mesh_follows_no_stress_and_a_wall_bears_it_on_the_area_that_is_given() {
-    // Four spheres on a floor, and a plate over them, 3 m by 3 m.
+    // Four spheres on a floor, and a plate on them, 3 m by 3 m.
     let mut scene = Scene::new(linear(STIFFNESS, 0.3, 0.5, 0.5));
     for [x, y] in [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]] {
         scene = scene.sphere([x, y, 0.5], 0.5, [0.0; 3], [0.0; 3]);
@@ -201,7 +201,7 @@ fn a_plate_from_a_mesh_follows_no_stress_and_a_wall_bears_it_on_the_area_that_is
     let start = "stages[0].motions[0].target: \"plate\" is an obstacle, which moves as obstacles[0].motion says and follows no force";
     assert!(error.starts_with(start) && error.contains("a wall of boundaries"), "{error}");
 
-    // What the refusals name: a wall across the domain, 200 m wide, that bears the stress on the plate's area.
+    // The alternative named in the refusals: a wall across the domain, 200 m wide, under the stress on the area of the plate.
     scene.boundaries =
         json!([floor, { "side": "z-max", "name": "platen", "position": 1.05, "wall": smooth }]);
     scene.options = json!({ "stages": { "all": { "walls": { "platen": stress } } } });
@@ -210,7 +210,7 @@ fn a_plate_from_a_mesh_follows_no_stress_and_a_wall_bears_it_on_the_area_that_is
     assert_near(reading(&solver, "wall.platen.stress"), -500.0, 1e-2);
     assert_near(solver.reaction("platen").unwrap().force[2], 4500.0, 0.1);
     assert_near(solver.reaction("floor").unwrap().force[2], -4500.0, 0.1);
-    // Each sphere bears a quarter between two contacts.
+    // Each sphere carries a quarter between two contacts.
     assert_near(reading(&solver, "wall.platen.position"), 1.0 - 2.0 * 0.25 * 4500.0 / STIFFNESS, 1e-7);
 }
 
@@ -239,7 +239,7 @@ fn a_plate_of_bonded_disks_that_a_force_presses_bears_it_down_to_the_floor() {
     let mut solver = solver(&value);
     to(&mut solver, 3.0);
     assert_near(solver.reaction("floor").unwrap().force[1], -3000.0, 1.0);
-    // A third of it in each column: two contacts, of plate and floor, above one another.
+    // Each column carries a third: two contacts, with plate and floor, above one another.
     let plate: Vec<f64> = solver.snapshot().positions[3..].iter().map(|x| x[1]).collect();
     assert_eq!(plate.len(), 3);
     let mean = plate.iter().sum::<f64>() / 3.0;

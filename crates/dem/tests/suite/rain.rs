@@ -1,4 +1,4 @@
-//! Grains that enter during a run (sheet: dem §3.8).
+//! Pluviation: grains that enter during a run (sheet: dem §3.8).
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_dem::{Dem, disks, spheres};
@@ -10,7 +10,7 @@ fn case(value: &Value) -> Case {
     Case::from_value(value, std::path::Path::new("")).unwrap()
 }
 
-/// Grains of 0.08 to 0.12 m that enter at the top of a box 2 m wide at 1 m/s, `rate` (kg/s) of them.
+/// Grains of 0.08 to 0.12 m that enter at the top of a box 2 m wide at 1 m/s, at a mass rate `rate` (kg/s).
 fn rained(dimension: usize, rate: f64) -> Value {
     let none = vec![0.0; dimension];
     let mut scene = Scene::new(linear(2e7, 0.3, 0.5, 0.5));
@@ -65,7 +65,7 @@ fn the_mass_that_is_asked_for_enters_between_start_and_end_with_its_energy_accou
         assert_eq!(solver.points(), 0);
         to(&mut *solver, 0.6);
         let half = solver.totals().mass;
-        // Behind by less than the largest grain.
+        // Behind by less than the mass of the largest grain.
         let grain = 2000.0 * if dimension == 2 { 0.0036 * std::f64::consts::PI } else { 9.1e-4 };
         assert!(half <= 0.5 * rate && half > 0.5 * rate - 1.01 * grain, "{half}");
         to(&mut *solver, 3.0);

@@ -1,4 +1,4 @@
-//! Measuring regions, and pits that grains vanish from.
+//! Measuring regions, and excavations that remove grains.
 
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, disks};
@@ -22,7 +22,7 @@ fn to(solver: &mut DemSolver<2, 1>, time: f64) {
     }
 }
 
-/// A square lattice of six by six disks of 1 m.
+/// Square lattice of six by six disks of 1 m.
 fn lattice(periodic: &Value) -> Value {
     let mut value = Scene::new(linear(1e4, 0.3, 0.5, 0.0)).disk([0.0; 2], 0.5, [0.0; 2], 0.0).json();
     value["domain"] = json!({ "min": [0, 0], "max": [6, 6], "periodic": periodic });
@@ -38,7 +38,7 @@ fn a_large_region_has_the_porosity_and_the_stress_of_the_periodic_cell() {
     let mut value = lattice(&json!(["x", "y"]));
     value["methods"]["dem"]["stages"] =
         json!({ "all": { "cell": { "xx": { "rate": -0.02 }, "yy": { "rate": -0.05 } } } });
-    // Many times as wide as the cell: it reaches over images.
+    // Many times as wide as the cell: it includes images.
     value["methods"]["dem"]["regions"] = json!({ "all": { "centre": [2.3, 3.1], "radius": 60 } });
     let mut solver = begun(disks(&Case::from_json(&value.to_string()).unwrap()).unwrap());
     to(&mut solver, 0.2);

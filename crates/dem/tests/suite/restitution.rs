@@ -1,4 +1,4 @@
-//! Restitution at the default step: what is asked for is what comes of it (sheet: dem §2.3, §2.8).
+//! Restitution at the default step is the prescribed one (sheet: dem §2.3, §2.8).
 
 use colluvium_case::Solver;
 use colluvium_dem::{DemSolver, spheres};
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::common::{Scene, begun};
 
-/// What a sphere of radius 2 mm meets head-on at 1 m/s: a sphere of this radius (m), or a wall.
+/// Collision partner of a sphere of radius 2 mm, head-on at 1 m/s: a sphere of this radius (m), or a wall.
 #[derive(Clone, Copy, Debug)]
 enum Meets {
     Sphere(f64),
@@ -16,7 +16,7 @@ enum Meets {
 
 const RADIUS: f64 = 0.002;
 
-/// Relative speed after over before of a collision that begins after `gap` (m), in steps of these shares of the default one.
+/// Coefficient of restitution of a collision that begins after `gap` (m), in steps of these shares of the default one.
 fn restitution(pair: &Value, meets: Meets, gap: f64, (velocity, shares): (&str, &[f64])) -> f64 {
     let mut scene =
         Scene::new(pair.clone()).sphere([0.0, 0.0, RADIUS + gap], RADIUS, [0.0, 0.0, -1.0], [0.0; 3]);
@@ -59,7 +59,7 @@ fn restitution_is_what_was_asked_for_at_the_default_step() {
             for value in [1.0, 0.8, 0.3, 0.1, 0.05] {
                 let pair = asked(law, value, clamp);
                 for meets in [Meets::Sphere(RADIUS), Meets::Sphere(0.0007), Meets::Wall] {
-                    // Steps begin at other times before and after the grains meet; the last two meet at the end of one.
+                    // Steps begin at different times relative to the first contact; in the last two cases it is at the end of a step.
                     let gaps = [1.1e-4, 1.26e-4, 1.43e-4, 1.71e-4, 1e-4, 2e-4];
                     let found = gaps.map(|gap| restitution(&pair, meets, gap, ("lagged", &[1.0])));
                     let holds = found.iter().all(|own| (own - value).abs() < 5e-3);
@@ -72,7 +72,7 @@ fn restitution_is_what_was_asked_for_at_the_default_step() {
 
 #[test]
 fn restitution_is_what_was_asked_for_in_steps_that_outputs_cut() {
-    // Outputs that steps do not fit into, the last two before each alike; and steps that halve and double.
+    // Outputs that steps do not fit into, the last two steps before each of equal length; and steps that halve and double.
     let patterns: [&[f64]; 4] =
         [&[1.0, 1.0, 0.7, 0.7], &[1.0, 0.55, 0.55], &[1.0, 0.5], &[1.0, 0.25, 0.6, 0.9, 0.35]];
     for law in ["linear", "hertz"] {
@@ -135,7 +135,7 @@ fn restitution_is_what_was_asked_for_with_velocities_carried_on() {
 
 #[test]
 fn springs_and_dashpots_across_elastic_spheres_are_those_of_the_case() {
-    // A sphere slides on another under a normal force: the dashpot alone, and the spring alone, change its speed.
+    // A sphere slides on another under a normal force: only the dashpot, or only the spring, changes its speed.
     let slid = |tangential: Value| {
         let mut pair = asked("hertz", 1.0, true);
         pair["friction"] = json!({ "coefficient": 10 });

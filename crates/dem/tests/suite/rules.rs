@@ -1,4 +1,4 @@
-//! Rules of the time step, blocks that slide, and how even a packing is.
+//! Rules of the time step, sliding blocks, and uniformity of a packing.
 
 use colluvium_case::Solver;
 use colluvium_dem::disks;
@@ -22,7 +22,7 @@ fn the_step_is_a_share_of_the_period_of_the_stiffest_contact() {
     value["methods"]["dem"]["step_fraction"] = json!(0.01);
     let case = colluvium_case::Case::from_json(&value.to_string()).unwrap();
     assert_near(begun(disks(&case).unwrap()).limit().dt / (period * 0.01), 1.0, 1e-12);
-    // Beyond 0.4 / ω₀ a fixed step is refused, and just below it is taken.
+    // A fixed step above 0.4 / ω₀ is refused, one just below it is accepted.
     for (factor, taken) in [(0.401, false), (0.399, true)] {
         value["methods"]["dem"]["time_step"] = json!(factor / 2e6f64.sqrt());
         let case = colluvium_case::Case::from_json(&value.to_string()).unwrap();
@@ -36,7 +36,7 @@ fn the_step_is_a_share_of_the_period_of_the_stiffest_contact() {
 
 #[test]
 fn a_bonded_row_slides_down_a_slope_with_coulomb_friction() {
-    // The slope lies along x: gravity is turned. A block that cannot roll: g (sin β - μ cos β).
+    // The slope is along x: gravity is rotated. A block that cannot roll: g (sin β - μ cos β).
     let (g, slope) = (9.81, 25f64.to_radians());
     for friction in [0.2, 0.6] {
         let mut pair = linear(1e7, 0.3, 0.5, 0.0);
@@ -58,7 +58,7 @@ fn a_bonded_row_slides_down_a_slope_with_coulomb_friction() {
         let moved: f64 = snapshot.vectors("displacement").unwrap().iter().map(|u| u[0]).sum::<f64>() / 4.0;
         if friction < slope.tan() {
             let exact = 0.5 * g * (slope.sin() - friction * slope.cos()) * time * time;
-            // Springs across take a little of it until the block slips.
+            // Tangential springs take a little of it until the block slips.
             assert_near(moved / exact, 1.0, 5e-3);
         } else {
             assert_near(moved, 0.0, 1e-5);
@@ -84,7 +84,7 @@ fn a_hexagonal_packing_is_even_in_bands_of_whole_rows() {
     let void_ratio = (1.0 - 0.906_899_682_117_109) / 0.906_899_682_117_109;
     assert_near(even.void_ratio, void_ratio, 1e-9);
     assert_near(even.variance, 0.0, 1e-20);
-    // Bands of 5/4 rows meet more or fewer rows.
+    // Bands of 5/4 rows contain more or fewer rows.
     let uneven = solver.void_ratio_bands([-5.0, 5.0], ends, 16).unwrap();
     assert_near(uneven.void_ratio, void_ratio, 1e-9);
     assert!(uneven.variance > 1e-5, "{}", uneven.variance);

@@ -1,4 +1,4 @@
-//! The same results on any number of threads, and after a restart; lists against all pairs; energy of a gas.
+//! Equal results on any number of threads, and after a restart; lists against all pairs; energy of a gas.
 
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{Dem, disks, spheres};
@@ -9,7 +9,7 @@ fn reading(solver: &dyn Solver, name: &str) -> f64 {
     solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
 }
 
-/// A heap of polydisperse grains that falls on a floor.
+/// Heap of polydisperse grains that falls on a floor.
 pub fn heap(dimension: usize) -> Value {
     let (low, high) = (vec![0.0; dimension], vec![if dimension == 2 { 3.0 } else { 1.1 }; dimension]);
     let mut domain = (low.clone(), high.clone());
@@ -99,7 +99,7 @@ fn energy_is_accounted_for_in_a_heap_that_falls() {
     }
 }
 
-/// Dashpots share the load with springs as contacts slip: what neither takes up is lost in friction.
+/// Dashpots share the load with springs in slip: the rest is dissipated by friction.
 #[test]
 fn energy_is_accounted_for_where_contacts_slip_that_have_dashpots_across() {
     let laws = [("linear", "clip"), ("linear", "spring"), ("hertz", "clip")];
@@ -124,7 +124,7 @@ fn energy_is_accounted_for_where_contacts_slip_that_have_dashpots_across() {
     }
 }
 
-/// A gas of elastic disks in a box that repeats itself.
+/// Gas of elastic disks in a periodic box.
 fn gas(spread: f64) -> Value {
     json!({
         "title": "gas", "space": "plane-strain",
@@ -161,7 +161,7 @@ fn the_energy_of_an_elastic_gas_swings_and_does_not_drift() {
 
 #[test]
 fn lists_find_the_forces_that_all_pairs_give() {
-    // A wide range of sizes; forces from a skin that is renewed often and one that is renewed at every turn.
+    // A wide range of sizes; equal results with lists of a thin skin and of a thick one.
     let run = |skin: f64| {
         let mut value = gas(2.45);
         value["methods"]["dem"]["skin"] = json!(skin);
@@ -228,7 +228,7 @@ fn contacts_side_by_side_bear_the_forces_that_they_bear_one_by_one() {
             assert_eq!(one.field("spin"), two.field("spin"));
             assert!(reading(&*fast, "sliding_contacts") > 3.0);
             for (own, other) in fast.scalar_outputs().into_iter().zip(single.scalar_outputs()) {
-                // Sums in another order.
+                // Sums in a different order.
                 let size = own.2.abs().max(1e-6 * reading(&*fast, "work.gravity").abs());
                 assert!((own.2 - other.2).abs() <= 1e-9 * size || own.2.is_nan(), "{own:?} {other:?}");
             }

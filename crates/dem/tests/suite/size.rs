@@ -1,4 +1,4 @@
-//! What is told before grains are placed.
+//! Estimates of the problem size before grains are placed.
 
 use colluvium_case::{Case, Method};
 use colluvium_dem::Dem;
@@ -42,7 +42,7 @@ fn sizes_are_those_of_what_is_then_made() {
             });
             let case = Case::from_json(&case.to_string()).unwrap();
             let (told, made) = (Dem.problem_size(&case).unwrap(), Dem.plan(&case).unwrap());
-            // Grains at the rim of a ball are left out, those of a lattice along the sides too.
+            // Grains at the surface of a ball are left out, and those of a lattice along the sides too.
             let ratio = made.points as f64 / told.points;
             assert!((0.75..1.1).contains(&ratio), "{fill} in {shape}: {ratio}");
         }

@@ -1,4 +1,4 @@
-//! Sheets that a fluid presses on, and paths of constant volume and to and fro, in space (sheet: dem §3.7, §3.8).
+//! Sheets under fluid pressure, and cyclic paths and paths of constant volume, in space (sheet: dem §3.7, §3.8).
 
 use std::f64::consts::FRAC_PI_6;
 
@@ -20,12 +20,12 @@ fn to(solver: &mut DemSolver<3, 3>, time: f64) {
     }
 }
 
-/// A single sphere at a place, and a sheet of grains at the given ones, which a fluid presses towards it.
+/// Single sphere at a place, and a sheet of grains at the given places, which a fluid presses towards it.
 fn sheet(places: &[[f64; 3]], sphere: [f64; 3], membrane: &Value) -> Result<DemSolver<3, 3>, String> {
     sheet_between(places, sphere, membrane, &json!({}), &json!([]))
 }
 
-/// The same between walls, which the stage presses.
+/// Sphere and sheet between walls that the stage presses.
 fn sheet_between(
     places: &[[f64; 3]],
     sphere: [f64; 3],
@@ -53,7 +53,7 @@ fn sheet_between(
 
 #[test]
 fn a_sheet_bears_its_pressure_across_the_surface_of_its_rim() {
-    // Three rows of four, bent within; the rim is a rectangle of 3 m by 2 m that leans.
+    // Three rows of four, bent within; the rim is a tilted rectangle of 3 m by 2 m.
     let place = |row: usize, column: usize| {
         let bulge = if row == 1 && (column == 1 || column == 2) { 0.4 } else { 0.0 };
         [column as f64, row as f64, 0.5 * row as f64 + bulge]
@@ -64,7 +64,7 @@ fn a_sheet_bears_its_pressure_across_the_surface_of_its_rim() {
         let mut solver = sheet(&places, [1.5, 1.0, 0.5 + 8.0 * side], &membrane).unwrap();
         let time = 1e-3;
         to(&mut solver, time);
-        // The vector of the area of the rim is (3, 0, 0) × (0, 2, 1), whatever the sheet does within.
+        // The area vector of the rim is (3, 0, 0) × (0, 2, 1), for any shape of the sheet within.
         let then = time - solver.limit().dt;
         let momentum = solver.totals().momentum;
         for (momentum, area) in momentum.into_iter().zip([0.0, -3.0, 6.0]) {
@@ -83,7 +83,7 @@ fn a_sheet_bears_its_pressure_across_the_surface_of_its_rim() {
 
 #[test]
 fn a_sleeve_is_pressed_inwards_with_no_force_as_a_whole() {
-    // Three rings of six, one above another at 0.7 m, of radius 1 m: the sides of a hexagon are as long.
+    // Three rings of six, one above another at 0.7 m, of radius 1 m: the sides of a hexagon are 1 m long.
     let ring = |row: usize| {
         (0..6usize).map(move |k| {
             let (sin, cos) = (2.0 * FRAC_PI_6 * k as f64).sin_cos();
@@ -101,7 +101,7 @@ fn a_sleeve_is_pressed_inwards_with_no_force_as_a_whole() {
     }
     let v = solver.snapshot().vectors("velocity").unwrap().to_vec();
     for k in 0..6usize {
-        // The middle ring has half of the sides below and above, each halved between its ends, as a resultant along the radius.
+        // The middle ring takes half of the sides below and above, each halved between its ends, as a resultant along the radius.
         let exact = -50.0 * 0.7 * FRAC_PI_6.cos() * time / mass;
         let (sin, cos) = (2.0 * FRAC_PI_6 * k as f64).sin_cos();
         let own = v[1 + 6 + k];
@@ -113,7 +113,7 @@ fn a_sleeve_is_pressed_inwards_with_no_force_as_a_whole() {
 
 #[test]
 fn a_platen_on_a_sleeve_bears_its_stress_on_what_the_rings_enclose() {
-    // A sphere alone bears it, in the middle of two rings of six, of radius 0.8 and 1.45 m, on which nothing presses.
+    // A single sphere carries it, in the middle of two rings of six, of radius 0.8 and 1.45 m, without pressure.
     let ring = |(radius, z): (f64, f64)| {
         (0..6usize).map(move |k| {
             let (sin, cos) = (2.0 * FRAC_PI_6 * k as f64).sin_cos();
@@ -134,7 +134,7 @@ fn a_platen_on_a_sleeve_bears_its_stress_on_what_the_rings_enclose() {
     assert_near(solver.reaction("top").unwrap().force[2], 100.0 * area, 0.2 * area);
 }
 
-/// A ball in a sleeve of rings of eight, and what the sleeve is made of.
+/// Ball in a sleeve of rings of eight, with the options of the sleeve.
 fn rings(fill: &Value, diameter: f64, membrane: &Value) -> Result<DemSolver<3, 3>, String> {
     let mut scene = Scene::new(linear(1e6, 0.0, 0.5, 0.3)).sphere([0.0, 0.0, 1.0], 0.3, [0.0; 3], [0.0; 3]);
     scene.gravity = vec![0.0; 3];
@@ -175,7 +175,7 @@ fn rings_of_a_sleeve_lie_on_the_inner_side_of_its_tube_as_far_apart_as_their_gra
         let next = own[k / 8 * 8 + (k + 1) % 8];
         assert_near((x[0] - next[0]).hypot(x[1] - next[1]), 2.0 * (std::f64::consts::PI / 8.0).sin(), 1e-12);
     }
-    // The octagon, and the prism of it between the platens.
+    // The octagon, and its prism between the platens.
     assert_near(reading(&solver, "membrane.sleeve.area"), 8f64.sqrt(), 1e-12);
     assert_near(reading(&solver, "membrane.sleeve.volume"), 2.0 * 8f64.sqrt(), 1e-12);
 }
@@ -248,7 +248,7 @@ fn sheets_that_are_no_rows_of_grains_are_refused() {
     }
 }
 
-/// A cubic lattice of four by four by four spheres in a cell that is periodic along all axes.
+/// Cubic lattice of four by four by four spheres in a cell that is periodic along all axes.
 fn lattice(cell: &Value) -> DemSolver<3, 3> {
     let mut scene = Scene::new(linear(1e4, 0.3, 0.5, 0.0)).sphere([0.0; 3], 0.5, [0.0; 3], [0.0; 3]);
     scene.gravity = vec![0.0; 3];
@@ -270,11 +270,11 @@ fn an_undrained_path_in_space_keeps_the_volume_and_loads_the_columns_of_a_lattic
     let mut solver = lattice(&cell);
     to(&mut solver, 20.0);
     let sides = ["x", "y", "z"].map(|axis| reading(&solver, &format!("cell.{axis}")));
-    // To the square of the strain in a step, over all steps.
+    // Up to the square of the strain in a step, over all steps.
     assert_near(sides.iter().product::<f64>() / 64.0, 1.0, 1e-8);
     let length = (-20.0 * rate).exp();
     assert_near(sides[2] / 4.0 / length, 1.0, 1e-6);
-    // A contact a column: force times branch over the volume of a grain's cube, which is one. Grains along x and y have parted.
+    // One contact in each column: force times branch over the volume of a grain's cube, which is one. Grains along x and y have separated.
     assert_near(reading(&solver, "cell_stress.zz") / (-1e4 * (1.0 - length) * length), 1.0, 2e-3);
     for entry in ["xx", "yy"] {
         assert_near(reading(&solver, &format!("cell_stress.{entry}")), 0.0, 0.1);

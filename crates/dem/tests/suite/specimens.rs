@@ -1,4 +1,4 @@
-//! Bodies filled in layers and by dropping, and what is told of them (sheet: dem §3.8).
+//! Bodies filled in layers and by dropping, and the reports on them (sheet: dem §3.8).
 
 use colluvium_case::{Case, Method, RunOptions, Solver, run_method};
 use colluvium_dem::{Dem, Specimen, disks};
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::common::{Scene, linear};
 
-/// A box of 1 m by 0.6 m filled so with grains of 18 to 30 mm.
+/// Box of 1 m by 0.6 m with this fill of grains of 18 to 30 mm.
 fn filled(fill: &Value) -> Value {
     let mut value = Scene::new(linear(1e6, 0.3, 0.5, 0.5)).disk([0.0; 2], 0.5, [0.0; 2], 0.0).json();
     value["domain"] = json!({ "min": [0, 0], "max": [1, 1] });
@@ -44,7 +44,7 @@ fn layers_have_the_porosity_that_was_asked_for_and_are_even() {
     assert_eq!(specimen.requested_porosity, Some(1.0 - 0.78));
     assert!(specimen.coordination > 0.5 && specimen.coordination < 4.5, "{specimen}");
     let solver = disks(&case(&value)).unwrap();
-    // Sheet: dem §3.8: even below 0.05.
+    // Sheet: dem §3.8: uniform below 0.05.
     let even = solver.void_ratio_bands([0.0, 1.0], [0.03, 0.57], 9).unwrap();
     assert!(even.variance < 0.05, "{even:?}");
     let again = disks(&case(&value)).unwrap();
@@ -79,7 +79,7 @@ fn dropped_grains_rest_on_two_others_each_and_fill_the_shape() {
     // Two supports each, of which some are the sides and the floor.
     assert!(specimen.coordination > 3.3 && specimen.coordination <= 4.0, "{specimen}");
     assert!((0.17..0.28).contains(&specimen.porosity) && specimen.requested_porosity.is_none(), "{specimen}");
-    // Cut to another shape the grains are those in it.
+    // Cut to another shape, the grains are those inside it.
     value["bodies"][0]["shape"] = json!({ "kind": "ball", "centre": [0.5, 0.5], "radius": 0.3 });
     let cut = disks(&case(&value)).unwrap();
     let snapshot = cut.snapshot();
@@ -120,7 +120,7 @@ fn round_bodies_are_filled_to_their_wall() {
             assert!(out < 1e-9 && x[2] - r > base - 1e-9 && x[2] + r < base + height + 1e-9, "{kind}: {x:?}");
             rim += usize::from(out > -0.02 * r);
         }
-        // About as many as a wall has beside it.
+        // About as many as there are beside a wall.
         assert!(rim > radii.len() / 10, "{kind}: {rim} of {} grains at the wall", radii.len());
     }
 }
@@ -158,7 +158,7 @@ fn a_run_tells_porosity_and_coordination_and_a_plan_what_is_off() {
             && said.contains("porosity 0.3000 (0.3000 asked for), "),
         "{said}"
     );
-    // Grains that would reach out of a triangle are left out: it is looser than was asked for.
+    // Grains that would protrude from a triangle are left out: it is looser than requested.
     value["bodies"][0]["shape"] =
         json!({ "kind": "polygon", "vertices": [[0.4, 0.1], [0.6, 0.1], [0.5, 0.3]] });
     let plan = Dem.plan(&case(&value)).unwrap();

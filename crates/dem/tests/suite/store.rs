@@ -1,4 +1,4 @@
-//! Specimens in files: a case that begins with one goes on where another stopped.
+//! Specimen files: a case that begins with one continues where another stopped.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use crate::common::begun;
 use crate::same::heap;
 
-/// A periodic box of disks that a stress presses and a rate shears.
+/// Periodic box of disks under stress control and at a shear rate.
 fn cell() -> Value {
     let mut value = heap(2);
     value["domain"] = json!({ "min": [0, 0], "max": [2, 2], "periodic": ["x", "y"] });
@@ -22,7 +22,7 @@ fn cell() -> Value {
     value
 }
 
-/// The case that begins with a file, in place of its filling.
+/// Case that begins with a file, in place of its filling.
 fn from(value: &Value, file: &Path) -> Value {
     let mut value = value.clone();
     value["methods"]["dem"]["specimen"] = json!(file.display().to_string());
@@ -39,7 +39,7 @@ fn kept(folder: &tempfile::TempDir, text: &str) -> PathBuf {
     file
 }
 
-/// Normal force and size of the force of each contact (N), sorted.
+/// Normal force and magnitude of the force of each contact (N), sorted.
 fn forces<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Vec<[f64; 2]> {
     let of = |contact: &Contact<D>| [contact.normal, contact.force.iter().map(|c| c * c).sum::<f64>().sqrt()];
     let mut all: Vec<[f64; 2]> = solver.contacts().iter().map(of).collect();
@@ -47,7 +47,7 @@ fn forces<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Vec<[f64;
     all
 }
 
-/// Two solvers have the same contacts with the same forces, to round-off.
+/// Checks that two solvers have equal contacts and forces, to round-off.
 fn same_forces<const D: usize, const R: usize>(a: &DemSolver<D, R>, b: &DemSolver<D, R>, slack: f64) {
     let (own, other) = (forces(a), forces(b));
     assert_eq!(own.len(), other.len(), "as many contacts");
@@ -58,7 +58,7 @@ fn same_forces<const D: usize, const R: usize>(a: &DemSolver<D, R>, b: &DemSolve
     assert!(off.is_empty(), "{} of {}, of {largest} N: {off:?}", off.len(), own.len());
 }
 
-/// Two solvers have the same grains at the same places with the same velocities, to round-off.
+/// Checks that two solvers have equal grains at equal positions and velocities, to round-off.
 fn same_grains(a: &dyn Solver, b: &dyn Solver, slack: f64) {
     let (own, other) = (a.snapshot(), b.snapshot());
     assert_eq!(own.ids, other.ids);
@@ -76,7 +76,7 @@ fn reading(solver: &dyn Solver, name: &str) -> f64 {
     solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
 }
 
-/// Runs a case, writes its specimen after `first` steps, and goes on from it beside the run that goes on by itself.
+/// Runs a case, writes its specimen after `first` steps, and continues from it and without it.
 fn goes_on<const D: usize, const R: usize>(
     value: &Value,
     first: usize,
@@ -87,9 +87,9 @@ fn goes_on<const D: usize, const R: usize>(
     cases::advance_steps(&mut whole, first);
     let file = kept(&folder, &whole.specimen().unwrap());
     let mut again = begun(solver(&read(&from(value, &file))).unwrap());
-    // Grains that have left a cell are back in it, as an image that moves as fast as the cell makes it.
+    // Grains that have left a cell are wrapped into it, as an image with the velocity of the cell.
     let periodic = read(value).domain.is_periodic(0);
-    // Nothing is lost on the way but the order of sums.
+    // Only the order of sums differs.
     same_forces(&whole, &again, 1e-12);
     if !periodic {
         same_grains(&whole, &again, 1e-12);
@@ -110,8 +110,8 @@ fn goes_on<const D: usize, const R: usize>(
     for solver in [&mut whole, &mut again] {
         cases::advance_steps(solver, 60);
     }
-    // Round-off grows where grains collide. In a cell that deforms by a share `L Δt` in a step an image moves as its grain to the
-    // order of its square, so that it counts when grains are brought back into the cell.
+    // Round-off grows where grains collide. In a cell that deforms by a share `L Δt` in a step, an image moves like its grain only up to
+    // the square of that share, so that the time matters at which grains are wrapped into the cell.
     same_forces(&whole, &again, if periodic { 1e-3 } else { 1e-8 });
     assert!(reading(&again, "energy_error").abs() < 0.01, "{}", reading(&again, "energy_error"));
 }
@@ -142,7 +142,7 @@ fn contacts_with_an_obstacle_and_a_wall_that_moves_go_on() {
     goes_on(&value, 2500, disks);
 }
 
-/// What is told of a case that begins with the changed text of a file.
+/// Messages on a case that begins with the changed text of a file.
 fn told(value: &Value, text: &str) -> Result<Vec<String>, String> {
     let folder = tempfile::tempdir().unwrap();
     let file = kept(&folder, text);
@@ -216,7 +216,7 @@ fn a_wall_that_is_gone_lets_its_contacts_go_and_says_so() {
     let notes = told(&value, &text).unwrap();
     let gone = notes.iter().find(|note| note.contains("are gone")).unwrap();
     assert!(gone.contains("contacts of the specimen are with the wall \"y-min\""), "{gone}");
-    // Another body is filled beside the specimen, with ids of its own.
+    // Another body is filled beside the specimen, with new ids.
     value["boundaries"] = heap(2)["boundaries"].clone();
     value["bodies"].as_array_mut().unwrap().push(json!({ "name": "more", "material": "sand",
         "shape": { "kind": "box", "min": [1, 3.2], "max": [2, 3.8] } }));

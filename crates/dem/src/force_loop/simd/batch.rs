@@ -1,4 +1,4 @@
-//! Contacts that wait to be worked on side by side.
+//! Batches of contacts for the SIMD kernels.
 
 use wide::f64x4 as Lanes;
 
@@ -6,24 +6,24 @@ use crate::contact::ContactGeometry;
 use crate::neighbours::active_pairs::ActivePair;
 use crate::points::vector::WIDTH;
 
-/// Contacts of a batch.
+/// Number of contacts of a batch.
 pub(super) const BATCH_SIZE: usize = 64;
 
-/// Room for them, and for those that come with the last of them.
+/// Capacity of a batch, with those contacts that are added together with its last ones.
 pub(super) const BATCH_CAPACITY: usize = BATCH_SIZE + WIDTH;
 
-/// What four contacts are, on their way through the stages of a batch. Stages are loops of their own: chains of roots and
-/// divisions of several fours are then under way at once.
+/// Data of four contacts in the stages of a batch. Each stage is a loop of its own, so that the chains of square roots and
+/// divisions of several groups of four overlap.
 #[derive(Clone, Copy)]
 pub(super) struct FourContacts<const D: usize, const R: usize> {
     pub(super) touch: ContactGeometry<D, R, Lanes>,
     /// Lever arms over radii.
     pub(super) arm: Lanes,
-    /// What lies between the centres (m), where it is asked for again.
+    /// Vectors between the centres (m), where later stages need them.
     pub(super) apart: [Lanes; D],
-    /// Radii of the first and the second grains (m), where they are asked for again.
+    /// Radii of the first and the second grains (m), where later stages need them.
     pub(super) radii: [Lanes; 2],
-    /// Springs across, turned into the plane across the normal (m).
+    /// Tangential springs, rotated into the tangent plane (m).
     pub(super) shear_displacement: [Lanes; R],
     /// Dissipative part of the normal force in the last step (N).
     pub(super) damping_force: Lanes,
@@ -53,7 +53,7 @@ impl<const D: usize, const R: usize> FourContacts<D, R> {
     };
 }
 
-/// Contacts that wait.
+/// Batch of contacts.
 pub(super) struct ContactBatch<const D: usize, const R: usize> {
     pub(super) fours: [FourContacts<D, R>; BATCH_SIZE / WIDTH],
     pub(super) count: usize,
@@ -67,27 +67,27 @@ impl<const D: usize, const R: usize> ContactBatch<D, R> {
         pairs: [ActivePair { first: 0, second: 0, slot: 0, image_index: 0 }; BATCH_CAPACITY],
     };
 
-    /// Adds those of four pairs whose bits are set, without a branch on what cannot be foretold. Pairs are copied from where they are listed:
-    /// numbers that were just written one by one are slow to read side by side.
+    /// Adds those of four pairs whose bits are set, without an unpredictable branch. Pairs are copied from their list: numbers that
+    /// were just written one by one are slow to load as vectors.
     #[inline(always)]
     pub(super) fn push(&mut self, pairs: &[ActivePair; WIDTH], bits: u32) {
-        // No more than that: whoever adds flushes what is full.
+        // Upper bound: the caller processes full batches.
         let mut n = self.count.min(BATCH_SIZE);
         for (k, pair) in pairs.iter().enumerate() {
-            // The next one goes over it where it does not count.
+            // A pair that does not count is overwritten by the next one.
             self.pairs[n] = *pair;
             n += (bits >> k & 1) as usize;
         }
         self.count = n;
     }
 
-    /// Four pairs.
+    /// Four pairs of a group.
     #[inline(always)]
     pub(super) fn pairs(&self, group: usize) -> &[ActivePair; WIDTH] {
         &self.pairs.as_chunks().0[group]
     }
 
-    /// Copies contact `from` to place `to`.
+    /// Copies contact `from` to slot `to`.
     pub(super) fn copy(&mut self, from: usize, to: usize) {
         self.pairs[to] = self.pairs[from];
     }

@@ -1,4 +1,4 @@
-//! Forces and moments of contacts side by side, and sums over them.
+//! Forces and moments of four contacts at once, and sums over contacts.
 
 use wide::f64x4 as Lanes;
 
@@ -16,9 +16,9 @@ use crate::points::vector::{WIDTH, add, dot, from_tangential, moment, scaled};
 #[derive(Clone, Copy, Default)]
 pub(super) struct SimdContactSums {
     elastic: Lanes,
-    /// Twice the energy of springs across (J).
+    /// Twice the energy of tangential springs (J).
     pub(super) springs: Lanes,
-    /// Less twice the power of dashpots along the normals, and that of those across (W).
+    /// Minus twice the power of the normal dashpots; the next field is the power of the tangential ones (W).
     along: Lanes,
     pub(super) across: Lanes,
     pub(super) friction: Lanes,
@@ -30,7 +30,7 @@ pub(super) struct SimdContactSums {
     squares: Lanes,
 }
 
-/// What is summed over contacts.
+/// Sums over contacts.
 #[derive(Clone, Copy)]
 pub(super) struct ContactSums<const D: usize> {
     pub(super) tally: ContactEnergies,
@@ -43,7 +43,7 @@ impl<const D: usize> ContactSums<D> {
         Self { tally, sums: SimdContactSums::default(), virial }
     }
 
-    /// All of it, over the lanes too, in a step of `dt` (s).
+    /// Totals over all lanes in a step of `dt` (s).
     pub(super) fn sums(self, dt: f64) -> (ContactEnergies, Virial<D>) {
         let Self { mut tally, sums, virial } = self;
         let sum = |lanes: Lanes| {
@@ -65,24 +65,24 @@ impl<const D: usize> ContactSums<D> {
 
 /// Forces of four contacts on the first grains.
 pub(super) struct SimdForce<const D: usize, const R: usize> {
-    /// Force (N); none of those that do not count.
+    /// Force (N); zero for lanes that do not count.
     pub(super) on: [Lanes; D],
-    /// Part across the normal, in tangent coordinates, and along it (N).
+    /// Tangential part in tangent coordinates, and normal part (N).
     pub(super) tangential: [Lanes; R],
     normal: Lanes,
     pub(super) base: NormalResponse<Lanes>,
-    /// What friction and resistance are shares of (N).
+    /// Normal force that friction and rolling resistance scale with (N).
     pub(super) cap: Lanes,
-    /// Which overlap and count, and their bits.
+    /// Mask of the contacts that overlap and count, and its bits.
     pub(super) meets: Lanes,
     bits: u32,
 }
 
-/// What contacts change. It is passed through a batch by value, so that where its columns lie and its sums stay at hand over what is written.
+/// Output of the contact kernel. It is passed through a batch by value, so that its pointers and sums stay in registers across writes.
 pub(super) struct ContactOutput<'r, const D: usize, const R: usize> {
-    /// What grains receive, from the first of the rows on.
+    /// Forces and moments of the grains, from the first of the rows on.
     pub(super) forces: &'r mut [ForceTorque],
-    /// What contacts remember, from the first pair of the rows on.
+    /// Contact histories, from the first pair of the rows on.
     pub(super) memory: ContactHistoriesMut<'r, R>,
     pub(super) account: ContactSums<D>,
     /// Number of the first grain.
@@ -90,16 +90,16 @@ pub(super) struct ContactOutput<'r, const D: usize, const R: usize> {
 }
 
 impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
-    /// The same for a while.
+    /// Reborrows the output.
     #[inline(always)]
     pub(super) fn reborrow(&mut self) -> ContactOutput<'_, D, R> {
         let mut memory = self.memory.reborrow();
-        // As long as the other: one look at its length serves both.
+        // Equal lengths: one bounds check serves both.
         memory.state = &mut memory.state[..memory.spring.len()];
         ContactOutput { forces: self.forces, memory, account: self.account, first: self.first }
     }
 
-    /// Forces of four contacts, of which `valid` count, on the first grains, which their springs remember.
+    /// Forces of four contacts on the first grains, of which `valid` count; stores their springs.
     #[inline(always)]
     pub(super) fn force<const HERTZ: bool>(
         &mut self,
@@ -130,7 +130,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         SimdForce { on: on.map(|f| meets & f), tangential: across, normal, base, cap, meets, bits }
     }
 
-    /// Dashpots along the normals of four contacts in this step.
+    /// Normal dashpots of four contacts in this step (N s/m).
     #[inline(always)]
     fn dashpots<const HERTZ: bool>(
         &self,
@@ -156,7 +156,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         all
     }
 
-    /// Forces and moments of four contacts, of which `valid` count; bits of those that overlap.
+    /// Adds forces and moments of four contacts, of which `valid` count, and returns the bits of those that overlap.
     #[inline(always)]
     pub(super) fn contact_forces<const HERTZ: bool, const TURNS: bool>(
         &mut self,
@@ -189,7 +189,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
             let [a, b] = radii.map(|radius| Lanes::ONE / radius);
             [scaled(a, &turned), scaled(b, &turned).map(|own| -own)]
         });
-        // Those that do not count receive nothing.
+        // Grains of lanes that do not count receive nothing.
         let [one, two] = ForceTorque::of_four(&on, &lever, resistance);
         for (k, pair) in pairs.iter().enumerate() {
             self.forces[pair.first as usize].add(&one[k]);
@@ -198,7 +198,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         bits
     }
 
-    /// Keeps what the springs of those of four contacts whose bits are set remember.
+    /// Stores the springs of those of four contacts whose bits are set.
     #[inline(always)]
     fn store_springs(&mut self, slots: &[usize; WIDTH], slide: &[Lanes; R], dash: Lanes, bits: u32) {
         let part = |c: usize| if c < R { slide[c] } else { Lanes::ZERO };

@@ -1,6 +1,6 @@
-//! Contacts of one law along the line of centres with friction and resistance against rolling and twisting, four side by side: the operations and
-//! their order are those of [`act`](crate::contact::act), so that forces are the same to the last bit. Every contact writes its force; sums over the
-//! contacts of a grain are made one after another, in the order of the lists.
+//! SIMD contact kernel: four contacts of one normal law at once, with friction and resistance to rolling and torsion. The operations and
+//! their order are those of [`contact_force`](crate::contact::contact_force), so that forces are equal to the last bit. Every contact
+//! writes its force; sums over the contacts of a grain are made one after another, in the order of the lists.
 
 mod batch;
 mod contact_force;
@@ -22,7 +22,7 @@ use crate::force_loop::{ContactInput, ForceAccumulators};
 use crate::neighbours::active_pairs::{ActivePair, ActivePairs as Close};
 use crate::points::vector::{WIDTH, difference, dot, rotate_with_normal};
 
-/// What goes through the contacts of a run of rows. Numbers of grains and pairs count from the first of the rows on.
+/// Pass over the contacts of a run of rows. Numbers of grains and pairs count from the first of the rows on.
 struct SimdPass<'r, 'a, const D: usize, const R: usize> {
     scene: &'r ContactInput<'a, D, R>,
     places: &'r [Lanes],
@@ -33,7 +33,7 @@ struct SimdPass<'r, 'a, const D: usize, const R: usize> {
 }
 
 impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
-    /// Forces of these pairs, as `rows` finds them.
+    /// Adds the forces of the pairs of `rows`.
     pub(super) fn simd_forces<const HERTZ: bool, const TURNS: bool>(
         &self,
         (pairs, close): (PairListView<'_>, &Close),
@@ -41,7 +41,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         shares: &mut ForceAccumulators<'_, D, R>,
         slab: usize,
     ) {
-        // The law of all contacts, where there is but one.
+        // The common law of all contacts, if there is only one.
         let alike = self.laws.iter().all(|law| *law == self.laws[0]);
         let common = alike.then(|| SimdLaws::of([&self.laws[0]; WIDTH]));
         let (first, pair) = (rows.start, pairs.starts[rows.start] as usize);
@@ -63,7 +63,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         shares.energies[slab - shares.slab] = run.work.account.sums(self.dt);
     }
 
-    /// What lies between the centres of four pairs (m), the square of their distances (m²), and the radii of the first and the second (m).
+    /// Vectors between the centres of four pairs (m), their squared distances (m²), and the radii of the first and the second grains (m).
     #[inline(always)]
     fn separations(
         &self,
@@ -81,7 +81,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         (apart, dot(&apart, &apart), [place[3], others[3]])
     }
 
-    /// Steps before and after these forces.
+    /// Steps before and after the forces.
     #[inline(always)]
     fn simd_steps(&self) -> StepLengths<Lanes> {
         StepLengths::between(Lanes::splat(self.dt), Lanes::splat(self.next))
@@ -99,7 +99,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
 }
 
 impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
-    /// Takes those of four pairs, the first `count` of which count, that touch; ends contacts that no longer do.
+    /// Adds those of four pairs, the first `count` of which count, to the batch if they are in contact; ends contacts that have separated.
     #[inline(always)]
     fn collect_contacts<const HERTZ: bool, const TURNS: bool>(
         &mut self,
@@ -150,11 +150,11 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
         self.work.memory.set(slot, &memory);
     }
 
-    /// Works on the contacts that wait: as many as fill a batch, or all of them.
+    /// Processes the contacts of the batch, which is full or the last one.
     #[inline(never)]
     fn process_batch<const HERTZ: bool, const TURNS: bool>(&mut self, common: Option<&SimdLaws>) {
         let count = self.batch.count.min(BATCH_SIZE);
-        // What fills up the last four is the last contact again; nobody reads what becomes of it.
+        // The last contact is repeated to fill up the last group of four; its results are not used.
         for n in count..count.next_multiple_of(WIDTH) {
             self.batch.copy(count - 1, n);
         }
@@ -172,7 +172,7 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
         }
         let mut work = self.work.reborrow();
         let mut apart = 0u64;
-        // In one place, whichever they are.
+        // One copy of the laws, common or not.
         let mut laws = common.copied().unwrap_or_else(|| SimdLaws::of([&self.scene.laws[0]; WIDTH]));
         for group in 0..groups {
             let valid = (count - WIDTH * group).min(WIDTH);
@@ -191,7 +191,7 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
             apart |= u64::from(!bits & ((1 << valid) - 1)) << (WIDTH * group);
         }
         self.work.account = work.account;
-        // Those that do not overlap after all, by the last bit.
+        // Contacts that by rounding do not overlap after all.
         while apart != 0 {
             let pair = self.batch.pairs[apart.trailing_zeros() as usize];
             if self.work.memory.state[pair.slot as usize] != CONTACT_APART {
@@ -206,7 +206,7 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
     }
 }
 
-/// Finds what four contacts are.
+/// Finds the contact geometry of four contacts.
 #[inline(always)]
 fn contact_geometry<const D: usize, const R: usize, const TURNS: bool>(
     batch: &mut ContactBatch<D, R>,
@@ -244,7 +244,7 @@ fn contact_geometry<const D: usize, const R: usize, const TURNS: bool>(
     (own.touch.radius, own.touch.min_radius, own.arm) = (radius, small, arm);
 }
 
-/// Turns the springs of four contacts with their normals.
+/// Rotates the springs of four contacts with their normals.
 #[inline(always)]
 fn rotate_springs<const D: usize, const R: usize>(batch: &mut ContactBatch<D, R>, group: usize, dt: f64) {
     let own = &mut batch.fours[group];
@@ -252,7 +252,7 @@ fn rotate_springs<const D: usize, const R: usize>(batch: &mut ContactBatch<D, R>
         rotate_with_normal(&own.shear_displacement, &own.touch.normal, own.touch.spin * Lanes::splat(dt));
 }
 
-/// Springs across of four contacts (m), and the dissipative part of their normal forces (N).
+/// Tangential springs of four contacts (m), and the dissipative part of their normal forces (N).
 #[inline(always)]
 fn load_springs<const R: usize>(
     springs: &[[f64; SPRING_WIDTH]],

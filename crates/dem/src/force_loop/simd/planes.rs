@@ -1,4 +1,4 @@
-//! Contacts of grains with planes, side by side.
+//! SIMD kernel of contacts of grains with planes.
 
 use wide::f64x4 as Lanes;
 
@@ -10,22 +10,22 @@ use crate::force_loop::simd::load_springs;
 use crate::force_loop::simd_records::{SimdLaws, contact_bodies};
 use crate::points::vector::{WIDTH, moment, rotate_with_normal, scaled};
 
-/// A grain that touches a plane.
+/// Contact of a grain with a plane.
 #[derive(Clone, Copy)]
 pub struct PlaneContact<'a, const D: usize> {
-    /// The grain.
+    /// Number of the grain.
     pub grain: usize,
-    /// Place of what the contact remembers.
+    /// Index of the contact history.
     pub slot: usize,
     /// Distance of the centre (m), and the normal.
     pub seen: (f64, [f64; D]),
     /// Velocity of the plane (m/s).
     pub velocity: [f64; D],
-    /// Its law.
+    /// Contact law.
     pub law: &'a PairLaw,
 }
 
-/// Force (N) and moments (N m) on a grain: that of the force across, and of resistance.
+/// Force (N) and moments (N m) on a grain: that of the tangential force, and that of rolling and torsion resistance.
 pub type PlaneForce<const D: usize, const R: usize> = ([f64; D], [[f64; R]; 2]);
 
 /// Sums over contacts with planes.
@@ -38,14 +38,14 @@ impl<const D: usize> Default for PlaneSums<D> {
 }
 
 impl<const D: usize> PlaneSums<D> {
-    /// The sums of a step of `dt` (s).
+    /// Totals of a step of `dt` (s).
     pub fn tally(self, dt: f64) -> ContactEnergies {
         self.0.sums(dt).0
     }
 }
 
 impl<const D: usize, const R: usize> ContactInput<'_, D, R> {
-    /// Forces of four contacts with planes, whose laws are `common` where that is given.
+    /// Adds the forces of four contacts with planes, whose laws are `common` where that is given.
     pub fn plane_forces<const HERTZ: bool, const TURNS: bool>(
         &self,
         four: &[PlaneContact<'_, D>; WIDTH],

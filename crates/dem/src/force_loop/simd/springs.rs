@@ -1,4 +1,4 @@
-//! Springs across four contacts, and those against rolling and twisting.
+//! Tangential, rolling and torsion springs of four contacts.
 
 use wide::f64x4 as Lanes;
 
@@ -11,7 +11,7 @@ use crate::force_loop::simd_records::SimdLaws;
 use crate::points::vector::{WIDTH, dot, rotate_with_normal, scaled};
 
 impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
-    /// Moments of resistance against rolling and twisting on the first grains of four contacts.
+    /// Moments of rolling and torsion resistance on the first grains of four contacts (N m).
     #[inline(always)]
     pub(super) fn rolling_moments(
         &mut self,
@@ -55,7 +55,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         moment
     }
 
-    /// Force across and what is left of the spring.
+    /// Tangential forces (N) and remaining elongations of the springs (m).
     #[inline(always)]
     pub(super) fn tangential_force<const HERTZ: bool>(
         &mut self,

@@ -1,4 +1,4 @@
-//! What contacts of a file remember, and walls as they stand in it.
+//! Contact histories and wall positions of a specimen file.
 
 use std::collections::{HashMap, HashSet};
 
@@ -12,10 +12,10 @@ use crate::solver::DemSolver;
 use crate::specimen::file::read::{NamedTable, pick};
 use crate::specimen::file::{KEY, NO_INDEX, StoredSpecimen};
 
-/// Most of a part of the key of a facet, and one.
+/// Number of values of half of a facet key, `2³²`.
 const HALF: u64 = 1 << 32;
 
-/// Columns of what a contact remembers.
+/// Column indices of a contact history.
 struct HistoryColumnIndices<const R: usize> {
     state: usize,
     slide: [usize; R],
@@ -25,7 +25,7 @@ struct HistoryColumnIndices<const R: usize> {
     bond: Option<BondColumnIndices<R>>,
 }
 
-/// Columns of what a bond carries.
+/// Column indices of a bond.
 struct BondColumnIndices<const R: usize> {
     strength: usize,
     tension: usize,
@@ -71,7 +71,7 @@ impl<const R: usize> HistoryColumnIndices<R> {
         })
     }
 
-    /// Adds a contact that remembers what a row says, as far as the laws of the case need it.
+    /// Adds a contact with the history of a row, as far as the laws of the case need it.
     fn push(
         &self,
         rows: &NamedTable<'_>,
@@ -99,10 +99,10 @@ impl<const R: usize> HistoryColumnIndices<R> {
 }
 
 impl StoredSpecimen {
-    /// Gives a solver that has its grains, and no lists yet, what their contacts remember and walls as they stood; what is told of it.
+    /// Restores contact histories and wall positions in a solver that has its grains and no lists yet, and adds the notes for the user.
     ///
     /// # Errors
-    /// When what it says of contacts or walls fits neither its grains nor the case.
+    /// When the contacts or walls of the file fit neither its grains nor the case.
     pub fn restore_contacts<const D: usize, const R: usize>(
         &self,
         case: &Case,
@@ -146,7 +146,7 @@ impl StoredSpecimen {
         Ok(())
     }
 
-    /// Puts walls where they stood; the number in the solver of each wall of the file.
+    /// Moves the walls to their stored positions; returns the number in the solver of each wall of the file.
     fn place_walls<const D: usize, const R: usize>(
         &self,
         case: &Case,
@@ -180,7 +180,7 @@ impl StoredSpecimen {
         Ok(numbers)
     }
 
-    /// Lists contacts with what they remember; how many of each wall of the file have none in the case.
+    /// Lists the contacts with their histories; returns the number of contacts of each wall of the file that the case does not have.
     fn restore_histories<const D: usize, const R: usize>(
         &self,
         solver: &mut DemSolver<D, R>,
@@ -223,14 +223,14 @@ impl StoredSpecimen {
     }
 }
 
-/// ContactHistories of no contact yet, of `count` that are to come.
+/// Prepares empty histories, for `count` contacts that follow.
 fn empty<const R: usize>(memory: &mut ContactHistories<R>, count: usize, columns: HistoryColumns) {
     memory.clear(count, columns);
     memory.state.clear();
     memory.spring.clear();
 }
 
-/// Lists pairs: numbers of their grains, and of their row.
+/// Lists pairs, given as the numbers of their grains and of their row.
 fn list_pairs<const D: usize, const R: usize>(
     solver: &mut DemSolver<D, R>,
     rows: &NamedTable<'_>,
@@ -254,7 +254,7 @@ fn list_pairs<const D: usize, const R: usize>(
     Ok(())
 }
 
-/// Lists contacts with walls: numbers of their grain, wall and row.
+/// Lists contacts with walls, given as the numbers of their grain, wall and row.
 fn list_walls<const D: usize, const R: usize>(
     solver: &mut DemSolver<D, R>,
     rows: &NamedTable<'_>,
@@ -277,7 +277,7 @@ fn list_walls<const D: usize, const R: usize>(
     Ok(())
 }
 
-/// Columns of what is known of a facet.
+/// Column indices of a facet.
 struct FacetColumnIndices {
     key: [usize; 2],
     distance: usize,
@@ -285,7 +285,7 @@ struct FacetColumnIndices {
 }
 
 impl FacetColumnIndices {
-    /// None where no contact has a facet.
+    /// Finds the columns; `None` where no contact has a facet.
     fn new(rows: &NamedTable<'_>) -> Result<Option<Self>, String> {
         if !rows.has("facet_high") {
             return Ok(None);
@@ -298,7 +298,7 @@ impl FacetColumnIndices {
         }))
     }
 
-    /// Key of the facet of a row, and what is known of it.
+    /// Key of the facet of a row, with its distance and normal.
     fn of(&self, rows: &NamedTable<'_>, number: usize) -> Result<(u64, Facet), String> {
         let [high, low] = [rows.whole(number, self.key[0], HALF)?, rows.whole(number, self.key[1], HALF)?];
         let key = u64::from(high) << 32 | u64::from(low);

@@ -1,7 +1,7 @@
-//! Specimens in files: grains, what their contacts remember, the cell and the walls, for another case to begin with.
+//! Specimen files: grains, contact histories, the cell and the walls, as the start of another case.
 //!
-//! A file is one JSON object: a head with what stands once, and two tables, of the grains and of their contacts. Numbers read back
-//! to the last bit. Velocities are half a step behind the places, as the solver has them.
+//! A file is one JSON object: a head, and two tables, of the grains and of their contacts. Numbers read back
+//! to the last bit. Velocities are half a step behind the positions, as in the solver.
 
 mod contacts;
 mod read;
@@ -10,46 +10,46 @@ mod write;
 use colluvium_case::output::Table;
 use serde::{Deserialize, Serialize};
 
-/// What a file says of itself.
+/// Format identifier of a file.
 const FORMAT: &str = "colluvium-specimen-1";
 
-/// Path of the key that names a file.
+/// Path of the key in a case that names a file.
 const KEY: &str = "methods.dem.specimen";
 
-/// In place of a grain or a wall where a contact has none.
+/// Index in place of a missing grain or wall.
 const NO_INDEX: f64 = -1.0;
 
-/// A specimen as its file has it.
+/// Specimen as stored in a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StoredSpecimen {
     head: SpecimenHeader,
-    /// A row for each grain.
+    /// Table of the grains, one row each.
     grains: Table,
-    /// A row for each contact of two grains, or of a grain with a wall.
+    /// Table of the contacts of two grains, or of a grain with a wall, one row each.
     contacts: Table,
 }
 
-/// What stands once.
+/// Head of a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SpecimenHeader {
     format: String,
-    /// Title of the case that it is from.
+    /// Title of the case that wrote the file.
     title: String,
     dimension: usize,
     /// Time of that case (s).
     time: f64,
-    /// Length of the step before (s); zero after velocities were set.
+    /// Length of the last step (s); zero after velocities were set.
     step: f64,
-    /// From where coordinates are (m).
+    /// Origin of the coordinates (m).
     origin: Vec<f64>,
     cell: StoredCell,
-    /// Bodies, and the kind of the grains of each.
+    /// Names of the bodies; the next field is the kind of the grains of each.
     bodies: Vec<String>,
     kinds: Vec<String>,
     walls: Vec<StoredWall>,
-    /// Obstacles that move, whose contacts are not in the file.
+    /// Names of moving obstacles, whose contacts are not in the file.
     left_out: Vec<String>,
     /// Whether contacts were bonded, or cohesive from the start on.
     bonded: bool,
@@ -57,37 +57,37 @@ struct SpecimenHeader {
     overlap: f64,
 }
 
-/// The box of the grains.
+/// Stored periodic cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StoredCell {
-    /// Along which axes it repeats itself.
+    /// Axes along which the cell is periodic.
     periodic: Vec<bool>,
-    /// A corner (m).
+    /// Corner (m).
     corner: Vec<f64>,
-    /// Its vectors, one after another (m).
+    /// Cell vectors, one after another (m).
     vectors: Vec<Vec<f64>>,
-    /// Its velocity gradient, row by row (1/s).
+    /// Velocity gradient, row by row (1/s).
     rates: Vec<Vec<f64>>,
-    /// Means of the entries of it that follow a stress (1/s); the entries themselves in files without them.
+    /// Means of the stress-controlled entries of the velocity gradient (1/s); the entries themselves in files without means.
     #[serde(default)]
     mean_rates: Vec<Vec<f64>>,
-    /// Stress of the motion of its grains times its volume, row by row (J).
+    /// Kinetic stress of the grains times the volume, row by row (J).
     motion: Vec<Vec<f64>>,
 }
 
-/// A wall or an obstacle.
+/// Stored wall or obstacle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StoredWall {
     name: String,
-    /// Of a wall, the axis across it, whether the grains are below it, and where it stands (m); none of an obstacle.
+    /// Axis across a wall, whether it bounds the grains from above, and its position (m); `None` for an obstacle.
     plane: Option<(usize, bool, f64)>,
     /// Velocity of a wall (m/s).
     velocity: Vec<f64>,
 }
 
-/// Names of the columns of a quantity of so many components.
+/// Names of the columns of a quantity of `N` components.
 fn names<const N: usize>(name: &str) -> [String; N] {
     let parts: &[&str] = match N {
         4 => &["w", "x", "y", "z"],

@@ -1,4 +1,4 @@
-//! From a file to the grains and the solver of a case.
+//! Reader of specimen files: from a file to the grains and the solver of a case.
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
@@ -14,20 +14,20 @@ use crate::specimen::file::{FORMAT, KEY, StoredSpecimen, names};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Names, for a message.
+/// List of quoted names for a message.
 fn name_list<'a>(all: impl IntoIterator<Item = &'a str>) -> String {
     let all: Vec<String> = all.into_iter().map(|name| format!("{name:?}")).collect();
     if all.is_empty() { "none".to_owned() } else { all.join(", ") }
 }
 
-/// A table whose columns are found by name.
+/// Table with columns found by name.
 pub(super) struct NamedTable<'a> {
     what: &'static str,
     pub table: &'a Table,
 }
 
 impl<'a> NamedTable<'a> {
-    /// A table in which every row has a number for each column.
+    /// Checks that every row has a number for each column.
     pub fn new(what: &'static str, table: &'a Table) -> Result<Self, String> {
         let count = table.columns.len();
         match table.rows.iter().position(|row| row.len() != count) {
@@ -44,7 +44,7 @@ impl<'a> NamedTable<'a> {
         self.table.columns.iter().any(|(own, _)| own == name)
     }
 
-    /// Columns of a quantity.
+    /// Indices of the columns of a quantity.
     pub fn columns<const N: usize>(&self, name: &str) -> Result<[usize; N], String> {
         let mut found = [0; N];
         for (found, name) in found.iter_mut().zip(names::<N>(name)) {
@@ -54,12 +54,12 @@ impl<'a> NamedTable<'a> {
         Ok(found)
     }
 
-    /// Column of a number.
+    /// Index of the column of a number.
     pub fn column(&self, name: &str) -> Result<usize, String> {
         self.columns::<1>(name).map(|[column]| column)
     }
 
-    /// A number of row `row` that counts, below `limit`.
+    /// Non-negative integer in row `row`, below `limit`.
     pub fn whole(&self, row: usize, column: usize, limit: u64) -> Result<u32, String> {
         let value = self.table.rows[row][column];
         if value >= 0.0 && value < limit as f64 && value.fract() == 0.0 {
@@ -75,16 +75,16 @@ impl<'a> NamedTable<'a> {
     }
 }
 
-/// The numbers of some columns.
+/// Numbers of a row in some columns.
 pub(super) fn pick<const N: usize>(row: &[f64], columns: &[usize; N]) -> [f64; N] {
     columns.map(|column| row[column])
 }
 
 impl StoredSpecimen {
-    /// The specimen that a case begins with, if it names one.
+    /// Specimen with which a case begins, if it names one.
     ///
     /// # Errors
-    /// When its file cannot be read, is none, or does not fit the case.
+    /// When its file cannot be read, is no specimen, or does not fit the case.
     pub fn of_case(case: &Case, options: &DemOptions) -> Result<Option<Self>, CaseError> {
         let Some(file) = &options.specimen else { return Ok(None) };
         let stored = Self::read(file).and_then(|stored| stored.check_case(case).map(|()| stored));
@@ -102,7 +102,7 @@ impl StoredSpecimen {
         serde_json::from_str(&text).map_err(|error| format!("is no specimen, or not all of one: {error}"))
     }
 
-    /// Grains of each body that has any.
+    /// Number of grains of each body that has any.
     pub fn counts(&self) -> HashMap<&str, usize> {
         let mut counts = HashMap::new();
         let Some(column) = self.grains.columns.iter().position(|(name, _)| name == "body") else {
@@ -116,7 +116,7 @@ impl StoredSpecimen {
         counts
     }
 
-    /// Whether it is one that the case can begin with.
+    /// Checks that the case can begin with the specimen.
     fn check_case(&self, case: &Case) -> Result<(), String> {
         let (head, dimension) = (&self.head, case.dimension());
         if head.format != FORMAT {
@@ -138,7 +138,7 @@ impl StoredSpecimen {
         self.cell_fits(case)
     }
 
-    /// Whether the case has a body of this name, of the same kind of grains.
+    /// Checks that the case has a body of this name, of the same kind of grains.
     fn body_fits(&self, case: &Case, name: &str) -> Result<(), String> {
         let Some(body) = case.bodies.iter().find(|body| body.name == name) else {
             return Err(format!(
@@ -156,7 +156,7 @@ impl StoredSpecimen {
         }
     }
 
-    /// Whether its cell repeats itself as the domain of the case does.
+    /// Checks that the cell is periodic along the same axes as the domain of the case.
     fn cell_fits(&self, case: &Case) -> Result<(), String> {
         let (cell, dimension) = (&self.head.cell, case.dimension());
         let square = |matrix: &Vec<Vec<f64>>| {
@@ -182,13 +182,13 @@ impl StoredSpecimen {
         Ok(())
     }
 
-    /// What is added to its coordinates (m).
+    /// Shift of its coordinates to those of the case (m).
     pub(super) fn shift<const D: usize>(&self, case: &Case) -> [f64; D] {
         let origin = case.origin();
         std::array::from_fn(|c| self.head.origin[c] - origin[c])
     }
 
-    /// The cell of the case, along the axes along which it repeats itself that of the specimen.
+    /// Cell of the case, along periodic axes that of the specimen.
     pub fn cell<const D: usize>(
         &self,
         case: &Case,
@@ -213,7 +213,7 @@ impl StoredSpecimen {
         }
     }
 
-    /// What of the cell is other than the case says.
+    /// Note on a cell that differs from the domain of the case.
     pub(super) fn cell_note<const D: usize>(&self, case: &Case) -> Option<String> {
         let own = &self.head.cell;
         let differs = |axis: usize| {
@@ -230,14 +230,14 @@ impl StoredSpecimen {
         ))
     }
 
-    /// A problem of the file of the case.
+    /// Error in the file of the case.
     pub(super) fn file_error(&self, case: &Case, problem: &str) -> CaseError {
         let file =
             case.methods.get("dem").and_then(|options| options.get("specimen")?.as_str()).unwrap_or_default();
         CaseError::new(KEY, format!("{file}: {problem}"))
     }
 
-    /// Adds its grains.
+    /// Adds the grains of the specimen.
     pub fn fill<const D: usize, const R: usize>(
         &self,
         case: &Case,
@@ -296,7 +296,7 @@ impl StoredSpecimen {
     }
 }
 
-/// Grains of a body that is held move as the case says, whatever the file does.
+/// Sets the prescribed motion of a grain of a held body, whatever the file states.
 fn hold<const D: usize, const R: usize>(
     options: &DemOptions,
     body: &Body,
@@ -310,7 +310,7 @@ fn hold<const D: usize, const R: usize>(
     grains.spin[i] = std::array::from_fn(|c| own.spin.get(c).copied().unwrap_or(0.0));
 }
 
-/// Refuses what the case says of a body whose grains are those of the specimen.
+/// Refuses options of the case for a body whose grains are those of the specimen.
 fn refuse_twice(options: &DemOptions, number: usize, body: &Body) -> Result<(), CaseError> {
     let own = options.bodies.get(&body.name);
     let held = own.is_some_and(|own| own.held);

@@ -1,4 +1,4 @@
-//! From a solver to a file.
+//! Writer of specimen files, from a solver.
 
 use colluvium_case::output::Table;
 use serde::Serialize;
@@ -20,12 +20,12 @@ fn add_headings<const N: usize>(columns: &mut Vec<Heading>, name: &str, unit: &s
     columns.extend(names::<N>(name).map(|name| (name, unit.to_owned())));
 }
 
-/// Plain data as JSON.
+/// Plain data as formatted JSON.
 fn json(value: &impl Serialize) -> String {
     serde_json::to_string_pretty(value).expect("plain data always serialises")
 }
 
-/// A table, a row a line.
+/// Table as JSON, one row per line.
 fn lines(table: &Table) -> String {
     let line = |row: &Vec<f64>| serde_json::to_string(row).expect("plain data always serialises");
     let columns = serde_json::to_string(&table.columns).expect("plain data always serialises");
@@ -34,7 +34,7 @@ fn lines(table: &Table) -> String {
 }
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// Grains, contacts with what they remember, cell and walls as the text of a file that another case can begin with.
+    /// Text of a specimen file: grains, contacts with their histories, cell and walls, for another case to begin with.
     pub(crate) fn specimen_text(&self) -> String {
         let stored = StoredSpecimen {
             head: self.specimen_header(),
@@ -162,7 +162,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     }
 }
 
-/// What contact `k` remembers, between these ends.
+/// Table row of contact `k`, with its ends.
 fn row<const R: usize>(
     ends: [f64; 3],
     memory: &ContactHistories<R>,
@@ -183,9 +183,9 @@ fn row<const R: usize>(
         row.push(bond.twist);
     }
     if let Some((key, Facet { distance, normal })) = facet {
-        // A number holds 53 bits.
+        // An f64 represents integers of 53 bits.
         row.extend([(key >> 32) as f64, (key & 0xffff_ffff) as f64]);
-        // Of a wall without facets nothing is known.
+        // Walls without facets have no distance.
         row.push(if distance.is_finite() { distance } else { 0.0 });
         row.extend(normal);
     }
