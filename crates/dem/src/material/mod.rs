@@ -33,11 +33,7 @@ use crate::material::cell_operations::CellCase;
 
 const NAME: &str = "granular-cell";
 
-<<<<<<< ours
-/// Brings `{"model": "external", "law": "granular-cell"}` to case files (see [`colluvium_constitutive::register_material`]).
-=======
-/// Provider of `{"model": "other", "law": "granular-cell"}` for case files (see [`colluvium_constitutive::register_material`]).
->>>>>>> theirs
+/// Provider of `{"model": "external", "law": "granular-cell"}` for case files (see [`colluvium_constitutive::register_material`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GranularCells;
 
