@@ -6,7 +6,9 @@
 pub mod bond;
 pub mod capillary;
 pub mod cohesion;
+pub(crate) mod contact_energies;
 pub(crate) mod contact_histories;
+pub(crate) mod contact_laws;
 pub mod coulomb_friction;
 pub mod dashpot;
 pub mod hertz;
@@ -16,6 +18,8 @@ pub mod restitution;
 pub mod rolling_resistance;
 
 use colluvium_constitutive::SymTensor;
+
+pub use crate::contact::contact_energies::{ContactEnergies, Virial};
 
 use crate::contact::coulomb_friction::Coulomb;
 use crate::contact::linear_spring::LinearSpring;
@@ -267,69 +271,6 @@ pub struct ContactForce<const R: usize> {
     pub tangential: [f64; R],
     /// Moment of rolling, torsion and bonds on `i`, opposite on `j` (N m).
     pub moment: [f64; R],
-}
-
-/// Sums over contacts (sheet: dem §2.14). Elastic energies are those at the time of the forces; the other sums accumulate.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ContactEnergies {
-    /// Elastic energy of overlaps (J).
-    pub elastic: f64,
-    /// Elastic energy of the tangential springs (J).
-    pub elastic_tangential: f64,
-    /// Elastic energy of the rolling and torsion springs (J).
-    pub elastic_rolling: f64,
-    /// Elastic energy of bonds (J).
-    pub elastic_bonds: f64,
-    /// Energy dissipated by friction in this step (J).
-    pub friction: f64,
-    /// Energy dissipated by dashpots (J).
-    pub dashpots: f64,
-    /// Energy dissipated by rolling and torsion resistance beyond its cap (J).
-    pub rolling: f64,
-    /// Energy lost where tangential springs are rescaled or end with their contact (J).
-    pub rescaled: f64,
-    /// Work against attraction (J); negative where attraction does the work.
-    pub attraction: f64,
-    /// Energy of bonds that broke (J).
-    pub broken: f64,
-    /// Work of the images of a moving cell, and of walls, on the grains (J).
-    pub boundary: f64,
-    /// Number of contacts with a force.
-    pub contacts: u64,
-    /// Number of contacts that slip.
-    pub sliding: u64,
-    /// Number of bonds that broke in this step.
-    pub bonds_broken: u64,
-    /// Sum of the squares of contact forces (N²).
-    pub squares: f64,
-    /// Largest overlap over the smaller radius.
-    pub overlap: f64,
-    /// First grain of the contact with the largest overlap.
-    pub max_overlap_grain: u32,
-}
-
-impl ContactEnergies {
-    /// Adds the sums of other contacts.
-    pub fn add(&mut self, other: &Self) {
-        self.elastic += other.elastic;
-        self.elastic_tangential += other.elastic_tangential;
-        self.elastic_rolling += other.elastic_rolling;
-        self.elastic_bonds += other.elastic_bonds;
-        self.friction += other.friction;
-        self.dashpots += other.dashpots;
-        self.rolling += other.rolling;
-        self.rescaled += other.rescaled;
-        self.attraction += other.attraction;
-        self.broken += other.broken;
-        self.boundary += other.boundary;
-        self.contacts += other.contacts;
-        self.sliding += other.sliding;
-        self.bonds_broken += other.bonds_broken;
-        self.squares += other.squares;
-        if other.overlap > self.overlap {
-            (self.overlap, self.max_overlap_grain) = (other.overlap, other.max_overlap_grain);
-        }
-    }
 }
 
 /// Normal response at an overlap.

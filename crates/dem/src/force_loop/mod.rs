@@ -1,8 +1,11 @@
 //! Forces of all contacts: slabs of one parity in parallel, then those of the other, then the periodic pairs. The lists fix the
 //! order in which every grain receives its forces.
 
+pub(crate) mod contact_buffers;
+pub(crate) mod contact_forces;
 mod simd;
 mod simd_records;
+mod wall_forces;
 
 use std::ops::Range;
 
@@ -10,7 +13,7 @@ use crate::contact::contact_histories::{ContactHistoriesMut, PairListView};
 use crate::contact::dashpot::StepLengths;
 use crate::contact::{
     CONTACT_APART, ContactBody, ContactEnergies, ContactForce, ContactGeometry, ContactHistory, PairLaw,
-    contact_force, release_contact,
+    Virial, contact_force, release_contact,
 };
 pub use crate::force_loop::simd::{PlaneContact, PlaneSums};
 pub use crate::force_loop::simd_records::{
@@ -68,9 +71,6 @@ struct SlabPairs<'a> {
     slabs: &'a [u32],
     active_pairs: &'a [ActivePairs],
 }
-
-/// Stress times volume, row by row (J).
-pub type Virial<const D: usize> = [[f64; D]; D];
 
 /// Accumulators of the contact forces.
 pub struct ForceAccumulators<'a, const D: usize, const R: usize> {

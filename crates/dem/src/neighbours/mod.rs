@@ -9,8 +9,11 @@
 
 pub mod active_pairs;
 mod class_pairs;
+pub(crate) mod grain_neighbours;
 pub(crate) mod list_build;
+mod obstacle_facets;
 pub mod size_classes;
+pub(crate) mod wall_list;
 
 use std::ops::Range;
 

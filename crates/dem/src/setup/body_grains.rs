@@ -26,12 +26,6 @@ const OVERLAP_TOLERANCE: f64 = 1e-6;
 /// Position (m) and radius (m) of a placed grain.
 type PlacedGrain<const D: usize> = ([f64; D], f64);
 
-/// Fill of a body: its own, or that of its kind.
-pub fn fill_of_body(options: &DemOptions, body: &Body) -> Option<Fill> {
-    let own = options.bodies.get(&body.name).and_then(|own| own.fill);
-    own.or_else(|| options.grains.get(&body.material).and_then(|kind| kind.fill))
-}
-
 /// Whether a grain beside an obstacle overlaps it; grains with centres inside an obstacle are checked elsewhere.
 fn overlaps_obstacle<const D: usize>(
     standing: &[PlacedObstacle<'_, D>],
@@ -70,7 +64,7 @@ pub(super) fn fill<const D: usize, const R: usize>(
             Some(list) => listed_grains(list),
             None => {
                 let mut placed = place::<D>(case, options, (body, &path), kind, &mut random)?;
-                if !matches!(fill_of_body(options, body), Some(Fill::Single)) {
+                if !matches!(options.fill_of_body(body), Some(Fill::Single)) {
                     placed.retain(|grain| !overlaps_obstacle(standing, grain));
                 }
                 placed
@@ -226,7 +220,7 @@ fn place<const D: usize>(
     kind: &GrainKind,
     random: &mut ChaCha8Rng,
 ) -> Result<Vec<PlacedGrain<D>>, CaseError> {
-    let Some(fill) = fill_of_body(options, body) else {
+    let Some(fill) = options.fill_of_body(body) else {
         let problem = format!("say how grains fill the body {:?}", body.name);
         return Err(CaseError::new(format!("methods.dem.grains.{}.fill", body.material), problem));
     };

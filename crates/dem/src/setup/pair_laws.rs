@@ -11,6 +11,7 @@ use crate::config::{
 use crate::contact::bond::Beam;
 use crate::contact::capillary::Capillary;
 use crate::contact::cohesion::Cohesion;
+use crate::contact::contact_laws::{KindProperties, StageLaws};
 use crate::contact::coulomb_friction::{Coulomb, ROUGH_FRICTION};
 use crate::contact::hertz::Hertz;
 use crate::contact::jkr::Jkr;
@@ -19,7 +20,6 @@ use crate::contact::restitution::{damping_ratio_with_tension, damping_ratio_with
 use crate::contact::rolling_resistance::RollingResistance;
 use crate::contact::{AttractionLaw, NormalForceLaw, PairLaw};
 use crate::points::grains::Grains;
-use crate::solver::{KindProperties, StageLaws};
 use crate::specimen::pluviation::{GrainSource, sources};
 
 /// Largest step as a share of the stable step of a single undamped contact (sheet: dem §3.5).

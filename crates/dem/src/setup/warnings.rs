@@ -17,11 +17,11 @@ const MAX_WEIGHT_OVERLAP: f64 = 0.01;
 /// Warnings of a solver at time zero.
 pub(super) fn warnings<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Vec<String> {
     let mut warnings = case.warnings();
-    of_options(case, &solver.options, &mut warnings);
-    warnings.extend(underived_pair_warnings(&solver.options));
+    of_options(case, &solver.clock.options, &mut warnings);
+    warnings.extend(underived_pair_warnings(&solver.clock.options));
     warnings.extend(soft_grain_warnings(case, solver));
     warnings.extend(porosity_warnings(solver));
-    warnings.extend(solver.specimen_source.notes.iter().cloned());
+    warnings.extend(solver.specimen.source.notes.iter().cloned());
     warnings
 }
 
@@ -84,7 +84,7 @@ fn underived_pair_warnings(options: &DemOptions) -> Vec<String> {
 /// Warnings about kinds of grains that overlap much under the weight of their body. At its base a contact force is about the
 /// pressure times the diameter, in space its square.
 fn soft_grain_warnings<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Vec<String> {
-    let (g, gravity) = (&solver.grains, solver.gravity_at(0.0));
+    let (g, gravity) = (&solver.grains, solver.clock.gravity_at::<D>(0.0));
     let size = norm(&gravity);
     if size == 0.0 {
         return Vec::new();
@@ -103,7 +103,7 @@ fn soft_grain_warnings<const D: usize, const R: usize>(case: &Case, solver: &Dem
         let foot: f64 = (0..D).filter(|c| *c != down).map(width).product();
         let pressure = weight / foot;
         let kind = g.kind[first] as usize;
-        let law = solver.laws.pairs[kind * solver.kinds.len() + kind];
+        let law = solver.laws.stage.pairs[kind * solver.laws.kinds.len() + kind];
         if law.bond.is_some() {
             return None;
         }
@@ -130,5 +130,5 @@ fn porosity_warnings<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -
     let said = |own: &Specimen| {
         format!("{own}: grains that would reach out of the shape, or into obstacles, are left out")
     };
-    solver.specimens.iter().filter(far).map(said).collect()
+    solver.specimen.reports.iter().filter(far).map(said).collect()
 }

@@ -2,22 +2,23 @@
 
 use colluvium_points::surface::{ContactQuery, NearestPoint};
 
-use crate::boundary::walls::{RigidWall, WallList};
+use crate::boundary::walls::RigidWall;
 use crate::contact::CONTACT_APART;
+use crate::neighbours::wall_list::WallList;
 use crate::obstacles::facet::{Facet, MAX_FACETS, NO_FACET};
 
 /// Smallest cosine between two facet normals for which a contact continues from one facet to the other.
 const MIN_NORMAL_COSINE: f64 = 0.999;
 
 impl<const R: usize> WallList<R> {
-    /// Finds the facets within the radius plus `bridge` (m) of each grain. A contact stays with its facet; one
+    /// Finds the facets within the radius plus `rupture` (m) of each grain. A contact stays with its facet; one
     /// whose facet is no longer near continues with a new one of nearly the same normal, and ends otherwise.
     pub fn find_facets<const D: usize>(
         &mut self,
         walls: &[RigidWall<D>],
         position: &[[f64; D]],
         radius: &[f64],
-        bridge: f64,
+        rupture: f64,
         found: &mut ContactQuery<D>,
     ) {
         let mut k = 0;
@@ -28,7 +29,7 @@ impl<const R: usize> WallList<R> {
                 continue;
             };
             found.clear();
-            let reach = radius[i] + bridge;
+            let reach = radius[i] + rupture;
             surface.query_contacts(&position[i], reach, found);
             self.match_slots(k, found.all(), reach);
             k += MAX_FACETS;
