@@ -349,8 +349,8 @@ pub fn contact_force<const D: usize, const R: usize>(
     }
     base.damping = dashpot::dashpot_in_step(law, &base, touch, memory.state == CONTACT_APART, steps);
     let viscous = base.force - base.damping * touch.separation_velocity;
-    let pulls = law.no_tension && touch.overlap >= 0.0 && viscous < 0.0;
-    let mut normal = if pulls { 0.0 } else { viscous };
+    let is_tensile = law.no_tension && touch.overlap >= 0.0 && viscous < 0.0;
+    let mut normal = if is_tensile { 0.0 } else { viscous };
     if memory.state == CONTACT_APART {
         memory.state = law.initial_state();
     }
@@ -358,40 +358,55 @@ pub fn contact_force<const D: usize, const R: usize>(
     tally.dashpots -= 0.5 * (memory.damping_force + dissipative) * touch.separation_velocity * dt;
     memory.damping_force = dissipative;
     let mut energy = base.energy;
-    let mut cap = normal.max(0.0);
-    let mut shear = 0.0;
+    let (cap, shear) = add_attraction(law, touch, &base, memory, (&mut normal, &mut energy), dt, tally);
+    tally.elastic += energy;
+    let before = (touch.overlap + touch.separation_velocity * dt, law.is_hertz());
+    let tangential = law.friction.tangential_force(touch, &base, before, (cap, shear), memory, dt, tally);
+    if law.attraction.is_some() {
+        cohesion::break_by_shear(law, &tangential, (cap, shear), memory);
+    }
+    let mut moment = [0.0; R];
+    if law.rolling.is_some() || law.twisting.is_some() {
+        rolling_resistance::add_rolling_moments(law, touch, &base, cap, memory, &mut moment, dt, tally);
+    }
+    ContactForce { normal, tangential, moment }
+}
+
+/// Adds the attraction of a contact to its normal force and elastic energy; returns the largest normal force of friction (N), and the
+/// tangential strength of cohesion (N).
+#[inline]
+fn add_attraction<const D: usize, const R: usize>(
+    law: &PairLaw,
+    touch: &ContactGeometry<D, R>,
+    base: &NormalResponse,
+    memory: &mut ContactHistory<R>,
+    (normal, energy): (&mut f64, &mut f64),
+    dt: f64,
+    tally: &mut ContactEnergies,
+) -> (f64, f64) {
+    let cap = normal.max(0.0);
     match &law.attraction {
-        None => {}
+        None => (cap, 0.0),
         Some(AttractionLaw::Cohesion(cohesion)) => {
-            shear = cohesion.bound_tension::<D, R>(touch, memory, &mut normal, &mut energy, tally);
-            cap = normal.max(0.0);
+            let shear = cohesion.bound_tension::<D, R>(touch, memory, normal, energy, tally);
+            (normal.max(0.0), shear)
         }
         Some(AttractionLaw::Jkr(jkr)) => {
             let NormalForceLaw::Hertz(hertz) = &law.normal else { unreachable!("checked by the setup") };
             let (force, pull_off) = jkr.force(hertz, touch.radius, touch.overlap);
             // The JKR force includes that of Hertz: the difference is attraction.
             let attraction = base.force - force;
-            normal -= attraction;
+            *normal -= attraction;
             tally.attraction += attraction * touch.separation_velocity * dt;
-            cap = (normal + 2.0 * pull_off).max(0.0);
+            ((*normal + 2.0 * pull_off).max(0.0), 0.0)
         }
         Some(AttractionLaw::Capillary(bridge)) => {
             let attraction = bridge.force(touch.radius, -touch.overlap);
-            normal -= attraction;
+            *normal -= attraction;
             tally.attraction += attraction * touch.separation_velocity * dt;
+            (cap, 0.0)
         }
     }
-    tally.elastic += energy;
-    let before = (touch.overlap + touch.separation_velocity * dt, law.is_hertz());
-    let across = law.friction.tangential_force(touch, &base, before, (cap, shear), memory, dt, tally);
-    if law.attraction.is_some() {
-        cohesion::break_by_shear(law, &across, (cap, shear), memory);
-    }
-    let mut moment = [0.0; R];
-    if law.rolling.is_some() || law.twisting.is_some() {
-        rolling_resistance::add_rolling_moments(law, touch, &base, cap, memory, &mut moment, dt, tally);
-    }
-    ContactForce { normal, tangential: across, moment }
 }
 
 /// Ends a contact: the remaining energy of its springs is lost.

@@ -4,10 +4,37 @@ use colluvium_case::measure::ScalarOutput;
 use colluvium_case::{Budget, Field, FieldData, Frame, FrameRequest, Reaction, Snapshot, spatial};
 
 use crate::momentum::applied_forces::applied_forces;
-use crate::output::laguerre_tessellation::Tessellation;
 use crate::output::packing_view::PackingView;
-use crate::points::grains::volume;
+use crate::points::grains::{Grains, volume};
 use crate::points::vector::{add, difference, dot};
+
+/// Indices of the grains in the order of their ids.
+struct IdOrder {
+    indices: Vec<usize>,
+}
+
+impl IdOrder {
+    fn new<const D: usize, const R: usize>(grains: &Grains<D, R>) -> Self {
+        let mut indices: Vec<usize> = (0..grains.len()).collect();
+        indices.sort_unstable_by_key(|&i| grains.id[i]);
+        Self { indices }
+    }
+
+    /// Data of a scalar field.
+    fn scalar(&self, value: impl Fn(usize) -> f64) -> FieldData {
+        FieldData::Scalar(self.indices.iter().map(|&i| value(i)).collect())
+    }
+
+    /// Spatial vectors of a quantity.
+    fn vectors<const N: usize>(&self, value: impl Fn(usize) -> [f64; N]) -> Vec<[f64; 3]> {
+        self.indices.iter().map(|&i| spatial(&value(i))).collect()
+    }
+}
+
+/// Field of a name and a unit.
+fn field(name: &str, unit: &'static str, data: FieldData) -> Field {
+    Field { name: name.to_owned(), unit, data }
+}
 
 impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     /// Velocity at the time of the positions (m/s): the one half a step behind, extrapolated.
@@ -34,72 +61,79 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
 
     /// Snapshot of all fields of the grains, in the order of ids.
     pub(crate) fn collect_snapshot(&self) -> Snapshot {
-        let g = &self.grains;
-        let mut order: Vec<usize> = (0..g.len()).collect();
-        order.sort_unstable_by_key(|&i| g.id[i]);
-        let scalar =
-            |value: &dyn Fn(usize) -> f64| FieldData::Scalar(order.iter().map(|&i| value(i)).collect());
-        let vector = |value: &dyn Fn(usize) -> [f64; D]| -> Vec<[f64; 3]> {
-            order.iter().map(|&i| spatial(&value(i))).collect()
-        };
-        let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
-        let (ahead, gravity, applied) = (
-            0.5 * self.clock.last_step,
-            self.clock.gravity_at(0.0),
-            applied_forces(self.clock, self.grains, &self.boundary.membranes),
-        );
-        let accelerations = (&gravity, applied.as_slice());
-        let (stresses, counts) = self.grain_stresses();
-        let spin = match R {
-            1 => scalar(&|i| self.spin(i, ahead)[0]),
-            _ => FieldData::Vector(order.iter().map(|&i| spatial(&self.spin(i, ahead))).collect()),
-        };
-        let cells = if self.clock.options.voronoi { self.tessellation() } else { Tessellation::default() };
-        let mut fields = vec![
-            field("velocity", "m/s", FieldData::Vector(vector(&|i| self.velocity(i, accelerations, ahead)))),
-            field(
-                "displacement",
-                "m",
-                FieldData::Vector(vector(&|i| difference(&g.position[i], &g.origin[i]))),
-            ),
-            field("stress", "Pa", FieldData::Tensor(order.iter().map(|&i| stresses[i]).collect())),
-            field("pressure", "Pa", scalar(&|i| -stresses[i].0[..D].iter().sum::<f64>() / D as f64)),
-            field("mass", "kg", scalar(&|i| g.mass[i])),
-            field("volume", "m3", scalar(&|i| volume(D, g.radius[i]))),
-            field("density", "kg/m3", scalar(&|i| g.mass[i] / volume(D, g.radius[i]))),
-            field("radius", "m", scalar(&|i| g.radius[i])),
-            field("spin", "rad/s", spin),
-            field("force", "N", FieldData::Vector(vector(&|i| g.force[i]))),
-            field("contacts", "", scalar(&|i| counts[i])),
-            field("kind", "", scalar(&|i| f64::from(g.kind[i]))),
-        ];
+        let g = self.grains;
+        let order = IdOrder::new(g);
+        let mut fields = self.main_fields(&order);
         if g.held.contains(&true) {
-            fields.push(field("held", "", scalar(&|i| f64::from(u8::from(g.held[i])))));
+            fields.push(field("held", "", order.scalar(|i| f64::from(u8::from(g.held[i])))));
         }
-        if !cells.area.is_empty() {
-            let share = |i: usize| volume(D, g.radius[i]) / cells.area[i];
-            fields.push(field("cell_area", "m2", scalar(&|i| cells.area[i])));
-            fields.push(field("cell_solid_fraction", "", scalar(&share)));
-            fields.push(field("cell_of_surface", "", scalar(&|i| f64::from(u8::from(cells.surface[i])))));
+        if self.clock.options.voronoi {
+            fields.extend(self.cell_fields(&order));
         }
         if !g.orientation.is_empty() {
-            let turned = |c: usize| scalar(&|i| g.orientation[i][c]);
+            let component = |c: usize| order.scalar(|i| g.orientation[i][c]);
             match R {
-                1 => fields.push(field("orientation", "rad", turned(0))),
-                _ => fields.extend(
-                    (0..4).map(|c| field(&format!("orientation_{}", ["w", "x", "y", "z"][c]), "", turned(c))),
-                ),
+                1 => fields.push(field("orientation", "rad", component(0))),
+                _ => {
+                    fields.extend((0..4).map(|c| {
+                        field(&format!("orientation_{}", ["w", "x", "y", "z"][c]), "", component(c))
+                    }))
+                }
             }
         }
+        let indices = || order.indices.iter();
         Snapshot {
             time: self.clock.time,
             step: self.clock.step,
-            ids: order.iter().map(|&i| u64::from(g.id[i])).collect(),
-            bodies: order.iter().map(|&i| g.body[i]).collect(),
-            positions: vector(&|i| g.position[i]),
-            extents: vector(&|i| [2.0 * g.radius[i]; D]),
+            ids: indices().map(|&i| u64::from(g.id[i])).collect(),
+            bodies: indices().map(|&i| g.body[i]).collect(),
+            positions: order.vectors(|i| g.position[i]),
+            extents: order.vectors(|i| [2.0 * g.radius[i]; D]),
             fields,
         }
+    }
+
+    /// Fields that all snapshots have.
+    fn main_fields(&self, order: &IdOrder) -> Vec<Field> {
+        let g = self.grains;
+        let ahead = 0.5 * self.clock.last_step;
+        let gravity = self.clock.gravity_at(0.0);
+        let applied = applied_forces(self.clock, g, &self.boundary.membranes);
+        let accelerations = (&gravity, applied.as_slice());
+        let (stresses, counts) = self.grain_stresses();
+        let spin = match R {
+            1 => order.scalar(|i| self.spin(i, ahead)[0]),
+            _ => FieldData::Vector(order.vectors(|i| self.spin(i, ahead))),
+        };
+        let vector = |of: &dyn Fn(usize) -> [f64; D]| FieldData::Vector(order.vectors(of));
+        vec![
+            field("velocity", "m/s", vector(&|i| self.velocity(i, accelerations, ahead))),
+            field("displacement", "m", vector(&|i| difference(&g.position[i], &g.origin[i]))),
+            field("stress", "Pa", FieldData::Tensor(order.indices.iter().map(|&i| stresses[i]).collect())),
+            field("pressure", "Pa", order.scalar(|i| -stresses[i].0[..D].iter().sum::<f64>() / D as f64)),
+            field("mass", "kg", order.scalar(|i| g.mass[i])),
+            field("volume", "m3", order.scalar(|i| volume(D, g.radius[i]))),
+            field("density", "kg/m3", order.scalar(|i| g.mass[i] / volume(D, g.radius[i]))),
+            field("radius", "m", order.scalar(|i| g.radius[i])),
+            field("spin", "rad/s", spin),
+            field("force", "N", vector(&|i| g.force[i])),
+            field("contacts", "", order.scalar(|i| counts[i])),
+            field("kind", "", order.scalar(|i| f64::from(g.kind[i]))),
+        ]
+    }
+
+    /// Fields of the Laguerre tessellation; none in space.
+    fn cell_fields(&self, order: &IdOrder) -> Vec<Field> {
+        let (g, cells) = (self.grains, self.tessellation());
+        if cells.area.is_empty() {
+            return Vec::new();
+        }
+        let solid_fraction = |i: usize| volume(D, g.radius[i]) / cells.area[i];
+        vec![
+            field("cell_area", "m2", order.scalar(|i| cells.area[i])),
+            field("cell_solid_fraction", "", order.scalar(solid_fraction)),
+            field("cell_of_surface", "", order.scalar(|i| f64::from(u8::from(cells.surface[i])))),
+        ]
     }
 
     /// Frame with the grains, and the further data sets that the case requests.
