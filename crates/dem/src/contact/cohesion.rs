@@ -26,23 +26,23 @@ impl Cohesion {
     #[inline]
     pub fn bound_tension<const D: usize, const R: usize>(
         &self,
-        touch: &ContactGeometry<D, R>,
+        geometry: &ContactGeometry<D, R>,
         memory: &mut ContactHistory<R>,
         normal: &mut f64,
         energy: &mut f64,
         tally: &mut ContactEnergies,
     ) -> f64 {
-        let size = touch.min_radius.powi(D as i32 - 1);
+        let size = geometry.min_radius.powi(D as i32 - 1);
         if memory.state == CONTACT_BONDED && *normal < -self.tension * size {
             memory.state = CONTACT_TOUCHING;
-            if touch.overlap < 0.0 {
+            if geometry.overlap < 0.0 {
                 tally.broken += *energy;
             }
         }
         if memory.state == CONTACT_BONDED {
             return self.shear * size;
         }
-        if touch.overlap < 0.0 {
+        if geometry.overlap < 0.0 {
             // The contact has broken in this step, and ends with the next.
             (*normal, *energy) = (0.0, 0.0);
         }

@@ -181,7 +181,7 @@ impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
         let (of_one, of_two) = (arm * a, arm * b);
         let both: [T; R] = std::array::from_fn(|c| of_one * one.spin[c] + of_two * two.spin[c]);
         let sum_of_spins: [T; R] = std::array::from_fn(|c| one.spin[c] + two.spin[c]);
-        let touch = Self {
+        let geometry = Self {
             overlap: sum - distance,
             normal,
             separation_velocity: dot(&relative, &normal),
@@ -195,7 +195,7 @@ impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
             radius: a * b * per_sum,
             min_radius: a.above(b, b, a),
         };
-        (touch, arm)
+        (geometry, arm)
     }
 }
 
@@ -213,7 +213,7 @@ impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
         let arm = if radii { radius } else { distance };
         let relative = difference(&one.velocity, of_wall);
         let rolling = spin_cross_normal(&one.spin.map(|c| arm * c), normal);
-        let touch = Self {
+        let geometry = Self {
             overlap: radius - distance,
             normal: *normal,
             separation_velocity: dot(&relative, normal),
@@ -224,7 +224,7 @@ impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
             radius,
             min_radius: radius,
         };
-        (touch, arm)
+        (geometry, arm)
     }
 }
 
@@ -293,11 +293,11 @@ impl PairLaw {
     #[inline]
     pub fn normal_response<const D: usize, const R: usize>(
         &self,
-        touch: &ContactGeometry<D, R>,
+        geometry: &ContactGeometry<D, R>,
     ) -> NormalResponse {
         match &self.normal {
-            NormalForceLaw::Linear(law) => law.response(touch),
-            NormalForceLaw::Hertz(law) => law.response(touch),
+            NormalForceLaw::Linear(law) => law.response(geometry),
+            NormalForceLaw::Hertz(law) => law.response(geometry),
         }
     }
 
@@ -330,14 +330,14 @@ impl PairLaw {
 #[inline]
 pub fn contact_force<const D: usize, const R: usize>(
     law: &PairLaw,
-    touch: &ContactGeometry<D, R>,
+    geometry: &ContactGeometry<D, R>,
     memory: &mut ContactHistory<R>,
     steps: &StepLengths,
     tally: &mut ContactEnergies,
 ) -> ContactForce<R> {
     let dt = steps.last;
-    let mut base = law.normal_response(touch);
-    if touch.overlap < 0.0 && !matches!(law.attraction, Some(AttractionLaw::Cohesion(_))) {
+    let mut base = law.normal_response(geometry);
+    if geometry.overlap < 0.0 && !matches!(law.attraction, Some(AttractionLaw::Cohesion(_))) {
         // Across a gap only attraction acts.
         base = NormalResponse {
             force: 0.0,
@@ -347,27 +347,27 @@ pub fn contact_force<const D: usize, const R: usize>(
             tangential_damping: 0.0,
         };
     }
-    base.damping = dashpot::dashpot_in_step(law, &base, touch, memory.state == CONTACT_APART, steps);
-    let viscous = base.force - base.damping * touch.separation_velocity;
-    let is_tensile = law.no_tension && touch.overlap >= 0.0 && viscous < 0.0;
+    base.damping = dashpot::dashpot_in_step(law, &base, geometry, memory.state == CONTACT_APART, steps);
+    let viscous = base.force - base.damping * geometry.separation_velocity;
+    let is_tensile = law.no_tension && geometry.overlap >= 0.0 && viscous < 0.0;
     let mut normal = if is_tensile { 0.0 } else { viscous };
     if memory.state == CONTACT_APART {
         memory.state = law.initial_state();
     }
     let dissipative = normal - base.force;
-    tally.dashpots -= 0.5 * (memory.damping_force + dissipative) * touch.separation_velocity * dt;
+    tally.dashpots -= 0.5 * (memory.damping_force + dissipative) * geometry.separation_velocity * dt;
     memory.damping_force = dissipative;
     let mut energy = base.energy;
-    let (cap, shear) = add_attraction(law, touch, &base, memory, (&mut normal, &mut energy), dt, tally);
+    let (cap, shear) = add_attraction(law, geometry, &base, memory, (&mut normal, &mut energy), dt, tally);
     tally.elastic += energy;
-    let before = (touch.overlap + touch.separation_velocity * dt, law.is_hertz());
-    let tangential = law.friction.tangential_force(touch, &base, before, (cap, shear), memory, dt, tally);
+    let before = (geometry.overlap + geometry.separation_velocity * dt, law.is_hertz());
+    let tangential = law.friction.tangential_force(geometry, &base, before, (cap, shear), memory, dt, tally);
     if law.attraction.is_some() {
         cohesion::break_by_shear(law, &tangential, (cap, shear), memory);
     }
     let mut moment = [0.0; R];
     if law.rolling.is_some() || law.twisting.is_some() {
-        rolling_resistance::add_rolling_moments(law, touch, &base, cap, memory, &mut moment, dt, tally);
+        rolling_resistance::add_rolling_moments(law, geometry, &base, cap, memory, &mut moment, dt, tally);
     }
     ContactForce { normal, tangential, moment }
 }
@@ -377,7 +377,7 @@ pub fn contact_force<const D: usize, const R: usize>(
 #[inline]
 fn add_attraction<const D: usize, const R: usize>(
     law: &PairLaw,
-    touch: &ContactGeometry<D, R>,
+    geometry: &ContactGeometry<D, R>,
     base: &NormalResponse,
     memory: &mut ContactHistory<R>,
     (normal, energy): (&mut f64, &mut f64),
@@ -388,22 +388,22 @@ fn add_attraction<const D: usize, const R: usize>(
     match &law.attraction {
         None => (cap, 0.0),
         Some(AttractionLaw::Cohesion(cohesion)) => {
-            let shear = cohesion.bound_tension::<D, R>(touch, memory, normal, energy, tally);
+            let shear = cohesion.bound_tension::<D, R>(geometry, memory, normal, energy, tally);
             (normal.max(0.0), shear)
         }
         Some(AttractionLaw::Jkr(jkr)) => {
             let NormalForceLaw::Hertz(hertz) = &law.normal else { unreachable!("checked by the setup") };
-            let (force, pull_off) = jkr.force(hertz, touch.radius, touch.overlap);
+            let (force, pull_off) = jkr.force(hertz, geometry.radius, geometry.overlap);
             // The JKR force includes that of Hertz: the difference is attraction.
             let attraction = base.force - force;
             *normal -= attraction;
-            tally.attraction += attraction * touch.separation_velocity * dt;
+            tally.attraction += attraction * geometry.separation_velocity * dt;
             ((*normal + 2.0 * pull_off).max(0.0), 0.0)
         }
         Some(AttractionLaw::Capillary(bridge)) => {
-            let attraction = bridge.force(touch.radius, -touch.overlap);
+            let attraction = bridge.force(geometry.radius, -geometry.overlap);
             *normal -= attraction;
-            tally.attraction += attraction * touch.separation_velocity * dt;
+            tally.attraction += attraction * geometry.separation_velocity * dt;
             (cap, 0.0)
         }
     }
@@ -413,20 +413,22 @@ fn add_attraction<const D: usize, const R: usize>(
 #[inline]
 pub fn release_contact<const D: usize, const R: usize>(
     law: &PairLaw,
-    touch: &ContactGeometry<D, R>,
+    geometry: &ContactGeometry<D, R>,
     memory: &mut ContactHistory<R>,
     dt: f64,
     tally: &mut ContactEnergies,
 ) {
-    tally.dashpots -= 0.5 * memory.damping_force * touch.separation_velocity * dt;
+    tally.dashpots -= 0.5 * memory.damping_force * geometry.separation_velocity * dt;
     let held = dot(&memory.shear_displacement, &memory.shear_displacement);
     if held > 0.0 {
         // With the stiffness of the last step. The last force acts half a step longer, and this work is lost as well.
-        let last =
-            ContactGeometry { overlap: (touch.overlap + touch.separation_velocity * dt).max(0.0), ..*touch };
+        let last = ContactGeometry {
+            overlap: (geometry.overlap + geometry.separation_velocity * dt).max(0.0),
+            ..*geometry
+        };
         let across = law.normal_response(&last).tangential_stiffness;
         tally.rescaled +=
-            0.5 * across * (held + dot(&memory.shear_displacement, &touch.sliding_velocity) * dt);
+            0.5 * across * (held + dot(&memory.shear_displacement, &geometry.sliding_velocity) * dt);
     }
     *memory = ContactHistory::default();
 }
@@ -444,14 +446,14 @@ impl PairLaw {
     #[inline]
     pub fn add_bond_force<const D: usize, const R: usize>(
         &self,
-        touch: &ContactGeometry<D, R>,
+        geometry: &ContactGeometry<D, R>,
         bond: &mut Bond<R>,
-        push: &mut ContactForce<R>,
+        contact: &mut ContactForce<R>,
         dt: f64,
         tally: &mut ContactEnergies,
     ) {
         if let Some(beam) = &self.bond {
-            beam.bond_force(touch, bond, push, dt, tally);
+            beam.bond_force(geometry, bond, contact, dt, tally);
         }
     }
 }

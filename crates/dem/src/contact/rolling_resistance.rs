@@ -25,7 +25,7 @@ pub struct RollingResistance<T = f64> {
 #[allow(clippy::too_many_arguments, reason = "what a contact is and what it changes")]
 pub fn add_rolling_moments<const D: usize, const R: usize>(
     law: &PairLaw,
-    touch: &ContactGeometry<D, R>,
+    geometry: &ContactGeometry<D, R>,
     base: &NormalResponse,
     normal: f64,
     memory: &mut ContactHistory<R>,
@@ -33,10 +33,10 @@ pub fn add_rolling_moments<const D: usize, const R: usize>(
     dt: f64,
     tally: &mut ContactEnergies,
 ) {
-    let (roll, twist) = rolling_and_twisting(&touch.relative_spin, &touch.normal);
+    let (roll, twist) = rolling_and_twisting(&geometry.relative_spin, &geometry.normal);
     if let Some(resistance) = &law.rolling {
-        let spring = rotate_with_normal(&memory.rolling_angle, &touch.normal, touch.spin * dt);
-        let (force, left) = resistance.moment(touch, base, normal, &spring, &roll, dt, tally);
+        let spring = rotate_with_normal(&memory.rolling_angle, &geometry.normal, geometry.spin * dt);
+        let (force, left) = resistance.moment(geometry, base, normal, &spring, &roll, dt, tally);
         memory.rolling_angle = left;
         for c in 0..R {
             moment[c] += force[c];
@@ -44,10 +44,10 @@ pub fn add_rolling_moments<const D: usize, const R: usize>(
     }
     if let (3, Some(resistance)) = (D, &law.twisting) {
         let (force, left) =
-            resistance.moment(touch, base, normal, &[memory.torsion_angle], &[twist], dt, tally);
+            resistance.moment(geometry, base, normal, &[memory.torsion_angle], &[twist], dt, tally);
         memory.torsion_angle = left[0];
         for c in 0..D {
-            moment[c] += force[0] * touch.normal[c];
+            moment[c] += force[0] * geometry.normal[c];
         }
     }
 }
@@ -58,7 +58,7 @@ impl RollingResistance {
     #[allow(clippy::too_many_arguments, reason = "what a contact is and what it changes")]
     fn moment<const D: usize, const R: usize, const N: usize>(
         &self,
-        touch: &ContactGeometry<D, R>,
+        geometry: &ContactGeometry<D, R>,
         base: &NormalResponse,
         normal: f64,
         spring: &[f64; N],
@@ -66,16 +66,16 @@ impl RollingResistance {
         dt: f64,
         tally: &mut ContactEnergies,
     ) -> ([f64; N], [f64; N]) {
-        let square = touch.radius * touch.radius;
+        let square = geometry.radius * geometry.radius;
         let stiffness = self.stiffness * base.tangential_stiffness * square;
         let dashpot = 2.0
             * self.damping_ratio
-            * (self.stiffness * base.tangential_stiffness * touch.mass).sqrt()
+            * (self.stiffness * base.tangential_stiffness * geometry.mass).sqrt()
             * square;
         let mut left: [f64; N] = std::array::from_fn(|c| spring[c] + rate[c] * dt);
         let mut moment: [f64; N] = std::array::from_fn(|c| -stiffness * left[c] - dashpot * rate[c]);
         let size = dot(&moment, &moment).sqrt();
-        let limit = self.friction * touch.radius * normal;
+        let limit = self.friction * geometry.radius * normal;
         if size > limit {
             moment = scaled(limit / size, &moment);
             left = std::array::from_fn(|c| -(moment[c] + dashpot * rate[c]) / stiffness);
@@ -111,22 +111,22 @@ impl RollingResistance<Lanes> {
     #[inline(always)]
     pub fn moment_simd<const D: usize, const R: usize, const N: usize>(
         &self,
-        touch: &ContactGeometry<D, R, Lanes>,
+        geometry: &ContactGeometry<D, R, Lanes>,
         base: &NormalResponse<Lanes>,
         normal: Lanes,
         (spring, rate): (&[Lanes; N], &[Lanes; N]),
         dt: Lanes,
     ) -> RollingResponse<N> {
-        let square = touch.radius * touch.radius;
+        let square = geometry.radius * geometry.radius;
         let stiffness = self.stiffness * base.tangential_stiffness * square;
         let dashpot = Lanes::splat(2.0)
             * self.damping_ratio
-            * (self.stiffness * base.tangential_stiffness * touch.mass).sqrt()
+            * (self.stiffness * base.tangential_stiffness * geometry.mass).sqrt()
             * square;
         let mut left: [Lanes; N] = std::array::from_fn(|c| spring[c] + rate[c] * dt);
         let mut moment: [Lanes; N] = std::array::from_fn(|c| -stiffness * left[c] - dashpot * rate[c]);
         let size = dot(&moment, &moment).sqrt();
-        let limit = self.friction * touch.radius * normal;
+        let limit = self.friction * geometry.radius * normal;
         let slips = size.simd_gt(limit);
         let mut lost = Lanes::ZERO;
         if slips.any() {

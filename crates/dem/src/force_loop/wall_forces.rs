@@ -60,17 +60,17 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
     ) -> (ContactGeometry<D, R>, f64) {
         let arm = if self.radii { self.radius[i] } else { distance };
         let of_wall = wall.velocity_at(&contact_position(&self.position[i], arm, &normal));
-        let (mut touch, arm) = ContactGeometry::with_wall(
+        let (mut geometry, arm) = ContactGeometry::with_wall(
             (&self.contact_body(i), self.mass[i]),
             (distance, &normal),
             &of_wall,
             self.radii,
         );
         if let Some(moving) = &wall.moving {
-            touch.relative_spin = difference(&self.spin[i], &moving.angular_velocity());
-            touch.spin += 0.5 * normal_spin(&moving.angular_velocity::<R>(), &normal);
+            geometry.relative_spin = difference(&self.spin[i], &moving.angular_velocity());
+            geometry.spin += 0.5 * normal_spin(&moving.angular_velocity::<R>(), &normal);
         }
-        (touch, arm)
+        (geometry, arm)
     }
 
     /// Sums over the contacts of wall `number`: normal stiffness (N/m), normal dashpots (N s/m), and stiffness times the inward velocity
@@ -81,13 +81,15 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
             .filter(|&k| list.wall[k] as usize == number && list.memory.state[k] != CONTACT_APART);
         let of_contact = |k: usize| {
             let i = list.grain[k] as usize;
-            let (touch, _) = self.wall_contact_geometry(i, wall, wall.distance(&self.position[i]));
+            let (geometry, _) = self.wall_contact_geometry(i, wall, wall.distance(&self.position[i]));
             let [stiffness, dashpot] = match &wall.laws[self.kind[i] as usize].normal {
-                NormalForceLaw::Linear(law) => [law.stiffness(touch.radius), law.response(&touch).damping],
+                NormalForceLaw::Linear(law) => {
+                    [law.stiffness(geometry.radius), law.response(&geometry).damping]
+                }
                 // The Hertz force is proportional to the overlap to the power 3/2.
-                NormalForceLaw::Hertz(law) if touch.overlap > 0.0 => {
-                    let base = law.response(&touch);
-                    [1.5 * base.force / touch.overlap, base.damping]
+                NormalForceLaw::Hertz(law) if geometry.overlap > 0.0 => {
+                    let base = law.response(&geometry);
+                    [1.5 * base.force / geometry.overlap, base.damping]
                 }
                 NormalForceLaw::Hertz(_) => [0.0; 2],
             };
@@ -107,9 +109,9 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         reactions: &mut [WallReaction<D>],
     ) {
         let slabs = list.1.len() - 1;
-        let shares =
+        let accumulators =
             WallForceAccumulators { first: 0, force, torque, entry: 0, memory, slab: 0, tallies, reactions };
-        self.wall_slabs(walls, list, 0..slabs, shares);
+        self.wall_slabs(walls, list, 0..slabs, accumulators);
     }
 
     fn wall_slabs(
@@ -117,12 +119,12 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         walls: &[RigidWall<D>],
         list: (&WallListView<'_>, &[u32]),
         slabs: Range<usize>,
-        mut shares: WallForceAccumulators<'_, D, R>,
+        mut accumulators: WallForceAccumulators<'_, D, R>,
     ) {
         if slabs.len() > 1 {
             let middle = slabs.start + slabs.len() / 2;
             let entry = list.0.slabs[middle] as usize;
-            let (left, right) = shares.split_at(list.1[middle] as usize, entry, middle, walls.len());
+            let (left, right) = accumulators.split_at(list.1[middle] as usize, entry, middle, walls.len());
             rayon::join(
                 || self.wall_slabs(walls, list, slabs.start..middle, left),
                 || self.wall_slabs(walls, list, middle..slabs.end, right),
@@ -133,20 +135,20 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         match self.plane_kernel {
             ForceKernel::Scalar => {
                 for k in list.0.slabs[slab] as usize..list.0.slabs[slab + 1] as usize {
-                    self.wall_contact(walls, list.0, k, slab, &mut shares);
+                    self.wall_contact(walls, list.0, k, slab, &mut accumulators);
                 }
             }
             ForceKernel::SimdLinear(false) => {
-                self.simd_wall_forces::<false, false>(walls, list.0, slab, &mut shares);
+                self.simd_wall_forces::<false, false>(walls, list.0, slab, &mut accumulators);
             }
             ForceKernel::SimdLinear(true) => {
-                self.simd_wall_forces::<false, true>(walls, list.0, slab, &mut shares);
+                self.simd_wall_forces::<false, true>(walls, list.0, slab, &mut accumulators);
             }
             ForceKernel::SimdHertz(false) => {
-                self.simd_wall_forces::<true, false>(walls, list.0, slab, &mut shares);
+                self.simd_wall_forces::<true, false>(walls, list.0, slab, &mut accumulators);
             }
             ForceKernel::SimdHertz(true) => {
-                self.simd_wall_forces::<true, true>(walls, list.0, slab, &mut shares);
+                self.simd_wall_forces::<true, true>(walls, list.0, slab, &mut accumulators);
             }
         }
     }
@@ -157,7 +159,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         walls: &[RigidWall<D>],
         list: &WallListView<'_>,
         slab: usize,
-        shares: &mut WallForceAccumulators<'_, D, R>,
+        accumulators: &mut WallForceAccumulators<'_, D, R>,
     ) {
         let mut laws = walls.iter().flat_map(|wall| &wall.laws);
         let first = laws.next();
@@ -172,17 +174,17 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
                 count += 1;
                 if count == WIDTH {
                     let of = (slab, common.as_ref());
-                    self.planes::<HERTZ, TURNS>(walls, list, &waiting, of, (&mut *shares, &mut sums));
+                    self.planes::<HERTZ, TURNS>(walls, list, &waiting, of, (&mut *accumulators, &mut sums));
                     count = 0;
                 }
-            } else if !plane || shares.memory.state[k - shares.entry] != CONTACT_APART {
-                waiting[..count].iter().for_each(|&k| self.wall_contact(walls, list, k, slab, shares));
+            } else if !plane || accumulators.memory.state[k - accumulators.entry] != CONTACT_APART {
+                waiting[..count].iter().for_each(|&k| self.wall_contact(walls, list, k, slab, accumulators));
                 count = 0;
-                self.wall_contact(walls, list, k, slab, shares);
+                self.wall_contact(walls, list, k, slab, accumulators);
             }
         }
-        waiting[..count].iter().for_each(|&k| self.wall_contact(walls, list, k, slab, shares));
-        shares.tallies[slab - shares.slab].0.add(&sums.tally(self.dt));
+        waiting[..count].iter().for_each(|&k| self.wall_contact(walls, list, k, slab, accumulators));
+        accumulators.tallies[slab - accumulators.slab].0.add(&sums.tally(self.dt));
     }
 
     /// Adds the forces of planes on four grains in contact with them.
@@ -192,21 +194,21 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         list: &WallListView<'_>,
         entries: &[usize; WIDTH],
         (slab, common): (usize, Option<&SimdLaws>),
-        (shares, sums): (&mut WallForceAccumulators<'_, D, R>, &mut PlaneSums<D>),
+        (accumulators, sums): (&mut WallForceAccumulators<'_, D, R>, &mut PlaneSums<D>),
     ) {
         let four = entries.map(|k| {
             let (i, wall) = (list.grain[k] as usize, &walls[list.wall[k] as usize]);
             let law = &wall.laws[self.kind[i] as usize];
-            let seen = wall.distance(&self.position[i]);
-            PlaneContact { grain: i, slot: k - shares.entry, seen, velocity: wall.velocity, law }
+            let nearest = wall.distance(&self.position[i]);
+            PlaneContact { grain: i, slot: k - accumulators.entry, nearest, velocity: wall.velocity, law }
         });
-        let forces = self.plane_forces::<HERTZ, TURNS>(&four, common, shares.memory.reborrow(), sums);
+        let forces = self.plane_forces::<HERTZ, TURNS>(&four, common, accumulators.memory.reborrow(), sums);
         for ((own, k), (on, moments)) in four.iter().zip(entries).zip(&forces) {
-            let at = own.grain - shares.first;
-            add(&mut shares.force[at], 1.0, on);
-            moments.iter().for_each(|moment| add(&mut shares.torque[at], 1.0, moment));
-            let wall = (slab - shares.slab) * walls.len() + list.wall[*k] as usize;
-            add(&mut shares.reactions[wall].force, -1.0, on);
+            let at = own.grain - accumulators.first;
+            add(&mut accumulators.force[at], 1.0, on);
+            moments.iter().for_each(|moment| add(&mut accumulators.torque[at], 1.0, moment));
+            let wall = (slab - accumulators.slab) * walls.len() + list.wall[*k] as usize;
+            add(&mut accumulators.reactions[wall].force, -1.0, on);
         }
     }
 
@@ -216,36 +218,36 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         list: &WallListView<'_>,
         k: usize,
         slab: usize,
-        shares: &mut WallForceAccumulators<'_, D, R>,
+        accumulators: &mut WallForceAccumulators<'_, D, R>,
     ) {
         let (i, number) = (list.grain[k] as usize, list.wall[k] as usize);
         let wall = &walls[number];
-        let slot = k - shares.entry;
-        let state = shares.memory.state[slot];
-        let seen = match &wall.surface {
+        let slot = k - accumulators.entry;
+        let state = accumulators.memory.state[slot];
+        let nearest = match &wall.surface {
             None => wall.distance(&self.position[i]),
             Some(_) => list.facet[k].distance_and_normal(),
         };
-        if seen.0 - self.radius[i] >= 0.0 && state == CONTACT_APART {
+        if nearest.0 - self.radius[i] >= 0.0 && state == CONTACT_APART {
             return;
         }
-        let (touch, arm) = self.wall_contact_geometry(i, wall, seen);
-        let law = wall.law(self.kind[i] as usize, &self.position[i], &seen);
-        let tally = &mut shares.tallies[slab - shares.slab].0;
-        let mut memory = shares.memory.get(slot);
-        if touch.overlap > 0.0 || touch.overlap > -law.rupture_distance(state, touch.radius) {
-            let contact = contact_force(law, &touch, &mut memory, &self.steps(), tally);
-            let mut on = from_tangential(&contact.tangential, &touch.normal);
-            add(&mut on, contact.normal, &touch.normal);
-            let at = i - shares.first;
-            add(&mut shares.force[at], 1.0, &on);
-            add(&mut shares.torque[at], -arm, &moment(&touch.normal, &contact.tangential));
-            add(&mut shares.torque[at], 1.0, &contact.moment);
-            let reaction = &mut shares.reactions[(slab - shares.slab) * walls.len() + number];
+        let (geometry, arm) = self.wall_contact_geometry(i, wall, nearest);
+        let law = wall.law(self.kind[i] as usize, &self.position[i], &nearest);
+        let tally = &mut accumulators.tallies[slab - accumulators.slab].0;
+        let mut memory = accumulators.memory.get(slot);
+        if geometry.overlap > 0.0 || geometry.overlap > -law.rupture_distance(state, geometry.radius) {
+            let contact = contact_force(law, &geometry, &mut memory, &self.steps(), tally);
+            let mut on = from_tangential(&contact.tangential, &geometry.normal);
+            add(&mut on, contact.normal, &geometry.normal);
+            let at = i - accumulators.first;
+            add(&mut accumulators.force[at], 1.0, &on);
+            add(&mut accumulators.torque[at], -arm, &moment(&geometry.normal, &contact.tangential));
+            add(&mut accumulators.torque[at], 1.0, &contact.moment);
+            let reaction = &mut accumulators.reactions[(slab - accumulators.slab) * walls.len() + number];
             add(&mut reaction.force, -1.0, &on);
             // The work of planes follows from their total force; their moment is not reported.
             if wall.surface.is_some() {
-                let at = contact_position(&self.position[i], arm, &touch.normal);
+                let at = contact_position(&self.position[i], arm, &geometry.normal);
                 let (turn, own) = (cross(&spatial(&at), &spatial(&on)), moment_in_space(&contact.moment));
                 (0..3).for_each(|c| reaction.moment[c] -= turn[c] + own[c]);
                 if let Some(moving) = &wall.moving {
@@ -254,11 +256,11 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
                         * self.dt;
                 }
             }
-            count_contact(tally, &touch, &on, i);
+            count_contact(tally, &geometry, &on, i);
         } else {
-            release_contact(law, &touch, &mut memory, self.dt, tally);
+            release_contact(law, &geometry, &mut memory, self.dt, tally);
         }
-        shares.memory.set(slot, &memory);
+        accumulators.memory.set(slot, &memory);
     }
 }
 

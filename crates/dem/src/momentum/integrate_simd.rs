@@ -90,7 +90,7 @@ impl<const D: usize, const R: usize> GrainBlock<'_, D, R> {
     /// bit. Returns the number of moved grains: the rest of a block is left.
     pub(crate) fn integrate(
         &self,
-        (drive, kick): (&ExternalActions<'_, D>, &LeapfrogKick),
+        (actions, kick): (&ExternalActions<'_, D>, &LeapfrogKick),
         position: &mut [[f64; D]],
         velocity: &mut [[f64; D]],
         spin: &mut [[f64; R]],
@@ -98,7 +98,7 @@ impl<const D: usize, const R: usize> GrainBlock<'_, D, R> {
     ) -> usize {
         let count = position.len() / SIMD_GRAINS * SIMD_GRAINS;
         let gravity: [Lanes; D] = std::array::from_fn(|c| {
-            Lanes::new(std::array::from_fn(|k| drive.gravity[(SIMD_GRAINS * c + k) % D]))
+            Lanes::new(std::array::from_fn(|k| actions.gravity[(SIMD_GRAINS * c + k) % D]))
         });
         let [mut kinetic, mut rotation, mut work, mut squares, mut places] = [Lanes::ZERO; 5];
         let [mut fastest, mut moved] = [Lanes::ZERO; 2];
@@ -119,7 +119,7 @@ impl<const D: usize, const R: usize> GrainBlock<'_, D, R> {
                 let new =
                     kick.damping_factor * old + kick.force_time * force * spread_by_grain::<D>(per_mass, c);
                 let now = old + kick.share * (new - old);
-                let place = entries(x, c) + new * drive.dt;
+                let place = entries(x, c) + new * actions.dt;
                 let displacement = place - entries(listed, c);
                 squares += force * force;
                 work += weight * now;

@@ -25,19 +25,19 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
     }
 
     /// Lists the pairs found by size classes, in the order of uniform cells.
-    pub(super) fn find_by_class(&mut self, look: &PairCriterion<'_, D, R>, all: bool) {
-        let grains = look.grains;
+    pub(super) fn find_by_class(&mut self, criterion: &PairCriterion<'_, D, R>, all: bool) {
+        let grains = criterion.grains;
         let Self {
             found, classes, slab_pairs: inner, periodic_pairs: seam, keys, order, counts, axes, ..
         } = self;
         let cells = UniformCells { counts: *counts, axes: *axes, keys, order };
         // Positions are finite: `build` has checked them.
-        let built = classes.build(&grains.position, &grains.radius, look.cell, look.gap);
+        let built = classes.build(&grains.position, &grains.radius, criterion.cell, criterion.gap);
         debug_assert!(built.is_ok(), "{built:?}");
         let FoundPairs { pairs, starts, order, keys } = found;
         pairs.clear();
         classes.visit(&grains.radius, |i, j, steps| {
-            if let Some(code) = look.near(i, j, steps) {
+            if let Some(code) = criterion.near(i, j, steps) {
                 pairs.extend(cells.listed((i, j), steps, code, all));
             }
         });
@@ -51,7 +51,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
                 let (.., other, code, across) = pairs[k as usize];
                 let list = if across { &mut *seam } else { &mut *inner };
                 list.other.push(other);
-                if look.periodic {
+                if criterion.periodic {
                     list.image.push(code);
                 }
             }

@@ -325,7 +325,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         }
         let mut shifts = Vec::new();
         cell.shifts(&mut shifts);
-        let look = PairCriterion {
+        let criterion = PairCriterion {
             grains,
             cell,
             shifts: &shifts,
@@ -334,11 +334,11 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
             unit: inverse(&cell.h).0,
         };
         if self.is_wide(&grains.radius) {
-            self.find_by_class(&look, all);
+            self.find_by_class(&criterion, all);
             return;
         }
         let slabs: Vec<[PairList<R>; 2]> =
-            self.cells.par_windows(2).map(|ends| self.find_in(&look, ends[0]..ends[1], all)).collect();
+            self.cells.par_windows(2).map(|ends| self.find_in(&criterion, ends[0]..ends[1], all)).collect();
         for slab in slabs {
             for (pairs, more) in [&mut self.slab_pairs, &mut self.periodic_pairs].into_iter().zip(slab) {
                 let before = pairs.other.len() as u32;
@@ -350,7 +350,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
     }
 
     /// Pairs of the grains of some cells, within the slabs and across the periodic boundary, with the end of those of each grain.
-    fn find_in(&self, look: &PairCriterion<'_, D, R>, cells: Range<u32>, all: bool) -> [PairList<R>; 2] {
+    fn find_in(&self, criterion: &PairCriterion<'_, D, R>, cells: Range<u32>, all: bool) -> [PairList<R>; 2] {
         let [mut inner, mut seam] = [PairList::default(), PairList::default()];
         let mut neighbours: Vec<NeighbourCell<D>> = Vec::new();
         for number in cells.start as usize..cells.end as usize {
@@ -359,14 +359,14 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
                 continue;
             }
             if !all {
-                self.neighbours(number, look.cell, &mut neighbours);
+                self.neighbours(number, criterion.cell, &mut neighbours);
             }
             for i in from..to {
                 if all {
-                    look.all(i, &mut inner);
+                    criterion.all(i, &mut inner);
                 } else {
                     for j in i + 1..to {
-                        look.pair(i, j, [0; D], &mut inner);
+                        criterion.pair(i, j, [0; D], &mut inner);
                     }
                     for near in &neighbours {
                         let key = self.axes[..D]
@@ -374,7 +374,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
                             .fold(0, |key, &axis| key * self.counts[axis] + near.cell[axis]);
                         let pairs = if near.is_periodic { &mut seam } else { &mut inner };
                         for j in self.starts[key]..self.starts[key + 1] {
-                            look.pair(i, j as usize, near.steps, pairs);
+                            criterion.pair(i, j as usize, near.steps, pairs);
                         }
                     }
                 }

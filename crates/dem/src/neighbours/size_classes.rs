@@ -156,9 +156,9 @@ impl<const D: usize> SizeClasses<D> {
         let (mut low, mut spans) = ([0i64; D], [1i64; D]);
         for c in 0..D {
             let at = self.place[i][c] * grid.scale[c];
-            let way = reach * self.per_metre[c] * grid.scale[c] + ROUND_OFF;
+            let distance = reach * self.per_metre[c] * grid.scale[c] + ROUND_OFF;
             let last = grid.counts[c] as i64 - 1;
-            let (mut from, mut to) = ((at - way).floor() as i64, (at + way).floor() as i64);
+            let (mut from, mut to) = ((at - distance).floor() as i64, (at + distance).floor() as i64);
             if !self.periodic[c] {
                 (from, to) = (from.clamp(0, last), to.clamp(0, last));
             }

@@ -72,17 +72,21 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
                     (place.distance, place.normal)
                 }
             };
-            let (touch, _) = input.wall_contact_geometry(i, wall, nearest);
+            let (geometry, _) = input.wall_contact_geometry(i, wall, nearest);
             let law = wall.law(self.grains.kind[i] as usize, &self.grains.position[i], &nearest);
-            let Some((contact, tally)) =
-                probe_contact(law, &touch, self.neighbours.walls.memory.get(k), None, self.clock.last_step)
-            else {
+            let Some((contact, tally)) = probe_contact(
+                law,
+                &geometry,
+                self.neighbours.walls.memory.get(k),
+                None,
+                self.clock.last_step,
+            ) else {
                 continue;
             };
-            let mut force = from_tangential(&contact.tangential, &touch.normal);
-            add(&mut force, contact.normal, &touch.normal);
-            let branch = scaled(self.grains.radius[i] - touch.overlap, &touch.normal);
-            let (normal, overlap) = (contact.normal, touch.overlap);
+            let mut force = from_tangential(&contact.tangential, &geometry.normal);
+            add(&mut force, contact.normal, &geometry.normal);
+            let branch = scaled(self.grains.radius[i] - geometry.overlap, &geometry.normal);
+            let (normal, overlap) = (contact.normal, geometry.overlap);
             visit(Contact { grain: i, other: None, branch, force, normal, overlap }, &contact, &tally);
         }
     }
@@ -99,16 +103,16 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
             let mut apart = difference(&self.grains.position[i], &self.grains.position[j]);
             apart = difference(&apart, &input.shifts[code].0);
             let distance = dot(&apart, &apart).sqrt();
-            let (touch, _) = input.contact_geometry(i, j, &apart, distance, code);
+            let (geometry, _) = input.contact_geometry(i, j, &apart, distance, code);
             let bond: Option<&Bond<R>> = pairs.histories.bond.get(k);
             let Some((contact, tally)) =
-                probe_contact(input.law(i, j), &touch, pairs.histories.get(k), bond, self.clock.last_step)
+                probe_contact(input.law(i, j), &geometry, pairs.histories.get(k), bond, self.clock.last_step)
             else {
                 continue;
             };
-            let mut force = from_tangential(&contact.tangential, &touch.normal);
-            add(&mut force, contact.normal, &touch.normal);
-            let (normal, overlap) = (contact.normal, touch.overlap);
+            let mut force = from_tangential(&contact.tangential, &geometry.normal);
+            add(&mut force, contact.normal, &geometry.normal);
+            let (normal, overlap) = (contact.normal, geometry.overlap);
             visit(
                 Contact { grain: i, other: Some(j), branch: apart, force, normal, overlap },
                 &contact,

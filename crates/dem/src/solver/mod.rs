@@ -9,13 +9,14 @@ use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::boundary::cell_control::control_cell;
 use crate::boundary::controlled_cell::ControlledCell;
 use crate::clock::Clock;
+use crate::contact::ContactEnergies;
 use crate::contact::contact_laws::ContactLaws;
 use crate::force_loop::contact_buffers::ContactBuffers;
 use crate::force_loop::contact_forces::{find_forces, sum_contacts};
 use crate::momentum::grain_motion::{grow_grains, impose_body_velocities, move_grains, predict_velocities};
 use crate::momentum::time_integration::GrainSums;
 use crate::momentum::wall_servo::update_servo_walls;
-use crate::neighbours::grain_neighbours::GrainNeighbours;
+use crate::neighbours::grain_neighbours::{GrainNeighbours, SinceListBuild};
 use crate::neighbours::list_build::build_lists;
 use crate::output::packing_view::PackingView;
 use crate::output::records::Records;
@@ -58,33 +59,29 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         Ok(Advance { dt, limit: limit.limit })
     }
 
-    /// Advances by a step of `dt` (s).
+    /// Advances by a step of `dt` (s); the numbers are those of the main loop (sheet: dem §3.1).
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
         let Self { clock, laws, grains, extremes, cell, boundary, neighbours, records, specimen, workspace } =
             self;
-        clock.deep_contact_factor = deep_contact_factor(clock, laws, extremes, &records.energy_balance);
+        let Workspace { contacts, grain_sums } = workspace;
+        clock.deep_contact_factor = deep_contact_factor(clock, laws, extremes, &records.energy_balance); // 1
         add_entering_grains(clock, cell, boundary, (grains, extremes), neighbours, specimen, records);
         if neighbours.is_stale(laws, cell, extremes) {
             let work = &mut records.energy_balance.boundary;
-            build_lists(clock, laws, cell, (grains, extremes), boundary, neighbours, work)?;
+            build_lists(clock, laws, cell, (grains, extremes), boundary, neighbours, work)?; // 2
         }
         impose_body_velocities(clock, grains, dt);
-        neighbours.find_facets(laws, grains, &boundary.walls);
-        let Workspace { contacts, grain_sums } = workspace;
-        predict_velocities(clock, grains, &boundary.membranes, contacts);
-        find_forces(clock, laws, cell, (grains, extremes), &boundary.walls, neighbours, (contacts, dt));
-        let energies = sum_contacts(clock, cell, &mut boundary.walls, contacts);
-        records.add_contacts(clock, grains, &mut neighbours.pairs, &energies);
+        let owners = (&mut *grains, &*extremes);
+        let energies = contact_forces(clock, laws, cell, owners, boundary, neighbours, (contacts, dt)); // 3, 4
+        records.add_contacts(clock, grains, &mut neighbours.pairs, &energies); // 4
         records.check_overlap(clock, grains, contacts)?;
-        let change = control_cell(clock, cell, grains, dt);
-        update_servo_walls(clock, laws, cell, grains, &neighbours.walls, boundary, dt);
+        let change = control_cell(clock, cell, grains, dt); // 6
+        update_servo_walls(clock, laws, cell, grains, &neighbours.walls, boundary, dt); // 6
         record_controlled_stresses(clock, cell, grains, boundary, &mut records.controlled_stresses, dt);
-        let (membranes, since_build) = (&boundary.membranes, &mut neighbours.since_build);
-        let step = (dt, change);
-        let sums = move_grains(clock, cell, (grains, extremes), membranes, since_build, grain_sums, step)?;
+        let since_build = &mut neighbours.since_build;
+        let owners = (&mut *grains, &mut *extremes);
+        let sums = move_all(clock, cell, owners, boundary, since_build, grain_sums, (dt, change))?; // 5, 6
         records.energy_balance.add_grains(&sums, 0.5 * clock.last_step / (0.5 * (clock.last_step + dt)));
-        grow_grains(clock, cell, (grains, extremes), since_build, dt);
-        since_build.wall_travel += boundary.advance(clock.time, dt);
         clock.end(dt);
         Ok(())
     }
@@ -107,4 +104,39 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let Self { clock, laws, grains, cell, boundary, neighbours, records, .. } = self;
         PackingView { clock, laws, grains, cell, boundary, neighbours, records }
     }
+}
+
+/// Forces of all contacts before a step of `dt` (s), on grains, walls and cell; returns the energies of the contacts.
+fn contact_forces<const D: usize, const R: usize>(
+    clock: &Clock,
+    laws: &ContactLaws,
+    cell: &mut ControlledCell<D>,
+    (grains, extremes): (&mut Grains<D, R>, &GrainExtremes),
+    boundary: &mut BoundaryConditions<D>,
+    neighbours: &mut GrainNeighbours<D, R>,
+    (buffers, dt): (&mut ContactBuffers<D, R>, f64),
+) -> ContactEnergies {
+    neighbours.find_facets(laws, grains, &boundary.walls);
+    predict_velocities(clock, grains, &boundary.membranes, buffers);
+    let walls = &mut boundary.walls;
+    find_forces(clock, laws, cell, (grains, extremes), walls, neighbours, (&mut *buffers, dt));
+    sum_contacts(clock, cell, walls, buffers)
+}
+
+/// Moves the grains, the cell, the walls and the obstacles by a step of `dt` (s), in which the velocity gradient of the cell changes by
+/// `change` (1/s).
+fn move_all<const D: usize, const R: usize>(
+    clock: &Clock,
+    cell: &mut ControlledCell<D>,
+    (grains, extremes): (&mut Grains<D, R>, &mut GrainExtremes),
+    boundary: &mut BoundaryConditions<D>,
+    since_build: &mut SinceListBuild<D>,
+    buffer: &mut Vec<GrainSums<D>>,
+    (dt, change): (f64, [[f64; D]; D]),
+) -> Result<GrainSums<D>, SolverError> {
+    let owners = (&mut *grains, &mut *extremes);
+    let sums = move_grains(clock, cell, owners, &boundary.membranes, since_build, buffer, (dt, change))?;
+    grow_grains(clock, cell, (grains, extremes), since_build, dt);
+    since_build.wall_travel += boundary.advance(clock.time, dt);
+    Ok(sums)
 }

@@ -263,9 +263,9 @@ impl<'a> RestingSpheres<'a> {
             if apart >= reach * (1.0 - NEGLIGIBLE) {
                 continue;
             }
-            let touch = centre[2] + (reach * reach - apart * apart).sqrt();
-            if touch > height && touch <= x[2] + NEGLIGIBLE * reach {
-                height = touch;
+            let geometry = centre[2] + (reach * reach - apart * apart).sqrt();
+            if geometry > height && geometry <= x[2] + NEGLIGIBLE * reach {
+                height = geometry;
             }
         }
         height

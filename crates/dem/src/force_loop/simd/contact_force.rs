@@ -74,7 +74,7 @@ pub(super) struct SimdForce<const D: usize, const R: usize> {
     /// Normal force that friction and rolling resistance scale with (N).
     pub(super) cap: Lanes,
     /// Mask of the contacts that overlap and count, and its bits.
-    pub(super) meets: Lanes,
+    pub(super) in_contact: Lanes,
     bits: u32,
 }
 
@@ -103,31 +103,31 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
     #[inline(always)]
     pub(super) fn force<const HERTZ: bool>(
         &mut self,
-        touch: &ContactGeometry<D, R, Lanes>,
+        geometry: &ContactGeometry<D, R, Lanes>,
         (slide, dash): ([Lanes; R], Lanes),
         laws: &SimdLaws,
         (grains, slots): ([u32; WIDTH], &[usize; WIDTH]),
         (valid, steps): (usize, StepLengths<Lanes>),
     ) -> SimdForce<D, R> {
-        let mut base = if HERTZ { laws.hertz.response(touch) } else { laws.linear.response(touch) };
+        let mut base = if HERTZ { laws.hertz.response(geometry) } else { laws.linear.response(geometry) };
         let lane = Lanes::new([0.0, 1.0, 2.0, 3.0]);
-        let meets = touch.overlap.simd_gt(Lanes::ZERO) & lane.simd_lt(Lanes::splat(valid as f64));
-        base.damping = self.dashpots::<HERTZ>(&base, touch, laws, slots, (meets, &steps));
-        let viscous = base.force - base.damping * touch.separation_velocity;
+        let in_contact = geometry.overlap.simd_gt(Lanes::ZERO) & lane.simd_lt(Lanes::splat(valid as f64));
+        base.damping = self.dashpots::<HERTZ>(&base, geometry, laws, slots, (in_contact, &steps));
+        let viscous = base.force - base.damping * geometry.separation_velocity;
         let normal = (laws.no_tension & viscous.simd_lt(Lanes::ZERO)).bitselect(Lanes::ZERO, viscous);
         let dissipative = normal - base.force;
         let sums = &mut self.account.sums;
-        sums.along += meets & ((dash + dissipative) * touch.separation_velocity);
-        sums.elastic += meets & base.energy;
+        sums.along += in_contact & ((dash + dissipative) * geometry.separation_velocity);
+        sums.elastic += in_contact & base.energy;
         let cap = normal.fast_max(Lanes::ZERO);
         let (across, slide) =
-            self.tangential_force::<HERTZ>(laws, touch, &base, (cap, steps.last), (slide, meets));
-        let bits = meets.to_bitmask();
+            self.tangential_force::<HERTZ>(laws, geometry, &base, (cap, steps.last), (slide, in_contact));
+        let bits = in_contact.to_bitmask();
         self.store_springs(slots, &slide, dissipative, bits);
-        let mut on: [Lanes; D] = from_tangential(&across, &touch.normal);
-        add(&mut on, normal, &touch.normal);
-        self.count(touch, &on, (grains, bits), meets);
-        SimdForce { on: on.map(|f| meets & f), tangential: across, normal, base, cap, meets, bits }
+        let mut on: [Lanes; D] = from_tangential(&across, &geometry.normal);
+        add(&mut on, normal, &geometry.normal);
+        self.count(geometry, &on, (grains, bits), in_contact);
+        SimdForce { on: on.map(|f| in_contact & f), tangential: across, normal, base, cap, in_contact, bits }
     }
 
     /// Normal dashpots of four contacts in this step (N s/m).
@@ -135,22 +135,22 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
     fn dashpots<const HERTZ: bool>(
         &self,
         base: &NormalResponse<Lanes>,
-        touch: &ContactGeometry<D, R, Lanes>,
+        geometry: &ContactGeometry<D, R, Lanes>,
         laws: &SimdLaws,
         slots: &[usize; WIDTH],
-        (meets, steps): (Lanes, &StepLengths<Lanes>),
+        (in_contact, steps): (Lanes, &StepLengths<Lanes>),
     ) -> Lanes {
-        let damping = dashpot::lagged_dashpot(base.damping, touch.mass, laws.lag * steps.lag_step);
+        let damping = dashpot::lagged_dashpot(base.damping, geometry.mass, laws.lag * steps.lag_step);
         let mut all = damping;
-        let way = -touch.separation_velocity * steps.last;
-        if (meets & (way + way).simd_gt(touch.overlap)).any() {
+        let approach = -geometry.separation_velocity * steps.last;
+        if (in_contact & (approach + approach).simd_gt(geometry.overlap)).any() {
             let is_new = slots.map(|slot| f64::from(u8::from(self.memory.state[slot] == CONTACT_APART)));
-            let onset = dashpot::onset_dashpot(damping, touch, steps, HERTZ);
+            let onset = dashpot::onset_dashpot(damping, geometry, steps, HERTZ);
             all = Lanes::new(is_new).simd_gt(Lanes::ZERO).bitselect(onset, damping);
         }
         if !laws.no_tension.all() {
             let release =
-                dashpot::release_dashpot(&NormalResponse { damping: all, ..*base }, touch, steps, HERTZ);
+                dashpot::release_dashpot(&NormalResponse { damping: all, ..*base }, geometry, steps, HERTZ);
             all = laws.no_tension.bitselect(all, release);
         }
         all
@@ -162,30 +162,36 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         &mut self,
         batch: &ContactBatch<D, R>,
         group: usize,
-        (scene, periodic): (&ContactInput<'_, D, R>, bool),
+        (input, periodic): (&ContactInput<'_, D, R>, bool),
         laws: &SimdLaws,
         valid: usize,
     ) -> u32 {
         let pairs = batch.pairs(group);
         let slots = pairs.map(|pair| pair.slot as usize);
-        let FourContacts { touch, arm, apart, radii, shear_displacement: slide, damping_force: dash } =
+        let FourContacts { geometry, arm, apart, radii, shear_displacement: slide, damping_force: dash } =
             &batch.fours[group];
-        let dt = Lanes::splat(scene.dt);
+        let dt = Lanes::splat(input.dt);
         let firsts = pairs.each_ref().map(|pair| pair.first);
-        let SimdForce { on, tangential: across, normal, base, cap, meets, bits } =
-            self.force::<HERTZ>(touch, (*slide, *dash), laws, (firsts, &slots), (valid, scene.simd_steps()));
-        if scene.growth != 0.0 {
-            let sum = touch.overlap + dot(apart, apart).sqrt();
-            self.account.sums.boundary += meets & (normal * Lanes::splat(scene.growth) * sum * dt);
+        let SimdForce { on, tangential: across, normal, base, cap, in_contact, bits } = self.force::<HERTZ>(
+            geometry,
+            (*slide, *dash),
+            laws,
+            (firsts, &slots),
+            (valid, input.simd_steps()),
+        );
+        if input.growth != 0.0 {
+            let sum = geometry.overlap + dot(apart, apart).sqrt();
+            self.account.sums.boundary += in_contact & (normal * Lanes::splat(input.growth) * sum * dt);
         }
         if periodic {
-            let [_, velocity] = scene.images(pairs);
-            self.account.sums.boundary += meets & (dot(&on, &velocity) * dt);
+            let [_, velocity] = input.images(pairs);
+            self.account.sums.boundary += in_contact & (dot(&on, &velocity) * dt);
             self.add_stress(valid, &on, apart);
         }
-        let lever: [Lanes; R] = scaled(-*arm, &moment(&touch.normal, &across)).map(|own: Lanes| meets & own);
+        let lever: [Lanes; R] =
+            scaled(-*arm, &moment(&geometry.normal, &across)).map(|own: Lanes| in_contact & own);
         let resistance = TURNS.then(|| {
-            let turned = self.rolling_moments(laws, touch, &base, (cap, dt), (&slots, meets));
+            let turned = self.rolling_moments(laws, geometry, &base, (cap, dt), (&slots, in_contact));
             let [a, b] = radii.map(|radius| Lanes::ONE / radius);
             [scaled(a, &turned), scaled(b, &turned).map(|own| -own)]
         });
@@ -229,17 +235,17 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
     #[inline(always)]
     fn count(
         &mut self,
-        touch: &ContactGeometry<D, R, Lanes>,
+        geometry: &ContactGeometry<D, R, Lanes>,
         on: &[Lanes; D],
         (firsts, bits): ([u32; WIDTH], u32),
-        meets: Lanes,
+        in_contact: Lanes,
     ) {
         let ContactSums { tally, sums, .. } = &mut self.account;
         tally.contacts += u64::from(bits.count_ones());
-        sums.squares += meets & dot(on, on);
-        let deeper = touch.overlap.simd_gt(Lanes::splat(tally.overlap) * touch.min_radius) & meets;
+        sums.squares += in_contact & dot(on, on);
+        let deeper = geometry.overlap.simd_gt(Lanes::splat(tally.overlap) * geometry.min_radius) & in_contact;
         if deeper.any() {
-            let ratios = (touch.overlap / touch.min_radius).to_array();
+            let ratios = (geometry.overlap / geometry.min_radius).to_array();
             for (k, ratio) in ratios.into_iter().enumerate() {
                 if bits & (1 << k) != 0 && ratio > tally.overlap {
                     (tally.overlap, tally.max_overlap_grain) = (ratio, self.first as u32 + firsts[k]);

@@ -18,7 +18,7 @@ pub struct PlaneContact<'a, const D: usize> {
     /// Index of the contact history.
     pub slot: usize,
     /// Distance of the centre (m), and the normal.
-    pub seen: (f64, [f64; D]),
+    pub nearest: (f64, [f64; D]),
     /// Velocity of the plane (m/s).
     pub velocity: [f64; D],
     /// Contact law.
@@ -56,15 +56,15 @@ impl<const D: usize, const R: usize> ContactInput<'_, D, R> {
         let lanes = |of: &dyn Fn(&PlaneContact<'_, D>) -> f64| Lanes::new(four.each_ref().map(of));
         let radius = lanes(&|own| self.radius[own.grain]);
         let side = contact_bodies(four.each_ref().map(|own| &self.records.1[own.grain]), radius);
-        let normal = std::array::from_fn(|c| lanes(&|own| own.seen.1[c]));
+        let normal = std::array::from_fn(|c| lanes(&|own| own.nearest.1[c]));
         let velocity = std::array::from_fn(|c| lanes(&|own| own.velocity[c]));
         let mass = lanes(&|own| self.mass[own.grain]);
-        let distance = lanes(&|own| own.seen.0);
-        let (touch, arm) =
+        let distance = lanes(&|own| own.nearest.0);
+        let (geometry, arm) =
             ContactGeometry::with_wall((&side, mass), (distance, &normal), &velocity, self.radii);
         let (dt, slots) = (Lanes::splat(self.dt), four.each_ref().map(|own| own.slot));
         let (slide, dash) = load_springs(memory.spring, &slots);
-        let slide = rotate_with_normal(&slide, &normal, touch.spin * dt);
+        let slide = rotate_with_normal(&slide, &normal, geometry.spin * dt);
         let own;
         let laws = if let Some(laws) = common {
             laws
@@ -75,10 +75,10 @@ impl<const D: usize, const R: usize> ContactInput<'_, D, R> {
         let mut work = ContactOutput { forces: &mut [], memory, account: sums.0, first: 0 };
         let grains = four.each_ref().map(|own| own.grain as u32);
         let force =
-            work.force::<HERTZ>(&touch, (slide, dash), laws, (grains, &slots), (WIDTH, self.simd_steps()));
+            work.force::<HERTZ>(&geometry, (slide, dash), laws, (grains, &slots), (WIDTH, self.simd_steps()));
         let lever: [Lanes; R] = scaled(-arm, &moment(&normal, &force.tangential));
         let resisted = if TURNS {
-            work.rolling_moments(laws, &touch, &force.base, (force.cap, dt), (&slots, force.meets))
+            work.rolling_moments(laws, &geometry, &force.base, (force.cap, dt), (&slots, force.in_contact))
         } else {
             [Lanes::ZERO; R]
         };
