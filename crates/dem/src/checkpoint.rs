@@ -137,7 +137,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             .flat_map(|f| [f.distance, f.normal[0], f.normal[1], f.normal[2]])
             .collect();
         write_column(&facets, |value| value, out)?;
-        self.neighbours.walls.memory.write(out)
+        self.neighbours.walls.history.write(out)
     }
 
     pub(crate) fn read(&mut self, input: &mut dyn Read) -> io::Result<()> {
@@ -163,8 +163,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         read_column(&mut facets, |value: f64| value, input)?;
         let facet = |v: &[f64]| Facet { distance: v[0], normal: [v[1], v[2], v[3]] };
         self.neighbours.walls.facet = facets.chunks_exact(4).map(facet).collect();
-        self.neighbours.walls.memory.read(input)?;
-        let fits = self.neighbours.walls.memory.len() == self.neighbours.walls.grain.len()
+        self.neighbours.walls.history.read(input)?;
+        let fits = self.neighbours.walls.history.len() == self.neighbours.walls.grain.len()
             && self.neighbours.walls.wall.len() == self.neighbours.walls.grain.len()
             && self.neighbours.walls.slabs.len() == self.neighbours.pairs.slabs.len()
             && self.neighbours.walls.key.len() == self.neighbours.walls.facet.len()

@@ -121,7 +121,7 @@ impl Beam {
         bond: &mut Bond<R>,
         contact: &mut ContactForce<R>,
         dt: f64,
-        tally: &mut ContactEnergies,
+        energies: &mut ContactEnergies,
     ) {
         if !bond.is_intact() {
             return;
@@ -145,11 +145,11 @@ impl Beam {
         }
         if self.breaks(&section, bond, shear.sqrt(), bent.sqrt()) {
             *bond = Bond { strength: -bond.strength, ..Bond::default() };
-            tally.broken += energy;
-            tally.bonds_broken += 1;
+            energies.broken += energy;
+            energies.bonds_broken += 1;
             return;
         }
-        tally.elastic_bonds += energy;
+        energies.elastic_bonds += energy;
         contact.normal -= bond.tension;
         for c in 0..R {
             contact.tangential[c] += bond.shear[c];

@@ -31,14 +31,14 @@ impl Coulomb {
         base: &NormalResponse,
         before: (f64, bool),
         cap: (f64, f64),
-        memory: &mut ContactHistory<R>,
+        history: &mut ContactHistory<R>,
         dt: f64,
-        tally: &mut ContactEnergies,
+        energies: &mut ContactEnergies,
     ) -> [f64; R] {
         let (stiffness, dashpot) = (base.tangential_stiffness, base.tangential_damping);
-        let mut old = rotate_with_normal(&memory.shear_displacement, &geometry.normal, geometry.spin * dt);
+        let mut old = rotate_with_normal(&history.shear_displacement, &geometry.normal, geometry.spin * dt);
         if before.1 {
-            old = rescaled_displacement(old, geometry.overlap, before.0, stiffness, tally);
+            old = rescaled_displacement(old, geometry.overlap, before.0, stiffness, energies);
         }
         let mut slide = old;
         for c in 0..R {
@@ -54,14 +54,14 @@ impl Coulomb {
             force = scaled(limit / size, &force);
             slide =
                 self.remaining_displacement(&force, &geometry.sliding_velocity, (stiffness, dashpot), limit);
-            tally.sliding += 1;
+            energies.sliding += 1;
             let sliding = (&geometry.sliding_velocity, dt);
-            tally.friction += slip_dissipation(&force, sliding, (stiffness, dashpot), (&old, &slide));
+            energies.friction += slip_dissipation(&force, sliding, (stiffness, dashpot), (&old, &slide));
         } else if dashpot > 0.0 {
-            tally.dashpots += dashpot * dot(&geometry.sliding_velocity, &geometry.sliding_velocity) * dt;
+            energies.dashpots += dashpot * dot(&geometry.sliding_velocity, &geometry.sliding_velocity) * dt;
         }
-        tally.elastic_tangential += 0.5 * stiffness * dot(&slide, &slide);
-        memory.shear_displacement = slide;
+        energies.elastic_tangential += 0.5 * stiffness * dot(&slide, &slide);
+        history.shear_displacement = slide;
         force
     }
 
@@ -114,7 +114,7 @@ fn rescaled_displacement<const R: usize>(
     overlap: f64,
     before: f64,
     stiffness: f64,
-    tally: &mut ContactEnergies,
+    energies: &mut ContactEnergies,
 ) -> [f64; R] {
     let square = dot(&old, &old);
     if square == 0.0 || before <= 0.0 {
@@ -123,10 +123,10 @@ fn rescaled_displacement<const R: usize>(
     // The stiffness is proportional to the square root of the overlap.
     let ratio = (before / overlap.max(f64::MIN_POSITIVE)).sqrt();
     if ratio < 1.0 {
-        tally.rescaled += 0.5 * stiffness * square * ratio * (1.0 - ratio);
+        energies.rescaled += 0.5 * stiffness * square * ratio * (1.0 - ratio);
         scaled(ratio, &old)
     } else {
-        tally.rescaled += 0.5 * stiffness * square * (ratio - 1.0);
+        energies.rescaled += 0.5 * stiffness * square * (ratio - 1.0);
         old
     }
 }

@@ -331,9 +331,9 @@ impl PairLaw {
 pub fn contact_force<const D: usize, const R: usize>(
     law: &PairLaw,
     geometry: &ContactGeometry<D, R>,
-    memory: &mut ContactHistory<R>,
+    history: &mut ContactHistory<R>,
     steps: &StepLengths,
-    tally: &mut ContactEnergies,
+    energies: &mut ContactEnergies,
 ) -> ContactForce<R> {
     let dt = steps.last;
     let mut base = law.normal_response(geometry);
@@ -347,27 +347,38 @@ pub fn contact_force<const D: usize, const R: usize>(
             tangential_damping: 0.0,
         };
     }
-    base.damping = dashpot::dashpot_in_step(law, &base, geometry, memory.state == CONTACT_APART, steps);
+    base.damping = dashpot::dashpot_in_step(law, &base, geometry, history.state == CONTACT_APART, steps);
     let viscous = base.force - base.damping * geometry.separation_velocity;
     let is_tensile = law.no_tension && geometry.overlap >= 0.0 && viscous < 0.0;
     let mut normal = if is_tensile { 0.0 } else { viscous };
-    if memory.state == CONTACT_APART {
-        memory.state = law.initial_state();
+    if history.state == CONTACT_APART {
+        history.state = law.initial_state();
     }
     let dissipative = normal - base.force;
-    tally.dashpots -= 0.5 * (memory.damping_force + dissipative) * geometry.separation_velocity * dt;
-    memory.damping_force = dissipative;
+    energies.dashpots -= 0.5 * (history.damping_force + dissipative) * geometry.separation_velocity * dt;
+    history.damping_force = dissipative;
     let mut energy = base.energy;
-    let (cap, shear) = add_attraction(law, geometry, &base, memory, (&mut normal, &mut energy), dt, tally);
-    tally.elastic += energy;
+    let (cap, shear) =
+        add_attraction(law, geometry, &base, history, (&mut normal, &mut energy), dt, energies);
+    energies.elastic += energy;
     let before = (geometry.overlap + geometry.separation_velocity * dt, law.is_hertz());
-    let tangential = law.friction.tangential_force(geometry, &base, before, (cap, shear), memory, dt, tally);
+    let tangential =
+        law.friction.tangential_force(geometry, &base, before, (cap, shear), history, dt, energies);
     if law.attraction.is_some() {
-        cohesion::break_by_shear(law, &tangential, (cap, shear), memory);
+        cohesion::break_by_shear(law, &tangential, (cap, shear), history);
     }
     let mut moment = [0.0; R];
     if law.rolling.is_some() || law.twisting.is_some() {
-        rolling_resistance::add_rolling_moments(law, geometry, &base, cap, memory, &mut moment, dt, tally);
+        rolling_resistance::add_rolling_moments(
+            law,
+            geometry,
+            &base,
+            cap,
+            history,
+            &mut moment,
+            dt,
+            energies,
+        );
     }
     ContactForce { normal, tangential, moment }
 }
@@ -379,16 +390,16 @@ fn add_attraction<const D: usize, const R: usize>(
     law: &PairLaw,
     geometry: &ContactGeometry<D, R>,
     base: &NormalResponse,
-    memory: &mut ContactHistory<R>,
+    history: &mut ContactHistory<R>,
     (normal, energy): (&mut f64, &mut f64),
     dt: f64,
-    tally: &mut ContactEnergies,
+    energies: &mut ContactEnergies,
 ) -> (f64, f64) {
     let cap = normal.max(0.0);
     match &law.attraction {
         None => (cap, 0.0),
         Some(AttractionLaw::Cohesion(cohesion)) => {
-            let shear = cohesion.bound_tension::<D, R>(geometry, memory, normal, energy, tally);
+            let shear = cohesion.bound_tension::<D, R>(geometry, history, normal, energy, energies);
             (normal.max(0.0), shear)
         }
         Some(AttractionLaw::Jkr(jkr)) => {
@@ -397,13 +408,13 @@ fn add_attraction<const D: usize, const R: usize>(
             // The JKR force includes that of Hertz: the difference is attraction.
             let attraction = base.force - force;
             *normal -= attraction;
-            tally.attraction += attraction * geometry.separation_velocity * dt;
+            energies.attraction += attraction * geometry.separation_velocity * dt;
             ((*normal + 2.0 * pull_off).max(0.0), 0.0)
         }
         Some(AttractionLaw::Capillary(bridge)) => {
             let attraction = bridge.force(geometry.radius, -geometry.overlap);
             *normal -= attraction;
-            tally.attraction += attraction * geometry.separation_velocity * dt;
+            energies.attraction += attraction * geometry.separation_velocity * dt;
             (cap, 0.0)
         }
     }
@@ -414,12 +425,12 @@ fn add_attraction<const D: usize, const R: usize>(
 pub fn release_contact<const D: usize, const R: usize>(
     law: &PairLaw,
     geometry: &ContactGeometry<D, R>,
-    memory: &mut ContactHistory<R>,
+    history: &mut ContactHistory<R>,
     dt: f64,
-    tally: &mut ContactEnergies,
+    energies: &mut ContactEnergies,
 ) {
-    tally.dashpots -= 0.5 * memory.damping_force * geometry.separation_velocity * dt;
-    let held = dot(&memory.shear_displacement, &memory.shear_displacement);
+    energies.dashpots -= 0.5 * history.damping_force * geometry.separation_velocity * dt;
+    let held = dot(&history.shear_displacement, &history.shear_displacement);
     if held > 0.0 {
         // With the stiffness of the last step. The last force acts half a step longer, and this work is lost as well.
         let last = ContactGeometry {
@@ -427,10 +438,10 @@ pub fn release_contact<const D: usize, const R: usize>(
             ..*geometry
         };
         let across = law.normal_response(&last).tangential_stiffness;
-        tally.rescaled +=
-            0.5 * across * (held + dot(&memory.shear_displacement, &geometry.sliding_velocity) * dt);
+        energies.rescaled +=
+            0.5 * across * (held + dot(&history.shear_displacement, &geometry.sliding_velocity) * dt);
     }
-    *memory = ContactHistory::default();
+    *history = ContactHistory::default();
 }
 
 impl PairLaw {
@@ -450,10 +461,10 @@ impl PairLaw {
         bond: &mut Bond<R>,
         contact: &mut ContactForce<R>,
         dt: f64,
-        tally: &mut ContactEnergies,
+        energies: &mut ContactEnergies,
     ) {
         if let Some(beam) = &self.bond {
-            beam.bond_force(geometry, bond, contact, dt, tally);
+            beam.bond_force(geometry, bond, contact, dt, energies);
         }
     }
 }

@@ -28,24 +28,24 @@ pub fn add_rolling_moments<const D: usize, const R: usize>(
     geometry: &ContactGeometry<D, R>,
     base: &NormalResponse,
     normal: f64,
-    memory: &mut ContactHistory<R>,
+    history: &mut ContactHistory<R>,
     moment: &mut [f64; R],
     dt: f64,
-    tally: &mut ContactEnergies,
+    energies: &mut ContactEnergies,
 ) {
     let (roll, twist) = rolling_and_twisting(&geometry.relative_spin, &geometry.normal);
     if let Some(resistance) = &law.rolling {
-        let spring = rotate_with_normal(&memory.rolling_angle, &geometry.normal, geometry.spin * dt);
-        let (force, left) = resistance.moment(geometry, base, normal, &spring, &roll, dt, tally);
-        memory.rolling_angle = left;
+        let spring = rotate_with_normal(&history.rolling_angle, &geometry.normal, geometry.spin * dt);
+        let (force, left) = resistance.moment(geometry, base, normal, &spring, &roll, dt, energies);
+        history.rolling_angle = left;
         for c in 0..R {
             moment[c] += force[c];
         }
     }
     if let (3, Some(resistance)) = (D, &law.twisting) {
         let (force, left) =
-            resistance.moment(geometry, base, normal, &[memory.torsion_angle], &[twist], dt, tally);
-        memory.torsion_angle = left[0];
+            resistance.moment(geometry, base, normal, &[history.torsion_angle], &[twist], dt, energies);
+        history.torsion_angle = left[0];
         for c in 0..D {
             moment[c] += force[0] * geometry.normal[c];
         }
@@ -64,7 +64,7 @@ impl RollingResistance {
         spring: &[f64; N],
         rate: &[f64; N],
         dt: f64,
-        tally: &mut ContactEnergies,
+        energies: &mut ContactEnergies,
     ) -> ([f64; N], [f64; N]) {
         let square = geometry.radius * geometry.radius;
         let stiffness = self.stiffness * base.tangential_stiffness * square;
@@ -83,11 +83,11 @@ impl RollingResistance {
             if length * stiffness > limit {
                 left = scaled(limit / (stiffness * length), &left);
             }
-            tally.rolling += slip_dissipation(&moment, (rate, dt), (stiffness, dashpot), (spring, &left));
+            energies.rolling += slip_dissipation(&moment, (rate, dt), (stiffness, dashpot), (spring, &left));
         } else {
-            tally.dashpots += dashpot * dot(rate, rate) * dt;
+            energies.dashpots += dashpot * dot(rate, rate) * dt;
         }
-        tally.elastic_rolling += 0.5 * stiffness * dot(&left, &left);
+        energies.elastic_rolling += 0.5 * stiffness * dot(&left, &left);
         (moment, left)
     }
 }

@@ -8,7 +8,7 @@ use crate::force_loop::{ForceTorque, GrainRecords};
 #[derive(Default)]
 pub struct ContactBuffers<const D: usize, const R: usize> {
     /// Energies and virial of each slab, and of the periodic pairs.
-    pub tallies: Vec<(ContactEnergies, Virial<D>)>,
+    pub slab_energies: Vec<(ContactEnergies, Virial<D>)>,
     /// Reactions of the walls, ordered by slab and then by wall.
     pub reactions: Vec<WallReaction<D>>,
     /// Shift (m) and velocity (m/s) of each image.

@@ -33,9 +33,9 @@ pub fn find_forces<const D: usize, const R: usize>(
         _ => neighbours.select_active_pairs(laws, cell, grains, extremes, &buffers.shifts),
     }
     let slabs = neighbours.pairs.slab_count();
-    let ContactBuffers { tallies, reactions, shifts, velocity, spin, records, received } = buffers;
-    tallies.clear();
-    tallies.resize(slabs + 1, (ContactEnergies::default(), [[0.0; D]; D]));
+    let ContactBuffers { slab_energies, reactions, shifts, velocity, spin, records, received } = buffers;
+    slab_energies.clear();
+    slab_energies.resize(slabs + 1, (ContactEnergies::default(), [[0.0; D]; D]));
     reactions.clear();
     reactions.resize(slabs * walls.len(), WallReaction::NONE);
     let (grains, (force, torque)) = grains.view_and_forces();
@@ -52,14 +52,14 @@ pub fn find_forces<const D: usize, const R: usize>(
     }
     grain_records(grains, (input.velocity, input.spin), (&mut *records, &mut *received));
     input.records = (&records.place, &records.motion);
-    input.contacts(&mut neighbours.pairs, received, tallies);
+    input.contacts(&mut neighbours.pairs, received, slab_energies);
     scatter_forces(received, grains.radius, (&mut *force, &mut *torque));
-    let WallList { grain, wall, slabs: of_slabs, memory, facet, .. } = &mut neighbours.walls;
+    let WallList { grain, wall, slabs: of_slabs, history, facet, .. } = &mut neighbours.walls;
     if !grain.is_empty() {
         let view = WallListView { grain, wall, slabs: of_slabs, facet };
         let list = (&view, neighbours.pairs.slabs.as_slice());
-        let tallies = &mut tallies[..slabs];
-        input.wall_forces(walls, list, memory.view(), (force, torque), tallies, reactions);
+        let slab_energies = &mut slab_energies[..slabs];
+        input.wall_forces(walls, list, history.view(), (force, torque), slab_energies, reactions);
     }
 }
 
@@ -70,9 +70,9 @@ pub fn sum_contacts<const D: usize, const R: usize>(
     walls: &mut [RigidWall<D>],
     buffers: &ContactBuffers<D, R>,
 ) -> ContactEnergies {
-    let (mut tally, mut virial) = (ContactEnergies::default(), [[0.0; D]; D]);
-    for (own, part) in &buffers.tallies {
-        tally.add(own);
+    let (mut energies, mut virial) = (ContactEnergies::default(), [[0.0; D]; D]);
+    for (own, part) in &buffers.slab_energies {
+        energies.add(own);
         for (row, more) in virial.iter_mut().zip(part) {
             add(row, 1.0, more);
         }
@@ -90,9 +90,9 @@ pub fn sum_contacts<const D: usize, const R: usize>(
         // Mean of the forces at both ends of the displacement. Its sum is that of the kicks, over half of the steps before and after.
         let mean: [f64; D] = std::array::from_fn(|c| 0.5 * (before[c] + force[c]));
         if wall.surface.is_none() {
-            tally.boundary -= dot(&mean, &wall.velocity) * clock.last_step;
+            energies.boundary -= dot(&mean, &wall.velocity) * clock.last_step;
         }
         add(&mut wall.reaction[1], clock.last_step, &mean);
     }
-    tally
+    energies
 }

@@ -81,7 +81,7 @@ pub struct ForceAccumulators<'a, const D: usize, const R: usize> {
     /// First pair of the contact histories.
     pub pair: usize,
     /// Contact histories.
-    pub memory: ContactHistoriesMut<'a, R>,
+    pub history: ContactHistoriesMut<'a, R>,
     /// First slab of the sums.
     pub slab: usize,
     /// Sums of each slab.
@@ -92,15 +92,15 @@ impl<'a, const D: usize, const R: usize> ForceAccumulators<'a, D, R> {
     /// Splits the accumulators into the parts before and from these grains, pairs and slabs on.
     fn split_at(self, grain: usize, pair: usize, slab: usize) -> (Self, Self) {
         let (received, more_received) = self.forces.split_at_mut(grain - self.first);
-        let (memory, more_memory) = self.memory.split_at(pair - self.pair);
-        let (tallies, more_tallies) = self.energies.split_at_mut(slab - self.slab);
+        let (history, more_memory) = self.history.split_at(pair - self.pair);
+        let (slab_energies, more_tallies) = self.energies.split_at_mut(slab - self.slab);
         (
-            Self { forces: received, memory, energies: tallies, ..self },
+            Self { forces: received, history, energies: slab_energies, ..self },
             Self {
                 first: grain,
                 forces: more_received,
                 pair,
-                memory: more_memory,
+                history: more_memory,
                 slab,
                 energies: more_tallies,
             },
@@ -203,7 +203,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         accumulators: &mut ForceAccumulators<'_, D, R>,
         slab: usize,
     ) {
-        let (mut tally, mut virial) = accumulators.energies[slab - accumulators.slab];
+        let (mut energies, mut virial) = accumulators.energies[slab - accumulators.slab];
         let periodic = !pairs.image.is_empty();
         for i in rows {
             let ends = pairs.starts[i] as usize..pairs.starts[i + 1] as usize;
@@ -221,13 +221,13 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
                 let (square, sum) = (dot(&apart, &apart), r + self.radius[j]);
                 let slot = k - accumulators.pair;
                 let bonded =
-                    !accumulators.memory.bond.is_empty() && accumulators.memory.bond[slot].is_intact();
-                if square >= sum * sum && accumulators.memory.state[slot] == CONTACT_APART && !bonded {
+                    !accumulators.history.bond.is_empty() && accumulators.history.bond[slot].is_intact();
+                if square >= sum * sum && accumulators.history.state[slot] == CONTACT_APART && !bonded {
                     continue;
                 }
                 let (geometry, arm) = self.contact_geometry(i, j, &apart, square.sqrt(), code);
                 let Some(contact) =
-                    self.contact_force(self.law(i, j), &geometry, slot, bonded, accumulators, &mut tally)
+                    self.contact_force(self.law(i, j), &geometry, slot, bonded, accumulators, &mut energies)
                 else {
                     continue;
                 };
@@ -246,14 +246,14 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
                         virial[a][b] -= on[a] * apart[b];
                     }
                 }
-                tally.boundary += contact.normal * self.growth * sum * self.dt;
+                energies.boundary += contact.normal * self.growth * sum * self.dt;
                 if code > 0 {
-                    tally.boundary += dot(&on, &self.shifts[code].1) * self.dt;
+                    energies.boundary += dot(&on, &self.shifts[code].1) * self.dt;
                 }
-                count_contact(&mut tally, &geometry, &on, i);
+                count_contact(&mut energies, &geometry, &on, i);
             }
         }
-        accumulators.energies[slab - accumulators.slab] = (tally, virial);
+        accumulators.energies[slab - accumulators.slab] = (energies, virial);
     }
 
     /// Contact force and moment of two grains in contact or bonded; `None` if they are neither.
@@ -265,22 +265,28 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         slot: usize,
         bonded: bool,
         accumulators: &mut ForceAccumulators<'_, D, R>,
-        tally: &mut ContactEnergies,
+        energies: &mut ContactEnergies,
     ) -> Option<ContactForce<R>> {
-        let state = accumulators.memory.state[slot];
-        let mut memory = accumulators.memory.get(slot);
+        let state = accumulators.history.state[slot];
+        let mut history = accumulators.history.get(slot);
         let in_contact =
             geometry.overlap > 0.0 || geometry.overlap > -law.rupture_distance(state, geometry.radius);
         let mut contact = ContactForce { normal: 0.0, tangential: [0.0; R], moment: [0.0; R] };
         if in_contact {
-            contact = contact_force(law, geometry, &mut memory, &self.steps(), tally);
-            accumulators.memory.set(slot, &memory);
+            contact = contact_force(law, geometry, &mut history, &self.steps(), energies);
+            accumulators.history.set(slot, &history);
         } else if state != CONTACT_APART {
-            release_contact(law, geometry, &mut memory, self.dt, tally);
-            accumulators.memory.set(slot, &memory);
+            release_contact(law, geometry, &mut history, self.dt, energies);
+            accumulators.history.set(slot, &history);
         }
         if bonded {
-            law.add_bond_force(geometry, &mut accumulators.memory.bond[slot], &mut contact, self.dt, tally);
+            law.add_bond_force(
+                geometry,
+                &mut accumulators.history.bond[slot],
+                &mut contact,
+                self.dt,
+                energies,
+            );
         }
         (in_contact || bonded).then_some(contact)
     }
@@ -309,26 +315,26 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         }
     }
 
-    /// Adds the forces of all pairs; the sums are added to `tallies`, one per slab and one for the periodic pairs.
+    /// Adds the forces of all pairs; the sums are added to `slab_energies`, one per slab and one for the periodic pairs.
     pub fn contacts(
         &self,
         lists: &mut VerletLists<D, R>,
         received: &mut [ForceTorque],
-        tallies: &mut [(ContactEnergies, Virial<D>)],
+        slab_energies: &mut [(ContactEnergies, Virial<D>)],
     ) {
         let slabs = lists.slab_count();
         let (pairs, mut inner) = lists.slab_pairs.view_and_histories();
         let (seam_pairs, seam) = lists.periodic_pairs.view_and_histories();
         let active = &lists.active_pairs;
         let lists = SlabPairs { pairs, slabs: &lists.slabs, active_pairs: &active.slabs };
-        let (of_slabs, of_seam) = tallies.split_at_mut(slabs);
+        let (of_slabs, of_seam) = slab_energies.split_at_mut(slabs);
         for parity in 0..2 {
             let groups = 0..(slabs + 1 - parity) / 2;
             let accumulators = ForceAccumulators {
                 first: 0,
                 forces: &mut *received,
                 pair: 0,
-                memory: inner.reborrow(),
+                history: inner.reborrow(),
                 slab: 0,
                 energies: &mut *of_slabs,
             };
@@ -339,7 +345,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
                 first: 0,
                 forces: received,
                 pair: 0,
-                memory: seam,
+                history: seam,
                 slab: 0,
                 energies: of_seam,
             };
@@ -356,16 +362,16 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
 /// Counts a contact and its force.
 #[inline]
 pub fn count_contact<const D: usize, const R: usize>(
-    tally: &mut ContactEnergies,
+    energies: &mut ContactEnergies,
     geometry: &ContactGeometry<D, R>,
     force: &[f64; D],
     grain: usize,
 ) {
-    tally.contacts += 1;
-    tally.squares += dot(force, force);
+    energies.contacts += 1;
+    energies.squares += dot(force, force);
     let ratio = geometry.overlap / geometry.min_radius;
-    if ratio > tally.overlap {
-        (tally.overlap, tally.max_overlap_grain) = (ratio, grain as u32);
+    if ratio > energies.overlap {
+        (energies.overlap, energies.max_overlap_grain) = (ratio, grain as u32);
     }
 }
 
@@ -373,20 +379,20 @@ pub fn count_contact<const D: usize, const R: usize>(
 pub fn probe_contact<const D: usize, const R: usize>(
     law: &PairLaw,
     geometry: &ContactGeometry<D, R>,
-    mut memory: ContactHistory<R>,
+    mut history: ContactHistory<R>,
     bond: Option<&crate::contact::bond::Bond<R>>,
     behind: f64,
 ) -> Option<(ContactForce<R>, ContactEnergies)> {
-    let mut tally = ContactEnergies::default();
+    let mut energies = ContactEnergies::default();
     let mut contact = ContactForce { normal: 0.0, tangential: [0.0; R], moment: [0.0; R] };
     let in_contact =
-        geometry.overlap > 0.0 || geometry.overlap > -law.rupture_distance(memory.state, geometry.radius);
+        geometry.overlap > 0.0 || geometry.overlap > -law.rupture_distance(history.state, geometry.radius);
     let bonded = bond.is_some_and(crate::contact::bond::Bond::is_intact);
     if in_contact {
-        contact = contact_force(law, geometry, &mut memory, &StepLengths::after(behind), &mut tally);
+        contact = contact_force(law, geometry, &mut history, &StepLengths::after(behind), &mut energies);
     }
     if let (true, Some(bond)) = (bonded, bond) {
-        law.add_bond_force(geometry, &mut { *bond }, &mut contact, 0.0, &mut tally);
+        law.add_bond_force(geometry, &mut { *bond }, &mut contact, 0.0, &mut energies);
     }
-    (in_contact || bonded).then_some((contact, tally))
+    (in_contact || bonded).then_some((contact, energies))
 }

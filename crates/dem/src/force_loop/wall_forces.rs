@@ -20,9 +20,9 @@ struct WallForceAccumulators<'a, const D: usize, const R: usize> {
     force: &'a mut [[f64; D]],
     torque: &'a mut [[f64; R]],
     entry: usize,
-    memory: ContactHistoriesMut<'a, R>,
+    history: ContactHistoriesMut<'a, R>,
     slab: usize,
-    tallies: &'a mut [(ContactEnergies, Virial<D>)],
+    slab_energies: &'a mut [(ContactEnergies, Virial<D>)],
     /// Forces on the walls, ordered by slab and then by wall.
     reactions: &'a mut [WallReaction<D>],
 }
@@ -31,19 +31,19 @@ impl<'a, const D: usize, const R: usize> WallForceAccumulators<'a, D, R> {
     fn split_at(self, grain: usize, entry: usize, slab: usize, walls: usize) -> (Self, Self) {
         let (force, more_force) = self.force.split_at_mut(grain - self.first);
         let (torque, more_torque) = self.torque.split_at_mut(grain - self.first);
-        let (memory, more_memory) = self.memory.split_at(entry - self.entry);
-        let (tallies, more_tallies) = self.tallies.split_at_mut(slab - self.slab);
+        let (history, more_memory) = self.history.split_at(entry - self.entry);
+        let (slab_energies, more_tallies) = self.slab_energies.split_at_mut(slab - self.slab);
         let (reactions, more_reactions) = self.reactions.split_at_mut((slab - self.slab) * walls);
         (
-            Self { force, torque, memory, tallies, reactions, ..self },
+            Self { force, torque, history, slab_energies, reactions, ..self },
             Self {
                 first: grain,
                 force: more_force,
                 torque: more_torque,
                 entry,
-                memory: more_memory,
+                history: more_memory,
                 slab,
-                tallies: more_tallies,
+                slab_energies: more_tallies,
                 reactions: more_reactions,
             },
         )
@@ -78,7 +78,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
     pub fn wall_resistance(&self, number: usize, wall: &RigidWall<D>, list: &WallList<R>) -> [f64; 3] {
         let (axis, inward) = wall.inward_normal();
         let touching = (0..list.grain.len())
-            .filter(|&k| list.wall[k] as usize == number && list.memory.state[k] != CONTACT_APART);
+            .filter(|&k| list.wall[k] as usize == number && list.history.state[k] != CONTACT_APART);
         let of_contact = |k: usize| {
             let i = list.grain[k] as usize;
             let (geometry, _) = self.wall_contact_geometry(i, wall, wall.distance(&self.position[i]));
@@ -103,14 +103,22 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         &self,
         walls: &[RigidWall<D>],
         list: (&WallListView<'_>, &[u32]),
-        memory: ContactHistoriesMut<'_, R>,
+        history: ContactHistoriesMut<'_, R>,
         (force, torque): (&mut [[f64; D]], &mut [[f64; R]]),
-        tallies: &mut [(ContactEnergies, Virial<D>)],
+        slab_energies: &mut [(ContactEnergies, Virial<D>)],
         reactions: &mut [WallReaction<D>],
     ) {
         let slabs = list.1.len() - 1;
-        let accumulators =
-            WallForceAccumulators { first: 0, force, torque, entry: 0, memory, slab: 0, tallies, reactions };
+        let accumulators = WallForceAccumulators {
+            first: 0,
+            force,
+            torque,
+            entry: 0,
+            history,
+            slab: 0,
+            slab_energies,
+            reactions,
+        };
         self.wall_slabs(walls, list, 0..slabs, accumulators);
     }
 
@@ -177,14 +185,14 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
                     self.planes::<HERTZ, TURNS>(walls, list, &waiting, of, (&mut *accumulators, &mut sums));
                     count = 0;
                 }
-            } else if !plane || accumulators.memory.state[k - accumulators.entry] != CONTACT_APART {
+            } else if !plane || accumulators.history.state[k - accumulators.entry] != CONTACT_APART {
                 waiting[..count].iter().for_each(|&k| self.wall_contact(walls, list, k, slab, accumulators));
                 count = 0;
                 self.wall_contact(walls, list, k, slab, accumulators);
             }
         }
         waiting[..count].iter().for_each(|&k| self.wall_contact(walls, list, k, slab, accumulators));
-        accumulators.tallies[slab - accumulators.slab].0.add(&sums.tally(self.dt));
+        accumulators.slab_energies[slab - accumulators.slab].0.add(&sums.energies(self.dt));
     }
 
     /// Adds the forces of planes on four grains in contact with them.
@@ -202,7 +210,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
             let nearest = wall.distance(&self.position[i]);
             PlaneContact { grain: i, slot: k - accumulators.entry, nearest, velocity: wall.velocity, law }
         });
-        let forces = self.plane_forces::<HERTZ, TURNS>(&four, common, accumulators.memory.reborrow(), sums);
+        let forces = self.plane_forces::<HERTZ, TURNS>(&four, common, accumulators.history.reborrow(), sums);
         for ((own, k), (on, moments)) in four.iter().zip(entries).zip(&forces) {
             let at = own.grain - accumulators.first;
             add(&mut accumulators.force[at], 1.0, on);
@@ -223,7 +231,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         let (i, number) = (list.grain[k] as usize, list.wall[k] as usize);
         let wall = &walls[number];
         let slot = k - accumulators.entry;
-        let state = accumulators.memory.state[slot];
+        let state = accumulators.history.state[slot];
         let nearest = match &wall.surface {
             None => wall.distance(&self.position[i]),
             Some(_) => list.facet[k].distance_and_normal(),
@@ -233,10 +241,10 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         }
         let (geometry, arm) = self.wall_contact_geometry(i, wall, nearest);
         let law = wall.law(self.kind[i] as usize, &self.position[i], &nearest);
-        let tally = &mut accumulators.tallies[slab - accumulators.slab].0;
-        let mut memory = accumulators.memory.get(slot);
+        let energies = &mut accumulators.slab_energies[slab - accumulators.slab].0;
+        let mut history = accumulators.history.get(slot);
         if geometry.overlap > 0.0 || geometry.overlap > -law.rupture_distance(state, geometry.radius) {
-            let contact = contact_force(law, &geometry, &mut memory, &self.steps(), tally);
+            let contact = contact_force(law, &geometry, &mut history, &self.steps(), energies);
             let mut on = from_tangential(&contact.tangential, &geometry.normal);
             add(&mut on, contact.normal, &geometry.normal);
             let at = i - accumulators.first;
@@ -251,16 +259,16 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
                 let (turn, own) = (cross(&spatial(&at), &spatial(&on)), moment_in_space(&contact.moment));
                 (0..3).for_each(|c| reaction.moment[c] -= turn[c] + own[c]);
                 if let Some(moving) = &wall.moving {
-                    tally.boundary += (dot(&on, &moving.velocity(&at))
+                    energies.boundary += (dot(&on, &moving.velocity(&at))
                         + dot(&contact.moment, &moving.angular_velocity()))
                         * self.dt;
                 }
             }
-            count_contact(tally, &geometry, &on, i);
+            count_contact(energies, &geometry, &on, i);
         } else {
-            release_contact(law, &geometry, &mut memory, self.dt, tally);
+            release_contact(law, &geometry, &mut history, self.dt, energies);
         }
-        accumulators.memory.set(slot, &memory);
+        accumulators.history.set(slot, &history);
     }
 }
 

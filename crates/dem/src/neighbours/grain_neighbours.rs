@@ -96,14 +96,14 @@ impl<const D: usize, const R: usize> GrainNeighbours<D, R> {
 
     /// Sets the tangential springs of all contacts to zero.
     pub fn reset_contacts(&mut self) {
-        for memory in [
+        for history in [
             &mut self.pairs.slab_pairs.histories,
             &mut self.pairs.periodic_pairs.histories,
-            &mut self.walls.memory,
+            &mut self.walls.history,
         ] {
-            memory.spring.iter_mut().for_each(|spring| spring[..R].fill(0.0));
-            memory.roll.fill([0.0; R]);
-            memory.twist.fill(0.0);
+            history.spring.iter_mut().for_each(|spring| spring[..R].fill(0.0));
+            history.roll.fill([0.0; R]);
+            history.twist.fill(0.0);
         }
     }
 

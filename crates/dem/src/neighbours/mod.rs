@@ -67,7 +67,7 @@ const MAX_DIMENSION: usize = 3;
 struct CarriedHistories<const R: usize> {
     first: Vec<u32>,
     second: Vec<u32>,
-    memory: ContactHistories<R>,
+    history: ContactHistories<R>,
     starts: Vec<u32>,
     entries: Vec<u32>,
     used: Vec<bool>,
@@ -237,13 +237,13 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         let carried = &mut self.carried;
         carried.first.clear();
         carried.second.clear();
-        carried.memory.clear(0, columns);
+        carried.history.clear(0, columns);
         for pairs in [&self.slab_pairs, &self.periodic_pairs] {
             for (i, k) in pairs.firsts() {
                 if pairs.histories.is_kept(k) {
                     carried.first.push(i as u32);
                     carried.second.push(pairs.other[k]);
-                    carried.memory.push(&pairs.histories, k);
+                    carried.history.push(&pairs.histories, k);
                 }
             }
         }
@@ -455,7 +455,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
                         let ends = (carried.first[entry], carried.second[entry]);
                         let flip = ends == (j, i as u32);
                         if flip || ends == (i as u32, j) {
-                            pairs.histories.take(k, &carried.memory, entry, flip);
+                            pairs.histories.take(k, &carried.history, entry, flip);
                             carried.used[entry] = true;
                         }
                     }
@@ -463,7 +463,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
             }
         }
         let lost = |entry: &usize| {
-            !carried.used[*entry] && carried.memory.bond.get(*entry).is_some_and(Bond::is_intact)
+            !carried.used[*entry] && carried.history.bond.get(*entry).is_some_and(Bond::is_intact)
         };
         match (0..kept).find(lost) {
             Some(entry) => Err(ListError::Stretched(grains.id[carried.first[entry] as usize])),

@@ -19,7 +19,7 @@ impl<const R: usize> WallList<R> {
         position: &[[f64; D]],
         radius: &[f64],
         rupture: f64,
-        found: &mut ContactQuery<D>,
+        query: &mut ContactQuery<D>,
     ) {
         let mut k = 0;
         while k < self.key.len() {
@@ -28,46 +28,46 @@ impl<const R: usize> WallList<R> {
                 k += 1;
                 continue;
             };
-            found.clear();
+            query.clear();
             let reach = radius[i] + rupture;
-            surface.query_contacts(&position[i], reach, found);
-            self.match_slots(k, found.all(), reach);
+            surface.query_contacts(&position[i], reach, query);
+            self.match_slots(k, query.all(), reach);
             k += MAX_FACETS;
         }
     }
 
     /// Assigns the facets near a grain to its slots from `first` on.
-    fn match_slots<const D: usize>(&mut self, first: usize, places: &[NearestPoint<D>], reach: f64) {
+    fn match_slots<const D: usize>(&mut self, first: usize, points: &[NearestPoint<D>], reach: f64) {
         let slots = first..first + MAX_FACETS;
-        let mut taken = [false; MAX_FACETS];
-        let mut left = [None; MAX_FACETS];
-        for (number, place) in places.iter().take(MAX_FACETS).enumerate() {
-            match slots.clone().find(|&k| self.key[k] == place.feature_id) {
+        let mut is_used = [false; MAX_FACETS];
+        let mut unmatched = [None; MAX_FACETS];
+        for (number, point) in points.iter().take(MAX_FACETS).enumerate() {
+            match slots.clone().find(|&k| self.key[k] == point.feature_id) {
                 Some(k) => {
-                    self.facet[k] = Facet::of(place);
-                    taken[k - first] = true;
+                    self.facet[k] = Facet::of(point);
+                    is_used[k - first] = true;
                 }
-                None => left[number] = Some(place),
+                None => unmatched[number] = Some(point),
             }
         }
-        for place in left.into_iter().flatten() {
-            let facet = Facet::of(place);
+        for point in unmatched.into_iter().flatten() {
+            let facet = Facet::of(point);
             let along = |k: usize| (0..3).map(|c| self.facet[k].normal[c] * facet.normal[c]).sum::<f64>();
-            let open = |k: &usize| !taken[*k - first];
-            let goes_on = slots
+            let open = |k: &usize| !is_used[*k - first];
+            let continued = slots
                 .clone()
                 .filter(open)
-                .find(|&k| self.memory.state[k] != CONTACT_APART && along(k) > MIN_NORMAL_COSINE);
-            let new = || slots.clone().filter(open).find(|&k| self.memory.state[k] == CONTACT_APART);
-            if let Some(k) = goes_on.or_else(new) {
-                (self.key[k], self.facet[k]) = (place.feature_id, facet);
-                taken[k - first] = true;
+                .find(|&k| self.history.state[k] != CONTACT_APART && along(k) > MIN_NORMAL_COSINE);
+            let new = || slots.clone().filter(open).find(|&k| self.history.state[k] == CONTACT_APART);
+            if let Some(k) = continued.or_else(new) {
+                (self.key[k], self.facet[k]) = (point.feature_id, facet);
+                is_used[k - first] = true;
             }
         }
-        for k in slots.filter(|k| !taken[*k - first]) {
+        for k in slots.filter(|k| !is_used[*k - first]) {
             // Facet no longer near: the remaining contact ends, with its last normal.
             self.facet[k].distance = reach;
-            if self.memory.state[k] == CONTACT_APART {
+            if self.history.state[k] == CONTACT_APART {
                 self.key[k] = NO_FACET;
             }
         }

@@ -15,7 +15,7 @@ pub struct WallList<const R: usize> {
     /// First entry of each slab, and the number of entries.
     pub slabs: Vec<u32>,
     /// Contact histories.
-    pub memory: ContactHistories<R>,
+    pub history: ContactHistories<R>,
     /// Facet key of each entry at an obstacle, which has several entries in a row; empty without obstacles.
     pub key: Vec<u64>,
     /// Distance and normal of the facet of each entry at an obstacle.
@@ -33,11 +33,11 @@ impl<const R: usize> WallList<R> {
         self.normals.clear();
         self.carried.clear(0, columns);
         for k in 0..self.grain.len() {
-            if self.memory.is_kept(k) {
+            if self.history.is_kept(k) {
                 let key = self.key.get(k).copied().unwrap_or(NO_FACET);
                 self.kept.push((ids[self.grain[k] as usize], self.wall[k], key));
                 self.normals.extend(self.facet.get(k));
-                self.carried.push(&self.memory, k);
+                self.carried.push(&self.history, k);
             }
         }
     }
@@ -45,7 +45,7 @@ impl<const R: usize> WallList<R> {
     /// Removes the entries of removed grains and walls, whose new number is `u32::MAX`; the list must be rebuilt afterwards.
     pub fn remove(&mut self, grains: &[u32], walls: &[u32], columns: HistoryColumns) {
         let mut left = Self::default();
-        left.memory.clear(0, columns);
+        left.history.clear(0, columns);
         for k in 0..self.grain.len() {
             let (grain, wall) = (grains[self.grain[k] as usize], walls[self.wall[k] as usize]);
             if grain != u32::MAX && wall != u32::MAX {
@@ -53,7 +53,7 @@ impl<const R: usize> WallList<R> {
                 left.wall.push(wall);
                 left.key.extend(self.key.get(k));
                 left.facet.extend(self.facet.get(k));
-                left.memory.push(&self.memory, k);
+                left.history.push(&self.history, k);
             }
         }
         *self = left;
@@ -87,7 +87,7 @@ impl<const R: usize> WallList<R> {
             }
         }
         self.slabs.push(self.grain.len() as u32);
-        self.memory.clear(self.grain.len(), columns);
+        self.history.clear(self.grain.len(), columns);
         let facetted = walls.iter().any(|wall| wall.surface.is_some());
         let entries = if facetted { self.grain.len() } else { 0 };
         self.key.clear();
@@ -108,7 +108,7 @@ impl<const R: usize> WallList<R> {
             let first = order.partition_point(|&entry| (self.kept[entry].0, self.kept[entry].1) < (id, wall));
             let Some(&entry) = order.get(first + slot) else { continue };
             if (self.kept[entry].0, self.kept[entry].1) == (id, wall) {
-                self.memory.take(k, &self.carried, entry, false);
+                self.history.take(k, &self.carried, entry, false);
                 if let (Some(key), Some(facet)) = (self.key.get_mut(k), self.facet.get_mut(k)) {
                     *key = self.kept[entry].2;
                     self.normals.get(entry).inspect(|known| *facet = **known);

@@ -74,10 +74,10 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
             };
             let (geometry, _) = input.wall_contact_geometry(i, wall, nearest);
             let law = wall.law(self.grains.kind[i] as usize, &self.grains.position[i], &nearest);
-            let Some((contact, tally)) = probe_contact(
+            let Some((contact, energies)) = probe_contact(
                 law,
                 &geometry,
-                self.neighbours.walls.memory.get(k),
+                self.neighbours.walls.history.get(k),
                 None,
                 self.clock.last_step,
             ) else {
@@ -87,7 +87,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
             add(&mut force, contact.normal, &geometry.normal);
             let branch = scaled(self.grains.radius[i] - geometry.overlap, &geometry.normal);
             let (normal, overlap) = (contact.normal, geometry.overlap);
-            visit(Contact { grain: i, other: None, branch, force, normal, overlap }, &contact, &tally);
+            visit(Contact { grain: i, other: None, branch, force, normal, overlap }, &contact, &energies);
         }
     }
 
@@ -105,7 +105,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
             let distance = dot(&apart, &apart).sqrt();
             let (geometry, _) = input.contact_geometry(i, j, &apart, distance, code);
             let bond: Option<&Bond<R>> = pairs.histories.bond.get(k);
-            let Some((contact, tally)) =
+            let Some((contact, energies)) =
                 probe_contact(input.law(i, j), &geometry, pairs.histories.get(k), bond, self.clock.last_step)
             else {
                 continue;
@@ -116,7 +116,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
             visit(
                 Contact { grain: i, other: Some(j), branch: apart, force, normal, overlap },
                 &contact,
-                &tally,
+                &energies,
             );
         }
     }

@@ -77,8 +77,8 @@ impl Records {
         if overlap <= MAX_OVERLAP {
             return Ok(());
         }
-        let deepest = buffers.tallies.iter().find(|(tally, _)| tally.overlap == overlap);
-        let grain = deepest.map_or(0, |(tally, _)| tally.max_overlap_grain as usize);
+        let deepest = buffers.slab_energies.iter().find(|(energies, _)| energies.overlap == overlap);
+        let grain = deepest.map_or(0, |(energies, _)| energies.max_overlap_grain as usize);
         let reason = format!(
             "overlaps another grain or a wall by {overlap:.2} of the smaller radius, more than {MAX_OVERLAP}: make contacts stiffer \
              or speeds smaller"

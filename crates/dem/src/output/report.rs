@@ -203,8 +203,11 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
                 + 0.5 * g.inertia(i) * dot(&g.spin[i], &g.spin[i])
         };
         let mut elastic = 0.0;
-        self.for_each_contact(|_, _, tally| {
-            elastic += tally.elastic + tally.elastic_tangential + tally.elastic_rolling + tally.elastic_bonds;
+        self.for_each_contact(|_, _, energies| {
+            elastic += energies.elastic
+                + energies.elastic_tangential
+                + energies.elastic_rolling
+                + energies.elastic_bonds;
         });
         (free.map(of).sum(), elastic)
     }

@@ -209,13 +209,13 @@ fn mean_diameter<const D: usize, const R: usize>(
 /// Checks that free grains do not start inside obstacles.
 fn check_covered<const D: usize, const R: usize>(
     case: &Case,
-    standing: &[PlacedObstacle<'_, D>],
+    obstacles: &[PlacedObstacle<'_, D>],
     grains: &Grains<D, R>,
 ) -> Result<(), CaseError> {
     for body in 0..case.bodies.len() {
         let of_body = (0..grains.len()).filter(|&i| grains.body[i] as usize == body && !grains.held[i]);
         let places: Vec<[f64; D]> = of_body.map(|i| grains.position[i]).collect();
-        case.reject_overlapping_points(standing, body, &places, 0.0)?;
+        case.reject_overlapping_points(obstacles, body, &places, 0.0)?;
     }
     Ok(())
 }

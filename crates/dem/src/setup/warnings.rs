@@ -17,7 +17,7 @@ const MAX_WEIGHT_OVERLAP: f64 = 0.01;
 /// Warnings of a solver at time zero.
 pub(super) fn warnings<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Vec<String> {
     let mut warnings = case.warnings();
-    of_options(case, &solver.clock.options, &mut warnings);
+    option_warnings(case, &solver.clock.options, &mut warnings);
     warnings.extend(underived_pair_warnings(&solver.clock.options));
     warnings.extend(soft_grain_warnings(case, solver));
     warnings.extend(porosity_warnings(solver));
@@ -26,7 +26,7 @@ pub(super) fn warnings<const D: usize, const R: usize>(case: &Case, solver: &Dem
 }
 
 /// Adds the warnings about grains that roll without resistance, and grains of one size.
-fn of_options(case: &Case, options: &DemOptions, warnings: &mut Vec<String>) {
+fn option_warnings(case: &Case, options: &DemOptions, warnings: &mut Vec<String>) {
     let flat = |wall: &Wall| matches!(wall, Wall::Rough | Wall::Frictional { .. });
     let resists = options.pairs.iter().any(|pair| pair.rolling.is_some());
     let falls = case.gravity.iter().any(|g| *g != 0.0);
@@ -124,11 +124,11 @@ fn soft_grain_warnings<const D: usize, const R: usize>(case: &Case, solver: &Dem
 
 /// Warnings about bodies whose porosity differs from the requested one.
 fn porosity_warnings<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Vec<String> {
-    let far = |own: &&Specimen| {
+    let is_far = |own: &&Specimen| {
         own.requested_porosity.is_some_and(|asked| (own.porosity - asked).abs() > POROSITY_TOLERANCE)
     };
-    let said = |own: &Specimen| {
+    let text = |own: &Specimen| {
         format!("{own}: grains that would reach out of the shape, or into obstacles, are left out")
     };
-    solver.specimen.reports.iter().filter(far).map(said).collect()
+    solver.specimen.reports.iter().filter(is_far).map(text).collect()
 }

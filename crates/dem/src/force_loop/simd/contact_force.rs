@@ -33,33 +33,33 @@ pub(super) struct SimdContactSums {
 /// Sums over contacts.
 #[derive(Clone, Copy)]
 pub(super) struct ContactSums<const D: usize> {
-    pub(super) tally: ContactEnergies,
+    pub(super) energies: ContactEnergies,
     pub(super) sums: SimdContactSums,
     virial: Virial<D>,
 }
 
 impl<const D: usize> ContactSums<D> {
-    pub(super) fn new(tally: ContactEnergies, virial: Virial<D>) -> Self {
-        Self { tally, sums: SimdContactSums::default(), virial }
+    pub(super) fn new(energies: ContactEnergies, virial: Virial<D>) -> Self {
+        Self { energies, sums: SimdContactSums::default(), virial }
     }
 
     /// Totals over all lanes in a step of `dt` (s).
     pub(super) fn sums(self, dt: f64) -> (ContactEnergies, Virial<D>) {
-        let Self { mut tally, sums, virial } = self;
+        let Self { mut energies, sums, virial } = self;
         let sum = |lanes: Lanes| {
             let [a, b, c, d] = lanes.to_array();
             (a + b) + (c + d)
         };
-        tally.elastic += sum(sums.elastic);
-        tally.elastic_tangential += 0.5 * sum(sums.springs);
-        tally.friction += sum(sums.friction);
-        tally.dashpots += sum(sums.dashpots) + dt * (sum(sums.across) - 0.5 * sum(sums.along));
-        tally.rescaled += sum(sums.rescaled);
-        tally.rolling += sum(sums.rolling);
-        tally.elastic_rolling += sum(sums.elastic_rolling);
-        tally.boundary += sum(sums.boundary);
-        tally.squares += sum(sums.squares);
-        (tally, virial)
+        energies.elastic += sum(sums.elastic);
+        energies.elastic_tangential += 0.5 * sum(sums.springs);
+        energies.friction += sum(sums.friction);
+        energies.dashpots += sum(sums.dashpots) + dt * (sum(sums.across) - 0.5 * sum(sums.along));
+        energies.rescaled += sum(sums.rescaled);
+        energies.rolling += sum(sums.rolling);
+        energies.elastic_rolling += sum(sums.elastic_rolling);
+        energies.boundary += sum(sums.boundary);
+        energies.squares += sum(sums.squares);
+        (energies, virial)
     }
 }
 
@@ -83,7 +83,7 @@ pub(super) struct ContactOutput<'r, const D: usize, const R: usize> {
     /// Forces and moments of the grains, from the first of the rows on.
     pub(super) forces: &'r mut [ForceTorque],
     /// Contact histories, from the first pair of the rows on.
-    pub(super) memory: ContactHistoriesMut<'r, R>,
+    pub(super) history: ContactHistoriesMut<'r, R>,
     pub(super) account: ContactSums<D>,
     /// Number of the first grain.
     pub(super) first: usize,
@@ -93,10 +93,10 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
     /// Reborrows the output.
     #[inline(always)]
     pub(super) fn reborrow(&mut self) -> ContactOutput<'_, D, R> {
-        let mut memory = self.memory.reborrow();
+        let mut history = self.history.reborrow();
         // Equal lengths: one bounds check serves both.
-        memory.state = &mut memory.state[..memory.spring.len()];
-        ContactOutput { forces: self.forces, memory, account: self.account, first: self.first }
+        history.state = &mut history.state[..history.spring.len()];
+        ContactOutput { forces: self.forces, history, account: self.account, first: self.first }
     }
 
     /// Forces of four contacts on the first grains, of which `valid` count; stores their springs.
@@ -144,7 +144,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         let mut all = damping;
         let approach = -geometry.separation_velocity * steps.last;
         if (in_contact & (approach + approach).simd_gt(geometry.overlap)).any() {
-            let is_new = slots.map(|slot| f64::from(u8::from(self.memory.state[slot] == CONTACT_APART)));
+            let is_new = slots.map(|slot| f64::from(u8::from(self.history.state[slot] == CONTACT_APART)));
             let onset = dashpot::onset_dashpot(damping, geometry, steps, HERTZ);
             all = Lanes::new(is_new).simd_gt(Lanes::ZERO).bitselect(onset, damping);
         }
@@ -212,8 +212,8 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         let all = bits == (1 << WIDTH) - 1;
         for (k, &slot) in slots.iter().enumerate() {
             if all || bits & (1 << k) != 0 {
-                self.memory.spring[slot] = lines[k].to_array();
-                self.memory.state[slot] = CONTACT_TOUCHING;
+                self.history.spring[slot] = lines[k].to_array();
+                self.history.state[slot] = CONTACT_TOUCHING;
             }
         }
     }
@@ -240,15 +240,16 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         (firsts, bits): ([u32; WIDTH], u32),
         in_contact: Lanes,
     ) {
-        let ContactSums { tally, sums, .. } = &mut self.account;
-        tally.contacts += u64::from(bits.count_ones());
+        let ContactSums { energies, sums, .. } = &mut self.account;
+        energies.contacts += u64::from(bits.count_ones());
         sums.squares += in_contact & dot(on, on);
-        let deeper = geometry.overlap.simd_gt(Lanes::splat(tally.overlap) * geometry.min_radius) & in_contact;
+        let deeper =
+            geometry.overlap.simd_gt(Lanes::splat(energies.overlap) * geometry.min_radius) & in_contact;
         if deeper.any() {
             let ratios = (geometry.overlap / geometry.min_radius).to_array();
             for (k, ratio) in ratios.into_iter().enumerate() {
-                if bits & (1 << k) != 0 && ratio > tally.overlap {
-                    (tally.overlap, tally.max_overlap_grain) = (ratio, self.first as u32 + firsts[k]);
+                if bits & (1 << k) != 0 && ratio > energies.overlap {
+                    (energies.overlap, energies.max_overlap_grain) = (ratio, self.first as u32 + firsts[k]);
                 }
             }
         }

@@ -45,8 +45,8 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         let alike = self.laws.iter().all(|law| *law == self.laws[0]);
         let common = alike.then(|| SimdLaws::of([&self.laws[0]; WIDTH]));
         let (first, pair) = (rows.start, pairs.starts[rows.start] as usize);
-        let (tally, virial) = accumulators.energies[slab - accumulators.slab];
-        let (_, memory) = accumulators.memory.reborrow().split_at(pair - accumulators.pair);
+        let (energies, virial) = accumulators.energies[slab - accumulators.slab];
+        let (_, history) = accumulators.history.reborrow().split_at(pair - accumulators.pair);
         let received = &mut accumulators.forces[first - accumulators.first..];
         let mut run = SimdPass {
             input: self,
@@ -54,7 +54,12 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
             motions: &self.records.1[first..],
             periodic: !pairs.image.is_empty(),
             batch: ContactBatch::EMPTY,
-            work: ContactOutput { forces: received, memory, account: ContactSums::new(tally, virial), first },
+            work: ContactOutput {
+                forces: received,
+                history,
+                account: ContactSums::new(energies, virial),
+                first,
+            },
         };
         for (pairs, count) in active.in_fours() {
             run.collect_contacts::<HERTZ, TURNS>(pairs, count, common.as_ref());
@@ -111,7 +116,8 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
         let sum = a + b;
         let valid = (1u32 << count) - 1;
         let near = square.simd_lt(sum * sum).to_bitmask() & valid;
-        let kept = |k: usize| u32::from(self.work.memory.state[pairs[k].slot as usize] != CONTACT_APART) << k;
+        let kept =
+            |k: usize| u32::from(self.work.history.state[pairs[k].slot as usize] != CONTACT_APART) << k;
         let ends = (0..WIDTH).fold(0, |bits, k| bits | kept(k)) & valid & !near;
         if ends != 0 {
             self.release_separated(pairs, ends);
@@ -139,15 +145,15 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
             apart = difference(&apart, &self.input.shifts[code].0);
         }
         let (geometry, _) = self.input.contact_geometry(i, j, &apart, dot(&apart, &apart).sqrt(), code);
-        let mut memory = self.work.memory.get(slot);
+        let mut history = self.work.history.get(slot);
         release_contact(
             self.input.law(i, j),
             &geometry,
-            &mut memory,
+            &mut history,
             self.input.dt,
-            &mut self.work.account.tally,
+            &mut self.work.account.energies,
         );
-        self.work.memory.set(slot, &memory);
+        self.work.history.set(slot, &history);
     }
 
     /// Processes the contacts of the batch, which is full or the last one.
@@ -159,7 +165,7 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
             self.batch.copy(count - 1, n);
         }
         let groups = count.div_ceil(WIDTH).min(BATCH_SIZE / WIDTH);
-        let (records, springs) = ((self.places, self.motions), &*self.work.memory.spring);
+        let (records, springs) = ((self.places, self.motions), &*self.work.history.spring);
         for group in 0..groups {
             let slots = self.batch.pairs(group).map(|pair| pair.slot as usize);
             let (slide, dash) = load_springs(springs, &slots);
@@ -194,7 +200,7 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
         // Contacts that by rounding do not overlap after all.
         while apart != 0 {
             let pair = self.batch.pairs[apart.trailing_zeros() as usize];
-            if self.work.memory.state[pair.slot as usize] != CONTACT_APART {
+            if self.work.history.state[pair.slot as usize] != CONTACT_APART {
                 self.release_contact(pair);
             }
             apart &= apart - 1;

@@ -39,7 +39,7 @@ impl<const D: usize> Default for PlaneSums<D> {
 
 impl<const D: usize> PlaneSums<D> {
     /// Totals of a step of `dt` (s).
-    pub fn tally(self, dt: f64) -> ContactEnergies {
+    pub fn energies(self, dt: f64) -> ContactEnergies {
         self.0.sums(dt).0
     }
 }
@@ -50,7 +50,7 @@ impl<const D: usize, const R: usize> ContactInput<'_, D, R> {
         &self,
         four: &[PlaneContact<'_, D>; WIDTH],
         common: Option<&SimdLaws>,
-        memory: ContactHistoriesMut<'_, R>,
+        history: ContactHistoriesMut<'_, R>,
         sums: &mut PlaneSums<D>,
     ) -> [PlaneForce<D, R>; WIDTH] {
         let lanes = |of: &dyn Fn(&PlaneContact<'_, D>) -> f64| Lanes::new(four.each_ref().map(of));
@@ -63,7 +63,7 @@ impl<const D: usize, const R: usize> ContactInput<'_, D, R> {
         let (geometry, arm) =
             ContactGeometry::with_wall((&side, mass), (distance, &normal), &velocity, self.radii);
         let (dt, slots) = (Lanes::splat(self.dt), four.each_ref().map(|own| own.slot));
-        let (slide, dash) = load_springs(memory.spring, &slots);
+        let (slide, dash) = load_springs(history.spring, &slots);
         let slide = rotate_with_normal(&slide, &normal, geometry.spin * dt);
         let own;
         let laws = if let Some(laws) = common {
@@ -72,7 +72,7 @@ impl<const D: usize, const R: usize> ContactInput<'_, D, R> {
             own = SimdLaws::of(four.each_ref().map(|own| own.law));
             &own
         };
-        let mut work = ContactOutput { forces: &mut [], memory, account: sums.0, first: 0 };
+        let mut work = ContactOutput { forces: &mut [], history, account: sums.0, first: 0 };
         let grains = four.each_ref().map(|own| own.grain as u32);
         let force =
             work.force::<HERTZ>(&geometry, (slide, dash), laws, (grains, &slots), (WIDTH, self.simd_steps()));

@@ -21,29 +21,29 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         (cap, dt): (Lanes, Lanes),
         (slots, in_contact): (&[usize; WIDTH], Lanes),
     ) -> [Lanes; R] {
-        let memory = &mut self.memory;
+        let history = &mut self.history;
         let (roll, twist) = rolling_and_twisting(&geometry.relative_spin, &geometry.normal);
         let [(rolling, rolls), (twisting, twists)] = &laws.resistance;
-        let old: [Lanes; R] = std::array::from_fn(|c| Lanes::new(slots.map(|slot| memory.roll[slot][c])));
+        let old: [Lanes; R] = std::array::from_fn(|c| Lanes::new(slots.map(|slot| history.roll[slot][c])));
         let spring = rotate_with_normal(&old, &geometry.normal, geometry.spin * dt);
         let resisted = rolling.moment_simd(geometry, base, cap, (&spring, &roll), dt);
         let here = in_contact & *rolls;
         let lefts = resisted.angle.map(Lanes::to_array);
         let bits = here.to_bitmask();
         for (k, &slot) in slots.iter().enumerate().filter(|(k, _)| bits & (1 << k) != 0) {
-            memory.roll[slot] = std::array::from_fn(|c| lefts[c][k]);
+            history.roll[slot] = std::array::from_fn(|c| lefts[c][k]);
         }
         let mut moment = resisted.moment.map(|m| here & m);
         self.account.sums.rolling += here & resisted.dissipated;
         self.account.sums.dashpots += here & resisted.dashpots;
         self.account.sums.elastic_rolling += here & resisted.elastic;
         if D == 3 && twists.any() {
-            let old = Lanes::new(slots.map(|slot| memory.twist[slot]));
+            let old = Lanes::new(slots.map(|slot| history.twist[slot]));
             let resisted = twisting.moment_simd(geometry, base, cap, (&[old], &[twist]), dt);
             let here = in_contact & *twists;
             let (left, bits) = (resisted.angle[0].to_array(), here.to_bitmask());
             for (k, &slot) in slots.iter().enumerate().filter(|(k, _)| bits & (1 << k) != 0) {
-                memory.twist[slot] = left[k];
+                history.twist[slot] = left[k];
             }
             for c in 0..D {
                 moment[c] += here & (resisted.moment[0] * geometry.normal[c]);
@@ -103,7 +103,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
                 slide[c] = slips.bitselect(left[c], slide[c]);
             }
             self.account.sums.friction += in_contact & slips & lost;
-            self.account.tally.sliding += u64::from((in_contact & slips).to_bitmask().count_ones());
+            self.account.energies.sliding += u64::from((in_contact & slips).to_bitmask().count_ones());
         }
         let viscous = dashpot * dot(&geometry.sliding_velocity, &geometry.sliding_velocity);
         self.account.sums.across += in_contact & slips.bitselect(Lanes::ZERO, viscous);

@@ -82,22 +82,22 @@ impl<const R: usize> HistoryColumnIndices<R> {
         &self,
         rows: &NamedTable<'_>,
         number: usize,
-        memory: &mut ContactHistories<R>,
+        history: &mut ContactHistories<R>,
     ) -> Result<(), String> {
-        let k = memory.len();
+        let k = history.len();
         let row = &rows.table.rows[number];
-        memory.state.push(rows.whole(number, self.state, u64::from(CONTACT_BONDED) + 1)? as u8);
+        history.state.push(rows.whole(number, self.state, u64::from(CONTACT_BONDED) + 1)? as u8);
         let mut spring = [0.0; SPRING_WIDTH];
         spring[..R].copy_from_slice(&pick(row, &self.slide));
         spring[SPRING_WIDTH - 1] = row[self.dashpot];
-        memory.spring.push(spring);
-        if let (Some(roll), Some(own)) = (memory.roll.get_mut(k), &self.roll) {
+        history.spring.push(spring);
+        if let (Some(roll), Some(own)) = (history.roll.get_mut(k), &self.roll) {
             *roll = pick(row, own);
         }
-        if let (Some(twist), Some(own)) = (memory.twist.get_mut(k), self.twist) {
+        if let (Some(twist), Some(own)) = (history.twist.get_mut(k), self.twist) {
             *twist = row[own];
         }
-        if let (Some(bond), Some(own)) = (memory.bond.get_mut(k), &self.bond) {
+        if let (Some(bond), Some(own)) = (history.bond.get_mut(k), &self.bond) {
             *bond = own.of(row);
         }
         Ok(())
@@ -243,10 +243,10 @@ impl StoredSpecimen {
 }
 
 /// Prepares empty histories, for `count` contacts that follow.
-fn empty<const R: usize>(memory: &mut ContactHistories<R>, count: usize, columns: HistoryColumns) {
-    memory.clear(count, columns);
-    memory.state.clear();
-    memory.spring.clear();
+fn empty<const R: usize>(history: &mut ContactHistories<R>, count: usize, columns: HistoryColumns) {
+    history.clear(count, columns);
+    history.state.clear();
+    history.spring.clear();
 }
 
 /// List of the pairs of `count` grains, given as the numbers of their grains and of their row.
@@ -277,12 +277,12 @@ fn list_walls<const R: usize>(
     places: &HistoryColumnIndices<R>,
     of_walls: Vec<(u32, u32, usize)>,
 ) -> Result<(), String> {
-    empty(&mut near.memory, of_walls.len(), columns);
+    empty(&mut near.history, of_walls.len(), columns);
     let facets = FacetColumnIndices::new(rows)?;
     for (i, wall, number) in of_walls {
         near.grain.push(i);
         near.wall.push(wall);
-        places.push(rows, number, &mut near.memory)?;
+        places.push(rows, number, &mut near.history)?;
         if let Some(facets) = &facets {
             let (key, facet) = facets.of(rows, number)?;
             near.key.push(key);

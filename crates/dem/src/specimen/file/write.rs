@@ -152,10 +152,10 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
             }
         }
         let near = &self.neighbours.walls;
-        for k in (0..near.grain.len()).filter(|&k| near.memory.is_kept(k)) {
+        for k in (0..near.grain.len()).filter(|&k| near.history.is_kept(k)) {
             if self.boundary.walls[near.wall[k] as usize].moving.is_none() {
                 let ends = [f64::from(g.id[near.grain[k] as usize]), NO_INDEX, f64::from(near.wall[k])];
-                rows.push(row(ends, &near.memory, k, near.key.get(k).map(|key| (*key, near.facet[k]))));
+                rows.push(row(ends, &near.history, k, near.key.get(k).map(|key| (*key, near.facet[k]))));
             }
         }
         Table { columns, rows }
@@ -165,18 +165,18 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
 /// Table row of contact `k`, with its ends.
 fn row<const R: usize>(
     ends: [f64; 3],
-    memory: &ContactHistories<R>,
+    history: &ContactHistories<R>,
     k: usize,
     facet: Option<(u64, Facet)>,
 ) -> Vec<f64> {
-    let own = memory.get(k);
+    let own = history.get(k);
     let mut row = ends.to_vec();
     row.push(f64::from(own.state));
     row.extend(own.shear_displacement);
     row.push(own.damping_force);
-    row.extend(memory.roll.get(k).into_iter().flatten());
-    row.extend(memory.twist.get(k));
-    if let Some(bond) = memory.bond.get(k) {
+    row.extend(history.roll.get(k).into_iter().flatten());
+    row.extend(history.twist.get(k));
+    if let Some(bond) = history.bond.get(k) {
         row.extend([bond.strength, bond.tension]);
         row.extend(bond.shear);
         row.extend(bond.bending);
