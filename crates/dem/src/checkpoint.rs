@@ -10,8 +10,9 @@ use colluvium_case::{
 use colluvium_points::struct_of_arrays::{invalid_data, read_column, write_column};
 use serde::{Deserialize, Serialize};
 
+use crate::boundary::walls::RigidWall;
 use crate::contact::contact_histories::PairList;
-use crate::neighbours::grain_neighbours::SinceListBuild;
+use crate::neighbours::grain_neighbours::{GrainNeighbours, SinceListBuild};
 use crate::obstacles::facet::Facet;
 use crate::output::energy_balance::{BrokenBond, EnergyBalance};
 use crate::output::stress_control_check::{ControlledStress, missed_stress_warnings};
@@ -85,10 +86,12 @@ fn read_pairs<const R: usize>(pairs: &mut PairList<R>, count: usize, input: &mut
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     pub(crate) fn write(&self, out: &mut dyn Write) -> io::Result<()> {
-        let mut cell = flattened(&self.cell.geometry.h);
-        cell.extend(flattened(&self.cell.geometry.velocity_gradient));
-        cell.extend(flattened(&self.cell.geometry.mean_velocity_gradient));
-        let wall = |wall: &crate::boundary::walls::RigidWall<D>| {
+        let GrainNeighbours { pairs, walls: near, since_build, .. } = &self.neighbours;
+        let geometry = &self.cell.geometry;
+        let mut cell = flattened(&geometry.h);
+        cell.extend(flattened(&geometry.velocity_gradient));
+        cell.extend(flattened(&geometry.mean_velocity_gradient));
+        let wall = |wall: &RigidWall<D>| {
             let velocity = wall.velocity.get(wall.axis).copied().unwrap_or(0.0);
             let mut numbers = vec![wall.position, velocity];
             numbers.extend(wall.reaction.as_flattened());
@@ -106,13 +109,9 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             energy_balance: self.records.energy_balance,
             virial: self.cell.virial.iter().flat_map(flattened).collect(),
             cell,
-            since_list_build: self.neighbours.since_build.cell.map(|then| {
-                (
-                    flattened(&then),
-                    self.neighbours.since_build.grain_travel,
-                    self.neighbours.since_build.wall_travel,
-                )
-            }),
+            since_list_build: since_build
+                .cell
+                .map(|then| (flattened(&then), since_build.grain_travel, since_build.wall_travel)),
             walls: self.boundary.walls.iter().map(wall).collect(),
             broken: self.records.broken_bonds.clone(),
             entered: self.specimen.sources.iter().map(|source| source.entered).collect(),
@@ -122,22 +121,17 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let head = postcard::to_stdvec(&head).map_err(io::Error::other)?;
         write_column(&head, |byte| byte, out)?;
         self.grains.write(out)?;
-        write_pairs(&self.neighbours.pairs.slab_pairs, out)?;
-        write_pairs(&self.neighbours.pairs.periodic_pairs, out)?;
-        write_column(&self.neighbours.pairs.slabs, |value| value, out)?;
-        write_column(&self.neighbours.walls.grain, |value| value, out)?;
-        write_column(&self.neighbours.walls.wall, |value| value, out)?;
-        write_column(&self.neighbours.walls.slabs, |value| value, out)?;
-        write_column(&self.neighbours.walls.key, |value| value, out)?;
-        let facets: Vec<f64> = self
-            .neighbours
-            .walls
-            .facet
-            .iter()
-            .flat_map(|f| [f.distance, f.normal[0], f.normal[1], f.normal[2]])
-            .collect();
+        write_pairs(&pairs.slab_pairs, out)?;
+        write_pairs(&pairs.periodic_pairs, out)?;
+        write_column(&pairs.slabs, |value| value, out)?;
+        write_column(&near.grain, |value| value, out)?;
+        write_column(&near.wall, |value| value, out)?;
+        write_column(&near.slabs, |value| value, out)?;
+        write_column(&near.key, |value| value, out)?;
+        let facets: Vec<f64> =
+            near.facet.iter().flat_map(|f| [f.distance, f.normal[0], f.normal[1], f.normal[2]]).collect();
         write_column(&facets, |value| value, out)?;
-        self.neighbours.walls.history.write(out)
+        near.history.write(out)
     }
 
     pub(crate) fn read(&mut self, input: &mut dyn Read) -> io::Result<()> {
@@ -149,28 +143,28 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
         self.boundary.membranes.clear();
         self.grains.read(input)?;
+        let GrainNeighbours { pairs, walls: near, .. } = &mut self.neighbours;
         let count = self.grains.len();
         self.extremes.radii = self.grains.radii();
-        read_pairs(&mut self.neighbours.pairs.slab_pairs, count, input)?;
-        read_pairs(&mut self.neighbours.pairs.periodic_pairs, count, input)?;
-        self.neighbours.pairs.active_pairs.clear();
-        read_column(&mut self.neighbours.pairs.slabs, |value: u32| value, input)?;
-        read_column(&mut self.neighbours.walls.grain, |value: u32| value, input)?;
-        read_column(&mut self.neighbours.walls.wall, |value: u32| value, input)?;
-        read_column(&mut self.neighbours.walls.slabs, |value: u32| value, input)?;
-        read_column(&mut self.neighbours.walls.key, |value: u64| value, input)?;
+        read_pairs(&mut pairs.slab_pairs, count, input)?;
+        read_pairs(&mut pairs.periodic_pairs, count, input)?;
+        pairs.active_pairs.clear();
+        read_column(&mut pairs.slabs, |value: u32| value, input)?;
+        read_column(&mut near.grain, |value: u32| value, input)?;
+        read_column(&mut near.wall, |value: u32| value, input)?;
+        read_column(&mut near.slabs, |value: u32| value, input)?;
+        read_column(&mut near.key, |value: u64| value, input)?;
         let mut facets: Vec<f64> = Vec::new();
         read_column(&mut facets, |value: f64| value, input)?;
         let facet = |v: &[f64]| Facet { distance: v[0], normal: [v[1], v[2], v[3]] };
-        self.neighbours.walls.facet = facets.chunks_exact(4).map(facet).collect();
-        self.neighbours.walls.history.read(input)?;
-        let fits = self.neighbours.walls.history.len() == self.neighbours.walls.grain.len()
-            && self.neighbours.walls.wall.len() == self.neighbours.walls.grain.len()
-            && self.neighbours.walls.slabs.len() == self.neighbours.pairs.slabs.len()
-            && self.neighbours.walls.key.len() == self.neighbours.walls.facet.len()
-            && (self.neighbours.walls.key.is_empty()
-                || self.neighbours.walls.key.len() == self.neighbours.walls.grain.len())
-            && self.neighbours.walls.grain.iter().all(|&i| (i as usize) < count);
+        near.facet = facets.chunks_exact(4).map(facet).collect();
+        near.history.read(input)?;
+        let fits = near.history.len() == near.grain.len()
+            && near.wall.len() == near.grain.len()
+            && near.slabs.len() == pairs.slabs.len()
+            && near.key.len() == near.facet.len()
+            && (near.key.is_empty() || near.key.len() == near.grain.len())
+            && near.grain.iter().all(|&i| (i as usize) < count);
         if !fits {
             return Err(invalid_data("the lists of walls do not fit the grains"));
         }

@@ -119,7 +119,7 @@ impl RuleChecker {
                 self.rule(
                     linear,
                     format!("{path}.kind"),
-                    "cohesive goes with the linear law, whose spring bears tension",
+                    "cohesive goes with the linear law, whose spring carries tension",
                 );
             }
             Adhesion::Jkr { work_of_adhesion } => {

@@ -79,7 +79,7 @@ pub fn capabilities() -> Capabilities {
         .rejects("boundaries.wall.bilateral", "grains can always lift off the walls of dem")
         .rejects("obstacles.wall.adhesion", ADHESION)
         .rejects("obstacles.regions.wall.adhesion", ADHESION)
-        .rejects("measures.about", "dem tells the force on an obstacle and not its moment")
+        .rejects("measures.about", "dem records the force on an obstacle and not its moment")
         .ignores_with_warning("bodies.sampling*", "grains fill a body by a packing of their own")
         .rejects("bodies.shape.rows=terrain", "grains fill a layer by a packing of their own")
         .rejects("loads", "dem cannot apply tractions: use a wall, or a periodic cell that follows a stress")
