@@ -187,8 +187,8 @@ fn servo<const D: usize, const R: usize>(
         solver.advance(dt).map_err(|_| equilibrium_error(OVERLAP_MESSAGE))?;
         if step % STEPS_PER_CHECK == 0 {
             let now = stress(solver);
-            let off = components.iter().map(|&c| (now[c] - target[c]).abs()).fold(0.0, f64::max);
-            if off <= allowed && solver.view().unbalanced() <= REST_RATIO {
+            let error = components.iter().map(|&c| (now[c] - target[c]).abs()).fold(0.0, f64::max);
+            if error <= allowed && solver.view().unbalanced() <= REST_RATIO {
                 set_cell(solver, None);
                 return Ok(());
             }
@@ -222,13 +222,13 @@ pub fn load<const D: usize, const R: usize>(
     spec: &GranularCellSpec,
     target: &SymTensor,
 ) -> Result<(), MaterialError> {
-    let least = MIN_PRESSURE_RATIO * spec.preparation.pressure;
+    let min_pressure = MIN_PRESSURE_RATIO * spec.preparation.pressure;
     let pressure = -(0..D).map(|c| target[c]).sum::<f64>() / D as f64;
-    if pressure >= least {
+    if pressure >= min_pressure {
         return servo(solver, target, spec.tolerance);
     }
-    servo(solver, &SymTensor::isotropic(-least), spec.tolerance)?;
-    let rate = largest_rate(solver, spec, least);
+    servo(solver, &SymTensor::isotropic(-min_pressure), spec.tolerance)?;
+    let rate = largest_rate(solver, spec, min_pressure);
     solver.cell.imposed_gradient =
         Some(std::array::from_fn(|i| std::array::from_fn(|j| if i == j { rate } else { 0.0 })));
     for _ in 0..MAX_STEPS {
@@ -298,10 +298,10 @@ pub fn deform<const D: usize, const R: usize>(
 /// Refuses initial tension: grains without cohesion carry none.
 pub fn check_initial<const D: usize>(stress: &SymTensor) -> Result<(), MaterialError> {
     let normal = &stress.0[..D];
-    let across = if D == 2 { stress[4].abs() + stress[5].abs() } else { 0.0 };
+    let out_of_plane = if D == 2 { stress[4].abs() + stress[5].abs() } else { 0.0 };
     let reason = if normal.iter().any(|value| *value > 0.0) {
         format!("grains bear no tension (stress {:?} Pa)", stress.0)
-    } else if across > 0.0 {
+    } else if out_of_plane > 0.0 {
         "disks bear no shear out of their plane: take dimension 3".to_owned()
     } else {
         return Ok(());
@@ -312,8 +312,8 @@ pub fn check_initial<const D: usize>(stress: &SymTensor) -> Result<(), MaterialE
 /// Refuses out-of-plane motion of disks.
 pub fn check_motion<const D: usize>(motion: &Motion) -> Result<(), MaterialError> {
     let f = &motion.deformation.0;
-    let across = [f[2][2] - 1.0, f[0][2], f[1][2], f[2][0], f[2][1]];
-    if D == 3 || across.iter().all(|value| value.abs() < 1e-12) {
+    let out_of_plane = [f[2][2] - 1.0, f[0][2], f[1][2], f[2][0], f[2][1]];
+    if D == 3 || out_of_plane.iter().all(|value| value.abs() < 1e-12) {
         return Ok(());
     }
     let reason = "disks have no strain across their plane: take dimension 3, or a test in plane strain";

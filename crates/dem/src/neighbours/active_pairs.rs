@@ -109,15 +109,15 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
             return;
         }
         // Twice the present approach, so that few selections are made when displacements grow steadily.
-        let wanted = (2.0 * closer).max(MIN_GAP_FRACTION * skin);
-        let reach = if wanted < skin && shifts.is_some() { wanted } else { f64::INFINITY };
+        let doubled = (2.0 * closer).max(MIN_GAP_FRACTION * skin);
+        let reach = if doubled < skin && shifts.is_some() { doubled } else { f64::INFINITY };
         let near = |i: usize, j: usize, code: usize| {
             let mut apart = difference(&grains.listed[i], &grains.listed[j]);
             if let (Some(shifts), true) = (shifts, code > 0) {
                 apart = difference(&apart, &shifts[code].0);
             }
-            let most = grains.radius[i] + grains.radius[j] + reach;
-            dot(&apart, &apart) < most * most
+            let limit = grains.radius[i] + grains.radius[j] + reach;
+            dot(&apart, &apart) < limit * limit
         };
         let (slabs, inner) = (&self.slabs, &self.slab_pairs);
         let count = slabs.len().saturating_sub(1);

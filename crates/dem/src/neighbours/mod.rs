@@ -473,13 +473,13 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
 }
 
 /// Stable counting sort by key: first index of each key, and the order.
-fn count_sort(keys: &[u32], most: usize, starts: &mut Vec<u32>, order: &mut Vec<u32>) {
+fn count_sort(keys: &[u32], key_count: usize, starts: &mut Vec<u32>, order: &mut Vec<u32>) {
     starts.clear();
-    starts.resize(most + 1, 0);
+    starts.resize(key_count + 1, 0);
     for &key in keys {
         starts[key as usize + 1] += 1;
     }
-    for key in 0..most {
+    for key in 0..key_count {
         starts[key + 1] += starts[key];
     }
     order.clear();

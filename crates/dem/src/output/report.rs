@@ -8,6 +8,9 @@ use crate::output::packing_view::PackingView;
 use crate::points::grains::{Grains, volume};
 use crate::points::vector::{add, difference, dot};
 
+/// Names of the components of an orientation in space.
+const QUATERNION: [&str; 4] = ["orientation_w", "orientation_x", "orientation_y", "orientation_z"];
+
 /// Indices of the grains in the order of their ids.
 struct IdOrder {
     indices: Vec<usize>,
@@ -72,14 +75,10 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         }
         if !g.orientation.is_empty() {
             let component = |c: usize| order.scalar(|i| g.orientation[i][c]);
-            match R {
-                1 => fields.push(field("orientation", "rad", component(0))),
-                _ => {
-                    fields.extend((0..4).map(|c| {
-                        field(&format!("orientation_{}", ["w", "x", "y", "z"][c]), "", component(c))
-                    }))
-                }
-            }
+            fields.extend(match R {
+                1 => vec![field("orientation", "rad", component(0))],
+                _ => (0..4).map(|c| field(QUATERNION[c], "", component(c))).collect(),
+            });
         }
         let indices = || order.indices.iter();
         Snapshot {

@@ -19,8 +19,8 @@ pub(super) struct SimdContactSums {
     /// Twice the energy of tangential springs (J).
     pub(super) springs: Lanes,
     /// Minus twice the power of the normal dashpots; the next field is the power of the tangential ones (W).
-    along: Lanes,
-    pub(super) across: Lanes,
+    normal_power: Lanes,
+    pub(super) tangential_power: Lanes,
     pub(super) friction: Lanes,
     pub(super) dashpots: Lanes,
     pub(super) rescaled: Lanes,
@@ -53,7 +53,8 @@ impl<const D: usize> ContactSums<D> {
         energies.elastic += sum(sums.elastic);
         energies.elastic_tangential += 0.5 * sum(sums.springs);
         energies.friction += sum(sums.friction);
-        energies.dashpots += sum(sums.dashpots) + dt * (sum(sums.across) - 0.5 * sum(sums.along));
+        energies.dashpots +=
+            sum(sums.dashpots) + dt * (sum(sums.tangential_power) - 0.5 * sum(sums.normal_power));
         energies.rescaled += sum(sums.rescaled);
         energies.rolling += sum(sums.rolling);
         energies.elastic_rolling += sum(sums.elastic_rolling);
@@ -104,7 +105,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
     pub(super) fn force<const HERTZ: bool>(
         &mut self,
         geometry: &ContactGeometry<D, R, Lanes>,
-        (slide, dash): ([Lanes; R], Lanes),
+        (shear_displacement, damping_force): ([Lanes; R], Lanes),
         laws: &SimdLaws,
         (grains, slots): ([u32; WIDTH], &[usize; WIDTH]),
         (valid, steps): (usize, StepLengths<Lanes>),
@@ -117,17 +118,22 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         let normal = (laws.no_tension & viscous.simd_lt(Lanes::ZERO)).bitselect(Lanes::ZERO, viscous);
         let dissipative = normal - base.force;
         let sums = &mut self.account.sums;
-        sums.along += in_contact & ((dash + dissipative) * geometry.separation_velocity);
+        sums.normal_power += in_contact & ((damping_force + dissipative) * geometry.separation_velocity);
         sums.elastic += in_contact & base.energy;
         let cap = normal.fast_max(Lanes::ZERO);
-        let (across, slide) =
-            self.tangential_force::<HERTZ>(laws, geometry, &base, (cap, steps.last), (slide, in_contact));
+        let (tangential, shear_displacement) = self.tangential_force::<HERTZ>(
+            laws,
+            geometry,
+            &base,
+            (cap, steps.last),
+            (shear_displacement, in_contact),
+        );
         let bits = in_contact.to_bitmask();
-        self.store_springs(slots, &slide, dissipative, bits);
-        let mut on: [Lanes; D] = from_tangential(&across, &geometry.normal);
+        self.store_springs(slots, &shear_displacement, dissipative, bits);
+        let mut on: [Lanes; D] = from_tangential(&tangential, &geometry.normal);
         add(&mut on, normal, &geometry.normal);
         self.count(geometry, &on, (grains, bits), in_contact);
-        SimdForce { on: on.map(|f| in_contact & f), tangential: across, normal, base, cap, in_contact, bits }
+        SimdForce { on: on.map(|f| in_contact & f), tangential, normal, base, cap, in_contact, bits }
     }
 
     /// Normal dashpots of four contacts in this step (N s/m).
@@ -168,13 +174,13 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
     ) -> u32 {
         let pairs = batch.pairs(group);
         let slots = pairs.map(|pair| pair.slot as usize);
-        let FourContacts { geometry, arm, apart, radii, shear_displacement: slide, damping_force: dash } =
+        let FourContacts { geometry, arm, apart, radii, shear_displacement, damping_force } =
             &batch.fours[group];
         let dt = Lanes::splat(input.dt);
         let firsts = pairs.each_ref().map(|pair| pair.first);
-        let SimdForce { on, tangential: across, normal, base, cap, in_contact, bits } = self.force::<HERTZ>(
+        let SimdForce { on, tangential, normal, base, cap, in_contact, bits } = self.force::<HERTZ>(
             geometry,
-            (*slide, *dash),
+            (*shear_displacement, *damping_force),
             laws,
             (firsts, &slots),
             (valid, input.simd_steps()),
@@ -189,7 +195,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
             self.add_stress(valid, &on, apart);
         }
         let lever: [Lanes; R] =
-            scaled(-*arm, &moment(&geometry.normal, &across)).map(|own: Lanes| in_contact & own);
+            scaled(-*arm, &moment(&geometry.normal, &tangential)).map(|own: Lanes| in_contact & own);
         let resistance = TURNS.then(|| {
             let turned = self.rolling_moments(laws, geometry, &base, (cap, dt), (&slots, in_contact));
             let [a, b] = radii.map(|radius| Lanes::ONE / radius);
@@ -206,9 +212,15 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
 
     /// Stores the springs of those of four contacts whose bits are set.
     #[inline(always)]
-    fn store_springs(&mut self, slots: &[usize; WIDTH], slide: &[Lanes; R], dash: Lanes, bits: u32) {
-        let part = |c: usize| if c < R { slide[c] } else { Lanes::ZERO };
-        let lines = Lanes::transpose([part(0), part(1), part(2), dash]);
+    fn store_springs(
+        &mut self,
+        slots: &[usize; WIDTH],
+        shear_displacement: &[Lanes; R],
+        damping_force: Lanes,
+        bits: u32,
+    ) {
+        let part = |c: usize| if c < R { shear_displacement[c] } else { Lanes::ZERO };
+        let lines = Lanes::transpose([part(0), part(1), part(2), damping_force]);
         let all = bits == (1 << WIDTH) - 1;
         for (k, &slot) in slots.iter().enumerate() {
             if all || bits & (1 << k) != 0 {

@@ -168,10 +168,10 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
         let (records, springs) = ((self.places, self.motions), &*self.work.history.spring);
         for group in 0..groups {
             let slots = self.batch.pairs(group).map(|pair| pair.slot as usize);
-            let (slide, dash) = load_springs(springs, &slots);
+            let (shear_displacement, damping_force) = load_springs(springs, &slots);
             contact_geometry::<D, R, TURNS>(&mut self.batch, group, records, (self.input, self.periodic));
             let own = &mut self.batch.fours[group];
-            (own.shear_displacement, own.damping_force) = (slide, dash);
+            (own.shear_displacement, own.damping_force) = (shear_displacement, damping_force);
         }
         for group in 0..groups {
             rotate_springs(&mut self.batch, group, self.input.dt);

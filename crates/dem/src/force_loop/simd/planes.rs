@@ -63,8 +63,8 @@ impl<const D: usize, const R: usize> ContactInput<'_, D, R> {
         let (geometry, arm) =
             ContactGeometry::with_wall((&side, mass), (distance, &normal), &velocity, self.radii);
         let (dt, slots) = (Lanes::splat(self.dt), four.each_ref().map(|own| own.slot));
-        let (slide, dash) = load_springs(history.spring, &slots);
-        let slide = rotate_with_normal(&slide, &normal, geometry.spin * dt);
+        let (shear_displacement, damping_force) = load_springs(history.spring, &slots);
+        let shear_displacement = rotate_with_normal(&shear_displacement, &normal, geometry.spin * dt);
         let own;
         let laws = if let Some(laws) = common {
             laws
@@ -74,8 +74,13 @@ impl<const D: usize, const R: usize> ContactInput<'_, D, R> {
         };
         let mut work = ContactOutput { forces: &mut [], history, account: sums.0, first: 0 };
         let grains = four.each_ref().map(|own| own.grain as u32);
-        let force =
-            work.force::<HERTZ>(&geometry, (slide, dash), laws, (grains, &slots), (WIDTH, self.simd_steps()));
+        let force = work.force::<HERTZ>(
+            &geometry,
+            (shear_displacement, damping_force),
+            laws,
+            (grains, &slots),
+            (WIDTH, self.simd_steps()),
+        );
         let lever: [Lanes; R] = scaled(-arm, &moment(&normal, &force.tangential));
         let resisted = if TURNS {
             work.rolling_moments(laws, &geometry, &force.base, (force.cap, dt), (&slots, force.in_contact))

@@ -76,9 +76,11 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
             old = rescaled;
             self.account.sums.rescaled += in_contact & lost;
         }
-        let mut slide: [Lanes; R] = std::array::from_fn(|c| old[c] + geometry.sliding_velocity[c] * dt);
-        let mut force: [Lanes; R] =
-            std::array::from_fn(|c| -stiffness * slide[c] - dashpot * geometry.sliding_velocity[c]);
+        let mut shear_displacement: [Lanes; R] =
+            std::array::from_fn(|c| old[c] + geometry.sliding_velocity[c] * dt);
+        let mut force: [Lanes; R] = std::array::from_fn(|c| {
+            -stiffness * shear_displacement[c] - dashpot * geometry.sliding_velocity[c]
+        });
         let square = dot(&force, &force);
         let limit = laws.at_rest * cap;
         let slips = square.simd_gt(limit * limit);
@@ -100,14 +102,14 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
             );
             for c in 0..R {
                 force[c] = slips.bitselect(capped[c], force[c]);
-                slide[c] = slips.bitselect(left[c], slide[c]);
+                shear_displacement[c] = slips.bitselect(left[c], shear_displacement[c]);
             }
             self.account.sums.friction += in_contact & slips & lost;
             self.account.energies.sliding += u64::from((in_contact & slips).to_bitmask().count_ones());
         }
         let viscous = dashpot * dot(&geometry.sliding_velocity, &geometry.sliding_velocity);
-        self.account.sums.across += in_contact & slips.bitselect(Lanes::ZERO, viscous);
-        self.account.sums.springs += in_contact & (stiffness * dot(&slide, &slide));
-        (force, slide)
+        self.account.sums.tangential_power += in_contact & slips.bitselect(Lanes::ZERO, viscous);
+        self.account.sums.springs += in_contact & (stiffness * dot(&shear_displacement, &shear_displacement));
+        (force, shear_displacement)
     }
 }
