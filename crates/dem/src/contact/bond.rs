@@ -127,19 +127,19 @@ impl Beam {
             return;
         }
         let section = self.section::<D>(geometry.min_radius);
-        let (along, across) = (self.normal * section.area, self.shear * section.area);
+        let (normal, tangential) = (self.normal * section.area, self.shear * section.area);
         let (bending, torsion) = (self.normal * section.bending, self.shear * section.torsion);
         let (roll, twist) = rolling_and_twisting(&geometry.relative_spin, &geometry.normal);
-        bond.tension += along * geometry.separation_velocity * dt;
+        bond.tension += normal * geometry.separation_velocity * dt;
         bond.shear = rotate_with_normal(&bond.shear, &geometry.normal, geometry.spin * dt);
         bond.bending = rotate_with_normal(&bond.bending, &geometry.normal, geometry.spin * dt);
         for c in 0..R {
-            bond.shear[c] -= across * geometry.sliding_velocity[c] * dt;
+            bond.shear[c] -= tangential * geometry.sliding_velocity[c] * dt;
             bond.bending[c] -= bending * roll[c] * dt;
         }
         bond.twist -= torsion * twist * dt;
         let (shear, bent) = (dot(&bond.shear, &bond.shear), dot(&bond.bending, &bond.bending));
-        let mut energy = 0.5 * (bond.tension * bond.tension / along + shear / across + bent / bending);
+        let mut energy = 0.5 * (bond.tension * bond.tension / normal + shear / tangential + bent / bending);
         if torsion > 0.0 {
             energy += 0.5 * bond.twist * bond.twist / torsion;
         }

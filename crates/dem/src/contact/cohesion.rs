@@ -54,13 +54,13 @@ impl Cohesion {
 #[inline]
 pub fn break_by_shear<const R: usize>(
     law: &PairLaw,
-    across: &[f64; R],
+    tangential: &[f64; R],
     cap: (f64, f64),
     history: &mut ContactHistory<R>,
 ) {
     let Some(AttractionLaw::Cohesion(cohesion)) = &law.attraction else { return };
     let limit = law.friction.coefficient * cap.0 + cap.1;
-    let slips = dot(across, across).sqrt() >= limit * (1.0 - 1e-12);
+    let slips = dot(tangential, tangential).sqrt() >= limit * (1.0 - 1e-12);
     if cohesion.fragile && history.state == CONTACT_BONDED && slips {
         history.state = CONTACT_TOUCHING;
     }

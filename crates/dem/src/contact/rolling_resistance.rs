@@ -36,16 +36,16 @@ pub fn add_rolling_moments<const D: usize, const R: usize>(
     let (roll, twist) = rolling_and_twisting(&geometry.relative_spin, &geometry.normal);
     if let Some(resistance) = &law.rolling {
         let spring = rotate_with_normal(&history.rolling_angle, &geometry.normal, geometry.spin * dt);
-        let (force, left) = resistance.moment(geometry, base, normal, &spring, &roll, dt, energies);
-        history.rolling_angle = left;
+        let (force, angle) = resistance.moment(geometry, base, normal, &spring, &roll, dt, energies);
+        history.rolling_angle = angle;
         for c in 0..R {
             moment[c] += force[c];
         }
     }
     if let (3, Some(resistance)) = (D, &law.twisting) {
-        let (force, left) =
+        let (force, angle) =
             resistance.moment(geometry, base, normal, &[history.torsion_angle], &[twist], dt, energies);
-        history.torsion_angle = left[0];
+        history.torsion_angle = angle[0];
         for c in 0..D {
             moment[c] += force[0] * geometry.normal[c];
         }
@@ -72,23 +72,23 @@ impl RollingResistance {
             * self.damping_ratio
             * (self.stiffness * base.tangential_stiffness * geometry.mass).sqrt()
             * square;
-        let mut left: [f64; N] = std::array::from_fn(|c| spring[c] + rate[c] * dt);
-        let mut moment: [f64; N] = std::array::from_fn(|c| -stiffness * left[c] - dashpot * rate[c]);
+        let mut angle: [f64; N] = std::array::from_fn(|c| spring[c] + rate[c] * dt);
+        let mut moment: [f64; N] = std::array::from_fn(|c| -stiffness * angle[c] - dashpot * rate[c]);
         let size = dot(&moment, &moment).sqrt();
         let limit = self.friction * geometry.radius * normal;
         if size > limit {
             moment = scaled(limit / size, &moment);
-            left = std::array::from_fn(|c| -(moment[c] + dashpot * rate[c]) / stiffness);
-            let length = dot(&left, &left).sqrt();
+            angle = std::array::from_fn(|c| -(moment[c] + dashpot * rate[c]) / stiffness);
+            let length = dot(&angle, &angle).sqrt();
             if length * stiffness > limit {
-                left = scaled(limit / (stiffness * length), &left);
+                angle = scaled(limit / (stiffness * length), &angle);
             }
-            energies.rolling += slip_dissipation(&moment, (rate, dt), (stiffness, dashpot), (spring, &left));
+            energies.rolling += slip_dissipation(&moment, (rate, dt), (stiffness, dashpot), (spring, &angle));
         } else {
             energies.dashpots += dashpot * dot(rate, rate) * dt;
         }
-        energies.elastic_rolling += 0.5 * stiffness * dot(&left, &left);
-        (moment, left)
+        energies.elastic_rolling += 0.5 * stiffness * dot(&angle, &angle);
+        (moment, angle)
     }
 }
 
@@ -123,8 +123,8 @@ impl RollingResistance<Lanes> {
             * self.damping_ratio
             * (self.stiffness * base.tangential_stiffness * geometry.mass).sqrt()
             * square;
-        let mut left: [Lanes; N] = std::array::from_fn(|c| spring[c] + rate[c] * dt);
-        let mut moment: [Lanes; N] = std::array::from_fn(|c| -stiffness * left[c] - dashpot * rate[c]);
+        let mut angle: [Lanes; N] = std::array::from_fn(|c| spring[c] + rate[c] * dt);
+        let mut moment: [Lanes; N] = std::array::from_fn(|c| -stiffness * angle[c] - dashpot * rate[c]);
         let size = dot(&moment, &moment).sqrt();
         let limit = self.friction * geometry.radius * normal;
         let slips = size.simd_gt(limit);
@@ -139,15 +139,15 @@ impl RollingResistance<Lanes> {
             lost = slip_dissipation(&capped, (rate, dt), (stiffness, dashpot), (spring, &kept));
             for c in 0..N {
                 moment[c] = slips.bitselect(capped[c], moment[c]);
-                left[c] = slips.bitselect(kept[c], left[c]);
+                angle[c] = slips.bitselect(kept[c], angle[c]);
             }
         }
         RollingResponse {
             moment,
-            angle: left,
+            angle,
             dissipated: slips & lost,
             dashpots: slips.bitselect(Lanes::ZERO, dashpot * dot(rate, rate) * dt),
-            elastic: Lanes::HALF * stiffness * dot(&left, &left),
+            elastic: Lanes::HALF * stiffness * dot(&angle, &angle),
         }
     }
 }

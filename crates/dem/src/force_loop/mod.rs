@@ -323,34 +323,34 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         slab_energies: &mut [(ContactEnergies, Virial<D>)],
     ) {
         let slabs = lists.slab_count();
-        let (pairs, mut inner) = lists.slab_pairs.view_and_histories();
-        let (seam_pairs, seam) = lists.periodic_pairs.view_and_histories();
+        let (pairs, mut histories) = lists.slab_pairs.view_and_histories();
+        let (periodic_pairs, periodic_histories) = lists.periodic_pairs.view_and_histories();
         let active = &lists.active_pairs;
         let lists = SlabPairs { pairs, slabs: &lists.slabs, active_pairs: &active.slabs };
-        let (of_slabs, of_seam) = slab_energies.split_at_mut(slabs);
+        let (of_slabs, of_periodic) = slab_energies.split_at_mut(slabs);
         for parity in 0..2 {
             let groups = 0..(slabs + 1 - parity) / 2;
             let accumulators = ForceAccumulators {
                 first: 0,
                 forces: &mut *received,
                 pair: 0,
-                history: inner.reborrow(),
+                history: histories.reborrow(),
                 slab: 0,
                 energies: &mut *of_slabs,
             };
             self.coloured_slabs(lists, groups, parity, accumulators);
         }
-        if !seam_pairs.other.is_empty() {
+        if !periodic_pairs.other.is_empty() {
             let mut accumulators = ForceAccumulators {
                 first: 0,
                 forces: received,
                 pair: 0,
-                history: seam,
+                history: periodic_histories,
                 slab: 0,
-                energies: of_seam,
+                energies: of_periodic,
             };
             self.pair_forces(
-                (seam_pairs, &active.periodic_pairs),
+                (periodic_pairs, &active.periodic_pairs),
                 0..self.position.len(),
                 &mut accumulators,
                 0,

@@ -119,11 +119,11 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
             let limit = grains.radius[i] + grains.radius[j] + reach;
             dot(&apart, &apart) < limit * limit
         };
-        let (slabs, inner) = (&self.slabs, &self.slab_pairs);
+        let (slabs, slab_pairs) = (&self.slabs, &self.slab_pairs);
         let count = slabs.len().saturating_sub(1);
         self.active_pairs.slabs.resize_with(count, ActivePairs::default);
         self.active_pairs.slabs.par_iter_mut().zip(slabs.par_windows(2)).for_each(|(run, ends)| {
-            run.choose(inner, ends[0] as usize..ends[1] as usize, near);
+            run.choose(slab_pairs, ends[0] as usize..ends[1] as usize, near);
         });
         let count = self.periodic_pairs.starts.len().saturating_sub(1);
         self.active_pairs.periodic_pairs.choose(&self.periodic_pairs, 0..count, near);

@@ -351,7 +351,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
 
     /// Pairs of the grains of some cells, within the slabs and across the periodic boundary, with the end of those of each grain.
     fn find_in(&self, criterion: &PairCriterion<'_, D, R>, cells: Range<u32>, all: bool) -> [PairList<R>; 2] {
-        let [mut inner, mut seam] = [PairList::default(), PairList::default()];
+        let [mut slab_pairs, mut periodic_pairs] = [PairList::default(), PairList::default()];
         let mut neighbours: Vec<NeighbourCell<D>> = Vec::new();
         for number in cells.start as usize..cells.end as usize {
             let (from, to) = (self.starts[number] as usize, self.starts[number + 1] as usize);
@@ -363,26 +363,26 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
             }
             for i in from..to {
                 if all {
-                    criterion.all(i, &mut inner);
+                    criterion.all(i, &mut slab_pairs);
                 } else {
                     for j in i + 1..to {
-                        criterion.pair(i, j, [0; D], &mut inner);
+                        criterion.pair(i, j, [0; D], &mut slab_pairs);
                     }
                     for near in &neighbours {
                         let key = self.axes[..D]
                             .iter()
                             .fold(0, |key, &axis| key * self.counts[axis] + near.cell[axis]);
-                        let pairs = if near.is_periodic { &mut seam } else { &mut inner };
+                        let pairs = if near.is_periodic { &mut periodic_pairs } else { &mut slab_pairs };
                         for j in self.starts[key]..self.starts[key + 1] {
                             criterion.pair(i, j as usize, near.steps, pairs);
                         }
                     }
                 }
-                inner.starts.push(inner.other.len() as u32);
-                seam.starts.push(seam.other.len() as u32);
+                slab_pairs.starts.push(slab_pairs.other.len() as u32);
+                periodic_pairs.starts.push(periodic_pairs.other.len() as u32);
             }
         }
-        [inner, seam]
+        [slab_pairs, periodic_pairs]
     }
 
     /// Cells ahead of cell `number`: half of those around it.
