@@ -10,11 +10,16 @@ use colluvium_case::{
 use colluvium_points::struct_of_arrays::{invalid_data, read_column, write_column};
 use serde::{Deserialize, Serialize};
 
+use crate::boundary::walls::RigidWall;
 use crate::contact::contact_histories::PairList;
+use crate::neighbours::grain_neighbours::{GrainNeighbours, SinceListBuild};
 use crate::obstacles::facet::Facet;
 use crate::output::energy_balance::{BrokenBond, EnergyBalance};
-use crate::solver::{ControlledStress, DemSolver};
+use crate::output::stress_control_check::{ControlledStress, missed_stress_warnings};
+use crate::setup::stage_changes::enter_stage;
+use crate::solver::DemSolver;
 use crate::specimen::pluviation::EnteredGrains;
+use crate::specimen::pluviation_entry::full_source_warning;
 
 /// Version of the layout of a checkpoint.
 const FORMAT: u32 = 11;
@@ -81,10 +86,12 @@ fn read_pairs<const R: usize>(pairs: &mut PairList<R>, count: usize, input: &mut
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     pub(crate) fn write(&self, out: &mut dyn Write) -> io::Result<()> {
-        let mut cell = flattened(&self.cell.h);
-        cell.extend(flattened(&self.cell.velocity_gradient));
-        cell.extend(flattened(&self.cell.mean_velocity_gradient));
-        let wall = |wall: &crate::boundary::walls::RigidWall<D>| {
+        let GrainNeighbours { pairs, walls: near, since_build, .. } = &self.neighbours;
+        let geometry = &self.cell.geometry;
+        let mut cell = flattened(&geometry.h);
+        cell.extend(flattened(&geometry.velocity_gradient));
+        cell.extend(flattened(&geometry.mean_velocity_gradient));
+        let wall = |wall: &RigidWall<D>| {
             let velocity = wall.velocity.get(wall.axis).copied().unwrap_or(0.0);
             let mut numbers = vec![wall.position, velocity];
             numbers.extend(wall.reaction.as_flattened());
@@ -94,41 +101,37 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let head = CheckpointState {
             format: FORMAT,
             dimension: D,
-            time: self.time,
-            step: self.step,
-            last_step: self.last_step,
-            fastest: self.max_speed,
-            deep_share: self.deep_share,
-            energy_balance: self.energy_balance,
-            virial: self.virial.iter().flat_map(flattened).collect(),
+            time: self.clock.time,
+            step: self.clock.step,
+            last_step: self.clock.last_step,
+            fastest: self.extremes.max_speed,
+            deep_share: self.clock.deep_contact_factor,
+            energy_balance: self.records.energy_balance,
+            virial: self.cell.virial.iter().flat_map(flattened).collect(),
             cell,
-            since_list_build: self.since_list_build.cell.map(|then| {
-                (flattened(&then), self.since_list_build.grain_travel, self.since_list_build.wall_travel)
-            }),
-            walls: self.walls.iter().map(wall).collect(),
-            broken: self.broken_bonds.clone(),
-            entered: self.sources.iter().map(|source| source.entered).collect(),
-            next_id: self.next_id,
-            controlled_stresses: self.controlled_stresses.clone(),
+            since_list_build: since_build
+                .cell
+                .map(|then| (flattened(&then), since_build.grain_travel, since_build.wall_travel)),
+            walls: self.boundary.walls.iter().map(wall).collect(),
+            broken: self.records.broken_bonds.clone(),
+            entered: self.specimen.sources.iter().map(|source| source.entered).collect(),
+            next_id: self.specimen.next_id,
+            controlled_stresses: self.records.controlled_stresses.clone(),
         };
         let head = postcard::to_stdvec(&head).map_err(io::Error::other)?;
         write_column(&head, |byte| byte, out)?;
         self.grains.write(out)?;
-        write_pairs(&self.lists.slab_pairs, out)?;
-        write_pairs(&self.lists.periodic_pairs, out)?;
-        write_column(&self.lists.slabs, |value| value, out)?;
-        write_column(&self.wall_list.grain, |value| value, out)?;
-        write_column(&self.wall_list.wall, |value| value, out)?;
-        write_column(&self.wall_list.slabs, |value| value, out)?;
-        write_column(&self.wall_list.key, |value| value, out)?;
-        let facets: Vec<f64> = self
-            .wall_list
-            .facet
-            .iter()
-            .flat_map(|f| [f.distance, f.normal[0], f.normal[1], f.normal[2]])
-            .collect();
+        write_pairs(&pairs.slab_pairs, out)?;
+        write_pairs(&pairs.periodic_pairs, out)?;
+        write_column(&pairs.slabs, |value| value, out)?;
+        write_column(&near.grain, |value| value, out)?;
+        write_column(&near.wall, |value| value, out)?;
+        write_column(&near.slabs, |value| value, out)?;
+        write_column(&near.key, |value| value, out)?;
+        let facets: Vec<f64> =
+            near.facet.iter().flat_map(|f| [f.distance, f.normal[0], f.normal[1], f.normal[2]]).collect();
         write_column(&facets, |value| value, out)?;
-        self.wall_list.memory.write(out)
+        near.history.write(out)
     }
 
     pub(crate) fn read(&mut self, input: &mut dyn Read) -> io::Result<()> {
@@ -138,56 +141,56 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         if head.format != FORMAT || head.dimension != D {
             return Err(invalid_data("was written by another version or for another case"));
         }
-        self.membranes.clear();
+        self.boundary.membranes.clear();
         self.grains.read(input)?;
+        let GrainNeighbours { pairs, walls: near, .. } = &mut self.neighbours;
         let count = self.grains.len();
-        self.radii = self.grains.radii();
-        read_pairs(&mut self.lists.slab_pairs, count, input)?;
-        read_pairs(&mut self.lists.periodic_pairs, count, input)?;
-        self.lists.active_pairs.clear();
-        read_column(&mut self.lists.slabs, |value: u32| value, input)?;
-        read_column(&mut self.wall_list.grain, |value: u32| value, input)?;
-        read_column(&mut self.wall_list.wall, |value: u32| value, input)?;
-        read_column(&mut self.wall_list.slabs, |value: u32| value, input)?;
-        read_column(&mut self.wall_list.key, |value: u64| value, input)?;
+        self.extremes.radii = self.grains.radii();
+        read_pairs(&mut pairs.slab_pairs, count, input)?;
+        read_pairs(&mut pairs.periodic_pairs, count, input)?;
+        pairs.active_pairs.clear();
+        read_column(&mut pairs.slabs, |value: u32| value, input)?;
+        read_column(&mut near.grain, |value: u32| value, input)?;
+        read_column(&mut near.wall, |value: u32| value, input)?;
+        read_column(&mut near.slabs, |value: u32| value, input)?;
+        read_column(&mut near.key, |value: u64| value, input)?;
         let mut facets: Vec<f64> = Vec::new();
         read_column(&mut facets, |value: f64| value, input)?;
         let facet = |v: &[f64]| Facet { distance: v[0], normal: [v[1], v[2], v[3]] };
-        self.wall_list.facet = facets.chunks_exact(4).map(facet).collect();
-        self.wall_list.memory.read(input)?;
-        let fits = self.wall_list.memory.len() == self.wall_list.grain.len()
-            && self.wall_list.wall.len() == self.wall_list.grain.len()
-            && self.wall_list.slabs.len() == self.lists.slabs.len()
-            && self.wall_list.key.len() == self.wall_list.facet.len()
-            && (self.wall_list.key.is_empty() || self.wall_list.key.len() == self.wall_list.grain.len())
-            && self.wall_list.grain.iter().all(|&i| (i as usize) < count);
+        near.facet = facets.chunks_exact(4).map(facet).collect();
+        near.history.read(input)?;
+        let fits = near.history.len() == near.grain.len()
+            && near.wall.len() == near.grain.len()
+            && near.slabs.len() == pairs.slabs.len()
+            && near.key.len() == near.facet.len()
+            && (near.key.is_empty() || near.key.len() == near.grain.len())
+            && near.grain.iter().all(|&i| (i as usize) < count);
         if !fits {
             return Err(invalid_data("the lists of walls do not match the grains"));
         }
-        self.find_membranes();
+        self.boundary.membranes.find(&self.clock, &self.grains);
         self.restore_state(head).ok_or_else(|| invalid_data("the cell or the walls do not match the case"))
     }
 
     fn restore_state(&mut self, head: CheckpointState) -> Option<()> {
         let third = head.cell.len() / 3;
-        self.cell.h = matrix(&head.cell[..third])?;
-        self.cell.velocity_gradient = matrix(&head.cell[third..2 * third])?;
-        self.cell.mean_velocity_gradient = matrix(&head.cell[2 * third..])?;
+        self.cell.geometry.h = matrix(&head.cell[..third])?;
+        self.cell.geometry.velocity_gradient = matrix(&head.cell[third..2 * third])?;
+        self.cell.geometry.mean_velocity_gradient = matrix(&head.cell[2 * third..])?;
         let half = head.virial.len() / 2;
-        self.virial = [matrix(&head.virial[..half])?, matrix(&head.virial[half..])?];
-        self.since_list_build = crate::solver::SinceListBuild::default();
+        self.cell.virial = [matrix(&head.virial[..half])?, matrix(&head.virial[half..])?];
+        self.neighbours.since_build = SinceListBuild::default();
         if let Some((then, moved, others)) = head.since_list_build {
-            self.since_list_build = crate::solver::SinceListBuild {
-                cell: Some(matrix(&then)?),
-                grain_travel: moved,
-                wall_travel: others,
-            };
+            self.neighbours.since_build =
+                SinceListBuild { cell: Some(matrix(&then)?), grain_travel: moved, wall_travel: others };
         }
-        self.walls.retain(|wall| head.walls.iter().any(|(boundary, _)| *boundary as usize == wall.boundary));
-        if self.walls.len() != head.walls.len() {
+        self.boundary
+            .walls
+            .retain(|wall| head.walls.iter().any(|(boundary, _)| *boundary as usize == wall.boundary));
+        if self.boundary.walls.len() != head.walls.len() {
             return None;
         }
-        for (wall, (_, numbers)) in self.walls.iter_mut().zip(&head.walls) {
+        for (wall, (_, numbers)) in self.boundary.walls.iter_mut().zip(&head.walls) {
             let ([position, velocity], reaction) = numbers.split_first_chunk()?;
             wall.position = *position;
             wall.velocity[wall.axis] = *velocity;
@@ -200,17 +203,18 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             wall.moment = <[f64; 3]>::try_from(moment).ok()?;
             wall.reaction = [<[f64; D]>::try_from(force).ok()?, <[f64; D]>::try_from(impulse).ok()?];
         }
-        (self.time, self.step, self.last_step, self.max_speed) =
+        (self.clock.time, self.clock.step, self.clock.last_step, self.extremes.max_speed) =
             (head.time, head.step, head.last_step, head.fastest);
-        (self.deep_share, self.energy_balance) = (head.deep_share, head.energy_balance);
-        (self.broken_bonds, self.next_id) = (head.broken, head.next_id);
-        if self.sources.len() != head.entered.len()
-            || self.controlled_stresses.len() != head.controlled_stresses.len()
+        (self.clock.deep_contact_factor, self.records.energy_balance) =
+            (head.deep_share, head.energy_balance);
+        (self.records.broken_bonds, self.specimen.next_id) = (head.broken, head.next_id);
+        if self.specimen.sources.len() != head.entered.len()
+            || self.records.controlled_stresses.len() != head.controlled_stresses.len()
         {
             return None;
         }
-        self.controlled_stresses = head.controlled_stresses;
-        for (source, entered) in self.sources.iter_mut().zip(head.entered) {
+        self.records.controlled_stresses = head.controlled_stresses;
+        for (source, entered) in self.specimen.sources.iter_mut().zip(head.entered) {
             source.entered = entered;
         }
         Some(())
@@ -219,11 +223,11 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 
 impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
     fn time(&self) -> f64 {
-        self.time
+        self.clock.time
     }
 
     fn step_count(&self) -> u64 {
-        self.step
+        self.clock.step
     }
 
     fn points(&self) -> usize {
@@ -239,9 +243,9 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
     }
 
     fn begin_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
-        let fresh = start == self.time;
-        (self.stage, self.stage_start) = (stage, start);
-        self.enter_stage(fresh)
+        let fresh = start == self.clock.time;
+        (self.clock.stage, self.clock.stage_start) = (stage, start);
+        enter_stage(self, fresh)
     }
 
     fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError> {
@@ -254,77 +258,83 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
                     }
                     g.spin.fill([0.0; R]);
                     // The next step starts from rest: its kick lasts half a step.
-                    self.last_step = 0.0;
-                    for moving in self.walls.iter_mut().filter_map(|wall| wall.moving.as_mut()) {
-                        moving.set_mean_velocity(self.time, 0.0);
+                    self.clock.last_step = 0.0;
+                    for moving in self.boundary.walls.iter_mut().filter_map(|wall| wall.moving.as_mut()) {
+                        moving.set_mean_velocity(self.clock.time, 0.0);
                     }
                 }
                 Reset::Displacement => self.grains.origin.clone_from(&self.grains.position),
-                Reset::State => self.reset_contacts(),
+                Reset::State => self.neighbours.reset_contacts(),
             }
         }
         Ok(())
     }
 
     fn equilibrium(&self) -> Option<Equilibrium> {
-        let kinetic = self.energy_balance.kinetic + self.energy_balance.rotation;
-        let elastic = self.energy_balance.recoverable();
+        let kinetic = self.records.energy_balance.kinetic + self.records.energy_balance.rotation;
+        let elastic = self.records.energy_balance.recoverable();
         let kinetic_ratio = match (kinetic, elastic) {
             (0.0, _) => 0.0,
             (_, 0.0) => f64::INFINITY,
             _ => kinetic / elastic,
         };
-        Some(Equilibrium { unbalanced_force: self.unbalanced(), kinetic_ratio, kinetic })
+        Some(Equilibrium { unbalanced_force: self.view().unbalanced(), kinetic_ratio, kinetic })
     }
 
     fn scalar_outputs(&self) -> Vec<ScalarOutput> {
-        self.collect_scalar_outputs()
+        self.view().collect_scalar_outputs()
     }
 
     fn reaction(&self, name: &str) -> Option<Reaction> {
-        let Some(wall) = self.walls.iter().find(|wall| wall.name == name) else {
-            return self.reaction_of_body(name);
+        let Some(wall) = self.boundary.walls.iter().find(|wall| wall.name == name) else {
+            return self.view().reaction_of_body(name);
         };
         let [force, impulse] = wall.reaction.map(|of| spatial(&of));
         Some(Reaction { force, impulse, moment: wall.surface.is_some().then_some(wall.moment) })
     }
 
     fn dissipated(&self) -> Option<f64> {
-        Some(self.energy_balance.dissipated())
+        Some(self.records.energy_balance.dissipated())
     }
 
     fn warning(&self) -> Option<String> {
-        if let Some(full) = self.full_source_warning() {
+        if let Some(full) = full_source_warning(&self.clock, &self.specimen) {
             return Some(full);
         }
         // Sheet: dem §3.5.
-        (self.energy_balance.overlap > 0.05).then(|| {
+        (self.records.energy_balance.overlap > 0.05).then(|| {
             format!(
-                "t = {:.4e} s: overlaps reach {:.3} of the smaller radius, more than 0.05: the solid \
-                 fraction and the number of contacts are affected by soft grains (make contacts stiffer)",
-                self.time, self.energy_balance.overlap
+                "t = {:.4e} s: overlaps reach {:.3} of the smaller radius, more than 0.05: the solid fraction and the \
+                 number of contacts are affected by soft grains (make contacts stiffer)",
+                self.clock.time, self.records.energy_balance.overlap
             )
         })
     }
 
     fn warnings_at_end(&self) -> Vec<String> {
-        self.specimen_source.notes.iter().cloned().chain(self.missed_stress_warnings()).collect()
+        self.specimen
+            .source
+            .notes
+            .iter()
+            .cloned()
+            .chain(missed_stress_warnings::<D>(&self.clock, &self.records.controlled_stresses))
+            .collect()
     }
 
     fn notes(&self) -> Vec<String> {
-        self.specimens.iter().map(|specimen| format!("at the start, {specimen}")).collect()
+        self.specimen.reports.iter().map(|specimen| format!("at the start, {specimen}")).collect()
     }
 
     fn frame(&self, wanted: FrameRequest) -> Frame {
-        self.collect_frame(wanted)
+        self.view().collect_frame(wanted)
     }
 
     fn budget(&self) -> Option<Budget> {
-        Some(self.collect_budget())
+        Some(self.view().collect_budget())
     }
 
     fn specimen(&self) -> Option<String> {
-        Some(self.specimen_text())
+        Some(self.view().specimen_text())
     }
 
     fn has_specimen(&self) -> bool {

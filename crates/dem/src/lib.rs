@@ -11,6 +11,7 @@
 
 pub mod boundary;
 mod checkpoint;
+mod clock;
 mod config;
 pub mod contact;
 mod force_loop;

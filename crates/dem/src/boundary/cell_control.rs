@@ -1,7 +1,9 @@
 //! Strain-rate and stress control of a periodic cell (sheet: dem §3.7).
 
+use crate::boundary::controlled_cell::ControlledCell;
+use crate::clock::Clock;
 use crate::config::{CellControl, CellEntry};
-use crate::solver::DemSolver;
+use crate::points::grains::Grains;
 
 /// Default damping ratio of stress-controlled entries (sheet: dem §3.7).
 const DAMPING: f64 = 1.0;
@@ -23,8 +25,8 @@ pub(crate) fn control_target(entry: CellEntry, elapsed: f64, ahead: f64) -> Cont
         CellEntry::Stress(stress) => ControlTarget::Stress(stress, stress.abs()),
         CellEntry::CyclicStrain(own) => {
             // The rate that brings the strain from its value now to that at the end of the step.
-            let way = wave(own.period, elapsed + ahead) - wave(own.period, elapsed);
-            ControlTarget::Rate(own.amplitude * way / ahead)
+            let change = wave(own.period, elapsed + ahead) - wave(own.period, elapsed);
+            ControlTarget::Rate(own.amplitude * change / ahead)
         }
         CellEntry::CyclicStress(own) => {
             let stress = own.mean + own.amplitude * wave(own.period, elapsed);
@@ -46,86 +48,86 @@ pub(crate) fn entry(control: &CellControl, row: usize, column: usize) -> Option<
     }
 }
 
-impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// Stress of the cell: contact stress plus kinetic stress of the grains (Pa, tension-positive; N/m in the plane).
-    pub(crate) fn stress(&self) -> [[f64; D]; D] {
-        let volume = self.cell.volume();
-        std::array::from_fn(|i| {
-            std::array::from_fn(|j| (self.virial[0][i][j] + self.virial[1][i][j]) / volume)
-        })
+/// Change of the velocity gradient of the cell in a step of `dt` (1/s).
+pub(crate) fn control_cell<const D: usize, const R: usize>(
+    clock: &Clock,
+    cell: &mut ControlledCell<D>,
+    grains: &Grains<D, R>,
+    dt: f64,
+) -> [[f64; D]; D] {
+    let now = cell.geometry.velocity_gradient;
+    if let Some(rate) = cell.imposed_gradient {
+        cell.geometry.mean_velocity_gradient = [[0.0; D]; D];
+        return std::array::from_fn(|i| std::array::from_fn(|j| rate[i][j] - now[i][j]));
     }
-
-    /// Change of the velocity gradient of the cell in a step of `dt` (1/s).
-    pub(crate) fn control(&mut self, dt: f64) -> [[f64; D]; D] {
-        let now = self.cell.velocity_gradient;
-        if let Some(rate) = self.imposed_gradient {
-            self.cell.mean_velocity_gradient = [[0.0; D]; D];
-            return std::array::from_fn(|i| std::array::from_fn(|j| rate[i][j] - now[i][j]));
+    let Some(control) = clock.stage_options().and_then(|stage| stage.cell) else {
+        cell.geometry.mean_velocity_gradient = [[0.0; D]; D];
+        return now.map(|row| row.map(|rate| -rate));
+    };
+    let mut change = [[0.0; D]; D];
+    let elapsed = clock.elapsed();
+    let (mass, diameter) = grains.mean_mass_and_diameter();
+    let servo = CellServo { damping: control.damping, mass, diameter, count: grains.len() as f64, dt };
+    for i in 0..D {
+        for j in 0..D {
+            let mut mean = 0.0;
+            change[i][j] = match entry(&control, i, j).map(|entry| control_target(entry, elapsed, dt)) {
+                None => -now[i][j],
+                Some(ControlTarget::Rate(rate)) => rate - now[i][j],
+                Some(ControlTarget::Stress(target, size)) => {
+                    let next = servo.rate(cell, (i, j), (target, size));
+                    mean = next[1];
+                    next[0] - now[i][j]
+                }
+            };
+            cell.geometry.mean_velocity_gradient[i][j] = mean;
         }
-        let Some(control) = self.stage().and_then(|stage| stage.cell) else {
-            self.cell.mean_velocity_gradient = [[0.0; D]; D];
-            return now.map(|row| row.map(|rate| -rate));
-        };
-        let mut change = [[0.0; D]; D];
-        let elapsed = self.time - self.stage_start;
-        let grain = self.mean_grain();
-        for i in 0..D {
-            for j in 0..D {
-                let mut mean = 0.0;
-                change[i][j] = match entry(&control, i, j).map(|entry| control_target(entry, elapsed, dt)) {
-                    None => -now[i][j],
-                    Some(ControlTarget::Rate(rate)) => rate - now[i][j],
-                    Some(ControlTarget::Stress(target, size)) => {
-                        let next = self.servo_rate((i, j), (target, size), (control.damping, grain), dt);
-                        mean = next[1];
-                        next[0] - now[i][j]
-                    }
-                };
-                self.cell.mean_velocity_gradient[i][j] = mean;
-            }
-        }
-        change
     }
+    change
+}
 
-    /// Mean mass (kg) and diameter (m) of the grains.
-    pub(crate) fn mean_grain(&self) -> (f64, f64) {
-        let count = self.grains.len() as f64;
-        let mass: f64 = self.grains.mass.iter().sum();
-        (mass / count, 2.0 * self.grains.radius.iter().sum::<f64>() / count)
-    }
+/// Servo of the stress-controlled entries of a cell.
+struct CellServo {
+    /// Damping ratio, where the case gives it.
+    damping: Option<f64>,
+    /// Mean mass of the grains (kg).
+    mass: f64,
+    /// Mean diameter of the grains (m).
+    diameter: f64,
+    /// Number of grains.
+    count: f64,
+    /// Length of the step (s).
+    dt: f64,
+}
 
-    /// Rate (1/s) of a stress-controlled entry after a step of `dt` (s), and the mean rate against which it is damped: missing stress
+impl CellServo {
+    /// Rate (1/s) of a stress-controlled entry after the step, and the mean rate against which it is damped: missing stress
     /// accelerates a mass, and a dashpot couples a second mass to it (sheet: dem §3.7). While the cell carries less than half of the
     /// stress, the masses and the dashpot are those of a cell without support by the grains.
-    fn servo_rate(
+    fn rate<const D: usize>(
         &self,
+        cell: &ControlledCell<D>,
         (i, j): (usize, usize),
         (target, size): (f64, f64),
-        (damping, (mass, diameter)): (Option<f64>, (f64, f64)),
-        dt: f64,
     ) -> [f64; 2] {
-        let (stress, pressure) = (self.stress()[i][j], self.pressure());
-        let (scale, borne) = match (i == j, size > 0.0) {
+        let Self { mass, diameter, dt, .. } = *self;
+        let (stress, pressure) = (cell.stress()[i][j], cell.pressure());
+        let (scale, carried) = match (i == j, size > 0.0) {
             (true, true) => (size, stress.abs()),
             (true, false) => (pressure, pressure),
             (false, _) => (pressure.max(size), pressure),
         };
-        let share = if scale > 0.0 { (2.0 * borne / scale).clamp(0.0, 1.0) } else { 0.0 };
-        let long = self.cell.h[j][j];
+        let share = if scale > 0.0 { (2.0 * carried / scale).clamp(0.0, 1.0) } else { 0.0 };
+        let long = cell.geometry.h[j][j];
         let length = long + share * ((LENGTH * diameter).min(long) - long);
-        let (rate, mean) = (self.cell.velocity_gradient[i][j], self.cell.mean_velocity_gradient[i][j]);
+        let (rate, mean) =
+            (cell.geometry.velocity_gradient[i][j], cell.geometry.mean_velocity_gradient[i][j]);
         let damping =
-            damping.unwrap_or(DAMPING) * (scale.max(0.0) * diameter.powi(D as i32 - 2) / mass).sqrt();
-        let all = mass * self.grains.len() as f64;
-        let pull = (target - stress) * self.cell.volume() / (all * length * length);
+            self.damping.unwrap_or(DAMPING) * (scale.max(0.0) * diameter.powi(D as i32 - 2) / mass).sqrt();
+        let total_mass = mass * self.count;
+        let acceleration = (target - stress) * cell.geometry.volume() / (total_mass * length * length);
         // Implicit in the dashpot, so that the rate does not overshoot.
-        let next = (rate + dt * (pull + damping * share * mean)) / (1.0 + damping * dt);
+        let next = (rate + dt * (acceleration + damping * share * mean)) / (1.0 + damping * dt);
         [next, (mean + damping * dt * next) / (1.0 + damping * dt)]
-    }
-
-    /// Mean pressure (Pa; N/m in the plane).
-    pub(crate) fn pressure(&self) -> f64 {
-        let stress = self.stress();
-        -(0..D).map(|c| stress[c][c]).sum::<f64>() / D as f64
     }
 }

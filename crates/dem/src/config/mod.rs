@@ -7,6 +7,7 @@ mod stages;
 
 use std::collections::BTreeMap;
 
+use colluvium_case::description::Body;
 pub use contact::{
     Adhesion, BondSpec, Friction, NormalLaw, PairOverride, PairSpec, RollingSpec, SpringReset, TangentialSpec,
 };
@@ -92,6 +93,14 @@ pub struct MeasuringRegion {
     pub centre: Vec<f64>,
     /// Radius (m), > 0, of several grains, so that single ones have little effect.
     pub radius: f64,
+}
+
+impl DemOptions {
+    /// Fill of a body: its own, or that of its kind.
+    pub fn fill_of_body(&self, body: &Body) -> Option<Fill> {
+        let own = self.bodies.get(&body.name).and_then(|own| own.fill);
+        own.or_else(|| self.grains.get(&body.material).and_then(|kind| kind.fill))
+    }
 }
 
 /// End point of the lever arms of contact forces (sheet: dem §2.2).

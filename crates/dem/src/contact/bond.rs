@@ -117,47 +117,47 @@ impl Beam {
     #[inline]
     pub fn bond_force<const D: usize, const R: usize>(
         &self,
-        touch: &ContactGeometry<D, R>,
+        geometry: &ContactGeometry<D, R>,
         bond: &mut Bond<R>,
-        push: &mut ContactForce<R>,
+        contact: &mut ContactForce<R>,
         dt: f64,
-        tally: &mut ContactEnergies,
+        energies: &mut ContactEnergies,
     ) {
         if !bond.is_intact() {
             return;
         }
-        let section = self.section::<D>(touch.min_radius);
-        let (along, across) = (self.normal * section.area, self.shear * section.area);
+        let section = self.section::<D>(geometry.min_radius);
+        let (normal, tangential) = (self.normal * section.area, self.shear * section.area);
         let (bending, torsion) = (self.normal * section.bending, self.shear * section.torsion);
-        let (roll, twist) = rolling_and_twisting(&touch.relative_spin, &touch.normal);
-        bond.tension += along * touch.separation_velocity * dt;
-        bond.shear = rotate_with_normal(&bond.shear, &touch.normal, touch.spin * dt);
-        bond.bending = rotate_with_normal(&bond.bending, &touch.normal, touch.spin * dt);
+        let (roll, twist) = rolling_and_twisting(&geometry.relative_spin, &geometry.normal);
+        bond.tension += normal * geometry.separation_velocity * dt;
+        bond.shear = rotate_with_normal(&bond.shear, &geometry.normal, geometry.spin * dt);
+        bond.bending = rotate_with_normal(&bond.bending, &geometry.normal, geometry.spin * dt);
         for c in 0..R {
-            bond.shear[c] -= across * touch.sliding_velocity[c] * dt;
+            bond.shear[c] -= tangential * geometry.sliding_velocity[c] * dt;
             bond.bending[c] -= bending * roll[c] * dt;
         }
         bond.twist -= torsion * twist * dt;
         let (shear, bent) = (dot(&bond.shear, &bond.shear), dot(&bond.bending, &bond.bending));
-        let mut energy = 0.5 * (bond.tension * bond.tension / along + shear / across + bent / bending);
+        let mut energy = 0.5 * (bond.tension * bond.tension / normal + shear / tangential + bent / bending);
         if torsion > 0.0 {
             energy += 0.5 * bond.twist * bond.twist / torsion;
         }
         if self.breaks(&section, bond, shear.sqrt(), bent.sqrt()) {
             *bond = Bond { strength: -bond.strength, ..Bond::default() };
-            tally.broken += energy;
-            tally.bonds_broken += 1;
+            energies.broken += energy;
+            energies.bonds_broken += 1;
             return;
         }
-        tally.elastic_bonds += energy;
-        push.normal -= bond.tension;
+        energies.elastic_bonds += energy;
+        contact.normal -= bond.tension;
         for c in 0..R {
-            push.tangential[c] += bond.shear[c];
-            push.moment[c] += bond.bending[c];
+            contact.tangential[c] += bond.shear[c];
+            contact.moment[c] += bond.bending[c];
         }
         if D == 3 {
             for c in 0..D {
-                push.moment[c] += bond.twist * touch.normal[c];
+                contact.moment[c] += bond.twist * geometry.normal[c];
             }
         }
     }

@@ -26,23 +26,23 @@ impl Cohesion {
     #[inline]
     pub fn bound_tension<const D: usize, const R: usize>(
         &self,
-        touch: &ContactGeometry<D, R>,
-        memory: &mut ContactHistory<R>,
+        geometry: &ContactGeometry<D, R>,
+        history: &mut ContactHistory<R>,
         normal: &mut f64,
         energy: &mut f64,
-        tally: &mut ContactEnergies,
+        energies: &mut ContactEnergies,
     ) -> f64 {
-        let size = touch.min_radius.powi(D as i32 - 1);
-        if memory.state == CONTACT_BONDED && *normal < -self.tension * size {
-            memory.state = CONTACT_TOUCHING;
-            if touch.overlap < 0.0 {
-                tally.broken += *energy;
+        let size = geometry.min_radius.powi(D as i32 - 1);
+        if history.state == CONTACT_BONDED && *normal < -self.tension * size {
+            history.state = CONTACT_TOUCHING;
+            if geometry.overlap < 0.0 {
+                energies.broken += *energy;
             }
         }
-        if memory.state == CONTACT_BONDED {
+        if history.state == CONTACT_BONDED {
             return self.shear * size;
         }
-        if touch.overlap < 0.0 {
+        if geometry.overlap < 0.0 {
             // The contact has broken in this step, and ends with the next.
             (*normal, *energy) = (0.0, 0.0);
         }
@@ -54,14 +54,14 @@ impl Cohesion {
 #[inline]
 pub fn break_by_shear<const R: usize>(
     law: &PairLaw,
-    across: &[f64; R],
+    tangential: &[f64; R],
     cap: (f64, f64),
-    memory: &mut ContactHistory<R>,
+    history: &mut ContactHistory<R>,
 ) {
     let Some(AttractionLaw::Cohesion(cohesion)) = &law.attraction else { return };
     let limit = law.friction.coefficient * cap.0 + cap.1;
-    let slips = dot(across, across).sqrt() >= limit * (1.0 - 1e-12);
-    if cohesion.fragile && memory.state == CONTACT_BONDED && slips {
-        memory.state = CONTACT_TOUCHING;
+    let slips = dot(tangential, tangential).sqrt() >= limit * (1.0 - 1e-12);
+    if cohesion.fragile && history.state == CONTACT_BONDED && slips {
+        history.state = CONTACT_TOUCHING;
     }
 }

@@ -188,15 +188,15 @@ impl<'a, const R: usize> ContactHistoriesMut<'a, R> {
 
     /// Sets the history of contact `k`.
     #[inline]
-    pub fn set(&mut self, k: usize, memory: &ContactHistory<R>) {
-        self.state[k] = memory.state;
-        self.spring[k][..R].copy_from_slice(&memory.shear_displacement);
-        self.spring[k][SPRING_WIDTH - 1] = memory.damping_force;
+    pub fn set(&mut self, k: usize, history: &ContactHistory<R>) {
+        self.state[k] = history.state;
+        self.spring[k][..R].copy_from_slice(&history.shear_displacement);
+        self.spring[k][SPRING_WIDTH - 1] = history.damping_force;
         if !self.roll.is_empty() {
-            self.roll[k] = memory.rolling_angle;
+            self.roll[k] = history.rolling_angle;
         }
         if !self.twist.is_empty() {
-            self.twist[k] = memory.torsion_angle;
+            self.twist[k] = history.torsion_angle;
         }
     }
 }
@@ -228,8 +228,8 @@ pub struct PairListView<'a> {
 impl<const R: usize> PairList<R> {
     /// Views of the pairs and of their contact histories.
     pub fn view_and_histories(&mut self) -> (PairListView<'_>, ContactHistoriesMut<'_, R>) {
-        let Self { starts, other, image, histories: memory } = self;
-        (PairListView { starts, other, image }, memory.view())
+        let Self { starts, other, image, histories: history } = self;
+        (PairListView { starts, other, image }, history.view())
     }
 
     /// First grain of each pair, with the number of the pair.

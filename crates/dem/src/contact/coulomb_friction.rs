@@ -27,40 +27,41 @@ impl Coulomb {
     #[allow(clippy::too_many_arguments, reason = "what a contact is and what it changes")]
     pub fn tangential_force<const D: usize, const R: usize>(
         &self,
-        touch: &ContactGeometry<D, R>,
+        geometry: &ContactGeometry<D, R>,
         base: &NormalResponse,
         before: (f64, bool),
         cap: (f64, f64),
-        memory: &mut ContactHistory<R>,
+        history: &mut ContactHistory<R>,
         dt: f64,
-        tally: &mut ContactEnergies,
+        energies: &mut ContactEnergies,
     ) -> [f64; R] {
         let (stiffness, dashpot) = (base.tangential_stiffness, base.tangential_damping);
-        let mut old = rotate_with_normal(&memory.shear_displacement, &touch.normal, touch.spin * dt);
+        let mut old = rotate_with_normal(&history.shear_displacement, &geometry.normal, geometry.spin * dt);
         if before.1 {
-            old = rescaled_displacement(old, touch.overlap, before.0, stiffness, tally);
+            old = rescaled_displacement(old, geometry.overlap, before.0, stiffness, energies);
         }
         let mut slide = old;
         for c in 0..R {
-            slide[c] += touch.sliding_velocity[c] * dt;
+            slide[c] += geometry.sliding_velocity[c] * dt;
         }
         let mut force: [f64; R] =
-            std::array::from_fn(|c| -stiffness * slide[c] - dashpot * touch.sliding_velocity[c]);
+            std::array::from_fn(|c| -stiffness * slide[c] - dashpot * geometry.sliding_velocity[c]);
         let square = dot(&force, &force);
         let mut limit = self.at_rest * cap.0 + cap.1;
         if square > limit * limit {
             limit = self.coefficient * cap.0 + cap.1;
             let size = square.sqrt();
             force = scaled(limit / size, &force);
-            slide = self.remaining_displacement(&force, &touch.sliding_velocity, (stiffness, dashpot), limit);
-            tally.sliding += 1;
-            let sliding = (&touch.sliding_velocity, dt);
-            tally.friction += slip_dissipation(&force, sliding, (stiffness, dashpot), (&old, &slide));
+            slide =
+                self.remaining_displacement(&force, &geometry.sliding_velocity, (stiffness, dashpot), limit);
+            energies.sliding += 1;
+            let sliding = (&geometry.sliding_velocity, dt);
+            energies.friction += slip_dissipation(&force, sliding, (stiffness, dashpot), (&old, &slide));
         } else if dashpot > 0.0 {
-            tally.dashpots += dashpot * dot(&touch.sliding_velocity, &touch.sliding_velocity) * dt;
+            energies.dashpots += dashpot * dot(&geometry.sliding_velocity, &geometry.sliding_velocity) * dt;
         }
-        tally.elastic_tangential += 0.5 * stiffness * dot(&slide, &slide);
-        memory.shear_displacement = slide;
+        energies.elastic_tangential += 0.5 * stiffness * dot(&slide, &slide);
+        history.shear_displacement = slide;
         force
     }
 
@@ -113,7 +114,7 @@ fn rescaled_displacement<const R: usize>(
     overlap: f64,
     before: f64,
     stiffness: f64,
-    tally: &mut ContactEnergies,
+    energies: &mut ContactEnergies,
 ) -> [f64; R] {
     let square = dot(&old, &old);
     if square == 0.0 || before <= 0.0 {
@@ -122,10 +123,10 @@ fn rescaled_displacement<const R: usize>(
     // The stiffness is proportional to the square root of the overlap.
     let ratio = (before / overlap.max(f64::MIN_POSITIVE)).sqrt();
     if ratio < 1.0 {
-        tally.rescaled += 0.5 * stiffness * square * ratio * (1.0 - ratio);
+        energies.rescaled += 0.5 * stiffness * square * ratio * (1.0 - ratio);
         scaled(ratio, &old)
     } else {
-        tally.rescaled += 0.5 * stiffness * square * (ratio - 1.0);
+        energies.rescaled += 0.5 * stiffness * square * (ratio - 1.0);
         old
     }
 }

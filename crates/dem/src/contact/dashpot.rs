@@ -47,16 +47,16 @@ impl<T: SimdNumber> StepLengths<T> {
 pub fn dashpot_in_step<const D: usize, const R: usize>(
     law: &PairLaw,
     base: &NormalResponse,
-    touch: &ContactGeometry<D, R>,
+    geometry: &ContactGeometry<D, R>,
     is_new: bool,
     steps: &StepLengths,
 ) -> f64 {
-    let mut damping = lagged_dashpot(base.damping, touch.mass, law.velocity_lag * steps.lag_step);
+    let mut damping = lagged_dashpot(base.damping, geometry.mass, law.velocity_lag * steps.lag_step);
     if is_new {
-        damping = onset_dashpot(damping, touch, steps, law.is_hertz());
+        damping = onset_dashpot(damping, geometry, steps, law.is_hertz());
     }
     if !law.no_tension && law.attraction.is_none() {
-        damping = release_dashpot(&NormalResponse { damping, ..*base }, touch, steps, law.is_hertz());
+        damping = release_dashpot(&NormalResponse { damping, ..*base }, geometry, steps, law.is_hertz());
     }
     damping
 }
@@ -74,16 +74,16 @@ pub fn lagged_dashpot<T: SimdNumber>(dashpot: T, mass: T, lag: T) -> T {
 #[inline(always)]
 pub fn onset_dashpot<const D: usize, const R: usize, T: SimdNumber>(
     dashpot: T,
-    touch: &ContactGeometry<D, R, T>,
+    geometry: &ContactGeometry<D, R, T>,
     steps: &StepLengths<T>,
     is_hertz: bool,
 ) -> T {
-    let time = -touch.overlap / touch.separation_velocity;
+    let time = -geometry.overlap / geometry.separation_velocity;
     // First contact a step ago: the time is bounded by the last step.
     let time = time.above(steps.last, steps.last, time);
-    let way = -touch.separation_velocity * steps.last;
+    let way = -geometry.separation_velocity * steps.last;
     let factor = steps.factor(time, T::of(0.5) * steps.next, is_hertz);
-    (way + way).above(touch.overlap, dashpot * factor, dashpot)
+    (way + way).above(geometry.overlap, dashpot * factor, dashpot)
 }
 
 /// Dashpot in the last step of a contact that may be in tension as it opens (N s/m): the impulse is that of the half step before and of
@@ -91,25 +91,25 @@ pub fn onset_dashpot<const D: usize, const R: usize, T: SimdNumber>(
 #[inline(always)]
 pub fn release_dashpot<const D: usize, const R: usize, T: SimdNumber>(
     base: &NormalResponse<T>,
-    touch: &ContactGeometry<D, R, T>,
+    geometry: &ContactGeometry<D, R, T>,
     steps: &StepLengths<T>,
     is_hertz: bool,
 ) -> T {
-    let (dt, kick) = (steps.next, steps.kick() / touch.mass);
-    let whole =
-        dt * (touch.separation_velocity + kick * (base.force - base.damping * touch.separation_velocity));
+    let (dt, kick) = (steps.next, steps.kick() / geometry.mass);
+    let whole = dt
+        * (geometry.separation_velocity + kick * (base.force - base.damping * geometry.separation_velocity));
     // Dashpots with which the overlap just ends, and just persists.
     let [ends, stays] = [1.0 + 1e-9, 1.0 - 1e-9].map(|share| {
-        base.damping + (whole - touch.overlap * T::of(share)) / (dt * kick * touch.separation_velocity)
+        base.damping + (whole - geometry.overlap * T::of(share)) / (dt * kick * geometry.separation_velocity)
     });
-    let time = touch.overlap * dt / whole;
+    let time = geometry.overlap * dt / whole;
     let wanted = base.damping * steps.factor(time, T::of(0.5) * steps.last, is_hertz);
     // A contact that persists loses as much again as one that opens at once: take the nearer of the two.
     let again = base.damping * T::of(if is_hertz { HALF_STEP_OF_HERTZ } else { 0.5 });
     let most = (wanted - ends).above(T::of(0.5) * again, stays, ends);
     let ending = wanted.above(ends, most, wanted);
-    let ending = whole.above(touch.overlap, ending, base.damping);
-    touch.separation_velocity.above(T::of(0.0), ending, base.damping)
+    let ending = whole.above(geometry.overlap, ending, base.damping);
+    geometry.separation_velocity.above(T::of(0.0), ending, base.damping)
 }
 
 /// Impulse, over half a step before the end, of a dashpot proportional to the fourth root of the time before the end, over the

@@ -31,14 +31,14 @@ impl<T: SimdNumber> Hertz<T> {
     #[inline]
     pub fn response<const D: usize, const R: usize>(
         &self,
-        touch: &ContactGeometry<D, R, T>,
+        geometry: &ContactGeometry<D, R, T>,
     ) -> NormalResponse<T> {
-        let overlap = touch.overlap.or_zero();
-        let width = (touch.radius * overlap).root();
+        let overlap = geometry.overlap.or_zero();
+        let width = (geometry.radius * overlap).root();
         let stiffness = T::of(2.0) * self.modulus * width;
         let across = T::of(8.0) * self.shear_modulus * width;
         let force = T::of(2.0 / 3.0) * stiffness * overlap;
-        let root = (stiffness * touch.mass).root();
+        let root = (stiffness * geometry.mass).root();
         NormalResponse {
             force,
             energy: T::of(0.4) * force * overlap,

@@ -31,14 +31,14 @@ impl<T: SimdNumber> LinearSpring<T> {
     #[inline]
     pub fn response<const D: usize, const R: usize>(
         &self,
-        touch: &ContactGeometry<D, R, T>,
+        geometry: &ContactGeometry<D, R, T>,
     ) -> NormalResponse<T> {
-        let stiffness = self.stiffness(touch.radius);
-        let (half, two, force) = (T::of(0.5), T::of(2.0), stiffness * touch.overlap);
-        let root = two * (stiffness * touch.mass).root();
+        let stiffness = self.stiffness(geometry.radius);
+        let (half, two, force) = (T::of(0.5), T::of(2.0), stiffness * geometry.overlap);
+        let root = two * (stiffness * geometry.mass).root();
         NormalResponse {
             force,
-            energy: half * force * touch.overlap,
+            energy: half * force * geometry.overlap,
             damping: self.damping_ratio * root,
             tangential_stiffness: self.tangential_ratio * stiffness,
             tangential_damping: self.tangential_damping_ratio * self.tangential_ratio_root * root,

@@ -6,7 +6,9 @@
 pub mod bond;
 pub mod capillary;
 pub mod cohesion;
+pub(crate) mod contact_energies;
 pub(crate) mod contact_histories;
+pub(crate) mod contact_laws;
 pub mod coulomb_friction;
 pub mod dashpot;
 pub mod hertz;
@@ -16,6 +18,8 @@ pub mod restitution;
 pub mod rolling_resistance;
 
 use colluvium_constitutive::SymTensor;
+
+pub use crate::contact::contact_energies::{ContactEnergies, Virial};
 
 use crate::contact::coulomb_friction::Coulomb;
 use crate::contact::linear_spring::LinearSpring;
@@ -177,7 +181,7 @@ impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
         let (of_one, of_two) = (arm * a, arm * b);
         let both: [T; R] = std::array::from_fn(|c| of_one * one.spin[c] + of_two * two.spin[c]);
         let sum_of_spins: [T; R] = std::array::from_fn(|c| one.spin[c] + two.spin[c]);
-        let touch = Self {
+        let geometry = Self {
             overlap: sum - distance,
             normal,
             separation_velocity: dot(&relative, &normal),
@@ -191,7 +195,7 @@ impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
             radius: a * b * per_sum,
             min_radius: a.above(b, b, a),
         };
-        (touch, arm)
+        (geometry, arm)
     }
 }
 
@@ -209,7 +213,7 @@ impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
         let arm = if radii { radius } else { distance };
         let relative = difference(&one.velocity, of_wall);
         let rolling = spin_cross_normal(&one.spin.map(|c| arm * c), normal);
-        let touch = Self {
+        let geometry = Self {
             overlap: radius - distance,
             normal: *normal,
             separation_velocity: dot(&relative, normal),
@@ -220,7 +224,7 @@ impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
             radius,
             min_radius: radius,
         };
-        (touch, arm)
+        (geometry, arm)
     }
 }
 
@@ -269,69 +273,6 @@ pub struct ContactForce<const R: usize> {
     pub moment: [f64; R],
 }
 
-/// Sums over contacts (sheet: dem §2.14). Elastic energies are those at the time of the forces; the other sums accumulate.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ContactEnergies {
-    /// Elastic energy of overlaps (J).
-    pub elastic: f64,
-    /// Elastic energy of the tangential springs (J).
-    pub elastic_tangential: f64,
-    /// Elastic energy of the rolling and torsion springs (J).
-    pub elastic_rolling: f64,
-    /// Elastic energy of bonds (J).
-    pub elastic_bonds: f64,
-    /// Energy dissipated by friction in this step (J).
-    pub friction: f64,
-    /// Energy dissipated by dashpots (J).
-    pub dashpots: f64,
-    /// Energy dissipated by rolling and torsion resistance beyond its cap (J).
-    pub rolling: f64,
-    /// Energy lost where tangential springs are rescaled or end with their contact (J).
-    pub rescaled: f64,
-    /// Work against attraction (J); negative where attraction does the work.
-    pub attraction: f64,
-    /// Energy of bonds that broke (J).
-    pub broken: f64,
-    /// Work of the images of a moving cell, and of walls, on the grains (J).
-    pub boundary: f64,
-    /// Number of contacts with a force.
-    pub contacts: u64,
-    /// Number of contacts that slip.
-    pub sliding: u64,
-    /// Number of bonds that broke in this step.
-    pub bonds_broken: u64,
-    /// Sum of the squares of contact forces (N²).
-    pub squares: f64,
-    /// Largest overlap over the smaller radius.
-    pub overlap: f64,
-    /// First grain of the contact with the largest overlap.
-    pub max_overlap_grain: u32,
-}
-
-impl ContactEnergies {
-    /// Adds the sums of other contacts.
-    pub fn add(&mut self, other: &Self) {
-        self.elastic += other.elastic;
-        self.elastic_tangential += other.elastic_tangential;
-        self.elastic_rolling += other.elastic_rolling;
-        self.elastic_bonds += other.elastic_bonds;
-        self.friction += other.friction;
-        self.dashpots += other.dashpots;
-        self.rolling += other.rolling;
-        self.rescaled += other.rescaled;
-        self.attraction += other.attraction;
-        self.broken += other.broken;
-        self.boundary += other.boundary;
-        self.contacts += other.contacts;
-        self.sliding += other.sliding;
-        self.bonds_broken += other.bonds_broken;
-        self.squares += other.squares;
-        if other.overlap > self.overlap {
-            (self.overlap, self.max_overlap_grain) = (other.overlap, other.max_overlap_grain);
-        }
-    }
-}
-
 /// Normal response at an overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalResponse<T = f64> {
@@ -352,11 +293,11 @@ impl PairLaw {
     #[inline]
     pub fn normal_response<const D: usize, const R: usize>(
         &self,
-        touch: &ContactGeometry<D, R>,
+        geometry: &ContactGeometry<D, R>,
     ) -> NormalResponse {
         match &self.normal {
-            NormalForceLaw::Linear(law) => law.response(touch),
-            NormalForceLaw::Hertz(law) => law.response(touch),
+            NormalForceLaw::Linear(law) => law.response(geometry),
+            NormalForceLaw::Hertz(law) => law.response(geometry),
         }
     }
 
@@ -389,14 +330,14 @@ impl PairLaw {
 #[inline]
 pub fn contact_force<const D: usize, const R: usize>(
     law: &PairLaw,
-    touch: &ContactGeometry<D, R>,
-    memory: &mut ContactHistory<R>,
+    geometry: &ContactGeometry<D, R>,
+    history: &mut ContactHistory<R>,
     steps: &StepLengths,
-    tally: &mut ContactEnergies,
+    energies: &mut ContactEnergies,
 ) -> ContactForce<R> {
     let dt = steps.last;
-    let mut base = law.normal_response(touch);
-    if touch.overlap < 0.0 && !matches!(law.attraction, Some(AttractionLaw::Cohesion(_))) {
+    let mut base = law.normal_response(geometry);
+    if geometry.overlap < 0.0 && !matches!(law.attraction, Some(AttractionLaw::Cohesion(_))) {
         // Across a gap only attraction acts.
         base = NormalResponse {
             force: 0.0,
@@ -406,73 +347,101 @@ pub fn contact_force<const D: usize, const R: usize>(
             tangential_damping: 0.0,
         };
     }
-    base.damping = dashpot::dashpot_in_step(law, &base, touch, memory.state == CONTACT_APART, steps);
-    let viscous = base.force - base.damping * touch.separation_velocity;
-    let pulls = law.no_tension && touch.overlap >= 0.0 && viscous < 0.0;
-    let mut normal = if pulls { 0.0 } else { viscous };
-    if memory.state == CONTACT_APART {
-        memory.state = law.initial_state();
+    base.damping = dashpot::dashpot_in_step(law, &base, geometry, history.state == CONTACT_APART, steps);
+    let viscous = base.force - base.damping * geometry.separation_velocity;
+    let is_tensile = law.no_tension && geometry.overlap >= 0.0 && viscous < 0.0;
+    let mut normal = if is_tensile { 0.0 } else { viscous };
+    if history.state == CONTACT_APART {
+        history.state = law.initial_state();
     }
     let dissipative = normal - base.force;
-    tally.dashpots -= 0.5 * (memory.damping_force + dissipative) * touch.separation_velocity * dt;
-    memory.damping_force = dissipative;
+    energies.dashpots -= 0.5 * (history.damping_force + dissipative) * geometry.separation_velocity * dt;
+    history.damping_force = dissipative;
     let mut energy = base.energy;
-    let mut cap = normal.max(0.0);
-    let mut shear = 0.0;
-    match &law.attraction {
-        None => {}
-        Some(AttractionLaw::Cohesion(cohesion)) => {
-            shear = cohesion.bound_tension::<D, R>(touch, memory, &mut normal, &mut energy, tally);
-            cap = normal.max(0.0);
-        }
-        Some(AttractionLaw::Jkr(jkr)) => {
-            let NormalForceLaw::Hertz(hertz) = &law.normal else { unreachable!("checked by the setup") };
-            let (force, pull_off) = jkr.force(hertz, touch.radius, touch.overlap);
-            // The JKR force includes that of Hertz: the difference is attraction.
-            let attraction = base.force - force;
-            normal -= attraction;
-            tally.attraction += attraction * touch.separation_velocity * dt;
-            cap = (normal + 2.0 * pull_off).max(0.0);
-        }
-        Some(AttractionLaw::Capillary(bridge)) => {
-            let attraction = bridge.force(touch.radius, -touch.overlap);
-            normal -= attraction;
-            tally.attraction += attraction * touch.separation_velocity * dt;
-        }
-    }
-    tally.elastic += energy;
-    let before = (touch.overlap + touch.separation_velocity * dt, law.is_hertz());
-    let across = law.friction.tangential_force(touch, &base, before, (cap, shear), memory, dt, tally);
+    let (cap, shear) =
+        add_attraction(law, geometry, &base, history, (&mut normal, &mut energy), dt, energies);
+    energies.elastic += energy;
+    let before = (geometry.overlap + geometry.separation_velocity * dt, law.is_hertz());
+    let tangential =
+        law.friction.tangential_force(geometry, &base, before, (cap, shear), history, dt, energies);
     if law.attraction.is_some() {
-        cohesion::break_by_shear(law, &across, (cap, shear), memory);
+        cohesion::break_by_shear(law, &tangential, (cap, shear), history);
     }
     let mut moment = [0.0; R];
     if law.rolling.is_some() || law.twisting.is_some() {
-        rolling_resistance::add_rolling_moments(law, touch, &base, cap, memory, &mut moment, dt, tally);
+        rolling_resistance::add_rolling_moments(
+            law,
+            geometry,
+            &base,
+            cap,
+            history,
+            &mut moment,
+            dt,
+            energies,
+        );
     }
-    ContactForce { normal, tangential: across, moment }
+    ContactForce { normal, tangential, moment }
+}
+
+/// Adds the attraction of a contact to its normal force and elastic energy; returns the largest normal force of friction (N), and the
+/// tangential strength of cohesion (N).
+#[inline]
+fn add_attraction<const D: usize, const R: usize>(
+    law: &PairLaw,
+    geometry: &ContactGeometry<D, R>,
+    base: &NormalResponse,
+    history: &mut ContactHistory<R>,
+    (normal, energy): (&mut f64, &mut f64),
+    dt: f64,
+    energies: &mut ContactEnergies,
+) -> (f64, f64) {
+    let cap = normal.max(0.0);
+    match &law.attraction {
+        None => (cap, 0.0),
+        Some(AttractionLaw::Cohesion(cohesion)) => {
+            let shear = cohesion.bound_tension::<D, R>(geometry, history, normal, energy, energies);
+            (normal.max(0.0), shear)
+        }
+        Some(AttractionLaw::Jkr(jkr)) => {
+            let NormalForceLaw::Hertz(hertz) = &law.normal else { unreachable!("checked by the setup") };
+            let (force, pull_off) = jkr.force(hertz, geometry.radius, geometry.overlap);
+            // The JKR force includes that of Hertz: the difference is attraction.
+            let attraction = base.force - force;
+            *normal -= attraction;
+            energies.attraction += attraction * geometry.separation_velocity * dt;
+            ((*normal + 2.0 * pull_off).max(0.0), 0.0)
+        }
+        Some(AttractionLaw::Capillary(bridge)) => {
+            let attraction = bridge.force(geometry.radius, -geometry.overlap);
+            *normal -= attraction;
+            energies.attraction += attraction * geometry.separation_velocity * dt;
+            (cap, 0.0)
+        }
+    }
 }
 
 /// Ends a contact: the remaining energy of its springs is lost.
 #[inline]
 pub fn release_contact<const D: usize, const R: usize>(
     law: &PairLaw,
-    touch: &ContactGeometry<D, R>,
-    memory: &mut ContactHistory<R>,
+    geometry: &ContactGeometry<D, R>,
+    history: &mut ContactHistory<R>,
     dt: f64,
-    tally: &mut ContactEnergies,
+    energies: &mut ContactEnergies,
 ) {
-    tally.dashpots -= 0.5 * memory.damping_force * touch.separation_velocity * dt;
-    let held = dot(&memory.shear_displacement, &memory.shear_displacement);
+    energies.dashpots -= 0.5 * history.damping_force * geometry.separation_velocity * dt;
+    let held = dot(&history.shear_displacement, &history.shear_displacement);
     if held > 0.0 {
         // With the stiffness of the last step. The last force acts half a step longer, and this work is lost as well.
-        let last =
-            ContactGeometry { overlap: (touch.overlap + touch.separation_velocity * dt).max(0.0), ..*touch };
+        let last = ContactGeometry {
+            overlap: (geometry.overlap + geometry.separation_velocity * dt).max(0.0),
+            ..*geometry
+        };
         let across = law.normal_response(&last).tangential_stiffness;
-        tally.rescaled +=
-            0.5 * across * (held + dot(&memory.shear_displacement, &touch.sliding_velocity) * dt);
+        energies.rescaled +=
+            0.5 * across * (held + dot(&history.shear_displacement, &geometry.sliding_velocity) * dt);
     }
-    *memory = ContactHistory::default();
+    *history = ContactHistory::default();
 }
 
 impl PairLaw {
@@ -488,14 +457,14 @@ impl PairLaw {
     #[inline]
     pub fn add_bond_force<const D: usize, const R: usize>(
         &self,
-        touch: &ContactGeometry<D, R>,
+        geometry: &ContactGeometry<D, R>,
         bond: &mut Bond<R>,
-        push: &mut ContactForce<R>,
+        contact: &mut ContactForce<R>,
         dt: f64,
-        tally: &mut ContactEnergies,
+        energies: &mut ContactEnergies,
     ) {
         if let Some(beam) = &self.bond {
-            beam.bond_force(touch, bond, push, dt, tally);
+            beam.bond_force(geometry, bond, contact, dt, energies);
         }
     }
 }

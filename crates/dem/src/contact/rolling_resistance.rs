@@ -25,29 +25,29 @@ pub struct RollingResistance<T = f64> {
 #[allow(clippy::too_many_arguments, reason = "what a contact is and what it changes")]
 pub fn add_rolling_moments<const D: usize, const R: usize>(
     law: &PairLaw,
-    touch: &ContactGeometry<D, R>,
+    geometry: &ContactGeometry<D, R>,
     base: &NormalResponse,
     normal: f64,
-    memory: &mut ContactHistory<R>,
+    history: &mut ContactHistory<R>,
     moment: &mut [f64; R],
     dt: f64,
-    tally: &mut ContactEnergies,
+    energies: &mut ContactEnergies,
 ) {
-    let (roll, twist) = rolling_and_twisting(&touch.relative_spin, &touch.normal);
+    let (roll, twist) = rolling_and_twisting(&geometry.relative_spin, &geometry.normal);
     if let Some(resistance) = &law.rolling {
-        let spring = rotate_with_normal(&memory.rolling_angle, &touch.normal, touch.spin * dt);
-        let (force, left) = resistance.moment(touch, base, normal, &spring, &roll, dt, tally);
-        memory.rolling_angle = left;
+        let spring = rotate_with_normal(&history.rolling_angle, &geometry.normal, geometry.spin * dt);
+        let (force, angle) = resistance.moment(geometry, base, normal, &spring, &roll, dt, energies);
+        history.rolling_angle = angle;
         for c in 0..R {
             moment[c] += force[c];
         }
     }
     if let (3, Some(resistance)) = (D, &law.twisting) {
-        let (force, left) =
-            resistance.moment(touch, base, normal, &[memory.torsion_angle], &[twist], dt, tally);
-        memory.torsion_angle = left[0];
+        let (force, angle) =
+            resistance.moment(geometry, base, normal, &[history.torsion_angle], &[twist], dt, energies);
+        history.torsion_angle = angle[0];
         for c in 0..D {
-            moment[c] += force[0] * touch.normal[c];
+            moment[c] += force[0] * geometry.normal[c];
         }
     }
 }
@@ -58,37 +58,37 @@ impl RollingResistance {
     #[allow(clippy::too_many_arguments, reason = "what a contact is and what it changes")]
     fn moment<const D: usize, const R: usize, const N: usize>(
         &self,
-        touch: &ContactGeometry<D, R>,
+        geometry: &ContactGeometry<D, R>,
         base: &NormalResponse,
         normal: f64,
         spring: &[f64; N],
         rate: &[f64; N],
         dt: f64,
-        tally: &mut ContactEnergies,
+        energies: &mut ContactEnergies,
     ) -> ([f64; N], [f64; N]) {
-        let square = touch.radius * touch.radius;
+        let square = geometry.radius * geometry.radius;
         let stiffness = self.stiffness * base.tangential_stiffness * square;
         let dashpot = 2.0
             * self.damping_ratio
-            * (self.stiffness * base.tangential_stiffness * touch.mass).sqrt()
+            * (self.stiffness * base.tangential_stiffness * geometry.mass).sqrt()
             * square;
-        let mut left: [f64; N] = std::array::from_fn(|c| spring[c] + rate[c] * dt);
-        let mut moment: [f64; N] = std::array::from_fn(|c| -stiffness * left[c] - dashpot * rate[c]);
+        let mut angle: [f64; N] = std::array::from_fn(|c| spring[c] + rate[c] * dt);
+        let mut moment: [f64; N] = std::array::from_fn(|c| -stiffness * angle[c] - dashpot * rate[c]);
         let size = dot(&moment, &moment).sqrt();
-        let limit = self.friction * touch.radius * normal;
+        let limit = self.friction * geometry.radius * normal;
         if size > limit {
             moment = scaled(limit / size, &moment);
-            left = std::array::from_fn(|c| -(moment[c] + dashpot * rate[c]) / stiffness);
-            let length = dot(&left, &left).sqrt();
+            angle = std::array::from_fn(|c| -(moment[c] + dashpot * rate[c]) / stiffness);
+            let length = dot(&angle, &angle).sqrt();
             if length * stiffness > limit {
-                left = scaled(limit / (stiffness * length), &left);
+                angle = scaled(limit / (stiffness * length), &angle);
             }
-            tally.rolling += slip_dissipation(&moment, (rate, dt), (stiffness, dashpot), (spring, &left));
+            energies.rolling += slip_dissipation(&moment, (rate, dt), (stiffness, dashpot), (spring, &angle));
         } else {
-            tally.dashpots += dashpot * dot(rate, rate) * dt;
+            energies.dashpots += dashpot * dot(rate, rate) * dt;
         }
-        tally.elastic_rolling += 0.5 * stiffness * dot(&left, &left);
-        (moment, left)
+        energies.elastic_rolling += 0.5 * stiffness * dot(&angle, &angle);
+        (moment, angle)
     }
 }
 
@@ -111,22 +111,22 @@ impl RollingResistance<Lanes> {
     #[inline(always)]
     pub fn moment_simd<const D: usize, const R: usize, const N: usize>(
         &self,
-        touch: &ContactGeometry<D, R, Lanes>,
+        geometry: &ContactGeometry<D, R, Lanes>,
         base: &NormalResponse<Lanes>,
         normal: Lanes,
         (spring, rate): (&[Lanes; N], &[Lanes; N]),
         dt: Lanes,
     ) -> RollingResponse<N> {
-        let square = touch.radius * touch.radius;
+        let square = geometry.radius * geometry.radius;
         let stiffness = self.stiffness * base.tangential_stiffness * square;
         let dashpot = Lanes::splat(2.0)
             * self.damping_ratio
-            * (self.stiffness * base.tangential_stiffness * touch.mass).sqrt()
+            * (self.stiffness * base.tangential_stiffness * geometry.mass).sqrt()
             * square;
-        let mut left: [Lanes; N] = std::array::from_fn(|c| spring[c] + rate[c] * dt);
-        let mut moment: [Lanes; N] = std::array::from_fn(|c| -stiffness * left[c] - dashpot * rate[c]);
+        let mut angle: [Lanes; N] = std::array::from_fn(|c| spring[c] + rate[c] * dt);
+        let mut moment: [Lanes; N] = std::array::from_fn(|c| -stiffness * angle[c] - dashpot * rate[c]);
         let size = dot(&moment, &moment).sqrt();
-        let limit = self.friction * touch.radius * normal;
+        let limit = self.friction * geometry.radius * normal;
         let slips = size.simd_gt(limit);
         let mut lost = Lanes::ZERO;
         if slips.any() {
@@ -139,15 +139,15 @@ impl RollingResistance<Lanes> {
             lost = slip_dissipation(&capped, (rate, dt), (stiffness, dashpot), (spring, &kept));
             for c in 0..N {
                 moment[c] = slips.bitselect(capped[c], moment[c]);
-                left[c] = slips.bitselect(kept[c], left[c]);
+                angle[c] = slips.bitselect(kept[c], angle[c]);
             }
         }
         RollingResponse {
             moment,
-            angle: left,
+            angle,
             dissipated: slips & lost,
             dashpots: slips.bitselect(Lanes::ZERO, dashpot * dot(rate, rate) * dt),
-            elastic: Lanes::HALF * stiffness * dot(&left, &left),
+            elastic: Lanes::HALF * stiffness * dot(&angle, &angle),
         }
     }
 }

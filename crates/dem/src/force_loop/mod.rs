@@ -1,8 +1,11 @@
 //! Forces of all contacts: slabs of one parity in parallel, then those of the other, then the periodic pairs. The lists fix the
 //! order in which every grain receives its forces.
 
+pub(crate) mod contact_buffers;
+pub(crate) mod contact_forces;
 mod simd;
 mod simd_records;
+mod wall_forces;
 
 use std::ops::Range;
 
@@ -10,7 +13,7 @@ use crate::contact::contact_histories::{ContactHistoriesMut, PairListView};
 use crate::contact::dashpot::StepLengths;
 use crate::contact::{
     CONTACT_APART, ContactBody, ContactEnergies, ContactForce, ContactGeometry, ContactHistory, PairLaw,
-    contact_force, release_contact,
+    Virial, contact_force, release_contact,
 };
 pub use crate::force_loop::simd::{PlaneContact, PlaneSums};
 pub use crate::force_loop::simd_records::{
@@ -69,9 +72,6 @@ struct SlabPairs<'a> {
     active_pairs: &'a [ActivePairs],
 }
 
-/// Stress times volume, row by row (J).
-pub type Virial<const D: usize> = [[f64; D]; D];
-
 /// Accumulators of the contact forces.
 pub struct ForceAccumulators<'a, const D: usize, const R: usize> {
     /// First grain of this part.
@@ -81,7 +81,7 @@ pub struct ForceAccumulators<'a, const D: usize, const R: usize> {
     /// First pair of the contact histories.
     pub pair: usize,
     /// Contact histories.
-    pub memory: ContactHistoriesMut<'a, R>,
+    pub history: ContactHistoriesMut<'a, R>,
     /// First slab of the sums.
     pub slab: usize,
     /// Sums of each slab.
@@ -92,15 +92,15 @@ impl<'a, const D: usize, const R: usize> ForceAccumulators<'a, D, R> {
     /// Splits the accumulators into the parts before and from these grains, pairs and slabs on.
     fn split_at(self, grain: usize, pair: usize, slab: usize) -> (Self, Self) {
         let (received, more_received) = self.forces.split_at_mut(grain - self.first);
-        let (memory, more_memory) = self.memory.split_at(pair - self.pair);
-        let (tallies, more_tallies) = self.energies.split_at_mut(slab - self.slab);
+        let (history, more_memory) = self.history.split_at(pair - self.pair);
+        let (slab_energies, more_tallies) = self.energies.split_at_mut(slab - self.slab);
         (
-            Self { forces: received, memory, energies: tallies, ..self },
+            Self { forces: received, history, energies: slab_energies, ..self },
             Self {
                 first: grain,
                 forces: more_received,
                 pair,
-                memory: more_memory,
+                history: more_memory,
                 slab,
                 energies: more_tallies,
             },
@@ -170,27 +170,27 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         )
     }
 
-    /// Adds the forces of the pairs of some grains, with the active pairs `close`. Forces on the other grains go to `shares` too.
+    /// Adds the forces of the pairs of some grains, with the active pairs `active`. Forces on the other grains go to `accumulators` too.
     fn pair_forces(
         &self,
-        (pairs, close): (PairListView<'_>, &ActivePairs),
+        (pairs, active): (PairListView<'_>, &ActivePairs),
         rows: Range<usize>,
-        shares: &mut ForceAccumulators<'_, D, R>,
+        accumulators: &mut ForceAccumulators<'_, D, R>,
         slab: usize,
     ) {
         match self.kernel {
-            ForceKernel::Scalar => self.scalar_pair_forces(pairs, rows, shares, slab),
+            ForceKernel::Scalar => self.scalar_pair_forces(pairs, rows, accumulators, slab),
             ForceKernel::SimdLinear(false) => {
-                self.simd_forces::<false, false>((pairs, close), &rows, shares, slab);
+                self.simd_forces::<false, false>((pairs, active), &rows, accumulators, slab);
             }
             ForceKernel::SimdLinear(true) => {
-                self.simd_forces::<false, true>((pairs, close), &rows, shares, slab);
+                self.simd_forces::<false, true>((pairs, active), &rows, accumulators, slab);
             }
             ForceKernel::SimdHertz(false) => {
-                self.simd_forces::<true, false>((pairs, close), &rows, shares, slab);
+                self.simd_forces::<true, false>((pairs, active), &rows, accumulators, slab);
             }
             ForceKernel::SimdHertz(true) => {
-                self.simd_forces::<true, true>((pairs, close), &rows, shares, slab);
+                self.simd_forces::<true, true>((pairs, active), &rows, accumulators, slab);
             }
         }
     }
@@ -200,10 +200,10 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         &self,
         pairs: PairListView<'_>,
         rows: Range<usize>,
-        shares: &mut ForceAccumulators<'_, D, R>,
+        accumulators: &mut ForceAccumulators<'_, D, R>,
         slab: usize,
     ) {
-        let (mut tally, mut virial) = shares.energies[slab - shares.slab];
+        let (mut energies, mut virial) = accumulators.energies[slab - accumulators.slab];
         let periodic = !pairs.image.is_empty();
         for i in rows {
             let ends = pairs.starts[i] as usize..pairs.starts[i + 1] as usize;
@@ -219,39 +219,41 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
                     apart = difference(&apart, &self.shifts[code].0);
                 }
                 let (square, sum) = (dot(&apart, &apart), r + self.radius[j]);
-                let slot = k - shares.pair;
-                let bonded = !shares.memory.bond.is_empty() && shares.memory.bond[slot].is_intact();
-                if square >= sum * sum && shares.memory.state[slot] == CONTACT_APART && !bonded {
+                let slot = k - accumulators.pair;
+                let bonded =
+                    !accumulators.history.bond.is_empty() && accumulators.history.bond[slot].is_intact();
+                if square >= sum * sum && accumulators.history.state[slot] == CONTACT_APART && !bonded {
                     continue;
                 }
-                let (touch, arm) = self.contact_geometry(i, j, &apart, square.sqrt(), code);
-                let Some(push) = self.contact_force(self.law(i, j), &touch, slot, bonded, shares, &mut tally)
+                let (geometry, arm) = self.contact_geometry(i, j, &apart, square.sqrt(), code);
+                let Some(contact) =
+                    self.contact_force(self.law(i, j), &geometry, slot, bonded, accumulators, &mut energies)
                 else {
                     continue;
                 };
-                let mut on = from_tangential(&push.tangential, &touch.normal);
-                add(&mut on, push.normal, &touch.normal);
-                let twisted = scaled(-arm, &moment::<D, R, f64>(&touch.normal, &push.tangential));
+                let mut on = from_tangential(&contact.tangential, &geometry.normal);
+                add(&mut on, contact.normal, &geometry.normal);
+                let twisted = scaled(-arm, &moment::<D, R, f64>(&geometry.normal, &contact.tangential));
                 let mut levers = [twisted; 2];
                 for c in 0..R {
-                    levers[0][c] += push.moment[c] * (1.0 / r);
-                    levers[1][c] -= push.moment[c] * (1.0 / self.radius[j]);
+                    levers[0][c] += contact.moment[c] * (1.0 / r);
+                    levers[1][c] -= contact.moment[c] * (1.0 / self.radius[j]);
                 }
-                shares.forces[i - shares.first].add_force(&on, &levers[0]);
-                shares.forces[j - shares.first].add_force(&on.map(|f| -f), &levers[1]);
+                accumulators.forces[i - accumulators.first].add_force(&on, &levers[0]);
+                accumulators.forces[j - accumulators.first].add_force(&on.map(|f| -f), &levers[1]);
                 for a in 0..D {
                     for b in 0..D {
                         virial[a][b] -= on[a] * apart[b];
                     }
                 }
-                tally.boundary += push.normal * self.growth * sum * self.dt;
+                energies.boundary += contact.normal * self.growth * sum * self.dt;
                 if code > 0 {
-                    tally.boundary += dot(&on, &self.shifts[code].1) * self.dt;
+                    energies.boundary += dot(&on, &self.shifts[code].1) * self.dt;
                 }
-                count_contact(&mut tally, &touch, &on, i);
+                count_contact(&mut energies, &geometry, &on, i);
             }
         }
-        shares.energies[slab - shares.slab] = (tally, virial);
+        accumulators.energies[slab - accumulators.slab] = (energies, virial);
     }
 
     /// Contact force and moment of two grains in contact or bonded; `None` if they are neither.
@@ -259,27 +261,34 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
     fn contact_force(
         &self,
         law: &PairLaw,
-        touch: &ContactGeometry<D, R>,
+        geometry: &ContactGeometry<D, R>,
         slot: usize,
         bonded: bool,
-        shares: &mut ForceAccumulators<'_, D, R>,
-        tally: &mut ContactEnergies,
+        accumulators: &mut ForceAccumulators<'_, D, R>,
+        energies: &mut ContactEnergies,
     ) -> Option<ContactForce<R>> {
-        let state = shares.memory.state[slot];
-        let mut memory = shares.memory.get(slot);
-        let meets = touch.overlap > 0.0 || touch.overlap > -law.rupture_distance(state, touch.radius);
-        let mut push = ContactForce { normal: 0.0, tangential: [0.0; R], moment: [0.0; R] };
-        if meets {
-            push = contact_force(law, touch, &mut memory, &self.steps(), tally);
-            shares.memory.set(slot, &memory);
+        let state = accumulators.history.state[slot];
+        let mut history = accumulators.history.get(slot);
+        let in_contact =
+            geometry.overlap > 0.0 || geometry.overlap > -law.rupture_distance(state, geometry.radius);
+        let mut contact = ContactForce { normal: 0.0, tangential: [0.0; R], moment: [0.0; R] };
+        if in_contact {
+            contact = contact_force(law, geometry, &mut history, &self.steps(), energies);
+            accumulators.history.set(slot, &history);
         } else if state != CONTACT_APART {
-            release_contact(law, touch, &mut memory, self.dt, tally);
-            shares.memory.set(slot, &memory);
+            release_contact(law, geometry, &mut history, self.dt, energies);
+            accumulators.history.set(slot, &history);
         }
         if bonded {
-            law.add_bond_force(touch, &mut shares.memory.bond[slot], &mut push, self.dt, tally);
+            law.add_bond_force(
+                geometry,
+                &mut accumulators.history.bond[slot],
+                &mut contact,
+                self.dt,
+                energies,
+            );
         }
-        (meets || bonded).then_some(push)
+        (in_contact || bonded).then_some(contact)
     }
 
     /// Adds the forces of slabs of one parity, those of `groups`: group `g` is slab `2 g + parity` with the one after.
@@ -288,13 +297,13 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         lists: SlabPairs<'_>,
         groups: Range<usize>,
         parity: usize,
-        mut shares: ForceAccumulators<'_, D, R>,
+        mut accumulators: ForceAccumulators<'_, D, R>,
     ) {
         if groups.len() > 1 {
             let middle = groups.start + groups.len() / 2;
             let slab = 2 * middle + parity;
             let grain = lists.slabs[slab] as usize;
-            let (left, right) = shares.split_at(grain, lists.pairs.starts[grain] as usize, slab);
+            let (left, right) = accumulators.split_at(grain, lists.pairs.starts[grain] as usize, slab);
             rayon::join(
                 || self.coloured_slabs(lists, groups.start..middle, parity, left),
                 || self.coloured_slabs(lists, middle..groups.end, parity, right),
@@ -302,45 +311,50 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         } else if let Some(group) = groups.into_iter().next() {
             let slab = 2 * group + parity;
             let rows = lists.slabs[slab] as usize..lists.slabs[slab + 1] as usize;
-            self.pair_forces((lists.pairs, &lists.active_pairs[slab]), rows, &mut shares, slab);
+            self.pair_forces((lists.pairs, &lists.active_pairs[slab]), rows, &mut accumulators, slab);
         }
     }
 
-    /// Adds the forces of all pairs; the sums are added to `tallies`, one per slab and one for the periodic pairs.
+    /// Adds the forces of all pairs; the sums are added to `slab_energies`, one per slab and one for the periodic pairs.
     pub fn contacts(
         &self,
         lists: &mut VerletLists<D, R>,
         received: &mut [ForceTorque],
-        tallies: &mut [(ContactEnergies, Virial<D>)],
+        slab_energies: &mut [(ContactEnergies, Virial<D>)],
     ) {
         let slabs = lists.slab_count();
-        let (pairs, mut inner) = lists.slab_pairs.view_and_histories();
-        let (seam_pairs, seam) = lists.periodic_pairs.view_and_histories();
-        let close = &lists.active_pairs;
-        let lists = SlabPairs { pairs, slabs: &lists.slabs, active_pairs: &close.slabs };
-        let (of_slabs, of_seam) = tallies.split_at_mut(slabs);
+        let (pairs, mut histories) = lists.slab_pairs.view_and_histories();
+        let (periodic_pairs, periodic_histories) = lists.periodic_pairs.view_and_histories();
+        let active = &lists.active_pairs;
+        let lists = SlabPairs { pairs, slabs: &lists.slabs, active_pairs: &active.slabs };
+        let (of_slabs, of_periodic) = slab_energies.split_at_mut(slabs);
         for parity in 0..2 {
             let groups = 0..(slabs + 1 - parity) / 2;
-            let shares = ForceAccumulators {
+            let accumulators = ForceAccumulators {
                 first: 0,
                 forces: &mut *received,
                 pair: 0,
-                memory: inner.reborrow(),
+                history: histories.reborrow(),
                 slab: 0,
                 energies: &mut *of_slabs,
             };
-            self.coloured_slabs(lists, groups, parity, shares);
+            self.coloured_slabs(lists, groups, parity, accumulators);
         }
-        if !seam_pairs.other.is_empty() {
-            let mut shares = ForceAccumulators {
+        if !periodic_pairs.other.is_empty() {
+            let mut accumulators = ForceAccumulators {
                 first: 0,
                 forces: received,
                 pair: 0,
-                memory: seam,
+                history: periodic_histories,
                 slab: 0,
-                energies: of_seam,
+                energies: of_periodic,
             };
-            self.pair_forces((seam_pairs, &close.periodic_pairs), 0..self.position.len(), &mut shares, 0);
+            self.pair_forces(
+                (periodic_pairs, &active.periodic_pairs),
+                0..self.position.len(),
+                &mut accumulators,
+                0,
+            );
         }
     }
 }
@@ -348,36 +362,37 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
 /// Counts a contact and its force.
 #[inline]
 pub fn count_contact<const D: usize, const R: usize>(
-    tally: &mut ContactEnergies,
-    touch: &ContactGeometry<D, R>,
+    energies: &mut ContactEnergies,
+    geometry: &ContactGeometry<D, R>,
     force: &[f64; D],
     grain: usize,
 ) {
-    tally.contacts += 1;
-    tally.squares += dot(force, force);
-    let ratio = touch.overlap / touch.min_radius;
-    if ratio > tally.overlap {
-        (tally.overlap, tally.max_overlap_grain) = (ratio, grain as u32);
+    energies.contacts += 1;
+    energies.squares += dot(force, force);
+    let ratio = geometry.overlap / geometry.min_radius;
+    if ratio > energies.overlap {
+        (energies.overlap, energies.max_overlap_grain) = (ratio, grain as u32);
     }
 }
 
 /// Force and energies of a contact after a step of `behind` (s), without advancing it.
 pub fn probe_contact<const D: usize, const R: usize>(
     law: &PairLaw,
-    touch: &ContactGeometry<D, R>,
-    mut memory: ContactHistory<R>,
+    geometry: &ContactGeometry<D, R>,
+    mut history: ContactHistory<R>,
     bond: Option<&crate::contact::bond::Bond<R>>,
     behind: f64,
 ) -> Option<(ContactForce<R>, ContactEnergies)> {
-    let mut tally = ContactEnergies::default();
-    let mut push = ContactForce { normal: 0.0, tangential: [0.0; R], moment: [0.0; R] };
-    let meets = touch.overlap > 0.0 || touch.overlap > -law.rupture_distance(memory.state, touch.radius);
+    let mut energies = ContactEnergies::default();
+    let mut contact = ContactForce { normal: 0.0, tangential: [0.0; R], moment: [0.0; R] };
+    let in_contact =
+        geometry.overlap > 0.0 || geometry.overlap > -law.rupture_distance(history.state, geometry.radius);
     let bonded = bond.is_some_and(crate::contact::bond::Bond::is_intact);
-    if meets {
-        push = contact_force(law, touch, &mut memory, &StepLengths::after(behind), &mut tally);
+    if in_contact {
+        contact = contact_force(law, geometry, &mut history, &StepLengths::after(behind), &mut energies);
     }
     if let (true, Some(bond)) = (bonded, bond) {
-        law.add_bond_force(touch, &mut { *bond }, &mut push, 0.0, &mut tally);
+        law.add_bond_force(geometry, &mut { *bond }, &mut contact, 0.0, &mut energies);
     }
-    (meets || bonded).then_some((push, tally))
+    (in_contact || bonded).then_some((contact, energies))
 }

@@ -118,16 +118,16 @@ pub fn restore<const D: usize, const R: usize>(
     mut bytes: &[u8],
 ) -> Result<(), MaterialError> {
     let foreign = |_| equilibrium_error("the stored state is of another material");
-    if solver.stage != DEFORM {
-        solver.begin_stage(DEFORM, solver.time).map_err(foreign)?;
+    if solver.clock.stage != DEFORM {
+        solver.begin_stage(DEFORM, solver.clock.time).map_err(foreign)?;
     }
-    solver.imposed_gradient = None;
+    solver.cell.imposed_gradient = None;
     solver.restore(&mut bytes).map_err(foreign)
 }
 
 /// Stress of the cell (Pa); for disks the out-of-plane stress is the mean of the normal stresses in the plane.
 pub fn stress<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> SymTensor {
-    let cell = solver.stress();
+    let cell = solver.cell.stress();
     let at = |i: usize, j: usize| 0.5 * (cell[i][j] + cell[j][i]);
     if D == 2 {
         return SymTensor([at(0, 0), at(1, 1), 0.5 * (at(0, 0) + at(1, 1)), at(0, 1), 0.0, 0.0]);
@@ -136,29 +136,29 @@ pub fn stress<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> SymTe
 }
 
 pub fn solid_fraction<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> f64 {
-    solver.grains.radius.iter().map(|radius| volume(D, *radius)).sum::<f64>() / solver.cell.volume()
+    solver.grains.radius.iter().map(|radius| volume(D, *radius)).sum::<f64>() / solver.cell.geometry.volume()
 }
 
 pub fn coordination<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> f64 {
-    2.0 * solver.energy_balance.contacts[0] as f64 / solver.grains.len() as f64
+    2.0 * solver.records.energy_balance.contacts[0] as f64 / solver.grains.len() as f64
 }
 
 /// Upper bound of the P-wave modulus (Pa): affine stretch of all contacts along their branches, `Σ k l² / V`; one and a half times the
 /// secant stiffness covers that of Hertz.
 pub fn modulus<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> f64 {
     let mut sum = 0.0;
-    solver.for_each_contact(|contact, _, _| {
+    solver.view().for_each_contact(|contact, _, _| {
         if contact.overlap > 0.0 {
             let square: f64 = contact.branch.iter().map(|x| x * x).sum();
             sum += 1.5 * contact.normal.max(0.0) / contact.overlap * square;
         }
     });
-    sum / solver.cell.volume()
+    sum / solver.cell.geometry.volume()
 }
 
 fn set_cell<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>, control: Option<CellControl>) {
-    let name = STAGES[solver.stage];
-    solver.options.stages.entry(name.to_owned()).or_default().cell = control;
+    let name = STAGES[solver.clock.stage];
+    solver.clock.options.stages.entry(name.to_owned()).or_default().cell = control;
 }
 
 /// Runs stress control to a stress (Pa), until the cell has it and its grains are at rest.
@@ -187,8 +187,8 @@ fn servo<const D: usize, const R: usize>(
         solver.advance(dt).map_err(|_| equilibrium_error(OVERLAP_MESSAGE))?;
         if step % STEPS_PER_CHECK == 0 {
             let now = stress(solver);
-            let off = components.iter().map(|&c| (now[c] - target[c]).abs()).fold(0.0, f64::max);
-            if off <= allowed && solver.unbalanced() <= REST_RATIO {
+            let error = components.iter().map(|&c| (now[c] - target[c]).abs()).fold(0.0, f64::max);
+            if error <= allowed && solver.view().unbalanced() <= REST_RATIO {
                 set_cell(solver, None);
                 return Ok(());
             }
@@ -206,14 +206,14 @@ pub fn prepare<const D: usize, const R: usize>(
     friction: f64,
 ) -> Result<(), MaterialError> {
     let target = SymTensor::isotropic(-spec.preparation.pressure);
-    for pair in &mut solver.options.stages.entry(STAGES[0].to_owned()).or_default().pairs {
+    for pair in &mut solver.clock.options.stages.entry(STAGES[0].to_owned()).or_default().pairs {
         pair.friction = Some(Friction { coefficient: friction, at_rest: None });
     }
     for stage in 0..DEFORM {
-        solver.begin_stage(stage, solver.time).map_err(|_| equilibrium_error(OVERLAP_MESSAGE))?;
+        solver.begin_stage(stage, solver.clock.time).map_err(|_| equilibrium_error(OVERLAP_MESSAGE))?;
         servo(solver, &target, spec.tolerance)?;
     }
-    solver.begin_stage(DEFORM, solver.time).map_err(|_| equilibrium_error(OVERLAP_MESSAGE))
+    solver.begin_stage(DEFORM, solver.clock.time).map_err(|_| equilibrium_error(OVERLAP_MESSAGE))
 }
 
 /// Brings the prepared cell to a stress (Pa).
@@ -222,18 +222,18 @@ pub fn load<const D: usize, const R: usize>(
     spec: &GranularCellSpec,
     target: &SymTensor,
 ) -> Result<(), MaterialError> {
-    let least = MIN_PRESSURE_RATIO * spec.preparation.pressure;
+    let min_pressure = MIN_PRESSURE_RATIO * spec.preparation.pressure;
     let pressure = -(0..D).map(|c| target[c]).sum::<f64>() / D as f64;
-    if pressure >= least {
+    if pressure >= min_pressure {
         return servo(solver, target, spec.tolerance);
     }
-    servo(solver, &SymTensor::isotropic(-least), spec.tolerance)?;
-    let rate = largest_rate(solver, spec, least);
-    solver.imposed_gradient =
+    servo(solver, &SymTensor::isotropic(-min_pressure), spec.tolerance)?;
+    let rate = largest_rate(solver, spec, min_pressure);
+    solver.cell.imposed_gradient =
         Some(std::array::from_fn(|i| std::array::from_fn(|j| if i == j { rate } else { 0.0 })));
     for _ in 0..MAX_STEPS {
-        if solver.pressure() <= pressure {
-            solver.imposed_gradient = Some([[0.0; D]; D]);
+        if solver.cell.pressure() <= pressure {
+            solver.cell.imposed_gradient = Some([[0.0; D]; D]);
             let dt = solver.critical_step().dt;
             return solver.advance(dt).map_err(|_| equilibrium_error(OVERLAP_MESSAGE));
         }
@@ -284,7 +284,7 @@ pub fn deform<const D: usize, const R: usize>(
     let count = slow.max(size(&change) / MAX_DEFORMATION_STEP).ceil().clamp(1.0, MAX_STEPS as f64);
     // (1 + x)^n = 1 + c, to the third order in c.
     let square = crate::boundary::periodic_cell::product(&change, &change);
-    solver.imposed_gradient = Some(std::array::from_fn(|i| {
+    solver.cell.imposed_gradient = Some(std::array::from_fn(|i| {
         std::array::from_fn(|j| {
             (change[i][j] / count - (count - 1.0) / (2.0 * count * count) * square[i][j]) / dt
         })
@@ -298,10 +298,10 @@ pub fn deform<const D: usize, const R: usize>(
 /// Refuses initial tension: grains without cohesion carry none.
 pub fn check_initial<const D: usize>(stress: &SymTensor) -> Result<(), MaterialError> {
     let normal = &stress.0[..D];
-    let across = if D == 2 { stress[4].abs() + stress[5].abs() } else { 0.0 };
+    let out_of_plane = if D == 2 { stress[4].abs() + stress[5].abs() } else { 0.0 };
     let reason = if normal.iter().any(|value| *value > 0.0) {
         format!("grains cannot carry tension (stress {:?} Pa)", stress.0)
-    } else if across > 0.0 {
+    } else if out_of_plane > 0.0 {
         "disks cannot carry shear out of their plane: use dimension 3".to_owned()
     } else {
         return Ok(());
@@ -312,8 +312,8 @@ pub fn check_initial<const D: usize>(stress: &SymTensor) -> Result<(), MaterialE
 /// Refuses out-of-plane motion of disks.
 pub fn check_motion<const D: usize>(motion: &Motion) -> Result<(), MaterialError> {
     let f = &motion.deformation.0;
-    let across = [f[2][2] - 1.0, f[0][2], f[1][2], f[2][0], f[2][1]];
-    if D == 3 || across.iter().all(|value| value.abs() < 1e-12) {
+    let out_of_plane = [f[2][2] - 1.0, f[0][2], f[1][2], f[2][0], f[2][1]];
+    if D == 3 || out_of_plane.iter().all(|value| value.abs() < 1e-12) {
         return Ok(());
     }
     let reason = "disks cannot have strain normal to their plane: use dimension 3, or a test in plane strain";

@@ -145,7 +145,7 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
             modulus: cell_operations::modulus(solver).max(least),
             porosity: 1.0 - cell_operations::solid_fraction(solver),
             coordination: cell_operations::coordination(solver),
-            unbalanced: solver.unbalanced(),
+            unbalanced: solver.view().unbalanced(),
             friction,
         })
     }

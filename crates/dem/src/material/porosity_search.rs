@@ -17,40 +17,38 @@ const HALVINGS: usize = 12;
 /// # Errors
 /// When no friction gives a porosity near the target, with the porosities found; when a specimen cannot be prepared.
 pub fn friction<T>(
-    asked: f64,
+    target: f64,
     prepare: impl Fn(f64) -> Result<T, MaterialError>,
     porosity: impl Fn(&T) -> f64,
 ) -> Result<T, MaterialError> {
     let (mut low, mut high) = (0.0, MAX_FRICTION);
     let ends = (prepare(low)?, prepare(high)?);
     let (least, largest) = (porosity(&ends.0), porosity(&ends.1));
-    if asked < least - POROSITY_TOLERANCE || asked > largest + POROSITY_TOLERANCE {
+    if target < least - POROSITY_TOLERANCE || target > largest + POROSITY_TOLERANCE {
         let rule = format!(
-            "{asked} is not between {least:.4}, the porosity after compression without friction, and \
-             {largest:.4}, with a friction of {MAX_FRICTION}"
+            "{target} is not between {least:.4}, the porosity after compression without friction, and {largest:.4}, with a friction of {MAX_FRICTION}"
         );
         return Err(parameter_error("preparation.porosity", rule));
     }
-    let off = |made: &T| (porosity(made) - asked).abs();
-    let mut nearest = if off(&ends.0) <= off(&ends.1) { ends.0 } else { ends.1 };
+    let error = |result: &T| (porosity(result) - target).abs();
+    let mut nearest = if error(&ends.0) <= error(&ends.1) { ends.0 } else { ends.1 };
     for _ in 0..HALVINGS {
-        if off(&nearest) <= POROSITY_TOLERANCE {
+        if error(&nearest) <= POROSITY_TOLERANCE {
             return Ok(nearest);
         }
         let middle = 0.5 * (low + high);
-        let made = prepare(middle)?;
-        if porosity(&made) < asked {
+        let result = prepare(middle)?;
+        if porosity(&result) < target {
             low = middle;
         } else {
             high = middle;
         }
-        if off(&made) < off(&nearest) {
-            nearest = made;
+        if error(&result) < error(&nearest) {
+            nearest = result;
         }
     }
     let rule = format!(
-        "{asked} is not reached: the nearest porosity of these grains is {:.4}; use more grains or another \
-         seed",
+        "{target} is not reached: the nearest porosity of these grains is {:.4}; use more grains or another seed",
         porosity(&nearest)
     );
     Err(parameter_error("preparation.porosity", rule))

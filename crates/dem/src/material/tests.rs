@@ -43,17 +43,17 @@ fn placed<const D: usize, const R: usize>(
     assert_eq!(solver.grains.len(), places.len());
     solver.grains.position.copy_from_slice(places);
     for c in 0..D {
-        solver.cell.h[c][c] = vectors[c];
+        solver.cell.geometry.h[c][c] = vectors[c];
     }
-    solver.since_list_build.cell = None;
-    solver.reset_contacts();
+    solver.neighbours.since_build.cell = None;
+    solver.neighbours.reset_contacts();
     looked_at(&mut solver);
     solver
 }
 
 /// Stress after a step without deformation, which belongs to the present positions of the grains.
 fn looked_at<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) -> SymTensor {
-    solver.imposed_gradient = Some([[0.0; D]; D]);
+    solver.cell.imposed_gradient = Some([[0.0; D]; D]);
     let dt = solver.critical_step().dt;
     solver.advance(dt).unwrap();
     cell_operations::stress(solver)
@@ -188,7 +188,7 @@ fn dashpots_add_the_share_of_stress_that_the_inertial_number_sets() {
     let mut cube = face_centred(&spec);
     let before = cell_operations::stress(&cube);
     cell_operations::deform(&mut cube, &spec, &stretch([-1e-4; 3], 0.0, 1.0), &before).unwrap();
-    let rate = -cube.imposed_gradient.unwrap()[0][0];
+    let rate = -cube.cell.imposed_gradient.unwrap()[0][0];
     // The bound applies to the norm of the strain-rate tensor.
     let bound = spec.inertial_number * (-before[0] / DENSITY).sqrt() / SIZE / 3f64.sqrt();
     assert!(rate <= bound && rate > 0.9 * bound, "{rate} {bound}");
@@ -232,19 +232,19 @@ fn case_of(spec: &GranularCellSpec, side: f64, rates: [[f64; 3]; 3]) -> Case {
 /// Deforms a specimen as the cell of a point and as a cell of the method, and compares all that both store.
 fn same<const D: usize, const R: usize>(spec: &GranularCellSpec, f: &Mat3) {
     let mut law: DemSolver<D, R> = CellCase::new(spec).unwrap().solver().unwrap();
-    let side = law.cell.h[0][0];
+    let side = law.cell.geometry.h[0][0];
     cell_operations::prepare(&mut law, spec, 0.0).unwrap();
     let specimen = cell_operations::bytes(&law).unwrap();
-    let (before, first) = (cell_operations::stress(&law), law.step);
+    let (before, first) = (cell_operations::stress(&law), law.clock.step);
     cell_operations::deform(&mut law, spec, f, &before).unwrap();
-    let rates = law.imposed_gradient.unwrap();
+    let rates = law.cell.imposed_gradient.unwrap();
     let rates =
         std::array::from_fn(|i| std::array::from_fn(|j| if i < D && j < D { rates[i][j] } else { 0.0 }));
     let mut method: DemSolver<D, R> = crate::setup::solver(&case_of(spec, side, rates)).unwrap();
     method.begin_stage(0, 0.0).unwrap();
     method.restore(&mut &specimen[..]).unwrap();
-    assert!(law.step - first > 100, "{}", law.step - first);
-    for _ in first..law.step {
+    assert!(law.clock.step - first > 100, "{}", law.clock.step - first);
+    for _ in first..law.clock.step {
         method.step(f64::INFINITY).unwrap();
     }
     // More than the round-off tolerance: the stress has changed.

@@ -1,5 +1,7 @@
 //! SIMD time integration of grains under contact forces and gravity only, four at once (sheet: dem §3.4).
 
+use std::ops::Range;
+
 use wide::f64x4 as Lanes;
 
 use crate::momentum::time_integration::{ExternalActions, GrainSums, LeapfrogKick};
@@ -63,11 +65,32 @@ fn largest(lanes: Lanes) -> f64 {
 }
 
 impl<const D: usize, const R: usize> GrainBlock<'_, D, R> {
+    /// Advances the spins of the grains `own` of the block, by the lanes of their moments of inertia and the inverses of these.
+    /// Adds twice the kinetic energy of their rotations to `rotation`.
+    #[inline(always)]
+    fn integrate_spins(
+        &self,
+        kick: &LeapfrogKick,
+        (inertia, per_inertia): (Lanes, Lanes),
+        (spin, own): (&mut [[f64; R]], Range<usize>),
+        rotation: &mut Lanes,
+    ) {
+        let (w, torques) = (spin.as_flattened_mut(), self.torque[own].as_flattened());
+        for c in 0..R {
+            let old = entries(w, c);
+            let new = kick.damping_factor * old
+                + kick.force_time * entries(torques, c) * spread_by_grain::<R>(per_inertia, c);
+            let now = old + kick.share * (new - old);
+            *rotation += spread_by_grain::<R>(inertia, c) * now * now;
+            w[SIMD_GRAINS * c..][..SIMD_GRAINS].copy_from_slice(new.as_array());
+        }
+    }
+
     /// Moves grains under contact forces and gravity, four at once and component by component, equal to `Grain::advance` to the last
     /// bit. Returns the number of moved grains: the rest of a block is left.
     pub(crate) fn integrate(
         &self,
-        (drive, kick): (&ExternalActions<'_, D>, &LeapfrogKick),
+        (actions, kick): (&ExternalActions<'_, D>, &LeapfrogKick),
         position: &mut [[f64; D]],
         velocity: &mut [[f64; D]],
         spin: &mut [[f64; R]],
@@ -75,7 +98,7 @@ impl<const D: usize, const R: usize> GrainBlock<'_, D, R> {
     ) -> usize {
         let count = position.len() / SIMD_GRAINS * SIMD_GRAINS;
         let gravity: [Lanes; D] = std::array::from_fn(|c| {
-            Lanes::new(std::array::from_fn(|k| drive.gravity[(SIMD_GRAINS * c + k) % D]))
+            Lanes::new(std::array::from_fn(|k| actions.gravity[(SIMD_GRAINS * c + k) % D]))
         });
         let [mut kinetic, mut rotation, mut work, mut squares, mut places] = [Lanes::ZERO; 5];
         let [mut fastest, mut moved] = [Lanes::ZERO; 2];
@@ -84,7 +107,7 @@ impl<const D: usize, const R: usize> GrainBlock<'_, D, R> {
             let (mass, radius) = (entries(&self.mass[own.clone()], 0), entries(&self.radius[own.clone()], 0));
             let inertia = Lanes::splat(inertia(D)) * mass * radius * radius;
             let (per_mass, per_inertia) = (Lanes::ONE / mass, Lanes::ONE / inertia);
-            let (mut speeds, mut ways) = ([Lanes::ZERO; D], [Lanes::ZERO; D]);
+            let (mut speeds, mut displacements) = ([Lanes::ZERO; D], [Lanes::ZERO; D]);
             let (x, v) = (position[own.clone()].as_flattened_mut(), velocity[own.clone()].as_flattened_mut());
             let (forces, listed) =
                 (self.force[own.clone()].as_flattened(), self.listed[own.clone()].as_flattened());
@@ -96,26 +119,20 @@ impl<const D: usize, const R: usize> GrainBlock<'_, D, R> {
                 let new =
                     kick.damping_factor * old + kick.force_time * force * spread_by_grain::<D>(per_mass, c);
                 let now = old + kick.share * (new - old);
-                let place = entries(x, c) + new * drive.dt;
-                let way = place - entries(listed, c);
+                let place = entries(x, c) + new * actions.dt;
+                let displacement = place - entries(listed, c);
                 squares += force * force;
                 work += weight * now;
                 kinetic += mass * now * now;
                 places += place * place;
-                (speeds[c], ways[c]) = (old * old, way * way);
+                (speeds[c], displacements[c]) = (old * old, displacement * displacement);
                 x[SIMD_GRAINS * c..][..SIMD_GRAINS].copy_from_slice(place.as_array());
                 v[SIMD_GRAINS * c..][..SIMD_GRAINS].copy_from_slice(new.as_array());
             }
-            (fastest, moved) = (fastest.fast_max(sum_by_grain(&speeds)), moved.fast_max(sum_by_grain(&ways)));
-            let (w, torques) = (spin[own.clone()].as_flattened_mut(), self.torque[own].as_flattened());
-            for c in 0..R {
-                let old = entries(w, c);
-                let new = kick.damping_factor * old
-                    + kick.force_time * entries(torques, c) * spread_by_grain::<R>(per_inertia, c);
-                let now = old + kick.share * (new - old);
-                rotation += spread_by_grain::<R>(inertia, c) * now * now;
-                w[SIMD_GRAINS * c..][..SIMD_GRAINS].copy_from_slice(new.as_array());
-            }
+            (fastest, moved) =
+                (fastest.fast_max(sum_by_grain(&speeds)), moved.fast_max(sum_by_grain(&displacements)));
+            let spins = (&mut spin[own.clone()], own);
+            self.integrate_spins(kick, (inertia, per_inertia), spins, &mut rotation);
         }
         sums.kinetic += 0.5 * sum_lanes(kinetic);
         sums.rotation += 0.5 * sum_lanes(rotation);

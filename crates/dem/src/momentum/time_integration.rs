@@ -105,20 +105,20 @@ impl<const D: usize> GrainSums<D> {
 /// Moves all grains by a step. `buffer` receives the sums of each block.
 pub fn integrate_grains<const D: usize, const R: usize>(
     grains: &mut Grains<D, R>,
-    drive: &ExternalActions<'_, D>,
+    actions: &ExternalActions<'_, D>,
     buffer: &mut Vec<GrainSums<D>>,
 ) -> GrainSums<D> {
     buffer.clear();
     buffer.resize(grains.len().div_ceil(MIN_GRAINS_PER_TASK), GrainSums::default());
     let Grains { id: _, held, radius, mass, position, listed, velocity, spin, force, torque, .. } = grains;
-    let kick = LeapfrogKick::of(drive);
+    let kick = LeapfrogKick::of(actions);
     let moving = position
         .par_chunks_mut(MIN_GRAINS_PER_TASK)
         .zip(velocity.par_chunks_mut(MIN_GRAINS_PER_TASK))
         .zip(spin.par_chunks_mut(MIN_GRAINS_PER_TASK))
         .zip(buffer.par_iter_mut())
         .enumerate();
-    let glides = drive.is_gravity_only();
+    let glides = actions.is_gravity_only();
     moving.for_each(|(block, (((position, velocity), spin), sums))| {
         let own = block * MIN_GRAINS_PER_TASK..block * MIN_GRAINS_PER_TASK + position.len();
         let mut done = 0;
@@ -131,22 +131,22 @@ pub fn integrate_grains<const D: usize, const R: usize>(
                 torque: &torque[own.clone()],
                 listed: &listed[own],
             };
-            done = still.integrate((drive, &kick), position, velocity, spin, sums);
+            done = still.integrate((actions, &kick), position, velocity, spin, sums);
         }
         for k in done..position.len() {
             let i = block * MIN_GRAINS_PER_TASK + k;
-            let (force, torque, applied) = (&force[i], &torque[i], drive.applied.get(i));
+            let (force, torque, applied) = (&force[i], &torque[i], actions.applied.get(i));
             let grain = Grain { held: held[i], radius: radius[i], mass: mass[i], force, torque, applied };
-            grain.advance((drive, &kick), &mut position[k], &mut velocity[k], &mut spin[k], sums);
-            let reference = match &drive.cell_map {
+            grain.advance((actions, &kick), &mut position[k], &mut velocity[k], &mut spin[k], sums);
+            let reference = match &actions.cell_map {
                 None => listed[i],
                 Some((map, corner)) => {
                     let carried = apply(map, &difference(&listed[i], corner));
                     std::array::from_fn(|c| carried[c] + corner[c])
                 }
             };
-            let way = difference(&position[k], &reference);
-            sums.max_travel_squared = sums.max_travel_squared.max(dot(&way, &way));
+            let displacement = difference(&position[k], &reference);
+            sums.max_travel_squared = sums.max_travel_squared.max(dot(&displacement, &displacement));
             if !(sums.kinetic + dot(&position[k], &position[k])).is_finite() && sums.lost.is_none() {
                 sums.lost = Some(i as u32);
             }
@@ -170,13 +170,13 @@ pub(crate) struct LeapfrogKick {
 }
 
 impl LeapfrogKick {
-    fn of<const D: usize>(drive: &ExternalActions<'_, D>) -> Self {
-        let time = 0.5 * (drive.last_step + drive.dt);
-        let slow = 1.0 / (1.0 + 0.5 * drive.viscous * time);
-        let keep = (1.0 - 0.5 * drive.viscous * time) * slow;
+    fn of<const D: usize>(actions: &ExternalActions<'_, D>) -> Self {
+        let time = 0.5 * (actions.last_step + actions.dt);
+        let slow = 1.0 / (1.0 + 0.5 * actions.viscous * time);
+        let keep = (1.0 - 0.5 * actions.viscous * time) * slow;
         // Position of the time of the forces, half a step after the old velocity.
-        let share = if time > 0.0 { 0.5 * drive.last_step / time } else { 0.0 };
-        Self { time, share, damping_factor: keep, force_time: slow * time, viscous: drive.viscous }
+        let share = if time > 0.0 { 0.5 * actions.last_step / time } else { 0.0 };
+        Self { time, share, damping_factor: keep, force_time: slow * time, viscous: actions.viscous }
     }
 
     /// Velocities after the step and at the time of the forces, for this inertia: all components at once.
@@ -235,13 +235,13 @@ impl<const D: usize, const R: usize> Grain<'_, D, R> {
     #[inline]
     fn advance(
         &self,
-        (drive, kick): (&ExternalActions<'_, D>, &LeapfrogKick),
+        (actions, kick): (&ExternalActions<'_, D>, &LeapfrogKick),
         x: &mut [f64; D],
         v: &mut [f64; D],
         w: &mut [f64; R],
         sums: &mut GrainSums<D>,
     ) {
-        let dt = drive.dt;
+        let dt = actions.dt;
         sums.max_speed_squared = sums.max_speed_squared.max(dot(v, v));
         if self.held {
             sums.held -= dot(self.force, v) * kick.time;
@@ -250,7 +250,7 @@ impl<const D: usize, const R: usize> Grain<'_, D, R> {
             }
             return;
         }
-        let gravity = drive.gravity.map(|g| self.mass * g);
+        let gravity = actions.gravity.map(|g| self.mass * g);
         let mut force: [f64; D] = std::array::from_fn(|c| self.force[c] + gravity[c]);
         if let Some(applied) = self.applied {
             force = std::array::from_fn(|c| force[c] + applied[c]);
@@ -258,11 +258,11 @@ impl<const D: usize, const R: usize> Grain<'_, D, R> {
         let mut torque = *self.torque;
         let inertia = inertia(D) * self.mass * self.radius * self.radius;
         sums.squares += dot(&force, &force);
-        let mut lost = self.damp(drive, x, v, &mut force);
-        if drive.damping[0] != 0.0 {
+        let mut lost = self.damp(actions, x, v, &mut force);
+        if actions.damping[0] != 0.0 {
             for c in 0..R {
                 let middle = w[c] + 0.5 * dt * torque[c] / inertia;
-                let damped = local_damping(drive.damping[0], torque[c], middle);
+                let damped = local_damping(actions.damping[0], torque[c], middle);
                 torque[c] += damped;
                 lost -= damped * middle * kick.time;
             }
@@ -278,7 +278,7 @@ impl<const D: usize, const R: usize> Grain<'_, D, R> {
         sums.applied += self.applied.map_or(0.0, |applied| dot(applied, &now) * kick.time);
         sums.kinetic += 0.5 * self.mass * dot(&now, &now);
         sums.rotation += 0.5 * inertia * dot(&turning, &turning);
-        self.add_cell_motion(drive, &now, x, v, sums);
+        self.add_cell_motion(actions, &now, x, v, sums);
         for c in 0..D {
             x[c] += v[c] * dt;
         }
@@ -288,15 +288,15 @@ impl<const D: usize, const R: usize> Grain<'_, D, R> {
     #[inline]
     fn add_cell_motion(
         &self,
-        drive: &ExternalActions<'_, D>,
+        actions: &ExternalActions<'_, D>,
         now: &[f64; D],
         x: &[f64; D],
         v: &mut [f64; D],
         sums: &mut GrainSums<D>,
     ) {
-        let Some((change, corner)) = &drive.gradient_change else { return };
+        let Some((change, corner)) = &actions.gradient_change else { return };
         let place = difference(x, corner);
-        if let Some(rate) = &drive.rate {
+        if let Some(rate) = &actions.rate {
             let own = difference(now, &apply(rate, &place));
             for a in 0..D {
                 for b in 0..D {
@@ -314,23 +314,29 @@ impl<const D: usize, const R: usize> Grain<'_, D, R> {
 
     /// Adds local damping to the force, and returns the energy dissipated (J).
     #[inline]
-    fn damp(&self, drive: &ExternalActions<'_, D>, x: &[f64; D], v: &[f64; D], force: &mut [f64; D]) -> f64 {
-        if drive.damping == [0.0; 3] {
+    fn damp(
+        &self,
+        actions: &ExternalActions<'_, D>,
+        x: &[f64; D],
+        v: &[f64; D],
+        force: &mut [f64; D],
+    ) -> f64 {
+        if actions.damping == [0.0; 3] {
             return 0.0;
         }
-        let kick = 0.5 * (drive.last_step + drive.dt);
-        let mut middle: [f64; D] = std::array::from_fn(|c| v[c] + 0.5 * drive.dt * force[c] / self.mass);
-        if let (Some(rate), Some((_, corner))) = (&drive.rate, &drive.gradient_change) {
+        let kick = 0.5 * (actions.last_step + actions.dt);
+        let mut middle: [f64; D] = std::array::from_fn(|c| v[c] + 0.5 * actions.dt * force[c] / self.mass);
+        if let (Some(rate), Some((_, corner))) = (&actions.rate, &actions.gradient_change) {
             middle = difference(&middle, &apply(rate, &difference(x, corner)));
         }
-        let damped: [f64; D] = match drive.form {
+        let damped: [f64; D] = match actions.form {
             DampingForm::Components => {
-                std::array::from_fn(|c| local_damping(drive.damping[c], force[c], middle[c]))
+                std::array::from_fn(|c| local_damping(actions.damping[c], force[c], middle[c]))
             }
             DampingForm::Vector => {
                 let power = dot(force, &middle);
                 let sign = if power == 0.0 { 0.0 } else { power.signum() };
-                force.map(|f| -drive.damping[0] * f * sign)
+                force.map(|f| -actions.damping[0] * f * sign)
             }
         };
         for c in 0..D {

@@ -109,21 +109,21 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
             return;
         }
         // Twice the present approach, so that few selections are made when displacements grow steadily.
-        let wanted = (2.0 * closer).max(MIN_GAP_FRACTION * skin);
-        let reach = if wanted < skin && shifts.is_some() { wanted } else { f64::INFINITY };
+        let doubled = (2.0 * closer).max(MIN_GAP_FRACTION * skin);
+        let reach = if doubled < skin && shifts.is_some() { doubled } else { f64::INFINITY };
         let near = |i: usize, j: usize, code: usize| {
             let mut apart = difference(&grains.listed[i], &grains.listed[j]);
             if let (Some(shifts), true) = (shifts, code > 0) {
                 apart = difference(&apart, &shifts[code].0);
             }
-            let most = grains.radius[i] + grains.radius[j] + reach;
-            dot(&apart, &apart) < most * most
+            let limit = grains.radius[i] + grains.radius[j] + reach;
+            dot(&apart, &apart) < limit * limit
         };
-        let (slabs, inner) = (&self.slabs, &self.slab_pairs);
+        let (slabs, slab_pairs) = (&self.slabs, &self.slab_pairs);
         let count = slabs.len().saturating_sub(1);
         self.active_pairs.slabs.resize_with(count, ActivePairs::default);
         self.active_pairs.slabs.par_iter_mut().zip(slabs.par_windows(2)).for_each(|(run, ends)| {
-            run.choose(inner, ends[0] as usize..ends[1] as usize, near);
+            run.choose(slab_pairs, ends[0] as usize..ends[1] as usize, near);
         });
         let count = self.periodic_pairs.starts.len().saturating_sub(1);
         self.active_pairs.periodic_pairs.choose(&self.periodic_pairs, 0..count, near);

@@ -25,19 +25,17 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
     }
 
     /// Lists the pairs found by size classes, in the order of uniform cells.
-    pub(super) fn find_by_class(&mut self, look: &PairCriterion<'_, D, R>, all: bool) {
-        let grains = look.grains;
-        let Self {
-            found, classes, slab_pairs: inner, periodic_pairs: seam, keys, order, counts, axes, ..
-        } = self;
+    pub(super) fn find_by_class(&mut self, criterion: &PairCriterion<'_, D, R>, all: bool) {
+        let grains = criterion.grains;
+        let Self { found, classes, slab_pairs, periodic_pairs, keys, order, counts, axes, .. } = self;
         let cells = UniformCells { counts: *counts, axes: *axes, keys, order };
         // Positions are finite: `build` has checked them.
-        let built = classes.build(&grains.position, &grains.radius, look.cell, look.gap);
+        let built = classes.build(&grains.position, &grains.radius, criterion.cell, criterion.gap);
         debug_assert!(built.is_ok(), "{built:?}");
         let FoundPairs { pairs, starts, order, keys } = found;
         pairs.clear();
         classes.visit(&grains.radius, |i, j, steps| {
-            if let Some(code) = look.near(i, j, steps) {
+            if let Some(code) = criterion.near(i, j, steps) {
                 pairs.extend(cells.listed((i, j), steps, code, all));
             }
         });
@@ -48,15 +46,15 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
             let own = &mut order[starts[i] as usize..starts[i + 1] as usize];
             own.sort_unstable_by_key(|&k| (pairs[k as usize].1, pairs[k as usize].2));
             for &k in &*own {
-                let (.., other, code, across) = pairs[k as usize];
-                let list = if across { &mut *seam } else { &mut *inner };
+                let (.., other, code, is_periodic) = pairs[k as usize];
+                let list = if is_periodic { &mut *periodic_pairs } else { &mut *slab_pairs };
                 list.other.push(other);
-                if look.periodic {
+                if criterion.periodic {
                     list.image.push(code);
                 }
             }
-            inner.starts.push(inner.other.len() as u32);
-            seam.starts.push(seam.other.len() as u32);
+            slab_pairs.starts.push(slab_pairs.other.len() as u32);
+            periodic_pairs.starts.push(periodic_pairs.other.len() as u32);
         }
     }
 }
@@ -95,10 +93,10 @@ impl UniformCells<'_> {
             }
             ahead = 3 * ahead + (offset + 1) as usize;
         }
-        let seam = steps[self.axes[0]] != 0;
+        let is_periodic = steps[self.axes[0]] != 0;
         let forward = if ahead == half { i < j } else { ahead > half };
         let (first, second, code) = if forward { (i, j, code) } else { (j, i, back) };
-        Some((first as u32, ahead.abs_diff(half) as u8, second as u32, code, seam))
+        Some((first as u32, ahead.abs_diff(half) as u8, second as u32, code, is_periodic))
     }
 }
 

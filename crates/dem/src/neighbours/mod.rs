@@ -9,8 +9,11 @@
 
 pub mod active_pairs;
 mod class_pairs;
+pub(crate) mod grain_neighbours;
 pub(crate) mod list_build;
+mod obstacle_facets;
 pub mod size_classes;
+pub(crate) mod wall_list;
 
 use std::ops::Range;
 
@@ -64,7 +67,7 @@ const MAX_DIMENSION: usize = 3;
 struct CarriedHistories<const R: usize> {
     first: Vec<u32>,
     second: Vec<u32>,
-    memory: ContactHistories<R>,
+    history: ContactHistories<R>,
     starts: Vec<u32>,
     entries: Vec<u32>,
     used: Vec<bool>,
@@ -234,13 +237,13 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         let carried = &mut self.carried;
         carried.first.clear();
         carried.second.clear();
-        carried.memory.clear(0, columns);
+        carried.history.clear(0, columns);
         for pairs in [&self.slab_pairs, &self.periodic_pairs] {
             for (i, k) in pairs.firsts() {
                 if pairs.histories.is_kept(k) {
                     carried.first.push(i as u32);
                     carried.second.push(pairs.other[k]);
-                    carried.memory.push(&pairs.histories, k);
+                    carried.history.push(&pairs.histories, k);
                 }
             }
         }
@@ -322,7 +325,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         }
         let mut shifts = Vec::new();
         cell.shifts(&mut shifts);
-        let look = PairCriterion {
+        let criterion = PairCriterion {
             grains,
             cell,
             shifts: &shifts,
@@ -331,11 +334,11 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
             unit: inverse(&cell.h).0,
         };
         if self.is_wide(&grains.radius) {
-            self.find_by_class(&look, all);
+            self.find_by_class(&criterion, all);
             return;
         }
         let slabs: Vec<[PairList<R>; 2]> =
-            self.cells.par_windows(2).map(|ends| self.find_in(&look, ends[0]..ends[1], all)).collect();
+            self.cells.par_windows(2).map(|ends| self.find_in(&criterion, ends[0]..ends[1], all)).collect();
         for slab in slabs {
             for (pairs, more) in [&mut self.slab_pairs, &mut self.periodic_pairs].into_iter().zip(slab) {
                 let before = pairs.other.len() as u32;
@@ -347,8 +350,8 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
     }
 
     /// Pairs of the grains of some cells, within the slabs and across the periodic boundary, with the end of those of each grain.
-    fn find_in(&self, look: &PairCriterion<'_, D, R>, cells: Range<u32>, all: bool) -> [PairList<R>; 2] {
-        let [mut inner, mut seam] = [PairList::default(), PairList::default()];
+    fn find_in(&self, criterion: &PairCriterion<'_, D, R>, cells: Range<u32>, all: bool) -> [PairList<R>; 2] {
+        let [mut slab_pairs, mut periodic_pairs] = [PairList::default(), PairList::default()];
         let mut neighbours: Vec<NeighbourCell<D>> = Vec::new();
         for number in cells.start as usize..cells.end as usize {
             let (from, to) = (self.starts[number] as usize, self.starts[number + 1] as usize);
@@ -356,30 +359,30 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
                 continue;
             }
             if !all {
-                self.neighbours(number, look.cell, &mut neighbours);
+                self.neighbours(number, criterion.cell, &mut neighbours);
             }
             for i in from..to {
                 if all {
-                    look.all(i, &mut inner);
+                    criterion.all(i, &mut slab_pairs);
                 } else {
                     for j in i + 1..to {
-                        look.pair(i, j, [0; D], &mut inner);
+                        criterion.pair(i, j, [0; D], &mut slab_pairs);
                     }
                     for near in &neighbours {
                         let key = self.axes[..D]
                             .iter()
                             .fold(0, |key, &axis| key * self.counts[axis] + near.cell[axis]);
-                        let pairs = if near.is_periodic { &mut seam } else { &mut inner };
+                        let pairs = if near.is_periodic { &mut periodic_pairs } else { &mut slab_pairs };
                         for j in self.starts[key]..self.starts[key + 1] {
-                            look.pair(i, j as usize, near.steps, pairs);
+                            criterion.pair(i, j as usize, near.steps, pairs);
                         }
                     }
                 }
-                inner.starts.push(inner.other.len() as u32);
-                seam.starts.push(seam.other.len() as u32);
+                slab_pairs.starts.push(slab_pairs.other.len() as u32);
+                periodic_pairs.starts.push(periodic_pairs.other.len() as u32);
             }
         }
-        [inner, seam]
+        [slab_pairs, periodic_pairs]
     }
 
     /// Cells ahead of cell `number`: half of those around it.
@@ -452,7 +455,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
                         let ends = (carried.first[entry], carried.second[entry]);
                         let flip = ends == (j, i as u32);
                         if flip || ends == (i as u32, j) {
-                            pairs.histories.take(k, &carried.memory, entry, flip);
+                            pairs.histories.take(k, &carried.history, entry, flip);
                             carried.used[entry] = true;
                         }
                     }
@@ -460,7 +463,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
             }
         }
         let lost = |entry: &usize| {
-            !carried.used[*entry] && carried.memory.bond.get(*entry).is_some_and(Bond::is_intact)
+            !carried.used[*entry] && carried.history.bond.get(*entry).is_some_and(Bond::is_intact)
         };
         match (0..kept).find(lost) {
             Some(entry) => Err(ListError::Stretched(grains.id[carried.first[entry] as usize])),
@@ -470,13 +473,13 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
 }
 
 /// Stable counting sort by key: first index of each key, and the order.
-fn count_sort(keys: &[u32], most: usize, starts: &mut Vec<u32>, order: &mut Vec<u32>) {
+fn count_sort(keys: &[u32], key_count: usize, starts: &mut Vec<u32>, order: &mut Vec<u32>) {
     starts.clear();
-    starts.resize(most + 1, 0);
+    starts.resize(key_count + 1, 0);
     for &key in keys {
         starts[key as usize + 1] += 1;
     }
-    for key in 0..most {
+    for key in 0..key_count {
         starts[key + 1] += starts[key];
     }
     order.clear();

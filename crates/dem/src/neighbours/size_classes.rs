@@ -45,9 +45,9 @@ pub struct SizeClasses<const D: usize> {
     keys: Vec<u32>,
 }
 
-/// Size class of a radius, of which the largest is `most`.
-fn class_of(radius: f64, most: f64) -> u8 {
-    let (mut class, mut bound) = (0u8, 0.5 * most);
+/// Size class of a radius, of which the largest is `max_radius`.
+fn class_of(radius: f64, max_radius: f64) -> u8 {
+    let (mut class, mut bound) = (0u8, 0.5 * max_radius);
     while radius <= bound && usize::from(class) < CLASSES - 1 {
         bound *= 0.5;
         class += 1;
@@ -85,9 +85,9 @@ impl<const D: usize> SizeClasses<D> {
             self.place.iter_mut().for_each(|s| s[axis] -= low);
             extent[axis] = (high - low).max(0.0);
         }
-        let most = radii.iter().copied().fold(0.0, f64::max);
+        let max_radius = radii.iter().copied().fold(0.0, f64::max);
         self.class.clear();
-        self.class.extend(radii.iter().map(|radius| class_of(*radius, most)));
+        self.class.extend(radii.iter().map(|radius| class_of(*radius, max_radius)));
         let last = self.class.iter().copied().max().unwrap_or(0);
         self.grids.resize(usize::from(last) + 1, ClassGrid::default());
         for class in 0..=last {
@@ -109,9 +109,9 @@ impl<const D: usize> SizeClasses<D> {
         let along = |wider: f64| -> [f64; D] {
             std::array::from_fn(|c| (extent[c] / (self.per_metre[c] * width * wider)).floor().max(1.0))
         };
-        let most = (CELLS_A_GRAIN * members.len() as f64).max(64.0);
+        let limit = (CELLS_A_GRAIN * members.len() as f64).max(64.0);
         let mut wider = 1.0;
-        while along(wider).iter().product::<f64>() > most {
+        while along(wider).iter().product::<f64>() > limit {
             wider *= 1.25;
         }
         for (c, count) in along(wider).into_iter().enumerate() {
@@ -156,9 +156,9 @@ impl<const D: usize> SizeClasses<D> {
         let (mut low, mut spans) = ([0i64; D], [1i64; D]);
         for c in 0..D {
             let at = self.place[i][c] * grid.scale[c];
-            let way = reach * self.per_metre[c] * grid.scale[c] + ROUND_OFF;
+            let distance = reach * self.per_metre[c] * grid.scale[c] + ROUND_OFF;
             let last = grid.counts[c] as i64 - 1;
-            let (mut from, mut to) = ((at - way).floor() as i64, (at + way).floor() as i64);
+            let (mut from, mut to) = ((at - distance).floor() as i64, (at + distance).floor() as i64);
             if !self.periodic[c] {
                 (from, to) = (from.clamp(0, last), to.clamp(0, last));
             }

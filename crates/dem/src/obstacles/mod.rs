@@ -1,6 +1,5 @@
-//! Facets of obstacles in contact with grains.
+//! Facets of obstacles: nearest points of a surface, with distance and normal.
 //!
-//! This module reads surfaces of `colluvium-points` and returns contacts.
+//! This module reads surfaces of `colluvium-points`.
 
 pub(crate) mod facet;
-pub(crate) mod obstacle_facets;

@@ -11,8 +11,8 @@ use colluvium_constitutive::SymTensor;
 
 use crate::boundary::periodic_cell::PeriodicCell;
 use crate::contact::Contact;
+use crate::output::packing_view::PackingView;
 use crate::points::vector::{difference, dot};
-use crate::solver::DemSolver;
 
 /// Points and weights of Gauss–Legendre quadrature along a branch, on 0 to 1.
 const GAUSS_RULE: [(f64, f64); 5] = [
@@ -145,12 +145,12 @@ fn images<const D: usize>(cell: &PeriodicCell<D>) -> Vec<([f64; D], [f64; D])> {
     all.into_iter().enumerate().filter(|(code, _)| allowed(*code)).map(|(_, shift)| shift).collect()
 }
 
-impl<const D: usize, const R: usize> DemSolver<D, R> {
+impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     /// Continuum fields at `nodes` from the present grains, by a Lucy kernel of this `width` (m), across periodic boundaries
     /// too. Velocities are those half a step before the positions, as stored.
     pub fn coarse_grained(&self, nodes: &CoarseGrainingNodes<D>, width: f64) -> Vec<CoarseFields<D>> {
         let kernel = CoarseGrainingKernel::<D>::new(width);
-        let images = images(&self.cell);
+        let images = images(&self.cell.geometry);
         let mut fields = vec![CoarseFields::EMPTY; nodes.len()];
         let g = &self.grains;
         let spread = |x: &[f64; D], visit: &mut dyn FnMut(usize, f64, &[f64; D])| {
@@ -189,7 +189,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     }
 }
 
-impl<const D: usize, const R: usize> DemSolver<D, R> {
+impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     /// Coarse-grained fields at the nodes of `output.grid`.
     pub(crate) fn coarse_grained_dataset(&self, lattice: Lattice) -> Dataset {
         let nodes = CoarseGrainingNodes {
@@ -198,7 +198,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             count: std::array::from_fn(|c| lattice.count[c]),
         };
         let mean = 2.0 * self.grains.radius.iter().sum::<f64>() / self.grains.len().max(1) as f64;
-        let width = self.options.coarse_graining * mean;
+        let width = self.clock.options.coarse_graining * mean;
         let fields = if mean > 0.0 {
             self.coarse_grained(&nodes, width)
         } else {

@@ -128,22 +128,22 @@ impl EnergyBalance {
     }
 
     /// Adds the sums over contacts of a step.
-    pub fn add_contacts(&mut self, tally: &ContactEnergies) {
-        self.elastic = tally.elastic;
-        self.elastic_tangential = tally.elastic_tangential;
-        self.elastic_rolling = tally.elastic_rolling;
-        self.elastic_bonds = tally.elastic_bonds;
-        self.friction += tally.friction;
-        self.dashpots += tally.dashpots;
-        self.rolling += tally.rolling;
-        self.rescaled += tally.rescaled;
-        self.attraction += tally.attraction;
-        self.broken += tally.broken;
-        self.boundary += tally.boundary;
-        self.contacts = [tally.contacts, tally.sliding];
-        self.bonds_broken += tally.bonds_broken;
-        self.squares[1] = tally.squares;
-        self.overlap = tally.overlap;
+    pub fn add_contacts(&mut self, energies: &ContactEnergies) {
+        self.elastic = energies.elastic;
+        self.elastic_tangential = energies.elastic_tangential;
+        self.elastic_rolling = energies.elastic_rolling;
+        self.elastic_bonds = energies.elastic_bonds;
+        self.friction += energies.friction;
+        self.dashpots += energies.dashpots;
+        self.rolling += energies.rolling;
+        self.rescaled += energies.rescaled;
+        self.attraction += energies.attraction;
+        self.broken += energies.broken;
+        self.boundary += energies.boundary;
+        self.contacts = [energies.contacts, energies.sliding];
+        self.bonds_broken += energies.bonds_broken;
+        self.squares[1] = energies.squares;
+        self.overlap = energies.overlap;
     }
 
     /// Adds the sums over grains of a step, of which `share` lies before the time of the forces.

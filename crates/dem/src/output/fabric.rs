@@ -8,8 +8,8 @@ use colluvium_case::{Dataset, DatasetGeometry, Field, FieldData, spatial};
 use colluvium_constitutive::SymTensor;
 
 use crate::contact::{Contact, FabricSample};
+use crate::output::packing_view::PackingView;
 use crate::points::vector::{difference, dot, norm, scaled};
-use crate::solver::DemSolver;
 
 /// Averages over the contacts between grains.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,7 +70,7 @@ fn alignment<const D: usize>(a: &[[f64; D]; D], b: &[[f64; D]; D]) -> f64 {
     product(&a, &b) / (product(&a, &a) * product(&b, &b)).sqrt()
 }
 
-impl<const D: usize, const R: usize> DemSolver<D, R> {
+impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     /// Fabric of the present contacts; `None` without contacts between grains. Held grains are never rattlers and are not counted.
     pub fn fabric(&self) -> Option<Fabric<D>> {
         let held = &self.grains.held;
@@ -113,7 +113,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     pub(crate) fn fabric_sample(&self) -> FabricSample<D> {
         let held = &self.grains.held;
         // The capacity follows the last step. A list of whole contacts would need as much memory as all else for many grains.
-        let all = self.contact_count() as usize + self.wall_list.grain.len();
+        let all = self.records.energy_balance.contacts[0] as usize + self.neighbours.walls.grain.len();
         let (mut pairs, mut forces) = (Vec::with_capacity(all), Vec::with_capacity(all));
         let (mut dyads, mut pressed) = (SymTensor::ZERO, [[0.0; D]; D]);
         self.for_each_contact(|contact, _, _| {
@@ -163,12 +163,12 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     pub(crate) fn broken_bonds_dataset(&self) -> Dataset {
         let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
         let ids = |k: usize| {
-            FieldData::Integer(self.broken_bonds.iter().map(|one| i64::from(one.ids[k])).collect())
+            FieldData::Integer(self.records.broken_bonds.iter().map(|one| i64::from(one.ids[k])).collect())
         };
-        let times = FieldData::Scalar(self.broken_bonds.iter().map(|one| one.time).collect());
+        let times = FieldData::Scalar(self.records.broken_bonds.iter().map(|one| one.time).collect());
         let points = FramePoints {
-            ids: (0..self.broken_bonds.len() as u64).collect(),
-            positions: self.broken_bonds.iter().map(|one| one.place).collect(),
+            ids: (0..self.records.broken_bonds.len() as u64).collect(),
+            positions: self.records.broken_bonds.iter().map(|one| one.place).collect(),
             ..FramePoints::default()
         };
         Dataset {

@@ -7,8 +7,8 @@
 use colluvium_case::measure::ScalarOutput;
 use colluvium_points::UnionFind;
 
+use crate::output::packing_view::PackingView;
 use crate::points::vector::{dot, norm};
-use crate::solver::DemSolver;
 
 /// Smallest cosine of the angle between the direction of stress and the line of centres.
 const MIN_ALIGNMENT_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
@@ -16,7 +16,7 @@ const MIN_ALIGNMENT_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Number of grains of the shortest chain.
 const MIN_CHAIN_LENGTH: usize = 3;
 
-impl<const D: usize, const R: usize> DemSolver<D, R> {
+impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     /// Force chains, each by the numbers of its grains, ascending; the longest first, and of equal ones that with the lowest
     /// number.
     pub fn force_chains(&self) -> Vec<Vec<usize>> {

@@ -6,8 +6,8 @@
 use rayon::prelude::*;
 
 use crate::boundary::periodic_cell::{PeriodicCell, inverse};
+use crate::output::packing_view::PackingView;
 use crate::points::vector::{difference, dot};
-use crate::solver::DemSolver;
 
 /// Distance of the farthest corner of a cell, over the mean diameter, beyond which it is a surface cell.
 const SURFACE: f64 = 3.0;
@@ -232,14 +232,14 @@ pub fn gradient(corners: [[f64; 2]; 3], values: [[f64; 2]; 3]) -> Option<[[f64; 
     })
 }
 
-impl<const D: usize, const R: usize> DemSolver<D, R> {
+impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     /// Laguerre tessellation of the present disks, within the domain and its plane walls; empty in space.
     pub fn tessellation(&self) -> Tessellation {
         if D != 2 {
             return Tessellation::default();
         }
         let flat = |x: &[f64; D]| [x[0], x[1]];
-        let own = &self.cell;
+        let own = &self.cell.geometry;
         let cell = PeriodicCell::<2> {
             origin: flat(&own.origin),
             h: [flat(&own.h[0]), flat(&own.h[1])],
@@ -256,7 +256,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 ends.push((normal, limit));
             }
         }
-        for wall in self.walls.iter().filter(|wall| wall.surface.is_none()) {
+        for wall in self.boundary.walls.iter().filter(|wall| wall.surface.is_none()) {
             let (sign, mut normal) = (if wall.upper { 1.0 } else { -1.0 }, [0.0; 2]);
             normal[wall.axis] = sign;
             ends.push((normal, sign * wall.position));

@@ -7,9 +7,9 @@ use colluvium_case::spatial;
 use colluvium_points::Shape;
 
 use crate::boundary::periodic_cell::{PeriodicCell, apply, inverse};
+use crate::output::packing_view::PackingView;
 use crate::points::grains::volume;
 use crate::points::vector::{add, difference, norm};
-use crate::solver::DemSolver;
 
 /// Common area of two disks, or common volume of two balls (m², m³), of these radii (m) and distance of the centres (m).
 pub fn overlap_volume(dimension: usize, [a, b]: [f64; 2], distance: f64) -> f64 {
@@ -55,23 +55,23 @@ impl<const D: usize> PeriodicCell<D> {
     }
 }
 
-impl<const D: usize, const R: usize> DemSolver<D, R> {
+impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     /// Scalar outputs of each region of the options: porosity, coordination, velocity and stress.
     pub(crate) fn region_outputs(&self) -> Vec<ScalarOutput> {
-        if self.options.regions.is_empty() {
+        if self.clock.options.regions.is_empty() {
             return Vec::new();
         }
         let (stresses, counts) = self.grain_stresses();
         let g = &self.grains;
         let mut readings = Vec::new();
-        for (name, region) in &self.options.regions {
+        for (name, region) in &self.clock.options.regions {
             let ball = Shape::Ball { centre: region.centre.clone(), radius: region.radius };
-            let Shape::Ball { centre, radius } = self.case.relative_to_origin(ball) else { continue };
+            let Shape::Ball { centre, radius } = self.clock.case.relative_to_origin(ball) else { continue };
             let centre: [f64; D] = std::array::from_fn(|c| centre[c]);
             // Area or volume of grains in the region; number, contacts, mass, momentum and stress of those with their centre there.
             let (mut solid, mut inside, mut touching, mut mass) = (0.0, 0.0, 0.0, 0.0);
             let (mut momentum, mut stress, mut own) = ([0.0; D], [0.0; 6], 0.0);
-            let shifts = self.cell.shifts_around(&centre, radius + self.radii.1);
+            let shifts = self.cell.geometry.shifts_around(&centre, radius + self.grains.radii().1);
             for i in 0..g.len() {
                 for shift in &shifts {
                     let mut place = g.position[i];
@@ -85,7 +85,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                     (inside, touching, own) = (inside + 1.0, touching + counts[i], own + v);
                     mass += g.mass[i];
                     add(&mut momentum, g.mass[i], &g.velocity[i]);
-                    add(&mut momentum, g.mass[i], &apply(&self.cell.velocity_gradient, shift));
+                    add(&mut momentum, g.mass[i], &apply(&self.cell.geometry.velocity_gradient, shift));
                     (0..6).for_each(|c| stress[c] += v * stresses[i][c]);
                 }
             }

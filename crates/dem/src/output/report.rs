@@ -1,111 +1,45 @@
-//! Output of the solver: contacts, fields, totals.
+//! Output of the solver: fields, totals, scalar outputs.
 
 use colluvium_case::measure::ScalarOutput;
 use colluvium_case::{Budget, Field, FieldData, Frame, FrameRequest, Reaction, Snapshot, spatial};
-use colluvium_constitutive::SymTensor;
-use colluvium_points::surface::ContactQuery;
 
-use crate::config::LeverArm;
-use crate::contact::bond::Bond;
-use crate::contact::contact_histories::PairList;
-use crate::contact::{Contact, ContactEnergies, ContactForce};
-use crate::force_loop::{ContactInput, probe_contact};
-use crate::output::laguerre_tessellation::Tessellation;
-use crate::points::grains::volume;
-use crate::points::vector::{add, difference, dot, from_tangential, scaled};
-use crate::solver::DemSolver;
+use crate::momentum::applied_forces::applied_forces;
+use crate::output::packing_view::PackingView;
+use crate::points::grains::{Grains, volume};
+use crate::points::vector::{add, difference, dot};
 
-impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// Calls `visit` for every present contact, with its force and energies.
-    pub(crate) fn for_each_contact(
-        &self,
-        mut visit: impl FnMut(Contact<D>, &ContactForce<R>, &ContactEnergies),
-    ) {
-        let mut shifts = Vec::new();
-        self.cell.shifts(&mut shifts);
-        let mut scene = ContactInput::new(self.grains.view(), &self.laws.pairs, self.kinds.len());
-        scene.shifts = &shifts;
-        scene.radii = self.options.lever_arm == LeverArm::Radius;
-        for pairs in [&self.lists.slab_pairs, &self.lists.periodic_pairs] {
-            self.visit_pairs(&scene, pairs, &mut visit);
-        }
-        let mut facets = ContactQuery::default();
-        for k in 0..self.wall_list.grain.len() {
-            let (i, wall) = (self.wall_list.grain[k] as usize, &self.walls[self.wall_list.wall[k] as usize]);
-            let seen = match wall.current_surface() {
-                None => wall.distance(&self.grains.position[i]),
-                Some(surface) => {
-                    facets.clear();
-                    surface.query_contacts(
-                        &self.grains.position[i],
-                        self.grains.radius[i] + self.laws.rupture_distance,
-                        &mut facets,
-                    );
-                    let own = facets.all().iter().find(|place| place.feature_id == self.wall_list.key[k]);
-                    let Some(place) = own else { continue };
-                    (place.distance, place.normal)
-                }
-            };
-            let (touch, _) = scene.wall_contact_geometry(i, wall, seen);
-            let law = wall.law(self.grains.kind[i] as usize, &self.grains.position[i], &seen);
-            let Some((push, tally)) =
-                probe_contact(law, &touch, self.wall_list.memory.get(k), None, self.last_step)
-            else {
-                continue;
-            };
-            let mut force = from_tangential(&push.tangential, &touch.normal);
-            add(&mut force, push.normal, &touch.normal);
-            let branch = scaled(self.grains.radius[i] - touch.overlap, &touch.normal);
-            let (normal, overlap) = (push.normal, touch.overlap);
-            visit(Contact { grain: i, other: None, branch, force, normal, overlap }, &push, &tally);
-        }
+/// Names of the components of an orientation in space.
+const QUATERNION: [&str; 4] = ["orientation_w", "orientation_x", "orientation_y", "orientation_z"];
+
+/// Indices of the grains in the order of their ids.
+struct IdOrder {
+    indices: Vec<usize>,
+}
+
+impl IdOrder {
+    fn new<const D: usize, const R: usize>(grains: &Grains<D, R>) -> Self {
+        let mut indices: Vec<usize> = (0..grains.len()).collect();
+        indices.sort_unstable_by_key(|&i| grains.id[i]);
+        Self { indices }
     }
 
-    fn visit_pairs(
-        &self,
-        scene: &ContactInput<'_, D, R>,
-        pairs: &PairList<R>,
-        visit: &mut impl FnMut(Contact<D>, &ContactForce<R>, &ContactEnergies),
-    ) {
-        for (i, k) in pairs.firsts() {
-            let j = pairs.other[k] as usize;
-            let code = pairs.image.get(k).map_or(0, |code| *code as usize);
-            let mut apart = difference(&self.grains.position[i], &self.grains.position[j]);
-            apart = difference(&apart, &scene.shifts[code].0);
-            let distance = dot(&apart, &apart).sqrt();
-            let (touch, _) = scene.contact_geometry(i, j, &apart, distance, code);
-            let bond: Option<&Bond<R>> = pairs.histories.bond.get(k);
-            let Some((push, tally)) =
-                probe_contact(scene.law(i, j), &touch, pairs.histories.get(k), bond, self.last_step)
-            else {
-                continue;
-            };
-            let mut force = from_tangential(&push.tangential, &touch.normal);
-            add(&mut force, push.normal, &touch.normal);
-            let (normal, overlap) = (push.normal, touch.overlap);
-            visit(Contact { grain: i, other: Some(j), branch: apart, force, normal, overlap }, &push, &tally);
-        }
+    /// Data of a scalar field.
+    fn scalar(&self, value: impl Fn(usize) -> f64) -> FieldData {
+        FieldData::Scalar(self.indices.iter().map(|&i| value(i)).collect())
     }
 
-    /// Overlap of a contact over the smaller radius.
-    pub(crate) fn overlap_of(&self, contact: &Contact<D>) -> f64 {
-        let radius = &self.grains.radius;
-        let small = contact.other.map_or(radius[contact.grain], |j| radius[contact.grain].min(radius[j]));
-        contact.overlap / small
+    /// Spatial vectors of a quantity.
+    fn vectors<const N: usize>(&self, value: impl Fn(usize) -> [f64; N]) -> Vec<[f64; 3]> {
+        self.indices.iter().map(|&i| spatial(&value(i))).collect()
     }
+}
 
-    /// Number of contacts with a force in the last step.
-    pub fn contact_count(&self) -> u64 {
-        self.energy_balance.contacts[0]
-    }
+/// Field of a name and a unit.
+fn field(name: &str, unit: &'static str, data: FieldData) -> Field {
+    Field { name: name.to_owned(), unit, data }
+}
 
-    /// All present contacts.
-    pub fn contacts(&self) -> Vec<Contact<D>> {
-        let mut all = Vec::new();
-        self.for_each_contact(|contact, _, _| all.push(contact));
-        all
-    }
-
+impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     /// Velocity at the time of the positions (m/s): the one half a step behind, extrapolated.
     fn velocity(&self, i: usize, (gravity, applied): (&[f64; D], &[[f64; D]]), ahead: f64) -> [f64; D] {
         let g = &self.grains;
@@ -128,112 +62,86 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         std::array::from_fn(|c| g.spin[i][c] + ahead * g.torque[i][c] / g.inertia(i))
     }
 
-    /// Stress of each grain from its contacts, over its own volume (Pa), and its number of contacts.
-    pub(crate) fn grain_stresses(&self) -> (Vec<SymTensor>, Vec<f64>) {
-        let g = &self.grains;
-        let (mut sums, mut counts) = (vec![[[0.0; 3]; 3]; g.len()], vec![0.0; g.len()]);
-        self.for_each_contact(|contact, _, _| {
-            let (force, branch) = (spatial(&contact.force), spatial(&contact.branch));
-            let i = contact.grain;
-            let mut take = |grain: usize, share: f64| {
-                counts[grain] += 1.0;
-                for a in 0..3 {
-                    for b in 0..3 {
-                        // The lever arm points from the centre, opposite to the branch of the first grain.
-                        sums[grain][a][b] -= share * force[a] * branch[b];
-                    }
-                }
-            };
-            match contact.other {
-                None => take(i, 1.0),
-                Some(j) => {
-                    let share = g.radius[i] / (g.radius[i] + g.radius[j]);
-                    take(i, share);
-                    take(j, 1.0 - share);
-                }
-            }
-        });
-        let stress = sums.iter().zip(&g.radius).map(|(sum, radius)| {
-            let v = volume(D, *radius);
-            let mean = |a: usize, b: usize| 0.5 * (sum[a][b] + sum[b][a]) / v;
-            SymTensor([mean(0, 0), mean(1, 1), mean(2, 2), mean(0, 1), mean(1, 2), mean(2, 0)])
-        });
-        (stress.collect(), counts)
-    }
-
     /// Snapshot of all fields of the grains, in the order of ids.
     pub(crate) fn collect_snapshot(&self) -> Snapshot {
-        let g = &self.grains;
-        let mut order: Vec<usize> = (0..g.len()).collect();
-        order.sort_unstable_by_key(|&i| g.id[i]);
-        let scalar =
-            |value: &dyn Fn(usize) -> f64| FieldData::Scalar(order.iter().map(|&i| value(i)).collect());
-        let vector = |value: &dyn Fn(usize) -> [f64; D]| -> Vec<[f64; 3]> {
-            order.iter().map(|&i| spatial(&value(i))).collect()
-        };
-        let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
-        let (ahead, gravity, applied) = (0.5 * self.last_step, self.gravity_at(0.0), self.applied());
-        let pull = (&gravity, applied.as_slice());
-        let (stresses, counts) = self.grain_stresses();
-        let spin = match R {
-            1 => scalar(&|i| self.spin(i, ahead)[0]),
-            _ => FieldData::Vector(order.iter().map(|&i| spatial(&self.spin(i, ahead))).collect()),
-        };
-        let cells = if self.options.voronoi { self.tessellation() } else { Tessellation::default() };
-        let mut fields = vec![
-            field("velocity", "m/s", FieldData::Vector(vector(&|i| self.velocity(i, pull, ahead)))),
-            field(
-                "displacement",
-                "m",
-                FieldData::Vector(vector(&|i| difference(&g.position[i], &g.origin[i]))),
-            ),
-            field("stress", "Pa", FieldData::Tensor(order.iter().map(|&i| stresses[i]).collect())),
-            field("pressure", "Pa", scalar(&|i| -stresses[i].0[..D].iter().sum::<f64>() / D as f64)),
-            field("mass", "kg", scalar(&|i| g.mass[i])),
-            field("volume", "m3", scalar(&|i| volume(D, g.radius[i]))),
-            field("density", "kg/m3", scalar(&|i| g.mass[i] / volume(D, g.radius[i]))),
-            field("radius", "m", scalar(&|i| g.radius[i])),
-            field("spin", "rad/s", spin),
-            field("force", "N", FieldData::Vector(vector(&|i| g.force[i]))),
-            field("contacts", "", scalar(&|i| counts[i])),
-            field("kind", "", scalar(&|i| f64::from(g.kind[i]))),
-        ];
+        let g = self.grains;
+        let order = IdOrder::new(g);
+        let mut fields = self.main_fields(&order);
         if g.held.contains(&true) {
-            fields.push(field("held", "", scalar(&|i| f64::from(u8::from(g.held[i])))));
+            fields.push(field("held", "", order.scalar(|i| f64::from(u8::from(g.held[i])))));
         }
-        if !cells.area.is_empty() {
-            let share = |i: usize| volume(D, g.radius[i]) / cells.area[i];
-            fields.push(field("cell_area", "m2", scalar(&|i| cells.area[i])));
-            fields.push(field("cell_solid_fraction", "", scalar(&share)));
-            fields.push(field("cell_of_surface", "", scalar(&|i| f64::from(u8::from(cells.surface[i])))));
+        if self.clock.options.voronoi {
+            fields.extend(self.cell_fields(&order));
         }
         if !g.orientation.is_empty() {
-            let turned = |c: usize| scalar(&|i| g.orientation[i][c]);
-            match R {
-                1 => fields.push(field("orientation", "rad", turned(0))),
-                _ => fields.extend(
-                    (0..4).map(|c| field(&format!("orientation_{}", ["w", "x", "y", "z"][c]), "", turned(c))),
-                ),
-            }
+            let component = |c: usize| order.scalar(|i| g.orientation[i][c]);
+            fields.extend(match R {
+                1 => vec![field("orientation", "rad", component(0))],
+                _ => (0..4).map(|c| field(QUATERNION[c], "", component(c))).collect(),
+            });
         }
+        let indices = || order.indices.iter();
         Snapshot {
-            time: self.time,
-            step: self.step,
-            ids: order.iter().map(|&i| u64::from(g.id[i])).collect(),
-            bodies: order.iter().map(|&i| g.body[i]).collect(),
-            positions: vector(&|i| g.position[i]),
-            extents: vector(&|i| [2.0 * g.radius[i]; D]),
+            time: self.clock.time,
+            step: self.clock.step,
+            ids: indices().map(|&i| u64::from(g.id[i])).collect(),
+            bodies: indices().map(|&i| g.body[i]).collect(),
+            positions: order.vectors(|i| g.position[i]),
+            extents: order.vectors(|i| [2.0 * g.radius[i]; D]),
             fields,
         }
+    }
+
+    /// Fields that all snapshots have.
+    fn main_fields(&self, order: &IdOrder) -> Vec<Field> {
+        let g = self.grains;
+        let ahead = 0.5 * self.clock.last_step;
+        let gravity = self.clock.gravity_at(0.0);
+        let applied = applied_forces(self.clock, g, &self.boundary.membranes);
+        let accelerations = (&gravity, applied.as_slice());
+        let (stresses, counts) = self.grain_stresses();
+        let spin = match R {
+            1 => order.scalar(|i| self.spin(i, ahead)[0]),
+            _ => FieldData::Vector(order.vectors(|i| self.spin(i, ahead))),
+        };
+        let vector = |of: &dyn Fn(usize) -> [f64; D]| FieldData::Vector(order.vectors(of));
+        vec![
+            field("velocity", "m/s", vector(&|i| self.velocity(i, accelerations, ahead))),
+            field("displacement", "m", vector(&|i| difference(&g.position[i], &g.origin[i]))),
+            field("stress", "Pa", FieldData::Tensor(order.indices.iter().map(|&i| stresses[i]).collect())),
+            field("pressure", "Pa", order.scalar(|i| -stresses[i].0[..D].iter().sum::<f64>() / D as f64)),
+            field("mass", "kg", order.scalar(|i| g.mass[i])),
+            field("volume", "m3", order.scalar(|i| volume(D, g.radius[i]))),
+            field("density", "kg/m3", order.scalar(|i| g.mass[i] / volume(D, g.radius[i]))),
+            field("radius", "m", order.scalar(|i| g.radius[i])),
+            field("spin", "rad/s", spin),
+            field("force", "N", vector(&|i| g.force[i])),
+            field("contacts", "", order.scalar(|i| counts[i])),
+            field("kind", "", order.scalar(|i| f64::from(g.kind[i]))),
+        ]
+    }
+
+    /// Fields of the Laguerre tessellation; none in space.
+    fn cell_fields(&self, order: &IdOrder) -> Vec<Field> {
+        let (g, cells) = (self.grains, self.tessellation());
+        if cells.area.is_empty() {
+            return Vec::new();
+        }
+        let solid_fraction = |i: usize| volume(D, g.radius[i]) / cells.area[i];
+        vec![
+            field("cell_area", "m2", order.scalar(|i| cells.area[i])),
+            field("cell_solid_fraction", "", order.scalar(solid_fraction)),
+            field("cell_of_surface", "", order.scalar(|i| f64::from(u8::from(cells.surface[i])))),
+        ]
     }
 
     /// Frame with the grains, and the further data sets that the case requests.
     pub(crate) fn collect_frame(&self, wanted: FrameRequest) -> Frame {
         let mut frame = Frame::from(self.collect_snapshot());
         if wanted == FrameRequest::Written {
-            frame.datasets.extend(self.case.lattice().map(|nodes| self.coarse_grained_dataset(nodes)));
-            frame.datasets.extend(self.case.output.contacts.then(|| self.contacts_dataset()));
-            let lists_broken = self.case.output.contacts && !self.broken_bonds.is_empty();
+            frame.datasets.extend(self.clock.case.lattice().map(|nodes| self.coarse_grained_dataset(nodes)));
+            frame.datasets.extend(self.clock.case.output.contacts.then(|| self.contacts_dataset()));
+            let lists_broken = self.clock.case.output.contacts && !self.records.broken_bonds.is_empty();
             frame.datasets.extend(lists_broken.then(|| self.broken_bonds_dataset()));
         }
         frame
@@ -243,15 +151,16 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     pub(crate) fn collect_budget(&self) -> Budget {
         let g = &self.grains;
         let mut budget = Budget::default();
-        let (gravity, applied) = (self.gravity_at(0.0), self.applied());
-        let pull = (&gravity, applied.as_slice());
-        let (behind, reach) = (-0.5 * self.last_step, spatial(&self.case.gravity));
+        let (gravity, applied) =
+            (self.clock.gravity_at(0.0), applied_forces(self.clock, self.grains, &self.boundary.membranes));
+        let accelerations = (&gravity, applied.as_slice());
+        let (behind, reach) = (-0.5 * self.clock.last_step, spatial(&self.clock.case.gravity));
         for i in 0..g.len() {
             let m = g.mass[i];
             budget.mass += m;
             let then: [f64; D] =
-                std::array::from_fn(|c| g.position[i][c] - self.last_step * g.velocity[i][c]);
-            let (x, v) = (spatial(&then), spatial(&self.velocity(i, pull, behind)));
+                std::array::from_fn(|c| g.position[i][c] - self.clock.last_step * g.velocity[i][c]);
+            let (x, v) = (spatial(&then), spatial(&self.velocity(i, accelerations, behind)));
             let mut turn = [x[1] * v[2] - x[2] * v[1], x[2] * v[0] - x[0] * v[2], x[0] * v[1] - x[1] * v[0]];
             turn.iter_mut().for_each(|component| *component *= m);
             let (spin, inertia) = (self.spin(i, behind), g.inertia(i));
@@ -264,19 +173,19 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 budget.potential -= m * reach[c] * x[c];
             }
         }
-        if self.step == 0 {
+        if self.clock.step == 0 {
             let (kinetic, elastic) = self.energies();
             (budget.kinetic, budget.elastic) = (kinetic, elastic);
         } else {
-            budget.kinetic = self.energy_balance.kinetic + self.energy_balance.rotation;
-            budget.elastic = self.energy_balance.recoverable();
+            budget.kinetic = self.records.energy_balance.kinetic + self.records.energy_balance.rotation;
+            budget.elastic = self.records.energy_balance.recoverable();
         }
         budget
     }
 
     /// Force of the grains of a held body (N); impulses of bodies are not recorded.
     pub(crate) fn reaction_of_body(&self, name: &str) -> Option<Reaction> {
-        let body = self.case.bodies.iter().position(|body| body.name == name)? as u32;
+        let body = self.clock.case.bodies.iter().position(|body| body.name == name)? as u32;
         let mut force = [0.0; D];
         for i in (0..self.grains.len()).filter(|&i| self.grains.body[i] == body && self.grains.held[i]) {
             add(&mut force, 1.0, &self.grains.force[i]);
@@ -293,27 +202,30 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 + 0.5 * g.inertia(i) * dot(&g.spin[i], &g.spin[i])
         };
         let mut elastic = 0.0;
-        self.for_each_contact(|_, _, tally| {
-            elastic += tally.elastic + tally.elastic_tangential + tally.elastic_rolling + tally.elastic_bonds;
+        self.for_each_contact(|_, _, energies| {
+            elastic += energies.elastic
+                + energies.elastic_tangential
+                + energies.elastic_rolling
+                + energies.elastic_bonds;
         });
         (free.map(of).sum(), elastic)
     }
 
     /// Scalar outputs besides the totals.
     pub(crate) fn collect_scalar_outputs(&self) -> Vec<ScalarOutput> {
-        let mut readings = self.energy_balance.scalar_outputs();
+        let mut outputs = self.records.energy_balance.scalar_outputs();
         let mut read = |name: &str, unit: &str, value: f64| {
-            readings.push((name.to_owned(), unit.to_owned(), value));
+            outputs.push((name.to_owned(), unit.to_owned(), value));
         };
         let count = self.grains.held.iter().filter(|held| !**held).count() as f64;
-        read("coordination", "", 2.0 * self.energy_balance.contacts[0] as f64 / count);
-        if self.options.voronoi {
+        read("coordination", "", 2.0 * self.records.energy_balance.contacts[0] as f64 / count);
+        if self.clock.options.voronoi {
             read("inner_solid_fraction", "", self.inner_solid_fraction());
         }
-        if self.cell.is_periodic() {
+        if self.cell.geometry.is_periodic() {
             let grains: f64 = self.grains.radius.iter().map(|r| volume(D, *r)).sum();
-            let stress = self.stress();
-            read("solid_fraction", "", grains / self.cell.volume());
+            let stress = self.cell.stress();
+            read("solid_fraction", "", grains / self.cell.geometry.volume());
             let axes = ["x", "y", "z"];
             for i in 0..D {
                 for j in i..D {
@@ -322,27 +234,27 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 }
             }
             for i in 0..D {
-                read(&format!("cell.{}", axes[i]), "m", self.cell.h[i][i]);
+                read(&format!("cell.{}", axes[i]), "m", self.cell.geometry.h[i][i]);
             }
         }
-        readings.extend(self.wall_outputs());
-        readings.extend(self.sleeve_outputs());
-        readings.extend(self.fabric_outputs());
-        readings.extend(self.chain_outputs());
-        readings.extend(self.region_outputs());
-        readings
+        outputs.extend(self.boundary.servo_outputs(self.clock, &self.cell.geometry, self.grains));
+        outputs.extend(self.boundary.membranes.scalar_outputs(self.clock, self.grains, &self.boundary.walls));
+        outputs.extend(self.fabric_outputs());
+        outputs.extend(self.chain_outputs());
+        outputs.extend(self.region_outputs());
+        outputs
     }
 
     /// Mean unbalanced force over the mean contact force (Ng 2006; sheet: dem §3.1).
     pub(crate) fn unbalanced(&self) -> f64 {
         let free = self.grains.held.iter().filter(|held| !**held).count() as f64;
-        let [grains, contacts] = self.energy_balance.squares;
+        let [grains, contacts] = self.records.energy_balance.squares;
         if grains == 0.0 {
             return 0.0;
         }
         if contacts == 0.0 {
             return f64::INFINITY;
         }
-        (grains / free).sqrt() / (contacts / self.energy_balance.contacts[0] as f64).sqrt()
+        (grains / free).sqrt() / (contacts / self.records.energy_balance.contacts[0] as f64).sqrt()
     }
 }

@@ -2,8 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::boundary::cell_control::{ControlTarget, control_target, entry};
-use crate::solver::DemSolver;
+use crate::boundary::controlled_cell::ControlledCell;
+use crate::clock::Clock;
+use crate::points::grains::Grains;
 
 /// Strain over which a stress is averaged.
 const STRAIN: f64 = 0.01;
@@ -52,97 +55,114 @@ impl ControlledStress {
     }
 }
 
-impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// Records the stresses of the last forces, in a step of `dt` (s).
-    pub(crate) fn record_controlled_stresses(&mut self, dt: f64) {
-        let Some(stage) = self.stage() else { return };
-        if self.imposed_gradient.is_some() || (stage.cell.is_none() && stage.walls.is_empty()) {
-            return;
-        }
-        self.record_cell(dt);
-        self.record_walls(dt);
+/// Records the stresses of the last forces, in a step of `dt` (s).
+pub fn record_controlled_stresses<const D: usize, const R: usize>(
+    clock: &Clock,
+    cell: &ControlledCell<D>,
+    grains: &Grains<D, R>,
+    boundary: &BoundaryConditions<D>,
+    stresses: &mut [ControlledStress],
+    dt: f64,
+) {
+    let Some(stage) = clock.stage_options() else { return };
+    if cell.imposed_gradient.is_some() || (stage.cell.is_none() && stage.walls.is_empty()) {
+        return;
     }
+    record_cell(clock, cell, grains, stresses, dt);
+    record_walls(clock, cell, grains, boundary, stresses, dt);
+}
 
-    /// Length of a step of `dt` (s) over the smallest averaging time under a stress (Pa).
-    fn share_of_window(&self, stress: f64, dt: f64) -> f64 {
-        let (mass, diameter) = self.mean_grain();
-        dt * (stress.abs() * diameter.powi(D as i32 - 2) / mass).sqrt() / TIME
-    }
+/// Length of a step of `dt` (s) over the smallest averaging time under a stress (Pa).
+fn share_of_window<const D: usize, const R: usize>(grains: &Grains<D, R>, stress: f64, dt: f64) -> f64 {
+    let (mass, diameter) = grains.mean_mass_and_diameter();
+    dt * (stress.abs() * diameter.powi(D as i32 - 2) / mass).sqrt() / TIME
+}
 
-    /// Records the stress-controlled entries of the cell, over the strain of the rate-controlled ones.
-    fn record_cell(&mut self, dt: f64) {
-        let Some(control) = self.stage().and_then(|stage| stage.cell) else { return };
-        let (elapsed, stress, number) = (self.time - self.stage_start, self.stress(), self.stage);
-        let ask = |i: usize, j: usize| entry(&control, i, j).map(|entry| control_target(entry, elapsed, dt));
-        let mut strain = 0.0f64;
-        for i in 0..D {
-            for j in 0..D {
-                if let Some(ControlTarget::Rate(rate)) = ask(i, j) {
-                    strain = strain.max(dt * rate.abs());
-                }
-            }
-        }
-        if strain == 0.0 {
-            return;
-        }
-        for i in 0..D {
-            for j in 0..D {
-                if let Some(ControlTarget::Stress(target, size)) = ask(i, j)
-                    && size > 0.0
-                {
-                    let error = (stress[i][j] - target) * target.signum() / size;
-                    let time = self.share_of_window(size, dt);
-                    self.controlled_stresses[D * i + j].record(error, strain, time, number);
-                }
+/// Records the stress-controlled entries of the cell, over the strain of the rate-controlled ones.
+fn record_cell<const D: usize, const R: usize>(
+    clock: &Clock,
+    cell: &ControlledCell<D>,
+    grains: &Grains<D, R>,
+    stresses: &mut [ControlledStress],
+    dt: f64,
+) {
+    let Some(control) = clock.stage_options().and_then(|stage| stage.cell) else { return };
+    let (elapsed, stress) = (clock.elapsed(), cell.stress());
+    let target = |i: usize, j: usize| entry(&control, i, j).map(|entry| control_target(entry, elapsed, dt));
+    let mut strain = 0.0f64;
+    for i in 0..D {
+        for j in 0..D {
+            if let Some(ControlTarget::Rate(rate)) = target(i, j) {
+                strain = strain.max(dt * rate.abs());
             }
         }
     }
-
-    /// Records the stress-controlled walls, over the strain by the other walls.
-    fn record_walls(&mut self, dt: f64) {
-        let Some(stage) = self.stage() else { return };
-        let mut rates = [0.0f64; D];
-        for wall in self.walls.iter().filter(|wall| wall.surface.is_none()) {
-            if !stage.walls.contains_key(&wall.name) {
-                let towards = if wall.upper { -1.0 } else { 1.0 } * wall.velocity[wall.axis];
-                rates[wall.axis] += towards / self.extent(wall.axis);
+    if strain == 0.0 {
+        return;
+    }
+    for i in 0..D {
+        for j in 0..D {
+            if let Some(ControlTarget::Stress(target, size)) = target(i, j)
+                && size > 0.0
+            {
+                let error = (stress[i][j] - target) * target.signum() / size;
+                let time = share_of_window(grains, size, dt);
+                stresses[D * i + j].record(error, strain, time, clock.stage);
             }
         }
-        let strain = dt * rates.iter().fold(0.0f64, |most, rate| most.max(rate.abs()));
-        if strain == 0.0 {
-            return;
-        }
-        for number in 0..self.walls.len() {
-            let wall = &self.walls[number];
-            let Some(press) = self.stage().and_then(|stage| stage.walls.get(&wall.name)) else { continue };
-            let (axis, slot, stress) = (wall.axis, D * D + wall.boundary, press.stress);
-            let error = self.wall_force(number) / (-stress * self.servo_area(press, axis)) - 1.0;
-            let (time, stage) = (self.share_of_window(stress, dt), self.stage);
-            self.controlled_stresses[slot].record(error, strain, time, stage);
-        }
     }
+}
 
-    /// Warnings of stresses that missed their targets.
-    pub(crate) fn missed_stress_warnings(&self) -> Vec<String> {
-        let axes = ["x", "y", "z"];
-        let name = |slot: usize| match slot.checked_sub(D * D) {
-            None => format!("the controlled stress {}{} of the cell", axes[slot / D], axes[slot % D]),
-            Some(wall) => {
-                let name = self.case.boundaries.get(wall).map_or("", |boundary| boundary.name());
-                format!("the controlled stress of the wall {name:?}")
-            }
-        };
-        let missed = |(slot, own): (usize, &ControlledStress)| {
-            (own.max_mean_error.abs() > ALLOWED).then(|| {
-                format!(
-                    "stage {:?}: {} was {:.2} times its target, as the mean over a strain of 1 %: deform \
-                     the specimen more slowly in this stage",
-                    self.case.stages.get(own.stage as usize).map_or("", |stage| stage.name.as_str()),
-                    name(slot),
-                    1.0 + own.max_mean_error
-                )
-            })
-        };
-        self.controlled_stresses.iter().enumerate().filter_map(missed).collect()
+/// Records the stress-controlled walls, over the strain by the other walls.
+fn record_walls<const D: usize, const R: usize>(
+    clock: &Clock,
+    cell: &ControlledCell<D>,
+    grains: &Grains<D, R>,
+    boundary: &BoundaryConditions<D>,
+    stresses: &mut [ControlledStress],
+    dt: f64,
+) {
+    let Some(stage) = clock.stage_options() else { return };
+    let mut rates = [0.0f64; D];
+    for wall in boundary.walls.iter().filter(|wall| wall.surface.is_none()) {
+        if !stage.walls.contains_key(&wall.name) {
+            let towards = if wall.upper { -1.0 } else { 1.0 } * wall.velocity[wall.axis];
+            rates[wall.axis] += towards / boundary.extent(clock, &cell.geometry, wall.axis);
+        }
     }
+    let strain = dt * rates.iter().fold(0.0f64, |largest, rate| largest.max(rate.abs()));
+    if strain == 0.0 {
+        return;
+    }
+    for wall in &boundary.walls {
+        let Some(servo) = stage.walls.get(&wall.name) else { continue };
+        let (slot, stress) = (D * D + wall.boundary, servo.stress);
+        let area = boundary.servo_area(clock, &cell.geometry, grains, servo, wall.axis);
+        let error = wall.outward_force() / (-stress * area) - 1.0;
+        stresses[slot].record(error, strain, share_of_window(grains, stress, dt), clock.stage);
+    }
+}
+
+/// Warnings of stresses that missed their targets.
+pub fn missed_stress_warnings<const D: usize>(clock: &Clock, stresses: &[ControlledStress]) -> Vec<String> {
+    let axes = ["x", "y", "z"];
+    let name = |slot: usize| match slot.checked_sub(D * D) {
+        None => format!("the controlled stress {}{} of the cell", axes[slot / D], axes[slot % D]),
+        Some(wall) => {
+            let name = clock.case.boundaries.get(wall).map_or("", |boundary| boundary.name());
+            format!("the controlled stress of the wall {name:?}")
+        }
+    };
+    let missed = |(slot, own): (usize, &ControlledStress)| {
+        (own.max_mean_error.abs() > ALLOWED).then(|| {
+            format!(
+                "stage {:?}: {} was {:.2} times its target, as the mean over a strain of 1 %: deform the specimen \
+                 more slowly in this stage",
+                clock.case.stages.get(own.stage as usize).map_or("", |stage| stage.name.as_str()),
+                name(slot),
+                1.0 + own.max_mean_error
+            )
+        })
+    };
+    stresses.iter().enumerate().filter_map(missed).collect()
 }

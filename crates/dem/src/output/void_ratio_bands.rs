@@ -1,6 +1,6 @@
 //! Uniformity of packings of disks: void ratios of bands, with disks cut exactly (sheet: dem §3.8).
 
-use crate::solver::DemSolver;
+use crate::points::grains::Grains;
 
 /// Void ratios of the bands of a packing.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,37 +20,35 @@ fn segment_area(r: f64, h: f64) -> f64 {
     r * r * (half + std::f64::consts::FRAC_PI_2) + h * (r * r - h * h).max(0.0).sqrt()
 }
 
-impl DemSolver<2, 1> {
-    /// Void ratios of horizontal bands of equal height between `low` and `high` (m), in the box from `left` to `right` (m), which
-    /// contains the disks or is periodic; `None` for fewer than two bands, for no width, and without disks.
-    pub fn void_ratio_bands(
-        &self,
-        [left, right]: [f64; 2],
-        [low, high]: [f64; 2],
-        bands: usize,
-    ) -> Option<VoidRatioBands> {
-        let height = (high - low) / bands as f64;
-        if bands < 2 || !(height > 0.0 && right > left) {
-            return None;
-        }
-        let mut solid = vec![0.0; bands];
-        for (x, r) in self.grains.position.iter().zip(&self.grains.radius) {
-            for (k, sum) in solid.iter_mut().enumerate() {
-                let floor = low + height * k as f64;
-                *sum += segment_area(*r, floor + height - x[1]) - segment_area(*r, floor - x[1]);
-            }
-        }
-        let area = (right - left) * height;
-        let ratio = |solid: f64, area: f64| (area - solid) / solid;
-        let total: f64 = solid.iter().sum();
-        if total <= 0.0 {
-            return None;
-        }
-        let void_ratio = ratio(total, area * bands as f64);
-        let bands: Vec<f64> = solid.iter().map(|solid| ratio(*solid, area)).collect();
-        let squares: f64 = bands.iter().map(|e| (e - void_ratio).powi(2)).sum();
-        Some(VoidRatioBands { variance: squares / (bands.len() - 1) as f64, bands, void_ratio })
+/// Void ratios of horizontal bands of equal height between `low` and `high` (m), in the box from `left` to `right` (m), which
+/// contains the disks or is periodic; `None` for fewer than two bands, for no width, and without disks.
+pub fn void_ratio_bands(
+    grains: &Grains<2, 1>,
+    [left, right]: [f64; 2],
+    [low, high]: [f64; 2],
+    bands: usize,
+) -> Option<VoidRatioBands> {
+    let height = (high - low) / bands as f64;
+    if bands < 2 || !(height > 0.0 && right > left) {
+        return None;
     }
+    let mut solid = vec![0.0; bands];
+    for (x, r) in grains.position.iter().zip(&grains.radius) {
+        for (k, sum) in solid.iter_mut().enumerate() {
+            let floor = low + height * k as f64;
+            *sum += segment_area(*r, floor + height - x[1]) - segment_area(*r, floor - x[1]);
+        }
+    }
+    let area = (right - left) * height;
+    let ratio = |solid: f64, area: f64| (area - solid) / solid;
+    let total: f64 = solid.iter().sum();
+    if total <= 0.0 {
+        return None;
+    }
+    let void_ratio = ratio(total, area * bands as f64);
+    let bands: Vec<f64> = solid.iter().map(|solid| ratio(*solid, area)).collect();
+    let squares: f64 = bands.iter().map(|e| (e - void_ratio).powi(2)).sum();
+    Some(VoidRatioBands { variance: squares / (bands.len() - 1) as f64, bands, void_ratio })
 }
 
 #[cfg(test)]

@@ -2,6 +2,8 @@
 
 use colluvium_points::struct_of_arrays;
 
+use crate::points::vector::add;
+
 /// Smallest number of grains of a parallel task.
 pub const MIN_GRAINS_PER_TASK: usize = 1024;
 
@@ -106,6 +108,23 @@ impl<const D: usize, const R: usize> Grains<D, R> {
     #[inline]
     pub fn inertia(&self, i: usize) -> f64 {
         inertia(D) * self.mass[i] * self.radius[i] * self.radius[i]
+    }
+
+    /// Mean mass (kg) and diameter (m).
+    pub fn mean_mass_and_diameter(&self) -> (f64, f64) {
+        let count = self.len() as f64;
+        let mass: f64 = self.mass.iter().sum();
+        (mass / count, 2.0 * self.radius.iter().sum::<f64>() / count)
+    }
+
+    /// Centre of mass of the selected grains (m); `None` without grains.
+    pub fn centre_of_mass(&self, holds: impl Fn(usize) -> bool) -> Option<[f64; D]> {
+        let (mut mass, mut moment) = (0.0, [0.0; D]);
+        for i in (0..self.len()).filter(|&i| holds(i)) {
+            mass += self.mass[i];
+            add(&mut moment, self.mass[i], &self.position[i]);
+        }
+        (mass > 0.0).then(|| moment.map(|c| c / mass))
     }
 
     /// Smallest and largest radius (m).

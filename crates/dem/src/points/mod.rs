@@ -2,5 +2,6 @@
 //!
 //! Every other module reads them.
 
+pub(crate) mod grain_extremes;
 pub(crate) mod grains;
 pub(crate) mod vector;

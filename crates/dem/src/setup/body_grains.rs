@@ -26,18 +26,12 @@ const OVERLAP_TOLERANCE: f64 = 1e-6;
 /// Position (m) and radius (m) of a placed grain.
 type PlacedGrain<const D: usize> = ([f64; D], f64);
 
-/// Fill of a body: its own, or that of its kind.
-pub fn fill_of_body(options: &DemOptions, body: &Body) -> Option<Fill> {
-    let own = options.bodies.get(&body.name).and_then(|own| own.fill);
-    own.or_else(|| options.grains.get(&body.material).and_then(|kind| kind.fill))
-}
-
 /// Whether a grain beside an obstacle overlaps it; grains with centres inside an obstacle are checked elsewhere.
 fn overlaps_obstacle<const D: usize>(
-    standing: &[PlacedObstacle<'_, D>],
+    obstacles: &[PlacedObstacle<'_, D>],
     (x, radius): &PlacedGrain<D>,
 ) -> bool {
-    standing.iter().any(|PlacedObstacle { surface, .. }| {
+    obstacles.iter().any(|PlacedObstacle { surface, .. }| {
         surface
             .gap(x, *radius)
             .is_some_and(|gap| gap.distance > 0.0 && gap.distance < radius * (1.0 - OVERLAP_TOLERANCE))
@@ -49,7 +43,7 @@ pub(super) fn fill<const D: usize, const R: usize>(
     case: &Case,
     options: &DemOptions,
     stored: Option<&StoredSpecimen>,
-    standing: &[PlacedObstacle<'_, D>],
+    obstacles: &[PlacedObstacle<'_, D>],
     grains: &mut Grains<D, R>,
 ) -> Result<(), CaseError> {
     stored.map_or(Ok(()), |stored| stored.fill(case, options, grains))?;
@@ -59,8 +53,8 @@ pub(super) fn fill<const D: usize, const R: usize>(
     let given = stored.map(StoredSpecimen::counts).unwrap_or_default();
     for (number, body) in case.bodies.iter().enumerate() {
         let path = format!("bodies[{number}]");
-        let rains = options.bodies.get(&body.name).is_some_and(|own| own.pluviation.is_some());
-        if rains || given.contains_key(body.name.as_str()) {
+        let enters_later = options.bodies.get(&body.name).is_some_and(|own| own.pluviation.is_some());
+        if enters_later || given.contains_key(body.name.as_str()) {
             continue;
         }
         let kind = &options.grains[&body.material];
@@ -70,8 +64,8 @@ pub(super) fn fill<const D: usize, const R: usize>(
             Some(list) => listed_grains(list),
             None => {
                 let mut placed = place::<D>(case, options, (body, &path), kind, &mut random)?;
-                if !matches!(fill_of_body(options, body), Some(Fill::Single)) {
-                    placed.retain(|grain| !overlaps_obstacle(standing, grain));
+                if !matches!(options.fill_of_body(body), Some(Fill::Single)) {
+                    placed.retain(|grain| !overlaps_obstacle(obstacles, grain));
                 }
                 placed
             }
@@ -88,7 +82,7 @@ pub(super) fn fill<const D: usize, const R: usize>(
             grains.push(number as u32, index, *position, *radius, kind.density);
         }
         let own = options.bodies.get(&body.name).cloned().unwrap_or_default();
-        begin(number, body, &own, start, listed[number].as_ref(), grains)?;
+        initialise_motion(number, body, &own, start, listed[number].as_ref(), grains)?;
         if let Some(list) = &listed[number] {
             kinds_as_listed(list, options, &path, start, grains)?;
         }
@@ -172,7 +166,7 @@ fn assign_ids<const D: usize, const R: usize>(
 }
 
 /// Sets the initial velocities and spins, and which grains are held.
-fn begin<const D: usize, const R: usize>(
+fn initialise_motion<const D: usize, const R: usize>(
     number: usize,
     body: &Body,
     own: &BodyGrains,
@@ -226,7 +220,7 @@ fn place<const D: usize>(
     kind: &GrainKind,
     random: &mut ChaCha8Rng,
 ) -> Result<Vec<PlacedGrain<D>>, CaseError> {
-    let Some(fill) = fill_of_body(options, body) else {
+    let Some(fill) = options.fill_of_body(body) else {
         let problem = format!("is missing: it defines how grains fill the body {:?}", body.name);
         return Err(CaseError::new(format!("methods.dem.grains.{}.fill", body.material), problem));
     };

@@ -11,6 +11,7 @@ use crate::config::{
 use crate::contact::bond::Beam;
 use crate::contact::capillary::Capillary;
 use crate::contact::cohesion::Cohesion;
+use crate::contact::contact_laws::{KindProperties, StageLaws};
 use crate::contact::coulomb_friction::{Coulomb, ROUGH_FRICTION};
 use crate::contact::hertz::Hertz;
 use crate::contact::jkr::Jkr;
@@ -19,7 +20,6 @@ use crate::contact::restitution::{damping_ratio_with_tension, damping_ratio_with
 use crate::contact::rolling_resistance::RollingResistance;
 use crate::contact::{AttractionLaw, NormalForceLaw, PairLaw};
 use crate::points::grains::Grains;
-use crate::solver::{KindProperties, StageLaws};
 use crate::specimen::pluviation::{GrainSource, sources};
 
 /// Largest step as a share of the stable step of a single undamped contact (sheet: dem §3.5).
@@ -78,34 +78,19 @@ fn normal(law: &NormalLaw, tangential: &TangentialSpec) -> (NormalForceLaw, bool
     }
 }
 
-/// Contact law of a pair, for grains of radius up to `largest` (m).
-fn law(pair: &PairSpec, velocity: ContactVelocity, largest: f64, dimension: usize) -> PairLaw {
-    let (normal, clamp) = normal(&pair.normal, &pair.tangential);
-    let friction =
-        pair.friction.map_or(Coulomb { coefficient: 0.0, at_rest: 0.0, reset: pair.tangential.reset }, |f| {
-            Coulomb {
-                coefficient: f.coefficient,
-                at_rest: f.at_rest.unwrap_or(f.coefficient),
-                reset: pair.tangential.reset,
-            }
-        });
-    let attraction = pair.adhesion.as_ref().map(|adhesion| match *adhesion {
+/// Attraction law of a pair with this normal law, for grains of radius up to `largest` (m).
+fn attraction(adhesion: &Adhesion, normal: &NormalForceLaw, largest: f64, dimension: usize) -> AttractionLaw {
+    match *adhesion {
         Adhesion::Cohesive { tension, shear, fragile, new_contacts } => {
-            let stiffness = match &normal {
+            let stiffness = match normal {
                 NormalForceLaw::Linear(linear) => linear.stiffness(0.5 * largest),
                 NormalForceLaw::Hertz(_) => f64::INFINITY,
             };
-            let bridge = 2.0 * tension * largest.powi(dimension as i32 - 1) / stiffness;
-            AttractionLaw::Cohesion(Cohesion {
-                tension,
-                shear,
-                fragile,
-                new_contacts,
-                rupture_distance: bridge,
-            })
+            let rupture_distance = 2.0 * tension * largest.powi(dimension as i32 - 1) / stiffness;
+            AttractionLaw::Cohesion(Cohesion { tension, shear, fragile, new_contacts, rupture_distance })
         }
         Adhesion::Jkr { work_of_adhesion } => {
-            let modulus = match &normal {
+            let modulus = match normal {
                 NormalForceLaw::Hertz(hertz) => hertz.modulus,
                 NormalForceLaw::Linear(_) => f64::NAN,
             };
@@ -119,7 +104,21 @@ fn law(pair: &PairSpec, velocity: ContactVelocity, largest: f64, dimension: usiz
                 volume: volume_ratio,
             })
         }
-    });
+    }
+}
+
+/// Contact law of a pair, for grains of radius up to `largest` (m).
+fn law(pair: &PairSpec, velocity: ContactVelocity, largest: f64, dimension: usize) -> PairLaw {
+    let (normal, clamp) = normal(&pair.normal, &pair.tangential);
+    let friction =
+        pair.friction.map_or(Coulomb { coefficient: 0.0, at_rest: 0.0, reset: pair.tangential.reset }, |f| {
+            Coulomb {
+                coefficient: f.coefficient,
+                at_rest: f.at_rest.unwrap_or(f.coefficient),
+                reset: pair.tangential.reset,
+            }
+        });
+    let attraction = pair.adhesion.as_ref().map(|own| attraction(own, &normal, largest, dimension));
     let bond = pair.bond.as_ref().map(|bond| Beam {
         normal: bond.normal_stiffness,
         shear: bond.shear_stiffness,

@@ -5,7 +5,7 @@ use colluvium_case::{Case, CaseError, ProblemSize};
 
 use crate::config::{DemOptions, Diameters, Fill, LatticePacking};
 use crate::points::grains::volume;
-use crate::setup::{BYTES_OF_GRAIN, fill_of_body, options};
+use crate::setup::{BYTES_OF_GRAIN, options};
 use crate::specimen::file::StoredSpecimen;
 use crate::specimen::pluviation;
 
@@ -60,7 +60,7 @@ fn expected(case: &Case, options: &DemOptions, number: usize) -> ExpectedGrains 
     if body.points.is_some() {
         return listed(case.point_counts(1.0)[number]);
     }
-    match (fill_of_body(options, body), &options.grains[&body.material].diameter) {
+    match (options.fill_of_body(body), &options.grains[&body.material].diameter) {
         (Some(Fill::Single) | None, _) | (_, None) => listed(1.0),
         (Some(fill), Some(sizes)) => filled(body, fill, sizes, dimension),
     }

@@ -17,16 +17,16 @@ const MAX_WEIGHT_OVERLAP: f64 = 0.01;
 /// Warnings of a solver at time zero.
 pub(super) fn warnings<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Vec<String> {
     let mut warnings = case.warnings();
-    of_options(case, &solver.options, &mut warnings);
-    warnings.extend(underived_pair_warnings(&solver.options));
+    option_warnings(case, &solver.clock.options, &mut warnings);
+    warnings.extend(underived_pair_warnings(&solver.clock.options));
     warnings.extend(soft_grain_warnings(case, solver));
     warnings.extend(porosity_warnings(solver));
-    warnings.extend(solver.specimen_source.notes.iter().cloned());
+    warnings.extend(solver.specimen.source.notes.iter().cloned());
     warnings
 }
 
 /// Adds the warnings about grains that roll without resistance, and grains of one size.
-fn of_options(case: &Case, options: &DemOptions, warnings: &mut Vec<String>) {
+fn option_warnings(case: &Case, options: &DemOptions, warnings: &mut Vec<String>) {
     let flat = |wall: &Wall| matches!(wall, Wall::Rough | Wall::Frictional { .. });
     let resists = options.pairs.iter().any(|pair| pair.rolling.is_some());
     let falls = case.gravity.iter().any(|g| *g != 0.0);
@@ -85,7 +85,7 @@ fn underived_pair_warnings(options: &DemOptions) -> Vec<String> {
 /// Warnings about kinds of grains that overlap much under the weight of their body. At its base a contact force is about the
 /// pressure times the diameter, in space its square.
 fn soft_grain_warnings<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Vec<String> {
-    let (g, gravity) = (&solver.grains, solver.gravity_at(0.0));
+    let (g, gravity) = (&solver.grains, solver.clock.gravity_at::<D>(0.0));
     let size = norm(&gravity);
     if size == 0.0 {
         return Vec::new();
@@ -104,7 +104,7 @@ fn soft_grain_warnings<const D: usize, const R: usize>(case: &Case, solver: &Dem
         let foot: f64 = (0..D).filter(|c| *c != down).map(width).product();
         let pressure = weight / foot;
         let kind = g.kind[first] as usize;
-        let law = solver.laws.pairs[kind * solver.kinds.len() + kind];
+        let law = solver.laws.stage.pairs[kind * solver.laws.kinds.len() + kind];
         if law.bond.is_some() {
             return None;
         }
@@ -125,11 +125,11 @@ fn soft_grain_warnings<const D: usize, const R: usize>(case: &Case, solver: &Dem
 
 /// Warnings about bodies whose porosity differs from the requested one.
 fn porosity_warnings<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Vec<String> {
-    let far = |own: &&Specimen| {
+    let is_far = |own: &&Specimen| {
         own.requested_porosity.is_some_and(|asked| (own.porosity - asked).abs() > POROSITY_TOLERANCE)
     };
-    let said = |own: &Specimen| {
+    let text = |own: &Specimen| {
         format!("{own}: grains that would extend beyond the shape or into obstacles are left out")
     };
-    solver.specimens.iter().filter(far).map(said).collect()
+    solver.specimen.reports.iter().filter(is_far).map(text).collect()
 }

@@ -2,7 +2,11 @@
 
 use colluvium_case::{MovingObstacle, StepLimit, TimeStep};
 
-use crate::solver::DemSolver;
+use crate::boundary::walls::RigidWall;
+use crate::clock::Clock;
+use crate::contact::contact_laws::ContactLaws;
+use crate::output::energy_balance::EnergyBalance;
+use crate::points::grain_extremes::GrainExtremes;
 
 /// Largest displacement of the fastest grain in a step, over the smallest radius (sheet: dem §3.5).
 const MAX_TRAVEL: f64 = 0.1;
@@ -21,34 +25,44 @@ const TRAVEL: StepLimit = StepLimit::new("travel");
 /// where its steps change, although the overlap and the speed decrease.
 const GROWTH: f64 = 1.0005;
 
-impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// Factor on the step of Hertz contacts that stiffen with their overlap: the frequency is proportional to its fourth root. The
-    /// overlap is that of the deepest contact after an impact of the fastest grains, so that it hardly changes during the impact.
-    pub(super) fn deep_contact_factor(&self) -> f64 {
-        let square = self.energy_balance.overlap * self.energy_balance.overlap;
-        let energy =
-            square * self.energy_balance.overlap.sqrt() + self.laws.impact * self.max_speed * self.max_speed;
-        let share = if self.laws.impact > 0.0 && energy > DEEP_OVERLAP * DEEP_OVERLAP * DEEP_OVERLAP.sqrt() {
-            (DEEP_OVERLAP * DEEP_OVERLAP * DEEP_OVERLAP.sqrt() / energy).powf(0.1)
-        } else {
-            1.0
-        };
-        share.min(GROWTH * self.deep_share)
-    }
+/// Factor on the step of Hertz contacts that stiffen with their overlap: the frequency is proportional to its fourth root. The
+/// overlap is that of the deepest contact after an impact of the fastest grains, so that it hardly changes during the impact.
+pub fn deep_contact_factor(
+    clock: &Clock,
+    laws: &ContactLaws,
+    extremes: &GrainExtremes,
+    balance: &EnergyBalance,
+) -> f64 {
+    let (overlap, impact) = (balance.overlap, laws.stage.impact);
+    let square = overlap * overlap;
+    let energy = square * overlap.sqrt() + impact * extremes.max_speed * extremes.max_speed;
+    let share = if impact > 0.0 && energy > DEEP_OVERLAP * DEEP_OVERLAP * DEEP_OVERLAP.sqrt() {
+        (DEEP_OVERLAP * DEEP_OVERLAP * DEEP_OVERLAP.sqrt() / energy).powf(0.1)
+    } else {
+        1.0
+    };
+    share.min(GROWTH * clock.deep_contact_factor)
+}
 
-    /// Critical step at present (sheet: dem §3.5).
-    pub(crate) fn critical_step(&self) -> TimeStep {
-        let least = self.radii.0;
-        let moving = self.walls.iter().filter_map(|wall| wall.moving.as_ref());
-        let fastest = moving.map(MovingObstacle::max_speed).fold(self.max_speed, f64::max);
-        let way = if fastest > 0.0 { MAX_TRAVEL * least / fastest } else { f64::INFINITY };
-        let of_contacts =
-            self.options.time_step.unwrap_or_else(|| self.laws.step[0] * self.deep_contact_factor());
-        let (dt, limit) = match (way < of_contacts, self.options.time_step) {
-            (true, _) => (way, TRAVEL),
-            (false, Some(_)) => (of_contacts, StepLimit::FIXED),
-            (false, None) => (of_contacts, CONTACT),
-        };
-        TimeStep { dt, limit, point: None, position: [0.0; 3] }
-    }
+/// Critical step at present (sheet: dem §3.5).
+pub fn critical_step<const D: usize>(
+    clock: &Clock,
+    laws: &ContactLaws,
+    extremes: &GrainExtremes,
+    walls: &[RigidWall<D>],
+    balance: &EnergyBalance,
+) -> TimeStep {
+    let smallest = extremes.radii.0;
+    let moving = walls.iter().filter_map(|wall| wall.moving.as_ref());
+    let fastest = moving.map(MovingObstacle::max_speed).fold(extremes.max_speed, f64::max);
+    let of_travel = if fastest > 0.0 { MAX_TRAVEL * smallest / fastest } else { f64::INFINITY };
+    let fixed = clock.options.time_step;
+    let of_contacts =
+        fixed.unwrap_or_else(|| laws.stage.step[0] * deep_contact_factor(clock, laws, extremes, balance));
+    let (dt, limit) = match (of_travel < of_contacts, fixed) {
+        (true, _) => (of_travel, TRAVEL),
+        (false, Some(_)) => (of_contacts, StepLimit::FIXED),
+        (false, None) => (of_contacts, CONTACT),
+    };
+    TimeStep { dt, limit, point: None, position: [0.0; 3] }
 }

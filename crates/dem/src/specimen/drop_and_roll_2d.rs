@@ -56,23 +56,23 @@ impl<'a> RestingDisks<'a> {
 
     /// Distance along the floor to a disk, over the period (m).
     fn along(&self, x: f64, other: usize) -> f64 {
-        let way = self.placed[other].0[0] - x;
+        let offset = self.placed[other].0[0] - x;
         if !self.container.periodic[0] {
-            return way;
+            return offset;
         }
         let length = self.container.width(0);
-        way - length * (way / length).round()
+        offset - length * (offset / length).round()
     }
 
     /// First contact of a disk that falls from a height at `x`: height of its centre (m), and the support.
     fn fall(&self, [x, from]: [f64; 2], radius: f64) -> (f64, RestingOn) {
         let mut found = (self.container.low[1] + radius, RestingOn::Floor);
         for other in self.beside(x) {
-            let (way, reach) = (self.along(x, other), radius + self.placed[other].1);
-            if way.abs() >= reach * (1.0 - NEGLIGIBLE) {
+            let (offset, reach) = (self.along(x, other), radius + self.placed[other].1);
+            if offset.abs() >= reach * (1.0 - NEGLIGIBLE) {
                 continue;
             }
-            let height = self.placed[other].0[1] + (reach * reach - way * way).sqrt();
+            let height = self.placed[other].0[1] + (reach * reach - offset * offset).sqrt();
             if height > found.0 && height <= from + NEGLIGIBLE * reach {
                 found = (height, RestingOn::Disk(other));
             }
@@ -104,12 +104,12 @@ impl<'a> RestingDisks<'a> {
             }
         }
         for other in self.beside(centre[0]).filter(|other| *other != on) {
-            let (way, up) = (self.along(centre[0], other), self.placed[other].0[1] - centre[1]);
-            let (apart, to) = (way.hypot(up), radius + self.placed[other].1);
+            let (offset, up) = (self.along(centre[0], other), self.placed[other].0[1] - centre[1]);
+            let (apart, to) = (offset.hypot(up), radius + self.placed[other].1);
             let cosine = (reach * reach + apart * apart - to * to) / (2.0 * reach * apart);
             if cosine.abs() < 1.0 {
                 // First intersection of the circles about both.
-                stop((side * way).atan2(up) - cosine.acos(), RestingOn::Disk(other));
+                stop((side * offset).atan2(up) - cosine.acos(), RestingOn::Disk(other));
             }
         }
         ([centre[0] + side * reach * end.0.sin(), centre[1] + reach * end.0.cos()], end.1)

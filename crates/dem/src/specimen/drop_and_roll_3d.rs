@@ -159,8 +159,8 @@ impl RollCircle {
                 [both * dot(&apart, &self.from), both * dot(&apart, &self.to), rest]
             }
             RollSupport::Plane(axis, at, away) => {
-                let way = away * self.radius;
-                [way * self.from[*axis], way * self.to[*axis], away * (self.centre[*axis] - at)]
+                let distance = away * self.radius;
+                [distance * self.from[*axis], distance * self.to[*axis], away * (self.centre[*axis] - at)]
             }
         })
     }
@@ -263,9 +263,9 @@ impl<'a> RestingSpheres<'a> {
             if apart >= reach * (1.0 - NEGLIGIBLE) {
                 continue;
             }
-            let touch = centre[2] + (reach * reach - apart * apart).sqrt();
-            if touch > height && touch <= x[2] + NEGLIGIBLE * reach {
-                height = touch;
+            let contact_height = centre[2] + (reach * reach - apart * apart).sqrt();
+            if contact_height > height && contact_height <= x[2] + NEGLIGIBLE * reach {
+                height = contact_height;
             }
         }
         height

@@ -10,6 +10,7 @@ pub(crate) mod pluviation;
 pub(crate) mod pluviation_entry;
 mod report;
 pub mod size_distributions;
+pub(crate) mod specimen_state;
 pub mod undercompaction;
 
 use std::ops::Range;

@@ -3,11 +3,18 @@
 use colluvium_case::spatial;
 use rand::RngExt;
 
-use crate::boundary::periodic_cell::{apply, inverse};
-use crate::points::grains::volume;
+use crate::boundary::boundary_conditions::BoundaryConditions;
+use crate::boundary::controlled_cell::ControlledCell;
+use crate::boundary::periodic_cell::{PeriodicCell, apply, inverse};
+use crate::boundary::walls::RigidWall;
+use crate::clock::Clock;
+use crate::neighbours::grain_neighbours::GrainNeighbours;
+use crate::output::records::Records;
+use crate::points::grain_extremes::GrainExtremes;
+use crate::points::grains::{Grains, volume};
 use crate::points::vector::{difference, dot};
-use crate::solver::DemSolver;
 use crate::specimen::pluviation::{EnteredGrains, GrainSource, contains_ball};
+use crate::specimen::specimen_state::SpecimenState;
 
 /// Number of positions drawn for a grain in a step before it waits for the next step.
 const DRAWS: usize = 100;
@@ -15,114 +22,151 @@ const DRAWS: usize = 100;
 /// Waiting mass over entered mass above which the run warns.
 const REPORTED_BACKLOG: f64 = 0.02;
 
-impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// Adds the grains that are due.
-    pub(crate) fn add_entering_grains(&mut self) {
-        for number in 0..self.sources.len() {
-            let body = self.sources[number].body as usize;
-            if self.case.is_removed(&self.case.bodies[body].name, self.stage) {
-                continue;
+/// Adds the grains that are due.
+pub fn add_entering_grains<const D: usize, const R: usize>(
+    clock: &Clock,
+    cell: &ControlledCell<D>,
+    boundary: &mut BoundaryConditions<D>,
+    (grains, extremes): (&mut Grains<D, R>, &mut GrainExtremes),
+    neighbours: &mut GrainNeighbours<D, R>,
+    specimen: &mut SpecimenState,
+    records: &mut Records,
+) {
+    let SpecimenState { sources, next_id, .. } = specimen;
+    for source in sources {
+        if clock.case.is_removed(&clock.case.bodies[source.body as usize].name, clock.stage) {
+            continue;
+        }
+        while let Some((x, radius)) = next_grain(clock, &cell.geometry, &boundary.walls, grains, source) {
+            let last = push_grain(clock, grains, source, (x, radius));
+            grains.id[last] = *next_id;
+            *next_id += 1;
+            let square = dot(&grains.velocity[last], &grains.velocity[last]);
+            if records.energy_balance.start.is_some() {
+                let rotation = 0.5 * grains.inertia(last) * dot(&grains.spin[last], &grains.spin[last]);
+                records.energy_balance.entered +=
+                    0.5 * (source.density * volume(D, radius)) * square + rotation;
             }
-            while self.add_next_grain(number) {}
+            extremes.max_speed = extremes.max_speed.max(square.sqrt());
+            extremes.radii = (extremes.radii.0.min(radius), extremes.radii.1.max(radius));
+            boundary.membranes.clear();
+            neighbours.since_build.cell = None;
         }
     }
+}
 
-    /// Adds the next grain of a source if it is due and there is space; returns whether it was added.
-    fn add_next_grain(&mut self, number: usize) -> bool {
-        let source = &self.sources[number];
-        let waits = source.due(self.time) - source.entered.mass;
-        let seed = self.options.seed;
-        let radius = source.radius(D, seed);
-        let mass = source.density * volume(D, radius);
-        let place = if waits < mass { None } else { self.free_position(source, radius) };
-        let source = &mut self.sources[number];
-        source.entered.waiting_mass = if waits < mass { 0.0 } else { waits };
-        let Some(x) = place else { return false };
-        source.entered = EnteredGrains {
-            count: source.entered.count + 1,
-            mass: source.entered.mass + mass,
-            waiting_mass: waits,
-        };
-        let velocity = self.case.bodies[source.body as usize].velocity.at(spatial(&x));
-        let g = &mut self.grains;
-        g.push(source.body, source.kind, x, radius, source.density);
-        let last = g.len() - 1;
-        g.id[last] = self.next_id;
-        g.velocity[last] = std::array::from_fn(|c| velocity[c]);
-        g.spin[last] = std::array::from_fn(|c| source.spin.get(c).copied().unwrap_or(0.0));
-        if self.options.orientation {
-            g.orientation.push(if D == 2 { [0.0; 4] } else { [1.0, 0.0, 0.0, 0.0] });
+/// Position (m) and radius (m) of the next grain of a source if it is due and there is space; counts it as entered.
+fn next_grain<const D: usize, const R: usize>(
+    clock: &Clock,
+    cell: &PeriodicCell<D>,
+    walls: &[RigidWall<D>],
+    grains: &Grains<D, R>,
+    source: &mut GrainSource,
+) -> Option<([f64; D], f64)> {
+    let waiting_mass = source.due(clock.time) - source.entered.mass;
+    let radius = source.radius(D, clock.options.seed);
+    let mass = source.density * volume(D, radius);
+    let position = if waiting_mass < mass {
+        None
+    } else {
+        free_position(clock, cell, walls, grains, (&*source, radius))
+    };
+    source.entered.waiting_mass = if waiting_mass < mass { 0.0 } else { waiting_mass };
+    let x = position?;
+    source.entered =
+        EnteredGrains { count: source.entered.count + 1, mass: source.entered.mass + mass, waiting_mass };
+    Some((x, radius))
+}
+
+/// Adds a grain of a source at a position (m) with a radius (m); returns its index.
+fn push_grain<const D: usize, const R: usize>(
+    clock: &Clock,
+    g: &mut Grains<D, R>,
+    source: &GrainSource,
+    (x, radius): ([f64; D], f64),
+) -> usize {
+    let velocity = clock.case.bodies[source.body as usize].velocity.at(spatial(&x));
+    g.push(source.body, source.kind, x, radius, source.density);
+    let last = g.len() - 1;
+    g.velocity[last] = std::array::from_fn(|c| velocity[c]);
+    g.spin[last] = std::array::from_fn(|c| source.spin.get(c).copied().unwrap_or(0.0));
+    if clock.options.orientation {
+        g.orientation.push(if D == 2 { [0.0; 4] } else { [1.0, 0.0, 0.0, 0.0] });
+    }
+    last
+}
+
+/// Random position in the shape of a source where a grain is not in contact; `None` if none is found.
+fn free_position<const D: usize, const R: usize>(
+    clock: &Clock,
+    cell: &PeriodicCell<D>,
+    walls: &[RigidWall<D>],
+    grains: &Grains<D, R>,
+    (source, radius): (&GrainSource, f64),
+) -> Option<[f64; D]> {
+    let mut random = source.random_draws(clock.options.seed, clock.step + 1);
+    let (low, high) = source.shape.bounds(D);
+    let (unit, _) = inverse(&cell.h);
+    let near = nearby_grains(cell, grains, (&low, &high), radius);
+    (0..DRAWS).find_map(|_| {
+        let x: [f64; D] = std::array::from_fn(|c| low[c] + (high[c] - low[c]) * random.random::<f64>());
+        let is_free = contains_ball(&source.shape, &x, radius)
+            && is_clear_of_walls(walls, &x, radius)
+            && near.iter().all(|i| is_clear_of_grain((cell, &unit), grains, *i, &x, radius));
+        is_free.then_some(x)
+    })
+}
+
+/// Grains that may be in contact with one of this radius (m) in the box between two corners (m): all of them in a periodic cell,
+/// because of images.
+fn nearby_grains<const D: usize, const R: usize>(
+    cell: &PeriodicCell<D>,
+    g: &Grains<D, R>,
+    (low, high): (&[f64], &[f64]),
+    radius: f64,
+) -> Vec<usize> {
+    let beside = |i: &usize| {
+        let (x, reach) = (&g.position[*i], radius + g.radius[*i]);
+        (0..D).all(|c| x[c] > low[c] - reach && x[c] < high[c] + reach)
+    };
+    (0..g.len()).filter(|i| cell.is_periodic() || beside(i)).collect()
+}
+
+/// Whether a grain at `x` (m) would be in contact with no wall.
+fn is_clear_of_walls<const D: usize>(walls: &[RigidWall<D>], x: &[f64; D], radius: f64) -> bool {
+    walls.iter().all(|wall| match wall.current_surface() {
+        None => wall.distance(x).0 > radius,
+        Some(surface) => !surface.contains(x) && surface.gap(x, radius).is_none(),
+    })
+}
+
+/// Whether a grain at `x` (m) would not be in contact with grain `i` in a cell, given with the inverse of its matrix.
+fn is_clear_of_grain<const D: usize, const R: usize>(
+    (cell, unit): (&PeriodicCell<D>, &[[f64; D]; D]),
+    g: &Grains<D, R>,
+    i: usize,
+    x: &[f64; D],
+    radius: f64,
+) -> bool {
+    let mut apart = difference(x, &g.position[i]);
+    if cell.is_periodic() {
+        let mut s = apply(unit, &apart);
+        for c in (0..D).filter(|&c| cell.periodic[c]) {
+            s[c] -= s[c].round();
         }
-        self.next_id += 1;
-        let speed = dot(&g.velocity[last], &g.velocity[last]);
-        if self.energy_balance.start.is_some() {
-            let rotation = 0.5 * g.inertia(last) * dot(&g.spin[last], &g.spin[last]);
-            self.energy_balance.entered += 0.5 * mass * speed + rotation;
-        }
-        self.max_speed = self.max_speed.max(speed.sqrt());
-        self.radii = (self.radii.0.min(radius), self.radii.1.max(radius));
-        self.membranes.clear();
-        self.since_list_build.cell = None;
-        true
+        apart = apply(&cell.h, &s);
     }
+    dot(&apart, &apart) > (radius + g.radius[i]).powi(2)
+}
 
-    /// Random position in the shape of a source where a grain is not in contact; `None` if none is found.
-    fn free_position(&self, source: &GrainSource, radius: f64) -> Option<[f64; D]> {
-        let mut random = source.random_draws(self.options.seed, self.step + 1);
-        let (low, high) = source.shape.bounds(D);
-        let (unit, _) = inverse(&self.cell.h);
-        let near = self.nearby_grains(&low, &high, radius);
-        (0..DRAWS).find_map(|_| {
-            let x: [f64; D] = std::array::from_fn(|c| low[c] + (high[c] - low[c]) * random.random::<f64>());
-            (contains_ball(&source.shape, &x, radius) && self.is_free(&x, radius, &unit, &near)).then_some(x)
-        })
-    }
-
-    /// Grains that may be in contact with one of this radius (m) in the box between two corners (m): all of them in a periodic cell,
-    /// because of images.
-    fn nearby_grains(&self, low: &[f64], high: &[f64], radius: f64) -> Vec<usize> {
-        let g = &self.grains;
-        let beside = |i: &usize| {
-            let (x, reach) = (&g.position[*i], radius + g.radius[*i]);
-            (0..D).all(|c| x[c] > low[c] - reach && x[c] < high[c] + reach)
-        };
-        (0..g.len()).filter(|i| self.cell.is_periodic() || beside(i)).collect()
-    }
-
-    /// Whether a grain at `x` would be in contact with neither a wall nor one of the grains `near`.
-    fn is_free(&self, x: &[f64; D], radius: f64, unit: &[[f64; D]; D], near: &[usize]) -> bool {
-        let g = &self.grains;
-        let apart = |i: usize| {
-            let apart = difference(x, &g.position[i]);
-            if !self.cell.is_periodic() {
-                return apart;
-            }
-            let mut s = apply(unit, &apart);
-            for c in (0..D).filter(|&c| self.cell.periodic[c]) {
-                s[c] -= s[c].round();
-            }
-            apply(&self.cell.h, &s)
-        };
-        let clear = |i: usize| {
-            let apart = apart(i);
-            dot(&apart, &apart) > (radius + g.radius[i]).powi(2)
-        };
-        let off = |wall: &crate::boundary::walls::RigidWall<D>| match wall.current_surface() {
-            None => wall.distance(x).0 > radius,
-            Some(surface) => !surface.contains(x) && surface.gap(x, radius).is_none(),
-        };
-        self.walls.iter().all(off) && near.iter().all(|i| clear(*i))
-    }
-
-    /// Warning about a source that cannot keep up.
-    pub(crate) fn full_source_warning(&self) -> Option<String> {
-        let behind =
-            |source: &&GrainSource| source.entered.waiting_mass > REPORTED_BACKLOG * source.entered.mass;
-        let source = self.sources.iter().find(behind)?;
-        Some(format!(
-            "t = {:.4e} s: {:.3e} kg of body {:?} cannot enter, because its shape is full of grains: make \
-             the shape larger, its velocity higher, or rain.rate smaller",
-            self.time, source.entered.waiting_mass, self.case.bodies[source.body as usize].name
-        ))
-    }
+/// Warning about a source that cannot keep up.
+pub fn full_source_warning(clock: &Clock, specimen: &SpecimenState) -> Option<String> {
+    let is_behind =
+        |source: &&GrainSource| source.entered.waiting_mass > REPORTED_BACKLOG * source.entered.mass;
+    let source = specimen.sources.iter().find(is_behind)?;
+    Some(format!(
+        "t = {:.4e} s: {:.3e} kg of body {:?} cannot enter, because its shape is full of grains: make the shape larger, its \
+         velocity higher, or rain.rate smaller",
+        clock.time, source.entered.waiting_mass, clock.case.bodies[source.body as usize].name
+    ))
 }

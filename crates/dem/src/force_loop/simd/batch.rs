@@ -16,7 +16,7 @@ pub(super) const BATCH_CAPACITY: usize = BATCH_SIZE + WIDTH;
 /// divisions of several groups of four overlap.
 #[derive(Clone, Copy)]
 pub(super) struct FourContacts<const D: usize, const R: usize> {
-    pub(super) touch: ContactGeometry<D, R, Lanes>,
+    pub(super) geometry: ContactGeometry<D, R, Lanes>,
     /// Lever arms over radii.
     pub(super) arm: Lanes,
     /// Vectors between the centres (m), where later stages need them.
@@ -33,7 +33,7 @@ impl<const D: usize, const R: usize> FourContacts<D, R> {
     const NONE: Self = {
         let zero = Lanes::ZERO;
         Self {
-            touch: ContactGeometry {
+            geometry: ContactGeometry {
                 overlap: zero,
                 normal: [zero; D],
                 separation_velocity: zero,

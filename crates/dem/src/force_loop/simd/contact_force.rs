@@ -19,8 +19,8 @@ pub(super) struct SimdContactSums {
     /// Twice the energy of tangential springs (J).
     pub(super) springs: Lanes,
     /// Minus twice the power of the normal dashpots; the next field is the power of the tangential ones (W).
-    along: Lanes,
-    pub(super) across: Lanes,
+    normal_power: Lanes,
+    pub(super) tangential_power: Lanes,
     pub(super) friction: Lanes,
     pub(super) dashpots: Lanes,
     pub(super) rescaled: Lanes,
@@ -33,33 +33,34 @@ pub(super) struct SimdContactSums {
 /// Sums over contacts.
 #[derive(Clone, Copy)]
 pub(super) struct ContactSums<const D: usize> {
-    pub(super) tally: ContactEnergies,
+    pub(super) energies: ContactEnergies,
     pub(super) sums: SimdContactSums,
     virial: Virial<D>,
 }
 
 impl<const D: usize> ContactSums<D> {
-    pub(super) fn new(tally: ContactEnergies, virial: Virial<D>) -> Self {
-        Self { tally, sums: SimdContactSums::default(), virial }
+    pub(super) fn new(energies: ContactEnergies, virial: Virial<D>) -> Self {
+        Self { energies, sums: SimdContactSums::default(), virial }
     }
 
     /// Totals over all lanes in a step of `dt` (s).
     pub(super) fn sums(self, dt: f64) -> (ContactEnergies, Virial<D>) {
-        let Self { mut tally, sums, virial } = self;
+        let Self { mut energies, sums, virial } = self;
         let sum = |lanes: Lanes| {
             let [a, b, c, d] = lanes.to_array();
             (a + b) + (c + d)
         };
-        tally.elastic += sum(sums.elastic);
-        tally.elastic_tangential += 0.5 * sum(sums.springs);
-        tally.friction += sum(sums.friction);
-        tally.dashpots += sum(sums.dashpots) + dt * (sum(sums.across) - 0.5 * sum(sums.along));
-        tally.rescaled += sum(sums.rescaled);
-        tally.rolling += sum(sums.rolling);
-        tally.elastic_rolling += sum(sums.elastic_rolling);
-        tally.boundary += sum(sums.boundary);
-        tally.squares += sum(sums.squares);
-        (tally, virial)
+        energies.elastic += sum(sums.elastic);
+        energies.elastic_tangential += 0.5 * sum(sums.springs);
+        energies.friction += sum(sums.friction);
+        energies.dashpots +=
+            sum(sums.dashpots) + dt * (sum(sums.tangential_power) - 0.5 * sum(sums.normal_power));
+        energies.rescaled += sum(sums.rescaled);
+        energies.rolling += sum(sums.rolling);
+        energies.elastic_rolling += sum(sums.elastic_rolling);
+        energies.boundary += sum(sums.boundary);
+        energies.squares += sum(sums.squares);
+        (energies, virial)
     }
 }
 
@@ -74,7 +75,7 @@ pub(super) struct SimdForce<const D: usize, const R: usize> {
     /// Normal force that friction and rolling resistance scale with (N).
     pub(super) cap: Lanes,
     /// Mask of the contacts that overlap and count, and its bits.
-    pub(super) meets: Lanes,
+    pub(super) in_contact: Lanes,
     bits: u32,
 }
 
@@ -83,7 +84,7 @@ pub(super) struct ContactOutput<'r, const D: usize, const R: usize> {
     /// Forces and moments of the grains, from the first of the rows on.
     pub(super) forces: &'r mut [ForceTorque],
     /// Contact histories, from the first pair of the rows on.
-    pub(super) memory: ContactHistoriesMut<'r, R>,
+    pub(super) history: ContactHistoriesMut<'r, R>,
     pub(super) account: ContactSums<D>,
     /// Number of the first grain.
     pub(super) first: usize,
@@ -93,41 +94,46 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
     /// Reborrows the output.
     #[inline(always)]
     pub(super) fn reborrow(&mut self) -> ContactOutput<'_, D, R> {
-        let mut memory = self.memory.reborrow();
+        let mut history = self.history.reborrow();
         // Equal lengths: one bounds check serves both.
-        memory.state = &mut memory.state[..memory.spring.len()];
-        ContactOutput { forces: self.forces, memory, account: self.account, first: self.first }
+        history.state = &mut history.state[..history.spring.len()];
+        ContactOutput { forces: self.forces, history, account: self.account, first: self.first }
     }
 
     /// Forces of four contacts on the first grains, of which `valid` count; stores their springs.
     #[inline(always)]
     pub(super) fn force<const HERTZ: bool>(
         &mut self,
-        touch: &ContactGeometry<D, R, Lanes>,
-        (slide, dash): ([Lanes; R], Lanes),
+        geometry: &ContactGeometry<D, R, Lanes>,
+        (shear_displacement, damping_force): ([Lanes; R], Lanes),
         laws: &SimdLaws,
         (grains, slots): ([u32; WIDTH], &[usize; WIDTH]),
         (valid, steps): (usize, StepLengths<Lanes>),
     ) -> SimdForce<D, R> {
-        let mut base = if HERTZ { laws.hertz.response(touch) } else { laws.linear.response(touch) };
+        let mut base = if HERTZ { laws.hertz.response(geometry) } else { laws.linear.response(geometry) };
         let lane = Lanes::new([0.0, 1.0, 2.0, 3.0]);
-        let meets = touch.overlap.simd_gt(Lanes::ZERO) & lane.simd_lt(Lanes::splat(valid as f64));
-        base.damping = self.dashpots::<HERTZ>(&base, touch, laws, slots, (meets, &steps));
-        let viscous = base.force - base.damping * touch.separation_velocity;
+        let in_contact = geometry.overlap.simd_gt(Lanes::ZERO) & lane.simd_lt(Lanes::splat(valid as f64));
+        base.damping = self.dashpots::<HERTZ>(&base, geometry, laws, slots, (in_contact, &steps));
+        let viscous = base.force - base.damping * geometry.separation_velocity;
         let normal = (laws.no_tension & viscous.simd_lt(Lanes::ZERO)).bitselect(Lanes::ZERO, viscous);
         let dissipative = normal - base.force;
         let sums = &mut self.account.sums;
-        sums.along += meets & ((dash + dissipative) * touch.separation_velocity);
-        sums.elastic += meets & base.energy;
+        sums.normal_power += in_contact & ((damping_force + dissipative) * geometry.separation_velocity);
+        sums.elastic += in_contact & base.energy;
         let cap = normal.fast_max(Lanes::ZERO);
-        let (across, slide) =
-            self.tangential_force::<HERTZ>(laws, touch, &base, (cap, steps.last), (slide, meets));
-        let bits = meets.to_bitmask();
-        self.store_springs(slots, &slide, dissipative, bits);
-        let mut on: [Lanes; D] = from_tangential(&across, &touch.normal);
-        add(&mut on, normal, &touch.normal);
-        self.count(touch, &on, (grains, bits), meets);
-        SimdForce { on: on.map(|f| meets & f), tangential: across, normal, base, cap, meets, bits }
+        let (tangential, shear_displacement) = self.tangential_force::<HERTZ>(
+            laws,
+            geometry,
+            &base,
+            (cap, steps.last),
+            (shear_displacement, in_contact),
+        );
+        let bits = in_contact.to_bitmask();
+        self.store_springs(slots, &shear_displacement, dissipative, bits);
+        let mut on: [Lanes; D] = from_tangential(&tangential, &geometry.normal);
+        add(&mut on, normal, &geometry.normal);
+        self.count(geometry, &on, (grains, bits), in_contact);
+        SimdForce { on: on.map(|f| in_contact & f), tangential, normal, base, cap, in_contact, bits }
     }
 
     /// Normal dashpots of four contacts in this step (N s/m).
@@ -135,22 +141,22 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
     fn dashpots<const HERTZ: bool>(
         &self,
         base: &NormalResponse<Lanes>,
-        touch: &ContactGeometry<D, R, Lanes>,
+        geometry: &ContactGeometry<D, R, Lanes>,
         laws: &SimdLaws,
         slots: &[usize; WIDTH],
-        (meets, steps): (Lanes, &StepLengths<Lanes>),
+        (in_contact, steps): (Lanes, &StepLengths<Lanes>),
     ) -> Lanes {
-        let damping = dashpot::lagged_dashpot(base.damping, touch.mass, laws.lag * steps.lag_step);
+        let damping = dashpot::lagged_dashpot(base.damping, geometry.mass, laws.lag * steps.lag_step);
         let mut all = damping;
-        let way = -touch.separation_velocity * steps.last;
-        if (meets & (way + way).simd_gt(touch.overlap)).any() {
-            let is_new = slots.map(|slot| f64::from(u8::from(self.memory.state[slot] == CONTACT_APART)));
-            let onset = dashpot::onset_dashpot(damping, touch, steps, HERTZ);
+        let approach = -geometry.separation_velocity * steps.last;
+        if (in_contact & (approach + approach).simd_gt(geometry.overlap)).any() {
+            let is_new = slots.map(|slot| f64::from(u8::from(self.history.state[slot] == CONTACT_APART)));
+            let onset = dashpot::onset_dashpot(damping, geometry, steps, HERTZ);
             all = Lanes::new(is_new).simd_gt(Lanes::ZERO).bitselect(onset, damping);
         }
         if !laws.no_tension.all() {
             let release =
-                dashpot::release_dashpot(&NormalResponse { damping: all, ..*base }, touch, steps, HERTZ);
+                dashpot::release_dashpot(&NormalResponse { damping: all, ..*base }, geometry, steps, HERTZ);
             all = laws.no_tension.bitselect(all, release);
         }
         all
@@ -162,30 +168,36 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         &mut self,
         batch: &ContactBatch<D, R>,
         group: usize,
-        (scene, periodic): (&ContactInput<'_, D, R>, bool),
+        (input, periodic): (&ContactInput<'_, D, R>, bool),
         laws: &SimdLaws,
         valid: usize,
     ) -> u32 {
         let pairs = batch.pairs(group);
         let slots = pairs.map(|pair| pair.slot as usize);
-        let FourContacts { touch, arm, apart, radii, shear_displacement: slide, damping_force: dash } =
+        let FourContacts { geometry, arm, apart, radii, shear_displacement, damping_force } =
             &batch.fours[group];
-        let dt = Lanes::splat(scene.dt);
+        let dt = Lanes::splat(input.dt);
         let firsts = pairs.each_ref().map(|pair| pair.first);
-        let SimdForce { on, tangential: across, normal, base, cap, meets, bits } =
-            self.force::<HERTZ>(touch, (*slide, *dash), laws, (firsts, &slots), (valid, scene.simd_steps()));
-        if scene.growth != 0.0 {
-            let sum = touch.overlap + dot(apart, apart).sqrt();
-            self.account.sums.boundary += meets & (normal * Lanes::splat(scene.growth) * sum * dt);
+        let SimdForce { on, tangential, normal, base, cap, in_contact, bits } = self.force::<HERTZ>(
+            geometry,
+            (*shear_displacement, *damping_force),
+            laws,
+            (firsts, &slots),
+            (valid, input.simd_steps()),
+        );
+        if input.growth != 0.0 {
+            let sum = geometry.overlap + dot(apart, apart).sqrt();
+            self.account.sums.boundary += in_contact & (normal * Lanes::splat(input.growth) * sum * dt);
         }
         if periodic {
-            let [_, velocity] = scene.images(pairs);
-            self.account.sums.boundary += meets & (dot(&on, &velocity) * dt);
+            let [_, velocity] = input.images(pairs);
+            self.account.sums.boundary += in_contact & (dot(&on, &velocity) * dt);
             self.add_stress(valid, &on, apart);
         }
-        let lever: [Lanes; R] = scaled(-*arm, &moment(&touch.normal, &across)).map(|own: Lanes| meets & own);
+        let lever: [Lanes; R] =
+            scaled(-*arm, &moment(&geometry.normal, &tangential)).map(|own: Lanes| in_contact & own);
         let resistance = TURNS.then(|| {
-            let turned = self.rolling_moments(laws, touch, &base, (cap, dt), (&slots, meets));
+            let turned = self.rolling_moments(laws, geometry, &base, (cap, dt), (&slots, in_contact));
             let [a, b] = radii.map(|radius| Lanes::ONE / radius);
             [scaled(a, &turned), scaled(b, &turned).map(|own| -own)]
         });
@@ -200,14 +212,20 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
 
     /// Stores the springs of those of four contacts whose bits are set.
     #[inline(always)]
-    fn store_springs(&mut self, slots: &[usize; WIDTH], slide: &[Lanes; R], dash: Lanes, bits: u32) {
-        let part = |c: usize| if c < R { slide[c] } else { Lanes::ZERO };
-        let lines = Lanes::transpose([part(0), part(1), part(2), dash]);
+    fn store_springs(
+        &mut self,
+        slots: &[usize; WIDTH],
+        shear_displacement: &[Lanes; R],
+        damping_force: Lanes,
+        bits: u32,
+    ) {
+        let part = |c: usize| if c < R { shear_displacement[c] } else { Lanes::ZERO };
+        let lines = Lanes::transpose([part(0), part(1), part(2), damping_force]);
         let all = bits == (1 << WIDTH) - 1;
         for (k, &slot) in slots.iter().enumerate() {
             if all || bits & (1 << k) != 0 {
-                self.memory.spring[slot] = lines[k].to_array();
-                self.memory.state[slot] = CONTACT_TOUCHING;
+                self.history.spring[slot] = lines[k].to_array();
+                self.history.state[slot] = CONTACT_TOUCHING;
             }
         }
     }
@@ -229,20 +247,21 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
     #[inline(always)]
     fn count(
         &mut self,
-        touch: &ContactGeometry<D, R, Lanes>,
+        geometry: &ContactGeometry<D, R, Lanes>,
         on: &[Lanes; D],
         (firsts, bits): ([u32; WIDTH], u32),
-        meets: Lanes,
+        in_contact: Lanes,
     ) {
-        let ContactSums { tally, sums, .. } = &mut self.account;
-        tally.contacts += u64::from(bits.count_ones());
-        sums.squares += meets & dot(on, on);
-        let deeper = touch.overlap.simd_gt(Lanes::splat(tally.overlap) * touch.min_radius) & meets;
+        let ContactSums { energies, sums, .. } = &mut self.account;
+        energies.contacts += u64::from(bits.count_ones());
+        sums.squares += in_contact & dot(on, on);
+        let deeper =
+            geometry.overlap.simd_gt(Lanes::splat(energies.overlap) * geometry.min_radius) & in_contact;
         if deeper.any() {
-            let ratios = (touch.overlap / touch.min_radius).to_array();
+            let ratios = (geometry.overlap / geometry.min_radius).to_array();
             for (k, ratio) in ratios.into_iter().enumerate() {
-                if bits & (1 << k) != 0 && ratio > tally.overlap {
-                    (tally.overlap, tally.max_overlap_grain) = (ratio, self.first as u32 + firsts[k]);
+                if bits & (1 << k) != 0 && ratio > energies.overlap {
+                    (energies.overlap, energies.max_overlap_grain) = (ratio, self.first as u32 + firsts[k]);
                 }
             }
         }

@@ -24,7 +24,7 @@ use crate::points::vector::{WIDTH, difference, dot, rotate_with_normal};
 
 /// Pass over the contacts of a run of rows. Numbers of grains and pairs count from the first of the rows on.
 struct SimdPass<'r, 'a, const D: usize, const R: usize> {
-    scene: &'r ContactInput<'a, D, R>,
+    input: &'r ContactInput<'a, D, R>,
     places: &'r [Lanes],
     motions: &'r [GrainMotion],
     periodic: bool,
@@ -36,31 +36,36 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
     /// Adds the forces of the pairs of `rows`.
     pub(super) fn simd_forces<const HERTZ: bool, const TURNS: bool>(
         &self,
-        (pairs, close): (PairListView<'_>, &Close),
+        (pairs, active): (PairListView<'_>, &Close),
         rows: &Range<usize>,
-        shares: &mut ForceAccumulators<'_, D, R>,
+        accumulators: &mut ForceAccumulators<'_, D, R>,
         slab: usize,
     ) {
         // The common law of all contacts, if there is only one.
         let alike = self.laws.iter().all(|law| *law == self.laws[0]);
         let common = alike.then(|| SimdLaws::of([&self.laws[0]; WIDTH]));
         let (first, pair) = (rows.start, pairs.starts[rows.start] as usize);
-        let (tally, virial) = shares.energies[slab - shares.slab];
-        let (_, memory) = shares.memory.reborrow().split_at(pair - shares.pair);
-        let received = &mut shares.forces[first - shares.first..];
+        let (energies, virial) = accumulators.energies[slab - accumulators.slab];
+        let (_, history) = accumulators.history.reborrow().split_at(pair - accumulators.pair);
+        let received = &mut accumulators.forces[first - accumulators.first..];
         let mut run = SimdPass {
-            scene: self,
+            input: self,
             places: &self.records.0[first..],
             motions: &self.records.1[first..],
             periodic: !pairs.image.is_empty(),
             batch: ContactBatch::EMPTY,
-            work: ContactOutput { forces: received, memory, account: ContactSums::new(tally, virial), first },
+            work: ContactOutput {
+                forces: received,
+                history,
+                account: ContactSums::new(energies, virial),
+                first,
+            },
         };
-        for (pairs, count) in close.in_fours() {
+        for (pairs, count) in active.in_fours() {
             run.collect_contacts::<HERTZ, TURNS>(pairs, count, common.as_ref());
         }
         run.process_batch::<HERTZ, TURNS>(common.as_ref());
-        shares.energies[slab - shares.slab] = run.work.account.sums(self.dt);
+        accumulators.energies[slab - accumulators.slab] = run.work.account.sums(self.dt);
     }
 
     /// Vectors between the centres of four pairs (m), their squared distances (m²), and the radii of the first and the second grains (m).
@@ -107,11 +112,12 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
         count: usize,
         common: Option<&SimdLaws>,
     ) {
-        let (_, square, [a, b]) = self.scene.separations(self.places, self.periodic, pairs);
+        let (_, square, [a, b]) = self.input.separations(self.places, self.periodic, pairs);
         let sum = a + b;
         let valid = (1u32 << count) - 1;
         let near = square.simd_lt(sum * sum).to_bitmask() & valid;
-        let kept = |k: usize| u32::from(self.work.memory.state[pairs[k].slot as usize] != CONTACT_APART) << k;
+        let kept =
+            |k: usize| u32::from(self.work.history.state[pairs[k].slot as usize] != CONTACT_APART) << k;
         let ends = (0..WIDTH).fold(0, |bits, k| bits | kept(k)) & valid & !near;
         if ends != 0 {
             self.release_separated(pairs, ends);
@@ -133,21 +139,21 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
     fn release_contact(&mut self, pair: ActivePair) {
         let (i, j) = (self.work.first + pair.first as usize, self.work.first + pair.second as usize);
         let (code, slot) = (pair.image_index as usize, pair.slot as usize);
-        let x = &self.scene.position;
+        let x = &self.input.position;
         let mut apart = difference(&x[i], &x[j]);
         if code > 0 {
-            apart = difference(&apart, &self.scene.shifts[code].0);
+            apart = difference(&apart, &self.input.shifts[code].0);
         }
-        let (touch, _) = self.scene.contact_geometry(i, j, &apart, dot(&apart, &apart).sqrt(), code);
-        let mut memory = self.work.memory.get(slot);
+        let (geometry, _) = self.input.contact_geometry(i, j, &apart, dot(&apart, &apart).sqrt(), code);
+        let mut history = self.work.history.get(slot);
         release_contact(
-            self.scene.law(i, j),
-            &touch,
-            &mut memory,
-            self.scene.dt,
-            &mut self.work.account.tally,
+            self.input.law(i, j),
+            &geometry,
+            &mut history,
+            self.input.dt,
+            &mut self.work.account.energies,
         );
-        self.work.memory.set(slot, &memory);
+        self.work.history.set(slot, &history);
     }
 
     /// Processes the contacts of the batch, which is full or the last one.
@@ -159,32 +165,32 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
             self.batch.copy(count - 1, n);
         }
         let groups = count.div_ceil(WIDTH).min(BATCH_SIZE / WIDTH);
-        let (records, springs) = ((self.places, self.motions), &*self.work.memory.spring);
+        let (records, springs) = ((self.places, self.motions), &*self.work.history.spring);
         for group in 0..groups {
             let slots = self.batch.pairs(group).map(|pair| pair.slot as usize);
-            let (slide, dash) = load_springs(springs, &slots);
-            contact_geometry::<D, R, TURNS>(&mut self.batch, group, records, (self.scene, self.periodic));
+            let (shear_displacement, damping_force) = load_springs(springs, &slots);
+            contact_geometry::<D, R, TURNS>(&mut self.batch, group, records, (self.input, self.periodic));
             let own = &mut self.batch.fours[group];
-            (own.shear_displacement, own.damping_force) = (slide, dash);
+            (own.shear_displacement, own.damping_force) = (shear_displacement, damping_force);
         }
         for group in 0..groups {
-            rotate_springs(&mut self.batch, group, self.scene.dt);
+            rotate_springs(&mut self.batch, group, self.input.dt);
         }
         let mut work = self.work.reborrow();
         let mut apart = 0u64;
         // One copy of the laws, common or not.
-        let mut laws = common.copied().unwrap_or_else(|| SimdLaws::of([&self.scene.laws[0]; WIDTH]));
+        let mut laws = common.copied().unwrap_or_else(|| SimdLaws::of([&self.input.laws[0]; WIDTH]));
         for group in 0..groups {
             let valid = (count - WIDTH * group).min(WIDTH);
             if common.is_none() {
                 let grains = |pair: &ActivePair| [pair.first, pair.second].map(|i| work.first + i as usize);
-                let law = |pair: &ActivePair| self.scene.law(grains(pair)[0], grains(pair)[1]);
+                let law = |pair: &ActivePair| self.input.law(grains(pair)[0], grains(pair)[1]);
                 laws = SimdLaws::of(self.batch.pairs(group).each_ref().map(law));
             }
             let bits = work.contact_forces::<HERTZ, TURNS>(
                 &self.batch,
                 group,
-                (self.scene, self.periodic),
+                (self.input, self.periodic),
                 &laws,
                 valid,
             );
@@ -194,7 +200,7 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
         // Contacts that by rounding do not overlap after all.
         while apart != 0 {
             let pair = self.batch.pairs[apart.trailing_zeros() as usize];
-            if self.work.memory.state[pair.slot as usize] != CONTACT_APART {
+            if self.work.history.state[pair.slot as usize] != CONTACT_APART {
                 self.release_contact(pair);
             }
             apart &= apart - 1;
@@ -212,15 +218,15 @@ fn contact_geometry<const D: usize, const R: usize, const TURNS: bool>(
     batch: &mut ContactBatch<D, R>,
     group: usize,
     (places, motions): (&[Lanes], &[GrainMotion]),
-    (scene, periodic): (&ContactInput<'_, D, R>, bool),
+    (input, periodic): (&ContactInput<'_, D, R>, bool),
 ) {
     let pairs = batch.pairs(group);
-    let drift = periodic.then(|| scene.images(pairs)[1]);
-    let (apart, square, radii) = scene.separations(places, periodic, pairs);
+    let drift = periodic.then(|| input.images(pairs)[1]);
+    let (apart, square, radii) = input.separations(places, periodic, pairs);
     let one = contact_bodies(pairs.map(|pair| &motions[pair.first as usize]), radii[0]);
     let two = contact_bodies(pairs.map(|pair| &motions[pair.second as usize]), radii[1]);
-    let (touch, arm) =
-        ContactGeometry::between([&one, &two], (&apart, square.sqrt()), drift.as_ref(), scene.radii);
+    let (geometry, arm) =
+        ContactGeometry::between([&one, &two], (&apart, square.sqrt()), drift.as_ref(), input.radii);
     let own = &mut batch.fours[group];
     let ContactGeometry {
         overlap,
@@ -232,24 +238,28 @@ fn contact_geometry<const D: usize, const R: usize, const TURNS: bool>(
         mass,
         radius,
         min_radius: small,
-    } = touch;
+    } = geometry;
     if TURNS {
-        (own.radii, own.touch.relative_spin) = (radii, turning);
+        (own.radii, own.geometry.relative_spin) = (radii, turning);
     }
-    if periodic || scene.growth != 0.0 {
+    if periodic || input.growth != 0.0 {
         own.apart = apart;
     }
-    (own.touch.overlap, own.touch.normal, own.touch.separation_velocity) = (overlap, normal, separation);
-    (own.touch.sliding_velocity, own.touch.spin, own.touch.mass) = (sliding, spin, mass);
-    (own.touch.radius, own.touch.min_radius, own.arm) = (radius, small, arm);
+    (own.geometry.overlap, own.geometry.normal, own.geometry.separation_velocity) =
+        (overlap, normal, separation);
+    (own.geometry.sliding_velocity, own.geometry.spin, own.geometry.mass) = (sliding, spin, mass);
+    (own.geometry.radius, own.geometry.min_radius, own.arm) = (radius, small, arm);
 }
 
 /// Rotates the springs of four contacts with their normals.
 #[inline(always)]
 fn rotate_springs<const D: usize, const R: usize>(batch: &mut ContactBatch<D, R>, group: usize, dt: f64) {
     let own = &mut batch.fours[group];
-    own.shear_displacement =
-        rotate_with_normal(&own.shear_displacement, &own.touch.normal, own.touch.spin * Lanes::splat(dt));
+    own.shear_displacement = rotate_with_normal(
+        &own.shear_displacement,
+        &own.geometry.normal,
+        own.geometry.spin * Lanes::splat(dt),
+    );
 }
 
 /// Tangential springs of four contacts (m), and the dissipative part of their normal forces (N).

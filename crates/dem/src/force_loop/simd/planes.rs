@@ -18,7 +18,7 @@ pub struct PlaneContact<'a, const D: usize> {
     /// Index of the contact history.
     pub slot: usize,
     /// Distance of the centre (m), and the normal.
-    pub seen: (f64, [f64; D]),
+    pub nearest: (f64, [f64; D]),
     /// Velocity of the plane (m/s).
     pub velocity: [f64; D],
     /// Contact law.
@@ -39,7 +39,7 @@ impl<const D: usize> Default for PlaneSums<D> {
 
 impl<const D: usize> PlaneSums<D> {
     /// Totals of a step of `dt` (s).
-    pub fn tally(self, dt: f64) -> ContactEnergies {
+    pub fn energies(self, dt: f64) -> ContactEnergies {
         self.0.sums(dt).0
     }
 }
@@ -50,21 +50,21 @@ impl<const D: usize, const R: usize> ContactInput<'_, D, R> {
         &self,
         four: &[PlaneContact<'_, D>; WIDTH],
         common: Option<&SimdLaws>,
-        memory: ContactHistoriesMut<'_, R>,
+        history: ContactHistoriesMut<'_, R>,
         sums: &mut PlaneSums<D>,
     ) -> [PlaneForce<D, R>; WIDTH] {
         let lanes = |of: &dyn Fn(&PlaneContact<'_, D>) -> f64| Lanes::new(four.each_ref().map(of));
         let radius = lanes(&|own| self.radius[own.grain]);
         let side = contact_bodies(four.each_ref().map(|own| &self.records.1[own.grain]), radius);
-        let normal = std::array::from_fn(|c| lanes(&|own| own.seen.1[c]));
+        let normal = std::array::from_fn(|c| lanes(&|own| own.nearest.1[c]));
         let velocity = std::array::from_fn(|c| lanes(&|own| own.velocity[c]));
         let mass = lanes(&|own| self.mass[own.grain]);
-        let distance = lanes(&|own| own.seen.0);
-        let (touch, arm) =
+        let distance = lanes(&|own| own.nearest.0);
+        let (geometry, arm) =
             ContactGeometry::with_wall((&side, mass), (distance, &normal), &velocity, self.radii);
         let (dt, slots) = (Lanes::splat(self.dt), four.each_ref().map(|own| own.slot));
-        let (slide, dash) = load_springs(memory.spring, &slots);
-        let slide = rotate_with_normal(&slide, &normal, touch.spin * dt);
+        let (shear_displacement, damping_force) = load_springs(history.spring, &slots);
+        let shear_displacement = rotate_with_normal(&shear_displacement, &normal, geometry.spin * dt);
         let own;
         let laws = if let Some(laws) = common {
             laws
@@ -72,13 +72,18 @@ impl<const D: usize, const R: usize> ContactInput<'_, D, R> {
             own = SimdLaws::of(four.each_ref().map(|own| own.law));
             &own
         };
-        let mut work = ContactOutput { forces: &mut [], memory, account: sums.0, first: 0 };
+        let mut work = ContactOutput { forces: &mut [], history, account: sums.0, first: 0 };
         let grains = four.each_ref().map(|own| own.grain as u32);
-        let force =
-            work.force::<HERTZ>(&touch, (slide, dash), laws, (grains, &slots), (WIDTH, self.simd_steps()));
+        let force = work.force::<HERTZ>(
+            &geometry,
+            (shear_displacement, damping_force),
+            laws,
+            (grains, &slots),
+            (WIDTH, self.simd_steps()),
+        );
         let lever: [Lanes; R] = scaled(-arm, &moment(&normal, &force.tangential));
         let resisted = if TURNS {
-            work.rolling_moments(laws, &touch, &force.base, (force.cap, dt), (&slots, force.meets))
+            work.rolling_moments(laws, &geometry, &force.base, (force.cap, dt), (&slots, force.in_contact))
         } else {
             [Lanes::ZERO; R]
         };

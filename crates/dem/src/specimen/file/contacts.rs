@@ -4,13 +4,19 @@ use std::collections::{HashMap, HashSet};
 
 use colluvium_case::{Case, CaseError};
 
+use crate::boundary::controlled_cell::ControlledCell;
+use crate::boundary::periodic_cell::PeriodicCell;
+use crate::boundary::walls::RigidWall;
 use crate::contact::CONTACT_BONDED;
 use crate::contact::bond::Bond;
 use crate::contact::contact_histories::{ContactHistories, HistoryColumns, PairList, SPRING_WIDTH};
+use crate::neighbours::grain_neighbours::GrainNeighbours;
+use crate::neighbours::wall_list::WallList;
 use crate::obstacles::facet::{Facet, NO_FACET};
-use crate::solver::DemSolver;
+use crate::points::grains::Grains;
 use crate::specimen::file::read::{NamedTable, pick};
 use crate::specimen::file::{KEY, NO_INDEX, StoredSpecimen};
+use crate::specimen::specimen_state::SpecimenSource;
 
 /// Number of values of half of a facet key, `2³²`.
 const HALF: u64 = 1 << 32;
@@ -76,22 +82,22 @@ impl<const R: usize> HistoryColumnIndices<R> {
         &self,
         rows: &NamedTable<'_>,
         number: usize,
-        memory: &mut ContactHistories<R>,
+        history: &mut ContactHistories<R>,
     ) -> Result<(), String> {
-        let k = memory.len();
+        let k = history.len();
         let row = &rows.table.rows[number];
-        memory.state.push(rows.whole(number, self.state, u64::from(CONTACT_BONDED) + 1)? as u8);
+        history.state.push(rows.whole(number, self.state, u64::from(CONTACT_BONDED) + 1)? as u8);
         let mut spring = [0.0; SPRING_WIDTH];
         spring[..R].copy_from_slice(&pick(row, &self.slide));
         spring[SPRING_WIDTH - 1] = row[self.dashpot];
-        memory.spring.push(spring);
-        if let (Some(roll), Some(own)) = (memory.roll.get_mut(k), &self.roll) {
+        history.spring.push(spring);
+        if let (Some(roll), Some(own)) = (history.roll.get_mut(k), &self.roll) {
             *roll = pick(row, own);
         }
-        if let (Some(twist), Some(own)) = (memory.twist.get_mut(k), self.twist) {
+        if let (Some(twist), Some(own)) = (history.twist.get_mut(k), self.twist) {
             *twist = row[own];
         }
-        if let (Some(bond), Some(own)) = (memory.bond.get_mut(k), &self.bond) {
+        if let (Some(bond), Some(own)) = (history.bond.get_mut(k), &self.bond) {
             *bond = own.of(row);
         }
         Ok(())
@@ -99,38 +105,51 @@ impl<const R: usize> HistoryColumnIndices<R> {
 }
 
 impl StoredSpecimen {
-    /// Restores contact histories and wall positions in a solver that has its grains and no lists yet, and adds the notes for the user.
+    /// Length of the last step of the run that wrote the file (s).
+    ///
+    /// # Errors
+    /// When it is negative or not a number.
+    pub fn last_step(&self, case: &Case) -> Result<f64, CaseError> {
+        if !(self.head.step >= 0.0) {
+            return Err(self.file_error(
+                case,
+                &format!("its last time step, {} s, must not be negative", self.head.step),
+            ));
+        }
+        Ok(self.head.step)
+    }
+
+    /// Restores contact histories, wall positions and the kinetic stress of the cell, for grains that have no lists yet, and adds the notes for the
+    /// user.
     ///
     /// # Errors
     /// When the contacts or walls of the file fit neither its grains nor the case.
     pub fn restore_contacts<const D: usize, const R: usize>(
         &self,
         case: &Case,
-        solver: &mut DemSolver<D, R>,
+        (grains, columns): (&Grains<D, R>, HistoryColumns),
+        cell: &mut ControlledCell<D>,
+        walls: &mut [RigidWall<D>],
+        neighbours: &mut GrainNeighbours<D, R>,
+        source: &mut SpecimenSource,
     ) -> Result<(), CaseError> {
-        self.restore_pairs(case, solver).map_err(|problem| self.file_error(case, &problem))
+        let failed = |problem: String| self.file_error(case, &problem);
+        cell.virial[1] = std::array::from_fn(|row| std::array::from_fn(|k| self.head.cell.motion[row][k]));
+        let counts = self.counts();
+        source.bodies = case.bodies.iter().map(|body| counts.contains_key(body.name.as_str())).collect();
+        (source.bonded, source.overlap) = (self.head.bonded, self.head.overlap);
+        let mut notes: Vec<String> = self.cell_note::<D>(case).into_iter().collect();
+        let numbers = self.place_walls(case, &cell.geometry, walls, &mut notes).map_err(failed)?;
+        let lost = self.restore_histories(grains, columns, &numbers, neighbours).map_err(failed)?;
+        notes.extend(self.missing_contact_notes(&lost, columns));
+        source.notes = notes;
+        Ok(())
     }
 
-    fn restore_pairs<const D: usize, const R: usize>(
-        &self,
-        case: &Case,
-        solver: &mut DemSolver<D, R>,
-    ) -> Result<(), String> {
-        if !(self.head.step >= 0.0) {
-            return Err(format!("its last time step, {} s, must not be negative", self.head.step));
-        }
-        solver.last_step = self.head.step;
-        solver.virial[1] = std::array::from_fn(|row| std::array::from_fn(|k| self.head.cell.motion[row][k]));
-        solver.energy_balance.continue_from_other_run();
-        let counts = self.counts();
-        solver.specimen_source.bodies =
-            case.bodies.iter().map(|body| counts.contains_key(body.name.as_str())).collect();
-        (solver.specimen_source.bonded, solver.specimen_source.overlap) =
-            (self.head.bonded, self.head.overlap);
-        let mut notes: Vec<String> = self.cell_note::<D>(case).into_iter().collect();
-        let walls = self.place_walls(case, solver, &mut notes)?;
-        let lost = self.restore_histories(solver, &walls)?;
-        for (wall, count) in self.head.walls.iter().zip(lost).filter(|(_, count)| *count > 0) {
+    /// Notes on contacts of the file that the case does not have.
+    fn missing_contact_notes(&self, lost: &[usize], columns: HistoryColumns) -> Vec<String> {
+        let mut notes = Vec::new();
+        for (wall, count) in self.head.walls.iter().zip(lost).filter(|(_, count)| **count > 0) {
             notes.push(format!(
                 "{KEY}: {count} contacts of the specimen are with the wall {:?}, which the case does not \
                  have: they are left out",
@@ -142,29 +161,26 @@ impl StoredSpecimen {
                 "{KEY}: the contacts with the obstacle {name:?}, which moved, start without their history"
             ));
         }
-        if self.contacts.columns.iter().any(|(name, _)| name == "bond_strength") && !solver.columns.bonds {
-            notes.push(format!(
-                "{KEY}: grains are bonded in the specimen, but no pair of the case has a `bond`: the bonds \
-                 are left out"
-            ));
+        if self.contacts.columns.iter().any(|(name, _)| name == "bond_strength") && !columns.bonds {
+            notes.push(format!("{KEY}: grains are bonded in the specimen, but no pair of the case has a `bond`: the bonds are left out"));
         }
-        solver.specimen_source.notes = notes;
-        Ok(())
+        notes
     }
 
-    /// Moves the walls to their stored positions; returns the number in the solver of each wall of the file.
-    fn place_walls<const D: usize, const R: usize>(
+    /// Moves the walls to their stored positions; returns the number of each wall of the file.
+    fn place_walls<const D: usize>(
         &self,
         case: &Case,
-        solver: &mut DemSolver<D, R>,
+        cell: &PeriodicCell<D>,
+        walls: &mut [RigidWall<D>],
         notes: &mut Vec<String>,
     ) -> Result<Vec<Option<u32>>, String> {
         let shift = self.shift::<D>(case);
         let mut numbers = Vec::new();
         for side in &self.head.walls {
-            let found = solver.walls.iter().position(|wall| wall.name == side.name);
+            let found = walls.iter().position(|wall| wall.name == side.name);
             numbers.push(found.map(|number| number as u32));
-            let Some(wall) = found.map(|number| &mut solver.walls[number]) else { continue };
+            let Some(wall) = found.map(|number| &mut walls[number]) else { continue };
             let own = wall.surface.is_none().then_some((wall.axis, wall.upper));
             if own != side.plane.map(|(axis, upper, _)| (axis, upper)) || side.velocity.len() != D {
                 return Err(format!(
@@ -175,7 +191,7 @@ impl StoredSpecimen {
             }
             let Some((axis, _, position)) = side.plane else { continue };
             let position = position + shift[axis];
-            if (position - wall.position).abs() > 1e-9 * solver.cell.h[axis][axis].abs() {
+            if (position - wall.position).abs() > 1e-9 * cell.h[axis][axis].abs() {
                 notes.push(format!(
                     "{KEY}: the wall {:?} starts at {position} m, its position in the specimen, instead of \
                      {} m",
@@ -191,13 +207,15 @@ impl StoredSpecimen {
     /// Lists the contacts with their histories; returns the number of contacts of each wall of the file that the case does not have.
     fn restore_histories<const D: usize, const R: usize>(
         &self,
-        solver: &mut DemSolver<D, R>,
+        grains: &Grains<D, R>,
+        columns: HistoryColumns,
         walls: &[Option<u32>],
+        neighbours: &mut GrainNeighbours<D, R>,
     ) -> Result<Vec<usize>, String> {
         let rows = NamedTable::new("the contacts", &self.contacts)?;
         let [grain, other, wall] = [rows.column("grain")?, rows.column("other")?, rows.column("wall")?];
         let places = HistoryColumnIndices::<R>::new(&rows)?;
-        let at: HashMap<u32, u32> = (0u32..).zip(&solver.grains.id).map(|(i, id)| (*id, i)).collect();
+        let at: HashMap<u32, u32> = (0u32..).zip(&grains.id).map(|(i, id)| (*id, i)).collect();
         let find = |number: usize, column: usize| {
             let id = rows.whole(number, column, u64::from(u32::MAX))?;
             at.get(&id)
@@ -226,30 +244,30 @@ impl StoredSpecimen {
             }
             pairs.push((i, j, number));
         }
-        list_pairs(solver, &rows, &places, pairs)?;
-        list_walls(solver, &rows, &places, of_walls)?;
+        neighbours.pairs.slab_pairs = pair_list((grains.len(), columns), &rows, &places, pairs)?;
+        neighbours.pairs.active_pairs.clear();
+        list_walls((&mut neighbours.walls, columns), &rows, &places, of_walls)?;
         Ok(lost)
     }
 }
 
 /// Prepares empty histories, for `count` contacts that follow.
-fn empty<const R: usize>(memory: &mut ContactHistories<R>, count: usize, columns: HistoryColumns) {
-    memory.clear(count, columns);
-    memory.state.clear();
-    memory.spring.clear();
+fn empty<const R: usize>(history: &mut ContactHistories<R>, count: usize, columns: HistoryColumns) {
+    history.clear(count, columns);
+    history.state.clear();
+    history.spring.clear();
 }
 
-/// Lists pairs, given as the numbers of their grains and of their row.
-fn list_pairs<const D: usize, const R: usize>(
-    solver: &mut DemSolver<D, R>,
+/// List of the pairs of `count` grains, given as the numbers of their grains and of their row.
+fn pair_list<const R: usize>(
+    (count, columns): (usize, HistoryColumns),
     rows: &NamedTable<'_>,
     places: &HistoryColumnIndices<R>,
     mut pairs: Vec<(u32, u32, usize)>,
-) -> Result<(), String> {
+) -> Result<PairList<R>, String> {
     pairs.sort_unstable();
-    let count = solver.grains.len();
     let mut list = PairList { starts: vec![0; count + 1], ..PairList::default() };
-    empty(&mut list.histories, pairs.len(), solver.columns);
+    empty(&mut list.histories, pairs.len(), columns);
     for (i, j, number) in pairs {
         list.starts[i as usize + 1] += 1;
         list.other.push(j);
@@ -258,25 +276,22 @@ fn list_pairs<const D: usize, const R: usize>(
     for i in 0..count {
         list.starts[i + 1] += list.starts[i];
     }
-    solver.lists.slab_pairs = list;
-    solver.lists.active_pairs.clear();
-    Ok(())
+    Ok(list)
 }
 
 /// Lists contacts with walls, given as the numbers of their grain, wall and row.
-fn list_walls<const D: usize, const R: usize>(
-    solver: &mut DemSolver<D, R>,
+fn list_walls<const R: usize>(
+    (near, columns): (&mut WallList<R>, HistoryColumns),
     rows: &NamedTable<'_>,
     places: &HistoryColumnIndices<R>,
     of_walls: Vec<(u32, u32, usize)>,
 ) -> Result<(), String> {
-    let near = &mut solver.wall_list;
-    empty(&mut near.memory, of_walls.len(), solver.columns);
+    empty(&mut near.history, of_walls.len(), columns);
     let facets = FacetColumnIndices::new(rows)?;
     for (i, wall, number) in of_walls {
         near.grain.push(i);
         near.wall.push(wall);
-        places.push(rows, number, &mut near.memory)?;
+        places.push(rows, number, &mut near.history)?;
         if let Some(facets) = &facets {
             let (key, facet) = facets.of(rows, number)?;
             near.key.push(key);

@@ -128,9 +128,9 @@ impl StoredSpecimen {
         let grains = NamedTable::new("the grains", &self.grains)?;
         let body = grains.column("body")?;
         NamedTable::new("the contacts", &self.contacts)?;
-        let known = head.bodies.len().min(head.kinds.len()) as u64;
+        let count = head.bodies.len().min(head.kinds.len()) as u64;
         for row in 0..self.grains.rows.len() {
-            grains.whole(row, body, known)?;
+            grains.whole(row, body, count)?;
         }
         for name in self.counts().keys() {
             self.body_fits(case, name)?;

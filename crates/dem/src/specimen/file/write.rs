@@ -7,7 +7,7 @@ use crate::boundary::walls::RigidWall;
 use crate::contact::contact_histories::ContactHistories;
 use crate::contact::{AttractionLaw, PairLaw};
 use crate::obstacles::facet::Facet;
-use crate::solver::DemSolver;
+use crate::output::packing_view::PackingView;
 use crate::specimen::file::{
     FORMAT, NO_INDEX, SpecimenHeader, StoredCell, StoredSpecimen, StoredWall, names,
 };
@@ -33,7 +33,7 @@ fn lines(table: &Table) -> String {
     format!("{{ \"columns\": {columns}, \"rows\": [\n{}\n] }}", rows.join(",\n"))
 }
 
-impl<const D: usize, const R: usize> DemSolver<D, R> {
+impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     /// Text of a specimen file: grains, contacts with their histories, cell and walls, for another case to begin with.
     pub(crate) fn specimen_text(&self) -> String {
         let stored = StoredSpecimen {
@@ -50,44 +50,44 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     }
 
     fn specimen_header(&self) -> SpecimenHeader {
-        let cell = &self.cell;
+        let cell = &self.cell.geometry;
         let column = |k: usize| cell.h.iter().map(|row| row[k]).collect();
         let side = |wall: &RigidWall<D>| StoredWall {
             name: wall.name.clone(),
             plane: wall.surface.is_none().then_some((wall.axis, wall.upper, wall.position)),
             velocity: wall.velocity.to_vec(),
         };
-        let moving = self.walls.iter().filter(|wall| wall.moving.is_some());
+        let moving = self.boundary.walls.iter().filter(|wall| wall.moving.is_some());
         let sticks =
             |law: &PairLaw| law.bond.is_some() || matches!(law.attraction, Some(AttractionLaw::Cohesion(_)));
         let mut overlap = 0.0f64;
         self.for_each_contact(|contact, _, _| overlap = overlap.max(self.overlap_of(&contact)));
         SpecimenHeader {
             format: FORMAT.to_owned(),
-            title: self.case.title.clone(),
+            title: self.clock.case.title.clone(),
             dimension: D,
-            time: self.time,
-            step: self.last_step,
-            origin: self.case.origin()[..D].to_vec(),
+            time: self.clock.time,
+            step: self.clock.last_step,
+            origin: self.clock.case.origin()[..D].to_vec(),
             cell: StoredCell {
                 periodic: cell.periodic.to_vec(),
                 corner: cell.origin.to_vec(),
                 vectors: (0..D).map(column).collect(),
                 rates: cell.velocity_gradient.iter().map(|row| row.to_vec()).collect(),
                 mean_rates: cell.mean_velocity_gradient.iter().map(|row| row.to_vec()).collect(),
-                motion: self.virial[1].iter().map(|row| row.to_vec()).collect(),
+                motion: self.cell.virial[1].iter().map(|row| row.to_vec()).collect(),
             },
-            bodies: self.case.bodies.iter().map(|body| body.name.clone()).collect(),
-            kinds: self.case.bodies.iter().map(|body| body.material.clone()).collect(),
-            walls: self.walls.iter().map(side).collect(),
+            bodies: self.clock.case.bodies.iter().map(|body| body.name.clone()).collect(),
+            kinds: self.clock.case.bodies.iter().map(|body| body.material.clone()).collect(),
+            walls: self.boundary.walls.iter().map(side).collect(),
             left_out: moving.map(|wall| wall.name.clone()).collect(),
-            bonded: self.laws.pairs.iter().any(sticks),
+            bonded: self.laws.stage.pairs.iter().any(sticks),
             overlap,
         }
     }
 
     fn grain_rows(&self) -> Table {
-        let (g, mut columns) = (&self.grains, Vec::new());
+        let (g, mut columns) = (self.grains, Vec::new());
         add_headings::<1>(&mut columns, "id", "");
         add_headings::<1>(&mut columns, "body", "");
         add_headings::<1>(&mut columns, "radius", "m");
@@ -119,28 +119,28 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
         add_headings::<R>(&mut columns, "slide", "m");
         add_headings::<1>(&mut columns, "dashpot", "N");
-        if self.columns.has_rolling {
+        if self.laws.columns.has_rolling {
             add_headings::<R>(&mut columns, "roll", "rad");
         }
-        if self.columns.has_rolling && R == 3 {
+        if self.laws.columns.has_rolling && R == 3 {
             add_headings::<1>(&mut columns, "twist", "rad");
         }
-        if self.columns.bonds {
+        if self.laws.columns.bonds {
             add_headings::<1>(&mut columns, "bond_strength", "");
             add_headings::<1>(&mut columns, "bond_tension", "N");
             add_headings::<R>(&mut columns, "bond_shear", "N");
             add_headings::<R>(&mut columns, "bond_bending", "N m");
             add_headings::<1>(&mut columns, "bond_twist", "N m");
         }
-        let facets = !self.wall_list.key.is_empty();
+        let facets = !self.neighbours.walls.key.is_empty();
         if facets {
             add_headings::<1>(&mut columns, "facet_high", "");
             add_headings::<1>(&mut columns, "facet_low", "");
             add_headings::<1>(&mut columns, "facet_distance", "m");
             add_headings::<3>(&mut columns, "facet_normal", "");
         }
-        let (g, mut rows) = (&self.grains, Vec::new());
-        for pairs in [&self.lists.slab_pairs, &self.lists.periodic_pairs] {
+        let (g, mut rows) = (self.grains, Vec::new());
+        for pairs in [&self.neighbours.pairs.slab_pairs, &self.neighbours.pairs.periodic_pairs] {
             for (i, k) in pairs.firsts().filter(|(_, k)| pairs.histories.is_kept(*k)) {
                 let ends = [f64::from(g.id[i]), f64::from(g.id[pairs.other[k] as usize]), NO_INDEX];
                 rows.push(row(
@@ -151,11 +151,11 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 ));
             }
         }
-        let near = &self.wall_list;
-        for k in (0..near.grain.len()).filter(|&k| near.memory.is_kept(k)) {
-            if self.walls[near.wall[k] as usize].moving.is_none() {
+        let near = &self.neighbours.walls;
+        for k in (0..near.grain.len()).filter(|&k| near.history.is_kept(k)) {
+            if self.boundary.walls[near.wall[k] as usize].moving.is_none() {
                 let ends = [f64::from(g.id[near.grain[k] as usize]), NO_INDEX, f64::from(near.wall[k])];
-                rows.push(row(ends, &near.memory, k, near.key.get(k).map(|key| (*key, near.facet[k]))));
+                rows.push(row(ends, &near.history, k, near.key.get(k).map(|key| (*key, near.facet[k]))));
             }
         }
         Table { columns, rows }
@@ -165,18 +165,18 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 /// Table row of contact `k`, with its ends.
 fn row<const R: usize>(
     ends: [f64; 3],
-    memory: &ContactHistories<R>,
+    history: &ContactHistories<R>,
     k: usize,
     facet: Option<(u64, Facet)>,
 ) -> Vec<f64> {
-    let own = memory.get(k);
+    let own = history.get(k);
     let mut row = ends.to_vec();
     row.push(f64::from(own.state));
     row.extend(own.shear_displacement);
     row.push(own.damping_force);
-    row.extend(memory.roll.get(k).into_iter().flatten());
-    row.extend(memory.twist.get(k));
-    if let Some(bond) = memory.bond.get(k) {
+    row.extend(history.roll.get(k).into_iter().flatten());
+    row.extend(history.twist.get(k));
+    if let Some(bond) = history.bond.get(k) {
         row.extend([bond.strength, bond.tension]);
         row.extend(bond.shear);
         row.extend(bond.bending);

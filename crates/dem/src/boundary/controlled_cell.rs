@@ -1,0 +1,44 @@
+//! Periodic cell with its stress, and the velocity gradient that the run imposes on it.
+
+use crate::boundary::periodic_cell::PeriodicCell;
+use crate::clock::Clock;
+use crate::contact::Virial;
+
+/// Cell of the grains, whose strain rates or stresses are controlled.
+#[derive(Clone, Copy, Debug)]
+pub struct ControlledCell<const D: usize> {
+    /// Cell vectors and velocity gradient.
+    pub geometry: PeriodicCell<D>,
+    /// Stress times volume of the last step (J): contact and kinetic part.
+    pub virial: [Virial<D>; 2],
+    /// Imposed velocity gradient (1/s), in place of that of the stage.
+    pub imposed_gradient: Option<[[f64; D]; D]>,
+}
+
+impl<const D: usize> ControlledCell<D> {
+    /// Cell without stress.
+    pub fn new(geometry: PeriodicCell<D>) -> Self {
+        Self { geometry, virial: [[[0.0; D]; D]; 2], imposed_gradient: None }
+    }
+
+    /// Stress of the cell: contact stress plus kinetic stress of the grains (Pa, tension-positive; N/m in the plane).
+    pub fn stress(&self) -> [[f64; D]; D] {
+        let volume = self.geometry.volume();
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| (self.virial[0][i][j] + self.virial[1][i][j]) / volume)
+        })
+    }
+
+    /// Mean pressure (Pa; N/m in the plane).
+    pub fn pressure(&self) -> f64 {
+        let stress = self.stress();
+        -(0..D).map(|c| stress[c][c]).sum::<f64>() / D as f64
+    }
+
+    /// Rate at which the radii grow in the present stage (1/s): zero from its pressure on.
+    pub fn growth_rate(&self, clock: &Clock) -> f64 {
+        let Some(options) = clock.stage_options() else { return 0.0 };
+        let stops = options.growth != 0.0 && options.grow_until.is_some_and(|limit| self.pressure() >= limit);
+        if stops { 0.0 } else { options.growth }
+    }
+}

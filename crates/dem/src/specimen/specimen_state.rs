@@ -1,0 +1,37 @@
+//! Grains of a specimen: their origin, and those still to enter.
+
+use crate::specimen::Specimen;
+use crate::specimen::pluviation::GrainSource;
+
+/// Reports on the filling, origin from a file, and sources of grains.
+#[derive(Debug)]
+pub struct SpecimenState {
+    /// Bodies whose grains enter during the run.
+    pub sources: Vec<GrainSource>,
+    /// Id of the next grain that enters.
+    pub next_id: u32,
+    /// Reports on the filling of bodies.
+    pub reports: Vec<Specimen>,
+    /// Origin of the specimen from a file.
+    pub source: SpecimenSource,
+}
+
+/// Origin of the grains and contacts in a specimen file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SpecimenSource {
+    /// Whether the grains of each body of the case are from the file.
+    pub bodies: Vec<bool>,
+    /// Whether contacts were bonded, or cohesive from the start on.
+    pub bonded: bool,
+    /// Largest overlap over the smaller radius.
+    pub overlap: f64,
+    /// Notes on the specimen for the user.
+    pub notes: Vec<String>,
+}
+
+impl SpecimenSource {
+    /// Whether the grains of body number `body` are from the file.
+    pub fn has(&self, body: usize) -> bool {
+        self.bodies.get(body).is_some_and(|given| *given)
+    }
+}
