@@ -181,7 +181,7 @@ mod tests {
             ("sin(", "not a formula"),
             ("", "not a formula"),
             ("2 x y", "not a formula"),
-            ("µ*x", "beyond"),
+            ("µ*x", "other than plain letters"),
             ("sine(x)", "sine"),
         ] {
             let problem = Formula::new(text).unwrap_err();

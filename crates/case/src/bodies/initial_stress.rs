@@ -290,7 +290,7 @@ mod tests {
         one(&[("/bodies/0/stress", low)], "1.5 m lies below the top of the body");
         one(
             &[("/stages", json!([{ "name": "g", "duration": 1, "gravity_ramp": 0.5 }]))],
-            "that of full gravity",
+            "the stress under full gravity",
         );
         let water = json!({ "porosity": 0.4, "permeability": 1e-3, "pressure": { "kind": "hydrostatic", "surface": 1 } });
         one(&[("/bodies/0/pore_fluid", water)], "1 m lies within the body");

@@ -72,7 +72,7 @@ fn what_is_wrong_is_named_with_its_place() {
         ),
         (
             problem(|s| s["plan"] = json!({ "kind": "together" })),
-            "parameters.friction.values: has 2 entries, floor has 3",
+            "parameters.friction.values: has 2 entries, and floor has 3",
         ),
         (problem(|s| s["plan"] = json!({ "kind": "sobol", "runs": 0 })), "plan.runs: 0 is not"),
         (

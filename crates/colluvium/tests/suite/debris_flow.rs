@@ -251,12 +251,12 @@ fn a_sweep_tells_the_strongest_class_of_intensity_and_how_many_runs_have_each() 
     assert!(class.contains(&2.0) && class.contains(&1.0));
     assert!(folder.join("out/rasters/intensity.png").exists());
     for (intensities, problem) in [
-        (json!([{ "name": "weak", "reaches": {} }]), "intensities[0].reaches: gives no threshold"),
+        (json!([{ "name": "weak", "reaches": {} }]), "intensities[0].reaches: has no threshold"),
         (
             json!([{ "name": "a b", "reaches": { "peak_velocity": 1 } }]),
             "intensities[0].name: a name is made of",
         ),
-        (json!([classes[0], classes[0]]), "intensities[1].name: is that of another class"),
+        (json!([classes[0], classes[0]]), "intensities[1].name: is also the name of another class"),
         (
             json!([{ "name": "weak", "reaches": { "speed": 1 } }]),
             "intensities[0].reaches.speed: is not a raster with thresholds",

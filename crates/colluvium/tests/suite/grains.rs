@@ -269,7 +269,7 @@ fn grains_that_take_long_to_place_are_told_of_before_and_those_that_do_not_fit_a
         assert_eq!(code, 3, "{errors}");
         let refusal = "error: methods.dem.grains: gives about 1.4e18 points, which need at least ";
         assert!(
-            errors.starts_with(refusal) && errors.ends_with("take larger grains or smaller bodies\n"),
+            errors.starts_with(refusal) && errors.ends_with("use larger grains or smaller bodies\n"),
             "{errors}"
         );
     }

@@ -253,7 +253,7 @@ fn parameters_without_effect_are_refused_by_name() {
     let (residual, rate) = (("residual_cohesion", json!(5e3)), ("softening_rate", json!(5.0)));
     let never = "residual_cohesion: is never reached without a softening_rate (von-mises)";
     assert_eq!(build("von-mises", std::slice::from_ref(&residual)), Some(never.to_owned()));
-    let nowhere = "softening_rate: has nothing to soften to without a residual_cohesion (von-mises)";
+    let nowhere = "softening_rate: needs a residual_cohesion as the end of softening (von-mises)";
     assert_eq!(build("von-mises", std::slice::from_ref(&rate)), Some(nowhere.to_owned()));
     assert_eq!(build("von-mises", &[residual, rate]), None);
 }

@@ -142,5 +142,5 @@ fn a_run_says_where_a_stress_was_missed() {
     let (means, remarks) = means(&case(inertial, 0.06, false, &slow), "wall.right.stress", inertial, 6);
     assert!(means[5] > 1.02, "{means:?}");
     let said = remarks.join(" ");
-    assert!(said.contains("stage \"shear\": the stress that the wall \"right\" follows was"), "{said}");
+    assert!(said.contains("stage \"shear\": the controlled stress of the wall \"right\" was"), "{said}");
 }

@@ -188,7 +188,7 @@ fn what_mix_does_not_derive_of_like_grains_is_told() {
     for (more, key) in [(&rolling, "rolling"), (&bond, "bond"), (&adhesion, "adhesion")] {
         let said = warnings(more.clone(), None);
         let own = format!(
-            "grains of \"grain\" and \"other\" have no {key} between them, as those of \"other\" have"
+            "grains of \"grain\" and \"other\" have no {key} between them, although those of \"other\" have it"
         );
         assert!(said.len() == 1 && said[0].contains(&own), "{key}: {said:?}");
         // A pair that is given is not mixed.

@@ -115,8 +115,8 @@ fn every_mistake_in_a_list_is_named_with_its_line_and_column() {
         ("x,z,volume\n".to_owned(), "", "unknown column \"z\""),
         ("x,x,volume\n".to_owned(), "", "two columns are called \"x\""),
         ("x,volume\n".to_owned(), "", "the column \"y\" is missing"),
-        ("x,y\n".to_owned(), "", "the column \"volume\" is missing, and there is no `spacing`"),
-        ("x,y,volume\n".to_owned(), "", "holds no points"),
+        ("x,y\n".to_owned(), "", "the column \"volume\" is missing, and `spacing` is not given"),
+        ("x,y,volume\n".to_owned(), "", "contains no points"),
         (
             "x,y,volume,velocity_x\n".to_owned(),
             r#", "velocity": { "kind": "uniform", "value": [1, 0] }"#,

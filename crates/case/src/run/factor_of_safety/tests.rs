@@ -441,7 +441,7 @@ fn a_search_whose_ends_are_undecided_is_undecided() {
     use TrialVerdict::{Failed, Stable, Undecided};
     let safety = safety_of(&[(1.0, Undecided)]);
     assert_eq!((safety.next([1.0, 2.0]), safety.outcome()), (None, SearchOutcome::Undecided));
-    assert!(safety.message().contains("stable at none, failed at none"), "{}", safety.message());
+    assert!(safety.message().contains("no stable factor, no failed factor"), "{}", safety.message());
     let mut trials = vec![(1.0, Stable), (1.1, Undecided)];
     assert_eq!(safety_of(&trials).next([1.0, 1.1]), None);
     trials.push((1.05, Failed));

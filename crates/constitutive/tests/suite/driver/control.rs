@@ -20,7 +20,7 @@ fn wrong_amounts_are_refused_with_their_path() {
     assert!(wrong(LoadingPath::Reversal { fraction: 1.0 }, 1).contains("no stage before it"));
     let inverted = [[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let inverted = LoadingPath::DeformationGradient { deformation: inverted };
-    assert!(wrong(inverted, 10).starts_with("stages[0].path.deformation: turns"));
+    assert!(wrong(inverted, 10).starts_with("stages[0].path.deformation: inverts"));
     let increments = vec![[0.0; 6], [0.0, f64::NAN, 0.0, 0.0, 0.0, 0.0]];
     let direct =
         LoadingPath::Direct { control: [ControlledQuantity::Strain; 6], increments, spins: vec![[0.0; 3]] };

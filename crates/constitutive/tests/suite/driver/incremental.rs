@@ -158,7 +158,7 @@ fn mistakes_are_named_with_file_and_line() {
         problems.iter().map(|problem| format!("{problem}\n")).collect::<String>()
     };
     assert!(
-        wrong("o\n\n*Oedometer\n10 1 1\n0.1\n").starts_with("test.inp:3: \"*Oedometer\" is not a keyword")
+        wrong("o\n\n*Oedometer\n10 1 1\n0.1\n").starts_with("test.inp:3: \"*Oedometer\" is not a supported keyword")
     );
     assert!(wrong("*TriaxialE1\n10 1 1\n0.1\n").starts_with("test.inp:1: the first line names"));
     assert!(wrong("o\n*TriaxialE1\n10 1\n0.1\n").starts_with("test.inp:3: \"10 1\" is not ninc"));
@@ -168,7 +168,7 @@ fn mistakes_are_named_with_file_and_line() {
     assert!(wrong("o\n*TriaxialE1 ? s1 > 5\n5 1 1\n1\n").contains("conditions after ?"));
     assert!(wrong("o\n*LinearLoad\n5 1 1\n*Roscoe\n2 1\n").starts_with("test.inp:5: ifstress: 2"));
     assert!(wrong("o\n*LinearLoad\n5 1 1\n*Polar\n").starts_with("test.inp:4: \"*Polar\""));
-    assert!(wrong("o\n*Repetition\n1 2\n*End\n").starts_with("test.inp:4: *End cannot"));
+    assert!(wrong("o\n*Repetition\n1 2\n*End\n").starts_with("test.inp:4: *End is not allowed"));
     assert!(wrong("o\n*Repetition\n1 1000000\n").starts_with("test.inp:3: 1 steps 1000000 times"));
     assert!(
         wrong("o\n*PureCreep\n5 1 1\n*OedometricE1\n2 1 1\n-5\n").starts_with("test.inp:4: the amount 5")
