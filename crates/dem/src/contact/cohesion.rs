@@ -1,9 +1,6 @@
 //! Cohesive contacts with tensile and shear strength until they break (sheet: dem §2.7, adhesive-frictional contact).
 
-use super::{
-    AttractionLaw, CONTACT_BONDED, CONTACT_TOUCHING, ContactEnergies, ContactGeometry, ContactHistory,
-    PairLaw,
-};
+use super::{AttractionLaw, ContactEnergies, ContactGeometry, ContactHistory, ContactState, PairLaw};
 use crate::points::vector::dot;
 
 /// Parameters of a cohesive contact.
@@ -33,13 +30,13 @@ impl Cohesion {
         energies: &mut ContactEnergies,
     ) -> f64 {
         let size = geometry.min_radius.powi(D as i32 - 1);
-        if history.state == CONTACT_BONDED && *normal < -self.tension * size {
-            history.state = CONTACT_TOUCHING;
+        if history.state == ContactState::Bonded && *normal < -self.tension * size {
+            history.state = ContactState::Touching;
             if geometry.overlap < 0.0 {
                 energies.broken += *energy;
             }
         }
-        if history.state == CONTACT_BONDED {
+        if history.state == ContactState::Bonded {
             return self.shear * size;
         }
         if geometry.overlap < 0.0 {
@@ -61,7 +58,7 @@ pub fn break_by_shear<const R: usize>(
     let Some(AttractionLaw::Cohesion(cohesion)) = &law.attraction else { return };
     let limit = law.friction.coefficient * cap.0 + cap.1;
     let slips = dot(tangential, tangential).sqrt() >= limit * (1.0 - 1e-12);
-    if cohesion.fragile && history.state == CONTACT_BONDED && slips {
-        history.state = CONTACT_TOUCHING;
+    if cohesion.fragile && history.state == ContactState::Bonded && slips {
+        history.state = ContactState::Touching;
     }
 }

@@ -3,7 +3,7 @@
 use colluvium_points::struct_of_arrays;
 
 use crate::contact::bond::Bond;
-use crate::contact::{CONTACT_APART, ContactHistory, PairLaw};
+use crate::contact::{ContactHistory, ContactState, PairLaw};
 
 /// Width of the record of a tangential spring with its damping force: the four numbers that are loaded at once.
 pub const SPRING_WIDTH: usize = 4;
@@ -12,7 +12,7 @@ struct_of_arrays! {
     /// Contact histories, column by column. Columns that no law needs are empty.
     pub struct ContactHistories<const R: usize> {
         /// State of each contact.
-        pub state: u8,
+        pub state: ContactState,
         /// Record of [`ContactHistory::shear_displacement`] (m), the first `R`, and [`ContactHistory::damping_force`] (N), the last.
         pub spring: [f64; SPRING_WIDTH],
         /// Rolling angle (rad), see [`ContactHistory::rolling_angle`].
@@ -47,7 +47,7 @@ impl<const R: usize> ContactHistories<R> {
     /// Resets the histories, for `count` contacts.
     pub fn clear(&mut self, count: usize, columns: HistoryColumns) {
         let of = |on: bool| if on { count } else { 0 };
-        fill(&mut self.state, count, CONTACT_APART);
+        fill(&mut self.state, count, ContactState::Apart);
         fill(&mut self.spring, count, [0.0; SPRING_WIDTH]);
         fill(&mut self.roll, of(columns.has_rolling), [0.0; R]);
         fill(&mut self.twist, of(columns.has_rolling && R == 3), 0.0);
@@ -69,7 +69,7 @@ impl<const R: usize> ContactHistories<R> {
     /// Whether contact `k` has a history.
     #[inline]
     pub fn is_kept(&self, k: usize) -> bool {
-        self.state[k] != CONTACT_APART || self.bond.get(k).is_some_and(|bond| bond.strength != 0.0)
+        self.state[k] != ContactState::Apart || self.bond.get(k).is_some_and(|bond| bond.strength != 0.0)
     }
 
     /// Copies the history of another contact, seen from its second grain where `flip` is set.
@@ -133,7 +133,7 @@ fn fill<T: Clone>(column: &mut Vec<T>, count: usize, value: T) {
 /// Mutable view of a part of the contact histories.
 pub struct ContactHistoriesMut<'a, const R: usize> {
     /// State of each contact.
-    pub state: &'a mut [u8],
+    pub state: &'a mut [ContactState],
     /// Tangential springs, see [`ContactHistories::spring`].
     pub spring: &'a mut [[f64; SPRING_WIDTH]],
     /// Rolling springs; empty where there are none.

@@ -18,6 +18,7 @@ pub mod restitution;
 pub mod rolling_resistance;
 
 use colluvium_constitutive::SymTensor;
+use colluvium_points::struct_of_arrays::FixedBytes;
 
 pub use crate::contact::contact_energies::{ContactEnergies, Virial};
 
@@ -231,8 +232,8 @@ impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
 /// History of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactHistory<const R: usize> {
-    /// State: [`CONTACT_APART`], [`CONTACT_TOUCHING`] or [`CONTACT_BONDED`].
-    pub state: u8,
+    /// State.
+    pub state: ContactState,
     /// Elongation of the tangential spring in tangent coordinates (m).
     pub shear_displacement: [f64; R],
     /// Dissipative part of the normal force in the last step (N).
@@ -243,17 +244,42 @@ pub struct ContactHistory<const R: usize> {
     pub torsion_angle: f64,
 }
 
-/// State of a pair without contact.
-pub const CONTACT_APART: u8 = 0;
-/// State of a pair in contact.
-pub const CONTACT_TOUCHING: u8 = 1;
-/// State of a contact with intact cohesion.
-pub const CONTACT_BONDED: u8 = 2;
+/// State of a contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum ContactState {
+    /// Pair without contact.
+    #[default]
+    Apart = 0,
+    /// Pair in contact.
+    Touching = 1,
+    /// Contact with intact cohesion.
+    Bonded = 2,
+}
+
+impl ContactState {
+    /// State of a number in a file; `None` for other numbers.
+    pub fn from_number(number: u32) -> Option<Self> {
+        [Self::Apart, Self::Touching, Self::Bonded].into_iter().find(|state| *state as u32 == number)
+    }
+}
+
+impl FixedBytes for ContactState {
+    const BYTE_COUNT: usize = 1;
+
+    fn append_bytes(self, out: &mut Vec<u8>) {
+        out.push(self as u8);
+    }
+
+    fn from_bytes(bytes: &[u8]) -> Self {
+        Self::from_number(u32::from(bytes[0])).unwrap_or_default()
+    }
+}
 
 impl<const R: usize> Default for ContactHistory<R> {
     fn default() -> Self {
         Self {
-            state: CONTACT_APART,
+            state: ContactState::Apart,
             shear_displacement: [0.0; R],
             damping_force: 0.0,
             rolling_angle: [0.0; R],
@@ -309,11 +335,11 @@ impl PairLaw {
 
     /// Rupture distance of a contact in this state (m), for grains of effective radius `radius` (m).
     #[inline]
-    pub fn rupture_distance(&self, state: u8, radius: f64) -> f64 {
+    pub fn rupture_distance(&self, state: ContactState, radius: f64) -> f64 {
         match &self.attraction {
             None => 0.0,
-            Some(_) if state == CONTACT_APART => 0.0,
-            Some(AttractionLaw::Cohesion(law)) if state == CONTACT_BONDED => law.rupture_distance,
+            Some(_) if state == ContactState::Apart => 0.0,
+            Some(AttractionLaw::Cohesion(law)) if state == ContactState::Bonded => law.rupture_distance,
             Some(AttractionLaw::Cohesion(_)) => 0.0,
             Some(AttractionLaw::Jkr(law)) => law.rupture_distance(radius),
             Some(AttractionLaw::Capillary(law)) => law.rupture_distance(radius),
@@ -347,11 +373,12 @@ pub fn contact_force<const D: usize, const R: usize>(
             tangential_damping: 0.0,
         };
     }
-    base.damping = dashpot::dashpot_in_step(law, &base, geometry, history.state == CONTACT_APART, steps);
+    base.damping =
+        dashpot::dashpot_in_step(law, &base, geometry, history.state == ContactState::Apart, steps);
     let viscous = base.force - base.damping * geometry.separation_velocity;
     let is_tensile = law.no_tension && geometry.overlap >= 0.0 && viscous < 0.0;
     let mut normal = if is_tensile { 0.0 } else { viscous };
-    if history.state == CONTACT_APART {
+    if history.state == ContactState::Apart {
         history.state = law.initial_state();
     }
     let dissipative = normal - base.force;
@@ -446,10 +473,10 @@ pub fn release_contact<const D: usize, const R: usize>(
 
 impl PairLaw {
     /// Initial state of a contact.
-    fn initial_state(&self) -> u8 {
+    fn initial_state(&self) -> ContactState {
         match &self.attraction {
-            Some(AttractionLaw::Cohesion(law)) if law.new_contacts => CONTACT_BONDED,
-            _ => CONTACT_TOUCHING,
+            Some(AttractionLaw::Cohesion(law)) if law.new_contacts => ContactState::Bonded,
+            _ => ContactState::Touching,
         }
     }
 

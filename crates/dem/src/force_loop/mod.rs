@@ -12,7 +12,7 @@ use std::ops::Range;
 use crate::contact::contact_histories::{ContactHistoriesMut, PairListView};
 use crate::contact::dashpot::StepLengths;
 use crate::contact::{
-    CONTACT_APART, ContactBody, ContactEnergies, ContactForce, ContactGeometry, ContactHistory, PairLaw,
+    ContactBody, ContactEnergies, ContactForce, ContactGeometry, ContactHistory, ContactState, PairLaw,
     Virial, contact_force, release_contact,
 };
 pub use crate::force_loop::simd::{PlaneContact, PlaneSums};
@@ -222,7 +222,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
                 let slot = k - accumulators.pair;
                 let bonded =
                     !accumulators.history.bond.is_empty() && accumulators.history.bond[slot].is_intact();
-                if square >= sum * sum && accumulators.history.state[slot] == CONTACT_APART && !bonded {
+                if square >= sum * sum && accumulators.history.state[slot] == ContactState::Apart && !bonded {
                     continue;
                 }
                 let (geometry, arm) = self.contact_geometry(i, j, &apart, square.sqrt(), code);
@@ -275,7 +275,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         if in_contact {
             contact = contact_force(law, geometry, &mut history, &self.steps(), energies);
             accumulators.history.set(slot, &history);
-        } else if state != CONTACT_APART {
+        } else if state != ContactState::Apart {
             release_contact(law, geometry, &mut history, self.dt, energies);
             accumulators.history.set(slot, &history);
         }

@@ -8,7 +8,7 @@ use colluvium_points::surface::cross;
 use crate::boundary::walls::{RigidWall, WallReaction, contact_position};
 use crate::contact::contact_histories::ContactHistoriesMut;
 use crate::contact::{
-    CONTACT_APART, ContactEnergies, ContactGeometry, NormalForceLaw, Virial, contact_force, release_contact,
+    ContactEnergies, ContactGeometry, ContactState, NormalForceLaw, Virial, contact_force, release_contact,
 };
 use crate::force_loop::{ContactInput, ForceKernel, PlaneContact, PlaneSums, SimdLaws, count_contact};
 use crate::neighbours::wall_list::{WallList, WallListView};
@@ -78,7 +78,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
     pub fn wall_resistance(&self, number: usize, wall: &RigidWall<D>, list: &WallList<R>) -> [f64; 3] {
         let (axis, inward) = wall.inward_normal();
         let touching = (0..list.grain.len())
-            .filter(|&k| list.wall[k] as usize == number && list.history.state[k] != CONTACT_APART);
+            .filter(|&k| list.wall[k] as usize == number && list.history.state[k] != ContactState::Apart);
         let of_contact = |k: usize| {
             let i = list.grain[k] as usize;
             let (geometry, _) = self.wall_contact_geometry(i, wall, wall.distance(&self.position[i]));
@@ -185,7 +185,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
                     self.planes::<HERTZ, TURNS>(walls, list, &waiting, of, (&mut *accumulators, &mut sums));
                     count = 0;
                 }
-            } else if !plane || accumulators.history.state[k - accumulators.entry] != CONTACT_APART {
+            } else if !plane || accumulators.history.state[k - accumulators.entry] != ContactState::Apart {
                 waiting[..count].iter().for_each(|&k| self.wall_contact(walls, list, k, slab, accumulators));
                 count = 0;
                 self.wall_contact(walls, list, k, slab, accumulators);
@@ -236,7 +236,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
             None => wall.distance(&self.position[i]),
             Some(_) => list.facet[k].distance_and_normal(),
         };
-        if nearest.0 - self.radius[i] >= 0.0 && state == CONTACT_APART {
+        if nearest.0 - self.radius[i] >= 0.0 && state == ContactState::Apart {
             return;
         }
         let (geometry, arm) = self.wall_contact_geometry(i, wall, nearest);

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::contact::CONTACT_APART;
+use crate::contact::ContactState;
 use crate::contact::contact_histories::PairList;
 use crate::neighbours::VerletLists;
 use crate::points::grains::Grains;
@@ -76,7 +76,8 @@ impl ActivePairs {
         for i in rows {
             for k in pairs.starts[i] as usize..pairs.starts[i + 1] as usize {
                 let (second, code) = (pairs.other[k], pairs.image.get(k).map_or(0, |code| u32::from(*code)));
-                if pairs.histories.state[k] != CONTACT_APART || near(i, second as usize, code as usize) {
+                if pairs.histories.state[k] != ContactState::Apart || near(i, second as usize, code as usize)
+                {
                     let first = (i - row) as u32;
                     let second = second - row as u32;
                     self.pairs.push(ActivePair { first, second, slot: k as u32 - pair, image_index: code });
@@ -138,7 +139,7 @@ mod tests {
 
     use super::*;
     use crate::boundary::periodic_cell::PeriodicCell;
-    use crate::contact::CONTACT_TOUCHING;
+    use crate::contact::ContactState;
     use crate::contact::contact_histories::HistoryColumns;
     use crate::neighbours::ListReach;
 
@@ -202,7 +203,7 @@ mod tests {
         lists.select_active(&grains, Some(&[]), 0.0, SKIN);
         let before = chosen(&lists);
         let far = (0..).find(|k| !before.contains(k)).unwrap();
-        lists.slab_pairs.histories.state[far as usize] = CONTACT_TOUCHING;
+        lists.slab_pairs.histories.state[far as usize] = ContactState::Touching;
         lists.active_pairs.clear();
         lists.select_active(&grains, Some(&[]), 0.0, SKIN);
         assert_eq!(chosen(&lists).len(), before.len() + 1);

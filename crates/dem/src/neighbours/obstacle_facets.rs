@@ -3,7 +3,7 @@
 use colluvium_points::surface::{ContactQuery, NearestPoint};
 
 use crate::boundary::walls::RigidWall;
-use crate::contact::CONTACT_APART;
+use crate::contact::ContactState;
 use crate::neighbours::wall_list::WallList;
 use crate::obstacles::facet::{Facet, MAX_FACETS, NO_FACET};
 
@@ -57,8 +57,8 @@ impl<const R: usize> WallList<R> {
             let continued = slots
                 .clone()
                 .filter(open)
-                .find(|&k| self.history.state[k] != CONTACT_APART && along(k) > MIN_NORMAL_COSINE);
-            let new = || slots.clone().filter(open).find(|&k| self.history.state[k] == CONTACT_APART);
+                .find(|&k| self.history.state[k] != ContactState::Apart && along(k) > MIN_NORMAL_COSINE);
+            let new = || slots.clone().filter(open).find(|&k| self.history.state[k] == ContactState::Apart);
             if let Some(k) = continued.or_else(new) {
                 (self.key[k], self.facet[k]) = (point.feature_id, facet);
                 is_used[k - first] = true;
@@ -67,7 +67,7 @@ impl<const R: usize> WallList<R> {
         for k in slots.filter(|k| !is_used[*k - first]) {
             // Facet no longer near: the remaining contact ends, with its last normal.
             self.facet[k].distance = reach;
-            if self.history.state[k] == CONTACT_APART {
+            if self.history.state[k] == ContactState::Apart {
                 self.key[k] = NO_FACET;
             }
         }

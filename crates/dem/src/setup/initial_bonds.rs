@@ -8,7 +8,7 @@ use crate::boundary::periodic_cell::PeriodicCell;
 use crate::clock::Clock;
 use crate::contact::bond::Bond;
 use crate::contact::contact_laws::ContactLaws;
-use crate::contact::{AttractionLaw, CONTACT_BONDED, PairLaw};
+use crate::contact::{AttractionLaw, ContactState, PairLaw};
 use crate::neighbours::VerletLists;
 use crate::points::grains::Grains;
 use crate::points::vector::{difference, dot};
@@ -60,7 +60,7 @@ pub(super) fn initialise_bonds<const D: usize, const R: usize>(
         if let Some(AttractionLaw::Cohesion(_)) = law.attraction
             && gap < 0.0
         {
-            list.histories.state[pair] = CONTACT_BONDED;
+            list.histories.state[pair] = ContactState::Bonded;
         }
     }
     if has_bonds && bonds == 0 {

@@ -278,7 +278,7 @@ fn frictions(case: &Case) -> Vec<(&str, f64)> {
 /// Largest rupture distance (m) of a law, for grains of radius up to `largest` (m).
 fn max_rupture_distance(law: &PairLaw, largest: f64) -> f64 {
     // At a wall the effective radius is that of the grain.
-    let bridged = law.rupture_distance(crate::contact::CONTACT_BONDED, largest);
+    let bridged = law.rupture_distance(crate::contact::ContactState::Bonded, largest);
     bridged.max(law.bond.map_or(0.0, |bond| 2.0 * bond.gap * largest))
 }
 

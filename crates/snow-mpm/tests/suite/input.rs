@@ -26,7 +26,7 @@ fn options_out_of_range_are_refused_by_name() {
         ),
         (
             json!({ "flip_ratio": 1, "blend_time": 1 }),
-            "methods.snow-mpm.blend_time: stands in place of flip_ratio",
+            "methods.snow-mpm.blend_time: replaces flip_ratio",
         ),
         (json!({ "shape": "linear" }), "methods.snow-mpm.transfer: apic needs cubic or quadratic functions"),
         (json!({ "time_step": 1 }), "methods.snow-mpm.time_step: 1 s is larger than the critical step"),

@@ -2,7 +2,7 @@
 //!
 //! ```
 //! use colluvium_points::NeighbourList;
-//! use colluvium_sph::pairs::kernel::{Kernel, Smoothing};
+//! use colluvium_sph::kernel::{Kernel, Smoothing};
 //! use colluvium_sph::pairs::operators::{ParticleCloud, Gradient, test_lattice};
 //!
 //! let lattice = test_lattice::<2>(10, 3, 0.2);
@@ -116,7 +116,7 @@ impl<'a, const D: usize> ParticleCloud<'a, D> {
     ///
     /// ```
     /// use colluvium_points::NeighbourList;
-    /// use colluvium_sph::pairs::kernel::{Kernel, Smoothing};
+    /// use colluvium_sph::kernel::{Kernel, Smoothing};
     /// use colluvium_sph::pairs::operators::{ParticleCloud, test_lattice};
     ///
     /// let lattice = test_lattice::<2>(9, 20, 0.0);

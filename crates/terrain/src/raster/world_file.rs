@@ -55,7 +55,7 @@ mod tests {
     fn six_numbers_are_a_placement_and_a_turned_one_is_refused() {
         let world = WorldFile::from_text("5.0\n0\n0.0\n-4e0\r\n1002.5\n2202.5\n").unwrap();
         assert_eq!(world, WorldFile { first: [1002.5, 2202.5], step: [5.0, -4.0] });
-        assert!(WorldFile::from_text("5\n0.1\n0\n-5\n1\n2\n").unwrap_err().contains("turns"));
+        assert!(WorldFile::from_text("5\n0.1\n0\n-5\n1\n2\n").unwrap_err().contains("rotates"));
         for text in ["5 0 0 -5 1", "5 0 0 -5 1 2 3", "5 0 0 x 1 2", "5 0 0 nan 1 2"] {
             assert!(WorldFile::from_text(text).unwrap_err().contains("six numbers"), "{text}");
         }

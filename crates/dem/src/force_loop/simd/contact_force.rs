@@ -4,9 +4,7 @@ use wide::f64x4 as Lanes;
 
 use crate::contact::contact_histories::ContactHistoriesMut;
 use crate::contact::dashpot::StepLengths;
-use crate::contact::{
-    CONTACT_APART, CONTACT_TOUCHING, ContactEnergies, ContactGeometry, NormalResponse, dashpot,
-};
+use crate::contact::{ContactEnergies, ContactGeometry, ContactState, NormalResponse, dashpot};
 use crate::force_loop::simd::batch::{ContactBatch, FourContacts};
 use crate::force_loop::simd_records::{ForceTorque, SimdLaws};
 use crate::force_loop::{ContactInput, Virial};
@@ -150,7 +148,8 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         let mut all = damping;
         let approach = -geometry.separation_velocity * steps.last;
         if (in_contact & (approach + approach).simd_gt(geometry.overlap)).any() {
-            let is_new = slots.map(|slot| f64::from(u8::from(self.history.state[slot] == CONTACT_APART)));
+            let is_new =
+                slots.map(|slot| f64::from(u8::from(self.history.state[slot] == ContactState::Apart)));
             let onset = dashpot::onset_dashpot(damping, geometry, steps, HERTZ);
             all = Lanes::new(is_new).simd_gt(Lanes::ZERO).bitselect(onset, damping);
         }
@@ -225,7 +224,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         for (k, &slot) in slots.iter().enumerate() {
             if all || bits & (1 << k) != 0 {
                 self.history.spring[slot] = lines[k].to_array();
-                self.history.state[slot] = CONTACT_TOUCHING;
+                self.history.state[slot] = ContactState::Touching;
             }
         }
     }

@@ -16,7 +16,7 @@ use wide::f64x4 as Lanes;
 
 use crate::contact::contact_histories::{PairListView, SPRING_WIDTH};
 use crate::contact::dashpot::StepLengths;
-use crate::contact::{CONTACT_APART, ContactGeometry, release_contact};
+use crate::contact::{ContactGeometry, ContactState, release_contact};
 use crate::force_loop::simd_records::{GrainMotion, SimdLaws, contact_bodies};
 use crate::force_loop::{ContactInput, ForceAccumulators};
 use crate::neighbours::active_pairs::{ActivePair, ActivePairs as Close};
@@ -117,7 +117,7 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
         let valid = (1u32 << count) - 1;
         let near = square.simd_lt(sum * sum).to_bitmask() & valid;
         let kept =
-            |k: usize| u32::from(self.work.history.state[pairs[k].slot as usize] != CONTACT_APART) << k;
+            |k: usize| u32::from(self.work.history.state[pairs[k].slot as usize] != ContactState::Apart) << k;
         let ends = (0..WIDTH).fold(0, |bits, k| bits | kept(k)) & valid & !near;
         if ends != 0 {
             self.release_separated(pairs, ends);
@@ -200,7 +200,7 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
         // Contacts that by rounding do not overlap after all.
         while apart != 0 {
             let pair = self.batch.pairs[apart.trailing_zeros() as usize];
-            if self.work.history.state[pair.slot as usize] != CONTACT_APART {
+            if self.work.history.state[pair.slot as usize] != ContactState::Apart {
                 self.release_contact(pair);
             }
             apart &= apart - 1;

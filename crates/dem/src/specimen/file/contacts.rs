@@ -7,7 +7,7 @@ use colluvium_case::{Case, CaseError};
 use crate::boundary::controlled_cell::ControlledCell;
 use crate::boundary::periodic_cell::PeriodicCell;
 use crate::boundary::walls::RigidWall;
-use crate::contact::CONTACT_BONDED;
+use crate::contact::ContactState;
 use crate::contact::bond::Bond;
 use crate::contact::contact_histories::{ContactHistories, HistoryColumns, PairList, SPRING_WIDTH};
 use crate::neighbours::grain_neighbours::GrainNeighbours;
@@ -86,7 +86,8 @@ impl<const R: usize> HistoryColumnIndices<R> {
     ) -> Result<(), String> {
         let k = history.len();
         let row = &rows.table.rows[number];
-        history.state.push(rows.whole(number, self.state, u64::from(CONTACT_BONDED) + 1)? as u8);
+        let state = rows.whole(number, self.state, ContactState::Bonded as u64 + 1)?;
+        history.state.push(ContactState::from_number(state).unwrap_or_default());
         let mut spring = [0.0; SPRING_WIDTH];
         spring[..R].copy_from_slice(&pick(row, &self.slide));
         spring[SPRING_WIDTH - 1] = row[self.dashpot];

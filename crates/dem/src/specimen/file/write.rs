@@ -171,7 +171,7 @@ fn row<const R: usize>(
 ) -> Vec<f64> {
     let own = history.get(k);
     let mut row = ends.to_vec();
-    row.push(f64::from(own.state));
+    row.push(f64::from(own.state as u8));
     row.extend(own.shear_displacement);
     row.push(own.damping_force);
     row.extend(history.roll.get(k).into_iter().flatten());
