@@ -5,12 +5,11 @@
 //! rows follow from the discharge and, for subcritical inflow, from the flow before the line.
 
 pub mod cross_section;
-pub(crate) mod inflow_nodes;
 
 use serde::{Deserialize, Serialize};
 
 use crate::inflow::cross_section::CrossSection;
-use crate::phases::phase_nodes::{NewNode, PlanVector};
+use crate::points::phase_nodes::{NewNode, PlanVector};
 
 /// Distance beyond their reach within which nodes behind the line are kept (rows), so that none is added and removed in turns.
 const MARGIN_ROWS: f64 = 1.0;

@@ -8,9 +8,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::bed::Bed;
-use crate::flow::Flow;
-use crate::neighbours::kernel::Kernel;
-use crate::phases::phase_nodes::PlanVector;
+
+use crate::kernel::Kernel;
+use crate::output::flow_view::FlowView;
+use crate::points::phase_nodes::PlanVector;
 
 /// Rows of cells per task.
 const ROWS_PER_TASK: usize = 8;
@@ -177,10 +178,11 @@ impl HazardRasters {
     }
 
     /// Updates the cells with the current flow.
-    pub fn update<const D: usize>(&mut self, flow: &Flow<D>) {
+    pub fn update<const D: usize>(&mut self, flow: &FlowView<'_, D>) {
         self.spread(flow);
         let Self { grid, threshold, slopes, cells, contents: over, bands, .. } = self;
         let (width, threshold) = (grid.counts[0] * ROWS_PER_TASK, *threshold);
+        let time = flow.clock.time;
         let all = cells.par_chunks_mut(width).zip(over.par_chunks(width)).zip(slopes.par_chunks(width));
         all.zip(&*bands).for_each(|(((cells, over), slopes), band)| {
             if band.is_empty() {
@@ -193,7 +195,7 @@ impl HazardRasters {
                     cell.speed = cell.speed.max(speed);
                     cell.pressure = cell.pressure.max(over[1] / over[0] * speed * speed);
                     if cell.arrival.is_nan() {
-                        cell.arrival = flow.time;
+                        cell.arrival = time;
                     }
                 }
             }
@@ -201,15 +203,15 @@ impl HazardRasters {
     }
 
     /// Spreads the nodes over the cells; cells of bands without a node keep their content.
-    fn spread<const D: usize>(&mut self, flow: &Flow<D>) {
+    fn spread<const D: usize>(&mut self, flow: &FlowView<'_, D>) {
         let kernel = flow.settings.numerics.kernel;
         let Self { grid, contents: over, patches, bands, .. } = self;
         patches.clear();
-        for (number, set) in flow.sets.iter().enumerate() {
+        for (number, set) in flow.sets().iter().enumerate() {
             let density = flow.density(number);
             let nodes = &set.nodes;
             let patch = |i: usize| {
-                if flow.is_outside(nodes.id[i]) {
+                if flow.boundary.is_outside(nodes.id[i]) {
                     return None;
                 }
                 let of = (to_2d(&nodes.position[i]), nodes.length[i], nodes.volume[i]);
@@ -250,10 +252,10 @@ impl HazardRasters {
     /// Rasters with their names and units; thickness is measured `along` the vertical or the normal.
     pub fn rasters<const D: usize>(
         &self,
-        flow: &Flow<D>,
+        flow: &FlowView<'_, D>,
         along: &str,
     ) -> Vec<(String, &'static str, Raster)> {
-        let mut now = Self { cells: Vec::new(), ..Self::new(self.grid.clone(), self.threshold, &flow.bed) };
+        let mut now = Self { cells: Vec::new(), ..Self::new(self.grid.clone(), self.threshold, flow.bed) };
         now.spread(flow);
         let raster = |value: &dyn Fn(usize) -> f64| Raster {
             columns: self.grid.counts[0],
@@ -282,7 +284,7 @@ impl HazardRasters {
             (format!("final_thickness_{along}"), "m", left(&|k| now.contents[k][0])),
             ("final_velocity".to_owned(), "m/s", left(&|k| speed(&now.contents[k], &now.slopes[k]))),
         ];
-        if let Some(worn) = flow.erodible_bed() {
+        if let Some(worn) = flow.bed.erodible() {
             let centre = |k: usize| self.grid.centre(k % self.grid.counts[0], k / self.grid.counts[0]);
             let change = raster(&|k| {
                 let [x, y] = centre(k);

@@ -3,14 +3,11 @@
 use rayon::prelude::*;
 
 use crate::config::settings::{Consolidation, FlowSettings, PoreColumn};
-use crate::flow::Flow;
-use crate::phases::phase::{PhaseSet, TASK};
-use crate::pore_pressure::pore_pressure_column;
-use crate::pore_pressure::pore_pressure_column::{BaseCondition, Drainage, LowerBound, PressureProfile};
+use crate::laws::pore_pressure_column;
+use crate::laws::pore_pressure_column::{BaseCondition, Drainage, LowerBound, MOST_CELLS, PressureProfile};
+use crate::phases::phase::PhaseSet;
+use crate::points::TASK;
 use crate::pore_pressure::pressure_transfer::TransferredPressure;
-
-/// Largest number of intervals of a column, whose elimination needs no memory of its own.
-pub const MOST_CELLS: usize = 1000;
 
 /// Heads on the columns of all solid nodes.
 #[derive(Clone, Debug, Default)]
@@ -87,31 +84,29 @@ impl PorePressureColumns {
     }
 }
 
-impl<const D: usize> Flow<D> {
-    /// Sets pore pressures of columns of the first set from points, before the first step: excess over the hydrostatic pressure, by
-    /// the numbers of the nodes. Returns the number of columns that were limited to their bounds.
-    pub fn set_pore_pressures(&mut self, handed: &[(usize, TransferredPressure)]) -> usize {
-        if self.pore_columns.is_empty() {
-            return 0;
+/// Sets pore pressures of columns from points, before the first step at `time` (s): excess over the hydrostatic pressure, by the numbers
+/// of the nodes. Returns the number of columns that were limited to their bounds.
+pub fn set_pore_pressures<const D: usize>(
+    settings: &FlowSettings<D>,
+    set: &PhaseSet<D>,
+    columns: &mut PorePressureColumns,
+    transferred: &[(usize, TransferredPressure)],
+    time: f64,
+) -> usize {
+    let width = columns.width;
+    for (id, TransferredPressure { depth, pressure }) in transferred {
+        // Nodes beyond an open side may have been removed.
+        let Ok(i) = set.nodes.id.binary_search(&(*id as u64)) else { continue };
+        let gravity = set.nodes.bearing[i];
+        let (submerged, fluid) = (set.submerged_density(settings, 0, i), settings.material.densities.fluid);
+        let column = &mut columns.heads[i * width..][..width];
+        for (k, (head, pressure)) in column.iter_mut().zip(pressure).enumerate() {
+            let rest = 1.0 - k as f64 / (width - 1) as f64;
+            *head = (pressure / gravity - fluid * depth * rest) / submerged;
         }
-        let width = self.pore_columns.width;
-        for (id, TransferredPressure { depth, pressure }) in handed {
-            // Nodes beyond an open side may have been removed.
-            let Ok(i) = self.sets[0].nodes.id.binary_search(&(*id as u64)) else { continue };
-            let pull = self.sets[0].nodes.bearing[i];
-            let (submerged, fluid) = (self.submerged(0, i), self.settings.material.densities.fluid);
-            let column = &mut self.pore_columns.heads[i * width..][..width];
-            for (k, (head, pressure)) in column.iter_mut().zip(pressure).enumerate() {
-                let rest = 1.0 - k as f64 / (width - 1) as f64;
-                *head = (pressure / pull - fluid * depth * rest) / submerged;
-            }
-        }
-        let Self { pore_columns: heads, settings, sets, time, .. } = self;
-        heads.advance(settings, &sets[0], *time);
-        let clipped = heads.limited_nodes;
-        self.initialise_far_field_columns();
-        clipped
     }
+    columns.advance(settings, set, time);
+    columns.limited_nodes
 }
 
 /// Advances one column by loading, drainage and bounds; returns whether a bound was reached.

@@ -8,7 +8,6 @@ mod inflows;
 mod material;
 mod open_boundaries;
 mod pore_fluid;
-pub(crate) mod stages;
 
 use std::sync::Arc;
 
@@ -21,12 +20,12 @@ pub(crate) use crate::setup::capabilities::capabilities;
 
 use crate::NAME;
 use crate::bed::Bed;
+use crate::boundary::stages::plan_boundaries;
 use crate::config::DepthOptions;
 use crate::config::choices::{DepthFrame, Phases};
 use crate::config::settings::{Consolidation, EarthPressure, FlowSettings, Mixture, Numerics, PoreColumn};
 use crate::flow::{Flow, FlowFailure, OutsideNodes};
-use crate::phases::interphase_drag::MixtureDensities;
-use crate::setup::stages::plan_boundaries;
+use crate::laws::interphase_drag::MixtureDensities;
 use crate::solver::DepthSolver;
 
 /// Node-updates per second and thread, from the benchmark of one phase without columns.
@@ -192,7 +191,8 @@ fn build_in<const D: usize>(
             ));
         }
     }
-    flow.outside = if options.leaving_is_an_error { OutsideNodes::Fail } else { OutsideNodes::Remove };
+    flow.boundary.outside =
+        if options.leaving_is_an_error { OutsideNodes::Fail } else { OutsideNodes::Remove };
     let solver = DepthSolver::new(Arc::new(case.clone()), options.clone(), flow, maps, departure);
     Ok((solver, warnings))
 }

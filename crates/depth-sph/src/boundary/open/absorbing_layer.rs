@@ -6,10 +6,9 @@
 //! that of the surface: waves of the surface and of the interface then keep their shape, and those of the interface decay sooner.
 
 use crate::boundary::open::open_boundary::{OpenBoundary, SideRegion};
-use crate::boundary::open::region_of;
-use crate::flow::Flow;
+use crate::boundary::open::{open_sides, region_of};
 use crate::phases::phase::PhaseSet;
-use crate::phases::phase_nodes::PlanVector;
+use crate::points::phase_nodes::PlanVector;
 
 /// Logarithm of the factor by which a layer reduces a wave along the normal that has crossed it once.
 const DECAY: f64 = 2.0;
@@ -59,7 +58,7 @@ impl<const D: usize> OpenBoundary<D> {
     }
 
     /// Stores the initial state in the layer.
-    pub(super) fn store_undisturbed(
+    pub(crate) fn store_undisturbed(
         &mut self,
         sets: &[PhaseSet<D>],
         part: &dyn Fn(&PlanVector<D>) -> SideRegion,
@@ -115,20 +114,21 @@ impl<const D: usize> OpenBoundary<D> {
     }
 }
 
-impl<const D: usize> Flow<D> {
-    /// Relaxes waves in the layers before open sides over `dt` (s).
-    pub(crate) fn relax_absorbing_layers(&mut self, dt: f64) {
-        if self.open_boundaries.iter().all(|end| end.layer.length == 0.0) {
-            return;
-        }
-        let sides = self.open_side_list();
-        let Self { sets, open_boundaries: opens, .. } = self;
-        for (number, end) in opens.iter_mut().enumerate() {
-            let part = |x: &PlanVector<D>| region_of(&sides, number, x);
-            for (role, set) in sets.iter_mut().enumerate() {
-                if end.is_of(role) {
-                    end.relax_layer(role, set, dt, &part);
-                }
+/// Relaxes waves in the layers before open sides over `dt` (s).
+pub(crate) fn relax_absorbing_layers<const D: usize>(
+    open: &mut [OpenBoundary<D>],
+    sets: &mut [PhaseSet<D>],
+    dt: f64,
+) {
+    if open.iter().all(|end| end.layer.length == 0.0) {
+        return;
+    }
+    let sides = open_sides(open);
+    for (number, end) in open.iter_mut().enumerate() {
+        let part = |x: &PlanVector<D>| region_of(&sides, number, x);
+        for (role, set) in sets.iter_mut().enumerate() {
+            if end.is_of(role) {
+                end.relax_layer(role, set, dt, &part);
             }
         }
     }

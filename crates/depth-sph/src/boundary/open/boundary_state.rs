@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::phases::phase_nodes::PlanVector;
+use crate::points::phase_nodes::PlanVector;
 
 /// Least variance of the distances of nodes from a side, over their mean square, for which depth and speed are extrapolated by a line.
 /// A single row has less; the slope through it is arbitrary.

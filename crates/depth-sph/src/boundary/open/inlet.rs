@@ -29,7 +29,7 @@ impl Inlet {
     }
 
     /// Largest speed of the inflow (m/s) by the Froude number, under gravity `pull` (m/s²).
-    pub(super) fn max_speed(&self, pull: f64) -> f64 {
+    pub(crate) fn max_speed(&self, pull: f64) -> f64 {
         self.hydrograph.iter().map(|pair| self.section_by_froude(pair[1], pull).1).fold(0.0, f64::max)
     }
 

@@ -4,9 +4,9 @@ use crate::boundary::open::boundary_state::{
     BoundaryState, InteriorFit, LineFitSums, outward_and_tangential,
 };
 use crate::boundary::open::open_boundary::{OpenBoundary, SideRegion};
-use crate::neighbours::kernel::Kernel;
+use crate::kernel::Kernel;
 use crate::phases::phase::PhaseSet;
-use crate::phases::phase_nodes::PlanVector;
+use crate::points::phase_nodes::PlanVector;
 
 impl<const D: usize> OpenBoundary<D> {
     /// State `inside` each strip (m), within the reach of a kernel.
@@ -76,7 +76,7 @@ impl<const D: usize> OpenBoundary<D> {
     }
 
     /// Sets the initial state to sums of the lattice, which differ a little from its depth.
-    pub(super) fn calibrate_lattice_sum(
+    pub(crate) fn calibrate_lattice_sum(
         &mut self,
         kernel: Kernel,
         sets: &[PhaseSet<D>],

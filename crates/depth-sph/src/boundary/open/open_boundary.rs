@@ -12,7 +12,7 @@ use crate::boundary::open::{FAR_FIELD_SUPPORTS, Inlet, Opening};
 use crate::config::settings::FlowSettings;
 use crate::inflow::ArrivingFlow;
 use crate::phases::phase::PhaseSet;
-use crate::phases::phase_nodes::{NewNode, PhaseNodes, PlanVector};
+use crate::points::phase_nodes::{NewNode, PhaseNodes, PlanVector};
 
 /// Least distance of an added node from others, over the distance of the nodes.
 const MIN_NODE_DISTANCE: f64 = 0.6;
@@ -43,7 +43,7 @@ pub struct OpenBoundary<const D: usize> {
     /// Whether the last strip is next to the first one.
     pub(super) periodic: bool,
     /// Inflow through the side, in place of the far state.
-    pub(super) inlet: Option<Inlet>,
+    pub(crate) inlet: Option<Inlet>,
     /// Layer of the side, of two layers; none of one phase, or of grains and fluid.
     pub(super) flow_layer: Option<LayerOfSide>,
     /// Absorbing layer before the side.
@@ -65,14 +65,14 @@ pub(super) struct BoundarySegment<const D: usize> {
 
 /// Region of nodes: before all open sides, beyond one, or beyond another.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum SideRegion {
+pub(crate) enum SideRegion {
     Interior,
     Outside,
     OutsideOther,
 }
 
 impl<const D: usize> OpenBoundary<D> {
-    pub(super) fn new(
+    pub(crate) fn new(
         opening: &Opening,
         reach: f64,
         others: &[Opening],
@@ -141,7 +141,7 @@ impl<const D: usize> OpenBoundary<D> {
     }
 
     /// Sets the initial state at the side, under `gravity` (m/s²) at `time` (s): the material outside continues like it.
-    pub(super) fn initialise(
+    pub(crate) fn initialise(
         &mut self,
         sets: &[PhaseSet<D>],
         part: &dyn Fn(&PlanVector<D>) -> SideRegion,

@@ -7,7 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::boundary::open::boundary_state::{BoundaryState, INTERVALS, InteriorFit, riemann_state};
-use crate::phases::phase_nodes::PhaseNodes;
+use crate::points::phase_nodes::PhaseNodes;
 
 /// Share of the other layer's depth in the far state below which a layer has no waves of its own.
 const MIN_DEPTH_RATIO: f64 = 1e-3;

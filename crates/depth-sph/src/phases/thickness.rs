@@ -4,25 +4,19 @@ use rayon::prelude::*;
 
 use crate::config::choices::{PressureForceForm, ThicknessEquation};
 use crate::config::settings::Numerics;
-use crate::neighbours::cell_sorted::{CellSorted, NearbyNodes};
-use crate::neighbours::kernel::Kernel;
+use crate::kernel::Kernel;
+use crate::neighbours::cell_sorted::CellSorted;
+use crate::neighbours::kernel_average::square;
+use crate::neighbours::nearby_nodes::NearbyNodes;
 use crate::neighbours::simd_neighbour_list::MARGIN;
-use crate::phases::phase::{PhaseSet, TASK, copy_with_images};
-use crate::phases::phase_nodes::{NeighbourData, PlanVector};
-
-/// Denominator below which an average over the nodes of a phase does not exist (sheet: depth-sph §2.10).
-pub const NO_PARTNER: f64 = 1e-6;
+use crate::phases::phase::PhaseSet;
+use crate::points::TASK;
+use crate::points::image_nodes::copy_with_images;
 
 /// Largest number of Newton steps for the height of a node, and the relative change of its smoothing length at which they stop.
 const NEWTON: (usize, f64) = (50, 1e-13);
 /// Value of `Ω` below which a node is isolated: its smoothing length is at its upper bound.
 const MIN_OMEGA: f64 = 1e-3;
-
-/// Square of the distance of two positions (m²).
-#[inline]
-pub fn square<const D: usize>(a: &PlanVector<D>, b: &PlanVector<D>) -> f64 {
-    (0..D).map(|c| (a[c] - b[c]).powi(2)).sum()
-}
 
 impl<const D: usize> PhaseSet<D> {
     /// Step 2: heights of the phase, with smoothing lengths that keep `h ℓ^d / m`.
@@ -206,32 +200,4 @@ fn length_from_thickness<const D: usize>(
     let (low, high) = length_bounds(numerics, first);
     // A height of zero has an infinite length: the upper bound applies.
     length.clamp(low, high)
-}
-
-/// Kernel average `Σ (m/h) f W / Σ (m/h) W` of a field at a position; `None` where there are no such nodes.
-#[inline]
-pub fn kernel_average<const D: usize, const N: usize>(
-    kernel: Kernel,
-    x: &PlanVector<D>,
-    length: f64,
-    seen: &NeighbourData<D>,
-    neighbours: impl Iterator<Item = usize>,
-    field: impl Fn(usize) -> [f64; N],
-) -> Option<[f64; N]> {
-    let inverse = 1.0 / length;
-    let support = kernel.support();
-    let (mut weights, mut total) = (0.0, [0.0; N]);
-    for j in neighbours {
-        let q = square(x, &seen.position[j]).sqrt() * inverse;
-        if q < support {
-            let weight = seen.volume[j] / seen.height[j] * kernel.profile::<D>(q);
-            weights += weight;
-            let value = field(j);
-            for c in 0..N {
-                total[c] += weight * value[c];
-            }
-        }
-    }
-    let whole = weights * kernel.factor::<D>() * inverse.powi(D as i32);
-    (whole > NO_PARTNER).then(|| total.map(|sum| sum / weights))
 }
