@@ -119,7 +119,7 @@ impl<const D: usize> Bed<D> {
         match self {
             Self::Flat(level) => Some(BedPoint::flat(*level)),
             Self::Surface(surface) => surface.at(x),
-            Self::Erodible(worn) => worn.at(x),
+            Self::Erodible(erodible) => erodible.at(x),
         }
     }
 
@@ -129,7 +129,7 @@ impl<const D: usize> Bed<D> {
         match self {
             Self::Flat(_) => true,
             Self::Surface(surface) => surface.is_defined(x),
-            Self::Erodible(worn) => worn.is_defined(x),
+            Self::Erodible(erodible) => erodible.is_defined(x),
         }
     }
 
@@ -138,7 +138,7 @@ impl<const D: usize> Bed<D> {
         match self {
             Self::Flat(_) => None,
             Self::Surface(surface) => surface.cell(),
-            Self::Erodible(worn) => worn.cell(),
+            Self::Erodible(erodible) => erodible.cell(),
         }
     }
 

@@ -67,9 +67,9 @@ fn arriving_flow<const D: usize>(
     let kernel = settings.numerics.kernel;
     let (mut moments, width) = (LineFitSums::default(), inflow.width());
     let densities = &settings.material.densities;
-    let stratum = inflow.layer.map(|set| LayerOfSide { set, ratio: densities.fluid / densities.grain });
+    let layer = inflow.layer.map(|set| LayerOfSide { set, ratio: densities.fluid / densities.grain });
     for PhaseSet { nodes, .. } in sets_of_inflow(sets, inflow) {
-        let depths = if stratum.is_some() { &nodes.partial_thickness } else { &nodes.depth };
+        let depths = if layer.is_some() { &nodes.partial_thickness } else { &nodes.depth };
         for i in 0..nodes.len() {
             let (before, along) = inflow.distances(&nodes.position[i]);
             let far = before / nodes.length[i];
@@ -79,8 +79,7 @@ fn arriving_flow<const D: usize>(
             let weight = nodes.volume[i] / depths[i] * kernel.profile::<D>(far);
             if weight > 0.0 {
                 let velocity = inflow.outward_and_tangential(&nodes.velocity[i]);
-                let gravity =
-                    stratum.map_or(nodes.effective_gravity[i], |stratum| stratum.wave_gravity(nodes, i));
+                let gravity = layer.map_or(nodes.effective_gravity[i], |layer| layer.wave_gravity(nodes, i));
                 let reach = kernel.support() * nodes.length[i];
                 moments.add(weight, -before, velocity, depths[i], gravity, reach);
             }

@@ -16,7 +16,7 @@ use crate::points::phase_nodes::{PlanVector, dot};
 /// the order is one. Returns the position, and the bed there.
 #[inline]
 fn half_drift<const D: usize>(
-    floor: &BedPath<'_, D>,
+    path: &BedPath<'_, D>,
     x: &PlanVector<D>,
     drift: &PlanVector<D>,
     slope: &PlanVector<D>,
@@ -24,9 +24,9 @@ fn half_drift<const D: usize>(
 ) -> (PlanVector<D>, Option<BedPoint<D>>) {
     let after = |v: &PlanVector<D>| std::array::from_fn(|c| x[c] + dt * v[c]);
     let guess = after(drift);
-    let Some(there) = floor.at(&guess) else { return (guess, None) };
+    let Some(there) = path.at(&guess) else { return (guess, None) };
     let place = after(&parallel_transport(drift, slope, &there.slope));
-    (place, floor.at(&place))
+    (place, path.at(&place))
 }
 
 /// First half of the drift, over `dt` (s), to the positions at which the bed is sampled in the middle of the step.
@@ -40,8 +40,8 @@ pub(crate) fn first_half_drift<const D: usize>(
     let carries = bed.transports_velocities(settings);
     let turns = carries && settings.curvature_in_friction && settings.has_resistance();
     let smoothed = settings.numerics.xsph > 0.0;
-    let floor = BedPath::new(bed, &boundary.walls);
-    let held = boundary.has_outside_nodes();
+    let path = BedPath::new(bed, &boundary.walls);
+    let has_outside = boundary.has_outside_nodes();
     for set in sets {
         let PhaseSet { nodes, bed, curvature_acceleration, scratch_vectors, .. } = set;
         bed.resize(nodes.len(), BedPoint::flat(0.0));
@@ -49,23 +49,23 @@ pub(crate) fn first_half_drift<const D: usize>(
         let id = &nodes.id;
         let moves = nodes.position.par_iter_mut().zip(&mut nodes.velocity).zip(&mut nodes.slope);
         moves.zip(bed).zip(curvature_acceleration).enumerate().with_min_len(TASK).for_each(
-            |(i, ((((x, v), slope), point), turned))| {
+            |(i, ((((x, v), slope), point), curvature))| {
                 let drift = if smoothed { scratch_vectors[i] } else { *v };
-                *turned = 0.0;
-                let free = carries && !(held && boundary.is_outside(id[i]));
+                *curvature = 0.0;
+                let free = carries && !(has_outside && boundary.is_outside(id[i]));
                 if free && slope[0].is_nan() {
-                    *slope = floor.at(x).map_or([0.0; D], |point| point.slope);
+                    *slope = path.at(x).map_or([0.0; D], |point| point.slope);
                 }
                 if !free {
                     (0..D).for_each(|c| x[c] += dt * drift[c]);
-                    if let Some(found) = floor.at(x) {
+                    if let Some(found) = path.at(x) {
                         *point = found;
                     }
-                    floor.reflect(x, v, point);
+                    path.reflect(x, v, point);
                     *slope = point.slope;
                     return;
                 }
-                let (place, found) = half_drift(&floor, x, &drift, slope, dt);
+                let (place, found) = half_drift(&path, x, &drift, slope, dt);
                 *x = place;
                 // Nodes beyond the bed keep the last bed below them until they are removed at the end of the step.
                 let Some(found) = found else { return };
@@ -73,10 +73,10 @@ pub(crate) fn first_half_drift<const D: usize>(
                 *v = parallel_transport(v, slope, &point.slope);
                 if turns {
                     let ahead: PlanVector<D> = std::array::from_fn(|c| x[c] + dt * v[c]);
-                    *turned =
-                        curvature_acceleration_dt(v, slope, point, floor.at(&ahead).as_ref()) / (2.0 * dt);
+                    *curvature =
+                        curvature_acceleration_dt(v, slope, point, path.at(&ahead).as_ref()) / (2.0 * dt);
                 }
-                floor.reflect(x, v, point);
+                path.reflect(x, v, point);
                 *slope = point.slope;
             },
         );
@@ -93,8 +93,8 @@ pub(crate) fn second_half_drift<const D: usize>(
 ) {
     let carries = bed.transports_velocities(settings);
     let smoothed = settings.numerics.xsph > 0.0;
-    let floor = BedPath::new(bed, &boundary.walls);
-    let held = boundary.has_outside_nodes();
+    let path = BedPath::new(bed, &boundary.walls);
+    let has_outside = boundary.has_outside_nodes();
     for set in sets {
         let PhaseSet { nodes, bed, scratch_vectors, .. } = set;
         let id = &nodes.id;
@@ -102,12 +102,12 @@ pub(crate) fn second_half_drift<const D: usize>(
         moves.zip(&*bed).enumerate().with_min_len(TASK).for_each(|(i, (((x, v), slope), point))| {
             let drift = if smoothed { scratch_vectors[i] } else { *v };
             (0..D).for_each(|c| x[c] += dt * drift[c]);
-            let free = carries && !(held && boundary.is_outside(id[i]));
-            let mut last = floor.at(x).filter(|_| carries).unwrap_or(*point);
+            let free = carries && !(has_outside && boundary.is_outside(id[i]));
+            let mut last = path.at(x).filter(|_| carries).unwrap_or(*point);
             if free {
                 *v = parallel_transport(v, &point.slope, &last.slope);
             }
-            floor.reflect(x, v, &mut last);
+            path.reflect(x, v, &mut last);
             *slope = last.slope;
         });
     }
@@ -123,12 +123,12 @@ pub(crate) fn transport_velocities<const D: usize>(
     if !bed.transports_velocities(settings) {
         return;
     }
-    let floor = BedPath::new(bed, walls);
+    let path = BedPath::new(bed, walls);
     for set in sets {
         let nodes = &mut set.nodes;
         let moves = nodes.position.par_iter().zip(&mut nodes.velocity).zip(&mut nodes.slope);
         moves.with_min_len(TASK).for_each(|((x, v), slope)| {
-            let Some(found) = floor.at(x) else { return };
+            let Some(found) = path.at(x) else { return };
             if !slope[0].is_nan() {
                 *v = parallel_transport(v, slope, &found.slope);
             }

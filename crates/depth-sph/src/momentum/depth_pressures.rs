@@ -26,16 +26,16 @@ pub(super) fn find_earth_pressure<const D: usize>(settings: &FlowSettings<D>, se
         return;
     }
     let kernel = settings.numerics.kernel;
-    let (seen, near) = (&set.neighbour_data, &set.same_phase_neighbours);
+    let (data, neighbours) = (&set.neighbour_data, &set.same_phase_neighbours);
     let divergence = |i: usize| -> f64 {
         let pair = |&j: &u32| {
             let j = j as usize;
-            let apart: [f64; D] = std::array::from_fn(|c| seen.position[i][c] - seen.position[j][c]);
-            let relative: [f64; D] = std::array::from_fn(|c| seen.velocity[i][c] - seen.velocity[j][c]);
-            let gradient = kernel.gradient::<D>(dot(&apart, &apart).sqrt(), seen.length[i]);
-            -seen.volume[j] / seen.height[j] * gradient * dot(&relative, &apart)
+            let apart: [f64; D] = std::array::from_fn(|c| data.position[i][c] - data.position[j][c]);
+            let relative: [f64; D] = std::array::from_fn(|c| data.velocity[i][c] - data.velocity[j][c]);
+            let gradient = kernel.gradient::<D>(dot(&apart, &apart).sqrt(), data.length[i]);
+            -data.volume[j] / data.height[j] * gradient * dot(&relative, &apart)
         };
-        near.neighbours(i).iter().map(pair).sum()
+        neighbours.neighbours(i).iter().map(pair).sum()
     };
     let count = set.nodes.len();
     (0..count).into_par_iter().with_min_len(TASK).map(divergence).collect_into_vec(&mut set.divergence);
@@ -51,7 +51,7 @@ pub(super) fn find_single_pressures<const D: usize>(
     let submerged = material.densities.submerged(material.porosity);
     for (number, set) in sets.iter_mut().enumerate() {
         let PhaseSet {
-            nodes, neighbour_data: seen, images, scratch_scalars: scalars, divergence, omega, ..
+            nodes, neighbour_data: data, images, scratch_scalars: scalars, divergence, omega, ..
         } = set;
         scalars.clear();
         if number > 0 || settings.earth_pressure.is_none() {
@@ -72,7 +72,7 @@ pub(super) fn find_single_pressures<const D: usize>(
         if settings.numerics.momentum == PressureForceForm::Variational {
             scalars.iter_mut().zip(&*omega).for_each(|(pressure, omega)| *pressure /= omega);
         }
-        copy_with_images(images, scalars, &mut seen.pressure);
+        copy_with_images(images, scalars, &mut data.pressure);
     }
 }
 
@@ -125,10 +125,10 @@ fn heads_at_fluid<const D: usize>(
     if pore_columns.is_empty() {
         return vec![0.0; fluid.nodes.len()];
     }
-    let shown = solid.cell_sorted.sorted_values(|j| [heads[solid.number(j)]]);
+    let sorted_heads = solid.cell_sorted.sorted_values(|j| [heads[solid.number(j)]]);
     let mean = |i: usize| {
         let (x, length) = (&fluid.nodes.position[i], fluid.nodes.length[i]);
-        solid.cell_sorted.mean(kernel, x, length, &shown).map_or(0.0, |[value]| value)
+        solid.cell_sorted.mean(kernel, x, length, &sorted_heads).map_or(0.0, |[value]| value)
     };
     (0..fluid.nodes.len()).into_par_iter().with_min_len(TASK).map(mean).collect::<Vec<_>>()
 }

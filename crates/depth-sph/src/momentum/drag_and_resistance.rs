@@ -65,11 +65,17 @@ impl<'a, const D: usize> ColumnsOnBed<'a, D> {
         pore_columns: &'a PorePressureColumns,
         set: &'a mut PhaseSet<D>,
     ) -> PhaseParts<'a, D> {
-        let PhaseSet { nodes, bed, neighbour_data: seen, .. } = set;
-        let PhaseNodes { position, velocity, partial_thickness: height, depth, bearing: pull, .. } = nodes;
-        let above =
-            Self { settings, pore_columns, partial_thickness: height, depth, effective_gravity: pull, bed };
-        PhaseParts { above, position, porosity: &seen.porosity, velocity }
+        let PhaseSet { nodes, bed, neighbour_data: data, .. } = set;
+        let PhaseNodes { position, velocity, partial_thickness: height, depth, bearing, .. } = nodes;
+        let above = Self {
+            settings,
+            pore_columns,
+            partial_thickness: height,
+            depth,
+            effective_gravity: bearing,
+            bed,
+        };
+        PhaseParts { above, position, porosity: &data.porosity, velocity }
     }
 
     fn of(
@@ -77,13 +83,13 @@ impl<'a, const D: usize> ColumnsOnBed<'a, D> {
         pore_columns: &'a PorePressureColumns,
         set: &'a PhaseSet<D>,
     ) -> Self {
-        let PhaseNodes { partial_thickness: height, depth, bearing: pull, .. } = &set.nodes;
+        let PhaseNodes { partial_thickness: height, depth, bearing, .. } = &set.nodes;
         Self {
             settings,
             pore_columns,
             partial_thickness: height,
             depth,
-            effective_gravity: pull,
+            effective_gravity: bearing,
             bed: &set.bed,
         }
     }
@@ -95,18 +101,18 @@ impl<'a, const D: usize> ColumnsOnBed<'a, D> {
         let depth = if settings.phases == Phases::Layers { self.partial_thickness[i] } else { self.depth[i] };
         let material = &settings.material;
         let densities = &material.densities;
-        let (bed, pull) = (&self.bed[i], self.effective_gravity[i]);
+        let (bed, bearing) = (&self.bed[i], self.effective_gravity[i]);
         let density = densities.mixture(porosity);
         let pore_pressure = if material.saturated {
             let excess = densities.submerged(porosity) * self.pore_columns.base(i);
-            pull * (densities.fluid * depth + excess)
+            bearing * (densities.fluid * depth + excess)
         } else {
             0.0
         };
         BasalFlow {
             depth: depth / bed.steepness().sqrt(),
             speed: bed.speed(velocity),
-            normal_stress: density * pull * depth,
+            normal_stress: density * bearing * depth,
             pore_pressure,
             slope: 0.0,
             unit_weight: density * settings.whole_gravity(),
@@ -163,11 +169,11 @@ pub(super) fn apply_drag_and_resistance<const D: usize>(
 ) {
     let FlowNodes { sets, pore_columns, .. } = nodes;
     let velocities = sorted_velocities(sets);
-    let bonds: Vec<Vec<Option<DragCoupling>>> =
+    let couplings: Vec<Vec<Option<DragCoupling>>> =
         (0..2).map(|role| drag_couplings(settings, limits, sets, role, dt, &velocities)).collect();
-    relax_slip(settings, sets, &bonds, SlipSelection::Whole, &velocities);
-    let impulses = apply_yield_resistance(settings, pore_columns, &mut sets[0], &bonds[0], dt);
-    pass_impulses(settings.numerics.kernel, sets, &bonds[1], &impulses);
+    relax_slip(settings, sets, &couplings, SlipSelection::Whole, &velocities);
+    let impulses = apply_yield_resistance(settings, pore_columns, &mut sets[0], &couplings[0], dt);
+    pass_impulses(settings.numerics.kernel, sets, &couplings[1], &impulses);
     // The part of the resistance that grows with the speed, for each phase by itself; the slip that it adds relaxes.
     for set in &mut *sets {
         set.start_velocity.clone_from(&set.nodes.velocity);
@@ -175,7 +181,7 @@ pub(super) fn apply_drag_and_resistance<const D: usize>(
     apply_rate_resistance(settings, pore_columns, &mut sets[0], 0, dt);
     apply_rate_resistance(settings, pore_columns, &mut sets[1], 1, dt);
     let velocities = sorted_velocities(sets);
-    relax_slip(settings, sets, &bonds, SlipSelection::Added, &velocities);
+    relax_slip(settings, sets, &couplings, SlipSelection::Added, &velocities);
 }
 
 /// Masses and shares at the nodes of a phase; `None` where the other phase is absent.
@@ -189,7 +195,7 @@ fn drag_couplings<const D: usize>(
 ) -> Vec<Option<DragCoupling>> {
     let set = &sets[role];
     let (kernel, densities) = (settings.numerics.kernel, &settings.material.densities);
-    let bond = |i: usize| {
+    let coupling = |i: usize| {
         let (own, partner) = (set.nodes.partial_thickness[i], set.neighbour_data.partner[i]);
         if own < limits.min_partner_depth || partner < limits.min_partner_depth {
             return None;
@@ -203,7 +209,7 @@ fn drag_couplings<const D: usize>(
         let masses = [densities.grain * solid, densities.fluid * fluid];
         Some(DragCoupling { masses, shares: relaxation_shares(beta * dt) })
     };
-    (0..set.len()).into_par_iter().with_min_len(TASK).map(bond).collect::<Vec<_>>()
+    (0..set.len()).into_par_iter().with_min_len(TASK).map(coupling).collect::<Vec<_>>()
 }
 
 /// Velocities before the step and their changes in the step, of each phase in the order of its cells. The second axis of one dimension
@@ -248,7 +254,7 @@ fn slip<const D: usize>(
 fn relax_slip<const D: usize>(
     settings: &FlowSettings<D>,
     sets: &mut [PhaseSet<D>],
-    bonds: &[Vec<Option<DragCoupling>>],
+    couplings: &[Vec<Option<DragCoupling>>],
     which: SlipSelection,
     velocities: &SortedVelocities,
 ) {
@@ -256,10 +262,10 @@ fn relax_slip<const D: usize>(
     let changes: Vec<Vec<PlanVector<D>>> = (0..2)
         .map(|role| {
             let change = |i: usize| {
-                let Some(bond) = &bonds[role][i] else { return [0.0; D] };
-                let (old, new) = bond.shares;
+                let Some(coupling) = &couplings[role][i] else { return [0.0; D] };
+                let (old, new) = coupling.shares;
                 let Some([before, added]) = slip(kernel, sets, role, i, velocities) else { return [0.0; D] };
-                let part = bond.part(role);
+                let part = coupling.part(role);
                 let old = if which == SlipSelection::Whole { old } else { 0.0 };
                 std::array::from_fn(|c| part * (old * before[c] + new * added[c]))
             };
@@ -280,7 +286,7 @@ fn apply_yield_resistance<const D: usize>(
     settings: &FlowSettings<D>,
     pore_columns: &PorePressureColumns,
     solid: &mut PhaseSet<D>,
-    bonds: &[Option<DragCoupling>],
+    couplings: &[Option<DragCoupling>],
     dt: f64,
 ) -> Vec<PlanVector<D>> {
     let set = &*solid;
@@ -295,8 +301,8 @@ fn apply_yield_resistance<const D: usize>(
         if speed == 0.0 {
             return ([0.0; D], v);
         }
-        let mobility =
-            bonds[i].map_or(1.0 / (densities.grain * set.nodes.partial_thickness[i]), |bond| bond.mobility());
+        let mobility = couplings[i]
+            .map_or(1.0 / (densities.grain * set.nodes.partial_thickness[i]), |coupling| coupling.mobility());
         let cosine = 1.0 / set.bed[i].steepness().sqrt();
         let share = if basal.speed > 0.0 { speed / basal.speed } else { 1.0 };
         let yields = dt * law.static_shear_strength(&basal) / cosine * share;
@@ -319,25 +325,26 @@ fn apply_yield_resistance<const D: usize>(
 fn pass_impulses<const D: usize>(
     kernel: Kernel,
     sets: &mut [PhaseSet<D>],
-    bonds: &[Option<DragCoupling>],
+    couplings: &[Option<DragCoupling>],
     impulses: &[PlanVector<D>],
 ) {
     let (solid, fluid) = (&sets[0], &sets[1]);
-    let shown = solid.cell_sorted.sorted_values(|j| {
+    let sorted_impulses = solid.cell_sorted.sorted_values(|j| {
         let sign = j.checked_sub(solid.len()).map_or([1.0; D], |image| solid.images[image].sign);
         let impulse = &impulses[solid.number(j)];
         std::array::from_fn::<f64, D, _>(|c| sign[c] * impulse[c])
     });
-    let taken = |i: usize| {
-        let Some(bond) = &bonds[i] else { return [0.0; D] };
+    let changes_of_fluid = |i: usize| {
+        let Some(coupling) = &couplings[i] else { return [0.0; D] };
         let (x, length) = (&fluid.nodes.position[i], fluid.nodes.length[i]);
-        let mean = solid.cell_sorted.mean(kernel, x, length, &shown).unwrap_or([0.0; D]);
-        std::array::from_fn(|c| bond.passed() * mean[c])
+        let mean = solid.cell_sorted.mean(kernel, x, length, &sorted_impulses).unwrap_or([0.0; D]);
+        std::array::from_fn(|c| coupling.passed() * mean[c])
     };
-    let taken: Vec<PlanVector<D>> = (0..fluid.len()).into_par_iter().with_min_len(TASK).map(taken).collect();
-    for (v, taken) in sets[1].nodes.velocity.iter_mut().zip(&taken) {
+    let changes_of_fluid: Vec<PlanVector<D>> =
+        (0..fluid.len()).into_par_iter().with_min_len(TASK).map(changes_of_fluid).collect();
+    for (v, changes_of_fluid) in sets[1].nodes.velocity.iter_mut().zip(&changes_of_fluid) {
         for c in 0..D {
-            v[c] -= taken[c];
+            v[c] -= changes_of_fluid[c];
         }
     }
 }

@@ -41,7 +41,7 @@ pub(super) struct SimdForceSums<const D: usize> {
     /// `Σ m (p_I + p_J) ∇W`.
     pub(super) pressure_gradient: [f64x4; D],
     /// `-Σ m Π ∇W` (m/s²).
-    pub(super) viscous: [f64x4; D],
+    viscous: [f64x4; D],
     /// `Σ (m/h) (f_J - f_I) ∇W` of the fields.
     field_gradients: [[f64x4; D]; FIELDS],
     /// `Σ (m/h) (x_J - x_I) ⊗ ∇W`.
@@ -56,18 +56,26 @@ impl<const D: usize> SimdForceSums<D> {
         moment: [[f64x4::ZERO; D]; D],
     };
 
+    /// Adds the viscous terms `-m Π ∇W` of four neighbours, of this strength over their distance vectors.
+    #[inline(always)]
+    pub(super) fn add_viscosity(&mut self, strength: f64x4, apart: &[f64x4; D]) {
+        for c in 0..D {
+            self.viscous[c] -= strength * apart[c];
+        }
+    }
+
     /// Adds the terms of four neighbours, `-(m/h) W'/r`, to the gradients of the fields, whose values at the node are `here`.
     #[inline(always)]
     pub(super) fn add_field_gradients(
         &mut self,
-        near: &CellSorted<D>,
+        cell_sorted: &CellSorted<D>,
         first: usize,
         share: f64x4,
         here: &[f64x4; FIELDS],
         apart: &[f64x4; D],
     ) {
         for (f, slope) in self.field_gradients.iter_mut().enumerate() {
-            let column = if f == 0 { &near.partial_thickness } else { &near.fields[f] };
+            let column = if f == 0 { &cell_sorted.partial_thickness } else { &cell_sorted.fields[f] };
             let change = share * (four_values(column, first) - here[f]);
             for c in 0..D {
                 slope[c] += change * apart[c];
@@ -94,7 +102,7 @@ impl<const D: usize> SimdForceSums<D> {
 
 /// Fields whose gradients are computed; those that a problem does not have are zero.
 #[inline]
-pub(super) fn gradient_fields<const D: usize>(seen: &NeighbourData<D>, i: usize) -> [f64; FIELDS] {
+pub(super) fn gradient_fields<const D: usize>(data: &NeighbourData<D>, i: usize) -> [f64; FIELDS] {
     let of = |column: &[f64]| column.get(i).copied().unwrap_or(0.0);
-    [seen.height[i], of(&seen.partner), of(&seen.porosity), of(&seen.excess), of(&seen.level)]
+    [data.height[i], of(&data.partner), of(&data.porosity), of(&data.excess), of(&data.level)]
 }

@@ -51,44 +51,43 @@ impl<'a, const D: usize> PairForces<'a, D> {
         let numerics = &self.settings.numerics;
         let kernel = numerics.kernel;
         let support = kernel.support();
-        let (nodes, seen, near) = (self.nodes, self.neighbour_data, self.cell_sorted);
+        let (nodes, data, sorted) = (self.nodes, self.neighbour_data, self.cell_sorted);
         let (x, length) = (&nodes.position[i], nodes.length[i]);
         let viscosity = ArtificialViscosity::of(numerics, nodes, i);
         let factor = f64x4::splat(kernel.factor::<D>());
         let mut sums = SimdForceSums::NONE;
-        near.for_each_neighbour(
+        sorted.for_each_neighbour(
             x,
             support * self.max_smoothing_length.at(x).max(length),
             |first, apart, square| {
-                let (own, theirs) = (f64x4::splat(length), four_values(&near.length, first));
-                let volumes = four_values(&near.volume, first);
+                let (own, theirs) = (f64x4::splat(length), four_values(&sorted.length, first));
+                let volumes = four_values(&sorted.volume, first);
                 let weigh = |length: f64x4| {
                     let reach = length * support;
                     square.simd_lt(reach * reach)
                         & (kernel_slopes::<D>(kernel, factor, square, length) * volumes)
                 };
                 let (here, there) = (weigh(own), weigh(theirs));
-                let push = here * seen.pressure[i] + there * four_values(&near.pressure, first);
+                let gradient = here * data.pressure[i] + there * four_values(&sorted.pressure, first);
                 let mut closing = f64x4::ZERO;
                 for c in 0..D {
-                    sums.pressure_gradient[c] += push * apart[c];
-                    closing += (f64x4::splat(nodes.velocity[i][c]) - four_values(&near.velocity[c], first))
+                    sums.pressure_gradient[c] += gradient * apart[c];
+                    closing += (f64x4::splat(nodes.velocity[i][c]) - four_values(&sorted.velocity[c], first))
                         * apart[c];
                 }
                 let approaching = closing.simd_lt(f64x4::ZERO) & (here + there).simd_ne(f64x4::ZERO);
                 if approaching.any() {
-                    let (mean, heights) = ((own + theirs) * 0.5, four_values(&near.partial_thickness, first));
+                    let (mean, heights) =
+                        ((own + theirs) * 0.5, four_values(&sorted.partial_thickness, first));
                     let strength = viscosity.over_kernel(
                         closing,
                         square,
                         mean,
-                        four_values(&near.depth, first),
+                        four_values(&sorted.depth, first),
                         heights,
                     );
                     let strength = approaching & (strength * (here + there) * 0.5);
-                    for c in 0..D {
-                        sums.viscous[c] -= strength * apart[c];
-                    }
+                    sums.add_viscosity(strength, &apart);
                 }
             },
         );
@@ -100,10 +99,10 @@ impl<'a, const D: usize> PairForces<'a, D> {
     pub(super) fn sums<const GRADIENTS: bool>(&self, i: usize, spare: &mut Vec<u32>) -> ForceSums<D> {
         let listed = self.packed_neighbours.are_complete();
         if !listed {
-            let (x, length, near) = (&self.nodes.position[i], self.nodes.length[i], self.cell_sorted);
+            let (x, length, sorted) = (&self.nodes.position[i], self.nodes.length[i], self.cell_sorted);
             let half = 0.5 * self.settings.numerics.kernel.support();
             spare.clear();
-            near.for_each_neighbour(
+            sorted.for_each_neighbour(
                 x,
                 half * (length + self.max_smoothing_length.at(x).max(length)),
                 |first, _, square| {
@@ -126,9 +125,9 @@ impl<'a, const D: usize> PairForces<'a, D> {
         let kernel = if CUBIC { Kernel::CubicSpline } else { numerics.kernel };
         let product = numerics.momentum == PressureForceForm::Product;
         let half_support = 0.5 * kernel.support();
-        let (nodes, seen, near) = (self.nodes, self.neighbour_data, self.cell_sorted);
+        let (nodes, data, sorted) = (self.nodes, self.neighbour_data, self.cell_sorted);
         let (x, length) = (&nodes.position[i], nodes.length[i]);
-        let (pressure, height) = (f64x4::splat(seen.pressure[i]), f64x4::splat(nodes.partial_thickness[i]));
+        let (pressure, height) = (f64x4::splat(data.pressure[i]), f64x4::splat(nodes.partial_thickness[i]));
         let mut velocity = [f64x4::ZERO; D];
         for c in 0..D {
             velocity[c] = f64x4::splat(nodes.velocity[i][c]);
@@ -136,12 +135,12 @@ impl<'a, const D: usize> PairForces<'a, D> {
         let viscosity = ArtificialViscosity::of(numerics, nodes, i);
         let mut here = [f64x4::ZERO; FIELDS];
         if GRADIENTS {
-            here = gradient_fields(seen, i).map(f64x4::splat);
+            here = gradient_fields(data, i).map(f64x4::splat);
         }
         let factor = f64x4::splat(kernel.factor::<D>());
         let mut sums = SimdForceSums::NONE;
-        near.for_each_listed(x, entries, |first, apart, square| {
-            let both = four_values(&near.length, first) + length;
+        sorted.for_each_listed(x, entries, |first, apart, square| {
+            let both = four_values(&sorted.length, first) + length;
             let reach = both * half_support;
             let inside = square.simd_lt(reach * reach);
             if !inside.any() {
@@ -149,32 +148,30 @@ impl<'a, const D: usize> PairForces<'a, D> {
             }
             let mean = both * 0.5;
             let weight = inside
-                & (kernel_slopes::<D>(kernel, factor, square, mean) * four_values(&near.volume, first));
+                & (kernel_slopes::<D>(kernel, factor, square, mean) * four_values(&sorted.volume, first));
             let (heights, pressures) =
-                (four_values(&near.partial_thickness, first), four_values(&near.pressure, first));
+                (four_values(&sorted.partial_thickness, first), four_values(&sorted.pressure, first));
             let pair = if product {
                 // (P_I + P_J)/(h_I h_J), from pressures given as P/h².
                 inside & (pressure * height / heights + pressures * heights / height)
             } else {
                 pressure + pressures
             };
-            let push = pair * weight;
+            let gradient = pair * weight;
             let mut closing = f64x4::ZERO;
             for c in 0..D {
-                sums.pressure_gradient[c] += push * apart[c];
-                closing += (velocity[c] - four_values(&near.velocity[c], first)) * apart[c];
+                sums.pressure_gradient[c] += gradient * apart[c];
+                closing += (velocity[c] - four_values(&sorted.velocity[c], first)) * apart[c];
             }
             let approaching = inside & closing.simd_lt(f64x4::ZERO);
             if approaching.any() {
                 let strength =
-                    viscosity.over_kernel(closing, square, mean, four_values(&near.depth, first), heights);
+                    viscosity.over_kernel(closing, square, mean, four_values(&sorted.depth, first), heights);
                 let strength = approaching & (strength * weight);
-                for c in 0..D {
-                    sums.viscous[c] -= strength * apart[c];
-                }
+                sums.add_viscosity(strength, &apart);
             }
             if GRADIENTS {
-                sums.add_field_gradients(near, first, inside & (weight / heights), &here, &apart);
+                sums.add_field_gradients(sorted, first, inside & (weight / heights), &here, &apart);
             }
         });
         sums.sums()

@@ -93,14 +93,14 @@ impl<const D: usize> PairForces<'_, D> {
         sums: &ForceSums<D>,
         by_differences: bool,
     ) -> PlanVector<D> {
-        let (seen, settings) = (self.neighbour_data, self.settings);
-        let pull = self.nodes.effective_gravity[i];
-        let [height, partner, porosity, excess, _] = gradient_fields(seen, i);
+        let (data, settings) = (self.neighbour_data, self.settings);
+        let gravity = self.nodes.effective_gravity[i];
+        let [height, partner, porosity, excess, _] = gradient_fields(data, i);
         let slopes = sums.field_gradients.map(|slope| corrected(&sums.moment, &slope));
         let [height_slope, partner_slope, porosity_slope, excess_slope, level_slope] = slopes;
         let densities = &settings.material.densities;
         let ratio = densities.fluid / densities.grain;
-        let depth = seen.depth[i];
+        let depth = data.depth[i];
         std::array::from_fn(|c| {
             let own = match (role, by_differences) {
                 (PhaseRole::Solid, true) => {
@@ -124,7 +124,7 @@ impl<const D: usize> PairForces<'_, D> {
             };
             // For the gradient of the free surface, the slope of the bed by differences of the neighbours, in place of its own.
             let level = if settings.numerics.surface_gradient { level_slope[c] } else { 0.0 };
-            pull * (own - level)
+            gravity * (own - level)
         })
     }
 
@@ -140,8 +140,8 @@ impl<const D: usize> PairForces<'_, D> {
         let densities = &self.settings.material.densities;
         let factor = if role == PhaseRole::Lower { densities.fluid / densities.grain } else { 1.0 };
         let kernel = self.settings.numerics.kernel;
-        let seen = self.neighbour_data;
-        let (x, length) = (&seen.position[i], seen.length[i]);
+        let data = self.neighbour_data;
+        let (x, length) = (&data.position[i], data.length[i]);
         for &j in self.other_phase_neighbours.neighbours(i) {
             let j = j as usize;
             let apart: PlanVector<D> = std::array::from_fn(|c| x[c] - other.position[j][c]);

@@ -20,26 +20,26 @@ pub(super) fn find_thickness_rates<const D: usize>(numerics: &Numerics, sets: &m
 
 impl<const D: usize> PhaseSet<D> {
     fn find_thickness_rates(&mut self, kernel: Kernel, form: ThicknessEquation) {
-        let (seen, near) = (&self.neighbour_data, &self.same_phase_neighbours);
+        let (data, neighbours) = (&self.neighbour_data, &self.same_phase_neighbours);
         let rate = |i: usize| -> f64 {
-            let (x, v, height) = (&seen.position[i], &seen.velocity[i], seen.height[i]);
+            let (x, v, height) = (&data.position[i], &data.velocity[i], data.height[i]);
             let pair = |&j: &u32| {
                 let j = j as usize;
-                let apart: PlanVector<D> = std::array::from_fn(|c| x[c] - seen.position[j][c]);
-                let relative: PlanVector<D> = std::array::from_fn(|c| v[c] - seen.velocity[j][c]);
-                let mean = 0.5 * (seen.length[i] + seen.length[j]);
+                let apart: PlanVector<D> = std::array::from_fn(|c| x[c] - data.position[j][c]);
+                let relative: PlanVector<D> = std::array::from_fn(|c| v[c] - data.velocity[j][c]);
+                let mean = 0.5 * (data.length[i] + data.length[j]);
                 let gradient = kernel.gradient::<D>(dot(&apart, &apart).sqrt(), mean);
-                let volume = seen.volume[j];
+                let volume = data.volume[j];
                 gradient
                     * match form {
                         ThicknessEquation::RateDifference => volume * dot(&relative, &apart),
                         ThicknessEquation::RateVolume => {
-                            height * volume / seen.height[j] * dot(&relative, &apart)
+                            height * volume / data.height[j] * dot(&relative, &apart)
                         }
-                        _ => -height * volume / seen.height[j] * dot(&seen.velocity[j], &apart),
+                        _ => -height * volume / data.height[j] * dot(&data.velocity[j], &apart),
                     }
             };
-            near.neighbours(i).iter().map(pair).sum()
+            neighbours.neighbours(i).iter().map(pair).sum()
         };
         let count = self.nodes.len();
         (0..count).into_par_iter().with_min_len(TASK).map(rate).collect_into_vec(&mut self.rate);

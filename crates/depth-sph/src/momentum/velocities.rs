@@ -33,23 +33,27 @@ pub(super) fn smooth_velocities<const D: usize>(
     let (kernel, share) = (settings.numerics.kernel, settings.numerics.xsph);
     for set in sets {
         set.update_image_thickness();
-        let (seen, near) = (&set.neighbour_data, &set.same_phase_neighbours);
-        let smooth = |i: usize| -> PlanVector<D> {
-            let mut v = seen.velocity[i];
-            for &j in near.neighbours(i) {
+        let (data, neighbours) = (&set.neighbour_data, &set.same_phase_neighbours);
+        let smoothed = |i: usize| -> PlanVector<D> {
+            let mut v = data.velocity[i];
+            for &j in neighbours.neighbours(i) {
                 let j = j as usize;
-                let apart: PlanVector<D> = std::array::from_fn(|c| seen.position[i][c] - seen.position[j][c]);
-                let mean = 0.5 * (seen.length[i] + seen.length[j]);
-                let weight = 2.0 * seen.volume[j] / (seen.height[i] + seen.height[j])
+                let apart: PlanVector<D> = std::array::from_fn(|c| data.position[i][c] - data.position[j][c]);
+                let mean = 0.5 * (data.length[i] + data.length[j]);
+                let weight = 2.0 * data.volume[j] / (data.height[i] + data.height[j])
                     * kernel.value::<D>(dot(&apart, &apart).sqrt(), mean);
                 for c in 0..D {
-                    v[c] += share * weight * (seen.velocity[j][c] - seen.velocity[i][c]);
+                    v[c] += share * weight * (data.velocity[j][c] - data.velocity[i][c]);
                 }
             }
             v
         };
         let count = set.nodes.len();
-        (0..count).into_par_iter().with_min_len(TASK).map(smooth).collect_into_vec(&mut set.scratch_vectors);
+        (0..count)
+            .into_par_iter()
+            .with_min_len(TASK)
+            .map(smoothed)
+            .collect_into_vec(&mut set.scratch_vectors);
     }
     Ok(())
 }

@@ -101,20 +101,20 @@ impl<const D: usize> CellSorted<D> {
     /// When a position is not finite.
     pub fn sort_into_cells(
         &mut self,
-        seen: &NeighbourData<D>,
+        data: &NeighbourData<D>,
         edge: f64,
         search: SearchOrientation,
     ) -> Result<(), SearchError> {
         let axes = if search == SearchOrientation::Turned {
-            SearchAxes::along(&seen.position)
+            SearchAxes::along(&data.position)
         } else {
             SearchAxes::PLAN
         };
         if axes.are_those_of_the_plan() {
-            self.cells.build(&seen.position, edge)?;
+            self.cells.build(&data.position, edge)?;
         } else {
-            let place = |i: usize| axes.to_axes(&seen.position[i]);
-            (0..seen.position.len())
+            let place = |i: usize| axes.to_axes(&data.position[i]);
+            (0..data.position.len())
                 .into_par_iter()
                 .with_min_len(8 * TASK)
                 .map(place)
@@ -124,16 +124,16 @@ impl<const D: usize> CellSorted<D> {
         self.axes = axes;
         let order = self.cells.order();
         for (c, column) in self.position.iter_mut().enumerate() {
-            gather_column(order, column, |j| seen.position[j][c]);
+            gather_column(order, column, |j| data.position[j][c]);
         }
-        gather_column(order, &mut self.volume, |j| seen.volume[j]);
-        gather_column(order, &mut self.previous_length, |j| seen.length[j]);
+        gather_column(order, &mut self.volume, |j| data.volume[j]);
+        gather_column(order, &mut self.previous_length, |j| data.length[j]);
         Ok(())
     }
 
     /// Copies the heights of the phase.
-    pub fn update_thickness(&mut self, seen: &NeighbourData<D>) {
-        gather_column(self.cells.order(), &mut self.partial_thickness, |j| seen.height[j]);
+    pub fn update_thickness(&mut self, data: &NeighbourData<D>) {
+        gather_column(self.cells.order(), &mut self.partial_thickness, |j| data.height[j]);
     }
 
     /// Columns of values of the neighbour data, in the order of the cells.
@@ -175,17 +175,17 @@ impl<const D: usize> CellSorted<D> {
     }
 
     /// Copies the data of the forces.
-    pub fn gather_force_data(&mut self, seen: &NeighbourData<D>, with_fields: bool) {
+    pub fn gather_force_data(&mut self, data: &NeighbourData<D>, with_fields: bool) {
         let order = self.cells.order();
         for (c, column) in self.velocity.iter_mut().enumerate() {
-            gather_column(order, column, |j| seen.velocity[j][c]);
+            gather_column(order, column, |j| data.velocity[j][c]);
         }
-        gather_column(order, &mut self.length, |j| seen.length[j]);
-        gather_column(order, &mut self.partial_thickness, |j| seen.height[j]);
-        gather_column(order, &mut self.depth, |j| seen.depth[j]);
-        gather_column(order, &mut self.pressure, |j| seen.pressure[j]);
+        gather_column(order, &mut self.length, |j| data.length[j]);
+        gather_column(order, &mut self.partial_thickness, |j| data.height[j]);
+        gather_column(order, &mut self.depth, |j| data.depth[j]);
+        gather_column(order, &mut self.pressure, |j| data.pressure[j]);
         if with_fields {
-            let sources = [&seen.partner, &seen.porosity, &seen.excess, &seen.level];
+            let sources = [&data.partner, &data.porosity, &data.excess, &data.level];
             for (column, source) in self.fields[1..].iter_mut().zip(sources) {
                 gather_column(order, column, |j| source.get(j).copied().unwrap_or(0.0));
             }

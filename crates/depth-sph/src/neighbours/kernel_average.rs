@@ -18,7 +18,7 @@ pub fn kernel_average<const D: usize, const N: usize>(
     kernel: Kernel,
     x: &PlanVector<D>,
     length: f64,
-    seen: &NeighbourData<D>,
+    data: &NeighbourData<D>,
     neighbours: impl Iterator<Item = usize>,
     field: impl Fn(usize) -> [f64; N],
 ) -> Option<[f64; N]> {
@@ -26,9 +26,9 @@ pub fn kernel_average<const D: usize, const N: usize>(
     let support = kernel.support();
     let (mut weights, mut total) = (0.0, [0.0; N]);
     for j in neighbours {
-        let q = square(x, &seen.position[j]).sqrt() * inverse;
+        let q = square(x, &data.position[j]).sqrt() * inverse;
         if q < support {
-            let weight = seen.volume[j] / seen.height[j] * kernel.profile::<D>(q);
+            let weight = data.volume[j] / data.height[j] * kernel.profile::<D>(q);
             weights += weight;
             let value = field(j);
             for c in 0..N {

@@ -152,14 +152,14 @@ impl<const D: usize> PhaseSet<D> {
             &self.neighbour_data.length,
             (1.0 + SKIN) * support,
         );
-        let (seen, own) = (&self.neighbour_data, &self.nodes);
+        let (data, own) = (&self.neighbour_data, &self.nodes);
         let search = NeighbourCriterion { support, around: &self.max_smoothing_length };
         self.same_phase_neighbours.build_between(
             &own.position,
             |i| search.radius(&own.position[i], own.length[i]),
-            &seen.position,
+            &data.position,
             0.5 * (1.0 + SKIN) * median_radius(support, &own.length),
-            |i, j| i != j && search.is_near(own, i, seen, j),
+            |i, j| i != j && search.is_near(own, i, data, j),
         )
     }
 
@@ -184,22 +184,22 @@ impl<const D: usize> PhaseSet<D> {
 
     /// Updates position, velocity, volume and smoothing length of the neighbour data, with images.
     pub fn place_images(&mut self) {
-        let (nodes, seen) = (&self.nodes, &mut self.neighbour_data);
-        seen.position.clear();
-        seen.position.extend_from_slice(&nodes.position);
-        seen.position
+        let (nodes, data) = (&self.nodes, &mut self.neighbour_data);
+        data.position.clear();
+        data.position.extend_from_slice(&nodes.position);
+        data.position
             .extend(self.images.iter().map(|image| image.place(&nodes.position[image.source as usize])));
-        copy_with_images(&self.images, &nodes.volume, &mut seen.volume);
-        copy_with_images(&self.images, &nodes.length, &mut seen.length);
+        copy_with_images(&self.images, &nodes.volume, &mut data.volume);
+        copy_with_images(&self.images, &nodes.length, &mut data.length);
         self.update_image_velocities();
     }
 
     /// Updates the velocity of the neighbour data, with images.
     pub fn update_image_velocities(&mut self) {
-        let (nodes, seen) = (&self.nodes, &mut self.neighbour_data);
-        seen.velocity.clear();
-        seen.velocity.extend_from_slice(&nodes.velocity);
-        seen.velocity.extend(
+        let (nodes, data) = (&self.nodes, &mut self.neighbour_data);
+        data.velocity.clear();
+        data.velocity.extend_from_slice(&nodes.velocity);
+        data.velocity.extend(
             self.images.iter().map(|image| image.transform_vector(&nodes.velocity[image.source as usize])),
         );
     }

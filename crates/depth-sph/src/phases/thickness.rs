@@ -31,27 +31,25 @@ impl<const D: usize> PhaseSet<D> {
             &self.neighbour_data.length,
             (1.0 + MARGIN) * kernel.support(),
         );
-        let Self {
-            nodes, cell_sorted: packed, packed_neighbours: fours, max_smoothing_length: around, ..
-        } = self;
-        let (packed, around) = (&*packed, &*around);
+        let Self { nodes, cell_sorted, packed_neighbours, max_smoothing_length, .. } = self;
+        let (cell_sorted, max_smoothing_length) = (&*cell_sorted, &*max_smoothing_length);
         let (position, volume, first, scale) =
             (&nodes.position, &nodes.volume, &nodes.first_length, &nodes.scale);
         let columns = nodes.partial_thickness.par_chunks_mut(TASK).zip(nodes.length.par_chunks_mut(TASK));
-        let blocks = fours.blocks(position.len()).par_iter_mut().zip(columns).enumerate();
+        let blocks = packed_neighbours.blocks(position.len()).par_iter_mut().zip(columns).enumerate();
         blocks.for_each_init(
-            || packed.nearby_nodes(),
-            |near, (number, (block, (heights, lengths)))| {
+            || cell_sorted.nearby_nodes(),
+            |nearby, (number, (block, (heights, lengths)))| {
                 block.clear();
                 for (k, (height, length)) in heights.iter_mut().zip(lengths).enumerate() {
                     let i = number * TASK + k;
                     let (x, before) = (position[i], *length);
-                    block.push(near.list_neighbours(kernel, x, before, around.at(&x)));
+                    block.push(nearby.list_neighbours(kernel, x, before, max_smoothing_length.at(&x)));
                     for _ in 0..numerics.passes {
                         // For the cubic spline the compiler makes a loop of its own.
                         *height = match kernel {
-                            Kernel::CubicSpline => near.sum_of::<true>(kernel, *length),
-                            _ => near.sum_of::<false>(kernel, *length),
+                            Kernel::CubicSpline => nearby.sum_of::<true>(kernel, *length),
+                            _ => nearby.sum_of::<false>(kernel, *length),
                         };
                         if numerics.variable_length {
                             *length =
@@ -64,7 +62,7 @@ impl<const D: usize> PhaseSet<D> {
                 }
             },
         );
-        fours.check_complete();
+        packed_neighbours.check_complete();
         if numerics.continuity == ThicknessEquation::Normalised {
             self.normalise(kernel);
         }
@@ -72,19 +70,19 @@ impl<const D: usize> PhaseSet<D> {
 
     /// Solves heights `h = Σ m W(ℓ(h))` by Newton's method, with `Ω` (sheet: depth-sph §3.4).
     fn solve_thickness(&mut self, numerics: &Numerics) {
-        let Self { nodes, cell_sorted: packed, omega, .. } = self;
-        let packed = &*packed;
+        let Self { nodes, cell_sorted, omega, .. } = self;
+        let cell_sorted = &*cell_sorted;
         omega.resize(nodes.len(), 1.0);
         let (position, volume, first, scale) =
             (&nodes.position, &nodes.volume, &nodes.first_length, &nodes.scale);
         let columns =
             nodes.partial_thickness.par_iter_mut().zip(nodes.length.par_iter_mut()).zip(omega).enumerate();
         columns.with_min_len(TASK).for_each_init(
-            || packed.nearby_nodes(),
-            |near, (i, ((height, length), omega))| {
-                near.move_to(position[i]);
+            || cell_sorted.nearby_nodes(),
+            |nearby, (i, ((height, length), omega))| {
+                nearby.move_to(position[i]);
                 (*height, *omega) =
-                    solve_node_thickness(near, numerics, length, scale[i] * volume[i], first[i]);
+                    solve_node_thickness(nearby, numerics, length, scale[i] * volume[i], first[i]);
             },
         );
     }
@@ -95,13 +93,13 @@ impl<const D: usize> PhaseSet<D> {
             // There are no heights before the first sum.
             self.update_image_thickness();
         }
-        let (seen, near, nodes) = (&self.neighbour_data, &self.same_phase_neighbours, &self.nodes);
+        let (data, nearby, nodes) = (&self.neighbour_data, &self.same_phase_neighbours, &self.nodes);
         let share = |i: usize| {
-            let own = kernel.value::<D>(0.0, nodes.length[i]) * nodes.volume[i] / seen.height[i];
-            near.neighbours(i).iter().fold(own, |sum, &j| {
+            let own = kernel.value::<D>(0.0, nodes.length[i]) * nodes.volume[i] / data.height[i];
+            nearby.neighbours(i).iter().fold(own, |sum, &j| {
                 let j = j as usize;
-                let r = square(&nodes.position[i], &seen.position[j]).sqrt();
-                sum + seen.volume[j] / seen.height[j] * kernel.value::<D>(r, nodes.length[i])
+                let r = square(&nodes.position[i], &data.position[j]).sqrt();
+                sum + data.volume[j] / data.height[j] * kernel.value::<D>(r, nodes.length[i])
             })
         };
         (0..nodes.len())
@@ -147,7 +145,7 @@ impl<const D: usize> PhaseSet<D> {
 
 /// Height of a node (m) with `ℓ^d h` equal to `kept`, and `Ω = 1 + ℓ/(d h) ∂h/∂ℓ`, one where the length is at a bound.
 fn solve_node_thickness<const D: usize>(
-    near: &mut NearbyNodes<'_, D>,
+    nearby: &mut NearbyNodes<'_, D>,
     numerics: &Numerics,
     length: &mut f64,
     kept: f64,
@@ -155,13 +153,13 @@ fn solve_node_thickness<const D: usize>(
 ) -> (f64, f64) {
     let kernel = numerics.kernel;
     if !numerics.variable_length {
-        return (near.sum(kernel, *length), 1.0);
+        return (nearby.sum(kernel, *length), 1.0);
     }
     let (low, high) = length_bounds(numerics, first);
     *length = length.clamp(low, high);
     let (mut height, mut omega) = (0.0, 1.0);
     for _ in 0..NEWTON.0 {
-        let (sum, slope) = near.sum_and_slope(kernel, *length);
+        let (sum, slope) = nearby.sum_and_slope(kernel, *length);
         (height, omega) = (sum, 1.0 + *length / (D as f64 * sum) * slope);
         let wanted = if omega > MIN_OMEGA {
             let excess = 1.0 - kept / (length.powi(D as i32) * sum);

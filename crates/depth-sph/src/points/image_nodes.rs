@@ -153,10 +153,10 @@ fn push_images<const D: usize>(
 }
 
 /// Copies a value of each node, followed by that of the node of each image.
-pub fn copy_with_images<const D: usize, T: Copy>(images: &[ImageNode<D>], own: &[T], seen: &mut Vec<T>) {
-    seen.clear();
-    seen.extend_from_slice(own);
-    seen.extend(images.iter().map(|image| own[image.source as usize]));
+pub fn copy_with_images<const D: usize, T: Copy>(images: &[ImageNode<D>], own: &[T], values: &mut Vec<T>) {
+    values.clear();
+    values.extend_from_slice(own);
+    values.extend(images.iter().map(|image| own[image.source as usize]));
 }
 
 #[cfg(test)]

@@ -77,8 +77,8 @@ impl PorePressureColumns {
         let dt = time - self.time;
         self.time = time;
         let columns = self.heads.par_chunks_mut(self.width).zip(&mut self.depth).enumerate();
-        let advance = |(i, (head, seen)): (usize, (&mut [f64], &mut f64))| {
-            usize::from(column_step(settings, pore, set, i, head, seen, dt))
+        let advance = |(i, (head, loaded_depth)): (usize, (&mut [f64], &mut f64))| {
+            usize::from(column_step(settings, pore, set, i, head, loaded_depth, dt))
         };
         self.limited_nodes = columns.with_min_len(TASK / 4).map(advance).sum();
     }
@@ -116,7 +116,7 @@ fn column_step<const D: usize>(
     set: &PhaseSet<D>,
     i: usize,
     head: &mut [f64],
-    seen: &mut f64,
+    loaded_depth: &mut f64,
     dt: f64,
 ) -> bool {
     let depth = set.nodes.depth[i];
@@ -125,15 +125,15 @@ fn column_step<const D: usize>(
     let submerged = densities.submerged(porosity);
     if submerged <= 0.0 || depth <= 0.0 {
         head.fill(0.0);
-        *seen = depth;
+        *loaded_depth = depth;
         return false;
     }
-    if seen.is_nan() {
+    if loaded_depth.is_nan() {
         pore_pressure_column::set_linear_profile(head, pore.excess_ratio * depth);
     } else {
-        pore_pressure_column::load_undrained(head, depth - *seen);
+        pore_pressure_column::load_undrained(head, depth - *loaded_depth);
     }
-    *seen = depth;
+    *loaded_depth = depth;
     let coefficient = match pore.consolidation {
         Consolidation::Coefficient(value) => value,
         Consolidation::OfDrag => pore.stiffness * settings.drag.permeability(porosity, densities),
@@ -141,13 +141,13 @@ fn column_step<const D: usize>(
     let air = -densities.fluid / submerged;
     apply_dilatancy(settings, pore, set, i, porosity, submerged, head, dt);
     drain_column(settings, pore, set, i, coefficient, air, head, dt);
-    let (drainage, pull) = (settings.zone(&set.nodes.position[i]).drainage, set.nodes.bearing[i]);
+    let (drainage, bearing) = (settings.zone(&set.nodes.position[i]).drainage, set.nodes.bearing[i]);
     pore_pressure_column::limit_head(head, depth, |rest| match (drainage, pore.lower_bound) {
         // Over a drained base the whole column may fall to the pressure of the air.
         (Drainage::Atmospheric, _) => air * depth,
         (_, LowerBound::NoSuction) => 0.0,
-        (_, LowerBound::Total { cavitation }) if pull > 0.0 => {
-            air * depth * rest - cavitation / (submerged * pull)
+        (_, LowerBound::Total { cavitation }) if bearing > 0.0 => {
+            air * depth * rest - cavitation / (submerged * bearing)
         }
         (_, LowerBound::Total { .. }) => air * depth * rest,
     })

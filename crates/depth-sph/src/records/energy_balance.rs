@@ -163,8 +163,8 @@ impl EnergyBalance {
         let lost = self.friction + self.viscosity;
         let error = now.kinetic + now.bed + pressure + lost - start.total() - self.entered;
         let drop = start.bed + start.pressure - now.bed - now.pressure + self.entered;
-        let most = drop.max(lost).max(self.peak).max(now.kinetic);
-        EnergyBalanceSummary { now, error, difference, exchanged: most.max(STILL_FRACTION * now.pressure) }
+        let largest = drop.max(lost).max(self.peak).max(now.kinetic);
+        EnergyBalanceSummary { now, error, difference, exchanged: largest.max(STILL_FRACTION * now.pressure) }
     }
 
     /// Adds a change from outside the flow: its energy counts as inflow.

@@ -213,7 +213,7 @@ fn end_inlet<const D: usize>(
     }
     let porosity = porosity(options, given, key)?.unwrap_or(0.0);
     let layer = layer(options, flow, given, key)?;
-    let feed = Inlet { hydrograph: hydrograph(given, key)?, froude: given.froude, porosity, layer };
+    let inlet = Inlet { hydrograph: hydrograph(given, key)?, froude: given.froude, porosity, layer };
     let place = if side.is_max() { case.domain.max[0] } else { case.domain.min[0] };
     let outward = if side.is_max() { 1.0 } else { -1.0 };
     let beyond = [0.0, 4.0 * options.spacing].map(|far| flow.bed.at(&[place + outward * far; D]).is_some());
@@ -231,7 +231,7 @@ fn end_inlet<const D: usize>(
         spacing,
         span,
         periodic: false,
-        inlets: vec![feed],
+        inlets: vec![inlet],
         absorbing_length: 0.0,
     })
 }

@@ -165,13 +165,13 @@ fn build_in<const D: usize>(
     let CaseBed { mut bed, departure, mut warnings, .. } = ground;
     warnings.append(&mut of_maps);
     let settings = settings::<D>(case, options)?;
-    if let Bed::Erodible(worn) = &mut bed {
+    if let Bed::Erodible(erodible) = &mut bed {
         let depths = erodible_depths(case, options)?;
-        worn.set_erodible_depth(|x| {
+        erodible.set_erodible_depth(|x| {
             let of_zone = settings.erodible_depth(&std::array::from_fn(|c| x[c]));
             // Zero where the raster has no data.
-            let most = |raster: &Raster| raster.interpolate(x[0], x[1]).unwrap_or(0.0);
-            depths.as_ref().map_or(of_zone, |raster| of_zone.min(most(raster)))
+            let limit = |raster: &Raster| raster.interpolate(x[0], x[1]).unwrap_or(0.0);
+            depths.as_ref().map_or(of_zone, |raster| of_zone.min(limit(raster)))
         });
     }
     let filled = body_nodes::body_nodes::<D>(case, options, &settings.material, &bed)?;

@@ -61,7 +61,7 @@ impl<const D: usize> OpenBoundary<D> {
     pub(crate) fn store_undisturbed(
         &mut self,
         sets: &[PhaseSet<D>],
-        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+        region: &dyn Fn(&PlanVector<D>) -> SideRegion,
     ) {
         let cells = self.cells();
         for (number, set) in self.own_sets(sets) {
@@ -69,7 +69,7 @@ impl<const D: usize> OpenBoundary<D> {
             let nodes = &set.nodes;
             let depths = self.depths(nodes);
             for (i, x) in nodes.position.iter().enumerate() {
-                let Some(cell) = self.cell(x).filter(|_| part(x) == SideRegion::Interior) else { continue };
+                let Some(cell) = self.cell(x).filter(|_| region(x) == SideRegion::Interior) else { continue };
                 let one = [1.0, depths[i], nodes.depth[i], self.outward * nodes.velocity[i][self.axis]];
                 (0..4).for_each(|k| sums[cell][k] += one[k]);
             }
@@ -88,12 +88,12 @@ impl<const D: usize> OpenBoundary<D> {
         number: usize,
         set: &mut PhaseSet<D>,
         dt: f64,
-        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+        region: &dyn Fn(&PlanVector<D>) -> SideRegion,
     ) {
         let nodes = &mut set.nodes;
         for i in 0..nodes.len() {
             let x = nodes.position[i];
-            let Some(cell) = self.cell(&x).filter(|_| part(&x) == SideRegion::Interior) else { continue };
+            let Some(cell) = self.cell(&x).filter(|_| region(&x) == SideRegion::Interior) else { continue };
             let Some(calm) = self.layer.undisturbed[number][cell] else { continue };
             let celerity = (nodes.effective_gravity[i] * calm.whole).sqrt();
             // Layers that have speeds of their own have one rate.
@@ -125,10 +125,10 @@ pub(crate) fn relax_absorbing_layers<const D: usize>(
     }
     let sides = open_sides(open);
     for (number, end) in open.iter_mut().enumerate() {
-        let part = |x: &PlanVector<D>| region_of(&sides, number, x);
+        let region = |x: &PlanVector<D>| region_of(&sides, number, x);
         for (role, set) in sets.iter_mut().enumerate() {
             if end.is_of(role) {
-                end.relax_layer(role, set, dt, &part);
+                end.relax_layer(role, set, dt, &region);
             }
         }
     }

@@ -114,13 +114,13 @@ fn pass_nodes<const D: usize>(
 ) {
     let sides = open_sides(open);
     for (number, end) in open.iter_mut().enumerate() {
-        let part = |x: &PlanVector<D>| region_of(&sides, number, x);
+        let region = |x: &PlanVector<D>| region_of(&sides, number, x);
         let sets = &mut nodes.sets;
-        let entered = end.count_crossings(sets, &part);
+        let entered = end.count_crossings(sets, &region);
         end.set_inlet_volumes(sets, &entered, (clock.time, settings.gravity));
-        end.find_state(settings, sets, &part, (clock.time, dt, clock.step == 0));
+        end.find_state(settings, sets, &region, (clock.time, dt, clock.step == 0));
         if end.flow_layer.is_none() {
-            update_far_field_nodes(end, nodes, &part);
+            update_far_field_nodes(end, nodes, &region);
         }
     }
     exchange_layer_states(settings, open, &nodes.sets, &sides, (clock.time, dt));
@@ -144,9 +144,9 @@ fn exchange_layer_states<const D: usize>(
         if lower.flow_layer.is_none() {
             return;
         }
-        let part = |x: &PlanVector<D>| region_of(sides, 2 * pair, x);
+        let region = |x: &PlanVector<D>| region_of(sides, 2 * pair, x);
         let fit = |end: &OpenBoundary<D>| {
-            end.fit_interior(settings.numerics.kernel, sets, &part, end.search_distance())
+            end.fit_interior(settings.numerics.kernel, sets, &region, end.search_distance())
         };
         // In plan waves may come at an angle, for which delays along the normal are wrong.
         let arriving = (D == 1).then(|| [fit(lower), fit(upper)]);
@@ -169,14 +169,14 @@ fn exchange_layer_states<const D: usize>(
 fn update_far_field_nodes<const D: usize>(
     end: &mut OpenBoundary<D>,
     nodes: &mut FlowNodes<D>,
-    part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+    region: &dyn Fn(&PlanVector<D>) -> SideRegion,
 ) {
     let count = nodes.sets.len();
     for role in 0..count {
         if !end.is_of(role) {
             continue;
         }
-        let (farthest, removed) = end.set_far_field_nodes(&mut nodes.sets[role].nodes, (count, role), part);
+        let (farthest, removed) = end.set_far_field_nodes(&mut nodes.sets[role].nodes, (count, role), region);
         if !removed.is_empty() {
             let kept: Vec<bool> =
                 nodes.sets[role].nodes.id.iter().map(|id| removed.binary_search(id).is_err()).collect();
@@ -201,8 +201,8 @@ impl<const D: usize> FlowBoundaries<D> {
                 for i in 0..nodes.len() {
                     if end.state.ids.binary_search(&nodes.id[i]).is_ok() {
                         let x = nodes.position[i];
-                        let stand = end.at(end.strip(&x), end.distance_beyond(&x).max(0.0));
-                        nodes.velocity[i] = end.velocity(&stand);
+                        let state = end.at(end.strip(&x), end.distance_beyond(&x).max(0.0));
+                        nodes.velocity[i] = end.velocity(&state);
                     }
                 }
             }

@@ -16,15 +16,18 @@ impl<const D: usize> OpenBoundary<D> {
     fn last_before(
         &self,
         nodes: &PhaseNodes<D>,
-        heads: &PorePressureColumns,
+        columns: &PorePressureColumns,
         limit: f64,
-        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+        region: &dyn Fn(&PlanVector<D>) -> SideRegion,
     ) -> Vec<Option<usize>> {
         let mut last: Vec<Option<(f64, usize)>> = vec![None; self.strips.len()];
         for (i, x) in nodes.position.iter().enumerate() {
             let beyond = self.distance_beyond(x);
-            let has_column = heads.depth[i] > 0.0;
-            if !has_column || beyond > limit || beyond < -self.reach() || part(x) == SideRegion::OutsideOther
+            let has_column = columns.depth[i] > 0.0;
+            if !has_column
+                || beyond > limit
+                || beyond < -self.reach()
+                || region(x) == SideRegion::OutsideOther
             {
                 continue;
             }
@@ -82,12 +85,12 @@ fn copy_columns<const D: usize>(open: &[OpenBoundary<D>], nodes: &mut FlowNodes<
     let FlowNodes { sets, pore_columns, .. } = nodes;
     let nodes = &sets[0].nodes;
     for (number, end) in open.iter().enumerate().filter(|(_, end)| !end.has_inlet() && end.is_of(0)) {
-        let part = |x: &PlanVector<D>| region_of(&sides, number, x);
+        let region = |x: &PlanVector<D>| region_of(&sides, number, x);
         let limit = share * end.reach();
-        let last = end.last_before(nodes, pore_columns, limit, &part);
+        let last = end.last_before(nodes, pore_columns, limit, &region);
         for (i, x) in nodes.position.iter().enumerate() {
             if (end.distance_beyond(x) > limit || pore_columns.depth[i].is_nan())
-                && part(x) == SideRegion::Outside
+                && region(x) == SideRegion::Outside
                 && let Some(from) = last[end.strip(x)]
             {
                 pore_columns.copy_column(i, nodes.depth[i], from);
