@@ -78,7 +78,7 @@ impl PorePressureColumns {
         self.time = time;
         let columns = self.heads.par_chunks_mut(self.width).zip(&mut self.depth).enumerate();
         let advance = |(i, (head, loaded_depth)): (usize, (&mut [f64], &mut f64))| {
-            usize::from(column_step(settings, pore, set, i, head, loaded_depth, dt))
+            usize::from(NodeColumn::of(settings, pore, set, i).advance(head, loaded_depth, dt))
         };
         self.limited_nodes = columns.with_min_len(TASK / 4).map(advance).sum();
     }
@@ -109,103 +109,99 @@ pub fn set_pore_pressures<const D: usize>(
     columns.limited_nodes
 }
 
-/// Advances one column by loading, drainage and bounds; returns whether a bound was reached.
-fn column_step<const D: usize>(
-    settings: &FlowSettings<D>,
-    pore: &PoreColumn,
-    set: &PhaseSet<D>,
+/// Column of a node: its surroundings in a step.
+struct NodeColumn<'a, const D: usize> {
+    settings: &'a FlowSettings<D>,
+    pore: &'a PoreColumn,
+    set: &'a PhaseSet<D>,
+    /// Index of the node.
     i: usize,
-    head: &mut [f64],
-    loaded_depth: &mut f64,
-    dt: f64,
-) -> bool {
-    let depth = set.nodes.depth[i];
-    let porosity = set.neighbour_data.porosity.get(i).copied().unwrap_or(settings.material.porosity);
-    let densities = &settings.material.densities;
-    let submerged = densities.submerged(porosity);
-    if submerged <= 0.0 || depth <= 0.0 {
-        head.fill(0.0);
-        *loaded_depth = depth;
-        return false;
-    }
-    if loaded_depth.is_nan() {
-        pore_pressure_column::set_linear_profile(head, pore.excess_ratio * depth);
-    } else {
-        pore_pressure_column::load_undrained(head, depth - *loaded_depth);
-    }
-    *loaded_depth = depth;
-    let coefficient = match pore.consolidation {
-        Consolidation::Coefficient(value) => value,
-        Consolidation::OfDrag => pore.stiffness * settings.drag.permeability(porosity, densities),
-    };
-    let air = -densities.fluid / submerged;
-    apply_dilatancy(settings, pore, set, i, porosity, submerged, head, dt);
-    drain_column(settings, pore, set, i, coefficient, air, head, dt);
-    let (drainage, bearing) = (settings.zone(&set.nodes.position[i]).drainage, set.nodes.bearing[i]);
-    pore_pressure_column::limit_head(head, depth, |rest| match (drainage, pore.lower_bound) {
-        // Over a drained base the whole column may fall to the pressure of the air.
-        (Drainage::Atmospheric, _) => air * depth,
-        (_, LowerBound::NoSuction) => 0.0,
-        (_, LowerBound::Total { cavitation }) if bearing > 0.0 => {
-            air * depth * rest - cavitation / (submerged * bearing)
-        }
-        (_, LowerBound::Total { .. }) => air * depth * rest,
-    })
-}
-
-/// Consolidates a column over its kind of base. `air` is the head of the air over the depth.
-#[allow(clippy::too_many_arguments, reason = "all that a column knows")]
-fn drain_column<const D: usize>(
-    settings: &FlowSettings<D>,
-    pore: &PoreColumn,
-    set: &PhaseSet<D>,
-    i: usize,
-    coefficient: f64,
-    air: f64,
-    head: &mut [f64],
-    dt: f64,
-) {
-    let depth = set.nodes.depth[i];
-    let normal = depth * depth / set.bed[i].steepness();
-    let densities = &settings.material.densities;
-    let base = match settings.zone(&set.nodes.position[i]).drainage {
-        Drainage::Sealed => BaseCondition::Sealed,
-        Drainage::Hydrostatic => BaseCondition::Head(0.0),
-        Drainage::Atmospheric => BaseCondition::Head(air * depth),
-        Drainage::Partly { conductance } => {
-            let weight = densities.fluid * densities.gravity;
-            let permeability = coefficient / pore.stiffness * weight;
-            BaseCondition::Partly(conductance * normal.sqrt() / permeability)
-        }
-    };
-    let factor = coefficient * dt / normal;
-    match pore.profile {
-        PressureProfile::FiniteDifference => {
-            let mut scratch = [0.0; MOST_CELLS + 1];
-            pore_pressure_column::diffuse_head(head, factor, pore.weight, base, &mut scratch[..head.len()]);
-        }
-        PressureProfile::ShapeFunction => pore_pressure_column::relax_amplitude(head, factor, base),
-    }
-}
-
-/// Adds the dilatancy term: shear dilates dense skeletons and compacts loose ones, `-(K_v/α) γ' K_ψ (n_crit - n)`.
-#[allow(clippy::too_many_arguments, reason = "all that a column knows")]
-fn apply_dilatancy<const D: usize>(
-    settings: &FlowSettings<D>,
-    pore: &PoreColumn,
-    set: &PhaseSet<D>,
-    i: usize,
+    /// Depth (m).
+    depth: f64,
+    /// Porosity of the flow.
     porosity: f64,
+    /// Submerged density of the flow (kg/m³).
     submerged: f64,
-    head: &mut [f64],
-    dt: f64,
-) {
-    let Some((slope, critical)) = pore.dilatancy else { return };
-    let depth = set.nodes.depth[i];
-    let rate = 2.0 * set.bed[i].speed(&set.nodes.velocity[i]) / depth;
-    let strain = rate * slope * (critical - porosity) * dt;
-    let change = -pore.stiffness * strain / (submerged * set.nodes.bearing[i].max(1e-3 * settings.gravity));
-    // Excess pressure stays zero at the surface.
-    let last = head.len() - 1;
-    head[..last].iter_mut().for_each(|value| *value += change);
+}
+
+impl<'a, const D: usize> NodeColumn<'a, D> {
+    fn of(settings: &'a FlowSettings<D>, pore: &'a PoreColumn, set: &'a PhaseSet<D>, i: usize) -> Self {
+        let porosity = set.neighbour_data.porosity.get(i).copied().unwrap_or(settings.material.porosity);
+        let submerged = settings.material.densities.submerged(porosity);
+        Self { settings, pore, set, i, depth: set.nodes.depth[i], porosity, submerged }
+    }
+
+    /// Advances the heads by loading, drainage and bounds over `dt` (s) from the depth of the last loading (m); returns whether a bound
+    /// was reached.
+    fn advance(&self, head: &mut [f64], loaded_depth: &mut f64, dt: f64) -> bool {
+        let Self { settings, pore, set, i, depth, porosity, submerged } = *self;
+        let densities = &settings.material.densities;
+        if submerged <= 0.0 || depth <= 0.0 {
+            head.fill(0.0);
+            *loaded_depth = depth;
+            return false;
+        }
+        if loaded_depth.is_nan() {
+            pore_pressure_column::set_linear_profile(head, pore.excess_ratio * depth);
+        } else {
+            pore_pressure_column::load_undrained(head, depth - *loaded_depth);
+        }
+        *loaded_depth = depth;
+        let coefficient = match pore.consolidation {
+            Consolidation::Coefficient(value) => value,
+            Consolidation::OfDrag => pore.stiffness * settings.drag.permeability(porosity, densities),
+        };
+        let air = -densities.fluid / submerged;
+        self.apply_dilatancy(head, dt);
+        self.drain(coefficient, air, head, dt);
+        let (drainage, bearing) = (settings.zone(&set.nodes.position[i]).drainage, set.nodes.bearing[i]);
+        pore_pressure_column::limit_head(head, depth, |rest| match (drainage, pore.lower_bound) {
+            // Over a drained base the whole column may fall to the pressure of the air.
+            (Drainage::Atmospheric, _) => air * depth,
+            (_, LowerBound::NoSuction) => 0.0,
+            (_, LowerBound::Total { cavitation }) if bearing > 0.0 => {
+                air * depth * rest - cavitation / (submerged * bearing)
+            }
+            (_, LowerBound::Total { .. }) => air * depth * rest,
+        })
+    }
+
+    /// Consolidates the column over its kind of base. `air` is the head of the air over the depth.
+    fn drain(&self, coefficient: f64, air: f64, head: &mut [f64], dt: f64) {
+        let Self { settings, pore, set, i, depth, .. } = *self;
+        let normal = depth * depth / set.bed[i].steepness();
+        let densities = &settings.material.densities;
+        let base = match settings.zone(&set.nodes.position[i]).drainage {
+            Drainage::Sealed => BaseCondition::Sealed,
+            Drainage::Hydrostatic => BaseCondition::Head(0.0),
+            Drainage::Atmospheric => BaseCondition::Head(air * depth),
+            Drainage::Partly { conductance } => {
+                let weight = densities.fluid * densities.gravity;
+                let permeability = coefficient / pore.stiffness * weight;
+                BaseCondition::Partly(conductance * normal.sqrt() / permeability)
+            }
+        };
+        let factor = coefficient * dt / normal;
+        match pore.profile {
+            PressureProfile::FiniteDifference => {
+                let mut scratch = [0.0; MOST_CELLS + 1];
+                let scratch = &mut scratch[..head.len()];
+                pore_pressure_column::diffuse_head(head, factor, pore.weight, base, scratch);
+            }
+            PressureProfile::ShapeFunction => pore_pressure_column::relax_amplitude(head, factor, base),
+        }
+    }
+
+    /// Adds the dilatancy term: shear dilates dense skeletons and compacts loose ones, `-(K_v/α) γ' K_ψ (n_crit - n)`.
+    fn apply_dilatancy(&self, head: &mut [f64], dt: f64) {
+        let Self { settings, pore, set, i, depth, porosity, submerged } = *self;
+        let Some((slope, critical)) = pore.dilatancy else { return };
+        let rate = 2.0 * set.bed[i].speed(&set.nodes.velocity[i]) / depth;
+        let strain = rate * slope * (critical - porosity) * dt;
+        let change =
+            -pore.stiffness * strain / (submerged * set.nodes.bearing[i].max(1e-3 * settings.gravity));
+        // Excess pressure stays zero at the surface.
+        let last = head.len() - 1;
+        head[..last].iter_mut().for_each(|value| *value += change);
+    }
 }

@@ -380,7 +380,7 @@ fn obstacles_on_a_raster_raise_the_bed() {
     value["obstacles"][1]["shape"] = wall;
     let warnings = DepthSph.plan(&case(folder.path(), &value)).unwrap().warnings;
     assert!(
-        warnings.iter().any(|warning| warning.starts_with("obstacles: the bed is as steep as 8")),
+        warnings.iter().any(|warning| warning.starts_with("obstacles: the slope of the bed reaches 8")),
         "{warnings:?}"
     );
 }
