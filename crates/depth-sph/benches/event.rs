@@ -13,7 +13,7 @@ use colluvium_depth_sph::bed::Bed;
 use colluvium_depth_sph::config::choices::SearchOrientation;
 use colluvium_depth_sph::config::settings::FlowSettings;
 use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium_depth_sph::phases::phase_nodes::NewNode;
+use colluvium_depth_sph::points::phase_nodes::NewNode;
 use serde_json::{Value, json};
 
 /// Area of the outline of the release, an ellipse (m²).
@@ -114,7 +114,7 @@ fn strip(degrees: f64, search: SearchOrientation) {
     let (used, mut updates) = (processor(), 0.0);
     for _ in 0..300 {
         flow.advance(flow.limit().dt).expect("a stable step");
-        updates += flow.sets[0].len() as f64;
+        updates += flow.nodes.sets[0].len() as f64;
     }
     let used = processor() - used;
     println!(

@@ -1,27 +1,33 @@
 //! Depth-integrated smoothed particle hydrodynamics: flows over terrain.
 //!
-//! A node is a column of flowing material that moves in plan. Its depth is a sum over its neighbours (`neighbours::kernel`), and
-//! depth gradients, slope ([`bed`]) and resistance of the bed (`phases::drag_and_resistance`) accelerate it. Grains and pore fluid may be
-//! two sets of nodes that `phases::interphase_drag` couples; excess pore pressure is computed on a column of finite differences at every
+//! A node is a column of flowing material that moves in plan. Its depth is a sum over its neighbours (`kernel`), and
+//! depth gradients, slope ([`bed`]) and resistance of the bed (`momentum::drag_and_resistance`) accelerate it. Grains and pore fluid may be
+//! two sets of nodes that `laws::interphase_drag` couples; excess pore pressure is computed on a column of finite differences at every
 //! node of the grains. [`flow::Flow`] has nodes and step, without a case; [`DepthSph`] is the entry point from a case.
 
 pub mod analytical_solutions;
 pub mod bed;
 mod boundary;
+pub mod clock;
 pub mod config;
-pub mod erosion;
 pub mod flow;
+mod flow_context;
+mod flow_nodes;
 pub mod inflow;
-pub mod momentum;
-pub mod neighbours;
+pub mod kernel;
+pub mod laws;
+mod momentum;
+mod neighbours;
 pub mod output;
-pub mod phases;
+mod phases;
+pub mod points;
 pub mod pore_pressure;
+mod records;
 pub mod scalar_transport;
 mod setup;
 pub mod solver;
 
-use colluvium_case::{Capabilities, Case, CaseError, Method, Plan, ProblemSize, Solver};
+use colluvium_case::{Capabilities, Case, CaseError, Method, Plan, PointList, ProblemSize, Snapshot, Solver};
 use schemars::Schema;
 
 pub use crate::solver::DepthSolver;
@@ -70,4 +76,13 @@ impl Method for DepthSph {
     fn build_supported_case(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
         setup::build(case)
     }
+}
+
+/// Points of a depth-resolved model from the nodes of a frame of `case`, for a model downstream (sheet: depth-sph §3.2, 4): each column a
+/// stack of points about as high as wide.
+///
+/// # Errors
+/// When the frame is not one of depth-integrated flow of one phase, or of grains and fluid.
+pub fn point_stacks(case: &Case, snapshot: &Snapshot) -> Result<PointList, CaseError> {
+    output::export_points::point_stacks(case, &setup::options(case)?, snapshot)
 }

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use crate::neighbours::kernel::Kernel;
+use crate::kernel::Kernel;
 
 /// Nodes of a line in ascending order, each with a value.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -10,7 +10,7 @@ use colluvium::case::output::{
     write_atomically, write_npz,
 };
 use colluvium::case::{Case, FieldRole, GrainColumns, PointList, Snapshot};
-use colluvium::depth_sph::output::export_points::point_stacks;
+use colluvium::depth_sph::point_stacks;
 use colluvium::output::run_pictures::read_collection_frame;
 
 use super::{CommandError, check_run_folder, or_default_with_warning};

@@ -2,7 +2,7 @@
 
 use crate::bed::terrain_bed::TerrainBed;
 use crate::bed::{BedPoint, BedSurface};
-use crate::phases::phase_nodes::PlanVector;
+use crate::points::phase_nodes::PlanVector;
 
 /// Steps between two updates of the heights: erosion in so few steps is some millimetres.
 const STEPS_PER_UPDATE: u64 = 10;

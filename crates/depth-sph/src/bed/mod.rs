@@ -1,7 +1,7 @@
 //! Bed: level, slope and curvature in plan of the surface below the flow (sheet: depth-sph §2.9).
 
+pub(crate) mod bed_path;
 mod bicubic_spline;
-pub(crate) mod effective_gravity;
 mod erodible_bed;
 mod terrain_bed;
 pub mod test_terrain;
@@ -11,7 +11,9 @@ use std::sync::Arc;
 
 pub use crate::bed::erodible_bed::{ErodibleBed, ErosionState};
 pub use crate::bed::terrain_bed::TerrainBed;
-use crate::phases::phase_nodes::{PlanVector, dot};
+use crate::config::choices::DepthFrame;
+use crate::config::settings::FlowSettings;
+use crate::points::phase_nodes::{PlanVector, dot};
 
 /// Bed at a position.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,7 +119,7 @@ impl<const D: usize> Bed<D> {
         match self {
             Self::Flat(level) => Some(BedPoint::flat(*level)),
             Self::Surface(surface) => surface.at(x),
-            Self::Erodible(worn) => worn.at(x),
+            Self::Erodible(erodible) => erodible.at(x),
         }
     }
 
@@ -127,7 +129,7 @@ impl<const D: usize> Bed<D> {
         match self {
             Self::Flat(_) => true,
             Self::Surface(surface) => surface.is_defined(x),
-            Self::Erodible(worn) => worn.is_defined(x),
+            Self::Erodible(erodible) => erodible.is_defined(x),
         }
     }
 
@@ -136,8 +138,23 @@ impl<const D: usize> Bed<D> {
         match self {
             Self::Flat(_) => None,
             Self::Surface(surface) => surface.cell(),
-            Self::Erodible(worn) => worn.cell(),
+            Self::Erodible(erodible) => erodible.cell(),
         }
+    }
+
+    /// Bed below a node; level zero beyond its end, where nodes are only until the end of the step.
+    pub fn below(&self, x: &PlanVector<D>) -> BedPoint<D> {
+        self.at(x).unwrap_or(BedPoint::flat(0.0))
+    }
+
+    /// Erodible bed, where erosion is recorded.
+    pub fn erodible(&self) -> Option<&ErodibleBed> {
+        if let Self::Erodible(erodible) = self { Some(erodible) } else { None }
+    }
+
+    /// Whether velocities are transported between tangent planes: over a bed with slopes, in vertical depths over steep terrain.
+    pub(crate) fn transports_velocities(&self, settings: &FlowSettings<D>) -> bool {
+        settings.frame == DepthFrame::Horizontal && !self.is_flat()
     }
 
     /// Whether the bed is a plane without slope, so that it need not be sampled.

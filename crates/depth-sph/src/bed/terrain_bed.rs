@@ -6,7 +6,7 @@ use colluvium_points::{Raster, RasterError};
 
 use crate::bed::bicubic_spline::{BicubicSpline, smoothed_raster};
 use crate::bed::{BedPoint, BedSurface};
-use crate::phases::phase_nodes::PlanVector;
+use crate::points::phase_nodes::PlanVector;
 
 /// Nodes around a position in plan and their bilinear weights, which add up to one.
 pub type BilinearWeights = [(usize, f64); 4];

@@ -1,6 +1,110 @@
-//! Boundaries in plan: image nodes at walls, open sides and ends.
+//! Boundaries in plan: inflows, open sides and ends, and the nodes beyond them.
 //!
 //! The module reads nodes near a side and adds or removes nodes beyond it (sheet: depth-sph §3.9).
 
-pub(crate) mod image_nodes;
+pub(crate) mod inflow_nodes;
 pub(crate) mod open;
+pub(crate) mod stages;
+
+use crate::boundary::open::OpenBoundary;
+use crate::inflow::{Inflow, WaitingNodes};
+use crate::phases::phase::PhaseSet;
+use crate::points::image_nodes::PlanBoundaries;
+use crate::points::phase_nodes::PhaseNodes;
+
+/// Treatment of nodes that leave the bed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OutsideNodes {
+    /// Nodes are removed and counted.
+    #[default]
+    Remove,
+    /// Nodes end the run.
+    Fail,
+}
+
+/// Boundaries of a flow in plan.
+#[derive(Clone, Debug, Default)]
+pub struct FlowBoundaries<const D: usize> {
+    /// Walls and periods.
+    pub walls: PlanBoundaries<D>,
+    /// Lines with inflow.
+    pub inflows: Vec<Inflow<D>>,
+    /// Nodes behind the lines of inflow, which have not entered yet.
+    pub waiting_nodes: WaitingNodes<D>,
+    /// Sides through which waves leave, or with inflow.
+    pub open: Vec<OpenBoundary<D>>,
+    /// Treatment of nodes that leave the bed.
+    pub outside: OutsideNodes,
+}
+
+impl<const D: usize> FlowBoundaries<D> {
+    /// Boundaries with these walls and periods only.
+    pub fn of(walls: PlanBoundaries<D>) -> Self {
+        Self { walls, ..Self::default() }
+    }
+
+    /// Whether there are lines with inflow or open sides.
+    pub fn has_openings(&self) -> bool {
+        !(self.inflows.is_empty() && self.open.is_empty())
+    }
+
+    /// Whether there are nodes behind a line of inflow or beyond an open side.
+    pub fn has_outside_nodes(&self) -> bool {
+        !(self.waiting_nodes.nodes.is_empty() && self.open.is_empty())
+    }
+
+    /// Whether node number `id` has not entered yet, or is beyond an open side.
+    pub fn is_outside(&self, id: u64) -> bool {
+        self.waiting_nodes.of(id).is_some() || self.is_far_field_node(id)
+    }
+
+    /// Whether node number `id` is beyond an open side.
+    pub fn is_far_field_node(&self, id: u64) -> bool {
+        self.open.iter().any(|end| end.state.ids.binary_search(&id).is_ok())
+    }
+
+    /// Whether node number `id` is beyond a side with inflow.
+    pub fn is_inlet_node(&self, id: u64) -> bool {
+        self.open.iter().any(|end| end.has_inlet() && end.state.ids.binary_search(&id).is_ok())
+    }
+
+    /// Volume that has entered (m³).
+    pub fn entered(&self) -> f64 {
+        let lines: f64 = self.inflows.iter().map(Inflow::entered).sum();
+        let passed = |end: &OpenBoundary<D>| end.state.passed.iter().sum::<f64>();
+        self.open.iter().filter(|end| end.has_inlet()).fold(lines, |sum, end| sum - passed(end))
+    }
+
+    /// Volume of pore fluid, on nodes of its own, that has entered (m³).
+    pub fn fluid_entered(&self) -> f64 {
+        let of_line = |inflow: &Inflow<D>| inflow.porosity.unwrap_or(0.0) * inflow.entered();
+        let lines: f64 = self.inflows.iter().map(of_line).sum();
+        self.open.iter().filter(|end| end.has_inlet()).fold(lines, |sum, end| sum - end.state.passed[1])
+    }
+
+    /// Volume that has passed the open sides without inflow, less that which has returned (m³).
+    pub fn passed(&self) -> f64 {
+        self.open.iter().filter(|end| !end.has_inlet()).flat_map(|end| end.state.passed).sum()
+    }
+
+    /// Volume of the nodes that have not entered yet, and of those beyond open ends (m³).
+    pub fn waiting_volume(&self, sets: &[PhaseSet<D>]) -> f64 {
+        let waiting: f64 = self.inflows.iter().map(Inflow::waiting_volume).sum();
+        if self.open.is_empty() { waiting } else { waiting + self.far_field_volume(sets) }
+    }
+
+    /// Volume of the nodes beyond open sides (m³; m² in profiles).
+    pub fn far_field_volume(&self, sets: &[PhaseSet<D>]) -> f64 {
+        let beyond = |nodes: &PhaseNodes<D>| -> f64 {
+            let own = nodes.id.iter().zip(&nodes.volume).filter(|(id, _)| self.is_far_field_node(**id));
+            own.map(|(_, volume)| volume).sum()
+        };
+        sets.iter().map(|set| beyond(&set.nodes)).sum()
+    }
+
+    /// Restores the prescribed velocities of nodes behind lines and beyond sides, whatever forces act on them.
+    pub(crate) fn hold_velocities(&self, sets: &mut [PhaseSet<D>]) {
+        self.hold_far_field_velocities(sets);
+        self.hold_waiting_velocities(sets);
+    }
+}

@@ -6,10 +6,10 @@ use super::{
     ColumnOptions, DepthOptions, FluidResistanceOptions, MixtureOptions, SkeletonConfinement, SkeletonOptions,
 };
 use crate::config::choices::{Phases, PressureForceForm, ThicknessEquation, TimeScheme};
-use crate::erosion::Erosion;
-use crate::flow::MOST_CELLS;
-use crate::phases::interphase_drag::InterphaseDrag;
-use crate::pore_pressure::pore_pressure_column::{Drainage, LowerBound};
+use crate::laws::erosion::Erosion;
+use crate::laws::interphase_drag::InterphaseDrag;
+use crate::laws::pore_pressure_column::MOST_CELLS;
+use crate::laws::pore_pressure_column::{Drainage, LowerBound};
 
 /// Option that is out of range: its key and the reason.
 pub type OptionError = (String, String);

@@ -16,10 +16,10 @@ use crate::config::choices::{
     DepthFrame, FlowLayer, InflowDistribution, Metric, Phases, PressureForceForm, SearchOrientation,
     ThicknessEquation, TimeScheme,
 };
-use crate::erosion::Erosion;
-use crate::neighbours::kernel::Kernel;
-use crate::phases::interphase_drag::InterphaseDrag;
-use crate::pore_pressure::pore_pressure_column::{Drainage, LowerBound, PressureProfile};
+use crate::kernel::Kernel;
+use crate::laws::erosion::Erosion;
+use crate::laws::interphase_drag::InterphaseDrag;
+use crate::laws::pore_pressure_column::{Drainage, LowerBound, PressureProfile};
 
 /// Options of depth-integrated SPH.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -8,10 +8,10 @@ use colluvium_constitutive::basal::BasalRheology;
 use crate::config::choices::{
     DepthFrame, Metric, Phases, PressureForceForm, SearchOrientation, ThicknessEquation, TimeScheme,
 };
-use crate::erosion::Erosion;
-use crate::neighbours::kernel::Kernel;
-use crate::phases::interphase_drag::{InterphaseDrag, MixtureDensities};
-use crate::pore_pressure::pore_pressure_column::{Drainage, LowerBound, PressureProfile};
+use crate::kernel::Kernel;
+use crate::laws::erosion::Erosion;
+use crate::laws::interphase_drag::{InterphaseDrag, MixtureDensities};
+use crate::laws::pore_pressure_column::{Drainage, LowerBound, PressureProfile};
 
 /// Settings that are constant during a flow.
 #[derive(Clone, Debug)]
@@ -42,6 +42,21 @@ pub struct FlowSettings<const D: usize> {
     pub interface_friction: f64,
     /// Numerical parameters.
     pub numerics: Numerics,
+}
+
+/// Phase of a set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PhaseRole {
+    /// Single phase.
+    Single,
+    /// Grains of a mixture.
+    Solid,
+    /// Pore fluid of a mixture.
+    Fluid,
+    /// Avalanche below water.
+    Lower,
+    /// Water above an avalanche.
+    Upper,
 }
 
 /// The flowing material.
@@ -227,6 +242,9 @@ pub struct Numerics {
     pub courant: f64,
     /// Whether friction acts along -x whatever the motion, for similarity solutions that assume it.
     pub friction_along_x: bool,
+    /// Factors on resistance and on pressure, for tests that break them.
+    #[cfg(test)]
+    pub test_factors: [f64; 2],
 }
 
 impl Numerics {
@@ -247,6 +265,8 @@ impl Numerics {
             search: SearchOrientation::Axes,
             courant: 0.3,
             friction_along_x: false,
+            #[cfg(test)]
+            test_factors: [1.0; 2],
         }
     }
 }
@@ -303,6 +323,26 @@ impl<const D: usize> FlowSettings<D> {
     /// Whether the rotation of velocities along the bed matters, by friction or pore pressure.
     pub fn has_resistance(&self) -> bool {
         self.column.is_some() || self.zones.iter().any(|zone| zone.law.is_some())
+    }
+
+    /// Phase of a set.
+    pub fn role(&self, set: usize) -> PhaseRole {
+        match (self.phases, set) {
+            (Phases::One, _) => PhaseRole::Single,
+            (Phases::Two, 0) => PhaseRole::Solid,
+            (Phases::Two, _) => PhaseRole::Fluid,
+            (Phases::Layers, 0) => PhaseRole::Lower,
+            (Phases::Layers, _) => PhaseRole::Upper,
+        }
+    }
+
+    /// Density of a set (kg/m³), of one or of two `sets`.
+    pub fn set_density(&self, sets: usize, set: usize) -> f64 {
+        match (sets, set) {
+            (1, _) => self.material.density(),
+            (_, 0) => self.material.densities.grain,
+            _ => self.material.densities.fluid,
+        }
     }
 
     /// Number of sets of nodes.

@@ -5,12 +5,11 @@
 //! rows follow from the discharge and, for subcritical inflow, from the flow before the line.
 
 pub mod cross_section;
-pub(crate) mod inflow_nodes;
 
 use serde::{Deserialize, Serialize};
 
 use crate::inflow::cross_section::CrossSection;
-use crate::phases::phase_nodes::{NewNode, PlanVector};
+use crate::points::phase_nodes::{NewNode, PlanVector};
 
 /// Distance beyond their reach within which nodes behind the line are kept (rows), so that none is added and removed in turns.
 const MARGIN_ROWS: f64 = 1.0;
@@ -50,22 +49,22 @@ pub struct ArrivingFlow {
 }
 
 impl ArrivingFlow {
-    /// Creates the arriving flow of a depth (m) and an outward speed (m/s) under effective gravity `pull` (m/s²).
-    pub fn of(depth: f64, speed: f64, pull: f64) -> Self {
-        Self { outgoing: speed + 2.0 * (pull * depth.max(0.0)).sqrt(), effective_gravity: pull }
+    /// Creates the arriving flow of a depth (m) and an outward speed (m/s) under `effective_gravity` (m/s²).
+    pub fn of(depth: f64, speed: f64, effective_gravity: f64) -> Self {
+        Self { outgoing: speed + 2.0 * (effective_gravity * depth.max(0.0)).sqrt(), effective_gravity }
     }
 
     /// Depth (m) and outward speed (m/s) of a discharge per width (m²/s) with subcritical inflow: `c² (2c - R) = g q` with the
     /// invariant `R` of the arriving flow. `None` where it is supercritical, or the section is dry.
     pub fn depth_and_speed(&self, flux: f64) -> Option<(f64, f64)> {
-        let Self { outgoing, effective_gravity: pull } = *self;
+        let Self { outgoing, effective_gravity } = *self;
         // Start above the root, from where Newton's steps decrease to it.
-        let mut celerity = (0.5 * outgoing).max(0.0) + (pull * flux).cbrt();
+        let mut celerity = (0.5 * outgoing).max(0.0) + (effective_gravity * flux).cbrt();
         if celerity <= 0.0 {
             return None;
         }
         for _ in 0..60 {
-            let value = celerity * celerity * (2.0 * celerity - outgoing) - pull * flux;
+            let value = celerity * celerity * (2.0 * celerity - outgoing) - effective_gravity * flux;
             let change = value / (6.0 * celerity * celerity - 2.0 * celerity * outgoing);
             if !(change.abs() > 1e-14 * celerity) {
                 break;
@@ -73,7 +72,7 @@ impl ArrivingFlow {
             celerity -= change;
         }
         let speed = outgoing - 2.0 * celerity;
-        (-speed <= celerity).then_some((celerity * celerity / pull, speed))
+        (-speed <= celerity).then_some((celerity * celerity / effective_gravity, speed))
     }
 }
 

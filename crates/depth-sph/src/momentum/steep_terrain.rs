@@ -1,8 +1,9 @@
 //! Force of depth gradients over steep terrain, and reaction of the bed (sheet: depth-sph §2.9, metric as amended).
 
 use crate::config::choices::{DepthFrame, Metric};
-use crate::momentum::pair_forces::{ForceSums, PairForces, corrected};
-use crate::phases::phase_nodes::{PlanVector, dot};
+use crate::momentum::force_sums::{ForceSums, corrected};
+use crate::momentum::pair_forces::PairForces;
+use crate::points::phase_nodes::{PlanVector, dot};
 
 /// Share of the slope of the bed up to which a depth gradient is treated as that of a sheet.
 const SHEET_SLOPE_FRACTION: f64 = 0.5;

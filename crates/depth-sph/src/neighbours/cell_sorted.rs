@@ -6,18 +6,16 @@ use rayon::prelude::*;
 use wide::f64x4;
 
 use crate::config::choices::SearchOrientation;
-use crate::neighbours::kernel::Kernel;
+use crate::kernel::Kernel;
+use crate::neighbours::kernel_average::NO_PARTNER;
+use crate::neighbours::kernel_sum::KernelSum;
 use crate::neighbours::search_axes::SearchAxes;
 use crate::neighbours::simd_neighbour_list;
-use crate::neighbours::simd_neighbour_list::MARGIN;
-use crate::neighbours::thickness::NO_PARTNER;
-use crate::phases::phase::TASK;
-use crate::phases::phase_nodes::{NeighbourData, PlanVector};
+use crate::points::TASK;
+use crate::points::phase_nodes::{NeighbourData, PlanVector};
 
 /// Number of fields whose gradients are computed: height, that of the other phase, porosity, excess pressure, level of the bed.
 pub const FIELDS: usize = 5;
-/// Largest number of packs of four neighbours that are kept for a position.
-const MAX_KEPT: usize = 32;
 /// Masks of lanes beyond the end of a range: not-a-number, for which no distance is within reach.
 const EMPTY_LANES: [f64x4; 4] = {
     let no = f64::from_bits(u64::MAX);
@@ -37,7 +35,7 @@ pub struct CellSorted<const D: usize> {
     rotated: Vec<PlanVector<D>>,
     position: [Vec<f64>; D],
     /// Smoothing length before heights are summed (m).
-    previous_length: Vec<f64>,
+    pub(super) previous_length: Vec<f64>,
     /// Velocity (m/s).
     pub velocity: [Vec<f64>; D],
     /// Volume (m³).
@@ -103,20 +101,20 @@ impl<const D: usize> CellSorted<D> {
     /// When a position is not finite.
     pub fn sort_into_cells(
         &mut self,
-        seen: &NeighbourData<D>,
+        data: &NeighbourData<D>,
         edge: f64,
         search: SearchOrientation,
     ) -> Result<(), SearchError> {
         let axes = if search == SearchOrientation::Turned {
-            SearchAxes::along(&seen.position)
+            SearchAxes::along(&data.position)
         } else {
             SearchAxes::PLAN
         };
         if axes.are_those_of_the_plan() {
-            self.cells.build(&seen.position, edge)?;
+            self.cells.build(&data.position, edge)?;
         } else {
-            let place = |i: usize| axes.to_axes(&seen.position[i]);
-            (0..seen.position.len())
+            let place = |i: usize| axes.to_axes(&data.position[i]);
+            (0..data.position.len())
                 .into_par_iter()
                 .with_min_len(8 * TASK)
                 .map(place)
@@ -126,16 +124,16 @@ impl<const D: usize> CellSorted<D> {
         self.axes = axes;
         let order = self.cells.order();
         for (c, column) in self.position.iter_mut().enumerate() {
-            gather_column(order, column, |j| seen.position[j][c]);
+            gather_column(order, column, |j| data.position[j][c]);
         }
-        gather_column(order, &mut self.volume, |j| seen.volume[j]);
-        gather_column(order, &mut self.previous_length, |j| seen.length[j]);
+        gather_column(order, &mut self.volume, |j| data.volume[j]);
+        gather_column(order, &mut self.previous_length, |j| data.length[j]);
         Ok(())
     }
 
     /// Copies the heights of the phase.
-    pub fn update_thickness(&mut self, seen: &NeighbourData<D>) {
-        gather_column(self.cells.order(), &mut self.partial_thickness, |j| seen.height[j]);
+    pub fn update_thickness(&mut self, data: &NeighbourData<D>) {
+        gather_column(self.cells.order(), &mut self.partial_thickness, |j| data.height[j]);
     }
 
     /// Columns of values of the neighbour data, in the order of the cells.
@@ -177,17 +175,17 @@ impl<const D: usize> CellSorted<D> {
     }
 
     /// Copies the data of the forces.
-    pub fn gather_force_data(&mut self, seen: &NeighbourData<D>, with_fields: bool) {
+    pub fn gather_force_data(&mut self, data: &NeighbourData<D>, with_fields: bool) {
         let order = self.cells.order();
         for (c, column) in self.velocity.iter_mut().enumerate() {
-            gather_column(order, column, |j| seen.velocity[j][c]);
+            gather_column(order, column, |j| data.velocity[j][c]);
         }
-        gather_column(order, &mut self.length, |j| seen.length[j]);
-        gather_column(order, &mut self.partial_thickness, |j| seen.height[j]);
-        gather_column(order, &mut self.depth, |j| seen.depth[j]);
-        gather_column(order, &mut self.pressure, |j| seen.pressure[j]);
+        gather_column(order, &mut self.length, |j| data.length[j]);
+        gather_column(order, &mut self.partial_thickness, |j| data.height[j]);
+        gather_column(order, &mut self.depth, |j| data.depth[j]);
+        gather_column(order, &mut self.pressure, |j| data.pressure[j]);
         if with_fields {
-            let sources = [&seen.partner, &seen.porosity, &seen.excess, &seen.level];
+            let sources = [&data.partner, &data.porosity, &data.excess, &data.level];
             for (column, source) in self.fields[1..].iter_mut().zip(sources) {
                 gather_column(order, column, |j| source.get(j).copied().unwrap_or(0.0));
             }
@@ -257,167 +255,6 @@ impl<const D: usize> CellSorted<D> {
         });
         part.whole()
     }
-
-    /// Buffer for the neighbours of one position after the other, for several sums at each.
-    #[inline]
-    pub fn nearby_nodes(&self) -> NearbyNodes<'_, D> {
-        let none = [f64x4::ZERO; MAX_KEPT];
-        NearbyNodes {
-            packed: self,
-            x: [0.0; D],
-            reach: 0.0,
-            count: 0,
-            distances: none,
-            volumes: none,
-            entries: [0; MAX_KEPT],
-        }
-    }
-}
-
-/// Kernel sum `Σ m W` under construction.
-struct KernelSum<const D: usize> {
-    inverse: f64,
-    within: f64x4,
-    factor: f64,
-    total: f64x4,
-}
-
-impl<const D: usize> KernelSum<D> {
-    #[inline(always)]
-    fn of(kernel: Kernel, length: f64) -> Self {
-        let (inverse, reach) = (1.0 / length, kernel.support() * length);
-        let factor = kernel.factor::<D>() * inverse.powi(D as i32);
-        Self { inverse, within: f64x4::splat(reach), factor, total: f64x4::ZERO }
-    }
-
-    /// Adds four nodes: their distances (m) and volumes.
-    #[inline(always)]
-    fn add(&mut self, kernel: Kernel, distance: f64x4, volume: f64x4) {
-        let shape = kernel.profile_of_four::<D>(distance * self.inverse);
-        self.total += (distance.simd_lt(self.within) & shape) * volume;
-    }
-
-    #[inline(always)]
-    fn whole(self) -> f64 {
-        sum_lanes(self.total) * self.factor
-    }
-}
-
-/// Neighbours of a position: distances (m) and volumes in packs of four nodes, as far as `reach` (m).
-pub struct NearbyNodes<'a, const D: usize> {
-    packed: &'a CellSorted<D>,
-    x: PlanVector<D>,
-    reach: f64,
-    count: usize,
-    distances: [f64x4; MAX_KEPT],
-    volumes: [f64x4; MAX_KEPT],
-    entries: [u32; MAX_KEPT],
-}
-
-impl<const D: usize> NearbyNodes<'_, D> {
-    /// Moves to a position (m), without neighbours.
-    #[inline]
-    pub fn move_to(&mut self, x: PlanVector<D>) {
-        (self.x, self.reach) = (x, 0.0);
-    }
-
-    /// Moves to a node with this smoothing length (m), and lists all neighbours that forces can reach where no length grows by more than
-    /// the margin and the longest around is `longest` (m).
-    #[inline]
-    pub fn list_neighbours(
-        &mut self,
-        kernel: Kernel,
-        x: PlanVector<D>,
-        length: f64,
-        longest: f64,
-    ) -> Option<&[u32]> {
-        self.x = x;
-        let half = 0.5 * (1.0 + MARGIN) * kernel.support();
-        let packed = self.packed;
-        let own = f64x4::splat(length);
-        self.collect_if(half * (length + longest.max(length)), |first| {
-            let reach = (own + four_values(&packed.previous_length, first).fast_max(own)) * half;
-            reach * reach
-        });
-        let fits = self.count <= MAX_KEPT;
-        self.reach = if fits { 2.0 * half * length } else { 0.0 };
-        fits.then(|| &self.entries[..self.count])
-    }
-
-    /// Kernel sum `Σ m W` with this smoothing length (m).
-    #[inline]
-    pub fn sum(&mut self, kernel: Kernel, length: f64) -> f64 {
-        self.sum_of::<false>(kernel, length)
-    }
-
-    /// Kernel sum `Σ m W` with this smoothing length (m), for a kernel that may be the cubic spline at compile time.
-    #[inline]
-    pub fn sum_of<const CUBIC: bool>(&mut self, kernel: Kernel, length: f64) -> f64 {
-        let kernel = if CUBIC { Kernel::CubicSpline } else { kernel };
-        let reach = kernel.support() * length;
-        if reach > self.reach && !self.collect((1.0 + MARGIN) * reach) {
-            return self.packed.sum(kernel, &self.x, length);
-        }
-        let mut part = KernelSum::<D>::of(kernel, length);
-        for (distance, volume) in self.distances[..self.count].iter().zip(&self.volumes) {
-            part.add(kernel, *distance, *volume);
-        }
-        part.whole()
-    }
-
-    /// Kernel sum `Σ m W` with this smoothing length (m), and its derivative with respect to that length.
-    #[inline]
-    pub fn sum_and_slope(&mut self, kernel: Kernel, length: f64) -> (f64, f64) {
-        let reach = kernel.support() * length;
-        let (inverse, mut total, mut change) = (1.0 / length, f64x4::ZERO, f64x4::ZERO);
-        let mut add = |distance: f64x4, volume: f64x4| {
-            let q = (distance * inverse).fast_max(f64x4::splat(1e-12));
-            let volume = distance.simd_lt(f64x4::splat(reach)) & volume;
-            let shape = kernel.profile_of_four::<D>(q);
-            total += shape * volume;
-            change += (shape * D as f64 + q * q * kernel.slope_of_four::<D>(q, f64x4::ONE / q)) * volume;
-        };
-        if reach <= self.reach || self.collect((1.0 + MARGIN) * reach) {
-            for (distance, volume) in self.distances[..self.count].iter().zip(&self.volumes) {
-                add(*distance, *volume);
-            }
-        } else {
-            let packed = self.packed;
-            packed.for_each_neighbour(&self.x, reach, |first, _, square| {
-                add(square.sqrt(), four_values(&packed.volume, first));
-            });
-        }
-        let factor = kernel.factor::<D>() * inverse.powi(D as i32);
-        (sum_lanes(total) * factor, -sum_lanes(change) * factor * inverse)
-    }
-
-    /// Keeps neighbours within `reach` (m); returns whether the buffer has room for all.
-    #[inline]
-    fn collect(&mut self, reach: f64) -> bool {
-        let within = f64x4::splat(reach * reach);
-        self.collect_if(reach, |_| within);
-        let fits = self.count <= MAX_KEPT;
-        self.reach = if fits { reach } else { 0.0 };
-        fits
-    }
-
-    /// Keeps packs of the cells within `radius` (m) of which one node is nearer than the root of `within` (m²).
-    #[inline(always)]
-    fn collect_if(&mut self, radius: f64, within: impl Fn(usize) -> f64x4) {
-        let Self { packed, x, count, distances, volumes, entries, .. } = self;
-        *count = 0;
-        // Without a branch for each pack: which are near cannot be predicted.
-        packed.for_each_neighbour(x, radius, |first, _, square| {
-            let slot = (*count).min(MAX_KEPT - 1);
-            (entries[slot], distances[slot]) = (first as u32, square);
-            *count += usize::from(square.simd_lt(within(first)).any());
-        });
-        for k in 0..(*count).min(MAX_KEPT) {
-            let (first, square) = (entries[k] as usize, distances[k]);
-            entries[k] = simd_neighbour_list::pack_entry(first, square);
-            (distances[k], volumes[k]) = (square.sqrt(), four_values(&packed.volume, first));
-        }
-    }
 }
 
 /// Position in all lanes.
@@ -434,6 +271,7 @@ fn splat<const D: usize>(x: &PlanVector<D>) -> [f64x4; D] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::neighbours::simd_neighbour_list::MARGIN;
 
     /// Nodes at uneven positions, in no order.
     fn seen<const D: usize>() -> NeighbourData<D> {
@@ -503,14 +341,14 @@ mod tests {
                     square.to_array().into_iter().enumerate().filter(|(_, square)| !square.is_nan())
                 {
                     let j = packed.cells.order()[first + lane] as usize;
-                    let apart = crate::neighbours::thickness::square(x, &seen.position[j]);
+                    let apart = crate::neighbours::kernel_average::square(x, &seen.position[j]);
                     assert!((square - apart).abs() < 1e-15, "{square} for {apart}");
                     listed[j] += 1;
                 }
             });
             for (j, count) in listed.into_iter().enumerate() {
                 let reach = (1.0 + MARGIN) * (length + seen.length[j]);
-                let is_near = crate::neighbours::thickness::square(x, &seen.position[j])
+                let is_near = crate::neighbours::kernel_average::square(x, &seen.position[j])
                     < reach * reach * (1.0 - 1e-12);
                 assert!(count <= 1 && (count == 1 || !is_near), "{x:?} {j}: {count}");
             }

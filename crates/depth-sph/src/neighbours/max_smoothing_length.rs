@@ -1,6 +1,6 @@
 //! Largest smoothing length of the nodes that reach a position: a long one far away does not enlarge a search.
 
-use crate::phases::phase_nodes::PlanVector;
+use crate::points::phase_nodes::PlanVector;
 
 /// Cells per node at most.
 const CELLS_PER_NODE: f64 = 4.0;

@@ -1,10 +1,11 @@
-//! Sums over neighbours in plan: kernel, cell-sorted nodes, SIMD lists, thickness.
+//! Sums over neighbours in plan: cell-sorted nodes, SIMD lists, averages.
 //!
 //! The module uses positions and volumes only (sheet: depth-sph §2.2).
 
 pub(crate) mod cell_sorted;
-pub mod kernel;
+pub(crate) mod kernel_average;
+pub(crate) mod kernel_sum;
 pub(crate) mod max_smoothing_length;
+pub(crate) mod nearby_nodes;
 pub(crate) mod search_axes;
 pub(crate) mod simd_neighbour_list;
-pub(crate) mod thickness;

@@ -1,6 +1,6 @@
 //! Axes of the cells of a neighbour search, rotated with the flow (sheet: depth-sph §3.4).
 
-use crate::phases::phase_nodes::PlanVector;
+use crate::points::phase_nodes::PlanVector;
 
 /// Largest number of positions in the covariance: the direction need not be exact.
 const MAX_SAMPLES: usize = 1000;

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use wide::f64x4;
 
-use crate::phases::phase::TASK;
+use crate::points::TASK;
 
 /// Share by which lists reach beyond the smoothing lengths that they are made with: the largest growth of a length in a step.
 pub const MARGIN: f64 = 0.05;

@@ -6,9 +6,8 @@ use colluvium_points::{CellList, SearchError};
 
 use crate::config::DepthOptions;
 use crate::config::choices::Phases;
-use crate::neighbours::kernel::Kernel;
-use crate::phases::phase_nodes::norm;
-use crate::setup;
+use crate::kernel::Kernel;
+use crate::points::phase_nodes::norm;
 
 /// Points of a depth-resolved model from the nodes of a frame: each column a stack of points about as high as wide, with mass,
 /// velocity, and the stress of the weight above them, taken isotropic. With columns of pore pressure they have pore pressure: means of
@@ -17,8 +16,11 @@ use crate::setup;
 ///
 /// # Errors
 /// When the frame is not one of depth-integrated flow of one phase, or of grains and fluid.
-pub fn point_stacks(case: &Case, snapshot: &Snapshot) -> Result<PointList, CaseError> {
-    let options = setup::options(case)?;
+pub fn point_stacks(
+    case: &Case,
+    options: &DepthOptions,
+    snapshot: &Snapshot,
+) -> Result<PointList, CaseError> {
     let wrong = |problem: &str| CaseError::new("methods.depth-sph.phases", problem);
     if options.phases == Phases::Layers {
         return Err(wrong(
@@ -30,7 +32,7 @@ pub fn point_stacks(case: &Case, snapshot: &Snapshot) -> Result<PointList, CaseE
     let (depth, volume, mass) = (scalars("depth")?, scalars("volume")?, scalars("mass")?);
     let velocity = snapshot.vectors("velocity").ok_or_else(|| missing_field("velocity"))?;
     let stress = snapshot.tensors("stress").ok_or_else(|| missing_field("stress"))?;
-    let columns = column_nodes(case, &options, snapshot)?;
+    let columns = column_nodes(case, options, snapshot)?;
     let pore = match options.column {
         Some(_) => Some([
             scalars("pore_pressure")?,

@@ -8,9 +8,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::bed::Bed;
-use crate::flow::Flow;
-use crate::neighbours::kernel::Kernel;
-use crate::phases::phase_nodes::PlanVector;
+
+use crate::kernel::Kernel;
+use crate::output::flow_view::FlowView;
+use crate::points::phase_nodes::PlanVector;
 
 /// Rows of cells per task.
 const ROWS_PER_TASK: usize = 8;
@@ -101,7 +102,7 @@ pub struct HazardRasters {
     /// Area of the mapped outline beyond the cells (m²).
     mapped_beyond_cells: f64,
     contents: Vec<CellContent>,
-    patches: Vec<NodeFootprint>,
+    footprints: Vec<NodeFootprint>,
     bands: Vec<Vec<u32>>,
 }
 
@@ -128,7 +129,7 @@ impl HazardRasters {
             in_mapped_outline: Vec::new(),
             mapped_beyond_cells: 0.0,
             contents: vec![[0.0; 4]; count],
-            patches: Vec::new(),
+            footprints: Vec::new(),
             bands,
             grid,
         }
@@ -177,23 +178,24 @@ impl HazardRasters {
     }
 
     /// Updates the cells with the current flow.
-    pub fn update<const D: usize>(&mut self, flow: &Flow<D>) {
+    pub fn update<const D: usize>(&mut self, flow: &FlowView<'_, D>) {
         self.spread(flow);
-        let Self { grid, threshold, slopes, cells, contents: over, bands, .. } = self;
+        let Self { grid, threshold, slopes, cells, contents, bands, .. } = self;
         let (width, threshold) = (grid.counts[0] * ROWS_PER_TASK, *threshold);
-        let all = cells.par_chunks_mut(width).zip(over.par_chunks(width)).zip(slopes.par_chunks(width));
-        all.zip(&*bands).for_each(|(((cells, over), slopes), band)| {
+        let time = flow.clock.time;
+        let all = cells.par_chunks_mut(width).zip(contents.par_chunks(width)).zip(slopes.par_chunks(width));
+        all.zip(&*bands).for_each(|(((cells, contents), slopes), band)| {
             if band.is_empty() {
                 return;
             }
-            for ((cell, over), slope) in cells.iter_mut().zip(over).zip(slopes) {
-                cell.thickness = cell.thickness.max(over[0]);
-                if over[0] >= threshold {
-                    let speed = speed(over, slope);
+            for ((cell, contents), slope) in cells.iter_mut().zip(contents).zip(slopes) {
+                cell.thickness = cell.thickness.max(contents[0]);
+                if contents[0] >= threshold {
+                    let speed = speed(contents, slope);
                     cell.speed = cell.speed.max(speed);
-                    cell.pressure = cell.pressure.max(over[1] / over[0] * speed * speed);
+                    cell.pressure = cell.pressure.max(contents[1] / contents[0] * speed * speed);
                     if cell.arrival.is_nan() {
-                        cell.arrival = flow.time;
+                        cell.arrival = time;
                     }
                 }
             }
@@ -201,46 +203,46 @@ impl HazardRasters {
     }
 
     /// Spreads the nodes over the cells; cells of bands without a node keep their content.
-    fn spread<const D: usize>(&mut self, flow: &Flow<D>) {
+    fn spread<const D: usize>(&mut self, flow: &FlowView<'_, D>) {
         let kernel = flow.settings.numerics.kernel;
-        let Self { grid, contents: over, patches, bands, .. } = self;
-        patches.clear();
-        for (number, set) in flow.sets.iter().enumerate() {
+        let Self { grid, contents, footprints, bands, .. } = self;
+        footprints.clear();
+        for (number, set) in flow.sets().iter().enumerate() {
             let density = flow.density(number);
             let nodes = &set.nodes;
-            let patch = |i: usize| {
-                if flow.is_outside(nodes.id[i]) {
+            let footprint = |i: usize| {
+                if flow.boundary.is_outside(nodes.id[i]) {
                     return None;
                 }
                 let of = (to_2d(&nodes.position[i]), nodes.length[i], nodes.volume[i]);
                 patch(grid, kernel, of, density, to_2d(&nodes.velocity[i]))
             };
-            patches.par_extend((0..nodes.len()).into_par_iter().filter_map(patch));
+            footprints.par_extend((0..nodes.len()).into_par_iter().filter_map(footprint));
         }
         bands.iter_mut().for_each(Vec::clear);
-        for (number, patch) in patches.iter().enumerate() {
-            for band in patch.rows[0] / ROWS_PER_TASK..=patch.rows[1] / ROWS_PER_TASK {
+        for (number, footprint) in footprints.iter().enumerate() {
+            for band in footprint.rows[0] / ROWS_PER_TASK..=footprint.rows[1] / ROWS_PER_TASK {
                 bands[band].push(number as u32);
             }
         }
         let columns = grid.counts[0];
-        let chunks = over.par_chunks_mut(columns * ROWS_PER_TASK).zip(&*bands).enumerate();
-        chunks.for_each(|(number, (over, band))| {
+        let chunks = contents.par_chunks_mut(columns * ROWS_PER_TASK).zip(&*bands).enumerate();
+        chunks.for_each(|(number, (contents, band))| {
             if band.is_empty() {
                 return;
             }
-            over.fill([0.0; 4]);
+            contents.fill([0.0; 4]);
             let first = number * ROWS_PER_TASK;
-            for patch in band.iter().map(|&patch| &patches[patch as usize]) {
-                for row in patch.rows[0].max(first)..=patch.rows[1].min(first + ROWS_PER_TASK - 1) {
-                    for column in patch.columns[0]..=patch.columns[1] {
-                        let thickness = patch.factor * patch.weight(grid, kernel, column, row);
-                        let mass = patch.density * thickness;
-                        let cell = &mut over[(row - first) * columns + column];
+            for footprint in band.iter().map(|&footprint| &footprints[footprint as usize]) {
+                for row in footprint.rows[0].max(first)..=footprint.rows[1].min(first + ROWS_PER_TASK - 1) {
+                    for column in footprint.columns[0]..=footprint.columns[1] {
+                        let thickness = footprint.factor * footprint.weight(grid, kernel, column, row);
+                        let mass = footprint.density * thickness;
+                        let cell = &mut contents[(row - first) * columns + column];
                         cell[0] += thickness;
                         cell[1] += mass;
-                        cell[2] += mass * patch.velocity[0];
-                        cell[3] += mass * patch.velocity[1];
+                        cell[2] += mass * footprint.velocity[0];
+                        cell[3] += mass * footprint.velocity[1];
                     }
                 }
             }
@@ -250,10 +252,10 @@ impl HazardRasters {
     /// Rasters with their names and units; thickness is measured `along` the vertical or the normal.
     pub fn rasters<const D: usize>(
         &self,
-        flow: &Flow<D>,
+        flow: &FlowView<'_, D>,
         along: &str,
     ) -> Vec<(String, &'static str, Raster)> {
-        let mut now = Self { cells: Vec::new(), ..Self::new(self.grid.clone(), self.threshold, &flow.bed) };
+        let mut now = Self { cells: Vec::new(), ..Self::new(self.grid.clone(), self.threshold, flow.bed) };
         now.spread(flow);
         let raster = |value: &dyn Fn(usize) -> f64| Raster {
             columns: self.grid.counts[0],
@@ -263,30 +265,30 @@ impl HazardRasters {
             values: (0..self.slopes.len()).map(value).collect(),
             reference: self.grid.reference.clone(),
         };
-        let seen = |value: fn(&HazardCell) -> f64| {
+        let peak = |value: fn(&HazardCell) -> f64| {
             raster(&|k| {
                 let cell = &self.cells[k];
                 if cell.thickness >= self.threshold { value(cell) } else { f64::NAN }
             })
         };
         // Where no flow is left at all, that is known of every cell.
-        let beyond = if now.patches.is_empty() { 0.0 } else { f64::NAN };
+        let beyond = if now.footprints.is_empty() { 0.0 } else { f64::NAN };
         let left = |value: &dyn Fn(usize) -> f64| {
             raster(&|k| if now.contents[k][0] > 0.0 { value(k) } else { beyond })
         };
         let mut rasters = vec![
-            (format!("peak_thickness_{along}"), "m", seen(|cell| cell.thickness)),
-            ("peak_velocity".to_owned(), "m/s", seen(|cell| cell.speed)),
-            ("peak_dynamic_pressure".to_owned(), "Pa", seen(|cell| cell.pressure)),
-            ("arrival_time".to_owned(), "s", seen(|cell| cell.arrival)),
+            (format!("peak_thickness_{along}"), "m", peak(|cell| cell.thickness)),
+            ("peak_velocity".to_owned(), "m/s", peak(|cell| cell.speed)),
+            ("peak_dynamic_pressure".to_owned(), "Pa", peak(|cell| cell.pressure)),
+            ("arrival_time".to_owned(), "s", peak(|cell| cell.arrival)),
             (format!("final_thickness_{along}"), "m", left(&|k| now.contents[k][0])),
             ("final_velocity".to_owned(), "m/s", left(&|k| speed(&now.contents[k], &now.slopes[k]))),
         ];
-        if let Some(worn) = flow.erodible_bed() {
+        if let Some(erodible) = flow.bed.erodible() {
             let centre = |k: usize| self.grid.centre(k % self.grid.counts[0], k / self.grid.counts[0]);
             let change = raster(&|k| {
                 let [x, y] = centre(k);
-                let taken = worn.eroded_depth_at(x, y);
+                let taken = erodible.eroded_depth_at(x, y);
                 if taken > 0.0 { -taken } else { f64::NAN }
             });
             rasters.push(("bed_change".to_owned(), "m", change));
@@ -301,8 +303,8 @@ impl HazardRasters {
 }
 
 /// Speed along the bed of the content of a cell (m/s).
-fn speed(over: &CellContent, slope: &[f64; 2]) -> f64 {
-    let v = [over[2] / over[1], over[3] / over[1]];
+fn speed(contents: &CellContent, slope: &[f64; 2]) -> f64 {
+    let v = [contents[2] / contents[1], contents[3] / contents[1]];
     let rise = v[0] * slope[0] + v[1] * slope[1];
     (v[0] * v[0] + v[1] * v[1] + rise * rise).sqrt()
 }
@@ -330,17 +332,17 @@ fn patch(
     let cell = grid.cell(place)?;
     let reach = kernel.support() * length;
     let around = |c: usize| grid.window(c, place[c], reach).unwrap_or([cell[c]; 2]);
-    let mut patch =
+    let mut footprint =
         NodeFootprint { place, columns: around(0), rows: around(1), length, factor: 0.0, density, velocity };
     let mut sum = 0.0;
-    for row in patch.rows[0]..=patch.rows[1] {
-        for column in patch.columns[0]..=patch.columns[1] {
-            sum += patch.weight(grid, kernel, column, row);
+    for row in footprint.rows[0]..=footprint.rows[1] {
+        for column in footprint.columns[0]..=footprint.columns[1] {
+            sum += footprint.weight(grid, kernel, column, row);
         }
     }
     if !(sum > 0.0) {
-        (patch.columns, patch.rows, patch.length, sum) = ([cell[0]; 2], [cell[1]; 2], 0.0, 1.0);
+        (footprint.columns, footprint.rows, footprint.length, sum) = ([cell[0]; 2], [cell[1]; 2], 0.0, 1.0);
     }
-    patch.factor = volume / (sum * grid.area());
-    Some(patch)
+    footprint.factor = volume / (sum * grid.area());
+    Some(footprint)
 }

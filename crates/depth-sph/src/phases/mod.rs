@@ -1,9 +1,10 @@
-//! Phases of the flow: solid and fluid nodes, or two layers, with drag and interface friction between them.
+//! Phases of the flow: solid and fluid nodes, or two layers, each a set of nodes with its neighbour lists (sheet: depth-sph §2.5).
 //!
-//! A phase is a set of nodes with its neighbour lists (sheet: depth-sph §2.5).
+//! The folder finds heights, smoothing lengths and depths, and checks the nodes (sheet: depth-sph §3.4, steps 1 and 2).
 
-pub(crate) mod drag_and_resistance;
-pub(crate) mod erosion_and_interface;
-pub mod interphase_drag;
+pub(crate) mod depths;
+pub(crate) mod failure;
+pub(crate) mod limits;
+pub(crate) mod node_checks;
 pub(crate) mod phase;
-pub mod phase_nodes;
+pub(crate) mod thickness;

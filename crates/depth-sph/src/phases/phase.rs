@@ -4,18 +4,18 @@ use colluvium_points::{CellList, NeighbourList, ScratchBuffers, SearchError};
 use rayon::prelude::*;
 
 use crate::bed::BedPoint;
-use crate::boundary::image_nodes::{ImageNode, PlanBoundaries, image_nodes};
-use crate::config::choices::SearchOrientation as Lines;
+use crate::config::choices::{Phases, SearchOrientation};
+use crate::config::settings::FlowSettings;
 use crate::neighbours::cell_sorted::CellSorted;
 use crate::neighbours::max_smoothing_length::MaxSmoothingLength;
 use crate::neighbours::simd_neighbour_list::PackedNeighbours;
-use crate::phases::phase_nodes::{NeighbourData, PhaseNodes, PlanVector};
+use crate::points::TASK;
+use crate::points::image_nodes::{ImageNode, PlanBoundaries, copy_with_images, image_nodes};
+use crate::points::phase_nodes::{NeighbourData, PhaseNodes, PlanVector};
 
 /// Share by which lists reach beyond the supports: they are valid until a node has moved by a quarter of it, or its smoothing
 /// length has grown by half of it.
 const SKIN: f64 = 0.4;
-/// Least number of nodes per task.
-pub const TASK: usize = 256;
 
 /// Nodes of one phase with the data of a step.
 #[derive(Debug, Default)]
@@ -71,6 +71,15 @@ impl<const D: usize> PhaseSet<D> {
         self.nodes.len()
     }
 
+    /// Index of the node of entry `j` of the neighbour data.
+    #[inline]
+    pub fn number(&self, j: usize) -> usize {
+        match j.checked_sub(self.nodes.len()) {
+            Some(image) => self.images[image].source as usize,
+            None => j,
+        }
+    }
+
     /// Whether there is no node.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
@@ -116,7 +125,7 @@ impl<const D: usize> PhaseSet<D> {
     }
 
     /// Sorts the neighbour data into cells.
-    pub fn pack(&mut self, support: f64, search: Lines) -> Result<(), SearchError> {
+    pub fn pack(&mut self, support: f64, search: SearchOrientation) -> Result<(), SearchError> {
         self.packed_neighbours.clear();
         self.cell_sorted.sort_into_cells(
             &self.neighbour_data,
@@ -143,14 +152,14 @@ impl<const D: usize> PhaseSet<D> {
             &self.neighbour_data.length,
             (1.0 + SKIN) * support,
         );
-        let (seen, own) = (&self.neighbour_data, &self.nodes);
+        let (data, own) = (&self.neighbour_data, &self.nodes);
         let search = NeighbourCriterion { support, around: &self.max_smoothing_length };
         self.same_phase_neighbours.build_between(
             &own.position,
             |i| search.radius(&own.position[i], own.length[i]),
-            &seen.position,
+            &data.position,
             0.5 * (1.0 + SKIN) * median_radius(support, &own.length),
-            |i, j| i != j && search.is_near(own, i, seen, j),
+            |i, j| i != j && search.is_near(own, i, data, j),
         )
     }
 
@@ -175,22 +184,22 @@ impl<const D: usize> PhaseSet<D> {
 
     /// Updates position, velocity, volume and smoothing length of the neighbour data, with images.
     pub fn place_images(&mut self) {
-        let (nodes, seen) = (&self.nodes, &mut self.neighbour_data);
-        seen.position.clear();
-        seen.position.extend_from_slice(&nodes.position);
-        seen.position
+        let (nodes, data) = (&self.nodes, &mut self.neighbour_data);
+        data.position.clear();
+        data.position.extend_from_slice(&nodes.position);
+        data.position
             .extend(self.images.iter().map(|image| image.place(&nodes.position[image.source as usize])));
-        copy_with_images(&self.images, &nodes.volume, &mut seen.volume);
-        copy_with_images(&self.images, &nodes.length, &mut seen.length);
+        copy_with_images(&self.images, &nodes.volume, &mut data.volume);
+        copy_with_images(&self.images, &nodes.length, &mut data.length);
         self.update_image_velocities();
     }
 
     /// Updates the velocity of the neighbour data, with images.
     pub fn update_image_velocities(&mut self) {
-        let (nodes, seen) = (&self.nodes, &mut self.neighbour_data);
-        seen.velocity.clear();
-        seen.velocity.extend_from_slice(&nodes.velocity);
-        seen.velocity.extend(
+        let (nodes, data) = (&self.nodes, &mut self.neighbour_data);
+        data.velocity.clear();
+        data.velocity.extend_from_slice(&nodes.velocity);
+        data.velocity.extend(
             self.images.iter().map(|image| image.transform_vector(&nodes.velocity[image.source as usize])),
         );
     }
@@ -219,11 +228,29 @@ impl<const D: usize> PhaseSet<D> {
     }
 }
 
-/// Copies a value of each node, followed by that of the node of each image.
-pub fn copy_with_images<const D: usize, T: Copy>(images: &[ImageNode<D>], own: &[T], seen: &mut Vec<T>) {
-    seen.clear();
-    seen.extend_from_slice(own);
-    seen.extend(images.iter().map(|image| own[image.source as usize]));
+impl<const D: usize> PhaseSet<D> {
+    /// Porosity of the flow at node `i` of this set, number `set` of the flow.
+    fn porosity(&self, settings: &FlowSettings<D>, set: usize, i: usize) -> f64 {
+        let share = self.nodes.partial_thickness[i] / self.nodes.depth[i];
+        match (settings.phases, set) {
+            (Phases::Two, 0) => 1.0 - share,
+            (Phases::Two, _) => share,
+            _ => settings.material.porosity,
+        }
+    }
+
+    /// Submerged density of the flow at node `i` of this set, number `set` of the flow (kg/m³).
+    pub fn submerged_density(&self, settings: &FlowSettings<D>, set: usize, i: usize) -> f64 {
+        settings.material.densities.submerged(self.porosity(settings, set, i))
+    }
+
+    /// Density of the flow at node `i` of this set, number `set` of `sets` (kg/m³); of grains and fluid that of both.
+    pub fn flow_density(&self, settings: &FlowSettings<D>, (sets, set): (usize, usize), i: usize) -> f64 {
+        match settings.phases {
+            Phases::Two => settings.material.densities.mixture(self.porosity(settings, set, i)),
+            Phases::One | Phases::Layers => settings.set_density(sets, set),
+        }
+    }
 }
 
 /// Mean radius of a search, without its skin.

@@ -2,6 +2,5 @@
 //!
 //! The module reads depths and writes heads (sheet: depth-sph §2.7).
 
-pub mod pore_pressure_column;
 pub(crate) mod pore_pressure_columns;
 pub mod pressure_transfer;

@@ -3,14 +3,11 @@
 use rayon::prelude::*;
 
 use crate::config::settings::{Consolidation, FlowSettings, PoreColumn};
-use crate::flow::Flow;
-use crate::phases::phase::{PhaseSet, TASK};
-use crate::pore_pressure::pore_pressure_column;
-use crate::pore_pressure::pore_pressure_column::{BaseCondition, Drainage, LowerBound, PressureProfile};
+use crate::laws::pore_pressure_column;
+use crate::laws::pore_pressure_column::{BaseCondition, Drainage, LowerBound, MOST_CELLS, PressureProfile};
+use crate::phases::phase::PhaseSet;
+use crate::points::TASK;
 use crate::pore_pressure::pressure_transfer::TransferredPressure;
-
-/// Largest number of intervals of a column, whose elimination needs no memory of its own.
-pub const MOST_CELLS: usize = 1000;
 
 /// Heads on the columns of all solid nodes.
 #[derive(Clone, Debug, Default)]
@@ -80,137 +77,131 @@ impl PorePressureColumns {
         let dt = time - self.time;
         self.time = time;
         let columns = self.heads.par_chunks_mut(self.width).zip(&mut self.depth).enumerate();
-        let advance = |(i, (head, seen)): (usize, (&mut [f64], &mut f64))| {
-            usize::from(column_step(settings, pore, set, i, head, seen, dt))
+        let advance = |(i, (head, loaded_depth)): (usize, (&mut [f64], &mut f64))| {
+            usize::from(NodeColumn::of(settings, pore, set, i).advance(head, loaded_depth, dt))
         };
         self.limited_nodes = columns.with_min_len(TASK / 4).map(advance).sum();
     }
 }
 
-impl<const D: usize> Flow<D> {
-    /// Sets pore pressures of columns of the first set from points, before the first step: excess over the hydrostatic pressure, by
-    /// the numbers of the nodes. Returns the number of columns that were limited to their bounds.
-    pub fn set_pore_pressures(&mut self, handed: &[(usize, TransferredPressure)]) -> usize {
-        if self.pore_columns.is_empty() {
-            return 0;
+/// Sets pore pressures of columns from points, before the first step at `time` (s): excess over the hydrostatic pressure, by the numbers
+/// of the nodes. Returns the number of columns that were limited to their bounds.
+pub fn set_pore_pressures<const D: usize>(
+    settings: &FlowSettings<D>,
+    set: &PhaseSet<D>,
+    columns: &mut PorePressureColumns,
+    transferred: &[(usize, TransferredPressure)],
+    time: f64,
+) -> usize {
+    let width = columns.width;
+    for (id, TransferredPressure { depth, pressure }) in transferred {
+        // Nodes beyond an open side may have been removed.
+        let Ok(i) = set.nodes.id.binary_search(&(*id as u64)) else { continue };
+        let gravity = set.nodes.bearing[i];
+        let (submerged, fluid) = (set.submerged_density(settings, 0, i), settings.material.densities.fluid);
+        let column = &mut columns.heads[i * width..][..width];
+        for (k, (head, pressure)) in column.iter_mut().zip(pressure).enumerate() {
+            let rest = 1.0 - k as f64 / (width - 1) as f64;
+            *head = (pressure / gravity - fluid * depth * rest) / submerged;
         }
-        let width = self.pore_columns.width;
-        for (id, TransferredPressure { depth, pressure }) in handed {
-            // Nodes beyond an open side may have been removed.
-            let Ok(i) = self.sets[0].nodes.id.binary_search(&(*id as u64)) else { continue };
-            let pull = self.sets[0].nodes.bearing[i];
-            let (submerged, fluid) = (self.submerged(0, i), self.settings.material.densities.fluid);
-            let column = &mut self.pore_columns.heads[i * width..][..width];
-            for (k, (head, pressure)) in column.iter_mut().zip(pressure).enumerate() {
-                let rest = 1.0 - k as f64 / (width - 1) as f64;
-                *head = (pressure / pull - fluid * depth * rest) / submerged;
-            }
-        }
-        let Self { pore_columns: heads, settings, sets, time, .. } = self;
-        heads.advance(settings, &sets[0], *time);
-        let clipped = heads.limited_nodes;
-        self.initialise_far_field_columns();
-        clipped
     }
+    columns.advance(settings, set, time);
+    columns.limited_nodes
 }
 
-/// Advances one column by loading, drainage and bounds; returns whether a bound was reached.
-fn column_step<const D: usize>(
-    settings: &FlowSettings<D>,
-    pore: &PoreColumn,
-    set: &PhaseSet<D>,
+/// Column of a node: its surroundings in a step.
+struct NodeColumn<'a, const D: usize> {
+    settings: &'a FlowSettings<D>,
+    pore: &'a PoreColumn,
+    set: &'a PhaseSet<D>,
+    /// Index of the node.
     i: usize,
-    head: &mut [f64],
-    seen: &mut f64,
-    dt: f64,
-) -> bool {
-    let depth = set.nodes.depth[i];
-    let porosity = set.neighbour_data.porosity.get(i).copied().unwrap_or(settings.material.porosity);
-    let densities = &settings.material.densities;
-    let submerged = densities.submerged(porosity);
-    if submerged <= 0.0 || depth <= 0.0 {
-        head.fill(0.0);
-        *seen = depth;
-        return false;
-    }
-    if seen.is_nan() {
-        pore_pressure_column::set_linear_profile(head, pore.excess_ratio * depth);
-    } else {
-        pore_pressure_column::load_undrained(head, depth - *seen);
-    }
-    *seen = depth;
-    let coefficient = match pore.consolidation {
-        Consolidation::Coefficient(value) => value,
-        Consolidation::OfDrag => pore.stiffness * settings.drag.permeability(porosity, densities),
-    };
-    let air = -densities.fluid / submerged;
-    apply_dilatancy(settings, pore, set, i, porosity, submerged, head, dt);
-    drain_column(settings, pore, set, i, coefficient, air, head, dt);
-    let (drainage, pull) = (settings.zone(&set.nodes.position[i]).drainage, set.nodes.bearing[i]);
-    pore_pressure_column::limit_head(head, depth, |rest| match (drainage, pore.lower_bound) {
-        // Over a drained base the whole column may fall to the pressure of the air.
-        (Drainage::Atmospheric, _) => air * depth,
-        (_, LowerBound::NoSuction) => 0.0,
-        (_, LowerBound::Total { cavitation }) if pull > 0.0 => {
-            air * depth * rest - cavitation / (submerged * pull)
-        }
-        (_, LowerBound::Total { .. }) => air * depth * rest,
-    })
-}
-
-/// Consolidates a column over its kind of base. `air` is the head of the air over the depth.
-#[allow(clippy::too_many_arguments, reason = "all that a column knows")]
-fn drain_column<const D: usize>(
-    settings: &FlowSettings<D>,
-    pore: &PoreColumn,
-    set: &PhaseSet<D>,
-    i: usize,
-    coefficient: f64,
-    air: f64,
-    head: &mut [f64],
-    dt: f64,
-) {
-    let depth = set.nodes.depth[i];
-    let normal = depth * depth / set.bed[i].steepness();
-    let densities = &settings.material.densities;
-    let base = match settings.zone(&set.nodes.position[i]).drainage {
-        Drainage::Sealed => BaseCondition::Sealed,
-        Drainage::Hydrostatic => BaseCondition::Head(0.0),
-        Drainage::Atmospheric => BaseCondition::Head(air * depth),
-        Drainage::Partly { conductance } => {
-            let weight = densities.fluid * densities.gravity;
-            let permeability = coefficient / pore.stiffness * weight;
-            BaseCondition::Partly(conductance * normal.sqrt() / permeability)
-        }
-    };
-    let factor = coefficient * dt / normal;
-    match pore.profile {
-        PressureProfile::FiniteDifference => {
-            let mut scratch = [0.0; MOST_CELLS + 1];
-            pore_pressure_column::diffuse_head(head, factor, pore.weight, base, &mut scratch[..head.len()]);
-        }
-        PressureProfile::ShapeFunction => pore_pressure_column::relax_amplitude(head, factor, base),
-    }
-}
-
-/// Adds the dilatancy term: shear dilates dense skeletons and compacts loose ones, `-(K_v/α) γ' K_ψ (n_crit - n)`.
-#[allow(clippy::too_many_arguments, reason = "all that a column knows")]
-fn apply_dilatancy<const D: usize>(
-    settings: &FlowSettings<D>,
-    pore: &PoreColumn,
-    set: &PhaseSet<D>,
-    i: usize,
+    /// Depth (m).
+    depth: f64,
+    /// Porosity of the flow.
     porosity: f64,
+    /// Submerged density of the flow (kg/m³).
     submerged: f64,
-    head: &mut [f64],
-    dt: f64,
-) {
-    let Some((slope, critical)) = pore.dilatancy else { return };
-    let depth = set.nodes.depth[i];
-    let rate = 2.0 * set.bed[i].speed(&set.nodes.velocity[i]) / depth;
-    let strain = rate * slope * (critical - porosity) * dt;
-    let change = -pore.stiffness * strain / (submerged * set.nodes.bearing[i].max(1e-3 * settings.gravity));
-    // Excess pressure stays zero at the surface.
-    let last = head.len() - 1;
-    head[..last].iter_mut().for_each(|value| *value += change);
+}
+
+impl<'a, const D: usize> NodeColumn<'a, D> {
+    fn of(settings: &'a FlowSettings<D>, pore: &'a PoreColumn, set: &'a PhaseSet<D>, i: usize) -> Self {
+        let porosity = set.neighbour_data.porosity.get(i).copied().unwrap_or(settings.material.porosity);
+        let submerged = settings.material.densities.submerged(porosity);
+        Self { settings, pore, set, i, depth: set.nodes.depth[i], porosity, submerged }
+    }
+
+    /// Advances the heads by loading, drainage and bounds over `dt` (s) from the depth of the last loading (m); returns whether a bound
+    /// was reached.
+    fn advance(&self, head: &mut [f64], loaded_depth: &mut f64, dt: f64) -> bool {
+        let Self { settings, pore, set, i, depth, porosity, submerged } = *self;
+        let densities = &settings.material.densities;
+        if submerged <= 0.0 || depth <= 0.0 {
+            head.fill(0.0);
+            *loaded_depth = depth;
+            return false;
+        }
+        if loaded_depth.is_nan() {
+            pore_pressure_column::set_linear_profile(head, pore.excess_ratio * depth);
+        } else {
+            pore_pressure_column::load_undrained(head, depth - *loaded_depth);
+        }
+        *loaded_depth = depth;
+        let coefficient = match pore.consolidation {
+            Consolidation::Coefficient(value) => value,
+            Consolidation::OfDrag => pore.stiffness * settings.drag.permeability(porosity, densities),
+        };
+        let air = -densities.fluid / submerged;
+        self.apply_dilatancy(head, dt);
+        self.drain(coefficient, air, head, dt);
+        let (drainage, bearing) = (settings.zone(&set.nodes.position[i]).drainage, set.nodes.bearing[i]);
+        pore_pressure_column::limit_head(head, depth, |rest| match (drainage, pore.lower_bound) {
+            // Over a drained base the whole column may fall to the pressure of the air.
+            (Drainage::Atmospheric, _) => air * depth,
+            (_, LowerBound::NoSuction) => 0.0,
+            (_, LowerBound::Total { cavitation }) if bearing > 0.0 => {
+                air * depth * rest - cavitation / (submerged * bearing)
+            }
+            (_, LowerBound::Total { .. }) => air * depth * rest,
+        })
+    }
+
+    /// Consolidates the column over its kind of base. `air` is the head of the air over the depth.
+    fn drain(&self, coefficient: f64, air: f64, head: &mut [f64], dt: f64) {
+        let Self { settings, pore, set, i, depth, .. } = *self;
+        let normal = depth * depth / set.bed[i].steepness();
+        let densities = &settings.material.densities;
+        let base = match settings.zone(&set.nodes.position[i]).drainage {
+            Drainage::Sealed => BaseCondition::Sealed,
+            Drainage::Hydrostatic => BaseCondition::Head(0.0),
+            Drainage::Atmospheric => BaseCondition::Head(air * depth),
+            Drainage::Partly { conductance } => {
+                let weight = densities.fluid * densities.gravity;
+                let permeability = coefficient / pore.stiffness * weight;
+                BaseCondition::Partly(conductance * normal.sqrt() / permeability)
+            }
+        };
+        let factor = coefficient * dt / normal;
+        match pore.profile {
+            PressureProfile::FiniteDifference => {
+                let mut scratch = [0.0; MOST_CELLS + 1];
+                let scratch = &mut scratch[..head.len()];
+                pore_pressure_column::diffuse_head(head, factor, pore.weight, base, scratch);
+            }
+            PressureProfile::ShapeFunction => pore_pressure_column::relax_amplitude(head, factor, base),
+        }
+    }
+
+    /// Adds the dilatancy term: shear dilates dense skeletons and compacts loose ones, `-(K_v/α) γ' K_ψ (n_crit - n)`.
+    fn apply_dilatancy(&self, head: &mut [f64], dt: f64) {
+        let Self { settings, pore, set, i, depth, porosity, submerged } = *self;
+        let Some((slope, critical)) = pore.dilatancy else { return };
+        let rate = 2.0 * set.bed[i].speed(&set.nodes.velocity[i]) / depth;
+        let strain = rate * slope * (critical - porosity) * dt;
+        let change =
+            -pore.stiffness * strain / (submerged * set.nodes.bearing[i].max(1e-3 * settings.gravity));
+        // Excess pressure stays zero at the surface.
+        let last = head.len() - 1;
+        head[..last].iter_mut().for_each(|value| *value += change);
+    }
 }

@@ -1,6 +1,6 @@
 //! Pore pressure over the depth of a node from the points of a depth-resolved model (sheet: depth-sph §3.2, 4).
 
-use crate::pore_pressure::pore_pressure_column::mean;
+use crate::laws::pore_pressure_column::mean;
 
 /// Profile of pore pressure over the depth of a node, from the points above its square.
 #[derive(Clone, Debug, PartialEq)]

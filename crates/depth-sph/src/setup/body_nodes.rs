@@ -10,7 +10,7 @@ use crate::bed::{Bed, BedPoint};
 use crate::config::DepthOptions;
 use crate::config::choices::Phases;
 use crate::config::settings::Mixture;
-use crate::phases::phase_nodes::NewNode;
+use crate::points::phase_nodes::NewNode;
 use crate::pore_pressure::pressure_transfer::{PointAboveSquare, TransferredPressure};
 use crate::setup::pore_fluid::PorePressureField;
 

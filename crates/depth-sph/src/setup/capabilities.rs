@@ -3,10 +3,10 @@
 use colluvium_case::description::{Body, Boundary, Velocity, Wall};
 use colluvium_case::{Capabilities, Case, CaseError, RequiredInput};
 
+use crate::boundary::stages::is_passed_over;
 use crate::config::DepthOptions;
 use crate::config::choices::{Phases, SearchOrientation};
 use crate::setup::bed::case_bed::{is_smooth, lowest};
-use crate::setup::stages::is_passed_over;
 use crate::setup::{NAME, pore_fluid};
 
 /// Number of nodes below which there is a warning (sheet: depth-sph §0).

@@ -27,22 +27,15 @@ pub fn add_inflows<const D: usize>(
     let (mut openings, mut standing): (Vec<(Opening, String)>, _) = (Vec::new(), Vec::new());
     for (number, given) in options.inflows.iter().enumerate() {
         let key = |name: &str| format!("inflows[{number}].{name}");
+        let place = format!("methods.{NAME}.inflows[{number}]");
         if D == 1 {
-            let mut opening = end_inlet(case, options, flow, given, &key)?;
+            let opening = end_inlet(case, options, flow, given, &key)?;
             let cut = opening
                 .inlets
                 .iter()
-                .find_map(|feed| truncated_hydrograph_warning(&feed.hydrograph, case.end_time()));
-            warnings.extend(cut.map(|cut| format!("methods.{NAME}.inflows[{number}]: {cut}")));
-            let known = openings.iter_mut().find(|(known, _)| known.outward == opening.outward);
-            let Some((known, _)) = known else {
-                openings.push((opening, format!("methods.{NAME}.{}", key("side"))));
-                continue;
-            };
-            if known.inlets.iter().any(|known| opening.inlets.iter().any(|feed| feed.layer == known.layer)) {
-                return Err(option_error(&key("side"), "has another inflow: add up their discharges"));
-            }
-            known.inlets.append(&mut opening.inlets);
+                .find_map(|inlet| truncated_hydrograph_warning(&inlet.hydrograph, case.end_time()));
+            warnings.extend(cut.map(|cut| format!("{place}: {cut}")));
+            add_opening(&mut openings, opening, &key)?;
             continue;
         }
         let mut inflow = inflow::<D>(case, options, flow, given, &key)?;
@@ -63,24 +56,41 @@ pub fn add_inflows<const D: usize>(
             return Err(option_error(&key("from"), problem));
         }
         standing.push(before);
-        flow.max_initial_level = flow.max_initial_level.max(level + deepest);
-        flow.fastest_start = flow.fastest_start.max(speed);
+        flow.limits.include(level + deepest, speed);
         if let Some(slope) = uphill_slope(&inflow, &flow.bed) {
             warnings.push(format!(
-                "methods.{NAME}.inflows[{number}]: the bed rises by {:.1} % in the direction of the inflow, to the right of the line from `from` to `to`: \
+                "{place}: the bed rises by {:.1} % in the direction of the inflow, to the right of the line from `from` to `to`: \
                  check whether the two must be exchanged",
                 100.0 * slope
             ));
         }
         let doubts =
             little.into_iter().chain(truncated_hydrograph_warning(&inflow.hydrograph, case.end_time()));
-        warnings.extend(doubts.map(|doubt| format!("methods.{NAME}.inflows[{number}]: {doubt}")));
-        flow.inflows.push(inflow);
+        warnings.extend(doubts.map(|doubt| format!("{place}: {doubt}")));
+        flow.boundary.inflows.push(inflow);
     }
     if standing.iter().any(Option::is_some) {
         flow.initialise_inflows(&standing).map_err(|failure| option_error("inflows", failure.to_string()))?;
     }
     Ok(openings)
+}
+
+/// Adds the opening of an end of a profile, or its inlets to the opening of that end.
+fn add_opening(
+    openings: &mut Vec<(Opening, String)>,
+    mut opening: Opening,
+    key: &dyn Fn(&str) -> String,
+) -> Result<(), CaseError> {
+    let known = openings.iter_mut().find(|(known, _)| known.outward == opening.outward);
+    let Some((known, _)) = known else {
+        openings.push((opening, format!("methods.{NAME}.{}", key("side"))));
+        return Ok(());
+    };
+    if known.inlets.iter().any(|known| opening.inlets.iter().any(|inlet| inlet.layer == known.layer)) {
+        return Err(option_error(&key("side"), "has another inflow: add up their discharges"));
+    }
+    known.inlets.append(&mut opening.inlets);
+    Ok(())
 }
 
 /// Share of the domain ahead of an inflow below which there is a warning.
@@ -166,7 +176,7 @@ fn layer<const D: usize>(
         (true, Some(FlowLayer::Lower)) => 0,
         (true, Some(FlowLayer::Upper)) => 1,
     };
-    if flow.sets[set].is_empty() {
+    if flow.nodes.sets[set].is_empty() {
         return wrong(
             "has no body that defines the material of the inflow: add one, which may be small and away \
              from the flow",
@@ -203,7 +213,7 @@ fn end_inlet<const D: usize>(
     }
     let porosity = porosity(options, given, key)?.unwrap_or(0.0);
     let layer = layer(options, flow, given, key)?;
-    let feed = Inlet { hydrograph: hydrograph(given, key)?, froude: given.froude, porosity, layer };
+    let inlet = Inlet { hydrograph: hydrograph(given, key)?, froude: given.froude, porosity, layer };
     let place = if side.is_max() { case.domain.max[0] } else { case.domain.min[0] };
     let outward = if side.is_max() { 1.0 } else { -1.0 };
     let beyond = [0.0, 4.0 * options.spacing].map(|far| flow.bed.at(&[place + outward * far; D]).is_some());
@@ -221,7 +231,7 @@ fn end_inlet<const D: usize>(
         spacing,
         span,
         periodic: false,
-        inlets: vec![feed],
+        inlets: vec![inlet],
         absorbing_length: 0.0,
     })
 }
@@ -312,7 +322,7 @@ fn inflow<const D: usize>(
         spacing: options.spacing,
         ratio,
         reach: (flow.settings.numerics.kernel.support() * ratio + ROWS) * options.spacing,
-        body: layer.map_or(0, |set| flow.sets[set].nodes.body[0]),
+        body: layer.map_or(0, |set| flow.nodes.sets[set].nodes.body[0]),
         porosity: porosity(options, given, key)?,
         layer,
         channel: None,

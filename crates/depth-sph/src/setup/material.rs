@@ -7,7 +7,7 @@ use super::option_error;
 use crate::config::DepthOptions;
 use crate::config::choices::Phases;
 use crate::config::settings::Mixture;
-use crate::phases::interphase_drag::MixtureDensities;
+use crate::laws::interphase_drag::MixtureDensities;
 use crate::setup::bed::case_bed::BedFriction;
 use crate::setup::pore_fluid;
 

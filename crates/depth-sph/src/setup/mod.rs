@@ -8,7 +8,6 @@ mod inflows;
 mod material;
 mod open_boundaries;
 mod pore_fluid;
-pub(crate) mod stages;
 
 use std::sync::Arc;
 
@@ -21,12 +20,12 @@ pub(crate) use crate::setup::capabilities::capabilities;
 
 use crate::NAME;
 use crate::bed::Bed;
+use crate::boundary::stages::plan_boundaries;
 use crate::config::DepthOptions;
 use crate::config::choices::{DepthFrame, Phases};
 use crate::config::settings::{Consolidation, EarthPressure, FlowSettings, Mixture, Numerics, PoreColumn};
 use crate::flow::{Flow, FlowFailure, OutsideNodes};
-use crate::phases::interphase_drag::MixtureDensities;
-use crate::setup::stages::plan_boundaries;
+use crate::laws::interphase_drag::MixtureDensities;
 use crate::solver::DepthSolver;
 
 /// Node-updates per second and thread, from the benchmark of one phase without columns.
@@ -166,13 +165,13 @@ fn build_in<const D: usize>(
     let CaseBed { mut bed, departure, mut warnings, .. } = ground;
     warnings.append(&mut of_maps);
     let settings = settings::<D>(case, options)?;
-    if let Bed::Erodible(worn) = &mut bed {
+    if let Bed::Erodible(erodible) = &mut bed {
         let depths = erodible_depths(case, options)?;
-        worn.set_erodible_depth(|x| {
+        erodible.set_erodible_depth(|x| {
             let of_zone = settings.erodible_depth(&std::array::from_fn(|c| x[c]));
             // Zero where the raster has no data.
-            let most = |raster: &Raster| raster.interpolate(x[0], x[1]).unwrap_or(0.0);
-            depths.as_ref().map_or(of_zone, |raster| of_zone.min(most(raster)))
+            let limit = |raster: &Raster| raster.interpolate(x[0], x[1]).unwrap_or(0.0);
+            depths.as_ref().map_or(of_zone, |raster| of_zone.min(limit(raster)))
         });
     }
     let filled = body_nodes::body_nodes::<D>(case, options, &settings.material, &bed)?;
@@ -192,7 +191,8 @@ fn build_in<const D: usize>(
             ));
         }
     }
-    flow.outside = if options.leaving_is_an_error { OutsideNodes::Fail } else { OutsideNodes::Remove };
+    flow.boundary.outside =
+        if options.leaving_is_an_error { OutsideNodes::Fail } else { OutsideNodes::Remove };
     let solver = DepthSolver::new(Arc::new(case.clone()), options.clone(), flow, maps, departure);
     Ok((solver, warnings))
 }

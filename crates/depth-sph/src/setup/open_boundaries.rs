@@ -3,6 +3,7 @@
 use colluvium_case::description::Wall;
 use colluvium_case::{Case, CaseError};
 
+use crate::boundary::open::reach_beyond;
 use crate::config::DepthOptions;
 use crate::config::choices::DepthFrame;
 use crate::flow::{Flow, OpenBoundary, Opening};
@@ -64,10 +65,10 @@ pub fn open_boundaries<const D: usize>(
         slopes.push(slope_across(opening, flow, key)?);
     }
     let sides: Vec<Opening> = openings.iter().map(|(opening, _)| opening.clone()).collect();
-    let known = flow.open_boundaries.len();
+    let known = flow.boundary.open.len();
     flow.open_sides(&sides).map_err(|failure| CaseError::new(first, failure.to_string()))?;
-    let each = (flow.open_boundaries.len() - known) / openings.len();
-    let ends = flow.open_boundaries[known..].chunks(each.max(1));
+    let each = (flow.boundary.open.len() - known) / openings.len();
+    let ends = flow.boundary.open[known..].chunks(each.max(1));
     for (((_, key), slope), ends) in openings.iter().zip(slopes).zip(ends) {
         // Material that leaves over a dry bed meets nothing that could reflect waves.
         let stands = ends.iter().any(OpenBoundary::is_filled);
@@ -112,8 +113,8 @@ fn slope_across<const D: usize>(
     key: &str,
 ) -> Result<Option<f64>, CaseError> {
     let Opening { axis, place, outward, spacing, span, .. } = opening;
-    let lengths = flow.sets.iter().flat_map(|set| &set.nodes.first_length);
-    let reach = flow.reach_beyond(lengths.copied().fold(0.0, f64::max));
+    let lengths = flow.nodes.sets.iter().flat_map(|set| &set.nodes.first_length);
+    let reach = reach_beyond(&flow.settings, lengths.copied().fold(0.0, f64::max));
     let count = if D == 1 { 1 } else { ((span.1 - span.0) / spacing).ceil().max(1.0) as usize };
     let mut steepest = None;
     for k in 0..count {

@@ -8,8 +8,8 @@ use serde_json::{Map, Value, json};
 
 use crate::config::DepthOptions;
 use crate::config::choices::{DepthFrame, Phases};
-use crate::phases::interphase_drag::{InterphaseDrag, MixtureDensities};
-use crate::pore_pressure::pore_pressure_column::Drainage;
+use crate::laws::interphase_drag::{InterphaseDrag, MixtureDensities};
+use crate::laws::pore_pressure_column::Drainage;
 use crate::setup::bed::case_bed::highest_wall;
 use crate::setup::{NAME, option_error};
 

@@ -1,49 +1,34 @@
 //! Solver of a case: a flow with the outputs and stages of a run.
 
-pub(crate) mod report;
+mod checkpoint;
+mod stop_detection;
 
 use std::io::{Read, Write};
 use std::sync::Arc;
 
+use crate::boundary::stages;
+use crate::config::DepthOptions;
+use crate::config::choices::DepthFrame;
+use crate::flow::{Flow, FlowFailure, LimitingNode, PhaseSet};
+use crate::output::budget::budget;
+use crate::output::gauges::{depth_and_flux, discharge};
+use crate::output::hazard_rasters::HazardRasters;
+use crate::output::scalar_outputs::{RunState, scalar_outputs};
+use crate::output::snapshot::snapshot;
+use crate::output::warnings::warnings_at_end;
+use crate::points::phase_nodes::{PhaseNodes, PlanVector};
+use crate::solver::checkpoint::{CheckpointState, FORMAT};
+use crate::solver::stop_detection::{FlowMotion, StopDetection};
 use colluvium_case::description::{Domain, Reset, Stage};
 use colluvium_case::measure::ScalarOutput;
 use colluvium_case::solver::{restore_value, save_value};
 use colluvium_case::{
-    Advance, Budget, Case, Dataset, Equilibrium, Frame, FrameRequest, Solver, SolverError, StepLimit,
-    TimeStep, spatial,
+    Advance, Budget, Case, Dataset, Equilibrium, Frame, FrameRequest, PlanRaster, Solver, SolverError,
+    StepLimit, TimeStep, spatial,
 };
-use serde::{Deserialize, Serialize};
-
-use crate::bed::{Bed, ErosionState};
-use crate::config::DepthOptions;
-use crate::flow::{EnergyBalance, FarField, Flow, FlowFailure, LimitingNode};
-use crate::inflow::InflowState;
-use crate::output::hazard_rasters::{HazardCell, HazardRasters};
-use crate::phases::phase_nodes::{PhaseNodes, PlanVector, norm};
-use crate::setup::stages;
-
-/// Version of the layout of a checkpoint.
-const FORMAT: u32 = 11;
 
 /// Steps for each check of the criterion, in a stage without motion.
 const CHECKS: f64 = 4.0;
-
-/// Detection of the time at which the flow comes to rest (sheet: depth-sph §0, stopping).
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct StopDetection {
-    /// Largest kinetic energy so far (J).
-    peak: f64,
-    /// Time since which all conditions have held (s); NaN while they do not.
-    since: f64,
-    /// Time at which the flow had stopped (s); NaN before.
-    stopped: f64,
-}
-
-impl Default for StopDetection {
-    fn default() -> Self {
-        Self { peak: 0.0, since: f64::NAN, stopped: f64::NAN }
-    }
-}
 
 /// Depth-integrated SPH over a profile (`D` = 1) or over terrain (`D` = 2).
 pub struct DepthSolver<const D: usize> {
@@ -59,32 +44,6 @@ pub struct DepthSolver<const D: usize> {
     departure: Option<[f64; 2]>,
     /// Limit of the next step, once it has been computed.
     limit: Option<LimitingNode>,
-}
-
-#[derive(Serialize, Deserialize)]
-struct CheckpointState {
-    format: u32,
-    dimension: usize,
-    time: f64,
-    steps: u64,
-    flow_time: f64,
-    flow_step: u64,
-    next_id: u64,
-    left: [f64; 2],
-    gone: u64,
-    entrained: [f64; 2],
-    pore_heads: Vec<f64>,
-    heads_depth: Vec<f64>,
-    heads_time: f64,
-    rest: StopDetection,
-    energy_balance: EnergyBalance,
-    nodes: Vec<Vec<u8>>,
-    maps: Option<Vec<HazardCell>>,
-    inflows: Vec<InflowState>,
-    erosion: Option<[Vec<f64>; 2]>,
-    far_fields: Vec<FarField>,
-    /// Numbers of the nodes that have not entered yet.
-    held: Vec<u64>,
 }
 
 impl<const D: usize> DepthSolver<D> {
@@ -114,7 +73,7 @@ impl<const D: usize> DepthSolver<D> {
     /// Updates the rasters with the current flow.
     fn update_hazard_rasters(&mut self) {
         if let Some(maps) = &mut self.hazard_rasters {
-            maps.update(&self.flow);
+            maps.update(&self.flow.view());
         }
     }
 
@@ -129,7 +88,7 @@ impl<const D: usize> DepthSolver<D> {
         let inside =
             |place: &[f64; D]| (0..D).all(|axis| place[axis] >= min[axis] && place[axis] <= max[axis]);
         let mut volumes = vec![0.0; self.case.bodies.len()];
-        for PhaseNodes { body, volume, position, .. } in self.flow.sets.iter().map(|set| &set.nodes) {
+        for PhaseNodes { body, volume, position, .. } in self.flow.nodes.sets.iter().map(|set| &set.nodes) {
             for node in (0..body.len()).filter(|node| inside(&position[*node])) {
                 volumes[body[node] as usize] += volume[node];
             }
@@ -148,7 +107,11 @@ impl<const D: usize> DepthSolver<D> {
         if let Some(criterion) = stage.equilibrium {
             return stage.duration / (CHECKS * f64::from(criterion.hold.max(1)));
         }
-        if self.flow.removed_nodes > 0 && self.points() == 0 { self.case.end_time() } else { f64::INFINITY }
+        if self.flow.records.removed_nodes > 0 && self.points() == 0 {
+            self.case.end_time()
+        } else {
+            f64::INFINITY
+        }
     }
 
     fn failed(&self, failure: FlowFailure) -> SolverError {
@@ -163,112 +126,14 @@ impl<const D: usize> DepthSolver<D> {
     /// Updates the detection of rest.
     fn update_stop_detection(&mut self) {
         let stop = &self.options.stop;
-        let (mut kinetic, mut slow, mut whole) = (0.0, 0.0, 0.0);
-        for (number, set) in self.flow.sets.iter().enumerate() {
-            let density = self.flow.density(number);
-            for (velocity, volume) in set.nodes.velocity.iter().zip(&set.nodes.volume) {
-                let speed = norm(velocity);
-                kinetic += 0.5 * density * volume * speed * speed;
-                if number == 0 {
-                    whole += volume;
-                    slow += if speed < stop.speed { *volume } else { 0.0 };
-                }
-            }
-        }
-        self.flow.update_peak_kinetic(kinetic);
-        let rest = &mut self.rest;
-        rest.peak = rest.peak.max(kinetic);
-        let holds =
-            rest.peak > 0.0 && kinetic <= stop.kinetic_ratio * rest.peak && slow >= stop.share * whole;
-        if !holds {
-            (rest.since, rest.stopped) = (f64::NAN, f64::NAN);
-        } else if rest.since.is_nan() {
-            rest.since = self.time;
-        }
-        if holds && rest.stopped.is_nan() && self.time - rest.since >= stop.hold {
-            rest.stopped = rest.since;
-        }
+        let motion = FlowMotion::of(&self.flow.view(), stop.speed);
+        self.flow.records.energy_balance.update_peak_kinetic(motion.kinetic);
+        self.rest.update(stop, &motion, self.time);
     }
 
-    fn checkpoint_state(&self) -> CheckpointState {
-        let flow = &self.flow;
-        let bytes = |set: &crate::flow::PhaseSet<D>| {
-            let mut bytes = Vec::new();
-            set.nodes.write(&mut bytes).expect("memory takes all bytes");
-            bytes
-        };
-        CheckpointState {
-            format: FORMAT,
-            dimension: D,
-            time: self.time,
-            steps: self.steps,
-            flow_time: flow.time,
-            flow_step: flow.step,
-            next_id: flow.next_id,
-            left: flow.outflow_volume,
-            gone: flow.removed_nodes,
-            entrained: flow.entrained,
-            pore_heads: flow.pore_columns.heads.clone(),
-            heads_depth: flow.pore_columns.depth.clone(),
-            heads_time: flow.pore_columns.time,
-            rest: self.rest,
-            energy_balance: flow.energy_balance,
-            nodes: flow.sets.iter().map(bytes).collect(),
-            maps: self.hazard_rasters.as_ref().map(|maps| maps.cells().to_vec()),
-            inflows: flow.inflows.iter().map(|inflow| inflow.state.clone()).collect(),
-            far_fields: flow.open_boundaries.iter().map(|end| end.state.clone()).collect(),
-            held: flow.waiting_nodes.nodes.iter().map(|node| node.0).collect(),
-            erosion: flow
-                .erodible_bed()
-                .map(|worn| [worn.state().in_surface.clone(), worn.state().pending.clone()]),
-        }
-    }
-
-    /// Restores a saved state; `None` where its parts are inconsistent.
-    fn restore_state(&mut self, saved: CheckpointState) -> Option<()> {
-        self.limit = None;
-        let flow = &mut self.flow;
-        if saved.nodes.len() != flow.sets.len() || saved.maps.is_some() != self.hazard_rasters.is_some() {
-            return None;
-        }
-        if saved.inflows.len() != flow.inflows.len() {
-            return None;
-        }
-        if saved.far_fields.len() != flow.open_boundaries.len() {
-            return None;
-        }
-        flow.open_boundaries.iter_mut().zip(saved.far_fields).for_each(|(end, state)| end.state = state);
-        for (inflow, state) in flow.inflows.iter_mut().zip(saved.inflows) {
-            inflow.state = state;
-        }
-        match (&mut flow.bed, saved.erosion) {
-            (Bed::Erodible(worn), Some([shown, pending])) => {
-                worn.restore::<D>(ErosionState { in_surface: shown, pending })?;
-            }
-            (Bed::Erodible(_), None) | (_, Some(_)) => return None,
-            _ => {}
-        }
-        if let (Some(maps), Some(cells)) = (&mut self.hazard_rasters, saved.maps) {
-            maps.restore(cells)?;
-        }
-        for (set, bytes) in flow.sets.iter_mut().zip(&saved.nodes) {
-            set.nodes.read(&mut bytes.as_slice()).ok()?;
-            set.clear_lists();
-        }
-        flow.resample_bed();
-        // The next step sets their positions and velocities before it uses them.
-        flow.waiting_nodes.nodes = saved.held.iter().map(|id| (*id, [0.0; D], [0.0; D])).collect();
-        let count = if flow.pore_columns.is_empty() { 0 } else { flow.sets[0].len() };
-        if saved.pore_heads.len() != count * flow.pore_columns.width || saved.heads_depth.len() != count {
-            return None;
-        }
-        (flow.pore_columns.heads, flow.pore_columns.depth) = (saved.pore_heads, saved.heads_depth);
-        flow.pore_columns.time = saved.heads_time;
-        (flow.time, flow.step, flow.next_id) = (saved.flow_time, saved.flow_step, saved.next_id);
-        (flow.outflow_volume, flow.removed_nodes, flow.entrained) = (saved.left, saved.gone, saved.entrained);
-        flow.energy_balance = saved.energy_balance;
-        (self.time, self.steps, self.rest) = (saved.time, saved.steps, saved.rest);
-        Some(())
+    /// State of the run beside its flow.
+    fn run_state(&self) -> RunState {
+        RunState { stopped: self.rest.stopped, departure: self.departure }
     }
 }
 
@@ -282,12 +147,12 @@ impl<const D: usize> Solver for DepthSolver<D> {
     }
 
     fn points(&self) -> usize {
-        self.flow.sets.iter().map(crate::flow::PhaseSet::len).sum()
+        self.flow.nodes.len()
     }
 
     fn limit(&mut self) -> TimeStep {
         let limit = *self.limit.get_or_insert_with(|| self.flow.limit());
-        let node = limit.node.map(|(set, i)| (&self.flow.sets[set].nodes, i));
+        let node = limit.node.map(|(set, i)| (&self.flow.nodes.sets[set].nodes, i));
         let step = TimeStep {
             dt: limit.dt,
             limit: StepLimit::new("surface wave"),
@@ -325,19 +190,19 @@ impl<const D: usize> Solver for DepthSolver<D> {
     fn begin_stage(&mut self, stage: usize, _start: f64) -> Result<(), SolverError> {
         self.stage = stage;
         self.limit = None;
-        self.flow.ends = stages::plan_boundaries(&self.case, stage);
+        self.flow.boundary.walls = stages::plan_boundaries(&self.case, stage);
         let case = Arc::clone(&self.case);
-        let gone = |body: u32| case.is_removed(&case.bodies[body as usize].name, stage);
-        self.flow.with_external_change(|flow| flow.remove_where(|nodes, i| gone(nodes.body[i])));
-        self.flow.sets.iter_mut().for_each(crate::flow::PhaseSet::clear_lists);
+        let removed = |body: u32| case.is_removed(&case.bodies[body as usize].name, stage);
+        self.flow.change_from_outside(|nodes| nodes.remove_where(|nodes, i| removed(nodes.body[i])));
+        self.flow.nodes.sets.iter_mut().for_each(PhaseSet::clear_lists);
         Ok(())
     }
 
     fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError> {
         self.limit = None;
-        self.flow.with_external_change(|flow| {
+        self.flow.change_from_outside(|nodes| {
             for reset in &stage.reset {
-                flow.sets.iter_mut().for_each(|set| match reset {
+                nodes.sets.iter_mut().for_each(|set| match reset {
                     Reset::Velocity => set.nodes.velocity.fill([0.0; D]),
                     Reset::Displacement => set.nodes.origin.clone_from(&set.nodes.position),
                     // Nodes have no state of a material law.
@@ -359,34 +224,37 @@ impl<const D: usize> Solver for DepthSolver<D> {
     }
 
     fn scalar_outputs(&self) -> Vec<ScalarOutput> {
-        self.collect_scalar_outputs()
+        scalar_outputs(&self.flow.view(), self.hazard_rasters.as_ref(), &self.run_state())
     }
 
     fn warnings_at_end(&self) -> Vec<String> {
-        self.warnings_at_end()
+        warnings_at_end(&self.flow.view(), &self.case, self.hazard_rasters.as_ref(), &self.run_state())
     }
 
     fn frame(&self, _: FrameRequest) -> Frame {
-        self.collect_snapshot().into()
+        snapshot(&self.flow.view(), (self.time, self.steps)).into()
     }
 
     fn gauge(&self, place: &[f64]) -> Option<(f64, [f64; 3])> {
-        let (depth, flux) =
-            self.flow.depth_and_flux(&std::array::from_fn(|c| place.get(c).copied().unwrap_or(0.0)));
+        let x = std::array::from_fn(|c| place.get(c).copied().unwrap_or(0.0));
+        let (depth, flux) = depth_and_flux(self.flow.settings.numerics.kernel, &self.flow.nodes.sets, &x);
         Some((depth, spatial(&flux).map(|flux| flux / depth)))
     }
 
     fn discharge(&self, from: [f64; 2], to: [f64; 2]) -> Option<f64> {
         let [from, to] = [from, to].map(|end| std::array::from_fn(|c| end.get(c).copied().unwrap_or(0.0)));
-        Some(self.flow.discharge(&from, &to))
+        Some(discharge(self.flow.settings.numerics.kernel, &self.flow.nodes.sets, &from, &to))
     }
 
     fn products(&self) -> Vec<Dataset> {
-        self.collect_rasters().into_iter().map(Dataset::of_raster).collect()
+        let Some(maps) = &self.hazard_rasters else { return Vec::new() };
+        let along = if self.flow.settings.frame == DepthFrame::BedFitted { "normal" } else { "vertical" };
+        let rasters = maps.rasters(&self.flow.view(), along).into_iter();
+        rasters.map(|(name, unit, raster)| Dataset::of_raster(PlanRaster { name, unit, raster })).collect()
     }
 
     fn budget(&self) -> Option<Budget> {
-        Some(self.collect_budget())
+        Some(budget(&self.flow.view()))
     }
 
     fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {

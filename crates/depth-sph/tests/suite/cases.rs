@@ -401,7 +401,12 @@ fn what_has_no_effect_is_named() {
     let start = "methods.depth-sph.regions[0]";
     assert!(region(1.0, json!({})).starts_with(&format!("{start}: has no property of the bed")));
     let beyond = region(101.0, json!({ "basal": { "model": "none" } }));
-    assert!(beyond.starts_with(&format!("{start}.shape: lies outside the domain: it reaches from 101 to 102 m along x")), "{beyond}");
+    assert!(
+        beyond.starts_with(&format!(
+            "{start}.shape: lies outside the domain: it reaches from 101 to 102 m along x"
+        )),
+        "{beyond}"
+    );
     let mut dry = fix(heap());
     dry["methods"]["depth-sph"] = json!({ "spacing": 0.1, "drainage": { "kind": "atmospheric" } });
     assert!(

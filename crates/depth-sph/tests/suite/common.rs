@@ -48,8 +48,8 @@ pub fn until(solver: &mut dyn Solver, end: f64) {
 /// Takes the largest stable steps until the time is `end` (s).
 pub fn run<const D: usize>(flow: &mut Flow<D>, end: f64) {
     single_threaded();
-    while flow.time < end {
-        let dt = flow.limit().dt.min(end - flow.time);
+    while flow.clock.time < end {
+        let dt = flow.limit().dt.min(end - flow.clock.time);
         flow.advance(dt).unwrap();
     }
 }

@@ -6,8 +6,8 @@ use colluvium_depth_sph::bed::Bed;
 use colluvium_depth_sph::config::choices::{Phases, ThicknessEquation};
 use colluvium_depth_sph::config::settings::{BedZone, FlowSettings, Mixture};
 use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium_depth_sph::phases::interphase_drag::{InterphaseDrag, MixtureDensities};
-use colluvium_depth_sph::phases::phase_nodes::NewNode;
+use colluvium_depth_sph::laws::interphase_drag::{InterphaseDrag, MixtureDensities};
+use colluvium_depth_sph::points::phase_nodes::NewNode;
 
 use crate::common::run;
 
@@ -31,9 +31,9 @@ fn water_leaves_a_reservoir_as_ritter_found() {
     let ends = PlanBoundaries { walls: [[Some(-20.0), None]], ..PlanBoundaries::default() };
     let nodes = layer(-20.0, 0.0, 0.05, 10.0);
     let mut flow = Flow::new(FlowSettings::plain(1000.0), Bed::Flat(0.0), ends, &[nodes]).unwrap();
-    let volume = flow.sets[0].nodes.total_volume();
+    let volume = flow.nodes.sets[0].nodes.total_volume();
     run(&mut flow, 1.0);
-    let nodes = &flow.sets[0].nodes;
+    let nodes = &flow.nodes.sets[0].nodes;
     assert_eq!(nodes.total_volume(), volume);
     let (mut error, mut count) = (0.0, 0);
     for (x, h) in nodes.position.iter().zip(&nodes.partial_thickness) {
@@ -58,7 +58,7 @@ fn bore(continuity: ThicknessEquation) -> (f64, f64) {
     settings.numerics.continuity = continuity;
     let mut flow = Flow::new(settings, Bed::Flat(0.0), ends, &[nodes]).unwrap();
     run(&mut flow, 1.0);
-    let nodes = &flow.sets[0].nodes;
+    let nodes = &flow.nodes.sets[0].nodes;
     let mut error = 0.0;
     for (x, h) in nodes.position.iter().zip(&nodes.partial_thickness) {
         error += (h - exact.at(x[0], 1.0).0).abs();
@@ -103,17 +103,22 @@ fn fluid_leaves_its_skeleton() {
     let ends = PlanBoundaries { walls: [[Some(0.0), None]], ..PlanBoundaries::default() };
     let sets = [layer(0.0, 5.0, 0.05, 0.3), layer(0.0, 5.0, 0.05, 1.0)];
     let mut flow = Flow::new(settings, Bed::Flat(0.0), ends, &sets).unwrap();
-    let volumes = [0, 1].map(|set| flow.sets[set].nodes.total_volume());
+    let volumes = [0, 1].map(|set| flow.nodes.sets[set].nodes.total_volume());
     run(&mut flow, 2.0);
-    let front = |set: usize| flow.sets[set].nodes.position.iter().map(|x| x[0]).fold(0.0, f64::max);
+    let front = |set: usize| flow.nodes.sets[set].nodes.position.iter().map(|x| x[0]).fold(0.0, f64::max);
     let [grains, water] = [front(0), front(1)];
     assert!(water > grains + 3.0, "the water is ahead: {grains} {water}");
-    assert_eq!([0, 1].map(|set| flow.sets[set].nodes.total_volume()), volumes);
-    let nodes = &flow.sets[1].nodes;
+    assert_eq!([0, 1].map(|set| flow.nodes.sets[set].nodes.total_volume()), volumes);
+    let nodes = &flow.nodes.sets[1].nodes;
     let last = (0..nodes.len()).find(|i| nodes.position[*i][0] == water).unwrap();
     let [own, all] = [nodes.partial_thickness[last], nodes.depth[last]];
     assert!(all < 1.1 * own, "water alone: {own} m of {all} m");
     assert!(
-        flow.sets[0].nodes.depth.iter().chain(&nodes.depth).all(|depth| depth.is_finite() && *depth > 0.0)
+        flow.nodes.sets[0]
+            .nodes
+            .depth
+            .iter()
+            .chain(&nodes.depth)
+            .all(|depth| depth.is_finite() && *depth > 0.0)
     );
 }

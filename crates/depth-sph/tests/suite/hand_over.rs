@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, CaseError, Method, PointList, Snapshot};
 use colluvium_depth_sph::DepthSph;
-use colluvium_depth_sph::output::export_points::point_stacks;
+use colluvium_depth_sph::point_stacks;
 use serde_json::json;
 
 /// Cloud of points a quarter of a metre apart, 4 m by 3 m and 2 m high, that moves faster at its top.

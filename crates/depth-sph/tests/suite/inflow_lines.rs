@@ -8,7 +8,7 @@ use colluvium_depth_sph::bed::Bed;
 use colluvium_depth_sph::config::settings::FlowSettings;
 use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
 use colluvium_depth_sph::inflow::{Inflow, InflowState};
-use colluvium_depth_sph::phases::phase_nodes::NewNode;
+use colluvium_depth_sph::points::phase_nodes::NewNode;
 use serde_json::{Value, json};
 
 use crate::common::{build, grid, hash_after, until};
@@ -203,7 +203,7 @@ fn an_inflow_that_would_be_far_too_deep_ends_the_run() {
         state: InflowState::default(),
     };
     inflow.depth = inflow.max_section().depth;
-    flow.inflows.push(inflow);
+    flow.boundary.inflows.push(inflow);
     let failure = flow.advance(1e-3).unwrap_err();
     assert!(failure.reason.contains("m deep") && failure.position == [0.0, 0.0], "{failure}");
 }

@@ -6,9 +6,9 @@ use colluvium_depth_sph::bed::Bed;
 use colluvium_depth_sph::config::choices::Phases;
 use colluvium_depth_sph::config::settings::{Consolidation, FlowSettings, Mixture, PoreColumn};
 use colluvium_depth_sph::flow::{Flow, Opening, PlanBoundaries};
-use colluvium_depth_sph::phases::interphase_drag::{InterphaseDrag, MixtureDensities};
-use colluvium_depth_sph::phases::phase_nodes::NewNode;
-use colluvium_depth_sph::pore_pressure::pore_pressure_column::{LowerBound, PressureProfile};
+use colluvium_depth_sph::laws::interphase_drag::{InterphaseDrag, MixtureDensities};
+use colluvium_depth_sph::laws::pore_pressure_column::{LowerBound, PressureProfile};
+use colluvium_depth_sph::points::phase_nodes::NewNode;
 use serde_json::{Value, json};
 
 use crate::common::{hash_after, refused, run};
@@ -39,7 +39,7 @@ fn channel(height: f64, speed: f64, ratio: f64, walls: [Option<f64>; 2]) -> Flow
 
 /// Largest difference of the depth from `still` (m) between 12 and 38 m.
 fn amplitude(flow: &Flow<1>, still: f64) -> f64 {
-    let nodes = &flow.sets[0].nodes;
+    let nodes = &flow.nodes.sets[0].nodes;
     let inside = nodes.position.iter().zip(&nodes.depth).filter(|(x, _)| (12.0..38.0).contains(&x[0]));
     inside.map(|(_, depth)| (depth - still).abs()).fold(0.0, f64::max)
 }
@@ -47,7 +47,7 @@ fn amplitude(flow: &Flow<1>, still: f64) -> f64 {
 /// Reflected over arriving amplitude: the hump is at 31 m after 2 s, and back at 30.6 m after 7.8 s.
 fn reflected(mut flow: Flow<1>) -> f64 {
     // Sums over this lattice are 0.4 % off.
-    let still = flow.sets[0].nodes.depth[150];
+    let still = flow.nodes.sets[0].nodes.depth[150];
     run(&mut flow, 2.0);
     let arriving = amplitude(&flow, still);
     run(&mut flow, 7.8);
@@ -72,14 +72,14 @@ fn a_rapid_stream_leaves_without_a_wave() {
     // Froude number 1.6; there is no water behind it, so that its tail stays away from the window.
     let mut flow = channel(1e-3, 5.0, 1.5, [None, None]);
     flow.open_end(40.0, 1.0, SPACING).unwrap();
-    let before = flow.sets[0].nodes.total_volume() - flow.far_field_volume();
+    let before = flow.nodes.sets[0].nodes.total_volume() - flow.far_field_volume();
     run(&mut flow, 2.2);
-    let nodes = &flow.sets[0].nodes;
+    let nodes = &flow.nodes.sets[0].nodes;
     let inside = nodes.position.iter().zip(&nodes.velocity).filter(|(x, _)| (30.0..39.0).contains(&x[0]));
     let off = inside.map(|(_, v)| (v[0] - 5.0).abs()).fold(0.0, f64::max);
     assert!(off < 2e-4, "{off}");
-    let after = flow.sets[0].nodes.total_volume() - flow.far_field_volume();
-    let [passed, _] = flow.open_boundaries[0].state.passed;
+    let after = flow.nodes.sets[0].nodes.total_volume() - flow.far_field_volume();
+    let [passed, _] = flow.boundary.open[0].state.passed;
     assert!((before - after - passed).abs() < 1e-10 * before, "{before} {after} {passed}");
     assert!((passed - 11.0).abs() < 0.2, "5 m/s for 2.2 s, to a node: {passed}");
 }
@@ -187,7 +187,7 @@ fn of_two(phases: Phases) -> FlowSettings<1> {
 
 /// Largest difference of the height of a set from `still` (m) between 12 and 38 m.
 fn amplitude_of(flow: &Flow<1>, set: usize, still: f64) -> f64 {
-    let nodes = &flow.sets[set].nodes;
+    let nodes = &flow.nodes.sets[set].nodes;
     let inside =
         nodes.position.iter().zip(&nodes.partial_thickness).filter(|(x, _)| (12.0..38.0).contains(&x[0]));
     inside.map(|(_, height)| (height - still).abs()).fold(0.0, f64::max)
@@ -195,9 +195,9 @@ fn amplitude_of(flow: &Flow<1>, set: usize, still: f64) -> f64 {
 
 /// Volume of a set within the channel and its volume that has passed the end (m²).
 fn balance(flow: &Flow<1>, set: usize) -> f64 {
-    let nodes = &flow.sets[set].nodes;
+    let nodes = &flow.nodes.sets[set].nodes;
     let inside = nodes.position.iter().zip(&nodes.volume).filter(|(x, _)| x[0] <= 40.0);
-    let passed: f64 = flow.open_boundaries.iter().map(|end| end.state.passed[set]).sum();
+    let passed: f64 = flow.boundary.open.iter().map(|end| end.state.passed[set]).sum();
     inside.map(|(_, volume)| volume).sum::<f64>() + passed
 }
 
@@ -225,8 +225,8 @@ fn a_wave_of_grains_and_fluid_leaves_with_their_columns() {
         assert!(back < 0.02, "of set {set} {back} comes back");
     }
     // All columns drain alike, those beyond the end too, as far as they have neighbours.
-    let nodes = &flow.sets[0].nodes;
-    let ratio = |i: usize| flow.pore_columns.base(i) / nodes.depth[i];
+    let nodes = &flow.nodes.sets[0].nodes;
+    let ratio = |i: usize| flow.nodes.pore_columns.base(i) / nodes.depth[i];
     let middle = nodes.position.iter().position(|x| (x[0] - 20.0).abs() < SPACING).unwrap();
     let mut beyond = 0;
     for (i, x) in nodes.position.iter().enumerate().filter(|(_, x)| (30.0..40.3).contains(&x[0])) {

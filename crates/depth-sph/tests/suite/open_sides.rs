@@ -10,7 +10,7 @@ use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::bed::{Bed, BedPoint};
 use colluvium_depth_sph::config::settings::{BedZone, FlowSettings};
 use colluvium_depth_sph::flow::{Flow, Opening, PlanBoundaries};
-use colluvium_depth_sph::phases::phase_nodes::NewNode;
+use colluvium_depth_sph::points::phase_nodes::NewNode;
 use colluvium_testkit::solver_runs::advance_steps;
 use serde_json::{Value, json};
 
@@ -62,7 +62,7 @@ fn basin(angle: f64, width: f64, layer: f64, long: f64) -> Flow<2> {
 
 /// Root mean square of the depth's difference from its mean at the start (m), over the nodes before the sides.
 fn amplitude(flow: &Flow<2>, still: f64) -> f64 {
-    let nodes = &flow.sets[0].nodes;
+    let nodes = &flow.nodes.sets[0].nodes;
     let inside = nodes.position.iter().zip(&nodes.depth).filter(|(x, _)| (0.5..LENGTH - 0.5).contains(&x[0]));
     let (count, sum) =
         inside.fold((0, 0.0), |(count, sum), (_, depth)| (count + 1, sum + (depth - still).powi(2)));
@@ -73,15 +73,15 @@ fn amplitude(flow: &Flow<2>, still: f64) -> f64 {
 fn reflected(degrees: f64, width: f64) -> f64 {
     let angle = degrees.to_radians();
     let mut flow = basin(angle, width, 0.0, LENGTH);
-    let nodes = &flow.sets[0].nodes;
+    let nodes = &flow.nodes.sets[0].nodes;
     let before: f64 = nodes.total_volume() - flow.far_field_volume();
     // Depth far from the packet.
     let still = nodes.depth[nodes.position.iter().position(|x| (x[0] - 1.0).abs() < SPACING).unwrap()];
     let arriving = amplitude(&flow, still);
     // The packet has gone to the side and back to the middle of the window.
     run(&mut flow, 12.0 / (9.81f64.sqrt() * angle.cos()));
-    let inside = flow.sets[0].nodes.total_volume() - flow.far_field_volume();
-    let passed = flow.passed();
+    let inside = flow.nodes.sets[0].nodes.total_volume() - flow.far_field_volume();
+    let passed = flow.boundary.passed();
     assert!((before - inside - passed).abs() < 1e-10 * before, "{before} {inside} {passed}");
     amplitude(&flow, still) / arriving
 }
@@ -239,7 +239,7 @@ fn ran(angle: f64, width: f64, layer: f64, long: f64) -> Flow<2> {
 
 /// Depths (m) by node of waters whose side is so far away that no reflection returns in the time.
 fn far_away(angle: f64, width: f64) -> BTreeMap<u64, f64> {
-    let nodes = &ran(angle, width, 0.0, 26.0).sets[0].nodes;
+    let nodes = &ran(angle, width, 0.0, 26.0).nodes.sets[0].nodes;
     nodes.id.iter().copied().zip(nodes.depth.iter().copied()).collect()
 }
 
@@ -247,7 +247,7 @@ fn far_away(angle: f64, width: f64) -> BTreeMap<u64, f64> {
 /// of depths over that of the arriving waves.
 fn reflected_by_layer(angle: f64, width: f64, layer: f64, known: &BTreeMap<u64, f64>) -> f64 {
     let own = ran(angle, width, layer, LENGTH);
-    let own = &own.sets[0].nodes;
+    let own = &own.nodes.sets[0].nodes;
     let (mut count, mut sum) = (0.0, 0.0);
     for (i, x) in own.position.iter().enumerate() {
         if !(0.5..LENGTH - 3.0).contains(&x[0]) {
@@ -397,11 +397,11 @@ fn steep_sheet(closer: f64) -> (Flow<2>, f64, f64) {
 fn a_steep_flow_leaves_at_its_uniform_depth() {
     for closer in [1.0, 2.0] {
         let (mut flow, depth, speed) = steep_sheet(closer);
-        let whole = flow.sets[0].nodes.total_volume();
+        let whole = flow.nodes.sets[0].nodes.total_volume();
         // The middle of the sheet is at the side, and waves from its ends have come half as far.
         run(&mut flow, 8.0 / speed);
-        let nodes = &flow.sets[0].nodes;
-        let passed = flow.passed();
+        let nodes = &flow.nodes.sets[0].nodes;
+        let passed = flow.boundary.passed();
         let inside = nodes.total_volume() - flow.far_field_volume();
         assert!((whole - inside - passed).abs() < 1e-10 * whole, "{whole} {inside} {passed}");
         assert!((0.4..0.6).contains(&(passed / whole)), "{closer}: {passed} of {whole}");
@@ -416,6 +416,6 @@ fn a_steep_flow_leaves_at_its_uniform_depth() {
         assert!(nodes.velocity.iter().all(|v| v[0] > 0.5 * speed), "nothing is thrown back");
         // Thin tails are slow, `v ~ √h`: of a kinematic wave, whose depth is (x/(1.5 K t))², 8.5 % would still be before the side.
         run(&mut flow, 20.0 / speed);
-        assert!(flow.passed() > 0.9 * whole, "{closer}: {} of {whole}", flow.passed());
+        assert!(flow.boundary.passed() > 0.9 * whole, "{closer}: {} of {whole}", flow.boundary.passed());
     }
 }

@@ -4,8 +4,8 @@ use colluvium_depth_sph::bed::{Bed, BedPoint};
 use colluvium_depth_sph::config::choices::{DepthFrame, ThicknessEquation, TimeScheme};
 use colluvium_depth_sph::config::settings::FlowSettings;
 use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium_depth_sph::neighbours::kernel::Kernel;
-use colluvium_depth_sph::phases::phase_nodes::NewNode;
+use colluvium_depth_sph::kernel::Kernel;
+use colluvium_depth_sph::points::phase_nodes::NewNode;
 
 const SPACING: f64 = 0.25;
 /// Half of the width of the water (m), whose largest depth is 1 m.
@@ -48,7 +48,7 @@ fn after(integration: TimeScheme, steps: u32) -> Vec<[f64; 2]> {
     for _ in 0..steps {
         flow.advance(END / f64::from(steps)).unwrap();
     }
-    let nodes = &flow.sets[0].nodes;
+    let nodes = &flow.nodes.sets[0].nodes;
     let mut order: Vec<usize> = (0..nodes.len()).collect();
     order.sort_by_key(|&i| nodes.id[i]);
     order.iter().map(|&i| [nodes.position[i][0], nodes.velocity[i][0]]).collect()
@@ -81,7 +81,7 @@ fn a_node_that_is_lost_between_stages_ends_the_run() {
         // So that lists of neighbours are needed.
         flow.settings.numerics.continuity = ThicknessEquation::RateDifference;
         flow.advance(1e-3).unwrap();
-        flow.sets[0].nodes.volume[40] = f64::NAN;
+        flow.nodes.sets[0].nodes.volume[40] = f64::NAN;
         let failure = flow.advance(1e-3).unwrap_err();
         assert!(failure.reason.starts_with("its velocity, [NaN] m/s, or its smoothing length"), "{failure}");
         assert!(failure.position[0].is_finite(), "{failure}");

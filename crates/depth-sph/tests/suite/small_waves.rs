@@ -7,8 +7,8 @@ use colluvium_depth_sph::bed::{Bed, BedPoint};
 use colluvium_depth_sph::config::choices::{DepthFrame, Phases, PressureForceForm};
 use colluvium_depth_sph::config::settings::{FlowSettings, Mixture};
 use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium_depth_sph::phases::interphase_drag::MixtureDensities;
-use colluvium_depth_sph::phases::phase_nodes::NewNode;
+use colluvium_depth_sph::laws::interphase_drag::MixtureDensities;
+use colluvium_depth_sph::points::phase_nodes::NewNode;
 
 use crate::common::run;
 
@@ -55,7 +55,7 @@ fn two(phases: Phases, grain: f64, fluid: f64) -> FlowSettings<1> {
 
 /// Position of the right half of a disturbance of the heights of a set (m).
 fn centroid(flow: &Flow<1>, set: usize, still: &[f64]) -> f64 {
-    let nodes = &flow.sets[set].nodes;
+    let nodes = &flow.nodes.sets[set].nodes;
     let (mut sum, mut moment) = (0.0, 0.0);
     for (i, x) in nodes.position.iter().enumerate() {
         if x[0] > 0.5 && x[0] < HALF - 1.0 {
@@ -74,7 +74,7 @@ fn speed(densities: [f64; 2], heights: [f64; 2], mode: [f64; 2], times: [f64; 2]
         let settings = two(Phases::Two, densities[0], densities[1]);
         Flow::new(settings, Bed::Flat(0.0), between_walls(), &[set(0), set(1)]).unwrap()
     };
-    let still = make(0.0).sets[1].nodes.partial_thickness.clone();
+    let still = make(0.0).nodes.sets[1].nodes.partial_thickness.clone();
     let mut flow = make(1.0);
     let places = times.map(|time| {
         run(&mut flow, time);
@@ -121,7 +121,7 @@ fn two_layers_stay_at_rest() {
         let sets = [layer(|x| 0.6 - rise(x)), layer(|_| 0.4)];
         let mut flow = Flow::new(settings, bed, between_walls(), &sets).unwrap();
         run(&mut flow, 10.0);
-        let all = flow.sets.iter().flat_map(|set| &set.nodes.velocity);
+        let all = flow.nodes.sets.iter().flat_map(|set| &set.nodes.velocity);
         let fastest = all.map(|v| v[0].abs()).fold(0.0, f64::max) / GRAVITY.sqrt();
         // V12: round-off over a level bed, 2e-2 with sums and the slope of the bed.
         assert!(fastest < if over_hump { 2e-2 } else { 1e-10 }, "hump {over_hump}: {fastest}");
@@ -146,7 +146,7 @@ fn layers_rub_on_each_other() {
     let before = momentum(&flow);
     run(&mut flow, 5.0);
     let mean = |set: usize| {
-        let nodes = &flow.sets[set].nodes;
+        let nodes = &flow.nodes.sets[set].nodes;
         nodes.velocity.iter().map(|v| v[0]).sum::<f64>() / nodes.len() as f64
     };
     let rate = 0.5 * friction * 1000.0 * (1.0 / (2000.0 * 0.6) + 1.0 / (1000.0 * 0.4));
@@ -177,15 +177,15 @@ fn a_slide_on_the_ground_makes_three_waves() {
     settings.frame = DepthFrame::SmallSlope;
     settings.numerics.viscosity = (0.0, 0.0);
     let mut flow = Flow::new(settings, bed, between_walls(), &[layer(|x| 1.0 - slide(x, 0.0))]).unwrap();
-    let still = flow.sets[0].nodes.partial_thickness[200];
+    let still = flow.nodes.sets[0].nodes.partial_thickness[200];
     let end = 5.0;
-    while flow.time < end {
-        let dt = flow.limit().dt.min(end - flow.time);
+    while flow.clock.time < end {
+        let dt = flow.limit().dt.min(end - flow.clock.time);
         // The forces of a step are those of its middle.
-        now.store((flow.time + 0.5 * dt).to_bits(), Ordering::Relaxed);
+        now.store((flow.clock.time + 0.5 * dt).to_bits(), Ordering::Relaxed);
         flow.advance(dt).unwrap();
     }
-    let nodes = &flow.sets[0].nodes;
+    let nodes = &flow.nodes.sets[0].nodes;
     let at = |place: f64| {
         let near = |i: &usize| (nodes.position[*i][0] - place).abs();
         let i = (0..nodes.len()).min_by(|a, b| near(a).total_cmp(&near(b))).unwrap();

@@ -7,7 +7,7 @@ use colluvium_depth_sph::bed::Bed;
 use colluvium_depth_sph::config::choices::PressureForceForm;
 use colluvium_depth_sph::config::settings::FlowSettings;
 use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium_depth_sph::phases::phase_nodes::NewNode;
+use colluvium_depth_sph::points::phase_nodes::NewNode;
 use serde_json::json;
 
 use crate::common::run;
@@ -45,7 +45,7 @@ fn momentum_stays_to_round_off() {
     )
     .unwrap();
     run(&mut flow, 0.3);
-    let nodes = &flow.sets[0].nodes;
+    let nodes = &flow.nodes.sets[0].nodes;
     let size: f64 =
         (0..nodes.len()).map(|i| nodes.volume[i] * nodes.velocity[i][0].hypot(nodes.velocity[i][1])).sum();
     assert!(size > 0.1, "it flows: {size}");
@@ -67,7 +67,7 @@ fn energy_lost(momentum: PressureForceForm) -> f64 {
     let mut flow = Flow::new(settings::<1>(momentum, 0.0), Bed::Flat(0.0), ends, &[nodes.collect()]).unwrap();
     let first = flow.totals(0).potential;
     let (mut most, mut off) = (0.0f64, 0.0f64);
-    while flow.time < 3.0 * 4.0 * half / 9.81f64.sqrt() {
+    while flow.clock.time < 3.0 * 4.0 * half / 9.81f64.sqrt() {
         flow.advance(0.005).unwrap();
         let totals = flow.totals(0);
         most = most.max(totals.kinetic);
@@ -97,7 +97,7 @@ fn a_lake_on_a_level_bed_stays_at_rest() {
     )
     .unwrap();
     run(&mut flow, 10.0);
-    let fastest = flow.sets[0].nodes.velocity.iter().map(|v| v[0].abs()).fold(0.0, f64::max);
+    let fastest = flow.nodes.sets[0].nodes.velocity.iter().map(|v| v[0].abs()).fold(0.0, f64::max);
     assert!(fastest < 1e-10 * 9.81f64.sqrt(), "V12: {fastest}");
 }
 
@@ -113,7 +113,7 @@ fn water_leaves_a_reservoir_as_ritter_found() {
     )
     .unwrap();
     run(&mut flow, 1.0);
-    let nodes = &flow.sets[0].nodes;
+    let nodes = &flow.nodes.sets[0].nodes;
     let near = nodes.position.iter().zip(&nodes.partial_thickness).filter(|(x, _)| x[0] < 10.0);
     let errors: Vec<f64> = near.map(|(x, h)| (h - ritter(9.81, 10.0, x[0], 1.0).0).abs() / 10.0).collect();
     let error = errors.iter().sum::<f64>() / errors.len() as f64;

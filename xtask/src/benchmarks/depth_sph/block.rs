@@ -4,9 +4,9 @@ use colluvium::case::PlanRegion;
 use colluvium::depth_sph::bed::{Bed, BedPoint, paraboloid};
 use colluvium::depth_sph::config::choices::{DepthFrame, TimeScheme};
 use colluvium::depth_sph::config::settings::{BedZone, Consolidation, FlowSettings, PoreColumn};
-use colluvium::depth_sph::erosion::Erosion;
+use colluvium::depth_sph::laws::erosion::Erosion;
 use colluvium::depth_sph::flow::Flow;
-use colluvium::depth_sph::pore_pressure::pore_pressure_column::{Drainage, LowerBound, PressureProfile};
+use colluvium::depth_sph::laws::pore_pressure_column::{Drainage, LowerBound, PressureProfile};
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
@@ -62,7 +62,7 @@ fn saturated(slope: f64, excess: f64, consolidation: f64) -> Result<FlowSettings
 
 /// Mean speed along x (m/s) and path (m) of the first node.
 fn state(flow: &Flow<1>) -> (f64, f64) {
-    let nodes = &flow.sets[0].nodes;
+    let nodes = &flow.nodes.sets[0].nodes;
     (nodes.velocity[0][0], nodes.position[0][0] - nodes.origin[0][0])
 }
 
@@ -87,10 +87,10 @@ fn consolidation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let name = |what: &str| format!("V21, {slope}°, ratio {share}: {what}");
         let mut found = Vec::new();
         for t in times {
-            while flow.time < t * (1.0 - 1e-9) {
-                let end = (flow.time + 0.1).min(*t);
+            while flow.clock.time < t * (1.0 - 1e-9) {
+                let end = (flow.clock.time + 0.1).min(*t);
                 step_with_limit(&mut flow, 2e-3, end)?;
-                found.push((flow.time, state(&flow).0));
+                found.push((flow.clock.time, state(&flow).0));
             }
             let ((v, s), reason) = (state(&flow), "V21: 0.5 %");
             outcome.assert_close(
@@ -103,17 +103,17 @@ fn consolidation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             outcome.assert_close(name(&format!("path after {t} s (m)")), sliding.path(*t), 0.005, s, reason);
         }
         let stops = slope < 15.0;
-        while stops && state(&flow).0 > 0.0 && flow.time < 9.0 {
-            let end = flow.time + 2e-3;
+        while stops && state(&flow).0 > 0.0 && flow.clock.time < 9.0 {
+            let end = flow.clock.time + 2e-3;
             step_with_limit(&mut flow, 2e-3, end)?;
-            found.push((flow.time, state(&flow).0));
+            found.push((flow.clock.time, state(&flow).0));
         }
         if stops {
             outcome.assert_close(
                 name("time at which it stops (s)"),
                 7.056_889,
                 0.005,
-                flow.time,
+                flow.clock.time,
                 "V21: 0.5 %",
             );
             outcome.assert_close(name("where it stops (m)"), 11.762_818, 0.005, state(&flow).1, "V21: 0.5 %");
@@ -159,8 +159,8 @@ impl SlidingBlock {
         let mut settings = saturated(self.slope, 1.0, Self::CONSOLIDATION)?;
         settings.column.iter_mut().for_each(|column| column.profile = profile);
         let mut flow = endless_layer(settings, Self::DEPTH, &[1.0])?;
-        let width = flow.pore_columns.width;
-        for (k, value) in flow.pore_columns.heads.iter_mut().enumerate() {
+        let width = flow.nodes.pore_columns.width;
+        for (k, value) in flow.nodes.pore_columns.heads.iter_mut().enumerate() {
             let zeta = (k % width) as f64 / (width - 1) as f64;
             *value = self.share * Self::DEPTH * (std::f64::consts::FRAC_PI_2 * zeta).cos();
         }
@@ -185,14 +185,14 @@ fn rack(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             let mut flow = block(settings, Bed::Flat(0.0), 2.0, 1e-9, 8.0)?;
             let mut before = state(&flow);
             while before.1 < 5.0 || length > 5.0 {
-                let end = flow.time + 5e-4;
+                let end = flow.clock.time + 5e-4;
                 step_with_limit(&mut flow, 5e-4, end)?;
                 let now = state(&flow);
                 if now.0 == 0.0 || (length < 6.0 && now.1 >= 5.0) {
                     break;
                 }
                 before = now;
-                if flow.time > 60.0 {
+                if flow.clock.time > 60.0 {
                     return Err(format!("V32, {name}: the block still moves after a minute"));
                 }
             }
@@ -224,17 +224,17 @@ fn erosion(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut settings = FlowSettings::plain(2000.0);
     settings.zones[0].erosion = Some(Erosion::Hungr { rate: 0.0011, plan_speed: false });
     let mut flow = block(settings, Bed::Flat(0.0), 1.0, 0.0, 10.0)?;
-    let first = flow.sets[0].nodes.volume[0];
+    let first = flow.nodes.sets[0].nodes.volume[0];
     for (time, path, growth, speed) in
         [(10.0, 94.872_741, 1.11, 9.009_009), (50.0, 398.413_574, 1.55, 6.451_613)]
     {
         step_with_limit(&mut flow, 0.01, time)?;
-        let nodes = &flow.sets[0].nodes;
+        let nodes = &flow.nodes.sets[0].nodes;
         let name = |what: &str| format!("V24, {time} s: {what}");
         outcome.assert_close(name("path (m)"), path, 1e-6, nodes.path[0], "V24: 1e-6");
         outcome.assert_close(name("growth of the mass"), growth, 1e-6, nodes.volume[0] / first, "V24: 1e-6");
         outcome.assert_close(name("speed (m/s)"), speed, 1e-6, nodes.velocity[0][0], "V24: 1e-6");
-        let taken = (nodes.volume[0] - first - flow.entrained[0]).abs() / first;
+        let taken = (nodes.volume[0] - first - flow.records.entrained[0]).abs() / first;
         outcome.assert_below(name("growth that the bed has not given"), "0", taken, 1e-12, "mass is exact");
     }
     Ok(())
@@ -243,20 +243,20 @@ fn erosion(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 /// Speed along the bed at the positions `places` (m), by linear interpolation between steps.
 fn passing(flow: &mut Flow<1>, longest: f64, places: &[f64]) -> Result<Vec<f64>, String> {
     let look = |flow: &Flow<1>| {
-        let nodes = &flow.sets[0].nodes;
+        let nodes = &flow.nodes.sets[0].nodes;
         let bed = flow.bed_below(&nodes.position[0]);
         (nodes.position[0][0], bed.speed(&nodes.velocity[0]))
     };
     let (mut before, mut found) = (look(flow), Vec::new());
     while found.len() < places.len() {
-        let end = flow.time + longest;
+        let end = flow.clock.time + longest;
         step_with_limit(flow, longest, end)?;
         let now = look(flow);
         if now.0 >= places[found.len()] {
             let share = (places[found.len()] - before.0) / (now.0 - before.0);
             found.push(before.1 + share * (now.1 - before.1));
         }
-        if flow.time > 60.0 {
+        if flow.clock.time > 60.0 {
             return Err(format!("the block has not come to {} m within a minute", places[found.len()]));
         }
         before = now;
@@ -332,10 +332,10 @@ fn travel_angle(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let drop = 20.0;
     let from = start - (drop - height) / slope.tan();
     let mut flow = block(settings, bed, 0.1, from, 0.0)?;
-    while flow.time < 1.0 || state(&flow).0 > 0.0 {
-        let end = flow.time + 1e-3;
+    while flow.clock.time < 1.0 || state(&flow).0 > 0.0 {
+        let end = flow.clock.time + 1e-3;
         step_with_limit(&mut flow, 1e-3, end)?;
-        if flow.time > 100.0 {
+        if flow.clock.time > 100.0 {
             return Err("V26: the block still moves after 100 s".to_owned());
         }
     }

@@ -5,9 +5,9 @@ use colluvium::constitutive::basal::{BasalRheology, BasalSpec};
 use colluvium::depth_sph::bed::Bed;
 use colluvium::depth_sph::config::settings::{FlowSettings, Mixture};
 use colluvium::depth_sph::flow::{Flow, PhaseSet, PlanBoundaries};
-use colluvium::depth_sph::neighbours::kernel::Kernel;
-use colluvium::depth_sph::phases::interphase_drag::MixtureDensities;
-use colluvium::depth_sph::phases::phase_nodes::NewNode;
+use colluvium::depth_sph::kernel::Kernel;
+use colluvium::depth_sph::laws::interphase_drag::MixtureDensities;
+use colluvium::depth_sph::points::phase_nodes::NewNode;
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::Value;
 
@@ -39,8 +39,8 @@ pub fn step_until(solver: &mut dyn Solver, end: f64) -> Result<(), String> {
 
 /// Makes steps of a flow without a case until `end` (s).
 pub fn step_flow_until<const D: usize>(flow: &mut Flow<D>, end: f64) -> Result<(), String> {
-    while flow.time < end * (1.0 - 1e-12) {
-        let dt = flow.limit().dt.min(end - flow.time);
+    while flow.clock.time < end * (1.0 - 1e-12) {
+        let dt = flow.limit().dt.min(end - flow.clock.time);
         flow.advance(dt).map_err(|failure| failure.to_string())?;
     }
     Ok(())
@@ -237,8 +237,8 @@ pub fn block(
 
 /// Makes steps of at most `longest` (s) until `end` (s).
 pub fn step_with_limit<const D: usize>(flow: &mut Flow<D>, longest: f64, end: f64) -> Result<(), String> {
-    while flow.time < end * (1.0 - 1e-12) {
-        let dt = flow.limit().dt.min(longest).min(end - flow.time);
+    while flow.clock.time < end * (1.0 - 1e-12) {
+        let dt = flow.limit().dt.min(longest).min(end - flow.clock.time);
         flow.advance(dt).map_err(|failure| failure.to_string())?;
     }
     Ok(())

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use colluvium::case::Case;
-use colluvium::depth_sph::pore_pressure::pore_pressure_column::{
+use colluvium::depth_sph::laws::pore_pressure_column::{
     BaseCondition, diffuse_head, limit_head, load_undrained, mean, relax_amplitude, set_linear_profile,
 };
 use colluvium::plots::{LineChart, Series, Style};

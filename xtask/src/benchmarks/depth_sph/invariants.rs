@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use colluvium::depth_sph::bed::Bed;
 use colluvium::depth_sph::config::settings::FlowSettings;
 use colluvium::depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium::depth_sph::neighbours::kernel::Kernel;
-use colluvium::depth_sph::phases::phase_nodes::NewNode;
+use colluvium::depth_sph::kernel::Kernel;
+use colluvium::depth_sph::points::phase_nodes::NewNode;
 
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::depth_sph::common_cases::node;
@@ -104,7 +104,7 @@ fn stretch(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         for _ in 0..40 {
             flow.advance(1e-6).map_err(|failure| failure.to_string())?;
         }
-        Ok(flow.sets[0].nodes.length[7])
+        Ok(flow.nodes.sets[0].nodes.length[7])
     };
     let plan = |factor: f64| -> Result<f64, String> {
         let place = |k: i32| factor * (f64::from(k) + 0.5);
@@ -123,7 +123,7 @@ fn stretch(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         for _ in 0..40 {
             flow.advance(1e-6).map_err(|failure| failure.to_string())?;
         }
-        Ok(flow.sets[0].nodes.length[7])
+        Ok(flow.nodes.sets[0].nodes.length[7])
     };
     for factor in [0.7, 1.6, 2.5] {
         let reason = "V33: 1e-6";
@@ -176,7 +176,7 @@ fn frames(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let mass = flow.totals(0).mass;
         flow.advance(1e-3).map_err(|failure| failure.to_string())?;
         let after = momentum(&flow);
-        let nodes = &flow.sets[0].nodes;
+        let nodes = &flow.nodes.sets[0].nodes;
         let mut order: Vec<usize> = (0..nodes.id.len()).collect();
         order.sort_by_key(|&i| nodes.id[i]);
         let back =

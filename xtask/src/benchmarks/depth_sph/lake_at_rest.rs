@@ -4,8 +4,8 @@ use colluvium::depth_sph::bed::{Bed, hump};
 use colluvium::depth_sph::config::choices::Phases;
 use colluvium::depth_sph::config::settings::{FlowSettings, Mixture};
 use colluvium::depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium::depth_sph::phases::interphase_drag::{InterphaseDrag, MixtureDensities};
-use colluvium::depth_sph::phases::phase_nodes::NewNode;
+use colluvium::depth_sph::laws::interphase_drag::{InterphaseDrag, MixtureDensities};
+use colluvium::depth_sph::points::phase_nodes::NewNode;
 use colluvium::plots::{Series, Style};
 
 use crate::benchmarks::depth_sph::common_cases::{chart, closed_form_series, node, step_flow_until};
@@ -57,7 +57,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
             "V12: 2e-2 by sums, 1e-3 by the gradient of the surface",
         );
         if matches!(kind, LakeKind::Plain | LakeKind::Surface) {
-            let nodes = &flow.sets[0].nodes;
+            let nodes = &flow.nodes.sets[0].nodes;
             let mut level: Vec<(f64, f64)> = nodes
                 .position
                 .iter()
@@ -116,6 +116,6 @@ fn lake(bed: &Bed<1>, kind: LakeKind) -> Result<Flow<1>, String> {
 /// Largest speed over the celerity of the depth after ten seconds.
 fn speed(flow: &mut Flow<1>) -> Result<f64, String> {
     step_flow_until(flow, TIME)?;
-    let all = flow.sets.iter().flat_map(|set| set.nodes.velocity.iter().zip(&set.nodes.depth));
+    let all = flow.nodes.sets.iter().flat_map(|set| set.nodes.velocity.iter().zip(&set.nodes.depth));
     Ok(all.map(|(v, h)| v[0].abs() / (GRAVITY * h).sqrt()).fold(0.0, f64::max))
 }

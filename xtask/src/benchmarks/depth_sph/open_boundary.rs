@@ -3,7 +3,7 @@
 use colluvium::depth_sph::bed::Bed;
 use colluvium::depth_sph::config::settings::FlowSettings;
 use colluvium::depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium::depth_sph::phases::phase_nodes::NewNode;
+use colluvium::depth_sph::points::phase_nodes::NewNode;
 use colluvium::plots::{Series, Style};
 
 use crate::benchmarks::depth_sph::common_cases::{chart, step_flow_until};
@@ -50,7 +50,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut flow = channel(1e-3, 5.0, spacing, [false; 2])?;
     flow.open_end(LENGTH, 1.0, spacing).map_err(|failure| failure.to_string())?;
     step_flow_until(&mut flow, 2.2)?;
-    let nodes = &flow.sets[0].nodes;
+    let nodes = &flow.nodes.sets[0].nodes;
     let inside = nodes.position.iter().zip(&nodes.velocity).filter(|(x, _)| (30.0..39.0).contains(&x[0]));
     let off = inside.map(|(_, v)| (v[0] - 5.0).abs()).fold(0.0, f64::max) / (1e-3 * GRAVITY.sqrt());
     outcome.assert_below(
@@ -92,11 +92,11 @@ fn channel(height: f64, speed: f64, spacing: f64, walls: [bool; 2]) -> Result<Fl
 /// Reflected height over the incoming height, and its profile between 12 and 38 m relative to the incoming height.
 fn reflected(mut flow: Flow<1>) -> Result<(f64, Vec<(f64, f64)>), String> {
     // Sums over this lattice have an error of 0.4 %.
-    let nodes = &flow.sets[0].nodes;
+    let nodes = &flow.nodes.sets[0].nodes;
     let far = nodes.position.iter().position(|x| (x[0] - 7.5).abs() < 0.1).ok_or("no node at 7.5 m")?;
     let still = nodes.depth[far];
     let profile = |flow: &Flow<1>| {
-        let nodes = &flow.sets[0].nodes;
+        let nodes = &flow.nodes.sets[0].nodes;
         let all = nodes.position.iter().zip(&nodes.depth).map(|(x, depth)| (x[0], depth - still));
         let mut inside: Vec<(f64, f64)> = all.filter(|(x, _)| (12.0..38.0).contains(x)).collect();
         inside.sort_by(|a, b| a.0.total_cmp(&b.0));

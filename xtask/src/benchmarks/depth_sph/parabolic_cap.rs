@@ -5,7 +5,7 @@ use colluvium::depth_sph::analytical_solutions::ParabolicCap;
 use colluvium::depth_sph::bed::{Bed, incline};
 use colluvium::depth_sph::config::settings::FlowSettings;
 use colluvium::depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium::depth_sph::phases::phase_nodes::NewNode;
+use colluvium::depth_sph::points::phase_nodes::NewNode;
 use colluvium::plots::{Series, Style};
 use serde_json::json;
 
@@ -163,7 +163,7 @@ fn steep(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 
 /// Second moments of the volume about its centre, over the volume: xx, yy (m²).
 fn central_moments(flow: &Flow<2>) -> [f64; 2] {
-    let nodes = &flow.sets[0].nodes;
+    let nodes = &flow.nodes.sets[0].nodes;
     let whole = nodes.total_volume();
     let mean = |of: &dyn Fn(&[f64; 2]) -> f64| {
         nodes.position.iter().zip(&nodes.volume).map(|(x, m)| m * of(x)).sum::<f64>() / whole
@@ -191,11 +191,11 @@ fn plan(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let reason = "V9: 0.5 %; from the second moment, whose first value is that of the lattice";
         let found = radius * ((xx + yy) / (first[0] + first[1])).sqrt();
         outcome.assert_close(name("radius (m)"), exact, 0.005, found, reason);
-        let top = flow.sets[0].nodes.partial_thickness.iter().copied().fold(0.0, f64::max);
+        let top = flow.nodes.sets[0].nodes.partial_thickness.iter().copied().fold(0.0, f64::max);
         outcome.assert_close(name("largest depth (m)"), highest, 0.02, top, "V9: 2 %");
         let uneven = ((xx - yy).powi(2) + 4.0 * xy * xy).sqrt() / (xx + yy);
         outcome.assert_below(name("anisotropy of the second moments"), "0", uneven, 0.005, "V9: 0.5 %");
-        let nodes = &flow.sets[0].nodes;
+        let nodes = &flow.nodes.sets[0].nodes;
         let found = nodes.position.iter().zip(&nodes.partial_thickness).step_by(7);
         let found = found.map(|(x, h)| (x[0].hypot(x[1]), *h)).collect();
         shown.series.push(Series::new(format!("{time} s"), found, Style::Markers));
@@ -207,7 +207,7 @@ fn plan(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 
 /// Second moments of the volume over the volume: xx, yy, xy (m²).
 fn second_moments(flow: &Flow<2>) -> [f64; 3] {
-    let nodes = &flow.sets[0].nodes;
+    let nodes = &flow.nodes.sets[0].nodes;
     let whole = nodes.total_volume();
     let mut sum = [0.0; 3];
     for (x, m) in nodes.position.iter().zip(&nodes.volume) {

@@ -7,7 +7,7 @@ use colluvium::depth_sph::bed::{Bed, TerrainBed};
 use colluvium::depth_sph::config::choices::Metric;
 use colluvium::depth_sph::config::settings::{BedZone, FlowSettings};
 use colluvium::depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium::depth_sph::phases::phase_nodes::NewNode;
+use colluvium::depth_sph::points::phase_nodes::NewNode;
 use colluvium::points::Raster;
 use serde_json::json;
 
@@ -83,16 +83,16 @@ fn slide(outcome: &mut BenchmarkOutcome, name: &str, raster: &Raster, spacing: f
     let mut flow = Flow::new(FlowSettings::plain(1000.0), bed, PlanBoundaries::default(), &[nodes])
         .map_err(|f| f.to_string())?;
     let mut origins: Vec<(u64, f64)> = Vec::new();
-    for (id, x) in flow.sets[0].nodes.id.iter().zip(&flow.sets[0].nodes.position) {
+    for (id, x) in flow.nodes.sets[0].nodes.id.iter().zip(&flow.nodes.sets[0].nodes.position) {
         origins.push((*id, flow.bed_below(x).level));
     }
     origins.sort_by_key(|one| one.0);
     let (mut worst, mut largest) = (1.0f64, 0.0f64);
     loop {
-        let next = flow.time + 0.5;
+        let next = flow.clock.time + 0.5;
         step_flow_until(&mut flow, next)?;
-        let nodes = &flow.sets[0].nodes;
-        if nodes.position.iter().any(|x| x[0] > end) || flow.removed_nodes > 0 {
+        let nodes = &flow.nodes.sets[0].nodes;
+        if nodes.position.iter().any(|x| x[0] > end) || flow.records.removed_nodes > 0 {
             break;
         }
         let ratio = |i: usize| {
@@ -147,10 +147,10 @@ fn order(outcome: &mut BenchmarkOutcome, raster: &Raster) -> Result<(), String> 
         };
         let mut flow = Flow::new(settings, bed(raster)?, PlanBoundaries::default(), &[vec![node]])
             .map_err(|f| f.to_string())?;
-        while flow.time < 10.0 - 1e-9 {
+        while flow.clock.time < 10.0 - 1e-9 {
             flow.advance(dt).map_err(|failure| failure.to_string())?;
         }
-        Ok(flow.sets[0].nodes.position[0])
+        Ok(flow.nodes.sets[0].nodes.position[0])
     };
     let exact = place(0.1 / 128.0)?;
     let mut errors = Vec::new();
@@ -182,7 +182,7 @@ fn rubbed(outcome: &mut BenchmarkOutcome, raster: &Raster, spacing: f64) -> Resu
     let off = account.error.abs() / account.exchanged;
     let reason = "shown: with friction, which is split off at first order in time";
     outcome.info("rms slope 0.2 with friction: error of the account of energy", "0", off, reason);
-    let lost = flow.energy_balance.friction / account.exchanged;
+    let lost = flow.records.energy_balance.friction / account.exchanged;
     outcome.info("rms slope 0.2 with friction: share that friction takes", "", lost, "shown");
     Ok(())
 }
@@ -202,7 +202,7 @@ fn lake(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let mut flow = Flow::new(settings, bed.clone(), PlanBoundaries::default(), &[nodes])
             .map_err(|f| f.to_string())?;
         step_with_limit(&mut flow, 0.1, 10.0)?;
-        let nodes = &flow.sets[0].nodes;
+        let nodes = &flow.nodes.sets[0].nodes;
         let square = |i: usize| flow.bed_below(&nodes.position[i]).speed(&nodes.velocity[i]).powi(2);
         let mean = (0..nodes.len()).map(square).sum::<f64>() / nodes.len() as f64;
         found.push(mean.sqrt());

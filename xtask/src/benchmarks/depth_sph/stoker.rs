@@ -87,7 +87,7 @@ fn by_volume(left: f64, right: f64) -> Result<NodeProfile, String> {
     let mut flow = Flow::new(FlowSettings::plain(1000.0), Bed::Flat(0.0), ends, &[nodes])
         .map_err(|failure| failure.to_string())?;
     step_flow_until(&mut flow, end(left))?;
-    Ok(NodeProfile::of_set(&flow.sets[0], &[-half, half]))
+    Ok(NodeProfile::of_set(&flow.nodes.sets[0], &[-half, half]))
 }
 
 /// Checks V6.

@@ -6,11 +6,11 @@ use colluvium::case::PlanRegion;
 use colluvium::constitutive::basal::BasalRheology;
 use colluvium::depth_sph::bed::{Bed, TerrainBed};
 use colluvium::depth_sph::config::settings::{BedZone, Consolidation, FlowSettings, Mixture, PoreColumn};
-use colluvium::depth_sph::erosion::Erosion;
+use colluvium::depth_sph::laws::erosion::Erosion;
 use colluvium::depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium::depth_sph::phases::interphase_drag::MixtureDensities;
-use colluvium::depth_sph::phases::phase_nodes::NewNode;
-use colluvium::depth_sph::pore_pressure::pore_pressure_column::{LowerBound, PressureProfile};
+use colluvium::depth_sph::laws::interphase_drag::MixtureDensities;
+use colluvium::depth_sph::points::phase_nodes::NewNode;
+use colluvium::depth_sph::laws::pore_pressure_column::{LowerBound, PressureProfile};
 use colluvium::plots::{LineChart, Series, Style};
 use colluvium::points::Raster;
 use serde_json::json;
@@ -54,14 +54,14 @@ fn raster(_quick: bool) -> Result<BenchmarkOutcome, String> {
             .map_err(|failure| failure.to_string())?;
         let mut before = (-40.0, 0.0);
         let found = loop {
-            let end = flow.time + 1e-3;
+            let end = flow.clock.time + 1e-3;
             step_with_limit(&mut flow, 1e-3, end)?;
-            let nodes = &flow.sets[0].nodes;
+            let nodes = &flow.nodes.sets[0].nodes;
             let now = (nodes.position[0][0], flow.bed_below(&nodes.position[0]).speed(&nodes.velocity[0]));
             if now.0 >= 0.0 {
                 break before.1 + (now.1 - before.1) * before.0 / (before.0 - now.0);
             }
-            if flow.time > 60.0 {
+            if flow.clock.time > 60.0 {
                 return Err("V25b: the node has not come down within a minute".to_owned());
             }
             before = now;
@@ -150,7 +150,7 @@ fn dammed(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let bed = of_raster([220.0, -20.0], [260.0, 20.0], 0.5, channel_bed)?;
         let mut flow = Flow::new(settings, bed, ends, &[nodes]).map_err(|failure| failure.to_string())?;
         step_flow_until(&mut flow, 10.0)?;
-        let nodes = &flow.sets[0].nodes;
+        let nodes = &flow.nodes.sets[0].nodes;
         let fastest = nodes.velocity.iter().map(|v| v[0].hypot(v[1])).fold(0.0, f64::max);
         let found = fastest / (GRAVITY * 2.0).sqrt();
         let name = format!("V12b, {name}: largest speed over celerity of 2 m after 10 s");
@@ -213,7 +213,7 @@ fn release() -> Result<Flow<2>, String> {
 
 /// Front, the 99 % quantile of the nodes (m), and mean speed in plan of the leading 5 % (m/s).
 fn front(flow: &Flow<2>) -> (f64, f64) {
-    let nodes = &flow.sets[0].nodes;
+    let nodes = &flow.nodes.sets[0].nodes;
     let mut order: Vec<usize> = (0..nodes.position.len()).collect();
     order.sort_by(|a, b| nodes.position[*a][0].total_cmp(&nodes.position[*b][0]));
     let count = order.len();
@@ -238,17 +238,17 @@ fn debris(_quick: bool) -> Result<BenchmarkOutcome, String> {
         (25.0, 414.0, 9.6),
     ];
     let mut flow = release()?;
-    let first = flow.sets[0].nodes.total_volume();
+    let first = flow.nodes.sets[0].nodes.total_volume();
     outcome.info(
         "B3: nodes",
         "1472",
-        flow.sets[0].nodes.position.len() as f64,
+        flow.nodes.sets[0].nodes.position.len() as f64,
         "not judged: the lattice is ours",
     );
     let mut found = vec![(0.0, front(&flow))];
     for tenth in 1..=450 {
         step_flow_until(&mut flow, f64::from(tenth) / 10.0)?;
-        found.push((flow.time, front(&flow)));
+        found.push((flow.clock.time, front(&flow)));
     }
     for (time, place, speed) in table {
         let (_, (x, v)) = found[(10.0 * time) as usize];
@@ -263,7 +263,7 @@ fn debris(_quick: bool) -> Result<BenchmarkOutcome, String> {
         outcome.assert_close(format!("B3, {time} s: speed of the leading 5 % (m/s)"), speed, 0.1, v, reason);
     }
     told(&mut outcome, &found);
-    let volume = flow.sets[0].nodes.total_volume();
+    let volume = flow.nodes.sets[0].nodes.total_volume();
     outcome.assert_within(
         "B3: volume after 45 s (m³)",
         "3400",
@@ -271,7 +271,7 @@ fn debris(_quick: bool) -> Result<BenchmarkOutcome, String> {
         (3150.0, 3650.0),
         "B3: 3400 ± 250 m³, of the source",
     );
-    let balance = (volume - first - flow.entrained[0]).abs() / first;
+    let balance = (volume - first - flow.records.entrained[0]).abs() / first;
     outcome.assert_below(
         "B3: growth that the bed has not given, over the release",
         "0",
@@ -341,7 +341,7 @@ fn draw(
         "B3: the source tells about 12 m/s at 100 m, 17 m/s on average later, 11 m/s after 23 s.",
         &speeds,
     )?;
-    let nodes = &flow.sets[0].nodes;
+    let nodes = &flow.nodes.sets[0].nodes;
     let plan = LineChart {
         title: "Nodes after 45 s".to_owned(),
         x_label: "along the channel (m)".to_owned(),

@@ -6,8 +6,8 @@ use colluvium::depth_sph::bed::paraboloid;
 use colluvium::depth_sph::config::choices::DepthFrame;
 use colluvium::depth_sph::config::settings::{BedZone, FlowSettings};
 use colluvium::depth_sph::flow::{Flow, PlanBoundaries};
-use colluvium::depth_sph::neighbours::kernel::Kernel;
-use colluvium::depth_sph::phases::phase_nodes::NewNode;
+use colluvium::depth_sph::kernel::Kernel;
+use colluvium::depth_sph::points::phase_nodes::NewNode;
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
@@ -68,7 +68,7 @@ fn canal(friction: f64) -> Result<Flow<1>, String> {
 
 /// Centre of the water (m).
 fn middle<const D: usize>(flow: &Flow<D>) -> [f64; D] {
-    let nodes = &flow.sets[0].nodes;
+    let nodes = &flow.nodes.sets[0].nodes;
     let whole = nodes.total_volume();
     let sum = |c: usize| nodes.position.iter().zip(&nodes.volume).map(|(x, m)| m / whole * x[c]).sum();
     std::array::from_fn(sum)
@@ -81,7 +81,7 @@ fn free(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), Str
     let (mut found, mut crossing) = (vec![(0.0, 20.0)], f64::NAN);
     for k in 1..=200 {
         step_flow_until(&mut flow, period * f64::from(k) / 200.0)?;
-        let (before, now) = (found[found.len() - 1], (flow.time, middle(&flow)[0]));
+        let (before, now) = (found[found.len() - 1], (flow.clock.time, middle(&flow)[0]));
         if before.1 < 0.0 && now.1 >= 0.0 {
             crossing = before.0 - before.1 * (now.0 - before.0) / (now.1 - before.1);
         }
@@ -116,12 +116,12 @@ fn damped(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), S
     let mut flow = canal(0.0)?;
     let mut found = vec![(0.0, 20.0)];
     for (end, exact) in [(5.0, 15.658_145), (10.0, 5.754_165), (20.0, -10.415_289), (40.0, 4.351_248)] {
-        while flow.time < end * (1.0 - 1e-12) {
-            let dt = flow.limit().dt.min(end - flow.time);
+        while flow.clock.time < end * (1.0 - 1e-12) {
+            let dt = flow.limit().dt.min(end - flow.clock.time);
             flow.advance(dt).map_err(|failure| failure.to_string())?;
             let left = (-RATE * dt).exp();
-            flow.sets[0].nodes.velocity.iter_mut().for_each(|v| v[0] *= left);
-            found.push((flow.time, middle(&flow)[0]));
+            flow.nodes.sets[0].nodes.velocity.iter_mut().for_each(|v| v[0] *= left);
+            found.push((flow.clock.time, middle(&flow)[0]));
         }
         let place = found[found.len() - 1].1;
         let name = format!("V10, damped: middle after {end} s (m)");
@@ -149,10 +149,10 @@ fn held(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), Str
     let omega = (2.0 * GRAVITY * 10.0).sqrt() / 100.0;
     let mut flow = canal(0.005)?;
     let mut found = vec![(0.0, 20.0)];
-    while flow.time < 110.0 {
-        let end = flow.time + 0.5;
+    while flow.clock.time < 110.0 {
+        let end = flow.clock.time + 0.5;
         step_flow_until(&mut flow, end)?;
-        found.push((flow.time, middle(&flow)[0]));
+        found.push((flow.clock.time, middle(&flow)[0]));
     }
     for (number, exact) in [-15.0, 10.0, -5.0, 0.0].into_iter().enumerate() {
         let time = PI / omega * (number + 1) as f64;
@@ -164,7 +164,7 @@ fn held(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), Str
         let width = if number < 3 { 0.2 } else { 0.3 };
         outcome.assert_within(name, &format!("{exact}"), turn, (exact - width, exact + width), reason);
     }
-    let fastest = flow.sets[0].nodes.velocity.iter().map(|v| v[0].abs()).fold(0.0, f64::max);
+    let fastest = flow.nodes.sets[0].nodes.velocity.iter().map(|v| v[0].abs()).fold(0.0, f64::max);
     outcome.assert_below(
         "V10, friction: largest speed at rest (m/s)",
         "0",
@@ -206,7 +206,7 @@ fn bowl(quick: bool, state: impl Fn([f64; 2]) -> (f64, [f64; 2])) -> Result<Flow
 
 /// Depth at a position, by the SPH sum over the nodes (m).
 fn depth(flow: &Flow<2>, x: [f64; 2]) -> f64 {
-    let nodes = &flow.sets[0].nodes;
+    let nodes = &flow.nodes.sets[0].nodes;
     let each = nodes.position.iter().zip(&nodes.volume).zip(&nodes.length);
     let near =
         each.map(|((y, m), l)| (m, (x[0] - y[0]).hypot(x[1] - y[1]), l)).filter(|(_, r, l)| r < &(2.0 * *l));
@@ -282,7 +282,7 @@ fn breathing(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> 
     let (mut found, mut low) = (vec![(0.0, depth(&flow, [0.0; 2]))], (0.0, f64::INFINITY));
     for k in 1..=40 {
         step_flow_until(&mut flow, period * f64::from(k) / 40.0)?;
-        let now = (flow.time, depth(&flow, [0.0; 2]));
+        let now = (flow.clock.time, depth(&flow, [0.0; 2]));
         if now.1 < low.1 {
             low = now;
         }

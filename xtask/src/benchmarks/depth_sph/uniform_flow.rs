@@ -4,7 +4,7 @@ use colluvium::constitutive::basal::{BasalFlow, plug_ratio, plug_ratio_quadratic
 use colluvium::depth_sph::bed::Bed;
 use colluvium::depth_sph::config::choices::{DepthFrame, Phases};
 use colluvium::depth_sph::config::settings::{BedZone, FlowSettings};
-use colluvium::depth_sph::phases::interphase_drag::InterphaseDrag;
+use colluvium::depth_sph::laws::interphase_drag::InterphaseDrag;
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
@@ -58,11 +58,11 @@ fn drag(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         settings.phases = Phases::Two;
         settings.drag = InterphaseDrag::Anderson { settling_velocity: 0.1.into(), exponent: 1.0 };
         let mut flow = endless_layer(settings, 1.0, &[0.7, 0.3])?;
-        flow.sets[1].nodes.velocity.fill([1.0]);
+        flow.nodes.sets[1].nodes.velocity.fill([1.0]);
         for _ in 0..steps {
             flow.advance(time / f64::from(steps)).map_err(|failure| failure.to_string())?;
         }
-        let found = [0, 1].map(|set| flow.sets[set].nodes.velocity[3][0]);
+        let found = [0, 1].map(|set| flow.nodes.sets[set].nodes.velocity[3][0]);
         let (solid, fluid) = exact(time);
         let name = |what: &str| format!("V15, {:.0} ms in {steps} steps: {what}", 1e3 * time);
         outcome.assert_close(name("velocity of the grains (m/s)"), solid, 1e-10, found[0], "V15: 1e-10");
@@ -95,7 +95,7 @@ fn laws(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         settings.zones = vec![BedZone::everywhere(basal_law(basal)?)];
         let mut flow = block(settings, Bed::Flat(0.0), 1.0, 0.0, 0.0)?;
         step_flow_until(&mut flow, 120.0)?;
-        let found = flow.sets[0].nodes.velocity[0][0];
+        let found = flow.nodes.sets[0].nodes.velocity[0][0];
         outcome.assert_close(
             format!("V22, {name}: steady velocity (m/s)"),
             exact,

@@ -6,10 +6,9 @@
 //! that of the surface: waves of the surface and of the interface then keep their shape, and those of the interface decay sooner.
 
 use crate::boundary::open::open_boundary::{OpenBoundary, SideRegion};
-use crate::boundary::open::region_of;
-use crate::flow::Flow;
+use crate::boundary::open::{open_sides, region_of};
 use crate::phases::phase::PhaseSet;
-use crate::phases::phase_nodes::PlanVector;
+use crate::points::phase_nodes::PlanVector;
 
 /// Logarithm of the factor by which a layer reduces a wave along the normal that has crossed it once.
 const DECAY: f64 = 2.0;
@@ -59,10 +58,10 @@ impl<const D: usize> OpenBoundary<D> {
     }
 
     /// Stores the initial state in the layer.
-    pub(super) fn store_undisturbed(
+    pub(crate) fn store_undisturbed(
         &mut self,
         sets: &[PhaseSet<D>],
-        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+        region: &dyn Fn(&PlanVector<D>) -> SideRegion,
     ) {
         let cells = self.cells();
         for (number, set) in self.own_sets(sets) {
@@ -70,7 +69,7 @@ impl<const D: usize> OpenBoundary<D> {
             let nodes = &set.nodes;
             let depths = self.depths(nodes);
             for (i, x) in nodes.position.iter().enumerate() {
-                let Some(cell) = self.cell(x).filter(|_| part(x) == SideRegion::Interior) else { continue };
+                let Some(cell) = self.cell(x).filter(|_| region(x) == SideRegion::Interior) else { continue };
                 let one = [1.0, depths[i], nodes.depth[i], self.outward * nodes.velocity[i][self.axis]];
                 (0..4).for_each(|k| sums[cell][k] += one[k]);
             }
@@ -89,12 +88,12 @@ impl<const D: usize> OpenBoundary<D> {
         number: usize,
         set: &mut PhaseSet<D>,
         dt: f64,
-        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+        region: &dyn Fn(&PlanVector<D>) -> SideRegion,
     ) {
         let nodes = &mut set.nodes;
         for i in 0..nodes.len() {
             let x = nodes.position[i];
-            let Some(cell) = self.cell(&x).filter(|_| part(&x) == SideRegion::Interior) else { continue };
+            let Some(cell) = self.cell(&x).filter(|_| region(&x) == SideRegion::Interior) else { continue };
             let Some(calm) = self.layer.undisturbed[number][cell] else { continue };
             let celerity = (nodes.effective_gravity[i] * calm.whole).sqrt();
             // Layers that have speeds of their own have one rate.
@@ -115,20 +114,21 @@ impl<const D: usize> OpenBoundary<D> {
     }
 }
 
-impl<const D: usize> Flow<D> {
-    /// Relaxes waves in the layers before open sides over `dt` (s).
-    pub(crate) fn relax_absorbing_layers(&mut self, dt: f64) {
-        if self.open_boundaries.iter().all(|end| end.layer.length == 0.0) {
-            return;
-        }
-        let sides = self.open_side_list();
-        let Self { sets, open_boundaries: opens, .. } = self;
-        for (number, end) in opens.iter_mut().enumerate() {
-            let part = |x: &PlanVector<D>| region_of(&sides, number, x);
-            for (role, set) in sets.iter_mut().enumerate() {
-                if end.is_of(role) {
-                    end.relax_layer(role, set, dt, &part);
-                }
+/// Relaxes waves in the layers before open sides over `dt` (s).
+pub(crate) fn relax_absorbing_layers<const D: usize>(
+    open: &mut [OpenBoundary<D>],
+    sets: &mut [PhaseSet<D>],
+    dt: f64,
+) {
+    if open.iter().all(|end| end.layer.length == 0.0) {
+        return;
+    }
+    let sides = open_sides(open);
+    for (number, end) in open.iter_mut().enumerate() {
+        let region = |x: &PlanVector<D>| region_of(&sides, number, x);
+        for (role, set) in sets.iter_mut().enumerate() {
+            if end.is_of(role) {
+                end.relax_layer(role, set, dt, &region);
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::phases::phase_nodes::PlanVector;
+use crate::points::phase_nodes::PlanVector;
 
 /// Least variance of the distances of nodes from a side, over their mean square, for which depth and speed are extrapolated by a line.
 /// A single row has less; the slope through it is arbitrary.
@@ -89,13 +89,13 @@ impl ArrivalHistory {
     /// Records the state `distance` (m) before the side at `time` (s), at the beginning of a step of `dt` (s). It is evaluated as far as
     /// `reach` (m) beyond the side.
     pub fn record(&mut self, (time, dt): (f64, f64), found: &InteriorFit, distance: f64, reach: f64) {
-        let InteriorFit { depth, speed, along, porosity, effective_gravity: pull, .. } = *found;
-        let stand = BoundaryState { depth: depth[0], speed: speed[0], along, porosity };
-        (self.effective_gravity, self.distance, self.now) = (pull, distance, time + 0.5 * dt);
-        let wave = self.wave(&stand);
+        let InteriorFit { depth, speed, along, porosity, effective_gravity, .. } = *found;
+        let state = BoundaryState { depth: depth[0], speed: speed[0], along, porosity };
+        (self.effective_gravity, self.distance, self.now) = (effective_gravity, distance, time + 0.5 * dt);
+        let wave = self.wave(&state);
         let interval = distance / (INTERVALS * wave);
         if self.records.last().is_none_or(|(last, _)| time - last >= interval) {
-            self.records.push((time, stand));
+            self.records.push((time, state));
         }
         // Twice as long as waves need, which may become slower.
         let old = self.now - 2.0 * (distance + reach) / wave;
@@ -132,24 +132,29 @@ impl ArrivalHistory {
     }
 
     /// Speed of waves outward (m/s), bounded from below: against an inflow nearly as fast they would take too long.
-    fn wave(&self, stand: &BoundaryState) -> f64 {
-        let celerity = (self.effective_gravity * stand.depth).sqrt();
-        (stand.speed + celerity).max(0.5 * celerity)
+    fn wave(&self, state: &BoundaryState) -> f64 {
+        let celerity = (self.effective_gravity * state.depth).sqrt();
+        (state.speed + celerity).max(0.5 * celerity)
     }
 }
 
-/// Depth (m) and outward speed (m/s) at a side with this arriving flow, where gravity is `pull` (m/s²): of waves along the
+/// Depth (m) and outward speed (m/s) at a side with this arriving flow, under `effective_gravity` (m/s²): of waves along the
 /// normal. Of a wave at an angle `θ` to it `(1 - cos θ)/(1 + cos θ)` is reflected.
-pub fn riemann_state(still: Option<&BoundaryState>, depth: f64, speed: f64, pull: f64) -> (f64, f64) {
-    let celerity = (pull * depth).sqrt();
+pub fn riemann_state(
+    still: Option<&BoundaryState>,
+    depth: f64,
+    speed: f64,
+    effective_gravity: f64,
+) -> (f64, f64) {
+    let celerity = (effective_gravity * depth).sqrt();
     let Some(still) = still.filter(|_| speed < celerity) else {
         // No wave returns against a supercritical flow.
         return (depth, speed);
     };
     let outgoing = speed + 2.0 * celerity;
-    let incoming = still.speed - 2.0 * (pull * still.depth).sqrt();
+    let incoming = still.speed - 2.0 * (effective_gravity * still.depth).sqrt();
     let found = 0.25 * (outgoing - incoming);
-    (found * found / pull, 0.5 * (outgoing + incoming))
+    (found * found / effective_gravity, 0.5 * (outgoing + incoming))
 }
 
 /// Sums over the reach of a kernel at a side, for lines by least squares.
@@ -160,14 +165,22 @@ pub struct LineFitSums {
     speed: [f64; 2],
     along: f64,
     fluid: f64,
-    pull: f64,
+    effective_gravity: f64,
     reach: f64,
 }
 
 impl LineFitSums {
     /// Adds a node `beyond` (m, negative within) the side with its weight, a depth (m), of all or of a layer, its effective gravity (m/s²)
     /// and the reach of its kernel (m); `velocity` is outward and along the side.
-    pub fn add(&mut self, weight: f64, beyond: f64, velocity: [f64; 2], depth: f64, pull: f64, reach: f64) {
+    pub fn add(
+        &mut self,
+        weight: f64,
+        beyond: f64,
+        velocity: [f64; 2],
+        depth: f64,
+        effective_gravity: f64,
+        reach: f64,
+    ) {
         let powers = [weight, weight * beyond, weight * beyond * beyond];
         (0..3).for_each(|k| self.powers[k] += powers[k]);
         for k in 0..2 {
@@ -175,7 +188,7 @@ impl LineFitSums {
             self.speed[k] += powers[k] * velocity[0];
         }
         self.along += weight * velocity[1];
-        self.pull += weight * pull;
+        self.effective_gravity += weight * effective_gravity;
         self.reach = self.reach.max(reach);
     }
 
@@ -203,7 +216,7 @@ impl LineFitSums {
             speed: line(self.speed),
             along: self.along / weight,
             porosity: self.fluid / weight,
-            effective_gravity: self.pull / weight,
+            effective_gravity: self.effective_gravity / weight,
             reach: self.reach,
         })
     }

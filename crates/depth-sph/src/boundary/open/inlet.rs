@@ -23,19 +23,19 @@ impl Inlet {
         inflow::at_time(&self.hydrograph, time)
     }
 
-    /// Depth (m) and speed (m/s) by the Froude number, at a discharge (m²/s) under gravity `pull` (m/s²).
-    pub fn section_by_froude(&self, discharge: f64, pull: f64) -> (f64, f64) {
-        inflow::section_by_froude(discharge, self.froude, pull)
+    /// Depth (m) and speed (m/s) by the Froude number, at a discharge (m²/s) under `gravity` (m/s²).
+    pub fn section_by_froude(&self, discharge: f64, gravity: f64) -> (f64, f64) {
+        inflow::section_by_froude(discharge, self.froude, gravity)
     }
 
-    /// Largest speed of the inflow (m/s) by the Froude number, under gravity `pull` (m/s²).
-    pub(super) fn max_speed(&self, pull: f64) -> f64 {
-        self.hydrograph.iter().map(|pair| self.section_by_froude(pair[1], pull).1).fold(0.0, f64::max)
+    /// Largest speed of the inflow (m/s) by the Froude number, under `gravity` (m/s²).
+    pub(crate) fn max_speed(&self, gravity: f64) -> f64 {
+        self.hydrograph.iter().map(|pair| self.section_by_froude(pair[1], gravity).1).fold(0.0, f64::max)
     }
 
-    /// State at an end with this arriving flow, `None` where it is dry, under gravity `pull` (m/s²).
-    pub(super) fn state(&self, time: f64, arriving: Option<ArrivingFlow>, pull: f64) -> BoundaryState {
-        let (depth, speed) = inflow::inflow_section(self.discharge(time), arriving, self.froude, pull);
+    /// State at an end with this arriving flow, `None` where it is dry, under `gravity` (m/s²).
+    pub(super) fn state(&self, time: f64, arriving: Option<ArrivingFlow>, gravity: f64) -> BoundaryState {
+        let (depth, speed) = inflow::inflow_section(self.discharge(time), arriving, self.froude, gravity);
         BoundaryState { depth, speed: -speed, along: 0.0, porosity: self.porosity }
     }
 }

@@ -21,16 +21,16 @@ impl Inlet {
         share * crate::inflow::volume(&self.hydrograph, time)
     }
 
-    /// Depth at the largest discharge by the Froude number (m), under gravity `pull` (m/s²).
-    fn deepest(&self, pull: f64) -> f64 {
-        self.hydrograph.iter().map(|pair| self.section_by_froude(pair[1], pull).0).fold(0.0, f64::max)
+    /// Depth at the largest discharge by the Froude number (m), under `gravity` (m/s²).
+    fn deepest(&self, gravity: f64) -> f64 {
+        self.hydrograph.iter().map(|pair| self.section_by_froude(pair[1], gravity).0).fold(0.0, f64::max)
     }
 }
 
 impl<const D: usize> OpenBoundary<D> {
     /// Share of set `number` in the inflow.
-    fn inlet_share(&self, feed: &Inlet, sets: usize, number: usize) -> f64 {
-        self.share(&BoundaryState { porosity: feed.porosity, ..BoundaryState::default() }, sets, number)
+    fn inlet_share(&self, inlet: &Inlet, sets: usize, number: usize) -> f64 {
+        self.share(&BoundaryState { porosity: inlet.porosity, ..BoundaryState::default() }, sets, number)
     }
 
     /// Sets the volume of nodes that have just entered, by set and index, so that the sum of all is the integral of the discharge; half of
@@ -43,8 +43,8 @@ impl<const D: usize> OpenBoundary<D> {
     ) {
         let (count, spacing) = (sets.len(), self.spacing);
         for &(number, i) in fresh {
-            let Some(feed) = &self.inlet else { return };
-            let share = self.inlet_share(feed, count, number);
+            let Some(inlet) = &self.inlet else { return };
+            let share = self.inlet_share(inlet, count, number);
             let nodes = &mut sets[number].nodes;
             // The node has passed within the step that ends now.
             let speed = -self.outward * nodes.velocity[i][self.axis];
@@ -52,13 +52,13 @@ impl<const D: usize> OpenBoundary<D> {
             let passed = if speed > 0.0 && since < time { time - since } else { time };
             let own = &mut nodes.volume[i];
             let before = -self.state.passed[number] - *own;
-            let left = feed.volume(f64::INFINITY, share) - before;
+            let left = inlet.volume(f64::INFINITY, share) - before;
             if !(left > 0.0) {
                 continue;
             }
-            let wanted = feed.volume(passed, share) + 0.5 * *own - before;
+            let wanted = inlet.volume(passed, share) + 0.5 * *own - before;
             let mut volume = wanted.clamp(WITHIN.0 * *own, WITHIN.1 * *own);
-            let whole = f64::max(*own, share * feed.deepest(gravity) * spacing);
+            let whole = f64::max(*own, share * inlet.deepest(gravity) * spacing);
             if left - volume < LAST * whole {
                 volume = left;
             }
@@ -73,15 +73,15 @@ impl<const D: usize> OpenBoundary<D> {
         if self.is_exhausted(sets) {
             return f64::INFINITY;
         }
-        let end = self.inlet.as_ref().and_then(|feed| feed.hydrograph.last()).map_or(time, |last| last[0]);
+        let end = self.inlet.as_ref().and_then(|inlet| inlet.hydrograph.last()).map_or(time, |last| last[0]);
         time.min(end)
     }
 
     /// Whether all of the volume of a hydrograph has entered, to this number of sets.
     fn is_exhausted(&self, sets: usize) -> bool {
-        let Some(feed) = &self.inlet else { return false };
+        let Some(inlet) = &self.inlet else { return false };
         (0..sets).filter(|number| self.is_of(*number)).all(|number| {
-            let all = feed.volume(f64::INFINITY, self.inlet_share(feed, sets, number));
+            let all = inlet.volume(f64::INFINITY, self.inlet_share(inlet, sets, number));
             -self.state.passed[number] >= (1.0 - ALL) * all
         })
     }

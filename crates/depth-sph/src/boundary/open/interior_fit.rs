@@ -4,9 +4,9 @@ use crate::boundary::open::boundary_state::{
     BoundaryState, InteriorFit, LineFitSums, outward_and_tangential,
 };
 use crate::boundary::open::open_boundary::{OpenBoundary, SideRegion};
-use crate::neighbours::kernel::Kernel;
+use crate::kernel::Kernel;
 use crate::phases::phase::PhaseSet;
-use crate::phases::phase_nodes::PlanVector;
+use crate::points::phase_nodes::PlanVector;
 
 impl<const D: usize> OpenBoundary<D> {
     /// State `inside` each strip (m), within the reach of a kernel.
@@ -14,7 +14,7 @@ impl<const D: usize> OpenBoundary<D> {
         &self,
         kernel: Kernel,
         sets: &[PhaseSet<D>],
-        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+        region: &dyn Fn(&PlanVector<D>) -> SideRegion,
         inside: f64,
     ) -> Vec<Option<InteriorFit>> {
         let mut moments = vec![LineFitSums::default(); self.strips.len()];
@@ -25,10 +25,10 @@ impl<const D: usize> OpenBoundary<D> {
                 let (x, length) = (&nodes.position[i], nodes.length[i]);
                 let beyond = self.distance_beyond(x);
                 let far = (beyond + inside).abs() / length;
-                if beyond > 0.0 || far >= kernel.support() || part(x) != SideRegion::Interior {
+                if beyond > 0.0 || far >= kernel.support() || region(x) != SideRegion::Interior {
                     continue;
                 }
-                let pull = self.wave_gravity(nodes, i);
+                let effective_gravity = self.wave_gravity(nodes, i);
                 let velocity = outward_and_tangential(&nodes.velocity[i], self.axis, self.outward);
                 let around =
                     if D == 1 { 0 } else { (kernel.support() * length / self.spacing).ceil() as isize };
@@ -46,7 +46,7 @@ impl<const D: usize> OpenBoundary<D> {
                             place,
                             velocity,
                             depths[i],
-                            pull,
+                            effective_gravity,
                             kernel.support() * length,
                         );
                         if number == 1 {
@@ -76,13 +76,13 @@ impl<const D: usize> OpenBoundary<D> {
     }
 
     /// Sets the initial state to sums of the lattice, which differ a little from its depth.
-    pub(super) fn calibrate_lattice_sum(
+    pub(crate) fn calibrate_lattice_sum(
         &mut self,
         kernel: Kernel,
         sets: &[PhaseSet<D>],
-        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+        region: &dyn Fn(&PlanVector<D>) -> SideRegion,
     ) {
-        let found = self.fit_interior(kernel, sets, part, 0.0);
+        let found = self.fit_interior(kernel, sets, region, 0.0);
         for (strip, within) in self.strips.iter_mut().zip(found) {
             let whole: f64 = strip.template_nodes.iter().flatten().map(|node| node.volume).sum();
             if let (Some(still), Some(within)) = (&mut strip.far_state, within)

@@ -12,7 +12,7 @@ use crate::boundary::open::{FAR_FIELD_SUPPORTS, Inlet, Opening};
 use crate::config::settings::FlowSettings;
 use crate::inflow::ArrivingFlow;
 use crate::phases::phase::PhaseSet;
-use crate::phases::phase_nodes::{NewNode, PhaseNodes, PlanVector};
+use crate::points::phase_nodes::{NewNode, PhaseNodes, PlanVector};
 
 /// Least distance of an added node from others, over the distance of the nodes.
 const MIN_NODE_DISTANCE: f64 = 0.6;
@@ -43,7 +43,7 @@ pub struct OpenBoundary<const D: usize> {
     /// Whether the last strip is next to the first one.
     pub(super) periodic: bool,
     /// Inflow through the side, in place of the far state.
-    pub(super) inlet: Option<Inlet>,
+    pub(crate) inlet: Option<Inlet>,
     /// Layer of the side, of two layers; none of one phase, or of grains and fluid.
     pub(super) flow_layer: Option<LayerOfSide>,
     /// Absorbing layer before the side.
@@ -65,18 +65,18 @@ pub(super) struct BoundarySegment<const D: usize> {
 
 /// Region of nodes: before all open sides, beyond one, or beyond another.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum SideRegion {
+pub(crate) enum SideRegion {
     Interior,
     Outside,
     OutsideOther,
 }
 
 impl<const D: usize> OpenBoundary<D> {
-    pub(super) fn new(
+    pub(crate) fn new(
         opening: &Opening,
         reach: f64,
         others: &[Opening],
-        stratum: Option<LayerOfSide>,
+        flow_layer: Option<LayerOfSide>,
     ) -> Self {
         let Opening { axis, place, outward, spacing, span, periodic, absorbing_length: layer, .. } = *opening;
         // Corners of two open sides belong to the first of them.
@@ -104,7 +104,7 @@ impl<const D: usize> OpenBoundary<D> {
             corner_strips: beside,
             periodic,
             inlet: None,
-            flow_layer: stratum,
+            flow_layer,
             layer: AbsorbingLayer::new(layer),
             state: FarField { strips: vec![StripState::default(); count], ..FarField::default() },
         }
@@ -120,8 +120,8 @@ impl<const D: usize> OpenBoundary<D> {
         &self,
         sets: &'a [PhaseSet<D>],
     ) -> impl Iterator<Item = (usize, &'a PhaseSet<D>)> + use<'a, D> {
-        let stratum = self.flow_layer;
-        sets.iter().enumerate().filter(move |(number, _)| is_of(stratum, *number))
+        let flow_layer = self.flow_layer;
+        sets.iter().enumerate().filter(move |(number, _)| is_of(flow_layer, *number))
     }
 
     /// Depths at nodes of these sets (m): of both phases, or of the layer.
@@ -131,23 +131,23 @@ impl<const D: usize> OpenBoundary<D> {
 
     /// Effective gravity at node `i` of these sets (m/s²): for inflow into one of two layers that on waves of its own depth.
     pub(super) fn wave_gravity(&self, nodes: &PhaseNodes<D>, i: usize) -> f64 {
-        let stratum = self.flow_layer.filter(|_| self.has_inlet());
-        stratum.map_or(nodes.effective_gravity[i], |stratum| stratum.wave_gravity(nodes, i))
+        let flow_layer = self.flow_layer.filter(|_| self.has_inlet());
+        flow_layer.map_or(nodes.effective_gravity[i], |flow_layer| flow_layer.wave_gravity(nodes, i))
     }
 
     /// Share of set `number` in a depth of this state.
-    pub(super) fn share(&self, stand: &BoundaryState, sets: usize, number: usize) -> f64 {
-        if self.flow_layer.is_some() { 1.0 } else { stand.share(sets, number) }
+    pub(super) fn share(&self, state: &BoundaryState, sets: usize, number: usize) -> f64 {
+        if self.flow_layer.is_some() { 1.0 } else { state.share(sets, number) }
     }
 
     /// Sets the initial state at the side, under `gravity` (m/s²) at `time` (s): the material outside continues like it.
-    pub(super) fn initialise(
+    pub(crate) fn initialise(
         &mut self,
         sets: &[PhaseSet<D>],
-        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+        region: &dyn Fn(&PlanVector<D>) -> SideRegion,
         gravity: f64,
         time: f64,
-        feed: Option<&Inlet>,
+        inlet: Option<&Inlet>,
     ) {
         for (number, set) in self.own_sets(sets) {
             let nodes = &set.nodes;
@@ -155,7 +155,7 @@ impl<const D: usize> OpenBoundary<D> {
             for i in 0..nodes.len() {
                 let x = &nodes.position[i];
                 let beyond = self.distance_beyond(x);
-                if part(x) != SideRegion::Interior || !(-2.0 * self.spacing..0.0).contains(&beyond) {
+                if region(x) != SideRegion::Interior || !(-2.0 * self.spacing..0.0).contains(&beyond) {
                     continue;
                 }
                 let entry = &mut last[self.strip(x)];
@@ -180,11 +180,11 @@ impl<const D: usize> OpenBoundary<D> {
         for strip in &mut self.strips {
             if let Some(still) = &mut strip.far_state {
                 still.porosity /= still.depth;
-            } else if let Some(feed) = feed {
-                let (depth, speed) = feed.section_by_froude(feed.discharge(time), gravity);
-                let stand = BoundaryState { depth, speed: -speed, along: 0.0, porosity: feed.porosity };
+            } else if let Some(inlet) = inlet {
+                let (depth, speed) = inlet.section_by_froude(inlet.discharge(time), gravity);
+                let state = BoundaryState { depth, speed: -speed, along: 0.0, porosity: inlet.porosity };
                 for (number, set) in &own {
-                    let share = if whole { 1.0 } else { stand.share(sets.len(), *number) };
+                    let share = if whole { 1.0 } else { state.share(sets.len(), *number) };
                     let volume = share * depth * self.spacing;
                     strip.template_nodes[*number] = Some(NewNode { volume, ..template_node(&set.nodes, 0) });
                 }
@@ -249,8 +249,8 @@ impl<const D: usize> OpenBoundary<D> {
         if let Some(fixed) = known.fixed {
             return fixed;
         }
-        if let (Some(stratum), Some(both)) = (&self.flow_layer, &known.layers) {
-            return stratum.at(both, beyond);
+        if let (Some(flow_layer), Some(both)) = (&self.flow_layer, &known.layers) {
+            return flow_layer.at(both, beyond);
         }
         let still = self.strips[strip].far_state.as_ref();
         // In plan waves may come at an angle, for which delays along the normal are wrong.
@@ -261,21 +261,21 @@ impl<const D: usize> OpenBoundary<D> {
     }
 
     /// Velocity in plan of a state.
-    pub(super) fn velocity(&self, stand: &BoundaryState) -> PlanVector<D> {
-        std::array::from_fn(|c| if c == self.axis { self.outward * stand.speed } else { stand.along })
+    pub(super) fn velocity(&self, state: &BoundaryState) -> PlanVector<D> {
+        std::array::from_fn(|c| if c == self.axis { self.outward * state.speed } else { state.along })
     }
 
     /// Counts the volume that has passed the side since the last call; returns set and index of nodes that have entered.
     pub(super) fn count_crossings(
         &mut self,
         sets: &[PhaseSet<D>],
-        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+        region: &dyn Fn(&PlanVector<D>) -> SideRegion,
     ) -> Vec<(usize, usize)> {
         let (mut ids, mut entered) = (Vec::new(), Vec::new());
         for (number, set) in self.own_sets(sets) {
             let nodes = &set.nodes;
             for i in 0..nodes.len() {
-                let is_beyond = part(&nodes.position[i]) == SideRegion::Outside;
+                let is_beyond = region(&nodes.position[i]) == SideRegion::Outside;
                 let was = self.state.ids.binary_search(&nodes.id[i]).is_ok();
                 if is_beyond != was {
                     self.state.passed[number] += if is_beyond { nodes.volume[i] } else { -nodes.volume[i] };
@@ -299,13 +299,13 @@ impl<const D: usize> OpenBoundary<D> {
         &mut self,
         nodes: &mut PhaseNodes<D>,
         (sets, number): (usize, usize),
-        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+        region: &dyn Fn(&PlanVector<D>) -> SideRegion,
     ) -> (Vec<f64>, Vec<u64>) {
-        let (mut gone, mut farthest) = (Vec::new(), vec![-0.5 * self.spacing; self.strips.len()]);
+        let (mut removed, mut farthest) = (Vec::new(), vec![-0.5 * self.spacing; self.strips.len()]);
         for i in 0..nodes.len() {
             let x = nodes.position[i];
             let (beyond, strip) = (self.distance_beyond(&x), self.strip(&x));
-            match part(&x) {
+            match region(&x) {
                 SideRegion::OutsideOther => continue,
                 SideRegion::Interior => {
                     farthest[strip] = f64::max(farthest[strip], beyond);
@@ -313,21 +313,21 @@ impl<const D: usize> OpenBoundary<D> {
                 }
                 SideRegion::Outside => {}
             }
-            let stand = self.at(strip, beyond);
-            if stand.depth <= 0.0 || beyond > self.reach + self.spacing {
-                gone.push(nodes.id[i]);
+            let state = self.at(strip, beyond);
+            if state.depth <= 0.0 || beyond > self.reach + self.spacing {
+                removed.push(nodes.id[i]);
                 continue;
             }
             farthest[strip] = f64::max(farthest[strip], beyond);
             // Where it was dry outside, the flow goes on with its volume, however close its nodes have come.
             if !self.is_dry_outside(strip) {
-                nodes.volume[i] = self.share(&stand, sets, number) * stand.depth * self.strips[strip].width;
+                nodes.volume[i] = self.share(&state, sets, number) * state.depth * self.strips[strip].width;
             }
-            nodes.velocity[i] = self.velocity(&stand);
+            nodes.velocity[i] = self.velocity(&state);
         }
-        gone.sort_unstable();
-        self.state.ids.retain(|id| gone.binary_search(id).is_err());
-        (farthest, gone)
+        removed.sort_unstable();
+        self.state.ids.retain(|id| removed.binary_search(id).is_err());
+        (farthest, removed)
     }
 
     /// Adds nodes of set `number` beyond the side, from the last one of each strip (m) on as far as they have influence.
@@ -339,19 +339,19 @@ impl<const D: usize> OpenBoundary<D> {
         next_id: &mut u64,
     ) {
         let mut places = OccupiedPlaces::default();
-        let share = |side: &Self, stand: &BoundaryState| side.share(stand, sets, number);
+        let share = |side: &Self, state: &BoundaryState| side.share(state, sets, number);
         for (strip, last) in farthest.iter().enumerate() {
             let Some(like) = self.strips[strip].template_nodes[number] else { continue };
             let mut beyond = *last;
             while beyond + self.spacing <= self.reach {
                 beyond += self.spacing;
-                let stand = self.at(strip, beyond);
-                if stand.depth <= 0.0 {
+                let state = self.at(strip, beyond);
+                if state.depth <= 0.0 {
                     break;
                 }
                 let mut node = NewNode {
-                    velocity: self.velocity(&stand),
-                    volume: share(self, &stand) * stand.depth * self.strips[strip].width,
+                    velocity: self.velocity(&state),
+                    volume: share(self, &state) * state.depth * self.strips[strip].width,
                     ..like
                 };
                 node.position[self.axis] = self.outward * beyond + self.place;
@@ -360,11 +360,11 @@ impl<const D: usize> OpenBoundary<D> {
                 }
                 set.nodes.push(*next_id, &node);
                 // The node has a height before the next sum.
-                let height = share(self, &stand) * stand.depth;
+                let height = share(self, &state) * state.depth;
                 if let (Some(own), Some(whole)) =
                     (set.nodes.partial_thickness.last_mut(), set.nodes.depth.last_mut())
                 {
-                    (*own, *whole) = (height, stand.depth);
+                    (*own, *whole) = (height, state.depth);
                 }
                 set.clear_lists();
                 self.state.ids.push(*next_id);
@@ -379,7 +379,7 @@ impl<const D: usize> OpenBoundary<D> {
         &mut self,
         settings: &FlowSettings<D>,
         sets: &[PhaseSet<D>],
-        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+        region: &dyn Fn(&PlanVector<D>) -> SideRegion,
         (time, dt, is_first): (f64, f64, bool),
     ) {
         let gravity = settings.gravity;
@@ -389,10 +389,10 @@ impl<const D: usize> OpenBoundary<D> {
             }
         } else {
             let kernel = settings.numerics.kernel;
-            let found = self.fit_interior(kernel, sets, part, 0.0);
+            let found = self.fit_interior(kernel, sets, region, 0.0);
             let inside = self.search_distance();
             let arriving = if D == 1 && !self.has_inlet() && self.flow_layer.is_none() {
-                self.fit_interior(kernel, sets, part, inside)
+                self.fit_interior(kernel, sets, region, inside)
             } else {
                 vec![None; found.len()]
             };
@@ -408,23 +408,24 @@ impl<const D: usize> OpenBoundary<D> {
         }
         self.average_tangential_speed();
         let time = self.discharge_time(time, sets.len());
-        let Some(feed) = &self.inlet else { return };
+        let Some(inlet) = &self.inlet else { return };
         for known in &mut self.state.strips {
             let here =
                 known.interior_fit.map(|within| (within.depth[0], within.speed[0], within.effective_gravity));
             let here = here.or(known.fixed.map(|still| (still.depth, still.speed, gravity)));
-            let pull = here.map_or(gravity, |(.., pull)| pull);
-            let arriving = here.map(|(depth, speed, pull)| ArrivingFlow::of(depth, speed, pull));
+            let effective_gravity = here.map_or(gravity, |(.., effective_gravity)| effective_gravity);
+            let arriving = here
+                .map(|(depth, speed, effective_gravity)| ArrivingFlow::of(depth, speed, effective_gravity));
             // The Froude number of a layer is that of its own depth, whatever lies on it.
-            let pull = if self.flow_layer.is_some() { gravity } else { pull };
-            known.fixed = Some(feed.state(time, arriving, pull));
+            let effective_gravity = if self.flow_layer.is_some() { gravity } else { effective_gravity };
+            known.fixed = Some(inlet.state(time, arriving, effective_gravity));
         }
     }
 }
 
 /// Whether a side, of this layer or of all material, is one of set `number`.
-fn is_of(stratum: Option<LayerOfSide>, number: usize) -> bool {
-    stratum.is_none_or(|stratum| stratum.set == number)
+fn is_of(flow_layer: Option<LayerOfSide>, number: usize) -> bool {
+    flow_layer.is_none_or(|flow_layer| flow_layer.set == number)
 }
 
 /// Template from node `i`.

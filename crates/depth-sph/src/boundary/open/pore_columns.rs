@@ -5,9 +5,10 @@
 //! their depths, and so are those of new nodes. The material outside thus drains as that at the side does.
 
 use crate::boundary::open::open_boundary::{OpenBoundary, SideRegion};
-use crate::boundary::open::{FAR_FIELD_SUPPORTS, region_of};
-use crate::flow::{Flow, PorePressureColumns};
-use crate::phases::phase_nodes::{PhaseNodes, PlanVector};
+use crate::boundary::open::{FAR_FIELD_SUPPORTS, open_sides, region_of};
+use crate::flow_nodes::FlowNodes;
+use crate::points::phase_nodes::{PhaseNodes, PlanVector};
+use crate::pore_pressure::pore_pressure_columns::PorePressureColumns;
 
 impl<const D: usize> OpenBoundary<D> {
     /// Outermost node of each strip, `limit` (m) beyond the side at most; of a strip without one that of the nearest strip which
@@ -15,15 +16,18 @@ impl<const D: usize> OpenBoundary<D> {
     fn last_before(
         &self,
         nodes: &PhaseNodes<D>,
-        heads: &PorePressureColumns,
+        columns: &PorePressureColumns,
         limit: f64,
-        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+        region: &dyn Fn(&PlanVector<D>) -> SideRegion,
     ) -> Vec<Option<usize>> {
         let mut last: Vec<Option<(f64, usize)>> = vec![None; self.strips.len()];
         for (i, x) in nodes.position.iter().enumerate() {
             let beyond = self.distance_beyond(x);
-            let has_column = heads.depth[i] > 0.0;
-            if !has_column || beyond > limit || beyond < -self.reach() || part(x) == SideRegion::OutsideOther
+            let has_column = columns.depth[i] > 0.0;
+            if !has_column
+                || beyond > limit
+                || beyond < -self.reach()
+                || region(x) == SideRegion::OutsideOther
             {
                 continue;
             }
@@ -59,36 +63,37 @@ impl PorePressureColumns {
     }
 }
 
-impl<const D: usize> Flow<D> {
-    /// Updates columns of nodes so near to the outer end that sums lack neighbours there.
-    pub(super) fn update_far_field_columns(&mut self) {
-        self.copy_columns(1.0 - 1.0 / FAR_FIELD_SUPPORTS);
-    }
+/// Updates columns of nodes so near to the outer end that sums lack neighbours there.
+pub(super) fn update_far_field_columns<const D: usize>(open: &[OpenBoundary<D>], nodes: &mut FlowNodes<D>) {
+    copy_columns(open, nodes, 1.0 - 1.0 / FAR_FIELD_SUPPORTS);
+}
 
-    /// Sets the initial columns of all nodes beyond open sides.
-    pub(crate) fn initialise_far_field_columns(&mut self) {
-        self.copy_columns(0.0);
-    }
+/// Sets the initial columns of all nodes beyond open sides.
+pub(crate) fn initialise_far_field_columns<const D: usize>(
+    open: &[OpenBoundary<D>],
+    nodes: &mut FlowNodes<D>,
+) {
+    copy_columns(open, nodes, 0.0);
+}
 
-    /// Copies to nodes farther beyond sides than this share of their reach the columns of the last nodes before.
-    fn copy_columns(&mut self, share: f64) {
-        if self.pore_columns.is_empty() || self.open_boundaries.iter().all(OpenBoundary::has_inlet) {
-            return;
-        }
-        let sides = self.open_side_list();
-        let Self { sets, pore_columns: heads, open_boundaries: opens, .. } = self;
-        let nodes = &sets[0].nodes;
-        for (number, end) in opens.iter().enumerate().filter(|(_, end)| !end.has_inlet() && end.is_of(0)) {
-            let part = |x: &PlanVector<D>| region_of(&sides, number, x);
-            let limit = share * end.reach();
-            let last = end.last_before(nodes, heads, limit, &part);
-            for (i, x) in nodes.position.iter().enumerate() {
-                if (end.distance_beyond(x) > limit || heads.depth[i].is_nan())
-                    && part(x) == SideRegion::Outside
-                    && let Some(from) = last[end.strip(x)]
-                {
-                    heads.copy_column(i, nodes.depth[i], from);
-                }
+/// Copies to nodes farther beyond sides than this share of their reach the columns of the last nodes before.
+fn copy_columns<const D: usize>(open: &[OpenBoundary<D>], nodes: &mut FlowNodes<D>, share: f64) {
+    if nodes.pore_columns.is_empty() || open.iter().all(OpenBoundary::has_inlet) {
+        return;
+    }
+    let sides = open_sides(open);
+    let FlowNodes { sets, pore_columns, .. } = nodes;
+    let nodes = &sets[0].nodes;
+    for (number, end) in open.iter().enumerate().filter(|(_, end)| !end.has_inlet() && end.is_of(0)) {
+        let region = |x: &PlanVector<D>| region_of(&sides, number, x);
+        let limit = share * end.reach();
+        let last = end.last_before(nodes, pore_columns, limit, &region);
+        for (i, x) in nodes.position.iter().enumerate() {
+            if (end.distance_beyond(x) > limit || pore_columns.depth[i].is_nan())
+                && region(x) == SideRegion::Outside
+                && let Some(from) = last[end.strip(x)]
+            {
+                pore_columns.copy_column(i, nodes.depth[i], from);
             }
         }
     }

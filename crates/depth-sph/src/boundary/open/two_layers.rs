@@ -7,7 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::boundary::open::boundary_state::{BoundaryState, INTERVALS, InteriorFit, riemann_state};
-use crate::phases::phase_nodes::PhaseNodes;
+use crate::points::phase_nodes::PhaseNodes;
 
 /// Share of the other layer's depth in the far state below which a layer has no waves of its own.
 const MIN_DEPTH_RATIO: f64 = 1e-3;
@@ -53,24 +53,25 @@ impl LayerOfSide {
         &self,
         still: [Option<BoundaryState>; 2],
         arriving: impl Fn(f64) -> [ArrivingLayer; 2],
-        pull: f64,
+        effective_gravity: f64,
     ) -> (f64, f64) {
-        let deepest = still.iter().flatten().map(|stand| stand.depth).fold(0.0, f64::max);
-        let there = |layer: usize| still[layer].filter(|stand| stand.depth > MIN_DEPTH_RATIO * deepest);
+        let deepest = still.iter().flatten().map(|state| state.depth).fold(0.0, f64::max);
+        let there = |layer: usize| still[layer].filter(|state| state.depth > MIN_DEPTH_RATIO * deepest);
         if let (Some(lower), Some(upper)) = (there(0), there(1)) {
-            return self.riemann_state_of_both([lower, upper], arriving, pull);
+            return self.riemann_state_of_both([lower, upper], arriving, effective_gravity);
         }
         // A layer without far state leaves unchanged; the surface of the other, over it, has the waves.
-        let one = |still: BoundaryState| arriving((pull * still.depth).sqrt() + still.speed);
+        let one = |still: BoundaryState| arriving((effective_gravity * still.depth).sqrt() + still.speed);
         match (there(0), there(1)) {
             (None, Some(upper)) if self.set == 1 => {
                 let [below, own] = one(upper);
-                let (surface, speed) = riemann_state(Some(&upper), below[0] + own[0], own[1], pull);
+                let (surface, speed) =
+                    riemann_state(Some(&upper), below[0] + own[0], own[1], effective_gravity);
                 ((surface - below[0]).max(0.0), speed)
             }
             (Some(lower), None) if self.set == 0 => {
                 let own = one(lower)[0];
-                riemann_state(Some(&lower), own[0], own[1], pull)
+                riemann_state(Some(&lower), own[0], own[1], effective_gravity)
             }
             (out, other) => {
                 let [depth, speed] = out.or(other).map_or_else(|| arriving(f64::INFINITY), one)[self.set];
@@ -83,16 +84,17 @@ impl LayerOfSide {
         &self,
         still: [BoundaryState; 2],
         arriving: impl Fn(f64) -> [ArrivingLayer; 2],
-        pull: f64,
+        effective_gravity: f64,
     ) -> (f64, f64) {
-        let depths = still.map(|stand| stand.depth);
+        let depths = still.map(|state| state.depth);
         let [lower, upper] = depths;
-        let mean = still.iter().map(|stand| stand.depth * stand.speed).sum::<f64>() / (lower + upper);
+        let mean = still.iter().map(|state| state.depth * state.speed).sum::<f64>() / (lower + upper);
         let spread = ((lower - upper).powi(2) + 4.0 * self.ratio * lower * upper).sqrt();
         // Left vectors, and the parts of heights and fluxes of their waves at the side.
         let waves = [1.0, -1.0].map(|sign| {
-            let square = 0.5 * pull * (lower + upper + sign * spread);
-            let (vector, celerity) = ([pull * upper, square - pull * lower], square.max(0.0).sqrt());
+            let square = 0.5 * effective_gravity * (lower + upper + sign * spread);
+            let (vector, celerity) =
+                ([effective_gravity * upper, square - effective_gravity * lower], square.max(0.0).sqrt());
             let along = |change: [f64; 2]| vector[0] * change[0] + vector[1] * change[1];
             let brought = arriving((mean + celerity).max(0.5 * celerity));
             let height = along([0, 1].map(|k| brought[k][0] - depths[k]));
@@ -150,19 +152,20 @@ impl LayerPair {
         distance: f64,
         reach: f64,
     ) {
-        let Some(pull) = found.iter().flatten().map(|within| within.effective_gravity).next() else {
+        let Some(effective_gravity) = found.iter().flatten().map(|within| within.effective_gravity).next()
+        else {
             return self.seen.clear();
         };
         (self.now, self.distance) = (time + 0.5 * dt, distance);
         let whole: f64 = found.iter().flatten().map(|within| within.depth[0]).sum();
         let least = found.iter().flatten().map(|within| within.depth[0]).fold(whole, f64::min);
-        let interval = distance / (INTERVALS * (pull * whole).sqrt());
+        let interval = distance / (INTERVALS * (effective_gravity * whole).sqrt());
         if self.seen.last().is_none_or(|(last, _)| time - last >= interval) {
             self.seen
                 .push((time, found.map(|within| within.map_or([0.0; 2], |within| within.extrapolated(0.0)))));
         }
         // Waves of the interface are the slowest.
-        let slowest = 0.25 * (pull * least.max(MIN_DEPTH_RATIO * whole)).sqrt();
+        let slowest = 0.25 * (effective_gravity * least.max(MIN_DEPTH_RATIO * whole)).sqrt();
         let old = self.now - (distance + reach) / slowest;
         let first = self.seen.partition_point(|(time, _)| *time < old).saturating_sub(1);
         self.seen.drain(..first);

@@ -6,6 +6,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// Largest number of intervals of a column, whose elimination needs no memory of its own.
+pub const MOST_CELLS: usize = 1000;
+
 /// Drainage condition of the base.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]

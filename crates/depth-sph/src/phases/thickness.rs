@@ -4,25 +4,19 @@ use rayon::prelude::*;
 
 use crate::config::choices::{PressureForceForm, ThicknessEquation};
 use crate::config::settings::Numerics;
-use crate::neighbours::cell_sorted::{CellSorted, NearbyNodes};
-use crate::neighbours::kernel::Kernel;
+use crate::kernel::Kernel;
+use crate::neighbours::cell_sorted::CellSorted;
+use crate::neighbours::kernel_average::square;
+use crate::neighbours::nearby_nodes::NearbyNodes;
 use crate::neighbours::simd_neighbour_list::MARGIN;
-use crate::phases::phase::{PhaseSet, TASK, copy_with_images};
-use crate::phases::phase_nodes::{NeighbourData, PlanVector};
-
-/// Denominator below which an average over the nodes of a phase does not exist (sheet: depth-sph §2.10).
-pub const NO_PARTNER: f64 = 1e-6;
+use crate::phases::phase::PhaseSet;
+use crate::points::TASK;
+use crate::points::image_nodes::copy_with_images;
 
 /// Largest number of Newton steps for the height of a node, and the relative change of its smoothing length at which they stop.
 const NEWTON: (usize, f64) = (50, 1e-13);
 /// Value of `Ω` below which a node is isolated: its smoothing length is at its upper bound.
 const MIN_OMEGA: f64 = 1e-3;
-
-/// Square of the distance of two positions (m²).
-#[inline]
-pub fn square<const D: usize>(a: &PlanVector<D>, b: &PlanVector<D>) -> f64 {
-    (0..D).map(|c| (a[c] - b[c]).powi(2)).sum()
-}
 
 impl<const D: usize> PhaseSet<D> {
     /// Step 2: heights of the phase, with smoothing lengths that keep `h ℓ^d / m`.
@@ -37,27 +31,25 @@ impl<const D: usize> PhaseSet<D> {
             &self.neighbour_data.length,
             (1.0 + MARGIN) * kernel.support(),
         );
-        let Self {
-            nodes, cell_sorted: packed, packed_neighbours: fours, max_smoothing_length: around, ..
-        } = self;
-        let (packed, around) = (&*packed, &*around);
+        let Self { nodes, cell_sorted, packed_neighbours, max_smoothing_length, .. } = self;
+        let (cell_sorted, max_smoothing_length) = (&*cell_sorted, &*max_smoothing_length);
         let (position, volume, first, scale) =
             (&nodes.position, &nodes.volume, &nodes.first_length, &nodes.scale);
         let columns = nodes.partial_thickness.par_chunks_mut(TASK).zip(nodes.length.par_chunks_mut(TASK));
-        let blocks = fours.blocks(position.len()).par_iter_mut().zip(columns).enumerate();
+        let blocks = packed_neighbours.blocks(position.len()).par_iter_mut().zip(columns).enumerate();
         blocks.for_each_init(
-            || packed.nearby_nodes(),
-            |near, (number, (block, (heights, lengths)))| {
+            || cell_sorted.nearby_nodes(),
+            |nearby, (number, (block, (heights, lengths)))| {
                 block.clear();
                 for (k, (height, length)) in heights.iter_mut().zip(lengths).enumerate() {
                     let i = number * TASK + k;
                     let (x, before) = (position[i], *length);
-                    block.push(near.list_neighbours(kernel, x, before, around.at(&x)));
+                    block.push(nearby.list_neighbours(kernel, x, before, max_smoothing_length.at(&x)));
                     for _ in 0..numerics.passes {
                         // For the cubic spline the compiler makes a loop of its own.
                         *height = match kernel {
-                            Kernel::CubicSpline => near.sum_of::<true>(kernel, *length),
-                            _ => near.sum_of::<false>(kernel, *length),
+                            Kernel::CubicSpline => nearby.sum_of::<true>(kernel, *length),
+                            _ => nearby.sum_of::<false>(kernel, *length),
                         };
                         if numerics.variable_length {
                             *length =
@@ -70,7 +62,7 @@ impl<const D: usize> PhaseSet<D> {
                 }
             },
         );
-        fours.check_complete();
+        packed_neighbours.check_complete();
         if numerics.continuity == ThicknessEquation::Normalised {
             self.normalise(kernel);
         }
@@ -78,19 +70,19 @@ impl<const D: usize> PhaseSet<D> {
 
     /// Solves heights `h = Σ m W(ℓ(h))` by Newton's method, with `Ω` (sheet: depth-sph §3.4).
     fn solve_thickness(&mut self, numerics: &Numerics) {
-        let Self { nodes, cell_sorted: packed, omega, .. } = self;
-        let packed = &*packed;
+        let Self { nodes, cell_sorted, omega, .. } = self;
+        let cell_sorted = &*cell_sorted;
         omega.resize(nodes.len(), 1.0);
         let (position, volume, first, scale) =
             (&nodes.position, &nodes.volume, &nodes.first_length, &nodes.scale);
         let columns =
             nodes.partial_thickness.par_iter_mut().zip(nodes.length.par_iter_mut()).zip(omega).enumerate();
         columns.with_min_len(TASK).for_each_init(
-            || packed.nearby_nodes(),
-            |near, (i, ((height, length), omega))| {
-                near.move_to(position[i]);
+            || cell_sorted.nearby_nodes(),
+            |nearby, (i, ((height, length), omega))| {
+                nearby.move_to(position[i]);
                 (*height, *omega) =
-                    solve_node_thickness(near, numerics, length, scale[i] * volume[i], first[i]);
+                    solve_node_thickness(nearby, numerics, length, scale[i] * volume[i], first[i]);
             },
         );
     }
@@ -101,13 +93,13 @@ impl<const D: usize> PhaseSet<D> {
             // There are no heights before the first sum.
             self.update_image_thickness();
         }
-        let (seen, near, nodes) = (&self.neighbour_data, &self.same_phase_neighbours, &self.nodes);
+        let (data, nearby, nodes) = (&self.neighbour_data, &self.same_phase_neighbours, &self.nodes);
         let share = |i: usize| {
-            let own = kernel.value::<D>(0.0, nodes.length[i]) * nodes.volume[i] / seen.height[i];
-            near.neighbours(i).iter().fold(own, |sum, &j| {
+            let own = kernel.value::<D>(0.0, nodes.length[i]) * nodes.volume[i] / data.height[i];
+            nearby.neighbours(i).iter().fold(own, |sum, &j| {
                 let j = j as usize;
-                let r = square(&nodes.position[i], &seen.position[j]).sqrt();
-                sum + seen.volume[j] / seen.height[j] * kernel.value::<D>(r, nodes.length[i])
+                let r = square(&nodes.position[i], &data.position[j]).sqrt();
+                sum + data.volume[j] / data.height[j] * kernel.value::<D>(r, nodes.length[i])
             })
         };
         (0..nodes.len())
@@ -153,7 +145,7 @@ impl<const D: usize> PhaseSet<D> {
 
 /// Height of a node (m) with `ℓ^d h` equal to `kept`, and `Ω = 1 + ℓ/(d h) ∂h/∂ℓ`, one where the length is at a bound.
 fn solve_node_thickness<const D: usize>(
-    near: &mut NearbyNodes<'_, D>,
+    nearby: &mut NearbyNodes<'_, D>,
     numerics: &Numerics,
     length: &mut f64,
     kept: f64,
@@ -161,13 +153,13 @@ fn solve_node_thickness<const D: usize>(
 ) -> (f64, f64) {
     let kernel = numerics.kernel;
     if !numerics.variable_length {
-        return (near.sum(kernel, *length), 1.0);
+        return (nearby.sum(kernel, *length), 1.0);
     }
     let (low, high) = length_bounds(numerics, first);
     *length = length.clamp(low, high);
     let (mut height, mut omega) = (0.0, 1.0);
     for _ in 0..NEWTON.0 {
-        let (sum, slope) = near.sum_and_slope(kernel, *length);
+        let (sum, slope) = nearby.sum_and_slope(kernel, *length);
         (height, omega) = (sum, 1.0 + *length / (D as f64 * sum) * slope);
         let wanted = if omega > MIN_OMEGA {
             let excess = 1.0 - kept / (length.powi(D as i32) * sum);
@@ -206,32 +198,4 @@ fn length_from_thickness<const D: usize>(
     let (low, high) = length_bounds(numerics, first);
     // A height of zero has an infinite length: the upper bound applies.
     length.clamp(low, high)
-}
-
-/// Kernel average `Σ (m/h) f W / Σ (m/h) W` of a field at a position; `None` where there are no such nodes.
-#[inline]
-pub fn kernel_average<const D: usize, const N: usize>(
-    kernel: Kernel,
-    x: &PlanVector<D>,
-    length: f64,
-    seen: &NeighbourData<D>,
-    neighbours: impl Iterator<Item = usize>,
-    field: impl Fn(usize) -> [f64; N],
-) -> Option<[f64; N]> {
-    let inverse = 1.0 / length;
-    let support = kernel.support();
-    let (mut weights, mut total) = (0.0, [0.0; N]);
-    for j in neighbours {
-        let q = square(x, &seen.position[j]).sqrt() * inverse;
-        if q < support {
-            let weight = seen.volume[j] / seen.height[j] * kernel.profile::<D>(q);
-            weights += weight;
-            let value = field(j);
-            for c in 0..N {
-                total[c] += weight * value[c];
-            }
-        }
-    }
-    let whole = weights * kernel.factor::<D>() * inverse.powi(D as i32);
-    (whole > NO_PARTNER).then(|| total.map(|sum| sum / weights))
 }

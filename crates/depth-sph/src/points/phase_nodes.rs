@@ -85,9 +85,8 @@ impl<const D: usize> PhaseNodes<D> {
         self.first_length.push(node.length);
         self.scale.push(node.scale);
         self.slope.push([f64::NAN; D]);
-        let Self { partial_thickness: height, depth, effective_gravity: pull, bearing, path, eroded, .. } =
-            self;
-        for column in [height, depth, pull, bearing, path, eroded] {
+        let Self { partial_thickness: height, depth, effective_gravity, bearing, path, eroded, .. } = self;
+        for column in [height, depth, effective_gravity, bearing, path, eroded] {
             column.push(0.0);
         }
     }

@@ -1,6 +1,6 @@
 //! Walls and periods along the axes of the plan, and image nodes (sheet: depth-sph §3.9).
 
-use crate::phases::phase_nodes::PlanVector;
+use crate::points::phase_nodes::PlanVector;
 
 /// Walls and periods at the two ends of each axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -150,6 +150,13 @@ fn push_images<const D: usize>(
             }
         }
     }
+}
+
+/// Copies a value of each node, followed by that of the node of each image.
+pub fn copy_with_images<const D: usize, T: Copy>(images: &[ImageNode<D>], own: &[T], values: &mut Vec<T>) {
+    values.clear();
+    values.extend_from_slice(own);
+    values.extend(images.iter().map(|image| own[image.source as usize]));
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use colluvium_case::Case;
 use colluvium_case::description::{Stage, Wall};
 
-use crate::flow::PlanBoundaries;
+use crate::points::image_nodes::PlanBoundaries;
 
 /// Whether a stage only equilibrates stress.
 pub(crate) fn is_passed_over(stage: &Stage) -> bool {

@@ -8,11 +8,11 @@ use crate::bed::test_terrain::RoughSlope;
 use crate::bed::{Bed, TerrainBed};
 use crate::config::choices::Phases;
 use crate::config::settings::{BedZone, Consolidation, FlowSettings, Mixture, PoreColumn};
-use crate::erosion::Erosion;
 use crate::flow::{EnergyBalanceSummary, Flow, PlanBoundaries};
-use crate::phases::interphase_drag::{InterphaseDrag, MixtureDensities};
-use crate::phases::phase_nodes::NewNode;
-use crate::pore_pressure::pore_pressure_column::{LowerBound, PressureProfile};
+use crate::laws::erosion::Erosion;
+use crate::laws::interphase_drag::{InterphaseDrag, MixtureDensities};
+use crate::laws::pore_pressure_column::{LowerBound, PressureProfile};
+use crate::points::phase_nodes::NewNode;
 
 /// Share of the exchanged energy by which the balance may be off: drag and friction are split off at first order in time.
 const CLOSES: f64 = 2e-3;
@@ -71,9 +71,9 @@ fn account(settings: FlowSettings<2>, depths: &[f64], factor: f64) -> Option<Ene
     };
     let sets: Vec<_> = depths.iter().map(set).collect();
     let mut flow = Flow::new(settings, bed, PlanBoundaries::default(), &sets).unwrap();
-    flow.test_factors[0] = factor;
-    while flow.time < 4.0 {
-        let dt = flow.limit().dt.min(4.0 - flow.time + 1e-12);
+    flow.settings.numerics.test_factors[0] = factor;
+    while flow.clock.time < 4.0 {
+        let dt = flow.limit().dt.min(4.0 - flow.clock.time + 1e-12);
         flow.advance(dt).ok()?;
     }
     Some(flow.energy_balance_summary())

@@ -1,0 +1,22 @@
+//! Surroundings of the nodes during the integration of a step.
+
+use crate::bed::Bed;
+use crate::boundary::FlowBoundaries;
+use crate::clock::Clock;
+use crate::config::settings::FlowSettings;
+use crate::phases::limits::FlowLimits;
+
+/// Parts of a flow that the integration of a step and the outputs read, and do not change.
+#[derive(Clone, Copy)]
+pub struct FlowContext<'a, const D: usize> {
+    /// Time at the beginning of the step.
+    pub clock: &'a Clock,
+    /// Settings that are constant.
+    pub settings: &'a FlowSettings<D>,
+    /// The bed.
+    pub bed: &'a Bed<D>,
+    /// Walls, inflows and open boundaries.
+    pub boundary: &'a FlowBoundaries<D>,
+    /// Bounds of depth and speed.
+    pub limits: &'a FlowLimits,
+}

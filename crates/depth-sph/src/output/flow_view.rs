@@ -1,0 +1,50 @@
+//! Flow as outputs see it: all of its parts, none of which they change.
+
+use crate::bed::Bed;
+use crate::boundary::FlowBoundaries;
+use crate::clock::Clock;
+use crate::config::settings::FlowSettings;
+use crate::flow_nodes::FlowNodes;
+use crate::phases::phase::PhaseSet;
+use crate::records::FlowRecords;
+use crate::records::energy_balance::{EnergyBalanceSummary, energies};
+
+/// Parts of a flow that outputs read.
+#[derive(Clone, Copy)]
+pub struct FlowView<'a, const D: usize> {
+    /// Time and number of steps.
+    pub clock: &'a Clock,
+    /// Settings that are constant.
+    pub settings: &'a FlowSettings<D>,
+    /// The bed.
+    pub bed: &'a Bed<D>,
+    /// Walls, inflows and open boundaries.
+    pub boundary: &'a FlowBoundaries<D>,
+    /// Nodes of each phase, with their columns of pore pressure.
+    pub nodes: &'a FlowNodes<D>,
+    /// Energy balance and volumes.
+    pub records: &'a FlowRecords,
+}
+
+impl<'a, const D: usize> FlowView<'a, D> {
+    /// Sets of nodes.
+    pub fn sets(&self) -> &'a [PhaseSet<D>] {
+        &self.nodes.sets
+    }
+
+    /// Density of a set (kg/m³).
+    pub fn density(&self, set: usize) -> f64 {
+        self.settings.set_density(self.nodes.sets.len(), set)
+    }
+
+    /// Whether the bed is eroded anywhere.
+    pub fn has_erosion(&self) -> bool {
+        self.settings.zones.iter().any(|zone| zone.erosion.is_some())
+    }
+
+    /// Current energy balance.
+    pub fn energy_balance(&self) -> EnergyBalanceSummary {
+        let now = energies(self.settings, self.bed, self.boundary, &self.nodes.sets);
+        self.records.energy_balance.summary(self.settings, now)
+    }
+}

@@ -1,0 +1,200 @@
+//! Energy balance: initial energy, inflow, and the work of forces, each computed from its own force and not as the remainder
+//! (sheet: depth-sph §2.9, item 7 as amended).
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::bed::bed_path::{BedPath, dot_along_bed};
+use crate::bed::{Bed, BedPoint};
+use crate::boundary::FlowBoundaries;
+use crate::config::choices::{DepthFrame, Phases};
+use crate::config::settings::FlowSettings;
+use crate::phases::phase::PhaseSet;
+use crate::points::TASK;
+use crate::points::phase_nodes::PlanVector;
+
+/// Share of the exchanged energy by which the balance may be off without a warning.
+const BALANCE_TOLERANCE: f64 = 0.01;
+/// Share of the pressure energy that is the least exchanged energy, for flows that are nearly at rest.
+const STILL_FRACTION: f64 = 0.1;
+
+/// Energy of the flow that has entered and not left (J).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FlowEnergies {
+    /// Kinetic energy of the motion along the bed.
+    pub kinetic: f64,
+    /// Potential energy of the level of the bed, and of gravity along the plan.
+    pub bed: f64,
+    /// Pressure energy, `½ Σ m g_* h`.
+    pub pressure: f64,
+}
+
+impl FlowEnergies {
+    /// Sum of all (J).
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.bed + self.pressure
+    }
+}
+
+/// Works that have changed the energy of a flow (J).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EnergyBalance {
+    /// Energy at the start; none before.
+    start: Option<FlowEnergies>,
+    /// Dissipation by resistance of the bed, drag and erosion.
+    pub friction: f64,
+    /// Dissipation by artificial viscosity.
+    pub viscosity: f64,
+    /// Work of pressure on the flow.
+    pub pressure_work: f64,
+    /// Work of pressure in the last step.
+    last_pressure_work: f64,
+    /// Energy of inflow less that of outflow.
+    pub entered: f64,
+    /// Largest kinetic energy so far.
+    peak: f64,
+}
+
+/// Current energy balance (J).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EnergyBalanceSummary {
+    /// Current energy.
+    pub now: FlowEnergies,
+    /// Excess of energy.
+    pub error: f64,
+    /// Work of pressure beyond the loss of pressure energy.
+    pub difference: f64,
+    /// Exchanged energy: the largest of drop, kinetic energy and losses.
+    pub exchanged: f64,
+}
+
+impl EnergyBalanceSummary {
+    /// Whether the energy is off by more than a hundredth of the exchanged energy.
+    pub fn is_off(&self) -> bool {
+        !(self.error.abs() <= BALANCE_TOLERANCE * self.exchanged)
+    }
+}
+
+/// Slope with which motion along the bed is measured: zero where slopes are taken as small.
+#[inline]
+pub(super) fn energy_slope<const D: usize>(settings: &FlowSettings<D>, bed: &BedPoint<D>) -> PlanVector<D> {
+    if settings.frame == DepthFrame::Horizontal { bed.slope } else { [0.0; D] }
+}
+
+/// Energy of node `i` of a set of this density (J; kg/m³), from the bed below it; of one beyond the bed from the last bed there.
+fn node_energies<const D: usize>(
+    settings: &FlowSettings<D>,
+    path: &BedPath<'_, D>,
+    set: &PhaseSet<D>,
+    i: usize,
+    density: f64,
+) -> FlowEnergies {
+    let nodes = &set.nodes;
+    let mass = density * nodes.volume[i];
+    let x = &nodes.position[i];
+    let bed = path.at(x).or_else(|| set.bed.get(i).copied()).unwrap_or(BedPoint::flat(0.0));
+    let v = &nodes.velocity[i];
+    let drive = &settings.plan_gravity;
+    let run: f64 = (0..D).map(|c| drive[c] * (x[c] - nodes.origin[i][c])).sum();
+    FlowEnergies {
+        kinetic: 0.5 * mass * dot_along_bed(&energy_slope(settings, &bed), v, v),
+        bed: mass * (settings.gravity * bed.level - run),
+        pressure: 0.5 * mass * nodes.effective_gravity[i] * nodes.depth[i],
+    }
+}
+
+/// Energy of the flow that has entered and not left.
+pub fn energies<const D: usize>(
+    settings: &FlowSettings<D>,
+    bed: &Bed<D>,
+    boundary: &FlowBoundaries<D>,
+    sets: &[PhaseSet<D>],
+) -> FlowEnergies {
+    let mut sum = FlowEnergies::default();
+    let path = BedPath::new(bed, &boundary.walls);
+    for (number, set) in sets.iter().enumerate() {
+        let density = settings.set_density(sets.len(), number);
+        let one = |i: usize| {
+            if boundary.is_outside(set.nodes.id[i]) {
+                FlowEnergies::default()
+            } else {
+                node_energies(settings, &path, set, i, density)
+            }
+        };
+        for own in (0..set.len()).into_par_iter().with_min_len(TASK).map(one).collect::<Vec<_>>() {
+            sum.kinetic += own.kinetic;
+            sum.bed += own.bed;
+            sum.pressure += own.pressure;
+        }
+    }
+    sum
+}
+
+/// Whether pressure has an energy that follows from heights: of one phase without earth pressure. Otherwise its work is summed.
+fn pressure_has_energy<const D: usize>(settings: &FlowSettings<D>) -> bool {
+    settings.phases == Phases::One && settings.earth_pressure.is_none()
+}
+
+impl EnergyBalance {
+    /// Starts the balance before the first step, with the energy at present.
+    pub fn start_with(&mut self, energies: impl FnOnce() -> FlowEnergies) {
+        if self.start.is_none() {
+            self.start = Some(energies());
+        }
+    }
+
+    /// Whether the balance has started.
+    pub fn has_started(&self) -> bool {
+        self.start.is_some()
+    }
+
+    /// Energy balance with the energy at present.
+    pub fn summary<const D: usize>(
+        &self,
+        settings: &FlowSettings<D>,
+        mut now: FlowEnergies,
+    ) -> EnergyBalanceSummary {
+        // Heights are those of the middle of the last step.
+        now.pressure -= 0.5 * self.last_pressure_work;
+        let start = self.start.unwrap_or(now);
+        let difference = self.pressure_work + now.pressure - start.pressure;
+        let pressure =
+            if pressure_has_energy(settings) { now.pressure } else { start.pressure - self.pressure_work };
+        let lost = self.friction + self.viscosity;
+        let error = now.kinetic + now.bed + pressure + lost - start.total() - self.entered;
+        let drop = start.bed + start.pressure - now.bed - now.pressure + self.entered;
+        let largest = drop.max(lost).max(self.peak).max(now.kinetic);
+        EnergyBalanceSummary { now, error, difference, exchanged: largest.max(STILL_FRACTION * now.pressure) }
+    }
+
+    /// Adds a change from outside the flow: its energy counts as inflow.
+    pub fn add_external_change(&mut self, before: f64, after: f64) {
+        self.entered += after - before;
+    }
+
+    /// Adds an inflow: its energy enters, and pressure does work at the inlet, as much again as its own energy.
+    pub fn add_inflow(&mut self, before: &FlowEnergies, after: &FlowEnergies) {
+        self.entered += after.total() - before.total() + after.pressure - before.pressure;
+    }
+
+    /// Adds erosion: the kinetic energy that nodes lose counts as friction.
+    pub fn add_erosion(&mut self, before: &FlowEnergies, after: &FlowEnergies) {
+        self.add_inflow(before, after);
+        let lost = before.kinetic - after.kinetic;
+        self.friction += lost;
+        self.entered += lost;
+    }
+
+    /// Adds works of friction, viscosity and pressure (J).
+    pub(super) fn add_works(&mut self, [friction, viscosity, pressure]: [f64; 3]) {
+        self.friction -= friction.min(0.0);
+        self.viscosity -= viscosity.min(0.0);
+        self.pressure_work += pressure;
+        self.last_pressure_work = pressure;
+    }
+
+    /// Updates the largest kinetic energy (J).
+    pub fn update_peak_kinetic(&mut self, kinetic: f64) {
+        self.peak = self.peak.max(kinetic);
+    }
+}

@@ -1,0 +1,19 @@
+//! Records of a flow: energy balance, volumes that have left and that have been eroded (sheet: depth-sph §3.4, step 11).
+
+pub(crate) mod energy_balance;
+pub(crate) mod works;
+
+use crate::records::energy_balance::EnergyBalance;
+
+/// Records of a flow since its start.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FlowRecords {
+    /// Energy balance.
+    pub energy_balance: EnergyBalance,
+    /// Volume of each set that has left (m³; m² in one dimension).
+    pub outflow_volume: [f64; 2],
+    /// Number of nodes that have left.
+    pub removed_nodes: u64,
+    /// Volume of each set that has been eroded from the bed.
+    pub entrained: [f64; 2],
+}

@@ -1,0 +1,112 @@
+//! Works of the forces of a step, for the energy balance (sheet: depth-sph §2.9, item 7 as amended).
+
+use rayon::prelude::*;
+
+use crate::bed::bed_path::dot_along_bed;
+use crate::boundary::FlowBoundaries;
+use crate::config::choices::Phases;
+use crate::config::settings::FlowSettings;
+use crate::phases::phase::PhaseSet;
+use crate::points::TASK;
+use crate::points::phase_nodes::PlanVector;
+use crate::records::energy_balance::{EnergyBalance, energy_slope};
+
+/// Adds the works of a step: of a kick over `dt` (s) from the stored velocities, and of the resistance to it.
+pub(crate) fn add_step_work<const D: usize>(
+    settings: &FlowSettings<D>,
+    boundary: &FlowBoundaries<D>,
+    sets: &mut [PhaseSet<D>],
+    balance: &mut EnergyBalance,
+    dt: f64,
+) {
+    let works = sum_works(settings, boundary, sets, |set, i| {
+        let slope = energy_slope(settings, &set.bed[i]);
+        let (old, new) = (&set.stored_velocity[i], &set.nodes.velocity[i]);
+        let mean: PlanVector<D> = std::array::from_fn(|c| 0.5 * (old[c] + new[c]));
+        let held: PlanVector<D> = std::array::from_fn(|c| new[c] - old[c] - dt * set.acceleration[i][c]);
+        let [viscous, pressure] = force_works(settings, set, i, dt, &mean);
+        [dot_along_bed(&slope, &held, &mean), viscous, pressure]
+    });
+    balance.add_works(works);
+}
+
+/// Adds the works of the forces of a stage of weight `dt` (s); resistance is added against stored velocities.
+pub(crate) fn add_stage_work<const D: usize>(
+    settings: &FlowSettings<D>,
+    boundary: &FlowBoundaries<D>,
+    sets: &mut [PhaseSet<D>],
+    balance: &mut EnergyBalance,
+    dt: f64,
+) {
+    let works = sum_works(settings, boundary, sets, |set, i| {
+        let [viscous, pressure] = force_works(settings, set, i, dt, &set.nodes.velocity[i]);
+        [0.0, viscous, pressure]
+    });
+    balance.add_works(works);
+}
+
+/// Adds the work of resistance since the velocities were stored.
+pub(crate) fn add_resistance_work<const D: usize>(
+    settings: &FlowSettings<D>,
+    boundary: &FlowBoundaries<D>,
+    sets: &mut [PhaseSet<D>],
+    balance: &mut EnergyBalance,
+) {
+    let works = sum_works(settings, boundary, sets, |set, i| {
+        let slope = energy_slope(settings, &set.bed[i]);
+        let (old, new) = (&set.stored_velocity[i], &set.nodes.velocity[i]);
+        let work = dot_along_bed(&slope, new, new) - dot_along_bed(&slope, old, old);
+        [0.5 * work, 0.0, 0.0]
+    });
+    balance.add_works(works);
+}
+
+/// Works per mass of viscosity and of pressure over `dt` (s) at this velocity (J/kg).
+#[inline]
+fn force_works<const D: usize>(
+    settings: &FlowSettings<D>,
+    set: &PhaseSet<D>,
+    i: usize,
+    dt: f64,
+    velocity: &PlanVector<D>,
+) -> [f64; 2] {
+    let (bed, viscous) = (&set.bed[i], &set.viscous[i]);
+    let (all, reaction) = (&set.acceleration[i], set.reaction[i]);
+    let slope = energy_slope(settings, bed);
+    let pressure: PlanVector<D> =
+        std::array::from_fn(|c| all[c] - viscous[c] + reaction * bed.slope[c] - settings.plan_gravity[c]);
+    [dt * dot_along_bed(&slope, viscous, velocity), dt * dot_along_bed(&slope, &pressure, velocity)]
+}
+
+/// Sums of works per mass of friction, viscosity and pressure, over the nodes in their order (J). Resistance never adds energy:
+/// of one phase at no node, of two in no step.
+fn sum_works<const D: usize>(
+    settings: &FlowSettings<D>,
+    boundary: &FlowBoundaries<D>,
+    sets: &mut [PhaseSet<D>],
+    one: impl Fn(&PhaseSet<D>, usize) -> [f64; 3] + Sync,
+) -> [f64; 3] {
+    let single = settings.phases == Phases::One;
+    let (count, mut sums) = (sets.len(), [0.0; 3]);
+    for (number, set) in sets.iter_mut().enumerate() {
+        let density = settings.set_density(count, number);
+        let mut works = std::mem::take(&mut set.works);
+        let of_set = &*set;
+        let of_node = |i: usize| {
+            if boundary.is_outside(of_set.nodes.id[i]) {
+                return [0.0; 3];
+            }
+            let mut works = one(of_set, i).map(|work| density * of_set.nodes.volume[i] * work);
+            if single {
+                works[0] = works[0].min(0.0);
+            }
+            works
+        };
+        (0..of_set.len()).into_par_iter().with_min_len(TASK).map(of_node).collect_into_vec(&mut works);
+        for own in &works {
+            (0..3).for_each(|k| sums[k] += own[k]);
+        }
+        set.works = works;
+    }
+    sums
+}

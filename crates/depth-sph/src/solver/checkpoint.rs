@@ -1,0 +1,155 @@
+//! Checkpoint of a run: all that the next step depends on.
+
+use serde::{Deserialize, Serialize};
+
+use crate::bed::{Bed, ErosionState};
+use crate::boundary::FlowBoundaries;
+use crate::boundary::open::FarField;
+use crate::flow::{EnergyBalance, Flow, PhaseSet};
+use crate::flow_nodes::FlowNodes;
+use crate::inflow::InflowState;
+use crate::momentum::effective_gravity::resample_bed;
+use crate::output::hazard_rasters::HazardCell;
+use crate::solver::DepthSolver;
+use crate::solver::stop_detection::StopDetection;
+
+/// Version of the layout of a checkpoint.
+pub(super) const FORMAT: u32 = 11;
+
+/// Saved state of a run.
+#[derive(Serialize, Deserialize)]
+pub(super) struct CheckpointState {
+    pub(super) format: u32,
+    pub(super) dimension: usize,
+    time: f64,
+    steps: u64,
+    flow_time: f64,
+    flow_step: u64,
+    next_id: u64,
+    left: [f64; 2],
+    gone: u64,
+    entrained: [f64; 2],
+    pore_heads: Vec<f64>,
+    heads_depth: Vec<f64>,
+    heads_time: f64,
+    rest: StopDetection,
+    energy_balance: EnergyBalance,
+    nodes: Vec<Vec<u8>>,
+    maps: Option<Vec<HazardCell>>,
+    inflows: Vec<InflowState>,
+    erosion: Option<[Vec<f64>; 2]>,
+    far_fields: Vec<FarField>,
+    /// Numbers of the nodes that have not entered yet.
+    held: Vec<u64>,
+}
+
+impl<const D: usize> DepthSolver<D> {
+    /// State of the run.
+    pub(super) fn checkpoint_state(&self) -> CheckpointState {
+        let Flow { clock, bed, boundary, nodes, records, .. } = &self.flow;
+        let bytes = |set: &PhaseSet<D>| {
+            let mut bytes = Vec::new();
+            set.nodes.write(&mut bytes).expect("memory takes all bytes");
+            bytes
+        };
+        CheckpointState {
+            format: FORMAT,
+            dimension: D,
+            time: self.time,
+            steps: self.steps,
+            flow_time: clock.time,
+            flow_step: clock.step,
+            next_id: nodes.next_id,
+            left: records.outflow_volume,
+            gone: records.removed_nodes,
+            entrained: records.entrained,
+            pore_heads: nodes.pore_columns.heads.clone(),
+            heads_depth: nodes.pore_columns.depth.clone(),
+            heads_time: nodes.pore_columns.time,
+            rest: self.rest,
+            energy_balance: records.energy_balance,
+            nodes: nodes.sets.iter().map(bytes).collect(),
+            maps: self.hazard_rasters.as_ref().map(|maps| maps.cells().to_vec()),
+            inflows: boundary.inflows.iter().map(|inflow| inflow.state.clone()).collect(),
+            far_fields: boundary.open.iter().map(|end| end.state.clone()).collect(),
+            held: boundary.waiting_nodes.nodes.iter().map(|node| node.0).collect(),
+            erosion: bed
+                .erodible()
+                .map(|erodible| [erodible.state().in_surface.clone(), erodible.state().pending.clone()]),
+        }
+    }
+
+    /// Restores a saved state; `None` where its parts are inconsistent.
+    pub(super) fn restore_state(&mut self, saved: CheckpointState) -> Option<()> {
+        self.limit = None;
+        if saved.maps.is_some() != self.hazard_rasters.is_some() {
+            return None;
+        }
+        let Flow { clock, bed, boundary, nodes, records, .. } = &mut self.flow;
+        restore_boundary(boundary, saved.inflows, saved.far_fields, &saved.held)?;
+        restore_bed(bed, saved.erosion)?;
+        if let (Some(maps), Some(cells)) = (&mut self.hazard_rasters, saved.maps) {
+            maps.restore(cells)?;
+        }
+        restore_sets(nodes, &saved.nodes)?;
+        resample_bed(bed, &mut nodes.sets);
+        restore_pore_columns(nodes, saved.pore_heads, saved.heads_depth, saved.heads_time)?;
+        (clock.time, clock.step, nodes.next_id) = (saved.flow_time, saved.flow_step, saved.next_id);
+        (records.outflow_volume, records.removed_nodes) = (saved.left, saved.gone);
+        (records.entrained, records.energy_balance) = (saved.entrained, saved.energy_balance);
+        (self.time, self.steps, self.rest) = (saved.time, saved.steps, saved.rest);
+        Some(())
+    }
+}
+
+fn restore_boundary<const D: usize>(
+    boundary: &mut FlowBoundaries<D>,
+    inflows: Vec<InflowState>,
+    far_fields: Vec<FarField>,
+    waiting: &[u64],
+) -> Option<()> {
+    if inflows.len() != boundary.inflows.len() || far_fields.len() != boundary.open.len() {
+        return None;
+    }
+    boundary.open.iter_mut().zip(far_fields).for_each(|(end, state)| end.state = state);
+    boundary.inflows.iter_mut().zip(inflows).for_each(|(inflow, state)| inflow.state = state);
+    // The next step sets their positions and velocities before it uses them.
+    boundary.waiting_nodes.nodes = waiting.iter().map(|id| (*id, [0.0; D], [0.0; D])).collect();
+    Some(())
+}
+
+fn restore_bed<const D: usize>(bed: &mut Bed<D>, erosion: Option<[Vec<f64>; 2]>) -> Option<()> {
+    match (bed, erosion) {
+        (Bed::Erodible(erodible), Some([in_surface, pending])) => {
+            erodible.restore::<D>(ErosionState { in_surface, pending })
+        }
+        (Bed::Erodible(_), None) | (_, Some(_)) => None,
+        _ => Some(()),
+    }
+}
+
+fn restore_sets<const D: usize>(nodes: &mut FlowNodes<D>, saved: &[Vec<u8>]) -> Option<()> {
+    if saved.len() != nodes.sets.len() {
+        return None;
+    }
+    for (set, bytes) in nodes.sets.iter_mut().zip(saved) {
+        set.nodes.read(&mut bytes.as_slice()).ok()?;
+        set.clear_lists();
+    }
+    Some(())
+}
+
+fn restore_pore_columns<const D: usize>(
+    nodes: &mut FlowNodes<D>,
+    heads: Vec<f64>,
+    depth: Vec<f64>,
+    time: f64,
+) -> Option<()> {
+    let FlowNodes { sets, pore_columns, .. } = nodes;
+    let count = if pore_columns.is_empty() { 0 } else { sets[0].len() };
+    if heads.len() != count * pore_columns.width || depth.len() != count {
+        return None;
+    }
+    (pore_columns.heads, pore_columns.depth, pore_columns.time) = (heads, depth, time);
+    Some(())
+}

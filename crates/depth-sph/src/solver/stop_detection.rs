@@ -1,0 +1,72 @@
+//! Detection of the time at which a flow comes to rest (sheet: depth-sph §0, stopping).
+
+use serde::{Deserialize, Serialize};
+
+use crate::config::StopOptions;
+use crate::output::flow_view::FlowView;
+use crate::points::phase_nodes::norm;
+
+/// Detection of the time at which the flow comes to rest (sheet: depth-sph §0, stopping).
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(super) struct StopDetection {
+    /// Largest kinetic energy so far (J).
+    pub(super) peak: f64,
+    /// Time since which all conditions have held (s); NaN while they do not.
+    since: f64,
+    /// Time at which the flow had stopped (s); NaN before.
+    pub(super) stopped: f64,
+}
+
+impl Default for StopDetection {
+    fn default() -> Self {
+        Self { peak: 0.0, since: f64::NAN, stopped: f64::NAN }
+    }
+}
+
+impl StopDetection {
+    /// Updates the detection with the flow at `time` (s) and its kinetic energy (J).
+    pub(super) fn update(&mut self, stop: &StopOptions, motion: &FlowMotion, time: f64) {
+        let FlowMotion { kinetic, slow, whole } = *motion;
+        self.peak = self.peak.max(kinetic);
+        let holds =
+            self.peak > 0.0 && kinetic <= stop.kinetic_ratio * self.peak && slow >= stop.share * whole;
+        if !holds {
+            (self.since, self.stopped) = (f64::NAN, f64::NAN);
+        } else if self.since.is_nan() {
+            self.since = time;
+        }
+        if holds && self.stopped.is_nan() && time - self.since >= stop.hold {
+            self.stopped = self.since;
+        }
+    }
+}
+
+/// Motion of a flow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct FlowMotion {
+    /// Kinetic energy of the motion in plan (J).
+    pub(super) kinetic: f64,
+    /// Volume of the first set that is slower than the speed of the criterion (m³).
+    slow: f64,
+    /// Volume of the first set (m³).
+    whole: f64,
+}
+
+impl FlowMotion {
+    /// Motion of the nodes against a speed (m/s).
+    pub(super) fn of<const D: usize>(flow: &FlowView<'_, D>, slow_speed: f64) -> Self {
+        let (mut kinetic, mut slow, mut whole) = (0.0, 0.0, 0.0);
+        for (number, set) in flow.sets().iter().enumerate() {
+            let density = flow.density(number);
+            for (velocity, volume) in set.nodes.velocity.iter().zip(&set.nodes.volume) {
+                let speed = norm(velocity);
+                kinetic += 0.5 * density * volume * speed * speed;
+                if number == 0 {
+                    whole += volume;
+                    slow += if speed < slow_speed { *volume } else { 0.0 };
+                }
+            }
+        }
+        Self { kinetic, slow, whole }
+    }
+}
