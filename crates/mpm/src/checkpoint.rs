@@ -11,9 +11,9 @@ use colluvium_case::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::boundary::prescribed_motion::DrivenObjectState;
 use crate::boundary::rigid_bodies::stop_free_rigid_bodies;
 use crate::momentum::EquilibriumTerms;
+use crate::momentum::driven_object::DrivenObjectState;
 use crate::obstacles::obstacle_penalty::{penetration_warning, reset_displacements};
 use crate::obstacles::reaction::Reactions;
 use crate::obstacles::state::{ObstacleHistory, ObstacleReaction};
@@ -21,6 +21,7 @@ use crate::phases::PhaseEquilibriumTerms;
 use crate::points::bodies::point_error;
 use crate::points::point_set::PointSet;
 use crate::solver::MpmSolver;
+use crate::stress::stress_work::dissipated_energy;
 
 /// Version of the layout of a checkpoint.
 const FORMAT: u32 = 18;
@@ -165,7 +166,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
     }
 
     fn dissipated(&self) -> Option<f64> {
-        self.clock.case.measures_dissipation().then(|| self.dissipated_energy())
+        self.clock.case.measures_dissipation().then(|| dissipated_energy(&self.bodies))
     }
 
     fn is_isolated(&self) -> bool {
@@ -177,7 +178,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
     }
 
     fn warnings_at_end(&self) -> Vec<String> {
-        let crushed: usize = self.deformable_sets().map(PointSet::points_at_min_volume).sum();
+        let crushed: usize = self.bodies.deformable_sets().map(PointSet::points_at_min_volume).sum();
         let remark = format!(
             "{crushed} of {} points are compressed to a tenth of their initial volume, the least that is \
              allowed. Their material is far outside the range of its law: check its stiffness, the loads and \
@@ -297,7 +298,7 @@ impl<const D: usize> MpmSolver<D> {
             return None;
         }
         let places: Vec<[f64; D]> =
-            self.deformable_sets().flat_map(|set| &set.points.position).copied().collect();
+            self.bodies.deformable_sets().flat_map(|set| &set.points.position).copied().collect();
         let reason = "obstacles act on the nodes here, and a contact within a cell is not detected (take \
                       smaller cells, or `methods.mpm.obstacles` `points`, which keeps points out)";
         self.clock.case.overlap_warning(&places, REPORTED_DEPTH * self.background.grid.cell, reason)

@@ -10,6 +10,7 @@
 //!
 //! [`Mpm`] is the way in: it turns a [`Case`] into a [`Solver`].
 
+mod background_grid;
 mod boundary;
 mod checkpoint;
 mod clock;

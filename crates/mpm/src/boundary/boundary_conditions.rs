@@ -2,17 +2,17 @@
 
 use colluvium_grid::NodeWalls;
 
-use crate::boundary::absorbing_boundary::{AbsorbingBoundaries, Impedance};
+use crate::background_grid::BackgroundGrid;
+use crate::boundary::absorbing_boundary::AbsorbingBoundaries;
 use crate::boundary::nodal_loads::NodalLoad;
-use crate::boundary::prescribed_motion::DrivenObject;
 use crate::contact::contact_law::{FieldContacts, RowContact};
 use crate::contact::rigid_contact::ContactSet;
+use crate::momentum::driven_object::DrivenObject;
 use crate::obstacles::node_obstacles::NodeObstacles;
 use crate::obstacles::reaction::ReactionRecorder;
 use crate::obstacles::state::PenaltyObstacles;
 use crate::points::bodies::Bodies;
 use crate::points::vectors::power;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Boundary conditions and contacts of a run.
 pub struct BoundaryConditions<const D: usize> {
@@ -37,8 +37,6 @@ pub struct BoundaryConditions<const D: usize> {
     /// Loads on nodes.
     pub(crate) nodal_loads: Vec<NodalLoad>,
     pub(crate) absorbing: AbsorbingBoundaries,
-    /// Wave impedances of the bodies of the case; empty without absorbing boundaries.
-    pub(crate) impedances: Vec<Impedance>,
 }
 
 impl<const D: usize> BoundaryConditions<D> {

@@ -4,9 +4,10 @@
 
 pub(crate) mod absorbing_boundary;
 pub(crate) mod boundary_conditions;
+pub(crate) mod mesh_loads;
+pub(crate) mod mesh_walls;
 pub(crate) mod nodal_loads;
 pub(crate) mod point_loads;
 pub(crate) mod prescribed_motion;
 pub(crate) mod rigid_bodies;
-pub(crate) mod surface_load;
 pub(crate) mod walls;

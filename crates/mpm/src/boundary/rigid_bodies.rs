@@ -6,14 +6,14 @@ use colluvium_case::rigid::{RigidBodyActions, RigidMass, RigidState, RigidStep, 
 use colluvium_case::{SolverError, spatial};
 use colluvium_grid::{NodalState, Vector4};
 
-use crate::boundary::prescribed_motion::DrivenObject;
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
 use crate::config::LagrangianFormulation;
 use crate::contact::contact_law::FieldContacts;
 use crate::momentum::EquilibriumTerms;
+use crate::momentum::driven_object::DrivenObject;
 use crate::points::bodies::{Bodies, point_error};
 use crate::points::point_set::PointSet;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Mass and moments of inertia of a rigid body, with mass scaling.
 fn rigid_mass<const D: usize>(clock: &Clock, set: &PointSet<D>) -> RigidMass {

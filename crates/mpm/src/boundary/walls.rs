@@ -4,7 +4,8 @@ use colluvium_case::description::{Boundary, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, spatial};
 use colluvium_grid::{NodeWall, NodeWalls, WallKind};
 
-use crate::transfer::background_grid::BackgroundGrid;
+use crate::background_grid::BackgroundGrid;
+use crate::boundary::mesh_walls::mesh_walls;
 use crate::{MpmOptions, WallFriction};
 
 /// Returns the walls of a stage.
@@ -15,7 +16,7 @@ pub fn walls<const D: usize>(
     options: &MpmOptions,
 ) -> Result<NodeWalls, CaseError> {
     if !mesh.is_empty() {
-        return crate::transfer::unstructured_mesh::mesh_walls(case, stage, mesh, layout, options);
+        return mesh_walls(case, stage, mesh, layout, options);
     }
     let nodes: Vec<usize> = grid.cells.iter().map(|cells| basis.nodes(*cells)).collect();
     let mut walls = Vec::new();

@@ -2,11 +2,11 @@
 
 use colluvium_grid::{NodalState, NodeWalls, Vector4};
 
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
 use crate::contact::contact_gap::SurfaceDistance;
 use crate::contact::contact_law::{ContactImpulse, ContactLaw, FieldContacts, FieldPair, Interface};
 use crate::points::vectors::{dot, first_three, norm};
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Change of velocity over velocity below which an iteration has converged.
 const CONVERGENCE_TOLERANCE: f64 = 1e-12;

@@ -13,14 +13,14 @@ use colluvium_case::rigid::{
 use colluvium_case::spatial;
 use colluvium_grid::{NodalState, NodeWalls, Vector4};
 
-use crate::boundary::prescribed_motion::DrivenObject;
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
 use crate::contact::contact_law::{ContactImpulse, FieldContacts, Interface, RowContact};
 use crate::contact::nodal_contact::{ContactNode, contact_node};
+use crate::momentum::driven_object::DrivenObject;
 use crate::obstacles::state::PenaltyObstacle;
 use crate::points::bodies::Bodies;
 use crate::points::vectors::first_three;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Node at which a rigid body touches a deformable body.
 #[derive(Clone, Copy, Debug)]

@@ -15,11 +15,11 @@ use colluvium_case::{Case, CaseError, SolverError};
 use colluvium_constitutive::BLOCK_SIZE;
 use colluvium_grid::{Layout, NodalState, NodeRange, NodeWalls, Vector4};
 
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
 use crate::config::{NodalMass, ShapeFunctions};
 use crate::points::bodies::Bodies;
 use crate::points::vectors::first_three;
-use crate::transfer::background_grid::BackgroundGrid;
 use crate::{FixedNodes, MpmOptions, StressScheme, VelocityTransfer};
 
 /// Norm of the residual over that of the right side at convergence, in the norm of the preconditioner.
@@ -406,7 +406,7 @@ fn solve_with<const D: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::transfer::dimension_dispatch::tests::begun;
+    use crate::setup::tests::begun;
 
     /// The rows of the matrix sum to the lumped masses, and it is symmetric.
     fn sums(shape: &str) {

@@ -1,7 +1,7 @@
 //! The momentum solve on the nodes (sheet: mpm §3.3, steps 2–4).
 
 pub(crate) mod consistent_mass;
-pub(crate) mod equilibrium;
+pub(crate) mod driven_object;
 pub(crate) mod small_mass_nodes;
 pub(crate) mod velocity_fields;
 

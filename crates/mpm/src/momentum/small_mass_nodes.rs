@@ -11,10 +11,10 @@ use colluvium_constitutive::BLOCK_SIZE;
 use colluvium_grid::{NodalState, NodeRange, Vector4};
 
 use crate::MpmOptions;
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
 use crate::momentum::velocity_fields::VelocityFields;
 use crate::points::bodies::Bodies;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Reduces the force on nodes that points reach by less than [`MpmOptions::min_reach`] of a cell, by the square of the ratio of both: the
 /// strain that it adds then decreases with the reach, without jumps. Weight and walls are not reduced. The reach along an axis is the mass

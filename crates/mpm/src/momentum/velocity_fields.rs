@@ -2,8 +2,8 @@
 
 use colluvium_grid::{InterpolatedMotion, Layout, NodalState, PointSlice, Vector4};
 
+use crate::background_grid::BackgroundGrid;
 use crate::momentum::EquilibriumTerms;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// The nodes of all velocity fields, field after field; those of two phases are in [`crate::phases::TwoPhase`].
 #[derive(Default)]

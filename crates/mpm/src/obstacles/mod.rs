@@ -3,11 +3,9 @@
 pub mod node_obstacles;
 pub(crate) mod obstacle_penalty;
 mod penalty_law;
-pub(crate) mod penalty_state;
 pub mod penetration_constraints;
 pub(crate) mod penetration_limit;
 pub mod point_springs;
-pub(crate) mod pore_contact_state;
 pub mod reaction;
 pub mod state;
 
@@ -15,7 +13,7 @@ use colluvium_case::description::ObstacleShape;
 use colluvium_case::{Case, CaseError, PlacedObstacle, constraining_obstacles};
 use colluvium_grid::{NodeFace, NodeFaces};
 
-use crate::transfer::background_grid::BackgroundGrid;
+use crate::background_grid::BackgroundGrid;
 use crate::{LagrangianFormulation, MpmOptions, NodalMass, ObstacleCoupling, WallFriction};
 
 /// Rejects options that do not work with obstacles.

@@ -6,8 +6,8 @@ use colluvium_case::description::Obstacle;
 use colluvium_case::{MovingObstacles, ObstacleLaw, PlacedObstacle, constraining_obstacles};
 use colluvium_grid::{NodeFace, NodeFaces, NodeWalls};
 
+use crate::background_grid::BackgroundGrid;
 use crate::obstacles::reaction::ReactionRecorder;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Obstacles of a case that act on the nodes.
 pub struct NodeObstacles<const D: usize> {

@@ -7,18 +7,18 @@ use colluvium_constitutive::{BLOCK_SIZE, Material, StateBlock, SymTensor};
 use colluvium_grid::DomainSlice;
 use rayon::prelude::*;
 
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
-use crate::obstacles::penalty_state::PenaltyState;
 use crate::obstacles::point_springs::ObstacleSprings;
-use crate::obstacles::pore_contact_state::PoreContactState;
 use crate::obstacles::state::{
     BlockWorkspace, ObstacleForces, ObstacleReaction, PenaltyObstacle, PenaltyObstacles, detect_contacts,
 };
-use crate::phases::pore_fluid::PoreFluidConstants;
 use crate::points::bodies::Bodies;
+use crate::points::penalty_state::PenaltyState;
 use crate::points::point_set::{PointColumns, PointSet};
+use crate::points::pore_contact_state::PoreContactState;
+use crate::points::pore_fluid::PoreFluidConstants;
 use crate::points::vectors::square;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Number of blocks in a task.
 const BLOCKS_PER_TASK: usize = 4;

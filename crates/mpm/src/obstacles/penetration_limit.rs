@@ -6,15 +6,15 @@ use colluvium_grid::{NodalState, NodeWalls, PointSlice, Vector4};
 use colluvium_points::surface::{NearestPoint, path_enters_solid};
 use rayon::prelude::*;
 
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
 use crate::momentum::velocity_fields::VelocityFields;
-use crate::obstacles::penalty_state::PenaltyState;
 use crate::obstacles::penetration_constraints::PenetrationConstraint;
 use crate::obstacles::state::{BlockWorkspace, PenaltyObstacle, PenaltyObstacles};
 use crate::points::bodies::Bodies;
+use crate::points::penalty_state::PenaltyState;
 use crate::points::point_set::PointColumns;
 use crate::points::vectors::{first_three, square, vector4};
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Least distance of a centre from a surface over the distance at which its contact springs begin to act.
 const MIN_DISTANCE_RATIO: f64 = 0.05;

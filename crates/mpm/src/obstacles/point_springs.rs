@@ -3,9 +3,9 @@
 use crate::obstacles::penalty_law::{
     MAX_OVERLAPS, SurfaceOverlap, friction_impulse, length, minimum_translation,
 };
-use crate::obstacles::penalty_state::PenaltyState;
-use crate::obstacles::pore_contact_state::PoreContactState;
 use crate::obstacles::state::{ContactCandidates, ObstacleForces, PenaltyObstacle};
+use crate::points::penalty_state::PenaltyState;
+use crate::points::pore_contact_state::PoreContactState;
 
 /// Shares of the obstacles in the friction on a point: each in proportion to its friction bound; where bounds are infinite, in proportion
 /// to the normal force.

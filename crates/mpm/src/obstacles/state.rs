@@ -10,8 +10,8 @@ use colluvium_points::surface::{ContactQuery, NearestPoint, RigidTransform, cros
 use serde::{Deserialize, Serialize};
 
 use crate::obstacles::penalty_law::{MAX_OVERLAPS, SurfaceOverlap};
-use crate::obstacles::penalty_state::PenaltyState;
 use crate::obstacles::penetration_constraints::{PenetrationConstraint, PenetrationConstraints};
+use crate::points::penalty_state::PenaltyState;
 
 /// Search distance of a point from its surface, over its half width.
 const SEARCH_RATIO: f64 = 2.0;

@@ -2,8 +2,8 @@
 //!
 //! The module reads the solver and changes nothing.
 
+pub(crate) mod budget;
 pub(crate) mod liquid_tension;
 pub(crate) mod null_space;
-pub(crate) mod report;
 pub(crate) mod scalar_output;
-pub(crate) mod stress_work;
+pub(crate) mod snapshot;

@@ -76,14 +76,9 @@ impl<const D: usize> MpmSolver<D> {
         energies
     }
 
-    /// Returns the deformable bodies.
-    pub(crate) fn deformable_sets(&self) -> impl Iterator<Item = &PointSet<D>> {
-        self.bodies.sets.iter().filter(|set| set.rigid.is_none())
-    }
-
     /// Least and largest volume of a point over its initial one; NaN without points.
     fn volume_ratios(&self) -> [f64; 2] {
-        let ratios = self.deformable_sets().flat_map(|set| {
+        let ratios = self.bodies.deformable_sets().flat_map(|set| {
             set.points.volume.iter().zip(&set.points.initial_volume).map(|(volume, initial)| volume / initial)
         });
         ratios.fold([f64::NAN; 2], |[least, most], ratio| [ratio.min(least), ratio.max(most)])
@@ -97,7 +92,7 @@ impl<const D: usize> MpmSolver<D> {
             set.domain.as_slice().cells(&ground, &set.points.position, &mut cells);
             cells
         };
-        let mut cells: Vec<usize> = self.deformable_sets().flat_map(of_set).collect();
+        let mut cells: Vec<usize> = self.bodies.deformable_sets().flat_map(of_set).collect();
         cells.sort_unstable();
         let counts = || cells.chunk_by(|a, b| a == b).map(<[usize]>::len);
         let fewest = counts().min().map_or(f64::NAN, |count| count as f64);

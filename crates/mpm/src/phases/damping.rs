@@ -7,7 +7,7 @@ use colluvium_case::loads::damping::sign_or_zero;
 use colluvium_grid::{Layout, NodalState, NodeWalls, Vector4};
 
 use crate::momentum::start_velocity;
-use crate::phases::pore_fluid::{LIQUID, SOLID};
+use crate::points::pore_fluid::{LIQUID, SOLID};
 
 /// Local damping of the nodes in a step.
 pub(super) struct Damping<'a, const D: usize> {

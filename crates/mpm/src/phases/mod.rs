@@ -14,46 +14,42 @@ mod damping;
 mod momentum;
 pub(crate) mod nodal_phases;
 pub(crate) mod one_phase;
-pub(crate) mod pore_fluid;
 mod reactions;
-mod report;
 mod setup;
 mod transfer;
 mod volumetric_strain;
 
 use std::sync::Arc;
 
-use colluvium_case::{Equilibrium, EquilibriumScales, SolverError};
+use colluvium_case::SolverError;
 use colluvium_constitutive::BLOCK_SIZE;
 use colluvium_grid::{InterpolatedMotion, Layout, NodalState, NodeFaces, NodeWalls, PointSlice, Vector4};
 
 pub use crate::phases::momentum::PhaseEquilibriumTerms;
 pub use crate::phases::setup::{check_supported, liquid_case, pore_set, two_phase};
 
+use crate::background_grid::BackgroundGrid;
 use crate::boundary::boundary_conditions::{BoundaryConditions, work_of_loads};
-use crate::boundary::nodal_loads::{nodal_load_squares, phase_nodal_load_work};
+use crate::boundary::nodal_loads::phase_nodal_load_work;
 use crate::boundary::point_loads::update_follower_vectors;
 use crate::boundary::prescribed_motion::{impose_phase_patch_velocity, mark_constrained};
 use crate::clock::Clock;
-use crate::momentum::EquilibriumTerms;
 use crate::momentum::velocity_fields::VelocitySource::{Remapped, Solved};
 use crate::momentum::velocity_fields::{VelocityFields, VelocitySource};
 use crate::obstacles::penetration_limit::{PenetrationLimit, with_mass};
 use crate::phases::damping::Damping;
 use crate::phases::momentum::PhaseSolve;
 use crate::phases::nodal_phases::NodalPhases;
-use crate::phases::pore_fluid::SOLID;
 use crate::phases::reactions::record_phase_reactions;
 use crate::phases::transfer::{p2g_phases, remap_phases, update_phases};
 use crate::phases::volumetric_strain::average_phase_strains;
 use crate::points::bodies::Bodies;
 use crate::points::point_set::PointSet;
-use crate::points::point_update::UpdateSelection;
-use crate::points::vectors::{power, square_sum};
-use crate::solver::MpmSolver;
+use crate::points::pore_fluid::SOLID;
+use crate::points::vectors::power;
 use crate::stress::averages::CellAverages;
-use crate::transfer::background_grid::BackgroundGrid;
 use crate::transfer::p2g::P2gContent;
+use crate::transfer::point_update::UpdateSelection;
 
 /// Nodal data of a solver with pore fluid.
 pub struct TwoPhase {
@@ -338,34 +334,4 @@ fn work_of_pore_loads<const D: usize>(bodies: &Bodies<D>, dt: f64) -> f64 {
         set.pore_loads().map(|(p, force)| power(&[force], &[seepage(p)])).sum()
     };
     dt * bodies.sets.iter().map(of_set).sum::<f64>()
-}
-
-impl<const D: usize> MpmSolver<D> {
-    /// Distance from equilibrium: the larger one of mixture and liquid (sheet: mpm §2.14); the energy of the mixture is that of
-    /// both phases. `traction` is the sum of the squares of the tractions (N²).
-    pub(crate) fn phase_equilibrium(
-        &self,
-        phases: &TwoPhase,
-        traction: f64,
-        scales: EquilibriumScales,
-    ) -> Equilibrium {
-        let PhaseEquilibriumTerms { mixture, liquid } = &phases.sums;
-        let of_mixture = (mixture.external + traction).sqrt();
-        let pore_loads = self.bodies.sets.iter().flat_map(PointSet::pore_loads);
-        let pore_loads: f64 = pore_loads.map(|(_, force)| square_sum(&[force])).sum();
-        let BoundaryConditions { nodal_loads: nodal, load_starts, .. } = &self.boundary;
-        let [_, on_nodes] = nodal_load_squares(&self.clock, &self.bodies, nodal, load_starts);
-        let mut of_liquid = (liquid.external + pore_loads + on_nodes).sqrt();
-        if of_liquid == 0.0 {
-            // Without weight and pressures the liquid has no external force of its own.
-            of_liquid = of_mixture;
-        }
-        let unbalanced =
-            |sums: &EquilibriumTerms, external| scales.force_ratio(sums.unbalanced.sqrt(), external);
-        Equilibrium {
-            unbalanced_force: unbalanced(mixture, of_mixture).max(unbalanced(liquid, of_liquid)),
-            kinetic_ratio: scales.energy_ratio(mixture.kinetic, self.nodes.external_work),
-            kinetic: mixture.kinetic,
-        }
-    }
 }

@@ -6,7 +6,7 @@ use colluvium_grid::{Layout, NodalState, NodeFace, NodeWalls, Vector4};
 use serde::{Deserialize, Serialize};
 
 use crate::momentum::EquilibriumTerms;
-use crate::phases::pore_fluid::{LIQUID, SOLID};
+use crate::points::pore_fluid::{LIQUID, SOLID};
 
 /// Sums of a row of nodes for the measures of equilibrium of both equations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -442,7 +442,7 @@ mod tests {
             walls: [&walls, &walls],
             layout: &layout,
         };
-        let fluid = crate::phases::pore_fluid::PoreFluidConstants {
+        let fluid = crate::points::pore_fluid::PoreFluidConstants {
             density: 1000.0,
             bulk_modulus: bulk,
             porosity: n,

@@ -3,6 +3,7 @@
 use colluvium_case::SolverError;
 use colluvium_grid::NodeWalls;
 
+use crate::background_grid::BackgroundGrid;
 use crate::boundary::boundary_conditions::{BoundaryConditions, work_of_loads};
 use crate::boundary::nodal_loads::nodal_load_work;
 use crate::boundary::point_loads::update_follower_loads;
@@ -10,6 +11,7 @@ use crate::boundary::{prescribed_motion, rigid_bodies};
 use crate::clock::Clock;
 use crate::contact::contact_correction::correct_velocities;
 use crate::contact::contact_law::FieldContacts;
+use crate::contact::rigid_contact::ContactContext;
 use crate::momentum::consistent_mass;
 use crate::momentum::consistent_mass::ConsistentMass;
 use crate::momentum::small_mass_nodes::rescale_small_mass_forces;
@@ -18,14 +20,13 @@ use crate::momentum::{EquilibriumAudit, EquilibriumTerms, MomentumSolve, damp};
 use crate::obstacles::penetration_limit::{limit_remapped, limit_solved};
 use crate::phases::nodal_phases::NodalPhases;
 use crate::points::bodies::Bodies;
-use crate::points::point_update::{UpdateSelection, update_points};
 use crate::points::vectors::first_three;
 use crate::stress::averages::CellAverages;
 use crate::stress::free_surface::free_surface_correction;
 use crate::stress::volumetric_strain::average_strains_of_one_phase;
 use crate::transfer::affine_transfer::g2p_affine;
-use crate::transfer::background_grid::BackgroundGrid;
 use crate::transfer::p2g::{P2gContent, p2g, remap, start_velocities};
+use crate::transfer::point_update::{UpdateSelection, update_points};
 use crate::transfer::xpic::filter_velocities;
 
 /// Nodes of one phase in a step.
@@ -163,29 +164,39 @@ fn solve_momentum<const D: usize>(
             consistent,
         );
     }
-    let light = bodies.mass_cutoff(clock);
-    let BoundaryConditions { walls, driven, contacts, absorbing, reaction_recorder: bearing, .. } =
-        &mut *boundary;
+    let mass_cutoff = bodies.mass_cutoff(clock);
+    let BoundaryConditions {
+        walls,
+        driven,
+        contacts,
+        row_contacts,
+        rigid_contacts,
+        penalty_obstacles,
+        absorbing,
+        reaction_recorder,
+        ..
+    } = &mut *boundary;
     let solve = MomentumSolve {
         dt: clock.dt,
         gravity: clock.gravity_at_end(),
         rayleigh: clock.stage().rayleigh_damping,
         keep_initial_velocity: clock.keeps_initial_velocity(),
         inertia: clock.options.mass_scaling,
-        mass_cutoff: light,
+        mass_cutoff,
         walls,
         layout: &background.layout,
     };
-    if let Some(bearing) = bearing {
-        bearing.record(&solve, background, &nodes.solved);
+    if let Some(recorder) = reaction_recorder {
+        recorder.record(&solve, background, &nodes.solved);
     }
     for nodes in nodes.solved.chunks_exact_mut(background.layout.len()) {
         background.layout.for_each_active_node_range(nodes, |row, active, line| solve.row(row, active, line));
     }
     absorbing.apply(clock, &mut nodes.solved, walls);
     rigid_bodies::impose_velocity_of_all_rigid(background, driven, contacts, &mut nodes.solved);
-    correct_velocities(clock, background, bodies, &mut nodes.solved, boundary);
-    let BoundaryConditions { driven, contacts, .. } = &mut *boundary;
+    let context = ContactContext { clock, background, bodies, mass_cutoff, walls, contacts };
+    let obstacles = penalty_obstacles.as_deref_mut().map_or(&mut [][..], |all| &mut all.obstacles[..]);
+    correct_velocities(&context, &mut nodes.solved, driven, row_contacts, (rigid_contacts, obstacles));
     prescribed_motion::impose_patch_velocity(clock, background, driven, contacts, &mut nodes.solved, true);
     damp_nodes(clock, background, bodies, nodes, boundary);
     let BoundaryConditions { walls, driven, contacts, penalty_obstacles: rocks, .. } = &mut *boundary;

@@ -2,10 +2,10 @@
 
 use colluvium_grid::NodalState;
 
+use crate::background_grid::BackgroundGrid;
 use crate::obstacles::reaction::ReactionRecorder;
 use crate::phases::momentum::{PhaseEquilibriumTerms, PhaseMasses, PhaseSolve};
-use crate::phases::pore_fluid::SOLID;
-use crate::transfer::background_grid::BackgroundGrid;
+use crate::points::pore_fluid::SOLID;
 
 /// Records the reactions of the active nodes in a step, before their solve.
 pub(super) fn record_phase_reactions<const D: usize>(

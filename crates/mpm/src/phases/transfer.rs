@@ -4,6 +4,7 @@ use colluvium_case::SolverError;
 use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, SymTensor};
 use colluvium_grid::{InterpolatedMotion, NodeRange, P2gPhaseInput, Vector4};
 
+use crate::background_grid::BackgroundGrid;
 use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::boundary::nodal_loads::apply_phase_nodal_loads;
 use crate::boundary::point_loads::apply_loads;
@@ -13,15 +14,14 @@ use crate::momentum::velocity_fields::VelocitySource;
 use crate::momentum::velocity_fields::VelocitySource::{Remapped, Solved};
 use crate::obstacles::obstacle_penalty::penalty_forces;
 use crate::phases::TwoPhase;
-use crate::phases::pore_fluid::{LIQUID, PoreFluidConstants, SOLID};
 use crate::points::bodies::Bodies;
 use crate::points::point_blocks::{BlockReport, PointBlock, PointFailure, SetProperties, Workspace};
-use crate::points::point_update::{Displacement, PointUpdater, UpdateSelection};
+use crate::points::pore_fluid::{LIQUID, PoreFluidConstants, SOLID};
 use crate::points::vectors::{first_three, vector4};
 use crate::stress::averages::CellAverages;
 use crate::stress::cell_integration::{add_cell_forces, average_stresses};
-use crate::transfer::background_grid::BackgroundGrid;
-use crate::transfer::p2g::force_columns;
+use crate::stress::force_columns::force_columns;
+use crate::transfer::point_update::{Displacement, PointUpdater, UpdateSelection};
 
 /// Point to grid (step 1), slab by slab.
 pub(super) fn p2g_phases<const D: usize>(
@@ -337,7 +337,7 @@ impl<const D: usize> PhaseP2gBuffer<D> {
 mod tests {
     use super::*;
     use crate::MpmSolver;
-    use crate::transfer::dimension_dispatch::tests::begun;
+    use crate::setup::tests::begun;
     use colluvium_case::Case;
     use colluvium_points::ScratchBuffers;
 

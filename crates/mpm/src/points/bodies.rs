@@ -6,10 +6,10 @@ use colluvium_case::{SolverError, spatial};
 use colluvium_grid::wrap;
 use colluvium_points::ScratchBuffers;
 
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
 use crate::points::point_blocks::{BlockReport, BlockUpdateTask, PointBlock, SetProperties, Workspace};
 use crate::points::point_set::PointSet;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Points, body by body.
 pub struct Bodies<const D: usize> {
@@ -34,6 +34,11 @@ impl<const D: usize> Bodies<D> {
             max_point_mass: 0.0,
             scratch: ScratchBuffers::default(),
         }
+    }
+
+    /// Points of the deformable bodies.
+    pub fn deformable_sets(&self) -> impl Iterator<Item = &PointSet<D>> {
+        self.sets.iter().filter(|set| set.rigid.is_none())
     }
 
     /// Mass (kg) up to which a node is too light for a meaningful force.

@@ -5,9 +5,9 @@ use std::sync::atomic::AtomicBool;
 use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, StateBlock, SymTensor};
 use colluvium_grid::{DomainsMut, PointSlice};
 
-use crate::obstacles::pore_contact_state::PoreContactState;
-use crate::phases::pore_fluid::PoreFluidConstants;
 use crate::points::point_set::PointSet;
+use crate::points::pore_contact_state::PoreContactState;
+use crate::points::pore_fluid::PoreFluidConstants;
 use crate::points::right_stretch::right_stretch;
 
 /// Report of a block of points: the largest displacement along an axis (m), or its first failure.

@@ -6,10 +6,10 @@ use colluvium_case::{Case, CaseError, PointList, spatial};
 use colluvium_grid::{Domains, GridView};
 use colluvium_points::Sample;
 
+use crate::background_grid::BackgroundGrid;
+use crate::background_grid::unstructured_mesh;
 use crate::phases;
 use crate::points::point_set::{PointColumns, PointSet};
-use crate::transfer::background_grid::BackgroundGrid;
-use crate::transfer::unstructured_mesh;
 use crate::{MpmOptions, StressScheme};
 
 /// Maximum number of points, by the range of ids.

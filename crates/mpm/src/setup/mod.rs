@@ -13,12 +13,14 @@ use std::sync::Arc;
 
 use colluvium_case::description::{Body, LoadTarget, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, OVERLAP_TOLERANCE, Plan, Resolution, Solver, StepLimit};
-use colluvium_grid::{Basis1d, Grid, Layout, NodalState, NodeFaces, NodeWalls};
+use colluvium_grid::{NodalState, NodeFaces, NodeWalls};
 
+use crate::background_grid::BackgroundGrid;
+use crate::background_grid::dimension_dispatch::SelectedTransfers;
+use crate::background_grid::{dimension_dispatch, unstructured_mesh};
 use crate::boundary::absorbing_boundary::{AbsorbingBoundaries, Impedance};
 use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::boundary::prescribed_motion;
-use crate::boundary::prescribed_motion::DrivenObject;
 use crate::boundary::{nodal_loads, point_loads, rigid_bodies, walls};
 use crate::clock::Clock;
 use crate::config::ShapeFunctions;
@@ -28,6 +30,7 @@ use crate::contact::contact_law;
 use crate::contact::rigid_contact::ContactSet;
 use crate::momentum::EquilibriumTerms;
 use crate::momentum::consistent_mass::ConsistentMass;
+use crate::momentum::driven_object::DrivenObject;
 use crate::momentum::velocity_fields::VelocityFields;
 use crate::obstacles::node_obstacles::NodeObstacles;
 use crate::obstacles::obstacle_penalty::initialise_penalty;
@@ -43,12 +46,10 @@ use crate::stress::averages::CellAverages;
 use crate::stress::cell_integration;
 use crate::stress::cell_integration::CellStresses;
 use crate::stress::dual_domain::DualDomainNodes;
+use crate::stress::stress_work::start_work_record;
 use crate::stress::volumetric_strain::CellStrains;
 use crate::stress::{dual_domain, free_surface};
 use crate::transfer::affine_transfer::initialise_affine;
-use crate::transfer::background_grid::BackgroundGrid;
-use crate::transfer::dimension_dispatch::SelectedTransfers;
-use crate::transfer::{dimension_dispatch, unstructured_mesh};
 use crate::{MpmOptions, ObstacleCoupling, StressScheme, obstacles};
 use bodies::point_set;
 use warnings::warnings;
@@ -79,35 +80,6 @@ pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
     cell_integration::check_supported(&options)?;
     obstacles::check_supported(case, &options)?;
     Ok(options)
-}
-
-/// Returns the grid of the case.
-pub fn grid<const D: usize>(case: &Case, options: &MpmOptions) -> Result<Grid<D>, CaseError> {
-    let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
-    Grid::new(corner(&case.domain.min), corner(&case.domain.max), options.cell_size)
-        .map_err(|error| CaseError::new("methods.mpm.cell_size", error.to_string()))
-}
-
-/// Returns the layout of the nodes of the case.
-pub fn layout<const D: usize>(
-    case: &Case,
-    grid: &Grid<D>,
-    axis: &Basis1d,
-    options: &MpmOptions,
-) -> Result<Layout<D>, CaseError> {
-    let layout = Layout::with_basis(grid, axis);
-    if case.domain.periodic.is_empty() {
-        return Ok(layout);
-    }
-    if !options.contacts.is_empty() {
-        return Err(CaseError::new("domain.periodic", "is not available with contacts"));
-    }
-    let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
-    layout.periodic(periodic).ok_or_else(|| {
-        let problem =
-            "needs shape linear, ugimp or cpgimp, and along a periodic axis at least 3 cells (cpgimp: 5)";
-        CaseError::new("domain.periodic", problem)
-    })
 }
 
 /// Construction of the solver of a case.
@@ -276,8 +248,7 @@ pub fn solver<const D: usize>(
         rigid_contacts: ContactSet::default(),
         load_starts: case.load_starts(),
         nodal_loads: nodal,
-        absorbing: AbsorbingBoundaries::default(),
-        impedances,
+        absorbing: AbsorbingBoundaries::new(impedances),
     };
     let mut solver = MpmSolver {
         clock,
@@ -318,12 +289,12 @@ pub fn solver<const D: usize>(
     }
     walls::reject_walls_that_leave(case, solver.background.spacing())?;
     initialise_penalty(&solver.background, &mut solver.bodies, &mut solver.boundary.penalty_obstacles);
-    solver.store_initial_positions();
+    solver.boundary.absorbing.store_initial_positions(&solver.clock, &solver.background, &solver.bodies);
     solver.set_stage_walls(0)?;
     solver.sort();
     initialise_affine(&solver.clock, &solver.background, &mut solver.bodies);
     if case.measures_dissipation() {
-        solver.start_work_count();
+        start_work_record(&mut solver.bodies);
     }
     check_fixed_step(&solver, options)?;
     Ok(solver)
@@ -358,7 +329,30 @@ impl<const D: usize> MpmSolver<D> {
             phases.walls = of_liquid;
         }
         self.boundary.set_walls(&self.background, own);
-        self.set_absorbing(stage);
+        self.boundary.absorbing.set_stage(&self.clock, &self.background, &self.bodies, stage);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use std::any::Any;
+
+    use super::*;
+
+    struct Begin<'a>(&'a Case, &'a MpmOptions);
+
+    impl dimension_dispatch::DimensionVisitor for Begin<'_> {
+        type Output = Result<Box<dyn Any>, CaseError>;
+
+        fn visit<const D: usize>(self, chosen: SelectedTransfers<D>) -> Self::Output {
+            Ok(Box::new(solver(self.0, self.1, chosen)?))
+        }
+    }
+
+    /// Returns the solver of a case in `D` dimensions, at time zero.
+    pub fn begun<const D: usize>(case: &Case) -> MpmSolver<D> {
+        let options = options(case).unwrap();
+        *dimension_dispatch::dispatch(case, &options, Begin(case, &options)).unwrap().downcast().unwrap()
     }
 }

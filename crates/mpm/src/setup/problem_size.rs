@@ -4,16 +4,16 @@ use colluvium_case::{Case, CaseError, ProblemSize};
 use colluvium_constitutive::SymTensor;
 use colluvium_grid::{Basis1d, Mesh, NodalState, Vector4};
 
+use crate::background_grid::dimension_dispatch;
+use crate::background_grid::dimension_dispatch::SelectedTransfers;
+use crate::background_grid::unstructured_mesh::{grid_mesh_and_layout, points_per_element};
 use crate::config::{MeshSource, StressScheme};
 use crate::contact::contact_law::RowContact;
-use crate::obstacles::penalty_state::PenaltyState;
-use crate::obstacles::pore_contact_state::PoreContactState;
+use crate::points::penalty_state::PenaltyState;
 use crate::points::point_set::PointSet;
+use crate::points::pore_contact_state::PoreContactState;
 use crate::setup::options;
 use crate::solver::MpmSolver;
-use crate::transfer::dimension_dispatch;
-use crate::transfer::dimension_dispatch::SelectedTransfers;
-use crate::transfer::unstructured_mesh::{grid_mesh_and_layout, points_per_element};
 use crate::{MpmOptions, ObstacleCoupling};
 
 /// Memory to sort points by cell (bytes a point): the order, its keys, and the largest of the arrays a second time.

@@ -11,16 +11,16 @@ use colluvium_grid::{Layout, NodalState, Vector4};
 use rayon::prelude::*;
 
 use crate::MpmOptions;
+use crate::background_grid::BackgroundGrid;
+use crate::background_grid::averaging_cells::AveragingCells;
 use crate::clock::Clock;
 use crate::config::{InternalForceIntegration, ShapeFunctions};
-use crate::phases::pore_fluid::{LIQUID, SOLID};
 use crate::points::bodies::Bodies;
 use crate::points::point_set::PointSet;
-use crate::stress::averaging_cells::AveragingCells;
-use crate::transfer::background_grid::BackgroundGrid;
-use crate::transfer::p2g::force_columns;
+use crate::points::pore_fluid::{LIQUID, SOLID};
+use crate::stress::force_columns::force_columns;
 
-/// Average stresses of cells ([`crate::stress::averaging_cells`]), velocity field after velocity field. Empty where every point exerts its
+/// Average stresses of cells ([`crate::background_grid::averaging_cells`]), velocity field after velocity field. Empty where every point exerts its
 /// own force.
 #[derive(Clone, Debug, Default)]
 pub struct CellStresses {
@@ -280,7 +280,7 @@ pub fn add_cell_forces<const D: usize>(
 mod tests {
     use super::*;
     use crate::MpmSolver;
-    use crate::transfer::dimension_dispatch::tests::begun;
+    use crate::setup::tests::begun;
     use colluvium_case::Case;
     use colluvium_points::ScratchBuffers;
     use serde_json::{Value, json};

@@ -14,10 +14,10 @@ use colluvium_grid::{
 use rayon::prelude::*;
 
 use crate::MpmOptions;
+use crate::background_grid::BackgroundGrid;
+use crate::background_grid::averaging_cells::{AveragingCells, GridCells};
 use crate::points::bodies::Bodies;
 use crate::points::point_set::{PointColumns, PointSet};
-use crate::stress::averaging_cells::{AveragingCells, GridCells};
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Detection of the free surface.
 pub struct FreeSurface<const D: usize> {
@@ -216,7 +216,7 @@ fn remove_surface_stress<const D: usize>(
 mod tests {
     use super::*;
     use crate::MpmSolver;
-    use crate::transfer::dimension_dispatch::tests::begun;
+    use crate::setup::tests::begun;
 
     /// A stack of water of two whole cells and half a cell, in a tank as wide.
     fn case() -> Case {

@@ -3,8 +3,9 @@
 //! The module reads nodal velocities and calls material laws. It writes stresses and states of points (sheet: mpm §2.4, §3.4).
 
 pub(crate) mod averages;
-pub(crate) mod averaging_cells;
 pub(crate) mod cell_integration;
 pub(crate) mod dual_domain;
+pub(crate) mod force_columns;
 pub(crate) mod free_surface;
+pub(crate) mod stress_work;
 pub(crate) mod volumetric_strain;

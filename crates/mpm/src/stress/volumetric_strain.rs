@@ -9,15 +9,15 @@ use colluvium_constitutive::{BLOCK_SIZE, Material, Motion, StateBlock, SymTensor
 use colluvium_grid::{InterpolatedMotion, Layout, Vector4};
 
 use crate::MpmOptions;
+use crate::background_grid::BackgroundGrid;
+use crate::background_grid::averaging_cells::AveragingCells;
 use crate::clock::Clock;
 use crate::config::VolumetricStrain;
 use crate::momentum::velocity_fields::{VelocityFields, VelocitySource};
 use crate::points::bodies::Bodies;
 use crate::points::point_set::PointSet;
-use crate::stress::averaging_cells::AveragingCells;
-use crate::transfer::background_grid::BackgroundGrid;
 
-/// Averaged volumetric strains of a step, by cell ([`crate::stress::averaging_cells`]) and by node.
+/// Averaged volumetric strains of a step, by cell ([`crate::background_grid::averaging_cells`]) and by node.
 #[derive(Clone, Debug, Default)]
 pub struct CellStrains {
     /// Number of the material of each body.
@@ -228,7 +228,7 @@ pub fn average_strains_of_one_phase<const D: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stress::averaging_cells::GridCells;
+    use crate::background_grid::averaging_cells::GridCells;
     use colluvium_constitutive::{Mat3, PoreFluidState};
     use colluvium_grid::{Grid, GridView, LinearBasis, Mesh};
 

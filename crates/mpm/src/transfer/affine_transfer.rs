@@ -3,12 +3,12 @@
 
 use colluvium_grid::PointSlice;
 
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
 use crate::config::VelocityTransfer;
 use crate::momentum::velocity_fields::VelocityFields;
 use crate::points::bodies::Bodies;
 use crate::points::point_set::par_for_each_chunk;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Sets moments or gradients of the initial velocities, from differences over a cell.
 pub fn initialise_affine<const D: usize>(

@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
-use colluvium_constitutive::{BLOCK_SIZE, SymTensor};
+use colluvium_constitutive::BLOCK_SIZE;
 use colluvium_grid::{AffineFields, NodeRange, P2gInput, Vector4};
 
 use crate::VelocityTransfer;
+use crate::background_grid::BackgroundGrid;
 use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::boundary::nodal_loads::apply_nodal_loads;
 use crate::boundary::point_loads::apply_loads;
@@ -13,6 +14,7 @@ use crate::boundary::prescribed_motion::impose_patch_velocity_remapped;
 use crate::boundary::rigid_bodies::impose_rigid_velocity_remapped;
 use crate::clock::Clock;
 use crate::contact::contact_correction::{correct_remapped, scatter_surfaces};
+use crate::contact::rigid_contact::ContactContext;
 use crate::momentum::velocity_fields::VelocityFields;
 use crate::obstacles::obstacle_penalty::penalty_forces;
 use crate::points::bodies::Bodies;
@@ -21,7 +23,7 @@ use crate::points::vectors::{first_three, vector4};
 use crate::stress::averages::CellAverages;
 use crate::stress::cell_integration::{add_cell_forces, average_stresses};
 use crate::stress::dual_domain::{add_dual_forces, share, share_stresses};
-use crate::transfer::background_grid::BackgroundGrid;
+use crate::stress::force_columns::force_columns;
 
 /// Content of a transfer to the nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,21 +34,6 @@ pub enum P2gContent {
     Motion,
     /// Forces.
     Forces,
-}
-
-/// Force columns `columns[j] = -V σ e_j`.
-#[inline(always)]
-pub fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Vector4; D] {
-    let s = &stress.0;
-    let columns = [
-        Vector4::new([s[0], s[3], s[5], 0.0]),
-        Vector4::new([s[3], s[1], s[4], 0.0]),
-        Vector4::new([s[5], s[4], s[2], 0.0]),
-    ];
-    let mut mask = [0.0; 4];
-    mask[..D].fill(-volume);
-    let scale = Vector4::new(mask);
-    std::array::from_fn(|j| columns[j] * scale)
 }
 
 /// Adds to the nodes of a field the momenta of its bodies, `N` times mass times the velocities (m/s) of `of`, and the contributions of the
@@ -268,9 +255,11 @@ fn velocities_of_remapped<const D: usize>(
         });
     }
     impose_rigid_velocity_remapped(background, &boundary.driven, &boundary.contacts, &mut nodes.remapped);
+    let BoundaryConditions { walls, driven, contacts, row_contacts, .. } = boundary;
     if !start {
-        correct_remapped(clock, background, bodies.mass_cutoff(clock), nodes, boundary);
+        let mass_cutoff = bodies.mass_cutoff(clock);
+        let context = ContactContext { clock, background, bodies, mass_cutoff, walls, contacts };
+        correct_remapped(&context, nodes, row_contacts);
     }
-    let BoundaryConditions { driven, contacts, .. } = &*boundary;
     impose_patch_velocity_remapped(clock, background, driven, contacts, &mut nodes.remapped);
 }

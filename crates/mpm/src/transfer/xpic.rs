@@ -11,13 +11,13 @@
 use colluvium_grid::{PointSlice, Vector4};
 
 use crate::VelocityTransfer;
+use crate::background_grid::BackgroundGrid;
 use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::boundary::prescribed_motion::clear_patch_components;
 use crate::clock::Clock;
 use crate::momentum::velocity_fields::VelocityFields;
 use crate::points::bodies::Bodies;
 use crate::points::point_set::{CHUNK_POINTS, PointSet, par_for_each_chunk};
-use crate::transfer::background_grid::BackgroundGrid;
 use crate::transfer::p2g::p2g_momenta;
 
 /// Removes `(I - S S⁺)^m V`, or the share of the step, from the velocities of the points; the update with `Δt S a` is that of FLIP.

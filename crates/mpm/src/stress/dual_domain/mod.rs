@@ -15,11 +15,11 @@ use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::SymTensor;
 use colluvium_grid::{Grid, Layout, NodalState, Vector4};
 
+use crate::background_grid::BackgroundGrid;
 use crate::config::{ShapeFunctions, VolumetricStrain};
 use crate::momentum::velocity_fields::{VelocityFields, VelocitySource};
 use crate::points::bodies::Bodies;
 use crate::points::point_set::PointSet;
-use crate::transfer::background_grid::BackgroundGrid;
 use crate::{MpmOptions, VelocityTransfer};
 
 /// Stresses, volumes and velocity gradients of nodes, velocity field after velocity field. Empty where another shape is

@@ -1,5 +1,5 @@
+use crate::setup::tests::begun;
 use crate::stress::dual_domain::*;
-use crate::transfer::dimension_dispatch::tests::begun;
 use colluvium_grid::{LinearBasis, NodeSupport, Stencil};
 use proptest::prelude::*;
 

@@ -1,8 +1,10 @@
 //! Pore fluid of a body, and its columns for the body's points.
 
+use colluvium_constitutive::SymTensor;
 use colluvium_points::struct_of_arrays;
 
-use crate::obstacles::pore_contact_state::PoreContactState;
+use crate::points::point_set::PointSet;
+use crate::points::pore_contact_state::PoreContactState;
 
 /// Entry of the skeleton at a node; until the solve the fourth lane of its force is the drag `Q`.
 pub const SOLID: usize = 0;
@@ -96,6 +98,41 @@ pub fn simple_steps(fluid: &PoreFluidConstants, n: f64, dry: f64, modulus: f64, 
     let mixture = dry + n * density;
     let speed = ((modulus + bulk_modulus / n) / mixture).sqrt();
     [h / speed, 2.0 * (mixture + (1.0 / n - 2.0) * density) / resistance]
+}
+
+impl<const D: usize> PointSet<D> {
+    /// Porosity of a point; zero where it is dry.
+    pub fn porosity(&self, point: usize) -> f64 {
+        let fluid = self.pore.as_ref().and_then(|pore| pore.fluid);
+        fluid.map_or(0.0, |fluid| {
+            fluid.porosity_at(self.points.volume[point], self.points.initial_volume[point])
+        })
+    }
+
+    /// Pore pressure of a point (Pa), zero where it is dry.
+    pub fn pore_pressure(&self, point: usize) -> f64 {
+        self.pore.as_ref().map_or(0.0, |pore| pore.points.pressure[point])
+    }
+
+    /// Effective stress of a point less its pore pressure (Pa).
+    pub fn total_stress(&self, point: usize) -> SymTensor {
+        self.points.stress[point] - SymTensor::isotropic(self.pore_pressure(point))
+    }
+
+    /// Mass of the pore fluid of a point (kg).
+    pub fn liquid_mass(&self, point: usize) -> f64 {
+        let fluid = self.pore.as_ref().and_then(|pore| pore.fluid);
+        fluid.map_or(0.0, |fluid| {
+            let n = fluid.porosity_at(self.points.volume[point], self.points.initial_volume[point]);
+            n * fluid.density * self.points.volume[point]
+        })
+    }
+
+    /// Forces of prescribed pore pressures on the fluid of each point, its share of the volume only (N).
+    pub fn pore_loads(&self) -> impl Iterator<Item = (usize, [f64; D])> {
+        let forces = self.pore.iter().flat_map(|pore| pore.points.traction.iter().enumerate());
+        forces.map(|(p, force)| (p, force.map(|c| self.porosity(p) * c)))
+    }
 }
 
 #[cfg(test)]

@@ -6,19 +6,19 @@ use colluvium_case::SolverError;
 use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, SymTensor};
 use colluvium_grid::{InterpolatedMotion, PointSlice};
 
+use crate::background_grid::BackgroundGrid;
 use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::clock::Clock;
 use crate::config::LagrangianFormulation;
 use crate::momentum::velocity_fields::VelocitySource::{Remapped, Solved};
 use crate::momentum::velocity_fields::{VelocityFields, VelocitySource};
-use crate::output::stress_work::PreviousStress;
 use crate::points::bodies::Bodies;
 use crate::points::point_blocks::{BlockReport, PointBlock, PointFailure, SetProperties, Workspace};
 use crate::points::point_set::MIN_VOLUME_RATIO;
 use crate::stress::averages::CellAverages;
 use crate::stress::dual_domain::{DualDomainNodes, average_velocity_gradients};
+use crate::stress::stress_work::PreviousStress;
 use crate::stress::volumetric_strain::{CellStrains, own_strain_shares, set_volumetric};
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Selection of the state that a sweep updates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

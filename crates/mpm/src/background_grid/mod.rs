@@ -1,4 +1,12 @@
-//! Background grid: grid or mesh, order of the nodes, shape functions. It is constant during a step.
+//! Background grid: grid or mesh, layout of the nodes, shape functions, cells that average.
+//!
+//! It is constant during a step, apart from the active nodes, which a sort finds. The module knows the options and the case; all other
+//! modules of the method may know it.
+
+pub(crate) mod averaging_cells;
+pub(crate) mod dimension_dispatch;
+pub(crate) mod structured_grid;
+pub(crate) mod unstructured_mesh;
 
 use std::sync::Arc;
 
@@ -6,8 +14,8 @@ use colluvium_case::Case;
 use colluvium_case::description::Space;
 use colluvium_grid::{Basis1d, DomainSlice, Grid, GridView, InterpolatedMotion, Layout, Mesh, Transfers};
 
-use crate::stress::averaging_cells::{GridCells, MeshCells};
-use crate::transfer::dimension_dispatch::SelectedTransfers;
+use crate::background_grid::averaging_cells::{GridCells, MeshCells};
+use crate::background_grid::dimension_dispatch::SelectedTransfers;
 
 /// Background grid of all points.
 pub struct BackgroundGrid<const D: usize> {

@@ -72,28 +72,3 @@ fn shape_function_kind(options: &MpmOptions) -> ShapeFunctionKind {
         ShapeFunctions::Cpdi2 => ShapeFunctionKind::ConvectedQuadrilateral,
     }
 }
-
-#[cfg(test)]
-pub mod tests {
-    use std::any::Any;
-
-    use super::*;
-    use crate::setup;
-    use crate::solver::MpmSolver;
-
-    struct Begin<'a>(&'a Case, &'a MpmOptions);
-
-    impl DimensionVisitor for Begin<'_> {
-        type Output = Result<Box<dyn Any>, CaseError>;
-
-        fn visit<const D: usize>(self, chosen: SelectedTransfers<D>) -> Self::Output {
-            Ok(Box::new(setup::solver(self.0, self.1, chosen)?))
-        }
-    }
-
-    /// Returns the solver of a case in `D` dimensions, at time zero.
-    pub fn begun<const D: usize>(case: &Case) -> MpmSolver<D> {
-        let options = setup::options(case).unwrap();
-        *dispatch(case, &options, Begin(case, &options)).unwrap().downcast().unwrap()
-    }
-}

@@ -149,11 +149,11 @@ impl<const D: usize> AveragingCells<D> for MeshCells<'_, D> {
 mod tests {
     use crate::momentum::velocity_fields::VelocitySource;
     use crate::points::point_set::PointSet;
-    use crate::points::point_update::{UpdateSelection, update_points};
     use crate::points::vectors::vector4;
+    use crate::setup::tests::begun;
     use crate::solver::MpmSolver;
     use crate::stress::volumetric_strain::average_strains_of_one_phase;
-    use crate::transfer::dimension_dispatch::tests::begun;
+    use crate::transfer::point_update::{UpdateSelection, update_points};
     use colluvium_case::Case;
     use colluvium_points::ScratchBuffers;
     use serde_json::{Value, json};

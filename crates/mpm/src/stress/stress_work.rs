@@ -5,6 +5,9 @@
 
 use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, SymTensor};
 
+use crate::points::bodies::Bodies;
+use crate::points::point_set::PointSet;
+
 /// Stresses (Pa) of a block before its update.
 pub struct PreviousStress([SymTensor; BLOCK_SIZE]);
 
@@ -24,4 +27,28 @@ impl PreviousStress {
             *work += mean.dot(&motions.motion(p).strain_increment());
         }
     }
+}
+
+/// Recoverable energies of the points of a set (J), zero where the law defines none.
+pub fn stored_energies<const D: usize>(set: &PointSet<D>) -> Vec<f64> {
+    let mut energies = set.law_points().stored_energies();
+    energies.iter_mut().zip(&set.points.volume).for_each(|(energy, volume)| *energy *= volume);
+    energies
+}
+
+/// Starts the record of the work of the points, from their stored energy.
+pub fn start_work_record<const D: usize>(bodies: &mut Bodies<D>) {
+    for set in bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
+        set.points.work = stored_energies(set);
+    }
+}
+
+/// Energy dissipated since the start of the record (J), of the points that remain.
+pub fn dissipated_energy<const D: usize>(bodies: &Bodies<D>) -> f64 {
+    let recorded = bodies.sets.iter().filter(|set| !set.points.work.is_empty());
+    let dissipated = recorded.map(|set| {
+        let stored = stored_energies(set);
+        set.points.work.iter().zip(stored).map(|(work, stored)| work - stored).sum::<f64>()
+    });
+    dissipated.sum()
 }
