@@ -18,41 +18,13 @@ use crate::{LagrangianFormulation, MpmOptions, NodalMass, ObstacleCoupling, Wall
 
 /// Rejects options that do not work with obstacles.
 pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
-    let refuse = |key: &str, problem: &str| Err(CaseError::new(format!("methods.mpm.{key}"), problem));
     if options.obstacles == ObstacleCoupling::Points {
-        if case.obstacles.is_empty() {
-            return refuse("obstacles", "points needs an obstacle in the case");
-        }
-        if options.formulation != LagrangianFormulation::UpdatedLagrangian {
-            return refuse(
-                "obstacles",
-                "points needs formulation updated-lagrangian, in which points move in space",
-            );
-        }
-        return Ok(());
+        return check_point_obstacles(case, options);
     }
     if case.obstacles.is_empty() {
         return Ok(());
     }
-    for (name, measure) in &case.measures {
-        if let Some(of) = measure.reaction_target()
-            && case.obstacles.iter().any(|obstacle| obstacle.name == of)
-            && let Some(what) = why_not_recorded(options)
-        {
-            let problem = format!(
-                "with {what} mpm records the reaction of an obstacle with `methods.mpm.obstacles` `points` \
-                 only"
-            );
-            return Err(CaseError::new(format!("measures.{name}.target"), problem));
-        }
-    }
-    if let Some(number) = case.obstacles.iter().position(|obstacle| obstacle.motion.is_some())
-        && let Some(what) = why_fixed(case, options)
-    {
-        let problem =
-            format!("with {what} an obstacle of mpm can move with `methods.mpm.obstacles` `points` only");
-        return Err(CaseError::new(format!("obstacles[{number}].motion"), problem));
-    }
+    check_node_reactions(case, options)?;
     if case.bodies.iter().any(|body| body.pore_fluid.is_some())
         && let Some(number) = case
             .obstacles
@@ -65,23 +37,66 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
         return Err(CaseError::new(format!("obstacles[{number}].shape"), problem));
     }
     if options.mesh.is_some() {
-        return refuse(
+        return Err(rejection(
             "mesh",
             "obstacles do not act on the nodes of a mesh: use walls on groups of the mesh",
-        );
+        ));
     }
     if options.filters_velocities() {
-        return refuse(
+        return Err(rejection(
             if options.residual_time.is_some() { "residual_time" } else { "transfer" },
             "the filter of the velocities works axis by axis, but obstacles on nodes constrain velocities in \
              any direction",
-        );
+        ));
     }
     if options.wall_friction == WallFriction::Acceleration {
-        return refuse(
+        return Err(rejection(
             "wall_friction",
             "acceleration is for walls only: the friction of obstacles follows from impulses",
-        );
+        ));
+    }
+    Ok(())
+}
+
+/// Error of an option.
+fn rejection(key: &str, problem: &str) -> CaseError {
+    CaseError::new(format!("methods.mpm.{key}"), problem)
+}
+
+/// Rejects options that do not work with obstacles on points.
+fn check_point_obstacles(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
+    if case.obstacles.is_empty() {
+        return Err(rejection("obstacles", "points needs an obstacle in the case"));
+    }
+    if options.formulation != LagrangianFormulation::UpdatedLagrangian {
+        return Err(rejection(
+            "obstacles",
+            "points needs formulation updated-lagrangian, in which points move in space",
+        ));
+    }
+    Ok(())
+}
+
+/// Rejects measures of reactions and motions of obstacles on the nodes with options that do not support them.
+fn check_node_reactions(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
+    for (name, measure) in &case.measures {
+        if let Some(target) = measure.reaction_target()
+            && case.obstacles.iter().any(|obstacle| obstacle.name == target)
+            && let Some(reason) = why_not_recorded(options)
+        {
+            let problem = format!(
+                "with {reason} mpm records the reaction of an obstacle with `methods.mpm.obstacles` `points` \
+                 only"
+            );
+            return Err(CaseError::new(format!("measures.{name}.target"), problem));
+        }
+    }
+    if let Some(number) = case.obstacles.iter().position(|obstacle| obstacle.motion.is_some())
+        && let Some(reason) = why_fixed(case, options)
+    {
+        let problem =
+            format!("with {reason} an obstacle of mpm can move with `methods.mpm.obstacles` `points` only");
+        return Err(CaseError::new(format!("obstacles[{number}].motion"), problem));
     }
     Ok(())
 }

@@ -68,15 +68,27 @@ pub struct ObstacleReaction {
 
 impl ObstacleReaction {
     /// Adds the reaction of a rigid body in a step of `dt` (s).
-    pub fn add_support_reaction(&mut self, stood: &SupportReaction, dt: f64) {
-        let moment = cross(&stood.place, &stood.impulse);
+    pub fn add_support_reaction(&mut self, reaction: &SupportReaction, dt: f64) {
+        let moment = cross(&reaction.place, &reaction.impulse);
         for c in 0..3 {
-            self.force[c] += stood.impulse[c] / dt;
+            self.force[c] += reaction.impulse[c] / dt;
             self.moment[c] += moment[c] / dt;
-            self.impulse[c] += stood.impulse[c];
+            self.impulse[c] += reaction.impulse[c];
         }
-        self.friction += stood.friction;
-        self.work += stood.work;
+        self.friction += reaction.friction;
+        self.work += reaction.work;
+    }
+
+    /// Adds the forces of a block of points in a step of `dt` (s).
+    pub fn add_block_forces(&mut self, sums: &ObstacleForces, dt: f64) {
+        for c in 0..3 {
+            self.force[c] += sums.force[c];
+            self.moment[c] += sums.moment[c];
+            self.impulse[c] += dt * sums.force[c];
+        }
+        self.friction += sums.friction;
+        self.work += sums.work;
+        self.spring_energy += sums.stored;
     }
 }
 
@@ -312,28 +324,29 @@ fn is_before<const D: usize>(own: &NearestPoint<D>, other: &NearestPoint<D>) -> 
     (own.distance, own.normal) < (other.distance, other.normal)
 }
 
-/// Finds the contacts of a point at `x` (m) with `rocks`. Updates reach, free distance and bond of the point.
+/// Finds the contacts of a point at `x` (m) with the obstacles. Updates reach, free distance and bond of the point.
 pub fn detect_contacts<const D: usize>(
-    rocks: &[PenaltyObstacle<D>],
+    obstacles: &[PenaltyObstacle<D>],
     horizon: f64,
     x: &[f64; D],
     point: &mut PenaltyState<D>,
-    room: &mut BlockWorkspace<D>,
+    workspace: &mut BlockWorkspace<D>,
 ) -> ContactCandidates<D> {
-    let mut seen = ContactCandidates::NOTHING;
+    let mut candidates = ContactCandidates::NOTHING;
     let radius = SEARCH_RATIO * point.half;
     let mut nearest = f64::INFINITY;
     // Of the obstacles without separation: the nearest in contact, and the one bonded so far.
     let (mut touched, mut bonded) = (None, None);
-    for (number, rock) in rocks.iter().enumerate() {
-        room.found.clear();
-        let surface = rock.current_surface();
-        surface.query_contacts(x, radius, &mut room.found);
-        let own = room.found.all().first().copied().or_else(|| surface.gap(x, horizon.max(radius)));
+    for (number, obstacle) in obstacles.iter().enumerate() {
+        workspace.found.clear();
+        let surface = obstacle.current_surface();
+        surface.query_contacts(x, radius, &mut workspace.found);
+        let all = workspace.found.all();
+        let own = all.first().copied().or_else(|| surface.gap(x, horizon.max(radius)));
         nearest = nearest.min(own.map_or(horizon.max(radius), |own| own.distance));
         let Some(own) = own.filter(|own| own.distance < radius) else { continue };
-        room.penetrations += u64::from(own.distance < 0.0);
-        let law = *rock.laws.at(&own.position);
+        workspace.penetrations += u64::from(own.distance < 0.0);
+        let law = *obstacle.laws.at(&own.position);
         if law.allows_separation() {
             // The point has moved from a bonded part of the obstacle.
             point.bond = if point.bond == number as u32 + 1 { 0 } else { point.bond };
@@ -345,33 +358,38 @@ pub fn detect_contacts<const D: usize>(
         if point.bond == number as u32 + 1 {
             bonded = Some((number, own, law));
         }
-        let all = room.found.all();
-        seen.add_contacts(
-            rock,
-            number,
-            if all.is_empty() { std::slice::from_ref(&own) } else { all },
-            point.reach,
-        );
+        let places = if all.is_empty() { std::slice::from_ref(&own) } else { all };
+        candidates.add_contacts(obstacle, number, places, point.reach);
     }
     if let Some((number, ..)) = touched {
         point.bond = number as u32 + 1;
     }
-    seen.bonded_contact = touched.or(bonded);
+    candidates.bonded_contact = touched.or(bonded);
+    update_reach(point, nearest, &mut candidates);
+    candidates
+}
+
+/// Updates reach, free distance and bond of a point at a distance `nearest` (m) from the nearest surface.
+#[inline]
+fn update_reach<const D: usize>(
+    point: &mut PenaltyState<D>,
+    nearest: f64,
+    candidates: &mut ContactCandidates<D>,
+) {
     if point.bond == 0 {
         // A point that has moved away gets a larger reach; this causes no force.
         point.reach = point.half.min(point.reach.max(nearest));
     }
     point.free_distance = nearest - point.half;
     // A point whose reach is less than its half width has tension up to that distance again.
-    if let Some((_, place, _)) = seen.bonded_contact
+    if let Some((_, place, _)) = candidates.bonded_contact
         && place.distance - point.reach > point.half
     {
-        (point.bond, seen.bonded_contact) = (0, None);
-    } else if seen.bonded_contact.is_none() {
+        (point.bond, candidates.bonded_contact) = (0, None);
+    } else if candidates.bonded_contact.is_none() {
         point.bond = 0;
     }
-    if seen.acts() {
+    if candidates.acts() {
         point.free_distance = point.free_distance.min(0.0);
     }
-    seen
 }

@@ -236,6 +236,7 @@ fn update_follower_loads<const D: usize>(
     });
 }
 
+/// Computes velocities at the end of the step and accelerations of the nodes of both phases (steps 2 to 4).
 fn solve_phases<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -244,69 +245,76 @@ fn solve_phases<const D: usize>(
     boundary: &mut BoundaryConditions<D>,
     phases: &mut TwoPhase,
 ) {
+    mark_patch_components(clock, background, boundary, phases);
     let BoundaryConditions {
-        walls: own_walls,
-        driven,
-        contacts,
-        nodal_loads: nodal,
-        load_starts,
-        absorbing,
-        reaction_recorder: bearing,
-        penalty_obstacles: rocks,
-        ..
+        walls, driven, contacts, absorbing, reaction_recorder, penalty_obstacles, ..
     } = boundary;
-    let (stage, dt) = (clock.stage(), clock.dt);
-    let audit = stage.equilibrium.is_some();
-    let factors = stage.damping_of_axes();
-    let damped = factors != [0.0; 3];
-    phases.constrained.clear();
-    if (audit || damped) && !clock.case.patches.is_empty() {
-        phases.constrained.resize(phases.nodes.len(), [0; 2]);
-        mark_constrained(clock, background, driven, contacts, &mut phases.constrained);
-    }
-    let TwoPhase {
-        nodes: of_phases,
-        row_sums,
-        walls,
-        max_liquid_mass: heaviest,
-        sums,
-        constrained: held,
-        ..
-    } = phases;
-    let cutoff = clock.options.mass_cutoff();
+    let TwoPhase { nodes: solved, row_sums, walls: liquid_walls, max_liquid_mass, constrained, .. } = phases;
+    let dt = clock.dt;
     let solve = PhaseSolve {
         dt,
         gravity: clock.gravity_at_end(),
         keep_initial_velocity: clock.keeps_initial_velocity(),
         inertia: clock.options.mass_scaling,
-        mass_cutoff: [bodies.mass_cutoff(clock), cutoff * *heaviest],
-        sum_equilibrium: audit,
-        constrained: held,
-        walls: [&*own_walls, &*walls],
+        mass_cutoff: [bodies.mass_cutoff(clock), clock.options.mass_cutoff() * *max_liquid_mass],
+        sum_equilibrium: clock.stage().equilibrium.is_some(),
+        constrained,
+        walls: [&*walls, &*liquid_walls],
         layout: &background.layout,
     };
-    if let Some(bearing) = bearing {
-        record_phase_reactions(bearing, &solve, background, of_phases);
+    if let Some(recorder) = reaction_recorder {
+        record_phase_reactions(recorder, &solve, background, solved);
     }
-    background.layout.for_each_row(of_phases, row_sums, |row, active, line| solve.row(row, active, line));
-    absorbing.apply_to_phases(clock, of_phases, [&*own_walls, &*walls]);
-    impose_phase_patch_velocity(clock, background, driven, contacts, of_phases);
-    let stopping = PenetrationLimit { clock, background, bodies, walls: own_walls, is_final: true };
-    let slow = |node: &mut [NodalState; 2], change| node[SOLID].change_velocity(change, dt);
-    stopping.limit_penetration(rocks, of_phases, |_, node| node[SOLID].momentum_and_mass, slow);
-    if damped {
-        let PhaseSolve { mass_cutoff: light, constrained: held, walls, layout, .. } = solve;
-        let damping = Damping { dt, factors, mass_cutoff: light, constrained: held, walls, layout };
-        layout.for_each_active_node_range(of_phases, |row, active, line| damping.row(row, active, line));
-        stopping.limit_penetration(rocks, of_phases, |_, node| node[SOLID].momentum_and_mass, slow);
+    background.layout.for_each_row(solved, row_sums, |row, active, line| solve.row(row, active, line));
+    absorbing.apply_to_phases(clock, solved, [&*walls, &*liquid_walls]);
+    impose_phase_patch_velocity(clock, background, driven, contacts, solved);
+    let limit = PenetrationLimit { clock, background, bodies, walls, is_final: true };
+    let change = |node: &mut [NodalState; 2], change| node[SOLID].change_velocity(change, dt);
+    limit.limit_penetration(penalty_obstacles, solved, |_, node| node[SOLID].momentum_and_mass, change);
+    let factors = clock.stage().damping_of_axes();
+    if factors != [0.0; 3] {
+        let PhaseSolve { mass_cutoff, constrained, walls, layout, .. } = solve;
+        let damping = Damping { dt, factors, mass_cutoff, constrained, walls, layout };
+        layout.for_each_active_node_range(solved, |row, active, line| damping.row(row, active, line));
+        limit.limit_penetration(penalty_obstacles, solved, |_, node| node[SOLID].momentum_and_mass, change);
     }
-    if audit {
-        *sums = PhaseEquilibriumTerms::default();
-        row_sums.iter().for_each(|row| sums.add(row));
-        nodes.external_work +=
-            sums.mixture.work + work_of_loads(bodies, driven, dt) + work_of_pore_loads(bodies, dt);
-        nodes.external_work += phase_nodal_load_work(clock, bodies, nodal, load_starts, of_phases);
+    if clock.stage().equilibrium.is_some() {
+        update_phase_equilibrium(clock, bodies, nodes, boundary, phases);
     }
+}
+
+/// Marks the components of velocity that patches prescribe, where damping or measures of equilibrium need them.
+fn mark_patch_components<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    boundary: &BoundaryConditions<D>,
+    phases: &mut TwoPhase,
+) {
+    let stage = clock.stage();
+    phases.constrained.clear();
+    let is_needed = stage.equilibrium.is_some() || stage.damping_of_axes() != [0.0; 3];
+    if is_needed && !clock.case.patches.is_empty() {
+        phases.constrained.resize(phases.nodes.len(), [0; 2]);
+        let BoundaryConditions { driven, contacts, .. } = boundary;
+        mark_constrained(clock, background, driven, contacts, &mut phases.constrained);
+    }
+}
+
+/// Updates the measures of equilibrium of the step, with the work of loads and motions.
+fn update_phase_equilibrium<const D: usize>(
+    clock: &Clock,
+    bodies: &Bodies<D>,
+    nodes: &mut VelocityFields,
+    boundary: &BoundaryConditions<D>,
+    phases: &mut TwoPhase,
+) {
+    let TwoPhase { nodes: solved, row_sums, sums, .. } = phases;
+    let BoundaryConditions { driven, nodal_loads, load_starts, .. } = boundary;
+    *sums = PhaseEquilibriumTerms::default();
+    row_sums.iter().for_each(|row| sums.add(row));
+    nodes.external_work +=
+        sums.mixture.work + work_of_loads(bodies, driven, clock.dt) + work_of_pore_loads(bodies, clock.dt);
+    nodes.external_work += phase_nodal_load_work(clock, bodies, nodal_loads, load_starts, solved);
 }
 
 /// Limits the penetration of points by the re-mapped velocities of the skeleton, which move them.
@@ -317,12 +325,12 @@ fn limit_remapped_penetration<const D: usize>(
     boundary: &mut BoundaryConditions<D>,
     phases: &mut TwoPhase,
 ) {
-    let BoundaryConditions { walls, penalty_obstacles: rocks, .. } = boundary;
+    let BoundaryConditions { walls, penalty_obstacles, .. } = boundary;
     let TwoPhase { nodes, remapped, .. } = phases;
-    let stopping = PenetrationLimit { clock, background, bodies, walls, is_final: false };
+    let limit = PenetrationLimit { clock, background, bodies, walls, is_final: false };
     let of =
         |number: usize, own: &[Vector4; 2]| with_mass(own[SOLID], nodes[number][SOLID].momentum_and_mass);
-    stopping.limit_penetration(rocks, remapped, of, |node, change| node[SOLID] += change);
+    limit.limit_penetration(penalty_obstacles, remapped, of, |node, change| node[SOLID] += change);
 }
 
 /// Work in the step (J) of prescribed pore pressures on the fluid beyond that on the mixture.

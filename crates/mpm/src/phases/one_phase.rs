@@ -164,18 +164,41 @@ fn solve_momentum<const D: usize>(
             consistent,
         );
     }
-    let mass_cutoff = bodies.mass_cutoff(clock);
-    let BoundaryConditions {
-        walls,
-        driven,
-        contacts,
-        row_contacts,
-        rigid_contacts,
-        penalty_obstacles,
-        absorbing,
-        reaction_recorder,
-        ..
-    } = &mut *boundary;
+    solve_rows(clock, background, bodies.mass_cutoff(clock), nodes, boundary);
+    let BoundaryConditions { walls, driven, contacts, absorbing, .. } = &mut *boundary;
+    absorbing.apply(clock, &mut nodes.solved, walls);
+    rigid_bodies::impose_velocity_of_all_rigid(background, driven, contacts, &mut nodes.solved);
+    correct_contacts(clock, background, bodies, nodes, boundary);
+    let BoundaryConditions { driven, contacts, .. } = &mut *boundary;
+    prescribed_motion::impose_patch_velocity(clock, background, driven, contacts, &mut nodes.solved, true);
+    damp_nodes(clock, background, bodies, nodes, boundary);
+    let BoundaryConditions { walls, driven, contacts, penalty_obstacles, .. } = &mut *boundary;
+    rigid_bodies::integrate_rigid(clock, driven);
+    rigid_bodies::impose_rigid_velocity(background, driven, contacts, &mut nodes.solved);
+    limit_solved(clock, background, bodies, &mut nodes.solved, (walls, penalty_obstacles));
+    if clock.stage().equilibrium.is_some() {
+        let sums = update_equilibrium(clock, background, bodies, nodes, boundary);
+        nodes.external_work += sums.work;
+        nodes.sums = sums;
+    }
+    if clock.options.filters_velocities() {
+        filter_velocities(clock, background, bodies, nodes, boundary);
+    } else {
+        // Bodies with affine fields: all, liquids, or none.
+        g2p_affine(clock, background, bodies, nodes);
+    }
+    Ok(())
+}
+
+/// Solves the momentum equation of the active nodes with their walls and obstacles, and records the reactions of obstacles.
+fn solve_rows<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    mass_cutoff: f64,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
+) {
+    let BoundaryConditions { walls, reaction_recorder, .. } = boundary;
     let solve = MomentumSolve {
         dt: clock.dt,
         gravity: clock.gravity_at_end(),
@@ -192,29 +215,23 @@ fn solve_momentum<const D: usize>(
     for nodes in nodes.solved.chunks_exact_mut(background.layout.len()) {
         background.layout.for_each_active_node_range(nodes, |row, active, line| solve.row(row, active, line));
     }
-    absorbing.apply(clock, &mut nodes.solved, walls);
-    rigid_bodies::impose_velocity_of_all_rigid(background, driven, contacts, &mut nodes.solved);
+}
+
+/// Corrects the solved velocities for the contacts of bodies.
+fn correct_contacts<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &Bodies<D>,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
+) {
+    let BoundaryConditions {
+        walls, driven, contacts, row_contacts, rigid_contacts, penalty_obstacles, ..
+    } = boundary;
+    let mass_cutoff = bodies.mass_cutoff(clock);
     let context = ContactContext { clock, background, bodies, mass_cutoff, walls, contacts };
     let obstacles = penalty_obstacles.as_deref_mut().map_or(&mut [][..], |all| &mut all.obstacles[..]);
     correct_velocities(&context, &mut nodes.solved, driven, row_contacts, (rigid_contacts, obstacles));
-    prescribed_motion::impose_patch_velocity(clock, background, driven, contacts, &mut nodes.solved, true);
-    damp_nodes(clock, background, bodies, nodes, boundary);
-    let BoundaryConditions { walls, driven, contacts, penalty_obstacles: rocks, .. } = &mut *boundary;
-    rigid_bodies::integrate_rigid(clock, driven);
-    rigid_bodies::impose_rigid_velocity(background, driven, contacts, &mut nodes.solved);
-    limit_solved(clock, background, bodies, &mut nodes.solved, (walls, rocks));
-    if clock.stage().equilibrium.is_some() {
-        let sums = update_equilibrium(clock, background, bodies, nodes, boundary);
-        nodes.external_work += sums.work;
-        nodes.sums = sums;
-    }
-    if clock.options.filters_velocities() {
-        filter_velocities(clock, background, bodies, nodes, boundary);
-    } else {
-        // Bodies with affine fields: all, liquids, or none.
-        g2p_affine(clock, background, bodies, nodes);
-    }
-    Ok(())
 }
 
 /// Updates the measures of equilibrium of the step, with the work of loads and motions and the terms of free rigid bodies.
@@ -225,19 +242,19 @@ fn update_equilibrium<const D: usize>(
     nodes: &mut VelocityFields,
     boundary: &BoundaryConditions<D>,
 ) -> EquilibriumTerms {
-    let BoundaryConditions { walls, driven, contacts, nodal_loads: nodal, load_starts, .. } = boundary;
+    let BoundaryConditions { walls, driven, contacts, nodal_loads, load_starts, .. } = boundary;
     let mut sums = equilibrium_terms(clock, background, bodies.mass_cutoff(clock), nodes, walls, contacts);
     sums.work += work_of_loads(bodies, driven, clock.dt);
-    for loose in driven.iter().filter_map(|driven| driven.free_rigid_body.as_ref()) {
+    for free_body in driven.iter().filter_map(|driven| driven.free_rigid_body.as_ref()) {
         let stage = clock.stage();
         sums.add(&rigid_bodies::equilibrium_terms(
-            loose,
+            free_body,
             clock.dt,
             &stage.damping_of_axes(),
             stage.rayleigh_damping,
         ));
     }
-    sums.work += nodal_load_work(clock, background, bodies, &nodes.solved, nodal, load_starts);
+    sums.work += nodal_load_work(clock, background, bodies, &nodes.solved, nodal_loads, load_starts);
     sums
 }
 
@@ -254,8 +271,8 @@ fn damp_nodes<const D: usize>(
     if damping == [0.0; 3] {
         return;
     }
-    let BoundaryConditions { walls, driven, contacts, penalty_obstacles: rocks, .. } = boundary;
-    limit_solved(clock, background, bodies, &mut nodes.solved, (walls, rocks));
+    let BoundaryConditions { walls, driven, contacts, penalty_obstacles, .. } = boundary;
+    limit_solved(clock, background, bodies, &mut nodes.solved, (walls, penalty_obstacles));
     let layout = &background.layout;
     for nodes in nodes.solved.chunks_exact_mut(layout.len()) {
         layout.for_each_active_node_range(nodes, |row, active, line| {
@@ -274,7 +291,7 @@ fn damp_nodes<const D: usize>(
 fn equilibrium_terms<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
-    light: f64,
+    mass_cutoff: f64,
     nodes: &mut VelocityFields,
     walls: &NodeWalls,
     contacts: &FieldContacts,
@@ -286,7 +303,7 @@ fn equilibrium_terms<const D: usize>(
         damping: stage.damping_of_axes(),
         rayleigh: stage.rayleigh_damping,
         inertia: clock.options.mass_scaling,
-        mass_cutoff: light,
+        mass_cutoff,
         walls,
         layout: &background.layout,
     };

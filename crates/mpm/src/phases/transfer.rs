@@ -1,5 +1,7 @@
 //! Transfers of both phases, and the update of points between them (sheet: mpm §3.4).
 
+use std::ops::Range;
+
 use colluvium_case::SolverError;
 use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, SymTensor};
 use colluvium_grid::{InterpolatedMotion, NodeRange, P2gPhaseInput, Vector4};
@@ -16,7 +18,8 @@ use crate::obstacles::obstacle_penalty::penalty_forces;
 use crate::phases::TwoPhase;
 use crate::points::bodies::Bodies;
 use crate::points::point_blocks::{BlockReport, PointBlock, PointFailure, SetProperties, Workspace};
-use crate::points::pore_fluid::{LIQUID, PoreFluidConstants, SOLID};
+use crate::points::point_set::PointSet;
+use crate::points::pore_fluid::{LIQUID, PoreFluidConstants, PoreSet, SOLID};
 use crate::points::vectors::{first_three, vector4};
 use crate::stress::averages::CellAverages;
 use crate::stress::cell_integration::{add_cell_forces, average_stresses};
@@ -35,61 +38,22 @@ pub(super) fn p2g_phases<const D: usize>(
     apply_loads(clock, bodies, &boundary.load_starts);
     penalty_forces(clock, background, bodies, &mut boundary.penalty_obstacles);
     average_stresses(clock, background, bodies, &mut averages.stresses);
-    let full = averages.stresses.full_cells(0, background.cell_layout().len());
-    let BackgroundGrid { layout, transfers: sweeps, axisymmetric, .. } = background;
-    let (sets, ground, axisymmetric) = (&bodies.sets, background.grid_view(), *axisymmetric);
-    layout.for_each_slab(&mut phases.nodes, |slab, window, offset| {
-        let mut given = PhaseP2gBuffer::NOTHING;
+    let full_cells = averages.stresses.full_cells(0, background.cell_layout().len());
+    let (sets, ground) = (&bodies.sets, background.grid_view());
+    background.layout.for_each_slab(&mut phases.nodes, |slab, window, offset| {
+        let mut buffer = PhaseP2gBuffer::NOTHING;
         for set in sets {
             let Some(pore) = &set.pore else { continue };
-            let domain = set.domain.as_slice();
             for block in set.blocks_of(slab) {
-                for (k, p) in block.clone().enumerate() {
-                    let volume = set.points.volume[p];
-                    let fluid = pore.fluid.map_or([0.0; 3], |fluid| {
-                        let n = fluid.porosity_at(volume, set.points.initial_volume[p]);
-                        let values = [n * fluid.density, n * fluid.resistance, fluid.density];
-                        values.map(|value| value * volume)
-                    });
-                    let [liquid_mass, drag, full_mass] = fluid;
-                    given.motion[k] = [
-                        vector4(&set.points.velocity[p], 1.0) * set.points.mass[p],
-                        vector4(&pore.points.velocity[p], 1.0) * liquid_mass,
-                    ];
-                    let liquid_stress = SymTensor::isotropic(-pore.points.pressure[p]);
-                    let total = set.total_stress(p);
-                    let left_to_cell =
-                        full.is_some_and(|full| full[domain.cell(p, &ground, &set.points.position[p])]);
-                    let pulling = if left_to_cell { 0.0 } else { volume };
-                    given.columns[k] =
-                        [force_columns::<D>(&total, pulling), force_columns::<D>(&liquid_stress, pulling)];
-                    let of_loads = |forces: &[[f64; D]]| forces.get(p).copied().unwrap_or([0.0; D]);
-                    let mut body = [
-                        vector4(&of_loads(&set.points.traction), drag),
-                        vector4(&of_loads(&pore.points.traction), full_mass),
-                    ];
-                    if axisymmetric {
-                        let hoop = |stress: &SymTensor| -pulling * stress[2] / set.points.position[p][0];
-                        body[SOLID] += Vector4::new([hoop(&total), 0.0, 0.0, 0.0]);
-                        body[LIQUID] += Vector4::new([hoop(&liquid_stress), 0.0, 0.0, 0.0]);
-                    }
-                    if let (Some(pressed), Some(soaked)) =
-                        (set.points.pressed.get(p), pore.points.soaked.get(p))
-                    {
-                        body[SOLID] += vector4(&pressed.force, 0.0);
-                        body[LIQUID] += vector4(&soaked.force, 0.0);
-                    }
-                    given.body[k] = body;
-                }
+                buffer.fill(background, (set, pore), block.clone(), full_cells);
                 let count = block.len();
-                let (motion, columns) = (&given.motion[..count], &given.columns[..count]);
-                let deposit = P2gPhaseInput {
-                    momentum_and_mass: motion,
-                    stress_columns: columns,
-                    body_force: &given.body[..count],
+                let input = P2gPhaseInput {
+                    momentum_and_mass: &buffer.motion[..count],
+                    stress_columns: &buffer.columns[..count],
+                    body_force: &buffer.body[..count],
                 };
                 let to = NodeRange { nodes: &mut *window, first: offset };
-                sweeps.p2g_phases(&ground, &set.point_slice().range(block), to, &deposit);
+                background.transfers.p2g_phases(&ground, &set.point_slice().range(block), to, &input);
             }
         }
     });
@@ -331,6 +295,52 @@ impl<const D: usize> PhaseP2gBuffer<D> {
         columns: [[[Vector4::ZERO; D]; 2]; BLOCK_SIZE],
         body: [[Vector4::ZERO; 2]; BLOCK_SIZE],
     };
+
+    /// Sets the contributions of the points `block` of a set.
+    #[inline(always)]
+    fn fill(
+        &mut self,
+        background: &BackgroundGrid<D>,
+        (set, pore): (&PointSet<D>, &PoreSet<D>),
+        block: Range<usize>,
+        full_cells: Option<&[bool]>,
+    ) {
+        let (points, domain, ground) = (&set.points, set.domain.as_slice(), background.grid_view());
+        for (k, p) in block.enumerate() {
+            let volume = points.volume[p];
+            let [liquid_mass, drag, full_mass] = pore.fluid.map_or([0.0; 3], |fluid| {
+                let n = fluid.porosity_at(volume, points.initial_volume[p]);
+                let values = [n * fluid.density, n * fluid.resistance, fluid.density];
+                values.map(|value| value * volume)
+            });
+            self.motion[k] = [
+                vector4(&points.velocity[p], 1.0) * points.mass[p],
+                vector4(&pore.points.velocity[p], 1.0) * liquid_mass,
+            ];
+            let liquid_stress = SymTensor::isotropic(-pore.points.pressure[p]);
+            let total_stress = set.total_stress(p);
+            let is_in_full_cell =
+                full_cells.is_some_and(|full| full[domain.cell(p, &ground, &points.position[p])]);
+            let own_volume = if is_in_full_cell { 0.0 } else { volume };
+            self.columns[k] = [
+                force_columns::<D>(&total_stress, own_volume),
+                force_columns::<D>(&liquid_stress, own_volume),
+            ];
+            let load = |forces: &[[f64; D]]| forces.get(p).copied().unwrap_or([0.0; D]);
+            let mut body =
+                [vector4(&load(&points.traction), drag), vector4(&load(&pore.points.traction), full_mass)];
+            if background.axisymmetric {
+                let hoop = |stress: &SymTensor| -own_volume * stress[2] / points.position[p][0];
+                body[SOLID] += Vector4::new([hoop(&total_stress), 0.0, 0.0, 0.0]);
+                body[LIQUID] += Vector4::new([hoop(&liquid_stress), 0.0, 0.0, 0.0]);
+            }
+            if let (Some(solid), Some(liquid)) = (points.pressed.get(p), pore.points.soaked.get(p)) {
+                body[SOLID] += vector4(&solid.force, 0.0);
+                body[LIQUID] += vector4(&liquid.force, 0.0);
+            }
+            self.body[k] = body;
+        }
+    }
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use colluvium_constitutive::BLOCK_SIZE;
-use colluvium_grid::{AffineFields, NodeRange, P2gInput, Vector4};
+use colluvium_grid::{AffineFields, GridView, NodalState, NodeRange, P2gInput, Vector4};
 
 use crate::VelocityTransfer;
 use crate::background_grid::BackgroundGrid;
@@ -94,7 +94,89 @@ fn affine_of<const D: usize>(
     })
 }
 
-/// Point to grid (step 1), slab by slab.
+/// Contributions of points to the nodes of their velocity field.
+struct PointScatter<'a, const D: usize> {
+    background: &'a BackgroundGrid<D>,
+    transfer: VelocityTransfer,
+    content: P2gContent,
+    /// Full cells of the field, whose internal force is not summed over their points.
+    full_cells: Option<&'a [bool]>,
+    /// Whether the nodes take a share of the stress (dual domains).
+    has_dual_domains: bool,
+}
+
+impl<const D: usize> PointScatter<'_, D> {
+    /// Adds the contributions of the bodies of a velocity field to its nodes, slab by slab.
+    fn add_field(&self, sets: &[PointSet<D>], field: usize, nodes: &mut [NodalState]) {
+        let BackgroundGrid { layout, transfers, axisymmetric, .. } = self.background;
+        let ground = self.background.grid_view();
+        layout.for_each_slab(nodes, |slab, window, offset| {
+            let mut buffer = P2gBuffer::NOTHING;
+            for set in sets.iter().filter(|set| set.field == field) {
+                let loaded = !set.points.traction.is_empty() && self.content != P2gContent::Motion;
+                let pressed = !set.points.pressed.is_empty() && self.content != P2gContent::Motion;
+                for block in set.blocks_of(slab) {
+                    self.fill(&ground, set, block.clone(), [loaded, pressed], &mut buffer);
+                    let (count, affine) = (block.len(), affine_of(self.transfer, set, block.clone()));
+                    let has_body_force = *axisymmetric || loaded || pressed;
+                    let input = P2gInput {
+                        momentum_and_mass: &buffer.motion[..count],
+                        stress_columns: &buffer.columns[..count],
+                        body_force: if has_body_force { &buffer.body[..count] } else { &[] },
+                        affine: affine.filter(|_| self.content != P2gContent::Forces),
+                    };
+                    let to = NodeRange { nodes: &mut *window, first: offset };
+                    transfers.p2g(&ground, &set.point_slice().range(block), to, &input);
+                }
+            }
+        });
+        layout.sum_periodic_images(nodes, |sum, node| {
+            if self.content != P2gContent::Forces {
+                sum.momentum_and_mass += node.momentum_and_mass;
+            }
+            if self.content != P2gContent::Motion {
+                sum.force += node.force;
+            }
+        });
+    }
+
+    /// Sets the contributions of the points `block` of a set, which may be `loaded`, and `pressed` by obstacles.
+    #[inline(always)]
+    fn fill(
+        &self,
+        ground: &GridView<'_, D>,
+        set: &PointSet<D>,
+        block: Range<usize>,
+        [loaded, pressed]: [bool; 2],
+        buffer: &mut P2gBuffer<D>,
+    ) {
+        let (points, domain, full_cells) = (&set.points, set.domain.as_slice(), self.full_cells);
+        for (k, p) in block.enumerate() {
+            let mass = if self.content == P2gContent::Forces { 0.0 } else { points.mass[p] };
+            buffer.motion[k] = vector4(&points.velocity[p], 1.0) * mass;
+            let is_in_full_cell =
+                full_cells.is_some_and(|full| full[domain.cell(p, ground, &points.position[p])]);
+            let exerts_stress = self.content != P2gContent::Motion && !is_in_full_cell;
+            let volume = if exerts_stress { points.volume[p] } else { 0.0 };
+            let own_share = if self.has_dual_domains { share(ground.grid, &points.position[p]) } else { 1.0 };
+            buffer.columns[k] = force_columns::<D>(&points.stress[p], own_share * volume);
+            buffer.body[k] = if self.background.axisymmetric {
+                let hoop = -volume * points.stress[p][2] / points.position[p][0];
+                Vector4::new([hoop, 0.0, 0.0, 0.0])
+            } else {
+                Vector4::ZERO
+            };
+            if loaded {
+                buffer.body[k] += vector4(&points.traction[p], 0.0);
+            }
+            if pressed {
+                buffer.body[k] += vector4(&points.pressed[p].force, 0.0);
+            }
+        }
+    }
+}
+
+/// Point to grid (step 1).
 pub fn p2g<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -102,92 +184,34 @@ pub fn p2g<const D: usize>(
     nodes: &mut VelocityFields,
     boundary: &mut BoundaryConditions<D>,
     averages: &mut CellAverages<D>,
-    what: P2gContent,
+    content: P2gContent,
 ) {
     apply_loads(clock, bodies, &boundary.load_starts);
-    if what != P2gContent::Motion {
+    if content != P2gContent::Motion {
         penalty_forces(clock, background, bodies, &mut boundary.penalty_obstacles);
         average_stresses(clock, background, bodies, &mut averages.stresses);
     }
     let fields = nodes.fields(&background.layout);
     share_stresses(background, bodies, fields, &mut averages.dual_domain);
-    if what != P2gContent::Forces {
+    if content != P2gContent::Forces {
         scatter_surfaces(background, bodies, &boundary.walls, &mut boundary.contacts);
     }
-    let CellAverages { stresses, dual_domain: dual, .. } = &*averages;
-    let BackgroundGrid { layout, transfers: sweeps, axisymmetric, grid, .. } = background;
-    let (sets, ground, axisymmetric) = (&bodies.sets, background.grid_view(), *axisymmetric);
-    let (transfer, cells) = (clock.options.transfer, background.cell_layout().len());
-    let shared = dual.is_used();
-    let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
-    for (field, nodes) in nodes.solved.chunks_exact_mut(layout.len()).enumerate() {
-        let full = stresses.full_cells(field, cells);
-        layout.for_each_slab(nodes, |slab, window, offset| {
-            let mut given = P2gBuffer::NOTHING;
-            for set in of_field(field) {
-                let domain = set.domain.as_slice();
-                let loaded = !set.points.traction.is_empty() && what != P2gContent::Motion;
-                let pressed = !set.points.pressed.is_empty() && what != P2gContent::Motion;
-                for block in set.blocks_of(slab) {
-                    for (k, p) in block.clone().enumerate() {
-                        let mass = if what == P2gContent::Forces { 0.0 } else { set.points.mass[p] };
-                        given.motion[k] = vector4(&set.points.velocity[p], 1.0) * mass;
-                        let left_to_cell =
-                            full.is_some_and(|full| full[domain.cell(p, &ground, &set.points.position[p])]);
-                        let pulls = what != P2gContent::Motion && !left_to_cell;
-                        let volume = if pulls { set.points.volume[p] } else { 0.0 };
-                        let own = if shared { share(grid, &set.points.position[p]) } else { 1.0 };
-                        given.columns[k] = force_columns::<D>(&set.points.stress[p], own * volume);
-                        if axisymmetric {
-                            let hoop = -volume * set.points.stress[p][2] / set.points.position[p][0];
-                            given.body[k] = Vector4::new([hoop, 0.0, 0.0, 0.0]);
-                        } else {
-                            given.body[k] = Vector4::ZERO;
-                        }
-                        if loaded {
-                            given.body[k] += vector4(&set.points.traction[p], 0.0);
-                        }
-                        if pressed {
-                            given.body[k] += vector4(&set.points.pressed[p].force, 0.0);
-                        }
-                    }
-                    let count = block.len();
-                    let deposit = P2gInput {
-                        momentum_and_mass: &given.motion[..count],
-                        stress_columns: &given.columns[..count],
-                        body_force: if axisymmetric || loaded || pressed {
-                            &given.body[..count]
-                        } else {
-                            &[]
-                        },
-                        affine: affine_of(transfer, set, block.clone())
-                            .filter(|_| what != P2gContent::Forces),
-                    };
-                    let to = NodeRange { nodes: &mut *window, first: offset };
-                    sweeps.p2g(&ground, &set.point_slice().range(block), to, &deposit);
-                }
-            }
-        });
-        layout.sum_periodic_images(nodes, |sum, node| {
-            if what != P2gContent::Forces {
-                sum.momentum_and_mass += node.momentum_and_mass;
-            }
-            if what != P2gContent::Motion {
-                sum.force += node.force;
-            }
-        });
-    }
-    if what != P2gContent::Motion {
-        add_cell_forces(background, stresses, &mut nodes.solved);
-        add_dual_forces(background, dual, &mut nodes.solved);
-        apply_nodal_loads(
-            clock,
+    let CellAverages { stresses, dual_domain, .. } = &*averages;
+    for (field, nodes) in nodes.solved.chunks_exact_mut(background.layout.len()).enumerate() {
+        let scatter = PointScatter {
             background,
-            bodies,
-            &mut nodes.solved,
-            &boundary.nodal_loads,
-            &boundary.load_starts,
-        );
+            transfer: clock.options.transfer,
+            content,
+            full_cells: stresses.full_cells(field, background.cell_layout().len()),
+            has_dual_domains: dual_domain.is_used(),
+        };
+        scatter.add_field(&bodies.sets, field, nodes);
+    }
+    if content != P2gContent::Motion {
+        add_cell_forces(background, stresses, &mut nodes.solved);
+        add_dual_forces(background, dual_domain, &mut nodes.solved);
+        let BoundaryConditions { nodal_loads, load_starts, .. } = &*boundary;
+        apply_nodal_loads(clock, background, bodies, &mut nodes.solved, nodal_loads, load_starts);
     }
 }
 
