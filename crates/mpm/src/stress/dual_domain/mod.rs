@@ -1,11 +1,9 @@
 //! Dual domain material point method (Zhang et al. 2011; sheet: mpm §2.5f): gradients that do not jump at cell faces.
 //!
-//! Values are those of the linear functions. The gradient is `α ∇N_i + (1 - α) Σ_j N_j g_ji`, where `g_ji` is the average
 //! Values are those of the linear functions. The gradient is `α ∇N_i + (1 - α) Σ_j N_j g_ji`, where `g_ji` is the average of `∇N_i` around
 //! node `j`, weighted with `N_j`, and `α`, the product of the linear functions of the cell over its largest value, vanishes on the faces.
 //! The share `1 - α` of a point's stress goes to the nodes, with `N_j`, which add the force of their stress; the share `1 - α` of its
 //! velocity gradient is that of the nodes.
-//! An average over all cells around a node would reach nodes beyond those of cells that hold points: they have no mass, and
 //! An average over all cells around a node would reach nodes beyond those of cells with points: they have no mass, and the force on them,
 //! with its momentum, would be lost. Here averages are over the cells with points. Then forces act on nodes of such cells only, and as
 //! every `g_j` is an average of the same gradients, `Σ_i g_ji = 0` and `Σ_i x_i ⊗ g_ji = 1` hold at the surface too: momentum is conserved

@@ -1,3 +1,4 @@
+use crate::MpmSolver;
 use crate::setup::tests::begun;
 use crate::stress::dual_domain::*;
 use colluvium_grid::{LinearBasis, NodeSupport, Stencil};
@@ -133,6 +134,28 @@ fn continuous<const D: usize>(mut place: [f64; D], axis: usize) {
     }
 }
 
+/// Power of the stresses of the points, with the velocity gradients of the solved nodes.
+fn stress_power<const D: usize>(solver: &MpmSolver<D>) -> f64 {
+    let (set, mut power) = (&solver.bodies.sets[0], 0.0);
+    for (p, x) in set.points.position.iter().enumerate() {
+        let support: Stencil<D, 2> = Stencil::new::<LinearBasis>(&solver.background.grid, x, &set.extent);
+        let mut gradient = support.g2p(&solver.nodes.solved, &solver.background.layout.strides()).gradient;
+        solver.averages.dual_domain.blend(
+            0,
+            &solver.background.grid,
+            &solver.background.layout,
+            x,
+            &mut gradient,
+        );
+        for (j, column) in gradient.into_iter().enumerate() {
+            let column = column.to_array();
+            power -=
+                (0..D).map(|i| set.points.volume[p] * set.points.stress[p].at(i, j) * column[i]).sum::<f64>();
+        }
+    }
+    power
+}
+
 /// Power of the nodal forces, which is that of the points' stresses for any velocities: force and velocity gradient use the same gradients.
 fn power<const D: usize>(space: &str) {
     let all = |value: f64| vec![value; D];
@@ -174,23 +197,7 @@ fn power<const D: usize>(space: &str) {
         (&solver.nodes, VelocitySource::Solved),
         &mut solver.averages.dual_domain,
     );
-    let (set, mut exact) = (&solver.bodies.sets[0], 0.0);
-    for (p, x) in set.points.position.iter().enumerate() {
-        let support: Stencil<D, 2> = Stencil::new::<LinearBasis>(&solver.background.grid, x, &set.extent);
-        let mut gradient = support.g2p(&solver.nodes.solved, &solver.background.layout.strides()).gradient;
-        solver.averages.dual_domain.blend(
-            0,
-            &solver.background.grid,
-            &solver.background.layout,
-            x,
-            &mut gradient,
-        );
-        for (j, column) in gradient.into_iter().enumerate() {
-            let column = column.to_array();
-            exact -=
-                (0..D).map(|i| set.points.volume[p] * set.points.stress[p].at(i, j) * column[i]).sum::<f64>();
-        }
-    }
+    let exact = stress_power(&solver);
     assert!(
         (power - exact).abs() < 1e-13 * exact.abs().max(1.0) && exact != 0.0,
         "{space}: {power}, {exact}"
