@@ -4,7 +4,7 @@ use colluvium_testkit::solver_runs::case_with;
 use serde_json::json;
 
 use crate::common::{advance_steps, begin, vectors};
-use crate::transfers::spinning;
+use crate::transfer::velocity_transfers::spinning;
 
 /// The field `grid_velocity` is the way of a step. Points carry `velocity`; of both the momentum is that of the budget, and the energy
 /// is that of what they carry.

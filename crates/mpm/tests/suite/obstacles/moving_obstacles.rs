@@ -6,7 +6,7 @@ use colluvium_testkit::solver_runs::{case_with, start_solver};
 use serde_json::{Value, json};
 
 use crate::common::reading;
-use crate::pressing::{GRAVITY, block, frictional, on_floor, until};
+use crate::obstacles::penalty_obstacles::{GRAVITY, block, frictional, on_floor, until};
 
 const BOTH: [&str; 2] = ["nodes", "points"];
 
