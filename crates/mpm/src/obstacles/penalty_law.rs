@@ -182,7 +182,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_way_leads_out_and_none_is_shorter(
+        fn the_minimum_translation_removes_all_overlaps_and_none_is_shorter(
             angles in proptest::collection::vec(-1.2..1.2f64, 1..6),
             depths in proptest::collection::vec(0.01..1.0f64, 6),
             at in (-2.0..2.0f64, -2.0..2.0f64),

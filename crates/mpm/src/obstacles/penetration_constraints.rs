@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn points_keep_their_least_velocities_and_the_energy_is_told() {
+    fn points_keep_their_least_velocities_and_the_energy_removed_is_recorded() {
         for friction in [0.0, 0.5, f64::INFINITY] {
             let mut stops = stops(friction);
             let (before, momentum) = (energy(&stops), 7.0);
@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_held_does_not_move_and_what_leaves_is_let_go() {
+    fn constrained_nodes_do_not_move_and_separating_points_have_no_impulse() {
         let mut stops = stops(0.3);
         stops.inverse_inertia[1] = [0.0; 2];
         stops.velocity.fill([0.0, 3.0]);

@@ -376,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn full_cells_pull_at_both_phases_with_their_mean_total_stress_and_pressure() {
+    fn full_cells_exert_their_mean_total_stress_and_pressure_on_both_phases() {
         // sheet: mpm S-04 with §2.16: total stress 2 Pa, of the liquid -5 Pa, a third of a cell missing.
         for (node, sign) in forces("points").into_iter().zip([1.0, -1.0]) {
             for (force, stress) in node.into_iter().zip([2.0, -5.0]) {

@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_with_unequal_numbers_of_points_pull_at_their_nodes_unless_they_are_full() {
+    fn cells_with_unequal_numbers_of_points_exert_nodal_forces_unless_they_are_full() {
         // sheet: mpm S-04: 3, 2, 3 points of a third each under one stress.
         let [left, right] = forces("linear", "points", true);
         assert!((left - 7.0 / 3.0).abs() < 1e-14 && (right + 7.0 / 3.0).abs() < 1e-14, "{left}, {right}");

@@ -87,7 +87,7 @@ fn a_dry_node_is_one_of_the_skeleton_alone() {
 }
 
 #[test]
-fn damping_goes_by_the_force_out_of_balance_on_the_mixture_and_leaves_seepage_alone() {
+fn damping_depends_on_the_unbalanced_force_on_the_mixture_and_leaves_seepage_unchanged() {
     // sheet: mpm §2.13: force on the mixture -19 900 + 5000 N, its momentum 1590 × 2 - 400 kg m/s.
     let free = NodeWalls::new(&[1, 1, 1], Vec::new());
     let cell = cell();

@@ -46,7 +46,7 @@ fn absorbing_sides_stay_uniform_as_points_go_through_a_period() {
 }
 
 #[test]
-fn absorbing_sides_do_not_mind_where_displacement_is_counted_from() {
+fn absorbing_sides_do_not_depend_on_the_origin_of_displacements() {
     let ends = [json!([]), json!(["displacement"])].map(|reset| {
         let bar = Case::from_json(
             &json!({

@@ -6,7 +6,7 @@ use crate::boundary::case;
 use crate::common::{begin, solve};
 
 #[test]
-fn what_is_dug_out_is_gone_and_the_rest_goes_on() {
+fn excavated_points_are_removed_and_the_others_continue() {
     let case = case(json!({
         "gravity": [0, -10],
         "boundaries": [{ "side": "y-min", "position": 0.35, "wall": { "kind": "rough" } }],

@@ -188,7 +188,7 @@ fn collision(contacts: &Value, scheme: &str, turns: bool) -> ([Budget; 2], f64) 
 }
 
 #[test]
-fn a_collision_with_what_deforms_keeps_momentum() {
+fn a_collision_with_a_deformable_body_keeps_momentum() {
     let law = json!([{ "bodies": ["block", "bed"], "friction_coefficient": 0.3, "test": "gap" }]);
     for contacts in [json!([]), law] {
         for scheme in ["usf", "usl", "musl"] {
@@ -229,7 +229,7 @@ fn rests(contacts: &Value, force: f64, turns: bool) -> (f64, f64) {
 }
 
 #[test]
-fn what_a_block_at_rest_bears_is_its_weight_and_load() {
+fn the_reaction_on_a_block_at_rest_is_its_weight_and_load() {
     let law = json!([{ "bodies": ["block", "bed"], "friction_coefficient": 0.3, "test": "gap" }]);
     for (contacts, turns) in [(json!([]), false), (law.clone(), false), (law, true)] {
         for force in [0.0, 4000.0] {
@@ -303,7 +303,7 @@ fn a_light_block_does_not_bounce_about_on_heavy_ground() {
 }
 
 #[test]
-fn loose_runs_are_the_same_on_two_threads_and_after_a_restart() {
+fn runs_of_free_rigid_bodies_are_the_same_on_two_threads_and_after_a_restart() {
     let flight = json!({ "kind": "uniform", "value": [0.3, -2.0] });
     let case = case(json!({
         "gravity": [0, -G], "bodies": [with_velocity(block(json!([0.5, 0.45])), &flight), soft([0.0, 0.0], [2.0, 0.4])],
@@ -336,7 +336,7 @@ fn loose_runs_are_the_same_on_two_threads_and_after_a_restart() {
 }
 
 #[test]
-fn what_a_loose_body_does_not_go_with_is_refused_by_name() {
+fn options_without_support_for_free_rigid_bodies_are_rejected_by_key() {
     let refused = |more: Value| {
         let case = case(more);
         Mpm.plan(&case).map_or_else(|error| error.to_string(), |_| String::new())

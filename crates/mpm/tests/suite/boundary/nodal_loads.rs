@@ -90,7 +90,7 @@ fn saturated_ground_under_open_water_stays_at_rest() {
 }
 
 #[test]
-fn loads_on_nodes_survive_a_restart_and_ask_for_a_side_on_a_grid_line() {
+fn loads_on_nodes_survive_a_restart_and_need_a_side_on_a_grid_line() {
     let load = json!({ "kind": "traction", "body": "b", "side": "x-max", "value": [-100, 20], "applied_to": "nodes", "ramp": 0.3,
                        "profile": { "axis": "y", "shares": [[0.35, 1], [0.65, 0.2]] } });
     let held = json!([{ "side": "x-min", "position": 0.35, "wall": { "kind": "rough" } }]);

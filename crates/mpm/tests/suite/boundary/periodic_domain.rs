@@ -21,7 +21,7 @@ fn drifting(shape: &str, transfer: &str, shrink: f64) -> Case {
 }
 
 #[test]
-fn a_body_flies_through_periodic_sides_without_noticing() {
+fn a_body_passes_periodic_sides_unchanged() {
     for (shape, transfer) in [("linear", "flip"), ("ugimp", "flip"), ("cpgimp", "tpic"), ("ugimp", "xpic")] {
         let report = solve(&drifting(shape, transfer, 0.0));
         let snapshot = &report.snapshot;
@@ -39,7 +39,7 @@ fn a_body_flies_through_periodic_sides_without_noticing() {
 }
 
 #[test]
-fn where_the_seam_lies_makes_no_difference() {
+fn results_do_not_depend_on_the_position_of_the_periodic_side() {
     // A crushed block that rests in the middle of the domain, and one that begins across the seam.
     for shape in ["linear", "ugimp"] {
         let budgets = [0.0, 0.5].map(|seam: f64| {
@@ -82,7 +82,7 @@ fn periodic_runs_are_the_same_on_any_thread_and_after_a_restart() {
 }
 
 #[test]
-fn what_cannot_be_periodic_is_refused_by_name() {
+fn unsupported_periodic_domains_are_rejected_by_key() {
     let refused = |options: Value| {
         let mut case = drifting("ugimp", "flip", 0.0);
         case.methods.insert("mpm".into(), options);

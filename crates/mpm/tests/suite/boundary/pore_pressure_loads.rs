@@ -49,7 +49,7 @@ fn water_at_the_boundary_fills_the_pores_with_its_pressure() {
 }
 
 #[test]
-fn boundary_pressures_of_the_fluid_need_pores_and_no_shut_wall() {
+fn boundary_pressures_of_the_fluid_need_pores_and_no_impermeable_wall() {
     let with = |body: &str, walls: Value| {
         let mut text: Value = serde_json::from_str(&case(json!({})).to_json()).unwrap();
         text["bodies"][0]["pore_fluid"] = json!({ "porosity": 0.4, "intrinsic_permeability": 1e-10 });

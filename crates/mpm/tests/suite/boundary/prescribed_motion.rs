@@ -330,7 +330,7 @@ fn a_patch_presses_with_the_force_of_the_oedometer() {
 }
 
 #[test]
-fn the_impulse_on_a_patch_is_what_the_material_gets() {
+fn the_impulse_on_a_patch_is_that_on_the_material() {
     // It takes all nodes of the block from rest to 0.05 m/s, and on. Ramped and at once, with either treatment of what
     // nodes bring.
     for (ramp, fixed) in [(0.2, "force"), (0.0, "force"), (0.2, "momentum")] {
@@ -374,7 +374,7 @@ fn a_patch_that_makes_a_material_flow_feels_its_strength_however_fast() {
 }
 
 #[test]
-fn the_impulse_on_a_rigid_body_is_what_the_material_loses() {
+fn the_impulse_on_a_rigid_body_is_the_momentum_that_the_material_loses() {
     // A block thrown at a rigid plate in the air.
     for friction in [0.0, 0.4] {
         let case = case(json!({

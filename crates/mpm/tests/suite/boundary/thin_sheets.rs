@@ -43,7 +43,7 @@ fn deceleration(case: &Case) -> f64 {
 }
 
 #[test]
-fn a_frictional_wall_slows_a_sheet_of_any_thickness_and_of_a_rough_one_it_is_told_that_it_does_not() {
+fn a_frictional_wall_slows_a_sheet_of_any_thickness_and_a_rough_one_is_warned_of() {
     let slope = 35f64.to_radians().sin();
     let wall = json!({ "kind": "frictional", "friction_coefficient": slope });
     for cells in [0.5, 1.0, 2.0, 4.0] {

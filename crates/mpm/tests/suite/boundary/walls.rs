@@ -8,7 +8,7 @@ use crate::boundary::case;
 use crate::common::solve;
 
 #[test]
-fn a_wall_that_lets_go_gives_no_energy_to_what_bounces_off() {
+fn a_wall_with_separation_adds_no_energy_to_a_bouncing_body() {
     let ball = json!([{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0.5, 0.3], "radius": 0.2 },
                         "velocity": { "kind": "uniform", "value": [0.5, -2] } }]);
     let smooth = json!({ "side": "y-min", "wall": { "kind": "smooth" }, "separation": true });
@@ -28,7 +28,7 @@ fn a_wall_that_lets_go_gives_no_energy_to_what_bounces_off() {
 }
 
 #[test]
-fn a_bilateral_wall_bears_what_hangs_on_it_without_friction() {
+fn a_bilateral_wall_holds_a_hanging_body_without_friction() {
     let hanging = |bilateral: bool, fluid: Value, options: Value| {
         let mut text = json!({
             "gravity": [0, -10],

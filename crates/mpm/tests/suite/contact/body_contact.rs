@@ -53,7 +53,7 @@ const SHAPES: [&str; 5] = ["linear", "ugimp", "cpgimp", "quadratic", "cubic"];
 const SCHEMES: [&str; 3] = ["usf", "usl", "musl"];
 
 #[test]
-fn bodies_that_part_do_not_feel_each_other() {
+fn separating_bodies_have_no_contact_force() {
     for shape in SHAPES {
         for scheme in SCHEMES {
             let options = json!({ "shape": shape, "stress_update": scheme, "contacts": contact(0.5, 1e3) });
@@ -85,7 +85,7 @@ fn smooth_bodies_slide_without_a_change() {
 }
 
 #[test]
-fn forces_of_contact_do_not_know_of_bodies_elsewhere() {
+fn contact_forces_do_not_depend_on_distant_bodies() {
     let soft = json!({ "stiffness": 1e5 });
     let laws = [
         json!({ "bodies": ["lower", "upper"], "test": "gap", "penalty": soft }),
@@ -228,7 +228,7 @@ fn a_penalty_carries_a_block_by_the_overlap() {
 }
 
 #[test]
-fn a_penalty_rubs_by_its_force_up_to_the_shear_strength() {
+fn friction_of_a_penalty_is_proportional_to_its_force_up_to_the_shear_strength() {
     let pushed = |friction: f64, strength: Option<f64>| {
         let mut contacts = contact(friction, 0.0);
         contacts[0]["penalty"] = json!({ "stiffness": 1e5, "shear_strength": strength });
@@ -274,7 +274,7 @@ fn contact_is_the_same_on_two_threads_and_after_a_restart() {
 }
 
 #[test]
-fn bodies_that_come_near_do_not_touch_before_they_meet() {
+fn bodies_have_no_contact_force_before_they_touch() {
     // A gap of a third of a cell, closing at 1 m/s: nodes know both bodies from the start.
     for shape in SHAPES {
         let options = json!({ "shape": shape, "contacts": contact(0.5, 0.0) });
@@ -348,7 +348,7 @@ fn a_block_at_rest_on_another_is_in_equilibrium() {
 }
 
 #[test]
-fn contacts_that_make_no_sense_are_refused_by_path() {
+fn invalid_contacts_are_rejected_by_path() {
     let table = [
         (json!([{ "bodies": ["upper", "roof"] }]), "methods.mpm.contacts[0].bodies"),
         (json!([{ "bodies": ["upper", "upper"] }]), "methods.mpm.contacts[0].bodies"),

@@ -32,7 +32,7 @@ fn pulled_point(count: usize, options: &Value) -> f64 {
 }
 
 #[test]
-fn stress_last_overshoots_at_a_light_node_unless_the_node_is_cut_off() {
+fn stress_last_overshoots_at_a_node_of_small_mass_without_a_cutoff() {
     // A point at ξ of its cell gives its far node the mass ξ m and a force V σ/h that does not know of ξ. The
     // strain of the step is then -(C²/ξ(1 - ξ)) σ/E: beyond 2 in size, which is at ξ ≈ C²/2, it grows without bound.
     let (square, xi) = (0.25, 0.05);
@@ -46,7 +46,7 @@ fn stress_last_overshoots_at_a_light_node_unless_the_node_is_cut_off() {
 }
 
 #[test]
-fn without_a_cutoff_light_nodes_pull_less_the_lighter_they_are() {
+fn without_a_cutoff_the_force_of_a_node_decreases_with_its_mass() {
     // By the square of ξ over a little more than C²/2: the strain of the step never reaches the bound of 2.
     for count in [1, 2, 3, 4, 5, 10, 20] {
         let xi = 0.5 / count as f64;

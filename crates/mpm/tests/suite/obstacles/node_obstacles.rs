@@ -64,7 +64,7 @@ fn no_point_goes_under_the_ground() {
 }
 
 #[test]
-fn what_lies_in_an_obstacle_or_does_not_go_with_one_is_refused_where_it_stands() {
+fn points_in_obstacles_and_unsupported_options_are_rejected_by_path() {
     let problem = |pointer: &str, value: Value| {
         let mut case = slope([0.0; 2]);
         let (above, key) = pointer.rsplit_once('/').unwrap();
@@ -130,7 +130,7 @@ fn reactions_are_the_momentum_that_is_lost_and_a_saved_run_goes_on_with_them() {
 }
 
 #[test]
-fn friction_takes_what_a_thrown_block_loses() {
+fn friction_dissipates_the_energy_that_a_thrown_block_loses() {
     let mut value = slope([0.0; 2]);
     value["obstacles"][0]["shape"] = json!({ "kind": "plane", "point": [0, 1], "normal": [0, 1] });
     value["obstacles"][0]["wall"]["friction_coefficient"] = json!(0.3);

@@ -103,7 +103,7 @@ fn a_block_that_bounces_as_it_slides_has_all_its_friction() {
 }
 
 #[test]
-fn rough_obstacles_hold_what_touches_them_and_let_go_with_separation() {
+fn rough_obstacles_hold_points_in_contact_and_release_them_with_separation() {
     let rise = |separation: bool, kind: &str| {
         let mut value = block(&json!({ "kind": kind }));
         value["obstacles"][0]["separation"] = json!(separation);
@@ -126,7 +126,7 @@ fn rough_obstacles_hold_what_touches_them_and_let_go_with_separation() {
 }
 
 #[test]
-fn adhesion_holds_what_friction_would_not() {
+fn adhesion_holds_a_block_that_friction_does_not() {
     // The base bears 0.6 m times 200 Pa = 120 N of the 180 N that push, and 0.01 of the weight; or 400 Pa.
     let way = |adhesion: f64| {
         let mut wall = frictional(0.01);
@@ -256,7 +256,7 @@ fn no_centre_goes_under_a_line_with_corners() {
 }
 
 #[test]
-fn what_does_not_go_with_points_on_obstacles_is_refused_where_it_stands() {
+fn options_without_support_for_obstacles_on_points_are_rejected_by_path() {
     let refused = |change: &dyn Fn(&mut Value)| {
         let mut value = block(&frictional(0.2));
         change(&mut value);
@@ -282,7 +282,7 @@ fn what_does_not_go_with_points_on_obstacles_is_refused_where_it_stands() {
 
 /// A plate of a fifth of a cell flies at a block, faster than its waves.
 #[test]
-fn a_thin_plate_that_is_fast_takes_along_what_it_meets() {
+fn a_fast_thin_plate_carries_the_points_that_it_meets() {
     let mut value = block(&json!({ "kind": "smooth" }));
     value["gravity"] = json!([0, 0]);
     value["obstacles"][0]["shape"] = json!({ "kind": "box", "min": [-9, -0.5], "max": [9, -0.48] });

@@ -86,7 +86,7 @@ fn no_centre_gets_under_a_surface_that_it_meets_faster_than_its_waves_run() {
 }
 
 #[test]
-fn a_floor_that_rises_fast_does_not_pass_what_lies_on_it() {
+fn a_fast_rising_floor_does_not_pass_the_points_on_it() {
     let mut case = thrown(&json!({}), &frictional());
     case.bodies[0].velocity =
         serde_json::from_value(json!({ "kind": "uniform", "value": [0.0, 0.0] })).unwrap();

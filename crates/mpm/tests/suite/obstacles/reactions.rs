@@ -37,7 +37,7 @@ fn on_a_slope(space: &str, obstacles: &str, wall: &Value, stage: &Value) -> Valu
 }
 
 #[test]
-fn what_a_ring_loses_of_its_fall_on_a_cone_is_the_reaction_per_radian() {
+fn momentum_lost_by_a_ring_on_a_cone_is_the_reaction_per_radian() {
     // Pappus: the area times the radius of its centroid.
     let exact = 1000.0 * GRAVITY * 0.6 * 0.3 * 0.8;
     for obstacles in BOTH {
@@ -57,7 +57,7 @@ fn what_a_ring_loses_of_its_fall_on_a_cone_is_the_reaction_per_radian() {
 
 /// What stops points is in balance with their weight: a damping that took it for a force out of balance bore a tenth of this block.
 #[test]
-fn an_obstacle_bears_a_damped_block_whose_base_is_stepped() {
+fn an_obstacle_carries_a_damped_block_whose_base_is_stepped() {
     for space in ["plane-strain", "axisymmetric"] {
         for obstacles in BOTH {
             let stage = json!({ "name": "rest", "duration": 1, "damping": 0.5 });
@@ -147,7 +147,7 @@ fn column(space: &str, obstacles: &str) -> Value {
 }
 
 #[test]
-fn an_obstacle_bears_the_grains_and_the_water_of_a_column_at_rest() {
+fn an_obstacle_carries_the_grains_and_the_water_of_a_column_at_rest() {
     for space in ["plane-strain", "3d"] {
         for obstacles in BOTH {
             let mut solver = start_solver(&Mpm, &case_with(column(space, obstacles), &json!({})));
@@ -177,7 +177,7 @@ fn saturated_on_a_slope(space: &str, damping: f64) -> Value {
 
 /// What stops points, and what water does to grains as it seeps, is in balance with the weight of both: nothing of it is damped.
 #[test]
-fn an_obstacle_bears_a_damped_saturated_block_that_water_seeps_out_of() {
+fn an_obstacle_carries_a_damped_saturated_block_that_water_seeps_out_of() {
     for space in ["plane-strain", "axisymmetric"] {
         for damping in [0.05, 0.2, 0.5] {
             let mut solver = start_solver(&Mpm, &case_with(saturated_on_a_slope(space, damping), &json!({})));
@@ -200,7 +200,7 @@ fn excess_left(time_factor: f64) -> f64 {
 
 /// A damping by the force that drives seepage took half of it away (sheet: mpm §2.13).
 #[test]
-fn damping_does_not_slow_consolidation_and_the_weight_is_borne_all_the_while() {
+fn damping_does_not_slow_consolidation_and_the_weight_is_carried_throughout() {
     for (space, obstacles) in [("plane-strain", "nodes"), ("plane-strain", "points"), ("3d", "points")] {
         let dampings = [0.0, 0.5];
         let left = dampings.map(|damping| {

@@ -60,7 +60,7 @@ fn a_block_slides_over_the_smooth_part_and_is_braked_on_the_rough_one() {
 }
 
 #[test]
-fn a_block_comes_off_what_held_it_where_that_ends() {
+fn a_block_separates_where_the_part_without_separation_ends() {
     // A smooth floor without separation holds it against gravity upwards; beyond the edge nothing does.
     let mut value = block("points", &level());
     value["gravity"] = json!([0.0, 1.0]);
@@ -100,7 +100,7 @@ fn the_moment_of_a_reaction_is_that_of_the_weight() {
 }
 
 #[test]
-fn regions_that_are_none_are_refused_where_they_stand() {
+fn invalid_regions_are_rejected_by_path() {
     let problem = |change: &dyn Fn(&mut Value)| {
         let mut value = block("points", &level());
         change(&mut value);

@@ -94,7 +94,7 @@ fn on(obstacles: &str) -> Value {
 }
 
 #[test]
-fn what_a_saturated_block_loses_of_its_momentum_is_the_reaction() {
+fn momentum_lost_by_a_saturated_block_is_the_reaction() {
     for (obstacles, fixed) in [("nodes", "force"), ("nodes", "momentum"), ("points", "force")] {
         let mut value = on(obstacles);
         value["methods"]["mpm"]["fixed_nodes"] = json!(fixed);
@@ -336,7 +336,7 @@ fn no_point_of_a_saturated_block_thrown_fast_gets_into_the_ground() {
 }
 
 #[test]
-fn contacts_beside_pore_fluid_are_refused_with_what_to_take_instead() {
+fn contacts_with_pore_fluid_are_rejected_with_an_alternative() {
     let mut value = thrown("points");
     let other = |rigid: bool| json!({ "name": "other", "material": "m", "rigid": rigid, "shape": { "kind": "box", "min": [1.5, 1.3], "max": [1.9, 1.7] } });
     value["bodies"].as_array_mut().unwrap().push(other(false));

@@ -340,7 +340,7 @@ fn a_restored_solver_continues_to_the_last_bit() {
 }
 
 #[test]
-fn what_two_phases_cannot_honour_is_refused_by_name() {
+fn options_without_support_for_two_phases_are_rejected_by_key() {
     let refused = |change: &dyn Fn(&mut Case)| {
         let mut case = crash("ugimp", "point");
         change(&mut case);
@@ -452,7 +452,7 @@ fn the_default_step_is_stable_in_every_space() {
 }
 
 #[test]
-fn friction_of_a_wall_goes_by_the_effective_stress() {
+fn friction_of_a_wall_depends_on_the_effective_stress() {
     // A saturated layer at rest under its weight, under which the floor begins to move: of 19.9 kPa only the 9.9 kPa of the
     // skeleton rub.
     let layer = |friction: Value| {

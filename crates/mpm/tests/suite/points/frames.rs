@@ -9,7 +9,7 @@ use crate::transfer::velocity_transfers::spinning;
 /// The field `grid_velocity` is the way of a step. Points carry `velocity`; of both the momentum is that of the budget, and the energy
 /// is that of what they carry.
 #[test]
-fn frames_tell_what_points_carry_and_what_moves_them() {
+fn frames_have_the_state_of_the_points_and_the_velocity_of_the_grid() {
     for options in [
         json!({}),
         json!({ "flip": 0.9, "stress_update": "usl" }),

@@ -8,7 +8,7 @@ use crate::common::{case_with, solve, with_keys};
 use crate::solver::case;
 
 #[test]
-fn what_leaves_a_body_that_lets_it_is_taken_away() {
+fn points_that_leave_a_body_with_remove_outside_are_removed() {
     // A dry block slides out of a smooth channel at 1 m/s: after 0.45 s half of it is beyond the end. On a mesh and with pore
     // fluid alike.
     let block = |mpm: Value, pore: Value| {
@@ -103,7 +103,7 @@ fn a_point_that_leaves_stops_the_run_by_name() {
 }
 
 #[test]
-fn points_that_are_crushed_are_told_of_and_counted() {
+fn points_at_their_least_volume_are_counted_and_reported() {
     // 2 m of 2000 kg/m³ on a stiffness of 100 Pa: nothing holds the weight.
     let soft = |modulus: f64| {
         let case = case_with(

@@ -72,7 +72,7 @@ fn thrown(material: &Value) -> [f64; 3] {
 }
 
 #[test]
-fn what_plastic_flow_dissipates_closes_the_balance_of_energy() {
+fn plastic_dissipation_closes_the_energy_balance() {
     let elastic =
         json!({ "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 });
     let [kinetic, stored, lost] = thrown(&elastic);
@@ -84,7 +84,7 @@ fn what_plastic_flow_dissipates_closes_the_balance_of_energy() {
 }
 
 #[test]
-fn rows_tell_of_energy_by_axis_work_volumes_and_cells() {
+fn measures_have_energy_by_axis_work_volume_ratios_and_points_per_cell() {
     // A block of 4 × 4 cells of 2 × 2 points that flies and is stretched at a uniform rate.
     let thrown =
         json!({ "kind": "linear", "value": [3, 4], "origin": [0.4, 0.5], "gradient": [[0.1, 0], [0, -0.2]] });
@@ -116,7 +116,7 @@ fn rows_tell_of_energy_by_axis_work_volumes_and_cells() {
 }
 
 #[test]
-fn work_of_external_forces_is_told_where_rest_is_looked_for() {
+fn external_work_is_recorded_in_stages_with_equilibrium() {
     // A block falls freely for 0.02 s from rest: its weight does m g² t² / 2.
     let case = case(json!({
         "gravity": [0, -10],

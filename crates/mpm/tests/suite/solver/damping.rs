@@ -6,7 +6,7 @@ use crate::common::{solve, vectors};
 use crate::solver::case;
 
 #[test]
-fn rayleigh_damping_slows_what_nothing_else_acts_on() {
+fn rayleigh_damping_slows_a_free_body() {
     let report = solve(&case(json!({
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] },
                      "velocity": { "kind": "uniform", "value": [0.4, -0.2] } }],

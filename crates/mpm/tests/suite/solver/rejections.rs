@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use crate::solver::case;
 
 #[test]
-fn what_the_method_cannot_honour_is_refused_by_path() {
+fn unsupported_options_are_rejected_by_path() {
     let refused = |more: Value, path: &str, words: &str| {
         let error = Mpm.plan(&case(more)).unwrap_err();
         assert!(error.path == path && error.problem.contains(words), "{error}");

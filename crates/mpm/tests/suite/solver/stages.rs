@@ -39,7 +39,7 @@ fn a_load_begins_with_its_stage_and_goes_on() {
 }
 
 #[test]
-fn a_removed_gate_lets_go_and_a_removed_body_is_gone() {
+fn a_removed_wall_releases_a_block_and_a_removed_body_has_no_points() {
     let solve_with = |second: Value| {
         solve(&case(json!({
             "bodies": [

@@ -8,7 +8,7 @@ use crate::common::{begin, solve, with_keys};
 use crate::solver::{case, crash};
 
 #[test]
-fn light_nodes_of_linear_functions_are_warned_of_until_they_are_left_out() {
+fn small_mass_nodes_of_linear_functions_are_warned_of_without_a_cutoff() {
     let warned = |scheme: &str, cutoff: f64| {
         let mut case = crash("linear", scheme);
         case.methods.get_mut("mpm").unwrap()["node_mass_cutoff"] = json!(cutoff);
@@ -73,7 +73,7 @@ fn stress_last_takes_steps_that_are_stable_at_free_corners() {
 }
 
 #[test]
-fn splines_with_stress_last_are_warned_of_at_sides_that_nothing_holds() {
+fn splines_with_stress_last_are_warned_of_at_sides_without_a_wall() {
     let warnings = |top: f64, extra: &Value| {
         let case = case(with_keys(
             json!({

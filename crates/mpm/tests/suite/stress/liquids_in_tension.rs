@@ -33,7 +33,7 @@ fn remarks(case: &Case) -> Vec<String> {
 }
 
 #[test]
-fn a_liquid_in_more_tension_than_its_weight_makes_is_remarked_once() {
+fn a_liquid_in_more_tension_than_that_of_its_weight_is_warned_of_once() {
     // ρ g h is 5 kPa.
     let found = remarks(&hanging(2e4, 1e5, 10.0));
     let [remark] = found.as_slice() else { panic!("{found:?}") };
@@ -70,7 +70,7 @@ fn still(stiffness: f64, mpm: &Value) -> Case {
 }
 
 #[test]
-fn liquids_at_rest_are_told_of_what_grows_in_them() {
+fn growing_disturbances_of_liquids_at_rest_are_warned_of() {
     let told = |stiffness: f64, mpm: &Value| Mpm.plan(&still(stiffness, mpm)).unwrap().warnings.join("\n");
     let soft = "its bulk modulus is less than 410 ρgH (4.10e6 Pa)";
     assert!(told(100.0, &json!({ "shape": "linear" })).contains(soft));
@@ -93,7 +93,7 @@ fn liquids_at_rest_are_told_of_what_grows_in_them() {
 
 /// Averaged volumetric strains of linear functions make energy in a liquid at rest, the own ones of GIMP do not.
 #[test]
-fn energy_that_grows_of_itself_is_told() {
+fn growing_energy_is_warned_of() {
     let of = |shape: &str, volumetric: &str| {
         let report = colluvium_testkit::solver_runs::solve(
             &Mpm,
@@ -178,7 +178,7 @@ fn linear_functions_turn_soft_liquids_over_by_any_transfer() {
 
 /// Steps that outputs cut every few steps excite sound whatever the transfer, and are told; steps of one length do not.
 #[test]
-fn outputs_that_cut_every_few_steps_are_told() {
+fn outputs_every_few_steps_are_warned_of() {
     for transfer in ["flip", "tpic"] {
         let mpm = json!({ "shape": "ugimp", "transfer": transfer });
         let grown = later_energy(200.0, &mpm, 1.4e-3, 0.01);

@@ -45,7 +45,7 @@ fn options() -> Vec<Value> {
 }
 
 #[test]
-fn a_body_that_flies_through_the_grid_feels_nothing() {
+fn a_body_in_free_flight_through_the_grid_has_no_stress() {
     // sheet: mpm A-04: 12 cells along x, 2 along y.
     for options in options() {
         let report = solve(&case(json!({ "methods": { "mpm": options } })));
@@ -145,7 +145,7 @@ fn the_total_lagrangian_form_turns_without_stress() {
 }
 
 #[test]
-fn what_dual_gradients_and_a_consistent_mass_cannot_honour_is_refused_by_path() {
+fn options_without_support_for_dual_domains_and_consistent_mass_are_rejected_by_path() {
     let wall = json!([{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }]);
     let lifting = json!([{ "side": "y-min", "wall": { "kind": "smooth" }, "separation": true }]);
     let pressure = json!([{ "kind": "pressure", "body": "b", "side": "y-max", "value": 10 }]);
@@ -179,7 +179,7 @@ fn what_dual_gradients_and_a_consistent_mass_cannot_honour_is_refused_by_path() 
 }
 
 #[test]
-fn what_the_shapes_cannot_honour_is_refused_by_name() {
+fn options_without_support_for_a_shape_are_rejected_by_key() {
     for (path, options) in [
         ("formulation", json!({ "formulation": "total-lagrangian" })),
         ("integration", json!({ "integration": "mixed" })),

@@ -101,7 +101,7 @@ fn unseen(options: &Value) -> Box<dyn Solver> {
 }
 
 #[test]
-fn velocities_that_the_grid_cannot_see_decay_in_the_residual_time() {
+fn null_space_velocities_decay_in_the_residual_time() {
     // Whatever the step and the scheme.
     for scheme in ["usf", "usl", "musl"] {
         for step in [1e-3, 2.5e-4] {
@@ -190,7 +190,7 @@ fn a_deposit_comes_to_rest_with_a_residual_time() {
 
 /// Two blocks of one cell that fly ahead of a heap are told of.
 #[test]
-fn points_that_lie_apart_are_told() {
+fn detached_points_are_warned_of() {
     let block = |name: &str, min: [f64; 2], max: [f64; 2]| json!({ "name": name, "material": "m", "shape": { "kind": "box", "min": min, "max": max } });
     let heap = [
         block("heap", [0.0, 0.0], [1.0, 1.0]),
