@@ -48,10 +48,10 @@ pub fn dispatch<T>(
 type MaybeTransfers<const D: usize> = Option<&'static dyn Transfers<D>>;
 
 fn selected_transfers<const D: usize>(
-    sweeps: MaybeTransfers<D>,
+    transfers: MaybeTransfers<D>,
     linear: MaybeTransfers<D>,
 ) -> Option<SelectedTransfers<D>> {
-    Some(SelectedTransfers { transfers: sweeps?, linear: linear? })
+    Some(SelectedTransfers { transfers: transfers?, linear: linear? })
 }
 
 fn shape_function_kind(options: &MpmOptions) -> ShapeFunctionKind {

@@ -45,16 +45,16 @@ impl<const D: usize> BackgroundGrid<D> {
     /// Returns the background grid of a case.
     pub fn new(
         case: &Case,
-        SelectedTransfers { transfers: sweeps, linear }: SelectedTransfers<D>,
+        SelectedTransfers { transfers, linear }: SelectedTransfers<D>,
         (grid, mesh, layout): (Grid<D>, Arc<Mesh<D>>, Layout<D>),
     ) -> Self {
         Self {
             elements: (!mesh.is_empty()).then(|| Layout::of_elements(&mesh, &grid)),
-            basis_1d: sweeps.basis_1d(),
+            basis_1d: transfers.basis_1d(),
             upper: grid.upper(),
             periodic: std::array::from_fn(|axis| case.domain.is_periodic(axis)),
             axisymmetric: case.space == Space::Axisymmetric,
-            transfers: sweeps,
+            transfers,
             linear_transfers: linear,
             grid,
             mesh,

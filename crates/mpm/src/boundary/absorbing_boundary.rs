@@ -316,8 +316,8 @@ fn dashpot_velocity(
     let (mut motion, mut rate) = (node.momentum_and_mass.to_array(), node.force.to_array());
     for c in 0..3 {
         if free[c] > 0.0 {
-            let pull = dt * spring[c] * moved[c];
-            let slower = (mass * motion[c] - pull) / (mass + dt * dashpot[c] + dt * dt * spring[c]);
+            let spring_impulse = dt * spring[c] * moved[c];
+            let slower = (mass * motion[c] - spring_impulse) / (mass + dt * dashpot[c] + dt * dt * spring[c]);
             rate[c] += (slower - motion[c]) / dt;
             motion[c] = slower;
         }

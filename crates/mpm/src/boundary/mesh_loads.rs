@@ -103,12 +103,12 @@ fn loaded_facets<const D: usize>(
 /// Means over a facet of the linear function of each corner times `share`, from as many places within it as there are
 /// corners: those of Gauss on an edge, and halfway between centre and corners in a triangle. Exact where `share` is linear.
 fn facet_means<const D: usize>(corners: &[[f64; D]; D], share: impl Fn(&[f64; D]) -> f64) -> [f64; D] {
-    let way = if D == 2 { 1.0 / 3f64.sqrt() } else { 0.5 };
+    let position_weight = if D == 2 { 1.0 / 3f64.sqrt() } else { 0.5 };
     let mut means = [0.0; D];
     for near in 0..D {
         let weights: [f64; D] = std::array::from_fn(|k| {
-            let own = if k == near { way } else { 0.0 };
-            own + (1.0 - way) / D as f64
+            let own = if k == near { position_weight } else { 0.0 };
+            own + (1.0 - position_weight) / D as f64
         });
         let place = std::array::from_fn(|c| (0..D).map(|k| weights[k] * corners[k][c]).sum());
         let part = share(&place) / D as f64;

@@ -48,10 +48,10 @@ fn reject_oblique_group<const D: usize>(
 ) -> Result<(), CaseError> {
     let Some(name) = &boundary.group else { return Ok(()) };
     let (axis, slack) = (boundary.side.axis(), 1e-6 * mesh.height());
-    let held: BTreeSet<u32> = nodes.iter().copied().collect();
+    let group_nodes: BTreeSet<u32> = nodes.iter().copied().collect();
     for (element, opposite) in mesh.boundary(|_| true) {
         let face: Vec<u32> = mesh.facet_nodes(element, opposite).collect();
-        if !face.iter().all(|node| held.contains(node)) {
+        if !face.iter().all(|node| group_nodes.contains(node)) {
             continue;
         }
         let first = &mesh.nodes()[face[0] as usize];

@@ -22,8 +22,8 @@ impl DrivenObject {
     fn placed_patch<'a>(&self, case: &'a Case, options: &MpmOptions) -> Option<PlacedPatch<'a>> {
         let patch = &case.patches[self.patch?];
         let moves = patch.moves && options.formulation != LagrangianFormulation::SmallDisplacement;
-        let way = if moves { self.state.displacement } else { [0.0; 3] };
-        Some(PlacedPatch { patch, bounds: self.bounds, displacement: way })
+        let displacement = if moves { self.state.displacement } else { [0.0; 3] };
+        Some(PlacedPatch { patch, bounds: self.bounds, displacement })
     }
 }
 
@@ -181,9 +181,9 @@ fn impose_on_solved<const N: usize, const D: usize>(
     for driven in driven {
         let mut total = [0.0; 3];
         for_nodes_of_patch(clock, background, contacts, driven, nodes, |node, first| {
-            let given = driven.impose_on_node(node, keep_start, clock.dt);
+            let impulse = driven.impose_on_node(node, keep_start, clock.dt);
             if first {
-                (0..D).for_each(|c| total[c] += inertia * given[c]);
+                (0..D).for_each(|c| total[c] += inertia * impulse[c]);
             }
         });
         driven.add_impulse(total, clock.dt);
@@ -196,11 +196,11 @@ pub fn mark_constrained<const D: usize>(
     background: &BackgroundGrid<D>,
     driven: &[DrivenObject],
     contacts: &FieldContacts,
-    held: &mut [[u8; 2]],
+    constrained: &mut [[u8; 2]],
 ) {
-    for_patch_nodes(clock, background, driven, contacts, held, |driven, held| {
+    for_patch_nodes(clock, background, driven, contacts, constrained, |driven, constrained| {
         let axes = (0..D).filter(|c| driven.state.velocity[*c].is_some());
-        *held |= axes.map(|c| 1 << c).sum::<u8>();
+        *constrained |= axes.map(|c| 1 << c).sum::<u8>();
     });
 }
 
@@ -249,7 +249,7 @@ fn for_patch_nodes<T, const N: usize, const D: usize>(
     act: impl Fn(&DrivenObject, &mut T),
 ) {
     for driven in driven {
-        for_nodes_of_patch(clock, background, contacts, driven, nodes, |held, _| act(driven, held));
+        for_nodes_of_patch(clock, background, contacts, driven, nodes, |value, _| act(driven, value));
     }
 }
 
@@ -267,8 +267,8 @@ fn for_nodes_of_patch<T, const N: usize, const D: usize>(
     let len = background.layout.len();
     for field in deformable_fields(nodes.len() / len, &contacts.rigid) {
         place.nodes(background, |number, first| {
-            let held = &mut nodes[field * len + number][place.phases(N)];
-            held.iter_mut().for_each(|held| act(held, first));
+            let values = &mut nodes[field * len + number][place.phases(N)];
+            values.iter_mut().for_each(|value| act(value, first));
         });
     }
 }

@@ -58,10 +58,10 @@ pub fn walls<const D: usize>(
 pub fn reject_walls_that_leave(case: &Case, cell: f64) -> Result<(), CaseError> {
     for (number, (boundary, time)) in case.boundaries.iter().zip(case.boundary_durations()).enumerate() {
         let normal = boundary.velocity.as_ref().and_then(|velocity| velocity.get(boundary.side.axis()));
-        let way = normal.map_or(0.0, |speed| speed.abs() * time);
-        if way > 0.5 * cell {
+        let travel = normal.map_or(0.0, |speed| speed.abs() * time);
+        if travel > 0.5 * cell {
             let problem = format!(
-                "the wall would move {way:.3e} m, more than half a cell or element ({:.3e} m). A wall gives \
+                "the wall would move {travel:.3e} m, more than half a cell or element ({:.3e} m). A wall gives \
                  its velocity to its nodes, but its plane does not move: use a rigid body or a patch with a \
                  prescribed motion",
                 0.5 * cell

@@ -40,8 +40,8 @@ pub fn scatter_surfaces<const D: usize>(
     walls: &NodeWalls,
     contacts: &mut FieldContacts,
 ) {
-    let BackgroundGrid { layout, transfers: sweeps, axisymmetric, .. } = background;
-    let (ground, length) = (background.grid_view(), layout.strides()[0]);
+    let BackgroundGrid { layout, transfers, axisymmetric, .. } = background;
+    let (view, length) = (background.grid_view(), layout.strides()[0]);
     for (field, nodes) in contacts.surfaces.chunks_exact_mut(layout.len()).enumerate() {
         layout.reset(nodes);
         layout.for_each_slab(nodes, |slab, window, offset| {
@@ -53,11 +53,11 @@ pub fn scatter_surfaces<const D: usize>(
                         let section = set.points.volume[p]
                             / if *axisymmetric { set.points.position[p][0] } else { 1.0 };
                         sections[k] = Vector4::splat(section);
-                        volumes[k] = Vector4::new([0.0, 0.0, 0.0, section / domain.spacing(p, &ground)]);
+                        volumes[k] = Vector4::new([0.0, 0.0, 0.0, section / domain.spacing(p, &view)]);
                     }
                     let (volumes, sections) = (&volumes[..block.len()], &sections[..block.len()]);
                     let to = NodeRange { nodes: &mut *window, first: offset };
-                    sweeps.p2g_moments(&ground, &set.point_slice().range(block), to, volumes, sections);
+                    transfers.p2g_moments(&view, &set.point_slice().range(block), to, volumes, sections);
                 }
             }
         });
@@ -131,9 +131,10 @@ fn correct_pair<const D: usize>(
             for number in active {
                 let index = background.layout.index(row, number);
                 let mut alone = ContactImpulse::default();
-                let given = result.impulses.get_mut(number).unwrap_or(&mut alone);
+                let accumulated = result.impulses.get_mut(number).unwrap_or(&mut alone);
                 let nodes = [&mut a[number], &mut b[number]];
-                let corrected = contact.correct_velocities(row * row_length + number, &index, nodes, given);
+                let corrected =
+                    contact.correct_velocities(row * row_length + number, &index, nodes, accumulated);
                 let Some((changed, impulse)) = corrected else { continue };
                 result.changed |= changed;
                 if !background.layout.is_periodic_image(&index) {

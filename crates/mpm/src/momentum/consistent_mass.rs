@@ -243,8 +243,8 @@ fn multiply_mass<const D: usize>(
     x: &[Vector4],
     out: &mut [Vector4],
 ) {
-    let BackgroundGrid { layout, transfers: sweeps, .. } = background;
-    let (ground, strides) = (background.grid_view(), layout.strides());
+    let BackgroundGrid { layout, transfers, .. } = background;
+    let (view, strides) = (background.grid_view(), layout.strides());
     let share = clock.options.lumped_share;
     let own = 1.0 - share;
     layout.reset(out);
@@ -253,11 +253,11 @@ fn multiply_mass<const D: usize>(
         for set in &bodies.sets {
             for block in set.blocks_of(slab) {
                 let (points, values) = (set.point_slice().range(block.clone()), &mut all[..block.len()]);
-                sweeps.g2p_values(&ground, &points, x, values);
+                transfers.g2p_values(&view, &points, x, values);
                 let masses = &set.points.mass[block];
                 values.iter_mut().zip(masses).for_each(|(value, mass)| *value *= own * mass);
                 let to = NodeRange { nodes: &mut *window, first: offset };
-                sweeps.p2g_values(&ground, &points, to, values, None);
+                transfers.p2g_values(&view, &points, to, values, None);
             }
         }
     });
@@ -271,15 +271,15 @@ fn multiply_mass<const D: usize>(
 
 /// Sums `Σ_p m_p N_ip²` (kg).
 fn mass_squares<const D: usize>(background: &BackgroundGrid<D>, bodies: &Bodies<D>, squares: &mut [f64]) {
-    let BackgroundGrid { layout, transfers: sweeps, .. } = background;
-    let ground = background.grid_view();
+    let BackgroundGrid { layout, transfers, .. } = background;
+    let view = background.grid_view();
     layout.reset(squares);
     layout.for_each_slab(squares, |slab, window, offset| {
         for set in &bodies.sets {
             let points = set.slabs[slab]..set.slabs[slab + 1];
             let to = NodeRange { nodes: &mut *window, first: offset };
-            sweeps.p2g_squared_weights(
-                &ground,
+            transfers.p2g_squared_weights(
+                &view,
                 &set.point_slice().range(points.clone()),
                 to,
                 &set.points.mass[points],

@@ -49,32 +49,32 @@ impl DrivenObject {
     /// driven object, without mass scaling.
     pub fn impose_on_node(&self, node: &mut NodalState, keep_start: bool, dt: f64) -> [f64; 3] {
         let (mut end, mut rate) = (node.momentum_and_mass.to_array(), node.force.to_array());
-        let mut taken = [0.0; 3];
+        let mut impulse = [0.0; 3];
         for c in 0..3 {
-            let Some(held) = self.state.velocity[c] else { continue };
+            let Some(prescribed) = self.state.velocity[c] else { continue };
             let own = end[c] - dt * rate[c];
             let start = if keep_start { own } else { self.previous_velocity[c].unwrap_or(own) };
-            let given = (held - start) / dt;
-            taken[c] = end[3] * dt * (rate[c] - given);
-            end[c] = held;
-            rate[c] = given;
+            let acceleration = (prescribed - start) / dt;
+            impulse[c] = end[3] * dt * (rate[c] - acceleration);
+            end[c] = prescribed;
+            rate[c] = acceleration;
         }
         *node = NodalState { momentum_and_mass: Vector4::new(end), force: Vector4::new(rate) };
-        taken
+        impulse
     }
 
     /// Sets the prescribed components of a velocity (m/s).
-    pub fn impose_velocity(&self, lanes: &mut Vector4) {
-        let mut velocity = lanes.to_array();
+    pub fn impose_velocity(&self, vector: &mut Vector4) {
+        let mut velocity = vector.to_array();
         for c in 0..3 {
             velocity[c] = self.state.velocity[c].unwrap_or(velocity[c]);
         }
-        *lanes = Vector4::new(velocity);
+        *vector = Vector4::new(velocity);
     }
 
     /// Velocity of a rigid body at a position (m/s).
     pub fn velocity_at(&self, x: &[f64; 3]) -> [f64; 3] {
-        self.free_rigid_body.as_ref().map_or(self.velocity(), |loose| loose.velocity_at(x))
+        self.free_rigid_body.as_ref().map_or(self.velocity(), |free_body| free_body.velocity_at(x))
     }
 
     /// Velocity (m/s): of the centre of mass for a rigid body; of a patch with zero for the components that are not prescribed.

@@ -174,9 +174,9 @@ pub fn start_velocity(end: f64, change: f64) -> f64 {
 }
 
 /// Local damping of a solved node by all that accelerates it (sheet: mpm §2.13), of the components that no wall holds.
-pub fn damp(node: &mut NodalState, damping: &[f64; 3], held: [bool; 3], dt: f64) {
+pub fn damp(node: &mut NodalState, damping: &[f64; 3], constrained: [bool; 3], dt: f64) {
     let (mut end, mut rate) = (node.momentum_and_mass.to_array(), node.force.to_array());
-    for c in (0..3).filter(|c| !held[*c]) {
+    for c in (0..3).filter(|c| !constrained[*c]) {
         let start = start_velocity(end[c], dt * rate[c]);
         rate[c] -= damping[c] * rate[c].abs() * sign_or_zero(start);
         end[c] = start + dt * rate[c];

@@ -41,11 +41,11 @@ impl VelocityFields {
         points: &PointSlice<'_, D>,
         reads: &mut [InterpolatedMotion<D>],
     ) {
-        let (ground, sweeps, first) =
+        let (view, transfers, first) =
             (background.grid_view(), background.transfers, field * background.layout.len());
         match of {
-            VelocitySource::Solved => sweeps.g2p(&ground, points, &self.solved[first..], reads),
-            VelocitySource::Remapped => sweeps.g2p_velocity(&ground, points, &self.remapped[first..], reads),
+            VelocitySource::Solved => transfers.g2p(&view, points, &self.solved[first..], reads),
+            VelocitySource::Remapped => transfers.g2p_velocity(&view, points, &self.remapped[first..], reads),
         }
     }
 

@@ -105,9 +105,10 @@ fn check_node_reactions(case: &Case, options: &MpmOptions) -> Result<(), CaseErr
 pub fn could_act_on_nodes(case: &Case, options: &MpmOptions) -> bool {
     let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
     let on_nodes = |shape: &ObstacleShape| lies_on_nodes(case, shape, options.cell_size);
-    let held = case.obstacles.iter().all(|obstacle| on_nodes(&obstacle.shape) && obstacle.motion.is_none());
+    let are_fixed_planes =
+        case.obstacles.iter().all(|obstacle| on_nodes(&obstacle.shape) && obstacle.motion.is_none());
     let free = options.mesh.is_none() && !options.filters_velocities();
-    wet && held && free && options.obstacles == ObstacleCoupling::Points
+    wet && are_fixed_planes && free && options.obstacles == ObstacleCoupling::Points
 }
 
 /// Whether a shape is a plane along a line of the grid with cells of a size (m).
@@ -138,15 +139,17 @@ fn why_fixed(case: &Case, options: &MpmOptions) -> Option<&'static str> {
 
 /// Faces of obstacles on the nodes of the pore fluid: it slips along them, does not pass, and separates where its skeleton may.
 pub fn pore_fluid_faces<const D: usize>(
-    standing: &[PlacedObstacle<'_, D>],
+    placed: &[PlacedObstacle<'_, D>],
     background: &BackgroundGrid<D>,
 ) -> NodeFaces {
     let BackgroundGrid { grid, layout, basis_1d: axis, .. } = background;
-    if standing.is_empty() {
+    if placed.is_empty() {
         return NodeFaces::default();
     }
     NodeFaces::from_positions(grid, layout, axis, |place, found| {
-        let held = constraining_obstacles(standing, place, grid.cell);
-        found.extend(held.map(|(_, law, normal)| NodeFace::at_rest(normal, 0.0, law.allows_separation())));
+        let constraining = constraining_obstacles(placed, place, grid.cell);
+        found.extend(
+            constraining.map(|(_, law, normal)| NodeFace::at_rest(normal, 0.0, law.allows_separation())),
+        );
     })
 }

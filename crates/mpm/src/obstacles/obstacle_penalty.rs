@@ -36,11 +36,11 @@ pub fn initialise_penalty<const D: usize>(
             let radius = if background.axisymmetric { set.points.position[p][0] } else { 1.0 };
             0.5 * (set.points.initial_volume[p] / radius).powf(1.0 / D as f64)
         };
-        set.points.pressed = (0..set.len())
+        set.points.obstacle_contact = (0..set.len())
             .map(|p| obstacles.initial_penalty_state(&set.points.position[p], half(p)))
             .collect();
         if let Some(pore) = &mut set.pore {
-            pore.points.soaked = vec![PoreContactState::NEW; pore.points.len()];
+            pore.points.obstacle_contact = vec![PoreContactState::NEW; pore.points.len()];
         }
         blocks = blocks.max(set.len().div_ceil(BLOCK_SIZE));
     }
@@ -58,7 +58,7 @@ pub fn penalty_forces<const D: usize>(
     all.advance(clock.time);
     for set in bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
         let PointSet { points, states, material, domain, pore, .. } = set;
-        let PointColumns { pressed, position, origin, stress, volume, initial_volume, .. } = points;
+        let PointColumns { obstacle_contact, position, origin, stress, volume, initial_volume, .. } = points;
         let input = PenaltyInput {
             material: &**material,
             position,
@@ -72,9 +72,9 @@ pub fn penalty_forces<const D: usize>(
             max_obstacle_displacement: all.history.max_obstacle_displacement,
             fluid: pore.as_ref().and_then(|pore| pore.fluid),
         };
-        let soaked = pore.as_mut().map(|pore| &mut pore.points.soaked[..]);
-        let blocks = pressed.len().div_ceil(BLOCK_SIZE);
-        input.update_blocks(all, (pressed, soaked), states);
+        let pore_contact = pore.as_mut().map(|pore| &mut pore.points.obstacle_contact[..]);
+        let blocks = obstacle_contact.len().div_ceil(BLOCK_SIZE);
+        input.update_blocks(all, (obstacle_contact, pore_contact), states);
         let PenaltyObstacles { obstacles, workspaces, history, .. } = &mut **all;
         for workspace in &workspaces[..blocks] {
             history.penetrations += workspace.penetrations;
@@ -89,7 +89,7 @@ pub fn penalty_forces<const D: usize>(
 pub fn reset_displacements<const D: usize>(bodies: &mut Bodies<D>) {
     for set in &mut bodies.sets {
         for ((point, x), origin) in
-            set.points.pressed.iter_mut().zip(&set.points.position).zip(&set.points.origin)
+            set.points.obstacle_contact.iter_mut().zip(&set.points.position).zip(&set.points.origin)
         {
             (0..D).for_each(|c| point.last_search_displacement[c] -= x[c] - origin[c]);
         }

@@ -181,14 +181,14 @@ impl<const D: usize> ContactCandidates<D> {
     /// Adds the positions on an obstacle nearer than the reach of the point (m), and stores one with adhesion just beyond.
     fn add_contacts(
         &mut self,
-        rock: &PenaltyObstacle<D>,
+        obstacle: &PenaltyObstacle<D>,
         number: usize,
         places: &[NearestPoint<D>],
         reach: f64,
     ) {
         for place in places {
             let depth = reach - place.distance;
-            let law = *rock.laws.at(&place.position);
+            let law = *obstacle.laws.at(&place.position);
             let overlap = SurfaceOverlap { normal: place.normal, depth, obstacle: number, law };
             if depth > 0.0 {
                 self.add(overlap);
@@ -222,19 +222,20 @@ impl<const D: usize> PenaltyObstacle<D> {
 
 impl<const D: usize> PenaltyObstacles<D> {
     /// Returns the obstacles of a case in a domain with these corners (m); `horizon` (m) is the search distance of points.
-    pub fn new(standing: &[PlacedObstacle<'_, D>], domain: ([f64; D], [f64; D]), horizon: f64) -> Self {
-        let rock = |PlacedObstacle { obstacle, surface, laws, .. }: &PlacedObstacle<'_, D>| PenaltyObstacle {
-            name: obstacle.name.clone(),
-            surface: Arc::clone(surface),
-            laws: laws.clone(),
-            moving: obstacle.motion.as_ref().map(|motion| ObstacleMotionState {
-                obstacle: MovingObstacle::new(motion, surface, domain),
-                previous_transform: motion.transform(0.0),
-            }),
-            state: ObstacleReaction::default(),
-        };
+    pub fn new(placed: &[PlacedObstacle<'_, D>], domain: ([f64; D], [f64; D]), horizon: f64) -> Self {
+        let penalty_obstacle =
+            |PlacedObstacle { obstacle, surface, laws, .. }: &PlacedObstacle<'_, D>| PenaltyObstacle {
+                name: obstacle.name.clone(),
+                surface: Arc::clone(surface),
+                laws: laws.clone(),
+                moving: obstacle.motion.as_ref().map(|motion| ObstacleMotionState {
+                    obstacle: MovingObstacle::new(motion, surface, domain),
+                    previous_transform: motion.transform(0.0),
+                }),
+                state: ObstacleReaction::default(),
+            };
         Self {
-            obstacles: standing.iter().map(rock).collect(),
+            obstacles: placed.iter().map(penalty_obstacle).collect(),
             workspaces: Vec::new(),
             horizon,
             penetration_constraints: PenetrationConstraints::default(),
@@ -244,46 +245,48 @@ impl<const D: usize> PenaltyObstacles<D> {
 
     /// Returns the moving obstacles.
     pub fn moving(&self) -> impl Iterator<Item = &MovingObstacle<D>> {
-        self.obstacles.iter().filter_map(|rock| rock.moving.as_ref()).map(|moving| &moving.obstacle)
+        self.obstacles.iter().filter_map(|obstacle| obstacle.moving.as_ref()).map(|moving| &moving.obstacle)
     }
 
     /// Moves the obstacles to `time` (s), and resets their forces of the step.
     pub fn advance(&mut self, time: f64) {
         let at = std::mem::replace(&mut self.history.at, time);
-        let mut swept = 0f64;
-        for rock in &mut self.obstacles {
-            (rock.state.force, rock.state.moment, rock.state.spring_energy) = ([0.0; 3], [0.0; 3], 0.0);
-            let Some(ObstacleMotionState { obstacle: own, previous_transform: before }) = &mut rock.moving
+        let mut max_displacement = 0f64;
+        for obstacle in &mut self.obstacles {
+            (obstacle.state.force, obstacle.state.moment, obstacle.state.spring_energy) =
+                ([0.0; 3], [0.0; 3], 0.0);
+            let Some(ObstacleMotionState { obstacle: own, previous_transform: before }) =
+                &mut obstacle.moving
             else {
                 continue;
             };
             *before = own.motion.transform(at);
             own.move_to(time);
-            swept = swept.max(own.max_displacement(at, time));
+            max_displacement = max_displacement.max(own.max_displacement(at, time));
         }
-        self.history.max_obstacle_displacement += swept;
+        self.history.max_obstacle_displacement += max_displacement;
     }
 
     /// Resizes the workspaces to this number of blocks of points.
     pub fn resize_workspaces(&mut self, blocks: usize) {
-        let room = BlockWorkspace {
+        let workspace = BlockWorkspace {
             sums: vec![ObstacleForces::default(); self.obstacles.len()],
             ..BlockWorkspace::default()
         };
-        self.workspaces = vec![room; blocks];
+        self.workspaces = vec![workspace; blocks];
     }
 
     /// Memory (bytes).
     pub fn bytes(&self) -> usize {
         // With a few contacts in a block.
-        let room = size_of::<BlockWorkspace<D>>() + self.obstacles.len() * size_of::<ObstacleForces>();
-        self.workspaces.len() * room
+        let workspace = size_of::<BlockWorkspace<D>>() + self.obstacles.len() * size_of::<ObstacleForces>();
+        self.workspaces.len() * workspace
     }
 
     /// Initial state of a point at `x` (m) of this half width: where the point is nearer to a surface its reach is that distance, so that
     /// no initial force acts.
     pub fn initial_penalty_state(&self, x: &[f64; D], half: f64) -> PenaltyState<D> {
-        let distances = self.obstacles.iter().filter_map(|rock| rock.current_surface().gap(x, half));
+        let distances = self.obstacles.iter().filter_map(|obstacle| obstacle.current_surface().gap(x, half));
         let nearest = distances.map(|gap| gap.distance).fold(half, f64::min);
         PenaltyState { half, reach: nearest.max(0.0), ..PenaltyState::NEW }
     }
@@ -303,8 +306,8 @@ impl<const D: usize> PenaltyObstacle<D> {
         self.moving.as_ref().map_or(
             [0.0; D],
             |ObstacleMotionState { obstacle: own, previous_transform: before }| {
-                let was = own.material_position(x, before);
-                std::array::from_fn(|c| x[c] - was[c])
+                let previous = own.material_position(x, before);
+                std::array::from_fn(|c| x[c] - previous[c])
             },
         )
     }
@@ -312,8 +315,8 @@ impl<const D: usize> PenaltyObstacle<D> {
     /// Displacement of its part at `x` (m) until `time` (s) (m).
     pub fn displacement_until(&self, x: &[f64; D], time: f64) -> [f64; D] {
         self.moving.as_ref().map_or([0.0; D], |ObstacleMotionState { obstacle: own, .. }| {
-            let goes = own.material_position(x, &own.motion.transform(time));
-            std::array::from_fn(|c| goes[c] - x[c])
+            let end = own.material_position(x, &own.motion.transform(time));
+            std::array::from_fn(|c| end[c] - x[c])
         })
     }
 }

@@ -19,26 +19,26 @@ impl<const D: usize> MpmSolver<D> {
     /// Warning where null-space motion dominates the motion of the points.
     pub(crate) fn null_space_warning(&self) -> Option<String> {
         let case = &self.clock.case;
-        let (mut all, mut unseen, mut fall, mut fastest) = (0.0, 0.0, 0.0, 0f64);
+        let (mut all, mut null_space, mut fall, mut fastest) = (0.0, 0.0, 0.0, 0f64);
         for set in self.bodies.deformable_sets() {
             let height = body_height(case, &case.bodies[set.body as usize]);
             for (p, (mass, velocity)) in set.points.mass.iter().zip(&set.points.velocity).enumerate() {
-                let seen = set.grid_velocity(p);
-                let rest = square(&std::array::from_fn::<f64, D, _>(|c| velocity[c] - seen[c]));
+                let grid_velocity = set.grid_velocity(p);
+                let rest = square(&std::array::from_fn::<f64, D, _>(|c| velocity[c] - grid_velocity[c]));
                 all += 0.5 * mass * square(velocity);
-                unseen += 0.5 * mass * rest;
+                null_space += 0.5 * mass * rest;
                 fall += mass * case.gravity_magnitude() * height;
                 fastest = fastest.max(rest.sqrt());
             }
         }
         let time = time_of_fall(case)?;
-        (unseen > REPORTED_FRACTION * all && unseen > MIN_ENERGY_RATIO * fall).then(|| {
+        (null_space > REPORTED_FRACTION * all && null_space > MIN_ENERGY_RATIO * fall).then(|| {
             let cure = match self.clock.options.residual_time {
                 None => format!("set methods.mpm.residual_time to about {time:.2} s"),
                 Some(_) => "shorten methods.mpm.residual_time".to_owned(),
             };
             format!(
-                "{unseen:.1e} J of the remaining kinetic energy ({all:.1e} J) is noise of the velocity \
+                "{null_space:.1e} J of the remaining kinetic energy ({all:.1e} J) is noise of the velocity \
                  transfer that does not move the material: velocities of points differ from those of the grid \
                  by up to {fastest:.2} m/s. To damp it, {cure}. The output field grid_velocity has the \
                  velocity without this noise"

@@ -47,9 +47,9 @@ impl<const D: usize> MpmSolver<D> {
                 scalar(&|s, i| (s.points.mass[i] + s.liquid_mass(i)) / s.points.volume[i]),
             ),
         ];
-        if self.bodies.sets.iter().any(|set| !set.points.seen.is_empty()) {
-            let seen = vector(&|s, i| spatial(&s.grid_velocity(i)));
-            fields.push(field("grid_velocity", "m/s", FieldData::Vector(seen)));
+        if self.bodies.sets.iter().any(|set| !set.points.grid_velocity.is_empty()) {
+            let grid_velocity = vector(&|s, i| spatial(&s.grid_velocity(i)));
+            fields.push(field("grid_velocity", "m/s", FieldData::Vector(grid_velocity)));
         }
         fields.extend(self.pore_fields(&order));
         let bodies: Vec<LawPoints<'_>> = self.bodies.sets.iter().map(PointSet::law_points).collect();

@@ -84,10 +84,10 @@ impl TwoPhase {
         points: &PointSlice<'_, D>,
         reads: &mut [[InterpolatedMotion<D>; 2]],
     ) {
-        let (ground, sweeps) = (background.grid_view(), background.transfers);
+        let (view, transfers) = (background.grid_view(), background.transfers);
         match of {
-            Solved => sweeps.g2p_phases(&ground, points, &self.nodes, reads),
-            Remapped => sweeps.g2p_phase_velocities(&ground, points, &self.remapped, reads),
+            Solved => transfers.g2p_phases(&view, points, &self.nodes, reads),
+            Remapped => transfers.g2p_phase_velocities(&view, points, &self.remapped, reads),
         }
     }
 

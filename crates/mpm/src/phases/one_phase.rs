@@ -278,9 +278,9 @@ fn damp_nodes<const D: usize>(
         layout.for_each_active_node_range(nodes, |row, active, line| {
             for number in active {
                 let node = &mut line[number];
-                let held = walls
+                let constrained = walls
                     .constrained_components(&layout.index(row, number), &first_three(node.momentum_and_mass));
-                damp(node, &damping, held, clock.dt);
+                damp(node, &damping, constrained, clock.dt);
             }
         });
     }

@@ -39,7 +39,7 @@ pub(super) fn p2g_phases<const D: usize>(
     penalty_forces(clock, background, bodies, &mut boundary.penalty_obstacles);
     average_stresses(clock, background, bodies, &mut averages.stresses);
     let full_cells = averages.stresses.full_cells(0, background.cell_layout().len());
-    let (sets, ground) = (&bodies.sets, background.grid_view());
+    let (sets, view) = (&bodies.sets, background.grid_view());
     background.layout.for_each_slab(&mut phases.nodes, |slab, window, offset| {
         let mut buffer = PhaseP2gBuffer::NOTHING;
         for set in sets {
@@ -53,7 +53,7 @@ pub(super) fn p2g_phases<const D: usize>(
                     body_force: &buffer.body[..count],
                 };
                 let to = NodeRange { nodes: &mut *window, first: offset };
-                background.transfers.p2g_phases(&ground, &set.point_slice().range(block), to, &input);
+                background.transfers.p2g_phases(&view, &set.point_slice().range(block), to, &input);
             }
         }
     });
@@ -79,8 +79,8 @@ pub(super) fn remap_phases<const D: usize>(
 ) {
     let TwoPhase { nodes, remapped, walls, .. } = phases;
     background.layout.reset(remapped);
-    let BackgroundGrid { layout, transfers: sweeps, .. } = background;
-    let (ground, sets) = (background.grid_view(), &bodies.sets);
+    let BackgroundGrid { layout, transfers, .. } = background;
+    let (view, sets) = (background.grid_view(), &bodies.sets);
     layout.for_each_slab(remapped, |slab, window, offset| {
         let mut momenta = [[Vector4::ZERO; 2]; BLOCK_SIZE];
         for set in sets {
@@ -94,7 +94,7 @@ pub(super) fn remap_phases<const D: usize>(
                 }
                 let to = NodeRange { nodes: &mut *window, first: offset };
                 let momenta = &momenta[..block.len()];
-                sweeps.p2g_phase_values(&ground, &set.point_slice().range(block), to, momenta);
+                transfers.p2g_phase_values(&view, &set.point_slice().range(block), to, momenta);
             }
         }
     });
@@ -118,9 +118,9 @@ pub(super) fn remap_phases<const D: usize>(
                     continue;
                 }
                 *velocity *= 1.0 / mass;
-                let mut held = first_three(*velocity);
-                walls[phase].constrain_remapped(&index, &first_three(solved), &mut held);
-                *velocity = vector4(&held, 0.0);
+                let mut constrained = first_three(*velocity);
+                walls[phase].constrain_remapped(&index, &first_three(solved), &mut constrained);
+                *velocity = vector4(&constrained, 0.0);
             }
         }
     });
@@ -135,18 +135,18 @@ pub(super) fn update_phases<const D: usize>(
     boundary: &BoundaryConditions<D>,
     averages: &CellAverages<D>,
     (phases, read): (&TwoPhase, VelocitySource),
-    what: UpdateSelection,
+    selection: UpdateSelection,
 ) -> Result<f64, SolverError> {
     let update = PointUpdater { clock, background, strains: &averages.strains, has_wall: &boundary.has_wall };
-    let bench = || {
+    let new_workspace = || {
         Workspace::at_rest::<D>(
             [InterpolatedMotion::ZERO; 2],
             clock.dt,
             clock.options.band_cells() * background.grid.cell,
         )
     };
-    bodies.update_blocks(clock, &bench, |set, block, bench| {
-        update.phase_block((phases, read), set, block, bench, what)
+    bodies.update_blocks(clock, &new_workspace, |set, block, workspace| {
+        update.phase_block((phases, read), set, block, workspace, selection)
     })
 }
 
@@ -158,22 +158,22 @@ impl<const D: usize> PointUpdater<'_, D> {
         set: &SetProperties<'_, D>,
         block: &mut PointBlock<'_, D>,
         Workspace { interpolated: reads, motions }: &mut Workspace<[InterpolatedMotion<D>; 2]>,
-        what: UpdateSelection,
+        selection: UpdateSelection,
     ) -> BlockReport {
         if block.pressure.is_empty() {
             return Ok(0.0);
         }
-        let (ground, sweeps, n) =
+        let (view, transfers, n) =
             (self.background.grid_view(), self.background.transfers, block.position.len());
         let reads = &mut reads[..n];
         let points = block.point_slice(&set.extent);
-        match (read, what.stress) {
-            (Solved, true) => sweeps.g2p_phases(&ground, &points, &phases.nodes, reads),
-            (Solved, false) => sweeps.g2p_phase_motions(&ground, &points, &phases.nodes, reads),
-            (Remapped, _) => sweeps.g2p_phase_velocities(&ground, &points, &phases.remapped, reads),
+        match (read, selection.stress) {
+            (Solved, true) => transfers.g2p_phases(&view, &points, &phases.nodes, reads),
+            (Solved, false) => transfers.g2p_phase_motions(&view, &points, &phases.nodes, reads),
+            (Remapped, _) => transfers.g2p_phase_velocities(&view, &points, &phases.remapped, reads),
         }
         let reads = &*reads;
-        if what.velocity {
+        if selection.velocity {
             for (p, read) in reads.iter().enumerate() {
                 self.update_velocity(&mut block.velocity[p], &read[SOLID]);
                 if set.fluid.is_some() {
@@ -181,19 +181,19 @@ impl<const D: usize> PointUpdater<'_, D> {
                 }
             }
         }
-        if what.stress {
+        if selection.stress {
             self.deform_phases(set, block, reads, motions)?;
         }
         let mut moves = [Displacement::default(); BLOCK_SIZE];
-        if what.position {
+        if selection.position {
             block.apply_pending_domains();
             self.add_seepage(set, block, reads);
             for (p, read) in reads.iter().enumerate() {
                 moves[p] = self.move_point(block, p, read[SOLID].velocity.as_array());
             }
         }
-        let moved = if what.position { self.check_positions(set, block, &moves)? } else { 0.0 };
-        if what.stress {
+        let moved = if selection.position { self.check_positions(set, block, &moves)? } else { 0.0 };
+        if selection.stress {
             set.material.update_block(motions, block.stress, &mut block.states[0]).map_err(|error| {
                 PointFailure { index: block.first + error.index, reason: error.source.to_string() }
             })?;
@@ -211,12 +211,12 @@ impl<const D: usize> PointUpdater<'_, D> {
     ) {
         let Some(fluid) = &set.fluid else { return };
         let volumes = block.volume.iter().zip(block.initial_volume);
-        for ((soaked, [solid, liquid]), (volume, initial)) in
+        for ((pore_contact, [solid, liquid]), (volume, initial)) in
             block.pore_contact.iter_mut().zip(reads).zip(volumes)
         {
-            let way = self.clock.dt * fluid.porosity_at(*volume, *initial);
+            let factor = self.clock.dt * fluid.porosity_at(*volume, *initial);
             let (solid, liquid) = (solid.velocity.as_array(), liquid.velocity.as_array());
-            (0..D).for_each(|c| soaked.seepage_displacement[c] += way * (liquid[c] - solid[c]));
+            (0..D).for_each(|c| pore_contact.seepage_displacement[c] += factor * (liquid[c] - solid[c]));
         }
     }
 
@@ -305,7 +305,7 @@ impl<const D: usize> PhaseP2gBuffer<D> {
         block: Range<usize>,
         full_cells: Option<&[bool]>,
     ) {
-        let (points, domain, ground) = (&set.points, set.domain.as_slice(), background.grid_view());
+        let (points, domain, view) = (&set.points, set.domain.as_slice(), background.grid_view());
         for (k, p) in block.enumerate() {
             let volume = points.volume[p];
             let [liquid_mass, drag, full_mass] = pore.fluid.map_or([0.0; 3], |fluid| {
@@ -320,7 +320,7 @@ impl<const D: usize> PhaseP2gBuffer<D> {
             let liquid_stress = SymTensor::isotropic(-pore.points.pressure[p]);
             let total_stress = set.total_stress(p);
             let is_in_full_cell =
-                full_cells.is_some_and(|full| full[domain.cell(p, &ground, &points.position[p])]);
+                full_cells.is_some_and(|full| full[domain.cell(p, &view, &points.position[p])]);
             let own_volume = if is_in_full_cell { 0.0 } else { volume };
             self.columns[k] = [
                 force_columns::<D>(&total_stress, own_volume),
@@ -334,7 +334,9 @@ impl<const D: usize> PhaseP2gBuffer<D> {
                 body[SOLID] += Vector4::new([hoop(&total_stress), 0.0, 0.0, 0.0]);
                 body[LIQUID] += Vector4::new([hoop(&liquid_stress), 0.0, 0.0, 0.0]);
             }
-            if let (Some(solid), Some(liquid)) = (points.pressed.get(p), pore.points.soaked.get(p)) {
+            if let (Some(solid), Some(liquid)) =
+                (points.obstacle_contact.get(p), pore.points.obstacle_contact.get(p))
+            {
                 body[SOLID] += vector4(&solid.force, 0.0);
                 body[LIQUID] += vector4(&liquid.force, 0.0);
             }

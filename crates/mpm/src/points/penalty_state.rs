@@ -54,13 +54,13 @@ impl<const D: usize> FixedBytes for PenaltyState<D> {
         let (numbers, bytes) = bytes.split_at(<[f64; SCALARS]>::BYTE_COUNT);
         let (vectors, bond) = bytes.split_at(3 * <[f64; D]>::BYTE_COUNT);
         let [half, reach, free, swept] = FixedBytes::from_bytes(numbers);
-        let [seen, spring, force] = FixedBytes::from_bytes(vectors);
+        let [last_search_displacement, spring, force] = FixedBytes::from_bytes(vectors);
         Self {
             half,
             reach,
             free_distance: free,
             obstacle_displacement: swept,
-            last_search_displacement: seen,
+            last_search_displacement,
             spring,
             bond: FixedBytes::from_bytes(bond),
             force,

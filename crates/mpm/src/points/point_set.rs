@@ -42,7 +42,7 @@ struct_of_arrays! {
         /// Velocities (m/s).
         pub velocity: [f64; D],
         /// Velocities of the grid at the points in the last step (m/s), where points have their own (FLIP, XPIC); empty otherwise.
-        pub seen: [f64; D],
+        pub grid_velocity: [f64; D],
         /// Masses (kg).
         pub mass: f64,
         /// Current volumes (m³; m² × 1 m in plane strain, per radian in axisymmetry).
@@ -66,7 +66,7 @@ struct_of_arrays! {
         /// Energy stored at the start and work of the stress since (J); empty where it is not recorded.
         pub work: f64,
         /// States of contact with obstacles that act on points; empty without any.
-        pub pressed: PenaltyState<D>,
+        pub obstacle_contact: PenaltyState<D>,
     }
 }
 
@@ -129,7 +129,7 @@ impl<const D: usize> PointSet<D> {
 
     /// Velocity of the grid at a point in the last step (m/s), or its own where both are equal.
     pub fn grid_velocity(&self, point: usize) -> [f64; D] {
-        let velocity = self.points.seen.get(point).filter(|_| self.rigid.is_none());
+        let velocity = self.points.grid_velocity.get(point).filter(|_| self.rigid.is_none());
         velocity.copied().unwrap_or(self.points.velocity[point])
     }
 

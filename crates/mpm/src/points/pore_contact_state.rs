@@ -29,7 +29,7 @@ impl<const D: usize> FixedBytes for PoreContactState<D> {
     }
 
     fn from_bytes(bytes: &[u8]) -> Self {
-        let [seep, force] = FixedBytes::from_bytes(bytes);
-        Self { seepage_displacement: seep, force }
+        let [seepage_displacement, force] = FixedBytes::from_bytes(bytes);
+        Self { seepage_displacement, force }
     }
 }

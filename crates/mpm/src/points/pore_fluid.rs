@@ -61,7 +61,7 @@ struct_of_arrays! {
         /// Forces of prescribed boundary pressures in this step (N); empty where there are none.
         pub traction: [f64; D],
         /// States of contact with obstacles; empty unless those act on points.
-        pub soaked: PoreContactState<D>,
+        pub obstacle_contact: PoreContactState<D>,
     }
 }
 

@@ -101,8 +101,8 @@ impl dimension_dispatch::DimensionVisitor for EstimateSize<'_> {
         let matrix = if affine { D * D } else { 0 };
         let arrays = arrays + (matrix + if wet { D + 1 } else { 0 }) * number;
         let presses = options.obstacles == ObstacleCoupling::Points;
-        let soaked = if wet { size_of::<PoreContactState<D>>() } else { 0 };
-        let arrays = arrays + if presses { size_of::<PenaltyState<D>>() + soaked } else { 0 };
+        let pore_contact = if wet { size_of::<PoreContactState<D>>() } else { 0 };
+        let arrays = arrays + if presses { size_of::<PenaltyState<D>>() + pore_contact } else { 0 };
         let mut memory = 0.0;
         for (body, points) in case.bodies.iter().zip(&points) {
             let path = || format!("materials.{}", body.material);
@@ -146,7 +146,7 @@ impl<const D: usize> MpmSolver<D> {
             + size_of_val(&self.nodes.row_sums[..])
             + self.boundary.contacts.bytes()
             + self.boundary.row_contacts.iter().map(RowContact::bytes).sum::<usize>()
-            + self.boundary.penalty_obstacles.as_ref().map_or(0, |rocks| rocks.bytes())
+            + self.boundary.penalty_obstacles.as_ref().map_or(0, |obstacles| obstacles.bytes())
             + self.averages.strains.bytes()
             + self.averages.stresses.bytes()
             + self.averages.dual_domain.bytes()

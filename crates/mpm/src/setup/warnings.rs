@@ -23,7 +23,7 @@ fn open_side_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
         return Vec::new();
     }
     let last = case.active_boundaries(case.stages.len());
-    let held = |axis: usize, upper: bool| {
+    let has_wall = |axis: usize, upper: bool| {
         last.iter().any(|(_, boundary)| {
             boundary.side.axis() == axis
                 && boundary.side.is_max() == upper
@@ -39,7 +39,7 @@ fn open_side_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
             let lower = low[axis] - case.domain.min[axis] < reach
                 && !(axis == 0 && case.space == Space::Axisymmetric);
             for (upper, reaches) in [(false, lower), (true, case.domain.max[axis] - high[axis] < reach)] {
-                if reaches && !held(axis, upper) {
+                if reaches && !has_wall(axis, upper) {
                     let side = format!("{}-{}", ["x", "y", "z"][axis], if upper { "max" } else { "min" });
                     found.push(format!(
                         "bodies[{number}]: reaches the side {side} of the domain, which has no permanent \

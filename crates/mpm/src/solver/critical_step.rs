@@ -57,8 +57,8 @@ impl<const D: usize> MpmSolver<D> {
             let fixed = self.clock.options.time_step;
             let courant = if fixed.is_some() { 1.0 } else { self.clock.options.courant };
             let limit = self.wave_limit(courant);
-            let most = courant.min(self.clock.options.surface_courant(D));
-            self.clock.courant = fixed.map_or(most, |step| most * (step / limit.dt).min(1.0));
+            let max_courant = courant.min(self.clock.options.surface_courant(D));
+            self.clock.courant = fixed.map_or(max_courant, |step| max_courant * (step / limit.dt).min(1.0));
             self.clock.limit = Some(self.limit_by_obstacle_motion(limit).or_fixed(fixed));
             self.clock.limit_age = 0;
         }
@@ -67,10 +67,17 @@ impl<const D: usize> MpmSolver<D> {
 
     /// Limits the critical step, so that no obstacle moves farther than [`MAX_OBSTACLE_MOVE`].
     fn limit_by_obstacle_motion(&self, critical: TimeStep) -> TimeStep {
-        let BoundaryConditions { penalty_obstacles: rocks, node_obstacles: held, .. } = &self.boundary;
-        let moving = rocks.iter().flat_map(|rocks| rocks.moving()).chain(held.moving.iter());
-        let most = MAX_OBSTACLE_MOVE * self.clock.options.cell_size;
-        limit_step_by_obstacles(critical, moving, (self.clock.time, most, STEPS_PER_TIME_STEP + 1))
+        let BoundaryConditions { penalty_obstacles, node_obstacles, .. } = &self.boundary;
+        let moving = penalty_obstacles
+            .iter()
+            .flat_map(|penalty_obstacles| penalty_obstacles.moving())
+            .chain(node_obstacles.moving.iter());
+        let max_displacement = MAX_OBSTACLE_MOVE * self.clock.options.cell_size;
+        limit_step_by_obstacles(
+            critical,
+            moving,
+            (self.clock.time, max_displacement, STEPS_PER_TIME_STEP + 1),
+        )
     }
 
     /// The largest step that the waves, the motion and the viscosity of the points allow at a Courant number of `courant`;
@@ -103,7 +110,7 @@ impl<const D: usize> MpmSolver<D> {
         states: &StateBlock,
     ) -> LimitingPoint {
         let set = &self.bodies.sets[number];
-        let ground = self.background.grid_view();
+        let view = self.background.grid_view();
         let mut moduli = [0.0; BLOCK_SIZE];
         let mut viscosities = [0.0; BLOCK_SIZE];
         set.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
@@ -117,7 +124,7 @@ impl<const D: usize> MpmSolver<D> {
         };
         for k in 0..stress.len() {
             let index = first + k;
-            let h = set.domain.as_slice().spacing(index, &ground);
+            let h = set.domain.as_slice().spacing(index, &view);
             let density = set.points.mass[index] / set.points.volume[index];
             if set.rigid.is_some() {
                 (moduli[k], viscosities[k]) = (0.0, 0.0);

@@ -204,14 +204,14 @@ pub fn average_stresses<const D: usize>(
     }
     let layout = background.cell_layout();
     stresses.reset(layout);
-    let ground = background.grid_view();
+    let view = background.grid_view();
     for (field, cells) in stresses.cells.chunks_exact_mut(layout.len()).enumerate() {
         let of_field = |set: &&PointSet<D>| set.field == field;
         layout.for_each_slab(cells, |slab, window, offset| {
             for set in bodies.sets.iter().filter(of_field) {
                 let domain = set.domain.as_slice();
                 for p in set.slabs[slab]..set.slabs[slab + 1] {
-                    let cell = domain.cell(p, &ground, &set.points.position[p]);
+                    let cell = domain.cell(p, &view, &set.points.position[p]);
                     let (s, pressure, volume) =
                         (set.total_stress(p).0, set.pore_pressure(p), set.points.volume[p]);
                     window[cell - offset][0] += Vector4::new([s[0], s[1], s[2], s[3]]) * volume;
@@ -239,12 +239,12 @@ fn reset_stresses<const D: usize>(
     stresses: &CellStresses,
 ) {
     let cells = background.cell_layout().len();
-    let ground = background.grid_view();
+    let view = background.grid_view();
     for set in bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
         let first = set.field * cells;
         let domain = set.domain.as_slice();
         let of_cell = |(p, position): (usize, &[f64; D])| {
-            let cell = first + domain.cell(p, &ground, position);
+            let cell = first + domain.cell(p, &view, position);
             stresses.full[cell].then(|| cell_average(&stresses.cells[cell]))
         };
         let places = || set.points.position.par_iter().enumerate().map(of_cell);

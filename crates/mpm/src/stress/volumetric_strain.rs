@@ -170,7 +170,7 @@ pub fn average_strains<const D: usize>(
     }
     let layouts = [&background.layout, background.cell_layout()];
     strains.reset(layouts);
-    let (ground, [_, of_cells]) = (background.grid_view(), layouts);
+    let (view, [_, of_cells]) = (background.grid_view(), layouts);
     let CellStrains { materials, cells, .. } = &mut *strains;
     for (material, cells) in cells.chunks_exact_mut(of_cells.len()).enumerate() {
         let of_material =
@@ -183,7 +183,7 @@ pub fn average_strains<const D: usize>(
                     let (all, places) = (&mut all[..block.len()], &mut places[..block.len()]);
                     read(set, block.clone(), all);
                     set.domain.as_slice().range(block.clone()).cells(
-                        &ground,
+                        &view,
                         &set.points.position[block.clone()],
                         places,
                     );
@@ -270,8 +270,8 @@ mod tests {
         let mut layout = Layout::new::<2, LinearBasis>(&grid);
         layout.add_points(&[[0.5, 0.5], [1.5, 0.5], [2.5, 1.5]]);
         let mesh = Mesh::default();
-        let ground = GridView::new(&grid, &mesh, &layout);
-        let number = |i: usize, j: usize| ground.lowest_node(&[i as f64 + 0.5, j as f64 + 0.5]);
+        let view = GridView::new(&grid, &mesh, &layout);
+        let number = |i: usize, j: usize| view.lowest_node(&[i as f64 + 0.5, j as f64 + 0.5]);
         let (cells, nodes) = (vec![Vector4::ZERO; layout.len()], vec![Vector4::ZERO; layout.len()]);
         let mut shared = CellStrains { materials: vec![0], cells, nodes };
         for (i, column) in strains.iter().enumerate() {

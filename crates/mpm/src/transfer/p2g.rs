@@ -46,7 +46,7 @@ pub fn p2g_momenta<const D: usize>(
     of: fn(&PointSet<D>) -> &[[f64; D]],
     transfer: VelocityTransfer,
 ) {
-    let ground = background.grid_view();
+    let view = background.grid_view();
     background.layout.for_each_slab(nodes, |slab, window, offset| {
         let mut values = [Vector4::ZERO; BLOCK_SIZE];
         for set in sets.iter().filter(|set| set.field == field) {
@@ -58,7 +58,7 @@ pub fn p2g_momenta<const D: usize>(
                 }
                 let to = NodeRange { nodes: &mut *window, first: offset };
                 let affine = affine_of(transfer, set, block.clone());
-                background.transfers.p2g_values(&ground, &set.point_slice().range(block), to, values, affine);
+                background.transfers.p2g_values(&view, &set.point_slice().range(block), to, values, affine);
             }
         }
     });
@@ -109,14 +109,14 @@ impl<const D: usize> PointScatter<'_, D> {
     /// Adds the contributions of the bodies of a velocity field to its nodes, slab by slab.
     fn add_field(&self, sets: &[PointSet<D>], field: usize, nodes: &mut [NodalState]) {
         let BackgroundGrid { layout, transfers, axisymmetric, .. } = self.background;
-        let ground = self.background.grid_view();
+        let view = self.background.grid_view();
         layout.for_each_slab(nodes, |slab, window, offset| {
             let mut buffer = P2gBuffer::NOTHING;
             for set in sets.iter().filter(|set| set.field == field) {
                 let loaded = !set.points.traction.is_empty() && self.content != P2gContent::Motion;
-                let pressed = !set.points.pressed.is_empty() && self.content != P2gContent::Motion;
+                let pressed = !set.points.obstacle_contact.is_empty() && self.content != P2gContent::Motion;
                 for block in set.blocks_of(slab) {
-                    self.fill(&ground, set, block.clone(), [loaded, pressed], &mut buffer);
+                    self.fill(&view, set, block.clone(), [loaded, pressed], &mut buffer);
                     let (count, affine) = (block.len(), affine_of(self.transfer, set, block.clone()));
                     let has_body_force = *axisymmetric || loaded || pressed;
                     let input = P2gInput {
@@ -126,7 +126,7 @@ impl<const D: usize> PointScatter<'_, D> {
                         affine: affine.filter(|_| self.content != P2gContent::Forces),
                     };
                     let to = NodeRange { nodes: &mut *window, first: offset };
-                    transfers.p2g(&ground, &set.point_slice().range(block), to, &input);
+                    transfers.p2g(&view, &set.point_slice().range(block), to, &input);
                 }
             }
         });
@@ -144,7 +144,7 @@ impl<const D: usize> PointScatter<'_, D> {
     #[inline(always)]
     fn fill(
         &self,
-        ground: &GridView<'_, D>,
+        view: &GridView<'_, D>,
         set: &PointSet<D>,
         block: Range<usize>,
         [loaded, pressed]: [bool; 2],
@@ -155,10 +155,10 @@ impl<const D: usize> PointScatter<'_, D> {
             let mass = if self.content == P2gContent::Forces { 0.0 } else { points.mass[p] };
             buffer.motion[k] = vector4(&points.velocity[p], 1.0) * mass;
             let is_in_full_cell =
-                full_cells.is_some_and(|full| full[domain.cell(p, ground, &points.position[p])]);
+                full_cells.is_some_and(|full| full[domain.cell(p, view, &points.position[p])]);
             let exerts_stress = self.content != P2gContent::Motion && !is_in_full_cell;
             let volume = if exerts_stress { points.volume[p] } else { 0.0 };
-            let own_share = if self.has_dual_domains { share(ground.grid, &points.position[p]) } else { 1.0 };
+            let own_share = if self.has_dual_domains { share(view.grid, &points.position[p]) } else { 1.0 };
             buffer.columns[k] = force_columns::<D>(&points.stress[p], own_share * volume);
             buffer.body[k] = if self.background.axisymmetric {
                 let hoop = -volume * points.stress[p][2] / points.position[p][0];
@@ -170,7 +170,7 @@ impl<const D: usize> PointScatter<'_, D> {
                 buffer.body[k] += vector4(&points.traction[p], 0.0);
             }
             if pressed {
-                buffer.body[k] += vector4(&points.pressed[p].force, 0.0);
+                buffer.body[k] += vector4(&points.obstacle_contact[p].force, 0.0);
             }
         }
     }

@@ -59,22 +59,22 @@ pub fn update_points<const D: usize>(
     (nodes, read): (&VelocityFields, VelocitySource),
     boundary: &BoundaryConditions<D>,
     averages: &mut CellAverages<D>,
-    what: UpdateSelection,
+    selection: UpdateSelection,
 ) -> Result<f64, SolverError> {
-    if what.stress {
+    if selection.stress {
         average_velocity_gradients(background, (nodes, read), &mut averages.dual_domain);
     }
     let CellAverages { strains, dual_domain: dual, .. } = &*averages;
     let update = PointUpdater { clock, background, strains, has_wall: &boundary.has_wall };
-    let bench = || {
+    let new_workspace = || {
         Workspace::at_rest::<D>(
             InterpolatedMotion::ZERO,
             clock.dt,
             clock.options.band_cells() * background.grid.cell,
         )
     };
-    bodies.update_blocks(clock, &bench, |set, block, bench| {
-        update.block((nodes, read, dual), set, block, bench, what)
+    bodies.update_blocks(clock, &new_workspace, |set, block, workspace| {
+        update.block((nodes, read, dual), set, block, workspace, selection)
     })
 }
 
@@ -97,20 +97,20 @@ impl<const D: usize> PointUpdater<'_, D> {
         set: &SetProperties<'_, D>,
         block: &mut PointBlock<'_, D>,
         Workspace { interpolated: reads, motions }: &mut Workspace<InterpolatedMotion<D>>,
-        what: UpdateSelection,
+        selection: UpdateSelection,
     ) -> BlockReport {
-        let BackgroundGrid { grid, layout, transfers: sweeps, .. } = self.background;
-        let (ground, extent, n) = (self.background.grid_view(), &set.extent, block.position.len());
+        let BackgroundGrid { grid, layout, transfers, .. } = self.background;
+        let (view, extent, n) = (self.background.grid_view(), &set.extent, block.position.len());
         let (flip, dt) = (if set.has_affine_field { 0.0 } else { self.clock.flip }, self.clock.dt);
         let first_node = set.field * layout.len();
         let reads = &mut reads[..n];
         let points = block.point_slice(extent);
-        match (read, what.stress) {
-            (Solved, true) => sweeps.g2p(&ground, &points, &nodes.solved[first_node..], reads),
-            (Solved, false) => sweeps.g2p_motion(&ground, &points, &nodes.solved[first_node..], reads),
-            (Remapped, _) => sweeps.g2p_velocity(&ground, &points, &nodes.remapped[first_node..], reads),
+        match (read, selection.stress) {
+            (Solved, true) => transfers.g2p(&view, &points, &nodes.solved[first_node..], reads),
+            (Solved, false) => transfers.g2p_motion(&view, &points, &nodes.solved[first_node..], reads),
+            (Remapped, _) => transfers.g2p_velocity(&view, &points, &nodes.remapped[first_node..], reads),
         }
-        if what.velocity {
+        if selection.velocity {
             for (own, read) in block.velocity.iter_mut().zip(&*reads) {
                 let (velocity, acceleration) = (read.velocity.as_array(), read.acceleration.as_array());
                 for c in 0..D {
@@ -118,19 +118,19 @@ impl<const D: usize> PointUpdater<'_, D> {
                 }
             }
         }
-        if what.stress && dual.is_used() {
+        if selection.stress && dual.is_used() {
             for (read, position) in reads.iter_mut().zip(&*block.position) {
                 dual.blend(set.field, grid, layout, position, &mut read.gradient);
             }
         }
-        if what.stress {
+        if selection.stress {
             self.deform(set, block, reads, motions)?;
         }
-        let moved = if what.position {
+        let moved = if selection.position {
             block.apply_pending_domains();
             let velocity = |p: usize| std::array::from_fn(|c| reads[p].velocity.as_array()[c]);
             let of_node = |number: usize| nodes.motion(read, first_node + number);
-            block.domain.convect(&ground, block.position, extent, velocity, dt, of_node);
+            block.domain.convect(&view, block.position, extent, velocity, dt, of_node);
             let mut moves = [Displacement::default(); BLOCK_SIZE];
             for (p, read) in reads.iter().enumerate() {
                 moves[p] = self.move_point(block, p, read.velocity.as_array());
@@ -139,7 +139,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         } else {
             0.0
         };
-        if what.stress {
+        if selection.stress {
             let before = (!block.stress_work.is_empty()).then(|| PreviousStress::of_block(block.stress));
             set.material.update_block(motions, block.stress, &mut block.states[0]).map_err(|error| {
                 PointFailure { index: block.first + error.index, reason: error.source.to_string() }
@@ -241,8 +241,8 @@ impl<const D: usize> PointUpdater<'_, D> {
         let dt = self.clock.dt;
         let step = velocity[..D].iter().fold(0f64, |step, v| step.max((dt * v).abs()));
         let radius = block.position[p][0];
-        if let Some(seen) = block.grid_velocity.get_mut(p) {
-            seen.copy_from_slice(&velocity[..D]);
+        if let Some(grid_velocity) = block.grid_velocity.get_mut(p) {
+            grid_velocity.copy_from_slice(&velocity[..D]);
         }
         if self.clock.options.formulation == LagrangianFormulation::SmallDisplacement {
             (0..D).for_each(|c| block.origin[p][c] -= dt * velocity[c]);
@@ -262,14 +262,14 @@ impl<const D: usize> PointUpdater<'_, D> {
         block: &mut PointBlock<'_, D>,
         moves: &[Displacement],
     ) -> BlockReport {
-        let (ground, cell) = (self.background.grid_view(), self.background.grid.cell);
+        let (view, cell) = (self.background.grid_view(), self.background.grid.cell);
         let mut moved = 0f64;
         for (p, (position, Displacement { step, radius })) in block.position.iter_mut().zip(moves).enumerate()
         {
             let domain = block.domain.as_slice();
             let fail = |reason| PointFailure { index: block.first + p, reason };
             // Written so that NaN counts as a failure.
-            if !(*step <= 0.5 * domain.spacing(p, &ground)) {
+            if !(*step <= 0.5 * domain.spacing(p, &view)) {
                 return Err(fail(format!(
                     "it would move {step:.3e} m in one step, more than half a cell or element: the run has become \
                      unstable (reduce courant or time_step)"
@@ -281,7 +281,7 @@ impl<const D: usize> PointUpdater<'_, D> {
                 position[0] = position[0].max(least.min(*radius));
             }
             let settled = if self.background.is_meshed() {
-                block.domain.relocate(p, &ground, position)
+                block.domain.relocate(p, &view, position)
             } else if !set.reference_configuration && !self.background.grid.contains(position) {
                 self.project_onto_walls(position)
             } else {

@@ -112,10 +112,11 @@ impl<const D: usize> PhaseSolve<'_, D> {
             if plain && row_free && (1..D).all(|axis| free(axis, index[axis])) {
                 self.free_node(node, &masses, gravity);
             } else {
-                let held = self.constrained.get(row * line_length + number).copied().unwrap_or_default();
+                let constrained =
+                    self.constrained.get(row * line_length + number).copied().unwrap_or_default();
                 let mut repeated = PhaseEquilibriumTerms::default();
                 let sums = if self.layout.is_periodic_image(&index) { &mut repeated } else { &mut sums };
-                self.node(&index, node, &masses, held, sums, |_, _, _| {});
+                self.node(&index, node, &masses, constrained, sums, |_, _, _| {});
             }
         }
         sums
@@ -126,7 +127,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
     fn free_node(&self, [solid, liquid]: &mut [NodalState; 2], masses: &PhaseMasses, gravity: Vector4) {
         let start = solid.momentum_and_mass * VECTOR * (1.0 / masses.solid);
         let mut weight = masses.solid;
-        let mut carried = Vector4::ZERO;
+        let mut inertia_force = Vector4::ZERO;
         if masses.liquid > self.mass_cutoff[LIQUID] {
             let of_liquid = liquid.momentum_and_mass * VECTOR * (1.0 / masses.liquid);
             let force = liquid.force - (of_liquid - start) * masses.drag;
@@ -134,35 +135,35 @@ impl<const D: usize> PhaseSolve<'_, D> {
             liquid.momentum_and_mass = with_mass(of_liquid + acceleration * self.dt, masses.liquid);
             liquid.force = acceleration;
             weight += masses.liquid;
-            carried = acceleration * (masses.liquid * self.inertia);
+            inertia_force = acceleration * (masses.liquid * self.inertia);
         } else {
             follow_points(liquid, masses.liquid);
         }
-        let force = solid.force * VECTOR + gravity * weight - carried;
+        let force = solid.force * VECTOR + gravity * weight - inertia_force;
         let acceleration = force * (1.0 / (masses.solid * self.inertia));
         solid.momentum_and_mass = with_mass(start + acceleration * self.dt, masses.solid);
         solid.force = acceleration;
     }
 
-    /// Solves a node with walls or measures of equilibrium; `tell` is called with each change of the skeleton's velocity (m/s) by rigid
+    /// Solves a node with walls or measures of equilibrium; `record` is called with each change of the skeleton's velocity (m/s) by rigid
     /// geometry.
     pub(super) fn node(
         &self,
         index: &[usize; 3],
         [solid, liquid]: &mut [NodalState; 2],
         masses: &PhaseMasses,
-        held: [u8; 2],
+        constrained: [u8; 2],
         sums: &mut PhaseEquilibriumTerms,
-        tell: impl FnMut(&NodeFace, [f64; 3], [f64; 3]),
+        record: impl FnMut(&NodeFace, [f64; 3], [f64; 3]),
     ) {
-        let faced = self.has_faces(index);
-        let is_free = |phase: usize, c: usize| held[phase] & (1 << c) == 0;
+        let has_faces = self.has_faces(index);
+        let is_free = |phase: usize, c: usize| constrained[phase] & (1 << c) == 0;
         let wet = masses.liquid > self.mass_cutoff[LIQUID];
         let mut weight = masses.solid;
-        let LiquidContribution { inertia_force: carried, pore_pressure_part: lift } = if wet {
+        let LiquidContribution { inertia_force, pore_pressure_part: pore_pressure_change } = if wet {
             weight += masses.liquid;
             let start = self.start(SOLID, index, solid, masses.solid);
-            self.liquid(index, liquid, &start, masses, held[LIQUID], sums)
+            self.liquid(index, liquid, &start, masses, constrained[LIQUID], sums)
         } else {
             follow_points(liquid, masses.liquid);
             LiquidContribution::default()
@@ -174,7 +175,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
         for c in 0..D {
             from[c] = motion[c] / masses.solid;
             total[c] = force[c] + weight * self.gravity[c];
-            let force = total[c] - carried[c];
+            let force = total[c] - inertia_force[c];
             to[c] = from[c] + self.dt * force / (self.inertia * masses.solid);
         }
         let free = to;
@@ -183,8 +184,8 @@ impl<const D: usize> PhaseSolve<'_, D> {
             &mut from,
             &mut to,
             self.keep_initial_velocity,
-            &lift,
-            tell,
+            &pore_pressure_change,
+            record,
         );
         if self.sum_equilibrium {
             let open = self.walls[SOLID].free_components(index);
@@ -194,8 +195,8 @@ impl<const D: usize> PhaseSolve<'_, D> {
                 if !is_free(SOLID, c) {
                     continue;
                 }
-                if faced {
-                    let net = self.inertia * masses.solid * (to[c] - from[c]) / self.dt + carried[c];
+                if has_faces {
+                    let net = self.inertia * masses.solid * (to[c] - from[c]) / self.dt + inertia_force[c];
                     sums.mixture.unbalanced += (open[c] * net).powi(2);
                 } else if to[c] == free[c] {
                     sums.mixture.unbalanced += total[c] * total[c];
@@ -214,13 +215,15 @@ impl<const D: usize> PhaseSolve<'_, D> {
         node: &mut NodalState,
         start: &[f64; 3],
         masses: &PhaseMasses,
-        held: u8,
+        constrained: u8,
         sums: &mut PhaseEquilibriumTerms,
     ) -> LiquidContribution {
-        let faced = self.has_faces(index);
-        let is_free = |c: usize| held & (1 << c) == 0;
-        let LiquidContribution { inertia_force: mut carried, pore_pressure_part: mut lift } =
-            LiquidContribution::default();
+        let has_faces = self.has_faces(index);
+        let is_free = |c: usize| constrained & (1 << c) == 0;
+        let LiquidContribution {
+            mut inertia_force,
+            pore_pressure_part: mut pore_pressure_change,
+        } = LiquidContribution::default();
         let mut from = self.start(LIQUID, index, node, masses.liquid);
         let force = node.force.to_array();
         let mut to = [0.0; 3];
@@ -232,19 +235,19 @@ impl<const D: usize> PhaseSolve<'_, D> {
         }
         let free = to;
         self.walls[LIQUID].constrain(index, &mut from, &mut to, self.keep_initial_velocity);
-        let open = if faced { self.walls[LIQUID].free_components(index) } else { [1.0; 3] };
+        let open = if has_faces { self.walls[LIQUID].free_components(index) } else { [1.0; 3] };
         let share = masses.liquid / masses.full;
         for c in 0..D {
-            lift[c] = masses.full * (to[c] - free[c]) / masses.solid;
-            carried[c] = self.inertia * masses.liquid * (to[c] - from[c]) / self.dt;
+            pore_pressure_change[c] = masses.full * (to[c] - free[c]) / masses.solid;
+            inertia_force[c] = self.inertia * masses.liquid * (to[c] - from[c]) / self.dt;
             if self.sum_equilibrium {
                 let own = masses.liquid * self.gravity[c];
                 sums.liquid.external += own * own;
                 if !is_free(c) {
                     continue;
                 }
-                if faced {
-                    sums.liquid.unbalanced += (open[c] * carried[c]).powi(2);
+                if has_faces {
+                    sums.liquid.unbalanced += (open[c] * inertia_force[c]).powi(2);
                 } else if to[c] == free[c] {
                     sums.liquid.unbalanced += (share * unbalanced[c]).powi(2);
                 }
@@ -253,7 +256,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
             }
         }
         self.finish(node, &from, &to, masses.liquid);
-        LiquidContribution { inertia_force: carried, pore_pressure_part: lift }
+        LiquidContribution { inertia_force, pore_pressure_part: pore_pressure_change }
     }
 
     /// Whether rigid geometry of any shape acts on a node.

@@ -166,12 +166,12 @@ impl DualDomainNodes {
                 for ((position, stress), volume) in positions.iter().zip(stresses).zip(volumes) {
                     let (cell, s) = cell_and_offset(grid, position);
                     let lowest = (0..D).map(|a| cell[a] * strides[a]).sum::<usize>() - offset;
-                    let (t, given) = (&stress.0, volume * (1.0 - own_share(&s)));
+                    let (t, shared_volume) = (&stress.0, volume * (1.0 - own_share(&s)));
                     for k in 0..CellCorners::<D>::COUNT {
-                        let given = given * weight(k, &s);
+                        let shared_volume = shared_volume * weight(k, &s);
                         let node = &mut window[lowest + corners.offsets[k]];
-                        node[0] += Vector4::new([t[0], t[1], t[2], t[3]]) * given;
-                        node[1] += Vector4::new([t[4], t[5], 0.0, 0.0]) * given;
+                        node[0] += Vector4::new([t[0], t[1], t[2], t[3]]) * shared_volume;
+                        node[1] += Vector4::new([t[4], t[5], 0.0, 0.0]) * shared_volume;
                     }
                     window[lowest][1] += Vector4::new([0.0, 0.0, 1.0, 0.0]);
                 }
@@ -278,9 +278,9 @@ impl DualDomainNodes {
         let mut columns = gradient.map(|column| column * own);
         for k in 0..CellCorners::<D>::COUNT {
             let offset: usize = (0..D).map(|a| (k >> a & 1) * strides[a]).sum();
-            let given = (1.0 - own) * weight(k, &s);
+            let shared_volume = (1.0 - own) * weight(k, &s);
             for (column, slope) in columns.iter_mut().zip(&self.velocity_gradients[lowest + offset]) {
-                *column += *slope * given;
+                *column += *slope * shared_volume;
             }
         }
         *gradient = columns;
