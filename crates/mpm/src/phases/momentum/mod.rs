@@ -220,10 +220,8 @@ impl<const D: usize> PhaseSolve<'_, D> {
     ) -> LiquidContribution {
         let has_faces = self.has_faces(index);
         let is_free = |c: usize| constrained & (1 << c) == 0;
-        let LiquidContribution {
-            mut inertia_force,
-            pore_pressure_part: mut pore_pressure_change,
-        } = LiquidContribution::default();
+        let LiquidContribution { mut inertia_force, pore_pressure_part: mut pore_pressure_change } =
+            LiquidContribution::default();
         let mut from = self.start(LIQUID, index, node, masses.liquid);
         let force = node.force.to_array();
         let mut to = [0.0; 3];

@@ -64,7 +64,7 @@ fn a_shear_about_the_axis_twists_a_cylinder() {
     let load = json!({ "shear": shear, "axis": [0, 3, 0] });
     let report = solve(&case("3d", &shape, &load, &json!({ "name": "s", "duration": 0.02 })));
     let exact = 2.0 * PI * radius * radius * height * shear * 0.02;
-    // Points bear it up to half their width within the face.
+    // Points carry it up to half their width within the face.
     let ratio = report.end.angular_momentum[1] / exact;
     assert!((0.9..1.0).contains(&ratio), "{ratio}");
     assert!(report.end.momentum.iter().all(|p| p.abs() < 1e-7), "{:?}", report.end.momentum);

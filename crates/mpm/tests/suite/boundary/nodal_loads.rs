@@ -50,7 +50,7 @@ fn a_load_on_nodes_is_exact_up_to_the_side() {
 
 #[test]
 fn saturated_ground_under_open_water_stays_at_rest() {
-    // Grains as heavy as water, so that the skeleton bears nothing; water stands 1 m above the ground and beside it, with the
+    // Grains as heavy as water, so that the skeleton has no effective stress; water stands 1 m above the ground and beside it, with the
     // pressure of that depth on skeleton and fluid together and on the fluid.
     let load = |kind: &str, side: &str, value: Value, profile: Value| {
         json!({ "kind": kind, "body": "b", "side": side,

@@ -65,8 +65,8 @@ fn a_rigid_lid_presses_with_the_force_of_the_oedometer() {
             // The lid holds the nodes at its face, which the surface of the block leaves by 1 % of its height.
             assert!((force / 1000.0 - 1.0).abs() < 0.03, "{contacts}, {scheme}: {force}");
             assert!(late(&report, "force.impulse.x").abs() < 1.0, "{scheme}");
-            let ways = vectors(&report.snapshot, "displacement");
-            let lid = ways.iter().zip(&report.snapshot.bodies).filter(|(_, b)| **b == 1);
+            let displacements = vectors(&report.snapshot, "displacement");
+            let lid = displacements.iter().zip(&report.snapshot.bodies).filter(|(_, b)| **b == 1);
             assert!(lid.into_iter().all(|(u, _)| u[0] == 0.0 && (u[1] + 0.01).abs() < 1e-4));
         }
     }
@@ -237,9 +237,10 @@ fn a_rigid_plate_presses_where_points_keep_their_places() {
         .map(|(x, _)| *x)
         .collect();
     assert!(lid.iter().all(|x| x[1] > 1.0), "it stays as the points do");
-    let ways = vectors(&report.snapshot, "displacement");
-    let way = ways.iter().zip(&report.snapshot.bodies).find(|(_, body)| **body == 1).unwrap().0[1];
-    assert!((way + 0.27).abs() < 1e-3, "{way}");
+    let displacements = vectors(&report.snapshot, "displacement");
+    let displacement =
+        displacements.iter().zip(&report.snapshot.bodies).find(|(_, body)| **body == 1).unwrap().0[1];
+    assert!((displacement + 0.27).abs() < 1e-3, "{displacement}");
     // On a grid that stays, a rate w of the block of 1 m makes the stress E w and the volume exp(-w): in the last tenth.
     let (force, mean) = (late(&report, "force.impulse.y"), 0.255f64);
     let exact = 1e5 * mean * (-mean).exp();

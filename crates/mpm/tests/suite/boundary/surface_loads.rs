@@ -60,7 +60,7 @@ fn each_load_of_a_body_grows_over_its_own_ramp() {
     );
 }
 
-/// What acts on the whole body in the next step: force (N) and moment about the origin (N m).
+/// Resultants of the forces on the whole body in the next step: force (N) and moment about the origin (N m).
 fn resultants(case: &Case) -> [f64; 3] {
     let mut solver = begin(case);
     let (before, dt) = (solver.totals(), solver.limit().dt);
@@ -118,7 +118,7 @@ fn a_load_that_varies_along_its_side_has_the_resultants_of_its_profile() {
 #[test]
 fn a_pressure_that_varies_makes_a_stress_that_varies() {
     // Between a smooth wall and a pressure from 1 kPa below to 3 kPa above, with a Poisson's ratio of zero: each fibre
-    // bears what presses on it, as in a beam that is bent.
+    // has the stress of the pressure on its end, as in a beam in bending.
     let report = solve(&case(json!({
         "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0.2], "max": [0.4, 0.8] } }],

@@ -30,15 +30,15 @@ fn sheet(cells: f64, wall: &Value) -> Case {
 /// How fast it slows down (m/s²).
 fn deceleration(case: &Case) -> f64 {
     let mut solver = start_solver(&Mpm, case);
-    let mut seen = Vec::new();
+    let mut samples = Vec::new();
     for time in [0.03, 0.12] {
         while solver.time() < time {
             advance_steps(&mut *solver, 1);
         }
         let totals = solver.totals();
-        seen.push((solver.time(), totals.momentum[0] / totals.mass));
+        samples.push((solver.time(), totals.momentum[0] / totals.mass));
     }
-    let [(begin, from), (end, to)] = seen[..] else { panic!() };
+    let [(begin, from), (end, to)] = samples[..] else { panic!() };
     (from - to) / (end - begin)
 }
 
@@ -49,12 +49,12 @@ fn a_frictional_wall_slows_a_sheet_of_any_thickness_and_a_rough_one_is_warned_of
     for cells in [0.5, 1.0, 2.0, 4.0] {
         let found = deceleration(&sheet(cells, &wall));
         assert!((found / (GRAVITY * slope) - 1.0).abs() < 0.05, "{cells} cells: {found}");
-        let told = Mpm.plan(&sheet(cells, &json!({ "kind": "rough" }))).unwrap().warnings;
+        let warnings = Mpm.plan(&sheet(cells, &json!({ "kind": "rough" }))).unwrap().warnings;
         let short = format!(
             "sheet is {cells:.1} cells thick. Its friction is {:.0} % too small",
             50.0 / cells.max(0.5)
         );
-        assert!(told.iter().any(|one| one.contains(&short)), "{told:?}");
+        assert!(warnings.iter().any(|one| one.contains(&short)), "{warnings:?}");
     }
     let thick = Mpm.plan(&sheet(6.0, &json!({ "kind": "rough" }))).unwrap().warnings;
     assert!(!thick.iter().any(|one| one.contains("rough floor")), "{thick:?}");

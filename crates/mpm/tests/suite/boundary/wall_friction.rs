@@ -46,9 +46,9 @@ fn a_block_on_an_incline_slides_or_stays_by_its_friction() {
             })));
             let slid = vectors(&report.snapshot, "displacement");
             let mean = slid.iter().map(|u| u[0]).sum::<f64>() / slid.len() as f64;
-            let way = |acceleration: f64| acceleration * duration * duration / 6.0;
-            let exact = way(9.81 * (sin - coefficient * cos)).max(0.0);
-            let tolerance = if exact > 0.0 { 0.03 * way(9.81 * sin) } else { 5e-3 };
+            let distance = |acceleration: f64| acceleration * duration * duration / 6.0;
+            let exact = distance(9.81 * (sin - coefficient * cos)).max(0.0);
+            let tolerance = if exact > 0.0 { 0.03 * distance(9.81 * sin) } else { 5e-3 };
             assert!((mean - exact).abs() < tolerance, "{friction}, {coefficient}: {mean} m for {exact} m");
         }
     }

@@ -110,8 +110,8 @@ fn a_block_slides_down_an_incline_as_coulomb_says_or_stays() {
             let rate = mean(&report, "velocity", 1, 0) / 0.3;
             assert!((rate - exact).abs() < 0.03 * 4.905, "{friction}: {rate} for {exact}");
         } else {
-            let way = mean(&report, "displacement", 1, 0);
-            assert!(way.abs() < 5e-3, "{friction}: {way}");
+            let displacement = mean(&report, "displacement", 1, 0);
+            assert!(displacement.abs() < 5e-3, "{friction}: {displacement}");
         }
     }
 }

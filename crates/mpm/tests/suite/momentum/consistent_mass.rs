@@ -35,13 +35,14 @@ fn frequency(more: &Value) -> f64 {
 #[test]
 fn consistent_mass_overestimates_the_frequency_of_a_bar_and_lumped_mass_underestimates_it() {
     // Two points at a quarter and three quarters of a cell give M the rows (3, 10, 3)/16 ρh, so that of a mode of wave
-    // number β, with x = cos βh, M sees (5 + 3x)/8 of the mass and the stiffness is 2 (1 - x) E/h. Lumped, the points feel what
-    // the grid gives back, ω² = 2 (c/h)² (1 - x)(5 + 3x)/8; consistent, ω² = 2 (c/h)² (1 - x) 8/(5 + 3x).
+    // number β, with x = cos βh, M has (5 + 3x)/8 of the mass and the stiffness is 2 (1 - x) E/h. Lumped, the points have the
+    // acceleration interpolated from the grid, ω² = 2 (c/h)² (1 - x)(5 + 3x)/8; consistent, ω² = 2 (c/h)² (1 - x) 8/(5 + 3x).
     let h = 25.0 / 13.0;
     let x = (PI / 50.0 * h).cos();
     let stiffness = 2.0 * (10.0 / h) * (10.0 / h) * (1.0 - x);
-    let seen = (5.0 + 3.0 * x) / 8.0;
-    let (exact, lumped, consistent) = (PI / 5.0, (stiffness * seen).sqrt(), (stiffness / seen).sqrt());
+    let mass_share = (5.0 + 3.0 * x) / 8.0;
+    let (exact, lumped, consistent) =
+        (PI / 5.0, (stiffness * mass_share).sqrt(), (stiffness / mass_share).sqrt());
     assert!(lumped < exact && exact < consistent);
     let found = frequency(&json!({}));
     assert!((found / lumped - 1.0).abs() < 1e-4 && found < exact, "lumped: {found} for {lumped}");

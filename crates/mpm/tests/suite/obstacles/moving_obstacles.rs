@@ -1,11 +1,11 @@
-//! Obstacles on prescribed ways, on the nodes and on the points (docs/theory/mpm.md, obstacles).
+//! Obstacles with prescribed motion, on the nodes and on the points (docs/theory/mpm.md, obstacles).
 
 use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
 use colluvium_testkit::solver_runs::{case_with, start_solver};
 use serde_json::{Value, json};
 
-use crate::common::reading;
+use crate::common::scalar_output;
 use crate::obstacles::penalty_obstacles::{GRAVITY, block, frictional, on_floor, until};
 
 const BOTH: [&str; 2] = ["nodes", "points"];
@@ -32,10 +32,10 @@ fn belt(form: &str) {
     let speed = solver.totals().momentum[0] / 180.0;
     assert!((speed - 0.5).abs() < 0.01, "{form}: {speed}");
     // The belt pays for the block's energy and as much for friction.
-    let work = reading(&*solver, "obstacles.work");
+    let work = scalar_output(&*solver, "obstacles.work");
     let kinetic = 0.5 * 180.0 * 0.25;
     assert!((work / (2.0 * kinetic) - 1.0).abs() < 0.03, "{form}: {work} {kinetic}");
-    let friction = reading(&*solver, "obstacles.friction");
+    let friction = scalar_output(&*solver, "obstacles.friction");
     assert!((friction / kinetic - 1.0).abs() < 0.05, "{form}: {friction} {kinetic}");
 }
 
@@ -59,9 +59,9 @@ fn table(form: &str) {
     let (sine, cosine) = 10f64.to_radians().sin_cos();
     let snapshot = solver.snapshot();
     let displacement = snapshot.field("displacement").unwrap();
-    let colluvium_case::FieldData::Vector(ways) = &displacement.data else { panic!("no vectors") };
-    for (x, way) in snapshot.positions.iter().zip(ways) {
-        let from = [x[0] - way[0] - 0.6, x[1] - way[1] - 0.5];
+    let colluvium_case::FieldData::Vector(displacements) = &displacement.data else { panic!("no vectors") };
+    for (x, displacement) in snapshot.positions.iter().zip(displacements) {
+        let from = [x[0] - displacement[0] - 0.6, x[1] - displacement[1] - 0.5];
         let exact = [cosine * from[0] - sine * from[1], sine * from[0] + cosine * from[1]];
         let apart = (x[0] - 0.6 - exact[0]).hypot(x[1] - 0.5 - exact[1]);
         assert!(apart < 0.01, "{form}: {apart} at {x:?}");
@@ -116,7 +116,7 @@ fn a_piston_on_nodes_pushes_with_the_impedance_of_the_bar_and_gives_it_its_energ
     assert!((force / exact - 1.0).abs() < 0.01, "{force} N for {exact} N");
     let budget = solver.budget().unwrap();
     assert!((budget.momentum[0] / -last[0] - 1.0).abs() < 1e-9, "{} {}", budget.momentum[0], last[0]);
-    let work = reading(&*solver, "obstacles.work");
+    let work = scalar_output(&*solver, "obstacles.work");
     assert!((work / (-last[0] * speed) - 1.0).abs() < 1e-9, "{work} J");
     // Half of it is kinetic, half elastic; a sudden front rings.
     let stored = budget.kinetic + budget.elastic;

@@ -150,9 +150,9 @@ fn friction_dissipates_the_energy_that_a_thrown_block_loses() {
     let friction = readings.iter().find(|(name, ..)| name == "obstacles.friction").unwrap().2;
     let end = solver.totals();
     let places = solver.snapshot().positions;
-    let way = places.iter().map(|x| x[0]).sum::<f64>() / places.len() as f64 - 0.7;
+    let distance = places.iter().map(|x| x[0]).sum::<f64>() / places.len() as f64 - 0.7;
     // The nodes on the floor move 2.4 % slower than the block, with linear functions 2.2 %: why has not been found.
-    let exact = 0.3 * 9.81 * end.mass * way;
+    let exact = 0.3 * 9.81 * end.mass * distance;
     assert!((friction / exact - 1.0).abs() < 0.05, "{friction} for {exact}");
     let lost = start.momentum[0].powi(2) / (2.0 * start.mass) - end.momentum[0].powi(2) / (2.0 * end.mass);
     assert!((friction / lost - 1.0).abs() < 0.05, "{friction} for {lost}");

@@ -5,7 +5,7 @@ use colluvium_mpm::Mpm;
 use colluvium_testkit::solver_runs::{advance_steps, case_with, start_solver};
 use serde_json::{Value, json};
 
-use crate::common::reading;
+use crate::common::scalar_output;
 
 pub const GRAVITY: f64 = 9.81;
 
@@ -67,7 +67,7 @@ fn friction_slows_a_block_by_coulombs_law_and_its_work_is_the_energy_lost() {
     let total = |solver: &dyn Solver| {
         let budget = solver.totals();
         let own = budget.kinetic + budget.elastic + budget.potential;
-        own + reading(solver, "obstacles.friction") + reading(solver, "obstacles.stored")
+        own + scalar_output(solver, "obstacles.friction") + scalar_output(solver, "obstacles.stored")
     };
     let before = total(&*solver);
     until(&mut *solver, 0.2);
@@ -75,7 +75,7 @@ fn friction_slows_a_block_by_coulombs_law_and_its_work_is_the_energy_lost() {
     let exact = 0.3 * GRAVITY * 0.2;
     assert!((slowed / exact - 1.0).abs() < 0.02, "{slowed} {exact}");
     let lost = 0.5 * mass * (1.0 - (1.0 - exact).powi(2));
-    let friction = reading(&*solver, "obstacles.friction");
+    let friction = scalar_output(&*solver, "obstacles.friction");
     assert!((friction / lost - 1.0).abs() < 0.03, "{friction} {lost}");
     assert!((total(&*solver) - before).abs() < 0.005 * lost, "{} {before}", total(&*solver));
 }
@@ -127,8 +127,8 @@ fn rough_obstacles_hold_points_in_contact_and_release_them_with_separation() {
 
 #[test]
 fn adhesion_holds_a_block_that_friction_does_not() {
-    // The base bears 0.6 m times 200 Pa = 120 N of the 180 N that push, and 0.01 of the weight; or 400 Pa.
-    let way = |adhesion: f64| {
+    // The base has an adhesion of 0.6 m times 200 Pa = 120 N against the 180 N of the load, and friction of 0.01 of the weight; or 400 Pa.
+    let displacement = |adhesion: f64| {
         let mut wall = frictional(0.01);
         wall["adhesion"] = json!(adhesion);
         let mut value = block(&wall);
@@ -139,8 +139,8 @@ fn adhesion_holds_a_block_that_friction_does_not() {
         until(&mut *solver, 0.4);
         solver.totals().momentum[0] / 180.0
     };
-    assert!(way(400.0).abs() < 0.02, "{}", way(400.0));
-    let slides = way(200.0);
+    assert!(displacement(400.0).abs() < 0.02, "{}", displacement(400.0));
+    let slides = displacement(200.0);
     assert!(slides > 0.05 && slides < 0.2, "{slides}");
 }
 
@@ -190,17 +190,17 @@ fn a_disk_rolls_down_a_slope_of_points_and_check_warns_of_one_of_nodes() {
     // A rigid disk; this one is five cells in radius.
     let rigid = 2.0 / 3.0 * 9.81 * slope.sin() * solver.time();
     assert!((0.85..1.02).contains(&(speed / rigid)), "{speed} {rigid}");
-    let told = |obstacles: &str| {
+    let has_warning = |obstacles: &str| {
         let warnings = Mpm.plan(&disk(obstacles)).unwrap().warnings;
         warnings
             .iter()
             .any(|warning| warning.starts_with("bodies[0]: disk is round") && warning.contains("points"))
     };
-    assert!(told("nodes") && !told("points"));
+    assert!(has_warning("nodes") && !has_warning("points"));
 }
 
-/// What a run has come to after so many steps, on a number of threads, begun again from what was saved after the first of them where it is
-/// `cut`: points, sums, what `floor` bears, and the bits of its readings.
+/// State of a run after a number of steps on a number of threads, restarted from a checkpoint after the first of them where it is `cut`:
+/// points, sums, reaction of `floor`, and the bits of its scalar outputs.
 pub fn on_floor(
     case: &Case,
     steps: [usize; 2],

@@ -5,7 +5,7 @@ use colluvium_mpm::Mpm;
 use colluvium_testkit::solver_runs::{case_with, start_solver};
 use serde_json::{Value, json};
 
-use crate::common::reading;
+use crate::common::scalar_output;
 
 /// A layer of sand of two points thrown at a floor with a bump, faster than its waves run (24 m/s).
 fn thrown(options: &Value, wall: &Value) -> Case {
@@ -41,7 +41,7 @@ fn energy(solver: &dyn Solver) -> f64 {
     let budget = solver.totals();
     let own = budget.kinetic + budget.elastic + budget.potential;
     let took = ["obstacles.friction", "obstacles.stored", "obstacles.stopped"];
-    own + took.into_iter().map(|name| reading(solver, name)).sum::<f64>()
+    own + took.into_iter().map(|name| scalar_output(solver, name)).sum::<f64>()
 }
 
 /// Runs a case to its end; least distance of a centre from the floor over all steps (m), and by how much the energy comes above that
@@ -75,7 +75,7 @@ fn no_centre_gets_under_a_surface_that_it_meets_faster_than_its_waves_run() {
             let (nearest, rise) = follow(&case, &mut *solver);
             assert!(nearest > 0.0, "{options} {wall}: {nearest}");
             assert!(rise < 1e-3, "{options} {wall}: {rise}");
-            assert!(reading(&*solver, "obstacles.stopped") > 0.0);
+            assert!(scalar_output(&*solver, "obstacles.stopped") > 0.0);
             assert!(
                 !solver.warnings_at_end().join(" ").contains("obstacle"),
                 "{:?}",
@@ -96,7 +96,7 @@ fn a_fast_rising_floor_does_not_pass_the_points_on_it() {
         solver.step(0.05 - solver.time()).unwrap();
     }
     assert!(!solver.warnings_at_end().join(" ").contains("obstacle"), "{:?}", solver.warnings_at_end());
-    let work = reading(&*solver, "obstacles.work");
+    let work = scalar_output(&*solver, "obstacles.work");
     assert!(work > 0.0 && energy(&*solver) <= work * 1.01, "{work} {}", energy(&*solver));
 }
 
@@ -109,5 +109,5 @@ fn slow_contact_is_left_to_the_springs() {
     let mut solver = start_solver(&Mpm, &case);
     let (nearest, _) = follow(&case, &mut *solver);
     assert!(nearest > 0.01, "{nearest}");
-    assert_eq!(reading(&*solver, "obstacles.stopped"), 0.0);
+    assert_eq!(scalar_output(&*solver, "obstacles.stopped"), 0.0);
 }

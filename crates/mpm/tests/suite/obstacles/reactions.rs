@@ -1,4 +1,5 @@
-//! What obstacles bear of bodies at rest: weights in axisymmetry by the momentum that is lost, grains and water in the plane and in space (docs/theory/mpm.md, obstacles).
+//! Reactions of obstacles to bodies at rest: in axisymmetry the momentum lost by a falling body, in the plane and in space the weight of
+//! grains and water (docs/theory/mpm.md, obstacles).
 
 use colluvium_case::Solver;
 use colluvium_mpm::Mpm;
@@ -9,7 +10,7 @@ const GRAVITY: f64 = 9.81;
 const BOTH: [&str; 2] = ["nodes", "points"];
 
 /// Mean force (N) of the bodies on the obstacle `ground` between two times (s).
-fn borne(solver: &mut dyn Solver, from: f64, to: f64) -> [f64; 3] {
+fn mean_reaction(solver: &mut dyn Solver, from: f64, to: f64) -> [f64; 3] {
     let mut impulse = |time: f64| {
         advance_to(&mut *solver, time);
         solver.reaction("ground").unwrap().impulse
@@ -49,13 +50,14 @@ fn momentum_lost_by_a_ring_on_a_cone_is_the_reaction_per_radian() {
         let start = solver.totals().momentum[1];
         advance_to(&mut *solver, 0.5);
         let lost = weight * solver.time() + solver.totals().momentum[1] - start;
-        let borne = -solver.reaction("ground").unwrap().impulse[1];
-        assert!(borne > 0.3 * weight * 0.5, "{obstacles}: it lies on the cone: {borne} {weight}");
-        assert!((borne / lost - 1.0).abs() < 1e-6, "{obstacles}: {borne} {lost}");
+        let reaction = -solver.reaction("ground").unwrap().impulse[1];
+        assert!(reaction > 0.3 * weight * 0.5, "{obstacles}: it lies on the cone: {reaction} {weight}");
+        assert!((reaction / lost - 1.0).abs() < 1e-6, "{obstacles}: {reaction} {lost}");
     }
 }
 
-/// What stops points is in balance with their weight: a damping that took it for a force out of balance bore a tenth of this block.
+/// The impulses that stop points are in balance with their weight: a damping that counts them as unbalanced forces carries a tenth of this
+/// block.
 #[test]
 fn an_obstacle_carries_a_damped_block_whose_base_is_stepped() {
     for space in ["plane-strain", "axisymmetric"] {
@@ -64,7 +66,7 @@ fn an_obstacle_carries_a_damped_block_whose_base_is_stepped() {
             let value = on_a_slope(space, obstacles, &json!({ "kind": "rough" }), &stage);
             let mut solver = start_solver(&Mpm, &case_with(value, &json!({})));
             let weight = GRAVITY * solver.totals().mass;
-            let [_, up, _] = borne(&mut *solver, 0.5, 1.0);
+            let [_, up, _] = mean_reaction(&mut *solver, 0.5, 1.0);
             assert!((-up / weight - 1.0).abs() < 0.01, "{space}, {obstacles}: {up} {weight}");
         }
     }
@@ -151,7 +153,7 @@ fn an_obstacle_carries_the_grains_and_the_water_of_a_column_at_rest() {
     for space in ["plane-strain", "3d"] {
         for obstacles in BOTH {
             let mut solver = start_solver(&Mpm, &case_with(column(space, obstacles), &json!({})));
-            let force = borne(&mut *solver, 1.5, 2.0);
+            let force = mean_reaction(&mut *solver, 1.5, 2.0);
             let weight = GRAVITY * solver.totals().mass;
             let up = if space == "3d" { 2 } else { 1 };
             assert!((force[up] / -weight - 1.0).abs() < 0.01, "{space}, {obstacles}: {force:?} {weight}");
@@ -175,14 +177,14 @@ fn saturated_on_a_slope(space: &str, damping: f64) -> Value {
     value
 }
 
-/// What stops points, and what water does to grains as it seeps, is in balance with the weight of both: nothing of it is damped.
+/// The impulses that stop points, and the drag of seeping water on grains, are in balance with the weight of both and are not damped.
 #[test]
 fn an_obstacle_carries_a_damped_saturated_block_that_water_seeps_out_of() {
     for space in ["plane-strain", "axisymmetric"] {
         for damping in [0.05, 0.2, 0.5] {
             let mut solver = start_solver(&Mpm, &case_with(saturated_on_a_slope(space, damping), &json!({})));
             let weight = GRAVITY * solver.totals().mass;
-            let [_, up, _] = borne(&mut *solver, 0.5, 1.0);
+            let [_, up, _] = mean_reaction(&mut *solver, 0.5, 1.0);
             assert!((-up / weight - 1.0).abs() < 0.005, "{space}, {damping}: {up} {weight}");
         }
     }
@@ -207,7 +209,7 @@ fn damping_does_not_slow_consolidation_and_the_weight_is_carried_throughout() {
             let mut value = column(space, obstacles);
             value["stages"][0]["damping"] = json!(damping);
             let mut solver = start_solver(&Mpm, &case_with(value, &json!({})));
-            let up = borne(&mut *solver, 0.2, 0.8)[if space == "3d" { 2 } else { 1 }];
+            let up = mean_reaction(&mut *solver, 0.2, 0.8)[if space == "3d" { 2 } else { 1 }];
             let weight = GRAVITY * solver.totals().mass;
             assert!((-up / weight - 1.0).abs() < 0.005, "{space}, {obstacles}, {damping}: {up} {weight}");
             let pressures = scalars(&solver.snapshot(), "pore_pressure");

@@ -1,4 +1,4 @@
-//! Obstacles with regions, and moments of what they bear (docs/theory/mpm.md, obstacles).
+//! Obstacles with regions, and moments of their reactions (docs/theory/mpm.md, obstacles).
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_mpm::Mpm;
@@ -52,8 +52,8 @@ fn a_block_slides_over_the_smooth_part_and_is_braked_on_the_rough_one() {
         advance_to(&mut *solver, 1.6);
         // Over the edge friction grows with the share of the base on the rough part, so that the front stops v²/(2 μ g) + L/2 beyond it.
         let exact = 4.0 / (2.0 * 0.3 * GRAVITY) + 0.3;
-        let way = middle(&*solver) + 0.3 - 1.225;
-        assert!((way / exact - 1.0).abs() < 0.03, "{obstacles}: {way} for {exact}");
+        let distance = middle(&*solver) + 0.3 - 1.225;
+        assert!((distance / exact - 1.0).abs() < 0.03, "{obstacles}: {distance} for {exact}");
         let still = solver.totals().momentum[0] / solver.totals().mass;
         assert!(still.abs() < 0.02, "{obstacles}: {still}");
     }

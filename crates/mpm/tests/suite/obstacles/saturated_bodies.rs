@@ -54,7 +54,7 @@ fn a_saturated_layer_is_slowed_by_friction_of_its_effective_stress() {
         advance_to(&mut *solver, 0.7);
         let lost = start.momentum[0] - solver.totals().momentum[0];
         let slowed = lost / start.mass / (solver.time() - from);
-        // The water bears 1000 of 1990 kg/m³.
+        // The pore pressure carries 1000 of 1990 kg/m³.
         let exact = 0.3 * GRAVITY * 990.0 / 1990.0;
         assert!((slowed / exact - 1.0).abs() < 0.02, "{obstacles}, {moves}: {slowed} for {exact}");
     }
@@ -205,7 +205,7 @@ fn planes_along_the_axes_do_to_both_phases_what_walls_do() {
 
 #[test]
 fn check_names_nodes_where_they_are_exact_beside_pore_fluid() {
-    let told = |obstacles: &str, lowered: f64| {
+    let has_warning = |obstacles: &str, lowered: f64| {
         let mut value = column(&json!({ "kind": "smooth" }), false);
         value["domain"] = json!({ "min": [0, -0.2 - lowered], "max": [0.4, 1.0 - lowered] });
         value["methods"]["mpm"]["obstacles"] = json!(obstacles);
@@ -214,12 +214,12 @@ fn check_names_nodes_where_they_are_exact_beside_pore_fluid() {
             .iter()
             .any(|warning| warning.starts_with("methods.mpm.obstacles: with points, stress and pore"))
     };
-    assert!(told("points", 0.0) && !told("nodes", 0.0));
+    assert!(has_warning("points", 0.0) && !has_warning("nodes", 0.0));
     // Where the floor is between two nodes there is no better form.
-    assert!(!told("points", 0.03));
+    assert!(!has_warning("points", 0.03));
 }
 
-/// What became of the column on points, `angle` (radians) turned with its gravity, at two times: settlement of row 14 against that of row
+/// Results at two times of the column on points, rotated by `angle` (radians) with its gravity: settlement of row 14 against that of row
 /// 4 of 16 (m), mean pore pressure of the six rows in the middle (Pa).
 fn settled(angle: f64) -> [[f64; 2]; 2] {
     let (sin, cos) = angle.sin_cos();
@@ -270,13 +270,13 @@ fn a_saturated_column_consolidates_on_a_leaning_floor_as_on_a_level_one() {
         assert!((sunk / own_sunk - 1.0).abs() < 0.015, "{level:?} {leaning:?}");
         assert!((pressure / own_pressure - 1.0).abs() < 0.05, "{level:?} {leaning:?}");
     }
-    // The water bears less and less of the load, and the skeleton settles: γ'/M (H z - z²/2) between the rows in the end.
+    // The pore pressure decreases, and the skeleton settles: γ'/M (H z - z²/2) between the rows in the end.
     let end = 9712.0 / 1e6 * (0.8 * 0.5 - 0.5 * (0.725f64.powi(2) - 0.225f64.powi(2)));
     assert!(leaning[0][0] < 0.5 * end && (0.9..1.0).contains(&(leaning[1][0] / end)), "{leaning:?} {end}");
 }
 
-/// What a saturated block does that is thrown at the ground: least distance of a centre from it (m), how much of its grains is left, by how
-/// much momentum is out of balance over that at the start, and the energy of what was stopped (J).
+/// Impact of a saturated block on the ground: least distance of a centre from it (m), share of the energy of its grains that remains, error
+/// of the momentum balance over the momentum at the start, and energy removed by the penetration limit (J).
 fn impact(wall: &Value, options: &Value, stiffness: f64) -> (f64, f64, f64, f64) {
     let mut value = thrown("points");
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [5.0, -30.0] });

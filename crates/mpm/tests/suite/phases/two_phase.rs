@@ -258,7 +258,7 @@ fn a_plate_presses_on_both_phases_as_a_wall_does() {
 
 #[test]
 fn a_porous_plate_presses_the_water_out() {
-    // Pressed by 1 %; then the skeleton bears all (H²/c_v is 1 s), or the water most of it, for good.
+    // Compressed by 1 %; then the skeleton carries the whole load (H²/c_v is 1 s), or the water most of it for all time.
     let stages = |damping: f64| {
         json!([
             { "name": "press", "duration": 0.2, "motions": [{ "target": "lid", "velocity": [-0.05], "ramp": 0.04 }] },

@@ -1,4 +1,4 @@
-//! What frames tell of the points.
+//! Fields of the points in frames.
 
 use colluvium_testkit::solver_runs::case_with;
 use serde_json::json;

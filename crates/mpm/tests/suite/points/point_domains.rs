@@ -120,14 +120,14 @@ fn points_at_their_least_volume_are_counted_and_reported() {
         // Stable steps are so long that the first one would turn points inside out.
         solve(&case)
     };
-    let told =
+    let has_warning =
         |report: &RunReport, what: &str| report.warnings_at_end.iter().any(|remark| remark.contains(what));
     let stiff = soft(1e7);
-    assert!(!told(&stiff, "compressed"), "{:?}", stiff.warnings_at_end);
+    assert!(!has_warning(&stiff, "compressed"), "{:?}", stiff.warnings_at_end);
     let report = soft(100.0);
     let least = report.table.last("volume_ratio.min").unwrap();
     assert!(
-        least == 0.1 && told(&report, "of 16 points are compressed"),
+        least == 0.1 && has_warning(&report, "of 16 points are compressed"),
         "{least} {:?}",
         report.warnings_at_end
     );

@@ -23,8 +23,8 @@ fn rayleigh_damping_slows_a_free_body() {
 
 #[test]
 fn a_bar_under_rayleigh_damping_is_a_damped_oscillator() {
-    // First mode of a bar with one centred point a cell (sheet: mpm A-07). What the grid sees of the mode, and so both
-    // the force that it gives back and the damping, is λ = cos²(βh/2) of it.
+    // First mode of a bar with one centred point a cell (sheet: mpm A-07). The amplitude of the mode on the grid, and so both
+    // the force at the points and the damping, is λ = cos²(βh/2) of it.
     let (length, speed, cells, damping) = (25.0, 10.0, 13.0, 0.2);
     let (beta, h) = (std::f64::consts::PI / (2.0 * length), length / cells);
     let report = solve(&case(json!({

@@ -1,4 +1,4 @@
-//! The same bits on any number of threads, and after a restart.
+//! Results do not depend, to the last bit, on the number of threads or on a restart.
 
 use colluvium_case::{Method, Solver};
 use colluvium_mpm::Mpm;

@@ -63,7 +63,7 @@ fn stress_last_takes_steps_that_are_stable_at_free_corners() {
         let report = solve(&case(&json!({})));
         let total = |budget: &Budget| budget.kinetic + budget.elastic + budget.potential;
         assert!(total(&report.end) < total(&report.start), "{shape}: {} J", report.end.kinetic);
-        // What may swing of what the weight lets go: half the weight times the settlement of an elastic column.
+        // Bound of the kinetic energy by the work of the weight: half the weight times the settlement of an elastic column.
         assert!(
             report.end.kinetic < 0.5 * 2000.0 * 0.1 * 2000.0 * 0.1 / 1e6,
             "{shape}: {} J",
@@ -117,7 +117,7 @@ fn viscosity_limits_the_step_of_a_fluid_and_stress_follows_the_rate() {
 
 #[test]
 fn viscous_liquids_come_to_rest_with_stress_last() {
-    // What is longest for the sheet's limit is too long for stress last in one dimension, and at free surfaces.
+    // The longest step of the sheet is too long for stress last in one dimension, and at free surfaces.
     for (shape, per_axis, domain) in
         [("linear", 2, [0, 1]), ("ugimp", 2, [0, 1]), ("ugimp", 4, [-1, 2]), ("quadratic", 2, [-1, 2])]
     {

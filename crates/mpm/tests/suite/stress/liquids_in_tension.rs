@@ -71,9 +71,10 @@ fn still(stiffness: f64, mpm: &Value) -> Case {
 
 #[test]
 fn growing_disturbances_of_liquids_at_rest_are_warned_of() {
-    let told = |stiffness: f64, mpm: &Value| Mpm.plan(&still(stiffness, mpm)).unwrap().warnings.join("\n");
+    let warnings =
+        |stiffness: f64, mpm: &Value| Mpm.plan(&still(stiffness, mpm)).unwrap().warnings.join("\n");
     let soft = "its bulk modulus is less than 410 ρgH (4.10e6 Pa)";
-    assert!(told(100.0, &json!({ "shape": "linear" })).contains(soft));
+    assert!(warnings(100.0, &json!({ "shape": "linear" })).contains(soft));
     for (stiffness, mpm) in [
         (420.0, json!({ "shape": "linear" })),
         (210.0, json!({ "shape": "linear", "cell_size": 0.125 })),
@@ -81,13 +82,14 @@ fn growing_disturbances_of_liquids_at_rest_are_warned_of() {
         (100.0, json!({ "shape": "linear", "integration": "mixed" })),
         (100.0, json!({ "shape": "quadratic", "volumetric_strain": "cell-average" })),
     ] {
-        assert!(!told(stiffness, &mpm).contains("at rest"), "{mpm}");
+        assert!(!warnings(stiffness, &mpm).contains("at rest"), "{mpm}");
     }
     let shared = |shape: &str| json!({ "shape": shape, "volumetric_strain": "cell-average" });
     let averages = "methods.mpm.volumetric_strain: in the liquid water at rest";
-    assert!(told(250.0, &shared("linear")).contains(averages));
+    assert!(warnings(250.0, &shared("linear")).contains(averages));
     assert!(
-        !told(100.0, &shared("ugimp")).contains(averages) && told(60.0, &shared("ugimp")).contains(averages)
+        !warnings(100.0, &shared("ugimp")).contains(averages)
+            && warnings(60.0, &shared("ugimp")).contains(averages)
     );
 }
 
@@ -176,7 +178,7 @@ fn linear_functions_turn_soft_liquids_over_by_any_transfer() {
     }
 }
 
-/// Steps that outputs cut every few steps excite sound whatever the transfer, and are told; steps of one length do not.
+/// Steps that outputs cut every few steps excite sound whatever the transfer, and are warned of; steps of one length do not.
 #[test]
 fn outputs_every_few_steps_are_warned_of() {
     for transfer in ["flip", "tpic"] {
@@ -186,10 +188,10 @@ fn outputs_every_few_steps_are_warned_of() {
         let even = later_energy(200.0, &mpm, 1.25e-3, 0.01);
         assert!(even < 10.0, "{transfer}: {even}");
     }
-    let told = |step: f64, measures: f64| {
+    let has_warning = |step: f64, measures: f64| {
         let mut case = still(200.0, &json!({ "cell_size": 0.125, "time_step": step }));
         case.output.measures = Some(measures);
         Mpm.plan(&case).unwrap().warnings.join("\n").contains("are shortened at every output")
     };
-    assert!(told(1.4e-3, 0.01) && !told(1.25e-3, 0.01) && !told(1.4e-3, 0.05));
+    assert!(has_warning(1.4e-3, 0.01) && !has_warning(1.25e-3, 0.01) && !has_warning(1.4e-3, 0.05));
 }

@@ -1,4 +1,4 @@
-//! What laws get from the grid, and several materials on one grid.
+//! Motions of laws from the grid, and several materials on one grid.
 
 use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
@@ -93,8 +93,8 @@ fn two_materials_share_a_grid_as_bars_in_series_do() {
             &json!({}),
         );
         let snapshot = solve(&case).snapshot;
-        let way = vectors(&snapshot, "displacement");
-        for ((x, u), s) in snapshot.positions.iter().zip(&way).zip(stresses(&snapshot)) {
+        let displacement = vectors(&snapshot, "displacement");
+        for ((x, u), s) in snapshot.positions.iter().zip(&displacement).zip(stresses(&snapshot)) {
             let start = x[0] - u[0];
             // The loaded points and the nodes at the free end share the traction over a cell.
             if start < 0.9 {

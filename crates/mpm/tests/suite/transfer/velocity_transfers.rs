@@ -4,7 +4,7 @@ use colluvium_case::{Budget, Case, Method, RunOptions, RunReport, Solver, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{begin, case_with, reading, solve, vectors, with_keys};
+use crate::common::{begin, case_with, scalar_output, solve, vectors, with_keys};
 
 /// A case of one elastic material; `more` adds or replaces keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
@@ -33,8 +33,8 @@ pub fn spinning(options: &Value) -> Case {
     }))
 }
 
-/// What one step makes of a mode `sin x` on a line with one point in the middle of each cell of 1 m: the factor at the
-/// points far from the ends, without any stress.
+/// Factor of a step on a mode `sin x` on a line with one point in the middle of each cell of 1 m, at the points far from the ends, without
+/// stress.
 fn factor(options: &Value) -> f64 {
     let mut mpm = json!({ "cell_size": 1, "points_per_cell": 1, "shape": "linear", "stress_update": "usl" });
     for (key, value) in options.as_object().unwrap() {
@@ -88,8 +88,8 @@ fn extended_pic_of_order_one_is_pic() {
     }
 }
 
-/// Two points in each cell of 0.1 m of a line, with opposite velocities of 1 m/s: the grid sees nothing of them.
-fn unseen(options: &Value) -> Box<dyn Solver> {
+/// Two points in each cell of 0.1 m of a line, with opposite velocities of 1 m/s, which vanish on the grid.
+fn null_space_motion(options: &Value) -> Box<dyn Solver> {
     let all = json!({ "cell_size": 0.1, "shape": "linear", "transfer": "xpic", "courant": 0.3 });
     begin(&case(json!({
         "space": "1d", "domain": { "min": [0], "max": [1], "periodic": ["x"] }, "gravity": [0],
@@ -107,7 +107,7 @@ fn null_space_velocities_decay_in_the_residual_time() {
         for step in [1e-3, 2.5e-4] {
             for (order, transfer) in [(1, "xpic"), (2, "xpic"), (5, "xpic"), (2, "flip")] {
                 let options = json!({ "residual_time": 0.05, "stress_update": scheme, "xpic_order": order, "transfer": transfer });
-                let mut solver = unseen(&options);
+                let mut solver = null_space_motion(&options);
                 let start = vectors(&solver.snapshot(), "velocity");
                 while solver.time() < 0.1 - 1e-9 {
                     solver.step(step).unwrap();
@@ -116,8 +116,8 @@ fn null_space_velocities_decay_in_the_residual_time() {
                     let exact = v0[0] * (-2.0f64).exp();
                     assert!((v[0] - exact).abs() < 1e-9, "{options}, {step}: {} for {exact}", v[0]);
                 }
-                let seen = vectors(&solver.snapshot(), "grid_velocity");
-                assert!(seen.iter().all(|v| v[0].abs() < 1e-9), "what moves them");
+                let grid_velocity = vectors(&solver.snapshot(), "grid_velocity");
+                assert!(grid_velocity.iter().all(|v| v[0].abs() < 1e-9), "what moves them");
                 assert!(solver.totals().momentum[0].abs() < 1e-12 * solver.totals().mass);
             }
         }
@@ -165,7 +165,8 @@ fn collapsed(options: &Value) -> RunReport {
     ))
 }
 
-/// Most of what points of a deposit move by is nothing that the grid sees: it goes with a residual time, and the deposit stays.
+/// Most of the motion of the points of a deposit is in the null space of the grid: it decays in the residual time, and the deposit stays at
+/// rest.
 #[test]
 fn a_deposit_comes_to_rest_with_a_residual_time() {
     let share = |report: &RunReport, field: &str| {
@@ -280,7 +281,7 @@ fn the_kinetic_energy_of_an_affine_field_is_that_of_the_grid() {
             found.kinetic
         );
         let axes: f64 =
-            ["x", "y"].map(|axis| reading(&*solver, &format!("kinetic_energy.{axis}"))).iter().sum();
+            ["x", "y"].map(|axis| scalar_output(&*solver, &format!("kinetic_energy.{axis}"))).iter().sum();
         assert!((axes / exact - 1.0).abs() < 1e-12, "{transfer}, {shape}");
     }
 }
