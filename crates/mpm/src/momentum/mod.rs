@@ -1,4 +1,8 @@
 //! The momentum solve on the nodes (sheet: mpm §3.3, steps 2–4).
+//!
+//! Velocity fields of the nodes, lumped and consistent mass, nodes of small mass, damping, and the motion of rigid bodies and patches. The
+//! module knows the background grid and the points, and receives walls as data; it knows neither contact nor loads. All modules that read
+//! nodal velocities may know it.
 
 pub(crate) mod consistent_mass;
 pub(crate) mod driven_object;

@@ -1,4 +1,8 @@
 //! Obstacles, on the nodes or on the points (sheet: mpm §2.11; docs/theory/mpm.md, obstacles).
+//!
+//! Surfaces with their motion, contact laws and reactions; penalty forces on points, and the limit of their penetration. The module reads
+//! points and changes their contact states and nodal velocities. It does not know the contact between bodies; `contact`, `boundary` and the
+//! modules above may know it.
 
 pub mod node_obstacles;
 pub(crate) mod obstacle_penalty;

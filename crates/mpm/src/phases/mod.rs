@@ -9,6 +9,9 @@
 //!
 //! with `M_L = Σ N ρ_L Ω`, `M̄_L = Σ N n ρ_L Ω`, `M_S = Σ N m_S` and the drag `Q = Σ N n ρ_L g / k Ω`.
 //! Here pore pressure is compression-positive, `p_w = -p_L` of the sheet.
+//!
+//! The module holds the operations of a step on the nodes of one phase and of two, with which `solver` runs the same step for both. It knows
+//! all modules of the method below the solver; only `solver`, `setup` and `checkpoint` may know it.
 
 mod damping;
 mod momentum;

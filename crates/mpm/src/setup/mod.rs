@@ -1,4 +1,7 @@
 //! Construction of a solver from a case: rejects unsupported features, by JSON path.
+//!
+//! Options with the defaults of the case, sampling of bodies, assembly of the owners, warnings, and the size of a problem. The module knows
+//! all others except `output` and `checkpoint`.
 
 mod band_checks;
 mod bodies;

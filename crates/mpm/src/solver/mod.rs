@@ -1,4 +1,7 @@
 //! Solver with its components, and one step.
+//!
+//! The step hands each owner to the functions that read or change it. The module also limits the step and measures the distance from
+//! equilibrium. It knows all modules of the method; `setup`, `output` and `checkpoint` may know it.
 
 mod critical_step;
 mod equilibrium;
