@@ -170,6 +170,31 @@ impl<const D: usize> ContactContext<'_, D> {
             obstacles.iter().map(PenaltyObstacle::rigid_contact),
         );
     }
+
+    /// Applies contact at the nodes of a rigid body with a motion; returns whether any node changed, and the impulses on the body: impulse
+    /// (N s) with its moment (N m s), and the impulse alone.
+    fn apply_contacts(
+        &self,
+        motion: &Twist,
+        points: &[ContactPoint],
+        contact_nodes: &[ContactNode<'_>],
+        solved: &mut [NodalState],
+        row_contacts: &mut [RowContact],
+    ) -> (bool, Twist, [f64; 3]) {
+        let (mut changed, mut impulse, mut contact_impulse) = (false, [0.0; 6], [0.0; 3]);
+        for point in points {
+            let w = velocity_at(motion, &point.arm);
+            let contact = &contact_nodes[point.pair];
+            let applied =
+                apply_contact(self.background, self.contacts, contact, point, &w, solved, row_contacts);
+            let Some((moved, own)) = applied else { continue };
+            changed |= moved;
+            let of = wrench_at(&own, &point.arm);
+            (0..6).for_each(|k| impulse[k] += of[k]);
+            (0..3).for_each(|c| contact_impulse[c] += own[c]);
+        }
+        (changed, impulse, contact_impulse)
+    }
 }
 
 /// Applies contact of the free rigid bodies with deformable bodies, walls and obstacles; returns whether any node changed.
@@ -208,21 +233,9 @@ pub fn solve_rigid_contact<const D: usize>(
         };
         let (motion, done) = free_body.solve_contact(&system);
         contact_set.unconverged_steps += u64::from(!done);
-        let mut impulse = [0.0; 6];
-        let mut contact_impulse = [0.0; 3];
-        for point in &contact_set.nodes {
-            let w = velocity_at(&motion, &point.arm);
-            let contact = &contact_nodes[point.pair];
-            let Some((moved, own)) =
-                apply_contact(background, contacts, contact, point, &w, solved, row_contacts)
-            else {
-                continue;
-            };
-            changed |= moved;
-            let of = wrench_at(&own, &point.arm);
-            (0..6).for_each(|k| impulse[k] += of[k]);
-            (0..3).for_each(|c| contact_impulse[c] += own[c]);
-        }
+        let (moved, impulse, contact_impulse) =
+            context.apply_contacts(&motion, &contact_set.nodes, &contact_nodes, solved, row_contacts);
+        changed |= moved;
         // Walls take the remaining balance: computed from their inertia it would contain round-off.
         if contact_set.support_points.is_empty() {
             free_body.add_impulse(&impulse);

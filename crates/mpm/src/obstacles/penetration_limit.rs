@@ -280,6 +280,22 @@ struct PenetrationCandidate<'a, const D: usize> {
 }
 
 impl<const D: usize> PenetrationCandidate<'_, D> {
+    /// Constraint of the point along a normal, without motion of the obstacle and without friction.
+    fn constraint(&self, normal: [f64; D]) -> PenetrationConstraint<D> {
+        PenetrationConstraint {
+            nodes: self.nodes.clone(),
+            place: *self.x,
+            normal,
+            min_normal_velocity: 0.0,
+            slack: 0.0,
+            obstacle_velocity: [0.0; D],
+            obstacle: 0,
+            friction: 0.0,
+            normal_impulse: 0.0,
+            friction_impulse: [0.0; D],
+        }
+    }
+
     /// Finds the positions on surfaces to which the point comes too near; returns whether there are any.
     fn find(
         &self,
@@ -329,16 +345,12 @@ impl<const D: usize> PenetrationCandidate<'_, D> {
             for place in places.filter(|place| place.distance < allowed_distance - slack) {
                 let along: f64 = (0..D).map(|c| self.velocity[c] * place.normal[c]).sum();
                 workspace.penetration_constraints.push(PenetrationConstraint {
-                    nodes: self.nodes.clone(),
-                    place: *self.x,
-                    normal: place.normal,
                     min_normal_velocity: along + (allowed_distance - place.distance) / dt,
                     slack: 0.5 * slack / dt,
                     obstacle_velocity,
                     obstacle: number,
                     friction: if *is_final { obstacle.laws.at(&place.position).friction() } else { 0.0 },
-                    normal_impulse: 0.0,
-                    friction_impulse: [0.0; D],
+                    ..self.constraint(place.normal)
                 });
             }
         }

@@ -37,15 +37,11 @@ pub(super) fn point_set<const D: usize>(
     let pore = wet.then(|| phases::pore_set(case, body, listed.as_ref(), &position));
     let InitialLawState { material, stress, states } =
         case.initialise_law(number, listed.as_ref(), &position)?;
-    let velocity_at = |(point, x): (usize, &[f64; D])| {
-        let own = listed.as_ref().and_then(|list| Some(list.velocities.as_ref()?[point]));
-        let velocity = own.unwrap_or_else(|| body.velocity.at(spatial(x)));
-        std::array::from_fn(|c| velocity[c])
-    };
     let domain = domains(background, &position, &path)?;
     let follows_later = domain.stretch() && options.stress_update == StressScheme::Usf;
     let used = |used: bool| if used { samples.len() } else { 0 };
-    let velocity: Vec<[f64; D]> = position.iter().enumerate().map(velocity_at).collect();
+    let velocity = velocities(body, listed.as_ref(), &position);
+    let is_affine = options.transfer_of(number).is_affine();
     Ok(PointSet {
         body: number as u32,
         field: 0,
@@ -54,18 +50,14 @@ pub(super) fn point_set<const D: usize>(
         extent: [width(view, options, &samples, listed.is_some() || !on_lattice(body)); D],
         points: PointColumns {
             id: (first_id as u32..(first_id + position.len()) as u32).collect(),
-            grid_velocity: if options.transfer_of(number).is_affine() {
-                Vec::new()
-            } else {
-                velocity.clone()
-            },
+            grid_velocity: if is_affine { Vec::new() } else { velocity.clone() },
             velocity,
             mass,
             initial_volume: volume.clone(),
             volume,
             stress,
             origin: position.clone(),
-            affine: vec![[[0.0; D]; D]; used(options.transfer_of(number).is_affine())],
+            affine: vec![[[0.0; D]; D]; used(is_affine)],
             scratch: vec![[0.0; D]; used(options.filters_velocities())],
             pending: vec![[[0.0; D]; D]; used(follows_later)],
             position,
@@ -77,6 +69,20 @@ pub(super) fn point_set<const D: usize>(
         pore,
         slabs: Vec::new(),
     })
+}
+
+/// Initial velocities (m/s) of points at `position` (m) of a body, `listed` where they come from a file.
+fn velocities<const D: usize>(
+    body: &Body,
+    listed: Option<&PointList>,
+    position: &[[f64; D]],
+) -> Vec<[f64; D]> {
+    let velocity_at = |(point, x): (usize, &[f64; D])| {
+        let own = listed.and_then(|list| Some(list.velocities.as_ref()?[point]));
+        let velocity = own.unwrap_or_else(|| body.velocity.at(spatial(x)));
+        std::array::from_fn(|c| velocity[c])
+    };
+    position.iter().enumerate().map(velocity_at).collect()
 }
 
 fn domains<const D: usize>(

@@ -111,7 +111,7 @@ fn measures_have_energy_by_axis_work_volume_ratios_and_points_per_cell() {
     assert!(least[20] < most[20], "it does not deform evenly");
     assert_eq!((column("points_per_cell.min")[0], column("points_per_cell.mean")[0]), (4.0, 4.0));
     assert!(column("points_per_cell.min")[20] < 4.0, "it has left its cells");
-    assert!(column("external_work").iter().all(|work| work.is_nan()), "nothing asks for it");
+    assert!(column("external_work").iter().all(|work| work.is_nan()), "no stage with equilibrium");
     assert!(column("time_step")[1..].iter().all(|dt| *dt > 0.0));
 }
 
