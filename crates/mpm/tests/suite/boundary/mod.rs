@@ -2,7 +2,6 @@
 
 mod absorbing_boundary;
 mod curved_surfaces;
-mod excavation;
 mod free_rigid_bodies;
 mod nodal_loads;
 mod periodic_domain;

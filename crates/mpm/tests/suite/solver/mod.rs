@@ -4,6 +4,7 @@ mod conservation;
 mod damping;
 mod determinism;
 mod equilibrium;
+mod excavation;
 mod rejections;
 mod stages;
 mod time_step;
