@@ -11,9 +11,9 @@ use colluvium_case::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::boundary::prescribed_motion::DrivenObjectState;
 use crate::boundary::rigid_bodies::stop_free_rigid_bodies;
 use crate::momentum::EquilibriumTerms;
+use crate::momentum::driven_object::DrivenObjectState;
 use crate::obstacles::obstacle_penalty::{penetration_warning, reset_displacements};
 use crate::obstacles::reaction::Reactions;
 use crate::obstacles::state::{ObstacleHistory, ObstacleReaction};
@@ -21,6 +21,7 @@ use crate::phases::PhaseEquilibriumTerms;
 use crate::points::bodies::point_error;
 use crate::points::point_set::PointSet;
 use crate::solver::MpmSolver;
+use crate::stress::stress_work::dissipated_energy;
 
 /// Version of the layout of a checkpoint.
 const FORMAT: u32 = 18;
@@ -112,7 +113,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
                     stop_free_rigid_bodies(&mut self.boundary.driven);
                     self.bodies.sets.iter_mut().for_each(|set| {
                         set.points.velocity.fill([0.0; D]);
-                        set.points.seen.fill([0.0; D]);
+                        set.points.grid_velocity.fill([0.0; D]);
                         set.points.affine.fill([[0.0; D]; D]);
                         if let Some(pore) = &mut set.pore {
                             pore.points.velocity.fill([0.0; D]);
@@ -145,18 +146,18 @@ impl<const D: usize> Solver for MpmSolver<D> {
     }
 
     fn reaction(&self, name: &str) -> Option<Reaction> {
-        if let Some(rock) = self
+        if let Some(obstacle) = self
             .boundary
             .penalty_obstacles
             .iter()
-            .flat_map(|rocks| &rocks.obstacles)
-            .find(|rock| rock.name == name)
+            .flat_map(|all| &all.obstacles)
+            .find(|obstacle| obstacle.name == name)
         {
-            let ObstacleReaction { force, impulse, moment, .. } = rock.state;
+            let ObstacleReaction { force, impulse, moment, .. } = obstacle.state;
             return Some(Reaction { force, impulse, moment: Some(moment) });
         }
         if let Some(reaction) =
-            self.boundary.reaction_recorder.as_ref().and_then(|bearing| bearing.reaction(name))
+            self.boundary.reaction_recorder.as_ref().and_then(|recorder| recorder.reaction(name))
         {
             return Some(reaction);
         }
@@ -165,7 +166,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
     }
 
     fn dissipated(&self) -> Option<f64> {
-        self.clock.case.measures_dissipation().then(|| self.dissipated_energy())
+        self.clock.case.measures_dissipation().then(|| dissipated_energy(&self.bodies))
     }
 
     fn is_isolated(&self) -> bool {
@@ -177,7 +178,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
     }
 
     fn warnings_at_end(&self) -> Vec<String> {
-        let crushed: usize = self.deformable_sets().map(PointSet::points_at_min_volume).sum();
+        let crushed: usize = self.bodies.deformable_sets().map(PointSet::points_at_min_volume).sum();
         let remark = format!(
             "{crushed} of {} points are compressed to a tenth of their initial volume, the least that is \
              allowed. Their material is far outside the range of its law: check its stiffness, the loads and \
@@ -220,19 +221,19 @@ impl<const D: usize> Solver for MpmSolver<D> {
             sums: self.nodes.sums,
             phase_sums: self.two_phase.as_ref().map(|phases| phases.sums),
             absorbing_displacements: self.boundary.absorbing.displacements.clone().into_iter().collect(),
-            reactions: self.boundary.reaction_recorder.as_ref().map(|bearing| bearing.state.clone()),
+            reactions: self.boundary.reaction_recorder.as_ref().map(|recorder| recorder.state.clone()),
             obstacle_reactions: self
                 .boundary
                 .penalty_obstacles
                 .iter()
-                .flat_map(|rocks| &rocks.obstacles)
-                .map(|rock| rock.state)
+                .flat_map(|all| &all.obstacles)
+                .map(|obstacle| obstacle.state)
                 .collect(),
             obstacle_history: self
                 .boundary
                 .penalty_obstacles
                 .as_ref()
-                .map_or(ObstacleHistory::default(), |rocks| rocks.history),
+                .map_or(ObstacleHistory::default(), |all| all.history),
             bodies: self.bodies.sets.iter().map(|set| set.body).collect(),
         };
         save_value(&saved, out)?;
@@ -258,20 +259,19 @@ impl<const D: usize> Solver for MpmSolver<D> {
             return Err(wrong("contains loads that the case does not have"));
         }
         if saved.obstacle_reactions.len()
-            != self.boundary.penalty_obstacles.as_ref().map_or(0, |rocks| rocks.obstacles.len())
+            != self.boundary.penalty_obstacles.as_ref().map_or(0, |all| all.obstacles.len())
         {
             return Err(wrong("contains obstacles that the case does not have"));
         }
-        if let Some(rocks) = &mut self.boundary.penalty_obstacles {
-            rocks
-                .obstacles
+        if let Some(all) = &mut self.boundary.penalty_obstacles {
+            all.obstacles
                 .iter_mut()
                 .zip(saved.obstacle_reactions)
-                .for_each(|(rock, state)| rock.state = state);
-            rocks.history = saved.obstacle_history;
+                .for_each(|(obstacle, state)| obstacle.state = state);
+            all.history = saved.obstacle_history;
         }
-        if let (Some(bearing), Some(borne)) = (&mut self.boundary.reaction_recorder, saved.reactions) {
-            bearing.state = borne;
+        if let (Some(recorder), Some(reactions)) = (&mut self.boundary.reaction_recorder, saved.reactions) {
+            recorder.state = reactions;
         }
         self.boundary.load_starts = saved.load_starts;
         self.boundary.driven.iter_mut().zip(saved.driven).for_each(|(driven, state)| driven.state = state);
@@ -297,7 +297,7 @@ impl<const D: usize> MpmSolver<D> {
             return None;
         }
         let places: Vec<[f64; D]> =
-            self.deformable_sets().flat_map(|set| &set.points.position).copied().collect();
+            self.bodies.deformable_sets().flat_map(|set| &set.points.position).copied().collect();
         let reason = "obstacles act on the nodes here, and a contact within a cell is not detected (take \
                       smaller cells, or `methods.mpm.obstacles` `points`, which keeps points out)";
         self.clock.case.overlap_warning(&places, REPORTED_DEPTH * self.background.grid.cell, reason)

@@ -8,8 +8,12 @@
 //! stress is updated first, last, or last from re-mapped velocities. One dimension, plane strain,
 //! axisymmetry and three dimensions. Bodies with a pore fluid are solved as two phases that move apart.
 //!
-//! [`Mpm`] is the way in: it turns a [`Case`] into a [`Solver`].
+//! [`Mpm`] is the entry: it turns a [`Case`] into a [`Solver`].
+//!
+//! A module knows only the modules to the left of it: `config`, `clock`, `background_grid`, `points`, `momentum`, `obstacles`, `contact`,
+//! `stress`, `boundary`, `transfer`, `phases`, `solver`, `setup`, `output`, `checkpoint`.
 
+mod background_grid;
 mod boundary;
 mod checkpoint;
 mod clock;

@@ -1,4 +1,4 @@
-//! A step allocates nothing.
+//! A step allocates no memory.
 
 use colluvium_case::Case;
 use colluvium_mpm::Mpm;
@@ -28,7 +28,7 @@ fn block(shape: &str, scheme: &str, transfer: &str) -> Case {
     Case::from_json(&text.to_string()).unwrap()
 }
 
-/// The same block with water in its pores.
+/// Block of [`block`] with water in its pores.
 fn saturated(shape: &str, scheme: &str, volumetric: &str) -> Case {
     let mut case = block(shape, scheme, "flip");
     let fluid = json!({ "porosity": 0.4, "permeability": 0.01, "bulk_modulus": 1e7 });

@@ -13,11 +13,11 @@ use colluvium_case::spatial;
 use colluvium_constitutive::{BLOCK_SIZE, Motion};
 use colluvium_grid::{BasisValues1d, Grid, NodalState, NodeWalls, Vector4};
 
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
-use crate::phases::pore_fluid::{LIQUID, SOLID};
+use crate::points::bodies::Bodies;
 use crate::points::point_set::PointSet;
-use crate::solver::MpmSolver;
-use crate::transfer::background_grid::BackgroundGrid;
+use crate::points::pore_fluid::{LIQUID, SOLID};
 
 /// Absorbing boundaries of a stage.
 #[derive(Debug, Default)]
@@ -27,6 +27,8 @@ pub struct AbsorbingBoundaries {
     pub displacements: BTreeMap<usize, Vec<[f64; 3]>>,
     /// Initial positions (m) of the points behind the faces of all stages, by id.
     initial_positions: BTreeMap<u32, [f64; 3]>,
+    /// Wave impedances of the bodies of the case; empty without absorbing boundaries.
+    impedances: Vec<Impedance>,
 }
 
 #[derive(Debug)]
@@ -127,66 +129,88 @@ struct DashpotLaw {
     spring_length: Option<f64>,
 }
 
-impl<const D: usize> MpmSolver<D> {
+/// Returns the dashpot parameters of a boundary; `None` for one that is not absorbing.
+fn dashpot_law<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    boundary: &Boundary,
+) -> Option<DashpotLaw> {
+    let CaseWall::Absorbing { normal, tangential, spring_length } = boundary.wall else { return None };
+    let axis = boundary.side.axis();
+    let line = (boundary.position(&clock.case.domain) - background.grid.origin[axis]) / background.grid.cell;
+    let (face, upper) = (line.round() as usize, boundary.side.is_max());
+    Some(DashpotLaw { axis, upper, face, normal, tangential, spring_length })
+}
+
+impl AbsorbingBoundaries {
+    /// Returns the boundaries of no stage yet, with the wave impedances of the bodies of the case.
+    pub fn new(impedances: Vec<Impedance>) -> Self {
+        Self { impedances, ..Self::default() }
+    }
+
     /// Stores the positions of the points behind absorbing faces before the first step.
-    pub(crate) fn store_initial_positions(&mut self) {
+    pub fn store_initial_positions<const D: usize>(
+        &mut self,
+        clock: &Clock,
+        background: &BackgroundGrid<D>,
+        bodies: &Bodies<D>,
+    ) {
+        let boundaries = clock.case.boundaries.iter();
         let laws: Vec<DashpotLaw> =
-            self.clock.case.boundaries.iter().filter_map(|boundary| self.law(boundary)).collect();
-        for set in &self.bodies.sets {
+            boundaries.filter_map(|boundary| dashpot_law(clock, background, boundary)).collect();
+        for set in &bodies.sets {
             for (id, x) in set.points.id.iter().zip(&set.points.position) {
-                if laws.iter().any(|law| is_behind_face(&self.background.grid, law, x)) {
-                    self.boundary.absorbing.initial_positions.insert(*id, spatial(x));
+                if laws.iter().any(|law| is_behind_face(&background.grid, law, x)) {
+                    self.initial_positions.insert(*id, spatial(x));
                 }
             }
         }
     }
 
-    /// Returns the dashpot parameters of a boundary; `None` for one that is not absorbing.
-    fn law(&self, boundary: &Boundary) -> Option<DashpotLaw> {
-        let CaseWall::Absorbing { normal, tangential, spring_length } = boundary.wall else { return None };
-        let axis = boundary.side.axis();
-        let line = (boundary.position(&self.clock.case.domain) - self.background.grid.origin[axis])
-            / self.background.grid.cell;
-        let (face, upper) = (line.round() as usize, boundary.side.is_max());
-        Some(DashpotLaw { axis, upper, face, normal, tangential, spring_length })
-    }
-
     /// Sets the absorbing boundaries of a stage; those of the previous stage keep the displacements of their springs.
-    pub(crate) fn set_absorbing(&mut self, stage: usize) {
+    pub fn set_stage<const D: usize>(
+        &mut self,
+        clock: &Clock,
+        background: &BackgroundGrid<D>,
+        bodies: &Bodies<D>,
+        stage: usize,
+    ) {
         let mut faces = Vec::new();
-        for (number, boundary) in self.clock.case.active_boundaries(stage) {
-            let Some(law) = self.law(boundary) else { continue };
-            faces.push(AbsorbingFace { number, nodes: self.face_nodes(&law) });
+        for (number, boundary) in clock.case.active_boundaries(stage) {
+            let Some(law) = dashpot_law(clock, background, boundary) else { continue };
+            faces.push(AbsorbingFace { number, nodes: self.face_nodes(background, bodies, &law) });
         }
-        let moved = &mut self.boundary.absorbing.displacements;
-        moved.retain(|number, _| faces.iter().any(|face| face.number == *number));
+        self.displacements.retain(|number, _| faces.iter().any(|face| face.number == *number));
         for face in &faces {
-            let nodes = moved.entry(face.number).or_default();
+            let nodes = self.displacements.entry(face.number).or_default();
             if nodes.len() != face.nodes.len() {
                 *nodes = vec![[0.0; 3]; face.nodes.len()];
             }
         }
-        self.boundary.absorbing.faces = faces;
+        self.faces = faces;
     }
 
     /// Returns the nodes of a face with their dashpots, in ascending order of node number.
-    fn face_nodes(&self, law: &DashpotLaw) -> Vec<FaceNode> {
-        let (grid, strides) = (&self.background.grid, self.background.layout.strides());
-        let normal_index = self.background.basis_1d.face_node(law.face, grid.cells[law.axis]);
+    fn face_nodes<const D: usize>(
+        &self,
+        background: &BackgroundGrid<D>,
+        bodies: &Bodies<D>,
+        law: &DashpotLaw,
+    ) -> Vec<FaceNode> {
+        let (grid, strides) = (&background.grid, background.layout.strides());
+        let normal_index = background.basis_1d.face_node(law.face, grid.cells[law.axis]);
         let mut found: BTreeMap<usize, FaceNode> = BTreeMap::new();
-        for (_, start, number, p) in self.points_behind(law) {
-            let (set, impedance) = (
-                &self.bodies.sets[number],
-                &self.boundary.impedances[self.bodies.sets[number].body as usize],
-            );
+        for (_, start, number, p) in self.points_behind(&background.grid, bodies, law) {
+            let set = &bodies.sets[number];
+            let impedance = &self.impedances[set.body as usize];
             let mut area = set.points.initial_volume[p] / grid.cell;
-            if self.background.axisymmetric && law.axis == 0 {
+            if background.axisymmetric && law.axis == 0 {
                 // The volume is per radian at the radius of the point.
                 area *= (grid.origin[0] + grid.cell * law.face as f64) / start[0];
             }
-            for_each_across(&self.background, &start, &set.extent, law.axis, |mut index, weight| {
+            for_each_across(background, &start, &set.extent, law.axis, |mut index, weight| {
                 index[law.axis] = normal_index;
-                for index in self.background.layout.periodic_images(index) {
+                for index in background.layout.periodic_images(index) {
                     let place = (0..D).map(|axis| index[axis] * strides[axis]).sum();
                     let node = found.entry(place).or_insert(FaceNode { place, index, ..FaceNode::default() });
                     node.add(law, impedance, area * weight);
@@ -198,13 +222,18 @@ impl<const D: usize> MpmSolver<D> {
 
     /// Returns the points behind a face: id, initial position (m), set and index in the set. The order is by id, so that sums do not depend
     /// on the current sorting.
-    fn points_behind(&self, law: &DashpotLaw) -> Vec<(u32, [f64; D], usize, usize)> {
+    fn points_behind<const D: usize>(
+        &self,
+        grid: &Grid<D>,
+        bodies: &Bodies<D>,
+        law: &DashpotLaw,
+    ) -> Vec<(u32, [f64; D], usize, usize)> {
         let mut points = Vec::new();
-        for (number, set) in self.bodies.sets.iter().enumerate() {
+        for (number, set) in bodies.sets.iter().enumerate() {
             for (p, id) in set.points.id.iter().enumerate() {
-                let Some(start) = self.boundary.absorbing.initial_positions.get(id) else { continue };
+                let Some(start) = self.initial_positions.get(id) else { continue };
                 let start: [f64; D] = std::array::from_fn(|c| start[c]);
-                if is_behind_face(&self.background.grid, law, &start) {
+                if is_behind_face(grid, law, &start) {
                     points.push((*id, start, number, p));
                 }
             }
@@ -212,9 +241,7 @@ impl<const D: usize> MpmSolver<D> {
         points.sort_unstable_by_key(|(id, ..)| *id);
         points
     }
-}
 
-impl AbsorbingBoundaries {
     /// Applies dashpots and springs to the solved nodes of one phase.
     pub fn apply(&mut self, clock: &Clock, solved: &mut [NodalState], walls: &NodeWalls) {
         let (dt, inertia) = (clock.dt, clock.options.mass_scaling);
@@ -289,8 +316,8 @@ fn dashpot_velocity(
     let (mut motion, mut rate) = (node.momentum_and_mass.to_array(), node.force.to_array());
     for c in 0..3 {
         if free[c] > 0.0 {
-            let pull = dt * spring[c] * moved[c];
-            let slower = (mass * motion[c] - pull) / (mass + dt * dashpot[c] + dt * dt * spring[c]);
+            let spring_impulse = dt * spring[c] * moved[c];
+            let slower = (mass * motion[c] - spring_impulse) / (mass + dt * dashpot[c] + dt * dt * spring[c]);
             rate[c] += (slower - motion[c]) / dt;
             motion[c] = slower;
         }
@@ -335,7 +362,7 @@ pub fn for_each_across<const D: usize>(
 
 #[cfg(test)]
 mod tests {
-    use crate::transfer::dimension_dispatch::tests::begun;
+    use crate::setup::tests::begun;
     use colluvium_case::Case;
 
     #[test]

@@ -2,17 +2,17 @@
 
 use colluvium_grid::NodeWalls;
 
-use crate::boundary::absorbing_boundary::{AbsorbingBoundaries, Impedance};
+use crate::background_grid::BackgroundGrid;
+use crate::boundary::absorbing_boundary::AbsorbingBoundaries;
 use crate::boundary::nodal_loads::NodalLoad;
-use crate::boundary::prescribed_motion::DrivenObject;
 use crate::contact::contact_law::{FieldContacts, RowContact};
 use crate::contact::rigid_contact::ContactSet;
+use crate::momentum::driven_object::DrivenObject;
 use crate::obstacles::node_obstacles::NodeObstacles;
 use crate::obstacles::reaction::ReactionRecorder;
 use crate::obstacles::state::PenaltyObstacles;
 use crate::points::bodies::Bodies;
 use crate::points::vectors::power;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Boundary conditions and contacts of a run.
 pub struct BoundaryConditions<const D: usize> {
@@ -37,8 +37,6 @@ pub struct BoundaryConditions<const D: usize> {
     /// Loads on nodes.
     pub(crate) nodal_loads: Vec<NodalLoad>,
     pub(crate) absorbing: AbsorbingBoundaries,
-    /// Wave impedances of the bodies of the case; empty without absorbing boundaries.
-    pub(crate) impedances: Vec<Impedance>,
 }
 
 impl<const D: usize> BoundaryConditions<D> {
@@ -59,7 +57,7 @@ pub(crate) fn work_of_loads<const D: usize>(bodies: &Bodies<D>, driven: &[Driven
         work += dt * power(&set.points.traction, &set.points.velocity);
     }
     for driven in driven {
-        let free = driven.free_rigid_body.as_ref().map_or([false; 6], |loose| loose.free);
+        let free = driven.free_rigid_body.as_ref().map_or([false; 6], |free_body| free_body.free);
         let velocity: [f64; 3] = std::array::from_fn(|c| if free[c] { 0.0 } else { driven.velocity()[c] });
         work -= (0..3).map(|c| driven.state.force[c] * velocity[c] * dt).sum::<f64>();
     }

@@ -9,17 +9,17 @@ use colluvium_case::{Case, CaseError};
 use colluvium_grid::{NodalState, Vector4};
 
 use crate::MpmOptions;
+use crate::background_grid::BackgroundGrid;
 use crate::boundary::absorbing_boundary::for_each_across;
+use crate::boundary::mesh_loads;
 use crate::boundary::point_loads;
 use crate::boundary::point_loads::factor;
 use crate::clock::Clock;
 use crate::config::ShapeFunctions;
-use crate::phases::pore_fluid::{LIQUID, SOLID};
 use crate::points::bodies::Bodies;
 use crate::points::point_set::PointSet;
+use crate::points::pore_fluid::{LIQUID, SOLID};
 use crate::points::vectors::vector4;
-use crate::transfer::background_grid::BackgroundGrid;
-use crate::transfer::unstructured_mesh;
 
 /// A load on nodes.
 #[derive(Debug)]
@@ -60,7 +60,7 @@ pub fn nodal_loads<const D: usize>(
         }
         let set = &sets[point_loads::loaded_set(case, number, sets)?];
         let areas = if background.is_meshed() {
-            unstructured_mesh::loaded_nodes(case, number, &background.mesh, set)?
+            mesh_loads::loaded_nodes(case, number, &background.mesh, set)?
         } else {
             loaded_grid_nodes(case, number, background, set)?
         };

@@ -6,17 +6,17 @@ use std::ops::Range;
 
 use colluvium_case::description::Load;
 use colluvium_case::loads::load_vectors::nanson;
-use colluvium_case::{Case, CaseError};
+use colluvium_case::{Case, CaseError, Manufactured, spatial};
 use colluvium_constitutive::BLOCK_SIZE;
 use colluvium_grid::{InterpolatedMotion, Mesh, PointSlice};
 
-use crate::boundary::surface_load::SurfaceLoad;
+use crate::background_grid::BackgroundGrid;
+use crate::boundary::mesh_loads;
 use crate::clock::Clock;
 use crate::momentum::velocity_fields::{VelocityFields, VelocitySource};
 use crate::points::bodies::Bodies;
 use crate::points::point_set::PointSet;
-use crate::transfer::background_grid::BackgroundGrid;
-use crate::transfer::unstructured_mesh;
+use crate::points::surface_load::SurfaceLoad;
 
 /// Factor of load `number` at `time` (s), with the start times of the loads `starts` (s).
 pub fn factor(case: &Case, number: usize, starts: &[f64], time: f64) -> f64 {
@@ -54,7 +54,7 @@ pub fn apply<const D: usize>(
         case.load_vectors(number, &set.points.position, &set.extent)?
     } else {
         let per_area = load.per_area::<D>();
-        unstructured_mesh::loaded_areas(case, number, mesh, set)?
+        mesh_loads::loaded_areas(case, number, mesh, set)?
             .into_iter()
             .map(|area| per_area.map(|t| t * area))
             .collect()
@@ -105,6 +105,16 @@ impl<const D: usize> PointSet<D> {
 pub fn apply_loads<const D: usize>(clock: &Clock, bodies: &mut Bodies<D>, starts: &[f64]) {
     for set in bodies.sets.iter_mut().filter(|set| !set.loads.is_empty()) {
         set.apply_loads(&clock.case, starts, clock.time + clock.dt);
+    }
+}
+
+/// Sets the forces of the points to the body forces of a manufactured solution in a step from `time` (s) on.
+pub fn set_manufactured_forces<const D: usize>(solution: &Manufactured, bodies: &mut Bodies<D>, time: f64) {
+    for set in &mut bodies.sets {
+        for p in 0..set.len() {
+            let force = (solution.force)(spatial(&set.points.origin[p]), time);
+            set.points.traction[p] = std::array::from_fn(|c| set.points.mass[p] * force[c]);
+        }
     }
 }
 

@@ -4,108 +4,26 @@ use std::ops::Range;
 
 use colluvium_case::Case;
 use colluvium_case::description::Patch;
-use colluvium_case::rigid::{RigidState, RigidStep};
 use colluvium_grid::{NodalState, Vector4};
-use serde::{Deserialize, Serialize};
 
 use crate::MpmOptions;
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
 use crate::config::LagrangianFormulation;
 use crate::contact::contact_law::FieldContacts;
-use crate::phases::pore_fluid::{LIQUID, SOLID};
-use crate::transfer::background_grid::BackgroundGrid;
+use crate::momentum::driven_object::{DrivenObject, DrivenObjectState};
+use crate::points::pore_fluid::{LIQUID, SOLID};
 
 /// Tolerance (cells; least heights of the elements of a mesh) for nodes on the surface of a patch, against round-off.
 const SURFACE_TOLERANCE: f64 = 1e-6;
 
-/// Rigid body or patch with its motion and the force on it.
-#[derive(Clone, Debug)]
-pub struct DrivenObject {
-    /// Name of the body or patch.
-    pub name: String,
-    /// Index into `Case::patches`; `None` for a rigid body.
-    pub patch: Option<usize>,
-    /// Corners of the bounding box of the patch at the start (m).
-    pub bounds: [[f64; 3]; 2],
-    /// Prescribed velocity at the start of the step (m/s); `None` for components that were not prescribed.
-    pub previous_velocity: [Option<f64>; 3],
-    /// Motion of a free rigid body in the step.
-    pub free_rigid_body: Option<RigidStep>,
-    /// State for a checkpoint.
-    pub state: DrivenObjectState,
-}
-
-/// State of a [`DrivenObject`] that changes during a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct DrivenObjectState {
-    /// Velocity of a patch at the end of the step (m/s); `None` for components that are not prescribed.
-    pub velocity: [Option<f64>; 3],
-    /// Motion of a rigid body at the end of the step.
-    pub rigid: RigidState,
-    /// Displacement since the start (m).
-    pub displacement: [f64; 3],
-    /// Force of the material on it in the last step (N).
-    pub force: [f64; 3],
-    /// Impulse of the material on it since the start (N s).
-    pub impulse: [f64; 3],
-}
-
 impl DrivenObject {
-    /// Adds an impulse (N s) of the material in a step of `dt`.
-    pub fn add_impulse(&mut self, impulse: [f64; 3], dt: f64) {
-        for c in 0..3 {
-            self.state.impulse[c] += impulse[c];
-            self.state.force[c] += impulse[c] / dt;
-        }
-    }
-
     /// Returns the patch at its current position; `None` for a rigid body. With points at fixed positions the patch is fixed too.
     fn placed_patch<'a>(&self, case: &'a Case, options: &MpmOptions) -> Option<PlacedPatch<'a>> {
         let patch = &case.patches[self.patch?];
         let moves = patch.moves && options.formulation != LagrangianFormulation::SmallDisplacement;
-        let way = if moves { self.state.displacement } else { [0.0; 3] };
-        Some(PlacedPatch { patch, bounds: self.bounds, displacement: way })
-    }
-
-    /// Sets the velocity and acceleration of the prescribed motion at a solved node; returns the impulse (N s) of the material on the
-    /// driven object, without mass scaling.
-    fn impose_on_node(&self, node: &mut NodalState, keep_start: bool, dt: f64) -> [f64; 3] {
-        let (mut end, mut rate) = (node.momentum_and_mass.to_array(), node.force.to_array());
-        let mut taken = [0.0; 3];
-        for c in 0..3 {
-            let Some(held) = self.state.velocity[c] else { continue };
-            let own = end[c] - dt * rate[c];
-            let start = if keep_start { own } else { self.previous_velocity[c].unwrap_or(own) };
-            let given = (held - start) / dt;
-            taken[c] = end[3] * dt * (rate[c] - given);
-            end[c] = held;
-            rate[c] = given;
-        }
-        *node = NodalState { momentum_and_mass: Vector4::new(end), force: Vector4::new(rate) };
-        taken
-    }
-
-    /// Sets the prescribed components of a velocity (m/s).
-    fn impose_velocity(&self, lanes: &mut Vector4) {
-        let mut velocity = lanes.to_array();
-        for c in 0..3 {
-            velocity[c] = self.state.velocity[c].unwrap_or(velocity[c]);
-        }
-        *lanes = Vector4::new(velocity);
-    }
-
-    /// Velocity of a rigid body at a position (m/s).
-    pub fn velocity_at(&self, x: &[f64; 3]) -> [f64; 3] {
-        self.free_rigid_body.as_ref().map_or(self.velocity(), |loose| loose.velocity_at(x))
-    }
-
-    /// Velocity (m/s): of the centre of mass for a rigid body; of a patch with zero for the components that are not prescribed.
-    pub fn velocity(&self) -> [f64; 3] {
-        if self.patch.is_some() {
-            self.state.velocity.map(|v| v.unwrap_or(0.0))
-        } else {
-            self.state.rigid.velocity
-        }
+        let displacement = if moves { self.state.displacement } else { [0.0; 3] };
+        Some(PlacedPatch { patch, bounds: self.bounds, displacement })
     }
 }
 
@@ -263,9 +181,9 @@ fn impose_on_solved<const N: usize, const D: usize>(
     for driven in driven {
         let mut total = [0.0; 3];
         for_nodes_of_patch(clock, background, contacts, driven, nodes, |node, first| {
-            let given = driven.impose_on_node(node, keep_start, clock.dt);
+            let impulse = driven.impose_on_node(node, keep_start, clock.dt);
             if first {
-                (0..D).for_each(|c| total[c] += inertia * given[c]);
+                (0..D).for_each(|c| total[c] += inertia * impulse[c]);
             }
         });
         driven.add_impulse(total, clock.dt);
@@ -278,11 +196,11 @@ pub fn mark_constrained<const D: usize>(
     background: &BackgroundGrid<D>,
     driven: &[DrivenObject],
     contacts: &FieldContacts,
-    held: &mut [[u8; 2]],
+    constrained: &mut [[u8; 2]],
 ) {
-    for_patch_nodes(clock, background, driven, contacts, held, |driven, held| {
+    for_patch_nodes(clock, background, driven, contacts, constrained, |driven, constrained| {
         let axes = (0..D).filter(|c| driven.state.velocity[*c].is_some());
-        *held |= axes.map(|c| 1 << c).sum::<u8>();
+        *constrained |= axes.map(|c| 1 << c).sum::<u8>();
     });
 }
 
@@ -331,7 +249,7 @@ fn for_patch_nodes<T, const N: usize, const D: usize>(
     act: impl Fn(&DrivenObject, &mut T),
 ) {
     for driven in driven {
-        for_nodes_of_patch(clock, background, contacts, driven, nodes, |held, _| act(driven, held));
+        for_nodes_of_patch(clock, background, contacts, driven, nodes, |value, _| act(driven, value));
     }
 }
 
@@ -349,8 +267,8 @@ fn for_nodes_of_patch<T, const N: usize, const D: usize>(
     let len = background.layout.len();
     for field in deformable_fields(nodes.len() / len, &contacts.rigid) {
         place.nodes(background, |number, first| {
-            let held = &mut nodes[field * len + number][place.phases(N)];
-            held.iter_mut().for_each(|held| act(held, first));
+            let values = &mut nodes[field * len + number][place.phases(N)];
+            values.iter_mut().for_each(|value| act(value, first));
         });
     }
 }

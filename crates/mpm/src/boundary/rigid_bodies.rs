@@ -6,14 +6,14 @@ use colluvium_case::rigid::{RigidBodyActions, RigidMass, RigidState, RigidStep, 
 use colluvium_case::{SolverError, spatial};
 use colluvium_grid::{NodalState, Vector4};
 
-use crate::boundary::prescribed_motion::DrivenObject;
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
 use crate::config::LagrangianFormulation;
 use crate::contact::contact_law::FieldContacts;
 use crate::momentum::EquilibriumTerms;
+use crate::momentum::driven_object::DrivenObject;
 use crate::points::bodies::{Bodies, point_error};
 use crate::points::point_set::PointSet;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Mass and moments of inertia of a rigid body, with mass scaling.
 fn rigid_mass<const D: usize>(clock: &Clock, set: &PointSet<D>) -> RigidMass {
@@ -37,17 +37,22 @@ fn free_rigid_step<const D: usize>(
 }
 
 /// Terms of a free rigid body in the measures of equilibrium in a step of `dt` (s), with local damping of the axes and Rayleigh damping.
-pub fn equilibrium_terms(loose: &RigidStep, dt: f64, damping: &[f64; 3], rayleigh: f64) -> EquilibriumTerms {
-    let mut sums = EquilibriumTerms { work: loose.work(dt), ..EquilibriumTerms::default() };
-    for c in (0..3).filter(|c| loose.free[*c]) {
-        let (start, end) = (loose.start[c], loose.motion[c]);
-        let net = loose.mass.mass * ((end - start) / dt + rayleigh * 0.5 * (start + end));
+pub fn equilibrium_terms(
+    free_body: &RigidStep,
+    dt: f64,
+    damping: &[f64; 3],
+    rayleigh: f64,
+) -> EquilibriumTerms {
+    let mut sums = EquilibriumTerms { work: free_body.work(dt), ..EquilibriumTerms::default() };
+    for c in (0..3).filter(|c| free_body.free[*c]) {
+        let (start, end) = (free_body.start[c], free_body.motion[c]);
+        let net = free_body.mass.mass * ((end - start) / dt + rayleigh * 0.5 * (start + end));
         let unbalanced = net / (1.0 - damping[c] * sign_or_zero(start) * sign_or_zero(net));
         sums.unbalanced += unbalanced * unbalanced;
-        sums.external += loose.applied[c] * loose.applied[c];
+        sums.external += free_body.applied[c] * free_body.applied[c];
     }
-    let momentum = multiply(&loose.mass.matrix(), &loose.motion);
-    sums.kinetic = 0.5 * (0..6).map(|k| momentum[k] * loose.motion[k]).sum::<f64>();
+    let momentum = multiply(&free_body.mass.matrix(), &free_body.motion);
+    sums.kinetic = 0.5 * (0..6).map(|k| momentum[k] * free_body.motion[k]).sum::<f64>();
     sums
 }
 
@@ -67,8 +72,8 @@ pub fn update_driven_velocities<const D: usize>(
         let free = motion.filter(|motion| motion.is_free()).zip(set);
         driven.free_rigid_body =
             free.map(|(motion, set)| free_rigid_step(clock, set, motion, &driven.state.rigid));
-        if let Some(loose) = &driven.free_rigid_body {
-            driven.state.rigid.velocity = loose.velocity();
+        if let Some(free_body) = &driven.free_rigid_body {
+            driven.state.rigid.velocity = free_body.velocity();
         } else {
             let state = &mut driven.state;
             state.velocity = motion.map_or([None; 3], |motion| motion.velocity_at(elapsed));
@@ -100,7 +105,7 @@ pub fn move_driven<const D: usize>(
         let velocity = driven.velocity();
         (0..3).for_each(|c| driven.state.displacement[c] += dt * velocity[c]);
     }
-    let (ground, mut lost) = (background.grid_view(), None);
+    let (view, mut lost) = (background.grid_view(), None);
     if clock.options.formulation == LagrangianFormulation::SmallDisplacement {
         for set in &mut bodies.sets {
             let Some(number) = set.rigid else { continue };
@@ -118,7 +123,7 @@ pub fn move_driven<const D: usize>(
         moved = moved.max(move_rigid(dt, set, &mut driven[number]));
         let mut domain = set.domain.as_mut();
         for (p, position) in set.points.position.iter_mut().enumerate() {
-            let mut settled = domain.relocate(p, &ground, position);
+            let mut settled = domain.relocate(p, &view, position);
             if within && !anchored && !background.grid.contains(position) {
                 settled = Err("a rigid body left the domain: enlarge the domain".to_owned());
             }
@@ -134,11 +139,11 @@ pub fn move_driven<const D: usize>(
 /// Moves a rigid body in a step of `dt`; returns the largest displacement of a point along an axis (m).
 fn move_rigid<const D: usize>(dt: f64, set: &mut PointSet<D>, driven: &mut DrivenObject) -> f64 {
     let velocity = driven.velocity();
-    let Some(loose) = &driven.free_rigid_body else {
+    let Some(free_body) = &driven.free_rigid_body else {
         set.points.position.iter_mut().for_each(|x| (0..D).for_each(|c| x[c] += dt * velocity[c]));
         return velocity.iter().fold(0.0, |most, v| most.max((dt * v).abs()));
     };
-    loose.move_points(dt, &mut driven.state.rigid, &mut set.points.position, &mut set.points.velocity);
+    free_body.move_points(dt, &mut driven.state.rigid, &mut set.points.position, &mut set.points.velocity);
     set.points.velocity.as_flattened().iter().fold(0.0, |most, v| most.max((dt * v).abs()))
 }
 
@@ -161,9 +166,9 @@ pub fn initialise_rigid<const D: usize>(clock: &Clock, sets: &[PointSet<D>], dri
 pub fn integrate_rigid(clock: &Clock, driven: &mut [DrivenObject]) {
     let damping = clock.stage().damping_of_axes();
     for driven in driven {
-        let Some(loose) = &mut driven.free_rigid_body else { continue };
-        loose.damp(&damping);
-        loose.finish(&mut driven.state.rigid);
+        let Some(free_body) = &mut driven.free_rigid_body else { continue };
+        free_body.damp(&damping);
+        free_body.finish(&mut driven.state.rigid);
     }
 }
 
@@ -184,14 +189,16 @@ fn for_free_rigid_nodes<T: Send, const D: usize>(
 ) {
     let (len, row_length) = (background.layout.len(), background.layout.strides()[0]);
     for (field, number) in contacts.rigid.iter().enumerate() {
-        let Some(loose) = number.and_then(|number| driven[number].free_rigid_body.as_ref()) else { continue };
+        let Some(free_body) = number.and_then(|number| driven[number].free_rigid_body.as_ref()) else {
+            continue;
+        };
         background.layout.for_each_active_node_range(
             &mut nodes[field * len..(field + 1) * len],
             |row, active, line| {
                 for number in active {
                     let index = background.layout.index(row, number);
                     let x = background.node_at(row * row_length + number, &index);
-                    visit(loose.velocity_at(&x), &mut line[number]);
+                    visit(free_body.velocity_at(&x), &mut line[number]);
                 }
             },
         );

@@ -4,7 +4,8 @@ use colluvium_case::description::{Boundary, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, spatial};
 use colluvium_grid::{NodeWall, NodeWalls, WallKind};
 
-use crate::transfer::background_grid::BackgroundGrid;
+use crate::background_grid::BackgroundGrid;
+use crate::boundary::mesh_walls::mesh_walls;
 use crate::{MpmOptions, WallFriction};
 
 /// Returns the walls of a stage.
@@ -15,7 +16,7 @@ pub fn walls<const D: usize>(
     options: &MpmOptions,
 ) -> Result<NodeWalls, CaseError> {
     if !mesh.is_empty() {
-        return crate::transfer::unstructured_mesh::mesh_walls(case, stage, mesh, layout, options);
+        return mesh_walls(case, stage, mesh, layout, options);
     }
     let nodes: Vec<usize> = grid.cells.iter().map(|cells| basis.nodes(*cells)).collect();
     let mut walls = Vec::new();
@@ -57,10 +58,10 @@ pub fn walls<const D: usize>(
 pub fn reject_walls_that_leave(case: &Case, cell: f64) -> Result<(), CaseError> {
     for (number, (boundary, time)) in case.boundaries.iter().zip(case.boundary_durations()).enumerate() {
         let normal = boundary.velocity.as_ref().and_then(|velocity| velocity.get(boundary.side.axis()));
-        let way = normal.map_or(0.0, |speed| speed.abs() * time);
-        if way > 0.5 * cell {
+        let travel = normal.map_or(0.0, |speed| speed.abs() * time);
+        if travel > 0.5 * cell {
             let problem = format!(
-                "the wall would move {way:.3e} m, more than half a cell or element ({:.3e} m). A wall gives \
+                "the wall would move {travel:.3e} m, more than half a cell or element ({:.3e} m). A wall gives \
                  its velocity to its nodes, but its plane does not move: use a rigid body or a patch with a \
                  prescribed motion",
                 0.5 * cell

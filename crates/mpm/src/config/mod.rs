@@ -1,4 +1,6 @@
 //! Options of `methods.mpm` in a case file.
+//!
+//! Names, defaults with their reasons, and ranges of the options. The module knows no other module; all may know it.
 
 mod choices;
 mod contact;

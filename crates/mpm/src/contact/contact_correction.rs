@@ -3,16 +3,15 @@
 use colluvium_constitutive::BLOCK_SIZE;
 use colluvium_grid::{Basis1d, Mesh, NodalState, NodeRange, NodeWalls, Vector4};
 
-use crate::boundary::boundary_conditions::BoundaryConditions;
-use crate::boundary::prescribed_motion::DrivenObject;
-use crate::clock::Clock;
+use crate::background_grid::BackgroundGrid;
 use crate::contact::contact_gap::ZERO_WIDTH;
 use crate::contact::contact_law::{ContactImpulse, FieldContacts, FieldPair, RowContact};
 use crate::contact::nodal_contact::{ContactNode, contact_node};
-use crate::contact::rigid_contact::{ContactContext, solve_rigid_contact};
+use crate::contact::rigid_contact::{ContactContext, ContactSet, solve_rigid_contact};
+use crate::momentum::driven_object::DrivenObject;
 use crate::momentum::velocity_fields::VelocityFields;
+use crate::obstacles::state::PenaltyObstacle;
 use crate::points::bodies::Bodies;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Maximum number of sweeps over the pairs of three or more bodies, whose contacts interact.
 const MAX_SWEEPS: usize = 30;
@@ -41,8 +40,8 @@ pub fn scatter_surfaces<const D: usize>(
     walls: &NodeWalls,
     contacts: &mut FieldContacts,
 ) {
-    let BackgroundGrid { layout, transfers: sweeps, axisymmetric, .. } = background;
-    let (ground, length) = (background.grid_view(), layout.strides()[0]);
+    let BackgroundGrid { layout, transfers, axisymmetric, .. } = background;
+    let (view, length) = (background.grid_view(), layout.strides()[0]);
     for (field, nodes) in contacts.surfaces.chunks_exact_mut(layout.len()).enumerate() {
         layout.reset(nodes);
         layout.for_each_slab(nodes, |slab, window, offset| {
@@ -54,11 +53,11 @@ pub fn scatter_surfaces<const D: usize>(
                         let section = set.points.volume[p]
                             / if *axisymmetric { set.points.position[p][0] } else { 1.0 };
                         sections[k] = Vector4::splat(section);
-                        volumes[k] = Vector4::new([0.0, 0.0, 0.0, section / domain.spacing(p, &ground)]);
+                        volumes[k] = Vector4::new([0.0, 0.0, 0.0, section / domain.spacing(p, &view)]);
                     }
                     let (volumes, sections) = (&volumes[..block.len()], &sections[..block.len()]);
                     let to = NodeRange { nodes: &mut *window, first: offset };
-                    sweeps.p2g_moments(&ground, &set.point_slice().range(block), to, volumes, sections);
+                    transfers.p2g_moments(&view, &set.point_slice().range(block), to, volumes, sections);
                 }
             }
         });
@@ -83,43 +82,33 @@ pub fn radii<const D: usize>(background: &BackgroundGrid<D>) -> Vec<f64> {
 /// Corrects the solved velocities for contact, pair after pair. The contacts of three and more bodies at a node interact: sweeps are
 /// repeated until no velocity changes. Every impulse obeys the contact law and acts on both bodies.
 pub fn correct_velocities<const D: usize>(
-    clock: &Clock,
-    background: &BackgroundGrid<D>,
-    bodies: &Bodies<D>,
+    context: &ContactContext<'_, D>,
     solved: &mut [NodalState],
-    boundary: &mut BoundaryConditions<D>,
+    driven: &mut [DrivenObject],
+    row_contacts: &mut [RowContact],
+    (rigid_contacts, obstacles): (&mut ContactSet, &mut [PenaltyObstacle<D>]),
 ) {
-    let BoundaryConditions {
-        walls,
-        driven,
-        contacts,
-        row_contacts: touched,
-        rigid_contacts: grips,
-        penalty_obstacles: rocks,
-        ..
-    } = boundary;
-    let light = bodies.mass_cutoff(clock);
-    let around = ContactContext { clock, background, bodies, mass_cutoff: light, walls, contacts };
-    let rocks = rocks.as_deref_mut().map_or(&mut [][..], |rocks| &mut rocks.obstacles[..]);
-    touched.iter_mut().for_each(|row| row.impulses.fill(ContactImpulse::default()));
+    let ContactContext { clock, background, mass_cutoff, walls, contacts, .. } = *context;
+    row_contacts.iter_mut().for_each(|row| row.impulses.fill(ContactImpulse::default()));
     let count = background.layout.nodes()[0];
     for _ in 0..MAX_SWEEPS {
         let mut changed = false;
         for (number, pair) in contacts.pairs.iter().enumerate() {
             let rigid = pair.fields.map(|field| contacts.rigid[field]);
-            let loose = |number: &Option<usize>| {
+            let is_free = |number: &Option<usize>| {
                 number.is_some_and(|number| driven[number].free_rigid_body.is_some())
             };
-            if rigid.iter().all(Option::is_some) || rigid.iter().any(loose) {
+            if rigid.iter().all(Option::is_some) || rigid.iter().any(is_free) {
                 continue;
             }
-            let rows = &mut touched[number * count..][..count];
-            let touch = contact_node(clock, background, light, walls, contacts, pair, clock.dt);
-            correct_pair(background, &touch, pair, solved, rows);
+            let rows = &mut row_contacts[number * count..][..count];
+            let contact = contact_node(clock, background, mass_cutoff, walls, contacts, pair, clock.dt);
+            correct_pair(background, &contact, pair, solved, rows);
             changed |= rows.iter().any(|row| row.changed);
             record_rigid_impulses(driven, contacts, pair, rows, clock.dt);
         }
-        changed |= solve_rigid_contact(&around, solved, driven, touched, (&mut *grips, &mut *rocks));
+        let rigid = (&mut *rigid_contacts, &mut *obstacles);
+        changed |= solve_rigid_contact(context, solved, driven, row_contacts, rigid);
         if !changed || contacts.fields() < 3 {
             break;
         }
@@ -128,7 +117,7 @@ pub fn correct_velocities<const D: usize>(
 
 fn correct_pair<const D: usize>(
     background: &BackgroundGrid<D>,
-    touch: &ContactNode<'_>,
+    contact: &ContactNode<'_>,
     pair: &FieldPair,
     solved: &mut [NodalState],
     rows: &mut [RowContact],
@@ -142,10 +131,11 @@ fn correct_pair<const D: usize>(
             for number in active {
                 let index = background.layout.index(row, number);
                 let mut alone = ContactImpulse::default();
-                let given = result.impulses.get_mut(number).unwrap_or(&mut alone);
+                let accumulated = result.impulses.get_mut(number).unwrap_or(&mut alone);
                 let nodes = [&mut a[number], &mut b[number]];
-                let touched = touch.correct_velocities(row * row_length + number, &index, nodes, given);
-                let Some((changed, impulse)) = touched else { continue };
+                let corrected =
+                    contact.correct_velocities(row * row_length + number, &index, nodes, accumulated);
+                let Some((changed, impulse)) = corrected else { continue };
                 result.changed |= changed;
                 if !background.layout.is_periodic_image(&index) {
                     (0..3).for_each(|c| result.impulse[c] += impulse[c]);
@@ -173,24 +163,22 @@ fn record_rigid_impulses(
 
 /// Corrects the re-mapped velocities for contact.
 pub fn correct_remapped<const D: usize>(
-    clock: &Clock,
-    background: &BackgroundGrid<D>,
-    light: f64,
+    context: &ContactContext<'_, D>,
     nodes: &mut VelocityFields,
-    boundary: &mut BoundaryConditions<D>,
+    row_contacts: &mut [RowContact],
 ) {
+    let ContactContext { clock, background, mass_cutoff, walls, contacts, .. } = *context;
     let (len, row_length) = (background.layout.len(), background.layout.strides()[0]);
-    let BoundaryConditions { walls, contacts, row_contacts: touched, .. } = boundary;
     let VelocityFields { solved, remapped, .. } = nodes;
     for pair in &contacts.pairs {
-        let touch = contact_node(clock, background, light, walls, contacts, pair, 1.0);
+        let contact = contact_node(clock, background, mass_cutoff, walls, contacts, pair, 1.0);
         let [first, second] = pair.fields;
         let both = two_fields(remapped, len, pair.fields);
-        background.layout.for_each_row_pair(both, touched, &|row, active, [a, b], _| {
+        background.layout.for_each_row_pair(both, row_contacts, &|row, active, [a, b], _| {
             for number in active {
                 let place = row * row_length + number;
                 let solved = [&solved[first * len + place], &solved[second * len + place]];
-                touch.correct_remapped(place, solved, [&mut a[number], &mut b[number]]);
+                contact.correct_remapped(place, solved, [&mut a[number], &mut b[number]]);
             }
         });
     }

@@ -236,45 +236,51 @@ impl ContactLaw {
         velocities: [&[f64; 3]; 2],
         Interface { normal, area, overlap }: Interface,
         [cell, dt]: [f64; 2],
-        given: &ContactImpulse,
+        accumulated: &ContactImpulse,
     ) -> [[f64; 3]; 3] {
         let relative: [f64; 3] = std::array::from_fn(|c| mass * (velocities[0][c] - velocities[1][c]));
         let approach = dot(&relative, &normal);
-        let (push, follows) = match &self.penalty {
+        let (normal_impulse, normal_factor) = match &self.penalty {
             None => (approach, 1.0),
             Some(penalty) => {
                 let overlap = cell * overlap;
-                let (spring, parting) =
-                    (penalty.stiffness * overlap * area * dt - given.normal, approach + mass * overlap / dt);
+                let (spring, parting) = (
+                    penalty.stiffness * overlap * area * dt - accumulated.normal,
+                    approach + mass * overlap / dt,
+                );
                 if spring < parting { (spring, 0.0) } else { (parting, 1.0) }
             }
         };
-        if !(push > 0.0) {
+        if !(normal_impulse > 0.0) {
             return [[0.0; 3]; 3];
         }
-        let along: [f64; 3] = std::array::from_fn(|c| relative[c] - approach * normal[c]);
-        let shear = norm(&along);
-        let most =
+        let tangential: [f64; 3] = std::array::from_fn(|c| relative[c] - approach * normal[c]);
+        let shear = norm(&tangential);
+        let max_shear =
             self.penalty.and_then(|penalty| penalty.shear_strength).unwrap_or(f64::INFINITY) * area * dt;
-        let grown = self.friction * (given.normal + push) + self.adhesion * area * dt;
-        let left = (grown.min(most) - given.tangential).max(0.0);
-        let slips = shear > left;
-        let held = if slips { left / shear } else { 1.0 };
-        let slope = if slips && grown < most && left > 0.0 { self.friction * follows } else { 0.0 };
-        let slip = along.map(|c| if slips { c / shear } else { 0.0 });
+        let strength = self.friction * (accumulated.normal + normal_impulse) + self.adhesion * area * dt;
+        let remaining = (strength.min(max_shear) - accumulated.tangential).max(0.0);
+        let slips = shear > remaining;
+        let sticking_share = if slips { remaining / shear } else { 1.0 };
+        let slope = if slips && strength < max_shear && remaining > 0.0 {
+            self.friction * normal_factor
+        } else {
+            0.0
+        };
+        let slip = tangential.map(|c| if slips { c / shear } else { 0.0 });
         std::array::from_fn(|i| {
             std::array::from_fn(|j| {
                 let one = if i == j { 1.0 } else { 0.0 };
                 let square = normal[i] * normal[j];
-                mass * (follows * square
-                    + held * (one - square - slip[i] * slip[j])
+                mass * (normal_factor * square
+                    + sticking_share * (one - square - slip[i] * slip[j])
                     + slope * slip[i] * normal[j])
             })
         })
     }
 
     /// Impulse (N s) on the first body; `None` where the bodies separate. `masses` are inertias (kg), one of which may be infinite, `cell`
-    /// is the cell size (m) and `dt` the step. `given` are the impulses of the step so far: the law holds for the sum, which is stored
+    /// is the cell size (m) and `dt` the step. `accumulated` are the impulses of the step so far: the law holds for the sum, which is stored
     /// there.
     pub fn impulse(
         &self,
@@ -282,34 +288,35 @@ impl ContactLaw {
         velocities: [&[f64; 3]; 2],
         Interface { normal, area, overlap }: Interface,
         [cell, dt]: [f64; 2],
-        given: &mut ContactImpulse,
+        accumulated: &mut ContactImpulse,
     ) -> Option<[f64; 3]> {
         // m_a (v_a - v) with the common velocity v of both.
         let reduced = 1.0 / (1.0 / masses[0] + 1.0 / masses[1]);
         let relative: [f64; 3] = std::array::from_fn(|c| reduced * (velocities[0][c] - velocities[1][c]));
         let approach = dot(&relative, &normal);
-        let push = match &self.penalty {
+        let normal_impulse = match &self.penalty {
             None => approach,
             // At most the impulse that separates the bodies by the end of the step.
             Some(penalty) => {
                 let overlap = cell * overlap;
-                (penalty.stiffness * overlap * area * dt - given.normal)
+                (penalty.stiffness * overlap * area * dt - accumulated.normal)
                     .min(approach + reduced * overlap / dt)
             }
         };
         // Written so that NaN separates; the run then stops by itself.
-        if !(push > 0.0) {
+        if !(normal_impulse > 0.0) {
             return None;
         }
-        let along: [f64; 3] = std::array::from_fn(|c| relative[c] - approach * normal[c]);
-        let shear = norm(&along);
-        let most = self.penalty.and_then(|penalty| penalty.shear_strength).unwrap_or(f64::INFINITY);
-        given.normal += push;
-        let strength = (self.friction * given.normal + self.adhesion * area * dt).min(most * area * dt);
-        let rub = shear.min((strength - given.tangential).max(0.0));
-        given.tangential += rub;
-        let held = if shear > 0.0 { rub / shear } else { 1.0 };
-        Some(std::array::from_fn(|c| -push * normal[c] - held * along[c]))
+        let tangential: [f64; 3] = std::array::from_fn(|c| relative[c] - approach * normal[c]);
+        let shear = norm(&tangential);
+        let max_shear = self.penalty.and_then(|penalty| penalty.shear_strength).unwrap_or(f64::INFINITY);
+        accumulated.normal += normal_impulse;
+        let strength =
+            (self.friction * accumulated.normal + self.adhesion * area * dt).min(max_shear * area * dt);
+        let tangential_impulse = shear.min((strength - accumulated.tangential).max(0.0));
+        accumulated.tangential += tangential_impulse;
+        let sticking_share = if shear > 0.0 { tangential_impulse / shear } else { 1.0 };
+        Some(std::array::from_fn(|c| -normal_impulse * normal[c] - sticking_share * tangential[c]))
     }
 }
 

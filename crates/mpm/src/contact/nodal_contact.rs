@@ -2,11 +2,11 @@
 
 use colluvium_grid::{NodalState, NodeWalls, Vector4};
 
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
 use crate::contact::contact_gap::SurfaceDistance;
 use crate::contact::contact_law::{ContactImpulse, ContactLaw, FieldContacts, FieldPair, Interface};
 use crate::points::vectors::{dot, first_three, norm};
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Change of velocity over velocity below which an iteration has converged.
 const CONVERGENCE_TOLERANCE: f64 = 1e-12;
@@ -60,7 +60,7 @@ impl ContactNode<'_> {
         place: usize,
         index: &[usize; 3],
         pair: [&mut NodalState; 2],
-        given: &mut ContactImpulse,
+        accumulated: &mut ContactImpulse,
     ) -> Option<(bool, [f64; 3])> {
         let masses = [pair[0].momentum_and_mass.as_array()[3], pair[1].momentum_and_mass.as_array()[3]];
         if !self.are_both_present(place, masses) {
@@ -68,16 +68,16 @@ impl ContactNode<'_> {
         }
         let ends = [first_three(pair[0].momentum_and_mass), first_three(pair[1].momentum_and_mass)];
         let inertias = self.inertias(masses);
-        let touched = self.velocities(place, inertias, [&ends[0], &ends[1]], given)?;
+        let corrected = self.velocities(place, inertias, [&ends[0], &ends[1]], accumulated)?;
         let side = usize::from(self.rigid[0]);
-        let moved: [f64; 3] = std::array::from_fn(|c| touched[side][c] - ends[side][c]);
+        let moved: [f64; 3] = std::array::from_fn(|c| corrected[side][c] - ends[side][c]);
         let sign = if side == 0 { 1.0 } else { -1.0 };
         let impulse = moved.map(|v| sign * inertias[side] * v);
-        let changed = norm(&moved) > CONVERGENCE_TOLERANCE * norm(&ends[side]).max(norm(&touched[side]));
+        let changed = norm(&moved) > CONVERGENCE_TOLERANCE * norm(&ends[side]).max(norm(&corrected[side]));
         for (side, node) in pair.into_iter().enumerate().filter(|(side, _)| !self.rigid[*side]) {
             let rate = first_three(node.force);
             let mut start: [f64; 3] = std::array::from_fn(|c| ends[side][c] - self.dt * rate[c]);
-            let mut end = touched[side];
+            let mut end = corrected[side];
             self.walls.constrain(index, &mut start, &mut end, self.keep_initial_velocity);
             node.momentum_and_mass = Vector4::new([end[0], end[1], end[2], masses[side]]);
             let rate = |c: usize| (end[c] - start[c]) / self.dt;
@@ -92,13 +92,13 @@ impl ContactNode<'_> {
         place: usize,
         inertias: [f64; 2],
         ends: [&[f64; 3]; 2],
-        given: &mut ContactImpulse,
+        accumulated: &mut ContactImpulse,
     ) -> Option<[[f64; 3]; 2]> {
         let surface = match &self.law {
             Some(law) => Some(self.interface(place, law)?),
             None => None,
         };
-        self.velocities_at_interface(surface, inertias, ends, given)
+        self.velocities_at_interface(surface, inertias, ends, accumulated)
     }
 
     /// Decrease of the impulse on a rigid body with its velocity at a node (kg), where the other body has an inertia (kg).
@@ -107,10 +107,10 @@ impl ContactNode<'_> {
         surface: Option<Interface>,
         inertia: f64,
         ends: [&[f64; 3]; 2],
-        given: &ContactImpulse,
+        accumulated: &ContactImpulse,
     ) -> [[f64; 3]; 3] {
         match self.law.as_ref().zip(surface) {
-            Some((law, surface)) => law.stiffness(inertia, ends, surface, [self.cell, self.dt], given),
+            Some((law, surface)) => law.stiffness(inertia, ends, surface, [self.cell, self.dt], accumulated),
             None => std::array::from_fn(|i| std::array::from_fn(|j| if i == j { inertia } else { 0.0 })),
         }
     }
@@ -121,19 +121,19 @@ impl ContactNode<'_> {
         surface: Option<Interface>,
         inertias: [f64; 2],
         ends: [&[f64; 3]; 2],
-        given: &mut ContactImpulse,
+        accumulated: &mut ContactImpulse,
     ) -> Option<[[f64; 3]; 2]> {
         let common = common_velocity(inertias, ends);
         let Some(law) = &self.law else { return Some([common; 2]) };
-        let impulse = law.impulse(inertias, ends, surface?, [self.cell, self.dt], given)?;
+        let impulse = law.impulse(inertias, ends, surface?, [self.cell, self.dt], accumulated)?;
         let moved = |side: usize, sign: f64| -> [f64; 3] {
             std::array::from_fn(|c| ends[side][c] + sign * impulse[c] / inertias[side])
         };
-        let touched = [moved(0, 1.0), moved(1, -1.0)];
+        let corrected = [moved(0, 1.0), moved(1, -1.0)];
         // Sticking nodes have the same velocity to the last bit: re-mapping needs that.
-        let relative: [f64; 3] = std::array::from_fn(|c| touched[0][c] - touched[1][c]);
+        let relative: [f64; 3] = std::array::from_fn(|c| corrected[0][c] - corrected[1][c]);
         let before: [f64; 3] = std::array::from_fn(|c| ends[0][c] - ends[1][c]);
-        Some(if norm(&relative) <= 1e-12 * norm(&before) { [common; 2] } else { touched })
+        Some(if norm(&relative) <= 1e-12 * norm(&before) { [common; 2] } else { corrected })
     }
 
     /// Corrects re-mapped velocities: no approach; no separation of nodes in contact, as the contact force would do work; no slip of nodes
@@ -146,9 +146,9 @@ impl ContactNode<'_> {
         let velocities = [first_three(*pair[0]), first_three(*pair[1])];
         let common = common_velocity(self.inertias(masses), [&velocities[0], &velocities[1]]);
         let ends = [first_three(solved[0].momentum_and_mass), first_three(solved[1].momentum_and_mass)];
-        let apart: [f64; 3] = std::array::from_fn(|c| ends[0][c] - ends[1][c]);
+        let end_difference: [f64; 3] = std::array::from_fn(|c| ends[0][c] - ends[1][c]);
         let slight = 1e-9 * norm(&ends[0]);
-        let stuck = norm(&apart) <= slight;
+        let stuck = norm(&end_difference) <= slight;
         let mut after = [common; 2];
         if let Some(law) = &self.law {
             // A penalty is a force like others, and has been applied already.
@@ -157,8 +157,8 @@ impl ContactNode<'_> {
             }
             let Some(Interface { normal, .. }) = self.interface(place, law) else { return };
             let relative: [f64; 3] = std::array::from_fn(|c| velocities[0][c] - velocities[1][c]);
-            let touched = dot(&apart, &normal).abs() <= slight;
-            if !(touched || dot(&relative, &normal) > 0.0) {
+            let is_in_contact = dot(&end_difference, &normal).abs() <= slight;
+            if !(is_in_contact || dot(&relative, &normal) > 0.0) {
                 return;
             }
             if !stuck {
@@ -186,7 +186,7 @@ fn common_velocity(masses: [f64; 2], velocities: [&[f64; 3]; 2]) -> [f64; 3] {
 pub fn contact_node<'a, const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
-    light: f64,
+    mass_cutoff: f64,
     walls: &'a NodeWalls,
     contacts: &'a FieldContacts,
     pair: &FieldPair,
@@ -200,7 +200,7 @@ pub fn contact_node<'a, const D: usize>(
         distance: &contacts.distance,
         walls,
         keep_initial_velocity: clock.keeps_initial_velocity(),
-        mass_cutoff: light,
+        mass_cutoff,
         inertia: clock.options.mass_scaling,
         rigid_volume_threshold: &contacts.rigid_volume_threshold,
         radii: &contacts.radii,

@@ -13,14 +13,14 @@ use colluvium_case::rigid::{
 use colluvium_case::spatial;
 use colluvium_grid::{NodalState, NodeWalls, Vector4};
 
-use crate::boundary::prescribed_motion::DrivenObject;
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
 use crate::contact::contact_law::{ContactImpulse, FieldContacts, Interface, RowContact};
 use crate::contact::nodal_contact::{ContactNode, contact_node};
+use crate::momentum::driven_object::DrivenObject;
 use crate::obstacles::state::PenaltyObstacle;
 use crate::points::bodies::Bodies;
 use crate::points::vectors::first_three;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Node at which a rigid body touches a deformable body.
 #[derive(Clone, Copy, Debug)]
@@ -49,9 +49,9 @@ pub struct ContactSet {
 
 /// System of equations of a rigid body in contact in a step.
 struct RigidContactSystem<'a> {
-    touches: &'a [ContactNode<'a>],
+    contact_nodes: &'a [ContactNode<'a>],
     nodes: &'a [ContactPoint],
-    planks: &'a SupportPoints,
+    support_points: &'a SupportPoints,
 }
 
 impl ContactPoint {
@@ -70,26 +70,30 @@ impl ContactLawAtPoint for ContactPointLaw<'_> {
     }
 
     fn impulse(&self, w: &[f64; 3]) -> [f64; 3] {
-        let Self(grip, touch) = self;
-        let soft = 1 - grip.side;
-        let (inertias, mut given) = (touch.inertias(grip.masses), grip.impulse);
-        let touched =
-            touch.velocities_at_interface(grip.interface, inertias, grip.side_velocities(w), &mut given);
-        touched.map_or([0.0; 3], |touched| {
-            std::array::from_fn(|c| inertias[soft] * (grip.velocity[c] - touched[soft][c]))
+        let Self(point, contact) = self;
+        let deformable = 1 - point.side;
+        let (inertias, mut accumulated) = (contact.inertias(point.masses), point.impulse);
+        let corrected = contact.velocities_at_interface(
+            point.interface,
+            inertias,
+            point.side_velocities(w),
+            &mut accumulated,
+        );
+        corrected.map_or([0.0; 3], |corrected| {
+            std::array::from_fn(|c| inertias[deformable] * (point.velocity[c] - corrected[deformable][c]))
         })
     }
 
     fn stiffness(&self, w: &[f64; 3]) -> [[f64; 3]; 3] {
-        let Self(grip, touch) = self;
-        let inertia = touch.inertias(grip.masses)[1 - grip.side];
-        touch.stiffness(grip.interface, inertia, grip.side_velocities(w), &grip.impulse)
+        let Self(point, contact) = self;
+        let inertia = contact.inertias(point.masses)[1 - point.side];
+        contact.stiffness(point.interface, inertia, point.side_velocities(w), &point.impulse)
     }
 }
 
 impl RigidContactSystem<'_> {
     fn nodes(&self) -> impl Iterator<Item = ContactPointLaw<'_>> {
-        self.nodes.iter().map(|grip| ContactPointLaw(grip, &self.touches[grip.pair]))
+        self.nodes.iter().map(|point| ContactPointLaw(point, &self.contact_nodes[point.pair]))
     }
 }
 
@@ -97,14 +101,14 @@ impl ContactSystem for RigidContactSystem<'_> {
     fn impulse(&self, motion: &Twist, stuck: bool) -> Twist {
         let mut sum = [0.0; 6];
         add_impulses(self.nodes(), motion, &mut sum);
-        self.planks.add_impulses(motion, stuck, &mut sum);
+        self.support_points.add_impulses(motion, stuck, &mut sum);
         sum
     }
 
     fn stiffness(&self, motion: &Twist, stuck: bool) -> [Twist; 6] {
         let mut sum = [[0.0; 6]; 6];
         add_stiffness(self.nodes(), motion, &mut sum);
-        self.planks.add_stiffness(motion, stuck, &mut sum);
+        self.support_points.add_stiffness(motion, stuck, &mut sum);
         sum
     }
 }
@@ -152,75 +156,97 @@ impl<const D: usize> ContactContext<'_, D> {
     fn find(
         &self,
         number: usize,
-        loose: &RigidStep,
-        rocks: &[PenaltyObstacle<D>],
-        planks: &mut SupportPoints,
+        free_body: &RigidStep,
+        obstacles: &[PenaltyObstacle<D>],
+        support_points: &mut SupportPoints,
     ) {
         let Some(set) = self.bodies.sets.iter().find(|set| set.rigid == Some(number)) else { return };
         let points = (set.points.position.as_slice(), 0.5 * set.extent[0]);
         let sides = supporting_walls(self.clock, self.background);
-        planks.list((loose, self.clock.dt), points, sides, rocks.iter().map(PenaltyObstacle::rigid_contact));
+        support_points.list(
+            (free_body, self.clock.dt),
+            points,
+            sides,
+            obstacles.iter().map(PenaltyObstacle::rigid_contact),
+        );
+    }
+
+    /// Applies contact at the nodes of a rigid body with a motion; returns whether any node changed, and the impulses on the body: impulse
+    /// (N s) with its moment (N m s), and the impulse alone.
+    fn apply_contacts(
+        &self,
+        motion: &Twist,
+        points: &[ContactPoint],
+        contact_nodes: &[ContactNode<'_>],
+        solved: &mut [NodalState],
+        row_contacts: &mut [RowContact],
+    ) -> (bool, Twist, [f64; 3]) {
+        let (mut changed, mut impulse, mut contact_impulse) = (false, [0.0; 6], [0.0; 3]);
+        for point in points {
+            let w = velocity_at(motion, &point.arm);
+            let contact = &contact_nodes[point.pair];
+            let applied =
+                apply_contact(self.background, self.contacts, contact, point, &w, solved, row_contacts);
+            let Some((moved, own)) = applied else { continue };
+            changed |= moved;
+            let of = wrench_at(&own, &point.arm);
+            (0..6).for_each(|k| impulse[k] += of[k]);
+            (0..3).for_each(|c| contact_impulse[c] += own[c]);
+        }
+        (changed, impulse, contact_impulse)
     }
 }
 
 /// Applies contact of the free rigid bodies with deformable bodies, walls and obstacles; returns whether any node changed.
 pub fn solve_rigid_contact<const D: usize>(
-    around: &ContactContext<'_, D>,
+    context: &ContactContext<'_, D>,
     solved: &mut [NodalState],
     driven: &mut [DrivenObject],
-    touched: &mut [RowContact],
-    (grips, rocks): (&mut ContactSet, &mut [PenaltyObstacle<D>]),
+    row_contacts: &mut [RowContact],
+    (contact_set, obstacles): (&mut ContactSet, &mut [PenaltyObstacle<D>]),
 ) -> bool {
-    let ContactContext { clock, background, mass_cutoff: light, walls, contacts, .. } = *around;
+    let ContactContext { clock, background, mass_cutoff, walls, contacts, .. } = *context;
     let mut changed = false;
     for (field, number) in contacts.rigid.iter().enumerate() {
         let Some(number) = *number else { continue };
-        let Some(mut loose) = driven[number].free_rigid_body else { continue };
-        let touches: Vec<ContactNode<'_>> = contacts
+        let Some(mut free_body) = driven[number].free_rigid_body else { continue };
+        let contact_nodes: Vec<ContactNode<'_>> = contacts
             .pairs
             .iter()
-            .map(|pair| contact_node(clock, background, light, walls, contacts, pair, clock.dt))
+            .map(|pair| contact_node(clock, background, mass_cutoff, walls, contacts, pair, clock.dt))
             .collect();
-        grips.nodes.clear();
+        contact_set.nodes.clear();
         collect_contact_points(
             background,
             contacts,
             field,
-            &loose,
+            &free_body,
             solved,
-            (&touches, touched),
-            &mut grips.nodes,
+            (&contact_nodes, row_contacts),
+            &mut contact_set.nodes,
         );
-        around.find(number, &loose, rocks, &mut grips.support_points);
-        let meeting =
-            RigidContactSystem { touches: &touches, nodes: &grips.nodes, planks: &grips.support_points };
-        let (motion, done) = loose.solve_contact(&meeting);
-        grips.unconverged_steps += u64::from(!done);
-        let mut impulse = [0.0; 6];
-        let mut taken = [0.0; 3];
-        for grip in &grips.nodes {
-            let w = velocity_at(&motion, &grip.arm);
-            let touch = &touches[grip.pair];
-            let Some((moved, own)) = apply_contact(background, contacts, touch, grip, &w, solved, touched)
-            else {
-                continue;
-            };
-            changed |= moved;
-            let of = wrench_at(&own, &grip.arm);
-            (0..6).for_each(|k| impulse[k] += of[k]);
-            (0..3).for_each(|c| taken[c] += own[c]);
-        }
+        context.find(number, &free_body, obstacles, &mut contact_set.support_points);
+        let system = RigidContactSystem {
+            contact_nodes: &contact_nodes,
+            nodes: &contact_set.nodes,
+            support_points: &contact_set.support_points,
+        };
+        let (motion, done) = free_body.solve_contact(&system);
+        contact_set.unconverged_steps += u64::from(!done);
+        let (moved, impulse, contact_impulse) =
+            context.apply_contacts(&motion, &contact_set.nodes, &contact_nodes, solved, row_contacts);
+        changed |= moved;
         // Walls take the remaining balance: computed from their inertia it would contain round-off.
-        if grips.support_points.is_empty() {
-            loose.add_impulse(&impulse);
+        if contact_set.support_points.is_empty() {
+            free_body.add_impulse(&impulse);
         } else {
-            loose.motion = motion;
-            for stood in grips.support_points.reactions(&loose, !done) {
-                rocks[stood.obstacle].state.add_support_reaction(&stood, clock.dt);
+            free_body.motion = motion;
+            for reaction in contact_set.support_points.reactions(&free_body, !done) {
+                obstacles[reaction.obstacle].state.add_support_reaction(&reaction, clock.dt);
             }
         }
-        driven[number].free_rigid_body = Some(loose);
-        driven[number].add_impulse(taken, clock.dt);
+        driven[number].free_rigid_body = Some(free_body);
+        driven[number].add_impulse(contact_impulse, clock.dt);
     }
     changed
 }
@@ -230,24 +256,24 @@ pub fn solve_rigid_contact<const D: usize>(
 fn apply_contact<const D: usize>(
     background: &BackgroundGrid<D>,
     contacts: &FieldContacts,
-    touch: &ContactNode<'_>,
-    grip: &ContactPoint,
+    contact: &ContactNode<'_>,
+    point: &ContactPoint,
     w: &[f64; 3],
     solved: &mut [NodalState],
-    touched: &mut [RowContact],
+    row_contacts: &mut [RowContact],
 ) -> Option<(bool, [f64; 3])> {
     let (len, row_length) = (background.layout.len(), background.layout.strides()[0]);
-    let (row, number) = (grip.node / row_length, grip.node % row_length);
+    let (row, number) = (point.node / row_length, point.node % row_length);
     let index = background.layout.index(row, number);
-    let [first, second] = contacts.pairs[grip.pair].fields;
+    let [first, second] = contacts.pairs[point.pair].fields;
     let (low, high) = solved.split_at_mut(second * len);
-    let pair = [&mut low[first * len + grip.node], &mut high[grip.node]];
-    pair[grip.side].momentum_and_mass = Vector4::new([w[0], w[1], w[2], grip.masses[grip.side]]);
+    let pair = [&mut low[first * len + point.node], &mut high[point.node]];
+    pair[point.side].momentum_and_mass = Vector4::new([w[0], w[1], w[2], point.masses[point.side]]);
     let mut alone = ContactImpulse::default();
     let rows = background.layout.nodes()[0];
-    let given = touched[grip.pair * rows + row].impulses.get_mut(number).unwrap_or(&mut alone);
-    let (changed, impulse) = touch.correct_velocities(grip.node, &index, pair, given)?;
-    let sign = if grip.side == 0 { 1.0 } else { -1.0 };
+    let accumulated = row_contacts[point.pair * rows + row].impulses.get_mut(number).unwrap_or(&mut alone);
+    let (changed, impulse) = contact.correct_velocities(point.node, &index, pair, accumulated)?;
+    let sign = if point.side == 0 { 1.0 } else { -1.0 };
     Some((changed, impulse.map(|i| sign * i)))
 }
 
@@ -256,9 +282,9 @@ fn collect_contact_points<const D: usize>(
     background: &BackgroundGrid<D>,
     contacts: &FieldContacts,
     field: usize,
-    loose: &RigidStep,
+    free_body: &RigidStep,
     solved: &[NodalState],
-    (touches, touched): (&[ContactNode<'_>], &[RowContact]),
+    (contact_nodes, row_contacts): (&[ContactNode<'_>], &[RowContact]),
     nodes: &mut Vec<ContactPoint>,
 ) {
     let (layout, len) = (&background.layout, background.layout.len());
@@ -270,14 +296,14 @@ fn collect_contact_points<const D: usize>(
                 continue;
             }
             for (pair, RigidPair { side, other }) in rigid_pairs(contacts, field) {
-                let soft = &solved[other * len + place];
-                let mut masses = [soft.momentum_and_mass.as_array()[3]; 2];
+                let deformable = &solved[other * len + place];
+                let mut masses = [deformable.momentum_and_mass.as_array()[3]; 2];
                 masses[side] = solved[field * len + place].momentum_and_mass.as_array()[3];
-                if !touches[pair].are_both_present(place, masses) {
+                if !contact_nodes[pair].are_both_present(place, masses) {
                     continue;
                 }
-                let surface = match &touches[pair].law {
-                    Some(law) => match touches[pair].interface(place, law) {
+                let surface = match &contact_nodes[pair].law {
+                    Some(law) => match contact_nodes[pair].interface(place, law) {
                         None => continue,
                         surface => surface,
                     },
@@ -288,11 +314,15 @@ fn collect_contact_points<const D: usize>(
                     pair,
                     side,
                     node: place,
-                    arm: loose.mass.arm(&background.node_at(place, &index)),
+                    arm: free_body.mass.arm(&background.node_at(place, &index)),
                     masses,
-                    velocity: first_three(soft.momentum_and_mass),
+                    velocity: first_three(deformable.momentum_and_mass),
                     interface: surface,
-                    impulse: touched[pair * rows + row].impulses.get(number).copied().unwrap_or_default(),
+                    impulse: row_contacts[pair * rows + row]
+                        .impulses
+                        .get(number)
+                        .copied()
+                        .unwrap_or_default(),
                 });
             }
         }

@@ -5,7 +5,7 @@
 //! points and back. Components that a wall holds are the wall's, and have no equation.
 //!
 //! The rank of `M` is at most the number of points, so it may be singular where there are few, while the right side
-//! `f`, unlike `p`, has a part that no point sees. What is solved with is therefore `(1 - θ) M + θ M_L` with the lumped
+//! `f`, unlike `p`, has a part that has no value at any point. The matrix of the system is therefore `(1 - θ) M + θ M_L` with the lumped
 //! `M_L` and a small `θ`, the option `lumped_share` (the partly consistent matrix of Burgess, Sulsky & Brackbill 1992): it is
 //! never singular, and has the row sums of both, so that momentum is conserved.
 
@@ -15,11 +15,11 @@ use colluvium_case::{Case, CaseError, SolverError};
 use colluvium_constitutive::BLOCK_SIZE;
 use colluvium_grid::{Layout, NodalState, NodeRange, NodeWalls, Vector4};
 
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
 use crate::config::{NodalMass, ShapeFunctions};
 use crate::points::bodies::Bodies;
 use crate::points::vectors::first_three;
-use crate::transfer::background_grid::BackgroundGrid;
 use crate::{FixedNodes, MpmOptions, StressScheme, VelocityTransfer};
 
 /// Norm of the residual over that of the right side at convergence, in the norm of the preconditioner.
@@ -243,8 +243,8 @@ fn multiply_mass<const D: usize>(
     x: &[Vector4],
     out: &mut [Vector4],
 ) {
-    let BackgroundGrid { layout, transfers: sweeps, .. } = background;
-    let (ground, strides) = (background.grid_view(), layout.strides());
+    let BackgroundGrid { layout, transfers, .. } = background;
+    let (view, strides) = (background.grid_view(), layout.strides());
     let share = clock.options.lumped_share;
     let own = 1.0 - share;
     layout.reset(out);
@@ -253,11 +253,11 @@ fn multiply_mass<const D: usize>(
         for set in &bodies.sets {
             for block in set.blocks_of(slab) {
                 let (points, values) = (set.point_slice().range(block.clone()), &mut all[..block.len()]);
-                sweeps.g2p_values(&ground, &points, x, values);
+                transfers.g2p_values(&view, &points, x, values);
                 let masses = &set.points.mass[block];
                 values.iter_mut().zip(masses).for_each(|(value, mass)| *value *= own * mass);
                 let to = NodeRange { nodes: &mut *window, first: offset };
-                sweeps.p2g_values(&ground, &points, to, values, None);
+                transfers.p2g_values(&view, &points, to, values, None);
             }
         }
     });
@@ -271,15 +271,15 @@ fn multiply_mass<const D: usize>(
 
 /// Sums `Σ_p m_p N_ip²` (kg).
 fn mass_squares<const D: usize>(background: &BackgroundGrid<D>, bodies: &Bodies<D>, squares: &mut [f64]) {
-    let BackgroundGrid { layout, transfers: sweeps, .. } = background;
-    let ground = background.grid_view();
+    let BackgroundGrid { layout, transfers, .. } = background;
+    let view = background.grid_view();
     layout.reset(squares);
     layout.for_each_slab(squares, |slab, window, offset| {
         for set in &bodies.sets {
             let points = set.slabs[slab]..set.slabs[slab + 1];
             let to = NodeRange { nodes: &mut *window, first: offset };
-            sweeps.p2g_squared_weights(
-                &ground,
+            transfers.p2g_squared_weights(
+                &view,
                 &set.point_slice().range(points.clone()),
                 to,
                 &set.points.mass[points],
@@ -297,100 +297,117 @@ pub fn solve_momentum<const D: usize>(
     walls: &NodeWalls,
     mass: &mut ConsistentMass,
 ) -> Result<(), SolverError> {
-    if solve_with(clock, background, bodies, solved, walls, mass) {
-        return Ok(());
+    mass_squares(background, bodies, &mut mass.mass_squares);
+    let system = ConsistentSystem { clock, background, bodies, nodes: solved, walls };
+    system.set_initial_guess(mass);
+    if !(system.solve_velocities(mass) && system.solve_accelerations(mass)) {
+        return Err(clock.step_error(format!(
+            "the system of the consistent mass matrix has not converged in {MAX_ITERATIONS} iterations: use mass \
+             lumped, or more points per cell"
+        )));
     }
-    Err(clock.step_error(format!(
-        "the system of the consistent mass matrix has not converged in {MAX_ITERATIONS} iterations: use mass \
-         lumped, or more points per cell"
-    )))
+    set_end_state(clock, &background.layout, solved, mass);
+    Ok(())
 }
 
-fn solve_with<const D: usize>(
-    clock: &Clock,
-    background: &BackgroundGrid<D>,
-    bodies: &Bodies<D>,
-    solved: &mut [NodalState],
-    walls: &NodeWalls,
-    mass: &mut ConsistentMass,
-) -> bool {
-    let layout = &background.layout;
-    let row_length = layout.strides()[0];
-    let (light, share) = (bodies.mass_cutoff(clock), clock.options.lumped_share);
-    mass_squares(background, bodies, &mut mass.mass_squares);
-    let ConsistentMass {
-        mass_squares: squares,
-        inverse,
-        velocity,
-        acceleration,
-        residual,
-        direction,
-        product,
-        rows,
-    } = mass;
-    // 2: initial guess of the velocities, constrained components, and the diagonal.
-    let nodes = &*solved;
-    let at = |node: usize| -> [f64; 3] {
-        let lumped = nodes[node].momentum_and_mass.as_array()[3];
-        first_three(nodes[node].momentum_and_mass).map(|p| if lumped > 0.0 { p / lumped } else { 0.0 })
-    };
-    sum_over(layout, velocity, rows, &|node, velocity| {
-        let mut start = at(node);
-        let index = layout.index(node / row_length, node % row_length);
-        walls.constrain(&index, &mut start, &mut [0.0; 3], false);
-        *velocity = Vector4::new([start[0], start[1], start[2], 0.0]);
-        Vector4::ZERO
-    });
-    sum_over(layout, inverse, rows, &|node, inverse| {
-        let lumped = nodes[node].momentum_and_mass.as_array()[3];
-        let index = layout.index(node / row_length, node % row_length);
-        let diagonal = (1.0 - share) * squares[node] + share * lumped;
-        let own = if lumped > light { 1.0 / diagonal } else { 0.0 };
-        let [x, y, z] = walls.free_components(&index);
-        let in_space = |axis: usize| if axis < D { own } else { 0.0 };
-        *inverse = Vector4::new([x * in_space(0), y * in_space(1), z * in_space(2), 0.0]);
-        Vector4::ZERO
-    });
-    let multiply =
-        |x: &[Vector4], out: &mut [Vector4]| multiply_mass(clock, background, bodies, nodes, x, out);
-    let spatial = Vector4::new([1.0, 1.0, 1.0, 0.0]);
-    let system = ConjugateGradientSystem { solution: velocity, residual, direction, product, inverse, rows };
-    if !solve(layout, system, &multiply, &|node| nodes[node].momentum_and_mass * spatial) {
-        return false;
-    }
-    // 3: forces.
-    let stage = clock.stage();
-    let (damping, scaling) = (stage.damping_of_axes(), clock.options.mass_scaling);
-    let (gravity, dt) = (clock.gravity_at_end(), clock.dt);
-    let start = &*velocity;
-    let force = |node: usize| -> Vector4 {
-        let (force, lumped) = (nodes[node].force.to_array(), nodes[node].momentum_and_mass.as_array()[3]);
-        let start = start[node].to_array();
-        let along = |c: usize| {
-            let total = force[c] + lumped * gravity[c];
-            (total - damping[c] * total.abs() * sign_or_zero(start[c])) / scaling
+/// Systems of equations of a step with the consistent mass matrix.
+struct ConsistentSystem<'a, const D: usize> {
+    clock: &'a Clock,
+    background: &'a BackgroundGrid<D>,
+    bodies: &'a Bodies<D>,
+    /// Nodes with momentum, lumped mass and force.
+    nodes: &'a [NodalState],
+    walls: &'a NodeWalls,
+}
+
+impl<const D: usize> ConsistentSystem<'_, D> {
+    /// Sets the initial guess of the velocities, the constrained components, and the inverse diagonal (step 2).
+    fn set_initial_guess(&self, mass: &mut ConsistentMass) {
+        let (layout, nodes) = (&self.background.layout, self.nodes);
+        let row_length = layout.strides()[0];
+        let ConsistentMass { mass_squares: squares, inverse, velocity, rows, .. } = mass;
+        let lumped_velocity = |node: usize| -> [f64; 3] {
+            let lumped = nodes[node].momentum_and_mass.as_array()[3];
+            first_three(nodes[node].momentum_and_mass).map(|p| if lumped > 0.0 { p / lumped } else { 0.0 })
         };
-        Vector4::new([along(0), along(1), along(2), 0.0])
-    };
-    sum_over(layout, acceleration, rows, &|_, acceleration| {
-        *acceleration = Vector4::ZERO;
-        Vector4::ZERO
-    });
-    let system =
-        ConjugateGradientSystem { solution: acceleration, residual, direction, product, inverse, rows };
-    if !solve(layout, system, &multiply, &force) {
-        return false;
+        sum_over(layout, velocity, rows, &|node, velocity| {
+            let mut start = lumped_velocity(node);
+            let index = layout.index(node / row_length, node % row_length);
+            self.walls.constrain(&index, &mut start, &mut [0.0; 3], false);
+            *velocity = Vector4::new([start[0], start[1], start[2], 0.0]);
+            Vector4::ZERO
+        });
+        let (cutoff, share) = (self.bodies.mass_cutoff(self.clock), self.clock.options.lumped_share);
+        sum_over(layout, inverse, rows, &|node, inverse| {
+            let lumped = nodes[node].momentum_and_mass.as_array()[3];
+            let index = layout.index(node / row_length, node % row_length);
+            let diagonal = (1.0 - share) * squares[node] + share * lumped;
+            let own = if lumped > cutoff { 1.0 / diagonal } else { 0.0 };
+            let [x, y, z] = self.walls.free_components(&index);
+            let in_space = |axis: usize| if axis < D { own } else { 0.0 };
+            *inverse = Vector4::new([x * in_space(0), y * in_space(1), z * in_space(2), 0.0]);
+            Vector4::ZERO
+        });
     }
-    // 4.
-    let (velocity, acceleration, rayleigh) = (&*velocity, &*acceleration, stage.rayleigh_damping * dt);
+
+    fn multiply(&self, x: &[Vector4], out: &mut [Vector4]) {
+        multiply_mass(self.clock, self.background, self.bodies, self.nodes, x, out);
+    }
+
+    /// Solves for the velocities at the start of the step (step 2); returns whether the iteration has converged.
+    fn solve_velocities(&self, mass: &mut ConsistentMass) -> bool {
+        const SPATIAL: Vector4 = Vector4::new([1.0, 1.0, 1.0, 0.0]);
+        let ConsistentMass { inverse, velocity, residual, direction, product, rows, .. } = mass;
+        let system =
+            ConjugateGradientSystem { solution: velocity, residual, direction, product, inverse, rows };
+        solve(&self.background.layout, system, &|x, out| self.multiply(x, out), &|node| {
+            self.nodes[node].momentum_and_mass * SPATIAL
+        })
+    }
+
+    /// Solves for the accelerations (step 3); returns whether the iteration has converged.
+    fn solve_accelerations(&self, mass: &mut ConsistentMass) -> bool {
+        let (layout, clock, nodes) = (&self.background.layout, self.clock, self.nodes);
+        let ConsistentMass { inverse, velocity, acceleration, residual, direction, product, rows, .. } = mass;
+        let (damping, scaling) = (clock.stage().damping_of_axes(), clock.options.mass_scaling);
+        let (gravity, velocity) = (clock.gravity_at_end(), &*velocity);
+        let force = |node: usize| -> Vector4 {
+            let (force, lumped) = (nodes[node].force.to_array(), nodes[node].momentum_and_mass.as_array()[3]);
+            let start = velocity[node].to_array();
+            let along = |c: usize| {
+                let total = force[c] + lumped * gravity[c];
+                (total - damping[c] * total.abs() * sign_or_zero(start[c])) / scaling
+            };
+            Vector4::new([along(0), along(1), along(2), 0.0])
+        };
+        sum_over(layout, acceleration, rows, &|_, acceleration| {
+            *acceleration = Vector4::ZERO;
+            Vector4::ZERO
+        });
+        let system =
+            ConjugateGradientSystem { solution: acceleration, residual, direction, product, inverse, rows };
+        solve(layout, system, &|x, out| self.multiply(x, out), &force)
+    }
+}
+
+/// Sets velocities at the end of the step and accelerations of the nodes, with Rayleigh damping (step 4).
+fn set_end_state<const D: usize>(
+    clock: &Clock,
+    layout: &Layout<D>,
+    solved: &mut [NodalState],
+    mass: &ConsistentMass,
+) {
+    let ConsistentMass { inverse, velocity, acceleration, .. } = mass;
+    let (dt, rayleigh) = (clock.dt, clock.stage().rayleigh_damping * clock.dt);
+    let row_length = layout.strides()[0];
     layout.for_each_active_node_range(solved, |row, active, line| {
         for number in active {
             let node = row * row_length + number;
             let (start, rate) = (velocity[node].to_array(), acceleration[node].to_array());
             let lumped = line[number].momentum_and_mass.as_array()[3];
-            let moves = inverse[node].to_array();
+            let is_free = inverse[node].to_array().map(|inverse| inverse > 0.0);
             let mut end: [f64; 4] = std::array::from_fn(|c| start[c] + dt * rate[c]);
-            for c in (0..3).filter(|c| rayleigh > 0.0 && moves[*c] > 0.0) {
+            for c in (0..3).filter(|c| rayleigh > 0.0 && is_free[*c]) {
                 end[c] = rayleigh_damped_velocity(start[c], end[c], rayleigh);
             }
             let rate = |c: usize| (end[c] - start[c]) / dt;
@@ -400,13 +417,12 @@ fn solve_with<const D: usize>(
             };
         }
     });
-    true
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::transfer::dimension_dispatch::tests::begun;
+    use crate::setup::tests::begun;
 
     /// The rows of the matrix sum to the lumped masses, and it is symmetric.
     fn sums(shape: &str) {

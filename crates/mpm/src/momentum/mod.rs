@@ -1,7 +1,11 @@
 //! The momentum solve on the nodes (sheet: mpm §3.3, steps 2–4).
+//!
+//! Velocity fields of the nodes, lumped and consistent mass, nodes of small mass, damping, and the motion of rigid bodies and patches. The
+//! module knows the background grid and the points, and receives walls as data; it knows neither contact nor loads. All modules that read
+//! nodal velocities may know it.
 
 pub(crate) mod consistent_mass;
-pub(crate) mod equilibrium;
+pub(crate) mod driven_object;
 pub(crate) mod small_mass_nodes;
 pub(crate) mod velocity_fields;
 
@@ -174,9 +178,9 @@ pub fn start_velocity(end: f64, change: f64) -> f64 {
 }
 
 /// Local damping of a solved node by all that accelerates it (sheet: mpm §2.13), of the components that no wall holds.
-pub fn damp(node: &mut NodalState, damping: &[f64; 3], held: [bool; 3], dt: f64) {
+pub fn damp(node: &mut NodalState, damping: &[f64; 3], constrained: [bool; 3], dt: f64) {
     let (mut end, mut rate) = (node.momentum_and_mass.to_array(), node.force.to_array());
-    for c in (0..3).filter(|c| !held[*c]) {
+    for c in (0..3).filter(|c| !constrained[*c]) {
         let start = start_velocity(end[c], dt * rate[c]);
         rate[c] -= damping[c] * rate[c].abs() * sign_or_zero(start);
         end[c] = start + dt * rate[c];

@@ -11,10 +11,10 @@ use colluvium_constitutive::BLOCK_SIZE;
 use colluvium_grid::{NodalState, NodeRange, Vector4};
 
 use crate::MpmOptions;
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
 use crate::momentum::velocity_fields::VelocityFields;
 use crate::points::bodies::Bodies;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Reduces the force on nodes that points reach by less than [`MpmOptions::min_reach`] of a cell, by the square of the ratio of both: the
 /// strain that it adds then decreases with the reach, without jumps. Weight and walls are not reduced. The reach along an axis is the mass
@@ -29,14 +29,14 @@ pub fn rescale_small_mass_forces<const D: usize>(
     if slopes.is_empty() {
         return;
     }
-    let BackgroundGrid { layout, transfers: sweeps, .. } = background;
-    let ground = background.grid_view();
-    let least = MpmOptions::min_reach(clock.courant, D);
+    let BackgroundGrid { layout, transfers, .. } = background;
+    let view = background.grid_view();
+    let min_reach = MpmOptions::min_reach(clock.courant, D);
     let row_length = layout.strides()[0];
     let fields = slopes.chunks_exact_mut(layout.len()).zip(solved.chunks_exact_mut(layout.len()));
     for (field, (slopes, nodes)) in fields.enumerate() {
         layout.reset(slopes);
-        mark_small_mass_nodes(background, least, nodes, slopes);
+        mark_small_mass_nodes(background, min_reach, nodes, slopes);
         layout.for_each_slab(slopes, |slab, window, offset| {
             let mut moments = [Vector4::ZERO; BLOCK_SIZE];
             for set in bodies.sets.iter().filter(|set| set.field == field) {
@@ -47,13 +47,13 @@ pub fn rescale_small_mass_forces<const D: usize>(
                         next_run(&mut rest, |p| reaches_marked_node(background, &position[p], window, offset))
                     {
                         for (moments, p) in moments.iter_mut().zip(run.clone()) {
-                            let cell = set.domain.as_slice().spacing(p, &ground);
+                            let cell = set.domain.as_slice().spacing(p, &view);
                             *moments = gradient_moments(background, &position[p], set.points.mass[p] * cell);
                         }
                         let to = NodeRange { nodes: &mut *window, first: offset };
                         let (values, moments) =
                             (&[Vector4::ZERO; BLOCK_SIZE][..run.len()], &moments[..run.len()]);
-                        sweeps.p2g_moments(&ground, &set.point_slice().range(run), to, values, moments);
+                        transfers.p2g_moments(&view, &set.point_slice().range(run), to, values, moments);
                     }
                 }
             }
@@ -67,7 +67,8 @@ pub fn rescale_small_mass_forces<const D: usize>(
                     continue;
                 }
                 let mass = line[number].momentum_and_mass.as_array()[3];
-                let wanted = least * slopes[..D].iter().fold(0.0, |most: f64, slope| most.max(slope.abs()));
+                let wanted =
+                    min_reach * slopes[..D].iter().fold(0.0, |most: f64, slope| most.max(slope.abs()));
                 if mass < wanted {
                     line[number].force *= (mass / wanted).powi(2);
                 }
@@ -76,12 +77,12 @@ pub fn rescale_small_mass_forces<const D: usize>(
     }
 }
 
-/// Marks, in the fourth lane of their slopes, the nodes that may be reached by less than `least` of a cell: on a grid the nodes with less
+/// Marks, in the fourth lane of their slopes, the nodes that may be reached by less than `min_reach` of a cell: on a grid the nodes with less
 /// than that share of their own mass and their two neighbours' along some axis, as `h |∂N/∂x|` is the weight of a point at the two nodes of
 /// its cell. Nodes within material are not marked, and need no sum.
 fn mark_small_mass_nodes<const D: usize>(
     background: &BackgroundGrid<D>,
-    least: f64,
+    min_reach: f64,
     nodes: &[NodalState],
     slopes: &mut [Vector4],
 ) {
@@ -97,7 +98,7 @@ fn mark_small_mass_nodes<const D: usize>(
                 let below = if first { 0.0 } else { mass(node - strides[axis]) };
                 let above = if last { 0.0 } else { mass(node + strides[axis]) };
                 // With a tolerance for round-off, and an image of the neighbour beyond a periodic side.
-                mass(node) < (1.0 + 1e-9) * least * (below + mass(node) + above)
+                mass(node) < (1.0 + 1e-9) * min_reach * (below + mass(node) + above)
                     || (layout.is_periodic(axis) && (first || last))
             };
             if background.is_meshed() || (0..D).any(is_light) {

@@ -2,8 +2,8 @@
 
 use colluvium_grid::{InterpolatedMotion, Layout, NodalState, PointSlice, Vector4};
 
+use crate::background_grid::BackgroundGrid;
 use crate::momentum::EquilibriumTerms;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// The nodes of all velocity fields, field after field; those of two phases are in [`crate::phases::TwoPhase`].
 #[derive(Default)]
@@ -41,11 +41,11 @@ impl VelocityFields {
         points: &PointSlice<'_, D>,
         reads: &mut [InterpolatedMotion<D>],
     ) {
-        let (ground, sweeps, first) =
+        let (view, transfers, first) =
             (background.grid_view(), background.transfers, field * background.layout.len());
         match of {
-            VelocitySource::Solved => sweeps.g2p(&ground, points, &self.solved[first..], reads),
-            VelocitySource::Remapped => sweeps.g2p_velocity(&ground, points, &self.remapped[first..], reads),
+            VelocitySource::Solved => transfers.g2p(&view, points, &self.solved[first..], reads),
+            VelocitySource::Remapped => transfers.g2p_velocity(&view, points, &self.remapped[first..], reads),
         }
     }
 

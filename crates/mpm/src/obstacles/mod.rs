@@ -1,13 +1,15 @@
 //! Obstacles, on the nodes or on the points (sheet: mpm §2.11; docs/theory/mpm.md, obstacles).
+//!
+//! Surfaces with their motion, contact laws and reactions; penalty forces on points, and the limit of their penetration. The module reads
+//! points and changes their contact states and nodal velocities. It does not know the contact between bodies; `contact`, `boundary` and the
+//! modules above may know it.
 
 pub mod node_obstacles;
 pub(crate) mod obstacle_penalty;
 mod penalty_law;
-pub(crate) mod penalty_state;
 pub mod penetration_constraints;
 pub(crate) mod penetration_limit;
 pub mod point_springs;
-pub(crate) mod pore_contact_state;
 pub mod reaction;
 pub mod state;
 
@@ -15,46 +17,18 @@ use colluvium_case::description::ObstacleShape;
 use colluvium_case::{Case, CaseError, PlacedObstacle, constraining_obstacles};
 use colluvium_grid::{NodeFace, NodeFaces};
 
-use crate::transfer::background_grid::BackgroundGrid;
+use crate::background_grid::BackgroundGrid;
 use crate::{LagrangianFormulation, MpmOptions, NodalMass, ObstacleCoupling, WallFriction};
 
 /// Rejects options that do not work with obstacles.
 pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
-    let refuse = |key: &str, problem: &str| Err(CaseError::new(format!("methods.mpm.{key}"), problem));
     if options.obstacles == ObstacleCoupling::Points {
-        if case.obstacles.is_empty() {
-            return refuse("obstacles", "points needs an obstacle in the case");
-        }
-        if options.formulation != LagrangianFormulation::UpdatedLagrangian {
-            return refuse(
-                "obstacles",
-                "points needs formulation updated-lagrangian, in which points move in space",
-            );
-        }
-        return Ok(());
+        return check_point_obstacles(case, options);
     }
     if case.obstacles.is_empty() {
         return Ok(());
     }
-    for (name, measure) in &case.measures {
-        if let Some(of) = measure.reaction_target()
-            && case.obstacles.iter().any(|obstacle| obstacle.name == of)
-            && let Some(what) = why_not_recorded(options)
-        {
-            let problem = format!(
-                "with {what} mpm records the reaction of an obstacle with `methods.mpm.obstacles` `points` \
-                 only"
-            );
-            return Err(CaseError::new(format!("measures.{name}.target"), problem));
-        }
-    }
-    if let Some(number) = case.obstacles.iter().position(|obstacle| obstacle.motion.is_some())
-        && let Some(what) = why_fixed(case, options)
-    {
-        let problem =
-            format!("with {what} an obstacle of mpm can move with `methods.mpm.obstacles` `points` only");
-        return Err(CaseError::new(format!("obstacles[{number}].motion"), problem));
-    }
+    check_node_reactions(case, options)?;
     if case.bodies.iter().any(|body| body.pore_fluid.is_some())
         && let Some(number) = case
             .obstacles
@@ -67,23 +41,66 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
         return Err(CaseError::new(format!("obstacles[{number}].shape"), problem));
     }
     if options.mesh.is_some() {
-        return refuse(
+        return Err(rejection(
             "mesh",
             "obstacles do not act on the nodes of a mesh: use walls on groups of the mesh",
-        );
+        ));
     }
     if options.filters_velocities() {
-        return refuse(
+        return Err(rejection(
             if options.residual_time.is_some() { "residual_time" } else { "transfer" },
             "the filter of the velocities works axis by axis, but obstacles on nodes constrain velocities in \
              any direction",
-        );
+        ));
     }
     if options.wall_friction == WallFriction::Acceleration {
-        return refuse(
+        return Err(rejection(
             "wall_friction",
             "acceleration is for walls only: the friction of obstacles follows from impulses",
-        );
+        ));
+    }
+    Ok(())
+}
+
+/// Error of an option.
+fn rejection(key: &str, problem: &str) -> CaseError {
+    CaseError::new(format!("methods.mpm.{key}"), problem)
+}
+
+/// Rejects options that do not work with obstacles on points.
+fn check_point_obstacles(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
+    if case.obstacles.is_empty() {
+        return Err(rejection("obstacles", "points needs an obstacle in the case"));
+    }
+    if options.formulation != LagrangianFormulation::UpdatedLagrangian {
+        return Err(rejection(
+            "obstacles",
+            "points needs formulation updated-lagrangian, in which points move in space",
+        ));
+    }
+    Ok(())
+}
+
+/// Rejects measures of reactions and motions of obstacles on the nodes with options that do not support them.
+fn check_node_reactions(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
+    for (name, measure) in &case.measures {
+        if let Some(target) = measure.reaction_target()
+            && case.obstacles.iter().any(|obstacle| obstacle.name == target)
+            && let Some(reason) = why_not_recorded(options)
+        {
+            let problem = format!(
+                "with {reason} mpm records the reaction of an obstacle with `methods.mpm.obstacles` `points` \
+                 only"
+            );
+            return Err(CaseError::new(format!("measures.{name}.target"), problem));
+        }
+    }
+    if let Some(number) = case.obstacles.iter().position(|obstacle| obstacle.motion.is_some())
+        && let Some(reason) = why_fixed(case, options)
+    {
+        let problem =
+            format!("with {reason} an obstacle of mpm can move with `methods.mpm.obstacles` `points` only");
+        return Err(CaseError::new(format!("obstacles[{number}].motion"), problem));
     }
     Ok(())
 }
@@ -92,9 +109,10 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
 pub fn could_act_on_nodes(case: &Case, options: &MpmOptions) -> bool {
     let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
     let on_nodes = |shape: &ObstacleShape| lies_on_nodes(case, shape, options.cell_size);
-    let held = case.obstacles.iter().all(|obstacle| on_nodes(&obstacle.shape) && obstacle.motion.is_none());
+    let are_fixed_planes =
+        case.obstacles.iter().all(|obstacle| on_nodes(&obstacle.shape) && obstacle.motion.is_none());
     let free = options.mesh.is_none() && !options.filters_velocities();
-    wet && held && free && options.obstacles == ObstacleCoupling::Points
+    wet && are_fixed_planes && free && options.obstacles == ObstacleCoupling::Points
 }
 
 /// Whether a shape is a plane along a line of the grid with cells of a size (m).
@@ -125,15 +143,17 @@ fn why_fixed(case: &Case, options: &MpmOptions) -> Option<&'static str> {
 
 /// Faces of obstacles on the nodes of the pore fluid: it slips along them, does not pass, and separates where its skeleton may.
 pub fn pore_fluid_faces<const D: usize>(
-    standing: &[PlacedObstacle<'_, D>],
+    placed: &[PlacedObstacle<'_, D>],
     background: &BackgroundGrid<D>,
 ) -> NodeFaces {
     let BackgroundGrid { grid, layout, basis_1d: axis, .. } = background;
-    if standing.is_empty() {
+    if placed.is_empty() {
         return NodeFaces::default();
     }
     NodeFaces::from_positions(grid, layout, axis, |place, found| {
-        let held = constraining_obstacles(standing, place, grid.cell);
-        found.extend(held.map(|(_, law, normal)| NodeFace::at_rest(normal, 0.0, law.allows_separation())));
+        let constraining = constraining_obstacles(placed, place, grid.cell);
+        found.extend(
+            constraining.map(|(_, law, normal)| NodeFace::at_rest(normal, 0.0, law.allows_separation())),
+        );
     })
 }

@@ -6,8 +6,8 @@ use colluvium_case::description::Obstacle;
 use colluvium_case::{MovingObstacles, ObstacleLaw, PlacedObstacle, constraining_obstacles};
 use colluvium_grid::{NodeFace, NodeFaces, NodeWalls};
 
+use crate::background_grid::BackgroundGrid;
 use crate::obstacles::reaction::ReactionRecorder;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Obstacles of a case that act on the nodes.
 pub struct NodeObstacles<const D: usize> {
@@ -20,23 +20,23 @@ pub struct NodeObstacles<const D: usize> {
 impl<const D: usize> NodeObstacles<D> {
     /// Returns the obstacles of a case: nodes in an obstacle or on its surface have the velocity that it allows.
     pub fn new(
-        standing: &[PlacedObstacle<'_, D>],
+        placed: &[PlacedObstacle<'_, D>],
         background: &BackgroundGrid<D>,
-        bearing: &ReactionRecorder,
+        recorder: &ReactionRecorder,
     ) -> Self {
         let face = |obstacle: &Obstacle, law: &ObstacleLaw, normal| NodeFace {
-            reaction_index: bearing.number(&obstacle.name),
+            reaction_index: recorder.number(&obstacle.name),
             ..NodeFace::at_rest(normal, law.friction(), law.allows_separation())
         };
         let BackgroundGrid { grid, layout, basis_1d: axis, upper, .. } = background;
         let acts = |obstacle: &Obstacle, law: &ObstacleLaw| face(obstacle, law, [0.0; 3]);
-        let moving = MovingObstacles::new(standing, (grid.origin, *upper), acts);
-        if moving.iter().count() == standing.len() {
+        let moving = MovingObstacles::new(placed, (grid.origin, *upper), acts);
+        if moving.iter().count() == placed.len() {
             return Self { rest: Arc::default(), moving };
         }
         let rest = NodeFaces::from_positions(grid, layout, axis, |place, found| {
-            let held = constraining_obstacles(standing, place, grid.cell);
-            found.extend(held.map(|(obstacle, law, normal)| face(obstacle, &law, normal)));
+            let constraining = constraining_obstacles(placed, place, grid.cell);
+            found.extend(constraining.map(|(obstacle, law, normal)| face(obstacle, &law, normal)));
         });
         Self { rest: Arc::new(rest), moving }
     }
@@ -54,8 +54,8 @@ impl<const D: usize> NodeObstacles<D> {
         self.moving.update_positions(step);
         let BackgroundGrid { grid, layout, basis_1d: axis, .. } = background;
         walls.faces_mut().rebuild(grid, layout, axis, &self.rest, |place, found| {
-            let held = self.moving.constraining(place, grid.cell);
-            found.extend(held.map(|(face, normal, velocity)| NodeFace { normal, velocity, ..face }));
+            let constraining = self.moving.constraining(place, grid.cell);
+            found.extend(constraining.map(|(face, normal, velocity)| NodeFace { normal, velocity, ..face }));
         });
     }
 }

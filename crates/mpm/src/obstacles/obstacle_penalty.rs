@@ -3,22 +3,22 @@
 //! Forces depend on the positions of points at the start of a step and are scattered with their stresses, before the momentum solve. The
 //! sliding displacement of a point is its displacement since the previous step.
 
-use colluvium_constitutive::{BLOCK_SIZE, Material, StateBlock, SymTensor};
+use colluvium_constitutive::{BLOCK_SIZE, Material, StateBlock, States, SymTensor};
 use colluvium_grid::DomainSlice;
 use rayon::prelude::*;
 
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
-use crate::obstacles::penalty_state::PenaltyState;
 use crate::obstacles::point_springs::ObstacleSprings;
-use crate::obstacles::pore_contact_state::PoreContactState;
 use crate::obstacles::state::{
     BlockWorkspace, ObstacleForces, ObstacleReaction, PenaltyObstacle, PenaltyObstacles, detect_contacts,
 };
-use crate::phases::pore_fluid::PoreFluidConstants;
 use crate::points::bodies::Bodies;
+use crate::points::penalty_state::PenaltyState;
 use crate::points::point_set::{PointColumns, PointSet};
+use crate::points::pore_contact_state::PoreContactState;
+use crate::points::pore_fluid::PoreFluidConstants;
 use crate::points::vectors::square;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Number of blocks in a task.
 const BLOCKS_PER_TASK: usize = 4;
@@ -27,23 +27,24 @@ const BLOCKS_PER_TASK: usize = 4;
 pub fn initialise_penalty<const D: usize>(
     background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
-    rocks: &mut Option<Box<PenaltyObstacles<D>>>,
+    obstacles: &mut Option<Box<PenaltyObstacles<D>>>,
 ) {
-    let Some(rocks) = rocks else { return };
+    let Some(obstacles) = obstacles else { return };
     let mut blocks = 0;
     for set in bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
         let half = |p: usize| {
             let radius = if background.axisymmetric { set.points.position[p][0] } else { 1.0 };
             0.5 * (set.points.initial_volume[p] / radius).powf(1.0 / D as f64)
         };
-        set.points.pressed =
-            (0..set.len()).map(|p| rocks.initial_penalty_state(&set.points.position[p], half(p))).collect();
+        set.points.obstacle_contact = (0..set.len())
+            .map(|p| obstacles.initial_penalty_state(&set.points.position[p], half(p)))
+            .collect();
         if let Some(pore) = &mut set.pore {
-            pore.points.soaked = vec![PoreContactState::NEW; pore.points.len()];
+            pore.points.obstacle_contact = vec![PoreContactState::NEW; pore.points.len()];
         }
         blocks = blocks.max(set.len().div_ceil(BLOCK_SIZE));
     }
-    rocks.resize_workspaces(blocks);
+    obstacles.resize_workspaces(blocks);
 }
 
 /// Computes the forces of obstacles on points at the start of a step of `dt` (s).
@@ -51,66 +52,34 @@ pub fn penalty_forces<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
-    rocks: &mut Option<Box<PenaltyObstacles<D>>>,
+    obstacles: &mut Option<Box<PenaltyObstacles<D>>>,
 ) {
-    let Some(rocks) = rocks else { return };
-    rocks.advance(clock.time);
-    let PenaltyObstacles { obstacles: rocks, workspaces: rooms, horizon, history: passed, .. } = &mut **rocks;
-    let stiffness = clock.options.obstacle_stiffness;
+    let Some(all) = obstacles else { return };
+    all.advance(clock.time);
     for set in bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
         let PointSet { points, states, material, domain, pore, .. } = set;
-        let PointColumns { pressed, position, origin, stress, volume, initial_volume, .. } = points;
-        let fluid = pore.as_ref().and_then(|pore| pore.fluid);
-        let domain = domain.as_slice();
-        let (material, swept) = (&**material, passed.max_obstacle_displacement);
-        let of_set = PenaltyInput {
-            material,
+        let PointColumns { obstacle_contact, position, origin, stress, volume, initial_volume, .. } = points;
+        let input = PenaltyInput {
+            material: &**material,
             position,
             origin,
             stress,
             volume,
             initial_volume,
-            domain,
+            domain: domain.as_slice(),
             background,
-            stiffness,
-            swept,
-            fluid,
+            stiffness: clock.options.obstacle_stiffness,
+            max_obstacle_displacement: all.history.max_obstacle_displacement,
+            fluid: pore.as_ref().and_then(|pore| pore.fluid),
         };
-        let act =
-            |block: usize, points: &mut [_], soaked: &mut [_], states: &_, room: &mut BlockWorkspace<D>| {
-                room.sums.fill(ObstacleForces::default());
-                room.penetrations = 0;
-                of_set.block(rocks, *horizon, block * BLOCK_SIZE, (points, soaked), states, room);
-            };
-        let blocks = pressed.par_chunks_mut(BLOCK_SIZE).zip(states.blocks()).zip(&mut *rooms);
-        match pore {
-            Some(pore) => {
-                let soaked = pore.points.soaked.par_chunks_mut(BLOCK_SIZE);
-                let blocks = blocks.zip(soaked).enumerate();
-                blocks.with_min_len(BLOCKS_PER_TASK).for_each(
-                    |(block, (((points, states), room), soaked))| {
-                        act(block, points, soaked, states, room);
-                    },
-                );
-            }
-            None => blocks.enumerate().with_min_len(BLOCKS_PER_TASK).for_each(
-                |(block, ((points, states), room))| {
-                    act(block, points, &mut [], states, room);
-                },
-            ),
-        }
-        let count = pressed.len().div_ceil(BLOCK_SIZE);
-        for room in &rooms[..count] {
-            passed.penetrations += room.penetrations;
-            for (rock, sums) in rocks.iter_mut().zip(&room.sums) {
-                for c in 0..3 {
-                    rock.state.force[c] += sums.force[c];
-                    rock.state.moment[c] += sums.moment[c];
-                    rock.state.impulse[c] += clock.dt * sums.force[c];
-                }
-                rock.state.friction += sums.friction;
-                rock.state.work += sums.work;
-                rock.state.spring_energy += sums.stored;
+        let pore_contact = pore.as_mut().map(|pore| &mut pore.points.obstacle_contact[..]);
+        let blocks = obstacle_contact.len().div_ceil(BLOCK_SIZE);
+        input.update_blocks(all, (obstacle_contact, pore_contact), states);
+        let PenaltyObstacles { obstacles, workspaces, history, .. } = &mut **all;
+        for workspace in &workspaces[..blocks] {
+            history.penetrations += workspace.penetrations;
+            for (obstacle, sums) in obstacles.iter_mut().zip(&workspace.sums) {
+                obstacle.state.add_block_forces(sums, clock.dt);
             }
         }
     }
@@ -120,7 +89,7 @@ pub fn penalty_forces<const D: usize>(
 pub fn reset_displacements<const D: usize>(bodies: &mut Bodies<D>) {
     for set in &mut bodies.sets {
         for ((point, x), origin) in
-            set.points.pressed.iter_mut().zip(&set.points.position).zip(&set.points.origin)
+            set.points.obstacle_contact.iter_mut().zip(&set.points.position).zip(&set.points.origin)
         {
             (0..D).for_each(|c| point.last_search_displacement[c] -= x[c] - origin[c]);
         }
@@ -128,11 +97,11 @@ pub fn reset_displacements<const D: usize>(bodies: &mut Bodies<D>) {
 }
 
 /// Warning on points whose centres have been in obstacles.
-pub fn penetration_warning<const D: usize>(rocks: Option<&PenaltyObstacles<D>>) -> Option<String> {
-    let under = rocks.map_or(0, |rocks| rocks.history.penetrations);
-    (under > 0).then(|| {
+pub fn penetration_warning<const D: usize>(obstacles: Option<&PenaltyObstacles<D>>) -> Option<String> {
+    let count = obstacles.map_or(0, |obstacles| obstacles.history.penetrations);
+    (count > 0).then(|| {
         format!(
-            "centres of points have been inside an obstacle ({under} points, counted in every step), although \
+            "centres of points have been inside an obstacle ({count} points, counted in every step), although \
              points are stopped at its surface. Check where the obstacle is thinner or more curved than a \
              cell (take smaller cells, or a shorter step)"
         )
@@ -152,10 +121,10 @@ pub struct PenaltyEnergies {
 }
 
 /// Returns the energies of obstacles; `None` where they do not act on points.
-pub fn penalty_energies<const D: usize>(rocks: Option<&PenaltyObstacles<D>>) -> Option<PenaltyEnergies> {
-    let rocks = &rocks?.obstacles;
-    let sum = |of: fn(&ObstacleReaction) -> f64| rocks.iter().map(|rock| of(&rock.state)).sum();
-    let moves = rocks.iter().any(|rock| rock.moving.is_some());
+pub fn penalty_energies<const D: usize>(obstacles: Option<&PenaltyObstacles<D>>) -> Option<PenaltyEnergies> {
+    let obstacles = &obstacles?.obstacles;
+    let sum = |of: fn(&ObstacleReaction) -> f64| obstacles.iter().map(|obstacle| of(&obstacle.state)).sum();
+    let moves = obstacles.iter().any(|obstacle| obstacle.moving.is_some());
     Some(PenaltyEnergies {
         friction: sum(|state| state.friction),
         stored: sum(|state| state.spring_energy),
@@ -176,42 +145,81 @@ struct PenaltyInput<'a, const D: usize> {
     background: &'a BackgroundGrid<D>,
     stiffness: f64,
     /// Largest displacement of an obstacle so far (m).
-    swept: f64,
+    max_obstacle_displacement: f64,
     /// Pore fluid of the set, if any.
     fluid: Option<PoreFluidConstants>,
 }
 
 impl<const D: usize> PenaltyInput<'_, D> {
+    /// Computes the forces on the points of all blocks, in parallel; the pore fluid has contact states where there is one.
+    fn update_blocks(
+        &self,
+        all: &mut PenaltyObstacles<D>,
+        (points, pore): (&mut [PenaltyState<D>], Option<&mut [PoreContactState<D>]>),
+        states: &States,
+    ) {
+        let PenaltyObstacles { obstacles, workspaces, horizon, .. } = all;
+        let (obstacles, horizon) = (&obstacles[..], *horizon);
+        let update = |block: usize,
+                      points: &mut [_],
+                      pore: &mut [_],
+                      states: &_,
+                      workspace: &mut BlockWorkspace<D>| {
+            workspace.sums.fill(ObstacleForces::default());
+            workspace.penetrations = 0;
+            self.block(obstacles, horizon, block * BLOCK_SIZE, (points, pore), states, workspace);
+        };
+        let blocks = points.par_chunks_mut(BLOCK_SIZE).zip(states.blocks()).zip(&mut *workspaces);
+        match pore {
+            Some(pore) => {
+                let blocks = blocks.zip(pore.par_chunks_mut(BLOCK_SIZE)).enumerate();
+                blocks.with_min_len(BLOCKS_PER_TASK).for_each(
+                    |(block, (((points, states), workspace), pore))| {
+                        update(block, points, pore, states, workspace);
+                    },
+                );
+            }
+            None => blocks.enumerate().with_min_len(BLOCKS_PER_TASK).for_each(
+                |(block, ((points, states), workspace))| {
+                    update(block, points, &mut [], states, workspace);
+                },
+            ),
+        }
+    }
+
     /// Computes the forces on the points of a block, from number `first` on.
     fn block(
         &self,
-        rocks: &[PenaltyObstacle<D>],
+        obstacles: &[PenaltyObstacle<D>],
         horizon: f64,
         first: usize,
-        (points, soaked): (&mut [PenaltyState<D>], &mut [PoreContactState<D>]),
+        (points, pore): (&mut [PenaltyState<D>], &mut [PoreContactState<D>]),
         states: &StateBlock,
-        room: &mut BlockWorkspace<D>,
+        workspace: &mut BlockWorkspace<D>,
     ) {
         let mut moduli: Option<[f64; BLOCK_SIZE]> = None;
         for (k, point) in points.iter_mut().enumerate() {
             let p = first + k;
             let x = &self.position[p];
-            let way: [f64; D] = std::array::from_fn(|c| x[c] - self.origin[p][c]);
-            let moved: [f64; D] = std::array::from_fn(|c| way[c] - point.last_search_displacement[c]);
-            if square(&moved).sqrt() + (self.swept - point.obstacle_displacement) < point.free_distance {
+            let displacement: [f64; D] = std::array::from_fn(|c| x[c] - self.origin[p][c]);
+            let moved: [f64; D] =
+                std::array::from_fn(|c| displacement[c] - point.last_search_displacement[c]);
+            let obstacle_motion = self.max_obstacle_displacement - point.obstacle_displacement;
+            if square(&moved).sqrt() + obstacle_motion < point.free_distance {
                 continue;
             }
             // A point without a surface near may not have been searched for many steps.
-            let touched = point.free_distance <= 0.0;
-            (point.last_search_displacement, point.obstacle_displacement) = (way, self.swept);
-            let mut soaked = soaked.get_mut(k);
-            if let (Some(soaked), false) = (&mut soaked, touched) {
-                **soaked = PoreContactState::NEW;
+            let was_near = point.free_distance <= 0.0;
+            point.last_search_displacement = displacement;
+            point.obstacle_displacement = self.max_obstacle_displacement;
+            let mut pore = pore.get_mut(k);
+            if let (Some(pore), false) = (&mut pore, was_near) {
+                **pore = PoreContactState::NEW;
             }
-            let seen = detect_contacts(rocks, horizon, x, point, room);
-            if !seen.acts() {
+            let candidates = detect_contacts(obstacles, horizon, x, point, workspace);
+            if !candidates.acts() {
                 (point.force, point.spring) = ([0.0; D], [0.0; D]);
-                soaked.into_iter().for_each(|soaked| *soaked = PoreContactState::NEW);
+                pore.into_iter().for_each(|pore| *pore = PoreContactState::NEW);
                 continue;
             }
             let modulus = moduli.get_or_insert_with(|| {
@@ -221,19 +229,20 @@ impl<const D: usize> PenaltyInput<'_, D> {
                 moduli
             })[k];
             let h = self.domain.spacing(p, &self.background.grid_view());
-            let grip = ObstacleSprings {
+            let springs = ObstacleSprings {
                 place: *x,
                 displacement: moved,
-                was_near: touched,
+                was_near,
                 stiffness: self.stiffness * modulus * self.volume[p] / (h * h),
                 area: self.volume[p] / (2.0 * point.half),
             };
-            grip.apply(rocks, &seen, point, &mut room.sums);
-            if let (Some(soaked), Some(fluid)) = (soaked, &self.fluid) {
+            springs.apply(obstacles, &candidates, point, &mut workspace.sums);
+            if let (Some(pore), Some(fluid)) = (pore, &self.fluid) {
                 let modulus = fluid.bulk_modulus / fluid.porosity_at(self.volume[p], self.initial_volume[p]);
                 let stiffness = self.stiffness * modulus * self.volume[p] / (h * h);
-                let wet = ObstacleSprings { stiffness, ..grip };
-                wet.pore_fluid_contact(rocks, &seen, fluid.min_pressure, (point, soaked), &mut room.sums);
+                let fluid_springs = ObstacleSprings { stiffness, ..springs };
+                let (states, sums) = ((point, pore), &mut workspace.sums);
+                fluid_springs.pore_fluid_contact(obstacles, &candidates, fluid.min_pressure, states, sums);
             }
         }
     }

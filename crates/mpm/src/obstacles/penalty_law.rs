@@ -31,22 +31,23 @@ pub fn length<const D: usize>(a: &[f64; D]) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// Minimum translation (m) that removes all overlaps of a point, `Σ way_i n_i` with the shares `ways` (m), none of them negative.
+/// Minimum translation (m) that removes all overlaps of a point, `Σ way_i n_i` with the shares `translation_shares` (m), none of them negative.
 ///
 /// With the shares times a stiffness as forces, the energy is half the stiffness times the square of the translation, for any number of
 /// surfaces. Of two facets with almost the same normal the deeper one counts, at a right angle both do in full, with a continuous
 /// transition. Where no translation removes all overlaps, as between two walls, every overlap acts by itself.
 pub fn minimum_translation<const D: usize>(
     overlaps: &[SurfaceOverlap<D>],
-    ways: &mut [f64; MAX_OVERLAPS],
+    translation_shares: &mut [f64; MAX_OVERLAPS],
 ) -> [f64; D] {
-    ways.fill(0.0);
+    translation_shares.fill(0.0);
     let count = overlaps.len().min(MAX_OVERLAPS);
     if count == 0 {
         return [0.0; D];
     }
     let deepest = overlaps[..count].iter().map(|overlap| overlap.depth).fold(0.0, f64::max);
-    let mut of = |chosen: &[usize]| solve(overlaps, count, chosen, NEGLIGIBLE_OVERLAP * deepest, ways);
+    let mut of =
+        |chosen: &[usize]| solve(overlaps, count, chosen, NEGLIGIBLE_OVERLAP * deepest, translation_shares);
     let found = (0..count)
         .find_map(|i| of(&[i]))
         .or_else(|| overlap_pairs(count).find_map(|[i, j]| of(&[i, j])))
@@ -55,13 +56,13 @@ pub fn minimum_translation<const D: usize>(
             if D < 3 { None } else { triples.into_iter().find_map(|chosen| of(&chosen)) }
         });
     found.unwrap_or_else(|| {
-        ways.fill(0.0);
-        let mut way = [0.0; D];
-        for (overlap, own) in overlaps[..count].iter().zip(ways) {
+        translation_shares.fill(0.0);
+        let mut translation = [0.0; D];
+        for (overlap, own) in overlaps[..count].iter().zip(translation_shares) {
             *own = overlap.depth;
-            (0..D).for_each(|c| way[c] += overlap.depth * overlap.normal[c]);
+            (0..D).for_each(|c| translation[c] += overlap.depth * overlap.normal[c]);
         }
-        way
+        translation
     })
 }
 
@@ -75,7 +76,7 @@ fn solve<const D: usize>(
     count: usize,
     chosen: &[usize],
     slack: f64,
-    ways: &mut [f64; MAX_OVERLAPS],
+    translation_shares: &mut [f64; MAX_OVERLAPS],
 ) -> Option<[f64; D]> {
     // Cholesky factors of the products of their normals.
     let (mut lower, mut shares) = ([[0.0; 3]; 3], [0.0; 3]);
@@ -102,42 +103,42 @@ fn solve<const D: usize>(
     if shares[..chosen.len()].iter().any(|share| *share < 0.0) {
         return None;
     }
-    let mut way = [0.0; D];
+    let mut translation = [0.0; D];
     for (share, &i) in shares.iter().zip(chosen) {
-        (0..D).for_each(|c| way[c] += share * overlaps[i].normal[c]);
+        (0..D).for_each(|c| translation[c] += share * overlaps[i].normal[c]);
     }
-    if overlaps[..count].iter().any(|overlap| dot(&overlap.normal, &way) < overlap.depth - slack) {
+    if overlaps[..count].iter().any(|overlap| dot(&overlap.normal, &translation) < overlap.depth - slack) {
         return None;
     }
-    ways.fill(0.0);
-    shares.iter().zip(chosen).for_each(|(share, &i)| ways[i] = *share);
-    Some(way)
+    translation_shares.fill(0.0);
+    shares.iter().zip(chosen).for_each(|(share, &i)| translation_shares[i] = *share);
+    Some(translation)
 }
 
 /// Tangential spring (m) on a surface with this unit normal after a displacement of the point relative to the surface by `moved` (m), and
-/// the slip (m). After a change of the normal the spring is rotated with it and keeps its length. It is bounded by `most` (m), which may be
+/// the slip (m). After a change of the normal the spring is rotated with it and keeps its length. It is bounded by `max_length` (m), which may be
 /// infinite.
 pub fn friction_impulse<const D: usize>(
     spring: &[f64; D],
     moved: &[f64; D],
     normal: &[f64; D],
-    most: f64,
+    max_length: f64,
 ) -> ([f64; D], f64) {
     let along = |a: &[f64; D]| -> [f64; D] {
         let out = dot(a, normal);
         std::array::from_fn(|c| a[c] - out * normal[c])
     };
-    let laid = along(spring);
-    let (before, after) = (length(spring), length(&laid));
-    let turned = if after > 0.0 { before / after } else { 0.0 };
+    let tangential = along(spring);
+    let (before, after) = (length(spring), length(&tangential));
+    let scale = if after > 0.0 { before / after } else { 0.0 };
     let step = along(moved);
-    let next: [f64; D] = std::array::from_fn(|c| turned * laid[c] + step[c]);
+    let next: [f64; D] = std::array::from_fn(|c| scale * tangential[c] + step[c]);
     let full = length(&next);
     // Written so that a point without any bound never divides by zero.
-    if full <= most {
+    if full <= max_length {
         return (next, 0.0);
     }
-    (next.map(|c| c * (most / full)), full - most)
+    (next.map(|c| c * (max_length / full)), full - max_length)
 }
 
 #[cfg(test)]
@@ -154,46 +155,49 @@ mod tests {
 
     #[test]
     fn one_surface_pushes_by_its_depth_and_a_square_corner_by_both() {
-        let mut ways = [0.0; MAX_OVERLAPS];
+        let mut translation_shares = [0.0; MAX_OVERLAPS];
         let floor = overlap([0.0, 1.0], 0.2);
-        assert_eq!(minimum_translation(&[floor], &mut ways), [0.0, 0.2]);
+        assert_eq!(minimum_translation(&[floor], &mut translation_shares), [0.0, 0.2]);
         let wall = overlap([1.0, 0.0], 0.1);
-        let way = minimum_translation(&[floor, wall], &mut ways);
-        assert!((way[0] - 0.1).abs() < 1e-15 && (way[1] - 0.2).abs() < 1e-15, "{way:?}");
-        assert!((ways[0] - 0.2).abs() < 1e-15 && (ways[1] - 0.1).abs() < 1e-15);
+        let translation = minimum_translation(&[floor, wall], &mut translation_shares);
+        assert!(
+            (translation[0] - 0.1).abs() < 1e-15 && (translation[1] - 0.2).abs() < 1e-15,
+            "{translation:?}"
+        );
+        assert!((translation_shares[0] - 0.2).abs() < 1e-15 && (translation_shares[1] - 0.1).abs() < 1e-15);
         assert_eq!(
-            minimum_translation(&[floor, overlap([0.0, 1.0], 0.15)], &mut ways),
+            minimum_translation(&[floor, overlap([0.0, 1.0], 0.15)], &mut translation_shares),
             [0.0, 0.2],
             "the deeper of two"
         );
-        let slot = minimum_translation(&[wall, overlap([-1.0, 0.0], 0.3)], &mut ways);
+        let slot = minimum_translation(&[wall, overlap([-1.0, 0.0], 0.3)], &mut translation_shares);
         assert!((slot[0] + 0.2).abs() < 1e-15, "between two walls: {slot:?}");
-        assert_eq!(minimum_translation::<2>(&[], &mut ways), [0.0; 2]);
+        assert_eq!(minimum_translation::<2>(&[], &mut translation_shares), [0.0; 2]);
     }
 
     #[test]
     fn a_corner_of_three_planes_pushes_along_all() {
-        let mut ways = [0.0; MAX_OVERLAPS];
+        let mut translation_shares = [0.0; MAX_OVERLAPS];
         let planes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let overlaps: Vec<_> = planes.iter().zip([0.1, 0.2, 0.3]).map(|(n, d)| overlap(*n, d)).collect();
-        let way = minimum_translation(&overlaps, &mut ways);
-        assert!((0..3).all(|c| (way[c] - 0.1 * (c + 1) as f64).abs() < 1e-14), "{way:?}");
+        let translation = minimum_translation(&overlaps, &mut translation_shares);
+        assert!((0..3).all(|c| (translation[c] - 0.1 * (c + 1) as f64).abs() < 1e-14), "{translation:?}");
     }
 
     proptest! {
         #[test]
-        fn the_way_leads_out_and_none_is_shorter(
+        fn the_minimum_translation_removes_all_overlaps_and_none_is_shorter(
             angles in proptest::collection::vec(-1.2..1.2f64, 1..6),
             depths in proptest::collection::vec(0.01..1.0f64, 6),
             at in (-2.0..2.0f64, -2.0..2.0f64),
         ) {
             let overlaps: Vec<_> =
                 angles.iter().zip(&depths).map(|(a, d)| overlap([a.sin(), a.cos()], *d)).collect();
-            let way = minimum_translation(&overlaps, &mut [0.0; MAX_OVERLAPS]);
-            prop_assert!(overlaps.iter().all(|o| dot(&o.normal, &way) >= o.depth - 1e-8));
+            let translation = minimum_translation(&overlaps, &mut [0.0; MAX_OVERLAPS]);
+            prop_assert!(overlaps.iter().all(|o| dot(&o.normal, &translation) >= o.depth - 1e-8));
             let other = [at.0, at.1];
             let leads_out = overlaps.iter().all(|o| dot(&o.normal, &other) >= o.depth);
-            prop_assert!(!leads_out || length(&other) >= length(&way) - 1e-8);
+            prop_assert!(!leads_out || length(&other) >= length(&translation) - 1e-8);
         }
     }
 
@@ -202,8 +206,8 @@ mod tests {
         let (spring, slip) = friction_impulse(&[0.0; 2], &[0.3, 5.0], &[0.0, 1.0], 0.1);
         assert!((spring[0] - 0.1).abs() < 1e-15 && spring[1] == 0.0 && (slip - 0.2).abs() < 1e-15);
         let tilted = [0.6, 0.8];
-        let (turned, slip) = friction_impulse(&[0.1, 0.0], &[0.0; 2], &tilted, f64::INFINITY);
-        assert!((length(&turned) - 0.1).abs() < 1e-15 && dot(&turned, &tilted).abs() < 1e-15 && slip == 0.0);
+        let (scale, slip) = friction_impulse(&[0.1, 0.0], &[0.0; 2], &tilted, f64::INFINITY);
+        assert!((length(&scale) - 0.1).abs() < 1e-15 && dot(&scale, &tilted).abs() < 1e-15 && slip == 0.0);
         let (none, slip) = friction_impulse(&[0.0; 2], &[0.2, 0.0], &[0.0, 1.0], 0.0);
         assert_eq!((none, slip), ([0.0; 2], 0.2), "a smooth surface");
     }

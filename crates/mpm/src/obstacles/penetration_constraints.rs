@@ -57,11 +57,11 @@ fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
 
 impl<const D: usize> PenetrationConstraints<D> {
     /// Removes all constraints, and resets the sums of the obstacles.
-    pub fn clear(&mut self, rocks: usize) {
+    pub fn clear(&mut self, obstacles: usize) {
         self.constraints.clear();
         self.weights.clear();
         self.sums.clear();
-        self.sums.resize(rocks, ObstacleForces::default());
+        self.sums.resize(obstacles, ObstacleForces::default());
     }
 
     /// Appends the constraints of a block of points.
@@ -87,9 +87,9 @@ impl<const D: usize> PenetrationConstraints<D> {
         velocity.clear();
         ease.clear();
         for number in numbers.iter() {
-            let (own, light) = of(*number);
+            let (own, inverse_inertia) = of(*number);
             velocity.push(own);
-            ease.push(light);
+            ease.push(inverse_inertia);
         }
         change.clear();
         change.resize(numbers.len(), [0.0; D]);
@@ -163,8 +163,8 @@ impl<const D: usize> PenetrationConstraint<D> {
         let more = (lacks / ease).max(-self.normal_impulse);
         if more != 0.0 {
             self.normal_impulse += more;
-            let taken = self.apply_impulse(&self.normal.map(|n| more * n), point, sums);
-            sums.stopped += taken;
+            let removed = self.apply_impulse(&self.normal.map(|n| more * n), point, sums);
+            sums.stopped += removed;
         }
         if self.friction > 0.0 && (self.normal_impulse > 0.0 || self.friction_impulse != [0.0; D]) {
             self.apply_friction(point, sums);
@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn points_keep_their_least_velocities_and_the_energy_is_told() {
+    fn points_keep_their_least_velocities_and_the_energy_removed_is_recorded() {
         for friction in [0.0, 0.5, f64::INFINITY] {
             let mut stops = stops(friction);
             let (before, momentum) = (energy(&stops), 7.0);
@@ -281,8 +281,8 @@ mod tests {
                 );
                 assert_eq!(halt.friction_impulse[1], 0.0);
             }
-            let told = stops.sums[0].stopped + stops.sums[0].friction;
-            assert!((before - energy(&stops) - told).abs() < 1e-10 * before, "{friction}: {told}");
+            let removed = stops.sums[0].stopped + stops.sums[0].friction;
+            assert!((before - energy(&stops) - removed).abs() < 1e-10 * before, "{friction}: {removed}");
             assert!(stops.sums[0].stopped > 0.0 && stops.sums[0].friction >= 0.0);
             let kept: f64 =
                 stops.velocity.iter().zip(&stops.inverse_inertia).map(|(v, ease)| v[0] / ease[0]).sum();
@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_held_does_not_move_and_what_leaves_is_let_go() {
+    fn constrained_nodes_do_not_move_and_separating_points_have_no_impulse() {
         let mut stops = stops(0.3);
         stops.inverse_inertia[1] = [0.0; 2];
         stops.velocity.fill([0.0, 3.0]);

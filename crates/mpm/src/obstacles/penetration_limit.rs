@@ -6,15 +6,15 @@ use colluvium_grid::{NodalState, NodeWalls, PointSlice, Vector4};
 use colluvium_points::surface::{NearestPoint, path_enters_solid};
 use rayon::prelude::*;
 
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
 use crate::momentum::velocity_fields::VelocityFields;
-use crate::obstacles::penalty_state::PenaltyState;
 use crate::obstacles::penetration_constraints::PenetrationConstraint;
 use crate::obstacles::state::{BlockWorkspace, PenaltyObstacle, PenaltyObstacles};
 use crate::points::bodies::Bodies;
+use crate::points::penalty_state::PenaltyState;
 use crate::points::point_set::PointColumns;
 use crate::points::vectors::{first_three, square, vector4};
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Least distance of a centre from a surface over the distance at which its contact springs begin to act.
 const MIN_DISTANCE_RATIO: f64 = 0.05;
@@ -54,11 +54,11 @@ pub fn limit_solved<const D: usize>(
     background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
     solved: &mut [NodalState],
-    (walls, rocks): (&NodeWalls, &mut Option<Box<PenaltyObstacles<D>>>),
+    (walls, obstacles): (&NodeWalls, &mut Option<Box<PenaltyObstacles<D>>>),
 ) {
-    let stopping = PenetrationLimit { clock, background, bodies, walls, is_final: true };
-    stopping.limit_penetration(
-        rocks,
+    let limit = PenetrationLimit { clock, background, bodies, walls, is_final: true };
+    limit.limit_penetration(
+        obstacles,
         solved,
         |_, node| node.momentum_and_mass,
         |node, change| node.change_velocity(change, clock.dt),
@@ -71,12 +71,12 @@ pub fn limit_remapped<const D: usize>(
     background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
     nodes: &mut VelocityFields,
-    (walls, rocks): (&NodeWalls, &mut Option<Box<PenaltyObstacles<D>>>),
+    (walls, obstacles): (&NodeWalls, &mut Option<Box<PenaltyObstacles<D>>>),
 ) {
     let VelocityFields { solved, remapped, .. } = nodes;
-    let stopping = PenetrationLimit { clock, background, bodies, walls, is_final: false };
+    let limit = PenetrationLimit { clock, background, bodies, walls, is_final: false };
     let of = |number: usize, own: &Vector4| with_mass(*own, solved[number].momentum_and_mass);
-    stopping.limit_penetration(rocks, remapped, of, |node, change| *node += change);
+    limit.limit_penetration(obstacles, remapped, of, |node, change| *node += change);
 }
 
 /// Returns a velocity with the mass in the fourth lane of another vector.
@@ -90,24 +90,24 @@ impl<const D: usize> PenetrationLimit<'_, D> {
     /// fields, with its mass in the fourth lane; `add` adds to it (m/s).
     pub fn limit_penetration<T: Sync>(
         &self,
-        rocks: &mut Option<Box<PenaltyObstacles<D>>>,
+        obstacles: &mut Option<Box<PenaltyObstacles<D>>>,
         nodes: &mut [T],
         of: impl Fn(usize, &T) -> Vector4 + Sync,
         add: impl Fn(&mut T, Vector4),
     ) {
-        let Some(rocks) = rocks else { return };
+        let Some(obstacles) = obstacles else { return };
         for _ in 0..MAX_SEARCHES {
-            if !self.find_constraints(rocks, &|number| of(number, &nodes[number])) {
+            if !self.find_constraints(obstacles, &|number| of(number, &nodes[number])) {
                 return;
             }
-            let stops = &mut rocks.penetration_constraints;
-            stops.list_nodes(|number| self.node(number, of(number, &nodes[number])));
-            stops.solve();
-            for (number, change) in stops.numbers.iter().zip(&stops.change) {
+            let constraints = &mut obstacles.penetration_constraints;
+            constraints.list_nodes(|number| self.node(number, of(number, &nodes[number])));
+            constraints.solve();
+            for (number, change) in constraints.numbers.iter().zip(&constraints.change) {
                 self.each_image(*number, |image| add(&mut nodes[image], vector4(change, 0.0)));
             }
             if self.is_final {
-                self.record_reactions(rocks);
+                self.record_reactions(obstacles);
             }
         }
     }
@@ -115,49 +115,50 @@ impl<const D: usize> PenetrationLimit<'_, D> {
     /// Finds the points that come too near to a surface; returns whether there are any.
     fn find_constraints(
         &self,
-        rocks: &mut PenaltyObstacles<D>,
+        obstacles: &mut PenaltyObstacles<D>,
         of: &(dyn Fn(usize) -> Vector4 + Sync),
     ) -> bool {
         let PenaltyObstacles {
-            obstacles: rocks,
-            workspaces: rooms,
+            obstacles,
+            workspaces,
             horizon,
-            history: passed,
-            penetration_constraints: stops,
-        } = rocks;
-        stops.clear(rocks.len());
-        let ways = rocks.iter().filter_map(|rock| rock.moving.as_ref());
+            history,
+            penetration_constraints: constraints,
+        } = obstacles;
+        constraints.clear(obstacles.len());
+        let motions = obstacles.iter().filter_map(|obstacle| obstacle.moving.as_ref());
         let (from, to) = (self.clock.time, self.clock.time + self.clock.dt);
-        let ahead = ways.map(|moving| moving.obstacle.max_displacement(from, to)).fold(0.0, f64::max);
+        let step_displacement =
+            motions.map(|moving| moving.obstacle.max_displacement(from, to)).fold(0.0, f64::max);
         let nodes = self.background.layout.len();
         for set in self.bodies.sets.iter().filter(|set| set.rigid.is_none()) {
-            let PointColumns { pressed, origin, .. } = &set.points;
-            let of_set = PenetrationInput {
-                stopping: self,
+            let PointColumns { obstacle_contact, origin, .. } = &set.points;
+            let input = PenetrationInput {
+                limit: self,
                 places: set.point_slice(),
                 origin,
                 first_node: set.field * nodes,
                 horizon: *horizon,
-                swept: passed.max_obstacle_displacement,
-                ahead,
+                max_obstacle_displacement: history.max_obstacle_displacement,
+                step_displacement,
             };
-            let blocks = pressed.par_chunks(BLOCK_SIZE).zip(&mut *rooms).enumerate();
-            blocks.with_min_len(GRAIN).for_each(|(block, (points, room))| {
-                of_set.block(rocks, block * BLOCK_SIZE, points, of, room);
+            let blocks = obstacle_contact.par_chunks(BLOCK_SIZE).zip(&mut *workspaces).enumerate();
+            blocks.with_min_len(GRAIN).for_each(|(block, (points, workspace))| {
+                input.block(obstacles, block * BLOCK_SIZE, points, of, workspace);
             });
-            for room in &mut rooms[..pressed.len().div_ceil(BLOCK_SIZE)] {
-                stops.append(&mut room.penetration_constraints, &mut room.weights);
+            for workspace in &mut workspaces[..obstacle_contact.len().div_ceil(BLOCK_SIZE)] {
+                constraints.append(&mut workspace.penetration_constraints, &mut workspace.weights);
             }
         }
-        !stops.constraints.is_empty()
+        !constraints.constraints.is_empty()
     }
 
     /// Velocity (m/s) of a node, and its inverse inertia along each axis (1/kg).
     fn node(&self, number: usize, motion: Vector4) -> ([f64; D], [f64; D]) {
         let (velocity, [.., mass]) = (first_three(motion), motion.to_array());
-        let held = self.walls.constrained_components(&self.index(number), &velocity);
+        let constrained = self.walls.constrained_components(&self.index(number), &velocity);
         let ease = if mass > 0.0 { 1.0 / (mass * self.clock.options.mass_scaling) } else { 0.0 };
-        let free = std::array::from_fn(|c| if held[c] { 0.0 } else { ease });
+        let free = std::array::from_fn(|c| if constrained[c] { 0.0 } else { ease });
         (std::array::from_fn(|c| velocity[c]), free)
     }
 
@@ -192,75 +193,76 @@ impl<const D: usize> PenetrationLimit<'_, D> {
     }
 
     /// Adds the impulses of the step to the reactions of the obstacles.
-    fn record_reactions(&self, rocks: &mut PenaltyObstacles<D>) {
-        let PenaltyObstacles { obstacles: rocks, penetration_constraints: stops, .. } = rocks;
-        for (rock, sums) in rocks.iter_mut().zip(&stops.sums) {
+    fn record_reactions(&self, obstacles: &mut PenaltyObstacles<D>) {
+        let PenaltyObstacles { obstacles, penetration_constraints: constraints, .. } = obstacles;
+        for (obstacle, sums) in obstacles.iter_mut().zip(&constraints.sums) {
             for c in 0..3 {
-                rock.state.force[c] += sums.force[c] / self.clock.dt;
-                rock.state.moment[c] += sums.moment[c] / self.clock.dt;
-                rock.state.impulse[c] += sums.force[c];
+                obstacle.state.force[c] += sums.force[c] / self.clock.dt;
+                obstacle.state.moment[c] += sums.moment[c] / self.clock.dt;
+                obstacle.state.impulse[c] += sums.force[c];
             }
-            rock.state.friction += sums.friction;
-            rock.state.work += sums.work;
-            rock.state.stopping_energy += sums.stopped;
+            obstacle.state.friction += sums.friction;
+            obstacle.state.work += sums.work;
+            obstacle.state.stopping_energy += sums.stopped;
         }
     }
 }
 
 /// Data that all points of a set share.
 struct PenetrationInput<'a, const D: usize> {
-    stopping: &'a PenetrationLimit<'a, D>,
+    limit: &'a PenetrationLimit<'a, D>,
     places: PointSlice<'a, D>,
     origin: &'a [[f64; D]],
     first_node: usize,
     horizon: f64,
     /// Largest displacement of an obstacle so far (m).
-    swept: f64,
+    max_obstacle_displacement: f64,
     /// Largest displacement of an obstacle in the step (m).
-    ahead: f64,
+    step_displacement: f64,
 }
 
 impl<const D: usize> PenetrationInput<'_, D> {
     /// Finds the constraints of a block, from point number `first` on.
     fn block(
         &self,
-        rocks: &[PenaltyObstacle<D>],
+        obstacles: &[PenaltyObstacle<D>],
         first: usize,
         points: &[PenaltyState<D>],
         of: &(dyn Fn(usize) -> Vector4 + Sync),
-        room: &mut BlockWorkspace<D>,
+        workspace: &mut BlockWorkspace<D>,
     ) {
-        room.penetration_constraints.clear();
-        room.weights.clear();
-        let background = self.stopping.background;
-        let ground = background.grid_view();
+        workspace.penetration_constraints.clear();
+        workspace.weights.clear();
+        let background = self.limit.background;
+        let view = background.grid_view();
         for (k, point) in points.iter().enumerate() {
             let p = first + k;
             let x = &self.places.position[p];
-            let gone: [f64; D] =
+            let displacement: [f64; D] =
                 std::array::from_fn(|c| x[c] - self.origin[p][c] - point.last_search_displacement[c]);
             // A point bonded to an obstacle may be nearer than its reach.
             let near = if point.bond == 0 {
                 point.free_distance + point.half
-                    - square(&gone).sqrt()
-                    - (self.swept - point.obstacle_displacement)
+                    - square(&displacement).sqrt()
+                    - (self.max_obstacle_displacement - point.obstacle_displacement)
             } else {
                 0.0
             };
-            let most = MAX_MOVE * self.places.domain.spacing(p, &ground) + self.ahead;
-            if near > most + MIN_DISTANCE_RATIO * point.reach {
+            let max_travel = MAX_MOVE * self.places.domain.spacing(p, &view) + self.step_displacement;
+            if near > max_travel + MIN_DISTANCE_RATIO * point.reach {
                 continue;
             }
-            let (start, mut velocity) = (room.weights.len(), [0.0; D]);
-            background.transfers.for_each_weight(&ground, &self.places.range(p..p + 1), &mut |_, node, w| {
-                let node = self.stopping.first_of(self.first_node + node);
+            let (start, mut velocity) = (workspace.weights.len(), [0.0; D]);
+            background.transfers.for_each_weight(&view, &self.places.range(p..p + 1), &mut |_, node, w| {
+                let node = self.limit.first_of(self.first_node + node);
                 let own = of(node).to_array();
                 (0..D).for_each(|c| velocity[c] += w * own[c]);
-                room.weights.push((node, w));
+                workspace.weights.push((node, w));
             });
-            let seen = PenetrationCandidate { x, velocity, nodes: start..room.weights.len(), near, point };
-            if !seen.find(rocks, self.stopping, self.horizon, room) {
-                room.weights.truncate(start);
+            let candidate =
+                PenetrationCandidate { x, velocity, nodes: start..workspace.weights.len(), near, point };
+            if !candidate.find(obstacles, self.limit, self.horizon, workspace) {
+                workspace.weights.truncate(start);
             }
         }
     }
@@ -278,57 +280,80 @@ struct PenetrationCandidate<'a, const D: usize> {
 }
 
 impl<const D: usize> PenetrationCandidate<'_, D> {
+    /// Constraint of the point along a normal, without motion of the obstacle and without friction.
+    fn constraint(&self, normal: [f64; D]) -> PenetrationConstraint<D> {
+        PenetrationConstraint {
+            nodes: self.nodes.clone(),
+            place: *self.x,
+            normal,
+            min_normal_velocity: 0.0,
+            slack: 0.0,
+            obstacle_velocity: [0.0; D],
+            obstacle: 0,
+            friction: 0.0,
+            normal_impulse: 0.0,
+            friction_impulse: [0.0; D],
+        }
+    }
+
     /// Finds the positions on surfaces to which the point comes too near; returns whether there are any.
     fn find(
         &self,
-        rocks: &[PenaltyObstacle<D>],
-        stopping: &PenetrationLimit<'_, D>,
+        obstacles: &[PenaltyObstacle<D>],
+        limit: &PenetrationLimit<'_, D>,
         horizon: f64,
-        room: &mut BlockWorkspace<D>,
+        workspace: &mut BlockWorkspace<D>,
     ) -> bool {
-        let PenetrationLimit { clock, is_final: takes, .. } = stopping;
-        let (dt, before) = (clock.dt, room.penetration_constraints.len());
-        let kept = MIN_DISTANCE_RATIO * self.point.reach;
-        for (number, rock) in rocks.iter().enumerate() {
-            let course = rock.displacement_until(self.x, clock.time + dt).map(|way| way / dt);
-            let goes: [f64; D] = std::array::from_fn(|c| dt * (self.velocity[c] - course[c]));
-            let way = square(&goes).sqrt();
-            if self.near > kept + way {
+        let PenetrationLimit { clock, is_final, .. } = limit;
+        let (dt, before) = (clock.dt, workspace.penetration_constraints.len());
+        let min_distance = MIN_DISTANCE_RATIO * self.point.reach;
+        for (number, obstacle) in obstacles.iter().enumerate() {
+            let obstacle_velocity = obstacle.displacement_until(self.x, clock.time + dt).map(|u| u / dt);
+            let relative_displacement: [f64; D] =
+                std::array::from_fn(|c| dt * (self.velocity[c] - obstacle_velocity[c]));
+            let travel = square(&relative_displacement).sqrt();
+            if self.near > min_distance + travel {
                 continue;
             }
-            let surface = rock.current_surface();
-            let Some(now) = surface.gap(self.x, horizon.max(kept + way)) else { continue };
-            if now.distance > kept + way {
+            let surface = obstacle.current_surface();
+            let Some(now) = surface.gap(self.x, horizon.max(min_distance + travel)) else { continue };
+            if now.distance > min_distance + travel {
                 continue;
             }
-            let keeps = now.distance.min(kept);
-            let slack = DISTANCE_TOLERANCE * keeps.abs() + f64::EPSILON * self.point.half;
-            let to: [f64; D] = std::array::from_fn(|c| self.x[c] + goes[c]);
-            room.found.clear();
-            surface.query_contacts(&to, kept, &mut room.found);
-            let inside = if room.found.is_empty() { surface.gap(&to, horizon.max(kept + way)) } else { None };
-            let through = path_enters_solid(surface, self.x, &goes, &now, SEARCH_DEPTH_RATIO * kept);
+            let allowed_distance = now.distance.min(min_distance);
+            let slack = DISTANCE_TOLERANCE * allowed_distance.abs() + f64::EPSILON * self.point.half;
+            let to: [f64; D] = std::array::from_fn(|c| self.x[c] + relative_displacement[c]);
+            workspace.found.clear();
+            surface.query_contacts(&to, min_distance, &mut workspace.found);
+            let inside = if workspace.found.is_empty() {
+                surface.gap(&to, horizon.max(min_distance + travel))
+            } else {
+                None
+            };
+            let through = path_enters_solid(
+                surface,
+                self.x,
+                &relative_displacement,
+                &now,
+                SEARCH_DEPTH_RATIO * min_distance,
+            );
             // Behind an obstacle that the point has passed through, the nearest surface is on the other side.
             let faces = |place: &&NearestPoint<D>| {
                 through.is_none() || (0..D).map(|c| place.normal[c] * now.normal[c]).sum::<f64>() > 0.0
             };
-            let places = room.found.all().iter().chain(inside.as_ref()).filter(faces).chain(&through);
-            for place in places.filter(|place| place.distance < keeps - slack) {
+            let places = workspace.found.all().iter().chain(inside.as_ref()).filter(faces).chain(&through);
+            for place in places.filter(|place| place.distance < allowed_distance - slack) {
                 let along: f64 = (0..D).map(|c| self.velocity[c] * place.normal[c]).sum();
-                room.penetration_constraints.push(PenetrationConstraint {
-                    nodes: self.nodes.clone(),
-                    place: *self.x,
-                    normal: place.normal,
-                    min_normal_velocity: along + (keeps - place.distance) / dt,
+                workspace.penetration_constraints.push(PenetrationConstraint {
+                    min_normal_velocity: along + (allowed_distance - place.distance) / dt,
                     slack: 0.5 * slack / dt,
-                    obstacle_velocity: course,
+                    obstacle_velocity,
                     obstacle: number,
-                    friction: if *takes { rock.laws.at(&place.position).friction() } else { 0.0 },
-                    normal_impulse: 0.0,
-                    friction_impulse: [0.0; D],
+                    friction: if *is_final { obstacle.laws.at(&place.position).friction() } else { 0.0 },
+                    ..self.constraint(place.normal)
                 });
             }
         }
-        room.penetration_constraints.len() > before
+        workspace.penetration_constraints.len() > before
     }
 }

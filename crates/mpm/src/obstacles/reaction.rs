@@ -4,8 +4,8 @@ use colluvium_case::{Case, CaseError, Reaction};
 use colluvium_grid::{NodalState, NodeWalls};
 use serde::{Deserialize, Serialize};
 
+use crate::background_grid::BackgroundGrid;
 use crate::momentum::{MomentumSolve, NodeObstacleEnergies};
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Maximum number of obstacles with recorded reactions: nodes store their index in eight bits.
 const MAX_OBSTACLES: usize = 255;

@@ -10,8 +10,8 @@ use colluvium_points::surface::{ContactQuery, NearestPoint, RigidTransform, cros
 use serde::{Deserialize, Serialize};
 
 use crate::obstacles::penalty_law::{MAX_OVERLAPS, SurfaceOverlap};
-use crate::obstacles::penalty_state::PenaltyState;
 use crate::obstacles::penetration_constraints::{PenetrationConstraint, PenetrationConstraints};
+use crate::points::penalty_state::PenaltyState;
 
 /// Search distance of a point from its surface, over its half width.
 const SEARCH_RATIO: f64 = 2.0;
@@ -68,15 +68,27 @@ pub struct ObstacleReaction {
 
 impl ObstacleReaction {
     /// Adds the reaction of a rigid body in a step of `dt` (s).
-    pub fn add_support_reaction(&mut self, stood: &SupportReaction, dt: f64) {
-        let moment = cross(&stood.place, &stood.impulse);
+    pub fn add_support_reaction(&mut self, reaction: &SupportReaction, dt: f64) {
+        let moment = cross(&reaction.place, &reaction.impulse);
         for c in 0..3 {
-            self.force[c] += stood.impulse[c] / dt;
+            self.force[c] += reaction.impulse[c] / dt;
             self.moment[c] += moment[c] / dt;
-            self.impulse[c] += stood.impulse[c];
+            self.impulse[c] += reaction.impulse[c];
         }
-        self.friction += stood.friction;
-        self.work += stood.work;
+        self.friction += reaction.friction;
+        self.work += reaction.work;
+    }
+
+    /// Adds the forces of a block of points in a step of `dt` (s).
+    pub fn add_block_forces(&mut self, sums: &ObstacleForces, dt: f64) {
+        for c in 0..3 {
+            self.force[c] += sums.force[c];
+            self.moment[c] += sums.moment[c];
+            self.impulse[c] += dt * sums.force[c];
+        }
+        self.friction += sums.friction;
+        self.work += sums.work;
+        self.spring_energy += sums.stored;
     }
 }
 
@@ -169,14 +181,14 @@ impl<const D: usize> ContactCandidates<D> {
     /// Adds the positions on an obstacle nearer than the reach of the point (m), and stores one with adhesion just beyond.
     fn add_contacts(
         &mut self,
-        rock: &PenaltyObstacle<D>,
+        obstacle: &PenaltyObstacle<D>,
         number: usize,
         places: &[NearestPoint<D>],
         reach: f64,
     ) {
         for place in places {
             let depth = reach - place.distance;
-            let law = *rock.laws.at(&place.position);
+            let law = *obstacle.laws.at(&place.position);
             let overlap = SurfaceOverlap { normal: place.normal, depth, obstacle: number, law };
             if depth > 0.0 {
                 self.add(overlap);
@@ -210,19 +222,20 @@ impl<const D: usize> PenaltyObstacle<D> {
 
 impl<const D: usize> PenaltyObstacles<D> {
     /// Returns the obstacles of a case in a domain with these corners (m); `horizon` (m) is the search distance of points.
-    pub fn new(standing: &[PlacedObstacle<'_, D>], domain: ([f64; D], [f64; D]), horizon: f64) -> Self {
-        let rock = |PlacedObstacle { obstacle, surface, laws, .. }: &PlacedObstacle<'_, D>| PenaltyObstacle {
-            name: obstacle.name.clone(),
-            surface: Arc::clone(surface),
-            laws: laws.clone(),
-            moving: obstacle.motion.as_ref().map(|motion| ObstacleMotionState {
-                obstacle: MovingObstacle::new(motion, surface, domain),
-                previous_transform: motion.transform(0.0),
-            }),
-            state: ObstacleReaction::default(),
-        };
+    pub fn new(placed: &[PlacedObstacle<'_, D>], domain: ([f64; D], [f64; D]), horizon: f64) -> Self {
+        let penalty_obstacle =
+            |PlacedObstacle { obstacle, surface, laws, .. }: &PlacedObstacle<'_, D>| PenaltyObstacle {
+                name: obstacle.name.clone(),
+                surface: Arc::clone(surface),
+                laws: laws.clone(),
+                moving: obstacle.motion.as_ref().map(|motion| ObstacleMotionState {
+                    obstacle: MovingObstacle::new(motion, surface, domain),
+                    previous_transform: motion.transform(0.0),
+                }),
+                state: ObstacleReaction::default(),
+            };
         Self {
-            obstacles: standing.iter().map(rock).collect(),
+            obstacles: placed.iter().map(penalty_obstacle).collect(),
             workspaces: Vec::new(),
             horizon,
             penetration_constraints: PenetrationConstraints::default(),
@@ -232,46 +245,48 @@ impl<const D: usize> PenaltyObstacles<D> {
 
     /// Returns the moving obstacles.
     pub fn moving(&self) -> impl Iterator<Item = &MovingObstacle<D>> {
-        self.obstacles.iter().filter_map(|rock| rock.moving.as_ref()).map(|moving| &moving.obstacle)
+        self.obstacles.iter().filter_map(|obstacle| obstacle.moving.as_ref()).map(|moving| &moving.obstacle)
     }
 
     /// Moves the obstacles to `time` (s), and resets their forces of the step.
     pub fn advance(&mut self, time: f64) {
         let at = std::mem::replace(&mut self.history.at, time);
-        let mut swept = 0f64;
-        for rock in &mut self.obstacles {
-            (rock.state.force, rock.state.moment, rock.state.spring_energy) = ([0.0; 3], [0.0; 3], 0.0);
-            let Some(ObstacleMotionState { obstacle: own, previous_transform: before }) = &mut rock.moving
+        let mut max_displacement = 0f64;
+        for obstacle in &mut self.obstacles {
+            (obstacle.state.force, obstacle.state.moment, obstacle.state.spring_energy) =
+                ([0.0; 3], [0.0; 3], 0.0);
+            let Some(ObstacleMotionState { obstacle: own, previous_transform: before }) =
+                &mut obstacle.moving
             else {
                 continue;
             };
             *before = own.motion.transform(at);
             own.move_to(time);
-            swept = swept.max(own.max_displacement(at, time));
+            max_displacement = max_displacement.max(own.max_displacement(at, time));
         }
-        self.history.max_obstacle_displacement += swept;
+        self.history.max_obstacle_displacement += max_displacement;
     }
 
     /// Resizes the workspaces to this number of blocks of points.
     pub fn resize_workspaces(&mut self, blocks: usize) {
-        let room = BlockWorkspace {
+        let workspace = BlockWorkspace {
             sums: vec![ObstacleForces::default(); self.obstacles.len()],
             ..BlockWorkspace::default()
         };
-        self.workspaces = vec![room; blocks];
+        self.workspaces = vec![workspace; blocks];
     }
 
     /// Memory (bytes).
     pub fn bytes(&self) -> usize {
         // With a few contacts in a block.
-        let room = size_of::<BlockWorkspace<D>>() + self.obstacles.len() * size_of::<ObstacleForces>();
-        self.workspaces.len() * room
+        let workspace = size_of::<BlockWorkspace<D>>() + self.obstacles.len() * size_of::<ObstacleForces>();
+        self.workspaces.len() * workspace
     }
 
     /// Initial state of a point at `x` (m) of this half width: where the point is nearer to a surface its reach is that distance, so that
     /// no initial force acts.
     pub fn initial_penalty_state(&self, x: &[f64; D], half: f64) -> PenaltyState<D> {
-        let distances = self.obstacles.iter().filter_map(|rock| rock.current_surface().gap(x, half));
+        let distances = self.obstacles.iter().filter_map(|obstacle| obstacle.current_surface().gap(x, half));
         let nearest = distances.map(|gap| gap.distance).fold(half, f64::min);
         PenaltyState { half, reach: nearest.max(0.0), ..PenaltyState::NEW }
     }
@@ -291,8 +306,8 @@ impl<const D: usize> PenaltyObstacle<D> {
         self.moving.as_ref().map_or(
             [0.0; D],
             |ObstacleMotionState { obstacle: own, previous_transform: before }| {
-                let was = own.material_position(x, before);
-                std::array::from_fn(|c| x[c] - was[c])
+                let previous = own.material_position(x, before);
+                std::array::from_fn(|c| x[c] - previous[c])
             },
         )
     }
@@ -300,8 +315,8 @@ impl<const D: usize> PenaltyObstacle<D> {
     /// Displacement of its part at `x` (m) until `time` (s) (m).
     pub fn displacement_until(&self, x: &[f64; D], time: f64) -> [f64; D] {
         self.moving.as_ref().map_or([0.0; D], |ObstacleMotionState { obstacle: own, .. }| {
-            let goes = own.material_position(x, &own.motion.transform(time));
-            std::array::from_fn(|c| goes[c] - x[c])
+            let end = own.material_position(x, &own.motion.transform(time));
+            std::array::from_fn(|c| end[c] - x[c])
         })
     }
 }
@@ -312,28 +327,29 @@ fn is_before<const D: usize>(own: &NearestPoint<D>, other: &NearestPoint<D>) -> 
     (own.distance, own.normal) < (other.distance, other.normal)
 }
 
-/// Finds the contacts of a point at `x` (m) with `rocks`. Updates reach, free distance and bond of the point.
+/// Finds the contacts of a point at `x` (m) with the obstacles. Updates reach, free distance and bond of the point.
 pub fn detect_contacts<const D: usize>(
-    rocks: &[PenaltyObstacle<D>],
+    obstacles: &[PenaltyObstacle<D>],
     horizon: f64,
     x: &[f64; D],
     point: &mut PenaltyState<D>,
-    room: &mut BlockWorkspace<D>,
+    workspace: &mut BlockWorkspace<D>,
 ) -> ContactCandidates<D> {
-    let mut seen = ContactCandidates::NOTHING;
+    let mut candidates = ContactCandidates::NOTHING;
     let radius = SEARCH_RATIO * point.half;
     let mut nearest = f64::INFINITY;
     // Of the obstacles without separation: the nearest in contact, and the one bonded so far.
     let (mut touched, mut bonded) = (None, None);
-    for (number, rock) in rocks.iter().enumerate() {
-        room.found.clear();
-        let surface = rock.current_surface();
-        surface.query_contacts(x, radius, &mut room.found);
-        let own = room.found.all().first().copied().or_else(|| surface.gap(x, horizon.max(radius)));
+    for (number, obstacle) in obstacles.iter().enumerate() {
+        workspace.found.clear();
+        let surface = obstacle.current_surface();
+        surface.query_contacts(x, radius, &mut workspace.found);
+        let all = workspace.found.all();
+        let own = all.first().copied().or_else(|| surface.gap(x, horizon.max(radius)));
         nearest = nearest.min(own.map_or(horizon.max(radius), |own| own.distance));
         let Some(own) = own.filter(|own| own.distance < radius) else { continue };
-        room.penetrations += u64::from(own.distance < 0.0);
-        let law = *rock.laws.at(&own.position);
+        workspace.penetrations += u64::from(own.distance < 0.0);
+        let law = *obstacle.laws.at(&own.position);
         if law.allows_separation() {
             // The point has moved from a bonded part of the obstacle.
             point.bond = if point.bond == number as u32 + 1 { 0 } else { point.bond };
@@ -345,33 +361,38 @@ pub fn detect_contacts<const D: usize>(
         if point.bond == number as u32 + 1 {
             bonded = Some((number, own, law));
         }
-        let all = room.found.all();
-        seen.add_contacts(
-            rock,
-            number,
-            if all.is_empty() { std::slice::from_ref(&own) } else { all },
-            point.reach,
-        );
+        let places = if all.is_empty() { std::slice::from_ref(&own) } else { all };
+        candidates.add_contacts(obstacle, number, places, point.reach);
     }
     if let Some((number, ..)) = touched {
         point.bond = number as u32 + 1;
     }
-    seen.bonded_contact = touched.or(bonded);
+    candidates.bonded_contact = touched.or(bonded);
+    update_reach(point, nearest, &mut candidates);
+    candidates
+}
+
+/// Updates reach, free distance and bond of a point at a distance `nearest` (m) from the nearest surface.
+#[inline]
+fn update_reach<const D: usize>(
+    point: &mut PenaltyState<D>,
+    nearest: f64,
+    candidates: &mut ContactCandidates<D>,
+) {
     if point.bond == 0 {
         // A point that has moved away gets a larger reach; this causes no force.
         point.reach = point.half.min(point.reach.max(nearest));
     }
     point.free_distance = nearest - point.half;
     // A point whose reach is less than its half width has tension up to that distance again.
-    if let Some((_, place, _)) = seen.bonded_contact
+    if let Some((_, place, _)) = candidates.bonded_contact
         && place.distance - point.reach > point.half
     {
-        (point.bond, seen.bonded_contact) = (0, None);
-    } else if seen.bonded_contact.is_none() {
+        (point.bond, candidates.bonded_contact) = (0, None);
+    } else if candidates.bonded_contact.is_none() {
         point.bond = 0;
     }
-    if seen.acts() {
+    if candidates.acts() {
         point.free_distance = point.free_distance.min(0.0);
     }
-    seen
 }

@@ -1,9 +1,9 @@
-//! Values that a run writes beside the points: measures, energy, reasons for the step, diagnostics.
+//! Results of a run: fields of frames, budget of mass, momentum and energy, scalar outputs, warnings on the state.
 //!
-//! The module reads the solver and changes nothing.
+//! The module reads the whole solver and changes nothing. Only `checkpoint`, which implements the solver interface, may know it.
 
+pub(crate) mod budget;
 pub(crate) mod liquid_tension;
 pub(crate) mod null_space;
-pub(crate) mod report;
 pub(crate) mod scalar_output;
-pub(crate) mod stress_work;
+pub(crate) mod snapshot;

@@ -4,7 +4,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use colluvium_case::spatial;
 
-use crate::points::point_set::PointSet;
 use crate::points::vectors::square;
 use crate::setup::fall_time::{body_height, time_of_fall};
 use crate::solver::MpmSolver;
@@ -17,35 +16,29 @@ const MIN_ENERGY_RATIO: f64 = 1e-5;
 const MAX_DETACHED_FRACTION: f64 = 0.01;
 
 impl<const D: usize> MpmSolver<D> {
-    /// Velocity of the grid at a point in the last step (m/s), or its own where both are equal.
-    pub(crate) fn grid_velocity(set: &PointSet<D>, p: usize) -> [f64; D] {
-        let seen = set.points.seen.get(p).filter(|_| set.rigid.is_none());
-        seen.copied().unwrap_or(set.points.velocity[p])
-    }
-
     /// Warning where null-space motion dominates the motion of the points.
     pub(crate) fn null_space_warning(&self) -> Option<String> {
         let case = &self.clock.case;
-        let (mut all, mut unseen, mut fall, mut fastest) = (0.0, 0.0, 0.0, 0f64);
-        for set in self.deformable_sets() {
+        let (mut all, mut null_space, mut fall, mut fastest) = (0.0, 0.0, 0.0, 0f64);
+        for set in self.bodies.deformable_sets() {
             let height = body_height(case, &case.bodies[set.body as usize]);
             for (p, (mass, velocity)) in set.points.mass.iter().zip(&set.points.velocity).enumerate() {
-                let seen = Self::grid_velocity(set, p);
-                let rest = square(&std::array::from_fn::<f64, D, _>(|c| velocity[c] - seen[c]));
+                let grid_velocity = set.grid_velocity(p);
+                let rest = square(&std::array::from_fn::<f64, D, _>(|c| velocity[c] - grid_velocity[c]));
                 all += 0.5 * mass * square(velocity);
-                unseen += 0.5 * mass * rest;
+                null_space += 0.5 * mass * rest;
                 fall += mass * case.gravity_magnitude() * height;
                 fastest = fastest.max(rest.sqrt());
             }
         }
         let time = time_of_fall(case)?;
-        (unseen > REPORTED_FRACTION * all && unseen > MIN_ENERGY_RATIO * fall).then(|| {
+        (null_space > REPORTED_FRACTION * all && null_space > MIN_ENERGY_RATIO * fall).then(|| {
             let cure = match self.clock.options.residual_time {
                 None => format!("set methods.mpm.residual_time to about {time:.2} s"),
                 Some(_) => "shorten methods.mpm.residual_time".to_owned(),
             };
             format!(
-                "{unseen:.1e} J of the remaining kinetic energy ({all:.1e} J) is noise of the velocity \
+                "{null_space:.1e} J of the remaining kinetic energy ({all:.1e} J) is noise of the velocity \
                  transfer that does not move the material: velocities of points differ from those of the grid \
                  by up to {fastest:.2} m/s. To damp it, {cure}. The output field grid_velocity has the \
                  velocity without this noise"
@@ -64,12 +57,12 @@ impl<const D: usize> MpmSolver<D> {
             std::array::from_fn(|axis| if axis < D { own[axis] } else { 0 })
         };
         let cells: Vec<CellIndex> =
-            self.deformable_sets().flat_map(|set| &set.points.position).map(cell).collect();
+            self.bodies.deformable_sets().flat_map(|set| &set.points.position).map(cell).collect();
         let (total, (count, lone)) = (cells.len(), detached_parts(&cells));
         let apart = |x: &&[f64; D]| lone.contains(&cell(x));
         let middle = self.centre_of_mass();
         let far = |x: &[f64; D]| square(&std::array::from_fn::<f64, D, _>(|c| x[c] - middle[c]));
-        let positions = self.deformable_sets().flat_map(|set| &set.points.position);
+        let positions = self.bodies.deformable_sets().flat_map(|set| &set.points.position);
         let farthest = positions.filter(apart).max_by(|a, b| far(a).total_cmp(&far(b)))?;
         let digits = (2.0 - grid.cell.log10()).ceil().max(0.0) as usize;
         Some(format!(
@@ -83,7 +76,7 @@ impl<const D: usize> MpmSolver<D> {
     /// Centre of mass of the deformable bodies (m).
     fn centre_of_mass(&self) -> [f64; D] {
         let (mut mass, mut sum) = (0.0, [0.0; D]);
-        for set in self.deformable_sets() {
+        for set in self.bodies.deformable_sets() {
             for (m, x) in set.points.mass.iter().zip(&set.points.position) {
                 mass += m;
                 (0..D).for_each(|c| sum[c] += m * x[c]);

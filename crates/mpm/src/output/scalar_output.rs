@@ -40,11 +40,11 @@ impl<const D: usize> MpmSolver<D> {
             if driven.patch.is_some() || !self.clock.case.moves_freely(&driven.name) {
                 continue;
             }
-            let told = driven.state.rigid.scalar_outputs(&driven.name, D);
-            told.iter().for_each(|(name, unit, value)| push(name, unit, *value));
+            let outputs = driven.state.rigid.scalar_outputs(&driven.name, D);
+            outputs.iter().for_each(|(name, unit, value)| push(name, unit, *value));
         }
-        if let Some(bearing) = &self.boundary.reaction_recorder {
-            let NodeObstacleEnergies { friction, work } = bearing.state.energies;
+        if let Some(recorder) = &self.boundary.reaction_recorder {
+            let NodeObstacleEnergies { friction, work } = recorder.state.energies;
             push("obstacles.friction", "J", friction);
             if !self.boundary.node_obstacles.moving.is_empty() {
                 push("obstacles.work", "J", work);
@@ -76,14 +76,9 @@ impl<const D: usize> MpmSolver<D> {
         energies
     }
 
-    /// Returns the deformable bodies.
-    pub(crate) fn deformable_sets(&self) -> impl Iterator<Item = &PointSet<D>> {
-        self.bodies.sets.iter().filter(|set| set.rigid.is_none())
-    }
-
     /// Least and largest volume of a point over its initial one; NaN without points.
     fn volume_ratios(&self) -> [f64; 2] {
-        let ratios = self.deformable_sets().flat_map(|set| {
+        let ratios = self.bodies.deformable_sets().flat_map(|set| {
             set.points.volume.iter().zip(&set.points.initial_volume).map(|(volume, initial)| volume / initial)
         });
         ratios.fold([f64::NAN; 2], |[least, most], ratio| [ratio.min(least), ratio.max(most)])
@@ -91,13 +86,13 @@ impl<const D: usize> MpmSolver<D> {
 
     /// Fewest and mean number of points in the cells that hold any; NaN without points.
     fn points_per_cell(&self) -> [f64; 2] {
-        let ground = self.background.grid_view();
+        let view = self.background.grid_view();
         let of_set = |set: &PointSet<D>| -> Vec<usize> {
             let mut cells = vec![0; set.len()];
-            set.domain.as_slice().cells(&ground, &set.points.position, &mut cells);
+            set.domain.as_slice().cells(&view, &set.points.position, &mut cells);
             cells
         };
-        let mut cells: Vec<usize> = self.deformable_sets().flat_map(of_set).collect();
+        let mut cells: Vec<usize> = self.bodies.deformable_sets().flat_map(of_set).collect();
         cells.sort_unstable();
         let counts = || cells.chunk_by(|a, b| a == b).map(<[usize]>::len);
         let fewest = counts().min().map_or(f64::NAN, |count| count as f64);

@@ -7,7 +7,7 @@ use colluvium_case::loads::damping::sign_or_zero;
 use colluvium_grid::{Layout, NodalState, NodeWalls, Vector4};
 
 use crate::momentum::start_velocity;
-use crate::phases::pore_fluid::{LIQUID, SOLID};
+use crate::points::pore_fluid::{LIQUID, SOLID};
 
 /// Local damping of the nodes in a step.
 pub(super) struct Damping<'a, const D: usize> {
@@ -35,18 +35,18 @@ impl<const D: usize> Damping<'_, D> {
                 continue;
             }
             let index = self.layout.index(row, number);
-            let held = self.constrained.get(first + number).copied().unwrap_or_default();
-            self.node(&index, node, held);
+            let constrained = self.constrained.get(first + number).copied().unwrap_or_default();
+            self.node(&index, node, constrained);
         }
     }
 
-    fn node(&self, index: &[usize; 3], node: &mut [NodalState; 2], held: [u8; 2]) {
+    fn node(&self, index: &[usize; 3], node: &mut [NodalState; 2], constrained: [u8; 2]) {
         let mut ends = [SOLID, LIQUID].map(|phase| node[phase].momentum_and_mass.to_array());
         let mut rates = [SOLID, LIQUID].map(|phase| node[phase].force.to_array());
         let masses = ends.map(|end| end[3]);
         let by_walls = [SOLID, LIQUID]
             .map(|phase| self.walls[phase].constrained_components(index, &[0, 1, 2].map(|c| ends[phase][c])));
-        let is_free = |phase: usize, c: usize| !by_walls[phase][c] && held[phase] & (1 << c) == 0;
+        let is_free = |phase: usize, c: usize| !by_walls[phase][c] && constrained[phase] & (1 << c) == 0;
         for c in (0..D).filter(|c| is_free(SOLID, *c)) {
             let moves = [true, masses[LIQUID] > self.mass_cutoff[LIQUID] && is_free(LIQUID, c)];
             let sum = |of: &dyn Fn(usize) -> f64| -> f64 {

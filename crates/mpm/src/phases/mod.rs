@@ -9,51 +9,50 @@
 //!
 //! with `M_L = Σ N ρ_L Ω`, `M̄_L = Σ N n ρ_L Ω`, `M_S = Σ N m_S` and the drag `Q = Σ N n ρ_L g / k Ω`.
 //! Here pore pressure is compression-positive, `p_w = -p_L` of the sheet.
+//!
+//! The module holds the operations of a step on the nodes of one phase and of two, with which `solver` runs the same step for both. It knows
+//! all modules of the method below the solver; only `solver`, `setup` and `checkpoint` may know it.
 
 mod damping;
 mod momentum;
 pub(crate) mod nodal_phases;
 pub(crate) mod one_phase;
-pub(crate) mod pore_fluid;
 mod reactions;
-mod report;
 mod setup;
 mod transfer;
 mod volumetric_strain;
 
 use std::sync::Arc;
 
-use colluvium_case::{Equilibrium, EquilibriumScales, SolverError};
+use colluvium_case::SolverError;
 use colluvium_constitutive::BLOCK_SIZE;
 use colluvium_grid::{InterpolatedMotion, Layout, NodalState, NodeFaces, NodeWalls, PointSlice, Vector4};
 
 pub use crate::phases::momentum::PhaseEquilibriumTerms;
 pub use crate::phases::setup::{check_supported, liquid_case, pore_set, two_phase};
 
+use crate::background_grid::BackgroundGrid;
 use crate::boundary::boundary_conditions::{BoundaryConditions, work_of_loads};
-use crate::boundary::nodal_loads::{nodal_load_squares, phase_nodal_load_work};
+use crate::boundary::nodal_loads::phase_nodal_load_work;
 use crate::boundary::point_loads::update_follower_vectors;
 use crate::boundary::prescribed_motion::{impose_phase_patch_velocity, mark_constrained};
 use crate::clock::Clock;
-use crate::momentum::EquilibriumTerms;
 use crate::momentum::velocity_fields::VelocitySource::{Remapped, Solved};
 use crate::momentum::velocity_fields::{VelocityFields, VelocitySource};
 use crate::obstacles::penetration_limit::{PenetrationLimit, with_mass};
 use crate::phases::damping::Damping;
 use crate::phases::momentum::PhaseSolve;
 use crate::phases::nodal_phases::NodalPhases;
-use crate::phases::pore_fluid::SOLID;
 use crate::phases::reactions::record_phase_reactions;
 use crate::phases::transfer::{p2g_phases, remap_phases, update_phases};
 use crate::phases::volumetric_strain::average_phase_strains;
 use crate::points::bodies::Bodies;
 use crate::points::point_set::PointSet;
-use crate::points::point_update::UpdateSelection;
-use crate::points::vectors::{power, square_sum};
-use crate::solver::MpmSolver;
+use crate::points::pore_fluid::SOLID;
+use crate::points::vectors::power;
 use crate::stress::averages::CellAverages;
-use crate::transfer::background_grid::BackgroundGrid;
 use crate::transfer::p2g::P2gContent;
+use crate::transfer::point_update::UpdateSelection;
 
 /// Nodal data of a solver with pore fluid.
 pub struct TwoPhase {
@@ -88,10 +87,10 @@ impl TwoPhase {
         points: &PointSlice<'_, D>,
         reads: &mut [[InterpolatedMotion<D>; 2]],
     ) {
-        let (ground, sweeps) = (background.grid_view(), background.transfers);
+        let (view, transfers) = (background.grid_view(), background.transfers);
         match of {
-            Solved => sweeps.g2p_phases(&ground, points, &self.nodes, reads),
-            Remapped => sweeps.g2p_phase_velocities(&ground, points, &self.remapped, reads),
+            Solved => transfers.g2p_phases(&view, points, &self.nodes, reads),
+            Remapped => transfers.g2p_phase_velocities(&view, points, &self.remapped, reads),
         }
     }
 
@@ -240,6 +239,7 @@ fn update_follower_loads<const D: usize>(
     });
 }
 
+/// Computes velocities at the end of the step and accelerations of the nodes of both phases (steps 2 to 4).
 fn solve_phases<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -248,69 +248,76 @@ fn solve_phases<const D: usize>(
     boundary: &mut BoundaryConditions<D>,
     phases: &mut TwoPhase,
 ) {
+    mark_patch_components(clock, background, boundary, phases);
     let BoundaryConditions {
-        walls: own_walls,
-        driven,
-        contacts,
-        nodal_loads: nodal,
-        load_starts,
-        absorbing,
-        reaction_recorder: bearing,
-        penalty_obstacles: rocks,
-        ..
+        walls, driven, contacts, absorbing, reaction_recorder, penalty_obstacles, ..
     } = boundary;
-    let (stage, dt) = (clock.stage(), clock.dt);
-    let audit = stage.equilibrium.is_some();
-    let factors = stage.damping_of_axes();
-    let damped = factors != [0.0; 3];
-    phases.constrained.clear();
-    if (audit || damped) && !clock.case.patches.is_empty() {
-        phases.constrained.resize(phases.nodes.len(), [0; 2]);
-        mark_constrained(clock, background, driven, contacts, &mut phases.constrained);
-    }
-    let TwoPhase {
-        nodes: of_phases,
-        row_sums,
-        walls,
-        max_liquid_mass: heaviest,
-        sums,
-        constrained: held,
-        ..
-    } = phases;
-    let cutoff = clock.options.mass_cutoff();
+    let TwoPhase { nodes: solved, row_sums, walls: liquid_walls, max_liquid_mass, constrained, .. } = phases;
+    let dt = clock.dt;
     let solve = PhaseSolve {
         dt,
         gravity: clock.gravity_at_end(),
         keep_initial_velocity: clock.keeps_initial_velocity(),
         inertia: clock.options.mass_scaling,
-        mass_cutoff: [bodies.mass_cutoff(clock), cutoff * *heaviest],
-        sum_equilibrium: audit,
-        constrained: held,
-        walls: [&*own_walls, &*walls],
+        mass_cutoff: [bodies.mass_cutoff(clock), clock.options.mass_cutoff() * *max_liquid_mass],
+        sum_equilibrium: clock.stage().equilibrium.is_some(),
+        constrained,
+        walls: [&*walls, &*liquid_walls],
         layout: &background.layout,
     };
-    if let Some(bearing) = bearing {
-        record_phase_reactions(bearing, &solve, background, of_phases);
+    if let Some(recorder) = reaction_recorder {
+        record_phase_reactions(recorder, &solve, background, solved);
     }
-    background.layout.for_each_row(of_phases, row_sums, |row, active, line| solve.row(row, active, line));
-    absorbing.apply_to_phases(clock, of_phases, [&*own_walls, &*walls]);
-    impose_phase_patch_velocity(clock, background, driven, contacts, of_phases);
-    let stopping = PenetrationLimit { clock, background, bodies, walls: own_walls, is_final: true };
-    let slow = |node: &mut [NodalState; 2], change| node[SOLID].change_velocity(change, dt);
-    stopping.limit_penetration(rocks, of_phases, |_, node| node[SOLID].momentum_and_mass, slow);
-    if damped {
-        let PhaseSolve { mass_cutoff: light, constrained: held, walls, layout, .. } = solve;
-        let damping = Damping { dt, factors, mass_cutoff: light, constrained: held, walls, layout };
-        layout.for_each_active_node_range(of_phases, |row, active, line| damping.row(row, active, line));
-        stopping.limit_penetration(rocks, of_phases, |_, node| node[SOLID].momentum_and_mass, slow);
+    background.layout.for_each_row(solved, row_sums, |row, active, line| solve.row(row, active, line));
+    absorbing.apply_to_phases(clock, solved, [&*walls, &*liquid_walls]);
+    impose_phase_patch_velocity(clock, background, driven, contacts, solved);
+    let limit = PenetrationLimit { clock, background, bodies, walls, is_final: true };
+    let change = |node: &mut [NodalState; 2], change| node[SOLID].change_velocity(change, dt);
+    limit.limit_penetration(penalty_obstacles, solved, |_, node| node[SOLID].momentum_and_mass, change);
+    let factors = clock.stage().damping_of_axes();
+    if factors != [0.0; 3] {
+        let PhaseSolve { mass_cutoff, constrained, walls, layout, .. } = solve;
+        let damping = Damping { dt, factors, mass_cutoff, constrained, walls, layout };
+        layout.for_each_active_node_range(solved, |row, active, line| damping.row(row, active, line));
+        limit.limit_penetration(penalty_obstacles, solved, |_, node| node[SOLID].momentum_and_mass, change);
     }
-    if audit {
-        *sums = PhaseEquilibriumTerms::default();
-        row_sums.iter().for_each(|row| sums.add(row));
-        nodes.external_work +=
-            sums.mixture.work + work_of_loads(bodies, driven, dt) + work_of_pore_loads(bodies, dt);
-        nodes.external_work += phase_nodal_load_work(clock, bodies, nodal, load_starts, of_phases);
+    if clock.stage().equilibrium.is_some() {
+        update_phase_equilibrium(clock, bodies, nodes, boundary, phases);
     }
+}
+
+/// Marks the components of velocity that patches prescribe, where damping or measures of equilibrium need them.
+fn mark_patch_components<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    boundary: &BoundaryConditions<D>,
+    phases: &mut TwoPhase,
+) {
+    let stage = clock.stage();
+    phases.constrained.clear();
+    let is_needed = stage.equilibrium.is_some() || stage.damping_of_axes() != [0.0; 3];
+    if is_needed && !clock.case.patches.is_empty() {
+        phases.constrained.resize(phases.nodes.len(), [0; 2]);
+        let BoundaryConditions { driven, contacts, .. } = boundary;
+        mark_constrained(clock, background, driven, contacts, &mut phases.constrained);
+    }
+}
+
+/// Updates the measures of equilibrium of the step, with the work of loads and motions.
+fn update_phase_equilibrium<const D: usize>(
+    clock: &Clock,
+    bodies: &Bodies<D>,
+    nodes: &mut VelocityFields,
+    boundary: &BoundaryConditions<D>,
+    phases: &mut TwoPhase,
+) {
+    let TwoPhase { nodes: solved, row_sums, sums, .. } = phases;
+    let BoundaryConditions { driven, nodal_loads, load_starts, .. } = boundary;
+    *sums = PhaseEquilibriumTerms::default();
+    row_sums.iter().for_each(|row| sums.add(row));
+    nodes.external_work +=
+        sums.mixture.work + work_of_loads(bodies, driven, clock.dt) + work_of_pore_loads(bodies, clock.dt);
+    nodes.external_work += phase_nodal_load_work(clock, bodies, nodal_loads, load_starts, solved);
 }
 
 /// Limits the penetration of points by the re-mapped velocities of the skeleton, which move them.
@@ -321,12 +328,12 @@ fn limit_remapped_penetration<const D: usize>(
     boundary: &mut BoundaryConditions<D>,
     phases: &mut TwoPhase,
 ) {
-    let BoundaryConditions { walls, penalty_obstacles: rocks, .. } = boundary;
+    let BoundaryConditions { walls, penalty_obstacles, .. } = boundary;
     let TwoPhase { nodes, remapped, .. } = phases;
-    let stopping = PenetrationLimit { clock, background, bodies, walls, is_final: false };
+    let limit = PenetrationLimit { clock, background, bodies, walls, is_final: false };
     let of =
         |number: usize, own: &[Vector4; 2]| with_mass(own[SOLID], nodes[number][SOLID].momentum_and_mass);
-    stopping.limit_penetration(rocks, remapped, of, |node, change| node[SOLID] += change);
+    limit.limit_penetration(penalty_obstacles, remapped, of, |node, change| node[SOLID] += change);
 }
 
 /// Work in the step (J) of prescribed pore pressures on the fluid beyond that on the mixture.
@@ -338,34 +345,4 @@ fn work_of_pore_loads<const D: usize>(bodies: &Bodies<D>, dt: f64) -> f64 {
         set.pore_loads().map(|(p, force)| power(&[force], &[seepage(p)])).sum()
     };
     dt * bodies.sets.iter().map(of_set).sum::<f64>()
-}
-
-impl<const D: usize> MpmSolver<D> {
-    /// Distance from equilibrium: the larger one of mixture and liquid (sheet: mpm §2.14); the energy of the mixture is that of
-    /// both phases. `traction` is the sum of the squares of the tractions (N²).
-    pub(crate) fn phase_equilibrium(
-        &self,
-        phases: &TwoPhase,
-        traction: f64,
-        scales: EquilibriumScales,
-    ) -> Equilibrium {
-        let PhaseEquilibriumTerms { mixture, liquid } = &phases.sums;
-        let of_mixture = (mixture.external + traction).sqrt();
-        let pore_loads = self.bodies.sets.iter().flat_map(PointSet::pore_loads);
-        let pore_loads: f64 = pore_loads.map(|(_, force)| square_sum(&[force])).sum();
-        let BoundaryConditions { nodal_loads: nodal, load_starts, .. } = &self.boundary;
-        let [_, on_nodes] = nodal_load_squares(&self.clock, &self.bodies, nodal, load_starts);
-        let mut of_liquid = (liquid.external + pore_loads + on_nodes).sqrt();
-        if of_liquid == 0.0 {
-            // Without weight and pressures the liquid has no external force of its own.
-            of_liquid = of_mixture;
-        }
-        let unbalanced =
-            |sums: &EquilibriumTerms, external| scales.force_ratio(sums.unbalanced.sqrt(), external);
-        Equilibrium {
-            unbalanced_force: unbalanced(mixture, of_mixture).max(unbalanced(liquid, of_liquid)),
-            kinetic_ratio: scales.energy_ratio(mixture.kinetic, self.nodes.external_work),
-            kinetic: mixture.kinetic,
-        }
-    }
 }

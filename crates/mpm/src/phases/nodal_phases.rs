@@ -2,14 +2,14 @@
 
 use colluvium_case::SolverError;
 
+use crate::background_grid::BackgroundGrid;
 use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::clock::Clock;
 use crate::momentum::velocity_fields::VelocitySource;
 use crate::points::bodies::Bodies;
-use crate::points::point_update::UpdateSelection;
 use crate::stress::averages::CellAverages;
-use crate::transfer::background_grid::BackgroundGrid;
 use crate::transfer::p2g::P2gContent;
+use crate::transfer::point_update::UpdateSelection;
 
 /// Nodes of one phase, or of skeleton and pore fluid, with the operations of a step on them (sheet: mpm §3.3, §3.4).
 ///

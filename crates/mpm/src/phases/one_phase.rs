@@ -3,6 +3,7 @@
 use colluvium_case::SolverError;
 use colluvium_grid::NodeWalls;
 
+use crate::background_grid::BackgroundGrid;
 use crate::boundary::boundary_conditions::{BoundaryConditions, work_of_loads};
 use crate::boundary::nodal_loads::nodal_load_work;
 use crate::boundary::point_loads::update_follower_loads;
@@ -10,6 +11,7 @@ use crate::boundary::{prescribed_motion, rigid_bodies};
 use crate::clock::Clock;
 use crate::contact::contact_correction::correct_velocities;
 use crate::contact::contact_law::FieldContacts;
+use crate::contact::rigid_contact::ContactContext;
 use crate::momentum::consistent_mass;
 use crate::momentum::consistent_mass::ConsistentMass;
 use crate::momentum::small_mass_nodes::rescale_small_mass_forces;
@@ -18,14 +20,13 @@ use crate::momentum::{EquilibriumAudit, EquilibriumTerms, MomentumSolve, damp};
 use crate::obstacles::penetration_limit::{limit_remapped, limit_solved};
 use crate::phases::nodal_phases::NodalPhases;
 use crate::points::bodies::Bodies;
-use crate::points::point_update::{UpdateSelection, update_points};
 use crate::points::vectors::first_three;
 use crate::stress::averages::CellAverages;
 use crate::stress::free_surface::free_surface_correction;
 use crate::stress::volumetric_strain::average_strains_of_one_phase;
 use crate::transfer::affine_transfer::g2p_affine;
-use crate::transfer::background_grid::BackgroundGrid;
 use crate::transfer::p2g::{P2gContent, p2g, remap, start_velocities};
+use crate::transfer::point_update::{UpdateSelection, update_points};
 use crate::transfer::xpic::filter_velocities;
 
 /// Nodes of one phase in a step.
@@ -163,35 +164,18 @@ fn solve_momentum<const D: usize>(
             consistent,
         );
     }
-    let light = bodies.mass_cutoff(clock);
-    let BoundaryConditions { walls, driven, contacts, absorbing, reaction_recorder: bearing, .. } =
-        &mut *boundary;
-    let solve = MomentumSolve {
-        dt: clock.dt,
-        gravity: clock.gravity_at_end(),
-        rayleigh: clock.stage().rayleigh_damping,
-        keep_initial_velocity: clock.keeps_initial_velocity(),
-        inertia: clock.options.mass_scaling,
-        mass_cutoff: light,
-        walls,
-        layout: &background.layout,
-    };
-    if let Some(bearing) = bearing {
-        bearing.record(&solve, background, &nodes.solved);
-    }
-    for nodes in nodes.solved.chunks_exact_mut(background.layout.len()) {
-        background.layout.for_each_active_node_range(nodes, |row, active, line| solve.row(row, active, line));
-    }
+    solve_rows(clock, background, bodies.mass_cutoff(clock), nodes, boundary);
+    let BoundaryConditions { walls, driven, contacts, absorbing, .. } = &mut *boundary;
     absorbing.apply(clock, &mut nodes.solved, walls);
     rigid_bodies::impose_velocity_of_all_rigid(background, driven, contacts, &mut nodes.solved);
-    correct_velocities(clock, background, bodies, &mut nodes.solved, boundary);
+    correct_contacts(clock, background, bodies, nodes, boundary);
     let BoundaryConditions { driven, contacts, .. } = &mut *boundary;
     prescribed_motion::impose_patch_velocity(clock, background, driven, contacts, &mut nodes.solved, true);
     damp_nodes(clock, background, bodies, nodes, boundary);
-    let BoundaryConditions { walls, driven, contacts, penalty_obstacles: rocks, .. } = &mut *boundary;
+    let BoundaryConditions { walls, driven, contacts, penalty_obstacles, .. } = &mut *boundary;
     rigid_bodies::integrate_rigid(clock, driven);
     rigid_bodies::impose_rigid_velocity(background, driven, contacts, &mut nodes.solved);
-    limit_solved(clock, background, bodies, &mut nodes.solved, (walls, rocks));
+    limit_solved(clock, background, bodies, &mut nodes.solved, (walls, penalty_obstacles));
     if clock.stage().equilibrium.is_some() {
         let sums = update_equilibrium(clock, background, bodies, nodes, boundary);
         nodes.external_work += sums.work;
@@ -206,6 +190,50 @@ fn solve_momentum<const D: usize>(
     Ok(())
 }
 
+/// Solves the momentum equation of the active nodes with their walls and obstacles, and records the reactions of obstacles.
+fn solve_rows<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    mass_cutoff: f64,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
+) {
+    let BoundaryConditions { walls, reaction_recorder, .. } = boundary;
+    let solve = MomentumSolve {
+        dt: clock.dt,
+        gravity: clock.gravity_at_end(),
+        rayleigh: clock.stage().rayleigh_damping,
+        keep_initial_velocity: clock.keeps_initial_velocity(),
+        inertia: clock.options.mass_scaling,
+        mass_cutoff,
+        walls,
+        layout: &background.layout,
+    };
+    if let Some(recorder) = reaction_recorder {
+        recorder.record(&solve, background, &nodes.solved);
+    }
+    for nodes in nodes.solved.chunks_exact_mut(background.layout.len()) {
+        background.layout.for_each_active_node_range(nodes, |row, active, line| solve.row(row, active, line));
+    }
+}
+
+/// Corrects the solved velocities for the contacts of bodies.
+fn correct_contacts<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &Bodies<D>,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
+) {
+    let BoundaryConditions {
+        walls, driven, contacts, row_contacts, rigid_contacts, penalty_obstacles, ..
+    } = boundary;
+    let mass_cutoff = bodies.mass_cutoff(clock);
+    let context = ContactContext { clock, background, bodies, mass_cutoff, walls, contacts };
+    let obstacles = penalty_obstacles.as_deref_mut().map_or(&mut [][..], |all| &mut all.obstacles[..]);
+    correct_velocities(&context, &mut nodes.solved, driven, row_contacts, (rigid_contacts, obstacles));
+}
+
 /// Updates the measures of equilibrium of the step, with the work of loads and motions and the terms of free rigid bodies.
 fn update_equilibrium<const D: usize>(
     clock: &Clock,
@@ -214,19 +242,19 @@ fn update_equilibrium<const D: usize>(
     nodes: &mut VelocityFields,
     boundary: &BoundaryConditions<D>,
 ) -> EquilibriumTerms {
-    let BoundaryConditions { walls, driven, contacts, nodal_loads: nodal, load_starts, .. } = boundary;
+    let BoundaryConditions { walls, driven, contacts, nodal_loads, load_starts, .. } = boundary;
     let mut sums = equilibrium_terms(clock, background, bodies.mass_cutoff(clock), nodes, walls, contacts);
     sums.work += work_of_loads(bodies, driven, clock.dt);
-    for loose in driven.iter().filter_map(|driven| driven.free_rigid_body.as_ref()) {
+    for free_body in driven.iter().filter_map(|driven| driven.free_rigid_body.as_ref()) {
         let stage = clock.stage();
         sums.add(&rigid_bodies::equilibrium_terms(
-            loose,
+            free_body,
             clock.dt,
             &stage.damping_of_axes(),
             stage.rayleigh_damping,
         ));
     }
-    sums.work += nodal_load_work(clock, background, bodies, &nodes.solved, nodal, load_starts);
+    sums.work += nodal_load_work(clock, background, bodies, &nodes.solved, nodal_loads, load_starts);
     sums
 }
 
@@ -243,16 +271,16 @@ fn damp_nodes<const D: usize>(
     if damping == [0.0; 3] {
         return;
     }
-    let BoundaryConditions { walls, driven, contacts, penalty_obstacles: rocks, .. } = boundary;
-    limit_solved(clock, background, bodies, &mut nodes.solved, (walls, rocks));
+    let BoundaryConditions { walls, driven, contacts, penalty_obstacles, .. } = boundary;
+    limit_solved(clock, background, bodies, &mut nodes.solved, (walls, penalty_obstacles));
     let layout = &background.layout;
     for nodes in nodes.solved.chunks_exact_mut(layout.len()) {
         layout.for_each_active_node_range(nodes, |row, active, line| {
             for number in active {
                 let node = &mut line[number];
-                let held = walls
+                let constrained = walls
                     .constrained_components(&layout.index(row, number), &first_three(node.momentum_and_mass));
-                damp(node, &damping, held, clock.dt);
+                damp(node, &damping, constrained, clock.dt);
             }
         });
     }
@@ -263,7 +291,7 @@ fn damp_nodes<const D: usize>(
 fn equilibrium_terms<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
-    light: f64,
+    mass_cutoff: f64,
     nodes: &mut VelocityFields,
     walls: &NodeWalls,
     contacts: &FieldContacts,
@@ -275,7 +303,7 @@ fn equilibrium_terms<const D: usize>(
         damping: stage.damping_of_axes(),
         rayleigh: stage.rayleigh_damping,
         inertia: clock.options.mass_scaling,
-        mass_cutoff: light,
+        mass_cutoff,
         walls,
         layout: &background.layout,
     };

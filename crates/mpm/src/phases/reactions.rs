@@ -2,19 +2,19 @@
 
 use colluvium_grid::NodalState;
 
+use crate::background_grid::BackgroundGrid;
 use crate::obstacles::reaction::ReactionRecorder;
 use crate::phases::momentum::{PhaseEquilibriumTerms, PhaseMasses, PhaseSolve};
-use crate::phases::pore_fluid::SOLID;
-use crate::transfer::background_grid::BackgroundGrid;
+use crate::points::pore_fluid::SOLID;
 
 /// Records the reactions of the active nodes in a step, before their solve.
 pub(super) fn record_phase_reactions<const D: usize>(
-    bearing: &mut ReactionRecorder,
+    recorder: &mut ReactionRecorder,
     solve: &PhaseSolve<'_, D>,
     background: &BackgroundGrid<D>,
     nodes: &[[NodalState; 2]],
 ) {
-    bearing.record_nodes(solve.dt, background, solve.walls[SOLID], |index, number, impulses, energies| {
+    recorder.record_nodes(solve.dt, background, solve.walls[SOLID], |index, number, impulses, energies| {
         solve.record_reactions(index, &nodes[number], impulses, &mut energies.friction);
     });
 }
@@ -35,22 +35,22 @@ impl<const D: usize> PhaseSolve<'_, D> {
             return;
         }
         let inertia = self.inertia * masses.solid;
-        let mut tell = |bearer: Option<u8>, change: [f64; 3]| {
-            if let Some(number) = bearer {
+        let mut record = |reaction_index: Option<u8>, change: [f64; 3]| {
+            if let Some(number) = reaction_index {
                 (0..3).for_each(|c| impulses[usize::from(number)][c] -= inertia * change[c]);
             }
         };
         let motion = node[SOLID].momentum_and_mass.to_array();
-        let begun: [f64; 3] = std::array::from_fn(|c| if c < D { motion[c] / masses.solid } else { 0.0 });
-        let (mut solved, mut rubbed) = (*node, [0.0; 3]);
+        let start: [f64; 3] = std::array::from_fn(|c| if c < D { motion[c] / masses.solid } else { 0.0 });
+        let (mut solved, mut tangential_change) = (*node, [0.0; 3]);
         let mut sums = PhaseEquilibriumTerms::default();
         self.node(index, &mut solved, &masses, [0; 2], &mut sums, |face, change, kept| {
             // Points get the change from start to end, which includes the part removed from the start.
-            tell(face.reaction_index, std::array::from_fn(|c| change[c] - kept[c]));
+            record(face.reaction_index, std::array::from_fn(|c| change[c] - kept[c]));
             let along: f64 = (0..3).map(|c| change[c] * face.normal[c]).sum();
-            (0..3).for_each(|c| rubbed[c] += change[c] - along * face.normal[c]);
+            (0..3).for_each(|c| tangential_change[c] += change[c] - along * face.normal[c]);
         });
         let end = solved[SOLID].momentum_and_mass.to_array();
-        *friction -= (0..3).map(|c| 0.5 * inertia * rubbed[c] * (begun[c] + end[c])).sum::<f64>();
+        *friction -= (0..3).map(|c| 0.5 * inertia * tangential_change[c] * (start[c] + end[c])).sum::<f64>();
     }
 }

@@ -8,8 +8,8 @@ use colluvium_case::{Case, CaseError, PointList, spatial};
 use colluvium_grid::{Layout, NodalState, NodeWalls, Vector4};
 
 use crate::config::StepCriterion;
-use crate::phases::pore_fluid::{PoreColumns, PoreFluidConstants, PoreSet};
 use crate::phases::{PhaseEquilibriumTerms, TwoPhase};
+use crate::points::pore_fluid::{PoreColumns, PoreFluidConstants, PoreSet};
 use crate::{MpmOptions, ShapeFunctions, StressScheme, VelocityTransfer};
 
 /// Courant number of MUSL in a case with pore fluid that gives none (sheet: mpm §2.10).

@@ -1,9 +1,12 @@
 //! Transfers of both phases, and the update of points between them (sheet: mpm §3.4).
 
+use std::ops::Range;
+
 use colluvium_case::SolverError;
 use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, SymTensor};
 use colluvium_grid::{InterpolatedMotion, NodeRange, P2gPhaseInput, Vector4};
 
+use crate::background_grid::BackgroundGrid;
 use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::boundary::nodal_loads::apply_phase_nodal_loads;
 use crate::boundary::point_loads::apply_loads;
@@ -13,15 +16,15 @@ use crate::momentum::velocity_fields::VelocitySource;
 use crate::momentum::velocity_fields::VelocitySource::{Remapped, Solved};
 use crate::obstacles::obstacle_penalty::penalty_forces;
 use crate::phases::TwoPhase;
-use crate::phases::pore_fluid::{LIQUID, PoreFluidConstants, SOLID};
 use crate::points::bodies::Bodies;
 use crate::points::point_blocks::{BlockReport, PointBlock, PointFailure, SetProperties, Workspace};
-use crate::points::point_update::{Displacement, PointUpdater, UpdateSelection};
+use crate::points::point_set::PointSet;
+use crate::points::pore_fluid::{LIQUID, PoreFluidConstants, PoreSet, SOLID};
 use crate::points::vectors::{first_three, vector4};
 use crate::stress::averages::CellAverages;
 use crate::stress::cell_integration::{add_cell_forces, average_stresses};
-use crate::transfer::background_grid::BackgroundGrid;
-use crate::transfer::p2g::force_columns;
+use crate::stress::force_columns::force_columns;
+use crate::transfer::point_update::{Displacement, PointUpdater, UpdateSelection};
 
 /// Point to grid (step 1), slab by slab.
 pub(super) fn p2g_phases<const D: usize>(
@@ -35,61 +38,22 @@ pub(super) fn p2g_phases<const D: usize>(
     apply_loads(clock, bodies, &boundary.load_starts);
     penalty_forces(clock, background, bodies, &mut boundary.penalty_obstacles);
     average_stresses(clock, background, bodies, &mut averages.stresses);
-    let full = averages.stresses.full_cells(0, background.cell_layout().len());
-    let BackgroundGrid { layout, transfers: sweeps, axisymmetric, .. } = background;
-    let (sets, ground, axisymmetric) = (&bodies.sets, background.grid_view(), *axisymmetric);
-    layout.for_each_slab(&mut phases.nodes, |slab, window, offset| {
-        let mut given = PhaseP2gBuffer::NOTHING;
+    let full_cells = averages.stresses.full_cells(0, background.cell_layout().len());
+    let (sets, view) = (&bodies.sets, background.grid_view());
+    background.layout.for_each_slab(&mut phases.nodes, |slab, window, offset| {
+        let mut buffer = PhaseP2gBuffer::NOTHING;
         for set in sets {
             let Some(pore) = &set.pore else { continue };
-            let domain = set.domain.as_slice();
             for block in set.blocks_of(slab) {
-                for (k, p) in block.clone().enumerate() {
-                    let volume = set.points.volume[p];
-                    let fluid = pore.fluid.map_or([0.0; 3], |fluid| {
-                        let n = fluid.porosity_at(volume, set.points.initial_volume[p]);
-                        let values = [n * fluid.density, n * fluid.resistance, fluid.density];
-                        values.map(|value| value * volume)
-                    });
-                    let [liquid_mass, drag, full_mass] = fluid;
-                    given.motion[k] = [
-                        vector4(&set.points.velocity[p], 1.0) * set.points.mass[p],
-                        vector4(&pore.points.velocity[p], 1.0) * liquid_mass,
-                    ];
-                    let liquid_stress = SymTensor::isotropic(-pore.points.pressure[p]);
-                    let total = set.total_stress(p);
-                    let left_to_cell =
-                        full.is_some_and(|full| full[domain.cell(p, &ground, &set.points.position[p])]);
-                    let pulling = if left_to_cell { 0.0 } else { volume };
-                    given.columns[k] =
-                        [force_columns::<D>(&total, pulling), force_columns::<D>(&liquid_stress, pulling)];
-                    let of_loads = |forces: &[[f64; D]]| forces.get(p).copied().unwrap_or([0.0; D]);
-                    let mut body = [
-                        vector4(&of_loads(&set.points.traction), drag),
-                        vector4(&of_loads(&pore.points.traction), full_mass),
-                    ];
-                    if axisymmetric {
-                        let hoop = |stress: &SymTensor| -pulling * stress[2] / set.points.position[p][0];
-                        body[SOLID] += Vector4::new([hoop(&total), 0.0, 0.0, 0.0]);
-                        body[LIQUID] += Vector4::new([hoop(&liquid_stress), 0.0, 0.0, 0.0]);
-                    }
-                    if let (Some(pressed), Some(soaked)) =
-                        (set.points.pressed.get(p), pore.points.soaked.get(p))
-                    {
-                        body[SOLID] += vector4(&pressed.force, 0.0);
-                        body[LIQUID] += vector4(&soaked.force, 0.0);
-                    }
-                    given.body[k] = body;
-                }
+                buffer.fill(background, (set, pore), block.clone(), full_cells);
                 let count = block.len();
-                let (motion, columns) = (&given.motion[..count], &given.columns[..count]);
-                let deposit = P2gPhaseInput {
-                    momentum_and_mass: motion,
-                    stress_columns: columns,
-                    body_force: &given.body[..count],
+                let input = P2gPhaseInput {
+                    momentum_and_mass: &buffer.motion[..count],
+                    stress_columns: &buffer.columns[..count],
+                    body_force: &buffer.body[..count],
                 };
                 let to = NodeRange { nodes: &mut *window, first: offset };
-                sweeps.p2g_phases(&ground, &set.point_slice().range(block), to, &deposit);
+                background.transfers.p2g_phases(&view, &set.point_slice().range(block), to, &input);
             }
         }
     });
@@ -115,8 +79,8 @@ pub(super) fn remap_phases<const D: usize>(
 ) {
     let TwoPhase { nodes, remapped, walls, .. } = phases;
     background.layout.reset(remapped);
-    let BackgroundGrid { layout, transfers: sweeps, .. } = background;
-    let (ground, sets) = (background.grid_view(), &bodies.sets);
+    let BackgroundGrid { layout, transfers, .. } = background;
+    let (view, sets) = (background.grid_view(), &bodies.sets);
     layout.for_each_slab(remapped, |slab, window, offset| {
         let mut momenta = [[Vector4::ZERO; 2]; BLOCK_SIZE];
         for set in sets {
@@ -130,7 +94,7 @@ pub(super) fn remap_phases<const D: usize>(
                 }
                 let to = NodeRange { nodes: &mut *window, first: offset };
                 let momenta = &momenta[..block.len()];
-                sweeps.p2g_phase_values(&ground, &set.point_slice().range(block), to, momenta);
+                transfers.p2g_phase_values(&view, &set.point_slice().range(block), to, momenta);
             }
         }
     });
@@ -154,9 +118,9 @@ pub(super) fn remap_phases<const D: usize>(
                     continue;
                 }
                 *velocity *= 1.0 / mass;
-                let mut held = first_three(*velocity);
-                walls[phase].constrain_remapped(&index, &first_three(solved), &mut held);
-                *velocity = vector4(&held, 0.0);
+                let mut constrained = first_three(*velocity);
+                walls[phase].constrain_remapped(&index, &first_three(solved), &mut constrained);
+                *velocity = vector4(&constrained, 0.0);
             }
         }
     });
@@ -171,18 +135,18 @@ pub(super) fn update_phases<const D: usize>(
     boundary: &BoundaryConditions<D>,
     averages: &CellAverages<D>,
     (phases, read): (&TwoPhase, VelocitySource),
-    what: UpdateSelection,
+    selection: UpdateSelection,
 ) -> Result<f64, SolverError> {
     let update = PointUpdater { clock, background, strains: &averages.strains, has_wall: &boundary.has_wall };
-    let bench = || {
+    let new_workspace = || {
         Workspace::at_rest::<D>(
             [InterpolatedMotion::ZERO; 2],
             clock.dt,
             clock.options.band_cells() * background.grid.cell,
         )
     };
-    bodies.update_blocks(clock, &bench, |set, block, bench| {
-        update.phase_block((phases, read), set, block, bench, what)
+    bodies.update_blocks(clock, &new_workspace, |set, block, workspace| {
+        update.phase_block((phases, read), set, block, workspace, selection)
     })
 }
 
@@ -194,22 +158,22 @@ impl<const D: usize> PointUpdater<'_, D> {
         set: &SetProperties<'_, D>,
         block: &mut PointBlock<'_, D>,
         Workspace { interpolated: reads, motions }: &mut Workspace<[InterpolatedMotion<D>; 2]>,
-        what: UpdateSelection,
+        selection: UpdateSelection,
     ) -> BlockReport {
         if block.pressure.is_empty() {
             return Ok(0.0);
         }
-        let (ground, sweeps, n) =
+        let (view, transfers, n) =
             (self.background.grid_view(), self.background.transfers, block.position.len());
         let reads = &mut reads[..n];
         let points = block.point_slice(&set.extent);
-        match (read, what.stress) {
-            (Solved, true) => sweeps.g2p_phases(&ground, &points, &phases.nodes, reads),
-            (Solved, false) => sweeps.g2p_phase_motions(&ground, &points, &phases.nodes, reads),
-            (Remapped, _) => sweeps.g2p_phase_velocities(&ground, &points, &phases.remapped, reads),
+        match (read, selection.stress) {
+            (Solved, true) => transfers.g2p_phases(&view, &points, &phases.nodes, reads),
+            (Solved, false) => transfers.g2p_phase_motions(&view, &points, &phases.nodes, reads),
+            (Remapped, _) => transfers.g2p_phase_velocities(&view, &points, &phases.remapped, reads),
         }
         let reads = &*reads;
-        if what.velocity {
+        if selection.velocity {
             for (p, read) in reads.iter().enumerate() {
                 self.update_velocity(&mut block.velocity[p], &read[SOLID]);
                 if set.fluid.is_some() {
@@ -217,19 +181,19 @@ impl<const D: usize> PointUpdater<'_, D> {
                 }
             }
         }
-        if what.stress {
+        if selection.stress {
             self.deform_phases(set, block, reads, motions)?;
         }
         let mut moves = [Displacement::default(); BLOCK_SIZE];
-        if what.position {
+        if selection.position {
             block.apply_pending_domains();
             self.add_seepage(set, block, reads);
             for (p, read) in reads.iter().enumerate() {
                 moves[p] = self.move_point(block, p, read[SOLID].velocity.as_array());
             }
         }
-        let moved = if what.position { self.check_positions(set, block, &moves)? } else { 0.0 };
-        if what.stress {
+        let moved = if selection.position { self.check_positions(set, block, &moves)? } else { 0.0 };
+        if selection.stress {
             set.material.update_block(motions, block.stress, &mut block.states[0]).map_err(|error| {
                 PointFailure { index: block.first + error.index, reason: error.source.to_string() }
             })?;
@@ -247,12 +211,12 @@ impl<const D: usize> PointUpdater<'_, D> {
     ) {
         let Some(fluid) = &set.fluid else { return };
         let volumes = block.volume.iter().zip(block.initial_volume);
-        for ((soaked, [solid, liquid]), (volume, initial)) in
+        for ((pore_contact, [solid, liquid]), (volume, initial)) in
             block.pore_contact.iter_mut().zip(reads).zip(volumes)
         {
-            let way = self.clock.dt * fluid.porosity_at(*volume, *initial);
+            let factor = self.clock.dt * fluid.porosity_at(*volume, *initial);
             let (solid, liquid) = (solid.velocity.as_array(), liquid.velocity.as_array());
-            (0..D).for_each(|c| soaked.seepage_displacement[c] += way * (liquid[c] - solid[c]));
+            (0..D).for_each(|c| pore_contact.seepage_displacement[c] += factor * (liquid[c] - solid[c]));
         }
     }
 
@@ -331,13 +295,61 @@ impl<const D: usize> PhaseP2gBuffer<D> {
         columns: [[[Vector4::ZERO; D]; 2]; BLOCK_SIZE],
         body: [[Vector4::ZERO; 2]; BLOCK_SIZE],
     };
+
+    /// Sets the contributions of the points `block` of a set.
+    #[inline(always)]
+    fn fill(
+        &mut self,
+        background: &BackgroundGrid<D>,
+        (set, pore): (&PointSet<D>, &PoreSet<D>),
+        block: Range<usize>,
+        full_cells: Option<&[bool]>,
+    ) {
+        let (points, domain, view) = (&set.points, set.domain.as_slice(), background.grid_view());
+        for (k, p) in block.enumerate() {
+            let volume = points.volume[p];
+            let [liquid_mass, drag, full_mass] = pore.fluid.map_or([0.0; 3], |fluid| {
+                let n = fluid.porosity_at(volume, points.initial_volume[p]);
+                let values = [n * fluid.density, n * fluid.resistance, fluid.density];
+                values.map(|value| value * volume)
+            });
+            self.motion[k] = [
+                vector4(&points.velocity[p], 1.0) * points.mass[p],
+                vector4(&pore.points.velocity[p], 1.0) * liquid_mass,
+            ];
+            let liquid_stress = SymTensor::isotropic(-pore.points.pressure[p]);
+            let total_stress = set.total_stress(p);
+            let is_in_full_cell =
+                full_cells.is_some_and(|full| full[domain.cell(p, &view, &points.position[p])]);
+            let own_volume = if is_in_full_cell { 0.0 } else { volume };
+            self.columns[k] = [
+                force_columns::<D>(&total_stress, own_volume),
+                force_columns::<D>(&liquid_stress, own_volume),
+            ];
+            let load = |forces: &[[f64; D]]| forces.get(p).copied().unwrap_or([0.0; D]);
+            let mut body =
+                [vector4(&load(&points.traction), drag), vector4(&load(&pore.points.traction), full_mass)];
+            if background.axisymmetric {
+                let hoop = |stress: &SymTensor| -own_volume * stress[2] / points.position[p][0];
+                body[SOLID] += Vector4::new([hoop(&total_stress), 0.0, 0.0, 0.0]);
+                body[LIQUID] += Vector4::new([hoop(&liquid_stress), 0.0, 0.0, 0.0]);
+            }
+            if let (Some(solid), Some(liquid)) =
+                (points.obstacle_contact.get(p), pore.points.obstacle_contact.get(p))
+            {
+                body[SOLID] += vector4(&solid.force, 0.0);
+                body[LIQUID] += vector4(&liquid.force, 0.0);
+            }
+            self.body[k] = body;
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::MpmSolver;
-    use crate::transfer::dimension_dispatch::tests::begun;
+    use crate::setup::tests::begun;
     use colluvium_case::Case;
     use colluvium_points::ScratchBuffers;
 
@@ -366,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn full_cells_pull_at_both_phases_with_their_mean_total_stress_and_pressure() {
+    fn full_cells_exert_their_mean_total_stress_and_pressure_on_both_phases() {
         // sheet: mpm S-04 with §2.16: total stress 2 Pa, of the liquid -5 Pa, a third of a cell missing.
         for (node, sign) in forces("points").into_iter().zip([1.0, -1.0]) {
             for (force, stress) in node.into_iter().zip([2.0, -5.0]) {

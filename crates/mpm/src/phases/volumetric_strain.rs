@@ -3,13 +3,13 @@
 use colluvium_constitutive::BLOCK_SIZE;
 use colluvium_grid::InterpolatedMotion;
 
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
 use crate::momentum::velocity_fields::VelocitySource;
 use crate::phases::TwoPhase;
-use crate::phases::pore_fluid::{LIQUID, SOLID};
 use crate::points::bodies::Bodies;
+use crate::points::pore_fluid::{LIQUID, SOLID};
 use crate::stress::volumetric_strain::{CellStrains, average_strains};
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Averages the volumetric strains of the step, phase by phase, where the options require it.
 pub(super) fn average_phase_strains<const D: usize>(

@@ -6,10 +6,10 @@ use colluvium_case::{SolverError, spatial};
 use colluvium_grid::wrap;
 use colluvium_points::ScratchBuffers;
 
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
 use crate::points::point_blocks::{BlockReport, BlockUpdateTask, PointBlock, SetProperties, Workspace};
 use crate::points::point_set::PointSet;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Points, body by body.
 pub struct Bodies<const D: usize> {
@@ -36,6 +36,11 @@ impl<const D: usize> Bodies<D> {
         }
     }
 
+    /// Points of the deformable bodies.
+    pub fn deformable_sets(&self) -> impl Iterator<Item = &PointSet<D>> {
+        self.sets.iter().filter(|set| set.rigid.is_none())
+    }
+
     /// Mass (kg) up to which a node is too light for a meaningful force.
     pub fn mass_cutoff(&self, clock: &Clock) -> f64 {
         clock.options.mass_cutoff() * self.max_point_mass
@@ -59,11 +64,11 @@ impl<const D: usize> Bodies<D> {
 
     /// Returns whether points have left since the last call, and removes them.
     pub fn remove_outside_points(&mut self) -> bool {
-        let left = std::mem::replace(self.any_outside.get_mut(), false);
-        if left {
+        let any_outside = std::mem::replace(self.any_outside.get_mut(), false);
+        if any_outside {
             self.retain(|x| !x[0].is_nan());
         }
-        left
+        any_outside
     }
 
     /// Removes all points except those at positions (m) for which `keep` is true, and bodies without points.
@@ -92,10 +97,10 @@ impl<const D: usize> Bodies<D> {
     pub fn update_blocks<R>(
         &mut self,
         clock: &Clock,
-        bench: &(dyn Fn() -> Workspace<R> + Sync),
+        new_workspace: &(dyn Fn() -> Workspace<R> + Sync),
         update: impl Fn(&SetProperties<'_, D>, &mut PointBlock<'_, D>, &mut Workspace<R>) -> BlockReport + Sync,
     ) -> Result<f64, SolverError> {
-        let Self { sets, any_outside: left, .. } = self;
+        let Self { sets, any_outside, .. } = self;
         let mut moved = 0f64;
         for number in 0..sets.len() {
             let set = &mut sets[number];
@@ -104,7 +109,7 @@ impl<const D: usize> Bodies<D> {
             }
             let material = set.material.clone();
             let body = &clock.case.bodies[set.body as usize];
-            let of_set = SetProperties {
+            let properties = SetProperties {
                 material: &*material,
                 extent: set.extent,
                 body: set.body,
@@ -114,11 +119,12 @@ impl<const D: usize> Bodies<D> {
                 fluid: set.pore.as_ref().and_then(|pore| pore.fluid),
                 is_fluid: clock.case.materials[&body.material].is_fluid(),
                 remove_outside: body.remove_outside,
-                any_outside: left,
+                any_outside,
             };
-            let block =
-                &|block: &mut PointBlock<'_, D>, bench: &mut Workspace<R>| update(&of_set, block, bench);
-            match set.as_block().update(&BlockUpdateTask { new_workspace: bench, block }) {
+            let block = &|block: &mut PointBlock<'_, D>, workspace: &mut Workspace<R>| {
+                update(&properties, block, workspace)
+            };
+            match set.as_block().update(&BlockUpdateTask { new_workspace, block }) {
                 Ok(m) => moved = moved.max(m),
                 Err(failure) => return Err(point_error(clock, &sets[number], failure.index, failure.reason)),
             }

@@ -1,10 +1,15 @@
-//! Material points of a body: columns of their state, blocks for parallel work, update of position and deformation.
+//! Material points of the bodies: columns of their state, and blocks for parallel work.
 //!
-//! All other modules read them; `stress` and `transfer` change them.
+//! The module holds all data of a point, those of its pore fluid, its loads and its contact with obstacles among them. It knows the
+//! background grid, by whose cells points are sorted, and no physics. All other modules read points; `obstacles`, `stress`, `boundary` and
+//! `transfer` change them.
 
 pub(crate) mod bodies;
+pub(crate) mod penalty_state;
 pub(crate) mod point_blocks;
 pub(crate) mod point_set;
-pub(crate) mod point_update;
+pub(crate) mod pore_contact_state;
+pub(crate) mod pore_fluid;
 pub(crate) mod right_stretch;
+pub(crate) mod surface_load;
 pub(crate) mod vectors;

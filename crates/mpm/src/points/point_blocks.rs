@@ -5,9 +5,9 @@ use std::sync::atomic::AtomicBool;
 use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, StateBlock, SymTensor};
 use colluvium_grid::{DomainsMut, PointSlice};
 
-use crate::obstacles::pore_contact_state::PoreContactState;
-use crate::phases::pore_fluid::PoreFluidConstants;
 use crate::points::point_set::PointSet;
+use crate::points::pore_contact_state::PoreContactState;
+use crate::points::pore_fluid::PoreFluidConstants;
 use crate::points::right_stretch::right_stretch;
 
 /// Report of a block of points: the largest displacement along an axis (m), or its first failure.
@@ -139,11 +139,11 @@ impl<'a, const D: usize> PointBlock<'a, D> {
                 rayon::join(|| lower.update_pieces(grain, update), || self.update_pieces(grain, update));
             return combine_reports(lower, upper);
         }
-        let (mut report, mut bench) = (Ok(0.0), (update.new_workspace)());
+        let (mut report, mut workspace) = (Ok(0.0), (update.new_workspace)());
         for _ in 1..blocks {
-            report = combine_reports(report, (update.block)(&mut self.take(1), &mut bench));
+            report = combine_reports(report, (update.block)(&mut self.take(1), &mut workspace));
         }
-        if blocks > 0 { combine_reports(report, (update.block)(&mut self, &mut bench)) } else { report }
+        if blocks > 0 { combine_reports(report, (update.block)(&mut self, &mut workspace)) } else { report }
     }
 }
 
@@ -199,10 +199,10 @@ impl<const D: usize> PointBlock<'_, D> {
 impl<const D: usize> PointSet<D> {
     /// Returns all points as one block.
     pub fn as_block(&mut self) -> PointBlock<'_, D> {
-        let (liquid_velocity, pressure, soaked) = match &mut self.pore {
+        let (liquid_velocity, pressure, pore_contact) = match &mut self.pore {
             Some(pore) => {
                 let points = &mut pore.points;
-                (&mut points.velocity[..], &mut points.pressure[..], &mut points.soaked[..])
+                (&mut points.velocity[..], &mut points.pressure[..], &mut points.obstacle_contact[..])
             }
             None => Default::default(),
         };
@@ -211,7 +211,7 @@ impl<const D: usize> PointSet<D> {
             position: &mut self.points.position,
             origin: &mut self.points.origin,
             velocity: &mut self.points.velocity,
-            grid_velocity: &mut self.points.seen,
+            grid_velocity: &mut self.points.grid_velocity,
             volume: &mut self.points.volume,
             stress: &mut self.points.stress,
             states: self.states.blocks_mut(),
@@ -222,7 +222,7 @@ impl<const D: usize> PointSet<D> {
             stress_work: &mut self.points.work,
             liquid_velocity,
             pressure,
-            pore_contact: soaked,
+            pore_contact,
         }
     }
 }

@@ -12,10 +12,10 @@ use colluvium_points::struct_of_arrays::{invalid_data, read_column, reorder_entr
 use colluvium_points::{ScratchBuffers, struct_of_arrays};
 use rayon::prelude::*;
 
-use crate::boundary::surface_load::SurfaceLoad;
-use crate::obstacles::penalty_state::PenaltyState;
-use crate::phases::pore_fluid::PoreSet;
+use crate::points::penalty_state::PenaltyState;
+use crate::points::pore_fluid::PoreSet;
 use crate::points::right_stretch::right_stretch;
+use crate::points::surface_load::SurfaceLoad;
 
 /// Number of points in a chunk of [`par_for_each_chunk`].
 pub const CHUNK_POINTS: usize = 256;
@@ -42,7 +42,7 @@ struct_of_arrays! {
         /// Velocities (m/s).
         pub velocity: [f64; D],
         /// Velocities of the grid at the points in the last step (m/s), where points have their own (FLIP, XPIC); empty otherwise.
-        pub seen: [f64; D],
+        pub grid_velocity: [f64; D],
         /// Masses (kg).
         pub mass: f64,
         /// Current volumes (m³; m² × 1 m in plane strain, per radian in axisymmetry).
@@ -66,7 +66,7 @@ struct_of_arrays! {
         /// Energy stored at the start and work of the stress since (J); empty where it is not recorded.
         pub work: f64,
         /// States of contact with obstacles that act on points; empty without any.
-        pub pressed: PenaltyState<D>,
+        pub obstacle_contact: PenaltyState<D>,
     }
 }
 
@@ -125,6 +125,12 @@ impl<const D: usize> PointSet<D> {
     pub fn points_at_min_volume(&self) -> usize {
         let least = |(volume, initial): &(&f64, &f64)| **volume <= MIN_VOLUME_RATIO * **initial;
         self.points.volume.iter().zip(&self.points.initial_volume).filter(least).count()
+    }
+
+    /// Velocity of the grid at a point in the last step (m/s), or its own where both are equal.
+    pub fn grid_velocity(&self, point: usize) -> [f64; D] {
+        let velocity = self.points.grid_velocity.get(point).filter(|_| self.rigid.is_none());
+        velocity.copied().unwrap_or(self.points.velocity[point])
     }
 
     /// Returns all points for a sweep.

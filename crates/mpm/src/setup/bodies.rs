@@ -6,10 +6,10 @@ use colluvium_case::{Case, CaseError, PointList, spatial};
 use colluvium_grid::{Domains, GridView};
 use colluvium_points::Sample;
 
+use crate::background_grid::BackgroundGrid;
+use crate::background_grid::unstructured_mesh;
 use crate::phases;
 use crate::points::point_set::{PointColumns, PointSet};
-use crate::transfer::background_grid::BackgroundGrid;
-use crate::transfer::unstructured_mesh;
 use crate::{MpmOptions, StressScheme};
 
 /// Maximum number of points, by the range of ids.
@@ -24,11 +24,11 @@ pub(super) fn point_set<const D: usize>(
     first_id: usize,
     wet: bool,
 ) -> Result<PointSet<D>, CaseError> {
-    let ground = &background.grid_view();
+    let view = &background.grid_view();
     let body = &case.bodies[number];
     let path = format!("bodies[{number}]");
     let listed = case.point_list(number)?;
-    let samples = samples(options, ground, case, (number, listed.as_ref()), first_id)?;
+    let samples = samples(options, view, case, (number, listed.as_ref()), first_id)?;
     let position: Vec<[f64; D]> = samples.iter().map(|sample| sample.position).collect();
     let radial = |x: &[f64; D]| if case.space == Space::Axisymmetric { x[0] } else { 1.0 };
     let volume: Vec<f64> = samples.iter().map(|sample| sample.volume * radial(&sample.position)).collect();
@@ -37,31 +37,27 @@ pub(super) fn point_set<const D: usize>(
     let pore = wet.then(|| phases::pore_set(case, body, listed.as_ref(), &position));
     let InitialLawState { material, stress, states } =
         case.initialise_law(number, listed.as_ref(), &position)?;
-    let velocity_at = |(point, x): (usize, &[f64; D])| {
-        let own = listed.as_ref().and_then(|list| Some(list.velocities.as_ref()?[point]));
-        let velocity = own.unwrap_or_else(|| body.velocity.at(spatial(x)));
-        std::array::from_fn(|c| velocity[c])
-    };
     let domain = domains(background, &position, &path)?;
     let follows_later = domain.stretch() && options.stress_update == StressScheme::Usf;
     let used = |used: bool| if used { samples.len() } else { 0 };
-    let velocity: Vec<[f64; D]> = position.iter().enumerate().map(velocity_at).collect();
+    let velocity = velocities(body, listed.as_ref(), &position);
+    let is_affine = options.transfer_of(number).is_affine();
     Ok(PointSet {
         body: number as u32,
         field: 0,
         rigid: None,
         material,
-        extent: [width(ground, options, &samples, listed.is_some() || !on_lattice(body)); D],
+        extent: [width(view, options, &samples, listed.is_some() || !on_lattice(body)); D],
         points: PointColumns {
             id: (first_id as u32..(first_id + position.len()) as u32).collect(),
-            seen: if options.transfer_of(number).is_affine() { Vec::new() } else { velocity.clone() },
+            grid_velocity: if is_affine { Vec::new() } else { velocity.clone() },
             velocity,
             mass,
             initial_volume: volume.clone(),
             volume,
             stress,
             origin: position.clone(),
-            affine: vec![[[0.0; D]; D]; used(options.transfer_of(number).is_affine())],
+            affine: vec![[[0.0; D]; D]; used(is_affine)],
             scratch: vec![[0.0; D]; used(options.filters_velocities())],
             pending: vec![[[0.0; D]; D]; used(follows_later)],
             position,
@@ -73,6 +69,20 @@ pub(super) fn point_set<const D: usize>(
         pore,
         slabs: Vec::new(),
     })
+}
+
+/// Initial velocities (m/s) of points at `position` (m) of a body, `listed` where they come from a file.
+fn velocities<const D: usize>(
+    body: &Body,
+    listed: Option<&PointList>,
+    position: &[[f64; D]],
+) -> Vec<[f64; D]> {
+    let velocity_at = |(point, x): (usize, &[f64; D])| {
+        let own = listed.and_then(|list| Some(list.velocities.as_ref()?[point]));
+        let velocity = own.unwrap_or_else(|| body.velocity.at(spatial(x)));
+        std::array::from_fn(|c| velocity[c])
+    };
+    position.iter().enumerate().map(velocity_at).collect()
 }
 
 fn domains<const D: usize>(
@@ -95,28 +105,28 @@ fn on_lattice(body: &Body) -> bool {
 /// Full width of every point of a body (m); in elements, and of points that are `listed` or in rows, the mean width of squares or cubes of
 /// their volume.
 fn width<const D: usize>(
-    ground: &GridView<'_, D>,
+    view: &GridView<'_, D>,
     options: &MpmOptions,
     samples: &[Sample<D>],
     listed: bool,
 ) -> f64 {
-    if ground.mesh.is_empty() && !listed {
-        return ground.grid.cell / options.points_per_cell as f64;
+    if view.mesh.is_empty() && !listed {
+        return view.grid.cell / options.points_per_cell as f64;
     }
     let volume = samples.iter().map(|sample| sample.volume).sum::<f64>() / samples.len() as f64;
     // The range of shape functions is that of points as wide as a cell at most.
     let width = volume.powf(1.0 / D as f64);
-    if listed { width.min(ground.grid.cell) } else { width }
+    if listed { width.min(view.grid.cell) } else { width }
 }
 
 fn samples<const D: usize>(
     options: &MpmOptions,
-    ground: &GridView<'_, D>,
+    view: &GridView<'_, D>,
     case: &Case,
     (number, listed): (usize, Option<&PointList>),
     first_id: usize,
 ) -> Result<Vec<Sample<D>>, CaseError> {
-    let (grid, body, path) = (ground.grid, &case.bodies[number], format!("bodies[{number}]"));
+    let (grid, body, path) = (view.grid, &case.bodies[number], format!("bodies[{number}]"));
     let samples = if let Some(list) = listed {
         let spacing = list.spacing(D);
         if spacing > (1.0 + 1e-9) * grid.cell {
@@ -127,7 +137,7 @@ fn samples<const D: usize>(
             return Err(CaseError::new(format!("{path}.points"), problem));
         }
         list.samples()
-    } else if ground.mesh.is_empty() {
+    } else if view.mesh.is_empty() {
         case.samples(number, grid.origin, grid.cell / options.points_per_cell as f64)?
     } else if body.shape.follows_terrain() {
         let problem = "terrain needs points on a lattice, but with a mesh the points have fixed positions in \
@@ -137,7 +147,7 @@ fn samples<const D: usize>(
         let problem = "with a mesh the points have fixed positions in its elements";
         return Err(CaseError::new(format!("{path}.sampling"), problem));
     } else {
-        unstructured_mesh::sample_body(ground.mesh, options, body)
+        unstructured_mesh::sample_body(view.mesh, options, body)
     };
     if samples.is_empty() {
         let problem = format!("holds no point: it is smaller than the cells of {} m", grid.cell);

@@ -6,12 +6,11 @@ use colluvium_case::{Case, CaseError, Manufactured, Solver, spatial};
 use colluvium_constitutive::{BLOCK_SIZE, Mat3};
 use colluvium_grid::SquareMatrix;
 
-use crate::points::bodies::Bodies;
+use crate::background_grid::dimension_dispatch;
+use crate::background_grid::dimension_dispatch::SelectedTransfers;
 use crate::points::right_stretch::right_stretch;
 use crate::solver::MpmSolver;
 use crate::transfer::affine_transfer::initialise_affine;
-use crate::transfer::dimension_dispatch;
-use crate::transfer::dimension_dispatch::SelectedTransfers;
 use crate::{Mpm, MpmOptions, setup};
 
 impl Mpm {
@@ -75,15 +74,5 @@ impl<const D: usize> MpmSolver<D> {
         self.sort();
         initialise_affine(&self.clock, &self.background, &mut self.bodies);
         Ok(())
-    }
-}
-
-/// Sets the body forces of a step from `time` (s) on.
-pub(crate) fn set_body_forces<const D: usize>(solution: &Manufactured, bodies: &mut Bodies<D>, time: f64) {
-    for set in &mut bodies.sets {
-        for p in 0..set.len() {
-            let force = (solution.force)(spatial(&set.points.origin[p]), time);
-            set.points.traction[p] = std::array::from_fn(|c| set.points.mass[p] * force[c]);
-        }
     }
 }

@@ -4,16 +4,16 @@ use colluvium_case::{Case, CaseError, ProblemSize};
 use colluvium_constitutive::SymTensor;
 use colluvium_grid::{Basis1d, Mesh, NodalState, Vector4};
 
+use crate::background_grid::dimension_dispatch;
+use crate::background_grid::dimension_dispatch::SelectedTransfers;
+use crate::background_grid::unstructured_mesh::{grid_mesh_and_layout, points_per_element};
 use crate::config::{MeshSource, StressScheme};
 use crate::contact::contact_law::RowContact;
-use crate::obstacles::penalty_state::PenaltyState;
-use crate::obstacles::pore_contact_state::PoreContactState;
+use crate::points::penalty_state::PenaltyState;
 use crate::points::point_set::PointSet;
+use crate::points::pore_contact_state::PoreContactState;
 use crate::setup::options;
 use crate::solver::MpmSolver;
-use crate::transfer::dimension_dispatch;
-use crate::transfer::dimension_dispatch::SelectedTransfers;
-use crate::transfer::unstructured_mesh::{grid_mesh_and_layout, points_per_element};
 use crate::{MpmOptions, ObstacleCoupling};
 
 /// Memory to sort points by cell (bytes a point): the order, its keys, and the largest of the arrays a second time.
@@ -101,8 +101,8 @@ impl dimension_dispatch::DimensionVisitor for EstimateSize<'_> {
         let matrix = if affine { D * D } else { 0 };
         let arrays = arrays + (matrix + if wet { D + 1 } else { 0 }) * number;
         let presses = options.obstacles == ObstacleCoupling::Points;
-        let soaked = if wet { size_of::<PoreContactState<D>>() } else { 0 };
-        let arrays = arrays + if presses { size_of::<PenaltyState<D>>() + soaked } else { 0 };
+        let pore_contact = if wet { size_of::<PoreContactState<D>>() } else { 0 };
+        let arrays = arrays + if presses { size_of::<PenaltyState<D>>() + pore_contact } else { 0 };
         let mut memory = 0.0;
         for (body, points) in case.bodies.iter().zip(&points) {
             let path = || format!("materials.{}", body.material);
@@ -146,7 +146,7 @@ impl<const D: usize> MpmSolver<D> {
             + size_of_val(&self.nodes.row_sums[..])
             + self.boundary.contacts.bytes()
             + self.boundary.row_contacts.iter().map(RowContact::bytes).sum::<usize>()
-            + self.boundary.penalty_obstacles.as_ref().map_or(0, |rocks| rocks.bytes())
+            + self.boundary.penalty_obstacles.as_ref().map_or(0, |obstacles| obstacles.bytes())
             + self.averages.strains.bytes()
             + self.averages.stresses.bytes()
             + self.averages.dual_domain.bytes()

@@ -23,7 +23,7 @@ fn open_side_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
         return Vec::new();
     }
     let last = case.active_boundaries(case.stages.len());
-    let held = |axis: usize, upper: bool| {
+    let has_wall = |axis: usize, upper: bool| {
         last.iter().any(|(_, boundary)| {
             boundary.side.axis() == axis
                 && boundary.side.is_max() == upper
@@ -39,7 +39,7 @@ fn open_side_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
             let lower = low[axis] - case.domain.min[axis] < reach
                 && !(axis == 0 && case.space == Space::Axisymmetric);
             for (upper, reaches) in [(false, lower), (true, case.domain.max[axis] - high[axis] < reach)] {
-                if reaches && !held(axis, upper) {
+                if reaches && !has_wall(axis, upper) {
                     let side = format!("{}-{}", ["x", "y", "z"][axis], if upper { "max" } else { "min" });
                     found.push(format!(
                         "bodies[{number}]: reaches the side {side} of the domain, which has no permanent \
@@ -230,14 +230,7 @@ pub(super) fn warnings(
 ) -> Vec<String> {
     let mut warnings = case.warnings();
     warnings.extend(locking_warning(case, options));
-    let dimension = case.dimension() as u32;
-    let wanted = if dimension == 3 { 8 } else { 2usize.pow(dimension) };
-    let per_cell = options.points_per_cell.pow(dimension);
-    if per_cell < wanted {
-        warnings.push(format!(
-            "methods.mpm.points_per_cell: {per_cell} points per cell; fewer than {wanted} under-sample the grid"
-        ));
-    }
+    warnings.extend(points_per_cell_warning(case, options));
     if options.shape == ShapeFunctions::Linear && points > 0 {
         warnings.push(
             "methods.mpm.shape: linear shape functions make noise when points cross cells; \
@@ -245,39 +238,78 @@ pub(super) fn warnings(
                 .to_owned(),
         );
     }
-    let steep = 0.5 * courant * courant;
-    let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
-    let cutoff = options.node_mass_cutoff.unwrap_or(if wet { 0.0 } else { 1.0 });
-    if options.has_unbounded_small_node_strain() && cutoff < 0.99 * steep {
-        warnings.push(format!(
-            "methods.mpm.stress_update: usl with linear shape functions (also dual-domain) can invert points \
-             at free surfaces; use musl, ugimp, or a node_mass_cutoff of {steep:.2e}, half the square of the \
-             Courant number of the step"
-        ));
-    }
+    warnings.extend(small_mass_warning(case, options, courant));
     warnings.extend(liquid_at_rest_warnings(case, options));
     warnings.extend(cut_step_warning(case, dt));
     warnings.extend(thin_sheet_warning(case, options));
     warnings.extend(xpic_filter_warning(case, options, dt));
     warnings.extend(round_body_warning(case, options));
-    if could_act_on_nodes(case, options) {
-        warnings.push(
-            "methods.mpm.obstacles: with points, stress and pore pressure in the cells at an obstacle are a \
-             quarter too small, because points exert their pressure at their centres. With GIMP and CPDI the \
-             pressure of the row of points at the obstacle is lost within seconds. These obstacles lie on \
-             nodes: use nodes, which is exact there"
-                .to_owned(),
-        );
+    warnings.extend(obstacle_coupling_warning(case, options));
+    warnings.extend(rigid_bodies_warning(case));
+    warnings.extend(step_warnings(case, options));
+    warnings.extend(open_side_warnings(case, options));
+    let slides = |boundary: &Boundary| matches!(boundary.wall, Wall::Frictional { .. });
+    if options.wall_friction != WallFriction::default() && !case.boundaries.iter().any(slides) {
+        warnings.push("methods.mpm.wall_friction: has no effect, no wall is frictional".to_owned());
     }
-    let rigid = case.bodies.iter().filter(|body| body.rigid);
-    if let (Some(loose), true) = (rigid.clone().find(|body| case.moves_freely(&body.name)), rigid.count() > 1)
-    {
-        warnings.push(format!(
-            "bodies: rigid bodies do not act on each other: {:?} passes through the others. Use a wall, or \
-             make one of two bodies deformable",
-            loose.name
-        ));
+    for number in 0..case.stages.len() {
+        warnings.extend(stage_warnings(case, options, number));
     }
+    warnings
+}
+
+/// Warns of too few points per cell.
+fn points_per_cell_warning(case: &Case, options: &MpmOptions) -> Option<String> {
+    let dimension = case.dimension() as u32;
+    let wanted = if dimension == 3 { 8 } else { 2usize.pow(dimension) };
+    let per_cell = options.points_per_cell.pow(dimension);
+    (per_cell < wanted).then(|| {
+        format!(
+            "methods.mpm.points_per_cell: {per_cell} points per cell; fewer than {wanted} under-sample the grid"
+        )
+    })
+}
+
+/// Warns of forces on nodes of small mass that can invert points.
+fn small_mass_warning(case: &Case, options: &MpmOptions, courant: f64) -> Option<String> {
+    let needed = 0.5 * courant * courant;
+    let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
+    let cutoff = options.node_mass_cutoff.unwrap_or(if wet { 0.0 } else { 1.0 });
+    (options.has_unbounded_small_node_strain() && cutoff < 0.99 * needed).then(|| {
+        format!(
+            "methods.mpm.stress_update: usl with linear shape functions (also dual-domain) can invert points \
+             at free surfaces; use musl, ugimp, or a node_mass_cutoff of {needed:.2e}, half the square of the \
+             Courant number of the step"
+        )
+    })
+}
+
+/// Warns of obstacles on the points of saturated bodies that nodes could represent exactly.
+fn obstacle_coupling_warning(case: &Case, options: &MpmOptions) -> Option<String> {
+    could_act_on_nodes(case, options).then(|| {
+        "methods.mpm.obstacles: with points, stress and pore pressure in the cells at an obstacle are a \
+         quarter too small, because points exert their pressure at their centres. With GIMP and CPDI the \
+         pressure of the row of points at the obstacle is lost within seconds. These obstacles lie on \
+         nodes: use nodes, which is exact there"
+            .to_owned()
+    })
+}
+
+/// Warns of free rigid bodies that pass through other rigid bodies.
+fn rigid_bodies_warning(case: &Case) -> Option<String> {
+    let mut rigid = case.bodies.iter().filter(|body| body.rigid);
+    let count = rigid.clone().count();
+    let free = rigid.find(|body| case.moves_freely(&body.name)).filter(|_| count > 1)?;
+    Some(format!(
+        "bodies: rigid bodies do not act on each other: {:?} passes through the others. Use a wall, or \
+         make one of two bodies deformable",
+        free.name
+    ))
+}
+
+/// Warns of time steps that are not stable.
+fn step_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
+    let mut warnings = Vec::new();
     if options.step_criterion == StepCriterion::Simple {
         warnings.push(
             "methods.mpm.step_criterion: with simple, steps may be longer than the drag and the fast wave of \
@@ -293,36 +325,37 @@ pub(super) fn warnings(
              surfaces; steps are limited to that"
         ));
     }
-    warnings.extend(open_side_warnings(case, options));
-    let rubs = |boundary: &Boundary| matches!(boundary.wall, Wall::Frictional { .. });
-    if options.wall_friction != WallFriction::default() && !case.boundaries.iter().any(rubs) {
-        warnings.push("methods.mpm.wall_friction: has no effect, no wall is frictional".to_owned());
+    warnings
+}
+
+/// Warns of options that change real motion or its time in a stage.
+fn stage_warnings(case: &Case, options: &MpmOptions, number: usize) -> Vec<String> {
+    let stage = &case.stages[number];
+    let ends_at_rest = stage.equilibrium.is_some();
+    let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
+    let mut warnings = Vec::new();
+    if options.mass_scaling > 1.0 && !ends_at_rest {
+        warnings.push(format!(
+            "methods.mpm.mass_scaling: slows the motion of stages[{number}], which has no `equilibrium`; it is \
+             for quasi-static stages"
+        ));
     }
-    for (number, stage) in case.stages.iter().enumerate() {
-        if options.mass_scaling > 1.0 && stage.equilibrium.is_none() {
-            warnings.push(format!(
-                "methods.mpm.mass_scaling: slows the motion of stages[{number}], which has no `equilibrium`; it is \
-                 for quasi-static stages"
-            ));
-        }
-        if options.integration == InternalForceIntegration::Gauss && stage.equilibrium.is_none() {
-            warnings.push(format!(
-                "methods.mpm.integration: with gauss, partly filled cells contribute to the internal force as \
-                 if they were full; stages[{number}] has no `equilibrium`, and it is for quasi-static stages"
-            ));
-        }
-        let seeps = case.bodies.iter().any(|body| body.pore_fluid.is_some());
-        if seeps && options.mass_scaling > 1.0 && stage.equilibrium.is_some() {
-            warnings.push(format!(
-                "stages[{number}]: mass scaling slows consolidation: the state at rest is correct, the time \
-                 to reach it is not"
-            ));
-        }
-        if stage.damping > 0.0 && stage.equilibrium.is_none() {
-            warnings.push(format!(
-                "stages[{number}].damping: local damping in a stage without `equilibrium` also slows real motion"
-            ));
-        }
+    if options.integration == InternalForceIntegration::Gauss && !ends_at_rest {
+        warnings.push(format!(
+            "methods.mpm.integration: with gauss, partly filled cells contribute to the internal force as \
+             if they were full; stages[{number}] has no `equilibrium`, and it is for quasi-static stages"
+        ));
+    }
+    if wet && options.mass_scaling > 1.0 && ends_at_rest {
+        warnings.push(format!(
+            "stages[{number}]: mass scaling slows consolidation: the state at rest is correct, the time \
+             to reach it is not"
+        ));
+    }
+    if stage.damping > 0.0 && !ends_at_rest {
+        warnings.push(format!(
+            "stages[{number}].damping: local damping in a stage without `equilibrium` also slows real motion"
+        ));
     }
     warnings
 }

@@ -1,10 +1,18 @@
 //! Solver with its components, and one step.
+//!
+//! The step hands each owner to the functions that read or change it. The module also limits the step and measures the distance from
+//! equilibrium. It knows all modules of the method; `setup`, `output` and `checkpoint` may know it.
+
+mod critical_step;
+mod equilibrium;
 
 use std::sync::Arc;
 
-use colluvium_case::{Manufactured, SolverError, TimeStep, limit_step_by_obstacles};
+use colluvium_case::{Manufactured, SolverError};
 
+use crate::background_grid::BackgroundGrid;
 use crate::boundary::boundary_conditions::BoundaryConditions;
+use crate::boundary::point_loads::set_manufactured_forces;
 use crate::boundary::rigid_bodies::{move_driven, update_driven_velocities};
 use crate::clock::Clock;
 use crate::config::StressScheme;
@@ -15,17 +23,9 @@ use crate::phases::nodal_phases::NodalPhases;
 use crate::phases::one_phase::OnePhase;
 use crate::phases::{SkeletonAndFluid, TwoPhase};
 use crate::points::bodies::Bodies;
-use crate::points::point_update::UpdateSelection;
-use crate::setup::manufactured::set_body_forces;
 use crate::stress::averages::CellAverages;
-use crate::transfer::background_grid::BackgroundGrid;
 use crate::transfer::p2g::P2gContent;
-
-/// Steps between re-evaluations of the critical time step.
-pub(crate) const STEPS_PER_TIME_STEP: u64 = 10;
-
-/// Largest displacement of an obstacle in a step (cells), so that contact begins before it has passed points.
-const MAX_OBSTACLE_MOVE: f64 = 0.25;
+use crate::transfer::point_update::UpdateSelection;
 
 /// Explicit MPM in `D` dimensions.
 pub struct MpmSolver<const D: usize> {
@@ -62,7 +62,7 @@ impl<const D: usize> MpmSolver<D> {
         boundary.node_obstacles.update_faces((clock.time, clock.dt), background, &mut boundary.walls);
         update_driven_velocities(clock, bodies, &mut boundary.driven);
         if let (Some(solution), None) = (manufactured, &two_phase) {
-            set_body_forces(solution, bodies, clock.time);
+            set_manufactured_forces(solution, bodies, clock.time);
         }
         let moved = match two_phase {
             Some(phases) => {
@@ -110,28 +110,6 @@ impl<const D: usize> MpmSolver<D> {
         if let Some(phases) = &mut self.two_phase {
             phases.find_heaviest(&self.bodies);
         }
-    }
-
-    /// Returns the largest stable step from the current state (sheet: mpm §2.10).
-    pub(crate) fn critical_step(&mut self) -> TimeStep {
-        if self.clock.limit.is_none() || self.clock.limit_age >= STEPS_PER_TIME_STEP {
-            let fixed = self.clock.options.time_step;
-            let courant = if fixed.is_some() { 1.0 } else { self.clock.options.courant };
-            let limit = self.wave_limit(courant);
-            let most = courant.min(self.clock.options.surface_courant(D));
-            self.clock.courant = fixed.map_or(most, |step| most * (step / limit.dt).min(1.0));
-            self.clock.limit = Some(self.limit_by_obstacle_motion(limit).or_fixed(fixed));
-            self.clock.limit_age = 0;
-        }
-        self.clock.limit.expect("set above")
-    }
-
-    /// Limits the critical step, so that no obstacle moves farther than [`MAX_OBSTACLE_MOVE`].
-    fn limit_by_obstacle_motion(&self, critical: TimeStep) -> TimeStep {
-        let BoundaryConditions { penalty_obstacles: rocks, node_obstacles: held, .. } = &self.boundary;
-        let moving = rocks.iter().flat_map(|rocks| rocks.moving()).chain(held.moving.iter());
-        let most = MAX_OBSTACLE_MOVE * self.clock.options.cell_size;
-        limit_step_by_obstacles(critical, moving, (self.clock.time, most, STEPS_PER_TIME_STEP + 1))
     }
 }
 

@@ -1,10 +1,10 @@
 //! Averages over cells and nodes, before forces and stresses are computed.
 
+use crate::background_grid::BackgroundGrid;
 use crate::stress::cell_integration::CellStresses;
 use crate::stress::dual_domain::DualDomainNodes;
 use crate::stress::free_surface::FreeSurface;
 use crate::stress::volumetric_strain::CellStrains;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Averages over cells and nodes; each is empty where the options do not need it.
 pub struct CellAverages<const D: usize> {

@@ -11,16 +11,16 @@ use colluvium_grid::{Layout, NodalState, Vector4};
 use rayon::prelude::*;
 
 use crate::MpmOptions;
+use crate::background_grid::BackgroundGrid;
+use crate::background_grid::averaging_cells::AveragingCells;
 use crate::clock::Clock;
 use crate::config::{InternalForceIntegration, ShapeFunctions};
-use crate::phases::pore_fluid::{LIQUID, SOLID};
 use crate::points::bodies::Bodies;
 use crate::points::point_set::PointSet;
-use crate::stress::averaging_cells::AveragingCells;
-use crate::transfer::background_grid::BackgroundGrid;
-use crate::transfer::p2g::force_columns;
+use crate::points::pore_fluid::{LIQUID, SOLID};
+use crate::stress::force_columns::force_columns;
 
-/// Average stresses of cells ([`crate::stress::averaging_cells`]), velocity field after velocity field. Empty where every point exerts its
+/// Average stresses of cells ([`crate::background_grid::averaging_cells`]), velocity field after velocity field. Empty where every point exerts its
 /// own force.
 #[derive(Clone, Debug, Default)]
 pub struct CellStresses {
@@ -204,14 +204,14 @@ pub fn average_stresses<const D: usize>(
     }
     let layout = background.cell_layout();
     stresses.reset(layout);
-    let ground = background.grid_view();
+    let view = background.grid_view();
     for (field, cells) in stresses.cells.chunks_exact_mut(layout.len()).enumerate() {
         let of_field = |set: &&PointSet<D>| set.field == field;
         layout.for_each_slab(cells, |slab, window, offset| {
             for set in bodies.sets.iter().filter(of_field) {
                 let domain = set.domain.as_slice();
                 for p in set.slabs[slab]..set.slabs[slab + 1] {
-                    let cell = domain.cell(p, &ground, &set.points.position[p]);
+                    let cell = domain.cell(p, &view, &set.points.position[p]);
                     let (s, pressure, volume) =
                         (set.total_stress(p).0, set.pore_pressure(p), set.points.volume[p]);
                     window[cell - offset][0] += Vector4::new([s[0], s[1], s[2], s[3]]) * volume;
@@ -239,12 +239,12 @@ fn reset_stresses<const D: usize>(
     stresses: &CellStresses,
 ) {
     let cells = background.cell_layout().len();
-    let ground = background.grid_view();
+    let view = background.grid_view();
     for set in bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
         let first = set.field * cells;
         let domain = set.domain.as_slice();
         let of_cell = |(p, position): (usize, &[f64; D])| {
-            let cell = first + domain.cell(p, &ground, position);
+            let cell = first + domain.cell(p, &view, position);
             stresses.full[cell].then(|| cell_average(&stresses.cells[cell]))
         };
         let places = || set.points.position.par_iter().enumerate().map(of_cell);
@@ -280,7 +280,7 @@ pub fn add_cell_forces<const D: usize>(
 mod tests {
     use super::*;
     use crate::MpmSolver;
-    use crate::transfer::dimension_dispatch::tests::begun;
+    use crate::setup::tests::begun;
     use colluvium_case::Case;
     use colluvium_points::ScratchBuffers;
     use serde_json::{Value, json};
@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_with_unequal_numbers_of_points_pull_at_their_nodes_unless_they_are_full() {
+    fn cells_with_unequal_numbers_of_points_exert_nodal_forces_unless_they_are_full() {
         // sheet: mpm S-04: 3, 2, 3 points of a third each under one stress.
         let [left, right] = forces("linear", "points", true);
         assert!((left - 7.0 / 3.0).abs() < 1e-14 && (right + 7.0 / 3.0).abs() < 1e-14, "{left}, {right}");

@@ -14,10 +14,10 @@ use colluvium_grid::{
 use rayon::prelude::*;
 
 use crate::MpmOptions;
+use crate::background_grid::BackgroundGrid;
+use crate::background_grid::averaging_cells::{AveragingCells, GridCells};
 use crate::points::bodies::Bodies;
 use crate::points::point_set::{PointColumns, PointSet};
-use crate::stress::averaging_cells::{AveragingCells, GridCells};
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Detection of the free surface.
 pub struct FreeSurface<const D: usize> {
@@ -60,8 +60,7 @@ pub fn free_surface<const D: usize>(
     if case.space == Space::Axisymmetric {
         return Err(CaseError::new("methods.mpm.free_surface", "is not available in axisymmetry"));
     }
-    let BackgroundGrid { grid, layout: own, elements, transfers: sweeps, linear_transfers: linear, .. } =
-        background;
+    let BackgroundGrid { grid, layout: own, elements, transfers, linear_transfers: linear, .. } = background;
     let on_grid = || Layout::with_basis(grid, &linear.basis_1d()).with_slabs_of(own);
     let layout = elements.as_ref().map_or_else(on_grid, |_| own.clone());
     Ok(Some(Box::new(FreeSurface {
@@ -70,7 +69,7 @@ pub fn free_surface<const D: usize>(
         occupied: vec![false; elements.as_ref().unwrap_or(&layout).len()],
         fill: vec![Vector4::ZERO; layout.len()],
         layout,
-        transfers: if background.is_meshed() { *sweeps } else { *linear },
+        transfers: if background.is_meshed() { *transfers } else { *linear },
         zero_width_domains: (!background.is_meshed()).then(|| vec![FixedDomain; most]),
         densities: case.bodies.iter().map(|body| spec(body).density()).collect(),
         liquid,
@@ -90,10 +89,9 @@ impl<const D: usize> FreeSurface<D> {
 
     /// Computes the fill ratios of the nodes.
     fn find(&mut self, background: &BackgroundGrid<D>, sets: &[PointSet<D>]) {
-        let Self { layout, sums, occupied, transfers: sweeps, zero_width_domains: thin, densities, .. } =
-            self;
+        let Self { layout, sums, occupied, transfers, zero_width_domains: thin, densities, .. } = self;
         let (layout, thin) = (&*layout, thin.as_deref());
-        let ground = GridView::new(&background.grid, &background.mesh, layout);
+        let view = GridView::new(&background.grid, &background.mesh, layout);
         sums.fill(Vector4::ZERO);
         occupied.fill(false);
         layout.for_each_slab(sums, |slab, window, offset| {
@@ -109,7 +107,7 @@ impl<const D: usize> FreeSurface<D> {
                         .for_each(|(value, mass)| *value = Vector4::splat(scale * mass));
                     let (to, volumes) =
                         (NodeRange { nodes: &mut *window, first: offset }, &volumes[..block.len()]);
-                    sweeps.p2g_values(&ground, &points.range(block), to, volumes, None);
+                    transfers.p2g_values(&view, &points.range(block), to, volumes, None);
                 }
             }
         });
@@ -117,7 +115,7 @@ impl<const D: usize> FreeSurface<D> {
             for set in sets {
                 let points = points(thin, &set.points.position, &set.domain, &set.extent);
                 for p in set.slabs[slab]..set.slabs[slab + 1] {
-                    window[points.domain.cell(p, &ground, &set.points.position[p]) - offset] = true;
+                    window[points.domain.cell(p, &view, &set.points.position[p]) - offset] = true;
                 }
             }
         });
@@ -136,8 +134,8 @@ impl<const D: usize> FreeSurface<D> {
         fill.par_chunks_mut(row).enumerate().for_each(|(number, line)| {
             for (place, ratio) in line.iter_mut().enumerate() {
                 let node = number * row + place;
-                let held = sums[node].as_array()[0];
-                if held == 0.0 {
+                let volume = sums[node].as_array()[0];
+                if volume == 0.0 {
                     *ratio = Vector4::ZERO;
                     continue;
                 }
@@ -147,7 +145,7 @@ impl<const D: usize> FreeSurface<D> {
                         around += cells.volume(cell);
                     }
                 });
-                *ratio = Vector4::splat(held / around * corners(cells) as f64);
+                *ratio = Vector4::splat(volume / around * corners(cells) as f64);
             }
         });
     }
@@ -192,7 +190,7 @@ fn remove_surface_stress<const D: usize>(
     surface: &FreeSurface<D>,
     set: &mut PointSet<D>,
 ) {
-    let ground = surface.grid_view(background);
+    let view = surface.grid_view(background);
     let density = surface.densities[set.body as usize];
     let PointSet { points: PointColumns { stress, volume, mass, position, .. }, domain, extent, .. } = set;
     let points = points(surface.zero_width_domains.as_deref(), position, domain, extent);
@@ -202,7 +200,7 @@ fn remove_surface_stress<const D: usize>(
         let mut all = [Vector4::ZERO; BLOCK_SIZE];
         let ratios = &mut all[..stresses.len()];
         let points = points.range(first..first + stresses.len());
-        surface.transfers.g2p_values(&ground, &points, &surface.fill, ratios);
+        surface.transfers.g2p_values(&view, &points, &surface.fill, ratios);
         for (k, ratio) in ratios.iter().enumerate() {
             if ratio.as_array()[0] <= surface.factor {
                 stresses[k].0 = [0.0; 6];
@@ -216,7 +214,7 @@ fn remove_surface_stress<const D: usize>(
 mod tests {
     use super::*;
     use crate::MpmSolver;
-    use crate::transfer::dimension_dispatch::tests::begun;
+    use crate::setup::tests::begun;
 
     /// A stack of water of two whole cells and half a cell, in a tank as wide.
     fn case() -> Case {

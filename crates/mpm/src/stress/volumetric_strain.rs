@@ -9,15 +9,15 @@ use colluvium_constitutive::{BLOCK_SIZE, Material, Motion, StateBlock, SymTensor
 use colluvium_grid::{InterpolatedMotion, Layout, Vector4};
 
 use crate::MpmOptions;
+use crate::background_grid::BackgroundGrid;
+use crate::background_grid::averaging_cells::AveragingCells;
 use crate::clock::Clock;
 use crate::config::VolumetricStrain;
 use crate::momentum::velocity_fields::{VelocityFields, VelocitySource};
 use crate::points::bodies::Bodies;
 use crate::points::point_set::PointSet;
-use crate::stress::averaging_cells::AveragingCells;
-use crate::transfer::background_grid::BackgroundGrid;
 
-/// Averaged volumetric strains of a step, by cell ([`crate::stress::averaging_cells`]) and by node.
+/// Averaged volumetric strains of a step, by cell ([`crate::background_grid::averaging_cells`]) and by node.
 #[derive(Clone, Debug, Default)]
 pub struct CellStrains {
     /// Number of the material of each body.
@@ -170,7 +170,7 @@ pub fn average_strains<const D: usize>(
     }
     let layouts = [&background.layout, background.cell_layout()];
     strains.reset(layouts);
-    let (ground, [_, of_cells]) = (background.grid_view(), layouts);
+    let (view, [_, of_cells]) = (background.grid_view(), layouts);
     let CellStrains { materials, cells, .. } = &mut *strains;
     for (material, cells) in cells.chunks_exact_mut(of_cells.len()).enumerate() {
         let of_material =
@@ -183,7 +183,7 @@ pub fn average_strains<const D: usize>(
                     let (all, places) = (&mut all[..block.len()], &mut places[..block.len()]);
                     read(set, block.clone(), all);
                     set.domain.as_slice().range(block.clone()).cells(
-                        &ground,
+                        &view,
                         &set.points.position[block.clone()],
                         places,
                     );
@@ -228,7 +228,7 @@ pub fn average_strains_of_one_phase<const D: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stress::averaging_cells::GridCells;
+    use crate::background_grid::averaging_cells::GridCells;
     use colluvium_constitutive::{Mat3, PoreFluidState};
     use colluvium_grid::{Grid, GridView, LinearBasis, Mesh};
 
@@ -270,8 +270,8 @@ mod tests {
         let mut layout = Layout::new::<2, LinearBasis>(&grid);
         layout.add_points(&[[0.5, 0.5], [1.5, 0.5], [2.5, 1.5]]);
         let mesh = Mesh::default();
-        let ground = GridView::new(&grid, &mesh, &layout);
-        let number = |i: usize, j: usize| ground.lowest_node(&[i as f64 + 0.5, j as f64 + 0.5]);
+        let view = GridView::new(&grid, &mesh, &layout);
+        let number = |i: usize, j: usize| view.lowest_node(&[i as f64 + 0.5, j as f64 + 0.5]);
         let (cells, nodes) = (vec![Vector4::ZERO; layout.len()], vec![Vector4::ZERO; layout.len()]);
         let mut shared = CellStrains { materials: vec![0], cells, nodes };
         for (i, column) in strains.iter().enumerate() {

@@ -3,12 +3,12 @@
 
 use colluvium_grid::PointSlice;
 
+use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
 use crate::config::VelocityTransfer;
 use crate::momentum::velocity_fields::VelocityFields;
 use crate::points::bodies::Bodies;
 use crate::points::point_set::par_for_each_chunk;
-use crate::transfer::background_grid::BackgroundGrid;
 
 /// Sets moments or gradients of the initial velocities, from differences over a cell.
 pub fn initialise_affine<const D: usize>(
@@ -16,12 +16,12 @@ pub fn initialise_affine<const D: usize>(
     background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
 ) {
-    let ground = background.grid_view();
-    let cell = ground.grid.cell;
+    let view = background.grid_view();
+    let cell = view.grid.cell;
     for set in bodies.sets.iter_mut().filter(|set| !set.points.affine.is_empty()) {
         let field = &clock.case.bodies[set.body as usize].velocity;
         let mut moments = vec![[0.0; D]; set.points.affine.len()];
-        background.transfers.second_moments(&ground, &set.point_slice(), &mut moments);
+        background.transfers.second_moments(&view, &set.point_slice(), &mut moments);
         for ((affine, squares), position) in
             set.points.affine.iter_mut().zip(&moments).zip(&set.points.position)
         {
@@ -47,14 +47,14 @@ pub fn g2p_affine<const D: usize>(
     bodies: &mut Bodies<D>,
     nodes: &VelocityFields,
 ) {
-    let (ground, sweeps) = (background.grid_view(), background.transfers);
+    let (view, transfers) = (background.grid_view(), background.transfers);
     let moments = clock.options.transfer == VelocityTransfer::Apic;
     for set in bodies.sets.iter_mut().filter(|set| !set.points.affine.is_empty()) {
         let nodes = &nodes.solved[set.field * background.layout.len()..];
         let points =
             PointSlice { position: &set.points.position, domain: set.domain.as_slice(), extent: &set.extent };
         par_for_each_chunk(&mut set.points.affine, &points, &|affine, points| {
-            sweeps.g2p_affine(&ground, points, nodes, moments, affine);
+            transfers.g2p_affine(&view, points, nodes, moments, affine);
         });
     }
 }
@@ -67,11 +67,11 @@ pub fn affine_energies<const D: usize>(
     background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
 ) -> [f64; D] {
-    let (ground, mut energies) = (background.grid_view(), [0.0; D]);
+    let (view, mut energies) = (background.grid_view(), [0.0; D]);
     let carrying = bodies.sets.iter().filter(|set| set.rigid.is_none() && !set.points.affine.is_empty());
     for set in carrying {
         let mut moments = vec![[0.0; D]; set.len()];
-        background.transfers.second_moments(&ground, &set.point_slice(), &mut moments);
+        background.transfers.second_moments(&view, &set.point_slice(), &mut moments);
         for ((affine, squares), mass) in set.points.affine.iter().zip(&moments).zip(&set.points.mass) {
             for (energy, row) in energies.iter_mut().zip(affine) {
                 let each = row.iter().zip(squares).map(|(c, square)| match clock.options.transfer {

@@ -1,10 +1,10 @@
-//! Transfers between points and nodes: particle to grid, FLIP, XPIC, APIC, and the grid itself.
+//! Transfers between points and nodes: particle to grid, FLIP, XPIC, APIC, and the update of points from the grid (sheet: mpm §2.3,
+//! §2.6).
 //!
-//! The module uses weights and masses, but no material law (sheet: mpm §2.3, §2.6).
+//! Particle to grid sums the forces of all other modules: stress, contact, obstacles, loads. The update of points calls the material law.
+//! Only `phases`, `solver`, `setup` and `output` may know this module.
 
 pub(crate) mod affine_transfer;
-pub(crate) mod background_grid;
-pub(crate) mod dimension_dispatch;
 pub(crate) mod p2g;
-pub(crate) mod unstructured_mesh;
+pub(crate) mod point_update;
 pub(crate) mod xpic;

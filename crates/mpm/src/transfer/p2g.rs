@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
-use colluvium_constitutive::{BLOCK_SIZE, SymTensor};
-use colluvium_grid::{AffineFields, NodeRange, P2gInput, Vector4};
+use colluvium_constitutive::BLOCK_SIZE;
+use colluvium_grid::{AffineFields, GridView, NodalState, NodeRange, P2gInput, Vector4};
 
 use crate::VelocityTransfer;
+use crate::background_grid::BackgroundGrid;
 use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::boundary::nodal_loads::apply_nodal_loads;
 use crate::boundary::point_loads::apply_loads;
@@ -13,6 +14,7 @@ use crate::boundary::prescribed_motion::impose_patch_velocity_remapped;
 use crate::boundary::rigid_bodies::impose_rigid_velocity_remapped;
 use crate::clock::Clock;
 use crate::contact::contact_correction::{correct_remapped, scatter_surfaces};
+use crate::contact::rigid_contact::ContactContext;
 use crate::momentum::velocity_fields::VelocityFields;
 use crate::obstacles::obstacle_penalty::penalty_forces;
 use crate::points::bodies::Bodies;
@@ -21,7 +23,7 @@ use crate::points::vectors::{first_three, vector4};
 use crate::stress::averages::CellAverages;
 use crate::stress::cell_integration::{add_cell_forces, average_stresses};
 use crate::stress::dual_domain::{add_dual_forces, share, share_stresses};
-use crate::transfer::background_grid::BackgroundGrid;
+use crate::stress::force_columns::force_columns;
 
 /// Content of a transfer to the nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,21 +36,6 @@ pub enum P2gContent {
     Forces,
 }
 
-/// Force columns `columns[j] = -V σ e_j`.
-#[inline(always)]
-pub fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Vector4; D] {
-    let s = &stress.0;
-    let columns = [
-        Vector4::new([s[0], s[3], s[5], 0.0]),
-        Vector4::new([s[3], s[1], s[4], 0.0]),
-        Vector4::new([s[5], s[4], s[2], 0.0]),
-    ];
-    let mut mask = [0.0; 4];
-    mask[..D].fill(-volume);
-    let scale = Vector4::new(mask);
-    std::array::from_fn(|j| columns[j] * scale)
-}
-
 /// Adds to the nodes of a field the momenta of its bodies, `N` times mass times the velocities (m/s) of `of`, and the contributions of the
 /// affine fields of `transfer`.
 pub fn p2g_momenta<const D: usize>(
@@ -59,7 +46,7 @@ pub fn p2g_momenta<const D: usize>(
     of: fn(&PointSet<D>) -> &[[f64; D]],
     transfer: VelocityTransfer,
 ) {
-    let ground = background.grid_view();
+    let view = background.grid_view();
     background.layout.for_each_slab(nodes, |slab, window, offset| {
         let mut values = [Vector4::ZERO; BLOCK_SIZE];
         for set in sets.iter().filter(|set| set.field == field) {
@@ -71,7 +58,7 @@ pub fn p2g_momenta<const D: usize>(
                 }
                 let to = NodeRange { nodes: &mut *window, first: offset };
                 let affine = affine_of(transfer, set, block.clone());
-                background.transfers.p2g_values(&ground, &set.point_slice().range(block), to, values, affine);
+                background.transfers.p2g_values(&view, &set.point_slice().range(block), to, values, affine);
             }
         }
     });
@@ -107,7 +94,89 @@ fn affine_of<const D: usize>(
     })
 }
 
-/// Point to grid (step 1), slab by slab.
+/// Contributions of points to the nodes of their velocity field.
+struct PointScatter<'a, const D: usize> {
+    background: &'a BackgroundGrid<D>,
+    transfer: VelocityTransfer,
+    content: P2gContent,
+    /// Full cells of the field, whose internal force is not summed over their points.
+    full_cells: Option<&'a [bool]>,
+    /// Whether the nodes take a share of the stress (dual domains).
+    has_dual_domains: bool,
+}
+
+impl<const D: usize> PointScatter<'_, D> {
+    /// Adds the contributions of the bodies of a velocity field to its nodes, slab by slab.
+    fn add_field(&self, sets: &[PointSet<D>], field: usize, nodes: &mut [NodalState]) {
+        let BackgroundGrid { layout, transfers, axisymmetric, .. } = self.background;
+        let view = self.background.grid_view();
+        layout.for_each_slab(nodes, |slab, window, offset| {
+            let mut buffer = P2gBuffer::NOTHING;
+            for set in sets.iter().filter(|set| set.field == field) {
+                let loaded = !set.points.traction.is_empty() && self.content != P2gContent::Motion;
+                let pressed = !set.points.obstacle_contact.is_empty() && self.content != P2gContent::Motion;
+                for block in set.blocks_of(slab) {
+                    self.fill(&view, set, block.clone(), [loaded, pressed], &mut buffer);
+                    let (count, affine) = (block.len(), affine_of(self.transfer, set, block.clone()));
+                    let has_body_force = *axisymmetric || loaded || pressed;
+                    let input = P2gInput {
+                        momentum_and_mass: &buffer.motion[..count],
+                        stress_columns: &buffer.columns[..count],
+                        body_force: if has_body_force { &buffer.body[..count] } else { &[] },
+                        affine: affine.filter(|_| self.content != P2gContent::Forces),
+                    };
+                    let to = NodeRange { nodes: &mut *window, first: offset };
+                    transfers.p2g(&view, &set.point_slice().range(block), to, &input);
+                }
+            }
+        });
+        layout.sum_periodic_images(nodes, |sum, node| {
+            if self.content != P2gContent::Forces {
+                sum.momentum_and_mass += node.momentum_and_mass;
+            }
+            if self.content != P2gContent::Motion {
+                sum.force += node.force;
+            }
+        });
+    }
+
+    /// Sets the contributions of the points `block` of a set, which may be `loaded`, and `pressed` by obstacles.
+    #[inline(always)]
+    fn fill(
+        &self,
+        view: &GridView<'_, D>,
+        set: &PointSet<D>,
+        block: Range<usize>,
+        [loaded, pressed]: [bool; 2],
+        buffer: &mut P2gBuffer<D>,
+    ) {
+        let (points, domain, full_cells) = (&set.points, set.domain.as_slice(), self.full_cells);
+        for (k, p) in block.enumerate() {
+            let mass = if self.content == P2gContent::Forces { 0.0 } else { points.mass[p] };
+            buffer.motion[k] = vector4(&points.velocity[p], 1.0) * mass;
+            let is_in_full_cell =
+                full_cells.is_some_and(|full| full[domain.cell(p, view, &points.position[p])]);
+            let exerts_stress = self.content != P2gContent::Motion && !is_in_full_cell;
+            let volume = if exerts_stress { points.volume[p] } else { 0.0 };
+            let own_share = if self.has_dual_domains { share(view.grid, &points.position[p]) } else { 1.0 };
+            buffer.columns[k] = force_columns::<D>(&points.stress[p], own_share * volume);
+            buffer.body[k] = if self.background.axisymmetric {
+                let hoop = -volume * points.stress[p][2] / points.position[p][0];
+                Vector4::new([hoop, 0.0, 0.0, 0.0])
+            } else {
+                Vector4::ZERO
+            };
+            if loaded {
+                buffer.body[k] += vector4(&points.traction[p], 0.0);
+            }
+            if pressed {
+                buffer.body[k] += vector4(&points.obstacle_contact[p].force, 0.0);
+            }
+        }
+    }
+}
+
+/// Point to grid (step 1).
 pub fn p2g<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -115,92 +184,34 @@ pub fn p2g<const D: usize>(
     nodes: &mut VelocityFields,
     boundary: &mut BoundaryConditions<D>,
     averages: &mut CellAverages<D>,
-    what: P2gContent,
+    content: P2gContent,
 ) {
     apply_loads(clock, bodies, &boundary.load_starts);
-    if what != P2gContent::Motion {
+    if content != P2gContent::Motion {
         penalty_forces(clock, background, bodies, &mut boundary.penalty_obstacles);
         average_stresses(clock, background, bodies, &mut averages.stresses);
     }
     let fields = nodes.fields(&background.layout);
     share_stresses(background, bodies, fields, &mut averages.dual_domain);
-    if what != P2gContent::Forces {
+    if content != P2gContent::Forces {
         scatter_surfaces(background, bodies, &boundary.walls, &mut boundary.contacts);
     }
-    let CellAverages { stresses, dual_domain: dual, .. } = &*averages;
-    let BackgroundGrid { layout, transfers: sweeps, axisymmetric, grid, .. } = background;
-    let (sets, ground, axisymmetric) = (&bodies.sets, background.grid_view(), *axisymmetric);
-    let (transfer, cells) = (clock.options.transfer, background.cell_layout().len());
-    let shared = dual.is_used();
-    let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
-    for (field, nodes) in nodes.solved.chunks_exact_mut(layout.len()).enumerate() {
-        let full = stresses.full_cells(field, cells);
-        layout.for_each_slab(nodes, |slab, window, offset| {
-            let mut given = P2gBuffer::NOTHING;
-            for set in of_field(field) {
-                let domain = set.domain.as_slice();
-                let loaded = !set.points.traction.is_empty() && what != P2gContent::Motion;
-                let pressed = !set.points.pressed.is_empty() && what != P2gContent::Motion;
-                for block in set.blocks_of(slab) {
-                    for (k, p) in block.clone().enumerate() {
-                        let mass = if what == P2gContent::Forces { 0.0 } else { set.points.mass[p] };
-                        given.motion[k] = vector4(&set.points.velocity[p], 1.0) * mass;
-                        let left_to_cell =
-                            full.is_some_and(|full| full[domain.cell(p, &ground, &set.points.position[p])]);
-                        let pulls = what != P2gContent::Motion && !left_to_cell;
-                        let volume = if pulls { set.points.volume[p] } else { 0.0 };
-                        let own = if shared { share(grid, &set.points.position[p]) } else { 1.0 };
-                        given.columns[k] = force_columns::<D>(&set.points.stress[p], own * volume);
-                        if axisymmetric {
-                            let hoop = -volume * set.points.stress[p][2] / set.points.position[p][0];
-                            given.body[k] = Vector4::new([hoop, 0.0, 0.0, 0.0]);
-                        } else {
-                            given.body[k] = Vector4::ZERO;
-                        }
-                        if loaded {
-                            given.body[k] += vector4(&set.points.traction[p], 0.0);
-                        }
-                        if pressed {
-                            given.body[k] += vector4(&set.points.pressed[p].force, 0.0);
-                        }
-                    }
-                    let count = block.len();
-                    let deposit = P2gInput {
-                        momentum_and_mass: &given.motion[..count],
-                        stress_columns: &given.columns[..count],
-                        body_force: if axisymmetric || loaded || pressed {
-                            &given.body[..count]
-                        } else {
-                            &[]
-                        },
-                        affine: affine_of(transfer, set, block.clone())
-                            .filter(|_| what != P2gContent::Forces),
-                    };
-                    let to = NodeRange { nodes: &mut *window, first: offset };
-                    sweeps.p2g(&ground, &set.point_slice().range(block), to, &deposit);
-                }
-            }
-        });
-        layout.sum_periodic_images(nodes, |sum, node| {
-            if what != P2gContent::Forces {
-                sum.momentum_and_mass += node.momentum_and_mass;
-            }
-            if what != P2gContent::Motion {
-                sum.force += node.force;
-            }
-        });
-    }
-    if what != P2gContent::Motion {
-        add_cell_forces(background, stresses, &mut nodes.solved);
-        add_dual_forces(background, dual, &mut nodes.solved);
-        apply_nodal_loads(
-            clock,
+    let CellAverages { stresses, dual_domain, .. } = &*averages;
+    for (field, nodes) in nodes.solved.chunks_exact_mut(background.layout.len()).enumerate() {
+        let scatter = PointScatter {
             background,
-            bodies,
-            &mut nodes.solved,
-            &boundary.nodal_loads,
-            &boundary.load_starts,
-        );
+            transfer: clock.options.transfer,
+            content,
+            full_cells: stresses.full_cells(field, background.cell_layout().len()),
+            has_dual_domains: dual_domain.is_used(),
+        };
+        scatter.add_field(&bodies.sets, field, nodes);
+    }
+    if content != P2gContent::Motion {
+        add_cell_forces(background, stresses, &mut nodes.solved);
+        add_dual_forces(background, dual_domain, &mut nodes.solved);
+        let BoundaryConditions { nodal_loads, load_starts, .. } = &*boundary;
+        apply_nodal_loads(clock, background, bodies, &mut nodes.solved, nodal_loads, load_starts);
     }
 }
 
@@ -268,9 +279,11 @@ fn velocities_of_remapped<const D: usize>(
         });
     }
     impose_rigid_velocity_remapped(background, &boundary.driven, &boundary.contacts, &mut nodes.remapped);
+    let BoundaryConditions { walls, driven, contacts, row_contacts, .. } = boundary;
     if !start {
-        correct_remapped(clock, background, bodies.mass_cutoff(clock), nodes, boundary);
+        let mass_cutoff = bodies.mass_cutoff(clock);
+        let context = ContactContext { clock, background, bodies, mass_cutoff, walls, contacts };
+        correct_remapped(&context, nodes, row_contacts);
     }
-    let BoundaryConditions { driven, contacts, .. } = &*boundary;
     impose_patch_velocity_remapped(clock, background, driven, contacts, &mut nodes.remapped);
 }

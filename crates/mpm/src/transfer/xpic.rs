@@ -11,13 +11,13 @@
 use colluvium_grid::{PointSlice, Vector4};
 
 use crate::VelocityTransfer;
+use crate::background_grid::BackgroundGrid;
 use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::boundary::prescribed_motion::clear_patch_components;
 use crate::clock::Clock;
 use crate::momentum::velocity_fields::VelocityFields;
 use crate::points::bodies::Bodies;
 use crate::points::point_set::{CHUNK_POINTS, PointSet, par_for_each_chunk};
-use crate::transfer::background_grid::BackgroundGrid;
 use crate::transfer::p2g::p2g_momenta;
 
 /// Removes `(I - S S⁺)^m V`, or the share of the step, from the velocities of the points; the update with `Δt S a` is that of FLIP.
@@ -28,12 +28,12 @@ pub fn filter_velocities<const D: usize>(
     nodes: &mut VelocityFields,
     boundary: &BoundaryConditions<D>,
 ) {
-    let (len, ground, sweeps) = (background.layout.len(), background.grid_view(), background.transfers);
+    let (len, view, transfers) = (background.layout.len(), background.grid_view(), background.transfers);
     for set in &mut bodies.sets {
         set.points.scratch.copy_from_slice(&set.points.velocity);
         let nodes = &nodes.solved[set.field * len..];
         // The velocity at the start of the step, walls included.
-        subtract(set, &|points, out| sweeps.g2p_start_velocity(&ground, points, nodes, clock.dt, out));
+        subtract(set, &|points, out| transfers.g2p_start_velocity(&view, points, nodes, clock.dt, out));
     }
     for _ in 1..clock.options.xpic_order {
         filter_once(clock, background, bodies, nodes, boundary);
@@ -73,10 +73,10 @@ fn filter_once<const D: usize>(
         });
     }
     clear_patch_components(clock, background, &boundary.driven, &boundary.contacts, &mut nodes.remapped);
-    let (len, ground, sweeps) = (background.layout.len(), background.grid_view(), background.transfers);
+    let (len, view, transfers) = (background.layout.len(), background.grid_view(), background.transfers);
     for set in &mut bodies.sets {
         let nodes = &nodes.remapped[set.field * len..];
-        subtract(set, &|points, out| sweeps.g2p_values(&ground, points, nodes, out));
+        subtract(set, &|points, out| transfers.g2p_values(&view, points, nodes, out));
     }
 }
 

@@ -1,4 +1,4 @@
-//! What the tests share.
+//! Functions that the tests share.
 
 use colluvium_case::{Case, RunReport, Solver};
 use colluvium_mpm::Mpm;
@@ -18,7 +18,7 @@ pub fn begin(case: &Case) -> Box<dyn Solver> {
     cases::start_solver(&Mpm, case)
 }
 
-/// What a method tells of its state under this name, at the time.
-pub fn reading(solver: &dyn Solver, name: &str) -> f64 {
+/// Current value of a scalar output.
+pub fn scalar_output(solver: &dyn Solver, name: &str) -> f64 {
     solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
 }

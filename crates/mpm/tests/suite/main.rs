@@ -1,31 +1,13 @@
-//! The solver and what it stands on, against closed forms, conservation laws and its promises about bits.
+//! Tests of the solver and its parts against closed forms, conservation laws and its promises about bits, in the rooms of the crate.
 
-mod bands;
-mod bearing;
-mod boundaries;
+mod boundary;
 mod common;
-mod consistent;
 mod contact;
-mod driven;
-mod frames;
-mod light;
-mod liquids;
-mod loads;
-mod loose;
-mod materials;
 mod mesh;
-mod mesh_contact;
-mod mesh_phases;
-mod moving;
-mod obstacle_regions;
+mod momentum;
 mod obstacles;
-mod pressing;
-mod sampling;
-mod saturated_obstacles;
-mod shapes;
-mod sheets;
+mod phases;
+mod points;
 mod solver;
-mod stopping;
-mod tension;
-mod transfers;
-mod two_phase;
+mod stress;
+mod transfer;

@@ -31,7 +31,7 @@ fn case(more: Value) -> Case {
 }
 
 #[test]
-fn a_body_that_flies_through_elements_feels_nothing() {
+fn a_body_in_free_flight_through_elements_has_no_stress() {
     // sheet: mpm A-04.
     for points in [1, 2, 3] {
         let report = solve(&case(json!({
@@ -96,7 +96,7 @@ fn a_restored_solver_continues_to_the_last_bit() {
 }
 
 #[test]
-fn the_time_step_goes_by_the_least_height() {
+fn the_time_step_depends_on_the_least_height() {
     // Right triangles with legs of 0.1 m: 2 A / l_max = 0.1 / √2.
     let still = json!({ "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] } }] });
     let mut solver = Mpm.build(&case(still)).unwrap();
@@ -121,7 +121,7 @@ fn falling(floor: bool) -> Result<RunReport, String> {
 }
 
 #[test]
-fn walls_hold_nodes_that_no_point_has_touched_yet() {
+fn walls_hold_nodes_that_no_point_has_reached_yet() {
     // sheet: mpm S-08: no deeper than an element; without the wall it falls through.
     let lowest =
         |report: &RunReport| report.snapshot.positions.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
@@ -296,7 +296,7 @@ fn a_file_of_gmsh_gives_mesh_and_walls() {
 }
 
 #[test]
-fn what_a_mesh_cannot_honour_is_refused_by_name() {
+fn options_without_support_on_a_mesh_are_rejected_by_key() {
     for (key, value) in [
         ("shape", json!("ugimp")),
         ("shape", json!("quadratic")),

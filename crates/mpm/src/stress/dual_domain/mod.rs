@@ -1,11 +1,9 @@
 //! Dual domain material point method (Zhang et al. 2011; sheet: mpm §2.5f): gradients that do not jump at cell faces.
 //!
-//! Values are those of the linear functions. The gradient is `α ∇N_i + (1 - α) Σ_j N_j g_ji`, where `g_ji` is the average
 //! Values are those of the linear functions. The gradient is `α ∇N_i + (1 - α) Σ_j N_j g_ji`, where `g_ji` is the average of `∇N_i` around
 //! node `j`, weighted with `N_j`, and `α`, the product of the linear functions of the cell over its largest value, vanishes on the faces.
 //! The share `1 - α` of a point's stress goes to the nodes, with `N_j`, which add the force of their stress; the share `1 - α` of its
 //! velocity gradient is that of the nodes.
-//! An average over all cells around a node would reach nodes beyond those of cells that hold points: they have no mass, and
 //! An average over all cells around a node would reach nodes beyond those of cells with points: they have no mass, and the force on them,
 //! with its momentum, would be lost. Here averages are over the cells with points. Then forces act on nodes of such cells only, and as
 //! every `g_j` is an average of the same gradients, `Σ_i g_ji = 0` and `Σ_i x_i ⊗ g_ji = 1` hold at the surface too: momentum is conserved
@@ -15,11 +13,11 @@ use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::SymTensor;
 use colluvium_grid::{Grid, Layout, NodalState, Vector4};
 
+use crate::background_grid::BackgroundGrid;
 use crate::config::{ShapeFunctions, VolumetricStrain};
 use crate::momentum::velocity_fields::{VelocityFields, VelocitySource};
 use crate::points::bodies::Bodies;
 use crate::points::point_set::PointSet;
-use crate::transfer::background_grid::BackgroundGrid;
 use crate::{MpmOptions, VelocityTransfer};
 
 /// Stresses, volumes and velocity gradients of nodes, velocity field after velocity field. Empty where another shape is
@@ -168,12 +166,12 @@ impl DualDomainNodes {
                 for ((position, stress), volume) in positions.iter().zip(stresses).zip(volumes) {
                     let (cell, s) = cell_and_offset(grid, position);
                     let lowest = (0..D).map(|a| cell[a] * strides[a]).sum::<usize>() - offset;
-                    let (t, given) = (&stress.0, volume * (1.0 - own_share(&s)));
+                    let (t, shared_volume) = (&stress.0, volume * (1.0 - own_share(&s)));
                     for k in 0..CellCorners::<D>::COUNT {
-                        let given = given * weight(k, &s);
+                        let shared_volume = shared_volume * weight(k, &s);
                         let node = &mut window[lowest + corners.offsets[k]];
-                        node[0] += Vector4::new([t[0], t[1], t[2], t[3]]) * given;
-                        node[1] += Vector4::new([t[4], t[5], 0.0, 0.0]) * given;
+                        node[0] += Vector4::new([t[0], t[1], t[2], t[3]]) * shared_volume;
+                        node[1] += Vector4::new([t[4], t[5], 0.0, 0.0]) * shared_volume;
                     }
                     window[lowest][1] += Vector4::new([0.0, 0.0, 1.0, 0.0]);
                 }
@@ -280,9 +278,9 @@ impl DualDomainNodes {
         let mut columns = gradient.map(|column| column * own);
         for k in 0..CellCorners::<D>::COUNT {
             let offset: usize = (0..D).map(|a| (k >> a & 1) * strides[a]).sum();
-            let given = (1.0 - own) * weight(k, &s);
+            let shared_volume = (1.0 - own) * weight(k, &s);
             for (column, slope) in columns.iter_mut().zip(&self.velocity_gradients[lowest + offset]) {
-                *column += *slope * given;
+                *column += *slope * shared_volume;
             }
         }
         *gradient = columns;
@@ -348,3 +346,91 @@ pub fn average_velocity_gradients<const D: usize>(
 
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+mod power_tests {
+    use super::tests::rough;
+    use super::*;
+    use crate::MpmSolver;
+    use crate::setup::tests::begun;
+    use colluvium_grid::{LinearBasis, NodeSupport, Stencil};
+
+    /// Power of the stresses of the points, with the velocity gradients of the solved nodes.
+    fn stress_power<const D: usize>(solver: &MpmSolver<D>) -> f64 {
+        let (set, mut power) = (&solver.bodies.sets[0], 0.0);
+        for (p, x) in set.points.position.iter().enumerate() {
+            let support: Stencil<D, 2> = Stencil::new::<LinearBasis>(&solver.background.grid, x, &set.extent);
+            let mut gradient =
+                support.g2p(&solver.nodes.solved, &solver.background.layout.strides()).gradient;
+            solver.averages.dual_domain.blend(
+                0,
+                &solver.background.grid,
+                &solver.background.layout,
+                x,
+                &mut gradient,
+            );
+            for (j, column) in gradient.into_iter().enumerate() {
+                let column = column.to_array();
+                power -= (0..D)
+                    .map(|i| set.points.volume[p] * set.points.stress[p].at(i, j) * column[i])
+                    .sum::<f64>();
+            }
+        }
+        power
+    }
+
+    /// Power of the nodal forces, which is that of the points' stresses for any velocities: force and velocity gradient use the same gradients.
+    fn power<const D: usize>(space: &str) {
+        let all = |value: f64| vec![value; D];
+        let text = serde_json::json!({
+            "title": "ball", "space": space, "domain": { "min": all(0.0), "max": all(1.0) }, "gravity": all(0.0),
+            "materials": { "m": { "model": "linear-elastic", "density": 7, "youngs_modulus": 1, "poissons_ratio": 0 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": all(0.5), "radius": 0.3 } }],
+            "stages": [{ "name": "s", "duration": 1 }],
+            "methods": { "mpm": { "cell_size": 0.2, "shape": "dual-domain", "stress_update": "usl" } }
+        });
+        let case = Case::from_json(&text.to_string()).unwrap();
+        let mut solver = begun::<D>(&case);
+        let set = &mut solver.bodies.sets[0];
+        for (p, position) in set.points.position.iter_mut().enumerate() {
+            let wave = rough([0.37 * p as f64; 1]);
+            (0..D).for_each(|c| position[c] += 0.1 * wave[c]);
+            let [a, b, c] = rough([1.0 + 0.53 * p as f64; 1]);
+            let in_space = |axis: usize, value: f64| if axis < D { value } else { 0.0 };
+            set.points.stress[p] =
+                SymTensor([a, b, c, in_space(1, a * b), in_space(2, b * c), in_space(2, c * a)]);
+        }
+        solver.sort();
+        solver.p2g_for_tests();
+        let mut power = 0.0;
+        let mut total = [0.0; 3];
+        for (n, node) in solver.nodes.solved.iter_mut().enumerate() {
+            let (force, mass) = (node.force.to_array(), node.momentum_and_mass.as_array()[3]);
+            assert!(mass > 0.0 || force[..3] == [0.0; 3], "force on a node without mass: {force:?}");
+            let velocity = rough([0.2 + 0.11 * n as f64; 1]);
+            for c in 0..D {
+                power += force[c] * velocity[c];
+                total[c] += force[c];
+            }
+            node.momentum_and_mass = Vector4::new([velocity[0], velocity[1], velocity[2], mass]);
+        }
+        assert!(total.iter().all(|force| force.abs() < 1e-14), "{space}: {total:?}");
+        average_velocity_gradients(
+            &solver.background,
+            (&solver.nodes, VelocitySource::Solved),
+            &mut solver.averages.dual_domain,
+        );
+        let exact = stress_power(&solver);
+        assert!(
+            (power - exact).abs() < 1e-13 * exact.abs().max(1.0) && exact != 0.0,
+            "{space}: {power}, {exact}"
+        );
+    }
+
+    #[test]
+    fn forces_do_the_work_of_the_stresses_and_fall_on_nodes_with_mass() {
+        power::<1>("1d");
+        power::<2>("plane-strain");
+        power::<3>("3d");
+    }
+}

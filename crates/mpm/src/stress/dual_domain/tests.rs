@@ -1,5 +1,4 @@
 use crate::stress::dual_domain::*;
-use crate::transfer::dimension_dispatch::tests::begun;
 use colluvium_grid::{LinearBasis, NodeSupport, Stencil};
 use proptest::prelude::*;
 
@@ -115,7 +114,7 @@ fn linear_fields<const D: usize>(ground: &mut Ground<D>, x: &[f64; D]) {
 }
 
 /// Irregular field.
-fn rough<const D: usize>(x: [f64; D]) -> [f64; 3] {
+pub fn rough<const D: usize>(x: [f64; D]) -> [f64; 3] {
     let phase: f64 = x.iter().enumerate().map(|(a, x)| (7.3 + 3.1 * a as f64) * x * x).sum();
     [phase.sin(), (1.7 * phase).cos(), (phase + 0.4).sin()]
 }
@@ -131,77 +130,6 @@ fn continuous<const D: usize>(mut place: [f64; D], axis: usize) {
     for (a, b) in below.as_flattened().iter().zip(above.as_flattened()) {
         assert!((a - b).abs() < 1e-6, "{place:?}: {a} and {b}");
     }
-}
-
-/// Power of the nodal forces, which is that of the points' stresses for any velocities: force and velocity gradient use the same gradients.
-fn power<const D: usize>(space: &str) {
-    let all = |value: f64| vec![value; D];
-    let text = serde_json::json!({
-        "title": "ball", "space": space, "domain": { "min": all(0.0), "max": all(1.0) }, "gravity": all(0.0),
-        "materials": { "m": { "model": "linear-elastic", "density": 7, "youngs_modulus": 1, "poissons_ratio": 0 } },
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": all(0.5), "radius": 0.3 } }],
-        "stages": [{ "name": "s", "duration": 1 }],
-        "methods": { "mpm": { "cell_size": 0.2, "shape": "dual-domain", "stress_update": "usl" } }
-    });
-    let case = Case::from_json(&text.to_string()).unwrap();
-    let mut solver = begun::<D>(&case);
-    let set = &mut solver.bodies.sets[0];
-    for (p, position) in set.points.position.iter_mut().enumerate() {
-        let wave = rough([0.37 * p as f64; 1]);
-        (0..D).for_each(|c| position[c] += 0.1 * wave[c]);
-        let [a, b, c] = rough([1.0 + 0.53 * p as f64; 1]);
-        let in_space = |axis: usize, value: f64| if axis < D { value } else { 0.0 };
-        set.points.stress[p] =
-            SymTensor([a, b, c, in_space(1, a * b), in_space(2, b * c), in_space(2, c * a)]);
-    }
-    solver.sort();
-    solver.p2g_for_tests();
-    let mut power = 0.0;
-    let mut total = [0.0; 3];
-    for (n, node) in solver.nodes.solved.iter_mut().enumerate() {
-        let (force, mass) = (node.force.to_array(), node.momentum_and_mass.as_array()[3]);
-        assert!(mass > 0.0 || force[..3] == [0.0; 3], "force on a node without mass: {force:?}");
-        let velocity = rough([0.2 + 0.11 * n as f64; 1]);
-        for c in 0..D {
-            power += force[c] * velocity[c];
-            total[c] += force[c];
-        }
-        node.momentum_and_mass = Vector4::new([velocity[0], velocity[1], velocity[2], mass]);
-    }
-    assert!(total.iter().all(|force| force.abs() < 1e-14), "{space}: {total:?}");
-    average_velocity_gradients(
-        &solver.background,
-        (&solver.nodes, VelocitySource::Solved),
-        &mut solver.averages.dual_domain,
-    );
-    let (set, mut exact) = (&solver.bodies.sets[0], 0.0);
-    for (p, x) in set.points.position.iter().enumerate() {
-        let support: Stencil<D, 2> = Stencil::new::<LinearBasis>(&solver.background.grid, x, &set.extent);
-        let mut gradient = support.g2p(&solver.nodes.solved, &solver.background.layout.strides()).gradient;
-        solver.averages.dual_domain.blend(
-            0,
-            &solver.background.grid,
-            &solver.background.layout,
-            x,
-            &mut gradient,
-        );
-        for (j, column) in gradient.into_iter().enumerate() {
-            let column = column.to_array();
-            exact -=
-                (0..D).map(|i| set.points.volume[p] * set.points.stress[p].at(i, j) * column[i]).sum::<f64>();
-        }
-    }
-    assert!(
-        (power - exact).abs() < 1e-13 * exact.abs().max(1.0) && exact != 0.0,
-        "{space}: {power}, {exact}"
-    );
-}
-
-#[test]
-fn forces_do_the_work_of_the_stresses_and_fall_on_nodes_with_mass() {
-    power::<1>("1d");
-    power::<2>("plane-strain");
-    power::<3>("3d");
 }
 
 proptest! {

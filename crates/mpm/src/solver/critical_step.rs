@@ -1,0 +1,187 @@
+//! Largest stable time step (sheet: mpm §2.10), limited by the motion of obstacles.
+
+use colluvium_case::{StepLimit, TimeStep, limit_step_by_obstacles, spatial};
+use colluvium_constitutive::{BLOCK_SIZE, StateBlock, States, SymTensor};
+use rayon::prelude::*;
+
+use crate::boundary::boundary_conditions::BoundaryConditions;
+use crate::config::{StepCoefficients, StepCriterion};
+use crate::points::pore_fluid::{PoreFluidConstants, critical_step, simple_steps};
+use crate::points::vectors::square;
+use crate::solver::MpmSolver;
+
+/// Steps between re-evaluations of the critical time step.
+pub(crate) const STEPS_PER_TIME_STEP: u64 = 10;
+
+/// Largest displacement of an obstacle in a step (cells), so that contact begins before it has passed points.
+const MAX_OBSTACLE_MOVE: f64 = 0.25;
+
+/// The point with the smallest stable step.
+#[derive(Clone, Copy)]
+pub struct LimitingPoint {
+    /// The step (s).
+    pub dt: f64,
+    /// Cause of the limit.
+    pub limit: StepLimit,
+    /// Number of the point's set.
+    pub set: usize,
+    /// Index of the point in it.
+    pub index: usize,
+}
+
+impl LimitingPoint {
+    fn smaller(self, other: Self) -> Self {
+        let other_first = (other.dt, other.set, other.index) < (self.dt, self.set, self.index);
+        if other_first { other } else { self }
+    }
+}
+
+/// Returns the smallest of `none` and the values of `of_block(index of its first point, stresses, states)` for the blocks of a set.
+fn min_over_blocks(
+    stress: &[SymTensor],
+    states: &States,
+    none: LimitingPoint,
+    of_block: &(dyn Fn(usize, &[SymTensor], &StateBlock) -> LimitingPoint + Sync),
+) -> LimitingPoint {
+    let blocks = stress.par_chunks(BLOCK_SIZE).zip(states.blocks()).enumerate();
+    let limit = |(block, (stress, states)): (usize, (&[SymTensor], &StateBlock))| {
+        of_block(block * BLOCK_SIZE, stress, states)
+    };
+    blocks.with_min_len(16).map(limit).reduce(|| none, LimitingPoint::smaller)
+}
+
+impl<const D: usize> MpmSolver<D> {
+    /// Returns the largest stable step from the current state (sheet: mpm §2.10).
+    pub(crate) fn critical_step(&mut self) -> TimeStep {
+        if self.clock.limit.is_none() || self.clock.limit_age >= STEPS_PER_TIME_STEP {
+            let fixed = self.clock.options.time_step;
+            let courant = if fixed.is_some() { 1.0 } else { self.clock.options.courant };
+            let limit = self.wave_limit(courant);
+            let max_courant = courant.min(self.clock.options.surface_courant(D));
+            self.clock.courant = fixed.map_or(max_courant, |step| max_courant * (step / limit.dt).min(1.0));
+            self.clock.limit = Some(self.limit_by_obstacle_motion(limit).or_fixed(fixed));
+            self.clock.limit_age = 0;
+        }
+        self.clock.limit.expect("set above")
+    }
+
+    /// Limits the critical step, so that no obstacle moves farther than [`MAX_OBSTACLE_MOVE`].
+    fn limit_by_obstacle_motion(&self, critical: TimeStep) -> TimeStep {
+        let BoundaryConditions { penalty_obstacles, node_obstacles, .. } = &self.boundary;
+        let moving = penalty_obstacles
+            .iter()
+            .flat_map(|penalty_obstacles| penalty_obstacles.moving())
+            .chain(node_obstacles.moving.iter());
+        let max_displacement = MAX_OBSTACLE_MOVE * self.clock.options.cell_size;
+        limit_step_by_obstacles(
+            critical,
+            moving,
+            (self.clock.time, max_displacement, STEPS_PER_TIME_STEP + 1),
+        )
+    }
+
+    /// The largest step that the waves, the motion and the viscosity of the points allow at a Courant number of `courant`;
+    /// the critical one at 1.
+    pub(crate) fn wave_limit(&self, courant: f64) -> TimeStep {
+        let bounds = self.clock.options.step_bounds(D, courant);
+        let none = LimitingPoint { dt: f64::INFINITY, limit: StepLimit::NOTHING, set: 0, index: 0 };
+        let mut least = none;
+        for (number, set) in self.bodies.sets.iter().enumerate() {
+            let of_block = |first: usize, stress: &[SymTensor], states: &StateBlock| {
+                self.block_limit(bounds, number, first, stress, states)
+            };
+            least = least.smaller(min_over_blocks(&set.points.stress, &set.states, none, &of_block));
+        }
+        let point = self.bodies.sets.get(least.set).filter(|set| least.index < set.len());
+        TimeStep {
+            dt: least.dt,
+            limit: least.limit,
+            point: point.map(|set| u64::from(set.points.id[least.index])),
+            position: point.map_or([0.0; 3], |set| spatial(&set.points.position[least.index])),
+        }
+    }
+
+    fn block_limit(
+        &self,
+        bounds: StepCoefficients,
+        number: usize,
+        first: usize,
+        stress: &[SymTensor],
+        states: &StateBlock,
+    ) -> LimitingPoint {
+        let set = &self.bodies.sets[number];
+        let view = self.background.grid_view();
+        let mut moduli = [0.0; BLOCK_SIZE];
+        let mut viscosities = [0.0; BLOCK_SIZE];
+        set.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
+        set.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
+        let mut least =
+            LimitingPoint { dt: f64::INFINITY, limit: StepLimit::NOTHING, set: number, index: first };
+        let stiffening = if self.boundary.penalty_obstacles.is_some() {
+            self.clock.options.obstacle_stiffness_factor()
+        } else {
+            1.0
+        };
+        for k in 0..stress.len() {
+            let index = first + k;
+            let h = set.domain.as_slice().spacing(index, &view);
+            let density = set.points.mass[index] / set.points.volume[index];
+            if set.rigid.is_some() {
+                (moduli[k], viscosities[k]) = (0.0, 0.0);
+            }
+            let speed = (stiffening * moduli[k] / (self.clock.options.mass_scaling * density)).sqrt()
+                + square(&set.points.velocity[index]).sqrt();
+            let wave = LimitingPoint {
+                dt: bounds.courant * h / speed,
+                limit: StepLimit::ELASTIC_WAVE,
+                set: number,
+                index,
+            };
+            least = least.smaller(self.phase_limit(bounds, wave, moduli[k]));
+            if viscosities[k] > 0.0 {
+                // Explicit diffusion of momentum, sheet: mpm §2.10.
+                let inertia = self.clock.options.mass_scaling * density;
+                let dt = bounds.diffusion * inertia * h * h / viscosities[k];
+                least = least.smaller(LimitingPoint { dt, limit: StepLimit::VISCOSITY, set: number, index });
+            }
+        }
+        least
+    }
+
+    /// Step limit of a point from that of its skeleton's wave; with pore fluid that of both phases.
+    #[inline]
+    fn phase_limit(&self, bounds: StepCoefficients, wave: LimitingPoint, modulus: f64) -> LimitingPoint {
+        let (set, i) = (&self.bodies.sets[wave.set], wave.index);
+        let Some(fluid) = set.pore.as_ref().and_then(|pore| pore.fluid) else { return wave };
+        let (n, dry) = (set.porosity(i), set.points.mass[i] / set.points.volume[i]);
+        let h = set.domain.as_slice().spacing(i, &self.background.grid_view());
+        // In time over the root of the scale of inertia the equations are the unscaled ones, with a weaker drag.
+        let scale = self.clock.options.mass_scaling.sqrt();
+        // Obstacles on points have the same springs for fluid and skeleton.
+        let stiffening = if self.boundary.penalty_obstacles.is_some() {
+            self.clock.options.obstacle_stiffness_factor()
+        } else {
+            1.0
+        };
+        let (modulus, bulk_modulus) = (stiffening * modulus, stiffening * fluid.bulk_modulus);
+        let scaled = PoreFluidConstants { resistance: fluid.resistance / scale, bulk_modulus, ..fluid };
+        let moving =
+            |step: f64| bounds.courant / (1.0 / (scale * step) + square(&set.points.velocity[i]).sqrt() / h);
+        let (dt, by_drag) = match self.clock.options.step_criterion {
+            StepCriterion::Combined => {
+                let (step, by_drag) = critical_step(&scaled, n, dry, modulus, h);
+                (moving(step), by_drag)
+            }
+            StepCriterion::Simple => {
+                let [step, drag] = simple_steps(&scaled, n, dry, modulus, h);
+                let (dt, drag) = (moving(step), scale * drag);
+                (dt.min(drag), drag < dt)
+            }
+        };
+        LimitingPoint {
+            dt,
+            limit: if by_drag { StepLimit::SEEPAGE_DRAG } else { StepLimit::ELASTIC_WAVE },
+            ..wave
+        }
+    }
+}

@@ -1,0 +1,4 @@
+//! Saturated bodies.
+
+mod mesh_phases;
+mod two_phase;

@@ -1,0 +1,5 @@
+//! Points: sampling, domains, frames.
+
+mod frames;
+mod point_domains;
+mod sampling;
