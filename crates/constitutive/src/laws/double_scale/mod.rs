@@ -19,7 +19,8 @@ mod parameters;
 use serde::{Deserialize, Serialize};
 
 use super::cohesive_band::CohesiveBand;
-use super::linear_elastic::{Elasticity, LinearElastic};
+use super::linear_elastic::LinearElastic;
+use crate::contract::elasticity::Elasticity;
 use crate::localisation::least_isotropic_ellipticity;
 use crate::{
     InitialCondition, InterfaceLaw, InterfacePoint, Law, Mat3, MaterialError, Motion, Point, PointLaw,

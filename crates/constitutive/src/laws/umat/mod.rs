@@ -22,7 +22,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::adapters::corotational::half_rotation;
-use crate::contract::model::{Model, ModelFamily, ModelInfo, check, positive};
+use crate::contract::parameter_checks::{check, positive};
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::{
     InitialCondition, Law, Mat3, Material, MaterialError, Motion, Point, PointLaw, StressUpdate, SymTensor,
     Tangent,
