@@ -1,6 +1,6 @@
-//! Errors of a case.
+//! Errors of a case and of its files.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
@@ -18,6 +18,23 @@ impl CaseError {
     /// Error at `path`.
     pub fn new(path: impl Into<String>, problem: impl Into<String>) -> Self {
         Self { path: path.into(), problem: problem.into() }
+    }
+}
+
+/// Error of writing or reading a file.
+#[derive(Debug, Error)]
+#[error("{}: {problem}", path.display())]
+pub struct OutputError {
+    /// Path of the file.
+    pub path: PathBuf,
+    /// Description of the problem.
+    pub problem: String,
+}
+
+impl OutputError {
+    /// Creates an error about `path`.
+    pub fn new(path: &Path, problem: impl std::fmt::Display) -> Self {
+        Self { path: path.to_owned(), problem: format!("{problem}") }
     }
 }
 

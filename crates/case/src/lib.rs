@@ -3,6 +3,7 @@
 //! A [`Case`] describes a problem once; a [`Method`] turns it into a [`Solver`].
 
 pub mod bodies;
+mod case_file;
 pub mod description;
 mod error;
 mod features;
@@ -11,16 +12,15 @@ pub mod loads;
 pub mod measure;
 mod obstacle;
 pub mod output;
-mod pore_fluid;
 pub mod rigid;
 pub mod run;
 pub mod solver;
 mod validate;
 
-pub use crate::bodies::formula::Formula;
 pub use crate::bodies::plan_region::PlanRegion;
 pub use crate::bodies::point_file::{GrainColumns, PointList};
-pub use crate::files::case_file::spatial;
+pub use crate::description::formula::Formula;
+pub use crate::description::properties::spatial;
 pub use crate::files::column_file::{ColumnFile, ColumnRow, Quantity, read_pairs};
 pub use crate::solver::equilibrium::{Equilibrium, EquilibriumScales};
 pub use crate::solver::manufactured::{Manufactured, PrescribedState};

@@ -15,28 +15,26 @@ mod adapters;
 pub mod basal;
 pub mod contract;
 pub mod driver;
-mod error;
 pub mod laws;
 pub mod localisation;
 pub mod porous;
 mod return_maps;
-mod tangent;
 pub mod tensors;
 
 pub use crate::adapters::corotational::{Corotational, FirstOrderSpin};
 pub use crate::adapters::hencky::{Hencky, HenckyState, PrincipalReturn, SimdBatch};
 pub use crate::contract::component_arrays::spectra;
+pub use crate::contract::error::{BatchError, MaterialError, UnconvergedStep};
 pub use crate::contract::interface::{InterfaceLaw, InterfacePoint};
 pub use crate::contract::material::{BLOCK_SIZE, Material, StateBlock, States};
 pub use crate::contract::maybe_infinite::{MaybeInfinite, NoneWord};
-pub use crate::contract::model::{Model, ModelFamily, ModelInfo};
 pub use crate::contract::motion::{Motion, MotionBlock, PoreFluidState};
-pub use crate::contract::spec::MaterialSpec;
 pub use crate::contract::stress_update::{
     InitialCondition, Law, Point, PointLaw, SmallStrain, StressUpdate, UpdateCost,
 };
+pub use crate::contract::tangent::Tangent;
+pub use crate::laws::model::{Model, ModelFamily, ModelInfo};
+pub use crate::laws::spec::MaterialSpec;
 pub use crate::tensors::spectral::Spectrum;
 pub use crate::tensors::tensor::{Mat3, SymTensor};
-pub use error::{BatchError, MaterialError, UnconvergedStep};
 pub use laws::{MaterialFactory, register_material};
-pub use tangent::Tangent;

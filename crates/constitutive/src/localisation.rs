@@ -117,11 +117,21 @@ impl FiniteBand {
         outside: Tangent,
         inside: Tangent,
     ) -> Result<Self, MaterialError> {
-        crate::contract::model::positive("size", size, "m")?;
+        crate::contract::parameter_checks::positive("size", size, "m")?;
         let rule = format!("must be positive and at most the size of the point, {size} m");
-        crate::contract::model::check("thickness", thickness, thickness > 0.0 && thickness <= size, &rule)?;
+        crate::contract::parameter_checks::check(
+            "thickness",
+            thickness,
+            thickness > 0.0 && thickness <= size,
+            &rule,
+        )?;
         let length = normal.iter().map(|c| c * c).sum::<f64>().sqrt();
-        crate::contract::model::check("normal", length, (length - 1.0).abs() < 1e-9, "is not a length of 1")?;
+        crate::contract::parameter_checks::check(
+            "normal",
+            length,
+            (length - 1.0).abs() < 1e-9,
+            "is not a length of 1",
+        )?;
         Ok(Self { thickness, size, normal, outside, inside })
     }
 

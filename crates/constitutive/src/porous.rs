@@ -1,6 +1,6 @@
 //! Quantities of porous media common to several laws (sheet: constitutive §2.17).
 
-use crate::contract::model::{check, positive};
+use crate::contract::parameter_checks::{check, positive};
 use crate::{MaterialError, SymTensor};
 
 /// Biot's poroelastic constants of a saturated soil or rock: grains, skeleton and fluid.

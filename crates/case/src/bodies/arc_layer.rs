@@ -66,16 +66,11 @@ impl LinePiece {
     }
 }
 
-/// Outline of the layer along the line of an obstacle, between the arc lengths `start` and `end` (m) and the distances `from` and `to`
-/// along the normal out of the ground (m).
+/// Pieces of the ground line of an obstacle, and the horizontal distance from its start to its end (m), negative from right to left.
 ///
 /// # Errors
-/// Key of the layer and a description of the error.
-pub fn outline(
-    shape: &ObstacleShape,
-    [start, end]: [f64; 2],
-    [from, to]: [f64; 2],
-) -> Result<Vec<[f64; 2]>, (&'static str, String)> {
+/// Key of the layer and a description of the error, for other shapes.
+fn line_pieces(shape: &ObstacleShape) -> Result<(Vec<LinePiece>, f64), (&'static str, String)> {
     let corners: Vec<ProfilePiece>;
     let (first, pieces) = match shape {
         ObstacleShape::Profile { start, pieces } => (*start, pieces.as_slice()),
@@ -96,7 +91,21 @@ pub fn outline(
         made.push(LinePiece::new(here, piece));
         here = piece.to;
     }
-    let length: f64 = made.iter().map(LinePiece::length).sum();
+    Ok((made, here[0] - first[0]))
+}
+
+/// Outline of the layer along the line of an obstacle, between the arc lengths `start` and `end` (m) and the distances `from` and `to`
+/// along the normal out of the ground (m).
+///
+/// # Errors
+/// Key of the layer and a description of the error.
+pub fn outline(
+    shape: &ObstacleShape,
+    [start, end]: [f64; 2],
+    [from, to]: [f64; 2],
+) -> Result<Vec<[f64; 2]>, (&'static str, String)> {
+    let (pieces, extent) = line_pieces(shape)?;
+    let length: f64 = pieces.iter().map(LinePiece::length).sum();
     if end > length * (1.0 + 1e-9) {
         return Err((
             "end",
@@ -104,10 +113,10 @@ pub fn outline(
         ));
     }
     // The ground lies below: a ground line may run from right to left.
-    let up = if here[0] >= first[0] { 1.0 } else { -1.0 };
+    let up = if extent >= 0.0 { 1.0 } else { -1.0 };
     let (mut sides, mut begun): ([Vec<[f64; 2]>; 2], f64) = (Default::default(), 0.0);
     let mut before: Option<[f64; 2]> = None;
-    for piece in &made {
+    for piece in &pieces {
         let (low, high) = ((start - begun).max(0.0), (end - begun).min(piece.length()));
         begun += piece.length();
         if high <= low {
@@ -216,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_lie_on_the_line_is_refused_by_its_key() {
+    fn a_layer_beyond_its_line_is_refused_by_its_key() {
         let layer = json!({ "kind": "arc-layer", "on": "track", "start": 1, "end": 30, "to": 1 });
         let error = case(&layer, &track()).unwrap_err().to_string();
         assert!(error.contains("bodies[0].shape.end: 30 m is beyond"), "{error}");

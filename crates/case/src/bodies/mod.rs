@@ -1,9 +1,8 @@
-//! Points and initial state of bodies: files of points, formulas, layers over terrain, initial stress, laws at points.
+//! Points and initial state of bodies: files of points, layers over terrain, initial stress, laws at points.
 //!
 //! The folder reads the description of a body and returns points with their state.
 
 pub(crate) mod arc_layer;
-pub(crate) mod formula;
 pub(crate) mod initial_stress;
 pub mod law_points;
 pub(crate) mod plan_region;

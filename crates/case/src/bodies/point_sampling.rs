@@ -2,10 +2,18 @@
 
 use colluvium_points::{Sample, Sampling, Shape, fitted, lattice, poisson_spaced};
 
-use crate::description::Space;
+use crate::description::{Body, PointFile, Space};
 use crate::{Case, CaseError};
 
 impl Case {
+    /// Approximate number of points `spacing` (m) apart in each body; for a file of points, their number.
+    pub fn point_counts(&self, spacing: f64) -> Vec<f64> {
+        let dimension = self.dimension();
+        let filled = |body: &Body| body.shape.volume(dimension, false) / spacing.powi(dimension as i32);
+        let count = |body: &Body| body.points.as_ref().map_or_else(|| filled(body), PointFile::count);
+        self.bodies.iter().map(count).collect()
+    }
+
     /// Points of body number `number`, about a `spacing` (m) apart, by its `sampling`; a lattice begins half a spacing from `origin` (m).
     ///
     /// # Errors

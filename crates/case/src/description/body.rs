@@ -5,7 +5,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{PointFile, PoreFluid};
-use crate::Formula;
+use crate::description::formula::Formula;
+
+/// Points per direction in the search for overlaps of bodies.
+pub(crate) const OVERLAP_RESOLUTION: usize = 24;
 
 /// Region filled with one material.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -1,11 +1,16 @@
 //! Case files: plain data in SI units, angles in degrees (converted once, on load).
 
 mod body;
+pub(crate) mod formula;
 mod motion;
 mod obstacle;
 mod output;
+mod point_file;
+mod pore_fluid;
+pub(crate) mod properties;
 mod removal_shape;
 mod strength_reduction;
+mod surface_loads;
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -17,6 +22,7 @@ pub use crate::description::removal_shape::{
     AxisBounds, RemovalAction, RemovalShape, SweptRegion, min_extent,
 };
 pub use crate::description::strength_reduction::{FactorOfSafety, Weakening};
+pub(crate) use body::OVERLAP_RESOLUTION;
 pub use body::{Body, InitialStress, Velocity};
 pub use motion::PrescribedMotion;
 pub use obstacle::{
@@ -26,9 +32,9 @@ pub use output::{BreakageCriterion, Compression, CrackTip, Measure, Output, Rast
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use crate::bodies::point_file::PointFile;
-pub use crate::loads::surface_loads::{Load, LoadProfile, LoadTarget, RampShape};
-pub use crate::pore_fluid::{PoreFluid, PorePressure};
+pub use point_file::PointFile;
+pub use pore_fluid::{PoreFluid, PorePressure};
+pub use surface_loads::{Load, LoadProfile, LoadTarget, RampShape};
 
 /// Case: a problem to solve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

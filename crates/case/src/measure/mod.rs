@@ -12,11 +12,9 @@ use crate::description::{Body, BreakageCriterion, Measure, Side};
 use crate::{Case, Field, FieldData, FieldRole, Reaction, Snapshot, Solver, spatial};
 
 pub use crate::measure::arc_front::arc_front;
+pub use crate::solver::ScalarOutput;
 pub use fragments::fragments;
 pub use front::{FrontColumns, front};
-
-/// Name, unit and value of a measured number.
-pub type ScalarOutput = (String, String, f64);
 
 /// Evaluates all scalar measures of the case on a snapshot, in the order of their names. `cell` is the width of the grid cells of the
 /// method (m), if there are any; `travels` are those of the removal shapes at this time ([`Solver::removal_shape_travel`]).

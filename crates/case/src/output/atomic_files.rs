@@ -2,26 +2,9 @@
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use thiserror::Error;
-
-/// Error of writing or reading a file.
-#[derive(Debug, Error)]
-#[error("{}: {problem}", path.display())]
-pub struct OutputError {
-    /// Path of the file.
-    pub path: PathBuf,
-    /// Description of the problem.
-    pub problem: String,
-}
-
-impl OutputError {
-    /// Creates an error about `path`.
-    pub fn new(path: &Path, problem: impl std::fmt::Display) -> Self {
-        Self { path: path.to_owned(), problem: format!("{problem}") }
-    }
-}
+use crate::error::OutputError;
 
 /// Reads a JSON value from a file of a run.
 ///

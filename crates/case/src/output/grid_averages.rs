@@ -160,7 +160,7 @@ fn lattice(case: &Case, cell: f64) -> Lattice {
     let (mut low, mut count) = ([0.0; 3], [1; 3]);
     for axis in 0..case.dimension() {
         low[axis] = case.domain.min[axis];
-        count[axis] = nodes_along(case, cell, axis) as usize;
+        count[axis] = case.grid_nodes_along(cell, axis) as usize;
     }
     Lattice { low, spacing: cell, count }
 }
@@ -171,17 +171,6 @@ impl Case {
     pub fn lattice(&self) -> Option<Lattice> {
         self.output.grid.map(|cell| lattice(self, cell))
     }
-}
-
-/// Number of nodes along an axis, a whole number.
-fn nodes_along(case: &Case, cell: f64, axis: usize) -> f64 {
-    let width = case.domain.max[axis] - case.domain.min[axis];
-    (width / cell - 1e-6).ceil().max(1.0) + 1.0
-}
-
-/// Number of nodes of cells of edge `cell` (m) over the domain of a case; a float, since it may exceed the range of integers.
-pub fn grid_nodes(case: &Case, cell: f64) -> f64 {
-    (0..case.dimension()).map(|axis| nodes_along(case, cell, axis)).product()
 }
 
 #[cfg(test)]

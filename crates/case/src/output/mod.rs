@@ -1,7 +1,6 @@
 //! Output files of a run: frames for ParaView, tables, arrays, checksums.
 
 mod atomic_files;
-mod checksum;
 mod dataset_files;
 mod derived_files;
 mod file_names;
@@ -11,14 +10,15 @@ pub(crate) mod plan_rasters;
 mod table;
 pub(crate) mod vtk;
 
+pub use crate::error::OutputError;
+pub use crate::files::checksum::{ChecksumWriter, FileChecksum};
 pub use crate::output::atomic_files::{
-    OutputError, create_folder, read_json, write_atomically, write_in_place, write_stream_atomically,
+    create_folder, read_json, write_atomically, write_in_place, write_stream_atomically,
 };
-pub use crate::output::checksum::{ChecksumWriter, FileChecksum};
 pub use crate::output::dataset_files::{file_extension, write_dataset};
 pub use crate::output::derived_files::{DERIVED, DerivedFiles};
 pub use crate::output::file_names::{PLAIN_NAME_RULE, is_plain, named_file};
-pub use crate::output::grid_averages::{averages, grid_nodes};
+pub use crate::output::grid_averages::averages;
 pub use crate::output::vtk::frames::{Collection, WriteOptions, read_frame, read_lines, write_frame};
 pub use npz::{NpzArray, NpzValues, frame_arrays, read_npz, table_arrays, write_npz};
 pub use table::{Table, TableFile, column_heading};

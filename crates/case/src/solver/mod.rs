@@ -17,7 +17,6 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::description::Stage;
-use crate::measure::ScalarOutput;
 use crate::{Capabilities, Case, CaseError, Equilibrium};
 
 pub(crate) use crate::solver::frame_points::on_nodes;
@@ -113,6 +112,9 @@ pub trait Method: Send + Sync {
         self.build_supported_case(case)
     }
 }
+
+/// Name, unit and value of a measured number.
+pub type ScalarOutput = (String, String, f64);
 
 /// Totals of the whole system.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

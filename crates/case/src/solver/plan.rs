@@ -1,7 +1,6 @@
 //! Size of a problem and plan of its solution.
 
 use super::TimeStep;
-use crate::output::grid_nodes;
 use crate::{Case, CaseError, Resolution};
 
 /// Approximate size of a problem, before its points are generated.
@@ -165,7 +164,7 @@ impl Plan {
             self.steps = self.steps.max(steps.ceil() as u64);
         }
         if let Some(cell) = case.output.grid {
-            let nodes = grid_nodes(case, cell) * BYTES_OF_GRID_NODE;
+            let nodes = case.grid_nodes(cell) * BYTES_OF_GRID_NODE;
             let shares = (self.points << case.dimension()) as f64 * BYTES_OF_SHARE;
             self.memory += (nodes + shares) as u64;
         }

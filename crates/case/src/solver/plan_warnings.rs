@@ -3,8 +3,8 @@
 use colluvium_points::surface::distance_to_line;
 use colluvium_points::{Shape, common_interior_point};
 
+use crate::description::OVERLAP_RESOLUTION;
 use crate::description::{Body, Space};
-use crate::validate::OVERLAP_RESOLUTION;
 use crate::{Case, Plan};
 
 /// Relative difference of the volume of a body's points from its shape above which there is a warning.

@@ -3,6 +3,7 @@
 use colluvium_constitutive::SymTensor;
 
 use super::FieldRole;
+use crate::files::checksum::FileChecksum;
 
 /// Named quantity on points, nodes or cells.
 #[derive(Clone, Debug, PartialEq)]
@@ -111,7 +112,7 @@ impl Snapshot {
                 FieldData::Tensor(values) => values.iter().for_each(|tensor| add(&mut bytes, &tensor.0)),
             }
         }
-        crate::files::case_file::fnv1a(&bytes)
+        FileChecksum::of_bytes(&bytes).fnv1a
     }
 }
 

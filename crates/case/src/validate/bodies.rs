@@ -5,8 +5,9 @@ use std::collections::HashSet;
 use colluvium_constitutive::MaterialSpec;
 use colluvium_points::{Sampling, SamplingError, Shape, common_interior_point, overlapping_boxes};
 
-use super::{ErrorCollector, OVERLAP_RESOLUTION};
+use super::ErrorCollector;
 use crate::Formula;
+use crate::description::OVERLAP_RESOLUTION;
 use crate::description::{InitialStress, PoreFluid, PorePressure, Velocity};
 
 /// Sample points along each axis of a body at which its formulas are evaluated.

@@ -5,8 +5,8 @@ use std::path::Path;
 use colluvium_points::common_interior_point;
 
 use crate::Case;
+use crate::description::OVERLAP_RESOLUTION;
 use crate::description::{Body, Boundary, Load, Stage, Wall};
-use crate::validate::OVERLAP_RESOLUTION;
 
 /// Sample points along each axis of a side.
 const SAMPLES: usize = 32;

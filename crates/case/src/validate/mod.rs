@@ -16,11 +16,7 @@ use std::collections::HashSet;
 
 use crate::description::{Boundary, Side, Space, Stage, Wall};
 use crate::files::json::closest;
-use crate::output::grid_nodes;
 use crate::{Case, CaseError, CaseErrors};
-
-/// Points per direction in the search for overlaps of bodies.
-pub const OVERLAP_RESOLUTION: usize = 24;
 
 /// Largest distance of a domain from zero, over its size: beyond it positions lose more than three of their sixteen digits.
 pub const MAX_DISTANCE_RATIO: f64 = 1e3;
@@ -360,7 +356,7 @@ impl ErrorCollector<'_> {
         if !(cell > 0.0 && fits) {
             return;
         }
-        let nodes = grid_nodes(case, cell);
+        let nodes = case.grid_nodes(cell);
         self.require(nodes <= MAX_NODES, path(), format!("cells of {cell} m would give {nodes:.1e} nodes"));
         for axis in
             case.domain.periodic.iter().map(|axis| axis.number()).filter(|axis| *axis < case.dimension())

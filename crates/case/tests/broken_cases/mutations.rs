@@ -4,7 +4,8 @@ use colluvium_case::Case;
 use proptest::prelude::*;
 use serde_json::Value;
 
-use super::{numbers, sound};
+use super::non_finite_numbers::numbers;
+use super::sound;
 
 /// All JSON pointers into a value.
 fn pointers(value: &Value, at: &str, all: &mut Vec<String>) {

@@ -1,10 +1,10 @@
 //! Co-rotational adapter: an objective stress update from a small-strain law.
 
 use crate::contract::component_arrays::{ComponentArrays, Rotations};
-use crate::laws::Elasticity;
+use crate::contract::elasticity::Elasticity;
+use crate::contract::tangent::numerical_tangent;
 use crate::return_maps::substepping;
 use crate::return_maps::substepping::{SubstepResult, substepped};
-use crate::tangent::numerical_tangent;
 use crate::{
     BatchError, InitialCondition, Law, Mat3, MaterialError, Motion, MotionBlock, Point, PointLaw,
     SmallStrain, StressUpdate, SymTensor, Tangent,

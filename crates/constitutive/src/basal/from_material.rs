@@ -20,11 +20,6 @@ impl MaterialSpec {
     }
 
     fn basal_law(&self) -> Result<BasalRheology, MaterialError> {
-        let refuse = |field: &str, reason: &str| {
-            let rule =
-                format!("{reason}: depth-integrated flow of this material needs a basal law of its own");
-            Err(MaterialError::choice(field, rule))
-        };
         let soil = |friction_angle: f64, cohesion: f64| {
             let spec = CoulombSpec { cohesion, ..CoulombSpec::new(friction_angle) };
             BasalSpec::Coulomb(spec).build()
@@ -33,19 +28,10 @@ impl MaterialSpec {
             BasalSpec::Bingham(BinghamBaseSpec::new(yield_stress, viscosity)).build()
         };
         match self {
-            Self::MohrCoulomb(spec) if spec.softening.is_some() => {
-                refuse("softening", "strength softens with strain")
-            }
-            Self::DruckerPrager(spec) if spec.softening.is_some() => {
-                refuse("softening", "strength softens with strain")
-            }
-            Self::VonMises(spec) if spec.residual_cohesion.is_some() => {
-                refuse("residual_cohesion", "strength softens with strain")
-            }
-            Self::MohrCoulomb(spec) => soil(spec.friction_angle, spec.cohesion),
-            Self::DruckerPrager(spec) => soil(spec.friction_angle, spec.cohesion),
+            Self::MohrCoulomb(spec) if spec.softening.is_none() => soil(spec.friction_angle, spec.cohesion),
+            Self::DruckerPrager(spec) if spec.softening.is_none() => soil(spec.friction_angle, spec.cohesion),
             Self::CfdSoil(spec) => soil(spec.friction_angle, spec.cohesion),
-            Self::VonMises(spec) => soil(0.0, spec.cohesion),
+            Self::VonMises(spec) if spec.residual_cohesion.is_none() => soil(0.0, spec.cohesion),
             Self::Tresca(spec) => soil(0.0, spec.undrained_strength),
             Self::NewtonianFluid(spec) => fluid(0.0, spec.viscosity),
             Self::Bingham(spec) => fluid(spec.yield_stress, spec.viscosity),
@@ -74,20 +60,32 @@ impl MaterialSpec {
                 };
                 spec.material.strength_reduced(&reduction)?.basal()
             }
+            _ => {
+                let (field, reason) = self.reason_without_basal_law();
+                let rule =
+                    format!("{reason}: depth-integrated flow of this material needs a basal law of its own");
+                Err(MaterialError::choice(field, rule))
+            }
+        }
+    }
+
+    /// Parameter and reason for which a material has no equivalent basal law.
+    fn reason_without_basal_law(&self) -> (&'static str, &'static str) {
+        match self {
+            Self::MohrCoulomb(_) | Self::DruckerPrager(_) => ("softening", "strength softens with strain"),
+            Self::VonMises(_) => ("residual_cohesion", "strength softens with strain"),
             Self::LinearElastic(_)
             | Self::NeoHookean(_)
             | Self::StVenantKirchhoff(_)
             | Self::FixedCorotated(_)
-            | Self::PressureElastic(_) => refuse("model", "it does not yield"),
-            Self::Umat(_) => refuse("model", "its strength is unknown"),
-            Self::TensionCut(_) | Self::DoubleScale(_) => {
-                refuse("model", "it yields in tension only or in bands")
-            }
+            | Self::PressureElastic(_) => ("model", "it does not yield"),
+            Self::Umat(_) => ("model", "its strength is unknown"),
+            Self::TensionCut(_) | Self::DoubleScale(_) => ("model", "it yields in tension only or in bands"),
             Self::Undrained(_) | Self::SaturationSoftened(_) => {
-                refuse("model", "its strength depends on pore water")
+                ("model", "its strength depends on pore water")
             }
-            Self::Eigenstrain(_) => refuse("model", "it strains without stress"),
-            _ => refuse("model", "its strength depends on its density or its history"),
+            Self::Eigenstrain(_) => ("model", "it strains without stress"),
+            _ => ("model", "its strength depends on its density or its history"),
         }
     }
 }

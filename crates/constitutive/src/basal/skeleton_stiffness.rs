@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::MaterialError;
-use crate::contract::model::{not_negative, positive};
+use crate::contract::parameter_checks::{not_negative, positive};
 
 /// Stiffness of the skeleton for the equation of pore pressure (Pastor et al. 2020, eq. 58; sheet: depth-sph §2.7).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{BasalDrag, BasalRheology, BasalStrength, BinghamSolution, CohesionForm};
-use crate::contract::model::{check, not_negative, positive};
+use crate::contract::parameter_checks::{check, not_negative, positive};
 use crate::{MaterialError, MaybeInfinite};
 
 /// Basal law of a case file: the name of the model and its parameters, angles in degrees.

@@ -39,7 +39,7 @@ impl MaybeInfinite {
     /// When the number is not positive and finite.
     pub fn check_positive(self, field: &'static str, unit: &str) -> Result<f64, crate::MaterialError> {
         if let Self::Number(value) = self {
-            crate::contract::model::positive(field, value, unit)?;
+            crate::contract::parameter_checks::positive(field, value, unit)?;
         }
         Ok(self.or_infinity())
     }

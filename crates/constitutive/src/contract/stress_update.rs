@@ -3,8 +3,8 @@
 use serde::{Serialize, de::DeserializeOwned};
 
 use crate::contract::component_arrays::ComponentArrays;
-use crate::laws::Elasticity;
-use crate::tangent::numerical_tangent;
+use crate::contract::elasticity::Elasticity;
+use crate::contract::tangent::numerical_tangent;
 use crate::{BatchError, MaterialError, Motion, MotionBlock, SymTensor, Tangent};
 
 /// Material point: Cauchy (effective) stress and internal variables of the law.

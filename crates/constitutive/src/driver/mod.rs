@@ -12,6 +12,7 @@ mod path_control;
 mod standard_plots;
 mod step_solver;
 mod test_checks;
+mod unconverged_step;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -116,6 +116,18 @@ impl ControlEquations {
         self
     }
 
+    /// Equations from those of a file, whose strain has tensor shear and whose angles are in degrees, with the stiffness `K_f/n` (Pa)
+    /// of undrained pore fluid.
+    fn from_file_units(mut self, fluid_stiffness: Option<f64>) -> Self {
+        self.strain.iter_mut().for_each(|row| row[3..].iter_mut().for_each(|e| *e *= 0.5));
+        self.phase = self.phase.map(f64::to_radians);
+        self.spin = self.spin.map(f64::to_radians);
+        match fluid_stiffness {
+            Some(_) => self.undrained(fluid_stiffness),
+            None => self,
+        }
+    }
+
     /// Right-hand side of step `step` of `steps`.
     pub(super) fn amounts(&self, step: usize, steps: usize) -> [f64; 6] {
         let share = 1.0 / steps as f64;
@@ -236,23 +248,9 @@ impl LoadingPath {
             }
             Self::Strain { increment } => ControlEquations { total: engineering(&increment), ..still() },
             Self::Stress { increment } => (0..6).fold(still(), |rows, c| rows.stress(c, increment[c])),
-            Self::General { stress, mut strain, total, amplitude, phase, spin, fluid_stiffness } => {
-                // The file's strain has tensor shear, the solve engineering shear.
-                strain.iter_mut().for_each(|row| row[3..].iter_mut().for_each(|e| *e *= 0.5));
-                let (phase, spin) = (phase.map(f64::to_radians), spin.map(f64::to_radians));
-                let pore = fluid_stiffness.map_or(PorePressureEquation::DRAINED, |k| {
-                    PorePressureEquation::undrained(Some(k), &stress)
-                });
-                ControlEquations {
-                    stress,
-                    strain,
-                    pore,
-                    total,
-                    amplitude,
-                    phase,
-                    is_simple_shear: false,
-                    spin,
-                }
+            Self::General { stress, strain, total, amplitude, phase, spin, fluid_stiffness } => {
+                let rows = ControlEquations { stress, strain, total, amplitude, phase, spin, ..still() };
+                rows.from_file_units(fluid_stiffness)
             }
             Self::Creep {} => (0..6).fold(still(), |rows, c| rows.stress(c, 0.0)),
             // The others have no equations; see `program`.

@@ -163,6 +163,27 @@ pub(super) fn check_rank(conditions: &ControlEquations) -> Result<(), String> {
     }
 }
 
+/// Factors of the equations and unknowns of a step, which give their terms one size.
+struct StepScaling {
+    /// Largest stiffness at the start of the step (Pa).
+    stiffness: f64,
+    /// Factors of the equations: rows of strain are scaled to the size of stresses.
+    rows: Vector7,
+    /// Factors of the unknowns: the pore pressure is scaled to the size of strains.
+    unknowns: Vector7,
+}
+
+impl StepScaling {
+    fn new(equations: &ControlSystem, tangent: &Tangent) -> Self {
+        let stiffness = (0..6).map(|i| tangent.0[i][i].abs()).fold(1.0, f64::max);
+        let ControlSystem { stress, rest } = equations;
+        let of_strain = |i: usize| stress.row(i).norm() == 0.0 && rest.row(i).columns(0, 6).norm() > 0.0;
+        let rows = Vector7::from_fn(|i, _| if of_strain(i) { stiffness } else { 1.0 });
+        let unknowns = Vector7::from_fn(|j, _| if j == 6 { stiffness } else { 1.0 });
+        Self { stiffness, rows, unknowns }
+    }
+}
+
 /// Residual, relative to the stresses subtracted in it, that counts as round-off.
 const ROUND_OFF: f64 = 1e-12;
 
@@ -221,12 +242,8 @@ impl MixedControl {
     fn solve(&self, specimen: &ElementSpecimen, dt: f64) -> Result<(Motion, f64), StepError> {
         let still = specimen.motion(&Mat3::ZERO, dt).ok_or(StepError::Singular)?;
         let initial = specimen.tangent(&still).map_err(StepError::Law)?;
-        let stiffness = (0..6).map(|i| initial.0[i][i].abs()).fold(1.0, f64::max);
         let ControlSystem { stress, rest } = &self.equations;
-        // Strain rows are scaled to the size of stresses, the pore pressure to that of strains.
-        let of_strain = |i: usize| stress.row(i).norm() == 0.0 && rest.row(i).columns(0, 6).norm() > 0.0;
-        let rows = Vector7::from_fn(|i, _| if of_strain(i) { stiffness } else { 1.0 });
-        let unknowns = Vector7::from_fn(|j, _| if j == 6 { stiffness } else { 1.0 });
+        let StepScaling { stiffness, rows, unknowns } = StepScaling::new(&self.equations, &initial);
         let largest = (0..7).map(|i| (self.total[i] * rows[i]).abs()).fold(0.0, f64::max);
         let size = largest.max(1e-6 * specimen.stress.norm()).max(1e-12 * stiffness);
         let accepted = (TOLERANCE * size).max(specimen.material.stress_tolerance() * specimen.stress.norm());

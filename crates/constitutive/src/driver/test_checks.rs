@@ -137,28 +137,15 @@ impl TestProblems {
             }
             LoadingPath::General { stress, strain, total, amplitude, phase, spin, fluid_stiffness } => {
                 self.fluid(&at("fluid_stiffness"), *fluid_stiffness);
-                for (key, rows) in [("stress", stress), ("strain", strain)] {
-                    for (number, row) in rows.iter().enumerate() {
-                        self.finite(&format!("{}[{number}]", at(key)), row);
-                    }
-                }
+                self.rows(&at("stress"), stress);
+                self.rows(&at("strain"), strain);
                 for (key, values) in [("total", total), ("amplitude", amplitude), ("phase", phase)] {
                     self.finite(&at(key), values);
                 }
                 self.finite(&at("spin"), spin);
             }
             LoadingPath::Direct { increments, spins, .. } => {
-                let (count, turns) = (increments.len(), spins.len());
-                self.require(count > 0, at("increments"), || "at least one increment is needed".to_owned());
-                self.require(turns == 0 || turns == count, at("spins"), || {
-                    format!("has {turns} entries, one for each of the {count} increments is needed")
-                });
-                for (number, increment) in increments.iter().enumerate() {
-                    self.finite(&format!("{}[{number}]", at("increments")), increment);
-                }
-                for (number, spin) in spins.iter().enumerate() {
-                    self.finite(&format!("{}[{number}]", at("spins")), spin);
-                }
+                self.direct(place, increments, spins);
             }
             LoadingPath::Flow { velocity_gradient: rows } => self.rows(&at("velocity_gradient"), rows),
             LoadingPath::DeformationGradient { deformation: rows } => self.rows(&at("deformation"), rows),
@@ -178,7 +165,19 @@ impl TestProblems {
         self.require(holds, path, || format!("{stiffness} is not positive (Pa)"));
     }
 
-    fn rows(&mut self, path: &str, rows: &[[f64; 3]; 3]) {
+    /// Checks increments given one by one, with as many rotations or none.
+    fn direct(&mut self, place: &str, increments: &[[f64; 6]], spins: &[[f64; 3]]) {
+        let at = |key: &str| format!("{place}.{key}");
+        let (count, turns) = (increments.len(), spins.len());
+        self.require(count > 0, at("increments"), || "at least one increment is needed".to_owned());
+        self.require(turns == 0 || turns == count, at("spins"), || {
+            format!("has {turns} entries, one for each of the {count} increments is needed")
+        });
+        self.rows(&at("increments"), increments);
+        self.rows(&at("spins"), spins);
+    }
+
+    fn rows<const N: usize>(&mut self, path: &str, rows: &[[f64; N]]) {
         for (number, row) in rows.iter().enumerate() {
             self.finite(&format!("{path}[{number}]"), row);
         }

@@ -19,8 +19,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::contract::model::{check, not_negative, positive};
-use crate::tangent::numerical_tangent;
+use crate::contract::parameter_checks::{check, not_negative, positive};
+use crate::contract::tangent::numerical_tangent;
 use crate::{
     InitialCondition, Law, MaterialError, Motion, Point, PointLaw, StressUpdate, SymTensor, Tangent,
 };

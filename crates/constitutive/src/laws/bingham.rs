@@ -15,7 +15,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::equation_of_state::{Barotropic, EquationOfState};
-use crate::contract::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
+use crate::contract::parameter_checks::{check, not_negative, positive};
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::laws::viscous_flow::{
     EffectiveViscosity, FlowCurve, FlowOutputs, Viscoplastic, ViscousFluid, shear_modulus,
     without_shear_modulus,

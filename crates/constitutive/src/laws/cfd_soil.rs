@@ -14,7 +14,8 @@ use serde::{Deserialize, Serialize};
 use super::Elasticity;
 use super::equation_of_state::{Barotropic, EquationOfState};
 use super::linear_elastic::incompressibility_warnings;
-use crate::contract::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
+use crate::contract::parameter_checks::{check, not_negative, positive};
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::laws::viscous_flow::{FlowCurve, FlowOutputs, Viscoplastic};
 use crate::{Corotational, Material, MaterialError};
 

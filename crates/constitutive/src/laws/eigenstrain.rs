@@ -10,7 +10,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::adapters::wrapper::{WrappedMaterial, Wrapper};
-use crate::contract::model::{Model, ModelFamily, ModelInfo, check, positive};
+use crate::contract::parameter_checks::{check, positive};
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::{Mat3, Material, MaterialError, MaterialSpec, Motion, SymTensor};
 
 /// Parameters of `eigenstrain`.

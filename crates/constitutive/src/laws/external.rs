@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use crate::contract::model::{Model, ModelFamily, ModelInfo};
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::{Material, MaterialError};
 
 /// Factory of materials defined outside this crate.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
 use crate::adapters::hencky::push_forward;
-use crate::tangent::from_spatial;
+use crate::contract::tangent::from_spatial;
 use crate::{
     InitialCondition, Law, Mat3, MaterialError, Motion, Point, PointLaw, StressUpdate, SymTensor, Tangent,
 };

@@ -13,8 +13,8 @@ use serde::{Deserialize, Serialize};
 use super::Elasticity;
 use super::finite_elastic::{FiniteElastic, PrincipalStress, elongations, solve_deformation, volume_change};
 use super::linear_elastic::incompressibility_warnings;
-use crate::contract::model::{Model, ModelFamily, ModelInfo};
-use crate::tangent::kirchhoff_tangent;
+use crate::contract::tangent::kirchhoff_tangent;
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::{Material, MaterialError, SymTensor, Tangent};
 
 /// Parameters of `fixed-corotated`.

@@ -1,7 +1,7 @@
 //! Homogenisation of a cell of grains (sheet: constitutive §2.17; Sun 2020, eqs. 23, 41–57): averages over its
 //! contacts, and the kinematics of a cell that represents an interface.
 
-use crate::contract::model::positive;
+use crate::contract::parameter_checks::positive;
 use crate::{Mat3, MaterialError, SymTensor};
 
 /// Stress `1/(2V) Σ (f ⊗ l + l ⊗ f)` of a cell (Pa, tension-positive) over its contacts: `l` is the branch (m) from

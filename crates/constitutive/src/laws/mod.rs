@@ -18,6 +18,7 @@ pub mod granular_cell;
 pub mod granular_flow;
 pub mod hypoplastic;
 mod linear_elastic;
+pub(crate) mod model;
 pub mod mohr_coulomb;
 pub mod mu_i;
 pub mod multi_surface;
@@ -29,6 +30,7 @@ mod sand;
 mod saturation_softened;
 pub mod simsand;
 mod snow;
+pub(crate) mod spec;
 mod st_venant_kirchhoff;
 pub mod strength_reduced;
 mod tension_cut;
@@ -38,6 +40,7 @@ mod undrained;
 pub mod viscous_flow;
 mod von_mises;
 
+pub use crate::contract::elasticity::Elasticity;
 pub use crate::laws::external::{ExternalSpec, MaterialFactory, register_material};
 pub use crate::laws::umat::shared_library::allow_libraries;
 pub use acceleration_viscous::{AccelerationViscosity, AccelerationViscous, ViscousMode, ViscousState};
@@ -60,7 +63,7 @@ pub use equation_of_state::{Barotropic, EquationOfState, FluidState};
 pub use finite_elastic::LeftCauchyGreen;
 pub use fixed_corotated::{FixedCorotated, FixedCorotatedSpec};
 pub use hypoplastic::{Hypoplastic, HypoplasticParameters, HypoplasticSpec};
-pub use linear_elastic::{Elasticity, LinearElastic, LinearElasticSpec};
+pub use linear_elastic::{LinearElastic, LinearElasticSpec};
 pub use mohr_coulomb::{MohrCoulomb, MohrCoulombSpec};
 pub use mu_i::{MuIForm, MuISpec};
 pub use neo_hookean::{NeoHookean, NeoHookeanSpec, VolumetricLaw};
@@ -80,8 +83,8 @@ pub use undrained::UndrainedSpec;
 pub use von_mises::{ExactIn, VonMisesSpec};
 
 pub use crate::adapters::hencky::StressInvariants;
-pub use crate::contract::model::StrainMeasure;
-use crate::contract::model::check;
+use crate::contract::parameter_checks::check;
+pub use crate::laws::model::StrainMeasure;
 use crate::{MaterialError, SymTensor};
 
 /// Checks the ranges of friction and dilatancy angle (degrees), sheet: constitutive §7.

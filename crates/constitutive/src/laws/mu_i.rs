@@ -16,7 +16,8 @@ use serde::{Deserialize, Serialize};
 
 use super::equation_of_state::{Barotropic, EquationOfState};
 use super::granular_flow::inertial_number;
-use crate::contract::model::{Model, ModelFamily, ModelInfo, check, positive};
+use crate::contract::parameter_checks::{check, positive};
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::laws::viscous_flow::{
     EffectiveViscosity, FlowCurve, FlowOutputs, Viscoplastic, ViscousFluid, shear_modulus,
     without_shear_modulus,

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::Elasticity;
 use super::finite_elastic::{FiniteElastic, log_jacobian};
 use super::linear_elastic::incompressibility_warnings;
-use crate::contract::model::{Model, ModelFamily, ModelInfo};
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::{Material, MaterialError, SymTensor, Tangent};
 
 /// Parameters of `neo-hookean`.

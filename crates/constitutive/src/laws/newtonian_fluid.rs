@@ -10,7 +10,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::equation_of_state::{Barotropic, EquationOfState};
-use crate::contract::model::{Model, ModelFamily, ModelInfo, not_negative, positive};
+use crate::contract::parameter_checks::{not_negative, positive};
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::laws::viscous_flow::{EffectiveViscosity, FlowOutputs, ViscousFluid};
 use crate::{Material, MaterialError};
 

@@ -14,7 +14,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 
 use super::cam_clay::{CamClayConstants, CamClaySpec, CamClayState, CamClayTrial, OUTPUTS};
-use crate::contract::model::{Model, ModelFamily, ModelInfo};
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::return_maps::scalar_roots::{drop_round_off, falling_root};
 use crate::return_maps::substepping::SubstepResult;
 use crate::{

@@ -15,7 +15,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::linear_elastic::incompressibility_warnings;
-use crate::contract::model::{Model, ModelFamily, ModelInfo, check, positive, within_range};
+use crate::contract::parameter_checks::{check, positive, within_range};
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::return_maps::radial_return::RadialTrial;
 use crate::{
     Corotational, InitialCondition, Law, Material, MaterialError, Motion, Point, PointLaw, SmallStrain,

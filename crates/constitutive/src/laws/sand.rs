@@ -19,7 +19,8 @@ use super::linear_elastic::incompressibility_warnings;
 use super::strength_reduced::StrengthReduction;
 use super::{Elasticity, angle_warnings};
 use crate::adapters::hencky::{InvariantReturn, ReturnResult, StressInvariants};
-use crate::contract::model::{Model, ModelFamily, ModelInfo, check, not_negative};
+use crate::contract::parameter_checks::{check, not_negative};
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::return_maps::scalar_roots::falling_root;
 use crate::{
     InitialCondition, Law, Material, MaterialError, Motion, Point, PointLaw, PrincipalReturn, SmallStrain,
@@ -298,7 +299,7 @@ impl SandSpec {
         if let Some(hardening) = &self.hardening {
             let SandHardening { growth, fading, below } = *hardening;
             not_negative("hardening.growth", growth, "degrees")?;
-            crate::contract::model::positive("hardening.fading", fading, "")?;
+            crate::contract::parameter_checks::positive("hardening.fading", fading, "")?;
             let rule = format!("is not between 0 and the friction angle, {angle} degrees (excluded)");
             check("hardening.below", below, (0.0..angle).contains(&below), &rule)?;
             let most = angle + hardening.max_friction_change();

@@ -10,7 +10,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{DruckerPrager, Elasticity, MohrCoulomb, PlasticStrain};
-use crate::contract::model::{Model, ModelFamily, ModelInfo, StrainMeasure, check};
+use crate::contract::parameter_checks::check;
+use crate::laws::model::{Model, ModelFamily, ModelInfo, StrainMeasure};
 use crate::{
     Corotational, InitialCondition, Law, Material, MaterialError, MaterialSpec, Motion, Point, PointLaw,
     SmallStrain, SymTensor, Tangent,

@@ -22,9 +22,10 @@ use super::finite_elastic::{
 };
 use super::linear_elastic::{snow_ratio_warnings, warn_above};
 use super::{Elasticity, FixedCorotated};
-use crate::contract::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
+use crate::contract::parameter_checks::{check, not_negative, positive};
+use crate::contract::tangent::{from_spatial, kirchhoff_tangent, numerical_tangent};
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::return_maps::substepping::substepped_motion;
-use crate::tangent::{from_spatial, kirchhoff_tangent, numerical_tangent};
 use crate::{
     InitialCondition, Law, Mat3, Material, MaterialError, Motion, Point, PointLaw, Spectrum, StressUpdate,
     SymTensor, Tangent,

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::Elasticity;
 use super::finite_elastic::{FiniteElastic, PrincipalStress, log_jacobian, solve_deformation};
 use super::linear_elastic::incompressibility_warnings;
-use crate::contract::model::{Model, ModelFamily, ModelInfo};
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::tensors::tensor::PAIRS;
 use crate::{Material, MaterialError, SymTensor, Tangent};
 

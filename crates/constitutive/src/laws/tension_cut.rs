@@ -12,7 +12,8 @@ use serde::{Deserialize, Serialize};
 use super::multi_surface::{ActiveSet, YieldPlane, active_set, return_to, tangent};
 use super::{Elasticity, LinearElasticSpec};
 use crate::adapters::hencky::small_strain_tangent;
-use crate::contract::model::{Model, ModelFamily, ModelInfo, StrainMeasure, not_negative};
+use crate::contract::parameter_checks::not_negative;
+use crate::laws::model::{Model, ModelFamily, ModelInfo, StrainMeasure};
 use crate::{
     InitialCondition, Law, Material, MaterialError, Motion, Point, PointLaw, PrincipalReturn, SmallStrain,
     SymTensor, Tangent,

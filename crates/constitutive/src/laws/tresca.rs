@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use super::linear_elastic::incompressibility_warnings;
 use super::{MohrCoulomb, MohrCoulombSpec, StrengthReduction};
-use crate::contract::model::{Model, ModelFamily, ModelInfo, StrainMeasure, positive};
+use crate::contract::parameter_checks::positive;
+use crate::laws::model::{Model, ModelFamily, ModelInfo, StrainMeasure};
 use crate::{Material, MaterialError};
 
 /// Parameters of `tresca`.

@@ -11,7 +11,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::adapters::wrapper::{WrappedMaterial, Wrapper};
-use crate::contract::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
+use crate::contract::parameter_checks::{check, not_negative, positive};
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::{Material, MaterialError, MaterialSpec, Motion, SymTensor, Tangent};
 
 /// Parameters of `undrained`.

@@ -293,6 +293,6 @@ const DEFAULT_SHEAR_RATIO: f64 = 6.0 / 13.0;
 /// Shear modulus (Pa) of a yielding material: as given, or the default share of the bulk modulus.
 pub(super) fn shear_modulus(given: Option<f64>, bulk_modulus: f64) -> Result<f64, MaterialError> {
     let modulus = given.unwrap_or(DEFAULT_SHEAR_RATIO * bulk_modulus);
-    crate::contract::model::positive("shear_modulus", modulus, "Pa")?;
+    crate::contract::parameter_checks::positive("shear_modulus", modulus, "Pa")?;
     Ok(modulus)
 }

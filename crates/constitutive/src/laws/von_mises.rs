@@ -15,7 +15,8 @@ use super::{
     DruckerPrager, DruckerPragerSpec, Matching, PlasticIntegration, ReductionScope, Softening,
     StrengthReduction,
 };
-use crate::contract::model::{Model, ModelFamily, ModelInfo, StrainMeasure, positive};
+use crate::contract::parameter_checks::positive;
+use crate::laws::model::{Model, ModelFamily, ModelInfo, StrainMeasure};
 use crate::{Material, MaterialError};
 
 /// Parameters of `von-mises`.

@@ -8,95 +8,13 @@ use colluvium_constitutive::porous::Biot;
 use colluvium_constitutive::{InitialCondition, Mat3, MaterialSpec, Motion, SymTensor};
 use serde_json::{Value, json};
 
+/// Valid parameters of each model, as in a case file.
+const VALID_MATERIALS: &str = include_str!("valid_materials.json");
+
 /// Material with valid parameters.
-fn good(model: &str) -> Value {
-    let mut value = match model {
-        "drucker-prager" | "mohr-coulomb" => json!({
-            "friction_angle": 30.0, "cohesion": 10e3, "dilatancy_angle": 10.0,
-            "softening": {
-                "residual_friction_angle": 20.0, "residual_cohesion": 1e3, "friction_rate": 1.0, "cohesion_rate": 1.0
-            }
-        }),
-        "tresca" => json!({ "undrained_strength": 20e3 }),
-        "von-mises" => json!({ "cohesion": 20e3 }),
-        "tension-cut" => json!({ "tensile_strength": 1e3 }),
-        "cfd-soil" => json!({ "friction_angle": 30.0 }),
-        "snow" => {
-            json!({ "critical_compression": 0.025, "critical_stretch": 0.0075, "hardening_factor": 10.0 })
-        }
-        "cohesive-cam-clay" => json!({
-            "critical_state_slope": 0.8, "cohesion_ratio": 0.1, "compressive_strength": 200e3, "hardening_factor": 0.5,
-            "hardening": { "kind": "weak-layer", "softening_factor": 1.0 }
-        }),
-        "modified-cam-clay" | "original-cam-clay" => {
-            return json!({
-                "model": model, "density": 1800.0, "critical_state_slope": 1.0, "compression_slope": 0.2,
-                "swelling_slope": 0.05, "poissons_ratio": 0.3, "void_ratio": 1.0, "preconsolidation_pressure": 120e3
-            });
-        }
-        "simsand" => {
-            return json!({
-                "model": model, "density": 1500.0, "void_ratio": 0.77, "stiffness_constant": 130.0,
-                "stiffness_exponent": 0.67, "poissons_ratio": 0.2, "critical_friction_angle": 31.4,
-                "reference_void_ratio": 0.964, "critical_state_factor": 0.118, "critical_state_exponent": 0.205,
-                "dilatancy_constant": 0.5, "dilatancy_exponent": 3.5, "peak_exponent": 1.9,
-                "hardening_constant": 0.0017
-            });
-        }
-        "mu-i" => {
-            return json!({
-                "model": model, "density": 1470.0, "bulk_modulus": 4e6, "grain_density": 2450.0,
-                "grain_diameter": 5e-4, "static_friction": 0.38, "limit_friction": 0.64,
-                "reference_inertial_number": 0.279, "form": { "kind": "capped", "max_viscosity": 100.0 }
-            });
-        }
-        "newtonian-fluid" => {
-            return json!({ "model": model, "density": 1000.0, "bulk_modulus": 2e6, "viscosity": 1.0 });
-        }
-        "bingham" => {
-            return json!({
-                "model": model, "density": 1000.0, "bulk_modulus": 2e6, "viscosity": 1.0, "yield_stress": 10.0,
-                "form": { "kind": "capped", "max_viscosity": 100.0 }
-            });
-        }
-        "frictional-fluid" => {
-            return json!({
-                "model": model, "density": 1000.0, "bulk_modulus": 2e6, "friction_angle": 20.0, "viscosity": 1.0
-            });
-        }
-        "pressure-dependent-elastic" => {
-            return json!({
-                "model": model, "density": 1800.0, "poissons_ratio": 0.2, "void_ratio": 0.9,
-                "stiffness": { "kind": "sand", "shear_modulus": 20e6, "reference_pressure": 1e5, "exponent": 0.5 }
-            });
-        }
-        "undrained" => {
-            let skeleton = good("linear-elastic");
-            return json!({ "model": model, "fluid_bulk_modulus": 2e9, "porosity": 0.4, "skeleton": skeleton });
-        }
-        "strength-reduced" => {
-            return json!({ "model": model, "factor": 1.2, "material": good("mohr-coulomb") });
-        }
-        "saturation-softened" => {
-            let mut material = good("mohr-coulomb");
-            material["softening"] = Value::Null;
-            return json!({ "model": model, "saturated_cohesion": 1e3, "material": material });
-        }
-        "eigenstrain" => {
-            let material = good("linear-elastic");
-            return json!({ "model": model, "volumetric_strain": -0.03, "duration": 1.0, "material": material });
-        }
-        _ => json!({}),
-    };
-    for (key, entry) in [
-        ("model", json!(model)),
-        ("density", json!(2000.0)),
-        ("youngs_modulus", json!(20e6)),
-        ("poissons_ratio", json!(0.3)),
-    ] {
-        value[key] = entry;
-    }
-    value
+fn valid_material(model: &str) -> Value {
+    let materials: Value = serde_json::from_str(VALID_MATERIALS).expect("the file is valid");
+    materials.get(model).unwrap_or_else(|| panic!("{model} is not in the file")).clone()
 }
 
 fn spec(value: Value) -> MaterialSpec {
@@ -105,7 +23,7 @@ fn spec(value: Value) -> MaterialSpec {
 
 /// Material with `field` (a path with dots) set to `value`.
 fn with(model: &str, field: &str, value: f64) -> MaterialSpec {
-    let mut material = good(model);
+    let mut material = valid_material(model);
     let place = format!("/{}", field.replace('.', "/"));
     match material.pointer_mut(&place) {
         Some(slot) => *slot = json!(value),
@@ -115,11 +33,79 @@ fn with(model: &str, field: &str, value: f64) -> MaterialSpec {
     spec(material)
 }
 
+/// Model, parameter, and values of it that are out of range.
+const OUT_OF_RANGE: [(&str, &str, &[f64]); 64] = [
+    ("mohr-coulomb", "tensile_strength", &[-1.0, 20e3]),
+    ("tresca", "undrained_strength", &[0.0, -1.0]),
+    ("von-mises", "cohesion", &[0.0]),
+    ("von-mises", "residual_cohesion", &[30e3]),
+    ("tension-cut", "tensile_strength", &[-1.0]),
+    ("cfd-soil", "friction_angle", &[-1.0, 90.0]),
+    ("cfd-soil", "cohesion", &[-1.0]),
+    ("snow", "critical_compression", &[0.0, 1.0]),
+    ("snow", "critical_stretch", &[0.0]),
+    ("snow", "hardening_factor", &[-1.0]),
+    ("cohesive-cam-clay", "critical_state_slope", &[0.0]),
+    ("cohesive-cam-clay", "cohesion_ratio", &[-0.1]),
+    ("cohesive-cam-clay", "compressive_strength", &[0.0]),
+    ("cohesive-cam-clay", "hardening_factor", &[0.0]),
+    ("cohesive-cam-clay", "hardening.softening_factor", &[0.0]),
+    ("modified-cam-clay", "critical_state_slope", &[0.0]),
+    ("modified-cam-clay", "compression_slope", &[0.05, 0.01]),
+    ("modified-cam-clay", "swelling_slope", &[0.0]),
+    ("modified-cam-clay", "void_ratio", &[0.0]),
+    ("modified-cam-clay", "preconsolidation_pressure", &[0.0, -1.0]),
+    ("original-cam-clay", "compression_slope", &[0.05]),
+    ("original-cam-clay", "preconsolidation_pressure", &[0.0]),
+    ("simsand", "void_ratio", &[0.0, 2.9]),
+    ("simsand", "stiffness_constant", &[0.0]),
+    ("simsand", "reference_void_ratio", &[0.0]),
+    ("simsand", "critical_state_factor", &[0.0]),
+    ("simsand", "critical_state_exponent", &[0.0]),
+    ("simsand", "hardening_constant", &[0.0]),
+    ("simsand", "poissons_ratio", &[0.5]),
+    ("simsand", "critical_friction_angle", &[0.0, 90.0]),
+    ("simsand", "atmospheric_pressure", &[0.0]),
+    ("mu-i", "static_friction", &[0.0, 2.0]),
+    ("mu-i", "limit_friction", &[0.3, 2.0]),
+    ("mu-i", "reference_inertial_number", &[0.0]),
+    ("mu-i", "grain_diameter", &[0.0]),
+    ("mu-i", "grain_density", &[0.0]),
+    ("mu-i", "bulk_modulus", &[0.0]),
+    ("mu-i", "density", &[0.0]),
+    ("mu-i", "form.max_viscosity", &[0.0]),
+    ("newtonian-fluid", "viscosity", &[-1.0]),
+    ("newtonian-fluid", "bulk_modulus", &[0.0]),
+    ("newtonian-fluid", "cavitation_strength", &[-1.0]),
+    ("bingham", "viscosity", &[-1.0]),
+    ("bingham", "yield_stress", &[-1.0]),
+    ("bingham", "cavitation_strength", &[-1.0]),
+    ("bingham", "form.max_viscosity", &[0.5]),
+    ("frictional-fluid", "friction_angle", &[-1.0, 90.0]),
+    ("frictional-fluid", "cohesion", &[-1.0]),
+    ("frictional-fluid", "viscosity", &[-1.0]),
+    ("frictional-fluid", "cavitation_strength", &[-1.0]),
+    ("pressure-dependent-elastic", "poissons_ratio", &[0.5]),
+    ("pressure-dependent-elastic", "void_ratio", &[0.0]),
+    ("pressure-dependent-elastic", "least_pressure", &[0.0]),
+    ("pressure-dependent-elastic", "stiffness.shear_modulus", &[0.0]),
+    ("pressure-dependent-elastic", "stiffness.reference_pressure", &[0.0]),
+    ("pressure-dependent-elastic", "stiffness.exponent", &[-0.1, 1.1]),
+    ("undrained", "fluid_bulk_modulus", &[0.0]),
+    ("undrained", "porosity", &[0.0, 1.0]),
+    ("undrained", "cavitation_strength", &[-1.0]),
+    ("strength-reduced", "factor", &[0.0, -1.0]),
+    ("strength-reduced", "material.youngs_modulus", &[0.0]),
+    ("saturation-softened", "saturated_cohesion", &[-1.0, 11e3]),
+    ("eigenstrain", "duration", &[0.0]),
+    ("eigenstrain", "volumetric_strain", &[0.6]),
+];
+
 #[test]
 fn parameters_out_of_range_are_refused_by_name() {
     let plastic = ["drucker-prager", "mohr-coulomb"];
     for model in plastic {
-        spec(good(model)).build().unwrap();
+        spec(valid_material(model)).build().unwrap();
         for (field, values) in [
             ("friction_angle", vec![-1.0, 90.0]),
             ("dilatancy_angle", vec![31.0, -31.0, 95.0]),
@@ -142,84 +128,18 @@ fn parameters_out_of_range_are_refused_by_name() {
         refused(model, "poissons_ratio", &[-1.0, 0.5, 0.6]);
         refused(model, "density", &[0.0, -1.0]);
     }
-    let table: [(&str, &str, &[f64]); 64] = [
-        ("mohr-coulomb", "tensile_strength", &[-1.0, 20e3]),
-        ("tresca", "undrained_strength", &[0.0, -1.0]),
-        ("von-mises", "cohesion", &[0.0]),
-        ("von-mises", "residual_cohesion", &[30e3]),
-        ("tension-cut", "tensile_strength", &[-1.0]),
-        ("cfd-soil", "friction_angle", &[-1.0, 90.0]),
-        ("cfd-soil", "cohesion", &[-1.0]),
-        ("snow", "critical_compression", &[0.0, 1.0]),
-        ("snow", "critical_stretch", &[0.0]),
-        ("snow", "hardening_factor", &[-1.0]),
-        ("cohesive-cam-clay", "critical_state_slope", &[0.0]),
-        ("cohesive-cam-clay", "cohesion_ratio", &[-0.1]),
-        ("cohesive-cam-clay", "compressive_strength", &[0.0]),
-        ("cohesive-cam-clay", "hardening_factor", &[0.0]),
-        ("cohesive-cam-clay", "hardening.softening_factor", &[0.0]),
-        ("modified-cam-clay", "critical_state_slope", &[0.0]),
-        ("modified-cam-clay", "compression_slope", &[0.05, 0.01]),
-        ("modified-cam-clay", "swelling_slope", &[0.0]),
-        ("modified-cam-clay", "void_ratio", &[0.0]),
-        ("modified-cam-clay", "preconsolidation_pressure", &[0.0, -1.0]),
-        ("original-cam-clay", "compression_slope", &[0.05]),
-        ("original-cam-clay", "preconsolidation_pressure", &[0.0]),
-        ("simsand", "void_ratio", &[0.0, 2.9]),
-        ("simsand", "stiffness_constant", &[0.0]),
-        ("simsand", "reference_void_ratio", &[0.0]),
-        ("simsand", "critical_state_factor", &[0.0]),
-        ("simsand", "critical_state_exponent", &[0.0]),
-        ("simsand", "hardening_constant", &[0.0]),
-        ("simsand", "poissons_ratio", &[0.5]),
-        ("simsand", "critical_friction_angle", &[0.0, 90.0]),
-        ("simsand", "atmospheric_pressure", &[0.0]),
-        ("mu-i", "static_friction", &[0.0, 2.0]),
-        ("mu-i", "limit_friction", &[0.3, 2.0]),
-        ("mu-i", "reference_inertial_number", &[0.0]),
-        ("mu-i", "grain_diameter", &[0.0]),
-        ("mu-i", "grain_density", &[0.0]),
-        ("mu-i", "bulk_modulus", &[0.0]),
-        ("mu-i", "density", &[0.0]),
-        ("mu-i", "form.max_viscosity", &[0.0]),
-        ("newtonian-fluid", "viscosity", &[-1.0]),
-        ("newtonian-fluid", "bulk_modulus", &[0.0]),
-        ("newtonian-fluid", "cavitation_strength", &[-1.0]),
-        ("bingham", "viscosity", &[-1.0]),
-        ("bingham", "yield_stress", &[-1.0]),
-        ("bingham", "cavitation_strength", &[-1.0]),
-        ("bingham", "form.max_viscosity", &[0.5]),
-        ("frictional-fluid", "friction_angle", &[-1.0, 90.0]),
-        ("frictional-fluid", "cohesion", &[-1.0]),
-        ("frictional-fluid", "viscosity", &[-1.0]),
-        ("frictional-fluid", "cavitation_strength", &[-1.0]),
-        ("pressure-dependent-elastic", "poissons_ratio", &[0.5]),
-        ("pressure-dependent-elastic", "void_ratio", &[0.0]),
-        ("pressure-dependent-elastic", "least_pressure", &[0.0]),
-        ("pressure-dependent-elastic", "stiffness.shear_modulus", &[0.0]),
-        ("pressure-dependent-elastic", "stiffness.reference_pressure", &[0.0]),
-        ("pressure-dependent-elastic", "stiffness.exponent", &[-0.1, 1.1]),
-        ("undrained", "fluid_bulk_modulus", &[0.0]),
-        ("undrained", "porosity", &[0.0, 1.0]),
-        ("undrained", "cavitation_strength", &[-1.0]),
-        ("strength-reduced", "factor", &[0.0, -1.0]),
-        ("strength-reduced", "material.youngs_modulus", &[0.0]),
-        ("saturation-softened", "saturated_cohesion", &[-1.0, 11e3]),
-        ("eigenstrain", "duration", &[0.0]),
-        ("eigenstrain", "volumetric_strain", &[0.6]),
-    ];
-    for (model, field, values) in table {
+    for (model, field, values) in OUT_OF_RANGE {
         refused(model, field, values);
     }
 }
 
 fn refused(model: &str, field: &str, values: &[f64]) {
-    spec(good(model)).build().unwrap_or_else(|error| panic!("{model} itself: {error}"));
+    spec(valid_material(model)).build().unwrap_or_else(|error| panic!("{model} itself: {error}"));
     for value in values {
         let error = with(model, field, *value).build().err();
         let error = error.unwrap_or_else(|| panic!("{model} takes {field} = {value}")).to_string();
-        let said = if field.starts_with("material.") { "mohr-coulomb" } else { model };
-        let named = error.starts_with(&format!("{field}: {value}")) && error.ends_with(&format!(" ({said})"));
+        let law = if field.starts_with("material.") { "mohr-coulomb" } else { model };
+        let named = error.starts_with(&format!("{field}: {value}")) && error.ends_with(&format!(" ({law})"));
         assert!(named, "{model}, {field} = {value}: {error}");
     }
 }
@@ -227,7 +147,7 @@ fn refused(model: &str, field: &str, values: &[f64]) {
 #[test]
 fn parameters_without_effect_are_refused_by_name() {
     let build = |model: &str, keys: &[(&str, Value)]| {
-        let mut material = good(model);
+        let mut material = valid_material(model);
         for (key, value) in keys {
             material[key] = value.clone();
         }
@@ -259,7 +179,7 @@ fn parameters_without_effect_are_refused_by_name() {
 }
 
 #[test]
-fn strength_must_come_from_somewhere() {
+fn a_soil_without_strength_is_refused() {
     for model in ["drucker-prager", "mohr-coulomb", "cfd-soil"] {
         let mut value = json!({
             "model": model, "density": 2000.0, "youngs_modulus": 20e6, "poissons_ratio": 0.3, "friction_angle": 0.0
@@ -271,7 +191,7 @@ fn strength_must_come_from_somewhere() {
 }
 
 #[test]
-fn what_is_allowed_and_odd_raises_a_warning() {
+fn unusual_parameters_give_a_warning() {
     for (model, field, value) in [
         ("linear-elastic", "poissons_ratio", 0.499),
         ("mohr-coulomb", "friction_angle", 65.0),
@@ -288,11 +208,15 @@ fn what_is_allowed_and_odd_raises_a_warning() {
         ("snow", "critical_stretch", 0.21),
         ("snow", "hardening_factor", 31.0),
     ] {
-        assert!(spec(good(model)).warnings().is_empty(), "{model}: {:?}", spec(good(model)).warnings());
+        assert!(
+            spec(valid_material(model)).warnings().is_empty(),
+            "{model}: {:?}",
+            spec(valid_material(model)).warnings()
+        );
         let warnings = with(model, field, value).warnings();
         assert!(warnings.iter().any(|warning| warning.starts_with(field)), "{model}, {field}: {warnings:?}");
     }
-    let mut cone = good("drucker-prager");
+    let mut cone = valid_material("drucker-prager");
     cone["friction_angle"] = json!(40.0);
     assert!(spec(cone.clone()).warnings().iter().any(|warning| warning.starts_with("matching")));
     cone["friction_angle"] = json!(30.0);
@@ -305,15 +229,15 @@ fn what_is_allowed_and_odd_raises_a_warning() {
     brittle["softening"]["cohesion_rate"] = json!(10.0);
     assert!(!spec(brittle).warnings().iter().any(snaps));
     assert!(spec(cone).assumes_plane_strain(), "a case in three dimensions refuses it");
-    let mut dilating = good("undrained");
-    dilating["skeleton"] = good("mohr-coulomb");
+    let mut dilating = valid_material("undrained");
+    dilating["skeleton"] = valid_material("mohr-coulomb");
     let warnings = spec(dilating).warnings();
     assert!(warnings.iter().any(|w| w.starts_with("skeleton.dilatancy_angle")), "{warnings:?}");
 }
 
 #[test]
 fn a_reduced_peak_below_the_residual_is_refused() {
-    let soil = spec(good("mohr-coulomb"));
+    let soil = spec(valid_material("mohr-coulomb"));
     let reduction = StrengthReduction {
         scope: colluvium_constitutive::laws::ReductionScope::Peak,
         ..StrengthReduction::by(50.0)
@@ -326,7 +250,7 @@ fn a_reduced_peak_below_the_residual_is_refused() {
 }
 
 #[test]
-fn steps_that_no_law_can_take_are_refused() {
+fn invalid_motions_are_refused() {
     let turn = Mat3::IDENTITY;
     let good = Motion::from_deformation(&turn, 1e-3, 2000.0, 0.1).unwrap();
     let scaled = |s: f64| Motion { deformation: Mat3::IDENTITY * s, ..good };
@@ -364,7 +288,7 @@ fn steps_that_no_law_can_take_are_refused() {
 }
 
 #[test]
-fn initial_stresses_are_held_against_the_law() {
+fn inadmissible_initial_stresses_are_refused_by_name() {
     for (model, stress) in [
         ("mohr-coulomb", SymTensor::diagonal(-50e3, -500e3, -50e3)),
         ("drucker-prager", SymTensor::isotropic(1e6)),
@@ -377,7 +301,7 @@ fn initial_stresses_are_held_against_the_law() {
         ("mohr-coulomb", SymTensor::isotropic(f64::NAN)),
         ("linear-elastic", SymTensor::isotropic(f64::INFINITY)),
     ] {
-        let law = spec(good(model)).build().unwrap();
+        let law = spec(valid_material(model)).build().unwrap();
         let error = law.initial(&[InitialCondition { stress, density: 2000.0 }]).err();
         let error = error.unwrap_or_else(|| panic!("{model} starts from {stress:?}")).to_string();
         assert!(error.contains("initial state of") && error.contains("stress"), "{model}: {error}");
@@ -385,7 +309,7 @@ fn initial_stresses_are_held_against_the_law() {
 }
 
 #[test]
-fn bases_of_flow_and_porous_media_name_their_fields() {
+fn errors_of_basal_laws_and_porous_media_name_the_field() {
     for (value, field) in [
         (json!({ "model": "bingham", "yield_stress": 200.0, "viscosity": -1.0 }), "viscosity: -1"),
         (json!({ "model": "coulomb", "friction_angle": 90.0 }), "friction_angle: 90"),

@@ -7,7 +7,7 @@ use colluvium_constitutive::basal::{
     VoellmySpec, plug_ratio, plug_ratio_quadratic,
 };
 use colluvium_constitutive::laws::MuISpec;
-use colluvium_constitutive::{MaterialSpec, MaybeInfinite};
+use colluvium_constitutive::{MaterialError, MaterialSpec, MaybeInfinite};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
@@ -271,7 +271,7 @@ fn granular_base_belongs_to_bagnolds_profile() {
 }
 
 #[test]
-fn a_bed_without_a_law_holds_nothing() {
+fn a_bed_without_a_law_has_no_strength() {
     let flow =
         BasalFlow { depth: 1.0, speed: 2.0, normal_stress: 1e4, unit_weight: 1e4, ..BasalFlow::default() };
     for spec in [
@@ -328,33 +328,38 @@ proptest! {
     }
 }
 
+/// Basal law of a material of the other methods.
+fn basal_of(material: Value) -> Result<BasalRheology, MaterialError> {
+    serde_json::from_value::<MaterialSpec>(material).unwrap().basal()
+}
+
+/// Material with the keys `own` besides density and elastic constants.
+fn elastic_with(own: &Value) -> Value {
+    let mut all = json!({ "density": 2000.0, "youngs_modulus": 20e6, "poissons_ratio": 0.3 });
+    all.as_object_mut().unwrap().extend(own.as_object().unwrap().clone());
+    all
+}
+
 #[test]
 fn materials_of_the_other_methods_have_their_basal_law() {
-    let material = |value: Value| serde_json::from_value::<MaterialSpec>(value).unwrap().basal();
     let flow = BasalFlow { depth: 2.0, speed: 1.0, normal_stress: 1e4, ..BasalFlow::default() };
-    let elastic = json!({ "density": 2000.0, "youngs_modulus": 20e6, "poissons_ratio": 0.3 });
-    let with = |own: Value| {
-        let mut all = elastic.as_object().unwrap().clone();
-        all.extend(own.as_object().unwrap().clone());
-        Value::Object(all)
-    };
     let tan = 30f64.to_radians().tan();
-    let soil = with(json!({ "model": "mohr-coulomb", "friction_angle": 30.0, "cohesion": 500.0 }));
-    let dp = with(json!({ "model": "drucker-prager", "friction_angle": 30.0, "cohesion": 500.0 }));
+    let soil = elastic_with(&json!({ "model": "mohr-coulomb", "friction_angle": 30.0, "cohesion": 500.0 }));
+    let dp = elastic_with(&json!({ "model": "drucker-prager", "friction_angle": 30.0, "cohesion": 500.0 }));
     for soil in [&soil, &dp] {
-        assert_near(material(soil.clone()).unwrap().moving_shear_stress(&flow), 1e4 * tan + 500.0, 1e-9);
+        assert_near(basal_of(soil.clone()).unwrap().moving_shear_stress(&flow), 1e4 * tan + 500.0, 1e-9);
     }
-    let reduced = material(json!({ "model": "strength-reduced", "factor": 2.0, "material": soil })).unwrap();
+    let reduced = basal_of(json!({ "model": "strength-reduced", "factor": 2.0, "material": soil })).unwrap();
     assert_near(reduced.moving_shear_stress(&flow), 0.5 * (1e4 * tan + 500.0), 1e-9);
-    let clay = material(with(json!({ "model": "von-mises", "cohesion": 700.0 }))).unwrap();
+    let clay = basal_of(elastic_with(&json!({ "model": "von-mises", "cohesion": 700.0 }))).unwrap();
     assert_near(clay.moving_shear_stress(&flow), 700.0, 0.0);
-    let clay = material(with(json!({ "model": "tresca", "undrained_strength": 700.0 }))).unwrap();
+    let clay = basal_of(elastic_with(&json!({ "model": "tresca", "undrained_strength": 700.0 }))).unwrap();
     assert_near(clay.moving_shear_stress(&flow), 700.0, 0.0);
     let liquid = json!({ "density": 1000.0, "bulk_modulus": 1e7, "viscosity": 50.0 });
     let fluid = |own: Value| {
         let mut all = liquid.as_object().unwrap().clone();
         all.extend(own.as_object().unwrap().clone());
-        material(Value::Object(all)).unwrap().moving_shear_stress(&flow)
+        basal_of(Value::Object(all)).unwrap().moving_shear_stress(&flow)
     };
     assert_near(fluid(json!({ "model": "newtonian-fluid" })), 3.0 * 50.0 / 2.0, 1e-10);
     let mud = BasalSpec::Bingham(BinghamBaseSpec::new(200.0, 50.0)).build().unwrap();
@@ -377,18 +382,24 @@ fn materials_of_the_other_methods_have_their_basal_law() {
         static_friction * 1e4,
         1e-9,
     );
+}
 
+#[test]
+fn materials_without_a_basal_law_are_refused_by_name() {
+    let soil = elastic_with(&json!({ "model": "mohr-coulomb", "friction_angle": 30.0, "cohesion": 500.0 }));
     let softening = json!({ "residual_friction_angle": 20.0, "friction_rate": 1.0 });
-    let mut softens = soil.clone();
+    let mut softens = soil;
     softens["softening"] = softening;
     softens["softening"]["residual_cohesion"] = json!(100.0);
     softens["softening"]["cohesion_rate"] = json!(1.0);
-    for (spec, field) in [(softens, "softening: "), (with(json!({ "model": "linear-elastic" })), "model: ")] {
-        let error = material(spec).unwrap_err().to_string();
+    for (spec, field) in
+        [(softens, "softening: "), (elastic_with(&json!({ "model": "linear-elastic" })), "model: ")]
+    {
+        let error = basal_of(spec).unwrap_err().to_string();
         assert!(error.starts_with(field) && error.contains("basal law of its own"), "{error}");
     }
-    let wrong = with(json!({ "model": "mohr-coulomb", "friction_angle": 95.0 }));
-    assert!(material(wrong).unwrap_err().to_string().starts_with("friction_angle: 95"));
+    let wrong = elastic_with(&json!({ "model": "mohr-coulomb", "friction_angle": 95.0 }));
+    assert!(basal_of(wrong).unwrap_err().to_string().starts_with("friction_angle: 95"));
 }
 
 #[test]

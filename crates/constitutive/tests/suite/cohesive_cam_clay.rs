@@ -176,6 +176,39 @@ pub(crate) fn returned(
     (SymTensor::diagonal(found[0], found[1], found[2]), state)
 }
 
+/// Trial strain, p and q of the trial (Pa), p and q (Pa), Δγ, elastic strain, plastic volumetric strain.
+type Row = ([f64; 3], [f64; 2], [f64; 2], f64, [f64; 3], f64);
+
+/// Returns to the ellipse of the sheet.
+const RETURNS: [Row; 5] = [
+    (
+        [-8e-3, -1e-3, 0.0],
+        [37_500.0, 29_037.825],
+        [9_398.175_58, 1_826.891_85],
+        1.075_725_439_0e-6,
+        [-1.066_425_11e-3, -6.260_256_23e-4, -5.631_114_11e-4],
+        -6.744_437_86e-3,
+    ),
+    ([-3e-3; 3], [37_500.0, 0.0], [10_000.0, 0.0], 9.375e-7, [-8e-4; 3], -6.6e-3),
+    (
+        [2e-3, 1e-3, 0.0],
+        [-12_500.0, 6_661.734],
+        [-828.153_121, 996.201_939],
+        4.107_373_118_1e-7,
+        [2.157_931_89e-4, 6.625_224_97e-5, -8.328_868_93e-5],
+        2.801_243_25e-3,
+    ),
+    ([1e-3; 3], [-12_500.0, 0.0], [-1_000.0, 0.0], 3.920_454_5e-7, [8e-5; 3], 2.76e-3),
+    (
+        [4e-3, -2.2e-3, -2.3e-3],
+        [2_083.333, 24_040.769],
+        [3_679.772_91, 3_971.715_16],
+        3.649_384_748_1e-7,
+        [3.939_827_16e-4, -6.303_037_33e-4, -6.468_244_82e-4],
+        3.831_455_00e-4,
+    ),
+];
+
 #[test]
 fn returns_at_fixed_strength() {
     let elasticity = Elasticity::new(5e6, 0.3).unwrap();
@@ -194,38 +227,7 @@ fn returns_at_fixed_strength() {
     let radius = 0.5 * 0.8 * 1.1 * 10e3;
     assert_near(f * (f + 2.0 * radius), -1.866_75e7, 51.0);
     assert_eq!(ellipse.return_map(&elasticity, p, q).multiplier, 0.0);
-
-    // Trial, p and q of the trial, p, q, Δγ, elastic strain, plastic volumetric strain.
-    type Row = ([f64; 3], [f64; 2], [f64; 2], f64, [f64; 3], f64);
-    let rows: [Row; 5] = [
-        (
-            [-8e-3, -1e-3, 0.0],
-            [37_500.0, 29_037.825],
-            [9_398.175_58, 1_826.891_85],
-            1.075_725_439_0e-6,
-            [-1.066_425_11e-3, -6.260_256_23e-4, -5.631_114_11e-4],
-            -6.744_437_86e-3,
-        ),
-        ([-3e-3; 3], [37_500.0, 0.0], [10_000.0, 0.0], 9.375e-7, [-8e-4; 3], -6.6e-3),
-        (
-            [2e-3, 1e-3, 0.0],
-            [-12_500.0, 6_661.734],
-            [-828.153_121, 996.201_939],
-            4.107_373_118_1e-7,
-            [2.157_931_89e-4, 6.625_224_97e-5, -8.328_868_93e-5],
-            2.801_243_25e-3,
-        ),
-        ([1e-3; 3], [-12_500.0, 0.0], [-1_000.0, 0.0], 3.920_454_5e-7, [8e-5; 3], 2.76e-3),
-        (
-            [4e-3, -2.2e-3, -2.3e-3],
-            [2_083.333, 24_040.769],
-            [3_679.772_91, 3_971.715_16],
-            3.649_384_748_1e-7,
-            [3.939_827_16e-4, -6.303_037_33e-4, -6.468_244_82e-4],
-            3.831_455_00e-4,
-        ),
-    ];
-    for (strain, at_trial, at_end, multiplier, elastic, volumetric) in rows {
+    for (strain, at_trial, at_end, multiplier, elastic, volumetric) in RETURNS {
         let (trial, p, q) = trial(strain);
         assert_near(p, at_trial[0], 5.1e-4);
         assert_near(q, at_trial[1], 5.1e-4);
@@ -325,7 +327,7 @@ pub(crate) fn compressed(
 }
 
 #[test]
-fn tangents_hold_on_every_branch() {
+fn tangents_agree_with_differences_on_every_branch() {
     // Elastic, hardening, softening, stress-free, compacting debris in the step of the collapse.
     let cases = [
         (slab(), [-8e-3, -1e-3, 0.0]),
@@ -360,7 +362,7 @@ fn tangents_hold_on_every_branch() {
 }
 
 #[test]
-fn random_returns_land_on_their_surface_by_associated_flow() {
+fn random_returns_lie_on_the_surface_by_associated_flow() {
     let mut seed = 11u64;
     let mut random = || {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -438,7 +440,7 @@ fn parameters_out_of_range_are_named() {
 }
 
 #[test]
-fn an_initial_stress_outside_is_moved_to_the_surface_on_wish() {
+fn an_initial_stress_outside_is_returned_to_the_surface_on_request() {
     let law = CohesiveCamClaySpec { return_initial_stress_to_yield: true, ..slab() }.law().unwrap();
     let initial = |stress| PointLaw::initial(&law, &InitialCondition { stress, density: 250.0 }).unwrap();
     // The hydrostatic and the shear trial of §2.15, at frozen p0.

@@ -53,7 +53,7 @@ fn isotropic_compaction_follows_the_closed_form() {
 }
 
 #[test]
-fn a_turned_observer_sees_the_turned_stress() {
+fn the_stress_rotates_with_the_observer() {
     let path = [
         Mat3([[0.995, 0.004, 0.0], [0.0, 1.001, 0.0], [0.0, 0.0, 1.0]]),
         Mat3([[1.002, 0.01, 0.0], [-0.003, 0.97, 0.0], [0.0, 0.0, 1.0]]),

@@ -288,7 +288,7 @@ fn fast_shear_raises_friction_and_void_ratio_and_unloads_the_skeleton() {
 /// Material rate of the stretching: in steady simple shear the viscous stress is constant, where a
 /// corotational rate would continue to change it (`D W - W D` of ±γ̇²/2) and rotate it.
 #[test]
-fn with_the_material_rate_the_viscous_stress_of_steady_shear_stays() {
+fn with_the_material_rate_the_viscous_stress_of_steady_shear_is_constant() {
     use colluvium_constitutive::Corotational;
     let viscous = AccelerationViscosity { mode: ViscousMode::RateMaterial, ..VISCOSITY };
     let law =
@@ -307,7 +307,7 @@ fn with_the_material_rate_the_viscous_stress_of_steady_shear_stays() {
 }
 
 #[test]
-fn viscous_stress_ends_with_the_motion_and_turns_with_the_observer() {
+fn viscous_stress_ends_with_the_motion_and_rotates_with_the_observer() {
     use colluvium_constitutive::Corotational;
     let law = colluvium_constitutive::laws::AccelerationViscous::new(
         Corotational(spec().law().unwrap()),
@@ -325,13 +325,21 @@ fn viscous_stress_ends_with_the_motion_and_turns_with_the_observer() {
     assert_eq!(stopped.stress, moving.state.inviscid);
 }
 
-#[test]
-fn bad_input_is_refused_by_name() {
-    let field = |spec: HypoplasticSpec| match spec.build() {
+/// Parameter that the error of a material names.
+fn field(spec: HypoplasticSpec) -> String {
+    match spec.build() {
         Err(MaterialError::Parameter { field, .. }) => field,
         Err(error) => panic!("{error}"),
         Ok(_) => panic!("accepted {spec:?}"),
-    };
+    }
+}
+
+fn critical(state: CriticalState) -> HypoplasticSpec {
+    HypoplasticSpec { critical_state: Some(state), ..spec() }
+}
+
+#[test]
+fn bad_input_is_refused_by_name() {
     let direct = |c1: f64, c4: f64| {
         let set = HypoplasticConstants { c1, c4, ..HypoplasticConstants::TABLE_1 };
         HypoplasticSpec { parameters: HypoplasticParameters::Constants(set), ..spec() }
@@ -362,7 +370,6 @@ fn bad_input_is_refused_by_name() {
         field(calibrated(Calibration { dilatancy_angle: 60.0, ..good })),
         "parameters.calibration.dilatancy_angle"
     );
-    let critical = |critical| HypoplasticSpec { critical_state: Some(critical), ..spec() };
     let too_large = CriticalState { minimum_void_ratio: 1.0, ..CRITICAL };
     assert_eq!(field(critical(too_large)), "critical_state.minimum_void_ratio");
     assert_eq!(field(critical(CriticalState { p3: 1e-7, ..CRITICAL })), "critical_state.p3");
@@ -372,7 +379,10 @@ fn bad_input_is_refused_by_name() {
     assert_eq!(field(viscous(AccelerationViscosity { a: 1e-3, ..VISCOSITY })), "viscous.a");
     assert_eq!(field(viscous(AccelerationViscosity { m1: 0.0, ..VISCOSITY })), "viscous.m1");
     assert_eq!(field(viscous(AccelerationViscosity { m2: -1.0, ..VISCOSITY })), "viscous.m2");
+}
 
+#[test]
+fn inadmissible_initial_stresses_are_refused() {
     let dense = critical(CriticalState { minimum_void_ratio: 0.9, ..CRITICAL });
     assert!(dense.warnings()[0].starts_with("void_ratio"));
     let initial = |spec: &HypoplasticSpec, stress| {
@@ -386,9 +396,13 @@ fn bad_input_is_refused_by_name() {
     for stress in [SymTensor::ZERO, SymTensor::isotropic(1e3), SymTensor::isotropic(f64::NAN)] {
         assert!(matches!(initial(&spec(), stress), Err(MaterialError::Initial { .. })));
     }
-    let driver = HypoplasticSpec {
+}
+
+#[test]
+fn the_material_rate_gives_a_warning() {
+    let steady = HypoplasticSpec {
         viscous: Some(AccelerationViscosity { mode: ViscousMode::RateMaterial, ..VISCOSITY }),
         ..spec()
     };
-    assert!(driver.warnings()[0].starts_with("viscous.mode"));
+    assert!(steady.warnings()[0].starts_with("viscous.mode"));
 }

@@ -24,19 +24,6 @@ impl RunRecorder<'_> {
         progress: &RunProgress,
         (wall, safety, remarks): (f64, &BTreeMap<String, SafetyResult>, &[String]),
     ) -> Result<(), RunError> {
-        let budget = |b: Budget| {
-            let mut all = json!({
-                "mass": b.mass, "momentum": b.momentum, "angular_momentum": b.angular_momentum,
-                "kinetic_energy": b.kinetic, "elastic_energy": b.elastic, "potential_energy": b.potential,
-            });
-            if let Some(liquid) = b.liquid {
-                all["liquid"] = json!({
-                    "mass": liquid.mass, "momentum": liquid.momentum, "kinetic_energy": liquid.kinetic,
-                    "elastic_energy": liquid.elastic, "potential_energy": liquid.potential,
-                });
-            }
-            all
-        };
         let names = self.table.columns.iter().map(|(name, _)| name.clone());
         let last = self.table.rows.last().cloned().unwrap_or_default();
         let measures: serde_json::Map<String, serde_json::Value> =
@@ -60,7 +47,7 @@ impl RunRecorder<'_> {
             "facts": solver.notes(),
             "stages": self.stages(progress),
             "time_step_limits": progress.step_bounds.iter().map(bound_to_json).collect::<Vec<_>>(),
-            "start": progress.start.map(budget),
+            "start": progress.start.map(budget_to_json),
             "measures": measures,
             "case": self.case,
         });
@@ -76,7 +63,7 @@ impl RunRecorder<'_> {
                 let sealed = progress.seals.clone().into_iter().chain(tables).collect();
                 summary["files"] = verify::to_json(&verify::file_checksums(out, sealed, &self.rasters)?);
             }
-            summary["end"] = json!(solver.budget().map(budget));
+            summary["end"] = json!(solver.budget().map(budget_to_json));
             summary["snapshot_hash"] = json!(format!("{:016x}", solver.snapshot().hash()));
         }
         self.write_summary(&summary)?;
@@ -124,6 +111,21 @@ fn minimal_summary(summary: &serde_json::Value) -> String {
     let reason: String = summary["reason"].as_str().unwrap_or_default().chars().take(MAX_REASON).collect();
     let [method, fingerprint] = ["method", "fingerprint"].map(|key| &summary[key]);
     json!({ "status": "failed", "reason": reason, "method": method, "fingerprint": fingerprint }).to_string()
+}
+
+/// Mass, momentum and energies of the bodies, and of their liquid.
+fn budget_to_json(budget: Budget) -> serde_json::Value {
+    let mut all = json!({
+        "mass": budget.mass, "momentum": budget.momentum, "angular_momentum": budget.angular_momentum,
+        "kinetic_energy": budget.kinetic, "elastic_energy": budget.elastic, "potential_energy": budget.potential,
+    });
+    if let Some(liquid) = budget.liquid {
+        all["liquid"] = json!({
+            "mass": liquid.mass, "momentum": liquid.momentum, "kinetic_energy": liquid.kinetic,
+            "elastic_energy": liquid.elastic, "potential_energy": liquid.potential,
+        });
+    }
+    all
 }
 
 fn bound_to_json(bound: &StepBoundCount) -> serde_json::Value {

@@ -6,10 +6,10 @@ mod series;
 
 use serde::{Deserialize, Serialize};
 
-use crate::laws::Elasticity;
+use crate::contract::elasticity::Elasticity;
+use crate::contract::tangent::{from_spatial, kirchhoff_tangent, numerical_tangent, shear_moduli};
 use crate::return_maps::substepping;
 use crate::return_maps::substepping::substepped_motion;
-use crate::tangent::{from_spatial, kirchhoff_tangent, numerical_tangent, shear_moduli};
 use crate::{
     BatchError, InitialCondition, Law, Mat3, MaterialError, Motion, MotionBlock, Point, PointLaw,
     SmallStrain, Spectrum, StressUpdate, SymTensor, Tangent,

@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::adapters::hencky::{Hencky, HenckyState, PrincipalReturn, push_forward};
-use crate::laws::Elasticity;
+use crate::contract::elasticity::Elasticity;
 use crate::return_maps::substepping::substepped_motion;
 use crate::{
     InitialCondition, Law, Mat3, Material, MaterialError, Motion, Point, PointLaw, StressUpdate, SymTensor,

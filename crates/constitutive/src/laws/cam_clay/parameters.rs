@@ -6,9 +6,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::CamClay;
-use crate::contract::model::{Model, ModelFamily, ModelInfo, check, positive};
+use crate::contract::parameter_checks::{check, positive};
 use crate::laws::cam_clay::common::{CamClayConstants, InitialSurfaceSize, ShearStiffness};
 use crate::laws::linear_elastic::incompressibility_warnings;
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::laws::pressure_elastic::{check_poissons_ratio, shear_ratio};
 use crate::{Corotational, Material, MaterialError};
 

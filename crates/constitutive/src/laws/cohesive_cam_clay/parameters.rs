@@ -9,7 +9,8 @@ use super::super::Elasticity;
 use super::super::linear_elastic::{snow_ratio_warnings, warn_above};
 use super::CohesiveCamClay;
 use crate::adapters::hencky::StressInvariants;
-use crate::contract::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
+use crate::contract::parameter_checks::{check, not_negative, positive};
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::{Material, MaterialError};
 
 /// Parameters of `cohesive-cam-clay`.

@@ -8,9 +8,11 @@ use serde::{Deserialize, Serialize};
 use super::super::cohesive_band::CohesiveBandSpec;
 use super::super::cohesive_damage::CohesiveDamageSpec;
 use super::super::drucker_prager::{DruckerPrager, DruckerPragerSpec, Matching, Softening};
-use super::super::linear_elastic::{Elasticity, LinearElastic, incompressibility_warnings};
+use super::super::linear_elastic::{LinearElastic, incompressibility_warnings};
 use super::{BandSurroundings, DoubleScale};
-use crate::contract::model::{Model, ModelFamily, ModelInfo, StrainMeasure, positive};
+use crate::contract::elasticity::Elasticity;
+use crate::contract::parameter_checks::positive;
+use crate::laws::model::{Model, ModelFamily, ModelInfo, StrainMeasure};
 use crate::{Corotational, InterfaceLaw, Material, MaterialError};
 
 /// Parameters of `double-scale`.

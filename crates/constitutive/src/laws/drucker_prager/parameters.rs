@@ -6,8 +6,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Cone, DruckerPrager, NAME, Softening};
-use crate::contract::model::{Model, ModelFamily, ModelInfo, StrainMeasure, check};
+use crate::contract::parameter_checks::check;
 use crate::laws::linear_elastic::incompressibility_warnings;
+use crate::laws::model::{Model, ModelFamily, ModelInfo, StrainMeasure};
 use crate::laws::strength_reduced::StrengthReduction;
 use crate::laws::{Elasticity, angle_warnings, check_angles};
 use crate::{Material, MaterialError};

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::MaterialError;
-use crate::contract::model::{check, not_negative};
+use crate::contract::parameter_checks::{check, not_negative};
 
 /// Exponential softening to residual strength (Bui & Nguyen eqs. 76–77).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

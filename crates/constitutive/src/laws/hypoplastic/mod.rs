@@ -22,7 +22,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::pressure_elastic::VoidRatio;
-use crate::contract::model::{check, not_negative};
+use crate::contract::parameter_checks::{check, not_negative};
 use crate::{InitialCondition, Law, MaterialError, Motion, Point, PointLaw, SmallStrain, SymTensor, Tangent};
 
 pub use parameters::{Calibration, HypoplasticParameters, HypoplasticSpec};

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::super::acceleration_viscous::{AccelerationViscosity, AccelerationViscous, ViscousMode};
 use super::{CriticalState, Hypoplastic, HypoplasticConstants};
-use crate::contract::model::{Model, ModelFamily, ModelInfo, check, positive};
+use crate::contract::parameter_checks::{check, positive};
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::{Corotational, Material, MaterialError};
 
 /// Parameters of `hypoplastic`, angles in degrees.

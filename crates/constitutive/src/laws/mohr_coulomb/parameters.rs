@@ -6,9 +6,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{MohrCoulomb, NAME, Pyramid};
-use crate::contract::model::{Model, ModelFamily, ModelInfo, StrainMeasure, check};
+use crate::contract::parameter_checks::check;
 use crate::laws::drucker_prager::Softening;
 use crate::laws::linear_elastic::incompressibility_warnings;
+use crate::laws::model::{Model, ModelFamily, ModelInfo, StrainMeasure};
 use crate::laws::strength_reduced::StrengthReduction;
 use crate::laws::{Elasticity, angle_warnings, check_angles};
 use crate::{Material, MaterialError};

@@ -6,8 +6,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Simsand, VOID_RANGE};
-use crate::contract::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
+use crate::contract::parameter_checks::{check, not_negative, positive};
 use crate::laws::linear_elastic::incompressibility_warnings;
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::laws::pressure_elastic::{check_poissons_ratio, shear_ratio};
 use crate::{Corotational, Material, MaterialError};
 

@@ -22,7 +22,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::adapters::corotational::half_rotation;
-use crate::contract::model::{Model, ModelFamily, ModelInfo, check, positive};
+use crate::contract::parameter_checks::{check, positive};
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::{
     InitialCondition, Law, Mat3, Material, MaterialError, Motion, Point, PointLaw, StressUpdate, SymTensor,
     Tangent,
@@ -224,9 +225,146 @@ fn column_major(m: &Mat3) -> [f64; 9] {
     std::array::from_fn(|k| m.0[k % 3][k / 3])
 }
 
+/// Arguments of a call, named as in the interface of a UMAT.
+struct UmatArguments {
+    stress: [f64; 6],
+    statev: Vec<f64>,
+    ddsdde: [f64; 36],
+    /// Energies and heat, `SSE`, `SPD`, `SCD`, `RPL` and `DRPLDT`, which are not used.
+    energies: [f64; 5],
+    ddsddt: [f64; 6],
+    drplde: [f64; 6],
+    stran: [f64; 6],
+    dstran: [f64; 6],
+    time: [f64; 2],
+    dtime: f64,
+    cmname: [u8; 80],
+    nstatv: usize,
+    /// Properties, and a zero where there are none.
+    props: Vec<f64>,
+    nprops: usize,
+    drot: [f64; 9],
+    pnewdt: f64,
+    celent: f64,
+    dfgrd0: [f64; 9],
+    dfgrd1: [f64; 9],
+}
+
+impl UmatArguments {
+    /// Arguments of a step, with the stress already rotated by `rotation`.
+    fn new(spec: &UmatSpec, stress: &SymTensor, state: &UmatState, motion: &Motion, rotation: &Mat3) -> Self {
+        let mut statev = state.variables.clone();
+        // A library may write to STATEV(1) though it requested none.
+        statev.resize(state.variables.len().max(1), 0.0);
+        let mut cmname = [b' '; 80];
+        cmname[..spec.material_name.len()].copy_from_slice(spec.material_name.as_bytes());
+        Self {
+            stress: to_umat(&(*stress * (1.0 / spec.unit())), 1.0),
+            statev,
+            ddsdde: [0.0; 36],
+            energies: [0.0; 5],
+            ddsddt: [0.0; 6],
+            drplde: [0.0; 6],
+            stran: to_umat(&state.strain, 2.0),
+            dstran: to_umat(&motion.strain_increment(), 2.0),
+            time: [state.time, state.time],
+            dtime: motion.dt,
+            cmname,
+            nstatv: state.variables.len(),
+            props: if spec.props.is_empty() { vec![0.0] } else { spec.props.clone() },
+            nprops: spec.props.len(),
+            drot: column_major(rotation),
+            pnewdt: 1.0,
+            celent: motion.size,
+            dfgrd0: column_major(&state.deformation),
+            dfgrd1: column_major(&(motion.deformation * state.deformation)),
+        }
+    }
+
+    /// Calls the routine once.
+    #[allow(unsafe_code, reason = "code of another language can be called in no other way")]
+    fn call(&mut self, function: UmatFunction) {
+        let [temp, dtemp, predef, dpred] = [0.0; 4];
+        let number = |n: usize| c_int::try_from(n).unwrap_or(c_int::MAX);
+        let (ndi, nshr, ntens) = (3, 3, 6);
+        let (nstatv, nprops) = (number(self.nstatv), number(self.nprops));
+        let coords = [0.0; 3];
+        let counter: c_int = 1;
+        let [sse, spd, scd, rpl, drpldt] = &mut self.energies;
+        // SAFETY: every pointer is to a live array of the length required by the interface of a UMAT; the use
+        // of them by the library is the responsibility of the user.
+        shared_library::call_guarded(|| unsafe {
+            function(
+                self.stress.as_mut_ptr(),
+                self.statev.as_mut_ptr(),
+                self.ddsdde.as_mut_ptr(),
+                sse,
+                spd,
+                scd,
+                rpl,
+                self.ddsddt.as_mut_ptr(),
+                self.drplde.as_mut_ptr(),
+                drpldt,
+                self.stran.as_ptr(),
+                self.dstran.as_ptr(),
+                self.time.as_ptr(),
+                &raw const self.dtime,
+                &raw const temp,
+                &raw const dtemp,
+                &raw const predef,
+                &raw const dpred,
+                self.cmname.as_ptr().cast(),
+                &raw const ndi,
+                &raw const nshr,
+                &raw const ntens,
+                &raw const nstatv,
+                self.props.as_ptr(),
+                &raw const nprops,
+                coords.as_ptr(),
+                self.drot.as_ptr(),
+                &raw mut self.pnewdt,
+                &raw const self.celent,
+                self.dfgrd0.as_ptr(),
+                self.dfgrd1.as_ptr(),
+                &raw const counter,
+                &raw const counter,
+                &raw const counter,
+                &raw const counter,
+                JSTEP.as_ptr(),
+                &raw const counter,
+                self.cmname.len(),
+            );
+        });
+    }
+
+    /// Output of the call, in Pa where the library's unit of stress is `unit` (Pa).
+    fn output(mut self, unit: f64) -> Result<UmatOutput, MaterialError> {
+        if self.pnewdt < 1.0 {
+            return Err(MaterialError::NotConverged {
+                model: NAME,
+                reason: "the library requests a shorter step",
+            });
+        }
+        self.statev.truncate(self.nstatv);
+        let stress = from_umat(self.stress) * unit;
+        if !(stress.is_finite() && self.statev.iter().all(|value| value.is_finite())) {
+            let reason = "the library returned a stress or a state variable that is not finite";
+            return Err(MaterialError::Motion { model: NAME, reason });
+        }
+        // DDSDDE(i, j) is column-major.
+        let tangent = Tangent(std::array::from_fn(|i| {
+            std::array::from_fn(|j| self.ddsdde[ORDER[j] * 6 + ORDER[i]] * unit)
+        }));
+        if !tangent.0.iter().flatten().all(|value| value.is_finite()) {
+            let reason = "the library returned a stiffness (DDSDDE) that is not finite";
+            return Err(MaterialError::Motion { model: NAME, reason });
+        }
+        Ok(UmatOutput { stress, variables: self.statev, tangent })
+    }
+}
+
 impl Umat {
     /// Calls the routine once: `stress` is already rotated by `rotation`.
-    #[allow(unsafe_code, reason = "code of another language can be called in no other way")]
     fn call(
         &self,
         stress: &SymTensor,
@@ -234,98 +372,13 @@ impl Umat {
         motion: &Motion,
         rotation: &Mat3,
     ) -> Result<UmatOutput, MaterialError> {
-        let spec = &self.spec;
-        let mut sigma = to_umat(&(*stress * (1.0 / spec.unit())), 1.0);
-        let mut variables = state.variables.clone();
-        // A library may write to STATEV(1) though it requested none.
-        let count = variables.len();
-        variables.resize(count.max(1), 0.0);
-        let mut ddsdde = [0.0; 36];
-        let [mut sse, mut spd, mut scd, mut rpl, mut drpldt] = [0.0; 5];
-        let (mut ddsddt, mut drplde) = ([0.0; 6], [0.0; 6]);
-        let (stran, dstran) = (to_umat(&state.strain, 2.0), to_umat(&motion.strain_increment(), 2.0));
-        let times = [state.time, state.time];
-        let [temp, dtemp, predef, dpred] = [0.0; 4];
-        let mut name = [b' '; 80];
-        name[..spec.material_name.len()].copy_from_slice(spec.material_name.as_bytes());
-        let number = |n: usize| c_int::try_from(n).unwrap_or(c_int::MAX);
-        let (ndi, nshr, ntens) = (3, 3, 6);
-        let (nstatv, nprops) = (number(count), number(spec.props.len()));
-        let props = if spec.props.is_empty() { vec![0.0] } else { spec.props.clone() };
-        let coords = [0.0; 3];
-        let mut pnewdt = 1.0;
-        let (drot, dfgrd0) = (column_major(rotation), column_major(&state.deformation));
-        let dfgrd1 = column_major(&(motion.deformation * state.deformation));
-        let counter: c_int = 1;
+        let mut arguments = UmatArguments::new(&self.spec, stress, state, motion, rotation);
         {
-            let _turn =
-                (!spec.thread_safe).then(|| self.routine.lock.lock().unwrap_or_else(PoisonError::into_inner));
-            // SAFETY: every pointer is to a live array of the length required by the interface of a UMAT; the use
-            // of them by the library is the responsibility of the user.
-            shared_library::call_guarded(|| unsafe {
-                (self.routine.function)(
-                    sigma.as_mut_ptr(),
-                    variables.as_mut_ptr(),
-                    ddsdde.as_mut_ptr(),
-                    &raw mut sse,
-                    &raw mut spd,
-                    &raw mut scd,
-                    &raw mut rpl,
-                    ddsddt.as_mut_ptr(),
-                    drplde.as_mut_ptr(),
-                    &raw mut drpldt,
-                    stran.as_ptr(),
-                    dstran.as_ptr(),
-                    times.as_ptr(),
-                    &raw const motion.dt,
-                    &raw const temp,
-                    &raw const dtemp,
-                    &raw const predef,
-                    &raw const dpred,
-                    name.as_ptr().cast(),
-                    &raw const ndi,
-                    &raw const nshr,
-                    &raw const ntens,
-                    &raw const nstatv,
-                    props.as_ptr(),
-                    &raw const nprops,
-                    coords.as_ptr(),
-                    drot.as_ptr(),
-                    &raw mut pnewdt,
-                    &raw const motion.size,
-                    dfgrd0.as_ptr(),
-                    dfgrd1.as_ptr(),
-                    &raw const counter,
-                    &raw const counter,
-                    &raw const counter,
-                    &raw const counter,
-                    JSTEP.as_ptr(),
-                    &raw const counter,
-                    name.len(),
-                );
-            });
+            let _turn = (!self.spec.thread_safe)
+                .then(|| self.routine.lock.lock().unwrap_or_else(PoisonError::into_inner));
+            arguments.call(self.routine.function);
         }
-        variables.truncate(count);
-        if pnewdt < 1.0 {
-            return Err(MaterialError::NotConverged {
-                model: NAME,
-                reason: "the library requests a shorter step",
-            });
-        }
-        let stress = from_umat(sigma) * spec.unit();
-        if !(stress.is_finite() && variables.iter().all(|value| value.is_finite())) {
-            let reason = "the library returned a stress or a state variable that is not finite";
-            return Err(MaterialError::Motion { model: NAME, reason });
-        }
-        // DDSDDE(i, j) is column-major.
-        let tangent = Tangent(std::array::from_fn(|i| {
-            std::array::from_fn(|j| ddsdde[ORDER[j] * 6 + ORDER[i]] * spec.unit())
-        }));
-        if !tangent.0.iter().flatten().all(|value| value.is_finite()) {
-            let reason = "the library returned a stiffness (DDSDDE) that is not finite";
-            return Err(MaterialError::Motion { model: NAME, reason });
-        }
-        Ok(UmatOutput { stress, variables, tangent })
+        arguments.output(self.spec.unit())
     }
 
     /// Rotation of the step.

@@ -1,18 +1,20 @@
-//! Reading and checking of a [`Case`], and its properties that all methods use.
+//! Case files: reading and checking of a [`Case`], its schema and fingerprint, and the origin of map coordinates.
+//!
+//! The folder knows all rules of a case, no method.
 
-use std::collections::{BTreeMap, HashMap};
+mod map_coordinates;
+
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use colluvium_terrain::CoordinateReferenceSystem;
-use schemars::{JsonSchema, Schema};
-use serde::de::DeserializeOwned;
+use schemars::Schema;
 use serde_json::{Value, json};
 
-use crate::bodies::point_file::PointFile;
 use crate::bodies::terrain_layers;
-use crate::description::{Body, Boundary, Domain, Measure, ObstacleRegion, PrescribedMotion, Velocity};
+use crate::description::{Body, ObstacleRegion};
+use crate::files::checksum::FileChecksum;
 use crate::files::json;
-use crate::output::FileChecksum;
 use crate::{Case, CaseError, CaseErrors, validate};
 
 impl Case {
@@ -152,7 +154,8 @@ impl Case {
                 file.clone_from(mark);
             }
         }
-        fnv1a(serde_json::to_string(&case).expect("plain data always serialises").as_bytes())
+        FileChecksum::of_bytes(serde_json::to_string(&case).expect("plain data always serialises").as_bytes())
+            .fnv1a
     }
 
     /// Checksums of the files that the case names, by their paths, including their sidecar files.
@@ -187,109 +190,6 @@ impl Case {
             "additionalProperties": false,
         });
         schema
-    }
-
-    /// Number of coordinates of the space.
-    pub fn dimension(&self) -> usize {
-        self.space.dimension()
-    }
-
-    /// Approximate number of points `spacing` (m) apart in each body; for a file of points, their number.
-    pub fn point_counts(&self, spacing: f64) -> Vec<f64> {
-        let dimension = self.dimension();
-        let filled = |body: &Body| body.shape.volume(dimension, false) / spacing.powi(dimension as i32);
-        let count = |body: &Body| body.points.as_ref().map_or_else(|| filled(body), PointFile::count);
-        self.bodies.iter().map(count).collect()
-    }
-
-    /// Gravity with three components (m/s²).
-    pub fn gravity3(&self) -> [f64; 3] {
-        spatial(&self.gravity)
-    }
-
-    /// Magnitude of gravity (m/s²).
-    pub fn gravity_magnitude(&self) -> f64 {
-        self.gravity.iter().map(|g| g * g).sum::<f64>().sqrt()
-    }
-
-    /// Sum of the durations of the stages (s).
-    pub fn end_time(&self) -> f64 {
-        self.stages.iter().map(|stage| stage.duration).sum()
-    }
-
-    /// Walls that are present in stage number `stage`, with their number in `boundaries`; beyond the last stage, those at its end.
-    pub fn active_boundaries(&self, stage: usize) -> Vec<(usize, &Boundary)> {
-        let removed = |boundary: &Boundary| {
-            self.stages
-                .iter()
-                .take(stage.saturating_add(1))
-                .any(|s| s.remove_boundaries.iter().any(|name| name == boundary.name()))
-        };
-        self.boundaries.iter().enumerate().filter(|(_, boundary)| !removed(boundary)).collect()
-    }
-
-    /// Duration of each boundary (s), in their order: until the stage that removes it.
-    pub fn boundary_durations(&self) -> Vec<f64> {
-        let mut left: HashMap<&str, f64> = HashMap::new();
-        let mut time = 0.0;
-        for stage in &self.stages {
-            stage.remove_boundaries.iter().for_each(|name| {
-                left.entry(name).or_insert(time);
-            });
-            time += stage.duration;
-        }
-        let stands = |boundary: &Boundary| left.get(boundary.name()).copied().unwrap_or(time);
-        self.boundaries.iter().map(stands).collect()
-    }
-
-    /// Whether the bodies have no external actions in stage number `stage` except constant gravity along an axis that is not periodic.
-    pub fn is_isolated(&self, stage: usize) -> bool {
-        let moves =
-            |velocity: &Option<Vec<f64>>| velocity.as_ref().is_some_and(|v| v.iter().any(|c| *c != 0.0));
-        let falls_through = self.domain.periodic.iter().any(|axis| self.gravity[axis.number()] != 0.0);
-        let stages = self.stages.iter().take(stage + 1);
-        self.loads.is_empty()
-            && self.patches.is_empty()
-            && self.removal_shapes.is_empty()
-            && !falls_through
-            && !self.bodies.iter().any(|body| body.rigid || body.pore_fluid.is_some())
-            && !self.boundaries.iter().any(|boundary| moves(&boundary.velocity))
-            && !self.obstacles.iter().any(|obstacle| obstacle.motion.is_some())
-            && stages.clone().all(|stage| stage.motions.is_empty())
-            && self.stages.get(stage).is_some_and(|stage| stage.gravity_ramp == 0.0)
-    }
-
-    /// Whether the body of that name has been removed by the end of stage number `stage`.
-    pub fn is_removed(&self, body: &str, stage: usize) -> bool {
-        self.stages
-            .iter()
-            .take(stage.saturating_add(1))
-            .any(|s| s.remove_bodies.iter().any(|name| name == body))
-    }
-
-    /// Whether the rigid body of that name moves freely in any stage.
-    pub fn moves_freely(&self, body: &str) -> bool {
-        self.stages.iter().filter_map(|stage| stage.motion_of(body)).any(PrescribedMotion::is_free)
-    }
-
-    /// Young's modulus of the material of that name (Pa), where it has one; wrapped materials are not considered.
-    pub fn youngs_modulus(&self, material: &str) -> Option<f64> {
-        serde_json::to_value(self.materials.get(material)?).ok()?.get("youngs_modulus")?.as_f64()
-    }
-
-    /// Options of method `name`, its defaults where the case has none.
-    ///
-    /// # Errors
-    /// When they are invalid, with the path from the root of the case.
-    pub fn method_options<T: DeserializeOwned + JsonSchema>(&self, name: &str) -> Result<T, CaseError> {
-        let empty = json!({});
-        let value = self.methods.get(name).unwrap_or(&empty);
-        json::from_value(value, &format!("methods.{name}")).map_err(|errors| errors.first().clone())
-    }
-
-    /// Whether dissipated energy is measured.
-    pub fn measures_dissipation(&self) -> bool {
-        self.measures.values().any(|measure| matches!(measure, Measure::Dissipation {}))
     }
 }
 
@@ -351,73 +251,11 @@ fn path_within(value: &Value, wanted: &str) -> Option<String> {
 
 /// Checksum of the contents of a file and its sidecar files; `None` where it cannot be read.
 fn file_checksum(file: &str) -> Option<String> {
-    let mut mark = format!("{:016x}", fnv1a(&std::fs::read(file).ok()?));
+    let mut mark = format!("{:016x}", FileChecksum::of_bytes(&std::fs::read(file).ok()?).fnv1a);
     for beside in colluvium_terrain::sidecar_files(Path::new(file)) {
         let ending = beside.extension().unwrap_or_default().to_string_lossy().into_owned();
         let content = std::fs::read(&beside).unwrap_or_default();
-        mark += &format!(" {ending} {:016x}", fnv1a(&content));
+        mark += &format!(" {ending} {:016x}", FileChecksum::of_bytes(&content).fnv1a);
     }
     Some(mark)
-}
-
-/// FNV-1a hash of bytes.
-pub(crate) fn fnv1a(bytes: &[u8]) -> u64 {
-    FileChecksum::of_bytes(bytes).fnv1a
-}
-
-/// Vector in space of one to three components; missing components are zero.
-#[inline]
-pub fn spatial(vector: &[f64]) -> [f64; 3] {
-    std::array::from_fn(|c| vector.get(c).copied().unwrap_or(0.0))
-}
-
-/// First mode shape of a cantilever at the share `x` of its length; the root is that of `cos kL cosh kL = -1`.
-fn cantilever_mode(x: f64) -> f64 {
-    const ROOT: f64 = 1.875_104_068_711_961_3;
-    let (k, kx) = (ROOT, ROOT * x);
-    (k.cos() + k.cosh()) * (kx.cosh() - kx.cos()) + (k.sin() - k.sinh()) * (kx.sinh() - kx.sin())
-}
-
-impl Velocity {
-    /// Velocity at `x` (m/s).
-    #[inline]
-    pub fn at(&self, x: [f64; 3]) -> [f64; 3] {
-        match self {
-            Self::Rest => [0.0; 3],
-            Self::Uniform { value } => spatial(value),
-            Self::Linear { value, origin, gradient } => {
-                let (base, from) = (spatial(value), spatial(origin));
-                std::array::from_fn(|i| {
-                    let row = gradient.get(i).map_or([0.0; 3], |row| spatial(row));
-                    base[i] + (0..3).map(|j| row[j] * (x[j] - from[j])).sum::<f64>()
-                })
-            }
-            Self::Sine { amplitude, wave_vector, phase } => {
-                let k = spatial(wave_vector);
-                let angle = k[0] * x[0] + k[1] * x[1] + k[2] * x[2] + phase.to_radians();
-                spatial(amplitude).map(|a| a * angle.sin())
-            }
-            Self::Formula { value } => {
-                std::array::from_fn(|c| value.get(c).map_or(0.0, |formula| formula.at(x)))
-            }
-            Self::Bending { along, across, clamp, length, tip } => {
-                let place = ((x[*along] - clamp) / length).max(0.0);
-                let value = tip * cantilever_mode(place) / cantilever_mode(1.0);
-                std::array::from_fn(|c| if c == *across { value } else { 0.0 })
-            }
-        }
-    }
-}
-
-impl Boundary {
-    /// Name, or that of its side.
-    pub fn name(&self) -> &str {
-        self.name.as_deref().unwrap_or(self.side.name())
-    }
-
-    /// Coordinate of the wall's face (m).
-    pub fn position(&self, domain: &Domain) -> f64 {
-        let axis = self.side.axis();
-        self.position.unwrap_or(if self.side.is_max() { domain.max[axis] } else { domain.min[axis] })
-    }
 }

@@ -1,135 +1,16 @@
-//! Reference values of `sheet: constitutive §1–3` (kPa where the sheet says so), computed there with
-//! independent scripts.
+//! Pyramids of Mohr–Coulomb and Tresca, and the tension cut-off.
 
-use crate::common::{self, assert_close, r1};
 use colluvium_constitutive::laws::mohr_coulomb::{Pyramid, YieldRegion};
-use colluvium_constitutive::laws::{
-    DruckerPragerSpec, ExactIn, Matching, MohrCoulombSpec, Softening, StrainMeasure, VonMisesSpec,
-    drucker_prager::Cone, multi_surface,
-};
+use colluvium_constitutive::laws::{MohrCoulombSpec, multi_surface};
 use colluvium_constitutive::{
-    Corotational, FirstOrderSpin, Hencky, InitialCondition, Mat3, MaterialSpec, Motion, Point, PointLaw,
-    PrincipalReturn, SmallStrain, StressUpdate, SymTensor,
+    Hencky, InitialCondition, Mat3, MaterialSpec, Motion, Point, PointLaw, PrincipalReturn, SymTensor,
 };
 
-fn drucker_prager(matching: Matching, dilatancy_angle: f64) -> DruckerPragerSpec {
-    common::drucker_prager(1.0, matching, dilatancy_angle)
-}
+use super::returned;
+use crate::common::{self, assert_close, r1};
 
 fn mohr_coulomb(dilatancy_angle: f64) -> MohrCoulombSpec {
     common::mohr_coulomb(1.0, dilatancy_angle)
-}
-
-fn still() -> Motion {
-    Motion::from_deformation(&Mat3::IDENTITY, 1.0, 2.0, 1.0).unwrap()
-}
-
-/// Return of a trial stress: a step without strain from it.
-fn returned<L: SmallStrain>(law: &L, trial: [f64; 6], state: L::State) -> Point<L::State> {
-    law.update(&SymTensor::ZERO, &still(), &Point { stress: SymTensor(trial), state }).unwrap()
-}
-
-#[test]
-fn elastic_constants_of_the_reference_set() {
-    let e = r1();
-    assert_close(e.bulk_modulus, 16_666.666_7, 1e-8);
-    assert_close(e.shear_modulus, 7_692.307_7, 1e-8);
-    assert_close(e.lame(), 11_538.461_5, 1e-8);
-    assert_close(e.p_wave_modulus(), 26_923.076_9, 1e-8);
-}
-
-#[test]
-fn a_rotated_stress_has_the_components_of_the_sheet() {
-    let stress =
-        SymTensor([-100.0, -50.0, -70.0, 20.0, 0.0, 0.0]).rotated(&Mat3::rotation_z(30f64.to_radians()));
-    assert_close(stress[0], -104.820_508_08, 1e-9);
-    assert_close(stress[1], -45.179_491_92, 1e-9);
-    assert_close(stress[3], -11.650_635_09, 1e-9);
-}
-
-#[test]
-fn cones_of_all_matchings() {
-    let table = [
-        (Matching::Compression, 0.230_940_11, 12.0, 0.070_943_63),
-        (Matching::Extension, 0.164_957_22, 8.571_428_57, 0.063_180_17),
-        (Matching::PlaneStrainAssociated, 0.160_128_15, 8.320_502_94, 0.057_594_00),
-        (Matching::PlaneStrain, 0.162_790_79, 8.458_857_46, 0.057_594_00),
-    ];
-    for (matching, friction, strength, dilatancy) in table {
-        let cone = Cone::new(matching, 30f64.to_radians(), 10.0, 10f64.to_radians());
-        assert!((cone.friction - friction).abs() < 1e-8, "{matching:?}");
-        assert!((cone.strength - strength).abs() < 1e-8, "{matching:?}");
-        assert!((cone.dilatancy - dilatancy).abs() < 1e-8, "{matching:?}");
-    }
-    let isochoric = Cone::new(Matching::PlaneStrain, 30f64.to_radians(), 10.0, 0.0);
-    assert_close(isochoric.friction, 0.5 / 3.0, 1e-12);
-    assert_close(isochoric.strength, 8.660_254_04, 1e-9);
-}
-
-#[test]
-fn drucker_prager_returns_to_cone_and_apex() {
-    let law = drucker_prager(Matching::Compression, 10.0).law().unwrap();
-    let new = returned(&law, [-100.0, -350.0, -120.0, 120.0, 40.0, 0.0], Default::default());
-    let exact = [-131.526_843, -336.906_431, -147.957_210, 98.582_202, 32.860_734, 0.0];
-    for (found, exact) in new.stress.0.into_iter().zip(exact) {
-        assert!((found - exact).abs() < 1e-6, "{found} for {exact}");
-    }
-    assert_close(new.stress.trace(), -616.390_485, 1e-8);
-    assert_close(new.stress.j2().sqrt(), 154.349_285, 1e-8);
-    assert_close(new.state.deviatoric * 3f64.sqrt(), 0.004_359_375_457, 1e-12);
-    let trial = SymTensor([-100.0, -350.0, -120.0, 120.0, 40.0, 0.0]);
-    assert_close(trial.trace(), -570.0, 1e-15);
-    assert_close(trial.j2().sqrt(), 187.882_942, 1e-8);
-    let apex = returned(&law, [60.0, 50.0, 40.0, 5.0, 0.0, 0.0], Default::default());
-    for c in 0..3 {
-        assert_close(apex.stress[c], 17.320_508_08, 1e-9);
-    }
-    assert_eq!(apex.stress.0[3..], [0.0; 3]);
-}
-
-#[test]
-fn drucker_prager_softens_implicitly() {
-    // §2.3, Bui & Nguyen softening, kPa.
-    let softening = Softening {
-        residual_friction_angle: 15.0,
-        residual_cohesion: 0.10,
-        friction_rate: 3.0,
-        cohesion_rate: 3.0,
-        hardening: false,
-    };
-    let law = DruckerPragerSpec {
-        youngs_modulus: 5000.0,
-        friction_angle: 31.2,
-        cohesion: 0.55,
-        softening: Some(softening),
-        ..drucker_prager(Matching::Compression, 0.0)
-    }
-    .law()
-    .unwrap();
-    let trial = SymTensor([-2.0, -7.0, -2.5, 1.5, 0.0, 0.0]);
-    let cone = law.cone_at(0.1);
-    assert_close(cone.yield_value(trial.j2().sqrt(), trial.trace()), 0.242_473_830, 1e-8);
-    let new = returned(&law, trial.0, colluvium_constitutive::laws::PlasticStrain { deviatoric: 0.1 });
-    assert_close(new.state.deviatoric, 0.100_072_896_69, 1e-10);
-    assert_close(new.stress.j2().sqrt(), 2.893_005_452, 1e-9);
-    for (c, exact) in [(0, -2.141_956_78), (1, -6.754_801_93), (2, -2.603_241_29), (3, 1.383_853_54)] {
-        assert!((new.stress[c] - exact).abs() < 2e-8, "{} for {exact}", new.stress[c]);
-    }
-}
-
-#[test]
-fn softened_strength_follows_table_2() {
-    let softening = Softening::of_cohesion(1.5, 5.0);
-    let spec = DruckerPragerSpec {
-        friction_angle: 0.0,
-        cohesion: 25.0,
-        softening: Some(softening),
-        ..drucker_prager(Matching::PlaneStrain, 0.0)
-    };
-    let law = spec.law().unwrap();
-    for (kappa, cohesion) in [(0.1, 15.753_470), (0.5, 3.428_997), (1.0, 1.658_342), (2.0, 1.501_067)] {
-        assert!((law.cone_at(kappa).strength - cohesion).abs() < 1e-6);
-    }
 }
 
 #[test]
@@ -320,7 +201,7 @@ fn tangent_blocks_of_the_mohr_coulomb_returns() {
 }
 
 #[test]
-fn what_bears_no_tension_has_no_stress_at_all_once_it_is_pulled_apart() {
+fn without_tensile_strength_the_stress_in_extension_is_zero() {
     let elastic = r#""density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2, "tensile_strength": 0"#;
     for model in
         [r#""model": "tension-cut""#, r#""model": "mohr-coulomb", "friction_angle": 30, "cohesion": 1e3"#]
@@ -419,87 +300,7 @@ fn region_returns_agree_with_the_general_one() {
 }
 
 #[test]
-fn von_mises_is_matched_to_shear_or_to_compression() {
-    let spec = |exact_in| VonMisesSpec {
-        density: 2.0,
-        youngs_modulus: 20_000.0,
-        poissons_ratio: 0.3,
-        cohesion: 25.0,
-        exact_in,
-        residual_cohesion: None,
-        softening_rate: 0.0,
-        strain_measure: StrainMeasure::Rate,
-        return_initial_stress_to_yield: false,
-    };
-    let root_j2 = |exact_in| {
-        let law = spec(exact_in).law().unwrap();
-        returned(&law, [0.0, 0.0, 0.0, 300.0, 0.0, 0.0], Default::default()).stress.j2().sqrt()
-    };
-    assert_close(root_j2(ExactIn::PlaneStrain), 25.0, 1e-12);
-    assert_close(root_j2(ExactIn::Triaxial), 28.867_513_459, 1e-9);
-}
-
-#[test]
-fn tangent_of_the_drucker_prager_cone() {
-    // §3.10: θ and H of the reference cone step, from the tangent.
-    let law = drucker_prager(Matching::Compression, 10.0).law().unwrap();
-    let trial = SymTensor([-100.0, -350.0, -120.0, 120.0, 40.0, 0.0]);
-    let old = Point { stress: trial, state: Default::default() };
-    let tangent = SmallStrain::tangent(&law, &SymTensor::ZERO, &still(), &old).unwrap();
-    let (k, g) = (r1().bulk_modulus, r1().shear_modulus);
-    let n = trial.deviator() * (1.0 / trial.deviator().norm());
-    // A deviator normal to n keeps 2 G θ of itself.
-    let other = SymTensor([1.0, 1.0, -2.0, 0.0, 0.0, 3.0]);
-    let across = other - n * n.dot(&other);
-    assert_close(
-        tangent.apply(&across).dot(&across) / across.dot(&across) / (2.0 * g),
-        0.821_518_351_0,
-        1e-10,
-    );
-    // A volume change v changes the mean stress by K (1 - 9 K α α_ψ / H) v.
-    let cone = Cone::new(Matching::Compression, 30f64.to_radians(), 10.0, 10f64.to_radians());
-    let (alpha, psi) = (cone.friction, cone.dilatancy);
-    let mean = tangent.apply(&SymTensor::IDENTITY).trace() / 9.0;
-    assert_close(9.0 * k * alpha * psi / (1.0 - mean / k), 10_149.866_957_15, 1e-8);
-}
-
-#[test]
-fn hypoelastic_simple_shear_converges_to_the_sine() {
-    // §3.2: with half rotations, and with the one-term spin update of the source.
-    let law = colluvium_constitutive::laws::LinearElastic { elasticity: r1() };
-    let end = |law: &dyn Fn(&Motion, &Point<()>) -> Point<()>, steps: usize| {
-        let l = Mat3([[0.0, 2.0 / steps as f64, 0.0], [0.0; 3], [0.0; 3]]);
-        let motion = Motion::from_velocity_gradient(&l, 1.0, 2.0, 1.0).unwrap();
-        let start = Point { stress: SymTensor::ZERO, state: () };
-        let stress = (0..steps).fold(start, |p, _| law(&motion, &p)).stress;
-        (stress[3] / r1().shear_modulus, stress[0] / r1().shear_modulus)
-    };
-    let halves = Corotational(law);
-    let second = |m: &Motion, p: &Point<()>| StressUpdate::update(&halves, m, p).unwrap();
-    let table = [
-        (5, 0.921_155_58, 1.424_212_99),
-        (10, 0.912_263_68, 1.418_169_62),
-        (20, 0.910_039_10, 1.416_652_92),
-        (100, 0.909_327_09, 1.416_167_09),
-    ];
-    for (steps, shear, normal) in table {
-        let (found_shear, found_normal) = end(&second, steps);
-        assert!((found_shear - shear).abs() < 1e-8 && (found_normal - normal).abs() < 1e-8, "{steps} steps");
-    }
-    let one_term = FirstOrderSpin(law);
-    let first = |m: &Motion, p: &Point<()>| StressUpdate::update(&one_term, m, p).unwrap();
-    let (shear, normal) = end(&first, 10);
-    assert!((shear - 1.1191).abs() < 1e-4 && (normal - 1.4773).abs() < 1e-4, "{shear} {normal}");
-    // A full turn in 36 steps ends far from the start.
-    let spin = Mat3([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0; 3]]) * 10f64.to_radians();
-    let motion = Motion::from_velocity_gradient(&spin, 1.0, 2.0, 1.0).unwrap();
-    let start = Point { stress: SymTensor([-100.0, -50.0, 0.0, 20.0, 0.0, 0.0]), state: () };
-    let turned = (0..36).fold(start, |p, _| first(&motion, &p)).stress;
-    assert!((turned[0] + 178.4).abs() < 0.1 && (turned[3] - 231.6).abs() < 0.1, "{turned:?}");
-}
-
-#[test]
-fn contracting_flow_that_the_stiffness_cannot_follow_is_refused() {
+fn contraction_with_a_negative_plastic_modulus_is_refused() {
     // aᵀ D b = λ (k - 1)(m - 1) + 2 G (k m + 1) turns negative for soft shear and steep contraction.
     let law = |psi: f64, nu: f64| {
         MohrCoulombSpec {
@@ -513,50 +314,4 @@ fn contracting_flow_that_the_stiffness_cannot_follow_is_refused() {
     assert!(law(-40.0, 0.2).is_ok());
     let error = law(-40.0, 0.49).unwrap_err().to_string();
     assert!(error.starts_with("dilatancy_angle: -40"), "{error}");
-}
-
-#[test]
-fn rotation_by_spin_or_by_rigid_step() {
-    let law = Corotational(colluvium_constitutive::laws::LinearElastic { elasticity: r1() });
-    let start = Point { stress: SymTensor([-100.0, -50.0, 0.0, 20.0, 0.0, 0.0]), state: () };
-    let turn = |motion: Motion, steps: usize| {
-        (0..steps).fold(start, |p, _| StressUpdate::update(&law, &motion, &p).unwrap()).stress
-    };
-    let rigid =
-        |angle: f64| Motion::from_deformation(&Mat3::rotation_z(angle.to_radians()), 1.0, 2.0, 1.0).unwrap();
-    let full = turn(rigid(10.0), 36);
-    assert!((full - start.stress).norm() < 1e-10);
-    let spin = |angle: f64| {
-        let l = Mat3([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0; 3]]) * angle.to_radians();
-        Motion::from_velocity_gradient(&l, 1.0, 2.0, 1.0).unwrap()
-    };
-    for (angle, steps, xx, xy) in [(10.0, 36, -99.352_414, 20.783_646), (1.0, 360, -99.993_619, 20.007_973)] {
-        let stress = turn(spin(angle), steps);
-        assert!((stress[0] - xx).abs() < 1e-6 && (stress[3] - xy).abs() < 1e-6, "{stress:?}");
-        assert_close(stress.j2(), start.stress.j2(), 1e-11);
-    }
-}
-
-#[test]
-fn invariants_follow_their_definitions() {
-    let compression = SymTensor::diagonal(-1.0, -1.0, -4.0);
-    assert_close(compression.pressure(), 2.0, 1e-15);
-    assert_close(compression.q(), 3.0, 1e-15);
-    assert_close(compression.lode_angle(), std::f64::consts::FRAC_PI_3, 1e-7);
-    assert_close(SymTensor::diagonal(-1.0, -4.0, -4.0).lode_angle(), 0.0, 1e-7);
-}
-
-#[test]
-fn parameters_out_of_range_are_named() {
-    let field = |spec: DruckerPragerSpec| spec.law().unwrap_err().to_string();
-    let base = || drucker_prager(Matching::Compression, 0.0);
-    assert!(field(DruckerPragerSpec { friction_angle: 95.0, ..base() }).starts_with("friction_angle: 95"));
-    assert!(field(DruckerPragerSpec { poissons_ratio: 0.5, ..base() }).starts_with("poissons_ratio: 0.5"));
-    assert!(field(DruckerPragerSpec { cohesion: -1.0, ..base() }).starts_with("cohesion: -1"));
-    assert!(field(DruckerPragerSpec { dilatancy_angle: 40.0, ..base() }).starts_with("dilatancy_angle: 40"));
-    let steep = DruckerPragerSpec { dilatancy_angle: -30.0, poissons_ratio: 0.45, ..base() };
-    assert!(field(steep).starts_with("dilatancy_angle: -30"));
-    assert!(
-        field(DruckerPragerSpec { youngs_modulus: f64::NAN, ..base() }).starts_with("youngs_modulus: NaN")
-    );
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::contract::model::{Model, ModelFamily, ModelInfo};
+use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::laws::*;
 use crate::{Material, MaterialError};
 
@@ -56,7 +56,7 @@ macro_rules! models {
             pub fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
                 self.check_depth()?;
                 let density = match self.inner() {
-                    None => crate::contract::model::positive("density", self.density(), "kg/m³"),
+                    None => crate::contract::parameter_checks::positive("density", self.density(), "kg/m³"),
                     Some(_) => Ok(()),
                 };
                 let law = || match self { $(Self::$variant(spec) => spec.build(),)* };
@@ -78,7 +78,7 @@ macro_rules! models {
             /// # Errors
             /// For models without a strength to reduce, and where the reduced peak falls below the residual.
             pub fn strength_reduced(&self, reduction: &StrengthReduction) -> Result<Self, MaterialError> {
-                crate::contract::model::positive("factor", reduction.factor, "")?;
+                crate::contract::parameter_checks::positive("factor", reduction.factor, "")?;
                 let none = || MaterialError::choice("model", format!("{} has no strength to reduce", self.name()));
                 match self {
                     $(Self::$variant(spec) => {

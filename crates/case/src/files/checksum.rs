@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::output::OutputError;
+use crate::error::OutputError;
 
 /// Length (bytes) and FNV-1a hash (64 bits) of a file. They detect damage and edits, not forgery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

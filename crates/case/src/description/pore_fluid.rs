@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::Formula;
 use crate::description::Velocity;
+use crate::description::formula::Formula;
 
 /// Fluid that fills the pores of a body and moves independently. The material of the body is then the dry skeleton in effective stresses:
 /// its `density` is that of the grains times one minus the porosity, and the initial stress is effective.

@@ -199,18 +199,6 @@ impl Case {
         self.each_coordinate(&mut |axis, x| *x = decimal_sum(*x, origin[axis], sign));
     }
 
-    /// Origin that is subtracted from coordinates (m): `domain.origin`, or zero.
-    pub fn origin(&self) -> [f64; 3] {
-        crate::spatial(&self.domain.origin)
-    }
-
-    /// Position (m) in map coordinates, for output.
-    #[must_use]
-    pub fn map_position<const D: usize>(&self, place: &[f64; D]) -> [f64; D] {
-        let origin = self.origin();
-        std::array::from_fn(|c| place[c] + origin[c])
-    }
-
     /// Shape in the options of a method, in map coordinates, converted to coordinates from `domain.origin`.
     #[must_use]
     pub fn relative_to_origin(&self, mut of: Shape) -> Shape {

@@ -2,8 +2,7 @@
 
 use thiserror::Error;
 
-use crate::driver::{ElementTest, LoadingPath, TestStage};
-use crate::{Mat3, MaterialSpec, Motion, SymTensor};
+use crate::{Mat3, Motion, SymTensor};
 
 /// Error of a law: rejected parameters, initial state or step.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -78,24 +77,6 @@ pub struct UnconvergedStep {
     pub gradient: Mat3,
     /// Step (s).
     pub dt: f64,
-}
-
-impl UnconvergedStep {
-    /// Returns the step as an element test of `material`, to examine it separately. Internal variables are those of a point that
-    /// starts with this stress.
-    pub fn element_test(&self, material: MaterialSpec) -> ElementTest {
-        let velocity_gradient = (self.gradient * (1.0 / self.dt)).0;
-        ElementTest {
-            title: self.to_string(),
-            material,
-            initial_stress: self.stress.0,
-            stages: vec![TestStage {
-                path: LoadingPath::Flow { velocity_gradient },
-                steps: 1,
-                duration: self.dt,
-            }],
-        }
-    }
 }
 
 /// Name of the model as the suffix of a message.
