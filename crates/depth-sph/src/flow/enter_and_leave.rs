@@ -9,11 +9,11 @@ use crate::boundary::open::update_open_boundaries;
 use crate::boundary::{FlowBoundaries, OutsideNodes};
 use crate::clock::Clock;
 use crate::config::settings::FlowSettings;
+use crate::energy_balance::FlowRecords;
+use crate::energy_balance::balance::{EnergyBalance, energies};
 use crate::flow_nodes::FlowNodes;
 use crate::phases::failure::FlowFailure;
 use crate::points::TASK;
-use crate::records::FlowRecords;
-use crate::records::energy_balance::{EnergyBalance, energies};
 
 /// Updates inflows and open boundaries at the beginning of a step of `dt` (s); the energy that they bring enters the balance.
 ///

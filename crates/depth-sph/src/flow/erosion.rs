@@ -4,11 +4,11 @@ use crate::bed::Bed;
 use crate::boundary::FlowBoundaries;
 use crate::clock::Clock;
 use crate::config::settings::FlowSettings;
+use crate::energy_balance::FlowRecords;
+use crate::energy_balance::balance::energies;
 use crate::momentum::curved_drift::transport_velocities;
 use crate::momentum::entrainment::{entrain, extend_paths};
 use crate::phases::phase::PhaseSet;
-use crate::records::FlowRecords;
-use crate::records::energy_balance::energies;
 
 /// Erodes the bed in a step of `dt` (s): the nodes entrain the eroded material and share their momentum with it.
 pub(super) fn erode_bed<const D: usize>(

@@ -7,6 +7,7 @@ use crate::boundary::{FlowBoundaries, OutsideNodes};
 use crate::clock::Clock;
 use crate::config::choices::ThicknessEquation;
 use crate::config::settings::FlowSettings;
+use crate::energy_balance::FlowRecords;
 use crate::flow::Flow;
 use crate::flow::enter_and_leave::change_from_outside;
 use crate::flow_nodes::FlowNodes;
@@ -19,7 +20,6 @@ use crate::points::image_nodes::PlanBoundaries;
 use crate::points::phase_nodes::NewNode;
 use crate::pore_pressure::pore_pressure_columns::set_pore_pressures;
 use crate::pore_pressure::pressure_transfer::TransferredPressure;
-use crate::records::FlowRecords;
 
 impl<const D: usize> Flow<D> {
     /// Creates a flow of nodes for each set, with their initial heights.

@@ -14,19 +14,21 @@ use crate::bed::{Bed, BedPoint};
 use crate::boundary::inflow_nodes::reset_inflow_columns;
 use crate::clock::Clock;
 use crate::config::settings::FlowSettings;
+use crate::context::FlowContext;
+use crate::energy_balance::balance::energies;
 use crate::flow::critical_step::critical_step;
 use crate::flow::enter_and_leave::{remove_outside, update_openings};
 use crate::flow::erosion::erode_bed;
-use crate::flow_context::FlowContext;
 use crate::momentum::time_integration::integrate;
 use crate::output::flow_view::FlowView;
 use crate::output::totals::totals;
 use crate::phases::node_checks::check_nodes;
 use crate::points::phase_nodes::PlanVector;
-use crate::records::energy_balance::energies;
 
 pub use crate::boundary::open::{Inlet, OpenBoundary, Opening};
 pub use crate::boundary::{FlowBoundaries, OutsideNodes};
+pub use crate::energy_balance::FlowRecords;
+pub use crate::energy_balance::balance::{EnergyBalance, EnergyBalanceSummary, FlowEnergies};
 pub use crate::flow::critical_step::LimitingNode;
 pub use crate::flow_nodes::FlowNodes;
 pub use crate::output::totals::PhaseTotals;
@@ -34,8 +36,6 @@ pub use crate::phases::failure::FlowFailure;
 pub use crate::phases::limits::FlowLimits;
 pub use crate::phases::phase::PhaseSet;
 pub use crate::points::image_nodes::PlanBoundaries;
-pub use crate::records::FlowRecords;
-pub use crate::records::energy_balance::{EnergyBalance, EnergyBalanceSummary, FlowEnergies};
 
 /// Flow over a bed: its owners, which a step hands round.
 pub struct Flow<const D: usize> {

@@ -2,7 +2,7 @@
 
 use crate::config::choices::{Phases, PressureForceForm};
 use crate::config::settings::FlowSettings;
-use crate::flow_context::FlowContext;
+use crate::context::FlowContext;
 use crate::flow_nodes::FlowNodes;
 use crate::momentum::depth_pressures::{find_earth_pressure, find_phase_pressures, find_single_pressures};
 use crate::momentum::effective_gravity::{BedSampling, sample_bed};

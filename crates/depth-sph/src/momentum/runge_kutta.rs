@@ -1,7 +1,9 @@
 //! Explicit Runge–Kutta steps (sheet: depth-sph §3.4).
 
 use crate::config::choices::Phases;
-use crate::flow_context::FlowContext;
+use crate::context::FlowContext;
+use crate::energy_balance::balance::EnergyBalance;
+use crate::energy_balance::works::{add_resistance_work, add_stage_work};
 use crate::flow_nodes::FlowNodes;
 use crate::momentum::accelerations::evaluate;
 use crate::momentum::effective_gravity::BedSampling;
@@ -12,8 +14,6 @@ use crate::phases::failure::FlowFailure;
 use crate::phases::phase::PhaseSet;
 use crate::points::image_nodes::PlanBoundaries;
 use crate::points::phase_nodes::PlanVector;
-use crate::records::energy_balance::EnergyBalance;
-use crate::records::works::{add_resistance_work, add_stage_work};
 
 /// State of a set at the beginning of a step, and the sums of the stages.
 #[derive(Clone, Debug, Default)]

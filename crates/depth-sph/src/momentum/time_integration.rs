@@ -5,7 +5,9 @@ use rayon::prelude::*;
 use crate::config::choices::{Phases, TimeScheme};
 #[cfg(test)]
 use crate::config::settings::FlowSettings;
-use crate::flow_context::FlowContext;
+use crate::context::FlowContext;
+use crate::energy_balance::balance::EnergyBalance;
+use crate::energy_balance::works::add_step_work;
 use crate::flow_nodes::FlowNodes;
 use crate::momentum::accelerations::evaluate;
 use crate::momentum::curved_drift::{first_half_drift, second_half_drift};
@@ -17,8 +19,6 @@ use crate::momentum::velocities::{smooth_velocities, store_start_velocities, sto
 use crate::phases::failure::FlowFailure;
 use crate::phases::phase::PhaseSet;
 use crate::points::TASK;
-use crate::records::energy_balance::EnergyBalance;
-use crate::records::works::add_step_work;
 
 /// Integrates positions and velocities over a step of `dt` (s), with drag and the resistance of the bed.
 ///

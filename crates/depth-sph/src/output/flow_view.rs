@@ -4,10 +4,10 @@ use crate::bed::Bed;
 use crate::boundary::FlowBoundaries;
 use crate::clock::Clock;
 use crate::config::settings::FlowSettings;
+use crate::energy_balance::FlowRecords;
+use crate::energy_balance::balance::{EnergyBalanceSummary, energies};
 use crate::flow_nodes::FlowNodes;
 use crate::phases::phase::PhaseSet;
-use crate::records::FlowRecords;
-use crate::records::energy_balance::{EnergyBalanceSummary, energies};
 
 /// Parts of a flow that outputs read.
 #[derive(Clone, Copy)]

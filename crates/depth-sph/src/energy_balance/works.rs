@@ -6,10 +6,10 @@ use crate::bed::bed_path::dot_along_bed;
 use crate::boundary::FlowBoundaries;
 use crate::config::choices::Phases;
 use crate::config::settings::FlowSettings;
+use crate::energy_balance::balance::{EnergyBalance, energy_slope};
 use crate::phases::phase::PhaseSet;
 use crate::points::TASK;
 use crate::points::phase_nodes::PlanVector;
-use crate::records::energy_balance::{EnergyBalance, energy_slope};
 
 /// Adds the works of a step: of a kick over `dt` (s) from the stored velocities, and of the resistance to it.
 pub(crate) fn add_step_work<const D: usize>(

@@ -1,9 +1,9 @@
 //! Records of a flow: energy balance, volumes that have left and that have been eroded (sheet: depth-sph §3.4, step 11).
 
-pub(crate) mod energy_balance;
+pub(crate) mod balance;
 pub(crate) mod works;
 
-use crate::records::energy_balance::EnergyBalance;
+use crate::energy_balance::balance::EnergyBalance;
 
 /// Records of a flow since its start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
