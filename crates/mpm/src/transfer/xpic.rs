@@ -1,11 +1,11 @@
 //! Extended PIC (Hammerquist & Nairn 2017; sheet: mpm §2.6), and FLIP with decay of null-space velocities.
 //!
-//! With `S⁺` from points to grid and `S` back, XPIC(m) removes from the points the velocities that `m` sweeps cannot represent: `V ← V - (I
-//! - S S⁺)^m V + Δt S a`. The first sweep is the grid's velocity at the start of the step, which the momentum solve provides; each further
-//! order is one sweep over points and grid.
+//! With `S⁺` from points to grid and `S` back, XPIC(m) removes from the points the velocities that `m` sweeps cannot represent:
+//! `V ← V - (I - S S⁺)^m V + Δt S a`. The first sweep is the grid's velocity at the start of the step, which the momentum solve provides;
+//! each further order is one sweep over points and grid.
 //!
-//! If all is removed in every step, the dissipation grows with the number of steps. With a `residual_time` `τ` a step removes the share `1
-//! - exp(-Δt/τ)`, the blend of FLIP and a filtered transfer by the step (Nairn & Hammerquist 2021): the same in the same time with any
+//! If all is removed in every step, the dissipation grows with the number of steps. With a `residual_time` `τ` a step removes the share
+//! `1 - exp(-Δt/τ)`, the blend of FLIP and a filtered transfer by the step (Nairn & Hammerquist 2021): the same in the same time with any
 //! step. FLIP with a `residual_time` is identical.
 
 use colluvium_grid::{PointSlice, Vector4};
