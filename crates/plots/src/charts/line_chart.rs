@@ -70,6 +70,12 @@ impl Picture for LineChart {
 }
 
 impl LineChart {
+    /// Chart without series, with a title and the labels of both axes.
+    pub fn new(title: impl Into<String>, x_label: impl Into<String>, y_label: impl Into<String>) -> Self {
+        let (title, x_label, y_label) = (title.into(), x_label.into(), y_label.into());
+        Self { title, x_label, y_label, ..Self::default() }
+    }
+
     /// Corner that the series leave free for the legend, and the extension of the vertical axis beyond them, as a share of its
     /// length, where they leave none.
     fn legend(&self, x: &Range<f64>, y: &Range<f64>) -> (SeriesLabelPosition, f64) {
