@@ -75,74 +75,71 @@ fn block(space: &str, method: &str, options: &Value, change: &Value) -> Case {
     Case::from_json(&case.to_string()).unwrap()
 }
 
+/// Case with its name and method.
+struct MemoryCase {
+    name: String,
+    method: &'static str,
+    case: Case,
+}
+
+impl MemoryCase {
+    fn new(name: &str, space: &str, method: &'static str, options: Value, change: &Value) -> Self {
+        Self { name: name.to_owned(), method, case: block(space, method, &options, change) }
+    }
+}
+
+/// Cases of the material point method and of SPH, on cells of `cell` (m).
+fn continuum_cases(space: &str, cell: f64) -> Vec<MemoryCase> {
+    let none = json!({});
+    let plastic = json!({ "/materials/m": {
+        "model": "mohr-coulomb", "density": 1500, "youngs_modulus": 1e5, "poissons_ratio": 0.2, "friction_angle": 30, "cohesion": 1e6
+    } });
+    let water = json!({ "/bodies/0/pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1e-9, "bulk_modulus": 1e5 } });
+    let mpm = [
+        ("gimp", json!({}), &none),
+        ("law", json!({}), &plastic),
+        ("cpdi", json!({ "shape": "cpdi", "stress_update": "usl" }), &none),
+        ("apic", json!({ "shape": "quadratic", "transfer": "apic" }), &none),
+        ("mesh", json!({ "shape": "linear", "mesh": { "kind": "box" } }), &none),
+        ("shared", json!({ "shape": "linear", "volumetric_strain": "nodal" }), &none),
+        ("two phases", json!({ "shape": "linear" }), &water),
+    ];
+    let mpm = mpm.into_iter().map(|(name, mut options, change)| {
+        options["cell_size"] = json!(cell);
+        MemoryCase::new(name, space, "mpm", options, change)
+    });
+    let sph = [("sph", &none), ("sph law", &plastic)];
+    let sph = sph
+        .map(|(name, change)| MemoryCase::new(name, space, "sph", json!({ "spacing": 0.5 * cell }), change));
+    mpm.chain(sph).collect()
+}
+
+/// Cases of grains of `diameter` (m), in a random and in a regular packing.
+fn grain_cases(space: &str, diameter: f64) -> Vec<MemoryCase> {
+    let random = json!({ "kind": "random", "solid_fraction": if space == "3d" { 0.5 } else { 0.7 } });
+    let fills = [("random", random), ("lattice", json!({ "kind": "lattice", "packing": "hexagonal" }))];
+    let cases = fills.map(|(name, fill)| {
+        let sizes = json!({ "distribution": "uniform", "min": 0.8 * diameter, "max": diameter });
+        let options = json!({
+            "grains": { "m": { "density": 2600, "diameter": sizes, "fill": fill } },
+            "pairs": [{ "between": ["m", "m"], "normal": { "law": "linear", "stiffness": 1e5, "damping_ratio": 0.1 },
+                        "friction": { "coefficient": 0.5 } }]
+        });
+        MemoryCase::new(name, space, "dem", options, &json!({}))
+    });
+    cases.into()
+}
+
 #[test]
 fn a_plan_knows_what_its_run_will_hold() {
-    let law = |law: Value| json!({ "/materials/m": law });
-    let none = json!({});
-    let plastic = law(json!({
-        "model": "mohr-coulomb", "density": 1500, "youngs_modulus": 1e5, "poissons_ratio": 0.2, "friction_angle": 30, "cohesion": 1e6
-    }));
-    let water = json!({ "/bodies/0/pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1e-9, "bulk_modulus": 1e5 } });
-    let mut cases = Vec::new();
-    let mut add = |name: &str, space: &str, method: &'static str, options: Value, change: &Value| {
-        cases.push((name.to_owned(), method, block(space, method, &options, change)));
-    };
-    for (space, cell) in [("plane-strain", 0.05), ("3d", 0.1)] {
-        add("gimp", space, "mpm", json!({ "cell_size": cell }), &none);
-        add("law", space, "mpm", json!({ "cell_size": cell }), &plastic);
-        add(
-            "cpdi",
-            space,
-            "mpm",
-            json!({ "cell_size": cell, "shape": "cpdi", "stress_update": "usl" }),
-            &none,
-        );
-        add(
-            "apic",
-            space,
-            "mpm",
-            json!({ "cell_size": cell, "shape": "quadratic", "transfer": "apic" }),
-            &none,
-        );
-        add(
-            "mesh",
-            space,
-            "mpm",
-            json!({ "cell_size": cell, "shape": "linear", "mesh": { "kind": "box" } }),
-            &none,
-        );
-        add(
-            "shared",
-            space,
-            "mpm",
-            json!({ "cell_size": cell, "shape": "linear", "volumetric_strain": "nodal" }),
-            &none,
-        );
-        add("two phases", space, "mpm", json!({ "cell_size": cell, "shape": "linear" }), &water);
-        add("sph", space, "sph", json!({ "spacing": 0.5 * cell }), &none);
-        add("sph law", space, "sph", json!({ "spacing": 0.5 * cell }), &plastic);
-    }
-    for (space, diameter) in [("plane-strain", 0.03), ("3d", 0.1)] {
-        let random = json!({ "kind": "random", "solid_fraction": if space == "3d" { 0.5 } else { 0.7 } });
-        for (name, fill) in
-            [("random", random), ("lattice", json!({ "kind": "lattice", "packing": "hexagonal" }))]
-        {
-            let sizes = json!({ "distribution": "uniform", "min": 0.8 * diameter, "max": diameter });
-            add(
-                name,
-                space,
-                "dem",
-                json!({
-                    "grains": { "m": { "density": 2600, "diameter": sizes, "fill": fill } },
-                    "pairs": [{ "between": ["m", "m"], "normal": { "law": "linear", "stiffness": 1e5, "damping_ratio": 0.1 },
-                                "friction": { "coefficient": 0.5 } }]
-                }),
-                &none,
-            );
-        }
-    }
+    let continuum = [("plane-strain", 0.05), ("3d", 0.1)];
+    let grains = [("plane-strain", 0.03), ("3d", 0.1)];
+    let continuum = continuum.into_iter().flat_map(|(space, cell)| continuum_cases(space, cell));
+    let grains = grains.into_iter().flat_map(|(space, diameter)| grain_cases(space, diameter));
+    // All are made before any is measured.
+    let cases: Vec<MemoryCase> = continuum.chain(grains).collect();
     let mut wrong = Vec::new();
-    for (name, method, case) in cases {
+    for MemoryCase { name, method, case } in cases {
         let method_of = colluvium::method(method).unwrap();
         let (size, plan) = (method_of.problem_size(&case).unwrap(), method_of.plan(&case).unwrap());
         let [made, held] = held(&case, method);
@@ -154,7 +151,10 @@ fn a_plan_knows_what_its_run_will_hold() {
             case.space, plan.points
         );
         if !((0.75..1.3).contains(&said) && (0.6..1.3).contains(&before)) {
-            wrong.push(format!("{name} {:?}: plan {said:.2}, size {before:.2} of what is held", case.space));
+            wrong.push(format!(
+                "{name} {:?}: plan {said:.2}, size {before:.2} of the memory held",
+                case.space
+            ));
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");

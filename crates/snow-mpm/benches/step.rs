@@ -1,6 +1,6 @@
 //! Point-updates per second of one step on one thread, with APIC: an elastic block, and a block of snow that gives way; and of the law
-//! of this snow alone. The share of points that yield in a step is told for each. Time is that of the processor where the system
-//! tells it (Linux), so that what runs beside the bench counts for less.
+//! of this snow alone. The share of points that yield in a step is printed for each. Time is that of the processor where the system
+//! reports it (Linux), so that what runs beside the bench counts for less.
 //!
 //! `cargo bench -p colluvium-snow-mpm -- 10000 points` measures what has this in its name; a million points take some minutes.
 
@@ -14,7 +14,7 @@ use colluvium_snow_mpm::SnowMpm;
 use criterion::{Bencher, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use serde_json::{Value, json};
 
-/// What is measured in a number of dimensions.
+/// Size of the block in a number of dimensions.
 struct Size {
     dimension: usize,
     /// Cells along an edge of the block.
@@ -198,7 +198,7 @@ impl Led {
     }
 }
 
-/// Updates per second of cohesive Cam clay, in blocks as a solver asks for them.
+/// Updates per second of cohesive Cam clay, in blocks as a solver updates them.
 fn law(criterion: &mut Criterion) {
     let spec: MaterialSpec = serde_json::from_value(snow()).expect("a material");
     let law = spec.build().expect("a law");

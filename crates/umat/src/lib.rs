@@ -86,13 +86,19 @@ struct Call<'a> {
     stress: &'a mut [f64],
     state: &'a mut [f64],
     tangent: &'a mut [f64],
-    strain: &'a [f64],
-    increment: &'a [f64],
+    /// Strain before the step, and its increment.
+    strain: [&'a [f64]; 2],
     dt: f64,
     size: f64,
     rotation: Mat3,
-    before: Mat3,
-    after: Mat3,
+    /// Deformation gradients before and after the step.
+    deformation: [Mat3; 2],
+}
+
+/// Name of a material: C programs end it with a zero, Fortran pads it with blanks.
+fn material_name(name: &[u8]) -> String {
+    let end = name.iter().position(|byte| *byte == 0).unwrap_or(name.len());
+    String::from_utf8_lossy(&name[..end]).trim().to_owned()
 }
 
 fn from_columns(m: &[f64]) -> Mat3 {
@@ -109,16 +115,17 @@ fn tensor(values: &[f64], shear: f64) -> SymTensor {
 /// Motion of the step: from the deformation gradients where they differ, else from strain and rotation.
 fn motion(call: &Call, density: f64) -> Option<Motion> {
     let volume = |f: &Mat3| f.determinant();
-    if call.before != call.after {
-        let f = call.after * call.before.inverse()?;
-        return Motion::from_deformation(&f, call.dt, density / volume(&call.after), call.size);
+    let [before, after] = call.deformation;
+    if before != after {
+        let f = after * before.inverse()?;
+        return Motion::from_deformation(&f, call.dt, density / volume(&after), call.size);
     }
     // Spin of a rotation after Hughes and Winget, W = 2 (Q - 1)(Q + 1)⁻¹.
     let q = call.rotation;
     let spin = (q - Mat3::IDENTITY) * (q + Mat3::IDENTITY).inverse()? * 2.0;
-    let strain = tensor(call.increment, 0.5);
+    let strain = tensor(call.strain[1], 0.5);
     let gradient = strain.to_matrix() + spin.skew();
-    let growth = (tensor(call.strain, 0.5).trace() + strain.trace()).exp();
+    let growth = (tensor(call.strain[0], 0.5).trace() + strain.trace()).exp();
     Motion::from_velocity_gradient(&(gradient * (1.0 / call.dt)), call.dt, density / growth, call.size)
 }
 
@@ -172,6 +179,12 @@ fn run(call: &mut Call) -> Result<(), String> {
     Ok(())
 }
 
+/// Runs a call; a panic must not cross into the caller's language.
+fn run_guarded(call: &mut Call) -> Result<(), String> {
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| run(call)))
+        .unwrap_or_else(|_| Err("internal error".to_owned()))
+}
+
 /// User material of Abaqus/Standard. See the head of this crate.
 ///
 /// # Safety
@@ -221,34 +234,23 @@ pub unsafe extern "C" fn umat_(
     _cmname_length: usize,
 ) {
     // SAFETY: the lengths are those of the interface, guaranteed by the caller.
-    let result = unsafe {
-        let length = |count: *const c_int| usize::try_from(*count).unwrap_or(0);
-        let (ntens, nstatv) = (length(ntens), length(nstatv));
-        let name = std::slice::from_raw_parts(cmname.cast::<u8>(), 80);
-        // C programs end the name with a zero, Fortran pads it with blanks.
-        let end = name.iter().position(|byte| *byte == 0).unwrap_or(name.len());
-        let matrix = |m: *const f64| from_columns(std::slice::from_raw_parts(m, 9));
+    unsafe {
+        let [ntens, nstatv] = [ntens, nstatv].map(|count| usize::try_from(*count).unwrap_or(0));
         let mut call = Call {
-            name: String::from_utf8_lossy(&name[..end]).trim().to_owned(),
+            name: material_name(std::slice::from_raw_parts(cmname.cast::<u8>(), 80)),
             stress: std::slice::from_raw_parts_mut(stress, ntens),
             state: if nstatv == 0 { &mut [] } else { std::slice::from_raw_parts_mut(statev, nstatv) },
             tangent: std::slice::from_raw_parts_mut(ddsdde, ntens * ntens),
-            strain: std::slice::from_raw_parts(stran, ntens),
-            increment: std::slice::from_raw_parts(dstran, ntens),
+            strain: [stran, dstran].map(|values| std::slice::from_raw_parts(values, ntens)),
             dt: *dtime,
             size: *celent,
-            rotation: matrix(drot),
-            before: matrix(dfgrd0),
-            after: matrix(dfgrd1),
+            rotation: from_columns(std::slice::from_raw_parts(drot, 9)),
+            deformation: [dfgrd0, dfgrd1].map(|m| from_columns(std::slice::from_raw_parts(m, 9))),
         };
-        // A panic must not cross into the caller's language.
-        std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| run(&mut call)))
-            .unwrap_or_else(|_| Err("internal error".to_owned()))
-    };
-    if let Err(message) = result {
-        eprintln!("colluvium umat: {message}");
-        // SAFETY: as above.
-        unsafe { *pnewdt = 0.25 };
+        if let Err(message) = run_guarded(&mut call) {
+            eprintln!("colluvium umat: {message}");
+            *pnewdt = 0.25;
+        }
     }
 }
 

@@ -176,6 +176,11 @@ fn measure_series(report: &RunReport, name: &str) -> Vec<(f64, f64)> {
     report.table.pairs("time", name).unwrap_or_default()
 }
 
+/// Last value of a measure; NaN where it is missing.
+fn final_measure(report: &RunReport, name: &str) -> f64 {
+    measure_series(report, name).last().map_or(f64::NAN, |row| row.1)
+}
+
 /// Energies of the contact with obstacles, over the work of gravity.
 struct ObstacleEnergyShares {
     /// Largest rise of the sum of all energies, including the work on obstacles.

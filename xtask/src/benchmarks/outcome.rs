@@ -140,6 +140,7 @@ fn ten_digits(value: f64) -> String {
 }
 
 impl BenchmarkOutcome {
+    /// Adds a check within an interval.
     pub fn assert_within(
         &mut self,
         name: impl Into<String>,
@@ -171,6 +172,31 @@ impl BenchmarkOutcome {
         self.assert_within(name, &ten_digits(exact), measured, (exact - width, exact + width), reason);
     }
 
+    /// Adds checks within one relative distance of values of one source; rows of name, value of the source and measured value.
+    pub fn assert_all_close<N: Into<String>>(
+        &mut self,
+        rows: impl IntoIterator<Item = (N, f64, f64)>,
+        tolerance: f64,
+        reason: &str,
+    ) {
+        for (name, exact, measured) in rows {
+            self.assert_close(name, exact, tolerance, measured, reason);
+        }
+    }
+
+    /// Adds a check above a lower bound.
+    pub fn assert_above(
+        &mut self,
+        name: impl Into<String>,
+        claim: &str,
+        measured: f64,
+        bound: f64,
+        reason: &str,
+    ) {
+        self.assert_within(name, claim, measured, (bound, f64::INFINITY), reason);
+    }
+
+    /// Adds a check below an upper bound.
     pub fn assert_below(
         &mut self,
         name: impl Into<String>,
@@ -182,6 +208,7 @@ impl BenchmarkOutcome {
         self.assert_within(name, claim, measured, (f64::NEG_INFINITY, bound), reason);
     }
 
+    /// Adds a vector figure.
     pub fn svg(&mut self, caption: &str, picture: &impl Picture) -> Result<(), String> {
         let bytes = picture.to_svg()?.into_bytes();
         self.figures.push(BenchmarkFigure {
@@ -192,6 +219,7 @@ impl BenchmarkOutcome {
         Ok(())
     }
 
+    /// Adds a raster figure.
     pub fn png(&mut self, caption: &str, picture: &impl Picture) -> Result<(), String> {
         let bytes = picture.to_png()?;
         self.figures.push(BenchmarkFigure {

@@ -1,6 +1,6 @@
 //! Broken case files: none may make the program panic, hang or write values that are not numbers.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::ops::Range;
 use std::panic::{self, AssertUnwindSafe};
@@ -54,12 +54,11 @@ pub enum FuzzOutcome {
 pub fn run(numbers: Range<u64>, seed: u64, method: Option<&str>) -> Fallible<bool> {
     let files = numbers.end - numbers.start;
     let folder = crate::root().join("target/fuzz");
-    let scratch = folder.join(format!("tried-{seed}"));
-    let mut origins = origins(&scratch)?;
+    let mut origins = origins(&folder.join(format!("tried-{seed}")))?;
     let parts: Vec<Value> = origins.iter().map(|origin| origin.value.clone()).collect();
     keep(&mut origins, method)?;
-    let (mut outcomes, mut failures): (BTreeMap<FuzzOutcome, u64>, BTreeMap<String, String>) =
-        Default::default();
+    let mut outcomes: BTreeMap<FuzzOutcome, u64> = BTreeMap::new();
+    let mut failures = KindsOfFailure { folder, seed, kinds: BTreeSet::new() };
     let watched = start_watchdog();
     let said = capture_panics();
     let begun = Instant::now();
@@ -82,18 +81,7 @@ pub fn run(numbers: Range<u64>, seed: u64, method: Option<&str>) -> Fallible<boo
         }
         match outcome {
             Ok(outcome) => *outcomes.entry(outcome).or_default() += 1,
-            Err(problem) => {
-                let kept = folder.join(format!("failed-{seed}-{number}.json"));
-                fs::copy(&path, &kept)?;
-                // One of each kind of problem is enough.
-                let kind: String = problem.chars().filter(|c| !c.is_ascii_digit()).take(120).collect();
-                failures.entry(kind).or_insert_with(|| {
-                    let line =
-                        format!("file {number}, from {}, kept as {}: {problem}", origin.name, kept.display());
-                    println!("{line}");
-                    line
-                });
-            }
+            Err(problem) => failures.keep(number, &path, origin, &problem)?,
         }
         if number % 10_000 == 9999 {
             println!("{} files in {:.0} s", number + 1, begun.elapsed().as_secs_f64());
@@ -107,10 +95,31 @@ pub fn run(numbers: Range<u64>, seed: u64, method: Option<&str>) -> Fallible<boo
         count(FuzzOutcome::Planned),
         count(FuzzOutcome::Run),
         files - outcomes.values().sum::<u64>(),
-        failures.len(),
+        failures.kinds.len(),
         begun.elapsed().as_secs_f64(),
     );
-    Ok(failures.is_empty())
+    Ok(failures.kinds.is_empty())
+}
+
+/// Kinds of failure found, and the folder in which files that fail are kept.
+struct KindsOfFailure {
+    folder: PathBuf,
+    seed: u64,
+    kinds: BTreeSet<String>,
+}
+
+impl KindsOfFailure {
+    /// Keeps a file that fails, and prints the first problem of each kind.
+    fn keep(&mut self, number: u64, path: &Path, origin: &SeedFile, problem: &str) -> Fallible<()> {
+        let kept = self.folder.join(format!("failed-{}-{number}.json", self.seed));
+        fs::copy(path, &kept)?;
+        // One of each kind of problem is enough.
+        let kind: String = problem.chars().filter(|c| !c.is_ascii_digit()).take(120).collect();
+        if self.kinds.insert(kind) {
+            println!("file {number}, from {}, kept as {}: {problem}", origin.name, kept.display());
+        }
+        Ok(())
+    }
 }
 
 /// Keeps the cases of a method, where one is given.

@@ -40,6 +40,29 @@ pub struct TextbookPoint<const D: usize> {
     stress: [[f64; 3]; 3],
 }
 
+impl<const D: usize> TextbookPoint<D> {
+    /// Adds the stress of a displacement gradient: linear elasticity with the Jaumann rate.
+    #[inline]
+    fn update_stress(&mut self, gradient: &[[f64; 3]; 3], lame: f64, shear: f64) {
+        let trace = gradient[0][0] + gradient[1][1] + gradient[2][2];
+        let old = self.stress;
+        for a in 0..3 {
+            for b in 0..3 {
+                let mut change = shear * (gradient[a][b] + gradient[b][a]);
+                if a == b {
+                    change += lame * trace;
+                }
+                for c in 0..3 {
+                    let spin = |i: usize, j: usize| 0.5 * (gradient[i][j] - gradient[j][i]);
+                    change += spin(a, c) * old[c][b] - old[a][c] * spin(c, b);
+                }
+                self.stress[a][b] += change;
+            }
+        }
+        self.volume *= 1.0 + trace;
+    }
+}
+
 #[derive(Clone, Copy, Debug)]
 struct TextbookNode<const D: usize> {
     mass: f64,
@@ -158,7 +181,12 @@ impl<const D: usize> TextbookSolver<D> {
         for node in &mut self.nodes {
             *node = TextbookNode { mass: 0.0, momentum: [0.0; D], force: [0.0; D] };
         }
-        // Particle to grid.
+        self.particle_to_grid();
+        self.update_momentum(dt);
+        self.grid_to_particle(dt);
+    }
+
+    fn particle_to_grid(&mut self) {
         for p in 0..self.points.len() {
             let point = self.points[p];
             let weights = self.weights(&point.position);
@@ -174,7 +202,10 @@ impl<const D: usize> TextbookSolver<D> {
                 node.force[1] += weights.value[n] * point.mass * self.problem.gravity;
             }
         }
-        // Momentum: from here on `momentum` is the velocity and `force` the acceleration.
+    }
+
+    /// Momentum balance and floor: from here on `momentum` is the velocity and `force` the acceleration.
+    fn update_momentum(&mut self, dt: f64) {
         for number in 0..self.nodes.len() {
             let height = if D == 3 { number / self.width % self.width } else { number % self.width };
             let node = &mut self.nodes[number];
@@ -189,7 +220,9 @@ impl<const D: usize> TextbookSolver<D> {
                 node.force = [0.0; D];
             }
         }
-        // Grid to particle.
+    }
+
+    fn grid_to_particle(&mut self, dt: f64) {
         let (e, nu) = (self.problem.youngs_modulus, self.problem.poissons_ratio);
         let lame = e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
         let shear = 0.5 * e / (1.0 + nu);
@@ -207,22 +240,7 @@ impl<const D: usize> TextbookSolver<D> {
                     }
                 }
             }
-            let trace = gradient[0][0] + gradient[1][1] + gradient[2][2];
-            let old = point.stress;
-            for a in 0..3 {
-                for b in 0..3 {
-                    let mut change = shear * (gradient[a][b] + gradient[b][a]);
-                    if a == b {
-                        change += lame * trace;
-                    }
-                    for c in 0..3 {
-                        let spin = |i: usize, j: usize| 0.5 * (gradient[i][j] - gradient[j][i]);
-                        change += spin(a, c) * old[c][b] - old[a][c] * spin(c, b);
-                    }
-                    point.stress[a][b] += change;
-                }
-            }
-            point.volume *= 1.0 + trace;
+            point.update_stress(&gradient, lame, shear);
         }
     }
 }

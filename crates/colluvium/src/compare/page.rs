@@ -236,6 +236,38 @@ impl<'a> ProfileDifferences<'a> {
     }
 }
 
+/// Row of the table of differences: the state of a method at the end, with its memory (MiB) where it is known.
+fn difference_row(
+    method: &str,
+    ran: &CompletedRun,
+    snapshot: &Snapshot,
+    apart: &ProfileDifferences<'_>,
+    memory: Option<String>,
+) -> Markup {
+    let figures = KeyFigures::of_snapshot(snapshot, apart.axes);
+    let value = |pick: fn(&KeyFigures) -> f64| five_digits(figures.as_ref().map_or(f64::NAN, pick));
+    html! {
+        tr {
+            td { (method) }
+            td class="number" { (value(|f| f.front)) }
+            td class="number" { (value(|f| f.top)) }
+            td class="number" { (value(|f| f.centre[0])) ", " (value(|f| f.centre[1])) }
+            td class="number" { (value(|f| f.speed)) }
+            td class="number" { (five_digits(ran.time_at_rest().unwrap_or(f64::NAN))) }
+            td class="number" { (format!("{:.2} %", 100.0 * apart.distance_to_first(snapshot))) }
+            @if apart.reference.is_some() {
+                td class="number" { (format!("{:.2} %", 100.0 * apart.distance_to_reference(snapshot))) }
+            }
+            td class="number" { (five_digits(ran.kinetic_energy)) }
+            td class="number" { (ran.points) }
+            td class="number" { (ran.steps) }
+            td class="number" { (format!("{:.1}", ran.wall_time)) }
+            td class="number" { (format!("{:.2} million", ran.updates_per_second() / 1e6)) }
+            @if let Some(memory) = memory { td class="number" { (memory) } }
+        }
+    }
+}
+
 /// Table of the differences at the end.
 fn difference_table(
     results: &[MethodResult],
@@ -259,9 +291,6 @@ fn difference_table(
         measured,
     );
     let head = last.first().map_or("", |(method, ..)| *method);
-    let value = |figures: &Option<KeyFigures>, pick: fn(&KeyFigures) -> f64| {
-        five_digits(figures.as_ref().map_or(f64::NAN, pick))
-    };
     html! {
         @if !last.is_empty() {
             h2 { "At the end" }
@@ -274,25 +303,7 @@ fn difference_table(
                     th { "Run time (s)" } th { "Updates per second" } @if !results.is_empty() { th { "Memory (MiB)" } }
                 }
                 @for (method, ran, snapshot) in &last {
-                    @let figures = KeyFigures::of_snapshot(snapshot, axes);
-                    tr {
-                        td { (method) }
-                        td class="number" { (value(&figures, |f| f.front)) }
-                        td class="number" { (value(&figures, |f| f.top)) }
-                        td class="number" { (value(&figures, |f| f.centre[0])) ", " (value(&figures, |f| f.centre[1])) }
-                        td class="number" { (value(&figures, |f| f.speed)) }
-                        td class="number" { (five_digits(ran.time_at_rest().unwrap_or(f64::NAN))) }
-                        td class="number" { (format!("{:.2} %", 100.0 * apart.distance_to_first(snapshot))) }
-                        @if measured.is_some() {
-                            td class="number" { (format!("{:.2} %", 100.0 * apart.distance_to_reference(snapshot))) }
-                        }
-                        td class="number" { (five_digits(ran.kinetic_energy)) }
-                        td class="number" { (ran.points) }
-                        td class="number" { (ran.steps) }
-                        td class="number" { (format!("{:.1}", ran.wall_time)) }
-                        td class="number" { (format!("{:.2} million", ran.updates_per_second() / 1e6)) }
-                        @if !results.is_empty() { td class="number" { (memory(method)) } }
-                    }
+                    (difference_row(method, ran, snapshot, &apart, (!results.is_empty()).then(|| memory(method))))
                 }
             } }
             p class="soft" {

@@ -95,8 +95,11 @@ fn pore_pressure_goes_from_mpm_to_depth_integrated_flow_and_back() {
     let stress = frame.tensors("stress").unwrap();
     for (i, x) in frame.positions.iter().enumerate() {
         let weight = 1990.0 * 9.81 * (1.0 - x[1]);
-        let borne = pressure[i] + stress[i].pressure();
-        assert!((borne - weight).abs() < 0.02 * 1990.0 * 9.81, "{borne} for {weight} Pa at {x:?}");
+        let total_stress = pressure[i] + stress[i].pressure();
+        assert!(
+            (total_stress - weight).abs() < 0.02 * 1990.0 * 9.81,
+            "{total_stress} for {weight} Pa at {x:?}"
+        );
     }
     column["bodies"][0].as_object_mut().unwrap().remove("pore_fluid");
     let file = write(folder.path(), "dry.json", &column);

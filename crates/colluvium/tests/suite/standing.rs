@@ -121,9 +121,9 @@ fn a_block_slides_and_rubs_by_coulombs_law_and_the_obstacle_tells_it() {
             if matches!(ground, Ground::Wall) {
                 continue;
             }
-            let borne = [last(&table, "bearing.x"), last(&table, "bearing.y")];
+            let force = [last(&table, "bearing.x"), last(&table, "bearing.y")];
             let exact = [-friction * mass * gravity[1], mass * gravity[1]];
-            assert!((0..2).all(|c| (borne[c] / exact[c] - 1.0).abs() < 5e-3), "{name}: {borne:?} {exact:?}");
+            assert!((0..2).all(|c| (force[c] / exact[c] - 1.0).abs() < 5e-3), "{name}: {force:?} {exact:?}");
             let rubbed = last(&table, "obstacles.friction");
             let work = exact[0] * 0.5 * rate * duration * duration;
             assert!((rubbed / work - 1.0).abs() < 0.02, "{name}: {rubbed} for {work}");

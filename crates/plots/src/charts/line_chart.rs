@@ -70,6 +70,12 @@ impl Picture for LineChart {
 }
 
 impl LineChart {
+    /// Chart without series, with a title and the labels of both axes.
+    pub fn new(title: impl Into<String>, x_label: impl Into<String>, y_label: impl Into<String>) -> Self {
+        let (title, x_label, y_label) = (title.into(), x_label.into(), y_label.into());
+        Self { title, x_label, y_label, ..Self::default() }
+    }
+
     /// Corner that the series leave free for the legend, and the extension of the vertical axis beyond them, as a share of its
     /// length, where they leave none.
     fn legend(&self, x: &Range<f64>, y: &Range<f64>) -> (SeriesLabelPosition, f64) {
@@ -153,42 +159,7 @@ impl LineChart {
             .draw()
             .map_err(text)?;
         for (number, (series, points)) in self.visible_series().enumerate() {
-            let colour = PALETTE[number % PALETTE.len()];
-            let line = colour.stroke_width(2);
-            // A line ends where values are missing, and an isolated value is a dot.
-            let (lines, alone): (Vec<_>, Vec<_>) =
-                self.continuous_parts(series).into_iter().partition(|piece| piece.len() > 1);
-            if series.style != Style::Markers {
-                let dots = alone.concat().into_iter().map(|p| Circle::new(p, 2, colour.filled()));
-                chart.draw_series(dots).map_err(text)?;
-            }
-            let drawn = match series.style {
-                Style::Line => {
-                    let lines = lines.into_iter().map(|piece| PathElement::new(piece, line));
-                    chart.draw_series(lines).map_err(text)?
-                }
-                Style::Dashed => {
-                    let mut lines = lines.into_iter();
-                    let last = lines.next_back().unwrap_or_default();
-                    for piece in lines {
-                        chart.draw_series(DashedLineSeries::new(piece, 7, 5, line)).map_err(text)?;
-                    }
-                    chart.draw_series(DashedLineSeries::new(last, 7, 5, line)).map_err(text)?
-                }
-                Style::Markers => {
-                    let markers = points.into_iter().map(|p| Circle::new(p, 4, colour.filled()));
-                    chart.draw_series(markers).map_err(text)?
-                }
-            };
-            if !series.label.is_empty() {
-                let markers = series.style == Style::Markers;
-                drawn.label(&series.label).legend(move |(x, y)| {
-                    let line = PathElement::new(vec![(x, y), (x + 18, y)], line);
-                    let dot = Circle::new((x + 9, y), if markers { 4 } else { 0 }, colour.filled());
-                    let line = if markers { PathElement::new(vec![], colour) } else { line };
-                    EmptyElement::at((0, 0)) + line + dot
-                });
-            }
+            self.draw_series(&mut chart, PALETTE[number % PALETTE.len()], series, points).map_err(text)?;
         }
         if self.series.iter().any(|s| !s.label.is_empty()) {
             chart
@@ -200,6 +171,52 @@ impl LineChart {
                 .margin(8)
                 .draw()
                 .map_err(text)?;
+        }
+        Ok(())
+    }
+
+    /// Draws a series with its entry in the legend.
+    fn draw_series<'a, B: DrawingBackend + 'a>(
+        &self,
+        chart: &mut ChartContext<'a, B, Cartesian2d<NumberAxis, NumberAxis>>,
+        colour: RGBColor,
+        series: &Series,
+        points: Vec<(f64, f64)>,
+    ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
+        let line = colour.stroke_width(2);
+        // A line ends where values are missing, and an isolated value is a dot.
+        let (lines, alone): (Vec<_>, Vec<_>) =
+            self.continuous_parts(series).into_iter().partition(|piece| piece.len() > 1);
+        if series.style != Style::Markers {
+            let dots = alone.concat().into_iter().map(|p| Circle::new(p, 2, colour.filled()));
+            chart.draw_series(dots)?;
+        }
+        let drawn = match series.style {
+            Style::Line => {
+                let lines = lines.into_iter().map(|piece| PathElement::new(piece, line));
+                chart.draw_series(lines)?
+            }
+            Style::Dashed => {
+                let mut lines = lines.into_iter();
+                let last = lines.next_back().unwrap_or_default();
+                for piece in lines {
+                    chart.draw_series(DashedLineSeries::new(piece, 7, 5, line))?;
+                }
+                chart.draw_series(DashedLineSeries::new(last, 7, 5, line))?
+            }
+            Style::Markers => {
+                let markers = points.into_iter().map(|p| Circle::new(p, 4, colour.filled()));
+                chart.draw_series(markers)?
+            }
+        };
+        if !series.label.is_empty() {
+            let markers = series.style == Style::Markers;
+            drawn.label(&series.label).legend(move |(x, y)| {
+                let line = PathElement::new(vec![(x, y), (x + 18, y)], line);
+                let dot = Circle::new((x + 9, y), if markers { 4 } else { 0 }, colour.filled());
+                let line = if markers { PathElement::new(vec![], colour) } else { line };
+                EmptyElement::at((0, 0)) + line + dot
+            });
         }
         Ok(())
     }

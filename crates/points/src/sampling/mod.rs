@@ -48,7 +48,7 @@ pub enum Sampling {
 
 impl Sampling {
     /// Whether it is the lattice, the default without an entry in a case.
-    #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+    #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde requires a reference")]
     pub fn is_lattice(&self) -> bool {
         *self == Self::Lattice
     }

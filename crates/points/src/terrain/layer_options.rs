@@ -51,7 +51,7 @@ pub enum LayerRows {
 }
 
 impl LayerRows {
-    #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+    #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde requires a reference")]
     pub(crate) fn are_level(&self) -> bool {
         *self == Self::Level
     }

@@ -158,35 +158,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
         }
         let before = end;
         if !free {
-            let mut begun = start;
-            // Change of velocity by obstacles along their surface, and its product with their velocities.
-            let (mut rubbed, mut carried) = ([0.0; 3], 0.0);
-            // Velocities at the start are those from the points (sheet: snow-mpm §3.5, note iii).
-            self.walls.constrain_and_record(
-                index,
-                &mut begun,
-                &mut end,
-                true,
-                &[0.0; 3],
-                |face, change, _| {
-                    if let Some(number) = face.reaction_index {
-                        let (number, place) = (usize::from(number), self.background.node_position(index));
-                        for c in 0..D {
-                            sums.impulses[number][c] -= mass * change[c];
-                        }
-                        let turn = cross(&place, &change);
-                        (0..3).for_each(|c| sums.moments[number][c] -= mass * turn[c]);
-                    }
-                    let across: f64 = (0..3).map(|c| change[c] * face.normal[c]).sum();
-                    for c in 0..3 {
-                        let along = change[c] - across * face.normal[c];
-                        rubbed[c] += along;
-                        carried += along * face.velocity[c];
-                    }
-                },
-            );
-            let slipped: f64 = (0..D).map(|c| 0.5 * rubbed[c] * (start[c] + end[c])).sum();
-            sums.friction -= mass * (slipped - carried);
+            self.constrain(index, mass, &start, &mut end, sums);
         }
         let rate: [f64; 3] = std::array::from_fn(|c| (end[c] - start[c]) / self.dt);
         for c in 0..D {
@@ -201,5 +173,39 @@ impl<const D: usize> MomentumSolve<'_, D> {
         }
         node.momentum_and_mass = Vector4::new([end[0], end[1], end[2], mass]);
         node.force = Vector4::new([rate[0], rate[1], rate[2], 0.0]);
+    }
+
+    /// Constrains the velocity at the end of a step by walls and obstacles, and adds their impulses, moments and friction.
+    #[inline(always)]
+    fn constrain(
+        &self,
+        index: &[usize; 3],
+        mass: f64,
+        start: &[f64; 3],
+        end: &mut [f64; 3],
+        sums: &mut MomentumTerms,
+    ) {
+        let mut initial = *start;
+        // Change of velocity by obstacles along their surface, and its product with their velocities.
+        let (mut sliding, mut carried) = ([0.0; 3], 0.0);
+        // Velocities at the start are those from the points (sheet: snow-mpm §3.5, note iii).
+        self.walls.constrain_and_record(index, &mut initial, end, true, &[0.0; 3], |face, change, _| {
+            if let Some(number) = face.reaction_index {
+                let (number, place) = (usize::from(number), self.background.node_position(index));
+                for c in 0..D {
+                    sums.impulses[number][c] -= mass * change[c];
+                }
+                let turn = cross(&place, &change);
+                (0..3).for_each(|c| sums.moments[number][c] -= mass * turn[c]);
+            }
+            let across: f64 = (0..3).map(|c| change[c] * face.normal[c]).sum();
+            for c in 0..3 {
+                let along = change[c] - across * face.normal[c];
+                sliding[c] += along;
+                carried += along * face.velocity[c];
+            }
+        });
+        let slipped: f64 = (0..D).map(|c| 0.5 * sliding[c] * (start[c] + end[c])).sum();
+        sums.friction -= mass * (slipped - carried);
     }
 }

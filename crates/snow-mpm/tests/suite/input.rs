@@ -1,4 +1,4 @@
-//! What is refused and what is warned of (sheet: snow-mpm §7).
+//! Refusals and warnings (sheet: snow-mpm §7).
 
 use colluvium_case::{Case, Method};
 use colluvium_snow_mpm::SnowMpm;
@@ -213,7 +213,7 @@ fn what_is_no_saw_test_is_warned_of() {
     assert!(SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).is_ok());
 }
 
-/// What a saw test on cells of 50 mm says as the saw begins, with a layer of this strength (Pa) under 1079 Pa.
+/// Warning of a saw test on cells of 50 mm as the saw begins, with a layer of this strength (Pa) under 1079 Pa.
 fn begins(settle: &Value, strength: f64) -> Result<Option<String>, String> {
     let mut value = saw_test(2.0, 0.1, 1.0);
     value["domain"] = json!({ "min": [-0.1, 0], "max": [2.4, 0.6] });

@@ -1,4 +1,4 @@
-//! Motions with closed forms, and what is conserved.
+//! Motions with closed forms, and conservation.
 
 use colluvium_case::Case;
 use colluvium_snow_mpm::SnowMpm;

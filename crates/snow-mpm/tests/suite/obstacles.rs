@@ -115,11 +115,11 @@ fn what_an_obstacle_on_its_way_gives_is_told_as_its_reaction() {
         let mut solver = start_solver(&SnowMpm, &case);
         advance_to(&mut *solver, 0.08);
         let given = solver.totals().momentum;
-        let borne = solver.reaction("ram").unwrap().impulse;
+        let reaction = solver.reaction("ram").unwrap().impulse;
         // The ball has gone 0.24 m, and has met the block after 0.05 m.
         assert!(given[0] > 0.25 * 400.0 * 3.0, "{wall}: {given:?}");
         for c in 0..2 {
-            assert!((given[c] + borne[c]).abs() < 1e-9 * given[0], "{wall}: {given:?} {borne:?}");
+            assert!((given[c] + reaction[c]).abs() < 1e-9 * given[0], "{wall}: {given:?} {reaction:?}");
         }
         let readings = colluvium_case::measure::solver_outputs(&case, &*solver);
         let pressure = readings.iter().find(|(name, ..)| name == "pressure.impulse").unwrap().2;
@@ -179,11 +179,11 @@ fn a_settled_block_presses_by_its_weight() {
     let before = state(&*solver);
     advance_to(&mut *solver, 1.0);
     let after = state(&*solver);
-    let [borne, gained, time] = std::array::from_fn(|k| after[k] - before[k]);
+    let [reaction, gained, time] = std::array::from_fn(|k| after[k] - before[k]);
     let weight = 400.0 * 0.5 * GRAVITY * time;
     // What the ground does not bear of the weight moves the block.
-    assert!((borne + weight + gained).abs() < 1e-7 * weight, "{borne} {gained} {weight}");
-    assert!((borne / weight + 1.0).abs() < 0.05, "{borne} of {weight}");
+    assert!((reaction + weight + gained).abs() < 1e-7 * weight, "{reaction} {gained} {weight}");
+    assert!((reaction / weight + 1.0).abs() < 0.05, "{reaction} of {weight}");
 }
 
 #[test]

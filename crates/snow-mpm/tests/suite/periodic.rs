@@ -116,7 +116,7 @@ fn a_layer_slides_through_periodic_sides_by_coulombs_law() {
     let way = 0.5 * 9.81 * (slope.sin() - friction * slope.cos()) * end * end;
     let moved = vectors(&snapshot, "displacement");
     let mean = moved.iter().map(|u| u[0]).sum::<f64>() / moved.len() as f64;
-    // It bounces on its bed, which at the end has borne its weight but for a part of a swing.
+    // It bounces on its bed, which at the end has carried its weight but for a part of a swing.
     assert!((mean / way - 1.0).abs() < 0.03, "{mean} is not {way}");
     for row in [0.0125, 0.1875] {
         let of_row = moved.iter().zip(&snapshot.positions).filter(|(u, x)| (x[1] - u[1] - row).abs() < 1e-6);

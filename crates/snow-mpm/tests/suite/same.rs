@@ -1,4 +1,4 @@
-//! The same bits on any number of threads and after a restart.
+//! Equal bits on any number of threads and after a restart.
 
 use colluvium_case::Case;
 use colluvium_case::Method;

@@ -7,18 +7,52 @@ use super::{
     growth,
 };
 
+/// Option out of range: its name and the problem.
+type OptionError = (&'static str, String);
+
+/// Checks a value against a rule.
+fn rule(name: &'static str, value: f64, holds: bool, rule: &str) -> Result<(), OptionError> {
+    if holds { Ok(()) } else { Err((name, format!("{value} {rule}"))) }
+}
+
+fn is_positive(value: f64) -> bool {
+    value.is_finite() && value > 0.0
+}
+
+fn is_not_negative(value: f64) -> bool {
+    value.is_finite() && value >= 0.0
+}
+
+/// Warnings about options.
+#[derive(Default)]
+struct OptionWarnings(Vec<String>);
+
+impl OptionWarnings {
+    /// Adds the warning about an option where it `holds`.
+    fn add(&mut self, name: &str, holds: bool, text: &str) {
+        if holds {
+            self.0.push(format!("methods.sph.{name}: {text}"));
+        }
+    }
+}
+
 impl SphOptions {
     /// Checks the ranges (sheet: sph §7); the error names the option and the rule.
     ///
     /// # Errors
     /// The first option out of range, as (name, problem).
     pub fn validate(&self) -> Result<(), (&'static str, String)> {
-        let rule = |name, value: f64, holds: bool, rule: &str| {
-            if holds { Ok(()) } else { Err((name, format!("{value} {rule}"))) }
-        };
-        let positive = |value: f64| value.is_finite() && value > 0.0;
-        let at_least_zero = |value: f64| value.is_finite() && value >= 0.0;
-        rule("spacing", self.spacing, positive(self.spacing), "must be finite and positive (m)")?;
+        self.check_spacing()?;
+        self.check_ranges()?;
+        self.check_lengths()?;
+        self.check_artificial_stress()?;
+        self.check_confining()?;
+        self.check_steps()
+    }
+
+    /// Checks spacing and smoothing length.
+    fn check_spacing(&self) -> Result<(), OptionError> {
+        rule("spacing", self.spacing, is_positive(self.spacing), "must be finite and positive (m)")?;
         let ratio = self.smoothing;
         rule("smoothing", ratio, (0.9..=3.0).contains(&ratio), "is not in 0.9..=3")?;
         let most = self.clumping_from().unwrap_or(f64::INFINITY);
@@ -28,6 +62,11 @@ impl SphOptions {
             );
             return Err(("smoothing", problem));
         }
+        Ok(())
+    }
+
+    /// Checks factors of viscosity, damping, diffusion and shifting.
+    fn check_ranges(&self) -> Result<(), OptionError> {
         for (name, value) in [
             ("viscosity_linear", self.viscosity_linear),
             ("viscosity_quadratic", self.viscosity_quadratic),
@@ -37,7 +76,7 @@ impl SphOptions {
             ("shifting", self.shifting),
             ("wall_guard", self.wall_guard),
         ] {
-            rule(name, value, at_least_zero(value), "must be finite and not negative")?;
+            rule(name, value, is_not_negative(value), "must be finite and not negative")?;
         }
         for (name, value, most) in [
             ("stress_diffusion", self.stress_diffusion, 0.5),
@@ -49,53 +88,52 @@ impl SphOptions {
             rule(name, value, (0.0..=most).contains(&value), &format!("is not in 0..={most}"))?;
         }
         let growth = self.smoothing_growth;
-        rule("smoothing_growth", growth, (1.0..=3.0).contains(&growth), "is not in 1..=3")?;
-        self.check_lengths()?;
+        rule("smoothing_growth", growth, (1.0..=3.0).contains(&growth), "is not in 1..=3")
+    }
+
+    /// Checks artificial stress and artificial pressure.
+    fn check_artificial_stress(&self) -> Result<(), OptionError> {
         if let Tensile::ArtificialStress { strength, exponent }
         | Tensile::ArtificialPressure { strength, exponent } = self.tensile
         {
             rule("tensile.strength", strength, (0.0..=1.0).contains(&strength), "is not in 0..=1")?;
-            rule("tensile.exponent", exponent, positive(exponent), "must be finite and positive")?;
+            rule("tensile.exponent", exponent, is_positive(exponent), "must be finite and positive")?;
         }
-        if let Some(ConfiningPressure { pressure, ramp, .. }) = self.confining {
-            rule(
-                "confining.pressure",
-                pressure,
-                at_least_zero(pressure),
-                "must be finite and not negative (Pa)",
-            )?;
-            rule("confining.ramp", ramp, at_least_zero(ramp), "must be finite and not negative (s)")?;
-            let ratio = self.smoothing;
-            rule(
-                "smoothing",
-                ratio,
-                (1.0..=1.5).contains(&ratio),
-                "is not in 1..=1.5, the range in which confining detects surfaces",
-            )?;
-        }
+        Ok(())
+    }
+
+    /// Checks the confining pressure.
+    fn check_confining(&self) -> Result<(), OptionError> {
+        let Some(ConfiningPressure { pressure, ramp, .. }) = self.confining else { return Ok(()) };
+        let text = "must be finite and not negative (Pa)";
+        rule("confining.pressure", pressure, is_not_negative(pressure), text)?;
+        rule("confining.ramp", ramp, is_not_negative(ramp), "must be finite and not negative (s)")?;
+        let ratio = self.smoothing;
+        let text = "is not in 1..=1.5, the range in which confining detects surfaces";
+        rule("smoothing", ratio, (1.0..=1.5).contains(&ratio), text)
+    }
+
+    /// Checks numbers of steps and ranks, and the time step.
+    fn check_steps(&self) -> Result<(), OptionError> {
         for (name, steps, off) in [
             ("regularisation_steps", self.regularisation_steps, "regularisation"),
             ("density_reset_steps", self.density_reset_steps, "density_reset"),
         ] {
-            rule(
-                name,
-                steps as f64,
-                steps > 0,
-                &format!("must be at least 1; to turn it off, set {off} to none"),
-            )?;
+            let text = format!("must be at least 1; to turn it off, set {off} to none");
+            rule(name, steps as f64, steps > 0, &text)?;
         }
         let ranks = self.ranks;
         rule("ranks", f64::from(ranks), (1..=1024).contains(&ranks), "is not in 1..=1024")?;
         let courant = self.courant;
         rule("courant", courant, courant > 0.0 && courant <= 1.0, "is not in 0..=1 (0 excluded)")?;
         if let Some(step) = self.time_step {
-            rule("time_step", step, positive(step), "must be finite and positive (s)")?;
+            rule("time_step", step, is_positive(step), "must be finite and positive (s)")?;
         }
         Ok(())
     }
 
     /// Checks combinations of the smoothing options.
-    fn check_lengths(&self) -> Result<(), (&'static str, String)> {
+    fn check_lengths(&self) -> Result<(), OptionError> {
         let grad_h = self.symmetrisation == Symmetrisation::GradH;
         if self.is_variable() && self.confining.is_some() {
             return Err(("smoothing_length", "must be constant with a confining pressure".to_owned()));
@@ -161,63 +199,61 @@ impl SphOptions {
 
     /// Warnings about permitted options.
     pub fn warnings(&self) -> Vec<String> {
-        let mut warnings = Vec::new();
-        let mut warn = |name: &str, holds: bool, text: &str| {
-            if holds {
-                warnings.push(format!("methods.sph.{name}: {text}"));
-            }
-        };
+        let mut warnings = OptionWarnings::default();
+        self.warn_of_instability(&mut warnings);
+        self.warn_of_idle_options(&mut warnings);
+        let pair = self.velocity_gradient != VelocityGradientOperator::Corrected
+            || self.momentum == MomentumEquation::Corrected;
+        let viscous = self.viscosity_linear + self.viscosity_quadratic + self.hourglass_viscosity > 0.0;
+        warnings.add(
+            "velocity_gradient",
+            !pair && !viscous,
+            "corrected without viscosity increases the energy: set momentum to corrected",
+        );
+        warnings.0
+    }
+
+    /// Warns of clumping, instability and errors of the momentum equation.
+    fn warn_of_instability(&self, warnings: &mut OptionWarnings) {
         let ratio = self.smoothing;
         let clumps = match self.kernel {
             Kernel::CubicSpline => ratio > 1.5,
             Kernel::Gaussian => ratio >= 2.0,
             _ => false,
         };
-        warn("smoothing", clumps, "particles may clump with this kernel");
+        warnings.add("smoothing", clumps, "particles may clump with this kernel");
         let few = matches!(self.kernel, Kernel::WendlandC2 | Kernel::WendlandC4 | Kernel::WendlandC6)
             && ratio < 1.2;
-        warn("smoothing", few, "Wendland kernels need at least 1.2");
-        warn("viscosity_linear", self.viscosity_linear > 2.0, "more than 2 shortens run-outs");
-        warn("courant", self.courant > 0.4, "more than 0.4 may be unstable near walls and surfaces");
-        warn(
-            "momentum",
-            self.momentum == MomentumEquation::Difference,
-            "this form does not conserve momentum",
-        );
+        warnings.add("smoothing", few, "Wendland kernels need at least 1.2");
+        warnings.add("viscosity_linear", self.viscosity_linear > 2.0, "more than 2 shortens run-outs");
+        warnings.add("courant", self.courant > 0.4, "more than 0.4 may be unstable near walls and surfaces");
+        let difference = self.momentum == MomentumEquation::Difference;
+        warnings.add("momentum", difference, "this form does not conserve momentum");
         let unlike = self.confining.is_some() && self.momentum != MomentumEquation::RhoRho;
         let text = "only rho-rho is in equilibrium with a confining pressure: other forms leave forces where \
                     densities or gradients vary";
-        warn("momentum", unlike, text);
+        warnings.add("momentum", unlike, text);
+    }
+
+    /// Warns of options that are set and have no effect.
+    fn warn_of_idle_options(&self, warnings: &mut OptionWarnings) {
         let smooths = self.regularisation != Regularisation::None;
         let renews = self.density_reset != DensityReset::None;
         let extrapolates = self.wall_stress == WallStress::Extrapolated;
         let diffuses = self.stress_diffusion > 0.0;
+        let symmetrised = !matches!(self.symmetrisation, Symmetrisation::Arithmetic | Symmetrisation::GradH);
+        let (set_steps, set_reset) = (
+            self.regularisation_steps != default_regularisation_steps(),
+            self.density_reset_steps != default_reset_steps(),
+        );
+        let (set_diffusion_k0, set_wall_k0) =
+            (self.stress_diffusion_k0 != default_wall_k0(), self.wall_k0 != default_wall_k0());
         for (name, is_set, has_effect, what) in [
-            (
-                "regularisation_steps",
-                self.regularisation_steps != default_regularisation_steps(),
-                smooths,
-                "regularisation",
-            ),
-            (
-                "density_reset_steps",
-                self.density_reset_steps != default_reset_steps(),
-                renews,
-                "density_reset",
-            ),
-            (
-                "stress_diffusion_k0",
-                self.stress_diffusion_k0 != default_wall_k0(),
-                diffuses,
-                "stress_diffusion",
-            ),
-            ("wall_k0", self.wall_k0 != default_wall_k0(), extrapolates, "wall_stress extrapolated"),
-            (
-                "symmetrisation",
-                !matches!(self.symmetrisation, Symmetrisation::Arithmetic | Symmetrisation::GradH),
-                self.is_variable(),
-                "a smoothing_length that varies",
-            ),
+            ("regularisation_steps", set_steps, smooths, "regularisation"),
+            ("density_reset_steps", set_reset, renews, "density_reset"),
+            ("stress_diffusion_k0", set_diffusion_k0, diffuses, "stress_diffusion"),
+            ("wall_k0", set_wall_k0, extrapolates, "wall_stress extrapolated"),
+            ("symmetrisation", symmetrised, self.is_variable(), "a smoothing_length that varies"),
             (
                 "smoothing_growth",
                 self.smoothing_growth != growth(),
@@ -225,16 +261,7 @@ impl SphOptions {
                 "a smoothing_length that varies",
             ),
         ] {
-            warn(name, is_set && !has_effect, &format!("has no effect without {what}"));
+            warnings.add(name, is_set && !has_effect, &format!("has no effect without {what}"));
         }
-        let pair = self.velocity_gradient != VelocityGradientOperator::Corrected
-            || self.momentum == MomentumEquation::Corrected;
-        let viscous = self.viscosity_linear + self.viscosity_quadratic + self.hourglass_viscosity > 0.0;
-        warn(
-            "velocity_gradient",
-            !pair && !viscous,
-            "corrected without viscosity increases the energy: set momentum to corrected",
-        );
-        warnings
     }
 }

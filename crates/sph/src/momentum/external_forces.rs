@@ -99,8 +99,8 @@ pub fn record_reactions<const D: usize>(
     told.iter().for_each(|one| felt[one.reaction_index as usize].accumulate(one));
 }
 
-/// Stops particles at obstacles at the end of a step of `dt` (s), and computes the energies taken by obstacles: friction by the
-/// acceleration along the nearest face at the last sums of the step and the slip at its end. Returns whether any was stopped.
+/// Stops particles at obstacles at the end of a step of `dt` (s), and computes the energies taken by obstacles. Returns whether any was
+/// stopped.
 pub fn stop_at_obstacles<const D: usize>(
     setting: &SolverContext<D>,
     bodies: &mut Bodies<D>,
@@ -111,49 +111,25 @@ pub fn stop_at_obstacles<const D: usize>(
     if walls.obstacles.is_empty() {
         return false;
     }
-    let Rates {
-        obstacle_accelerations: by_obstacles,
-        obstacle_energies: borne,
-        reactions: felt,
-        power,
-        reaction_samples: told,
-        support_reactions: stood,
-        ..
-    } = rates;
-    let p = &bodies.particles;
-    borne.clear();
-    borne.resize(p.len(), ObstacleEnergies::default());
-    for (i, (borne, a)) in borne.iter_mut().zip(by_obstacles).enumerate() {
-        let faces = walls.obstacles.faces(i);
-        let Some(face) = faces.iter().min_by(|one, other| one.distance.total_cmp(&other.distance)) else {
-            continue;
-        };
-        let v: [f64; D] = std::array::from_fn(|c| p.velocity[i][c] - face.velocity[c]);
-        let slip = dot(a, &v) - dot(a, &face.normal) * dot(&v, &face.normal);
-        borne.friction = -dt * p.mass[i] * slip;
-        borne.work = dt * p.mass[i] * power.get(i).copied().unwrap_or(0.0);
-    }
-    for (particle, own) in &*stood {
-        borne[*particle].friction += own.friction;
-        borne[*particle].work += own.work;
-    }
+    update_obstacle_energies(&bodies.particles, walls, rates, dt);
+    let Rates { obstacle_energies, reactions, reaction_samples, support_reactions, .. } = rates;
     let first = setting.case.bodies.len();
     let mut hits = |particle: usize, obstacle: u32, x: &[f64; D], impulse: [f64; D]| {
-        let bearer = first + obstacle as usize;
-        if let Some(felt) = felt.get_mut(bearer) {
+        let number = first + obstacle as usize;
+        if let Some(reaction) = reactions.get_mut(number) {
             let (force, impulse) = (impulse.map(|p| p / dt), Some(impulse));
             let hit = ReactionSample {
                 particle: particle as u32,
-                reaction_index: bearer as u32,
+                reaction_index: number as u32,
                 place: *x,
                 force,
                 impulse,
             };
-            felt.accumulate(&hit);
-            told.push(hit);
+            reaction.accumulate(&hit);
+            reaction_samples.push(hit);
         }
     };
-    for (particle, own) in &*stood {
+    for (particle, own) in &*support_reactions {
         let (x, impulse) = (own.place, own.impulse);
         if walls.obstacles.is_recorded(own.obstacle as u32) {
             hits(
@@ -164,7 +140,34 @@ pub fn stop_at_obstacles<const D: usize>(
             );
         }
     }
-    walls.obstacles.limit_penetration(bodies, borne, (end, dt, setting.options.spacing), hits)
+    walls.obstacles.limit_penetration(bodies, obstacle_energies, (end, dt, setting.options.spacing), hits)
+}
+
+/// Updates the energies taken by obstacles in a step of `dt` (s): friction by the acceleration along the nearest face at the last sums of
+/// the step and the slip at its end, and the work of moving obstacles.
+fn update_obstacle_energies<const D: usize>(
+    p: &Particles<D>,
+    walls: &Walls<D>,
+    rates: &mut Rates<D>,
+    dt: f64,
+) {
+    let Rates { obstacle_accelerations, obstacle_energies, power, support_reactions, .. } = rates;
+    obstacle_energies.clear();
+    obstacle_energies.resize(p.len(), ObstacleEnergies::default());
+    for (i, (energies, a)) in obstacle_energies.iter_mut().zip(obstacle_accelerations).enumerate() {
+        let faces = walls.obstacles.faces(i);
+        let Some(face) = faces.iter().min_by(|one, other| one.distance.total_cmp(&other.distance)) else {
+            continue;
+        };
+        let v: [f64; D] = std::array::from_fn(|c| p.velocity[i][c] - face.velocity[c]);
+        let slip = dot(a, &v) - dot(a, &face.normal) * dot(&v, &face.normal);
+        energies.friction = -dt * p.mass[i] * slip;
+        energies.work = dt * p.mass[i] * power.get(i).copied().unwrap_or(0.0);
+    }
+    for (particle, own) in &*support_reactions {
+        obstacle_energies[*particle].friction += own.friction;
+        obstacle_energies[*particle].work += own.work;
+    }
 }
 
 /// Updates the follower loads after a step of `dt` (s). Over a reference configuration (`total`) the velocity gradients are exact for

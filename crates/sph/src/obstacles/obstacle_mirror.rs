@@ -57,18 +57,12 @@ impl<const D: usize> PairSums<'_, D> {
     fn obstacle_mirror_state_relative(&self, i: usize, site: &DummySite<'_, D>) -> Option<MirrorState<D>> {
         let p = self.particles;
         let ObstacleFace {
-            normal: n,
-            distance,
-            contact,
-            adhesion,
-            allows_separation: lets_go,
-            velocity: course,
-            ..
+            normal: n, distance, contact, adhesion, allows_separation, velocity: course, ..
         } = site.face;
         let stress = p.stress[i];
         let repulsion = self.pair_data().repulsion.get(i).copied().unwrap_or(SymTensor::ZERO);
         let (across, shear) = face_tractions(&stress, n);
-        if *lets_go && across > 0.0 {
+        if *allows_separation && across > 0.0 {
             return None;
         }
         let own: [f64; D] = std::array::from_fn(|c| p.velocity[i][c] - course[c]);
@@ -86,19 +80,12 @@ impl<const D: usize> PairSums<'_, D> {
                         (site.depth / distance.max(1e-3 * self.options.spacing)).min(MAX_MIRROR_FACTOR)
                     }
                 };
-                Some(MirrorState {
-                    relative: own.map(|v| -v * (1.0 + opposed)),
-                    stress,
-                    repulsion,
-                    slip_friction: None,
-                })
+                Some(MirrorState::new(own.map(|v| -v * (1.0 + opposed)), stress, repulsion))
             }
-            WallContact::FreeSlip => Some(MirrorState {
-                relative: along(1.0),
-                stress: reflected_stress(&stress, n),
-                repulsion: reflected_stress(&repulsion, n),
-                slip_friction: None,
-            }),
+            WallContact::FreeSlip => {
+                let (stress, repulsion) = (reflected_stress(&stress, n), reflected_stress(&repulsion, n));
+                Some(MirrorState::new(along(1.0), stress, repulsion))
+            }
             WallContact::Friction(coefficient) => {
                 let most = adhesion - coefficient * across;
                 let (speed, size) = (dot(&slip, &slip).sqrt(), dot(&shear, &shear).sqrt());
@@ -106,23 +93,13 @@ impl<const D: usize> PairSums<'_, D> {
                     let rubs = adhesion + coefficient * p.friction_pressure(i, -across);
                     let stress = with(&slip.map(|v| v * rubs / speed));
                     let rub = SlipFriction { normal: *n, direction: slip.map(|v| -coefficient * v / speed) };
-                    return Some(MirrorState {
-                        relative: along(1.0),
-                        stress,
-                        repulsion,
-                        slip_friction: Some(rub),
-                    });
+                    let sliding = MirrorState::new(along(1.0), stress, repulsion);
+                    return Some(MirrorState { slip_friction: Some(rub), ..sliding });
                 }
                 if size <= most {
-                    return Some(MirrorState {
-                        relative: along(-1.0),
-                        stress,
-                        repulsion,
-                        slip_friction: None,
-                    });
+                    return Some(MirrorState::new(along(-1.0), stress, repulsion));
                 }
-                let stress = with(&shear.map(|s| s * most / size));
-                Some(MirrorState { relative: along(1.0), stress, repulsion, slip_friction: None })
+                Some(MirrorState::new(along(1.0), with(&shear.map(|s| s * most / size)), repulsion))
             }
         }
     }

@@ -58,13 +58,7 @@ impl<const D: usize> PairSums<'_, D> {
                 (packed_particles::packed_kinematics::<D>(near), packed_particles::packed_state::<D>(near));
             let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
             let square = packed_particles::dot(&apart, &apart);
-            let mut weight = if variable {
-                packed_particles::load_four(weights, start, count)
-            } else {
-                let weight = self.smoothing.weights(square);
-                packed_particles::store_four(weights, start, count, weight);
-                weight
-            };
+            let mut weight = self.kernel_weights(variable, square, weights, (start, count));
             let mass = other.volume * other.density;
             let mut pull = if grad_h {
                 let others = self.weights_of_others(four, square);
@@ -76,10 +70,7 @@ impl<const D: usize> PairSums<'_, D> {
                 let scale = weight * if form.divides_by_both { other.volume * thinness } else { mass };
                 packed_particles::product::<D>(&flux, &apart).map(|c| c * scale)
             };
-            if let Some(repelled) = self.repulsion_stress(i, four, square) {
-                let extra = packed_particles::product::<D>(&repelled, &apart);
-                (0..D).for_each(|c| pull[c] += extra[c] * (weight * mass));
-            }
+            self.add_artificial_stress((i, four), (&apart, square), weight * mass, &mut pull);
             if viscous {
                 let viscosity =
                     self.viscosity((&own, &mine), (&other, &more), &apart, square) * (weight * mass);
@@ -96,6 +87,39 @@ impl<const D: usize> PairSums<'_, D> {
         (0..D).for_each(|c| sum[c] += push[c]);
         self.other_accelerations(i, (row, &*weights), form, &mut sum, by_obstacles);
         sum
+    }
+
+    /// Weights `F` of four neighbours: those filled before where the smoothing length varies, else by the square of the distance (m²) and
+    /// kept in `weights`.
+    #[inline(always)]
+    fn kernel_weights(
+        &self,
+        variable: bool,
+        square: Lanes,
+        weights: &mut [f64],
+        (start, count): (usize, usize),
+    ) -> Lanes {
+        if variable {
+            return packed_particles::load_four(weights, start, count);
+        }
+        let weight = self.smoothing.weights(square);
+        packed_particles::store_four(weights, start, count, weight);
+        weight
+    }
+
+    /// Adds the artificial stress of four pairs, with their weights times the masses of the neighbours.
+    #[inline(always)]
+    fn add_artificial_stress(
+        &self,
+        (i, four): (usize, [usize; 4]),
+        (apart, square): (&[Lanes; D], Lanes),
+        weight: Lanes,
+        pull: &mut [Lanes; D],
+    ) {
+        if let Some(repelled) = self.repulsion_stress(i, four, square) {
+            let extra = packed_particles::product::<D>(&repelled, apart);
+            (0..D).for_each(|c| pull[c] += extra[c] * weight);
+        }
     }
 
     /// Acceleration of particle `i` by the particles of its own body, which are in a range (m/s²).

@@ -37,6 +37,41 @@ fn corotate<const D: usize>(gradient: &mut SquareMatrix<D>, moment: &GradientMom
     change
 }
 
+/// Sums that the velocity gradient needs, by the options.
+#[derive(Clone, Copy)]
+struct GradientForm {
+    /// Whether pairs are weighted by the mass of the neighbour over the density, instead of its volume.
+    by_mass: bool,
+    /// Whether the gradient is corrected by the inverse of the moment.
+    corrected: bool,
+    /// Whether the gradient is made exact for rotations.
+    corotated: bool,
+    /// Continuity equation.
+    continuity: ContinuityEquation,
+    /// Whether the divergence has a sum of its own; where the forms of gradient and continuity equation agree, it is the trace.
+    sums_divergence: bool,
+}
+
+/// Sums over the neighbours of a particle.
+struct GradientSums<const D: usize> {
+    gradient: SquareMatrix<D>, // (1/s)
+    moment: GradientMoment<D>,
+    trace: f64, // divergence (1/s)
+}
+
+impl<const D: usize> GradientSums<D> {
+    /// Divides sums of masses by the density of the particle (kg/m³).
+    #[inline(always)]
+    fn divide_by_density(&mut self, density: f64, form: &GradientForm) {
+        if form.by_mass {
+            self.gradient = self.gradient.map(|row| row.map(|c| c / density));
+            let volume = 1.0 / density;
+            self.moment.matrix = self.moment.matrix.map(|row| row.map(|c| c * volume));
+        }
+        self.trace /= if form.continuity == ContinuityEquation::Mass { density } else { 1.0 };
+    }
+}
+
 impl<const D: usize> PairSums<'_, D> {
     /// Velocity gradient of particle `i`: step 6 of `sheet: sph §3.3`. The weights are those of its acceleration. Velocities are
     /// chords of a step of `chord` (s), or, for 0, those at the positions.
@@ -79,20 +114,66 @@ impl<const D: usize> PairSums<'_, D> {
         ground: bool,
         chord: f64,
     ) -> VelocityGradient<D> {
-        let records = &self.shown.records;
         let regular = self.first_mirrored(row);
-        let own = packed_particles::packed_kinematics::<D>([&records[i]; 4]);
+        let form = self.gradient_form();
+        let GradientSums { mut gradient, mut moment, mut trace } =
+            self.gradient_sums::<TURNS>(i, (row, weights), turn, &form);
+        if !self.walls.smooth.is_empty() {
+            self.add_smooth_gradient(i, row, (&mut gradient, &mut trace, &mut moment));
+        }
+        if regular < row.len() {
+            self.add_wall_gradient(i, &row[regular..], (&mut gradient, &mut trace, &mut moment));
+        }
+        if ground && !self.walls.obstacles.is_empty() {
+            self.add_obstacle_gradient(i, (&mut gradient, &mut trace, &mut moment));
+        }
+        let spread = if self.grad_h() { self.shown.grad_h_factor[i] } else { 1.0 };
+        // The corrected gradient is exact for the plain weights: 1/ϑ belongs to the other sums.
+        let correction = if form.corrected { moment.correction() } else { None };
+        let mut gradient = match correction {
+            Some(l) => gradient.map(|row| product(&l, &row)),
+            None => gradient.map(|row| row.map(|c| c * spread)),
+        };
+        if form.corotated {
+            if self.grad_h() {
+                moment.matrix = moment.matrix.map(|row| row.map(|c| c * spread));
+            }
+            trace += corotate(&mut gradient, &moment, chord) / spread;
+        }
+        let divergence =
+            if form.sums_divergence { trace * spread } else { (0..D).map(|c| gradient[c][c]).sum() };
+        VelocityGradient { gradient, divergence }
+    }
+
+    /// Returns the sums of the options.
+    #[inline(always)]
+    fn gradient_form(&self) -> GradientForm {
         let operator = self.options.gradient_operator();
         let by_mass = operator == VelocityGradientOperator::DensityDifference;
         let corrected = operator == VelocityGradientOperator::Corrected;
-        let corotated = self.options.is_corotated();
         let continuity = self.options.continuity;
-        // Where the forms of gradient and continuity equation agree, the divergence is the trace.
-        let apart_forms = match continuity {
+        let sums_divergence = match continuity {
             ContinuityEquation::Mass => !by_mass,
             ContinuityEquation::Volume => by_mass || corrected,
             ContinuityEquation::Trace | ContinuityEquation::Summation => false,
         };
+        let corotated = self.options.is_corotated();
+        GradientForm { by_mass, corrected, corotated, continuity, sums_divergence }
+    }
+
+    /// Sums of particle `i` over its neighbours without mirrored particles, from velocities less the rotation `turn` (1/s) where `TURNS`.
+    #[inline(always)]
+    fn gradient_sums<const TURNS: bool>(
+        &self,
+        i: usize,
+        (row, weights): (&[u32], &[f64]),
+        turn: &SquareMatrix<D>,
+        form: &GradientForm,
+    ) -> GradientSums<D> {
+        let &GradientForm { by_mass, corrected, corotated, continuity, sums_divergence } = form;
+        let records = &self.shown.records;
+        let regular = self.first_mirrored(row);
+        let own = packed_particles::packed_kinematics::<D>([&records[i]; 4]);
         let mut gradient = [[Lanes::splat(0.0); D]; D];
         let (mut moment, mut neighbours) = ([[Lanes::splat(0.0); D]; D], Lanes::splat(0.0));
         let mut trace = Lanes::splat(0.0);
@@ -113,7 +194,7 @@ impl<const D: usize> PairSums<'_, D> {
                     gradient[a][b] += relative[a] * scaled[b];
                 }
             }
-            if apart_forms {
+            if sums_divergence {
                 let weight = if continuity == ContinuityEquation::Mass { mass } else { volume };
                 trace += packed_particles::dot(&relative, &apart) * weight;
             }
@@ -129,40 +210,13 @@ impl<const D: usize> PairSums<'_, D> {
                 neighbours += volume.simd_gt(Lanes::splat(0.0)) & Lanes::splat(1.0);
             }
         });
-        let density = self.particles.density[i];
-        let mut gradient = sum_lanes(&gradient);
         let neighbours = if corrected { packed_particles::sum(neighbours) as u32 } else { row.len() as u32 };
-        let mut moment = GradientMoment { matrix: from_upper_half(&sum_lanes(&moment)), neighbours };
-        if by_mass {
-            gradient = gradient.map(|row| row.map(|c| c / density));
-            let volume = 1.0 / density;
-            moment.matrix = moment.matrix.map(|row| row.map(|c| c * volume));
-        }
-        let by_density = if continuity == ContinuityEquation::Mass { density } else { 1.0 };
-        let mut trace = packed_particles::sum(trace) / by_density;
-        if !self.walls.smooth.is_empty() {
-            self.add_smooth_gradient(i, row, (&mut gradient, &mut trace, &mut moment));
-        }
-        if regular < row.len() {
-            self.add_wall_gradient(i, &row[regular..], (&mut gradient, &mut trace, &mut moment));
-        }
-        if ground && !self.walls.obstacles.is_empty() {
-            self.add_obstacle_gradient(i, (&mut gradient, &mut trace, &mut moment));
-        }
-        let spread = if self.grad_h() { self.shown.grad_h_factor[i] } else { 1.0 };
-        // The corrected gradient is exact for the plain weights: 1/ϑ belongs to the other sums.
-        let correction = if corrected { moment.correction() } else { None };
-        let mut gradient = match correction {
-            Some(l) => gradient.map(|row| product(&l, &row)),
-            None => gradient.map(|row| row.map(|c| c * spread)),
+        let mut sums = GradientSums {
+            gradient: sum_lanes(&gradient),
+            moment: GradientMoment { matrix: from_upper_half(&sum_lanes(&moment)), neighbours },
+            trace: packed_particles::sum(trace),
         };
-        if corotated {
-            if self.grad_h() {
-                moment.matrix = moment.matrix.map(|row| row.map(|c| c * spread));
-            }
-            trace += corotate(&mut gradient, &moment, chord) / spread;
-        }
-        let divergence = if apart_forms { trace * spread } else { (0..D).map(|c| gradient[c][c]).sum() };
-        VelocityGradient { gradient, divergence }
+        sums.divide_by_density(self.particles.density[i], form);
+        sums
     }
 }

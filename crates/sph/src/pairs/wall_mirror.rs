@@ -31,6 +31,14 @@ pub(crate) struct MirrorState<const D: usize> {
     pub slip_friction: Option<SlipFriction<D>>,
 }
 
+impl<const D: usize> MirrorState<D> {
+    /// Returns a state without slip friction.
+    #[inline]
+    pub fn new(relative: [f64; D], stress: SymTensor, repulsion: SymTensor) -> Self {
+        Self { relative, stress, repulsion, slip_friction: None }
+    }
+}
+
 /// Slip friction of viscous forces: their normal part on a wall causes friction as the stress does.
 pub(crate) struct SlipFriction<const D: usize> {
     /// Unit normal of the wall.
@@ -62,19 +70,12 @@ impl<const D: usize> PairSums<'_, D> {
                         (-plane.distance(&p.position[wall]) / near).min(MAX_MIRROR_FACTOR)
                     }
                 };
-                Some(MirrorState {
-                    relative: own.map(|v| -v * (1.0 + opposed)),
-                    stress,
-                    repulsion,
-                    slip_friction: None,
-                })
+                Some(MirrorState::new(own.map(|v| -v * (1.0 + opposed)), stress, repulsion))
             }
-            WallContact::FreeSlip => Some(MirrorState {
-                relative: along(1.0),
-                stress: with_scaled_shear(&stress, axis, -1.0),
-                repulsion: with_scaled_shear(&repulsion, axis, -1.0),
-                slip_friction: None,
-            }),
+            WallContact::FreeSlip => {
+                let [stress, repulsion] = [stress, repulsion].map(|s| with_scaled_shear(&s, axis, -1.0));
+                Some(MirrorState::new(along(1.0), stress, repulsion))
+            }
             WallContact::Friction(coefficient) => {
                 let (normal, shear) = face_tractions(&stress, plane);
                 if normal > 0.0 {
@@ -88,24 +89,17 @@ impl<const D: usize> PairSums<'_, D> {
                     let normal = std::array::from_fn(|c| f64::from(u8::from(c == axis)));
                     let against =
                         std::array::from_fn(|c| if c == axis { 0.0 } else { -coefficient * own[c] / speed });
-                    return Some(MirrorState {
-                        relative: along(1.0),
-                        stress: friction_mirror_stress::<D>(&stress, axis, |c| factor * own[c]),
-                        repulsion,
-                        slip_friction: Some(SlipFriction { normal, direction: against }),
-                    });
+                    let stress = friction_mirror_stress::<D>(&stress, axis, |c| factor * own[c]);
+                    let rub = SlipFriction { normal, direction: against };
+                    let sliding = MirrorState::new(along(1.0), stress, repulsion);
+                    return Some(MirrorState { slip_friction: Some(rub), ..sliding });
                 }
                 if shear <= most {
-                    return Some(MirrorState {
-                        relative: along(-1.0),
-                        stress,
-                        repulsion,
-                        slip_friction: None,
-                    });
+                    return Some(MirrorState::new(along(-1.0), stress, repulsion));
                 }
                 let stress =
                     friction_mirror_stress::<D>(&stress, axis, |c| stress.at(axis, c) * most / shear);
-                Some(MirrorState { relative: along(1.0), stress, repulsion, slip_friction: None })
+                Some(MirrorState::new(along(1.0), stress, repulsion))
             }
         }
     }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use colluvium_case::bodies::law_points::InitialLawState;
 use colluvium_case::description::Body;
 use colluvium_case::rigid::{RigidMass, RigidState};
-use colluvium_case::{Case, CaseError, spatial};
+use colluvium_case::{Case, CaseError, PointList, spatial};
 use colluvium_constitutive::ModelFamily;
 use colluvium_points::HalfNeighbourList;
 
@@ -32,45 +32,21 @@ pub(super) fn add_body<const D: usize>(
         Some(list) => list.samples(),
         None => case.samples(number, low, options.spacing)?,
     };
-    if samples.is_empty() {
-        let problem = format!("holds no particle: it is smaller than the spacing of {} m", options.spacing);
-        return Err(CaseError::new(format!("{path}.shape"), problem));
-    }
-    let start = particles.len();
-    if start + samples.len() > MOST_PARTICLES {
-        return Err(CaseError::new(
-            "methods.sph.spacing",
-            format!("gives more than {MOST_PARTICLES} particles"),
-        ));
-    }
+    let (start, count) = (particles.len(), samples.len());
+    check_count(options, &path, start, count)?;
     let positions: Vec<[f64; D]> = samples.iter().map(|sample| sample.position).collect();
     check_places(case, &path, &positions)?;
     let spec = &case.materials[&body.material];
-    let youngs_modulus = match options.sound_speed {
-        SoundSpeed::PWave => None,
-        SoundSpeed::YoungsModulus => Some(case.youngs_modulus(&body.material).ok_or_else(|| {
-            let problem = format!("material {:?} has no Young's modulus: use p-wave", body.material);
-            CaseError::new("methods.sph.sound_speed", problem)
-        })?),
-    };
-    let densities = (0..samples.len()).map(|i| case.density_at(number, listed.as_ref(), i));
+    let youngs_modulus = youngs_modulus_of_speed(case, options, body)?;
+    let densities = (0..count).map(|i| case.density_at(number, listed.as_ref(), i));
     let densities = densities.collect::<Result<Vec<f64>, CaseError>>()?;
     let InitialLawState { material, stress, states } =
         case.initialise_law(number, listed.as_ref(), &positions)?;
-    let count = positions.len();
     particles.id.extend(start as u32..(start + count) as u32);
     let history = options.held_history.get(&body.name).cloned();
     let factor = history.as_ref().map_or(1.0, |history| history.at(0.0));
-    let own = listed.as_ref().and_then(|list| list.velocities.as_ref());
-    if own.is_some() && options.held.contains(&body.name) {
-        let problem = "has velocities, but a held body moves with its `velocity`";
-        return Err(CaseError::new(format!("{path}.points.file"), problem));
-    }
-    let velocity = |(point, x): (usize, &[f64; D])| match own {
-        Some(velocities) => leading_components::<D>(&velocities[point]),
-        None => leading_components::<D>(&body.velocity.at(spatial(x)).map(|v| factor * v)),
-    };
-    particles.velocity.extend(positions.iter().enumerate().map(velocity));
+    let velocities = initial_velocities(options, body, &path, (listed.as_ref(), factor), &positions)?;
+    particles.velocity.extend(velocities);
     particles.mass.extend(samples.iter().zip(&densities).map(|(sample, density)| sample.volume * density));
     particles.density.extend(densities);
     particles.sound.extend(std::iter::repeat_n(0.0, count));
@@ -78,13 +54,7 @@ pub(super) fn add_body<const D: usize>(
     particles.stress.extend(stress);
     particles.origin.extend_from_slice(&positions);
     particles.position.extend(positions);
-    let held = options.held.contains(&body.name).then(|| body.velocity.clone());
-    let fluid = spec.facts().kind == ModelFamily::Fluid;
     let end = start + count;
-    let confined = options.confining.as_ref().is_some_and(|confining| {
-        confining.bodies.as_ref().map_or(held.is_none() && !body.rigid, |names| names.contains(&body.name))
-    });
-    let smooth = options.smooth_bodies.contains(&body.name);
     Ok(ParticleGroup {
         body: number as u32,
         start,
@@ -93,13 +63,66 @@ pub(super) fn add_body<const D: usize>(
         states,
         youngs_modulus,
         density: spec.density(),
-        held,
+        held: options.held.contains(&body.name).then(|| body.velocity.clone()),
         history,
         factor,
         rigid: body.rigid.then(|| rigid(particles, start..end, options.spacing)),
-        smooth,
-        confined,
-        fluid,
+        smooth: options.smooth_bodies.contains(&body.name),
+        confined: is_confined(options, body),
+        fluid: spec.facts().kind == ModelFamily::Fluid,
+    })
+}
+
+/// Velocities of the particles of a body (m/s): those of its file, or those of the body times the factor of its history.
+fn initial_velocities<const D: usize>(
+    options: &SphOptions,
+    body: &Body,
+    path: &str,
+    (listed, factor): (Option<&PointList>, f64),
+    positions: &[[f64; D]],
+) -> Result<Vec<[f64; D]>, CaseError> {
+    let own = listed.and_then(|list| list.velocities.as_ref());
+    if own.is_some() && options.held.contains(&body.name) {
+        let problem = "has velocities, but a held body moves with its `velocity`";
+        return Err(CaseError::new(format!("{path}.points.file"), problem));
+    }
+    let velocity = |(point, x): (usize, &[f64; D])| match own {
+        Some(velocities) => leading_components::<D>(&velocities[point]),
+        None => leading_components::<D>(&body.velocity.at(spatial(x)).map(|v| factor * v)),
+    };
+    Ok(positions.iter().enumerate().map(velocity).collect())
+}
+
+/// Checks the number of particles of a body, `count`, after `start` of other bodies.
+fn check_count(options: &SphOptions, path: &str, start: usize, count: usize) -> Result<(), CaseError> {
+    if count == 0 {
+        let problem = format!("holds no particle: it is smaller than the spacing of {} m", options.spacing);
+        return Err(CaseError::new(format!("{path}.shape"), problem));
+    }
+    if start + count > MOST_PARTICLES {
+        let problem = format!("gives more than {MOST_PARTICLES} particles");
+        return Err(CaseError::new("methods.sph.spacing", problem));
+    }
+    Ok(())
+}
+
+/// Young's modulus (Pa) that the speed of sound is computed with; `None` where it is that of the wave modulus.
+fn youngs_modulus_of_speed(case: &Case, options: &SphOptions, body: &Body) -> Result<Option<f64>, CaseError> {
+    if options.sound_speed == SoundSpeed::PWave {
+        return Ok(None);
+    }
+    let modulus = case.youngs_modulus(&body.material).ok_or_else(|| {
+        let problem = format!("material {:?} has no Young's modulus: use p-wave", body.material);
+        CaseError::new("methods.sph.sound_speed", problem)
+    })?;
+    Ok(Some(modulus))
+}
+
+/// Whether the confining pressure acts on a body: on those that it names, by default on all that are neither held nor rigid.
+fn is_confined(options: &SphOptions, body: &Body) -> bool {
+    let by_default = || !options.held.contains(&body.name) && !body.rigid;
+    options.confining.as_ref().is_some_and(|confining| {
+        confining.bodies.as_ref().map_or_else(by_default, |names| names.contains(&body.name))
     })
 }
 

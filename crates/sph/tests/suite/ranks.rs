@@ -292,7 +292,7 @@ fn obstacles_and_what_they_take_are_the_same_in_ranks() {
             (reaction.force, reaction.impulse, reaction.moment)
         };
         assert_eq!(felt(&*ranked), felt(&*whole), "{name}");
-        assert!(felt(&*whole).1.iter().any(|p| *p != 0.0), "{name} bears something");
+        assert!(felt(&*whole).1.iter().any(|p| *p != 0.0), "{name} has a reaction");
     }
 }
 

@@ -253,8 +253,8 @@ fn keys_and_choices_that_do_not_exist_are_refused_by_name() {
     }
 }
 
-#[test]
-fn what_cannot_be_honoured_is_refused_by_name() {
+/// Parts of a case that are not supported, with the path of the error.
+fn unsupported_parts() -> Vec<(Value, &'static str)> {
     let wall = |more: Value| {
         let mut boundary = json!({ "side": "y-min", "wall": { "kind": "rough" } });
         for (key, value) in more.as_object().unwrap() {
@@ -266,7 +266,7 @@ fn what_cannot_be_honoured_is_refused_by_name() {
         json!({ "domain": { "min": [0, 0], "max": [edge, 1] },
                 "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }] })
     };
-    let table = [
+    vec![
         (json!({ "space": "axisymmetric" }), "space"),
         (
             json!({ "loads": [{ "kind": "traction", "body": "b", "side": "y-max", "value": [0, -1], "applied_to": "nodes" }] }),
@@ -294,18 +294,14 @@ fn what_cannot_be_honoured_is_refused_by_name() {
         (json!({ "methods": {} }), "methods.sph"),
         (json!({ "methods": { "sph": { "spacing": 0.05, "smoothing": 2.5 } } }), "methods.sph.smoothing"),
         (json!({ "methods": { "sph": { "spacing": 0.05, "time_step": 1 } } }), "methods.sph.time_step"),
-    ];
-    let with = |sph: Value| {
-        let mut methods = json!({ "spacing": 0.05 });
-        for (key, value) in sph.as_object().unwrap() {
-            methods[key] = value.clone();
-        }
-        json!({ "methods": { "sph": methods } })
-    };
-    let options = [
+    ]
+}
+
+/// Options out of range, with the name of the option in the error.
+fn options_out_of_range() -> Vec<(Value, &'static str)> {
+    vec![
         (json!({ "spacing": 0 }), "spacing"),
         (json!({ "smoothing": 0.5 }), "smoothing"),
-        (json!({ "kernel": "gaussian", "smoothing": 2.5 }), "smoothing"),
         (json!({ "smoothing_growth": 0.5 }), "smoothing_growth"),
         (json!({ "viscosity_linear": -1 }), "viscosity_linear"),
         (json!({ "viscosity_quadratic": -1 }), "viscosity_quadratic"),
@@ -331,42 +327,33 @@ fn what_cannot_be_honoured_is_refused_by_name() {
         (json!({ "hourglass_viscosity": -0.1 }), "hourglass_viscosity"),
         (json!({ "wall_k0": -1 }), "wall_k0"),
         (json!({ "stress_diffusion_k0": -1 }), "stress_diffusion_k0"),
-        (json!({ "smoothing": 1.6, "confining": { "pressure": 1 } }), "smoothing"),
-        (json!({ "smoothing": 1.0, "confining": { "pressure": 1 } }), "smoothing"),
-        (json!({ "smoothing_length": "density", "confining": { "pressure": 1 } }), "smoothing_length"),
         (json!({ "confining": { "pressure": -1 } }), "confining.pressure"),
         (json!({ "confining": { "pressure": 1, "ramp": -1 } }), "confining.ramp"),
         (json!({ "confining": { "pressure": 1, "bodies": ["nobody"] } }), "confining.bodies[0]"),
         (json!({ "time_step": 0 }), "time_step"),
+        (json!({ "shifting": -1 }), "shifting"),
+        (json!({ "wall_guard": -1 }), "wall_guard"),
+        (json!({ "continuity": "summation" }), "continuity"),
+        (json!({ "symmetrisation": "grad-h" }), "symmetrisation"),
+        (json!({ "held": ["nobody"] }), "held[0]"),
+        (json!({ "ranks": 0 }), "ranks"),
+        (json!({ "ranks": 5000 }), "ranks"),
+        (json!({ "held": ["b"] }), "held"),
+    ]
+}
+
+/// Options that exclude each other, with the name of the option in the error.
+fn conflicting_options() -> Vec<(Value, &'static str)> {
+    vec![
+        (json!({ "kernel": "gaussian", "smoothing": 2.5 }), "smoothing"),
+        (json!({ "smoothing": 1.6, "confining": { "pressure": 1 } }), "smoothing"),
+        (json!({ "smoothing": 1.0, "confining": { "pressure": 1 } }), "smoothing"),
+        (json!({ "smoothing_length": "density", "confining": { "pressure": 1 } }), "smoothing_length"),
         (json!({ "smoothing_length": "density", "continuity": "summation" }), "continuity"),
         (
             json!({ "smoothing_length": "density", "symmetrisation": "grad-h", "continuity": "volume" }),
             "continuity",
         ),
-        (json!({ "formulation": "total-lagrangian", "integration": "verlet" }), "integration"),
-        (json!({ "formulation": "total-lagrangian", "regularisation": "mls" }), "regularisation"),
-        (json!({ "formulation": "total-lagrangian", "smoothing_length": "density" }), "smoothing_length"),
-        (json!({ "formulation": "total-lagrangian", "confining": { "pressure": 1 } }), "confining"),
-        (json!({ "formulation": "total-lagrangian", "momentum": "difference" }), "momentum"),
-        (
-            json!({ "formulation": "total-lagrangian", "velocity_gradient": "difference" }),
-            "velocity_gradient",
-        ),
-        (json!({ "formulation": "total-lagrangian", "continuity": "volume" }), "continuity"),
-        (json!({ "formulation": "total-lagrangian", "symmetrisation": "min" }), "symmetrisation"),
-        (json!({ "formulation": "total-lagrangian", "stress_diffusion": 0.1 }), "stress_diffusion"),
-        (json!({ "formulation": "total-lagrangian", "xsph": 0.1 }), "xsph"),
-        (json!({ "formulation": "total-lagrangian", "shifting": 0.1 }), "shifting"),
-        (json!({ "formulation": "total-lagrangian", "hourglass_viscosity": 0.1 }), "hourglass_viscosity"),
-        (
-            json!({ "formulation": "total-lagrangian",
-                    "tensile": { "kind": "artificial-stress", "strength": 0.5, "exponent": 2.55 } }),
-            "tensile",
-        ),
-        (json!({ "shifting": -1 }), "shifting"),
-        (json!({ "wall_guard": -1 }), "wall_guard"),
-        (json!({ "continuity": "summation" }), "continuity"),
-        (json!({ "symmetrisation": "grad-h" }), "symmetrisation"),
         (
             json!({ "smoothing_length": "density", "symmetrisation": "grad-h", "momentum": "rho-rho" }),
             "momentum",
@@ -376,16 +363,48 @@ fn what_cannot_be_honoured_is_refused_by_name() {
         (json!({ "smoothing_length": "rate", "integration": "verlet" }), "smoothing_length"),
         (json!({ "momentum": "corrected", "velocity_gradient": "difference" }), "velocity_gradient"),
         (json!({ "momentum": "corrected", "wall_stress": "interpolated" }), "wall_stress"),
-        (json!({ "held": ["nobody"] }), "held[0]"),
-        (json!({ "ranks": 0 }), "ranks"),
-        (json!({ "ranks": 5000 }), "ranks"),
         (json!({ "ranks": 2, "integration": "verlet" }), "integration"),
         (json!({ "ranks": 2, "formulation": "total-lagrangian" }), "formulation"),
-        (json!({ "held": ["b"] }), "held"),
-    ];
-    let options = options.map(|(sph, name)| (with(sph), format!("methods.sph.{name}")));
-    let table = table.map(|(more, path)| (more, path.to_owned()));
-    for (more, path) in table.into_iter().chain(options) {
+    ]
+}
+
+/// Options that the total-Lagrangian formulation excludes, with the name of the option in the error.
+fn conflicts_with_total_lagrangian() -> Vec<(Value, &'static str)> {
+    vec![
+        (json!({ "integration": "verlet" }), "integration"),
+        (json!({ "regularisation": "mls" }), "regularisation"),
+        (json!({ "smoothing_length": "density" }), "smoothing_length"),
+        (json!({ "confining": { "pressure": 1 } }), "confining"),
+        (json!({ "momentum": "difference" }), "momentum"),
+        (json!({ "velocity_gradient": "difference" }), "velocity_gradient"),
+        (json!({ "continuity": "volume" }), "continuity"),
+        (json!({ "symmetrisation": "min" }), "symmetrisation"),
+        (json!({ "stress_diffusion": 0.1 }), "stress_diffusion"),
+        (json!({ "xsph": 0.1 }), "xsph"),
+        (json!({ "shifting": 0.1 }), "shifting"),
+        (json!({ "hourglass_viscosity": 0.1 }), "hourglass_viscosity"),
+        (json!({ "tensile": { "kind": "artificial-stress", "strength": 0.5, "exponent": 2.55 } }), "tensile"),
+    ]
+}
+
+#[test]
+fn what_cannot_be_honoured_is_refused_by_name() {
+    let with = |formulation: Option<&str>, sph: Value| {
+        let mut methods = json!({ "spacing": 0.05 });
+        if let Some(formulation) = formulation {
+            methods["formulation"] = json!(formulation);
+        }
+        for (key, value) in sph.as_object().unwrap() {
+            methods[key] = value.clone();
+        }
+        json!({ "methods": { "sph": methods } })
+    };
+    let plain = options_out_of_range().into_iter().chain(conflicting_options());
+    let plain = plain.map(|(sph, name)| (with(None, sph), format!("methods.sph.{name}")));
+    let total = conflicts_with_total_lagrangian().into_iter();
+    let total = total.map(|(sph, name)| (with(Some("total-lagrangian"), sph), format!("methods.sph.{name}")));
+    let parts = unsupported_parts().into_iter().map(|(more, path)| (more, path.to_owned()));
+    for (more, path) in parts.chain(plain).chain(total) {
         let error = Sph.plan(&case(more)).unwrap_err().to_string();
         assert!(error.starts_with(&format!("{path}: ")), "{error}");
     }

@@ -65,7 +65,7 @@ impl MethodComparison {
 
 /// Chart with its labels.
 fn chart(title: &str, x: &str, y: &str) -> LineChart {
-    LineChart { title: title.into(), x_label: x.into(), y_label: y.into(), ..LineChart::default() }
+    LineChart::new(title, x, y)
 }
 
 /// Draws the points at the end of the failing trial with the least factor of the search `safety`; `name` is that of the method.

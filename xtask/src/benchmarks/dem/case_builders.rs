@@ -84,10 +84,5 @@ pub fn linear_law(stiffness: f64, damping_ratio: f64, clamp: bool) -> Value {
 
 /// Empty chart.
 pub fn chart(title: &str, x_label: &str, y_label: &str) -> LineChart {
-    LineChart {
-        title: title.into(),
-        x_label: x_label.into(),
-        y_label: y_label.into(),
-        ..LineChart::default()
-    }
+    LineChart::new(title, x_label, y_label)
 }

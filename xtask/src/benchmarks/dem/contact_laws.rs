@@ -91,7 +91,7 @@ fn across(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         normal,
         1e-3,
         curve[0].1,
-        "1e-3, as B2 asks",
+        "1e-3, as B2 requires",
     );
     let reason = "1 %: the spheres part by 0.6 % of the overlap over the way";
     outcome.assert_below(
@@ -118,7 +118,7 @@ fn jkr(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let curve = move_sphere(&value, 4000)?;
     let pull_off = 1.5 * PI * work * EFFECTIVE;
     let least = curve.iter().map(|(_, force, _)| -force).max_or_nan();
-    let reason = "1e-3, as B2 asks of forces; closed form";
+    let reason = "1e-3, as B2 requires of forces; closed form";
     outcome.assert_close("§2.7, JKR: pull-off force (N)", pull_off, 1e-3, least, reason);
     // Both in terms of the contact radius.
     let at = |a: f64| {
@@ -173,7 +173,7 @@ fn bridge(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         json!({ "kind": "capillary", "surface_tension": tension, "volume_ratio": ratio });
     let curve = move_sphere(&value, 5600)?;
     let most = 4.0 * PI * EFFECTIVE * tension;
-    let reason = "1e-3, as B2 asks of forces";
+    let reason = "1e-3, as B2 requires of forces";
     let first = curve.iter().find(|(x, ..)| x[0] >= 0.0).map_or(f64::NAN, |(_, force, _)| -force);
     outcome.assert_close(
         "§2.7, liquid bridge: force of spheres that touch, 4πRγ (N)",

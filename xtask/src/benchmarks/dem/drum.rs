@@ -121,7 +121,7 @@ fn turn(across: f64, end: f64) -> Result<BenchmarkOutcome, String> {
         1.0,
         reason,
     );
-    let reason = "B-01 asks for the friction angle ± 5°; that of these grains, B14, is 15.2° at critical state and 25.9° at the peak: a surface \
+    let reason = "B-01 requires the friction angle ± 5°; that of these grains, B14, is 15.2° at critical state and 25.9° at the peak: a surface \
                   that flows and is lifted again stands between them";
     outcome.assert_within(
         "mean angle of the surface (degrees)",

@@ -93,7 +93,7 @@ fn run() -> Result<BenchmarkOutcome, String> {
     );
     let reason = "not judged: the sheet gives no value at the peak";
     outcome.info("grains that bear nothing", "-", fabric.rattlers, reason);
-    outcome.info("contacts of a grain that bears something", "-", fabric.mechanical_coordination, reason);
+    outcome.info("contacts of a grain that carries a force", "-", fabric.mechanical_coordination, reason);
     let row = output_value(&solver, "fabric.yy");
     outcome.assert_close(
         "column fabric.yy of the measures",

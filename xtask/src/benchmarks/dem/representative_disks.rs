@@ -135,7 +135,12 @@ fn sizes() -> Result<BenchmarkOutcome, String> {
         reason,
     );
     let reason = "not judged: four drawings tell it to a half";
-    outcome.info("the same, 300 disks over 75", "below one", spreads[1] / spreads[0], reason);
+    outcome.info(
+        "standard deviation of it between drawings, 300 disks over 75",
+        "below one",
+        spreads[1] / spreads[0],
+        reason,
+    );
     picture.series.push(Series::new("four drawings of each", points, Style::Markers));
     outcome.svg("B16: fewer grains scatter more.", &picture)?;
     Ok(outcome)

@@ -170,7 +170,12 @@ fn cells() -> Result<BenchmarkOutcome, String> {
         "B16: it decreases with the number",
     );
     let reason = "not judged: four drawings tell it to a half";
-    outcome.info("the same, 311 spheres over 75", "below one", spreads[1] / spreads[0], reason);
+    outcome.info(
+        "standard deviation of it between drawings, 311 spheres over 75",
+        "below one",
+        spreads[1] / spreads[0],
+        reason,
+    );
     picture.series.push(Series::new("four drawings of each", marks, Style::Markers));
     outcome.svg("B16: fewer grains scatter more.", &picture)?;
     Ok(outcome)
@@ -222,7 +227,7 @@ fn walls() -> Result<BenchmarkOutcome, String> {
         }
         if count < WHOLE {
             let name = format!("{count} spheres: peak between rigid walls over that in a periodic cell");
-            let reason = "not judged: B16 asks for it in the plane, for 300 disks and fewer";
+            let reason = "not judged: B16 requires it in the plane, for 300 disks and fewer";
             outcome.info(name, "at least one", rigid.0 / round.0, reason);
         } else {
             let name = format!("{count} spheres: difference of the peaks over the mean");
@@ -262,11 +267,11 @@ fn windows(counts: &[u32], specimens: u64) -> Result<BenchmarkOutcome, String> {
         let chance = format!("not judged: {specimens} specimens");
         let most = own.iter().map(|own| own.anisotropy).fold(0.0, max_or_nan);
         for (name, value) in [("standard deviation between specimens", spread), ("the largest", most)] {
-            outcome.info(format!("the same, {name}"), "", value, &chance);
+            outcome.info(format!("this anisotropy, {name}"), "", value, &chance);
         }
         let name = format!("windows of about {count} spheres: deviator at the peak over the lateral stress");
         outcome.info(name, "", peak, "not judged: no values in the source");
-        outcome.info("the same, standard deviation between specimens", "", scattered, &chance);
+        outcome.info("this peak, standard deviation between specimens", "", scattered, &chance);
     }
     Ok(outcome)
 }

@@ -68,12 +68,7 @@ fn state(flow: &Flow<1>) -> (f64, f64) {
 
 /// Checks V21: a liquefied block whose base drains by a single exponential.
 fn consolidation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut chart = LineChart {
-        title: "Block on consolidating ground".to_owned(),
-        x_label: "time (s)".to_owned(),
-        y_label: "velocity (m/s)".to_owned(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Block on consolidating ground", "time (s)", "velocity (m/s)");
     // A quarter of a cosine with the whole weight at the base is more than liquefied above it. Finite differences limit such a column at
     // its bound, so that they start with 0.6 of it.
     let rows = [

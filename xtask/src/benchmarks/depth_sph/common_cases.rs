@@ -173,12 +173,7 @@ pub fn cell_centres(low: f64, high: f64) -> impl Iterator<Item = f64> {
 
 /// Chart over the length.
 pub fn chart(title: &str, y_label: &str) -> LineChart {
-    LineChart {
-        title: title.to_owned(),
-        x_label: "x (m)".to_owned(),
-        y_label: y_label.to_owned(),
-        ..LineChart::default()
-    }
+    LineChart::new(title, "x (m)", y_label)
 }
 
 /// Closed form on a grid, as a broken line.

@@ -202,18 +202,17 @@ fn rack(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         "V13d: 1 % of the first pressure",
     );
     outcome.assert_below(
-        "V13d, shape function: what is left behind the rack",
+        "V13d, shape function: pressure left behind the rack",
         "0",
         left,
         1e-15,
         "V13d: nothing",
     );
-    let mut chart = LineChart {
-        title: "Base of a column that crosses a rack".to_owned(),
-        x_label: "time factor".to_owned(),
-        y_label: "excess pressure over the first one".to_owned(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new(
+        "Base of a column that crosses a rack",
+        "time factor",
+        "excess pressure over the first one",
+    );
     let reference = table.iter().map(|(t, exact)| (*t, exact[0])).collect();
     chart.series.push(Series::new("base", base, Style::Line));
     chart.series.push(Series::new("reference", reference, Style::Markers));

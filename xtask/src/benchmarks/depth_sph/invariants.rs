@@ -30,6 +30,34 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Integral of `f` from zero to `end` by three-point Gauss quadrature on each of many intervals.
+fn integral(end: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let count = 3000;
+    let width = end / f64::from(count);
+    let cell = |k: i32| {
+        let middle = width * (f64::from(k) + 0.5);
+        let at = |s: f64| f(middle + 0.5 * width * s);
+        width / 18.0 * (5.0 * at(-0.6f64.sqrt()) + 8.0 * at(0.0) + 5.0 * at(0.6f64.sqrt()))
+    };
+    (0..count).map(cell).sum()
+}
+
+/// Sum of a kernel and size of the sum of its gradients over a square lattice, with η = 1.3.
+fn lattice_sums(kernel: Kernel) -> (f64, f64) {
+    let (mut sum, mut gradient) = (0.0, [0.0f64; 2]);
+    for i in -4..=4 {
+        for j in -4..=4 {
+            let (x, y) = (f64::from(i), f64::from(j));
+            sum += kernel.value::<2>(x.hypot(y), 1.3);
+            if i != 0 || j != 0 {
+                gradient[0] -= x * kernel.gradient::<2>(x.hypot(y), 1.3);
+                gradient[1] -= y * kernel.gradient::<2>(x.hypot(y), 1.3);
+            }
+        }
+    }
+    (sum, gradient[0].hypot(gradient[1]))
+}
+
 /// Checks V31.
 fn kernels(outcome: &mut BenchmarkOutcome) {
     let all = [
@@ -39,58 +67,23 @@ fn kernels(outcome: &mut BenchmarkOutcome) {
         ("Gaussian", Kernel::Gaussian),
     ];
     for (name, kernel) in all {
-        // Three-point Gauss quadrature on each of many intervals.
-        let count = 3000;
-        let width = kernel.support() / f64::from(count);
-        let integral = |f: &dyn Fn(f64) -> f64| -> f64 {
-            let cell = |k: i32| {
-                let middle = width * (f64::from(k) + 0.5);
-                let at = |s: f64| f(middle + 0.5 * width * s);
-                width / 18.0 * (5.0 * at(-0.6f64.sqrt()) + 8.0 * at(0.0) + 5.0 * at(0.6f64.sqrt()))
-            };
-            (0..count).map(cell).sum()
-        };
-        let line = 2.0 * integral(&|r| kernel.value::<1>(r, 1.0));
-        let plane = 2.0 * PI * integral(&|r| r * kernel.value::<2>(r, 1.0));
+        let line = 2.0 * integral(kernel.support(), |r| kernel.value::<1>(r, 1.0));
+        let plane = 2.0 * PI * integral(kernel.support(), |r| r * kernel.value::<2>(r, 1.0));
         let cut = kernel == Kernel::Gaussian;
         let (exact, tolerance) = if cut { ([0.999_978, 0.999_877], 1e-6) } else { ([1.0, 1.0], 1e-12) };
         let reason = if cut { "V31 as amended: what lies beyond its cut" } else { "V31: 1e-12" };
-        outcome.assert_close(format!("V31, {name}: integral over a line"), exact[0], tolerance, line, reason);
-        outcome.assert_close(
-            format!("V31, {name}: integral over a plane"),
-            exact[1],
-            tolerance,
-            plane,
-            reason,
-        );
-        let (mut sum, mut gradient) = (0.0, [0.0f64; 2]);
-        for i in -4..=4 {
-            for j in -4..=4 {
-                let (x, y) = (f64::from(i), f64::from(j));
-                sum += kernel.value::<2>(x.hypot(y), 1.3);
-                if i != 0 || j != 0 {
-                    gradient[0] -= x * kernel.gradient::<2>(x.hypot(y), 1.3);
-                    gradient[1] -= y * kernel.gradient::<2>(x.hypot(y), 1.3);
-                }
-            }
-        }
+        let integrals = [
+            (format!("V31, {name}: integral over a line"), exact[0], line),
+            (format!("V31, {name}: integral over a plane"), exact[1], plane),
+        ];
+        outcome.assert_all_close(integrals, tolerance, reason);
+        let (sum, gradient) = lattice_sums(kernel);
         if matches!(kernel, Kernel::CubicSpline | Kernel::WendlandC2) {
-            outcome.assert_close(
-                format!("V31, {name}: sum over a lattice, η = 1.3"),
-                1.0,
-                0.011,
-                sum,
-                "V31 as amended: 1.1 %",
-            );
+            let name = format!("V31, {name}: sum over a lattice, η = 1.3");
+            outcome.assert_close(name, 1.0, 0.011, sum, "V31 as amended: 1.1 %");
         }
-        let size = gradient[0].hypot(gradient[1]);
-        outcome.assert_below(
-            format!("V31, {name}: sum of gradients over a lattice"),
-            "0",
-            size,
-            1e-14,
-            "V31: zero",
-        );
+        let name = format!("V31, {name}: sum of gradients over a lattice");
+        outcome.assert_below(name, "0", gradient, 1e-14, "V31: zero");
     }
 }
 
@@ -145,71 +138,67 @@ fn stretch(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks V34: a heap in plan, in its initial frame, rotated, and with a uniform velocity.
-fn frames(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let turn = |x: [f64; 2], angle: f64| {
+/// Frame of reference: rotated and with a uniform velocity.
+#[derive(Clone, Copy)]
+struct PlanFrame {
+    angle: f64,         // of the rotation (rad)
+    velocity: [f64; 2], // added to all nodes (m/s)
+}
+
+impl PlanFrame {
+    fn turned(angle: f64, x: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = angle.sin_cos();
         [cos * x[0] - sin * x[1], sin * x[0] + cos * x[1]]
-    };
-    let heap = |angle: f64, along: [f64; 2]| -> Result<Flow<2>, String> {
-        // Disordered positions and velocities, equal in every frame.
+    }
+
+    /// Heap of nodes with disordered positions and velocities, equal in every frame.
+    fn heap(self) -> Result<Flow<2>, String> {
+        let PlanFrame { angle, velocity: along } = self;
         let noise = |k: i32, c: f64| ((f64::from(k) * 12.9898 + c * 78.233).sin() * 43_758.545_3).fract();
         let one = |k: i32| {
             let x = [f64::from(k % 20) + 0.4 * noise(k, 1.0), f64::from(k / 20) + 0.4 * noise(k, 2.0)];
-            let v = turn([noise(k, 3.0), noise(k, 4.0)], angle);
+            let v = Self::turned(angle, [noise(k, 3.0), noise(k, 4.0)]);
             let velocity = [v[0] + along[0], v[1] + along[1]];
-            let volume = 1.0 + 0.3 * noise(k, 5.0);
-            NewNode { body: 0, position: turn(x, angle), velocity, volume, length: 1.3, scale: 1.69 }
+            let (position, volume) = (Self::turned(angle, x), 1.0 + 0.3 * noise(k, 5.0));
+            NewNode { body: 0, position, velocity, volume, length: 1.3, scale: 1.69 }
         };
-        Flow::new(
-            FlowSettings::plain(1000.0),
-            Bed::Flat(0.0),
-            PlanBoundaries::default(),
-            &[(0..400).map(one).collect()],
-        )
-        .map_err(|failure| failure.to_string())
-    };
-    let momentum = |flow: &Flow<2>| flow.totals(0).momentum;
-    let pushed = |angle: f64, along: [f64; 2]| -> Result<(Vec<[f64; 2]>, f64), String> {
-        let mut flow = heap(angle, along)?;
-        let before = momentum(&flow);
+        let nodes = [(0..400).map(one).collect()];
+        Flow::new(FlowSettings::plain(1000.0), Bed::Flat(0.0), PlanBoundaries::default(), &nodes)
+            .map_err(|failure| failure.to_string())
+    }
+
+    /// Velocities of the nodes after a step (m/s), in the initial frame and in the order of ids, and the change of momentum over the mass.
+    fn step(self) -> Result<(Vec<[f64; 2]>, f64), String> {
+        let PlanFrame { angle, velocity: along } = self;
+        let mut flow = self.heap()?;
+        let before = flow.totals(0).momentum;
         let mass = flow.totals(0).mass;
         flow.advance(1e-3).map_err(|failure| failure.to_string())?;
-        let after = momentum(&flow);
+        let after = flow.totals(0).momentum;
         let nodes = &flow.nodes.sets[0].nodes;
         let mut order: Vec<usize> = (0..nodes.id.len()).collect();
         order.sort_by_key(|&i| nodes.id[i]);
-        let back =
-            |i: usize| turn([nodes.velocity[i][0] - along[0], nodes.velocity[i][1] - along[1]], -angle);
+        let back = |i: usize| {
+            Self::turned(-angle, [nodes.velocity[i][0] - along[0], nodes.velocity[i][1] - along[1]])
+        };
         let change = (after[0] - before[0]).hypot(after[1] - before[1]) / mass;
         Ok((order.into_iter().map(back).collect(), change))
-    };
-    let (plain, change) = pushed(0.0, [0.0; 2])?;
-    outcome.assert_below(
-        "V34: change of momentum of a step over the mass (m/s)",
-        "0",
-        change,
-        1e-12,
-        "V34: 1e-12",
-    );
-    for (name, angle, along) in [("turned", 0.7, [0.0; 2]), ("moving along", 0.0, [3.0, -2.0])] {
-        let (other, change) = pushed(angle, along)?;
+    }
+}
+
+/// Checks V34: a heap in plan, in its initial frame, rotated, and with a uniform velocity.
+fn frames(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    let (plain, change) = PlanFrame { angle: 0.0, velocity: [0.0; 2] }.step()?;
+    let name = "V34: change of momentum of a step over the mass (m/s)";
+    outcome.assert_below(name, "0", change, 1e-12, "V34: 1e-12");
+    for (name, angle, velocity) in [("turned", 0.7, [0.0; 2]), ("moving along", 0.0, [3.0, -2.0])] {
+        let (other, change) = PlanFrame { angle, velocity }.step()?;
         let apart = plain.iter().zip(&other).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).max_or_nan();
         let reason = "V34: 1e-12 of velocities of the order of 1 m/s";
-        outcome.assert_below(
-            format!("V34, {name}: largest difference of velocity (m/s)"),
-            "0",
-            apart,
-            1e-12,
-            reason,
-        );
-        outcome.assert_below(
-            format!("V34, {name}: change of momentum over the mass (m/s)"),
-            "0",
-            change,
-            1e-12,
-            "V34: 1e-12",
-        );
+        let title = format!("V34, {name}: largest difference of velocity (m/s)");
+        outcome.assert_below(title, "0", apart, 1e-12, reason);
+        let title = format!("V34, {name}: change of momentum over the mass (m/s)");
+        outcome.assert_below(title, "0", change, 1e-12, "V34: 1e-12");
     }
     Ok(())
 }

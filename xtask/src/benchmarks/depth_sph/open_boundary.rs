@@ -60,7 +60,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
         0.02,
         "V27: no reflection; 2 % as of the hump at rest",
     );
-    outcome.svg("V27: what is left in the channel, between 12 and 38 m.", &shown)?;
+    outcome.svg("V27: flow that remains in the channel, between 12 and 38 m.", &shown)?;
     Ok(outcome)
 }
 

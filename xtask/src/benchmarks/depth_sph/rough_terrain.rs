@@ -119,7 +119,7 @@ fn slide(outcome: &mut BenchmarkOutcome, name: &str, raster: &Raster, spacing: f
         worst,
         reason,
     );
-    outcome.assert_below(format!("{name}: the same, largest of any node"), "1", largest, 1.03, reason);
+    outcome.assert_below(format!("{name}: v²/2 over g ΔZ, largest of any node"), "1", largest, 1.03, reason);
     account(outcome, name, &flow)
 }
 
@@ -127,7 +127,7 @@ fn slide(outcome: &mut BenchmarkOutcome, name: &str, raster: &Raster, spacing: f
 fn account(outcome: &mut BenchmarkOutcome, name: &str, flow: &Flow<2>) -> Result<(), String> {
     let account = flow.energy_balance_summary();
     let off = account.error.abs() / account.exchanged;
-    let reason = "sheet: depth-sph §0, test terrain: 1e-4 of what is turned over";
+    let reason = "sheet: depth-sph §0, test terrain: 1e-4 of the exchanged energy";
     outcome.assert_below(format!("{name}: error of the account of energy"), "0", off, 1e-4, reason);
     Ok(())
 }

@@ -188,12 +188,8 @@ fn triangle(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let form = |x: f64| if x < 0.0 { (1.0 + 1e9 * x).max(0.0) } else { f64::from(u8::from(x < 1.0)) };
     let mut line = ScalarNodes::new(places, form);
     let before = line.area();
-    let mut chart = LineChart {
-        title: "Burgers' equation: a pulse becomes a triangle".to_owned(),
-        x_label: "place (m)".to_owned(),
-        y_label: "value (m/s)".to_owned(),
-        ..LineChart::default()
-    };
+    let mut chart =
+        LineChart::new("Burgers' equation: a pulse becomes a triangle", "place (m)", "value (m/s)");
     for time in 1..=4 {
         line.steepen(1.0);
         let time = f64::from(time);

@@ -157,7 +157,12 @@ fn dammed(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         if surface {
             outcome.assert_below(name, "0", found, 1e-2, "V12b as amended: 1e-2");
         } else {
-            outcome.info(name, "0", found, "not judged: V12 asks the gradient of the surface for this bound");
+            outcome.info(
+                name,
+                "0",
+                found,
+                "not judged: V12 requires the gradient of the surface for this bound",
+            );
         }
     }
     Ok(())
@@ -328,26 +333,20 @@ fn draw(
     table: &[(f64, f64, f64)],
 ) -> Result<(), String> {
     let speeds = LineChart {
-        title: "Speed of the front along the channel".to_owned(),
-        x_label: "front (m)".to_owned(),
-        y_label: "speed (m/s)".to_owned(),
         series: vec![
             Series::new("leading 5 %", found.iter().map(|(_, front)| *front).collect(), Style::Line),
             Series::new("sheet", table.iter().map(|(_, x, v)| (*x, *v)).collect(), Style::Markers),
         ],
-        ..LineChart::default()
+        ..LineChart::new("Speed of the front along the channel", "front (m)", "speed (m/s)")
     };
     outcome.svg(
-        "B3: the source tells about 12 m/s at 100 m, 17 m/s on average later, 11 m/s after 23 s.",
+        "B3: the source gives about 12 m/s at 100 m, 17 m/s on average later, 11 m/s after 23 s.",
         &speeds,
     )?;
     let nodes = &flow.nodes.sets[0].nodes;
     let plan = LineChart {
-        title: "Nodes after 45 s".to_owned(),
-        x_label: "along the channel (m)".to_owned(),
-        y_label: "across (m)".to_owned(),
         series: vec![Series::new("", nodes.position.iter().map(|x| (x[0], x[1])).collect(), Style::Markers)],
-        ..LineChart::default()
+        ..LineChart::new("Nodes after 45 s", "along the channel (m)", "across (m)")
     };
     outcome.svg("B3: where the nodes lie after 45 s; the scale across is not that along.", &plan)
 }

@@ -28,12 +28,7 @@ const GRAVITY: f64 = 9.81;
 
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut chart = LineChart {
-        title: "Middle of the water in a canal".to_owned(),
-        x_label: "time (s)".to_owned(),
-        y_label: "x (m)".to_owned(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Middle of the water in a canal", "time (s)", "x (m)");
     free(&mut outcome, &mut chart)?;
     damped(&mut outcome, &mut chart)?;
     held(&mut outcome, &mut chart)?;
@@ -252,19 +247,16 @@ fn turning(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
         0.02,
         "V11: 2 %",
     );
-    let reason = "not judged: the sheet asks for period and depth";
+    let reason = "not judged: the sheet requires period and depth";
     outcome.info("V11, plane surface: distance of the middle from the axis (m)", "2", x.hypot(y), reason);
     let circle =
         (0..=90).map(|k| TAU * f64::from(k) / 90.0).map(|a| (away * a.cos(), away * a.sin())).collect();
     let chart = LineChart {
-        title: "Middle of the water in a bowl".to_owned(),
-        x_label: "x (m)".to_owned(),
-        y_label: "y (m)".to_owned(),
         series: vec![
             Series::new("Thacker", circle, Style::Dashed),
             Series::new("nodes, 40 times in a period", path, Style::Markers),
         ],
-        ..LineChart::default()
+        ..LineChart::new("Middle of the water in a bowl", "x (m)", "y (m)")
     };
     outcome.svg("V11: the middle of water with a plane surface goes round in a circle.", &chart)
 }
@@ -315,14 +307,11 @@ fn breathing(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> 
     );
     let exact = (0..=100).map(|k| period * f64::from(k) / 100.0).map(|t| (t, height([0.0; 2], t))).collect();
     let chart = LineChart {
-        title: "Depth in the middle of a bowl".to_owned(),
-        x_label: "time (s)".to_owned(),
-        y_label: "depth (m)".to_owned(),
         series: vec![
             Series::new("Thacker", exact, Style::Dashed),
             Series::new("nodes", found, Style::Markers),
         ],
-        ..LineChart::default()
+        ..LineChart::new("Depth in the middle of a bowl", "time (s)", "depth (m)")
     };
     outcome.svg("V11: water with a round surface rises and falls in the middle.", &chart)
 }

@@ -128,12 +128,7 @@ fn voellmy(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let name = format!("V22, Voellmy: velocity after {place} m (m/s)");
         outcome.assert_close(name, exact, 0.001, speed, "V22: 0.1 %");
     }
-    let mut chart = LineChart {
-        title: "Block with Voellmy's resistance".to_owned(),
-        x_label: "path (m)".to_owned(),
-        y_label: "velocity (m/s)".to_owned(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Block with Voellmy's resistance", "path (m)", "velocity (m/s)");
     let closed = |s: f64| 5.949_799 * (1.0 - (-2.0 * GRAVITY * s / 400.0).exp()).sqrt();
     let exact = (0..=200).map(|k| (f64::from(k), closed(f64::from(k)))).collect();
     let shown = found.iter().step_by(100).copied().collect();

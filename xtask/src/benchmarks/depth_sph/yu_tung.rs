@@ -225,9 +225,6 @@ fn map(title: &str, label: &str, raster: &PlanRaster, sign: f64) -> TerrainMap {
 
 fn draw(outcome: &mut BenchmarkOutcome, run: &YuTungRun) -> Result<(), String> {
     let speeds = LineChart {
-        title: "Speed of the front along the channel".to_owned(),
-        x_label: "front (m)".to_owned(),
-        y_label: "speed (m/s)".to_owned(),
         series: vec![
             Series::new(
                 "leading 5 %",
@@ -241,7 +238,7 @@ fn draw(outcome: &mut BenchmarkOutcome, run: &YuTungRun) -> Result<(), String> {
                 Style::Markers,
             ),
         ],
-        ..LineChart::default()
+        ..LineChart::new("Speed of the front along the channel", "front (m)", "speed (m/s)")
     };
     outcome.svg(
         "B3: the source's places and times do not agree with one another; speeds are compared.",
@@ -249,11 +246,8 @@ fn draw(outcome: &mut BenchmarkOutcome, run: &YuTungRun) -> Result<(), String> {
     )?;
     let arrival = run.fronts.iter().map(|front| (front.time, front.place)).collect();
     let places = LineChart {
-        title: "Front over time".to_owned(),
-        x_label: "time (s)".to_owned(),
-        y_label: "front (m)".to_owned(),
         series: vec![Series::new("99 % of the nodes", arrival, Style::Line)],
-        ..LineChart::default()
+        ..LineChart::new("Front over time", "time (s)", "front (m)")
     };
     outcome.svg("B3: the front; the road is at 510 m.", &places)?;
     let peak = run.raster("peak_thickness_vertical")?;

@@ -80,12 +80,7 @@ fn off_path(run: &ElementPath, exact: impl Fn(f64) -> f64) -> f64 {
 }
 
 fn chart(title: &str, x_label: &str, y_label: &str) -> LineChart {
-    LineChart {
-        title: title.into(),
-        x_label: x_label.into(),
-        y_label: y_label.into(),
-        ..LineChart::default()
-    }
+    LineChart::new(title, x_label, y_label)
 }
 
 fn single_step(outcome: &mut BenchmarkOutcome) -> Result<(), String> {

@@ -1,11 +1,12 @@
 //! Element tests of every model (sheet: constitutive V-01 … V-10 but returns, table of §2.13).
 
 use colluvium::constitutive::driver::{ElementPath, ElementTest, LoadingPath, TestStage};
-use colluvium::constitutive::{InitialCondition, Mat3, MaterialSpec, Motion, SymTensor};
+use colluvium::constitutive::{InitialCondition, MaterialSpec, SymTensor};
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
 use crate::analysis::MaxOrNan;
+use crate::benchmarks::element::elastic_tests;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, merged};
 
 /// Benchmark of this module.
@@ -18,14 +19,15 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-const MACHINE: &str = "closed form, solved to machine precision";
+pub(super) const MACHINE: &str = "closed form, solved to machine precision";
 const PATH: &str = "the sheet's 10⁻⁶ for a path to failure";
 
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    elasticity(&mut outcome)?;
-    objectivity(&mut outcome)?;
-    finite_strain(&mut outcome)?;
+    elastic_tests::small_strain(&mut outcome)?;
+    elastic_tests::jaumann_shear(&mut outcome)?;
+    elastic_tests::objectivity(&mut outcome)?;
+    elastic_tests::finite_strain(&mut outcome)?;
     biaxial(&mut outcome)?;
     triaxial(&mut outcome)?;
     softening(&mut outcome)?;
@@ -39,7 +41,8 @@ pub(super) fn material(model: &str, more: serde_json::Value) -> Result<MaterialS
     serde_json::from_value(merged(base, more)).map_err(|error| error.to_string())
 }
 
-fn test(
+/// Element test of one stage from an isotropic stress of `pressure` (Pa).
+pub(super) fn test(
     material: MaterialSpec,
     pressure: f64,
     path: LoadingPath,
@@ -48,6 +51,7 @@ fn test(
     staged(material, pressure, &[(path, steps)])
 }
 
+/// Element test of several stages, with the steps of each, from an isotropic stress of `pressure` (Pa).
 fn staged(
     material: MaterialSpec,
     pressure: f64,
@@ -64,177 +68,6 @@ fn staged(
     test.run().map_err(|error| error.to_string())
 }
 
-fn elasticity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let elastic = || material("linear-elastic", json!({}));
-    let run = test(elastic()?, 0.0, LoadingPath::Oedometer { axial_compression: 0.01 }, 10)?;
-    outcome.assert_close(
-        "V-01 oedometer: axial stress (Pa)",
-        -269_230.769_230_769,
-        1e-9,
-        run.last("stress_zz"),
-        MACHINE,
-    );
-    outcome.assert_close(
-        "V-01 oedometer: lateral stress (Pa)",
-        -115_384.615_384_615,
-        1e-9,
-        run.last("stress_xx"),
-        MACHINE,
-    );
-    let run = test(elastic()?, 50e3, LoadingPath::TriaxialDrained { axial_compression: 0.01 }, 10)?;
-    outcome.assert_close("V-01 drained triaxial: dq/dε₁ (Pa)", 20e6, 1e-9, run.last("q") / 0.01, MACHINE);
-    let run = test(
-        elastic()?,
-        50e3,
-        LoadingPath::TriaxialUndrained { axial_compression: 0.01, fluid_stiffness: None },
-        10,
-    )?;
-    outcome.assert_close(
-        "V-01 undrained triaxial: dq/dε₁ (Pa)",
-        3.0 * 20e6 / 2.6,
-        1e-9,
-        run.last("q") / 0.01,
-        MACHINE,
-    );
-    let shear = |steps| test(elastic()?, 0.0, LoadingPath::SimpleShearConstantVolume { shear: 2.0 }, steps);
-    let modulus = 20e6 / 2.6;
-    let error = |run: &ElementPath| {
-        (run.last("stress_xy") / modulus - 2f64.sin())
-            .hypot(run.last("stress_xx") / modulus - 1.0 + 2f64.cos())
-    };
-    let order = (error(&shear(20)?) / error(&shear(100)?)).ln() / 5f64.ln();
-    outcome.assert_within(
-        "V-03 Jaumann simple shear: order",
-        "2",
-        order,
-        (1.95, 2.1),
-        "the sheet asks for at least 1.95",
-    );
-    let digits = "the sheet's eight digits";
-    let table = [
-        (5, 0.921_155_58, 1.424_212_99),
-        (10, 0.912_263_68, 1.418_169_62),
-        (20, 0.910_039_10, 1.416_652_92),
-        (100, 0.909_327_09, 1.416_167_09),
-    ];
-    for (steps, tangential, normal) in table {
-        let run = shear(steps)?;
-        let name = format!("V-03 Jaumann simple shear to 2 in {steps} steps");
-        outcome.assert_close(
-            format!("{name}: σ_12/G"),
-            tangential,
-            1e-8,
-            run.last("stress_xy") / modulus,
-            digits,
-        );
-        outcome.assert_close(
-            format!("{name}: σ_11/G"),
-            normal,
-            1e-8,
-            run.last("stress_xx") / modulus,
-            digits,
-        );
-        outcome.assert_close(
-            format!("{name}: -σ_22/G"),
-            normal,
-            1e-8,
-            -run.last("stress_yy") / modulus,
-            digits,
-        );
-    }
-    let run = shear(100)?;
-    let of = |name: &str| -> Vec<(f64, f64)> {
-        let (x, y) = (run.column("strain_xy").unwrap_or_default(), run.column(name).unwrap_or_default());
-        x.into_iter().map(|x| 2.0 * x).zip(y.into_iter().map(|y| y / modulus)).collect()
-    };
-    let exact = |f: fn(f64) -> f64| (0..=50).map(|i| 0.04 * f64::from(i)).map(|g| (g, f(g))).collect();
-    let chart = LineChart {
-        title: "Hypoelastic simple shear".into(),
-        x_label: "shear strain".into(),
-        y_label: "stress over G".into(),
-        log: false,
-        series: vec![
-            Series::new("shear stress", of("stress_xy"), Style::Line),
-            Series::new("sin γ", exact(f64::sin), Style::Dashed),
-            Series::new("normal stress", of("stress_xx"), Style::Line),
-            Series::new("1 - cos γ", exact(|g| 1.0 - g.cos()), Style::Dashed),
-        ],
-    };
-    outcome.svg("The Jaumann rate in simple shear: stress follows the sine.", &chart)
-}
-
-/// Stress of `spec` after one motion from the given stress.
-fn after(spec: &MaterialSpec, stress: SymTensor, motions: &[Motion]) -> Result<SymTensor, String> {
-    let law = spec.build().map_err(|error| error.to_string())?;
-    let start = InitialCondition { stress, density: spec.density() };
-    let (mut stresses, mut states) = law.initial(&[start]).map_err(|error| error.to_string())?;
-    for motion in motions {
-        law.update(std::slice::from_ref(motion), &mut stresses, &mut states.blocks_mut()[0])
-            .map_err(|error| error.to_string())?;
-    }
-    Ok(stresses[0])
-}
-
-fn objectivity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let spec = material("linear-elastic", json!({}))?;
-    let start = SymTensor([-100.0, -50.0, -70.0, 20.0, 0.0, 0.0]);
-    let rotation = |angle: f64| {
-        Motion::from_deformation(&Mat3::rotation_z(angle), 1.0, 2000.0, 1.0).ok_or("singular rotation")
-    };
-    let turned = after(&spec, start, &[rotation(30f64.to_radians())?])?;
-    outcome.assert_close("V-02 rotation by 30°: σ_xx", -104.820_508_08, 1e-9, turned[0], MACHINE);
-    outcome.assert_close("V-02 rotation by 30°: σ_xy", -11.650_635_09, 1e-8, turned[3], MACHINE);
-    outcome.assert_close("V-02 rotation by 30°: σ_yy", -45.179_491_92, 1e-9, turned[1], MACHINE);
-    // Plane stress of the sheet for full turns.
-    let start = SymTensor([-100e3, -50e3, 0.0, 20e3, 0.0, 0.0]);
-    let full = after(&spec, start, &[rotation(10f64.to_radians())?; 36])?;
-    let turn = "the sheet's 10⁻¹⁰";
-    outcome.assert_close("V-02 a full turn in 36 rigid steps: σ_xx (Pa)", -100e3, 1e-10, full[0], turn);
-    outcome.assert_close("V-02 a full turn in 36 rigid steps: σ_xy (Pa)", 20e3, 1e-10, full[3], turn);
-    let digits = "the sheet's digits";
-    for (angle, steps, xx, xy) in [(10f64, 36, -99.352_414, 20.783_646), (1.0, 360, -99.993_619, 20.007_973)]
-    {
-        let spin = Mat3([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0; 3]]) * angle.to_radians();
-        let motion = Motion::from_velocity_gradient(&spin, 1.0, 2000.0, 1.0).ok_or("singular spin")?;
-        let driven = after(&spec, start, &vec![motion; steps])?;
-        let name = format!("V-02 {steps} steps of spin {angle}°");
-        outcome.assert_close(format!("{name}: σ_xx (Pa)"), xx * 1e3, 1e-8, driven[0], digits);
-        outcome.assert_close(format!("{name}: σ_xy (Pa)"), xy * 1e3, 5e-8, driven[3], digits);
-        let change = (driven.j2() / start.j2() - 1.0).abs();
-        outcome.assert_below(format!("{name}: change of J2"), "0", change, 1e-12, "the sheet's 10⁻¹²");
-    }
-    let change = (full.j2() / start.j2() - 1.0).abs();
-    outcome.assert_below("V-02 36 rigid steps: change of J2", "0", change, 1e-12, "the sheet's 10⁻¹²");
-    Ok(())
-}
-
-fn finite_strain(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    // Kirchhoff stress over G, sheet: constitutive §2.13: simple shear γ = 1, and uniaxial stretch 0.8 along y.
-    let shear = Mat3([[1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
-    let stretch = Mat3([[1.0, 0.0, 0.0], [0.0, 0.8, 0.0], [0.0, 0.0, 1.0]]);
-    let general = Mat3([[1.1, 0.3, 0.0], [0.05, 0.9, -0.1], [0.0, 0.2, 1.05]]);
-    let neo = material("neo-hookean", json!({}))?;
-    let hencky = material("linear-elastic", json!({ "strain_measure": "hencky" }))?;
-    let table: [(&str, &MaterialSpec, &Mat3, usize, f64); 10] = [
-        ("neo-Hookean, simple shear: τ₁₂/G", &neo, &shear, 3, 1.0),
-        ("neo-Hookean, simple shear: τ₁₁/G", &neo, &shear, 0, 1.0),
-        ("neo-Hookean, stretch 0.8: τ₂₂/G", &neo, &stretch, 1, -0.694_715_33),
-        ("neo-Hookean, general F: τ₁₁/G", &neo, &general, 0, 0.367_101_5),
-        ("neo-Hookean, general F: τ₂₃/G", &neo, &general, 4, 0.075),
-        ("Hencky, simple shear: τ₁₂/G", &hencky, &shear, 3, 0.860_817_88),
-        ("Hencky, simple shear: τ₁₁/G", &hencky, &shear, 0, 0.430_408_94),
-        ("Hencky, stretch 0.8: τ₂₂/G", &hencky, &stretch, 1, -0.781_002_43),
-        ("Hencky, general F: τ₁₂/G", &hencky, &general, 3, 0.321_123_16),
-        ("Hencky, general F: τ₁₃/G", &hencky, &general, 5, 0.039_726_07),
-    ];
-    for (name, spec, f, component, exact) in table {
-        let motion = Motion::from_deformation(f, 1.0, 2000.0, 1.0).ok_or("singular deformation")?;
-        let stress = after(spec, SymTensor::ZERO, &[motion])? * (f.determinant() / (20e6 / 2.6));
-        outcome.assert_close(name, exact, 2e-7, stress[component], "the sheet gives eight digits");
-    }
-    Ok(())
-}
-
 fn biaxial(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let path = || LoadingPath::BiaxialPlaneStrain { axial_compression: 0.4 };
     let strength = json!({ "friction_angle": 30.0, "cohesion": 10e3 });
@@ -244,12 +77,8 @@ fn biaxial(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         more["dilatancy_angle"] = json!(dilatancy);
         material("drucker-prager", more)
     };
-    let mut chart = LineChart {
-        title: "Biaxial compression in plane strain, 100 kPa".into(),
-        x_label: "axial compression".into(),
-        y_label: "q (Pa)".into(),
-        ..LineChart::default()
-    };
+    let mut chart =
+        LineChart::new("Biaxial compression in plane strain, 100 kPa", "axial compression", "q (Pa)");
     let cases = [
         ("plane-strain", 0.0, -334_641.016_15),
         ("plane-strain", 10.0, -334_641.016_15),
@@ -286,12 +115,8 @@ fn biaxial(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 fn triaxial(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut chart = LineChart {
-        title: "Mohr–Coulomb, drained and undrained triaxial compression".into(),
-        x_label: "p (Pa)".into(),
-        y_label: "q (Pa)".into(),
-        ..LineChart::default()
-    };
+    let mut chart =
+        LineChart::new("Mohr–Coulomb, drained and undrained triaxial compression", "p (Pa)", "q (Pa)");
     let spec = || material("mohr-coulomb", json!({ "friction_angle": 30.0, "cohesion": 10e3 }));
     for (pressure, exact) in [(50e3, 134_641.016_151), (100e3, 234_641.016_151)] {
         let run = test(spec()?, pressure, LoadingPath::TriaxialDrained { axial_compression: 0.1 }, 200)?;
@@ -367,7 +192,7 @@ fn dilating(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         1.0,
         0.0,
         f64::from(u8::from(warned)),
-        "the sheet asks for it",
+        "the sheet requires it",
     );
     Ok(())
 }
@@ -465,12 +290,7 @@ fn softening(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let softening = json!({
         "residual_friction_angle": 0.0, "residual_cohesion": 1500.0, "friction_rate": 0.0, "cohesion_rate": 5.0
     });
-    let mut chart = LineChart {
-        title: "Simple shear of a sensitive clay".into(),
-        x_label: "shear strain".into(),
-        y_label: "shear stress (Pa)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Simple shear of a sensitive clay", "shear strain", "shear stress (Pa)");
     for (matching, peak) in [("compression", 28_867.513), ("plane-strain", 25_000.0)] {
         let more = json!({
             "friction_angle": 0.0, "cohesion": 25e3, "matching": matching, "softening": softening,

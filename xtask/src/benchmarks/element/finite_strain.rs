@@ -107,12 +107,7 @@ fn table(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         (general, 4, [0.071_062_99, 0.106_781_25, 0.075, 0.077_502_11]),
         (general, 5, [0.039_726_07, 0.122_85, 0.06, 0.070_663_21]),
     ];
-    let mut chart = LineChart {
-        title: "Simple shear".into(),
-        x_label: "shear strain".into(),
-        y_label: "Kirchhoff shear stress over G".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Simple shear", "shear strain", "Kirchhoff shear stress over G");
     for (column, (name, spec)) in elastic_laws()?.iter().enumerate() {
         let mut largest = 0.0f64;
         for (f, component, exact) in &rows {
@@ -161,12 +156,11 @@ fn work(spec: &MaterialSpec) -> Result<Vec<(f64, f64)>, String> {
 }
 
 fn closed_path(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut chart = LineChart {
-        title: "Work around a closed strain path".into(),
-        x_label: "part of the path".into(),
-        y_label: "work per initial volume over G".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new(
+        "Work around a closed strain path",
+        "part of the path",
+        "work per initial volume over G",
+    );
     let last = |points: &[(f64, f64)]| points.last().map_or(f64::NAN, |p| p.1);
     let quadratic = spec(json!({
         "model": "neo-hookean", "density": 2000.0, "youngs_modulus": 20e6, "poissons_ratio": 0.3,
@@ -221,12 +215,7 @@ fn cam_clay_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         ([1e-3; 3], -1_000.0, 0.0, 3.920_454_5e-7, 2.76e-3),
         ([4e-3, -2.2e-3, -2.3e-3], 3_679.772_91, 3_971.715_16, 3.649_384_748_1e-7, 3.831_455_00e-4),
     ];
-    let mut chart = LineChart {
-        title: "Cohesive Cam Clay: returns at fixed strength".into(),
-        x_label: "p (Pa)".into(),
-        y_label: "q (Pa)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Cohesive Cam Clay: returns at fixed strength", "p (Pa)", "q (Pa)");
     let surface = (0..=120).map(|i| std::f64::consts::PI * f64::from(i) / 120.0).map(|angle| {
         let (height, width) = (0.5 * 0.8 * 10e3 * 1.1 / 1.2f64.sqrt(), 0.5 * 1.1 * 10e3);
         (4_500.0 + width * angle.cos(), height * angle.sin())
@@ -289,40 +278,34 @@ fn weak_layer(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         }))
     };
     let weak = || layer(json!({ "kind": "weak-layer", "softening_factor": 1.0 }));
+    hydrostatic_weak_layer(outcome, weak()?)?;
+    uniaxial(outcome, weak()?, layer(json!({ "kind": "slab" }))?)
+}
+
+/// Checks the pressure of a weak layer over hydrostatic compression: peak, collapse and packing.
+fn hydrostatic_weak_layer(outcome: &mut BenchmarkOutcome, weak: MaterialSpec) -> Result<(), String> {
     let third = -0.02 / 3.0;
     let path = LoadingPath::Strain { increment: [third, third, third, 0.0, 0.0, 0.0] };
-    let run = driven(weak()?, path, 2000)?;
+    let run = driven(weak, path, 2000)?;
     let points = kirchhoff(&run, "p");
     let at = |strain: f64| {
         let after = points.partition_point(|(e, _)| *e < strain - 1e-9).clamp(1, points.len() - 1);
         let ((e0, p0), (e1, p1)) = (points[after - 1], points[after]);
         p0 + (p1 - p0) * (strain - e0) / (e1 - e0)
     };
-    let strength = 2e3;
-    for (strain, exact) in
-        [(0.0024, 2000.0), (0.0030, 1500.0), (0.006_299_995_4, 416.667), (0.0198, 4_166.684)]
-    {
+    let table = [(0.0024, 2000.0), (0.0030, 1500.0), (0.006_299_995_4, 416.667), (0.0198, 4_166.684)];
+    for (strain, exact) in table {
         let name = format!("V-14 weak layer, hydrostatic: p at compression {strain} (Pa)");
         outcome.assert_close(name, exact, 1e-3, at(strain), PATH);
     }
-    let least = at(0.004_799_995_4);
-    outcome.assert_within(
-        "V-14 weak layer, hydrostatic: p at the collapse (Pa)",
-        "0",
-        least,
-        (0.0, 1e-3 * strength),
-        PATH,
-    );
+    let (collapse, strength) = (0.004_799_995_4, 2e3);
+    let name = "V-14 weak layer, hydrostatic: p at the collapse (Pa)";
+    outcome.assert_within(name, "0", at(collapse), (0.0, 1e-3 * strength), PATH);
     let flags = run.column("collapsed").unwrap_or_default();
     let switch = flags.iter().position(|flag| *flag > 0.5).map_or(f64::NAN, |row| points[row].0);
-    let exact = 0.004_799_995_4;
-    outcome.assert_within(
-        "V-14 weak layer: compression at the collapse",
-        &format!("{exact}"),
-        switch,
-        (exact, exact + 1e-5),
-        "the step in which it happens",
-    );
+    let (name, claim) = ("V-14 weak layer: compression at the collapse", format!("{collapse}"));
+    let range = (collapse, collapse + 1e-5);
+    outcome.assert_within(name, &claim, switch, range, "the step in which it happens");
     let closed = |x: f64| {
         let k = 1e6 / 1.2;
         let start = (2e3f64 / k).asinh() / 0.5;
@@ -332,26 +315,22 @@ fn weak_layer(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut exact = vec![(0.0, 0.0)];
     exact.extend((0..=150).map(|i| closed(1e-4 * f64::from(i))));
     let chart = LineChart {
-        title: "Weak layer under hydrostatic compression".into(),
-        x_label: "logarithmic volumetric compression".into(),
-        y_label: "p of the Kirchhoff stress (Pa)".into(),
         series: vec![
             Series::new("element test", points, Style::Line),
             Series::new("closed form", exact, Style::Dashed),
         ],
-        ..LineChart::default()
+        ..LineChart::new(
+            "Weak layer under hydrostatic compression",
+            "logarithmic volumetric compression",
+            "p of the Kirchhoff stress (Pa)",
+        )
     };
-    outcome.svg("Elastic, peak, loss of strength, collapse, packing.", &chart)?;
-    uniaxial(outcome, weak()?, layer(json!({ "kind": "slab" }))?)
+    outcome.svg("Elastic, peak, loss of strength, collapse, packing.", &chart)
 }
 
 fn uniaxial(outcome: &mut BenchmarkOutcome, weak: MaterialSpec, slab: MaterialSpec) -> Result<(), String> {
-    let mut chart = LineChart {
-        title: "Uniaxial compression".into(),
-        x_label: "logarithmic compression".into(),
-        y_label: "Kirchhoff stress (Pa)".into(),
-        ..LineChart::default()
-    };
+    let mut chart =
+        LineChart::new("Uniaxial compression", "logarithmic compression", "Kirchhoff stress (Pa)");
     for (name, spec) in [("weak layer", weak), ("slab", slab)] {
         let run = driven(spec, LoadingPath::Oedometer { axial_compression: 0.012 }, 2000)?;
         for column in ["p", "q"] {
@@ -389,12 +368,8 @@ fn snow(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         }))
     };
     let along = |stretch: f64| Mat3([[stretch, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
-    let mut chart = LineChart {
-        title: "Snow stretched and compressed along x".into(),
-        x_label: "stretch".into(),
-        y_label: "Kirchhoff stress along x (Pa)".into(),
-        ..LineChart::default()
-    };
+    let mut chart =
+        LineChart::new("Snow stretched and compressed along x", "stretch", "Kirchhoff stress along x (Pa)");
     for (name, elastic_law) in [("fixed corotated", "fixed-corotated"), ("Hencky", "hencky")] {
         let spec = law(elastic_law)?;
         let mut curve = Vec::new();

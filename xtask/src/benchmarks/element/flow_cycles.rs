@@ -18,76 +18,73 @@ const QUARTER: usize = 5000;
 /// Steps after a reversal in which the rate-dependent excess over the static friction relaxes.
 const RELAXED: usize = 4;
 
+/// Record of three cycles of shear.
+#[derive(Default)]
+struct ShearCycles {
+    /// Work of each cycle (J/m³).
+    work: Vec<f64>,
+    /// Strain and shear stress (Pa) of the third cycle.
+    third: Vec<(f64, f64)>,
+    /// Slopes of the first steps after the reversal of the third cycle (Pa).
+    reversal: Vec<f64>,
+}
+
+impl ShearCycles {
+    /// Shears the law at constant rate and pressure.
+    fn run() -> Result<Self, String> {
+        let law = sand(&json!({ "kind": "elasto-viscoplastic" }))?;
+        let mut walker = law.start(SymTensor::isotropic(-PRESSURE))?;
+        let dt = AMPLITUDE / RATE / QUARTER as f64;
+        let (mut strain, mut cycles) = (0.0, Self::default());
+        for cycle in 0..3 {
+            let mut done = 0.0;
+            for step in 0..4 * QUARTER {
+                let sign = if (QUARTER..3 * QUARTER).contains(&step) { -1.0 } else { 1.0 };
+                let rate = 0.5 * sign * RATE;
+                let before = law.shear(&walker);
+                law.step(&mut walker, &Mat3([[0.0, rate, 0.0], [rate, 0.0, 0.0], [0.0; 3]]), dt)?;
+                let after = law.shear(&walker);
+                strain += sign * RATE * dt;
+                done += 0.5 * (before + after) * sign * RATE * dt;
+                if cycle == 2 && step >= QUARTER + RELAXED && cycles.reversal.len() < 8 {
+                    cycles.reversal.push((after - before) / (-RATE * dt));
+                }
+                if cycle == 2 && step % 50 == 49 {
+                    cycles.third.push((strain, after));
+                }
+            }
+            cycles.work.push(done);
+        }
+        Ok(cycles)
+    }
+}
+
 /// Checks cyclic shear at constant rate and pressure: a parallelogram of `±μ(I) p` and the elastic slope, whose area `4 τ (γ_a - τ/G)` is
 /// dissipated in every cycle.
 pub fn cyclic_shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let law = sand(&json!({ "kind": "elasto-viscoplastic" }))?;
-    let mut walker = law.start(SymTensor::isotropic(-PRESSURE))?;
-    let dt = AMPLITUDE / RATE / QUARTER as f64;
-    let (mut strain, mut work, mut loops) = (0.0, Vec::new(), Vec::new());
-    let mut reversal = Vec::new();
-    for cycle in 0..3 {
-        let mut done = 0.0;
-        for step in 0..4 * QUARTER {
-            let sign = if (QUARTER..3 * QUARTER).contains(&step) { -1.0 } else { 1.0 };
-            let rate = 0.5 * sign * RATE;
-            let before = law.shear(&walker);
-            law.step(&mut walker, &Mat3([[0.0, rate, 0.0], [rate, 0.0, 0.0], [0.0; 3]]), dt)?;
-            let after = law.shear(&walker);
-            strain += sign * RATE * dt;
-            done += 0.5 * (before + after) * sign * RATE * dt;
-            if cycle == 2 && step >= QUARTER + RELAXED && reversal.len() < 8 {
-                reversal.push((after - before) / (-RATE * dt));
-            }
-            if cycle == 2 && step % 50 == 49 {
-                loops.push((strain, after));
-            }
-        }
-        work.push(done);
-    }
+    let ShearCycles { work, third, reversal } = ShearCycles::run()?;
     let friction = 0.439_590_075_2 * PRESSURE;
     let elastic = reversal.iter().map(|g| (g / SHEAR_MODULUS - 1.0).abs()).max_or_nan();
+    let name = "§5.3 μ(I), cyclic shear: slope after a reversal over G, less 1";
     let small = "below the static friction the answer is elastic, to round-off of the stress";
-    outcome.assert_close(
-        "§5.3 μ(I), cyclic shear: slope after a reversal over G, less 1",
-        0.0,
-        1e-9,
-        elastic,
-        small,
-    );
+    outcome.assert_close(name, 0.0, 1e-9, elastic, small);
     let corner = "between the static friction and that of the flow lies a strain of 10⁻⁴";
     let area = 4.0 * friction * (AMPLITUDE - friction / SHEAR_MODULUS);
     outcome.assert_close("§5.3 μ(I), cyclic shear: work of a cycle (J/m³)", area, 1e-3, work[2], corner);
     let closed = (work[2] / work[1] - 1.0).abs();
-    outcome.assert_close(
-        "§5.3 μ(I), cyclic shear: change of work from cycle to cycle",
-        0.0,
-        1e-9,
-        closed,
-        "periodic",
-    );
-    let flowing = loops.iter().map(|(_, tau)| tau.abs()).max_or_nan();
-    let steady = "steady flow between reversals";
-    outcome.assert_close(
-        "§5.3 μ(I), cyclic shear: largest shear stress (Pa)",
-        friction,
-        1e-6,
-        flowing,
-        steady,
-    );
+    let name = "§5.3 μ(I), cyclic shear: change of work from cycle to cycle";
+    outcome.assert_close(name, 0.0, 1e-9, closed, "periodic");
+    let flowing = third.iter().map(|(_, tau)| tau.abs()).max_or_nan();
+    let name = "§5.3 μ(I), cyclic shear: largest shear stress (Pa)";
+    outcome.assert_close(name, friction, 1e-6, flowing, "steady flow between reversals");
     let chart = LineChart {
-        title: "Cyclic shear of dense granular flow".into(),
-        x_label: "shear strain".into(),
-        y_label: "shear stress (Pa)".into(),
-        log: false,
         series: vec![
-            Series::new("μ(I), third cycle", loops, Style::Line),
+            Series::new("μ(I), third cycle", third, Style::Line),
             Series::new("±μ(I) p", vec![(-AMPLITUDE, friction), (AMPLITUDE, friction)], Style::Markers),
             Series::new("", vec![(-AMPLITUDE, -friction), (AMPLITUDE, -friction)], Style::Markers),
         ],
+        ..LineChart::new("Cyclic shear of dense granular flow", "shear strain", "shear stress (Pa)")
     };
-    outcome.svg(
-        "Shear to and fro: elastic after each reversal, then flow with the friction of its rate.",
-        &chart,
-    )
+    let caption = "Shear to and fro: elastic after each reversal, then flow with the friction of its rate.";
+    outcome.svg(caption, &chart)
 }

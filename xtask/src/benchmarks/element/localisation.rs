@@ -128,18 +128,13 @@ fn calibration(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 fn triaxial(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut chart = LineChart {
-        title: "Hypoplasticity in drained triaxial compression, 100 kPa".into(),
-        x_label: "axial compression".into(),
-        y_label: "stress ratio σ₁/σ₃".into(),
-        ..LineChart::default()
-    };
-    let mut voids = LineChart {
-        title: "Void ratio on the way to the critical state".into(),
-        x_label: "axial compression".into(),
-        y_label: "void ratio".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new(
+        "Hypoplasticity in drained triaxial compression, 100 kPa",
+        "axial compression",
+        "stress ratio σ₁/σ₃",
+    );
+    let mut voids =
+        LineChart::new("Void ratio on the way to the critical state", "axial compression", "void ratio");
     let path = |axial_compression: f64, steps: usize| {
         (LoadingPath::TriaxialDrained { axial_compression }, steps, 1.0)
     };
@@ -228,10 +223,6 @@ fn viscous(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         outcome.assert_close(format!("V-17 ramp, {rate} 1/s: τ/P"), exact, 1e-2, found, "the sheet's 1 %");
     }
     let chart = LineChart {
-        title: "Ramp of the shear rate at constant normal stress P".into(),
-        x_label: "shear rate (1/s)".into(),
-        y_label: "stress over P".into(),
-        log: false,
         series: vec![
             Series::new("shear stress", ratio.into_iter().step_by(100).collect(), Style::Line),
             Series::new(
@@ -241,6 +232,11 @@ fn viscous(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             ),
             Series::new("τ/P of the sheet", table.to_vec(), Style::Markers),
         ],
+        ..LineChart::new(
+            "Ramp of the shear rate at constant normal stress P",
+            "shear rate (1/s)",
+            "stress over P",
+        )
     };
     outcome.svg("The viscous stress raises friction and carries part of the normal stress.", &chart)
 }
@@ -253,12 +249,8 @@ fn sheared(rate: f64, mode: &str) -> Result<(f64, f64), String> {
 }
 
 fn fast_shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut chart = LineChart {
-        title: "Simple shear at constant normal stress of 100 kPa".into(),
-        x_label: "shear rate (1/s)".into(),
-        y_label: "τ/P".into(),
-        ..LineChart::default()
-    };
+    let mut chart =
+        LineChart::new("Simple shear at constant normal stress of 100 kPa", "shear rate (1/s)", "τ/P");
     let rates = [0.1, 10.0, 20.0, 40.0, 60.0];
     for mode in ["integrated", "rate-material"] {
         let found: Vec<(f64, f64)> =
@@ -333,12 +325,7 @@ fn pulled(size: f64) -> Result<Vec<[f64; 3]>, String> {
 }
 
 fn bar(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut chart = LineChart {
-        title: "Cohesive bar of one point".into(),
-        x_label: "elongation (m)".into(),
-        y_label: "stress (Pa)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Cohesive bar of one point", "elongation (m)", "stress (Pa)");
     let reference = [
         (0.01, 1.5e6, 23.604_906e-6),
         (0.01, 0.3e6, 76.852_836e-6),

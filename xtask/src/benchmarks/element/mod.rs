@@ -1,6 +1,8 @@
 //! Laws at one material point.
 
+mod basal_laws;
 mod critical_state;
+mod elastic_tests;
 mod element_tests;
 mod finite_strain;
 mod flow_cycles;

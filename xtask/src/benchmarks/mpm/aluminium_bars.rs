@@ -36,12 +36,8 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
 
 /// Checks V16: the bulk of the deposit against an independent explicit code on the same squares.
 fn against_implicit(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut surfaces = LineChart {
-        title: "Aluminium-bar column 0.2 m × 0.1 m after 0.6 s".into(),
-        x_label: "x (m)".into(),
-        y_label: "height (m)".into(),
-        ..LineChart::default()
-    };
+    let mut surfaces =
+        LineChart::new("Aluminium-bar column 0.2 m × 0.1 m after 0.6 s", "x (m)", "height (m)");
     let triangles = reference_curve(&reference_table("mpm/aluminium-bars/surface.csv")?, "x", "height")?;
     for (shape, method) in [("linear", "MPM"), ("ugimp", "GIMP")] {
         let mut case = load_case("mpm/aluminium-bars")?;
@@ -117,12 +113,7 @@ fn heights(outcome: &mut BenchmarkOutcome, method: &str, snapshot: &Snapshot, tr
 
 /// Shows set S1 of the SPH sheet: results of another method for this column.
 fn set_s1(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut advance = LineChart {
-        title: "Set S1: end of the deposit".into(),
-        x_label: "time (s)".into(),
-        y_label: "x (m)".into(),
-        ..LineChart::default()
-    };
+    let mut advance = LineChart::new("Set S1: end of the deposit", "time (s)", "x (m)");
     let table = reference_table("mpm/aluminium-bars-s1/reference.csv")?;
     let sph = reference_curve(&table, "viscosity", "front")?.first().ok_or("no reference value")?.1;
     for (shape, method) in [("linear", "MPM"), ("ugimp", "GIMP")] {

@@ -41,12 +41,8 @@ fn laws(aspect: f64) -> [f64; 2] {
 
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut advance = LineChart {
-        title: "Advance of the front, axisymmetric".into(),
-        x_label: "t / sqrt(H/g)".into(),
-        y_label: "run-out over radius".into(),
-        ..LineChart::default()
-    };
+    let mut advance =
+        LineChart::new("Advance of the front, axisymmetric", "t / sqrt(H/g)", "run-out over radius");
     let aspects: &[f64] = if quick { &[0.5, 1.0] } else { &[0.5, 1.0, 2.0] };
     for &aspect in aspects {
         let report = run_mpm(&column(aspect)?)?;

@@ -53,12 +53,7 @@ impl CantileverLoad {
 
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut chart = LineChart {
-        title: "Deflected axis".into(),
-        x_label: "along the beam at rest (m)".into(),
-        y_label: "down (m)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Deflected axis", "along the beam at rest (m)", "down (m)");
     for (bending, down, across) in [
         (CantileverLoad::Tip(0.25), 0.082_746, 0.004_118),
         (CantileverLoad::Tip(0.5), 0.162_144, 0.015_919),

@@ -184,11 +184,8 @@ fn published() -> Result<LineChart, String> {
         ));
     }
     Ok(LineChart {
-        title: "Column with a = 0.4".into(),
-        x_label: "t / sqrt(H/g)".into(),
-        y_label: "run-out over initial length".into(),
-        log: false,
         series,
+        ..LineChart::new("Column with a = 0.4", "t / sqrt(H/g)", "run-out over initial length")
     })
 }
 
@@ -329,7 +326,7 @@ fn calibrated_start(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Re
         "0.135 (published), 0.14 ± 0.03",
         run_out(&report),
         (0.11, 0.17),
-        "the sheet's band around the published curve, with the dissipation that its end level asks for",
+        "the sheet's band around the published curve, with the dissipation that its end level requires",
     );
     Ok(())
 }

@@ -51,78 +51,67 @@ fn ways(report: &RunReport, body: u32) -> Vec<(f64, f64)> {
     report.frames.iter().map(|frame| (frame.time, mean(frame, "displacement", body, 0))).collect()
 }
 
+/// Mean stress along the bars (Pa) of the points initially between two positions (m); the interface is at 2 m.
+fn mean_bar_stress(snapshot: &Snapshot, from: f64, to: f64) -> f64 {
+    let moved = vectors(snapshot, "displacement");
+    let start = snapshot.positions.iter().zip(moved).map(|(x, u)| x[0] - u[0]);
+    let within = start.zip(stresses(snapshot)).filter(|(x, _)| *x > from && *x < to);
+    let (sum, count) = within.fold((0.0, 0.0), |(sum, count), (_, s)| (sum + s[0], count + 1.0));
+    sum / count
+}
+
 /// Checks two equal bars, A-13: 1 m long, 1000 kg/m³, 10 m/s wave speed, ±0.1 m/s.
 pub(super) fn bars(outcome: &mut BenchmarkOutcome, name: &str, report: &RunReport) -> Result<(), String> {
     let speeds: Vec<(f64, f64)> = history(report, "velocity", 0, 0.0);
-    // Mean stress along the bars of the points initially between two positions; the interface is at 2 m.
-    let between = |snapshot: &Snapshot, from: f64, to: f64| {
-        let moved = vectors(snapshot, "displacement");
-        let start = snapshot.positions.iter().zip(moved).map(|(x, u)| x[0] - u[0]);
-        let within = start.zip(stresses(snapshot)).filter(|(x, _)| *x > from && *x < to);
-        let (sum, count) = within.fold((0.0, 0.0), |(sum, count), (_, s)| (sum + s[0], count + 1.0));
-        sum / count
-    };
     // Part of the left bar near its end, without the points next to the interface.
-    let near = |snapshot: &Snapshot| between(snapshot, 1.8, 1.95);
+    let near = |snapshot: &Snapshot| mean_bar_stress(snapshot, 1.8, 1.95);
     let pressed = report.frames.iter().filter(|frame| (0.08..0.12).contains(&frame.time));
     let (sum, count) = pressed.fold((0.0, 0.0), |(sum, count), frame| (sum + near(frame), count + 1.0));
-    outcome.assert_close(
-        format!("{name}: stress behind the front, mean 0.08 to 0.12 s (Pa)"),
-        -1000.0,
-        0.03,
-        sum / count,
-        "the sheet's 3 %",
-    );
+    let title = format!("{name}: stress behind the front, mean 0.08 to 0.12 s (Pa)");
+    outcome.assert_close(title, -1000.0, 0.03, sum / count, "the sheet's 3 %");
     // The mean speed falls linearly until separation, and is constant from then on.
     let last = speeds.last().map_or(f64::NAN, |(_, v)| *v);
     let part = speeds.iter().find(|(_, v)| *v < 0.98 * last).map_or(f64::NAN, |(t, _)| *t);
     let reason = "the sheet's 5 %; they part when the mean speed has reached 98 % of what it ends with";
     outcome.assert_close(format!("{name}: time when they part (s)"), 0.2, 0.05, part, reason);
     let kept = report.end.kinetic / report.start.kinetic;
-    outcome.assert_within(
-        format!("{name}: kinetic energy after over before"),
-        "at least 0.97",
-        kept,
-        (0.97, 1.0001),
-        "the sheet's bound",
-    );
+    let title = format!("{name}: kinetic energy after over before");
+    outcome.assert_within(title, "at least 0.97", kept, (0.97, 1.0001), "the sheet's bound");
+    tension_after_separation(outcome, name, report, part);
+    let momentum = report.end.momentum[0].abs() / (0.1 * 0.5 * report.start.mass);
+    outcome.assert_below(format!("{name}: momentum over that of one bar"), "0", momentum, 1e-12, "round-off");
+    let chart = LineChart {
+        series: vec![
+            Series::new("closed form", vec![(0.0, 0.1), (0.2, -0.1), (0.4, -0.1)], Style::Dashed),
+            Series::new("contact", speeds, Style::Line),
+        ],
+        ..LineChart::new(name, "time (s)", "mean velocity of the left bar (m/s)")
+    };
+    outcome.svg(
+        "Mean speed of the left bar: the impact lasts while the wave runs to the free end and back.",
+        &chart,
+    )
+}
+
+/// Checks that no tension acts on the bars after the time `part` (s) of their separation.
+fn tension_after_separation(outcome: &mut BenchmarkOutcome, name: &str, report: &RunReport, part: f64) {
     for (body, bar, outwards) in [(0, "left", 1.0), (1, "right", -1.0)] {
         // No other force acts on a bar: a tensile contact force changes its mean speed.
         let speeds = history(report, "velocity", body, part);
         let pull = speeds
             .windows(2)
             .map(|pair| outwards * 1000.0 * (pair[1].1 - pair[0].1) / (pair[1].0 - pair[0].0));
-        outcome.assert_below(
-            format!("{name}: largest tension at the end of the {bar} one after they part (Pa)"),
-            "none",
-            pull.fold(f64::NAN, f64::max),
-            1e-6,
-            "round-off",
-        );
+        let title = format!("{name}: largest tension at the end of the {bar} one after they part (Pa)");
+        outcome.assert_below(title, "none", pull.fold(f64::NAN, f64::max), 1e-6, "round-off");
         let within = if body == 0 { (1.95, 2.0) } else { (2.0, 2.05) };
         let parted = report.frames.iter().filter(|frame| frame.time >= part);
         outcome.info(
             format!("{name}: largest tension within the {bar} one next to its end after they part (Pa)"),
             "none",
-            parted.map(|frame| between(frame, within.0, within.1)).fold(f64::NAN, f64::max),
+            parted.map(|frame| mean_bar_stress(frame, within.0, within.1)).fold(f64::NAN, f64::max),
             "not judged: a step wave rings in a free bar without damping (A-08)",
         );
     }
-    let momentum = report.end.momentum[0].abs() / (0.1 * 0.5 * report.start.mass);
-    outcome.assert_below(format!("{name}: momentum over that of one bar"), "0", momentum, 1e-12, "round-off");
-    outcome.svg(
-        "Mean speed of the left bar: the impact lasts while the wave runs to the free end and back.",
-        &LineChart {
-            title: name.into(),
-            x_label: "time (s)".into(),
-            y_label: "mean velocity of the left bar (m/s)".into(),
-            series: vec![
-                Series::new("closed form", vec![(0.0, 0.1), (0.2, -0.1), (0.4, -0.1)], Style::Dashed),
-                Series::new("contact", speeds, Style::Line),
-            ],
-            ..LineChart::default()
-        },
-    )
 }
 
 /// Removes the prescribed normal of the first contact.
@@ -132,12 +121,7 @@ fn forget_normal(case: &mut Case) {
 
 /// Checks a block that slides to rest, A-31: 1 m/s, friction 0.4, 10 m/s².
 fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut chart = LineChart {
-        title: "Block sliding to rest".into(),
-        x_label: "time (s)".into(),
-        y_label: "mean velocity (m/s)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Block sliding to rest", "time (s)", "mean velocity (m/s)");
     chart.series.push(Series::new("closed form", vec![(0.0, 1.0), (0.25, 0.0), (0.5, 0.0)], Style::Dashed));
     for shape in ["linear", "ugimp", "quadratic"] {
         let mut case = load_case("mpm/contact-block")?;
@@ -204,12 +188,8 @@ fn plane(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, friction: &str) 
 
 /// Checks a block on an incline, A-14.
 fn incline(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut chart = LineChart {
-        title: "Block on an incline of 30°".into(),
-        x_label: "time (s)".into(),
-        y_label: "mean velocity along the incline (m/s)".into(),
-        ..LineChart::default()
-    };
+    let mut chart =
+        LineChart::new("Block on an incline of 30°", "time (s)", "mean velocity along the incline (m/s)");
     let pull = 9.81 * 0.5;
     for (friction, adhesion, given, exact) in [
         (0.0, 0.0, true, 4.9050),
@@ -268,12 +248,7 @@ fn incline(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 /// Checks a disk on an incline, A-15.
 fn disk(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (sine, cosine) = (0.5, 0.75f64.sqrt());
-    let mut chart = LineChart {
-        title: "Disk on an incline of 30°".into(),
-        x_label: "time (s)".into(),
-        y_label: "way (m)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Disk on an incline of 30°", "time (s)", "way (m)");
     for (friction, what) in [(0.4, "rolls"), (0.1, "slips")] {
         let mut case = load_case("mpm/contact-disk")?;
         contact(&mut case, "friction_coefficient", friction);

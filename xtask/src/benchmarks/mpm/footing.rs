@@ -75,11 +75,8 @@ fn rise(curve: &[(f64, f64)]) -> f64 {
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
-        title: "Strip footing on Tresca clay".into(),
-        x_label: "settlement (m)".into(),
-        y_label: "pressure over c_u".into(),
         series: vec![Series::new("Prandtl", vec![(0.0, PRANDTL), (SETTLEMENT, PRANDTL)], Style::Dashed)],
-        ..LineChart::default()
+        ..LineChart::new("Strip footing on Tresca clay", "settlement (m)", "pressure over c_u")
     };
     let of_eight = smoothed(&mut outcome, &mut chart, quick)?;
 
@@ -188,12 +185,7 @@ fn triangles(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<()
 
 /// Checks a circular footing of equal radius.
 fn circular(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut chart = LineChart {
-        title: "Circular footing on Tresca clay".into(),
-        x_label: "settlement (m)".into(),
-        y_label: "pressure over c_u".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Circular footing on Tresca clay", "settlement (m)", "pressure over c_u");
     for (kind, exact) in [("smooth", 5.69), ("rough", 6.05)] {
         for cells in [8, 16] {
             let mut case = footing(STILL, cells)?;

@@ -25,12 +25,7 @@ pub const LOADED: f64 = 0.2;
 
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut chart = LineChart {
-        title: "Velocity along the plane, 30°".into(),
-        x_label: "time (s)".into(),
-        y_label: "velocity (m/s)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Velocity along the plane, 30°", "time (s)", "velocity (m/s)");
     let tangent = ANGLE.to_radians().tan();
     for shape in ["linear", "ugimp", "quadratic"] {
         for share in [0.0, 0.3, 0.6] {

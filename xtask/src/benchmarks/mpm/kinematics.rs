@@ -145,12 +145,8 @@ fn rotation(outcome: &mut BenchmarkOutcome, shape: &str) -> Result<(), String> {
 /// Checks simple shear to 1 in steps of 0.001.
 fn shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let exact = reference_table("mpm/simple-shear/reference.csv")?;
-    let mut chart = LineChart {
-        title: "Simple shear of a hypoelastic block".into(),
-        x_label: "shear strain γ".into(),
-        y_label: "stress over shear modulus".into(),
-        ..LineChart::default()
-    };
+    let mut chart =
+        LineChart::new("Simple shear of a hypoelastic block", "shear strain γ", "stress over shear modulus");
     let modulus = 1e6 / 2.6;
     for component in ["xy", "xx"] {
         let label = format!("σ_{component}, closed form");

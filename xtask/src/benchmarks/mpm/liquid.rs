@@ -48,12 +48,7 @@ const BULK: f64 = 2e6;
 
 fn hydrostatic(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut chart = LineChart {
-        title: "Pressure over depth".into(),
-        x_label: "height at the start (m)".into(),
-        y_label: "pressure (kPa)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Pressure over depth", "height at the start (m)", "pressure (kPa)");
     for shape in ["linear", "ugimp"] {
         let mut case = load_case("mpm/hydrostatic")?;
         set_mpm_option(&mut case, "shape", shape);
@@ -139,12 +134,8 @@ fn couette(y: f64, time: f64) -> f64 {
 fn viscous(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let report = run_mpm(&load_case("mpm/couette")?)?;
-    let mut chart = LineChart {
-        title: "Couette flow, 40 cells across".into(),
-        x_label: "height over gap".into(),
-        y_label: "velocity over that of the plate".into(),
-        ..LineChart::default()
-    };
+    let mut chart =
+        LineChart::new("Couette flow, 40 cells across", "height over gap", "velocity over that of the plate");
     let table = [
         (0.05, [0.017629, 0.113844, 0.429195]),
         (0.1, [0.088344, 0.262756, 0.576059]),
@@ -207,14 +198,11 @@ fn poiseuille(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg(
         "Steady flow under gravity between resting plates.",
         &LineChart {
-            title: "Poiseuille flow, 40 cells across".into(),
-            x_label: "height over gap".into(),
-            y_label: "velocity (m/s)".into(),
             series: vec![
                 Series::new("points", profile(&report.snapshot), Style::Markers),
                 Series::new("closed form", line, Style::Dashed),
             ],
-            ..LineChart::default()
+            ..LineChart::new("Poiseuille flow, 40 cells across", "height over gap", "velocity (m/s)")
         },
     )
 }
@@ -238,11 +226,8 @@ fn dam_break(quick: bool) -> Result<BenchmarkOutcome, String> {
     let found = regression_slope(&between(&front));
     let table = reference_table("mpm/dam-break/front.csv")?;
     let mut chart = LineChart {
-        title: "Front of the surge".into(),
-        x_label: "t √(2g/a)".into(),
-        y_label: "x / a".into(),
         series: vec![Series::new("MPM", front.clone(), Style::Line)],
-        ..LineChart::default()
+        ..LineChart::new("Front of the surge", "t √(2g/a)", "x / a")
     };
     for (name, column) in [("Martin & Moyce", "martin-moyce"), ("Koshizuka & Oka", "koshizuka-oka")] {
         let measured = reference_curve(&table, "time", column)?;
@@ -301,15 +286,12 @@ fn energy(outcome: &mut BenchmarkOutcome, report: &RunReport) -> Result<(), Stri
     outcome.svg(
         "Energy over that at the start.",
         &LineChart {
-            title: "Energy".into(),
-            x_label: "time (s)".into(),
-            y_label: "energy over that at the start".into(),
             series: vec![
                 Series::new("kinetic", parts(&kinetic), Style::Line),
                 Series::new("potential", parts(&potential), Style::Line),
                 Series::new("sum", parts(&total), Style::Line),
             ],
-            ..LineChart::default()
+            ..LineChart::new("Energy", "time (s)", "energy over that at the start")
         },
     )
 }

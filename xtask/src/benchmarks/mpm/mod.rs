@@ -21,6 +21,7 @@ mod rigid_motion;
 mod rough_slope;
 mod saturated;
 mod self_weight;
+mod shape_functions;
 mod simplices;
 mod simplices_soil;
 mod slope;

@@ -181,12 +181,7 @@ fn energies(outcome: &mut BenchmarkOutcome, report: &RunReport) -> Result<(), St
         1e-4,
         "a hundredth of the largest velocity",
     );
-    let mut chart = LineChart {
-        title: "Disk in a bowl".into(),
-        x_label: "time (s)".into(),
-        y_label: "energy over the work of gravity".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Disk in a bowl", "time (s)", "energy over the work of gravity");
     for (name, part) in ["kinetic", "elastic", "potential", "springs", "friction"].into_iter().zip(&parts) {
         let base = if name == "potential" { part[0].1 } else { 0.0 };
         let line = part.iter().map(|(t, e)| (*t, (e - base) / fallen)).collect();

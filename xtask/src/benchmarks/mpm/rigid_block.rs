@@ -45,12 +45,11 @@ fn since(report: &RunReport, column: &str, start: f64) -> Vec<(f64, f64)> {
 
 fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let exact = PUSH / MASS - FRICTION * GRAVITY;
-    let mut chart = LineChart {
-        title: "Rigid block pushed over a frictional base".into(),
-        x_label: "time since the push begins (s)".into(),
-        y_label: "velocity (m/s)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new(
+        "Rigid block pushed over a frictional base",
+        "time since the push begins (s)",
+        "velocity (m/s)",
+    );
     chart.series.push(Series::new("F/m - μ g", vec![(0.0, 0.0), (0.5, 0.5 * exact)], Style::Dashed));
     for shape in ["linear", "ugimp", "quadratic"] {
         let mut case = load_case("mpm/rigid-block")?;
@@ -138,19 +137,16 @@ fn footing(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         1.0,
         0.01,
         regression_slope(&late) / mean_force,
-        "what is left is the footing's own acceleration",
+        "the remainder is the footing's own acceleration",
     );
     outcome.svg(
         "A rigid footing on clay settles under a force as it does where it is pressed with a velocity.",
         &LineChart {
-            title: "Rigid footing on Tresca clay".into(),
-            x_label: "settlement (m)".into(),
-            y_label: "load / (width × c_u)".into(),
             series: vec![
                 Series::new("by a velocity", by_velocity, Style::Dashed),
                 Series::new("by a force", by_force, Style::Line),
             ],
-            ..LineChart::default()
+            ..LineChart::new("Rigid footing on Tresca clay", "settlement (m)", "load / (width × c_u)")
         },
     )
 }

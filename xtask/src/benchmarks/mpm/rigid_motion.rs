@@ -32,12 +32,8 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     for shape in ["linear", "ugimp", "cpgimp", "quadratic", "cubic", "cpdi", "cpdi2", "dual-domain"] {
         translation(&mut outcome, shape)?;
     }
-    let mut chart = LineChart {
-        title: "Angular momentum of a spinning disk".into(),
-        x_label: "time (s)".into(),
-        y_label: "over its initial value".into(),
-        ..LineChart::default()
-    };
+    let mut chart =
+        LineChart::new("Angular momentum of a spinning disk", "time (s)", "over its initial value");
     for law in ["linear-elastic", "neo-hookean"] {
         let coarse = rotation(&mut outcome, &mut chart, law, 0.05)?;
         let fine = rotation(&mut outcome, &mut chart, law, 0.025)?;

@@ -17,12 +17,11 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 fn rough_slope(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut chart = LineChart {
-        title: "Energy kept on a rough slope".into(),
-        x_label: "time (s)".into(),
-        y_label: "(kinetic + elastic) energy over the energy of the fall".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new(
+        "Energy kept on a rough slope",
+        "time (s)",
+        "(kinetic + elastic) energy over the energy of the fall",
+    );
     for (name, method, contact) in
         [("MPM, points", "mpm", "points"), ("MPM, nodes", "mpm", "nodes"), ("SPH", "sph", "")]
     {

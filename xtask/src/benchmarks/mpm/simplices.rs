@@ -29,11 +29,8 @@ const MODULUS: f64 = 1e7 * 0.75 / (1.25 * 0.5);
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
-        title: "Vertical stress, cells of 0.1 m".into(),
-        x_label: "height (m)".into(),
-        y_label: "stress (Pa)".into(),
         series: vec![Series::new("closed form", vec![(0.0, -WEIGHT * HEIGHT), (HEIGHT, 0.0)], Style::Dashed)],
-        ..LineChart::default()
+        ..LineChart::new("Vertical stress, cells of 0.1 m", "height (m)", "stress (Pa)")
     };
     for (space, name, cells) in
         [(Space::PlaneStrain, "triangles", [0.1, 0.05]), (Space::ThreeD, "tetrahedra", [0.2, 0.1])]

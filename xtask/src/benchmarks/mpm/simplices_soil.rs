@@ -142,12 +142,11 @@ fn degree(factor: f64) -> f64 {
 
 /// Checks A-19 with a load that grows over a ramp.
 fn consolidation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut chart = LineChart {
-        title: "Isochrones, 40 cells".into(),
-        x_label: "depth below the drained top (m)".into(),
-        y_label: "pore pressure over that at the start".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new(
+        "Isochrones, 40 cells",
+        "depth below the drained top (m)",
+        "pore pressure over that at the start",
+    );
     let start = LOAD * WATER / (SKELETON + WATER);
     for ((space, name), factors) in [(KINDS[0], &[0.02, 0.05, 0.1, 0.2][..]), (KINDS[1], &[0.02, 0.05][..])] {
         let column = in_space(&load_case("mpm/simplices-consolidation")?, space, 0.025)?;
@@ -194,7 +193,7 @@ fn drag(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             (1.0 - rate * dt).powi(100),
             1e-9,
             between / 0.02,
-            "the sheet has it exact; what is left is 0.7 %, so round-off of the whole is 1e-14",
+            "the sheet has it exact; the remainder is 0.7 %, so round-off of the whole is 1e-14",
         );
         let lost = (report.end.momentum[0] - report.start.momentum[0]).abs() / report.start.momentum[0];
         outcome.assert_below(
@@ -254,12 +253,11 @@ fn impact(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 
 /// Checks A-14.
 fn incline(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut chart = LineChart {
-        title: "Block on an incline of 30°, triangles".into(),
-        x_label: "time (s)".into(),
-        y_label: "mean velocity along the incline (m/s)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new(
+        "Block on an incline of 30°, triangles",
+        "time (s)",
+        "mean velocity along the incline (m/s)",
+    );
     let pull = 9.81 * 0.5;
     for (friction, exact) in [(0.2, 3.2059), (0.7, 0.0)] {
         let mut case = load_case("mpm/contact-incline")?;

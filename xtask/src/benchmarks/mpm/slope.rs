@@ -5,7 +5,8 @@ use colluvium::case::{Case, RunReport};
 use colluvium::plots::{LineChart, Series, Style};
 
 use crate::benchmarks::{
-    Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, scalars, set_mpm_option, vectors,
+    Benchmark, BenchmarkOutcome, final_measure, load_case, measure_series, run_mpm, scalars, set_mpm_option,
+    vectors,
 };
 
 /// Benchmark of this module.
@@ -76,12 +77,11 @@ fn at(curve: &[(f64, f64)], time: f64) -> f64 {
 
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut chart = LineChart {
-        title: "Kinetic energy of the motion along x".into(),
-        x_label: "time (s)".into(),
-        y_label: "over the kinetic energy at the start".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new(
+        "Kinetic energy of the motion along x",
+        "time (s)",
+        "over the kinetic energy at the start",
+    );
     let read = vec![(0.1, 0.69), (0.2, 0.505), (0.3, 0.345), (0.4, 0.22), (0.5, 0.13), (0.6, 0.07)];
     chart.series.push(Series::new("thesis", read, Style::Markers));
     let mut ends = Vec::new();
@@ -91,50 +91,51 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
         let points = per_axis * per_axis;
         let report = run_mpm(&slope(setting)?)?;
         let label = format!("{shape}, {points} points per cell, {} mm", 1e3 * cell);
-        let name = |what: &str| format!("S-01 {label}: {what}");
-        let energy = along(&report);
-        let reason = "the sheet's band around the digitised figure";
-        outcome.assert_within(
-            name("KE_x/KE_0 at 0.3 s"),
-            "0.345 (prototype 0.308)",
-            at(&energy, 0.3),
-            (0.26, 0.40),
-            reason,
-        );
-        outcome.assert_within(
-            name("KE_x/KE_0 at 0.5 s"),
-            "0.13 (prototype 0.126)",
-            at(&energy, 0.5),
-            (0.09, 0.17),
-            reason,
-        );
-        let kinetic = measure_series(&report, "kinetic_energy");
-        let late: Vec<f64> = kinetic.iter().filter(|(t, _)| *t >= 0.2).map(|(_, k)| *k / ENERGY).collect();
-        let rises: f64 = late.windows(2).map(|pair| (pair[1] - pair[0]).max(0.0)).sum();
-        outcome.assert_below(
-            name("rises of KE/KE_0 after 0.2 s, sum"),
-            "0: monotone",
-            rises,
-            0.0,
-            "the sheet: monotone",
-        );
-        let run_out = measure_series(&report, "run_out").last().map_or(f64::NAN, |row| row.1);
-        let what = name("run-out, 99.8 % quantile");
-        let claim = "0.92 (thesis), 0.62 (prototype)";
-        if points == 25 {
-            outcome.assert_within(what, claim, run_out, (0.55, 1.1), "the sheet's band");
-        } else {
-            outcome.info(what, claim, run_out, "the sheet judges 25 points per cell");
-        }
-        outcome.info(
-            name("run-out, contiguous front"),
-            "0.76 (prototype, 25)",
-            measure_series(&report, "front").last().map_or(f64::NAN, |row| row.1),
-            "the sheet judges the quantile",
-        );
-        ends.push((setting, run_out));
-        chart.series.push(Series::new(label, energy, Style::Line));
+        energy_decay(&mut outcome, &report, &label);
+        ends.push((setting, run_out(&mut outcome, &report, &label, points)));
+        chart.series.push(Series::new(label, along(&report), Style::Line));
     }
+    refinements(&mut outcome, &ends);
+    outcome.svg(&format!("Decay of the motion along x of a slope of {LENGTH} m."), &chart)?;
+    Ok(outcome)
+}
+
+/// Checks the decay of the kinetic energy.
+fn energy_decay(outcome: &mut BenchmarkOutcome, report: &RunReport, label: &str) {
+    let name = |what: &str| format!("S-01 {label}: {what}");
+    let energy = along(report);
+    let reason = "the sheet's band around the digitised figure";
+    for (time, claim, range) in
+        [(0.3, "0.345 (prototype 0.308)", (0.26, 0.40)), (0.5, "0.13 (prototype 0.126)", (0.09, 0.17))]
+    {
+        let title = name(&format!("KE_x/KE_0 at {time} s"));
+        outcome.assert_within(title, claim, at(&energy, time), range, reason);
+    }
+    let kinetic = measure_series(report, "kinetic_energy");
+    let late: Vec<f64> = kinetic.iter().filter(|(t, _)| *t >= 0.2).map(|(_, k)| *k / ENERGY).collect();
+    let rises: f64 = late.windows(2).map(|pair| (pair[1] - pair[0]).max(0.0)).sum();
+    let title = name("rises of KE/KE_0 after 0.2 s, sum");
+    outcome.assert_below(title, "0: monotone", rises, 0.0, "the sheet: monotone");
+}
+
+/// Run-out (m), with its checks.
+fn run_out(outcome: &mut BenchmarkOutcome, report: &RunReport, label: &str, points: usize) -> f64 {
+    let name = |what: &str| format!("S-01 {label}: {what}");
+    let run_out = final_measure(report, "run_out");
+    let title = name("run-out, 99.8 % quantile");
+    let claim = "0.92 (thesis), 0.62 (prototype)";
+    if points == 25 {
+        outcome.assert_within(title, claim, run_out, (0.55, 1.1), "the sheet's band");
+    } else {
+        outcome.info(title, claim, run_out, "the sheet judges 25 points per cell");
+    }
+    let (title, front) = (name("run-out, contiguous front"), final_measure(report, "front"));
+    outcome.info(title, "0.76 (prototype, 25)", front, "the sheet judges the quantile");
+    run_out
+}
+
+/// Checks the dependence of the run-out (m) on points per cell and on the cell size.
+fn refinements(outcome: &mut BenchmarkOutcome, ends: &[(SlopeSetting, f64)]) {
     for shape in ["ugimp", "quadratic", "cubic"] {
         let end = |cell: f64, per_axis: usize| {
             ends.iter().find(|(setting, _)| *setting == (shape, cell, per_axis)).map(|(_, end)| *end)
@@ -155,6 +156,4 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
             }
         }
     }
-    outcome.svg(&format!("Decay of the motion along x of a slope of {LENGTH} m."), &chart)?;
-    Ok(outcome)
 }

@@ -41,12 +41,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
         let near = |frame: &&Snapshot| (frame.time - time).abs() < 0.005;
         report.frames.iter().find(near).ok_or(format!("no frame at {time} s"))
     };
-    let mut chart = LineChart {
-        title: "Stress along the bar".into(),
-        x_label: "x (m)".into(),
-        y_label: "stress over pressure".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Stress along the bar", "x (m)", "stress over pressure");
     // The front has reached 5 m, and after reflection 15 m.
     for (time, region, stress, speed) in
         [(2.0, (8.0, 22.0), -PRESSURE, -PRESSURE / IMPEDANCE), (4.0, (2.0, 12.0), -2.0 * PRESSURE, 0.0)]

@@ -19,12 +19,7 @@ const BAND: &str = "the sheet's band, from an independent prototype and the geom
 
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut chart = LineChart {
-        title: "Energies".into(),
-        x_label: "time (s)".into(),
-        y_label: "energy (J/m)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Energies", "time (s)", "energy (J/m)");
     for scheme in ["musl", "usl"] {
         let mut case = load_case("mpm/two-disks")?;
         set_mpm_option(&mut case, "stress_update", scheme);

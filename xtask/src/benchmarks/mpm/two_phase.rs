@@ -43,18 +43,11 @@ fn consolidation(quick: bool) -> Result<BenchmarkOutcome, String> {
     let factors = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0];
     let factors = if quick { &factors[..5] } else { &factors[..] };
     let start = LOAD * WATER / (SKELETON + WATER);
-    let mut isochrones = LineChart {
-        title: "Isochrones, 40 cells".into(),
-        x_label: "depth below the drained top (m)".into(),
-        y_label: "pore pressure over that at the start".into(),
-        ..LineChart::default()
-    };
-    let mut settlement = LineChart {
-        title: "Settlement".into(),
-        x_label: "time factor".into(),
-        y_label: "settlement (mm)".into(),
-        ..LineChart::default()
-    };
+    let mut isochrones = LineChart::new(
+        "Isochrones, 40 cells",
+        "depth below the drained top (m)",
+        "pore pressure over that at the start",
+    );
     let table = reference_table("mpm/consolidation/isochrones.csv")?;
     let whole = consolidated(&load_case("mpm/consolidation")?, *factors.last().unwrap_or(&0.5))?;
     let mut surface = Vec::new();
@@ -72,6 +65,26 @@ fn consolidation(quick: bool) -> Result<BenchmarkOutcome, String> {
         isochrones.series.push(Series::new(format!("T = {nominal}"), points, Style::Markers));
     }
     mixed(&mut outcome, start)?;
+    let settlement = surface_settlement(&mut outcome, &whole, surface);
+    damped_consolidation(&mut outcome, start)?;
+    let liquid = |budget: colluvium::case::Budget| budget.liquid.map_or(f64::NAN, |liquid| liquid.mass);
+    outcome.info(
+        "liquid mass at the end over that at the start",
+        "below 1: points follow the skeleton, and water leaves",
+        liquid(whole.end) / liquid(whole.start),
+        "the sheet requires the drift of the liquid mass and gives no bound",
+    );
+    outcome.svg("Pore pressure of the points against Terzaghi's isochrones.", &isochrones)?;
+    outcome.svg("Settlement beyond the undrained one, with which the run starts.", &settlement)?;
+    Ok(outcome)
+}
+
+/// Checks the settlement of the uppermost point, `surface` in mm over the time factor, and draws it.
+fn surface_settlement(
+    outcome: &mut BenchmarkOutcome,
+    whole: &RunReport,
+    surface: Vec<(f64, f64)>,
+) -> LineChart {
     // The uppermost point lies a quarter of a cell below the surface, and the part above it settles too.
     let last = whole.frames.last().map_or(f64::NAN, |frame| CONSOLIDATION_RATE * frame.time);
     let settled = |factor: f64| {
@@ -79,16 +92,21 @@ fn consolidation(quick: bool) -> Result<BenchmarkOutcome, String> {
         1e3 * LOAD / SKELETON * (u + (1.0 - u) * SKELETON / (SKELETON + WATER)) - undrained()
     };
     let found = surface.last().map_or(f64::NAN, |p| p.1) / settled(last);
-    outcome.assert_within(
-        "settlement of the uppermost point over the closed form of the surface, at the end",
-        "1",
-        found,
-        (0.98, 1.02),
-        "as the degree of consolidation: the sheet's 0.02",
-    );
+    let name = "settlement of the uppermost point over the closed form of the surface, at the end";
+    let reason = "as the degree of consolidation: the sheet's 0.02";
+    outcome.assert_within(name, "1", found, (0.98, 1.02), reason);
     let exact = (0..=200).map(|i| f64::from(i) / 200.0 * last).map(|f| (f, settled(f))).collect();
-    settlement.series.push(Series::new("closed form", exact, Style::Dashed));
-    settlement.series.push(Series::new("uppermost point", surface, Style::Line));
+    LineChart {
+        series: vec![
+            Series::new("closed form", exact, Style::Dashed),
+            Series::new("uppermost point", surface, Style::Line),
+        ],
+        ..LineChart::new("Settlement", "time factor", "settlement (mm)")
+    }
+}
+
+/// Degree of consolidation with local damping.
+fn damped_consolidation(outcome: &mut BenchmarkOutcome, start: f64) -> Result<(), String> {
     let mut damped = load_case("mpm/consolidation")?;
     damped.stages[0].damping = 0.7;
     let report = consolidated(&damped, 0.5)?;
@@ -99,16 +117,7 @@ fn consolidation(quick: bool) -> Result<BenchmarkOutcome, String> {
         1.0 - pressures.iter().sum::<f64>() / (start * pressures.len() as f64),
         "what damping does to a slow process; the sheet gives no bound",
     );
-    let liquid = |budget: colluvium::case::Budget| budget.liquid.map_or(f64::NAN, |liquid| liquid.mass);
-    outcome.info(
-        "liquid mass at the end over that at the start",
-        "below 1: points follow the skeleton, and water leaves",
-        liquid(whole.end) / liquid(whole.start),
-        "the sheet asks for the drift of the liquid mass and gives no bound",
-    );
-    outcome.svg("Pore pressure of the points against Terzaghi's isochrones.", &isochrones)?;
-    outcome.svg("Settlement beyond the undrained one, with which the run starts.", &settlement)?;
-    Ok(outcome)
+    Ok(())
 }
 
 /// Undrained settlement, the reference of the displacements of the run (mm).
@@ -196,66 +205,46 @@ const RAMP: f64 = 5e-5;
 const FAST: f64 = 2297.728;
 const SLOW: f64 = 1144.720;
 
+/// Hydraulic conductivities (m/s), with their labels, and the sheet's skeleton stress over load at 7e-4 s.
+const CONDUCTIVITIES: [(&str, f64, f64); 5] = [
+    ("1e3", 1e3, 1.0),
+    ("0.1", 0.1, 0.99448),
+    ("1e-2", 1e-2, 0.94860),
+    ("1e-3", 1e-3, 0.70262),
+    ("1e-5", 1e-5, 0.47619),
+];
+
+/// Mean over load of the values (Pa) of the points about 0.5 m below the loaded end.
+fn mean_over_load(frame: &Snapshot, values: &[f64]) -> f64 {
+    let near: Vec<f64> =
+        places(frame).iter().zip(values).filter(|(x, _)| (*x - 1.5).abs() < 0.004).map(|(_, v)| *v).collect();
+    near.iter().sum::<f64>() / near.len() as f64 / TRACTION
+}
+
 fn waves(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let table = reference_table("mpm/two-waves/reference.csv")?;
-    let mut chart = LineChart {
-        title: "Pore pressure at 0.5 m, 400 cells".into(),
-        x_label: "time (ms)".into(),
-        y_label: "pore pressure over load".into(),
-        ..LineChart::default()
-    };
-    // Skeleton stress over load at 7e-4 s, from the sheet.
-    let columns = [
-        ("1e3", 1e3, 1.0),
-        ("0.1", 0.1, 0.99448),
-        ("1e-2", 1e-2, 0.94860),
-        ("1e-3", 1e-3, 0.70262),
-        ("1e-5", 1e-5, 0.47619),
-    ];
-    for (name, conductivity, skeleton) in columns {
+    let mut chart =
+        LineChart::new("Pore pressure at 0.5 m, 400 cells", "time (ms)", "pore pressure over load");
+    for (name, conductivity, skeleton) in CONDUCTIVITIES {
         let mut case = load_case("mpm/two-waves")?;
         if let Some(fluid) = &mut case.bodies[0].pore_fluid {
             fluid.intrinsic_permeability = Some(conductivity * 1e-3 / 9810.0);
         }
         let report = run_mpm(&case)?;
-        let at = |frame: &Snapshot, values: &[f64]| {
-            let near: Vec<f64> = places(frame)
-                .iter()
-                .zip(values)
-                .filter(|(x, _)| (*x - 1.5).abs() < 0.004)
-                .map(|(_, v)| *v)
-                .collect();
-            near.iter().sum::<f64>() / near.len() as f64 / TRACTION
-        };
         let pressure: Vec<(f64, f64)> =
-            report.frames.iter().map(|f| (f.time, at(f, &scalars(f, "pore_pressure")))).collect();
+            report.frames.iter().map(|f| (f.time, mean_over_load(f, &scalars(f, "pore_pressure")))).collect();
         let exact = reference_curve(&table, "time", &format!("k={name}"))?;
         let value = |time: f64| exact.iter().find(|p| (p.0 - time).abs() < 1e-9).map_or(f64::NAN, |p| p.1);
         if conductivity > 1.0 {
             arrivals(&mut outcome, &pressure, value(3.5e-4));
         }
-        // Simpson's rule over the sheet's values; behind the second wave they give a parabola.
-        let first = (value(3e-4) + 4.0 * value(3.5e-4) + value(4e-4)) / 6.0;
-        let second = parabola_mean([5.0, 6.0, 7.0], [5e-4, 6e-4, 7e-4].map(value), 5.5, 7.0);
-        for (what, from, to, exact) in
-            [("first wave", 3e-4, 4e-4, first), ("second wave", 5.5e-4, 7e-4, second)]
-        {
-            let within: Vec<f64> =
-                pressure.iter().filter(|p| p.0 >= from && p.0 <= to).map(|p| p.1).collect();
-            outcome.assert_within(
-                format!("k = {name} m/s: mean pressure over load behind the {what}"),
-                &format!("{exact:.5}"),
-                within.iter().sum::<f64>() / within.len() as f64,
-                (exact - 0.03, exact + 0.03),
-                "the sheet's bound",
-            );
-        }
+        pressures_behind_waves(&mut outcome, name, &pressure, value);
         let late: Vec<f64> = report
             .frames
             .iter()
             .filter(|frame| frame.time > 6.5e-4)
-            .map(|frame| at(frame, &stresses(frame).iter().map(|s| -s[0]).collect::<Vec<f64>>()))
+            .map(|frame| mean_over_load(frame, &stresses(frame).iter().map(|s| -s[0]).collect::<Vec<f64>>()))
             .collect();
         outcome.info(
             format!("k = {name} m/s: effective stress over load, mean from 6.5e-4 s to 7e-4 s"),
@@ -274,6 +263,29 @@ fn waves(_quick: bool) -> Result<BenchmarkOutcome, String> {
         &chart,
     )?;
     Ok(outcome)
+}
+
+/// Checks the mean pressures over load behind both waves against `value`, the reference over time (s).
+fn pressures_behind_waves(
+    outcome: &mut BenchmarkOutcome,
+    name: &str,
+    pressure: &[(f64, f64)],
+    value: impl Fn(f64) -> f64,
+) {
+    // Simpson's rule over the sheet's values; behind the second wave they give a parabola.
+    let first = (value(3e-4) + 4.0 * value(3.5e-4) + value(4e-4)) / 6.0;
+    let second = parabola_mean([5.0, 6.0, 7.0], [5e-4, 6e-4, 7e-4].map(value), 5.5, 7.0);
+    for (what, from, to, exact) in [("first wave", 3e-4, 4e-4, first), ("second wave", 5.5e-4, 7e-4, second)]
+    {
+        let within: Vec<f64> = pressure.iter().filter(|p| p.0 >= from && p.0 <= to).map(|p| p.1).collect();
+        outcome.assert_within(
+            format!("k = {name} m/s: mean pressure over load behind the {what}"),
+            &format!("{exact:.5}"),
+            within.iter().sum::<f64>() / within.len() as f64,
+            (exact - 0.03, exact + 0.03),
+            "the sheet's bound",
+        );
+    }
 }
 
 /// Checks the times at which the pressure passes half of its plateau, less half the ramp.

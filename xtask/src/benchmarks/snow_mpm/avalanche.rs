@@ -68,12 +68,7 @@ fn coulomb(time: f64) -> f64 {
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let duration = if quick { 1.0 } else { 10.0 };
-    let mut chart = LineChart {
-        title: "Fronts of four kinds of snow".into(),
-        x_label: "time (s)".into(),
-        y_label: "front along the track (m)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Fronts of four kinds of snow", "time (s)", "front along the track (m)");
     let mut reports = Vec::new();
     for regime in REGIMES.iter().filter(|regime| !quick || ["cold dense", "warm plug"].contains(&regime.name))
     {

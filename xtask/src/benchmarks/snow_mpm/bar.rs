@@ -68,11 +68,8 @@ fn swung(cells: usize, options: &Value) -> Result<[f64; 2], String> {
 fn vibration(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
-        title: "Error of the period".into(),
-        x_label: "cells".into(),
-        y_label: "period over that of the closed form, less 1".into(),
         log: true,
-        ..LineChart::default()
+        ..LineChart::new("Error of the period", "cells", "period over that of the closed form, less 1")
     };
     for (shape, claims) in [("cubic", [1.0537, 1.0246, 1.0115]), ("quadratic", [1.0385, 1.0174, 1.0082])] {
         let mut errors = Vec::new();

@@ -46,12 +46,7 @@ fn bent(cell: f64) -> Result<BentBeam, String> {
 
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut chart = LineChart {
-        title: "Axis of the beam".into(),
-        x_label: "x (m)".into(),
-        y_label: "y (m)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Axis of the beam", "x (m)", "y (m)");
     let grids = if quick { 1 } else { 2 };
     for (cells, width, prototype) in
         [(4.0, 0.08, "0.440 and 0.878, still creeping"), (8.0, 0.04, "not run")].into_iter().take(grids)

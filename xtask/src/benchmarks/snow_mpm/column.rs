@@ -50,12 +50,7 @@ fn column(strength: f64, cohesion: f64) -> Result<Case, String> {
 
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut chart = LineChart {
-        title: "Columns of snow".into(),
-        x_label: "time (s)".into(),
-        y_label: "farthest point from the middle (m)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Columns of snow", "time (s)", "farthest point from the middle (m)");
     for (strength, loose, bound) in [(1000.0, 2.44, 1.65), (5000.0, 2.49, 1.65)] {
         let kilo = strength / 1000.0;
         let mut fronts = [0.0; 2];

@@ -171,11 +171,12 @@ const TABLE: [TransferSetting; 6] = [
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
-        title: "Largest error of displacement over the amplitude".into(),
-        x_label: "cell size (m)".into(),
-        y_label: "root mean square (-)".into(),
         log: true,
-        ..LineChart::default()
+        ..LineChart::new(
+            "Largest error of displacement over the amplitude",
+            "cell size (m)",
+            "root mean square (-)",
+        )
     };
     let refinements = if quick { &CELLS[..4] } else { &CELLS[..] };
     for functions in TABLE.iter().filter(|functions| !quick || functions.points == 4) {

@@ -67,11 +67,8 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let path = press.path(&report);
     judge(&mut outcome, &report, &path, quick);
     let chart = LineChart {
-        title: "Confined compression".into(),
-        x_label: "compression of the box".into(),
-        y_label: "mean axial stress (Pa)".into(),
         series: vec![Series::new("snow-mpm", path, Style::Line)],
-        ..LineChart::default()
+        ..LineChart::new("Confined compression", "compression of the box", "mean axial stress (Pa)")
     };
     outcome.svg("A4: stress over compression.", &chart)?;
     for share in [0.02, 0.1, 0.2] {

@@ -5,7 +5,7 @@ use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
 use super::{changed, solved};
-use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, scalars, stresses};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, final_measure, scalars, stresses};
 
 /// Benchmark of this module.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -40,11 +40,8 @@ fn at(points: &[(f64, f64)], x: f64) -> f64 {
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
-        title: "Axial stress".into(),
-        x_label: "logarithmic strain".into(),
-        y_label: "axial Kirchhoff stress (Pa)".into(),
         series: vec![Series::new("path of a point", PATH.to_vec(), Style::Markers)],
-        ..LineChart::default()
+        ..LineChart::new("Axial stress", "logarithmic strain", "axial Kirchhoff stress (Pa)")
     };
     for cell in [0.05, 0.025] {
         let report = solved(&changed("oedometer", &json!({ "cell_size": cell }))?)?;
@@ -60,7 +57,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
                 outcome.info(name, &claim, at(&path, *strain), "the sheet judges the finer grid");
             }
         }
-        let last = |name: &str| measure_series(&report, name).last().map_or(f64::NAN, |row| row.1);
+        let last = |name: &str| final_measure(&report, name);
         let taken = last("energy_numerical") / last("energy_plastic");
         let name = format!("V17, cells of {cell} m: what the numerics take over what the snow does");
         outcome.assert_within(

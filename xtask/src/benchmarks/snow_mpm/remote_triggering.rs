@@ -100,14 +100,11 @@ fn crack(outcome: &mut BenchmarkOutcome, report: &RunReport) -> Result<(), Strin
         report.frames.iter().filter_map(|frame| Some((frame.time, fronts(frame)?))).collect();
     let line = |k: usize| ends.iter().map(|(time, ends)| (*time, ends[k])).collect();
     let chart = LineChart {
-        title: "Ends of what has collapsed".into(),
-        x_label: "time (s)".into(),
-        y_label: "x at the start (m)".into(),
         series: vec![
             Series::new("up the slope", line(0), Style::Line),
             Series::new("along the flat", line(1), Style::Line),
         ],
-        ..LineChart::default()
+        ..LineChart::new("Ends of what has collapsed", "time (s)", "x at the start (m)")
     };
     outcome.svg("A3: the crack runs both ways.", &chart)
 }
@@ -145,7 +142,7 @@ fn release(outcome: &mut BenchmarkOutcome, report: &RunReport) {
         "the sheet's criterion (iv)",
     );
     let low = mean(&|x| x > 0.0 && x < FOOT);
-    let reason = "the slab on the flat, which stays, bears it";
+    let reason = "the slab on the flat, which stays, supports it";
     outcome.info("A3: mean way of the slab on its lowest 12 m (m)", "not given", low, reason);
     outcome.assert_below(
         "A3: mean way of the slab on the flat beyond the snowman (m)",

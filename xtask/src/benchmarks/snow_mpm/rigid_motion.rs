@@ -30,12 +30,8 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
         ("FLIP 0.95", json!({ "transfer": "flip", "flip_ratio": 0.95 })),
         ("PIC", json!({ "transfer": "flip", "flip_ratio": 0 })),
     ];
-    let mut chart = LineChart {
-        title: "Angular momentum of a spinning disc".into(),
-        x_label: "time (s)".into(),
-        y_label: "over its initial value".into(),
-        ..LineChart::default()
-    };
+    let mut chart =
+        LineChart::new("Angular momentum of a spinning disc", "time (s)", "over its initial value");
     for (name, options) in &transfers {
         fall(&mut outcome, name, options)?;
         spin(&mut outcome, &mut chart, name, options)?;

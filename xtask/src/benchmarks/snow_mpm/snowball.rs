@@ -68,12 +68,8 @@ fn fallen(keys: MaterialChanges<'_>, chart: &mut LineChart, name: &str) -> Resul
 
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut chart = LineChart {
-        title: "Scatter of the ball".into(),
-        x_label: "time (s)".into(),
-        y_label: "90 % quantile of the distance from the axis (m)".into(),
-        ..LineChart::default()
-    };
+    let mut chart =
+        LineChart::new("Scatter of the ball", "time (s)", "90 % quantile of the distance from the axis (m)");
     let hardening = ("hardening_factor", json!(5));
     let modulus = ("youngs_modulus", json!(4.8e4));
     let compression = ("critical_compression", json!(0.019));

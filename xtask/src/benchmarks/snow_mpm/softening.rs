@@ -89,14 +89,11 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
             path[..20_000].iter().step_by(20).map(|row| (row.strain, value(row))).collect()
         };
         let chart = LineChart {
-            title: title.into(),
-            x_label: "compression (logarithmic)".into(),
-            y_label: label.into(),
             series: vec![
                 Series::new("classical", curve(&classical), Style::Line),
                 Series::new("anticrack", curve(&anticrack), Style::Line),
             ],
-            ..LineChart::default()
+            ..LineChart::new(title, "compression (logarithmic)", label)
         };
         outcome.svg("A2: a point under uniaxial compression without strain across.", &chart)?;
     }

@@ -70,12 +70,7 @@ fn ways() -> Vec<CantileverVariant> {
 
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut chart = LineChart {
-        title: "Tip of the cantilever".into(),
-        x_label: "time (s)".into(),
-        y_label: "deflection (m)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Tip of the cantilever", "time (s)", "deflection (m)");
     for way in ways() {
         let mut case = load_case("sph/cantilever")?;
         for (option, value) in &way.options {

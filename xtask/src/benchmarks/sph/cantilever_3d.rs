@@ -38,12 +38,7 @@ const SIDES: [f64; 2] = [0.1, 0.2];
 /// Checks oscillations across an axis (1 for y, 2 for z), each in a form of the method.
 fn swings(runs: &[(usize, &str)]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut chart = LineChart {
-        title: "Tip of the cantilever".into(),
-        x_label: "time (s)".into(),
-        y_label: "deflection (m)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Tip of the cantilever", "time (s)", "deflection (m)");
     for &(across, way) in runs {
         let (side, spacing) = (SIDES[across - 1], SPACINGS[across - 1]);
         // Euler–Bernoulli: T c = 327.402 m across 0.1 m, half of it across 0.2 m.

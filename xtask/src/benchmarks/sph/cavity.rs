@@ -67,12 +67,11 @@ fn cavities(quick: bool) -> Result<BenchmarkOutcome, String> {
     for &(reynolds, duration) in flows {
         let report = run_in_memory("sph", &cavity(reynolds, duration, spacing)?)?;
         let count = (1.0 / spacing).round();
-        let mut chart = LineChart {
-            title: format!("Cavity at a Reynolds number of {reynolds}"),
-            x_label: "place along the line through the middle".into(),
-            y_label: "velocity across it over that of the lid".into(),
-            ..LineChart::default()
-        };
+        let mut chart = LineChart::new(
+            format!("Cavity at a Reynolds number of {reynolds}"),
+            "place along the line through the middle",
+            "velocity across it over that of the lid",
+        );
         for (component, place, name) in [(0, "place", "u"), (1, "across", "v")] {
             let published = reference_curve(&table, place, &format!("{name}_{reynolds}"))?;
             let on_line = |s: f64| if component == 0 { [0.5, s] } else { [s, 0.5] };

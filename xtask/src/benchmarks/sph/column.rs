@@ -26,12 +26,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let sheet = reference_curve(&reference_table("sph/aluminium-bars/reference.csv")?, "viscosity", "front")?;
     let at = |viscosity: f64| sheet.iter().find(|(a, _)| *a == viscosity).map_or(f64::NAN, |(_, x)| *x);
-    let mut chart = LineChart {
-        title: "Front of the column".into(),
-        x_label: "time (s)".into(),
-        y_label: "x (m)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Front of the column", "time (s)", "x (m)");
     let mut fronts = Vec::new();
     for viscosity in [0.1, 0.0, 1.0] {
         let mut case = load_case("sph/aluminium-bars")?;

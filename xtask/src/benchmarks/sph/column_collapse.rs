@@ -89,11 +89,8 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
 fn sweep(sets: &[(ColumnSetting, &[f64])]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
-        title: "Run-out of columns".into(),
-        x_label: "aspect ratio".into(),
-        y_label: "run-out over initial width".into(),
         log: true,
-        ..LineChart::default()
+        ..LineChart::new("Run-out of columns", "aspect ratio", "run-out over initial width")
     };
     let fine: Vec<f64> = (0..=60).map(|k| 0.2 * 60.0_f64.powf(f64::from(k) / 60.0)).collect();
     for (name, law) in [("Lube et al. 2005", lube as fn(f64) -> f64), ("Lajeunesse et al. 2005", lajeunesse)]

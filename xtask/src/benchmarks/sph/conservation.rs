@@ -100,70 +100,53 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Checks the sums of momentum, angular momentum and of the velocities of XSPH.
 fn momenta(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let stress = json!({ "kind": "artificial-stress", "strength": 0.5, "exponent": 2.55 });
-    let pressure = json!({ "kind": "artificial-pressure", "strength": 0.9, "exponent": 2.55 });
     let viscous = [("viscosity_linear", json!(1.0)), ("viscosity_quadratic", json!(1.0))];
-    let settings: [(&str, Vec<(&str, Value)>); 6] = [
-        ("(54), viscosity, artificial stress", [viscous.to_vec(), vec![("tensile", stress)]].concat()),
-        (
-            "footnote 5, viscosity, artificial pressure",
-            [viscous.to_vec(), vec![("tensile", pressure), ("momentum", json!("rho-rho"))]].concat(),
-        ),
-        ("corrected on both sides", vec![("momentum", json!("corrected"))]),
-        (
-            "variable h, mean of kernels",
-            vec![("smoothing_length", json!("density")), ("symmetrisation", json!("kernel"))],
-        ),
-        (
-            "variable h, harmonic",
-            vec![("smoothing_length", json!("density")), ("symmetrisation", json!("harmonic"))],
-        ),
-        (
-            "variable h, gradient of h",
-            vec![("smoothing_length", json!("density")), ("symmetrisation", json!("grad-h"))],
-        ),
-    ];
-    for (name, options) in settings {
+    for (name, options) in conservative_forms(&viscous) {
         let particles = evaluate(&options, |id, _| random(id, 1.0))?;
         let found = momentum(&particles, |p| p.acceleration);
         outcome.assert_below(format!("V-10, Σ m a over Σ m |a|: {name}"), "0", found, 1e-12, "V-10: 1e-12");
     }
     let particles = evaluate(&[], |id, _| random(id, 1.0))?;
     let found = momentum(&particles, |p| p.drift);
-    outcome.assert_below(
-        "V-10, Σ m times the velocity of XSPH, over its size",
-        "0",
-        found,
-        1e-12,
-        "V-10: 1e-12",
-    );
+    let name = "V-10, Σ m times the velocity of XSPH, over its size";
+    outcome.assert_below(name, "0", found, 1e-12, "V-10: 1e-12");
     let particles = evaluate(&[("momentum", json!("difference"))], |id, _| random(id, 1.0))?;
     let found = momentum(&particles, |p| p.acceleration);
-    outcome.info(
-        "V-10, the form (57), which conserves nothing",
-        "not 0",
-        found,
-        "not judged: for comparison",
-    );
-    let viscous = viscous.to_vec();
+    let name = "V-10, the form (57), which conserves nothing";
+    outcome.info(name, "not 0", found, "not judged: for comparison");
     let particles = evaluate(&viscous, |id, _| random(id, 0.0))?;
+    let name = "V-11, Σ m x × a over Σ m |x| |a|: isotropic stress";
     let reason = "V-11: pair forces are central when stress is isotropic";
-    outcome.assert_below(
-        "V-11, Σ m x × a over Σ m |x| |a|: isotropic stress",
-        "0",
-        torque(&particles),
-        1e-12,
-        reason,
-    );
+    outcome.assert_below(name, "0", torque(&particles), 1e-12, reason);
     let particles = evaluate(&viscous, |id, _| random(id, 1.0))?;
-    let reason = "not judged: V-11 asks to report it; pair forces of deviatoric stress are not central (K15)";
+    let reason = "not judged: V-11 has it reported; pair forces of deviatoric stress are not central (K15)";
     outcome.info("V-11, the same with deviatoric stress", "not 0", torque(&particles), reason);
     let particles = evaluate(&[("momentum", json!("corrected"))], |id, _| random(id, 1.0))?;
     let name = "V-11, the same with deviatoric stress, corrected on both sides";
     let reason = "pair forces are not central, but σ L M = σ is symmetric: their torques cancel";
     outcome.assert_below(name, "0", torque(&particles), 1e-12, reason);
     Ok(())
+}
+
+/// Options of the forms that conserve momentum, with their names.
+fn conservative_forms(viscous: &[(&'static str, Value)]) -> [(&'static str, Vec<(&'static str, Value)>); 6] {
+    let stress = json!({ "kind": "artificial-stress", "strength": 0.5, "exponent": 2.55 });
+    let pressure = json!({ "kind": "artificial-pressure", "strength": 0.9, "exponent": 2.55 });
+    let of_density =
+        |form: &str| vec![("smoothing_length", json!("density")), ("symmetrisation", json!(form))];
+    [
+        ("(54), viscosity, artificial stress", [viscous, &[("tensile", stress)]].concat()),
+        (
+            "footnote 5, viscosity, artificial pressure",
+            [viscous, &[("tensile", pressure), ("momentum", json!("rho-rho"))]].concat(),
+        ),
+        ("corrected on both sides", vec![("momentum", json!("corrected"))]),
+        ("variable h, mean of kernels", of_density("kernel")),
+        ("variable h, harmonic", of_density("harmonic")),
+        ("variable h, gradient of h", of_density("grad-h")),
+    ]
 }
 
 fn energies(outcome: &mut BenchmarkOutcome) -> Result<(), String> {

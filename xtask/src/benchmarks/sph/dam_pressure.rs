@@ -219,18 +219,8 @@ fn draw(
     experiment: &DamExperiment,
 ) -> Result<(), String> {
     let time = "t √(g/H)";
-    let mut fronts = LineChart {
-        title: "Front".into(),
-        x_label: time.into(),
-        y_label: "distance from the gate over H".into(),
-        ..LineChart::default()
-    };
-    let mut second = LineChart {
-        title: "Pressure at sensor 2, 15 mm above the floor".into(),
-        x_label: time.into(),
-        y_label: "p / ρgH".into(),
-        ..LineChart::default()
-    };
+    let mut fronts = LineChart::new("Front", time, "distance from the gate over H");
+    let mut second = LineChart::new("Pressure at sensor 2, 15 mm above the floor", time, "p / ρgH");
     for (floor, course) in courses {
         fronts.series.push(Series::new(format!("{floor} floor"), course.front.clone(), Style::Line));
         let smoothed =

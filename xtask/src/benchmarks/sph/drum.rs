@@ -66,12 +66,7 @@ fn turn(spacing: f64) -> Result<BenchmarkOutcome, String> {
     let rms = (steady.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / steady.len() as f64).sqrt();
     let reason = "not judged: steady, says B-01, and gives no bound";
     outcome.info("rms deviation of the angle in time (degrees)", "steady", rms, reason);
-    let mut chart = LineChart {
-        title: "Angle of the surface".into(),
-        x_label: "time (s)".into(),
-        y_label: "angle (degrees)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Angle of the surface", "time (s)", "angle (degrees)");
     chart.series.push(Series::new("surface", angles, Style::Line));
     chart.series.push(Series::new("friction angle", vec![(0.0, FRICTION), (3.0, FRICTION)], Style::Dashed));
     outcome.svg("The soil is lifted, slips, and flows at a steady angle.", &chart)?;

@@ -155,12 +155,11 @@ fn wedge([first, last]: [&Snapshot; 2], spacing: f64) -> f64 {
 fn push(soils: &[FootingSoil], spacings: &[f64]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     for soil in soils {
-        let mut chart = LineChart {
-            title: format!("Strip footing, {}", soil.name),
-            x_label: "settlement over width".into(),
-            y_label: "pressure over cohesion".into(),
-            ..LineChart::default()
-        };
+        let mut chart = LineChart::new(
+            format!("Strip footing, {}", soil.name),
+            "settlement over width",
+            "pressure over cohesion",
+        );
         for &spacing in spacings {
             let curve = settle(&mut outcome, soil, spacing)?;
             chart.series.push(Series::new(format!("spacing {spacing} m"), curve, Style::Line));

@@ -26,12 +26,8 @@ const MODULUS: f64 = 5.84e6 * 0.7 / (1.3 * 0.4);
 
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut chart = LineChart {
-        title: "Vertical stress of a column under its weight".into(),
-        x_label: "height (m)".into(),
-        y_label: "vertical stress (Pa)".into(),
-        ..LineChart::default()
-    };
+    let mut chart =
+        LineChart::new("Vertical stress of a column under its weight", "height (m)", "vertical stress (Pa)");
     let exact: Vec<(f64, f64)> = vec![(0.0, -WEIGHT * HEIGHT), (HEIGHT, 0.0)];
     chart.series.push(Series::new("closed form", exact, Style::Dashed));
     let walls = [

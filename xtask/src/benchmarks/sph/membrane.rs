@@ -19,12 +19,11 @@ pub const BENCHMARK: Benchmark = Benchmark {
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     disc(&mut outcome)?;
-    let mut chart = LineChart {
-        title: "Triaxial compression in a membrane".into(),
-        x_label: "mean pressure (kPa)".into(),
-        y_label: "deviatoric stress (kPa)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new(
+        "Triaxial compression in a membrane",
+        "mean pressure (kPa)",
+        "deviatoric stress (kPa)",
+    );
     for pressure in [5e4, 1e5] {
         let path = triaxial(&mut outcome, pressure)?;
         chart.series.push(Series::new(format!("{} kPa", pressure / 1e3), path, Style::Line));

@@ -98,7 +98,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-const DIGITS: &str = "the sheet's value to the three digits that it asks for: half a unit of the third";
+const DIGITS: &str = "the sheet's value to the three digits that it requires: half a unit of the third";
 
 /// Checks a value of the sheet, to three digits.
 fn digits(outcome: &mut BenchmarkOutcome, name: String, sheet: f64, measured: f64) {
@@ -107,13 +107,7 @@ fn digits(outcome: &mut BenchmarkOutcome, name: String, sheet: f64, measured: f6
 }
 
 fn chart(title: &str) -> LineChart {
-    LineChart {
-        title: title.into(),
-        x_label: "particles along an edge".into(),
-        y_label: "largest error".into(),
-        log: true,
-        ..LineChart::default()
-    }
+    LineChart { log: true, ..LineChart::new(title, "particles along an edge", "largest error") }
 }
 
 fn gradients(outcome: &mut BenchmarkOutcome) -> Result<(), String> {

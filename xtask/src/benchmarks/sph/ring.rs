@@ -59,12 +59,11 @@ fn spread(values: &[f64]) -> [f64; 3] {
 }
 
 fn ring(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut chart = LineChart {
-        title: "Thick ring under a pressure within".into(),
-        x_label: "distance from the centre (m)".into(),
-        y_label: "hoop stress (kPa)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new(
+        "Thick ring under a pressure within",
+        "distance from the centre (m)",
+        "hoop stress (kPa)",
+    );
     for (name, sampling) in WAYS {
         let mut case = load_case("sph/ring")?;
         case.bodies[0].sampling = sampling;
@@ -105,12 +104,11 @@ fn ring(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 fn plate(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut chart = LineChart {
-        title: "Plate with a hole".into(),
-        x_label: "distance from the centre of the hole (m)".into(),
-        y_label: "stress over that far away".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new(
+        "Plate with a hole",
+        "distance from the centre of the hole (m)",
+        "stress over that far away",
+    );
     for (name, sampling) in WAYS {
         let mut case = load_case("sph/plate-with-hole")?;
         case.bodies[0].sampling = sampling;
@@ -145,7 +143,7 @@ fn plate(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
                     "issue: 5 % at ten particles to the radius, as for the ring",
                 );
             } else if sampling == Sampling::Fitted {
-                let reason = "not judged: the first row sees one side only and stress there falls by a tenth over half a spacing; \
+                let reason = "not judged: the first row has neighbours on one side only and stress there falls by a tenth over half a spacing; \
                               3.10 at the edge itself with the width of the plate";
                 outcome.info(label, "1", mean, reason);
             } else {

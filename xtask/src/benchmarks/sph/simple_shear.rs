@@ -114,12 +114,8 @@ fn rotation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 
 /// Checks V-30: the oscillation of the Jaumann rate.
 fn elastic(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut chart = LineChart {
-        title: "Simple shear of an elastic block".into(),
-        x_label: "shear strain".into(),
-        y_label: "stress over shear modulus".into(),
-        ..LineChart::default()
-    };
+    let mut chart =
+        LineChart::new("Simple shear of an elastic block", "shear strain", "stress over shear modulus");
     let closed = |f: fn(f64) -> f64| (0..=40).map(|k| f64::from(k) * 0.01).map(|g| (g, f(g))).collect();
     chart.series.push(Series::new("sin γ", closed(f64::sin), Style::Dashed));
     chart.series.push(Series::new("1 - cos γ", closed(|g| 1.0 - g.cos()), Style::Dashed));
@@ -181,7 +177,7 @@ fn judge_elastic(
         } else {
             let mean = 0.5 * (normal[0].1 + normal[1].1);
             outcome.assert_close(label("(σ_xx - σ_yy)/2G"), exact, tolerance, mean, &reason);
-            let reason = "not judged: of the uncorrected gradient the sheet tells σ_xy and a spurious σ_zz; what is spurious \
+            let reason = "not judged: of the uncorrected gradient the sheet gives σ_xy and a spurious σ_zz; the spurious part \
                           is in all normal stresses";
             for (what, found) in normal {
                 outcome.info(label(what), &format!("{exact:.5}"), found, reason);

@@ -28,12 +28,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
 }
 
 fn chart(title: &str, x_label: &str) -> LineChart {
-    LineChart {
-        title: title.into(),
-        x_label: x_label.into(),
-        y_label: "height (m)".into(),
-        ..LineChart::default()
-    }
+    LineChart::new(title, x_label, "height (m)")
 }
 
 /// Points of a curve from the bottom to the top.

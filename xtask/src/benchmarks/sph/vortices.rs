@@ -54,12 +54,7 @@ fn amplitude(snapshot: &Snapshot, mode: FlowMode) -> (f64, f64) {
 
 fn decay(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut chart = LineChart {
-        title: "Decay of vortices".into(),
-        x_label: "time (s)".into(),
-        y_label: "kinetic energy over that at the start".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Decay of vortices", "time (s)", "kinetic energy over that at the start");
     let shear = run_in_memory("sph", &load("vortices/shear.json")?)?;
     let (found, off) = amplitude(&shear.snapshot, wave);
     let exact = (-VISCOSITY * TAU * TAU).exp();

@@ -83,12 +83,7 @@ fn bar(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         most / 0.05,
         reason,
     );
-    let mut chart = LineChart {
-        title: "Velocity in an elastic bar".into(),
-        x_label: "time (s)".into(),
-        y_label: "velocity (m/s)".into(),
-        ..LineChart::default()
-    };
+    let mut chart = LineChart::new("Velocity in an elastic bar", "time (s)", "velocity (m/s)");
     let closed = passing.iter().map(|(t, _)| (*t, exact(*t, 0.6))).collect();
     chart.series.push(Series::new("at 0.6 m, d'Alembert", closed, Style::Dashed));
     chart.series.push(Series::new("at 0.6 m", passing, Style::Line));

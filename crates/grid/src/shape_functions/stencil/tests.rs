@@ -1,5 +1,5 @@
 use crate::shape_functions::stencil::*;
-use crate::{GimpBasis, Layout, LinearBasis};
+use crate::{GimpBasis, Layout, LinearBasis, NodalState, NodeSupport};
 
 /// Transfers of two phases at once equal those of each phase alone.
 fn phases_are_independent<const D: usize, const S: usize, B: Basis<S>>() {
