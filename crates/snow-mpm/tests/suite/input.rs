@@ -24,10 +24,7 @@ fn options_out_of_range_are_refused_by_name() {
             json!({ "transfer": "flip", "flip_ratio": 1.1 }),
             "methods.snow-mpm.flip_ratio: 1.1 is not in 0..=1",
         ),
-        (
-            json!({ "flip_ratio": 1, "blend_time": 1 }),
-            "methods.snow-mpm.blend_time: replaces flip_ratio",
-        ),
+        (json!({ "flip_ratio": 1, "blend_time": 1 }), "methods.snow-mpm.blend_time: replaces flip_ratio"),
         (json!({ "shape": "linear" }), "methods.snow-mpm.transfer: apic needs cubic or quadratic functions"),
         (json!({ "time_step": 1 }), "methods.snow-mpm.time_step: 1 s is larger than the critical step"),
         (json!({ "courant": 1 }), "methods.snow-mpm.courant: unknown key"),

@@ -158,7 +158,8 @@ fn mistakes_are_named_with_file_and_line() {
         problems.iter().map(|problem| format!("{problem}\n")).collect::<String>()
     };
     assert!(
-        wrong("o\n\n*Oedometer\n10 1 1\n0.1\n").starts_with("test.inp:3: \"*Oedometer\" is not a supported keyword")
+        wrong("o\n\n*Oedometer\n10 1 1\n0.1\n")
+            .starts_with("test.inp:3: \"*Oedometer\" is not a supported keyword")
     );
     assert!(wrong("*TriaxialE1\n10 1 1\n0.1\n").starts_with("test.inp:1: the first line names"));
     assert!(wrong("o\n*TriaxialE1\n10 1\n0.1\n").starts_with("test.inp:3: \"10 1\" is not ninc"));
