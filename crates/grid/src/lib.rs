@@ -14,23 +14,24 @@ mod grid;
 mod layout;
 mod mesh;
 mod nodes;
+mod point_domain;
 mod shape_functions;
 mod transfers;
-mod wrap;
 
+pub use crate::boundary::periodic_wrap::wrap;
 pub use crate::boundary::walls::{NodeFace, NodeFaces, NodeWall, NodeWalls, WallKind};
 pub use crate::mesh::msh::MshError;
 pub use crate::nodes::nodal_state::{InterpolatedMotion, NodalState, Vector4};
+pub use crate::point_domain::{
+    ConvectedDomain, ConvectedQuadrilateral, DomainSlice, Domains, DomainsMut, ElementDomain, FixedDomain,
+    GridView, PointDomain, ReferenceDomain, RightStretchDiagonal, RightStretchDomain, SquareMatrix,
+    StretchingDomain,
+};
 pub use crate::shape_functions::basis::{
     Basis, ContiguousGimpBasis, CubicSpline, GimpBasis, LinearBasis, QuadraticSpline,
 };
 pub use crate::shape_functions::basis_1d::{Basis1d, BasisValues1d};
 pub use crate::shape_functions::cpdi_basis::CpdiBasis;
-pub use crate::shape_functions::domain::{
-    ConvectedDomain, ConvectedQuadrilateral, DomainSlice, Domains, DomainsMut, ElementDomain, FixedDomain,
-    GridView, PointDomain, ReferenceDomain, RightStretchDiagonal, RightStretchDomain, SquareMatrix,
-    StretchingDomain,
-};
 pub use crate::shape_functions::node_support::{NodeList, NodeSupport};
 pub use crate::shape_functions::reference_basis::ReferenceStencil;
 pub use crate::shape_functions::stencil::Stencil;
@@ -39,4 +40,3 @@ pub use crate::transfers::{AffineFields, NodeRange, P2gInput, P2gPhaseInput, Poi
 pub use grid::{Grid, GridError};
 pub use layout::{Layout, sort_by_cell};
 pub use mesh::{Element, Mesh, MeshError, SimplexBasis};
-pub use wrap::wrap;

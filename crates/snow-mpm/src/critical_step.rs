@@ -5,8 +5,8 @@ use colluvium_constitutive::{BLOCK_SIZE, Material, StateBlock, SymTensor};
 
 use crate::config::SnowOptions;
 use crate::points::bodies::Bodies;
+use crate::points::step_bound::StepBound;
 use crate::points::vectors::square;
-use crate::step_bound::StepBound;
 
 /// Step limit by the displacement of the fastest point.
 const POINT_SPEED: StepLimit = StepLimit::new("speed of a point");

@@ -20,7 +20,6 @@ mod output;
 mod points;
 mod setup;
 mod solver;
-mod step_bound;
 mod stress;
 mod transfer;
 

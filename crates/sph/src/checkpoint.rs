@@ -11,7 +11,6 @@ use colluvium_case::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::boundary::walls::{ObstacleEnergies, flat_walls};
 use crate::clock::Clock;
 use crate::config::TimeIntegration;
 use crate::momentum::confining_pressure::is_confined;
@@ -20,6 +19,7 @@ use crate::points::particles::ParticleGroup;
 use crate::points::rigid_body::RigidBody;
 use crate::rates::ReactionSum;
 use crate::solver::{EquilibriumTerms, SphSolver};
+use crate::walls::{ObstacleEnergies, flat_walls};
 
 /// Version of the checkpoint format.
 const FORMAT: u32 = 11;

@@ -4,7 +4,6 @@ use colluvium_case::{StepLimit, TimeStep, limit_step_by_obstacles, spatial};
 use colluvium_constitutive::{BLOCK_SIZE, StateBlock};
 use rayon::prelude::*;
 
-use crate::boundary::walls::ObstacleFaces;
 use crate::clock::STEPS_PER_TIME_STEP;
 use crate::config::SoundSpeed;
 use crate::context::SolverContext;
@@ -12,6 +11,7 @@ use crate::pairs::ShortRangeRepulsion;
 use crate::points::particles::{Bodies, Particles};
 use crate::points::vector_algebra::square;
 use crate::rates::Rates;
+use crate::walls::ObstacleFaces;
 
 /// Stability limit of the undamped leapfrog, in times `h / c` (sheet: sph §3.4, §7).
 const STABLE: f64 = 1.8;

@@ -27,6 +27,7 @@ pub(crate) mod rates;
 pub mod setup;
 mod solver;
 mod stress;
+mod walls;
 
 use colluvium_case::{Capabilities, Case, CaseError, Method, Plan, ProblemSize, Solver};
 use schemars::Schema;

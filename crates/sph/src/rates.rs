@@ -5,7 +5,7 @@ use colluvium_case::spatial;
 use colluvium_constitutive::SymTensor;
 use serde::{Deserialize, Serialize};
 
-use crate::boundary::walls::ObstacleEnergies;
+use crate::obstacles::penetration_limit::ObstacleEnergies;
 use crate::points::particles::Derivatives;
 use crate::points::rigid_body::RigidForces;
 

@@ -51,7 +51,7 @@ pub struct Body {
     pub remove_outside: bool,
 }
 
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde requires a reference")]
 fn is_zero(value: &u64) -> bool {
     *value == 0
 }

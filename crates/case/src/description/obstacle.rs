@@ -258,7 +258,7 @@ impl ObstacleShape {
     }
 }
 
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde requires a reference")]
 fn is_zero(value: &f64) -> bool {
     *value == 0.0
 }

@@ -68,7 +68,7 @@ pub enum Compression {
 
 impl Compression {
     /// Whether it is [`Compression::Fast`], the default in a case.
-    #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+    #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde requires a reference")]
     fn is_fast(&self) -> bool {
         *self == Self::Fast
     }

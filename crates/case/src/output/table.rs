@@ -181,7 +181,10 @@ mod tests {
         let rows = vec![vec![0.1, 1.0 / 3.0], vec![-1e-300, f64::NAN], vec![2e22, f64::INFINITY]];
         let mut table = Table { columns, rows };
         table.write(&path, "two lines\nof head").unwrap();
-        assert!(std::fs::read_to_string(&path).unwrap().ends_with("-1e-300,\n2e22,\n"), "what is no number");
+        assert!(
+            std::fs::read_to_string(&path).unwrap().ends_with("-1e-300,\n2e22,\n"),
+            "values that are not numbers"
+        );
         let back = Table::read(&path).unwrap();
         table.rows[2][1] = f64::NAN;
         assert_eq!(back.columns, table.columns);

@@ -346,5 +346,5 @@ fn a_case_is_the_same_from_any_working_directory() {
     assert_eq!(from_here.fingerprint(), read.fingerprint());
     let before = read.fingerprint();
     std::fs::write(folder.path().join("a.msh"), "another").unwrap();
-    assert_ne!(read.fingerprint(), before, "what is in the mesh counts");
+    assert_ne!(read.fingerprint(), before, "contents of the mesh count");
 }

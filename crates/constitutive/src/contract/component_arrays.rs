@@ -1,11 +1,8 @@
 //! Batch of points with each component in an array of its own, so that one operation serves several points
 //! at once. The operations and their order are those of a single point.
 
-use crate::contract::motion::OUT_OF_PLANE_COMPONENTS;
+use crate::contract::motion::{BlockArray, OUT_OF_PLANE_COMPONENTS};
 use crate::{BLOCK_SIZE, Mat3, Motion, MotionBlock, Spectrum, SymTensor};
-
-/// One component of all points.
-type BlockArray = [f64; BLOCK_SIZE];
 
 /// Velocity gradients times step, and stresses, component by component.
 pub struct ComponentArrays {

@@ -120,7 +120,7 @@ impl Motion {
 }
 
 /// One component of all points of a block.
-type BlockArray = [f64; BLOCK_SIZE];
+pub(crate) type BlockArray = [f64; BLOCK_SIZE];
 
 /// Motions of up to [`BLOCK_SIZE`] points with each component in an array of its own, so that solvers write and laws read
 /// several points at once. Entries behind the last point are not read.

@@ -67,7 +67,7 @@ fn what_was_pulled_apart_is_closed_before_it_bears() {
             path.iter().flat_map(|step| std::iter::repeat_n(part(step), steps as usize)).collect();
         let (open, [_, opened, _]) = end_of(&sand(30.0), &path[..3 * steps as usize]);
         assert!(open.norm() < 1e-9, "{open:?}");
-        within(opened, 0.006, 1e-10, "what is still open");
+        within(opened, 0.006, 1e-10, "gap that is still open");
         let (shut, [_, opened, _]) = end_of(&sand(30.0), &path);
         // As if the volume had never opened: p = -K ln J, J the volume since the start.
         within(shut.pressure(), elasticity().bulk_modulus * 0.06, 1e-9, "pressure");

@@ -223,7 +223,7 @@ fn default_true() -> bool {
 fn default_one() -> f64 {
     1.0
 }
-/// Default of `gap` (sheet: dem, amendments).
+/// Default of `gap`.
 fn default_bond_gap() -> f64 {
     0.01
 }

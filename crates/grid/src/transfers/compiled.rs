@@ -3,7 +3,7 @@
 use std::fmt;
 use std::marker::PhantomData;
 
-use crate::shape_functions::domain::{Domains, GridView, PointDomain, SquareMatrix};
+use crate::point_domain::{Domains, GridView, PointDomain, SquareMatrix};
 use crate::transfers::{AffineFields, NodeRange, P2gInput, P2gPhaseInput, PointSlice, Transfers};
 use crate::{Basis, Basis1d, InterpolatedMotion, NodalState, NodeSupport, Vector4};
 

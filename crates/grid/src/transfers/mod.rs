@@ -14,7 +14,7 @@ pub(crate) mod shape_function_kind;
 use std::fmt;
 use std::ops::Range;
 
-use crate::shape_functions::domain::{DomainSlice, Domains, GridView, SquareMatrix};
+use crate::point_domain::{DomainSlice, Domains, GridView, SquareMatrix};
 use crate::{Basis1d, InterpolatedMotion, NodalState, Vector4};
 
 pub(crate) use crate::transfers::compiled::CompiledTransfers;

@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use crate::shape_functions::domain::{
+use crate::point_domain::{
     ConvectedDomain, ConvectedQuadrilateral, ElementDomain, FixedDomain, ReferenceDomain, RightStretchDomain,
     StretchingDomain,
 };

@@ -11,7 +11,7 @@ use colluvium_grid::{
 use colluvium_points::{ScratchBuffers, struct_of_arrays};
 
 use crate::background_grid::BackgroundGrid;
-use crate::step_bound::StepBound;
+use crate::points::step_bound::StepBound;
 
 struct_of_arrays! {
     /// State of the points, one column per variable.

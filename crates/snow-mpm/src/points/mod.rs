@@ -3,4 +3,5 @@
 //! All other modules read them.
 
 pub(crate) mod bodies;
+pub(crate) mod step_bound;
 pub(crate) mod vectors;

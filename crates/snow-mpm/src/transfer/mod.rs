@@ -13,8 +13,8 @@ use crate::config::{DeformationUpdate, SnowTransfer};
 use crate::critical_step::StepCoefficients;
 use crate::momentum::GridNodes;
 use crate::points::bodies::{Bodies, BodyPoints, PointColumns, PointFailure, point_slice, stress_columns};
+use crate::points::step_bound::StepBound;
 use crate::points::vectors::vector4;
-use crate::step_bound::StepBound;
 use crate::stress::step_motion::{StressWork, find_motions};
 
 /// Least number of blocks per task of a thread.

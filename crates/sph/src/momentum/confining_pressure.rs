@@ -3,7 +3,6 @@
 
 use rayon::prelude::*;
 
-use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::config::ConfinedParticles;
 use crate::context::SolverContext;
@@ -13,6 +12,7 @@ use crate::pairs::PairContext;
 use crate::points::particles::{Bodies, Derivatives, MIN_PARTICLES_PER_TASK};
 use crate::points::vector_algebra::{separation, square};
 use crate::rates::Rates;
+use crate::walls::Walls;
 
 /// Largest `Σ_{j≠i} V_j W` of a surface particle, in 1, 2 and 3 dimensions (BN 129; in 1D by
 /// the sheet's rule: between the first layer and the rest).

@@ -2,7 +2,6 @@
 
 use colluvium_case::loads::load_vectors::{cofactor, nanson};
 
-use crate::boundary::walls::{ObstacleEnergies, Walls};
 use crate::clock::Clock;
 use crate::context::SolverContext;
 use crate::kernel::Smoothing;
@@ -12,6 +11,7 @@ use crate::points::body_loads::BodyLoads;
 use crate::points::particles::{Bodies, ParticleGroup, Particles, SquareMatrix};
 use crate::points::vector_algebra::{dot, separation};
 use crate::rates::{Rates, ReactionSample, ReactionSum};
+use crate::walls::{ObstacleEnergies, Walls};
 
 /// Adds the loads at the end of a step of `dt` (s) to the accelerations.
 pub fn apply_loads<const D: usize>(

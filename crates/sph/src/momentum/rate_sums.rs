@@ -4,7 +4,6 @@ use colluvium_constitutive::SymTensor;
 use colluvium_points::BLOCK_POINTS;
 use rayon::prelude::*;
 
-use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::config::SmoothingLength;
 use crate::context::SolverContext;
@@ -14,6 +13,7 @@ use crate::neighbours::verlet_lists::VerletLists;
 use crate::pairs::{PairContext, PairSums, for_each_particle};
 use crate::points::particles::{Bodies, Derivatives};
 use crate::rates::Rates;
+use crate::walls::Walls;
 
 /// Computes the accelerations, gravity and local damping of the stage included; keeps the weights of the pairs.
 pub fn accelerate<const D: usize>(

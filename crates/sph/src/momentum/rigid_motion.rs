@@ -13,13 +13,13 @@ use colluvium_case::rigid::{
 use colluvium_case::spatial;
 use rayon::prelude::*;
 
-use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::context::SolverContext;
 use crate::points::packed_particles::set_velocity;
 use crate::points::particles::{Bodies, ParticleGroup, SquareMatrix};
 use crate::points::rigid_body::{RigidBody, RigidForces};
 use crate::rates::{Rates, ReactionSum};
+use crate::walls::Walls;
 
 /// Ratio of the kinetic energy of the velocity change in a step by supports and forces to that by the forces alone, above which the step is
 /// an impact.

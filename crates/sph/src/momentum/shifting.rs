@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::config::ShiftingSpeed;
 use crate::context::SolverContext;
@@ -11,6 +10,7 @@ use crate::pairs::{PairContext, Shift};
 use crate::points::particles::{Bodies, ParticleGroup};
 use crate::points::vector_algebra::square;
 use crate::rates::Rates;
+use crate::walls::Walls;
 
 /// Share of the trace of a full moment below which a particle lies at a free surface (sheet: sph §2.13 h: 1.5 of 2 and
 /// 2.4 of 3).

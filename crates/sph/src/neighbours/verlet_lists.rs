@@ -4,13 +4,13 @@ use colluvium_case::SolverError;
 use colluvium_points::{CellList, NeighbourList, ScratchBuffers};
 use rayon::prelude::*;
 
-use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::config::WallStress;
 use crate::context::SolverContext;
 use crate::points::particles::{Bodies, MIN_PARTICLES_PER_TASK, Particles};
 use crate::points::vector_algebra::square;
 use crate::rates::Rates;
+use crate::walls::Walls;
 
 /// Least number of steps between two sorts by cell.
 const STEPS_PER_SORT: u64 = 100;

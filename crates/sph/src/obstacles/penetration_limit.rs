@@ -6,7 +6,7 @@
 use colluvium_points::surface::{ContactQuery, NearestPoint};
 use serde::{Deserialize, Serialize};
 
-use crate::boundary::walls::ObstacleFaces;
+use crate::obstacles::obstacle_faces::ObstacleFaces;
 use crate::obstacles::thin_obstacles::ParticlePath;
 use crate::points::particles::{Bodies, ParticleGroup};
 use crate::points::vector_algebra::{dot, square};

@@ -3,7 +3,7 @@
 
 use colluvium_points::surface::{ContactQuery, NearestPoint, path_enters_solid, solid_blocks_path};
 
-use crate::boundary::walls::ObstacleFaces;
+use crate::obstacles::obstacle_faces::ObstacleFaces;
 use crate::points::vector_algebra::{dot, square};
 
 /// Largest cosine between the normals of opposite sides of a thin obstacle; it excludes the corners of boxes.

@@ -5,12 +5,12 @@ use colluvium_case::{Field, FieldData, SolverError, spatial};
 use colluvium_constitutive::{Mat3, SymTensor};
 use rayon::prelude::*;
 
-use crate::boundary::walls::ObstacleEnergies;
 use crate::pairs::PairContext;
 use crate::points::particles::{MIN_PARTICLES_PER_TASK, ParticleGroup};
 use crate::points::vector_algebra::separation;
 use crate::solver::{SphSolver, update_pair_data};
 use crate::stress::regularisation::BodyNeighbours;
+use crate::walls::ObstacleEnergies;
 
 /// Distance (smoothing lengths) within which two particles coincide: their kernel has no direction.
 const COINCIDENT: f64 = 1e-12;

@@ -7,9 +7,11 @@
 mod acceleration;
 pub(crate) mod corrected_momentum;
 pub(crate) mod diffusion;
+pub(crate) mod obstacle_mirror;
 pub mod operators;
 pub(crate) mod pair_data;
 pub(crate) mod short_range_repulsion;
+pub(crate) mod smooth_body_mirror;
 pub(crate) mod tensile_instability;
 pub(crate) mod velocity_gradient;
 pub(crate) mod wall_mirror;
@@ -30,8 +32,8 @@ use crate::kernel::Smoothing;
 use crate::points::particles::{Bodies, PairData, ParticleGroup, Particles, SquareMatrix};
 use crate::points::vector_algebra::separation;
 
-use crate::boundary::walls::Walls;
 use crate::points::packed_particles::Lanes;
+use crate::walls::Walls;
 
 /// Softening of the viscosity for coincident particles (sheet: sph §2.8).
 pub const SOFTENING: f64 = 0.01;

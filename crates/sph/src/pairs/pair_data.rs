@@ -3,7 +3,6 @@
 use colluvium_constitutive::SymTensor;
 use rayon::prelude::*;
 
-use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::config::{ContinuityEquation, MomentumEquation, Symmetrisation, Tensile};
 use crate::context::SolverContext;
@@ -12,6 +11,7 @@ use crate::pairs::PairContext;
 use crate::pairs::tensile_instability::artificial_stress;
 use crate::points::packed_particles::clear_volume;
 use crate::points::particles::{Bodies, MIN_PARTICLES_PER_TASK, PairData, Particles};
+use crate::walls::Walls;
 
 /// Updates the pair data of every particle, walls and images included; step 3.
 pub fn update_pair_data<const D: usize>(

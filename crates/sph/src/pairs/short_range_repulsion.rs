@@ -10,13 +10,13 @@ use std::ops::Range;
 
 use colluvium_points::NeighbourList;
 
-use crate::boundary::walls::{ImageParticle, WallContact, Walls};
 use crate::config::LagrangianFormulation;
 use crate::context::SolverContext;
 use crate::pairs::PairSums;
 use crate::points::packed_particles::Lanes;
 use crate::points::particles::{Bodies, ParticleGroup};
 use crate::points::vector_algebra::separation;
+use crate::walls::{ImageParticle, WallContact, Walls};
 
 /// Range of the repulsion, in spacings. In an even liquid no pair is so close.
 pub(crate) const RANGE: f64 = 0.7;

@@ -2,12 +2,12 @@
 
 use colluvium_constitutive::SymTensor;
 
-use crate::boundary::walls::{FlatWall, WallContact};
 use crate::config::WallVelocity;
 use crate::pairs::operators::{GradientMoment, product};
 use crate::pairs::{MomentumForm, PairContext, PairSums, SOFTENING};
 use crate::points::particles::SquareMatrix;
 use crate::points::vector_algebra::{separation, with_scaled_shear};
+use crate::walls::{FlatWall, WallContact};
 
 /// Largest factor of the particle's own velocity in a mirrored velocity, `β_max - 1` (Morris et al. 1997).
 pub(crate) const MAX_MIRROR_FACTOR: f64 = 0.5;

@@ -18,7 +18,6 @@ use colluvium_case::{SolverError, TimeStep};
 use colluvium_points::{Bisection, BoundingBox, CellList};
 use rayon::prelude::*;
 
-use crate::boundary::walls::ObstacleEnergies;
 use crate::config::{
     ContinuityEquation, DensityReset, MomentumEquation, Regularisation, SphOptions, Symmetrisation,
     WallStress,
@@ -28,6 +27,7 @@ use crate::ranks::particle_message::{ParticleMessage, assemble};
 use crate::rates::{ReactionSample, ReactionSum};
 use crate::solver::{EquilibriumTerms, SphSolver, equilibrium_terms};
 use crate::stress::regularisation::is_regularisation_due;
+use crate::walls::ObstacleEnergies;
 
 /// Largest weight of a rank over the mean, beyond which cuts are recomputed (sheet: sph §3.9).
 const IMBALANCE: f64 = 1.1;
@@ -89,12 +89,12 @@ impl<const D: usize> Rank<D> {
         &self,
         bounds: &BoundingBox<D>,
         width: f64,
-        images: &[crate::boundary::walls::ImageParticle<D>],
+        images: &[crate::walls::ImageParticle<D>],
     ) -> Vec<u32> {
         let x = &self.domain.lists.listed.positions;
         let mut near: Vec<u32> =
             self.own_particles().filter(|&i| bounds.contains_within(&x[i as usize], width)).collect();
-        let image_near = |image: &&crate::boundary::walls::ImageParticle<D>| {
+        let image_near = |image: &&crate::walls::ImageParticle<D>| {
             let x = &x[image.source as usize];
             bounds.contains_within(&std::array::from_fn(|c| image.flip[c] * x[c] + image.shift[c]), width)
         };

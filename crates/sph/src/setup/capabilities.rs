@@ -4,7 +4,6 @@ use colluvium_case::description::{Body, ObstacleShape, Wall};
 use colluvium_case::{Capabilities, Case, CaseError};
 use colluvium_constitutive::{MaterialSpec, ModelFamily};
 
-use crate::boundary::walls::is_mirror;
 use crate::config::{
     ConfinedParticles, ContinuityEquation, DensityReset, LagrangianFormulation, MomentumEquation,
     Regularisation, RoughWall, SmoothWall, SphOptions, Symmetrisation, Tensile, TimeIntegration,
@@ -14,6 +13,7 @@ use crate::points::particles::ParticleGroup;
 use crate::setup::band_checks::rigid_sticking_warning;
 use crate::setup::defaults::{densities, has_jump};
 use crate::stress::total_lagrangian;
+use crate::walls::is_mirror;
 
 /// Share by which the width of listed particles may differ from `spacing` without a warning.
 const LISTED_SLACK: f64 = 0.1;

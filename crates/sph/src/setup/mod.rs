@@ -11,9 +11,6 @@ use std::sync::Arc;
 
 use colluvium_case::{Capabilities, Case, CaseError, Plan, ProblemSize, Resolution, Solver};
 
-use crate::boundary::walls::{
-    ObstacleFaces, Walls, check_walls, flat_walls, has_friction, wall_particle_count,
-};
 use crate::config::{ConfinedParticles, ContinuityEquation, LagrangianFormulation, SphOptions};
 use crate::context::{SolverContext, leading_components};
 use crate::kernel::Smoothing;
@@ -25,6 +22,7 @@ use crate::setup::band_checks::check_bands;
 use crate::setup::capabilities::{check_stress_forms, check_supported, warnings};
 use crate::solver::SphSolver;
 use crate::stress::total_lagrangian::TotalLagrangianReference;
+use crate::walls::{ObstacleFaces, Walls, check_walls, flat_walls, has_friction, wall_particle_count};
 use bodies::{add_body, check_distances};
 
 /// Largest relative error of the summed density of a particle. Full supports have up to 2 %

@@ -23,7 +23,6 @@ pub(crate) use crate::pairs::pair_data::{sum_densities, update_pair_data};
 use colluvium_case::{SolverError, TimeStep};
 use serde::{Deserialize, Serialize};
 
-use crate::boundary::walls::{ObstacleEnergies, Walls};
 use crate::clock::Clock;
 use crate::context::SolverContext;
 use crate::critical_step::{critical_step, limit_by_obstacle_motion, to_time_step};
@@ -34,6 +33,7 @@ use crate::points::particles::Bodies;
 use crate::rates::Rates;
 use crate::stress::regularisation::SmoothedFields;
 use crate::stress::total_lagrangian::TotalLagrangianReference;
+use crate::walls::{ObstacleEnergies, Walls};
 
 /// Terms of the equilibrium criterion.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]

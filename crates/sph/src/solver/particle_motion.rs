@@ -3,7 +3,6 @@
 use colluvium_case::SolverError;
 use rayon::prelude::*;
 
-use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::context::SolverContext;
 use crate::neighbours::verlet_lists::VerletLists;
@@ -12,6 +11,7 @@ use crate::points::particles::{Bodies, MIN_PARTICLES_PER_TASK, ParticleGroup, Pa
 use crate::points::vector_algebra::square;
 use crate::rates::Rates;
 use crate::solver::EquilibriumTerms;
+use crate::walls::Walls;
 
 /// Equilibrium terms of the step for each free particle: unbalanced and external forces, kinetic energy and work.
 pub fn equilibrium_terms<const D: usize>(

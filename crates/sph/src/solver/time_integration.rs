@@ -3,7 +3,6 @@
 use colluvium_case::SolverError;
 use colluvium_constitutive::{States, SymTensor};
 
-use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::config::TimeIntegration;
 use crate::context::SolverContext;
@@ -16,6 +15,7 @@ use crate::rates::Rates;
 use crate::solver::SphSolver;
 use crate::solver::particle_motion::{drift, kick};
 use crate::stress::stress_update::{StageTime, update_stress};
+use crate::walls::Walls;
 
 /// Steps of the Verlet scheme between two plain ones, which couple odd and even steps.
 const STEPS_PER_PLAIN: u64 = 40;

@@ -6,7 +6,6 @@ use colluvium_case::SolverError;
 use colluvium_constitutive::SymTensor;
 use rayon::prelude::*;
 
-use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::config::{DensityReset, Regularisation};
 use crate::context::SolverContext;
@@ -14,6 +13,7 @@ use crate::kernel::Smoothing;
 use crate::neighbours::verlet_lists::VerletLists;
 use crate::points::particles::{Bodies, MIN_PARTICLES_PER_TASK, Particles};
 use crate::stress::stress_update::return_to_yield;
+use crate::walls::Walls;
 
 /// Least pivot over the largest entry of the moments of a particle, below which they are ill-conditioned (sheet: sph §2.10).
 const MIN_PIVOT_RATIO: f64 = 1e-8;

@@ -373,7 +373,7 @@ fn rows_tell_the_step_and_how_far_from_rest_it_is() {
     let steps = report.table.column("time_step").unwrap();
     assert!(steps[0].is_nan() && steps[1..].iter().all(|dt| *dt == 0.0137), "{steps:?}");
     assert_eq!(report.table.column("kinetic_ratio"), report.table.column("unbalanced_force"));
-    assert!(report.table.column("points_per_cell.min").is_none(), "the method tells of none");
+    assert!(report.table.column("points_per_cell.min").is_none(), "the method reports none");
 }
 
 #[test]

@@ -22,10 +22,10 @@ fn overwriting_removes_what_the_earlier_run_left() {
         .unwrap();
     assert!(!folder.path().join("profile-top.csv").exists());
     for name in foreign {
-        assert!(folder.path().join(name).exists(), "{name}: what is not of a run stays");
+        assert!(folder.path().join(name).exists(), "{name}: a file of no run is kept");
     }
     for name in own {
-        assert!(!folder.path().join(name).exists(), "{name}: what is of a run goes");
+        assert!(!folder.path().join(name).exists(), "{name}: a file of the run is removed");
     }
     remove_run(folder.path()).unwrap();
     let mut left = names(folder.path()).unwrap();

@@ -5,8 +5,8 @@ use colluvium_case::rigid::{RigidStep, SupportPoints, WallPlane};
 use colluvium_case::spatial;
 
 use crate::boundary::flat_wall::FlatWall;
-use crate::boundary::walls::Walls;
 use crate::obstacles::obstacle_faces::RigidObstacle;
+use crate::walls::Walls;
 
 impl<const D: usize> FlatWall<D> {
     /// Plane of the wall as a support of rigid bodies, in a case.

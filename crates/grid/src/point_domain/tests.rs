@@ -1,8 +1,8 @@
 //! Domains whose nodes are no product of one basis per axis.
 
-use crate::shape_functions::domain::convected_domains::{ConvectedDomain, ConvectedQuadrilateral};
-use crate::shape_functions::domain::reference_domain::inverse;
-use crate::shape_functions::domain::*;
+use crate::point_domain::convected_domains::{ConvectedDomain, ConvectedQuadrilateral};
+use crate::point_domain::reference_domain::inverse;
+use crate::point_domain::*;
 use crate::{LinearBasis, Mesh};
 
 /// Stand-in for domains that do not use the right stretch.

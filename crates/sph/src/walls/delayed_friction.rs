@@ -6,9 +6,9 @@
 use rayon::prelude::*;
 
 use crate::boundary::flat_wall::WallContact;
-use crate::boundary::walls::Walls;
 use crate::context::SolverContext;
 use crate::points::particles::{Bodies, MIN_PARTICLES_PER_TASK, Particles};
+use crate::walls::Walls;
 
 /// Delay, in times that a wave takes over a spacing.
 const DELAY: f64 = 3.0;

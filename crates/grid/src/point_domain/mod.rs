@@ -9,11 +9,11 @@ mod reference_domain;
 #[cfg(test)]
 mod tests;
 
-pub use crate::shape_functions::domain::contiguous_gimp_domains::{RightStretchDomain, StretchingDomain};
-pub use crate::shape_functions::domain::convected_domains::{ConvectedDomain, ConvectedQuadrilateral};
-pub use crate::shape_functions::domain::domain_columns::{DomainSlice, Domains, DomainsMut};
-pub use crate::shape_functions::domain::element_domain::ElementDomain;
-pub use crate::shape_functions::domain::reference_domain::ReferenceDomain;
+pub use crate::point_domain::contiguous_gimp_domains::{RightStretchDomain, StretchingDomain};
+pub use crate::point_domain::convected_domains::{ConvectedDomain, ConvectedQuadrilateral};
+pub use crate::point_domain::domain_columns::{DomainSlice, Domains, DomainsMut};
+pub use crate::point_domain::element_domain::ElementDomain;
+pub use crate::point_domain::reference_domain::ReferenceDomain;
 
 use crate::{Basis, Grid, Layout, Mesh, NodeSupport, Stencil};
 

@@ -5,6 +5,10 @@
 //! and velocity from the soil (`extrapolated_walls`). Held smooth bodies act as smooth walls of any shape (`smooth_bodies`).
 //! [`ObstacleFaces`] are rigid geometry of any shape, without particles.
 
+pub(crate) mod delayed_friction;
+pub(crate) mod extrapolated_walls;
+pub(crate) mod rigid_support;
+
 #[cfg(test)]
 mod tests;
 

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use crate::shape_functions::domain::{
+use crate::point_domain::{
     ConvectedDomain, ConvectedQuadrilateral, ElementDomain, FixedDomain, GridView, PointDomain,
     ReferenceDomain, RightStretchDiagonal, RightStretchDomain, SquareMatrix, StretchingDomain,
 };
@@ -13,15 +13,15 @@ use crate::{CpdiBasis, Vector4};
 macro_rules! domain_column {
     ($kind:ident) => {
         #[inline(always)]
-        fn typed_column<'a>(column: &crate::shape_functions::domain::DomainSlice<'a, D>) -> &'a [Self] {
+        fn typed_column<'a>(column: &crate::point_domain::DomainSlice<'a, D>) -> &'a [Self] {
             match column {
-                crate::shape_functions::domain::DomainSlice::$kind(domains) => domains,
+                crate::point_domain::DomainSlice::$kind(domains) => domains,
                 _ => unreachable!("a body has domains of the kind of its sweeps"),
             }
         }
 
-        fn new_column(count: usize) -> crate::shape_functions::domain::Domains<D> {
-            crate::shape_functions::domain::Domains::$kind(vec![Self::default(); count])
+        fn new_column(count: usize) -> crate::point_domain::Domains<D> {
+            crate::point_domain::Domains::$kind(vec![Self::default(); count])
         }
     };
 }

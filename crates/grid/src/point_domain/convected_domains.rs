@@ -1,9 +1,9 @@
 //! Point domains with grid functions evaluated at the corners (CPDI; sheet: mpm §2.5e).
 
-use crate::shape_functions::cpdi_basis::embed_plane_vector;
-use crate::shape_functions::domain::{
+use crate::point_domain::{
     GridView, PointDomain, RightStretchDiagonal, SquareMatrix, from_numbers, identity, update_deformation,
 };
+use crate::shape_functions::cpdi_basis::embed_plane_vector;
 use crate::{Basis, CpdiBasis, NodeList};
 
 /// Parallelogram (parallelepiped) that deforms with the deformation gradient (CPDI): half edges `r_a = F r_a⁰`.
@@ -30,7 +30,7 @@ impl<const D: usize> PointDomain<D> for ConvectedDomain<D> {
 
     const CHECKPOINT_NUMBERS: usize = D * D;
 
-    crate::shape_functions::domain::domain_columns::domain_column!(Convected);
+    crate::point_domain::domain_columns::domain_column!(Convected);
 
     #[inline(always)]
     fn support<const S: usize, B: Basis<S>>(
@@ -107,7 +107,7 @@ impl<const D: usize> PointDomain<D> for ConvectedQuadrilateral {
     const CONVECTS_CORNERS: bool = true;
     const CHECKPOINT_NUMBERS: usize = 8;
 
-    crate::shape_functions::domain::domain_columns::domain_column!(Corners);
+    crate::point_domain::domain_columns::domain_column!(Corners);
 
     #[inline(always)]
     fn support<const S: usize, B: Basis<S>>(

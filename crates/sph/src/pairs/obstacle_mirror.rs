@@ -2,10 +2,11 @@
 
 use colluvium_constitutive::SymTensor;
 
-use crate::boundary::walls::{DummySite, ObstacleFace, WallContact, dummy_sites};
+use crate::boundary::flat_wall::WallContact;
 use crate::config::WallVelocity;
-use crate::obstacles::smooth_body_mirror::reflected_stress;
+use crate::obstacles::obstacle_faces::{DummySite, ObstacleFace, dummy_sites};
 use crate::pairs::operators::GradientMoment;
+use crate::pairs::smooth_body_mirror::reflected_stress;
 use crate::pairs::wall_mirror::{MAX_MIRROR_FACTOR, MirrorState, STICK_RATIO, SlipFriction};
 use crate::pairs::{MomentumForm, PairSums};
 use crate::points::particles::SquareMatrix;

@@ -5,13 +5,13 @@ use colluvium_points::NeighbourList;
 use rayon::prelude::*;
 
 use crate::boundary::flat_wall::{FlatWall, WallContact};
-use crate::boundary::walls::Walls;
 use crate::clock::Clock;
 use crate::config::WallStress;
 use crate::context::SolverContext;
 use crate::points::packed_particles::set_velocity;
 use crate::points::particles::{Bodies, Particles};
 use crate::points::vector_algebra::{geostatic_stress, separation, with_scaled_shear};
+use crate::walls::Walls;
 
 /// Least sum of soil weights around a wall particle for an extrapolation (sheet: sph §2.13).
 const MIN_SOIL_WEIGHT: f64 = 1e-12;

@@ -1,6 +1,6 @@
 //! Point domains of the total-Lagrangian formulation (sheet: mpm §2.5g).
 
-use crate::shape_functions::domain::{
+use crate::point_domain::{
     GridView, PointDomain, RightStretchDiagonal, SquareMatrix, from_numbers, identity, update_deformation,
 };
 use crate::{Basis, ReferenceStencil, Stencil};
@@ -23,7 +23,7 @@ impl<const D: usize> PointDomain<D> for ReferenceDomain<D> {
 
     const CHECKPOINT_NUMBERS: usize = D + D * D;
 
-    crate::shape_functions::domain::domain_columns::domain_column!(Reference);
+    crate::point_domain::domain_columns::domain_column!(Reference);
 
     const REFERENCE_CONFIGURATION: bool = true;
 

@@ -1,6 +1,6 @@
 //! Point domains of contiguous-particle GIMP (sheet: mpm §2.5c).
 
-use crate::shape_functions::domain::{
+use crate::point_domain::{
     GridView, PointDomain, RightStretchDiagonal, SquareMatrix, from_numbers, identity, update_deformation,
 };
 use crate::{Basis, Stencil};
@@ -32,7 +32,7 @@ impl<const D: usize> PointDomain<D> for StretchingDomain<D> {
 
     const CHECKPOINT_NUMBERS: usize = D * D;
 
-    crate::shape_functions::domain::domain_columns::domain_column!(Stretching);
+    crate::point_domain::domain_columns::domain_column!(Stretching);
 
     #[inline(always)]
     fn support<const S: usize, B: Basis<S>>(
@@ -83,7 +83,7 @@ impl<const D: usize> PointDomain<D> for RightStretchDomain<D> {
 
     const CHECKPOINT_NUMBERS: usize = D * D;
 
-    crate::shape_functions::domain::domain_columns::domain_column!(Turning);
+    crate::point_domain::domain_columns::domain_column!(Turning);
 
     #[inline(always)]
     fn support<const S: usize, B: Basis<S>>(

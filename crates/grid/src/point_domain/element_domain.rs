@@ -1,6 +1,6 @@
 //! Point domains in the elements of a mesh (sheet: mpm §3.2).
 
-use crate::shape_functions::domain::{GridView, PointDomain, RightStretchDiagonal};
+use crate::point_domain::{GridView, PointDomain, RightStretchDiagonal};
 use crate::{Basis, NodeList};
 
 /// Element that contains a point.
@@ -14,7 +14,7 @@ impl<const D: usize> PointDomain<D> for ElementDomain {
 
     const CHECKPOINT_NUMBERS: usize = 1;
 
-    crate::shape_functions::domain::domain_columns::domain_column!(Elements);
+    crate::point_domain::domain_columns::domain_column!(Elements);
 
     #[inline(always)]
     fn support<const S: usize, B: Basis<S>>(
