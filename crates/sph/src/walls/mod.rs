@@ -16,7 +16,7 @@ pub use crate::boundary::build::{check_walls, flat_walls, has_friction, is_mirro
 pub use crate::boundary::flat_wall::{FlatWall, WallContact};
 pub use crate::boundary::flat_walls::FlatWalls;
 pub use crate::boundary::image_particle::ImageParticle;
-pub use crate::obstacles::obstacle_faces::{DummySite, ObstacleFace, ObstacleFaces, dummy_sites};
+pub use crate::obstacles::obstacle_faces::ObstacleFaces;
 pub use crate::obstacles::penetration_limit::ObstacleEnergies;
 pub use crate::obstacles::smooth_bodies::SmoothBodies;
 
