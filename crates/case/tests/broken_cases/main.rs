@@ -72,8 +72,8 @@ fn every_mistake_is_reported_at_its_path() {
 #[test]
 fn walls_removed_by_a_stage_remain_removed_after_the_last_stage() {
     let case = Case::from_json(&with("/stages/1/remove_boundaries", json!(["y-min"])).to_string()).unwrap();
-    let standing = |stage| case.active_boundaries(stage).len();
-    assert_eq!([standing(0), standing(1), standing(2), standing(usize::MAX)], [1, 0, 0, 0]);
+    let active = |stage| case.active_boundaries(stage).len();
+    assert_eq!([active(0), active(1), active(2), active(usize::MAX)], [1, 0, 0, 0]);
 }
 
 #[test]
@@ -182,7 +182,7 @@ fn the_axis_of_symmetry_is_smooth() {
             (1, "boundaries[0].wall.kind"),
             "{errors}"
         );
-        assert!(wall("x-min", 0.5, kind).is_ok(), "a pile stands beside the axis");
+        assert!(wall("x-min", 0.5, kind).is_ok(), "a wall beside the axis");
         assert!(wall("x-max", 1.0, kind).is_ok());
     }
     assert!(wall("x-min", 0.0, "smooth").is_ok());
@@ -346,5 +346,5 @@ fn a_case_is_the_same_from_any_working_directory() {
     assert_eq!(from_here.fingerprint(), read.fingerprint());
     let before = read.fingerprint();
     std::fs::write(folder.path().join("a.msh"), "another").unwrap();
-    assert_ne!(read.fingerprint(), before, "contents of the mesh count");
+    assert_ne!(read.fingerprint(), before, "the fingerprint covers the mesh");
 }

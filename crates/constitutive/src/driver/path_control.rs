@@ -116,9 +116,9 @@ impl ControlEquations {
         self
     }
 
-    /// Equations from those of a file, whose strain has tensor shear and whose angles are in degrees, with the stiffness `K_f/n` (Pa)
-    /// of undrained pore fluid.
-    fn from_file_units(mut self, fluid_stiffness: Option<f64>) -> Self {
+    /// Equations of the solver from those of a file, whose strain has tensor shear and whose angles are in degrees, with the
+    /// stiffness `K_f/n` (Pa) of undrained pore fluid.
+    fn into_solver_units(mut self, fluid_stiffness: Option<f64>) -> Self {
         self.strain.iter_mut().for_each(|row| row[3..].iter_mut().for_each(|e| *e *= 0.5));
         self.phase = self.phase.map(f64::to_radians);
         self.spin = self.spin.map(f64::to_radians);
@@ -250,7 +250,7 @@ impl LoadingPath {
             Self::Stress { increment } => (0..6).fold(still(), |rows, c| rows.stress(c, increment[c])),
             Self::General { stress, strain, total, amplitude, phase, spin, fluid_stiffness } => {
                 let rows = ControlEquations { stress, strain, total, amplitude, phase, spin, ..still() };
-                rows.from_file_units(fluid_stiffness)
+                rows.into_solver_units(fluid_stiffness)
             }
             Self::Creep {} => (0..6).fold(still(), |rows, c| rows.stress(c, 0.0)),
             // The others have no equations; see `program`.

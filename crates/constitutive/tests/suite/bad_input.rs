@@ -1,6 +1,6 @@
 //! Rejection of the bad input of `sheet: constitutive §7`, with the field named in the error. The materials are given in the
 //! form of a case file. Further tests: the hypoplastic law in `hypoplasticity.rs`, bands in
-//! `localisation.rs`, the driver's control in `driver/control.rs`.
+//! `localisation/double_scale.rs`, the driver's control in `driver/control.rs`.
 
 use colluvium_constitutive::basal::{BasalFlow, BasalSpec};
 use colluvium_constitutive::laws::StrengthReduction;

@@ -13,13 +13,13 @@ proptest! {
     #[test]
     fn the_same_input_gives_the_same_bits_on_any_thread(path in gradients(4, 0.1)) {
         for subject in subjects() {
-            let walk = || {
-                let walker = subject.walk(&path, 1e-3);
-                (walker.stress.0.map(f64::to_bits), subject.law.save(&walker.states))
+            let run = || {
+                let point = subject.end_of_path(&path, 1e-3);
+                (point.stress.0.map(f64::to_bits), subject.law.save(&point.states))
             };
-            let here = walk();
+            let here = run();
             let there = std::thread::scope(|scope| {
-                let threads = [scope.spawn(walk), scope.spawn(walk)];
+                let threads = [scope.spawn(run), scope.spawn(run)];
                 threads.map(|thread| thread.join().expect("no panic"))
             });
             prop_assert!(there.iter().all(|result| *result == here), "{}", subject.name());
@@ -50,7 +50,7 @@ proptest! {
             prop_assert_eq!(&stresses, &others, "{}", subject.name());
             prop_assert_eq!(subject.law.save(&states), subject.law.save(&others_states), "{}", subject.name());
             for (motion, stress) in motions.iter().zip(&stresses) {
-                let alone = subject.apply(&subject.walker(), motion);
+                let alone = subject.apply(&subject.point(), motion);
                 prop_assert_eq!(alone.stress, *stress, "{}", subject.name());
             }
         }

@@ -41,18 +41,18 @@ impl Subject {
         format!("{:?}", self.spec)
     }
 
-    fn walker(&self) -> TestPoint {
-        self.walker_at(self.start)
+    fn point(&self) -> TestPoint {
+        self.point_at(self.start)
     }
 
-    fn walker_at(&self, stress: SymTensor) -> TestPoint {
+    fn point_at(&self, stress: SymTensor) -> TestPoint {
         let density = self.spec.density();
         let (stress, states) = self.law.initial(&[InitialCondition { stress, density }]).expect("admissible");
         TestPoint { stress: stress[0], states, density }
     }
 
-    fn step(&self, walker: &TestPoint, gradient: &Mat3, dt: f64) -> TestPoint {
-        self.apply(walker, &self.motion(gradient, dt, walker.density))
+    fn step(&self, point: &TestPoint, gradient: &Mat3, dt: f64) -> TestPoint {
+        self.apply(point, &self.motion(gradient, dt, point.density))
     }
 
     /// Motion with mid-step gradient `a`, scaled, density following from the volume.
@@ -60,22 +60,22 @@ impl Subject {
         motion(&(*a * self.scale), dt, density)
     }
 
-    fn walk(&self, path: &[Mat3], dt: f64) -> TestPoint {
-        path.iter().fold(self.walker(), |walker, a| self.step(&walker, a, dt))
+    fn end_of_path(&self, path: &[Mat3], dt: f64) -> TestPoint {
+        path.iter().fold(self.point(), |point, a| self.step(&point, a, dt))
     }
 
-    fn apply(&self, walker: &TestPoint, motion: &Motion) -> TestPoint {
-        match self.try_apply(walker, motion) {
+    fn apply(&self, point: &TestPoint, motion: &Motion) -> TestPoint {
+        match self.try_apply(point, motion) {
             Ok(new) => new,
             Err(error) => {
-                panic!("{}: {error} at {:?}, {:?}", self.name(), walker.stress, motion.velocity_gradient_dt)
+                panic!("{}: {error} at {:?}, {:?}", self.name(), point.stress, motion.velocity_gradient_dt)
             }
         }
     }
 
-    fn try_apply(&self, walker: &TestPoint, motion: &Motion) -> Result<TestPoint, String> {
-        let mut new = walker.clone();
-        let mut stress = [walker.stress];
+    fn try_apply(&self, point: &TestPoint, motion: &Motion) -> Result<TestPoint, String> {
+        let mut new = point.clone();
+        let mut stress = [point.stress];
         let block = &mut new.states.blocks_mut()[0];
         self.law.update(std::slice::from_ref(motion), &mut stress, block).map_err(|e| e.to_string())?;
         new.stress = stress[0];
@@ -83,27 +83,27 @@ impl Subject {
         Ok(new)
     }
 
-    fn yield_value(&self, walker: &TestPoint) -> f64 {
-        one(walker, |stress, block, out| self.law.yield_values(stress, block, out))
+    fn yield_value(&self, point: &TestPoint) -> f64 {
+        value_of(point, |stress, block, out| self.law.yield_values(stress, block, out))
     }
 
-    fn energy(&self, walker: &TestPoint) -> f64 {
-        one(walker, |stress, block, out| {
+    fn energy(&self, point: &TestPoint) -> f64 {
+        value_of(point, |stress, block, out| {
             self.law.stored_energies(stress, block, out);
         })
     }
 
     /// Scale of the stress in a step (Pa): initial stress plus its elastic trial.
-    fn handled(&self, walker: &TestPoint, motion: &Motion) -> f64 {
-        let modulus = one(walker, |stress, block, out| self.law.wave_moduli(stress, block, out));
-        walker.stress.norm() + modulus * motion.velocity_gradient_dt.sym().norm()
+    fn stress_scale(&self, point: &TestPoint, motion: &Motion) -> f64 {
+        let modulus = value_of(point, |stress, block, out| self.law.wave_moduli(stress, block, out));
+        point.stress.norm() + modulus * motion.velocity_gradient_dt.sym().norm()
     }
 
     /// Point after the end of motion: a viscous stress ends with the motion, so for laws with a viscosity
     /// the remaining stress is the one that rest and rigid rotations must not change.
-    fn stopped(&self, walker: TestPoint) -> TestPoint {
-        let viscous = one(&walker, |stress, block, out| self.law.viscosities(stress, block, out)) > 0.0;
-        if viscous && self.is_solid() { self.step(&walker, &Mat3::ZERO, 1e-3) } else { walker }
+    fn stopped(&self, point: TestPoint) -> TestPoint {
+        let viscous = value_of(&point, |stress, block, out| self.law.viscosities(stress, block, out)) > 0.0;
+        if viscous && self.is_solid() { self.step(&point, &Mat3::ZERO, 1e-3) } else { point }
     }
 
     /// Whether the law is a solid: fluids have no memory of shear, so some tests of solids do not apply to them.
@@ -111,14 +111,14 @@ impl Subject {
         !self.spec.is_fluid()
     }
 
-    fn tangent(&self, motion: &Motion, walker: &TestPoint) -> Tangent {
-        self.law.tangent(motion, &walker.stress, &walker.states.blocks()[0], 0).expect("a tangent")
+    fn tangent(&self, motion: &Motion, point: &TestPoint) -> Tangent {
+        self.law.tangent(motion, &point.stress, &point.states.blocks()[0], 0).expect("a tangent")
     }
 }
 
-fn one(walker: &TestPoint, read: impl Fn(&[SymTensor], &StateBlock, &mut [f64])) -> f64 {
+fn value_of(point: &TestPoint, read: impl Fn(&[SymTensor], &StateBlock, &mut [f64])) -> f64 {
     let mut out = [0.0];
-    read(&[walker.stress], &walker.states.blocks()[0], &mut out);
+    read(&[point.stress], &point.states.blocks()[0], &mut out);
     out[0]
 }
 

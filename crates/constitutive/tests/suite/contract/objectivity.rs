@@ -4,7 +4,7 @@ use colluvium_constitutive::{Mat3, Motion};
 use proptest::prelude::*;
 
 use super::laws::{isotropic, solids};
-use super::{Subject, gradients, one};
+use super::{Subject, gradients, value_of};
 
 impl Subject {
     /// Compares a path with its rotation by `q`.
@@ -13,16 +13,16 @@ impl Subject {
     /// stress hardly larger than another one. Differences of that size, measured by a path that differs in its last digits, are not
     /// due to the rotation.
     fn check_rotated_path(&self, path: &[Mat3], q: &Mat3) -> Result<(), String> {
-        let (mut here, mut there) = (self.walker(), self.walker_at(self.start.rotated(q)));
-        let mut near = self.walker();
+        let (mut here, mut there) = (self.point(), self.point_at(self.start.rotated(q)));
+        let mut near = self.point();
         let mut allowed = 0.0;
         for a in path {
             let motion = self.motion(a, 1e-2, here.density);
             let nearly = self.motion(&last_digits_changed(a), 1e-2, near.density);
-            let before = self.handled(&here, &motion);
+            let before = self.stress_scale(&here, &motion);
             near = self.apply(&near, &nearly);
             (here, there) = (self.apply(&here, &motion), self.apply(&there, &rotated_motion(&motion, q)));
-            let after = self.handled(&here, &motion);
+            let after = self.stress_scale(&here, &motion);
             // Pressure-dependent stiffness carries earlier differences along.
             let own = 1e-12 + self.law.stress_tolerance();
             allowed = allowed * (after / before).max(1.0) + own * before.max(after);
@@ -47,10 +47,10 @@ fn last_digits_changed(a: &Mat3) -> Mat3 {
 
 /// Motion rotated by `q`.
 fn rotated_motion(motion: &Motion, q: &Mat3) -> Motion {
-    let turn = |m: &Mat3| *q * *m * q.transpose();
+    let rotated = |m: &Mat3| *q * *m * q.transpose();
     Motion {
-        deformation: turn(&motion.deformation),
-        velocity_gradient_dt: turn(&motion.velocity_gradient_dt),
+        deformation: rotated(&motion.deformation),
+        velocity_gradient_dt: rotated(&motion.velocity_gradient_dt),
         ..*motion
     }
 }
@@ -78,16 +78,16 @@ proptest! {
     #[test]
     fn the_stress_rotates_with_the_observer(path in gradients(4, 0.1), q in rotation()) {
         for subject in isotropic() {
-            let turned = subject.check_rotated_path(&path, &q);
-            prop_assert!(turned.is_ok(), "{}: {}", subject.name(), turned.unwrap_err());
+            let result = subject.check_rotated_path(&path, &q);
+            prop_assert!(result.is_ok(), "{}: {}", subject.name(), result.unwrap_err());
         }
     }
 
     #[test]
     fn permuted_axes_permute_the_stress(path in gradients(3, 0.1), q in proptest::sample::select(permutations().to_vec())) {
         for subject in isotropic() {
-            let turned = subject.check_rotated_path(&path, &q);
-            prop_assert!(turned.is_ok(), "{}: {}", subject.name(), turned.unwrap_err());
+            let result = subject.check_rotated_path(&path, &q);
+            prop_assert!(result.is_ok(), "{}: {}", subject.name(), result.unwrap_err());
         }
     }
 
@@ -95,16 +95,16 @@ proptest! {
     fn a_rigid_rotation_rotates_the_stress(path in gradients(3, 0.05), axis in rotation(), angle in -3.0..3.0f64) {
         let q = axis * Mat3::rotation_z(angle) * axis.transpose();
         for subject in solids() {
-            let walker = subject.stopped(subject.walk(&path, 1e-3));
+            let point = subject.stopped(subject.end_of_path(&path, 1e-3));
             // The deformation alone: the step itself computes the spin.
-            let motion = Motion::from_deformation(&q, 1e-3, walker.density, 0.1).expect("less than half a turn");
-            let after = subject.apply(&walker, &motion);
-            let difference = (after.stress - walker.stress.rotated(&q)).norm();
+            let motion = Motion::from_deformation(&q, 1e-3, point.density, 0.1).expect("less than half a turn");
+            let after = subject.apply(&point, &motion);
+            let difference = (after.stress - point.stress.rotated(&q)).norm();
             // A rotation is given to the last digit of its entries, which the stiffness turns into stress; a
             // rotation by nearly 180° is known no better than the tangent of its half.
-            let modulus = one(&walker, |stress, block, out| subject.law.wave_moduli(stress, block, out));
+            let modulus = value_of(&point, |stress, block, out| subject.law.wave_moduli(stress, block, out));
             let given = 32.0 * f64::EPSILON * modulus / (0.5 * angle).cos().powi(2);
-            prop_assert!(difference <= 1e-12 * walker.stress.norm() + given, "{}: {difference}", subject.name());
+            prop_assert!(difference <= 1e-12 * point.stress.norm() + given, "{}: {difference}", subject.name());
         }
     }
 }

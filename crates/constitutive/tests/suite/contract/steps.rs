@@ -3,7 +3,7 @@
 use colluvium_constitutive::{Mat3, Motion, SymTensor};
 
 use super::laws::subjects;
-use super::{motion, one};
+use super::{motion, value_of};
 
 #[test]
 fn two_half_steps_differ_from_one_by_the_square_of_the_step() {
@@ -11,10 +11,10 @@ fn two_half_steps_differ_from_one_by_the_square_of_the_step() {
     let before = Mat3([[0.002, 0.002, 0.0], [0.001, -0.004, 0.0005], [0.0, 0.001, 0.001]]);
     let direction = Mat3([[0.2, 0.5, 0.0], [-0.1, -0.6, 0.1], [0.0, 0.2, 0.25]]);
     for subject in subjects() {
-        let walker = subject.walk(&[before, before * 0.5], 1e-3);
+        let point = subject.end_of_path(&[before, before * 0.5], 1e-3);
         let difference = |size: f64| {
             let a = direction * size;
-            let whole = subject.apply(&walker, &motion(&a, 1e-3 * size / 4e-4, walker.density));
+            let whole = subject.apply(&point, &motion(&a, 1e-3 * size / 4e-4, point.density));
             // Half of the logarithm of the motion, so that both paths end at the same deformation.
             let root = square_root(&motion(&a, 1.0, 1.0).deformation);
             let half = |density: f64| {
@@ -23,11 +23,11 @@ fn two_half_steps_differ_from_one_by_the_square_of_the_step() {
                 m.density = density / root.determinant();
                 m
             };
-            let middle = subject.apply(&walker, &half(walker.density));
+            let middle = subject.apply(&point, &half(point.density));
             let end = subject.apply(&middle, &half(middle.density));
             // A strain is given to the last digit of the deformation, which the stiffness turns into stress.
-            let modulus = one(&walker, |stress, block, out| subject.law.wave_moduli(stress, block, out));
-            ((end.stress - whole.stress).norm(), 64.0 * f64::EPSILON * modulus + 1e-12 * walker.stress.norm())
+            let modulus = value_of(&point, |stress, block, out| subject.law.wave_moduli(stress, block, out));
+            ((end.stress - whole.stress).norm(), 64.0 * f64::EPSILON * modulus + 1e-12 * point.stress.norm())
         };
         let mut size = 1e-5;
         let mut last = difference(size).0;
@@ -68,7 +68,7 @@ fn wrapped_laws_have_the_properties_of_the_inner_law() {
 #[test]
 fn only_hypoelastic_laws_keep_a_stress_changed_from_outside() {
     for subject in subjects() {
-        let whole = subject.walker();
+        let whole = subject.point();
         let mut less = whole.clone();
         less.stress = whole.stress * 0.99;
         let strain = SymTensor([1e-5, -2e-5, 0.0, 1e-5, 0.0, 0.0]).to_matrix();
@@ -82,12 +82,12 @@ fn only_hypoelastic_laws_keep_a_stress_changed_from_outside() {
 #[test]
 fn without_motion_only_time_dependent_laws_depend_on_the_step() {
     for subject in subjects().iter().filter(|s| s.law.is_hypoelastic()) {
-        let mut beyond = subject.walker();
+        let mut beyond = subject.point();
         // Beyond the yield surface of most laws.
         beyond.stress += SymTensor([2e4, -1e4, -1e4, 5e4, 0.0, 0.0]);
         let after = |dt: f64| {
             let motion = motion(&Mat3::ZERO, dt, beyond.density);
-            subject.try_apply(&beyond, &motion).map(|walker| walker.stress)
+            subject.try_apply(&beyond, &motion).map(|point| point.stress)
         };
         let differs = after(1e-4) != after(1e-3);
         assert!(!differs || subject.law.is_time_dependent(), "{}", subject.name());

@@ -12,17 +12,17 @@ proptest! {
     #[test]
     fn a_step_without_motion_keeps_the_stress(path in gradients(3, 0.05)) {
         for subject in subjects() {
-            let walker = subject.stopped(subject.walk(&path, 1e-3));
-            let still = subject.step(&walker, &Mat3::ZERO, 1e-3);
+            let point = subject.stopped(subject.end_of_path(&path, 1e-3));
+            let still = subject.step(&point, &Mat3::ZERO, 1e-3);
             if subject.is_solid() {
-                let change = (still.stress - walker.stress).norm();
+                let change = (still.stress - point.stress).norm();
                 let own = 1e-14 + subject.law.stress_tolerance();
-                prop_assert!(change <= own * walker.stress.norm(), "{}: {change}", subject.name());
+                prop_assert!(change <= own * point.stress.norm(), "{}: {change}", subject.name());
             } else if subject.yield_value(&still) == f64::NEG_INFINITY {
                 let shear = still.stress.deviator().norm();
                 prop_assert!(shear <= 1e-14 * still.stress.norm(), "a resting fluid carries no shear");
             } else {
-                let limit = walker.stress.deviator().norm() * (1.0 + 1e-14);
+                let limit = point.stress.deviator().norm() * (1.0 + 1e-14);
                 prop_assert!(still.stress.deviator().norm() <= limit, "{}: shear grew at rest", subject.name());
             }
         }
@@ -31,15 +31,15 @@ proptest! {
     #[test]
     fn stress_stays_finite_and_inside_the_yield_surface(path in gradients(6, 0.1)) {
         for subject in subjects() {
-            let mut walker = subject.walker();
+            let mut point = subject.point();
             for a in &path {
-                let next = subject.step(&walker, a, 1e-3);
+                let next = subject.step(&point, a, 1e-3);
                 prop_assert!(next.stress.is_finite(), "{}", subject.name());
                 let excess = subject.yield_value(&next);
                 // p_ref = 1 kPa.
                 let scale = next.stress.pressure().abs() + 1e3;
                 prop_assert!(excess <= 1e-9 * scale, "{}: f = {excess} Pa at {scale} Pa", subject.name());
-                walker = next;
+                point = next;
             }
         }
     }
@@ -49,17 +49,17 @@ proptest! {
         -1e3..1e3f64, Just(f64::NAN), Just(f64::INFINITY), Just(0.0), Just(-1.0), Just(1e300)
     ])) {
         for subject in subjects() {
-            let walker = subject.walker();
+            let point = subject.point();
             let gradient = Mat3(*entries.as_chunks::<3>().0.first_chunk::<3>().expect("nine entries"));
             let motion = Motion {
                 deformation: Mat3::IDENTITY + gradient,
                 velocity_gradient_dt: gradient,
                 dt: 1e-3,
-                density: walker.density,
+                density: point.density,
                 size: 0.1,
                 pore: Default::default(),
             };
-            match subject.try_apply(&walker, &motion) {
+            match subject.try_apply(&point, &motion) {
                 Ok(_) if !gradient.is_finite() => {
                     prop_assert!(false, "{} took a motion that is not finite", subject.name());
                 }
@@ -72,19 +72,19 @@ proptest! {
     #[test]
     fn plastic_flow_dissipates(path in gradients(5, 0.1)) {
         for subject in subjects() {
-            let mut walker = subject.walker();
+            let mut point = subject.point();
             for a in &path {
-                let motion = subject.motion(a, 1e-3, walker.density);
-                let next = subject.apply(&walker, &motion);
-                let old = (&walker.stress, &walker.states.blocks()[0]);
+                let motion = subject.motion(a, 1e-3, point.density);
+                let next = subject.apply(&point, &motion);
+                let old = (&point.stress, &point.states.blocks()[0]);
                 let new = (&next.stress, &next.states.blocks()[0]);
                 if let Some(dissipated) = subject.law.dissipation(&motion, old, new) {
                     // Scale of the energy in a step.
                     let strain = motion.velocity_gradient_dt.sym().norm();
-                    let scale = subject.handled(&walker, &motion) * strain + subject.energy(&walker);
+                    let scale = subject.stress_scale(&point, &motion) * strain + subject.energy(&point);
                     prop_assert!(dissipated >= -1e-12 * scale, "{}: {dissipated} J/m³ of {scale}", subject.name());
                 }
-                walker = next;
+                point = next;
             }
         }
     }
@@ -104,10 +104,10 @@ fn the_smallest_stresses_and_strains_stay_finite() {
             let size = 10f64.powi(-150) * 10f64.powi(150 - power);
             assert!(size > 0.0);
             for stress in directions {
-                let mut walker = subject.walker_at(SymTensor::ZERO);
-                walker.stress = stress * size;
+                let mut point = subject.point_at(SymTensor::ZERO);
+                point.stress = stress * size;
                 for strain in directions.into_iter().chain([SymTensor::ZERO]) {
-                    let next = subject.step(&walker, &(strain * size).to_matrix(), 1e-3);
+                    let next = subject.step(&point, &(strain * size).to_matrix(), 1e-3);
                     assert!(next.stress.is_finite(), "{}: {size} of {stress:?}, {strain:?}", subject.name());
                 }
             }

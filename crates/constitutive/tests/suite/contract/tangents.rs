@@ -4,7 +4,7 @@ use colluvium_constitutive::SymTensor;
 use proptest::prelude::*;
 
 use super::laws::solids;
-use super::{TestPoint, gradients, motion, one};
+use super::{TestPoint, gradients, motion, value_of};
 
 proptest! {
     // Each of these needs twenty-five updates of all laws.
@@ -19,13 +19,13 @@ proptest! {
         for subject in solids() {
             let size = size * subject.scale;
             let gradient = SymTensor(direction).to_matrix() * size;
-            let walker = subject.walk(&before, 1e-3);
-            let at = motion(&gradient, 1e-3, walker.density);
-            let tangent = subject.tangent(&at, &walker);
+            let point = subject.end_of_path(&before, 1e-3);
+            let at = motion(&gradient, 1e-3, point.density);
+            let tangent = subject.tangent(&at, &point);
             let pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];
-            let modulus = |at: &TestPoint| one(at, |stress, block, out| subject.law.wave_moduli(stress, block, out));
-            let middle = subject.apply(&walker, &at);
-            let stiffest = modulus(&walker).max(modulus(&middle));
+            let modulus = |at: &TestPoint| value_of(at, |stress, block, out| subject.law.wave_moduli(stress, block, out));
+            let middle = subject.apply(&point, &at);
+            let stiffest = modulus(&point).max(modulus(&middle));
             // First and second differences over the step.
             let differences = |step: f64| {
                 let stress = |column: usize, amount: f64| {
@@ -33,9 +33,9 @@ proptest! {
                     let mut a = gradient;
                     a.0[i][j] += 0.5 * amount;
                     a.0[j][i] += 0.5 * amount;
-                    let mut moved = motion(&a, 1e-3, walker.density);
+                    let mut moved = motion(&a, 1e-3, point.density);
                     moved.density = at.density * at.deformation.determinant() / moved.deformation.determinant();
-                    subject.apply(&walker, &moved).stress
+                    subject.apply(&point, &moved).stress
                 };
                 std::array::from_fn::<_, 6, _>(|column| {
                     let (plus, minus) = (stress(column, step), stress(column, -step));

@@ -6,7 +6,7 @@ use colluvium_constitutive::{
     Corotational, MaterialError, MaterialSpec, Motion, PointLaw, SmallStrain, StressUpdate, SymTensor,
 };
 
-use super::{at, clay, digits, near, problem_field, start, still, test};
+use super::{Change, at, clay, digits, near, problem_field, start, still, test};
 
 #[test]
 fn modified_cam_clay_returns_to_the_stress_of_the_sheet() {
@@ -108,7 +108,7 @@ fn large_strain_increments_are_refused() {
 }
 
 /// Changes of a valid material that give a parameter out of range, and the parameter (sheet: constitutive §7).
-const OUT_OF_RANGE: [(fn(&mut CamClaySpec), &str); 10] = [
+const OUT_OF_RANGE: [(Change<CamClaySpec>, &str); 10] = [
     (|s| s.critical_state_slope = 0.0, "critical_state_slope"),
     (|s| s.swelling_slope = -0.05, "swelling_slope"),
     (|s| s.compression_slope = 0.05, "compression_slope"),

@@ -91,6 +91,9 @@ const SAND: PressureStiffness =
 
 const CLAY: PressureStiffness = PressureStiffness::Clay { swelling_slope: 0.05 };
 
+/// Change of the parameters of a law.
+type Change<T> = fn(&mut T);
+
 /// Parameter that an error names.
 fn problem_field(error: &MaterialError) -> String {
     match error.parameter_problem() {

@@ -4,7 +4,7 @@ use colluvium_constitutive::driver::{ElementPath, LoadingPath};
 use colluvium_constitutive::laws::{PressureElasticSpec, PressureStiffness};
 use colluvium_constitutive::{Corotational, Mat3, MaterialSpec, Motion, PointLaw, StressUpdate, SymTensor};
 
-use super::{CLAY, SAND, elastic, near, problem_field, start, test};
+use super::{CLAY, Change, SAND, elastic, near, problem_field, start, test};
 
 #[test]
 fn elastic_stiffness_follows_pressure() {
@@ -70,7 +70,7 @@ fn elastic_triaxial_slope_is_three_times_the_shear_modulus() {
 }
 
 /// Changes of a valid material that give a parameter out of range, and the parameter (sheet: constitutive §7).
-const OUT_OF_RANGE: [(fn(&mut PressureElasticSpec), &str); 7] = [
+const OUT_OF_RANGE: [(Change<PressureElasticSpec>, &str); 7] = [
     (|s| s.poissons_ratio = -1.0, "poissons_ratio"),
     (|s| s.void_ratio = -0.1, "void_ratio"),
     (|s| s.least_pressure = Some(0.0), "least_pressure"),

@@ -4,7 +4,7 @@ use colluvium_constitutive::driver::{ElementPath, LoadingPath};
 use colluvium_constitutive::laws::SimsandSpec;
 use colluvium_constitutive::{MaterialSpec, Point, PointLaw, SmallStrain, SymTensor};
 
-use super::{digits, near, problem_field, start, still, test};
+use super::{Change, digits, near, problem_field, start, still, test};
 
 fn sand(void_ratio: f64) -> MaterialSpec {
     MaterialSpec::Simsand(SimsandSpec::bui_nguyen(void_ratio))
@@ -115,7 +115,7 @@ fn stretched_sand_liquefies_and_recovers_when_compressed() {
 }
 
 /// Changes of a valid material that give a parameter out of range, and the parameter (sheet: constitutive §7).
-const OUT_OF_RANGE: [(fn(&mut SimsandSpec), &str); 14] = [
+const OUT_OF_RANGE: [(Change<SimsandSpec>, &str); 14] = [
     (|s| s.void_ratio = 0.0, "void_ratio"),
     (|s| s.void_ratio = 2.9, "void_ratio"),
     (|s| s.stiffness_constant = 0.0, "stiffness_constant"),
