@@ -111,7 +111,7 @@ fn what_is_left_out_is_told_and_the_same_points_stay() {
     let states = frames(200, 3000);
     let small = View { bytes: 200_000, ..view() };
     let animation = Animation::from_panels(&[panel("a", &states)], &small).unwrap();
-    assert!(animation.omitted.starts_with("24 of 200 frames, one in "), "{}", animation.omitted);
+    assert!(animation.omitted.starts_with("24 of 200 frames, one of "), "{}", animation.omitted);
     let element = animation.element();
     assert!(element.len() < 400_000, "{} bytes", element.len());
     let counts: Vec<u64> = animation.data["panels"][0]["frames"]
