@@ -151,7 +151,10 @@ fn numbers_of_steps_that_are_zero_are_told_what_turns_them_off() {
         let name = format!("{off}_steps");
         let case = block(&json!({}), &json!({ name.as_str(): 0 }));
         let error = Sph.plan(&case).unwrap_err().to_string();
-        assert_eq!(error, format!("methods.sph.{name}: 0 must be at least 1; to turn it off, set {off} to none"));
+        assert_eq!(
+            error,
+            format!("methods.sph.{name}: 0 must be at least 1; to turn it off, set {off} to none")
+        );
     }
 }
 
