@@ -83,8 +83,8 @@ struct MemoryCase {
 }
 
 impl MemoryCase {
-    fn new(name: &str, space: &str, method: &'static str, options: Value, change: &Value) -> Self {
-        Self { name: name.to_owned(), method, case: block(space, method, &options, change) }
+    fn new(name: &str, space: &str, method: &'static str, options: &Value, change: &Value) -> Self {
+        Self { name: name.to_owned(), method, case: block(space, method, options, change) }
     }
 }
 
@@ -106,11 +106,11 @@ fn continuum_cases(space: &str, cell: f64) -> Vec<MemoryCase> {
     ];
     let mpm = mpm.into_iter().map(|(name, mut options, change)| {
         options["cell_size"] = json!(cell);
-        MemoryCase::new(name, space, "mpm", options, change)
+        MemoryCase::new(name, space, "mpm", &options, change)
     });
     let sph = [("sph", &none), ("sph law", &plastic)];
     let sph = sph
-        .map(|(name, change)| MemoryCase::new(name, space, "sph", json!({ "spacing": 0.5 * cell }), change));
+        .map(|(name, change)| MemoryCase::new(name, space, "sph", &json!({ "spacing": 0.5 * cell }), change));
     mpm.chain(sph).collect()
 }
 
@@ -125,7 +125,7 @@ fn grain_cases(space: &str, diameter: f64) -> Vec<MemoryCase> {
             "pairs": [{ "between": ["m", "m"], "normal": { "law": "linear", "stiffness": 1e5, "damping_ratio": 0.1 },
                         "friction": { "coefficient": 0.5 } }]
         });
-        MemoryCase::new(name, space, "dem", options, &json!({}))
+        MemoryCase::new(name, space, "dem", &options, &json!({}))
     });
     cases.into()
 }
