@@ -1,7 +1,7 @@
 //! Smoothed particle hydrodynamics of solids.
 //!
 //! A body is a set of particles that carry mass, velocity, density, stress and the state of its law. A
-//! field at a particle, its gradient and its Laplacian are sums over the particles around it: [`pairs::kernel`] has the smoothing kernels,
+//! field at a particle, its gradient and its Laplacian are sums over the particles around it: [`kernel`] has the smoothing kernels,
 //! [`pairs::operators`] the sums. The solver moves particles by the momentum equation in leapfrog steps, velocities half a step ahead
 //! (sheet: sph §3.3; [`SphSolver`]).
 //! One dimension, plane strain and three dimensions; rough walls are layers of particles, smooth walls
