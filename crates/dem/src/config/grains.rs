@@ -99,9 +99,9 @@ pub enum Fill {
         /// linearly from layer to layer.
         first_solid_fraction: f64,
     },
-    /// Ballistic deposition: grains are dropped along the last axis one by one at random positions, and each rolls until it rests on two
-    /// others in the plane, on three in space, or on the floor of the box around the body, until the box is full. Sides count as other
-    /// grains. Periodic where the domain is periodic along another axis and the body spans it. The density follows from the sizes.
+    /// Ballistic deposition: grains are dropped along the last axis one by one at random positions, until the box around the body is
+    /// full. Each grain rolls until it rests on two others in the plane, on three in space, or on the floor of the box. Sides count as
+    /// other grains. Periodic where the domain is periodic along another axis and the body spans it. The density follows from the sizes.
     DropAndRoll,
     /// Sleeve of a triaxial test: rings of grains of one size above each other, from the base on. The shape is the `difference` of two
     /// cylinders about one axis, on whose inner side the grains rest. Rings are about as far apart as the grains of a ring, which need

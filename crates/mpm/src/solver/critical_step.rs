@@ -117,11 +117,7 @@ impl<const D: usize> MpmSolver<D> {
         set.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
         let mut least =
             LimitingPoint { dt: f64::INFINITY, limit: StepLimit::NOTHING, set: number, index: first };
-        let stiffening = if self.boundary.penalty_obstacles.is_some() {
-            self.clock.options.obstacle_stiffness_factor()
-        } else {
-            1.0
-        };
+        let stiffening = self.obstacle_stiffening();
         for k in 0..stress.len() {
             let index = first + k;
             let h = set.domain.as_slice().spacing(index, &view);
@@ -148,6 +144,13 @@ impl<const D: usize> MpmSolver<D> {
         least
     }
 
+    /// Factor on the wave moduli for the springs of obstacles on points; 1 without such obstacles.
+    #[inline]
+    fn obstacle_stiffening(&self) -> f64 {
+        let on_points = self.boundary.penalty_obstacles.is_some();
+        if on_points { self.clock.options.obstacle_stiffness_factor() } else { 1.0 }
+    }
+
     /// Step limit of a point from that of its skeleton's wave; with pore fluid that of both phases.
     #[inline]
     fn phase_limit(&self, bounds: StepCoefficients, wave: LimitingPoint, modulus: f64) -> LimitingPoint {
@@ -158,11 +161,7 @@ impl<const D: usize> MpmSolver<D> {
         // In time over the root of the scale of inertia the equations are the unscaled ones, with a weaker drag.
         let scale = self.clock.options.mass_scaling.sqrt();
         // Obstacles on points have the same springs for fluid and skeleton.
-        let stiffening = if self.boundary.penalty_obstacles.is_some() {
-            self.clock.options.obstacle_stiffness_factor()
-        } else {
-            1.0
-        };
+        let stiffening = self.obstacle_stiffening();
         let (modulus, bulk_modulus) = (stiffening * modulus, stiffening * fluid.bulk_modulus);
         let scaled = PoreFluidConstants { resistance: fluid.resistance / scale, bulk_modulus, ..fluid };
         let moving =

@@ -117,7 +117,7 @@ impl<const D: usize> PairSums<'_, D> {
         let regular = self.first_mirrored(row);
         let form = self.gradient_form();
         let GradientSums { mut gradient, mut moment, mut trace } =
-            self.gradient_sums::<TURNS>(i, (row, weights), turn, &form);
+            self.gradient_sums::<TURNS>(i, (row, weights, regular), turn, &form);
         if !self.walls.smooth.is_empty() {
             self.add_smooth_gradient(i, row, (&mut gradient, &mut trace, &mut moment));
         }
@@ -161,18 +161,18 @@ impl<const D: usize> PairSums<'_, D> {
         GradientForm { by_mass, corrected, corotated, continuity, sums_divergence }
     }
 
-    /// Sums of particle `i` over its neighbours without mirrored particles, from velocities less the rotation `turn` (1/s) where `TURNS`.
+    /// Sums of particle `i` over its neighbours without mirrored particles, the first `regular` of its row, from velocities less the
+    /// rotation `turn` (1/s) where `TURNS`.
     #[inline(always)]
     fn gradient_sums<const TURNS: bool>(
         &self,
         i: usize,
-        (row, weights): (&[u32], &[f64]),
+        (row, weights, regular): (&[u32], &[f64], usize),
         turn: &SquareMatrix<D>,
         form: &GradientForm,
     ) -> GradientSums<D> {
         let &GradientForm { by_mass, corrected, corotated, continuity, sums_divergence } = form;
         let records = &self.shown.records;
-        let regular = self.first_mirrored(row);
         let own = packed_particles::packed_kinematics::<D>([&records[i]; 4]);
         let mut gradient = [[Lanes::splat(0.0); D]; D];
         let (mut moment, mut neighbours) = ([[Lanes::splat(0.0); D]; D], Lanes::splat(0.0));

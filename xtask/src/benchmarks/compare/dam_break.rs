@@ -1,8 +1,8 @@
 //! Collapse of a water column on a dry floor (sheet: mpm A-25) by MPM, SPH and depth-integrated flow.
 
-use colluvium::plots::{Series, Style};
+use colluvium::plots::{LineChart, Series, Style};
 
-use super::{MethodComparison, chart};
+use super::MethodComparison;
 use crate::analysis::{max_or_nan, regression_slope};
 use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, measure_series, reference_curve, reference_table, run_in_memory,
@@ -35,7 +35,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let between = |points: &[(f64, f64)]| -> FrontCurve {
         points.iter().copied().filter(|(_, z)| *z > 1.5 && *z < 3.0).collect()
     };
-    let mut picture = chart("Front of a surge on a dry bed", "t √(2g/a)", "x / a");
+    let mut picture = LineChart::new("Front of a surge on a dry bed", "t √(2g/a)", "x / a");
     let (mut fronts, mut together) = (Vec::<FrontCurve>::new(), MethodComparison::default());
     for method in ["mpm", "sph", "depth-sph"] {
         let report = run_in_memory(method, &case)?;

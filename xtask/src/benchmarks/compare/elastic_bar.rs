@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use colluvium::plots::{Series, Style};
+use colluvium::plots::{LineChart, Series, Style};
 
-use super::{MethodComparison, chart};
+use super::MethodComparison;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory};
 
 /// Benchmark of this module.
@@ -33,8 +33,11 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let case = load_case("compare/elastic-bar")?;
     let period = 4.0 / speed();
-    let mut picture =
-        chart("Momentum of an elastic bar in its first mode", "time (s)", "momentum over that at the start");
+    let mut picture = LineChart::new(
+        "Momentum of an elastic bar in its first mode",
+        "time (s)",
+        "momentum over that at the start",
+    );
     let mut together = MethodComparison::default();
     for method in ["mpm", "sph", "snow-mpm"] {
         let report = run_in_memory(method, &case)?;

@@ -2,10 +2,9 @@
 //! of the same packings.
 
 use colluvium::constitutive::driver::ElementTest;
-use colluvium::plots::{Series, Style};
+use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
-use super::chart;
 use crate::analysis::{max_or_nan, mean_and_deviation};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
@@ -161,7 +160,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
         (0.75, 1.25),
         "one dilatancy angle; the scatter of the mean of four packings of 200 grains",
     );
-    let mut picture = chart(
+    let mut picture = LineChart::new(
         "Four cells of grains in the mean, and the law fitted to it at 100 kPa",
         "shortening",
         "difference of the stresses (Pa)",

@@ -2,10 +2,10 @@
 
 use colluvium::case::description::{ObstacleShape, ObstacleWall};
 use colluvium::case::{Case, RunReport};
-use colluvium::plots::{Series, Style};
+use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
-use super::{MethodComparison, chart};
+use super::MethodComparison;
 use crate::analysis::{MaxOrNan, regression_slope};
 use crate::benchmarks::mpm::inclined_block::{
     ANGLE, LOADED, gravity_along_plane, speed_series, speeds_after_loading, travelled_distance,
@@ -34,7 +34,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let tangent = ANGLE.to_radians().tan();
     let mut picture =
-        chart("Velocity along a plane of 30°, friction of 0.3 tan θ", "time (s)", "velocity (m/s)");
+        LineChart::new("Velocity along a plane of 30°, friction of 0.3 tan θ", "time (s)", "velocity (m/s)");
     let mut together = MethodComparison::default();
     for (method, band, reason) in METHODS {
         // The rest of MPM is in mpm/inclined-block.

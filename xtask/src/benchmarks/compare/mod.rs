@@ -14,7 +14,7 @@ mod tipping_block;
 use colluvium::case::{Case, RunReport};
 use colluvium::compare::{self, CompletedRun, ReferenceProfiles};
 use colluvium::output::run_pictures::view_plane_for_gravity;
-use colluvium::plots::{LineChart, PointCloud};
+use colluvium::plots::PointCloud;
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, recorder};
 
@@ -61,11 +61,6 @@ impl MethodComparison {
         outcome.comparison = Some(sections.map_err(|error| error.to_string())?);
         Ok(())
     }
-}
-
-/// Chart with its labels.
-fn chart(title: &str, x: &str, y: &str) -> LineChart {
-    LineChart::new(title, x, y)
 }
 
 /// Draws the points at the end of the failing trial with the least factor of the search `safety`; `name` is that of the method.

@@ -1,9 +1,9 @@
 //! Layer of sand that slides down a terrain raster in space: MPM, SPH, DEM and depth-integrated flow.
 
 use colluvium::case::{Case, RunReport};
-use colluvium::plots::{Series, Style};
+use colluvium::plots::{LineChart, Series, Style};
 
-use super::{MethodComparison, chart};
+use super::MethodComparison;
 use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, centre_of_mass, load_case, max_penetration, obstacle_energy_shares,
     run_in_memory,
@@ -27,7 +27,7 @@ const FRICTION: f64 = 0.4;
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let case = load_case("compare/slide")?;
-    let mut picture = chart("Centre of mass of a slide on a raster", "time (s)", "x (m)");
+    let mut picture = LineChart::new("Centre of mass of a slide on a raster", "time (s)", "x (m)");
     let (mut found, mut together) = (Vec::new(), MethodComparison::default());
     for method in ["mpm", "sph", "dem", "depth-sph"] {
         let report = run_in_memory(method, &case)?;

@@ -1,8 +1,8 @@
 //! Factor of safety of a homogeneous slope, by MPM and SPH (sheet: sph §3.5).
 
-use colluvium::plots::{Series, Style};
+use colluvium::plots::{LineChart, Series, Style};
 
-use super::{chart, draw_failure};
+use super::draw_failure;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory};
 
 /// Benchmark of this module.
@@ -26,8 +26,11 @@ fn without_dilatancy() -> f64 {
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let case = load_case("compare/slope-cut")?;
-    let mut picture =
-        chart("Displacement of trials at rest and in failure", "factor", "E u / (γ H²), no more than 3");
+    let mut picture = LineChart::new(
+        "Displacement of trials at rest and in failure",
+        "factor",
+        "E u / (γ H²), no more than 3",
+    );
     for method in ["mpm", "sph"] {
         let report = run_in_memory(method, &case)?;
         let found = report.safety.get("safety").ok_or("no factor of safety")?;

@@ -4,9 +4,9 @@
 use std::f64::consts::FRAC_PI_2;
 
 use colluvium::case::RunReport;
-use colluvium::plots::{Series, Style};
+use colluvium::plots::{LineChart, Series, Style};
 
-use super::{MethodComparison, chart};
+use super::MethodComparison;
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory};
 
@@ -55,7 +55,7 @@ fn benchmark(_: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let case = load_case("compare/tipping-block")?;
     let exact = pendulum();
-    let mut picture = chart("Turn of a block on a slope of 30°", "time (s)", "angle (degrees)");
+    let mut picture = LineChart::new("Turn of a block on a slope of 30°", "time (s)", "angle (degrees)");
     let degrees = |rows: &[(f64, f64)]| -> Vec<(f64, f64)> {
         rows.iter().map(|row| (row.0, row.1.to_degrees())).collect()
     };

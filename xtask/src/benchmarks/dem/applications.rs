@@ -1,10 +1,10 @@
 //! Landslides, bonded slopes, dilatant shear (sheet: dem §5, B15).
 
 use colluvium::case::RunReport;
-use colluvium::plots::{PointCloud, Series, Style};
+use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use serde_json::json;
 
-use crate::benchmarks::dem::case_builders::{chart, load, method_options, parse_case};
+use crate::benchmarks::dem::case_builders::{load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, vectors};
 
 /// Benchmark of this module.
@@ -139,7 +139,8 @@ fn dilate(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         (0.01, 0.08),
         reason,
     );
-    let mut picture = chart("Shear of dense disks at constant pressure", "shear strain", "void ratio");
+    let mut picture =
+        LineChart::new("Shear of dense disks at constant pressure", "shear strain", "void ratio");
     picture.series.push(Series::new("DEM", voids, Style::Line));
     outcome.svg("B15: dilatant shear.", &picture)
 }

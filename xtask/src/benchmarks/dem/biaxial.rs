@@ -1,11 +1,11 @@
 //! Biaxial tests, dense and loose (sheet: dem §5, B14).
 
 use colluvium::case::RunReport;
-use colluvium::plots::{Series, Style};
+use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
 use crate::analysis::mean_and_deviation;
-use crate::benchmarks::dem::case_builders::{chart, load, method_options, parse_case};
+use crate::benchmarks::dem::case_builders::{load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory};
 
 /// Dense, to the peak.
@@ -183,9 +183,9 @@ fn dense(outcome: &mut BenchmarkOutcome, tests: &[&BiaxialTest]) {
 type LabelledTest<'a> = (&'a str, &'a BiaxialTest, &'a [(f64, f64, f64)]);
 
 fn draw(outcome: &mut BenchmarkOutcome, tests: &[LabelledTest]) -> Result<(), String> {
-    let mut stress = chart("Biaxial test of disks", "vertical strain", "ratio of stresses");
+    let mut stress = LineChart::new("Biaxial test of disks", "vertical strain", "ratio of stresses");
     let mut volume =
-        chart("Biaxial test of disks", "vertical strain", "volumetric strain, dilation positive");
+        LineChart::new("Biaxial test of disks", "vertical strain", "volumetric strain, dilation positive");
     for (name, test, sheet) in tests {
         let end = test.ratio.last().map_or(0.0, |last| last.0 + 1e-3);
         let shown = || sheet.iter().filter(|row| row.0 <= end);

@@ -3,10 +3,10 @@
 use std::f64::consts::PI;
 
 use colluvium::case::Solver;
-use colluvium::plots::{Series, Style};
+use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
-use crate::benchmarks::dem::case_builders::{chart, disk_solver, load, method_options, output_value, step};
+use crate::benchmarks::dem::case_builders::{disk_solver, load, method_options, output_value, step};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// Benchmark of this module.
@@ -73,7 +73,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
         0.01,
         "§2.14: 1 %",
     );
-    let mut picture = chart("A bouncing disk, restitution 0.5", "time (s)", "height of the gap (m)");
+    let mut picture = LineChart::new("A bouncing disk, restitution 0.5", "time (s)", "height of the gap (m)");
     let exact = (0..400).map(|k| f64::from(k) * 2.75 * fall / 400.0).map(|t| (t, closed(t, fall))).collect();
     picture.series.push(Series::new("closed form", exact, Style::Dashed));
     let path_step = path.len() / 120;

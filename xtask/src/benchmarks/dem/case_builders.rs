@@ -4,7 +4,6 @@ use std::f64::consts::PI;
 
 use colluvium::case::{Case, Solver};
 use colluvium::dem::{self, DemSolver};
-use colluvium::plots::LineChart;
 use serde_json::{Value, json};
 
 /// Reads a case file for changes, `validation/dem/<folder>/case.json`.
@@ -80,9 +79,4 @@ pub fn method_options(value: &mut Value) -> &mut Value {
 /// Linear normal law of the first pair.
 pub fn linear_law(stiffness: f64, damping_ratio: f64, clamp: bool) -> Value {
     json!({ "law": "linear", "stiffness": stiffness, "damping_ratio": damping_ratio, "clamp": clamp })
-}
-
-/// Empty chart.
-pub fn chart(title: &str, x_label: &str, y_label: &str) -> LineChart {
-    LineChart::new(title, x_label, y_label)
 }

@@ -3,12 +3,12 @@
 use std::f64::consts::PI;
 
 use colluvium::case::Solver;
-use colluvium::plots::{Series, Style};
+use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
 use crate::analysis::{MaxOrNan, max_or_nan, regression_slope};
 use crate::benchmarks::dem::case_builders::{
-    chart, disk_solver, linear_law, load, method_options, output_value, sphere_solver, step,
+    disk_solver, linear_law, load, method_options, output_value, sphere_solver, step,
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
@@ -117,7 +117,7 @@ fn collide(ratio: f64, clamp: bool, masses: [f64; 2], steps: f64, phase: f64) ->
 
 /// Checks all entries of the table with two steps.
 fn table(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut picture = chart("Restitution of a head-on collision", "damping ratio", "restitution");
+    let mut picture = LineChart::new("Restitution of a head-on collision", "damping ratio", "restitution");
     let (mut momentum, mut energy) = (0.0f64, 0.0f64);
     for clamp in [false, true] {
         let (mut exact, mut found) = (Vec::new(), Vec::new());
@@ -198,7 +198,7 @@ fn order(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let reason = "B2: the sheet's worst errors over the phase; a fifth for phases that ten samples miss";
     outcome.assert_below("B2, largest error over the sheet's", "1", largest, 1.2, reason);
     let mut picture =
-        chart("Error of restitution, clamped, ζ = 0.5", "steps to π/ω₀", "error of restitution");
+        LineChart::new("Error of restitution, clamped, ζ = 0.5", "steps to π/ω₀", "error of restitution");
     picture.log = true;
     picture.series.push(Series::new("worst of ten phases", found, Style::Line));
     picture.series.push(Series::new("sheet", sheet.to_vec(), Style::Markers));
@@ -316,7 +316,7 @@ fn glass(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let stiffness = 81.5202 / 1.00358e-5f64.powf(1.5);
     let exact =
         (0..=100).map(|k| 1.00358e-7 * f64::from(k)).map(|d| (d * 1e6, stiffness * d.powf(1.5))).collect();
-    let mut picture = chart("Impact of glass spheres at 1 m/s", "overlap (µm)", "force (N)");
+    let mut picture = LineChart::new("Impact of glass spheres at 1 m/s", "overlap (µm)", "force (N)");
     picture.series.push(Series::new("Hertz", exact, Style::Dashed));
     picture.series.push(Series::new(
         "along the impact",

@@ -4,11 +4,11 @@ use std::f64::consts::PI;
 
 use colluvium::case::{Snapshot, Solver};
 use colluvium::dem::DemSolver;
-use colluvium::plots::{PointCloud, Series, Style};
+use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use serde_json::{Value, json};
 
 use crate::analysis::mean_and_deviation;
-use crate::benchmarks::dem::case_builders::{chart, disk_solver, load, method_options, output_value, step};
+use crate::benchmarks::dem::case_builders::{disk_solver, load, method_options, output_value, step};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars};
 
 /// One column.
@@ -274,7 +274,7 @@ fn advance(solver: &mut DemSolver<2, 1>, span: f64) -> Result<(), String> {
 
 fn columns(rows: &[ReferenceColumn]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut energies = chart(
+    let mut energies = LineChart::new(
         "Kinetic energy of collapsing columns",
         "time over √(H₀/g)",
         "over potential energy at the start",
@@ -304,8 +304,11 @@ fn columns(rows: &[ReferenceColumn]) -> Result<BenchmarkOutcome, String> {
     outcome.svg("B13: all comes to rest.", &energies)?;
     if rows.len() > 1 {
         scaling(&mut outcome, &found)?;
-        let mut picture =
-            chart("Run-out of columns of disks", "initial height over width", "run-out over initial width");
+        let mut picture = LineChart::new(
+            "Run-out of columns of disks",
+            "initial height over width",
+            "run-out over initial width",
+        );
         picture.log = true;
         let law = |a: f64| if a < 2.0 { 2.5 * a } else { 3.25 * a.powf(0.7) };
         let aspects = (0..=40).map(|k| 0.5 * 16f64.powf(f64::from(k) / 40.0));

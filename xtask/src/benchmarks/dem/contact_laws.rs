@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::analysis::{MaxOrNan, max_or_nan};
 use crate::benchmarks::dem::case_builders::{
-    chart, disk_solver, grain_file, load, method_options, output_value, sphere_solver, step,
+    disk_solver, grain_file, load, method_options, output_value, sphere_solver, step,
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
@@ -101,8 +101,11 @@ fn across(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         0.01,
         reason,
     );
-    let mut picture =
-        chart("Friction of two spheres at a constant overlap", "way across (µm)", "force across (N)");
+    let mut picture = LineChart::new(
+        "Friction of two spheres at a constant overlap",
+        "way across (µm)",
+        "force across (N)",
+    );
     let closed = (0..=150).map(|k| 1e-7 * f64::from(k)).map(|way| (way * 1e6, exact(way))).collect();
     picture.series.push(Series::new("8 G* √(Rδ) ξ, at most μ F_n", closed, Style::Dashed));
     let found = curve.iter().step_by(60).map(|(x, _, t)| (x[1] * 1e6, *t)).collect();
@@ -157,7 +160,7 @@ fn jkr(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         range,
         reason,
     );
-    let mut picture = chart("Two adhesive spheres are parted", "overlap (µm)", "force (mN)");
+    let mut picture = LineChart::new("Two adhesive spheres are parted", "overlap (µm)", "force (mN)");
     let shown = closed.iter().filter(|(overlap, _)| *overlap < 2e-6);
     picture.series.push(Series::new("JKR", shown.map(|(x, f)| (x * 1e6, f * 1e3)).collect(), Style::Dashed));
     let found = touching.iter().step_by(60).map(|(x, f)| (x * 1e6, f * 1e3)).collect();
@@ -206,7 +209,7 @@ fn bridge(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         last,
         "1e-3: five steps of 2e-8 m",
     );
-    let mut picture = chart("A bridge of liquid between two spheres", "gap (µm)", "attraction (mN)");
+    let mut picture = LineChart::new("A bridge of liquid between two spheres", "gap (µm)", "attraction (mN)");
     let exact =
         (1..=100).map(|k| rupture * 0.01 * f64::from(k)).map(|gap| (gap * 1e6, closed(gap) * 1e3)).collect();
     picture.series.push(Series::new("Rabinovich et al.", exact, Style::Dashed));
@@ -260,7 +263,7 @@ fn bonds(_quick: bool) -> Result<BenchmarkOutcome, String> {
         -displacement[10][1],
         reason,
     );
-    let mut picture = chart("A bonded cantilever", "place (m)", "deflection (mm)");
+    let mut picture = LineChart::new("A bonded cantilever", "place (m)", "deflection (mm)");
     let exact = (0..=10).map(|at| (f64::from(at), -1e3 * line(at, rotation, shear))).collect();
     picture.series.push(Series::new("closed form", exact, Style::Dashed));
     let found = displacement.iter().enumerate().map(|(k, u)| (k as f64, 1e3 * u[1])).collect();

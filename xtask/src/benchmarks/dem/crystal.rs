@@ -1,11 +1,11 @@
 //! Crystals of equal grains: elasticity and strength (sheet: dem §5, B10).
 
 use colluvium::case::RunReport;
-use colluvium::plots::{Series, Style};
+use colluvium::plots::{LineChart, Series, Style};
 use serde_json::{Value, json};
 
 use crate::analysis::{MaxOrNan, max_or_nan};
-use crate::benchmarks::dem::case_builders::{GrainData, chart, grain_file, load, method_options, parse_case};
+use crate::benchmarks::dem::case_builders::{GrainData, grain_file, load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory};
 
 /// Elasticity.
@@ -144,7 +144,8 @@ fn moduli(
 /// Checks the strength of horizontal rows compressed from above: `tan 60° tan(60° + φ)`.
 fn strength(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut picture = chart("A hexagonal crystal is compressed", "vertical strain", "ratio of stresses");
+    let mut picture =
+        LineChart::new("A hexagonal crystal is compressed", "vertical strain", "ratio of stresses");
     let all = [(0.0, 3.0), (0.1, 3.838), (0.2, 5.120), (0.3, 7.327), (0.4, 12.02)];
     for &(friction, exact) in if quick { &all[1..3] } else { &all[..] } {
         let report = compress(friction)?;

@@ -1,11 +1,11 @@
 //! Rotating drum of disks (sheet: dem §5, B15; sheet: sph B-01).
 
 use colluvium::case::{RunReport, Snapshot};
-use colluvium::plots::{PointCloud, Series, Style};
+use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use serde_json::json;
 
 use crate::analysis::{mean_and_deviation, regression_slope};
-use crate::benchmarks::dem::case_builders::{chart, load, method_options, parse_case};
+use crate::benchmarks::dem::case_builders::{load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
 /// Benchmark of this module.
@@ -85,7 +85,7 @@ fn mean(values: impl Iterator<Item = f64> + Clone) -> f64 {
 
 fn turn(across: f64, end: f64) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut picture = chart("Angle of the surface in a drum", "time (s)", "angle (degrees)");
+    let mut picture = LineChart::new("Angle of the surface in a drum", "time (s)", "angle (degrees)");
     let (mut angles, mut rough, mut error) = (Vec::new(), Vec::new(), 0.0f64);
     for seed in SEEDS {
         let report = drum(across, end, seed)?;

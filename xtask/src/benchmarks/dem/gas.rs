@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 
 use colluvium::case::Solver;
 use colluvium::dem::DemSolver;
-use colluvium::plots::{Series, Style};
+use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
 use crate::analysis::{MaxOrNan, max_or_nan};
 use crate::benchmarks::dem::case_builders::{
-    GrainData, chart, disk_solver, grain_file, load, method_options, output_value, step,
+    GrainData, disk_solver, grain_file, load, method_options, output_value, step,
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
@@ -32,7 +32,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     back(&mut outcome)?;
     let seeds = if quick { 1 } else { 6 };
-    let mut picture = chart("Energy of an elastic gas", "time (s)", "relative change of energy");
+    let mut picture = LineChart::new("Energy of an elastic gas", "time (s)", "relative change of energy");
     let mut means = Vec::new();
     for (share, bound) in [(0.1, 0.0025), (0.05, 0.0005)] {
         let mut sum = 0.0;

@@ -1,12 +1,12 @@
 //! Layer of disks on a rough incline (sheet: dem §5, B12).
 
 use colluvium::case::RunReport;
-use colluvium::plots::{PointCloud, Series, Style};
+use colluvium::plots::{LineChart, PointCloud, Series, Style};
 
 use serde_json::json;
 
 use crate::analysis::max_or_nan;
-use crate::benchmarks::dem::case_builders::{chart, load, method_options, parse_case};
+use crate::benchmarks::dem::case_builders::{load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, run_in_memory, scalars};
 
 /// Benchmark of this module.
@@ -180,8 +180,11 @@ fn draw(
     (layers, height): (&[VelocityBin], f64),
     fitted: &dyn Fn(f64) -> f64,
 ) -> Result<(), String> {
-    let mut picture =
-        chart("Velocity down a rough incline of 20°", "height over diameter", "velocity over √(g d)");
+    let mut picture = LineChart::new(
+        "Velocity down a rough incline of 20°",
+        "height over diameter",
+        "velocity over √(g d)",
+    );
     let found = layers.iter().enumerate().filter(|(k, _)| (*k as f64) < height);
     picture.series.push(Series::new(
         "DEM",

@@ -3,14 +3,14 @@
 use colluvium::case::Solver;
 use colluvium::dem::specimen::size_distributions::incomplete_beta;
 use colluvium::dem::{DemSolver, Diameters};
-use colluvium::plots::{Series, Style};
+use colluvium::plots::{LineChart, Series, Style};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
 use crate::analysis::{MaxOrNan, max_or_nan};
 use crate::benchmarks::dem::case_builders::{
-    GrainData, chart, disk_solver, grain_file, load, method_options, output_value, step,
+    GrainData, disk_solver, grain_file, load, method_options, output_value, step,
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, vectors};
 
@@ -249,7 +249,7 @@ fn sizes(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let error = table.iter().map(|(x, exact)| (incomplete_beta(4.0, 4.0, *x) - exact).abs()).max_or_nan();
     outcome.assert_below("§3.8.1, I_x(4,4): largest error", "0", error, 1e-8, "the sheet's digits");
     let mut picture =
-        chart("Grading of 10 000 grains", "size between smallest and largest", "mass that passes");
+        LineChart::new("Grading of 10 000 grains", "size between smallest and largest", "mass that passes");
     let exact = (0..=100).map(|k| 0.01 * f64::from(k)).map(|x| (x, incomplete_beta(4.0, 4.0, x))).collect();
     picture.series.push(Series::new("I_x(4,4)", exact, Style::Dashed));
     for (ratio, dimension, mean) in [(1.5, 2usize, 1.23879), (6.0, 2, 3.04663), (6.0, 3, 2.80389)] {

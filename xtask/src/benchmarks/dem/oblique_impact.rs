@@ -3,11 +3,11 @@
 use std::f64::consts::PI;
 
 use colluvium::case::Solver;
-use colluvium::plots::{Series, Style};
+use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
 use crate::analysis::max_or_nan;
-use crate::benchmarks::dem::case_builders::{chart, disk_solver, load, method_options, sphere_solver, step};
+use crate::benchmarks::dem::case_builders::{disk_solver, load, method_options, sphere_solver, step};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
 /// Benchmark of this module.
@@ -115,8 +115,8 @@ fn matched(outcome: &mut BenchmarkOutcome, sphere: bool, across: f64, q: f64) ->
         5e-3,
         "B7: 0.005",
     );
-    let mut picture = chart(
-        &format!("Velocity of the surface after an oblique impact, {body}"),
+    let mut picture = LineChart::new(
+        format!("Velocity of the surface after an oblique impact, {body}"),
         "tangential over normal velocity before",
         "velocity of the surface over normal velocity",
     );

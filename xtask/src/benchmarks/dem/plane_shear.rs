@@ -5,7 +5,7 @@ use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
 use crate::analysis::max_or_nan;
-use crate::benchmarks::dem::case_builders::{chart, load, method_options, parse_case};
+use crate::benchmarks::dem::case_builders::{load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory};
 
 /// Two rates.
@@ -148,7 +148,7 @@ fn draw(
     label: &str,
     (found, sheet, law): RheologyCurves,
 ) -> Result<(), String> {
-    let mut picture: LineChart = chart(title, "inertial number", label);
+    let mut picture: LineChart = LineChart::new(title, "inertial number", label);
     picture.series.push(Series::new("da Cruz et al. 2005", law, Style::Dashed));
     picture.series.push(Series::new("sheet's code", sheet, Style::Line));
     picture.series.push(Series::new("DEM", found, Style::Markers));

@@ -1,11 +1,11 @@
 //! Number of disks that a periodic cell needs (sheet: dem §5, B16).
 
 use colluvium::case::RunReport;
-use colluvium::plots::{Series, Style};
+use colluvium::plots::{LineChart, Series, Style};
 use serde_json::{Value, json};
 
 use crate::analysis::{max_or_nan, mean_and_deviation};
-use crate::benchmarks::dem::case_builders::{GrainData, chart, grain_file, load, method_options, parse_case};
+use crate::benchmarks::dem::case_builders::{GrainData, grain_file, load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
 /// Rigid walls in place of a periodic cell.
@@ -111,8 +111,11 @@ const EVEN: (f64, &str) = (0.15, "B16: below 0.15 for 300 grains and more");
 
 fn sizes() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut picture =
-        chart("Strength of periodic cells of disks", "disks", "sine of the friction angle at the peak");
+    let mut picture = LineChart::new(
+        "Strength of periodic cells of disks",
+        "disks",
+        "sine of the friction angle at the peak",
+    );
     picture.log = true;
     let (mut points, mut spreads) = (Vec::new(), Vec::new());
     for count in COUNTS {

@@ -1,11 +1,11 @@
 //! Number of spheres that a periodic cell needs, and windows cut from a larger one (sheet: dem §5, B16).
 
 use colluvium::case::RunReport;
-use colluvium::plots::{Series, Style};
+use colluvium::plots::{LineChart, Series, Style};
 use serde_json::{Value, json};
 
 use crate::analysis::{max_or_nan, mean_and_deviation};
-use crate::benchmarks::dem::case_builders::{GrainData, chart, grain_file, load, method_options, parse_case};
+use crate::benchmarks::dem::case_builders::{GrainData, grain_file, load, method_options, parse_case};
 use crate::benchmarks::dem::representative_disks::check_isotropy;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
@@ -128,7 +128,7 @@ fn even(count: u32) -> (f64, &'static str) {
 
 fn cells() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut picture = chart(
+    let mut picture = LineChart::new(
         "Strength of periodic cells of spheres",
         "spheres",
         "deviator at the peak over the lateral stress",
@@ -200,7 +200,7 @@ fn between_walls(count: u32, seed: u64) -> Result<f64, String> {
 
 fn walls() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut picture = chart(
+    let mut picture = LineChart::new(
         "Strength of spheres between rigid walls and in periodic cells",
         "spheres",
         "deviator at the peak over the lateral stress",

@@ -3,11 +3,11 @@
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 use colluvium::case::Solver;
-use colluvium::plots::{Series, Style};
+use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
 use crate::benchmarks::dem::case_builders::{
-    chart, disk_solver, linear_law, load, method_options, sphere_solver, step,
+    disk_solver, linear_law, load, method_options, sphere_solver, step,
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
@@ -94,8 +94,11 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let exact = (0..=90)
         .map(|k| 0.5 * f64::from(k))
         .map(|a| (a, closed(f64::tan(a * PI / 180.0), 0.5).1 * 0.5 * TIME * TIME));
-    let mut picture =
-        chart("Rotation of a disk on a slope of 45° after 0.2 s", "friction angle (°)", "rotation (rad)");
+    let mut picture = LineChart::new(
+        "Rotation of a disk on a slope of 45° after 0.2 s",
+        "friction angle (°)",
+        "rotation (rad)",
+    );
     picture.series.push(Series::new("closed form", exact.collect(), Style::Dashed));
     picture.series.push(Series::new("DEM", found, Style::Markers));
     outcome.svg("B6: below 18.4° the disk slides and rolls, above it rolls.", &picture)?;
@@ -164,7 +167,7 @@ fn after(solver: &mut impl Solver, dt: f64, mass: f64) -> Result<RollingMotion, 
 fn rolling(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let reason = "B8: 1 %";
-    let mut picture = chart("A grain that rolls to rest", "time (s)", "way (m)");
+    let mut picture = LineChart::new("A grain that rolls to rest", "time (s)", "way (m)");
     for (sphere, share, body) in [(false, 2.0 / 3.0, "disk"), (true, 5.0 / 7.0, "sphere")] {
         let deceleration = share * 0.05 * GRAVITY;
         let path = roll(0.05, 0.0, 1.0, sphere, 3.5)?;

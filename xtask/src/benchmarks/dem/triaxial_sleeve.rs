@@ -7,7 +7,7 @@ use colluvium::plots::{LineChart, Series, Style};
 use serde_json::{Value, json};
 
 use crate::analysis::{max_or_nan, mean_and_deviation};
-use crate::benchmarks::dem::case_builders::{chart, method_options, parse_case};
+use crate::benchmarks::dem::case_builders::{method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
 /// Benchmark of this module.
@@ -226,12 +226,12 @@ fn equilibrium(
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut pictures = [
-        chart(
+        LineChart::new(
             "Triaxial compression in a sleeve",
             "axial strain",
             "pressure of the platen over that of the sleeve",
         ),
-        chart("Volume in triaxial compression", "axial strain", "change of volume"),
+        LineChart::new("Volume in triaxial compression", "axial strain", "change of volume"),
     ];
     let mut all = Vec::new();
     for (name, friction) in [("dense", 0.0), ("loose", LOOSE)] {

@@ -79,10 +79,6 @@ fn off_path(run: &ElementPath, exact: impl Fn(f64) -> f64) -> f64 {
     pairs(run, "p", "q").into_iter().map(|(p, q)| (p / exact(q / p) - 1.0).abs()).max_or_nan()
 }
 
-fn chart(title: &str, x_label: &str, y_label: &str) -> LineChart {
-    LineChart::new(title, x_label, y_label)
-}
-
 fn single_step(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     // The law alone: a material divides steps of this size (§3.8).
     let MaterialSpec::CamClay(spec) = clay("modified-cam-clay", 120e3)? else {
@@ -104,7 +100,8 @@ fn single_step(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 fn undrained_clay(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut paths = chart("Undrained triaxial compression of clays from 100 kPa", "p (Pa)", "q (Pa)");
+    let mut paths =
+        LineChart::new("Undrained triaxial compression of clays from 100 kPa", "p (Pa)", "q (Pa)");
     let path = || [(LoadingPath::TriaxialUndrained { axial_compression: 3.0, fluid_stiffness: None }, 1000)];
     let cases = [
         ("V-11", "modified-cam-clay", 100e3, 59_460.355_75),
@@ -138,7 +135,7 @@ fn undrained_clay(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 
 fn drained_clay(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut curves =
-        chart("Drained triaxial compression of clays from 100 kPa", "axial compression", "q (Pa)");
+        LineChart::new("Drained triaxial compression of clays from 100 kPa", "axial compression", "q (Pa)");
     for (size, p, q) in [(100e3, 149_640.0, 148_930.0), (500e3, 150_150.0, 150_460.0)] {
         let path = LoadingPath::TriaxialDrained { axial_compression: 0.6 };
         let run = test(clay("modified-cam-clay", size)?, &[(path, 1000)])?;
@@ -173,7 +170,7 @@ fn compressed_clay(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             Style::Dashed,
         ),
     ];
-    let mut curve = chart("Isotropic compression and unloading", "ln(p / Pa)", "void ratio");
+    let mut curve = LineChart::new("Isotropic compression and unloading", "ln(p / Pa)", "void ratio");
     curve.series.extend(lines);
     outcome.svg("Normal compression with slope λ, unloading with slope κ.", &curve)?;
     let ratios = |steps| -> Result<[f64; 2], String> {
@@ -263,8 +260,8 @@ fn sheared(void_ratio: f64, shear: f64) -> Result<ElementPath, String> {
 
 fn sheared_sand(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let title = "Sand in simple shear at constant volume from 100 kPa";
-    let mut curves = chart(title, "shear strain", "shear stress (Pa)");
-    let mut paths = chart(title, "p (Pa)", "shear stress (Pa)");
+    let mut curves = LineChart::new(title, "shear strain", "shear stress (Pa)");
+    let mut paths = LineChart::new(title, "p (Pa)", "shear stress (Pa)");
     for SandReferenceState { name, void_ratio, table, least, far, critical } in &SANDS {
         let run = sheared(*void_ratio, 0.5)?;
         let (tau, p) = (column(&run, "stress_xy"), column(&run, "p"));
@@ -293,7 +290,8 @@ fn sheared_sand(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 fn drained_sand(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut curves = chart("Sand in drained triaxial compression at 100 kPa", "axial compression", "q (Pa)");
+    let mut curves =
+        LineChart::new("Sand in drained triaxial compression at 100 kPa", "axial compression", "q (Pa)");
     for (SandReferenceState { name, void_ratio, .. }, exact) in SANDS.iter().zip([218.14, 217.53, 215.85]) {
         let path = LoadingPath::TriaxialDrained { axial_compression: 0.6 };
         let run = test(sand(*void_ratio), &[(path, 4000)])?;
