@@ -1,14 +1,16 @@
 //! Test helpers of the other crates. Only tests and benches depend on this crate.
 //!
-//! [`assert_near`] and [`assert_close`] compare numbers, [`CountingAllocator`] counts allocations, and [`solver_runs`] makes cases and runs
-//! solvers by the traits of [`colluvium_case`]; [`taylor_green`] and [`cohesive_bar`] are cases of several methods.
+//! [`assert_near`], [`assert_close`] and [`assert_digits`] compare numbers, [`CountingAllocator`] counts allocations, [`CaseBuilder`] makes cases, and
+//! [`solver_runs`] runs solvers by the traits of [`colluvium_case`]; [`taylor_green`] and [`cohesive_bar`] are cases of several methods.
 
 mod allocations;
+mod case_builder;
 pub mod cohesive_bar;
 pub mod pairwise;
 pub mod solver_runs;
 pub mod taylor_green;
 
+pub use case_builder::{CaseBuilder, box_body, set};
 pub use allocations::{CountingAllocator, allocations_during};
 
 /// Asserts that `found` is within `tolerance` of `exact`.
@@ -29,6 +31,16 @@ pub fn assert_close(found: f64, exact: f64, tolerance: f64) {
     assert_near(found, exact, tolerance * exact.abs().max(1.0));
 }
 
+/// Asserts that `found` agrees with `exact` to `digits` significant digits as printed: half a unit of the last one.
+///
+/// # Panics
+/// When it does not, also when it is NaN.
+#[track_caller]
+pub fn assert_digits(found: f64, exact: f64, digits: i32) {
+    let unit = 10f64.powi(exact.abs().log10().floor() as i32 + 1 - digits);
+    assert_near(found, exact, 0.5 * unit * (1.0 + 1e-9));
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -40,5 +52,12 @@ mod tests {
         assert!(std::panic::catch_unwind(|| assert_close(1002.0, 1000.0, 1e-3)).is_err());
         assert!(std::panic::catch_unwind(|| assert_close(2e-3, 0.0, 1e-3)).is_err());
         assert!(std::panic::catch_unwind(|| assert_near(f64::NAN, 0.0, 1e9)).is_err());
+    }
+
+    #[test]
+    fn printed_digits_agree_to_half_a_unit_of_the_last() {
+        assert_digits(123.449, 123.4, 4);
+        assert_digits(-0.012_34, -0.0123, 3);
+        assert!(std::panic::catch_unwind(|| assert_digits(123.46, 123.4, 4)).is_err());
     }
 }

@@ -1,12 +1,12 @@
 //! Triangles and tetrahedra: what every mesh must keep, and what a file must say.
 
+use colluvium_testkit::{read_case, solve, start_solver, stresses, vectors};
 use std::fmt::Write as _;
 
 use colluvium_case::{Case, Method, RunOptions, RunReport, Solver, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{begin, solve, stresses, vectors};
 
 /// A block of an elastic material on triangles; `more` replaces or adds keys.
 fn text(more: &Value) -> Value {
@@ -27,14 +27,14 @@ fn text(more: &Value) -> Value {
 
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    Case::from_json(&text(&more).to_string()).unwrap()
+    read_case(&text(&more))
 }
 
 #[test]
 fn a_body_in_free_flight_through_elements_has_no_stress() {
     // sheet: mpm A-04.
     for points in [1, 2, 3] {
-        let report = solve(&case(json!({
+        let report = solve(&Mpm, &case(json!({
             "methods": { "mpm": { "cell_size": 0.1, "points_per_cell": points, "shape": "linear", "mesh": { "kind": "box" } } }
         })));
         for u in vectors(&report.snapshot, "displacement") {
@@ -64,7 +64,7 @@ fn mass_and_momentum_are_conserved_and_threads_do_not_matter() {
         let case = ball(scheme);
         let on = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| solve(&case))
+            pool.install(|| solve(&Mpm, &case))
         };
         let report = on(1);
         assert_eq!(report.snapshot.hash(), on(2).snapshot.hash(), "{scheme}");
@@ -85,7 +85,7 @@ fn a_restored_solver_continues_to_the_last_bit() {
             solver.step(dt).unwrap();
         }
     };
-    let mut whole = begin(&case);
+    let mut whole = start_solver(&Mpm, &case);
     advance(&mut *whole, 23);
     let mut again = Mpm.build(&case).unwrap();
     again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
@@ -144,7 +144,7 @@ fn weight_at_rest_makes_the_stress_of_an_oedometer() {
         gravity[1] = -10.0;
         let mut high = corner.to_vec();
         high[1] += 0.2;
-        let report = solve(&case(json!({
+        let report = solve(&Mpm, &case(json!({
             "space": space, "gravity": gravity, "boundaries": walls,
             "domain": { "min": vec![0.0; dimension], "max": high },
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": 0.25 } },
@@ -167,7 +167,7 @@ fn weight_at_rest_makes_the_stress_of_an_oedometer() {
 
 #[test]
 fn a_traction_gives_its_impulse() {
-    let report = solve(&case(json!({
+    let report = solve(&Mpm, &case(json!({
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] } }],
         "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [200, -50] }],
         "stages": [{ "name": "s", "duration": 0.02 }]
@@ -180,7 +180,7 @@ fn a_traction_gives_its_impulse() {
 /// and under its own weight (m).
 fn sagging(cells: u32, poissons_ratio: f64, volumetric: &str) -> f64 {
     let cell = 1.0 / f64::from(cells);
-    let report = solve(&case(json!({
+    let report = solve(&Mpm, &case(json!({
         "domain": { "min": [0, 0], "max": [1.0 + cell, 1.0 + cell] }, "gravity": [0, -10],
         "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": poissons_ratio } },
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
@@ -208,7 +208,7 @@ fn water_flows_in_triangles() {
     // sheet: mpm A-25 on coarse elements, with the free surface found: mass exact, energy not gained beyond 2 %, and the
     // front behind that of shallow water without friction, 2 √(gH) t.
     for integration in ["points", "mixed"] {
-        let report = solve(&case(json!({
+        let report = solve(&Mpm, &case(json!({
             "domain": { "min": [0, 0], "max": [2, 1] }, "gravity": [0, -10],
             "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e6, "viscosity": 1e-3 } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.4, 0.8] },
@@ -273,11 +273,11 @@ fn a_file_of_gmsh_gives_mesh_and_walls() {
         std::fs::write(folder.join("case.json"), text.to_string()).unwrap();
         Case::load(&folder.join("case.json")).unwrap()
     };
-    let by_group = solve(&write(
+    let by_group = solve(&Mpm, &write(
         json!({ "side": "y-min", "group": "base", "wall": { "kind": "rough" } }),
         "rectangle.msh",
     ));
-    let by_plane = solve(&write(json!({ "side": "y-min", "wall": { "kind": "rough" } }), "rectangle.msh"));
+    let by_plane = solve(&Mpm, &write(json!({ "side": "y-min", "wall": { "kind": "rough" } }), "rectangle.msh"));
     assert_eq!(by_group.snapshot.hash(), by_plane.snapshot.hash());
     let refuse = |wall: Value, file: &str| Mpm.build(&write(wall, file)).map(|_| ()).unwrap_err().to_string();
     let rough = json!({ "kind": "rough" });
@@ -307,7 +307,7 @@ fn options_without_support_on_a_mesh_are_rejected_by_key() {
     ] {
         let mut text = text(&json!({}));
         text["methods"]["mpm"][key] = value.clone();
-        let case = Case::from_json(&text.to_string()).unwrap();
+        let case = read_case(&text);
         let error = Mpm.build(&case).map(|_| ()).unwrap_err().to_string();
         assert!(error.contains(&format!("methods.mpm.{key}")), "{key} {value}: {error}");
     }

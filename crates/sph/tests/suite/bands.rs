@@ -1,5 +1,6 @@
 //! Localisation bands in particles: the band length is two spacings (sheet: sph §0; constitutive §2.16).
 
+use colluvium_testkit::{read_case, start_solver};
 use colluvium_case::{Case, Method};
 use colluvium_sph::Sph;
 use colluvium_testkit::cohesive_bar::{
@@ -7,7 +8,6 @@ use colluvium_testkit::cohesive_bar::{
 };
 use serde_json::{Value, json};
 
-use crate::common::{begin, case_with};
 
 /// Bar with a weak row in its middle, in one dimension.
 fn on_a_line(spacing: f64, sph: &Value) -> Case {
@@ -42,8 +42,7 @@ fn bar(
     let mut methods = json!({ "spacing": spacing, "held": ["left", "right"] });
     methods.as_object_mut().unwrap().extend(sph.as_object().unwrap().clone());
     let grips = json!({ "model": "linear-elastic", "density": DENSITY, "youngs_modulus": STIFFNESS, "poissons_ratio": 0 });
-    case_with(
-        json!({
+    read_case(&json!({
             "title": "bar", "space": space, "gravity": if space == "1d" { json!([0]) } else { json!([0, 0]) },
             "domain": { "min": place(-reach, -1.0), "max": place(reach, 1.0), "periodic": periodic },
             "materials": { "strong": cohesive_material(1.0, ENERGY), "weak": cohesive_material(WEAK_STRENGTH_RATIO, ENERGY), "grip": grips },
@@ -56,14 +55,12 @@ fn bar(
                   "velocity": { "kind": "uniform", "value": place(PULL_SPEED, 0.0) } }],
             "stages": [{ "name": "pull", "duration": 20 }],
             "methods": { "sph": methods }
-        }),
-        &json!({}),
-    )
+        }))
 }
 
 /// Work of the grips over the fracture energy.
 fn work_over_energy(case: &Case) -> f64 {
-    cohesive_bar::work_over_energy(&mut *begin(case), &(-0.4 * LENGTH..-0.25 * LENGTH))
+    cohesive_bar::work_over_energy(&mut *start_solver(&Sph, case), &(-0.4 * LENGTH..-0.25 * LENGTH))
 }
 
 /// With a band length of one spacing the work would be twice the fracture energy, at any spacing.
@@ -98,7 +95,7 @@ fn what_spreads_a_crack_or_snaps_back_is_refused_with_the_cure() {
     // less its stretch before softening; a spacing is half of that.
     let mut brittle: Value = serde_json::from_str(&of_rows(0.1, &json!({})).to_json()).unwrap();
     brittle["materials"]["strong"] = cohesive_material(1.0, 8e-4);
-    let (path, problem) = refused(&case_with(brittle, &json!({}))).unwrap_err();
+    let (path, problem) = refused(&read_case(&brittle)).unwrap_err();
     assert_eq!(path, "methods.sph.spacing");
     let from: f64 = problem
         .split("\"strong\" show snap-back from ")
@@ -115,8 +112,7 @@ fn what_spreads_a_crack_or_snaps_back_is_refused_with_the_cure() {
 #[test]
 fn soil_beside_a_rigid_body_is_told_to_stick() {
     let warnings = |rigid: bool, material: &Value| {
-        let case = case_with(
-            json!({
+        let case = read_case(&json!({
                 "title": "block", "space": "plane-strain", "gravity": [0, -9.81],
                 "domain": { "min": [-1, -1], "max": [1, 1] },
                 "materials": { "soil": material, "steel": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },
@@ -125,9 +121,7 @@ fn soil_beside_a_rigid_body_is_told_to_stick() {
                     { "name": "block", "material": "steel", "rigid": rigid, "shape": { "kind": "box", "min": [-0.2, 0], "max": [0.2, 0.3] } }],
                 "stages": [{ "name": "s", "duration": 1 }],
                 "methods": { "sph": { "spacing": 0.1 } }
-            }),
-            &json!({}),
-        );
+            }));
         Sph.plan(&case).unwrap().warnings.join("\n")
     };
     let sand = json!({ "model": "mohr-coulomb", "density": 1600, "youngs_modulus": 1e6, "poissons_ratio": 0.3, "friction_angle": 30 });

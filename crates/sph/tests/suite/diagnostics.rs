@@ -1,12 +1,12 @@
 //! Diagnostics of the sums over neighbours, and equilibrium under a confining pressure (sheet: sph §2.2, §2.13 g).
 
+use colluvium_testkit::{case_with, solve, start_solver, vectors};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_constitutive::SymTensor;
 use colluvium_sph::Sph;
 use colluvium_sph::setup::rates_only::{PrescribedParticle, rates};
 use serde_json::{Value, json};
 
-use crate::common::{begin, case_with, solve, vectors};
 
 /// Elastic block of 20 x 20 particles on a rough floor.
 fn block(more: &Value, sph: &Value) -> Case {
@@ -30,7 +30,7 @@ fn reading(solver: &dyn Solver, name: &str) -> f64 {
 #[test]
 fn sums_hold_within_and_fail_at_surfaces() {
     let sph = json!({ "diagnostics": true, "regularisation": "mls", "momentum": "corrected" });
-    let solver = begin(&block(&json!({}), &sph));
+    let solver = start_solver(&Sph, &block(&json!({}), &sph));
     let snapshot = solver.snapshot();
     let (constant, position) =
         (vectors(&snapshot, "gradient_of_constant"), snapshot.tensors("gradient_of_position").unwrap());
@@ -60,7 +60,7 @@ fn what_falls_back_is_counted() {
     // A line of particles has no neighbours across it: no gradient can be corrected, no average be linear.
     let line = json!({ "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 1], "max": [1, 1.05] } }] });
     let sph = json!({ "diagnostics": true, "regularisation": "mls", "velocity_gradient": "corrected" });
-    let solver = begin(&block(&line, &sph));
+    let solver = start_solver(&Sph, &block(&line, &sph));
     assert_eq!(solver.points(), 20);
     assert_eq!(reading(&*solver, "uncorrected_gradients"), 20.0);
     assert_eq!(reading(&*solver, "averages_by_shepard"), 20.0);
@@ -70,7 +70,7 @@ fn what_falls_back_is_counted() {
 fn diagnostics_change_nothing_else() {
     let thrown = json!({ "gravity": [0, -10] });
     let [plain, told] = [false, true]
-        .map(|diagnostics| solve(&block(&thrown, &json!({ "diagnostics": diagnostics }))).snapshot.positions);
+        .map(|diagnostics| solve(&Sph, &block(&thrown, &json!({ "diagnostics": diagnostics }))).snapshot.positions);
     assert_eq!(plain, told);
     let total = block(
         &json!({ "boundaries": [] }),
@@ -89,7 +89,7 @@ fn a_confined_block_comes_to_rest_under_the_full_pressure() {
                      "equilibrium": { "unbalanced_force": 1e-2, "kinetic_energy": 1e-3 } }]
     });
     let sph = json!({ "momentum": "rho-rho", "confining": { "pressure": 1000, "ramp": 0.5 } });
-    let report = solve(&block(&more, &sph));
+    let report = solve(&Sph, &block(&more, &sph));
     assert!((0.5..3.0).contains(&report.snapshot.time), "{}", report.snapshot.time);
     let pressures = report.snapshot.tensors("stress").unwrap().iter().map(|s| -0.5 * (s[0] + s[1]));
     let mean = pressures.sum::<f64>() / 400.0;

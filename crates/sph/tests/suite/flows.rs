@@ -1,9 +1,10 @@
 //! Viscous flow between rough walls against closed forms (sheet: sph V-21).
 
+use colluvium_sph::Sph;
+use colluvium_testkit::{case_with, read_case, solve, vectors};
 use colluvium_case::Case;
 use serde_json::{Value, json};
 
-use crate::common::{case_with, solve, vectors};
 
 /// Viscous liquid between walls at 0 and 1 m; `more` replaces or adds keys, `sph` options.
 fn channel(count: u32, more: &Value, sph: &Value) -> Case {
@@ -30,7 +31,7 @@ fn channel(count: u32, more: &Value, sph: &Value) -> Case {
 
 /// Largest error of the velocity over its maximum.
 fn poiseuille(count: u32, sph: &Value) -> f64 {
-    let snapshot = solve(&channel(count, &json!({}), sph)).snapshot;
+    let snapshot = solve(&Sph, &channel(count, &json!({}), sph)).snapshot;
     let exact = |y: f64| 1e-3 / 0.3 * y * (1.0 - y);
     let found = snapshot.positions.iter().zip(vectors(&snapshot, "velocity"));
     found.map(|(x, v)| (v[0] - exact(x[1])).abs() / exact(0.5)).fold(0.0, f64::max)
@@ -56,7 +57,7 @@ fn couette_flow_between_rough_mirrors_is_linear() {
     });
     // The wall starts at once, which causes alternating velocities too.
     let sph = json!({ "rough_wall": "mirror", "hourglass_viscosity": 1 });
-    let snapshot = solve(&channel(20, &more, &sph)).snapshot;
+    let snapshot = solve(&Sph, &channel(20, &more, &sph)).snapshot;
     for (x, v) in snapshot.positions.iter().zip(vectors(&snapshot, "velocity")) {
         // Remaining transient of the start from rest: 2/π exp(-π² ν t) = 9e-5 of the wall velocity.
         assert!((v[0] - 1e-3 * x[1]).abs() < 1e-6, "{x:?} {v:?}");
@@ -76,18 +77,18 @@ fn the_hourglass_viscosity_conserves() {
             "methods": { "sph": { "spacing": 0.05, "viscosity_linear": 0, "velocity_gradient": "corrected",
                                   "continuity": "volume", "hourglass_viscosity": strength } }
         });
-        Case::from_json(&text.to_string()).unwrap()
+        read_case(&text)
     };
     let turn = json!({ "kind": "linear", "value": [0, 0], "origin": [0, 0], "gradient": [[0, -5], [5, 0]] });
-    let with = solve(&block(turn.clone(), 1.0)).end.kinetic;
-    let without = solve(&block(turn, 0.0)).end.kinetic;
+    let with = solve(&Sph, &block(turn.clone(), 1.0)).end.kinetic;
+    let without = solve(&Sph, &block(turn, 0.0)).end.kinetic;
     assert!((with / without - 1.0).abs() < 1e-5, "{with} {without}");
     let wave = json!({ "kind": "sine", "amplitude": [0.0, 0.1], "wave_vector": [40, 0] });
-    let report = solve(&block(wave.clone(), 1.0));
+    let report = solve(&Sph, &block(wave.clone(), 1.0));
     let (start, end) = (&report.start, &report.end);
     assert!(end.momentum.iter().zip(&start.momentum).all(|(a, b)| (a - b).abs() < 1e-11 * start.mass));
     let energy = |budget: &colluvium_case::Budget| budget.kinetic + budget.elastic;
-    let free = solve(&block(wave, 0.0));
+    let free = solve(&Sph, &block(wave, 0.0));
     assert!(energy(end) < 0.9 * energy(&free.end), "short waves are damped");
 }
 
@@ -106,7 +107,7 @@ fn artificial_viscosity_is_for_liquids_that_have_too_little_of_their_own() {
         if let Some(linear) = linear {
             options.insert("viscosity_linear".to_owned(), json!(linear));
         }
-        solve(&case).snapshot.hash()
+        solve(&Sph, &case).snapshot.hash()
     };
     for (share, linear) in [(1.01, 0.0), (0.99, 0.1)] {
         assert_eq!(end(share * bound, None), end(share * bound, Some(linear)), "{share}");

@@ -1,6 +1,7 @@
 //! Bodies of different density and stress side by side, and held bodies: smoothing, diffusion and advection
 //! act within each body (sheet: sph §2.10, §2.12, §2.13).
 
+use colluvium_testkit::{advance_steps, case_with, read_case, scalars, start_solver, stresses, vectors};
 use colluvium_case::{Case, Method};
 use colluvium_constitutive::SymTensor;
 use colluvium_sph::Sph;
@@ -8,7 +9,6 @@ use colluvium_sph::kernel::{Kernel, Smoothing};
 use colluvium_sph::setup::rates_only::{PrescribedParticle, prepared_solver, rates};
 use serde_json::{Value, json};
 
-use crate::common::{advance_steps, begin, case_with, scalars, stresses, vectors};
 
 /// Two materials that each fill half of a periodic domain; `sph` adds options.
 fn halves(materials: &[Value; 2], sph: &Value) -> Case {
@@ -20,16 +20,14 @@ fn halves(materials: &[Value; 2], sph: &Value) -> Case {
         json!({ "name": name, "material": name,
                 "shape": { "kind": "box", "min": [low, 0], "max": [low + 0.5, 0.5] } })
     };
-    case_with(
-        json!({
+    case_with(json!({
             "title": "test", "space": "plane-strain", "gravity": [0, 0],
             "domain": { "min": [0, 0], "max": [1, 0.5], "periodic": ["x", "y"] },
             "materials": { "left": materials[0], "right": materials[1] },
             "bodies": [half("left", 0.0), half("right", 0.5)],
             "stages": [{ "name": "s", "duration": 1 }]
         }),
-        &json!({ "methods": { "sph": methods } }),
-    )
+        &json!({ "methods": { "sph": methods } }),)
 }
 
 fn fluid(density: f64) -> Value {
@@ -173,13 +171,11 @@ fn layers(wall_stress: &str, upper_first: bool) -> Case {
         bodies.reverse();
     }
     let sph = json!({ "wall_stress": wall_stress });
-    case_with(
-        serde_json::to_value(halves(&[solid(1000.0), solid(2000.0)], &sph)).unwrap(),
+    case_with(serde_json::to_value(halves(&[solid(1000.0), solid(2000.0)], &sph)).unwrap(),
         &json!({
             "domain": { "min": [0, 0], "max": [0.5, 1.5], "periodic": ["x"] }, "gravity": [0, -10], "bodies": bodies,
             "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }]
-        }),
-    )
+        }),)
 }
 
 #[test]
@@ -220,7 +216,7 @@ fn bodies_that_are_held_keep_their_path_with_xsph() {
         let sph = json!({ "xsph": 0.5, "held": ["right"], "integration": integration });
         let mut text = serde_json::to_value(halves(&[solid(1000.0), solid(1000.0)], &sph)).unwrap();
         text["bodies"][1]["velocity"] = json!({ "kind": "uniform", "value": [0.3, 0.2] });
-        let mut solver = begin(&case_with(text, &json!({})));
+        let mut solver = start_solver(&Sph, &read_case(&text));
         advance_steps(&mut *solver, 20);
         let snapshot = solver.snapshot();
         for (body, u) in snapshot.bodies.iter().zip(vectors(&snapshot, "displacement")) {
@@ -242,9 +238,9 @@ fn bodies_that_are_held_go_as_far_as_their_history_says_and_on_after_a_restart()
         });
         let mut text = serde_json::to_value(halves(&[solid(1000.0), solid(1000.0)], &sph)).unwrap();
         text["bodies"][1]["velocity"] = json!({ "kind": "uniform", "value": [0.3, 0.2] });
-        let case = case_with(text, &json!({}));
-        let mut solver = begin(&case);
-        let mut restarted = begin(&case);
+        let case = read_case(&text);
+        let mut solver = start_solver(&Sph, &case);
+        let mut restarted = start_solver(&Sph, &case);
         for passed in [0.005, 0.012] {
             while solver.time() < passed * (1.0 - 1e-12) {
                 let left = passed - solver.time();
@@ -328,7 +324,7 @@ fn a_bar_of_two_densities_at_rest_makes_no_energy() {
         for (number, low) in [0.0, 0.5].into_iter().enumerate() {
             text["bodies"][number]["shape"] = json!({ "kind": "box", "min": [low], "max": [low + 0.5] });
         }
-        case_with(text, &json!({}))
+        read_case(&text)
     };
     fn share<const D: usize>(case: &Case) -> f64 {
         let stress = SymTensor::diagonal(-1e4, -1e4, -1e4);
@@ -410,7 +406,7 @@ fn a_floor_that_is_held_carries_a_column() {
         "stages": [{ "name": "s", "duration": 0.5 }],
         "methods": { "sph": { "spacing": 0.025, "held": ["floor"], "damping": 0.05 } }
     });
-    let mut solver = begin(&case_with(text, &json!({})));
+    let mut solver = start_solver(&Sph, &read_case(&text));
     while solver.time() < 0.5 {
         advance_steps(&mut *solver, 1);
     }

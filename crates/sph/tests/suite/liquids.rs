@@ -1,10 +1,11 @@
 //! Water on smooth walls: no particle passes them, and a mirror replaces the other half of a symmetric flow (sheet: sph §2.13).
 
+use colluvium_sph::Sph;
+use colluvium_testkit::{advance_steps, read_case, solve, start_solver, vectors};
 use colluvium_case::Case;
 use colluvium_testkit::taylor_green::{energy_ratio, taylor_green_case};
 use serde_json::{Value, json};
 
-use crate::common::{advance_steps, begin, case_with, solve, vectors};
 
 const SPACING: f64 = 0.05;
 
@@ -28,7 +29,7 @@ fn water(bodies: &[Body], sides: &[&str], sph: &Value) -> Case {
         "stages": [{ "name": "s", "duration": 0.55 }],
         "methods": { "sph": methods }
     });
-    case_with(text, &json!({}))
+    read_case(&text)
 }
 
 /// Column 0.5 m wide and 1 m high between the sides of a tank, which are 1.6 m apart if `far`.
@@ -53,9 +54,9 @@ fn a_column_that_breaks_goes_through_no_smooth_wall() {
     ];
     let fronts = choices.map(|sph| {
         let inside = |x: &[f64; 3]| x[0] > 0.0 && x[1] > 0.0;
-        let tank = solve(&column(true, &sph)).snapshot;
+        let tank = solve(&Sph, &column(true, &sph)).snapshot;
         assert!(tank.positions.iter().all(|x| inside(x) && x[0] < 1.6), "{sph}");
-        let spread = solve(&column(false, &sph)).snapshot;
+        let spread = solve(&Sph, &column(false, &sph)).snapshot;
         assert!(spread.positions.iter().all(inside), "{sph}");
         spread.positions.iter().map(|x| x[0]).fold(0.0, f64::max)
     });
@@ -67,7 +68,7 @@ fn a_column_that_breaks_goes_through_no_smooth_wall() {
 
 /// Least distance from the floor while a column spreads on it (m), and its front at the end (m).
 fn spread(sph: &Value) -> (f64, f64) {
-    let mut solver = begin(&column(false, sph));
+    let mut solver = start_solver(&Sph, &column(false, sph));
     let mut nearest = f64::INFINITY;
     while solver.time() < 0.55 {
         advance_steps(&mut *solver, 1);
@@ -97,7 +98,7 @@ fn water_that_spreads_keeps_off_a_smooth_floor() {
 /// Largest stored energy, and largest errors of total energy, momentum and angular momentum in steps up to `end` (s), relative to the
 /// initial kinetic energy, momentum scale and angular momentum scale.
 fn balance(case: &Case, end: f64) -> [f64; 4] {
-    let mut solver = begin(case);
+    let mut solver = start_solver(&Sph, case);
     let start = solver.budget().unwrap();
     let speed = (2.0 * start.kinetic / start.mass).sqrt();
     let mut most = [0.0f64; 4];
@@ -180,7 +181,7 @@ fn a_lone_particle_bounces_off_a_mirror_with_its_energy() {
         let drop = ([1.0, 0.3], [1.05, 0.35], [0.5, -fall]);
         let sph = json!({ "smooth_wall": "mirror", "viscosity_linear": 0, "courant": 0.02, "integration": integration });
         let case = water(&[drop], &["y-min"], &sph);
-        let mut solver = begin(&case);
+        let mut solver = start_solver(&Sph, &case);
         let mut lowest = f64::INFINITY;
         while solver.time() < 0.6 / fall {
             advance_steps(&mut *solver, 1);
@@ -196,6 +197,6 @@ fn a_lone_particle_bounces_off_a_mirror_with_its_energy() {
 fn vortices_of_a_liquid_keep_their_energy_without_options() {
     let case = taylor_green_case(0.5, &json!({ "sph": { "spacing": 0.02 } }));
     // With the options of soil 0.4 of the energy remains.
-    let kept = energy_ratio(&solve(&case).snapshot, 0.5);
+    let kept = energy_ratio(&solve(&Sph, &case).snapshot, 0.5);
     assert!((kept - 1.0).abs() < 0.2, "{kept}");
 }

@@ -1,12 +1,12 @@
 //! Loads on surfaces against closed forms.
 
+use colluvium_testkit::{case_with, read_case, solve, stresses};
 use std::f64::consts::PI;
 
 use colluvium_case::{Case, Method};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{case_with, solve, stresses};
 
 const RADIUS: f64 = 0.5;
 
@@ -16,8 +16,7 @@ fn disk(spin: f64, load: &Value, options: &Value) -> Case {
     (load["kind"], load["body"]) = (json!("surface"), json!("b"));
     let mut sph = json!({ "spacing": 0.05, "viscosity_linear": 0.1 });
     options.as_object().unwrap().iter().for_each(|(key, value)| sph[key] = value.clone());
-    case_with(
-        json!({
+    case_with(json!({
             "title": "disk", "space": "plane-strain",
             "domain": { "min": [-1, -1], "max": [1, 1] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": 0.25 } },
@@ -26,8 +25,7 @@ fn disk(spin: f64, load: &Value, options: &Value) -> Case {
             "stages": [{ "name": "s", "duration": 0.1 }],
             "methods": { "sph": sph }
         }),
-        &json!({ "loads": [load] }),
-    )
+        &json!({ "loads": [load] }),)
 }
 
 /// The resultant of a pressure on the right half is the pressure times the width, and rotates with the disk.
@@ -36,7 +34,7 @@ fn a_pressure_on_a_part_of_a_surface_turns_with_the_body() {
     let spin = 10.0;
     let right = json!({ "kind": "box", "min": [0, -1], "max": [1, 1] });
     for options in [json!({}), json!({ "formulation": "total-lagrangian" })] {
-        let report = solve(&disk(spin, &json!({ "pressure": 100, "within": right }), &options));
+        let report = solve(&Sph, &disk(spin, &json!({ "pressure": 100, "within": right }), &options));
         let force = 100.0 * 2.0 * RADIUS;
         let angle: f64 = spin * 0.1;
         let exact = [-force / spin * angle.sin(), -force / spin * (1.0 - angle.cos())];
@@ -54,7 +52,7 @@ fn a_pressure_on_a_part_of_a_surface_turns_with_the_body() {
 /// A shear all around has no resultant, and a moment of 2 π R² τ; it acts up to half a spacing within the circle.
 #[test]
 fn a_shear_around_a_disk_turns_it() {
-    let report = solve(&disk(0.0, &json!({ "shear": 100 }), &json!({})));
+    let report = solve(&Sph, &disk(0.0, &json!({ "shear": 100 }), &json!({})));
     let exact = 2.0 * PI * RADIUS * RADIUS * 100.0 * 0.1;
     let ratio = report.end.angular_momentum[2] / exact;
     assert!((0.93..1.0).contains(&ratio), "{ratio}");
@@ -70,7 +68,7 @@ fn a_pressure_all_around_is_the_stress_within() {
         let disk = disk(0.0, &load, &json!({ "spacing": spacing }));
         let mut text: Value = serde_json::from_str(&disk.to_json()).unwrap();
         text["stages"] = json!([{ "name": "s", "duration": 0.1, "damping": 0.3 }]);
-        let snapshot = solve(&Case::from_json(&text.to_string()).unwrap()).snapshot;
+        let snapshot = solve(&Sph, &read_case(&text)).snapshot;
         let within = |x: &[f64; 3]| x[0].hypot(x[1]) < 0.5 * RADIUS;
         let inner: Vec<[f64; 6]> = (snapshot.positions.iter().zip(stresses(&snapshot)))
             .filter_map(|(x, stress)| within(x).then_some(stress))
@@ -88,8 +86,7 @@ fn a_pressure_all_around_is_the_stress_within() {
 /// A traction on the side of a column of 1 m causes the same stress in the whole column.
 #[test]
 fn a_traction_on_a_side_is_borne_by_what_stands_below_it() {
-    let case = case_with(
-        json!({
+    let case = case_with(json!({
             "title": "block", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 2] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
@@ -98,9 +95,8 @@ fn a_traction_on_a_side_is_borne_by_what_stands_below_it() {
             "stages": [{ "name": "s", "duration": 0.4, "damping": 0.3 }],
             "methods": { "sph": { "spacing": 0.05 } }
         }),
-        &json!({ "loads": [{ "kind": "traction", "body": "b", "side": "y-max", "value": [0, -1e3], "ramp": 0.2, "ramp_shape": "cosine" }] }),
-    );
-    let snapshot = solve(&case).snapshot;
+        &json!({ "loads": [{ "kind": "traction", "body": "b", "side": "y-max", "value": [0, -1e3], "ramp": 0.2, "ramp_shape": "cosine" }] }),);
+    let snapshot = solve(&Sph, &case).snapshot;
     for (x, stress) in
         snapshot.positions.iter().zip(stresses(&snapshot)).filter(|(x, _)| x[1] > 0.2 && x[1] < 0.8)
     {
@@ -121,6 +117,6 @@ fn loads_that_act_on_nothing_are_refused() {
     (other["name"], other["shape"]["centre"], other["shape"]["radius"]) =
         (json!("other"), json!([0.8, 0.8]), json!(0.1));
     text["bodies"] = json!([text["bodies"][0], other]);
-    let error = Sph.build(&Case::from_json(&text.to_string()).unwrap()).err().unwrap();
+    let error = Sph.build(&read_case(&text)).err().unwrap();
     assert!(error.to_string().contains("loads[0].body"), "{error}");
 }

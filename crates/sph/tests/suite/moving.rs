@@ -1,10 +1,10 @@
 //! Obstacles with prescribed motion (sheet: sph §2.13).
 
+use colluvium_testkit::{advance_steps, case_with, start_solver, stresses, vectors};
 use colluvium_case::{Case, Method, Solver, spatial};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{advance_steps, begin, case_with, stresses, vectors};
 
 /// Elastic block over the floor `y = 0`, without gravity; `more` adds keys to the case.
 fn block(more: &Value) -> Case {
@@ -50,7 +50,7 @@ fn a_block_on_a_plane_that_moves_is_that_on_a_plane_at_rest_seen_from_it() {
         for integration in ["leapfrog", "velocity-verlet", "runge-kutta4"] {
             let run = |course: [f64; 2]| {
                 let velocity: Vec<f64> = [0.5, -0.1].iter().zip(course).map(|(v, c)| v + c).collect();
-                let mut solver = begin(&block(&json!({
+                let mut solver = start_solver(&Sph, &block(&json!({
                     "gravity": [0, -9.81],
                     "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.6, 0.3] },
                         "velocity": { "kind": "uniform", "value": velocity } }],
@@ -99,7 +99,7 @@ impl Tilting {
             "stages": [{ "name": "settle", "duration": begins, "gravity_ramp": 0.2, "damping": 0.6 }, { "name": "tilt", "duration": 8 }],
             "methods": { "sph": { "spacing": spacing } }
         }));
-        let mut solver = begin(&case);
+        let mut solver = start_solver(&Sph, &case);
         until(&mut *solver, begins);
         solver.begin_stage(1, solver.time()).unwrap();
         Self { solver, start: begins + 0.5 * ramp }
@@ -223,7 +223,7 @@ fn a_piston_pushes_with_the_impedance_of_the_column_and_gives_it_its_momentum() 
         "measures": { "on": { "kind": "reaction", "target": "piston" } },
         "methods": { "sph": { "spacing": 0.02 } }
     }));
-    let mut solver = begin(&case);
+    let mut solver = start_solver(&Sph, &case);
     let wave = (modulus / 1000.0f64).sqrt();
     let (from, to) = (0.4 / wave, 1.6 / wave);
     until(&mut *solver, from);
@@ -266,7 +266,7 @@ fn paddle(space: &str, integration: &str) -> Case {
 fn a_paddle_throws_a_block_in_the_plane_and_in_space_and_the_balances_close() {
     for space in ["plane-strain", "3d"] {
         let case = paddle(space, "leapfrog");
-        let mut solver = begin(&case);
+        let mut solver = start_solver(&Sph, &case);
         let start = energy(&*solver);
         until(&mut *solver, 0.4);
         let budget = solver.budget().unwrap();
@@ -303,7 +303,7 @@ fn a_plate_that_is_fast_and_thin_takes_along_what_it_meets() {
                 "shape": { "kind": "box", "min": [-1, -0.5], "max": [2, -0.48] } }],
             "methods": { "sph": { "spacing": 0.05, "integration": integration } }
         }));
-        let mut solver = begin(&case);
+        let mut solver = start_solver(&Sph, &case);
         assert_eq!(solver.limit().limit.to_string(), "motion of an obstacle");
         let start = energy(&*solver);
         until(&mut *solver, 0.08);
@@ -334,7 +334,7 @@ fn obstacles_on_their_way_give_the_same_bits_on_any_threads_and_ranks_and_after_
             case.methods.get_mut("sph").unwrap()["ranks"] = json!(ranks);
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
-                let mut solver = begin(&case);
+                let mut solver = start_solver(&Sph, &case);
                 advance_steps(&mut *solver, 300);
                 solver.saved().unwrap()
             })
@@ -344,9 +344,9 @@ fn obstacles_on_their_way_give_the_same_bits_on_any_threads_and_ranks_and_after_
         for &(threads, ranks) in [(2, 1), (3, 1)].iter().chain(shared) {
             assert!(one == on(threads, ranks), "{space}: other bits on {threads} threads in {ranks} ranks");
         }
-        let mut first = begin(&case);
+        let mut first = start_solver(&Sph, &case);
         advance_steps(&mut *first, 137);
-        let mut then = begin(&case);
+        let mut then = start_solver(&Sph, &case);
         then.restore(&mut first.saved().unwrap().as_slice()).unwrap();
         then.begin_stage(0, 0.0).unwrap();
         advance_steps(&mut *then, 163);
@@ -387,7 +387,7 @@ fn what_turns_with_an_obstacle_does_not_strain() {
             "shape": { "kind": "plane", "point": [0, 0], "normal": [0, 1] } }],
         "methods": { "sph": { "spacing": 0.05, "velocity_gradient": "corrected" } }
     }));
-    let mut solver = begin(&case);
+    let mut solver = start_solver(&Sph, &case);
     solver.step(1e-6).unwrap();
     let snapshot = solver.snapshot();
     let (v, x) = (vectors(&snapshot, "velocity"), &snapshot.positions);

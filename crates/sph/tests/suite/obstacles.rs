@@ -1,10 +1,10 @@
 //! Obstacles of any orientation (sheet: sph §2.13).
 
+use colluvium_testkit::{advance_steps, case_with, read_case, start_solver, vectors};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{advance_steps, begin, case_with, vectors};
 
 /// Elastic block that slides on a floor or an obstacle; `more` adds keys to the case.
 fn sliding(more: &Value) -> Case {
@@ -39,7 +39,7 @@ fn a_plane_along_an_axis_answers_as_a_wall_of_particles() {
         let velocities = |case: &Value| {
             let mut case = case.clone();
             case["methods"] = json!({ "sph": { "spacing": 0.05, "smooth_wall": particles["smooth_wall"] } });
-            let mut solver = begin(&sliding(&case));
+            let mut solver = start_solver(&Sph, &sliding(&case));
             // First steps only: later the dummy sites behind the plane follow the particles, and the wall particles do not.
             for _ in 0..3 {
                 solver.step(1e-5).unwrap();
@@ -87,7 +87,7 @@ fn slope(angle: f64, friction: f64) -> (tempfile::TempDir, Value) {
 fn slide(angle: f64, friction: f64) -> [f64; 2] {
     let (sin, cos) = angle.to_radians().sin_cos();
     let (folder, text) = slope(angle, friction);
-    let mut solver = begin(&Case::from_json(&text.to_string()).unwrap());
+    let mut solver = start_solver(&Sph, &read_case(&text));
     drop(folder);
     while solver.time() < 0.5 {
         advance_steps(&mut *solver, 1);
@@ -108,8 +108,8 @@ fn borne(angle: f64, friction: f64, damping: f64, [from, to]: [f64; 2]) -> ([f64
         "under": { "kind": "impact-pressure", "target": "slope", "direction": [-sin, -cos], "area": 0.6 } });
     text["stages"][0]["duration"] = json!(to);
     text["stages"][0]["damping"] = json!(damping);
-    let case = Case::from_json(&text.to_string()).unwrap();
-    let mut solver = begin(&case);
+    let case = read_case(&text);
+    let mut solver = start_solver(&Sph, &case);
     drop(folder);
     let mut at = |time: f64| {
         while solver.time() < time {
@@ -195,7 +195,7 @@ fn a_block_is_braked_where_an_obstacle_has_a_rough_part() {
                 "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }] }],
         "methods": { "sph": { "spacing": 0.025 } }
     }));
-    let mut solver = begin(&case);
+    let mut solver = start_solver(&Sph, &case);
     let middle = |solver: &dyn Solver| {
         let places = solver.snapshot().positions;
         places.iter().map(|x| x[0]).sum::<f64>() / places.len() as f64
@@ -258,7 +258,7 @@ fn no_particle_gets_into_an_obstacle_and_what_stops_it_is_told() {
         ] {
             let case = thrown(integration, &wall);
             let standing = case.placed_obstacles::<2>().unwrap();
-            let mut solver = begin(&case);
+            let mut solver = start_solver(&Sph, &case);
             let (start, mut nearest, mut most) = (energy(&*solver), f64::INFINITY, 0.0f64);
             while solver.time() < 0.05 {
                 advance_steps(&mut *solver, 1);
@@ -282,7 +282,7 @@ fn frictions_work_is_what_a_sliding_block_loses() {
     more["stages"] = json!([{ "name": "slide", "duration": 0.1 }]);
     more["bodies"] = json!([{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.6, 0.3] },
         "velocity": { "kind": "uniform", "value": [2, 0] } }]);
-    let mut solver = begin(&sliding(&more));
+    let mut solver = start_solver(&Sph, &sliding(&more));
     let start = solver.budget().unwrap();
     while solver.time() < 0.1 {
         advance_steps(&mut *solver, 1);

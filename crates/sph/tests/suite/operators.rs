@@ -1,5 +1,6 @@
 //! Operator studies V-01 to V-07 of the `sheet: sph §5.2`. Bounds and reference values are the sheet's.
 
+use colluvium_testkit::read_case;
 use colluvium_case::Case;
 use colluvium_constitutive::SymTensor;
 use colluvium_points::NeighbourList;
@@ -375,7 +376,7 @@ fn moved<const D: usize>(space: &str, edge: f64, sph: &Value, uneven: f64) -> Ve
         compression: 1.0 + uneven * f64::from(id).sin(),
         stress: SymTensor::ZERO,
     };
-    rates::<D>(&Case::from_json(&text.to_string()).unwrap(), given).unwrap()
+    rates::<D>(&read_case(&text), given).unwrap()
 }
 
 const SLOPE: [[f64; 2]; 2] = [[0.3, -0.7], [1.1, 0.2]];

@@ -1,9 +1,10 @@
 //! Obstacles thinner than the support of a particle (sheet: sph §2.13).
 
+use colluvium_sph::Sph;
+use colluvium_testkit::{advance_steps, case_with, start_solver, vectors};
 use colluvium_case::{Case, Solver};
 use serde_json::{Value, json};
 
-use crate::common::{advance_steps, begin, case_with, vectors};
 
 const SPACING: f64 = 0.05;
 
@@ -34,7 +35,7 @@ fn until(solver: &mut dyn Solver, time: f64) {
 #[test]
 fn what_hits_a_thin_plate_is_not_felt_on_its_other_side() {
     for ranks in [1, 2] {
-        let mut solver = begin(&case(
+        let mut solver = start_solver(&Sph, &case(
             0.1 * SPACING,
             &json!({ "methods": { "sph": { "spacing": SPACING, "ranks": ranks } } }),
         ));
@@ -55,7 +56,7 @@ fn no_particle_flies_through_a_thin_plate_in_a_step() {
         let fast = json!({ "name": "upper", "material": "m", "shape": { "kind": "box", "min": [0, 0.02], "max": [0.6, 0.32] },
             "velocity": { "kind": "uniform", "value": [0.3, -10] } });
         let soft = json!({ "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 10, "poissons_ratio": 0.2 } });
-        let mut solver = begin(&case(
+        let mut solver = start_solver(&Sph, &case(
             thickness,
             &json!({ "bodies": [fast], "materials": soft,
                 "methods": { "sph": { "spacing": SPACING, "integration": integration, "courant": 0.15 } } }),

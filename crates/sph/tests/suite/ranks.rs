@@ -1,10 +1,10 @@
 //! Solver in ranks: bitwise equal results with any number of ranks (sheet: sph §3.9, V-26).
 
+use colluvium_testkit::{advance_steps, case_with, scalars, start_solver, with_keys};
 use colluvium_case::{Case, Method, Snapshot, Solver};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{advance_steps, begin, case_with, scalars, with_keys};
 
 /// Heap thrown along a rough floor against a smooth wall, so long that some ranks are not neighbours.
 fn heap(options: &Value, more: &Value) -> Case {
@@ -35,7 +35,7 @@ fn heap(options: &Value, more: &Value) -> Case {
 fn in_ranks(case: &Case, ranks: u32) -> Box<dyn Solver> {
     let mut case = case.clone();
     case.methods.get_mut("sph").unwrap()["ranks"] = json!(ranks);
-    begin(&case)
+    start_solver(&Sph, &case)
 }
 
 /// Snapshot without the field of ranks.
@@ -46,7 +46,7 @@ fn plain(solver: &dyn Solver) -> Snapshot {
 }
 
 fn every_number_agrees(case: &Case, steps: usize, name: &str) {
-    let mut alone = begin(case);
+    let mut alone = start_solver(&Sph, case);
     advance_steps(&mut *alone, steps);
     let expected = plain(&*alone);
     for ranks in [2, 8] {
@@ -61,7 +61,7 @@ fn every_number_agrees(case: &Case, steps: usize, name: &str) {
 
 /// Returns the solver without ranks after ninety steps; asserts that restarts with another number of ranks reach the same state.
 fn restarts_agree(case: &Case, name: &str) -> Box<dyn Solver> {
-    let mut whole = begin(case);
+    let mut whole = start_solver(&Sph, case);
     advance_steps(&mut *whole, 90);
     for (before, after) in [(3, 1), (1, 3), (3, 2)] {
         let mut first = in_ranks(case, before);
@@ -152,9 +152,9 @@ fn walls_of_varying_velocity_give_the_same_bits_in_ranks_and_after_a_restart() {
         });
         let case = heap(&options, &floor(wall.clone()));
         every_number_agrees(&case, 120, &format!("{wall}, {options}"));
-        let mut whole = begin(&case);
+        let mut whole = start_solver(&Sph, &case);
         advance_steps(&mut *whole, 57);
-        let mut again = begin(&case);
+        let mut again = start_solver(&Sph, &case);
         again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
         again.begin_stage(0, 0.0).unwrap();
         for solver in [&mut whole, &mut again] {
@@ -163,7 +163,7 @@ fn walls_of_varying_velocity_give_the_same_bits_in_ranks_and_after_a_restart() {
         assert_eq!(whole.saved().unwrap(), again.saved().unwrap(), "{wall}, {options}");
         // Their velocities are neither zero nor constant.
         let constant = heap(&json!({}), &floor(wall.clone()));
-        let mut constant = begin(&constant);
+        let mut constant = start_solver(&Sph, &constant);
         advance_steps(&mut *constant, 117);
         assert_ne!(whole.snapshot().positions, constant.snapshot().positions);
     }
@@ -196,7 +196,7 @@ fn ranks_share_out_lines_and_bodies_of_space_too() {
 #[test]
 fn particles_migrate_and_ranks_stay_even() {
     let case = heap(&json!({}), &json!({}));
-    let (mut whole, mut solver) = (begin(&case), in_ranks(&case, 4));
+    let (mut whole, mut solver) = (start_solver(&Sph, &case), in_ranks(&case, 4));
     advance_steps(&mut *whole, 200);
     let owners = |solver: &dyn Solver| scalars(&solver.snapshot(), "rank");
     advance_steps(&mut *solver, 1);
@@ -312,7 +312,7 @@ fn loads_are_the_same_in_ranks_and_after_a_restart() {
         let case = heap(&options, &loads);
         every_number_agrees(&case, 60, &format!("loads, {options}"));
         let whole = restarts_agree(&case, &format!("loads, {options}"));
-        let mut without = begin(&heap(&options, &json!({})));
+        let mut without = start_solver(&Sph, &heap(&options, &json!({})));
         advance_steps(&mut *without, 90);
         assert_ne!(whole.snapshot().positions, without.snapshot().positions, "they act");
     }

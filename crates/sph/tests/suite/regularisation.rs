@@ -1,12 +1,12 @@
 //! Smoothing of stress and density against closed forms and symmetries (sheet: sph §2.10, §2.13).
 
+use colluvium_testkit::{advance_steps, case_with, scalars, solve, start_solver, stresses, vectors};
 use std::f64::consts::PI;
 
 use colluvium_case::{Case, Method, Snapshot};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{advance_steps, begin, case_with, scalars, solve, stresses, vectors};
 
 /// Elastic block; `more` replaces or adds keys, `sph` options.
 fn case(more: &Value, sph: &Value) -> Case {
@@ -53,7 +53,7 @@ fn regularisation_goes_on_after_velocities_are_reset() {
         "stages": [{ "name": "settle", "duration": 0.02, "damping": 0.5, "reset": ["velocity"] },
                    { "name": "go", "duration": 0.02 }]
     });
-    let report = solve(&case(&more, &json!({ "regularisation": "mls", "regularisation_steps": 1 })));
+    let report = solve(&Sph, &case(&more, &json!({ "regularisation": "mls", "regularisation_steps": 1 })));
     assert!((report.snapshot.time - 0.04).abs() < 1e-9);
 }
 
@@ -68,7 +68,7 @@ fn a_law_that_finds_its_stress_anew_is_left_alone() {
             "materials": { "m": elastic(), "other": law },
             "bodies": [body("b", "other", [0.0, 0.0], &linear([[2.0, 3.0], [0.0, -1.0]])), body("rest", "m", [1.0, 0.0], &json!({}))]
         });
-        let hash = |sph: Value| solve(&case(&more, &sph)).snapshot.hash();
+        let hash = |sph: Value| solve(&Sph, &case(&more, &sph)).snapshot.hash();
         assert_eq!(
             hash(json!({})),
             hash(json!({ "regularisation": "mls", "regularisation_steps": 1 })),
@@ -104,7 +104,7 @@ fn smoothed_while_held(law: &Value, motion: &Value, duration: f64) -> Vec<[f64; 
     });
     let sph = json!({ "regularisation": "mls", "regularisation_steps": 1, "held": ["b"],
                       "velocity_gradient": "corrected", "continuity": "volume" });
-    let snapshot = solve(&case(&more, &sph)).snapshot;
+    let snapshot = solve(&Sph, &case(&more, &sph)).snapshot;
     let all = snapshot.bodies.iter().zip(stresses(&snapshot));
     all.filter(|(body, _)| **body == 0).map(|(_, stress)| stress).collect()
 }
@@ -140,7 +140,7 @@ fn smoothing_keeps_the_gradients_for_the_hourglass_viscosity() {
     let energy = |hourglass: f64, regularisation: &str| {
         let sph = json!({ "momentum": "corrected", "hourglass_viscosity": hourglass, "continuity": "volume",
                           "regularisation": regularisation, "regularisation_steps": 1 });
-        let mut solver = begin(&case(&stretch, &sph));
+        let mut solver = start_solver(&Sph, &case(&stretch, &sph));
         advance_steps(&mut *solver, 5);
         let end = solver.totals();
         end.kinetic + end.elastic
@@ -158,7 +158,7 @@ fn wave(material: &Value, amplitude: [f64; 2], sph: &Value) -> Snapshot {
         "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x", "y"] }, "materials": { "m": material },
         "bodies": [{ "name": "b", "material": "m", "shape": shape, "velocity": velocity }]
     });
-    let mut solver = begin(&case(&more, sph));
+    let mut solver = start_solver(&Sph, &case(&more, sph));
     advance_steps(&mut *solver, 20);
     solver.snapshot()
 }
@@ -192,10 +192,10 @@ fn velocity_verlet_kicks_with_the_smoothed_state() {
         let mut options = sph.clone();
         options["integration"] = json!("velocity-verlet");
         let case = case(&more, &options);
-        let mut whole = begin(&case);
+        let mut whole = start_solver(&Sph, &case);
         advance_steps(&mut *whole, 10);
         // A stage that begins here recomputes the accelerations.
-        let mut anew = begin(&case);
+        let mut anew = start_solver(&Sph, &case);
         anew.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
         anew.begin_stage(0, whole.time()).unwrap();
         let dt = whole.limit().dt.min(anew.limit().dt);
@@ -243,7 +243,7 @@ fn walls_that_interpolate_see_no_ends_of_a_period() {
             "bodies": [{ "name": "b", "material": "m", "shape": shape, "velocity": velocity }],
             "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }]
         });
-        let mut solver = begin(&case(&more, &json!({ "wall_stress": wall_stress })));
+        let mut solver = start_solver(&Sph, &case(&more, &json!({ "wall_stress": wall_stress })));
         advance_steps(&mut *solver, 40);
         let snapshot = solver.snapshot();
         let all: Vec<_> = snapshot.positions.iter().zip(vectors(&snapshot, "velocity")).collect();

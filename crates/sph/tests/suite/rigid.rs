@@ -1,16 +1,15 @@
 //! Rigid bodies with free motion (sheet: sph §2.14).
 
+use colluvium_testkit::{advance_steps, case_with, solve, start_solver, stresses, vectors};
 use colluvium_case::description::Velocity;
 use colluvium_case::{Case, Method, RunReport};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{advance_steps, begin, case_with, solve, stresses, vectors};
 
 /// Rigid block of 0.2 m × 0.1 m and 10 kg, in empty space.
 fn case(more: &Value) -> Case {
-    case_with(
-        json!({
+    case_with(json!({
             "title": "test", "space": "plane-strain", "domain": { "min": [-1, -1], "max": [2, 2] }, "gravity": [0, 0],
             "materials": {
                 "wood": { "model": "newtonian-fluid", "density": 500, "bulk_modulus": 2e5, "viscosity": 0 },
@@ -21,8 +20,7 @@ fn case(more: &Value) -> Case {
             "stages": [{ "name": "s", "duration": 0.1, "motions": [{ "target": "block", "velocity": [null, null], "turns": true }] }],
             "methods": { "sph": { "spacing": 0.02 } }
         }),
-        more,
-    )
+        more,)
 }
 
 fn block([x, y]: [f64; 2]) -> Value {
@@ -34,7 +32,7 @@ fn block([x, y]: [f64; 2]) -> Value {
 fn a_free_block_falls_and_spins_as_one() {
     let mut spinning = block([0.4, 0.4]);
     spinning["velocity"] = json!({ "kind": "linear", "value": [0.5, 0.3], "origin": [0.5, 0.45], "gradient": [[0, -8], [8, 0]] });
-    let report = solve(&case(&json!({
+    let report = solve(&Sph, &case(&json!({
         "gravity": [1, -3], "bodies": [spinning],
         "stages": [{ "name": "s", "duration": 0.1,
                      "motions": [{ "target": "block", "velocity": [null, null], "force": [10, 0], "turns": true }] }]
@@ -62,7 +60,7 @@ fn a_free_block_falls_and_spins_as_one() {
 fn a_collision_of_a_rigid_block_keeps_momentum() {
     let mut flying = block([0.4, 0.43]);
     flying["velocity"] = json!({ "kind": "uniform", "value": [0.2, -2] });
-    let report = solve(&case(&json!({
+    let report = solve(&Sph, &case(&json!({
         "bodies": [flying, { "name": "bed", "material": "soft", "shape": { "kind": "box", "min": [0.46, 0.2], "max": [0.76, 0.4] } }]
     })));
     let (before, after) = (report.start.momentum, report.end.momentum);
@@ -82,7 +80,7 @@ fn a_collision_of_a_rigid_block_keeps_momentum() {
 fn a_block_of_half_the_density_of_water_floats_with_half_of_it_under_water() {
     // A tank 0.8 m wide, filled 0.3 m deep around a block that is submerged by 0.08 m of its height of 0.1 m and rises.
     let part = |name: &str, min: [f64; 2], max: [f64; 2]| json!({ "name": name, "material": "water", "shape": { "kind": "box", "min": min, "max": max } });
-    let report = solve(&case(&json!({
+    let report = solve(&Sph, &case(&json!({
         "gravity": [0, -9.81], "domain": { "min": [0, 0], "max": [0.8, 1] },
         "bodies": [part("left", [0.0, 0.0], [0.3, 0.3]), part("below", [0.3, 0.0], [0.5, 0.22]),
                    part("right", [0.5, 0.0], [0.8, 0.3]), block([0.3, 0.22])],
@@ -114,12 +112,12 @@ fn a_rigid_body_tells_the_force_on_it() {
             "measures": { "push": { "kind": "reaction", "target": "block" } },
             "stages": [{ "name": "s", "duration": 0.05, "motions": [{ "target": "block", "velocity": motion, "force": if free { json!([3, 0]) } else { json!([0, 0]) }, "turns": true }] }]
         }));
-        let report = solve(&case);
+        let report = solve(&Sph, &case);
         let impulse =
             |axis: &str| *report.table.column(&format!("push.impulse.{axis}")).unwrap().last().unwrap();
         let mass = &report.snapshot;
         let momentum = |body: u32| -> [f64; 2] {
-            let masses = colluvium_testkit::solver_runs::scalars(mass, "mass");
+            let masses = colluvium_testkit::scalars(mass, "mass");
             let all = vectors(mass, "velocity").into_iter().zip(masses).zip(&mass.bodies);
             all.filter(|(_, of)| **of == body)
                 .fold([0.0; 2], |sum, ((v, m), _)| [sum[0] + m * v[0], sum[1] + m * v[1]])
@@ -150,14 +148,13 @@ fn what_rigid_bodies_do_not_go_with_is_refused_by_name() {
     assert!(refused(euler).contains("leapfrog"));
     let periodic = json!({ "domain": { "min": [-1, -1], "max": [2, 2], "periodic": ["x"] } });
     assert!(refused(periodic).contains("rigid"));
-    let mut solver = begin(&case(&json!({})));
+    let mut solver = start_solver(&Sph, &case(&json!({})));
     solver.step(1e-4).unwrap();
 }
 
 /// Rigid box of 0.2 m × 0.12 m × 0.08 m in space; `more` adds keys to the case.
 fn in_space(more: &Value) -> Case {
-    case_with(
-        json!({
+    case_with(json!({
             "title": "test", "space": "3d", "domain": { "min": [-1, -1, -1], "max": [1, 1, 1] }, "gravity": [0, 0, 0],
             "materials": { "rock": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },
             "bodies": [{ "name": "box", "material": "rock", "rigid": true,
@@ -165,8 +162,7 @@ fn in_space(more: &Value) -> Case {
             "stages": [{ "name": "s", "duration": 0.3, "motions": [{ "target": "box", "velocity": [null, null, null], "turns": true }] }],
             "output": { "measures": 0.01 }, "methods": { "sph": { "spacing": 0.02, "time_step": 2e-4 } }
         }),
-        more,
-    )
+        more,)
 }
 
 /// Mass (kg) and moments of inertia (kg m²) of that box about its axes.
@@ -181,7 +177,7 @@ fn a_moment_spins_a_box_up_by_its_moment_of_inertia() {
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         let mut moment = [0.0; 3];
         moment[axis] = 0.5;
-        let report = solve(&in_space(&json!({
+        let report = solve(&Sph, &in_space(&json!({
             "stages": [{ "name": "s", "duration": 0.1,
                          "motions": [{ "target": "box", "velocity": [null, null, null], "moment": moment, "turns": true }] }]
         })));
@@ -204,7 +200,7 @@ fn a_free_box_in_space_keeps_its_angular_momentum_and_wobbles_with_its_energy() 
             origin: vec![0.0; 3],
             gradient: gradient.map(|row| row.to_vec()).to_vec(),
         };
-        let report = solve(&in_space(
+        let report = solve(&Sph, &in_space(
             &json!({ "bodies": [spinning], "methods": { "sph": { "spacing": 0.02, "time_step": dt } } }),
         ));
         let exact: [f64; 3] = std::array::from_fn(|c| of_box().1[c] * [5.0, 3.0, 6.0][c]);
@@ -231,7 +227,7 @@ fn a_free_box_in_space_keeps_its_angular_momentum_and_wobbles_with_its_energy() 
 /// Rigid box on a floor under gravity inclined by the tangent `tan`, with friction, for 0.3 s.
 fn on_slope(tan: f64, wall: &Value) -> (RunReport, [f64; 2]) {
     let g = 9.81 / (1.0 + tan * tan).sqrt();
-    let report = solve(&in_space(&json!({
+    let report = solve(&Sph, &in_space(&json!({
         "gravity": [g * tan, 0, -g], "domain": { "min": [-0.2, -0.2, -0.04], "max": [1, 0.2, 0.4] },
         "boundaries": [{ "side": "z-min", "wall": wall }],
         "stages": [{ "name": "s", "duration": 0.3, "gravity_ramp": 0.05,
@@ -268,7 +264,7 @@ fn a_slender_box_topples_down_a_slope_in_space_where_its_weight_passes_its_edge(
         let g = 9.81;
         let tall = json!({ "name": "box", "material": "rock", "rigid": true,
                            "shape": { "kind": "box", "min": [-0.04, -0.06, 0.0], "max": [0.04, 0.06, 0.2] } });
-        let report = solve(&in_space(&json!({
+        let report = solve(&Sph, &in_space(&json!({
             "gravity": [g * tan, 0, -g], "domain": { "min": [-0.2, -0.2, 0.0], "max": [1, 0.2, 0.4] }, "bodies": [tall],
             "boundaries": [{ "side": "z-min", "wall": { "kind": "frictional", "friction_coefficient": 1.0 } }],
             "stages": [{ "name": "s", "duration": 0.4, "gravity_ramp": 0.1,
@@ -304,13 +300,13 @@ fn a_box_that_spins_and_meets_a_floor_is_the_same_on_two_threads_and_after_a_res
     let hash = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let mut solver = begin(&case);
+            let mut solver = start_solver(&Sph, &case);
             advance_steps(&mut *solver, 200);
             solver.snapshot().hash()
         })
     };
     assert_eq!(hash(1), hash(2));
-    let mut whole = begin(&case);
+    let mut whole = start_solver(&Sph, &case);
     advance_steps(&mut *whole, 100);
     let mut again = Sph.build(&case).unwrap();
     again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();

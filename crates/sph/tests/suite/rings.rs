@@ -1,10 +1,10 @@
 //! Rows fitted to round edges: a thick ring under pressure against Lamé, in the total-Lagrangian formulation.
 
+use colluvium_testkit::{read_case, solve, stresses};
 use colluvium_case::{Case, Method};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{solve, stresses};
 
 const PRESSURE: f64 = 1e4;
 
@@ -19,7 +19,7 @@ fn ring(sampling: &str, within: &Value) -> Case {
         "stages": [{ "name": "load", "duration": 0.25, "damping": 0.3 }],
         "methods": { "sph": { "spacing": 0.1, "formulation": "total-lagrangian", "viscosity_linear": 0.1 } }
     });
-    Case::from_json(&text.to_string()).unwrap()
+    read_case(&text)
 }
 
 fn ball(radius: f64) -> Value {
@@ -28,7 +28,7 @@ fn ball(radius: f64) -> Value {
 
 /// Largest error of the hoop stress over the closed form, at particles nearer to the centre than `end` (m).
 fn error(case: &Case, end: f64, exact: impl Fn(f64) -> f64) -> f64 {
-    let snapshot = solve(case).snapshot;
+    let snapshot = solve(&Sph, case).snapshot;
     let mut largest = 0.0_f64;
     for (x, s) in snapshot.positions.iter().zip(stresses(&snapshot)) {
         let r = x[0].hypot(x[1]);
@@ -97,7 +97,7 @@ fn points_at_random_carry_the_mass_of_a_disc_and_come_to_rest_in_it() {
         "obstacles": [{ "name": "bowl", "wall": { "kind": "smooth" }, "shape": { "kind": "ball", "centre": [0, 0], "radius": 1.001, "hollow": true } }],
         "methods": { "sph": { "spacing": 0.1 } }
     });
-    let report = solve(&Case::from_json(&text.to_string()).unwrap());
+    let report = solve(&Sph, &read_case(&text));
     let exact = 1000.0 * std::f64::consts::PI;
     assert!((report.end.mass / exact - 1.0).abs() < 1e-12, "{}", report.end.mass);
     assert!(report.end.kinetic < 1e-9 * exact, "{} J", report.end.kinetic);

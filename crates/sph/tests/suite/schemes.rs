@@ -1,5 +1,6 @@
 //! Time integration, damping, periodic domains, moving and frictional walls: closed forms.
 
+use colluvium_testkit::{advance_steps, read_case, scalars, start_solver, stresses, vectors};
 use std::f64::consts::PI;
 
 use colluvium_case::{Case, Method, Snapshot, Solver, StepLimit};
@@ -8,10 +9,9 @@ use colluvium_sph::kernel::{Kernel, Smoothing};
 use colluvium_sph::setup::rates_only::unchecked_energy_history;
 use serde_json::{Value, json};
 
-use crate::common::{advance_steps, begin, scalars, stresses, vectors};
 
 fn solver(text: &Value) -> Box<dyn Solver> {
-    begin(&Case::from_json(&text.to_string()).unwrap())
+    start_solver(&Sph, &read_case(&text))
 }
 
 /// Bar between two mirrors that oscillates in its first mode.
@@ -306,7 +306,7 @@ fn v19_the_leapfrog_is_stable_up_to_its_limit() {
         let case = block(&full, &json!({ "spacing": 0.1, "viscosity_linear": 0 }));
         let dt = courant * 0.12 / (1.2e6f64 / 1000.0).sqrt();
         let course =
-            unchecked_energy_history(&Case::from_json(&case.to_string()).unwrap(), dt, 2000).unwrap();
+            unchecked_energy_history(&read_case(&case), dt, 2000).unwrap();
         if course.len() == 2001 { course[2000] / course[0] } else { f64::INFINITY }
     };
     // Half of the energy is stored, and the waves of the lattice interfere.
@@ -316,7 +316,7 @@ fn v19_the_leapfrog_is_stable_up_to_its_limit() {
 
 /// Error of a block with a particle spacing of 0.05 m.
 fn refusal(sph: &Value) -> String {
-    let case = Case::from_json(&block(&json!({}), sph).to_string()).unwrap();
+    let case = read_case(&block(&json!({}), sph));
     Sph.plan(&case).unwrap_err().to_string()
 }
 
@@ -399,7 +399,7 @@ fn three_blocks(integration: &str, more: &Value) -> Case {
         "stages": [{ "name": "one", "duration": 1, "reset": ["velocity"] }, second],
         "methods": { "sph": { "spacing": 0.05, "integration": integration, "held": ["held"], "hourglass_viscosity": 0.3 } }
     });
-    Case::from_json(&text.to_string()).unwrap()
+    read_case(&text)
 }
 
 /// Saved data of the previous step on the particles remain valid where other particles are removed.
@@ -407,7 +407,7 @@ fn three_blocks(integration: &str, more: &Value) -> Case {
 fn the_removal_of_a_body_far_away_changes_nothing() {
     for integration in ["leapfrog", "leapfrog-rates", "verlet"] {
         let run = |more: &Value| {
-            let mut solver = begin(&three_blocks(integration, more));
+            let mut solver = start_solver(&Sph, &three_blocks(integration, more));
             (0..20).for_each(|_| {
                 solver.step(2e-4).unwrap();
             });
@@ -440,7 +440,7 @@ fn bodies_that_are_held_go_on_where_velocities_are_set_back() {
         "runge-kutta4",
     ] {
         let case = three_blocks(integration, &json!({}));
-        let mut solver = begin(&case);
+        let mut solver = start_solver(&Sph, &case);
         (0..10).for_each(|_| {
             solver.step(2e-4).unwrap();
         });

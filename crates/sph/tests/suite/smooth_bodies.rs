@@ -1,12 +1,12 @@
 //! Held bodies with free slip along their surface (sheet: sph §2.13).
 
+use colluvium_testkit::{advance_steps, case_with, start_solver, stresses, vectors};
 use colluvium_case::{Case, Method, Snapshot};
 use colluvium_constitutive::SymTensor;
 use colluvium_sph::Sph;
 use colluvium_sph::setup::rates_only::{PrescribedParticle, prepared_solver, rates};
 use serde_json::{Value, json};
 
-use crate::common::{advance_steps, begin, case_with, stresses, vectors};
 
 /// Block on a held plate, both periodic along x unless `more` replaces this; `sph` adds options.
 fn block_on_plate(sph: &Value, more: &Value) -> Case {
@@ -84,7 +84,7 @@ fn a_smooth_plate_carries_weight_as_a_smooth_wall_of_particles_does() {
         let mut case = block_on_plate(sph, &more);
         let shape = json!({ "kind": "box", "min": &plate[..2], "max": &plate[2..] });
         case.bodies[0].shape = serde_json::from_value(shape).unwrap();
-        let mut solver = begin(&case);
+        let mut solver = start_solver(&Sph, &case);
         (0..300).for_each(|_| {
             solver.step(2e-4).unwrap();
         });
@@ -191,7 +191,7 @@ fn mirrors_carry_smooth_bodies_on() {
         ]);
         let left = if low < 0.0 { -1.0 } else { 0.0 };
         let more = json!({ "domain": { "min": [left, -1], "max": [1, 1] }, "bodies": shapes, "boundaries": boundaries });
-        let mut solver = begin(&block_on_plate(&json!({}), &more));
+        let mut solver = start_solver(&Sph, &block_on_plate(&json!({}), &more));
         advance_steps(&mut *solver, 60);
         let snapshot = solver.snapshot();
         let mut found: Vec<([i64; 2], [f64; 3])> = snapshot

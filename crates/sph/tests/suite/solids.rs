@@ -1,16 +1,15 @@
 //! Total-Lagrangian formulation and confining pressure against closed forms.
 
+use colluvium_testkit::{case_with, read_case, solve, start_solver, stresses, vectors};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{begin, case_with, solve, stresses, vectors};
 
 /// Elastic body without others; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    case_with(
-        json!({
+    case_with(json!({
             "title": "test", "space": "plane-strain",
             "domain": { "min": [-1, -1], "max": [1, 1] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
@@ -18,8 +17,7 @@ fn case(more: Value) -> Case {
             "stages": [{ "name": "s", "duration": 0.1 }],
             "methods": { "sph": { "spacing": 0.05 } }
         }),
-        &more,
-    )
+        &more,)
 }
 
 const TOTAL: &str = "total-lagrangian";
@@ -28,7 +26,7 @@ const TOTAL: &str = "total-lagrangian";
 fn a_turn_in_the_total_form_makes_no_stress() {
     let spin = 20.0;
     let total = json!({ "sph": { "spacing": 0.1, "formulation": TOTAL, "viscosity_linear": 0 } });
-    let report = solve(&case(json!({
+    let report = solve(&Sph, &case(json!({
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.3, -0.2], "max": [0.3, 0.2] },
             "velocity": { "kind": "linear", "value": [0, 0], "origin": [0, 0], "gradient": [[0, -spin], [spin, 0]] } }],
         "stages": [{ "name": "s", "duration": 0.02 }],
@@ -49,7 +47,7 @@ fn a_block_that_turns_freely_goes_on_turning() {
         json!({ "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 }),
         json!({ "model": "mohr-coulomb", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.3, "friction_angle": 20, "cohesion": 1e4 }),
     ] {
-        let report = solve(&case(json!({
+        let report = solve(&Sph, &case(json!({
             "materials": { "m": model },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.5, -0.2], "max": [0.5, 0.2] },
                 "velocity": { "kind": "linear", "value": [0, 0], "origin": [0, 0], "gradient": [[0, -1], [1, 0]] } }],
@@ -65,7 +63,7 @@ fn a_block_that_turns_freely_goes_on_turning() {
 fn a_cube_that_turns_about_a_slanted_axis_goes_on_turning() {
     let [x, y, z] = [0.5, 0.7, -1.0];
     for (momentum, integration) in [("rho2", "leapfrog"), ("rho-rho", "velocity-verlet")] {
-        let report = solve(&case(json!({
+        let report = solve(&Sph, &case(json!({
             "space": "3d", "domain": { "min": [-1, -1, -1], "max": [1, 1, 1] }, "gravity": [0, 0, 0],
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.3, -0.3, -0.3], "max": [0.3, 0.3, 0.3] },
                 "velocity": { "kind": "linear", "value": [0, 0, 0], "origin": [0, 0, 0],
@@ -93,7 +91,7 @@ fn the_total_form_is_exact_for_uniform_strain() {
         "stages": [{ "name": "s", "duration": 0.02 }]
     })).to_json()).unwrap();
     text["methods"] = total;
-    let snapshot = solve(&Case::from_json(&text.to_string()).unwrap()).snapshot;
+    let snapshot = solve(&Sph, &read_case(&text)).snapshot;
     let strain = rate * 0.02;
     let modulus = 1e6 * 0.75 / (1.25 * 0.5);
     // The held velocity field moves with the particles: x grows by exp(rate t); the surface is as exact as the middle.
@@ -112,7 +110,7 @@ fn the_total_form_conserves_momentum_and_energy() {
             "velocity": { "kind": "sine", "amplitude": [0, 1], "wave_vector": [6, 0] } }],
         "methods": total
     }));
-    let report = solve(&case);
+    let report = solve(&Sph, &case);
     let (start, end) = (report.start, report.end);
     for c in 0..2 {
         assert!((end.momentum[c] - start.momentum[c]).abs() < 1e-9 * start.mass, "{end:?}");
@@ -130,7 +128,7 @@ fn the_total_form_restarts_to_the_last_bit() {
             "velocity": { "kind": "sine", "amplitude": [0, 1], "wave_vector": [6, 0] } }],
         "methods": total
     }));
-    let mut first = begin(&case);
+    let mut first = start_solver(&Sph, &case);
     let advance = |solver: &mut Box<dyn Solver>, steps: usize| {
         for _ in 0..steps {
             let dt = solver.limit().dt;
@@ -169,7 +167,7 @@ fn confined(on: &str, stress: f64, ramp: f64, duration: f64) -> Case {
 /// Largest acceleration in the first step, over `p_c / (ρ Δx)` (sheet: sph V-33).
 fn unrest(on: &str) -> f64 {
     let case = confined(on, -1e4, 0.0, 0.1);
-    let mut solver = begin(&case);
+    let mut solver = start_solver(&Sph, &case);
     let dt = solver.limit().dt;
     solver.step(dt).unwrap();
     let snapshot = solver.snapshot();
@@ -191,7 +189,7 @@ fn a_pressure_on_the_surface_leaves_little() {
 
 #[test]
 fn confined_particles_at_the_surface_of_a_disc_take_up_the_pressure() {
-    let snapshot = solve(&confined("surface", 0.0, 0.05, 0.4)).snapshot;
+    let snapshot = solve(&Sph, &confined("surface", 0.0, 0.05, 0.4)).snapshot;
     for (x, s) in snapshot.positions.iter().zip(stresses(&snapshot)) {
         if x[0].hypot(x[1]) < 0.2 {
             assert!((s[0] / -1e4 - 1.0).abs() < 0.03 && (s[1] / -1e4 - 1.0).abs() < 0.03, "{x:?} {s:?}");

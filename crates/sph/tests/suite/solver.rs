@@ -1,16 +1,15 @@
 //! Solver against closed forms and conservation laws, and its bitwise reproducibility.
 
+use colluvium_testkit::{case_with, solve, start_solver, vectors};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{begin, case_with, solve, vectors};
 
 /// Block of one material with the simplest options; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    case_with(
-        json!({
+    case_with(json!({
             "title": "test", "space": "plane-strain",
             "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
@@ -18,8 +17,7 @@ fn case(more: Value) -> Case {
             "stages": [{ "name": "s", "duration": 0.05 }],
             "methods": { "sph": { "spacing": 0.05 } }
         }),
-        &more,
-    )
+        &more,)
 }
 
 /// Block that slides on a rough floor against a smooth wall, with all particles in motion and at yield.
@@ -79,7 +77,7 @@ fn results_are_the_same_on_one_and_two_threads() {
     for (case, name) in cases.chain([(total, "total-lagrangian".to_owned())]) {
         let hash = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| solve(&case).snapshot.hash())
+            pool.install(|| solve(&Sph, &case).snapshot.hash())
         };
         assert_eq!(hash(1), hash(2), "{name}");
     }
@@ -95,7 +93,7 @@ fn a_restored_solver_continues_to_the_last_bit() {
     };
     for options in variants() {
         let case = crash(&options);
-        let mut whole = begin(&case);
+        let mut whole = start_solver(&Sph, &case);
         for cut in [1, 37, 64] {
             advance(&mut *whole, cut);
             let saved = whole.saved().unwrap();
@@ -135,7 +133,7 @@ fn v10_momentum_is_conserved() {
         json!({ "tensile": { "kind": "artificial-pressure", "strength": 0.9, "exponent": 4 }, "velocity_gradient": "corrected" }),
     ] {
         let case = swirl(&options);
-        let mut solver = begin(&case);
+        let mut solver = start_solver(&Sph, &case);
         let start = solver.totals().momentum;
         let mut size = 0.0f64;
         for _ in 0..50 {
@@ -151,7 +149,7 @@ fn v10_momentum_is_conserved() {
     }
     // Form that conserves neither momentum nor energy.
     let case = swirl(&json!({ "momentum": "difference" }));
-    let mut solver = begin(&case);
+    let mut solver = start_solver(&Sph, &case);
     let start = solver.totals().momentum;
     (0..50).for_each(|_| {
         let dt = solver.limit().dt;
@@ -163,7 +161,7 @@ fn v10_momentum_is_conserved() {
 /// Drift of kinetic plus stored energy over a run, relative to the energy.
 fn energy_drift(options: &Value, step: f64) -> f64 {
     let case = swirl(options);
-    let mut solver = begin(&case);
+    let mut solver = start_solver(&Sph, &case);
     let energy = |solver: &dyn Solver| {
         let budget = solver.totals();
         budget.kinetic + budget.elastic
@@ -195,7 +193,7 @@ fn v16_a_standing_wave_in_a_confined_strip_has_its_frequency() {
                        { "side": "x-min", "wall": { "kind": "smooth" } }, { "side": "x-max", "wall": { "kind": "smooth" } }],
         "methods": { "sph": { "spacing": spacing, "viscosity_linear": 0 } }
     }));
-    let mut solver = begin(&case);
+    let mut solver = start_solver(&Sph, &case);
     // Modulus of uniaxial strain: E (1 - ν) / ((1 + ν)(1 - 2ν)) = 1.2 MPa.
     let exact = 2.0 * length / (1.2e6f64 / 1000.0).sqrt();
     let amplitude = |solver: &dyn Solver| {
@@ -456,7 +454,7 @@ fn density_by_summation_needs_full_supports_and_one_density() {
     }
     // The check changes nothing in the solver.
     let [checked, free] = [json!({}), json!({ "allow_summation": true })].map(|sph| {
-        let mut solver = begin(&closed(&whole, &sph));
+        let mut solver = start_solver(&Sph, &closed(&whole, &sph));
         crate::common::advance_steps(&mut *solver, 20);
         solver.snapshot().hash()
     });

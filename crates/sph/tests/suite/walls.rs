@@ -1,10 +1,10 @@
 //! Walls with time-dependent velocities, and rough mirrors (sheet: sph §2.13).
 
+use colluvium_testkit::{read_case, solve, start_solver, stresses, vectors};
 use colluvium_case::{Case, Method, SolverError};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{begin, case_with, solve, stresses, vectors};
 
 /// Times of a factor that rises, is constant, and falls below zero.
 const TIMES: [f64; 4] = [0.005, 0.02, 0.03, 0.05];
@@ -42,14 +42,14 @@ fn bar(spacing: f64, sph: &Value) -> Case {
         "stages": [{ "name": "s", "duration": 1 }],
         "methods": { "sph": methods }
     });
-    case_with(text, &json!({}))
+    read_case(&text)
 }
 
 /// Solution of d'Alembert: `v(x, t) = v_p(t - x/c)`, `σ = -ρ c v`, `u` the integral of `v`.
 #[test]
 fn a_piston_of_varying_velocity_sends_the_wave_of_dalembert_into_a_bar() {
     let largest_errors = |spacing: f64, sph: &Value| {
-        let mut solver = begin(&bar(spacing, sph));
+        let mut solver = start_solver(&Sph, &bar(spacing, sph));
         let (end, dt) = (0.08, 0.1 * spacing / 10.0);
         for _ in 0..(end / dt).round() as usize {
             solver.step(dt).unwrap();
@@ -130,7 +130,7 @@ fn a_collapsing_column_on_a_rough_mirror_needs_the_hourglass_viscosity() {
             "stages": [{ "name": "s", "duration": 0.4 }],
             "methods": { "sph": methods }
         });
-        let snapshot = solve(&case_with(text, &json!({}))).snapshot;
+        let snapshot = solve(&Sph, &read_case(&text)).snapshot;
         snapshot.positions.iter().map(|x| x[0]).fold(0.0, f64::max)
     };
     let (layers, mirror) =
@@ -142,7 +142,7 @@ fn a_collapsing_column_on_a_rough_mirror_needs_the_hourglass_viscosity() {
 
 /// End of a run: the particle's position, the time and the reason.
 fn end_of(case: &Case) -> ([f64; 3], f64, String) {
-    let mut solver = begin(case);
+    let mut solver = start_solver(&Sph, case);
     loop {
         let dt = solver.limit().dt;
         match solver.step(dt) {
@@ -167,7 +167,7 @@ fn chip(wall: &Value, speed: f64, sph: &Value) -> Case {
         "stages": [{ "name": "s", "duration": 1 }],
         "methods": { "sph": methods }
     });
-    case_with(text, &json!({}))
+    read_case(&text)
 }
 
 #[test]

@@ -1,10 +1,11 @@
 //! Absorbing boundaries.
 
+use colluvium_mpm::Mpm;
+use colluvium_testkit::{advance_to, read_case, solve, start_solver, vectors};
 use colluvium_case::Case;
 use serde_json::json;
 
 use crate::boundary::{case, restarts};
-use crate::common::{advance_to, begin, solve, vectors};
 
 #[test]
 fn absorbing_sides_with_springs_survive_a_restart() {
@@ -15,7 +16,7 @@ fn absorbing_sides_with_springs_survive_a_restart() {
     }));
     restarts(&case, 0.02, 0.04);
     // The spring brings it back where it was.
-    let mut solver = begin(&case);
+    let mut solver = start_solver(&Mpm, &case);
     advance_to(&mut *solver, 1.0);
     let mean = vectors(&solver.snapshot(), "displacement").iter().map(|u| u[0]).sum::<f64>() / 144.0;
     assert!(mean.abs() < 1e-4, "{mean}");
@@ -23,8 +24,7 @@ fn absorbing_sides_with_springs_survive_a_restart() {
 
 #[test]
 fn absorbing_sides_stay_uniform_as_points_go_through_a_period() {
-    let case = Case::from_json(
-        &json!({
+    let case = read_case(&json!({
             "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 2], "periodic": ["x"] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0.2 } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
@@ -32,11 +32,8 @@ fn absorbing_sides_stay_uniform_as_points_go_through_a_period() {
             "boundaries": [{ "side": "y-min", "wall": { "kind": "absorbing" } }],
             "stages": [{ "name": "a", "duration": 0.3 }, { "name": "b", "duration": 0.2 }],
             "methods": { "mpm": { "cell_size": 0.1 } }
-        })
-        .to_string(),
-    )
-    .unwrap();
-    let snapshot = solve(&case).snapshot;
+        }));
+    let snapshot = solve(&Mpm, &case).snapshot;
     let velocities = vectors(&snapshot, "velocity");
     for (x, v) in snapshot.positions.iter().zip(&velocities) {
         let row =
@@ -48,8 +45,7 @@ fn absorbing_sides_stay_uniform_as_points_go_through_a_period() {
 #[test]
 fn absorbing_sides_do_not_depend_on_the_origin_of_displacements() {
     let ends = [json!([]), json!(["displacement"])].map(|reset| {
-        let bar = Case::from_json(
-            &json!({
+        let bar = read_case(&json!({
                 "title": "test", "space": "1d", "domain": { "min": [0], "max": [2] }, "gravity": [0],
                 "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
                 "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
@@ -57,11 +53,8 @@ fn absorbing_sides_do_not_depend_on_the_origin_of_displacements() {
                 "boundaries": [{ "side": "x-min", "wall": { "kind": "absorbing" } }],
                 "stages": [{ "name": "a", "duration": 0.05, "reset": reset }, { "name": "b", "duration": 0.05 }],
                 "methods": { "mpm": { "cell_size": 0.1 } }
-            })
-            .to_string(),
-        )
-        .unwrap();
-        solve(&bar).end.momentum[0]
+            }));
+        solve(&Mpm, &bar).end.momentum[0]
     });
     assert_eq!(ends[0], ends[1]);
 }

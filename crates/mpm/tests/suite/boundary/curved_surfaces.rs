@@ -1,12 +1,12 @@
 //! Loads on curved surfaces against closed forms.
 
+use colluvium_testkit::{read_case, solve, vectors};
 use std::f64::consts::PI;
 
 use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{case_with, solve, vectors};
 
 const MODULUS: f64 = 1e6;
 const POISSON: f64 = 0.25;
@@ -17,15 +17,12 @@ fn case(space: &str, shape: &Value, load: &Value, stage: &Value) -> Case {
     let opposite: Vec<f64> = side.as_array().unwrap().iter().map(|x| -x.as_f64().unwrap()).collect();
     let mut load = load.clone();
     (load["kind"], load["body"]) = (json!("surface"), json!("b"));
-    case_with(
-        json!({
+    read_case(&json!({
             "title": "test", "space": space, "domain": { "min": opposite, "max": side }, "gravity": vec![0; opposite.len()],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": MODULUS, "poissons_ratio": POISSON } },
             "bodies": [{ "name": "b", "material": "m", "shape": shape }], "loads": [load], "stages": [stage],
             "methods": { "mpm": { "cell_size": 0.1 } }
-        }),
-        &json!({}),
-    )
+        }))
 }
 
 /// Lamé's ring under a pressure from within: `u = (1 + ν) p a² ((1 - 2ν) r + b²/r) / (E (b² - a²))` in plane strain.
@@ -39,7 +36,7 @@ fn a_pressure_in_a_hole_widens_the_ring_as_lame_has_it() {
     let mut text: Value =
         serde_json::from_str(&case("plane-strain", &ring, &load, &stage).to_json()).unwrap();
     text["methods"]["mpm"] = json!({ "cell_size": 0.05, "shape": "ugimp" });
-    let snapshot = solve(&Case::from_json(&text.to_string()).unwrap()).snapshot;
+    let snapshot = solve(&Mpm, &read_case(&text)).snapshot;
     let scale = (1.0 + POISSON) * pressure * inner.powi(2) / (MODULUS * (outer.powi(2) - inner.powi(2)));
     for (from, to) in [(0.55, 0.65), (0.7, 0.8), (0.85, 0.95)] {
         let (mut found, mut exact) = (0.0, 0.0);
@@ -62,7 +59,7 @@ fn a_shear_about_the_axis_twists_a_cylinder() {
     let shape =
         json!({ "kind": "cylinder", "base": [0, -0.5, 0], "axis": 1, "radius": radius, "height": height });
     let load = json!({ "shear": shear, "axis": [0, 3, 0] });
-    let report = solve(&case("3d", &shape, &load, &json!({ "name": "s", "duration": 0.02 })));
+    let report = solve(&Mpm, &case("3d", &shape, &load, &json!({ "name": "s", "duration": 0.02 })));
     let exact = 2.0 * PI * radius * radius * height * shear * 0.02;
     // Points carry it up to half their width within the face.
     let ratio = report.end.angular_momentum[1] / exact;

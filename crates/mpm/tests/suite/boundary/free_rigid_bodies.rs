@@ -1,18 +1,17 @@
 //! Rigid bodies that move by Newton's law (docs/theory/mpm.md, rigid bodies).
 
+use colluvium_testkit::{advance_to, case_with, read_case, solve, start_solver, vectors};
 use colluvium_case::{Budget, Case, Method, RunReport};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{advance_to, begin, case_with, solve, vectors};
 
 const G: f64 = 10.0;
 
 /// A rigid block of 0.4 m × 0.2 m and 160 kg in empty space.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    case_with(
-        json!({
+    case_with(json!({
             "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [2, 2] }, "gravity": [0, 0],
             "materials": {
                 "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 },
@@ -23,8 +22,7 @@ fn case(more: Value) -> Case {
                          "motions": [{ "target": "block", "velocity": [null, null], "turns": true }] }],
             "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4 } }
         }),
-        &more,
-    )
+        &more,)
 }
 
 /// The block with its lower left corner somewhere.
@@ -62,7 +60,7 @@ fn a_free_block_falls_and_spins_exactly() {
     let spin =
         json!({ "kind": "linear", "value": [0.5, 0.3], "origin": [1.0, 1.1], "gradient": [[0, -8], [8, 0]] });
     for (formulation, scale) in [("updated-lagrangian", 1.0), ("updated-lagrangian", 4.0)] {
-        let report = solve(&case(json!({
+        let report = solve(&Mpm, &case(json!({
             "gravity": [1, -3], "bodies": [with_velocity(block(json!([0.8, 1.0])), &spin)],
             "methods": { "mpm": { "cell_size": 0.1, "time_step": 1e-3, "formulation": formulation, "mass_scaling": scale } }
         })));
@@ -99,8 +97,7 @@ fn a_free_block_falls_and_spins_exactly() {
 fn a_free_block_in_space_keeps_its_angular_momentum_and_wobbles_with_its_energy() {
     let gradient = [[0.0, -6.0, 3.0], [6.0, 0.0, -5.0], [-3.0, 5.0, 0.0]];
     let run = |dt: f64| {
-        let mut solver = begin(&case_with(
-            json!({
+        let mut solver = start_solver(&Mpm, &read_case(&json!({
                 "title": "test", "space": "3d", "domain": { "min": [0, 0, 0], "max": [2, 2, 2] }, "gravity": [0, 0, 0],
                 "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },
                 "bodies": [{ "name": "block", "material": "m", "rigid": true,
@@ -109,9 +106,7 @@ fn a_free_block_in_space_keeps_its_angular_momentum_and_wobbles_with_its_energy(
                 "stages": [{ "name": "s", "duration": 0.3,
                              "motions": [{ "target": "block", "velocity": [null, null, null], "turns": true }] }],
                 "methods": { "mpm": { "cell_size": 0.1, "time_step": dt } }
-            }),
-            &json!({}),
-        ));
+            })));
         let before = solver.budget().unwrap();
         advance_to(&mut *solver, 0.3);
         (before, solver.budget().unwrap())
@@ -138,7 +133,7 @@ fn a_push_moves_a_block_on_a_wall_by_its_mass_and_friction() {
         (json!({ "kind": "rough" }), 0.5),
     ] {
         for turns in [false, true] {
-            let report = solve(&case(json!({
+            let report = solve(&Mpm, &case(json!({
                 "gravity": [0, -G], "bodies": [block(json!([0.4, 0.0]))],
                 "boundaries": [{ "side": "y-min", "wall": wall }],
                 "stages": [{ "name": "s", "duration": 0.4,
@@ -161,7 +156,7 @@ fn a_slender_block_on_a_rough_wall_tips_where_the_push_passes_its_edge() {
         let weight = 160.0 * G;
         let tall = json!({ "name": "block", "material": "m", "rigid": true,
                            "shape": { "kind": "box", "min": [0.8, 0.0], "max": [1.0, 0.4] } });
-        let report = solve(&case(json!({
+        let report = solve(&Mpm, &case(json!({
             "gravity": [0, -G], "bodies": [tall], "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }],
             "stages": [{ "name": "s", "duration": 0.3,
                          "motions": [{ "target": "block", "velocity": [null, null], "force": [share * weight, 0], "turns": true }] }],
@@ -180,7 +175,7 @@ fn collision(contacts: &Value, scheme: &str, turns: bool) -> ([Budget; 2], f64) 
         "stages": [{ "name": "s", "duration": 0.2, "motions": [{ "target": "block", "velocity": [null, null], "turns": turns }] }],
         "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "stress_update": scheme, "contacts": contacts } }
     }));
-    let mut solver = begin(&case);
+    let mut solver = start_solver(&Mpm, &case);
     let before = solver.budget().unwrap();
     advance_to(&mut *solver, 0.2);
     let impulse = solver.reaction("block").unwrap().impulse;
@@ -222,7 +217,7 @@ fn rests(contacts: &Value, force: f64, turns: bool) -> (f64, f64) {
                      "motions": [{ "target": "block", "velocity": [null, null], "force": [0, -force], "turns": turns }] }],
         "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "contacts": contacts } }
     }));
-    let report = solve(&case);
+    let report = solve(&Mpm, &case);
     let moved = vectors(&report.snapshot, "displacement");
     let down = moved.iter().zip(&report.snapshot.bodies).find(|(_, body)| **body == 0).unwrap().0[1];
     (late(&report, "reaction.impulse.y", 0.9), down)
@@ -247,7 +242,7 @@ fn the_reaction_on_a_block_at_rest_is_its_weight_and_load() {
 #[test]
 fn friction_of_a_bed_takes_its_share_of_a_push() {
     let (force, friction, mass) = (1200.0, 0.3, 160.0);
-    let report = solve(&case(json!({
+    let report = solve(&Mpm, &case(json!({
         "gravity": [0, -G],
         "bodies": [block(json!([0.2, 0.3])), soft([0.0, 0.0], [2.0, 0.3])],
         "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }, { "side": "x-min", "wall": { "kind": "smooth" } },
@@ -288,7 +283,7 @@ fn a_light_block_does_not_bounce_about_on_heavy_ground() {
             "stages": [{ "name": "s", "duration": 0.5, "motions": [{ "target": "block", "velocity": [null, null], "turns": true }] }],
             "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "contacts": contacts } }
         }));
-        let mut solver = begin(&case);
+        let mut solver = start_solver(&Mpm, &case);
         let energy = |b: &Budget| b.kinetic + b.elastic + b.potential;
         let start = solver.budget().unwrap();
         let mut most = energy(&start);
@@ -315,13 +310,13 @@ fn runs_of_free_rigid_bodies_are_the_same_on_two_threads_and_after_a_restart() {
     let hash = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let mut solver = begin(&case);
+            let mut solver = start_solver(&Mpm, &case);
             advance_to(&mut *solver, 0.06);
             solver.snapshot().hash()
         })
     };
     assert_eq!(hash(1), hash(2));
-    let mut whole = begin(&case);
+    let mut whole = start_solver(&Mpm, &case);
     (0..60).for_each(|_| {
         whole.step(4e-4).unwrap();
     });
@@ -366,7 +361,7 @@ fn a_stage_with_equilibrium_ends_where_a_loaded_block_rests() {
         "stages": [{ "name": "rest", "duration": 10, "damping": 0.5, "equilibrium": { "unbalanced_force": 1e-3, "kinetic_energy": 1e-4 },
                      "motions": [{ "target": "block", "velocity": [0, null], "force": [0, -4000], "ramp": 0.2 }] }]
     }));
-    let report = solve(&case);
+    let report = solve(&Mpm, &case);
     let end = last(&report, "time");
     assert!((0.2..5.0).contains(&end), "{end}");
     let force = last(&report, "reaction.y");

@@ -12,31 +12,30 @@ mod thin_sheets;
 mod wall_friction;
 mod walls;
 
+use colluvium_mpm::Mpm;
+use colluvium_testkit::{advance_to, case_with, start_solver};
 use colluvium_case::Case;
 use serde_json::{Value, json};
 
-use crate::common::{advance_to, begin, case_with};
 
 /// An elastic block in a box without gravity; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 pub fn case(more: Value) -> Case {
-    case_with(
-        json!({
+    case_with(json!({
             "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.35, 0.35], "max": [0.65, 0.65] } }],
             "stages": [{ "name": "s", "duration": 1.0 }],
             "methods": { "mpm": { "cell_size": 0.05 } }
         }),
-        &more,
-    )
+        &more,)
 }
 
 pub fn restarts(case: &Case, middle: f64, end: f64) {
-    let mut whole = begin(case);
+    let mut whole = start_solver(&Mpm, case);
     advance_to(&mut *whole, middle);
     let saved = whole.saved().unwrap();
-    let mut again = begin(case);
+    let mut again = start_solver(&Mpm, case);
     again.restore(&mut saved.as_slice()).unwrap();
     again.begin_stage(0, 0.0).unwrap();
     advance_to(&mut *again, end);

@@ -1,18 +1,17 @@
 //! Loads on nodes.
 
+use colluvium_testkit::{read_case, solve, stresses, vectors, with_keys};
 use colluvium_case::Method;
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
 use crate::boundary::{case, restarts};
-use crate::common::{case_with, solve, stresses, vectors, with_keys};
 
 #[test]
 fn a_load_on_nodes_is_exact_up_to_the_side() {
     // The points of the last cell, which would carry it, have the stress of all others: of a bar, and of triangles.
     let bar = |space: &str, min: Value, max: Value, value: Value, options: Value| {
-        case_with(
-            json!({
+        read_case(&json!({
                 "title": "bar", "space": space, "domain": { "min": min, "max": max }, "gravity": vec![0; min.as_array().unwrap().len()],
                 "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
                 "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": min, "max": max } }],
@@ -21,9 +20,7 @@ fn a_load_on_nodes_is_exact_up_to_the_side() {
                 "stages": [{ "name": "s", "duration": 10, "damping": 0.5,
                              "equilibrium": { "unbalanced_force": 1e-5, "kinetic_energy": 1e-8 } }],
                 "methods": { "mpm": options }
-            }),
-            &json!({}),
-        )
+            }))
     };
     let linear = || json!({ "cell_size": 0.1, "shape": "linear" });
     for case in [
@@ -38,7 +35,7 @@ fn a_load_on_nodes_is_exact_up_to_the_side() {
             with_keys(linear(), &json!({ "mesh": { "kind": "box" } })),
         ),
     ] {
-        let report = solve(&case);
+        let report = solve(&Mpm, &case);
         assert!(report.snapshot.time < 10.0, "at rest");
         // Points in the middle of parts of cells do not integrate splines exactly.
         let slack = if case.methods["mpm"]["shape"] == "quadratic" { 5e-3 } else { 1e-3 };
@@ -78,7 +75,7 @@ fn saturated_ground_under_open_water_stays_at_rest() {
         json!({ "cell_size": 0.2, "shape": "linear" }),
         json!({ "cell_size": 0.2, "shape": "linear", "points_per_cell": 3, "mesh": { "kind": "box" } }),
     ] {
-        let report = solve(&ground(options.clone()));
+        let report = solve(&Mpm, &ground(options.clone()));
         let largest = |name: &str| {
             let speeds = vectors(&report.snapshot, name).into_iter().map(|v| v[0].hypot(v[1]));
             speeds.fold(0.0, f64::max)
@@ -134,7 +131,7 @@ fn loads_on_nodes_are_the_same_on_any_thread() {
                                     "stages": [{ "name": "s", "duration": 0.008 }], "methods": { "mpm": options } }));
             let hash = |threads: usize| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-                let report = pool.install(|| solve(&case));
+                let report = pool.install(|| solve(&Mpm, &case));
                 let budget =
                     [report.end.momentum[0], report.end.kinetic, report.end.elastic].map(f64::to_bits);
                 (report.snapshot.hash(), budget)

@@ -1,11 +1,11 @@
 //! Periodic domains.
 
+use colluvium_testkit::{read_case, scalars, solve, start_solver, vectors};
 use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
 use crate::boundary::{case, restarts};
-use crate::common::{begin, scalars, solve, vectors};
 
 /// A block that flies through periodic sides, and is crushed a little meanwhile by its own velocity.
 fn drifting(shape: &str, transfer: &str, shrink: f64) -> Case {
@@ -23,7 +23,7 @@ fn drifting(shape: &str, transfer: &str, shrink: f64) -> Case {
 #[test]
 fn a_body_passes_periodic_sides_unchanged() {
     for (shape, transfer) in [("linear", "flip"), ("ugimp", "flip"), ("cpgimp", "tpic"), ("ugimp", "xpic")] {
-        let report = solve(&drifting(shape, transfer, 0.0));
+        let report = solve(&Mpm, &drifting(shape, transfer, 0.0));
         let snapshot = &report.snapshot;
         for ((v, u), x) in vectors(snapshot, "velocity")
             .iter()
@@ -62,7 +62,7 @@ fn results_do_not_depend_on_the_position_of_the_periodic_side() {
                 })
                 .collect();
             case.stages[0].duration = 0.05;
-            solve(&case).end
+            solve(&Mpm, &case).end
         });
         let [whole, cut] = budgets;
         assert!((whole.kinetic / cut.kinetic - 1.0).abs() < 1e-9, "{shape}: {whole:?}, {cut:?}");
@@ -75,7 +75,7 @@ fn periodic_runs_are_the_same_on_any_thread_and_after_a_restart() {
     let case = drifting("ugimp", "flip", 0.5);
     let hash = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| solve(&case).snapshot.hash())
+        pool.install(|| solve(&Mpm, &case).snapshot.hash())
     };
     assert_eq!(hash(1), hash(2));
     restarts(&case, 0.3, 0.5);
@@ -116,7 +116,7 @@ fn work_and_rest_of_a_periodic_column_do_not_depend_on_its_width() {
             if fluid {
                 text["bodies"][0]["pore_fluid"] = json!({ "porosity": 0.4, "permeability": 1e-2, "bulk_modulus": 1e7 });
             }
-            let mut solver = begin(&Case::from_json(&text.to_string()).unwrap());
+            let mut solver = start_solver(&Mpm, &read_case(&text));
             let start = solver.totals().potential;
             (0..200).for_each(|_| { solver.step(1e-4).unwrap(); });
             let fallen = start - solver.totals().potential;

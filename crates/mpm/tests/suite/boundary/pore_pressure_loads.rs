@@ -1,10 +1,11 @@
 //! Prescribed pore pressures on the surface of a body.
 
+use colluvium_mpm::Mpm;
+use colluvium_testkit::{read_case, scalars, solve, start_solver};
 use colluvium_case::{Case, FieldData};
 use serde_json::{Value, json};
 
 use crate::boundary::case;
-use crate::common::{begin, scalars, solve};
 
 #[test]
 fn a_pore_pressure_that_varies_pushes_the_fluid_with_its_mean() {
@@ -13,7 +14,7 @@ fn a_pore_pressure_that_varies_pushes_the_fluid_with_its_mean() {
                         "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1e-6 } }]);
     let load = json!({ "kind": "pore-pressure", "body": "b", "side": "x-min", "value": 1e3,
                        "profile": { "axis": "y", "shares": [[0.35, 0], [0.65, 1]] } });
-    let mut solver = begin(&case(json!({ "bodies": text, "loads": [load] })));
+    let mut solver = start_solver(&Mpm, &case(json!({ "bodies": text, "loads": [load] })));
     let dt = solver.limit().dt;
     solver.step(dt).unwrap();
     let momentum = solver.totals().liquid.unwrap().momentum;
@@ -33,7 +34,7 @@ fn water_at_the_boundary_fills_the_pores_with_its_pressure() {
         "stages": [{ "name": "s", "duration": 2.5 }],
         "methods": { "mpm": { "cell_size": 0.1, "points_per_cell": 1, "shape": "linear" } }
     });
-    let snapshot = solve(&Case::from_json(&text.to_string()).unwrap()).snapshot;
+    let snapshot = solve(&Mpm, &read_case(&text)).snapshot;
     let Some(FieldData::Tensor(effective)) = snapshot.field("stress").map(|f| &f.data) else {
         panic!("no stress")
     };

@@ -1,18 +1,17 @@
 //! Rigid bodies and patches of prescribed velocity (sheet: mpm §2.11, §3.6).
 
+use colluvium_testkit::{case_with, solve, start_solver, vectors, with_keys};
 use std::collections::BTreeMap;
 
 use colluvium_case::{Case, Method, RunReport, Snapshot, Solver};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{begin, case_with, solve, vectors, with_keys};
 
 /// An elastic block of 1 m on a smooth floor between smooth walls, and more.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    case_with(
-        json!({
+    case_with(json!({
             "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 2] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
             "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
@@ -20,8 +19,7 @@ fn case(more: Value) -> Case {
                            { "side": "x-max", "wall": { "kind": "smooth" } }],
             "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4 } }
         }),
-        &more,
-    )
+        &more,)
 }
 
 fn lid() -> Value {
@@ -60,7 +58,7 @@ fn a_rigid_lid_presses_with_the_force_of_the_oedometer() {
                 "measures": { "force": { "kind": "reaction", "target": "lid" } },
                 "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "stress_update": scheme, "contacts": contacts } }
             }));
-            let report = solve(&case);
+            let report = solve(&Mpm, &case);
             let force = late(&report, "force.impulse.y");
             // The lid holds the nodes at its face, which the surface of the block leaves by 1 % of its height.
             assert!((force / 1000.0 - 1.0).abs() < 0.03, "{contacts}, {scheme}: {force}");
@@ -87,7 +85,7 @@ fn a_patch_that_does_nothing_changes_nothing_at_walls() {
             if patch {
                 more["patches"] = json!([{ "name": "idle", "region": { "kind": "box", "min": [2.5, 1.8], "max": [3, 2] } }]);
             }
-            vectors(&solve(&case(more)).snapshot, "displacement")
+            vectors(&solve(&Mpm, &case(more)).snapshot, "displacement")
         });
         for (alone, with_patch) in ends[0].iter().zip(&ends[1]) {
             assert!(
@@ -114,7 +112,7 @@ fn a_plate_over_a_whole_period_moves_all_of_its_nodes() {
                 "stages": [{ "name": "flow", "duration": 0.5, "motions": [{ "target": "plate", "velocity": [1, 0] }] }],
                 "methods": { "mpm": { "cell_size": 0.1, "shape": shape } }
             }));
-            solve(&case)
+            solve(&Mpm, &case)
         };
         let report = flow([0.0, 0.3]);
         // Steady: 1000 Pa on 0.3 m.
@@ -161,7 +159,7 @@ fn a_rigid_plate_from_wall_to_wall_presses_evenly() {
             "stages": [{ "name": "press", "duration": 0.4, "motions": [{ "target": "lid", "velocity": [0, -0.3] }] }],
             "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "shape": shape } }
         }));
-        let mut solver = begin(&case);
+        let mut solver = start_solver(&Mpm, &case);
         while solver.time() < 0.4 {
             let dt = solver.limit().dt;
             solver.step(dt).unwrap();
@@ -186,7 +184,7 @@ fn a_rigid_plate_over_a_whole_period_drags_evenly() {
                 "stages": [{ "name": "flow", "duration": 0.5, "motions": [{ "target": "lid", "velocity": [1, 0] }] }],
                 "methods": { "mpm": { "cell_size": 0.1, "shape": shape } }
             }));
-            let report = solve(&flow);
+            let report = solve(&Mpm, &flow);
             let uneven = unevenness(&report.snapshot);
             assert!(uneven < 1e-9, "{shape}, {width}: {uneven}");
             late(&report, "force.impulse.x") / width
@@ -211,7 +209,7 @@ fn a_moving_wall_takes_the_liquid_beside_it_along() {
             "stages": [{ "name": "flow", "duration": 1 }],
             "methods": { "mpm": { "cell_size": 0.1, "stress_update": scheme } }
         }));
-        let snapshot = solve(&flow).snapshot;
+        let snapshot = solve(&Mpm, &flow).snapshot;
         for (x, v) in snapshot.positions.iter().zip(vectors(&snapshot, "velocity")) {
             assert!((v[0] - x[1]).abs() < 0.02, "{scheme}: {v:?} at {x:?}");
         }
@@ -227,7 +225,7 @@ fn a_rigid_plate_presses_where_points_keep_their_places() {
         "measures": { "force": { "kind": "reaction", "target": "lid" } },
         "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "formulation": "small-displacement" } }
     }));
-    let report = solve(&case);
+    let report = solve(&Mpm, &case);
     let lid: Vec<[f64; 3]> = report
         .snapshot
         .positions
@@ -258,7 +256,7 @@ fn a_rigid_lid_presses_on_triangles_and_tetrahedra_too() {
             "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "shape": "linear", "mesh": { "kind": "box" },
                                   "stress_update": scheme, "contacts": contacts } }
         }));
-        let force = late(&solve(&case), "force.impulse.y");
+        let force = late(&solve(&Mpm, &case), "force.impulse.y");
         assert!((force / 1000.0 - 1.0).abs() < 0.03, "{contacts}, {scheme}: {force}");
     }
     // A column of 0.3 m x 0.3 m: 90 N.
@@ -281,7 +279,7 @@ fn a_rigid_lid_presses_on_triangles_and_tetrahedra_too() {
         "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "shape": "linear", "mesh": { "kind": "box" },
                               "stress_update": "musl" } }
     }));
-    let force = late(&solve(&case), "force.impulse.z");
+    let force = late(&solve(&Mpm, &case), "force.impulse.z");
     assert!((force / 90.0 - 1.0).abs() < 0.03, "tetrahedra: {force}");
 }
 
@@ -294,7 +292,7 @@ fn a_rigid_body_that_leaves_is_an_error() {
             "stages": [{ "name": "up", "duration": 1, "motions": [{ "target": "lid", "velocity": [0, 1] }] }],
             "methods": { "mpm": { "cell_size": 0.2, "shape": "linear", "mesh": mesh } }
         }));
-        let mut solver = begin(&case);
+        let mut solver = start_solver(&Mpm, &case);
         let error = loop {
             let step = solver.limit().dt;
             if let Err(error) = solver.step(step) {
@@ -325,7 +323,7 @@ fn a_patch_presses_with_the_force_of_the_oedometer() {
             "measures": { "force": { "kind": "reaction", "target": "lid" } },
             "methods": { "mpm": options }
         }));
-        let force = late(&solve(&case), "force.impulse.y");
+        let force = late(&solve(&Mpm, &case), "force.impulse.y");
         assert!((force / 1000.0 - 1.0).abs() < 0.03, "{moves}, {more}: {force}");
     }
 }
@@ -342,7 +340,7 @@ fn the_impulse_on_a_patch_is_that_on_the_material() {
             "measures": { "force": { "kind": "reaction", "target": "hand" } },
             "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "fixed_nodes": fixed } }
         }));
-        let report = solve(&case);
+        let report = solve(&Mpm, &case);
         let momentum = report.end.momentum[1] - report.start.momentum[1];
         let impulse = report.table.pairs("time", "force.impulse.y").unwrap().last().unwrap().1;
         assert!((momentum - 50.0).abs() < 1e-9, "{fixed}, ramp {ramp}: {momentum}");
@@ -368,7 +366,7 @@ fn a_patch_that_makes_a_material_flow_feels_its_strength_however_fast() {
             "methods": { "mpm": { "cell_size": 0.1, "shape": "linear", "volumetric_strain": "cell-average",
                                   "formulation": "small-displacement" } }
         }));
-        let force = late(&solve(&case), "force.impulse.y");
+        let force = late(&solve(&Mpm, &case), "force.impulse.y");
         // Waves go up and down meanwhile.
         assert!((force / 20_000.0 - 1.0).abs() < 0.04, "{speed}: {force}");
     }
@@ -390,7 +388,7 @@ fn the_impulse_on_a_rigid_body_is_the_momentum_that_the_material_loses() {
                                   "contacts": [{ "bodies": ["ball", "lid"], "friction_coefficient": friction,
                                                  "normal": [0, 1], "test": "gap" }] } }
         }));
-        let report = solve(&case);
+        let report = solve(&Mpm, &case);
         let momentum = [0, 1].map(|c| report.start.momentum[c] - report.end.momentum[c]);
         let impulse = ["force.impulse.x", "force.impulse.y"]
             .map(|m| report.table.pairs("time", m).unwrap().last().unwrap().1);
@@ -414,7 +412,7 @@ fn driven_runs_are_the_same_on_two_threads_and_after_a_restart() {
     }));
     let hash = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| solve(&case).snapshot.hash())
+        pool.install(|| solve(&Mpm, &case).snapshot.hash())
     };
     assert_eq!(hash(1), hash(2));
     let advance = |solver: &mut dyn Solver| {
@@ -423,7 +421,7 @@ fn driven_runs_are_the_same_on_two_threads_and_after_a_restart() {
             solver.step(dt).unwrap();
         }
     };
-    let mut whole = begin(&case);
+    let mut whole = start_solver(&Mpm, &case);
     advance(&mut *whole);
     let mut again = Mpm.build(&case).unwrap();
     again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();

@@ -1,10 +1,11 @@
 //! Loads on the surface of a body, carried by its points.
 
+use colluvium_mpm::Mpm;
+use colluvium_testkit::{advance_to, solve, start_solver, stresses, with_keys};
 use colluvium_case::{Case, Solver};
 use serde_json::{Value, json};
 
 use crate::boundary::case;
-use crate::common::{advance_to, begin, solve, stresses, with_keys};
 
 /// Force on the whole body in the next step (N).
 fn force(solver: &mut dyn Solver) -> [f64; 2] {
@@ -29,7 +30,7 @@ fn a_pressure_turns_with_the_surface_and_a_traction_does_not() {
         for (load, exact) in &loads {
             let options = json!({ "cell_size": 0.05, "stress_update": scheme });
             let case = case(json!({ "bodies": body, "loads": [load], "methods": { "mpm": options } }));
-            let mut solver = begin(&case);
+            let mut solver = start_solver(&Mpm, &case);
             let start = force(&mut *solver);
             assert!((start[0] + 3.0).abs() < 0.02 && start[1].abs() < 0.02, "{start:?}");
             advance_to(&mut *solver, 1.0);
@@ -52,7 +53,7 @@ fn each_load_of_a_body_grows_over_its_own_ramp() {
         "loads": [load("x-max", json!([10, 0]), 0.1), load("y-max", json!([0, 20]), 0.4)],
         "stages": [{ "name": "s", "duration": 0.2 }]
     }));
-    let momentum = solve(&case).end.momentum;
+    let momentum = solve(&Mpm, &case).end.momentum;
     // 3 N and 6 N at full load: 3 × (0.2 - 0.05) and 6 × 0.2² / (2 × 0.4), but for the last part of the step.
     assert!(
         (momentum[0] / 0.45 - 1.0).abs() < 0.02 && (momentum[1] / 0.3 - 1.0).abs() < 0.02,
@@ -62,7 +63,7 @@ fn each_load_of_a_body_grows_over_its_own_ramp() {
 
 /// Resultants of the forces on the whole body in the next step: force (N) and moment about the origin (N m).
 fn resultants(case: &Case) -> [f64; 3] {
-    let mut solver = begin(case);
+    let mut solver = start_solver(&Mpm, case);
     let (before, dt) = (solver.totals(), solver.limit().dt);
     solver.step(dt).unwrap();
     let after = solver.totals();
@@ -119,7 +120,7 @@ fn a_load_that_varies_along_its_side_has_the_resultants_of_its_profile() {
 fn a_pressure_that_varies_makes_a_stress_that_varies() {
     // Between a smooth wall and a pressure from 1 kPa below to 3 kPa above, with a Poisson's ratio of zero: each fibre
     // has the stress of the pressure on its end, as in a beam in bending.
-    let report = solve(&case(json!({
+    let report = solve(&Mpm, &case(json!({
         "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0.2], "max": [0.4, 0.8] } }],
         "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }],

@@ -1,8 +1,8 @@
 //! Sheets of sand that slide on floors (docs/theory/mpm.md, walls).
 
+use colluvium_testkit::{advance_steps, read_case, start_solver};
 use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::solver_runs::{advance_steps, start_solver};
 use serde_json::{Value, json};
 
 const GRAVITY: f64 = 9.81;
@@ -24,7 +24,7 @@ fn sheet(cells: f64, wall: &Value) -> Case {
         "stages": [{ "name": "slide", "duration": 0.2 }],
         "methods": { "mpm": { "cell_size": CELL, "points_per_cell": if cells < 1.0 { 4 } else { 2 } } }
     });
-    Case::from_json(&text.to_string()).unwrap()
+    read_case(&text)
 }
 
 /// How fast it slows down (m/s²).

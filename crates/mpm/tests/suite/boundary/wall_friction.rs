@@ -1,8 +1,9 @@
 //! Friction of walls against closed forms (sheet: mpm ).
 
+use colluvium_mpm::Mpm;
+use colluvium_testkit::{solve, vectors};
 use serde_json::json;
 
-use crate::common::{solve, vectors};
 use crate::solver::case;
 
 const FRICTIONS: [&str; 2] = ["impulse", "acceleration"];
@@ -11,7 +12,7 @@ const FRICTIONS: [&str; 2] = ["impulse", "acceleration"];
 fn a_sliding_block_stops_where_friction_says() {
     // sheet: mpm A-31: after v0/(μ g), at v0²/(2 μ g); 2 %.
     for friction in FRICTIONS {
-        let report = solve(&case(json!({
+        let report = solve(&Mpm, &case(json!({
             "domain": { "min": [0, 0], "max": [2, 0.4] }, "gravity": [0, -10],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0], "max": [0.8, 0.2] },
@@ -36,7 +37,7 @@ fn a_block_on_an_incline_slides_or_stays_by_its_friction() {
     let (sin, cos) = 30f64.to_radians().sin_cos();
     for friction in FRICTIONS {
         for (coefficient, duration) in [(0.2, 0.5), (0.4, 0.5), (0.7, 1.0)] {
-            let report = solve(&case(json!({
+            let report = solve(&Mpm, &case(json!({
                 "domain": { "min": [0, 0], "max": [2, 0.8] }, "gravity": [9.81 * sin, -9.81 * cos],
                 "materials": { "m": { "model": "linear-elastic", "density": 1500, "youngs_modulus": 1e7, "poissons_ratio": 0 } },
                 "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0], "max": [1.2, 0.5] } }],

@@ -1,11 +1,11 @@
 //! Walls: separation, bilateral walls, motion.
 
+use colluvium_testkit::{read_case, solve};
 use colluvium_case::{Budget, Case, Method};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
 use crate::boundary::case;
-use crate::common::solve;
 
 #[test]
 fn a_wall_with_separation_adds_no_energy_to_a_bouncing_body() {
@@ -16,7 +16,7 @@ fn a_wall_with_separation_adds_no_energy_to_a_bouncing_body() {
     for wall in [smooth, rubbing] {
         for scheme in ["usl", "musl"] {
             let options = json!({ "cell_size": 0.05, "stress_update": scheme, "courant": 0.2 });
-            let report = solve(&case(json!({
+            let report = solve(&Mpm, &case(json!({
                 "bodies": ball, "boundaries": [wall], "stages": [{ "name": "s", "duration": 0.15 }],
                 "methods": { "mpm": options }
             })));
@@ -44,7 +44,7 @@ fn a_bilateral_wall_holds_a_hanging_body_without_friction() {
         if !fluid.is_null() {
             text["bodies"][0]["pore_fluid"] = fluid;
         }
-        solve(&case(text)).end
+        solve(&Mpm, &case(text)).end
     };
     let fluid = || json!({ "porosity": 0.4, "intrinsic_permeability": 1e-8, "bulk_modulus": 1e6 });
     for options in [
@@ -67,8 +67,7 @@ fn a_bilateral_wall_holds_a_hanging_body_without_friction() {
 #[test]
 fn walls_that_would_leave_their_plane_are_refused() {
     let case = |speed: f64| {
-        Case::from_json(
-            &json!({
+        read_case(&json!({
                 "title": "test", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
                 "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0.2 } },
                 "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] } }],
@@ -76,10 +75,7 @@ fn walls_that_would_leave_their_plane_are_refused() {
                                { "side": "x-max", "wall": { "kind": "smooth" }, "velocity": [speed] }],
                 "stages": [{ "name": "a", "duration": 1 }],
                 "methods": { "mpm": { "cell_size": 0.1 } }
-            })
-            .to_string(),
-        )
-        .unwrap()
+            }))
     };
     for speed in [0.2, -0.2] {
         let error = Mpm.build(&case(speed)).err().unwrap().to_string();

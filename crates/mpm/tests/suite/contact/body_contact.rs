@@ -1,21 +1,19 @@
 //! Contact between bodies (sheet: mpm §2.12).
 
+use colluvium_testkit::{case_with, solve, start_solver, vectors, with_keys};
 use colluvium_case::{Case, FieldData, Method, Snapshot, Solver};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{begin, case_with, solve, vectors, with_keys};
 
 /// A case of one elastic material; `more` adds or replaces keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    case_with(
-        json!({
+    case_with(json!({
             "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [2, 2] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
         }),
-        &more,
-    )
+        &more,)
 }
 
 /// Two blocks, one upon the other, that move with the velocities given.
@@ -57,7 +55,7 @@ fn separating_bodies_have_no_contact_force() {
     for shape in SHAPES {
         for scheme in SCHEMES {
             let options = json!({ "shape": shape, "stress_update": scheme, "contacts": contact(0.5, 1e3) });
-            let report = solve(&blocks([[0.1, -0.5], [-0.2, 0.5]], &options));
+            let report = solve(&Mpm, &blocks([[0.1, -0.5], [-0.2, 0.5]], &options));
             for (velocity, body) in vectors(&report.snapshot, "velocity").iter().zip(&report.snapshot.bodies)
             {
                 let expected = if *body == 0 { [0.1, -0.5] } else { [-0.2, 0.5] };
@@ -67,7 +65,7 @@ fn separating_bodies_have_no_contact_force() {
         }
     }
     // Without a contact they hold each other.
-    let stuck = solve(&blocks([[0.0, -0.5], [0.0, 0.5]], &json!({})));
+    let stuck = solve(&Mpm, &blocks([[0.0, -0.5], [0.0, 0.5]], &json!({})));
     assert!(means(&stuck.snapshot)[1][1] < 0.45);
 }
 
@@ -77,7 +75,7 @@ fn smooth_bodies_slide_without_a_change() {
         for scheme in SCHEMES {
             let options = json!({ "shape": shape, "stress_update": scheme,
                                   "contacts": [{ "bodies": ["lower", "upper"], "normal": [0, 1], "test": "gap" }] });
-            let report = solve(&blocks([[0.0, 0.0], [0.5, 0.0]], &options));
+            let report = solve(&Mpm, &blocks([[0.0, 0.0], [0.5, 0.0]], &options));
             let [lower, upper] = means(&report.snapshot);
             assert!(lower[0].abs() < 1e-12 && (upper[0] - 0.5).abs() < 1e-12, "{shape}, {scheme}: {upper:?}");
         }
@@ -106,7 +104,7 @@ fn contact_forces_do_not_depend_on_distant_bodies() {
                 far.velocity = Default::default();
                 case.bodies.push(far);
             }
-            means(&solve(&case).snapshot)
+            means(&solve(&Mpm, &case).snapshot)
         });
         for (alone, with_far) in ends[0].iter().flatten().zip(ends[1].iter().flatten()) {
             assert!((alone - with_far).abs() < 1e-9, "{law}: {ends:?}");
@@ -129,7 +127,7 @@ fn adhesion_on_a_ring_is_that_of_its_whole_area_per_radian() {
             "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4,
                                   "contacts": [{ "bodies": ["core", "ring"], "adhesion": adhesion, "normal": [1, 0] }] } }
         }));
-        let report = solve(&case);
+        let report = solve(&Mpm, &case);
         let budget = report.snapshot.bodies.iter().zip(vectors(&report.snapshot, "velocity"));
         let ring: Vec<f64> = budget.filter(|(body, _)| **body == 1).map(|(_, v)| v[1]).collect();
         ring.iter().sum::<f64>() / ring.len() as f64
@@ -149,7 +147,7 @@ fn momentum_is_conserved_and_kinetic_energy_is_not_made() {
             }
             let options = json!({ "shape": shape, "stress_update": scheme, "contacts": contact(0.3, 10.0) });
             let case = blocks([[0.0, 0.2], [0.4, -0.3]], &options);
-            let mut solver = begin(&case);
+            let mut solver = start_solver(&Mpm, &case);
             let before = solver.totals();
             for _ in 0..200 {
                 let dt = solver.limit().dt;
@@ -179,7 +177,7 @@ fn pressed(mut contacts: Value) -> [[f64; 2]; 2] {
         { "kind": "traction", "body": "lower", "side": "y-min", "value": [0, 200], "ramp": 0.1 }]);
     case.loads = serde_json::from_value(loads).unwrap();
     case.stages[0].duration = 0.3;
-    means(&solve(&case).snapshot)
+    means(&solve(&Mpm, &case).snapshot)
 }
 
 /// One block upon the other, the lower one on a smooth floor, settled under their weight.
@@ -191,7 +189,7 @@ fn settled(contacts: &Value) -> Snapshot {
     case.stages = serde_json::from_value(json!([
         { "name": "settle", "duration": 20, "damping": 0.5, "gravity_ramp": 1, "equilibrium": {} }]))
     .unwrap();
-    solve(&case).snapshot
+    solve(&Mpm, &case).snapshot
 }
 
 #[test]
@@ -253,7 +251,7 @@ fn contact_is_the_same_on_two_threads_and_after_a_restart() {
         let case = blocks([[0.0, 0.2], [0.4, -0.3]], &options);
         let hash = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| solve(&case).snapshot.hash())
+            pool.install(|| solve(&Mpm, &case).snapshot.hash())
         };
         assert_eq!(hash(1), hash(2), "{shape}");
         let advance = |solver: &mut dyn Solver| {
@@ -262,7 +260,7 @@ fn contact_is_the_same_on_two_threads_and_after_a_restart() {
                 solver.step(dt).unwrap();
             }
         };
-        let mut whole = begin(&case);
+        let mut whole = start_solver(&Mpm, &case);
         advance(&mut *whole);
         let mut again = Mpm.build(&case).unwrap();
         again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
@@ -281,7 +279,7 @@ fn bodies_have_no_contact_force_before_they_touch() {
         let mut case = blocks([[0.0, 0.0], [0.3, -1.0]], &options);
         case.bodies[1].shape =
             serde_json::from_value(json!({ "kind": "box", "min": [0.5, 1.05], "max": [1.5, 1.45] })).unwrap();
-        let mut solver = begin(&case);
+        let mut solver = start_solver(&Mpm, &case);
         let mut first = f64::NAN;
         while solver.time() < 0.09 && first.is_nan() {
             let dt = solver.limit().dt;
@@ -300,7 +298,7 @@ fn bodies_have_no_contact_force_before_they_touch() {
             let mut early = case.clone();
             let pair = &mut early.methods.get_mut("mpm").unwrap()["contacts"][0];
             *pair = with_keys(json!({ "bodies": ["upper", "lower"] }), &keys);
-            let mut solver = begin(&early);
+            let mut solver = start_solver(&Mpm, &early);
             solver.step(1e-4).unwrap();
             assert_eq!(means(&solver.snapshot())[0][1] != 0.0, at_once, "{shape}, {keys}");
         }
@@ -321,7 +319,7 @@ fn three_bodies_at_a_node_hold_each_other() {
         "methods": { "mpm": { "cell_size": 0.1, "courant": 0.3, "points_per_cell": 4,
                               "contacts": [pair("lower", "plate"), pair("plate", "upper"), pair("lower", "upper")] } }
     }));
-    let report = solve(&case);
+    let report = solve(&Mpm, &case);
     assert!(report.end.momentum[1].abs() < 1e-9 * report.end.mass, "{:?}", report.end.momentum);
     let thickness = |snapshot: &Snapshot| {
         let of_plate = snapshot.positions.iter().zip(&snapshot.bodies).filter(|(_, b)| **b == 1);
@@ -396,7 +394,7 @@ fn layers_between_walls_are_pressed_together_without_shear() {
             };
             let wall = |side: String| json!({ "side": side, "wall": { "kind": "smooth" } });
             let other = if side == "x" { "y" } else { "x" };
-            let report = solve(&case(json!({
+            let report = solve(&Mpm, &case(json!({
                 "domain": { "min": [0, 0], "max": turned([1.0, 2.0]) }, "gravity": turned([0.0, -9.81]),
                 "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
                 "bodies": [layer("low", 0.0, 0.8125), layer("high", 0.8125, 1.5)],

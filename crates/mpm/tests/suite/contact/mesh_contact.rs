@@ -1,10 +1,10 @@
 //! Contact of bodies in triangles and tetrahedra (sheet: mpm §2.12, A-13, A-14).
 
+use colluvium_testkit::{read_case, solve, start_solver, vectors};
 use colluvium_case::{Case, Method, RunReport};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{begin, case_with, solve, vectors};
 
 /// Mean of a component of a field over a body.
 fn mean(report: &RunReport, field: &str, body: u32, component: usize) -> f64 {
@@ -31,7 +31,7 @@ fn blocks(dimension: usize) -> Case {
         "methods": { "mpm": { "cell_size": 0.1, "shape": "linear", "mesh": { "kind": "box" },
                               "contacts": [{ "bodies": ["a", "b"], "friction_coefficient": 0.3 }] } }
     });
-    case_with(text, &json!({}))
+    read_case(&text)
 }
 
 #[test]
@@ -40,7 +40,7 @@ fn momentum_is_kept_and_threads_do_not_matter() {
         let case = blocks(dimension);
         let on = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| solve(&case))
+            pool.install(|| solve(&Mpm, &case))
         };
         let report = on(1);
         assert_eq!(report.snapshot.hash(), on(2).snapshot.hash());
@@ -58,18 +58,18 @@ fn momentum_is_kept_and_threads_do_not_matter() {
 fn a_restored_solver_continues_to_the_last_bit() {
     let case = blocks(2);
     let whole = {
-        let mut solver = begin(&case);
+        let mut solver = start_solver(&Mpm, &case);
         (0..150).for_each(|_| {
             solver.step(2e-4).unwrap();
         });
         solver
     };
     let mut rest = {
-        let mut solver = begin(&case);
+        let mut solver = start_solver(&Mpm, &case);
         (0..60).for_each(|_| {
             solver.step(2e-4).unwrap();
         });
-        let mut other = begin(&case);
+        let mut other = start_solver(&Mpm, &case);
         other.restore(&mut solver.saved().unwrap().as_slice()).unwrap();
         other.begin_stage(0, 0.0).unwrap();
         other
@@ -97,14 +97,14 @@ fn incline(friction: f64) -> Case {
                    { "name": "slide", "duration": 0.3, "damping": 0.1, "damping_axes": [1], "remove_boundaries": ["stop"] }],
         "methods": { "mpm": { "cell_size": 0.1, "shape": "linear", "courant": 0.4, "mesh": { "kind": "box" }, "contacts": [contact] } }
     });
-    Case::from_json(&text.to_string()).unwrap()
+    read_case(&text)
 }
 
 #[test]
 fn a_block_slides_down_an_incline_as_coulomb_says_or_stays() {
     // A-14, with the normal of the interface given, as in the sheet: 3 % of g sin θ, and 5 mm where it sticks.
     for friction in [0.2, 0.7] {
-        let report = solve(&incline(friction));
+        let report = solve(&Mpm, &incline(friction));
         let exact = (4.905 - friction * 8.495_709_211_125_343f64).max(0.0);
         if exact > 0.0 {
             let rate = mean(&report, "velocity", 1, 0) / 0.3;
@@ -120,6 +120,6 @@ fn a_block_slides_down_an_incline_as_coulomb_says_or_stays() {
 fn gaps_are_refused_by_name() {
     let mut text: Value = serde_json::from_str(&blocks(2).to_json()).unwrap();
     text["methods"]["mpm"]["contacts"][0]["test"] = json!("gap");
-    let error = Mpm.plan(&Case::from_json(&text.to_string()).unwrap()).unwrap_err().to_string();
+    let error = Mpm.plan(&read_case(&text)).unwrap_err().to_string();
     assert!(error.starts_with("methods.mpm.contacts[0].test: gap needs a structured grid"), "{error}");
 }

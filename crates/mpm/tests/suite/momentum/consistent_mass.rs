@@ -1,11 +1,12 @@
 //! Consistent mass: frequencies, momentum, bits, walls.
 
+use colluvium_mpm::Mpm;
+use colluvium_testkit::{case_with, read_case, solve, vectors, with_keys};
 use std::f64::consts::PI;
 
 use colluvium_case::Case;
 use serde_json::{Value, json};
 
-use crate::common::{case_with, solve, vectors, with_keys};
 
 /// Frequency (rad/s) of the first mode of a bar of 13 cells with two points each, as the momentum shows it.
 fn frequency(more: &Value) -> f64 {
@@ -22,7 +23,7 @@ fn frequency(more: &Value) -> f64 {
         "stages": [{ "name": "s", "duration": 42 }], "output": { "measures": 0.05 },
         "methods": { "mpm": options }
     });
-    let report = solve(&Case::from_json(&text.to_string()).unwrap());
+    let report = solve(&Mpm, &read_case(&text));
     let momentum = report.table.pairs("time", "momentum.x").unwrap();
     let zeros: Vec<f64> = momentum
         .windows(2)
@@ -61,8 +62,7 @@ fn ball(space: &str, shape: &str) -> Case {
         .iter()
         .map(|row| pick(*row))
         .collect();
-    case_with(
-        json!({
+    read_case(&json!({
             "title": "ball", "space": space, "domain": { "min": pick([0.0; 3]), "max": pick([1.0; 3]) }, "gravity": pick([0.0; 3]),
             "materials": { "m": { "model": "neo-hookean", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": pick([0.5; 3]), "radius": 0.25 },
@@ -71,15 +71,13 @@ fn ball(space: &str, shape: &str) -> Case {
             "stages": [{ "name": "s", "duration": 0.02 }],
             "methods": { "mpm": { "cell_size": 0.1, "shape": shape, "stress_update": "usl", "mass": "consistent",
                                   "lumped_share": share } }
-        }),
-        &json!({}),
-    )
+        }))
 }
 
 #[test]
 fn momentum_of_a_free_body_is_conserved_with_consistent_mass() {
     for (space, shape) in [("plane-strain", "ugimp"), ("3d", "ugimp"), ("plane-strain", "quadratic")] {
-        let report = solve(&ball(space, shape));
+        let report = solve(&Mpm, &ball(space, shape));
         for c in 0..3 {
             let change = report.end.momentum[c] - report.start.momentum[c];
             assert!(change.abs() < 1e-10 * report.start.mass, "{space}, {shape}: {change}");
@@ -95,7 +93,7 @@ fn bits_are_the_same_on_one_and_two_threads_with_consistent_mass() {
         let case = ball(space, shape);
         let hash = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| solve(&case).snapshot.hash())
+            pool.install(|| solve(&Mpm, &case).snapshot.hash())
         };
         assert_eq!(hash(1), hash(2), "{space}, {shape}");
     }
@@ -106,15 +104,13 @@ fn a_block_between_walls_that_move_takes_their_speed() {
     // Both side walls move: a block that moves with them feels nothing, and one at rest is pushed.
     for (own, least) in [(0.3, 0.0), (0.0, 1e-3)] {
         let wall = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" }, "velocity": [0.3, 0] });
-        let report = solve(&case_with(
-            serde_json::from_str(&ball("plane-strain", "linear").to_json()).unwrap(),
+        let report = solve(&Mpm, &case_with(serde_json::from_str(&ball("plane-strain", "linear").to_json()).unwrap(),
             &json!({
                 "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0.3], "max": [1, 0.7] },
                              "velocity": { "kind": "uniform", "value": [own, 0] } }],
                 "stages": [{ "name": "s", "duration": 1e-3 }],
                 "boundaries": [wall("x-min"), wall("x-max")]
-            }),
-        ));
+            }),));
         let most =
             vectors(&report.snapshot, "velocity").iter().map(|v| (v[0] - own).abs()).fold(0.0, f64::max);
         assert!(most >= least && (own == 0.0 || most < 1e-11), "{own}: {most}");

@@ -1,9 +1,10 @@
 //! Nodes that material reaches only just, with stress last (sheet: mpm §3.2, P-02).
 
+use colluvium_mpm::Mpm;
+use colluvium_testkit::{case_with, start_solver, stresses, with_keys};
 use colluvium_case::{Case, Solver};
 use serde_json::{Value, json};
 
-use crate::common::{begin, case_with, stresses, with_keys};
 
 /// A case of one elastic material with nothing else; `more` adds or replaces keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
@@ -25,7 +26,7 @@ fn pulled_point(count: usize, options: &Value) -> f64 {
                      "stress": { "kind": "uniform", "value": [1, 0, 0, 0, 0, 0] } }],
         "methods": { "mpm": all }
     }));
-    let mut solver = begin(&case);
+    let mut solver = start_solver(&Mpm, &case);
     let dt = solver.limit().dt;
     solver.step(dt).unwrap();
     stresses(&solver.snapshot())[0][0] - 1.0
@@ -75,7 +76,7 @@ fn shaken(axes: usize, ratio: f64, speed: f64, options: &Value) -> [f64; 2] {
         |a: usize, b: usize| if a != b { 0.0 } else { 5e-3 * wave * if a == 0 { 1.0 } else { -1.0 } };
     let gradient: Vec<Vec<f64>> = (0..axes).map(|a| (0..axes).map(|b| stretch(a, b)).collect()).collect();
     let duration = 0.7 / (speed * wave);
-    let mut solver = begin(&case(json!({
+    let mut solver = start_solver(&Mpm, &case(json!({
         "space": if axes == 2 { "plane-strain" } else { "3d" },
         "domain": { "min": all(0.0), "max": all(1.6) }, "gravity": all(0.0),
         "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": ratio } },

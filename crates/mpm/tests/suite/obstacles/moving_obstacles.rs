@@ -1,11 +1,10 @@
 //! Obstacles with prescribed motion, on the nodes and on the points (docs/theory/mpm.md, obstacles).
 
+use colluvium_testkit::{case_with, read_case, scalar_output, start_solver};
 use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::solver_runs::{case_with, start_solver};
 use serde_json::{Value, json};
 
-use crate::common::scalar_output;
 use crate::obstacles::penalty_obstacles::{GRAVITY, block, frictional, on_floor, until};
 
 const BOTH: [&str; 2] = ["nodes", "points"];
@@ -23,7 +22,7 @@ fn belt(form: &str) {
     value["obstacles"][0]["motion"] = json!({ "velocity": [0.5, 0.0] });
     value["stages"] = json!([{ "name": "belt", "duration": 1 }]);
     value["materials"]["m"]["youngs_modulus"] = json!(1e7);
-    let case = case_with(value, &json!({}));
+    let case = read_case(&value);
     let mut solver = start_solver(&Mpm, &case);
     until(&mut *solver, 0.1);
     let speed = solver.totals().momentum[0] / 180.0;
@@ -53,7 +52,7 @@ fn table(form: &str) {
     value["obstacles"][0]["motion"] =
         json!({ "rotation": 20.0, "centre": [0.6, 0.5], "start": 0.1, "ramp": 1.0 });
     value["stages"] = json!([{ "name": "turn", "duration": 1.1, "damping": 0.3 }]);
-    let case = case_with(value, &json!({}));
+    let case = read_case(&value);
     let mut solver = start_solver(&Mpm, &case);
     until(&mut *solver, 1.1);
     let (sine, cosine) = 10f64.to_radians().sin_cos();
@@ -105,7 +104,7 @@ fn a_piston_on_nodes_pushes_with_the_impedance_of_the_bar_and_gives_it_its_energ
     value["obstacles"][0]["motion"] = json!({ "velocity": [speed, 0] });
     value["stages"] = json!([{ "name": "push", "duration": 0.1 }]);
     value["methods"]["mpm"] = json!({ "cell_size": 0.02 });
-    let mut solver = start_solver(&Mpm, &case_with(value, &json!({})));
+    let mut solver = start_solver(&Mpm, &read_case(&value));
     let wave = (modulus / 1000.0f64).sqrt();
     until(&mut *solver, 0.4 / wave);
     let (first, start) = (solver.reaction("floor").unwrap().impulse, solver.time());
@@ -129,7 +128,7 @@ fn a_block_on_nodes_of_a_floor_that_moves_across_cells_has_the_bits_of_any_threa
     value["methods"]["mpm"]["obstacles"] = json!("nodes");
     value["obstacles"][0]["motion"] = json!({ "velocity": [0.8, 0.6], "rotation": 10, "centre": [0.6, 0.5] });
     value["stages"] = json!([{ "name": "lift", "duration": 1 }]);
-    let case = case_with(value, &json!({}));
+    let case = read_case(&value);
     let run = |threads: usize, cut: bool| on_floor(&case, [150, 150], threads, cut);
     let whole = run(1, false);
     assert!(whole == run(2, false), "two threads");

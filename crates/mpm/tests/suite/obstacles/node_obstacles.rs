@@ -1,8 +1,8 @@
 //! Obstacles on the nodes, and cases at the coordinates of a map.
 
+use colluvium_testkit::{advance_steps, read_case, start_solver};
 use colluvium_case::{Case, Method, RunOptions, Solver, run};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::solver_runs::{advance_steps, case_with, start_solver};
 use serde_json::{Value, json};
 
 /// A block above a slope of straight pieces, in the coordinates of a map with a zero at `at` (m), which are whole.
@@ -30,10 +30,10 @@ fn decimal(x: f64, by: f64) -> f64 {
 
 #[test]
 fn a_run_on_a_map_has_the_bits_of_the_run_at_zero() {
-    let here = case_with(slope([0.0; 2]), &json!({}));
+    let here = read_case(&slope([0.0; 2]));
     let mut on_map = slope([5e5, 5e6]);
     on_map["domain"]["origin"] = json!([5e5, 5e6]);
-    let there = case_with(on_map, &json!({}));
+    let there = read_case(&on_map);
     let state = |case: &Case| {
         let mut solver = start_solver(&Mpm, case);
         advance_steps(&mut *solver, 400);
@@ -49,7 +49,7 @@ fn a_run_on_a_map_has_the_bits_of_the_run_at_zero() {
 
 #[test]
 fn no_point_goes_under_the_ground() {
-    let case = case_with(slope([0.0; 2]), &json!({}));
+    let case = read_case(&slope([0.0; 2]));
     let standing = case.placed_obstacles::<2>().unwrap();
     let mut solver = start_solver(&Mpm, &case);
     let mut deepest = 0.0f64;
@@ -69,7 +69,7 @@ fn points_in_obstacles_and_unsupported_options_are_rejected_by_path() {
         let mut case = slope([0.0; 2]);
         let (above, key) = pointer.rsplit_once('/').unwrap();
         case.pointer_mut(above).unwrap()[key] = value;
-        Mpm.build(&case_with(case, &json!({}))).map(|_| ()).unwrap_err().to_string()
+        Mpm.build(&read_case(&case)).map(|_| ()).unwrap_err().to_string()
     };
     let deep = json!({ "kind": "box", "min": [0.3, 1.0], "max": [0.9, 1.4] });
     let found = problem("/bodies/0/shape", deep);
@@ -101,7 +101,7 @@ fn reactions_are_the_momentum_that_is_lost_and_a_saved_run_goes_on_with_them() {
         value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.0, -1.0] });
         value["measures"] = json!({ "push": { "kind": "reaction", "target": "ground" } });
         value["methods"]["mpm"]["fixed_nodes"] = json!(fixed);
-        let case = case_with(value, &json!({}));
+        let case = read_case(&value);
         let mut solver = start_solver(&Mpm, &case);
         let start = solver.totals();
         advance_steps(&mut *solver, 300);
@@ -139,7 +139,7 @@ fn friction_dissipates_the_energy_that_a_thrown_block_loses() {
     // In balance from the start: a block that bounces rubs by fits and starts, which shakes it.
     value["bodies"][0]["stress"] = json!({ "kind": "k0", "surface": 1.2, "coefficient": 0.43 });
     value["materials"]["m"]["youngs_modulus"] = json!(1e7);
-    let case = case_with(value, &json!({}));
+    let case = read_case(&value);
     let mut solver = start_solver(&Mpm, &case);
     let start = solver.totals();
     // It stops after v/(μ g) = 0.51 s.

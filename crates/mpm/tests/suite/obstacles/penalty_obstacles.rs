@@ -1,11 +1,10 @@
 //! Obstacles on the points (docs/theory/mpm.md, obstacles).
 
+use colluvium_testkit::{advance_steps, read_case, scalar_output, start_solver};
 use colluvium_case::{Budget, Case, Method, Reaction, Snapshot, Solver};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::solver_runs::{advance_steps, case_with, start_solver};
 use serde_json::{Value, json};
 
-use crate::common::scalar_output;
 
 pub const GRAVITY: f64 = 9.81;
 
@@ -39,7 +38,7 @@ pub fn until(solver: &mut dyn Solver, time: f64) {
 
 #[test]
 fn a_block_at_rest_presses_with_its_weight() {
-    let case = case_with(block(&frictional(0.5)), &json!({}));
+    let case = read_case(&block(&frictional(0.5)));
     let mut solver = start_solver(&Mpm, &case);
     until(&mut *solver, 1.0);
     let weight = 0.6 * 0.3 * 1000.0 * GRAVITY;
@@ -60,7 +59,7 @@ fn friction_slows_a_block_by_coulombs_law_and_its_work_is_the_energy_lost() {
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.0, 0.0] });
     value["stages"] = json!([{ "name": "slide", "duration": 0.2 }]);
     value["materials"]["m"]["youngs_modulus"] = json!(1e7);
-    let case = case_with(value, &json!({}));
+    let case = read_case(&value);
     let mut solver = start_solver(&Mpm, &case);
     let mass = 180.0;
     let start = solver.totals();
@@ -90,7 +89,7 @@ fn a_block_that_bounces_as_it_slides_has_all_its_friction() {
         let mut value = value.clone();
         let mpm = value["methods"]["mpm"].as_object_mut().unwrap();
         mpm.extend(options.as_object().unwrap().clone());
-        let mut solver = start_solver(&Mpm, &case_with(value, &json!({})));
+        let mut solver = start_solver(&Mpm, &read_case(&value));
         let mut left = 0;
         while solver.time() < 0.2 {
             solver.step(0.2 - solver.time()).unwrap();
@@ -108,7 +107,7 @@ fn rough_obstacles_hold_points_in_contact_and_release_them_with_separation() {
         let mut value = block(&json!({ "kind": kind }));
         value["obstacles"][0]["separation"] = json!(separation);
         value["gravity"] = json!([1, 1]);
-        let case = case_with(value, &json!({}));
+        let case = read_case(&value);
         let mut solver = start_solver(&Mpm, &case);
         until(&mut *solver, 0.3);
         let places = solver.snapshot().positions;
@@ -134,7 +133,7 @@ fn adhesion_holds_a_block_that_friction_does_not() {
         let mut value = block(&wall);
         value["gravity"] = json!([1.0, -1.0]);
         value["stages"] = json!([{ "name": "push", "duration": 0.4, "gravity_ramp": 0.1 }]);
-        let case = case_with(value, &json!({}));
+        let case = read_case(&value);
         let mut solver = start_solver(&Mpm, &case);
         until(&mut *solver, 0.4);
         solver.totals().momentum[0] / 180.0
@@ -153,7 +152,7 @@ fn a_block_that_slides_and_trembles_has_all_of_its_adhesion() {
         value["gravity"] = json!([0, -9.81]);
         value["stages"] = json!([{ "name": "slide", "duration": 0.3 }]);
         value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [3.0, 0.0] });
-        let case = case_with(value, &json!({}));
+        let case = read_case(&value);
         let mut solver = start_solver(&Mpm, &case);
         let start = solver.totals();
         until(&mut *solver, 0.3);
@@ -168,8 +167,7 @@ fn a_block_that_slides_and_trembles_has_all_of_its_adhesion() {
 fn a_disk_rolls_down_a_slope_of_points_and_check_warns_of_one_of_nodes() {
     let slope = 20f64.to_radians();
     let disk = |obstacles: &str| {
-        case_with(
-            json!({
+        read_case(&json!({
                 "title": "roll", "space": "plane-strain", "domain": { "min": [0, -0.5], "max": [12, 2] },
                 "gravity": [9.81 * slope.sin(), -9.81 * slope.cos()],
                 "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e7, "poissons_ratio": 0.3 } },
@@ -179,9 +177,7 @@ fn a_disk_rolls_down_a_slope_of_points_and_check_warns_of_one_of_nodes() {
                                 "wall": frictional(0.7) }],
                 "stages": [{ "name": "s", "duration": 0.5 }],
                 "methods": { "mpm": { "cell_size": 0.1, "obstacles": obstacles } }
-            }),
-            &json!({}),
-        )
+            }))
     };
     let mut solver = start_solver(&Mpm, &disk("points"));
     until(&mut *solver, 0.5);
@@ -228,7 +224,7 @@ fn a_run_goes_on_from_where_it_was_saved_and_threads_do_not_matter() {
     let mut value = block(&frictional(0.3));
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [2.0, -0.5] });
     value["obstacles"][0]["shape"] = json!({ "kind": "ground-line", "points": [[-1, 0.6], [0.2, 0.5], [1.0, 0.45], [1.2, 0.6], [3, 0.7]] });
-    let case = case_with(value, &json!({}));
+    let case = read_case(&value);
     let run = |threads: usize, cut: bool| on_floor(&case, [150, 250], threads, cut);
     let whole = run(1, false);
     assert!(whole.2.impulse[1] < 0.0);
@@ -242,7 +238,7 @@ fn no_centre_goes_under_a_line_with_corners() {
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.0, -0.5] });
     value["stages"] = json!([{ "name": "slide", "duration": 1 }]);
     value["obstacles"][0]["shape"] = json!({ "kind": "ground-line", "points": [[-1, 0.7], [0.2, 0.45], [0.9, 0.4], [1.2, 0.55], [3, 1.2]] });
-    let case: Case = case_with(value, &json!({}));
+    let case: Case = read_case(&value);
     let standing = case.placed_obstacles::<2>().unwrap();
     let mut solver = start_solver(&Mpm, &case);
     while solver.time() < 1.0 {
@@ -260,7 +256,7 @@ fn options_without_support_for_obstacles_on_points_are_rejected_by_path() {
     let refused = |change: &dyn Fn(&mut Value)| {
         let mut value = block(&frictional(0.2));
         change(&mut value);
-        Mpm.build(&case_with(value, &json!({}))).map(|_| ()).unwrap_err().to_string()
+        Mpm.build(&read_case(&value)).map(|_| ()).unwrap_err().to_string()
     };
     let found = refused(&|case| {
         case["obstacles"] = json!([]);
@@ -289,7 +285,7 @@ fn a_fast_thin_plate_carries_the_points_that_it_meets() {
     value["obstacles"][0]["motion"] = json!({ "velocity": [0, 60] });
     value["stages"] = json!([{ "name": "hit", "duration": 0.022 }]);
     value["measures"] = json!({});
-    let mut solver = start_solver(&Mpm, &case_with(value.clone(), &json!({})));
+    let mut solver = start_solver(&Mpm, &read_case(&value.clone()));
     let step = solver.limit();
     assert_eq!(step.limit.to_string(), "motion of an obstacle");
     assert!((step.dt - 0.25 * 0.1 / 60.0).abs() < 1e-15);
@@ -298,6 +294,6 @@ fn a_fast_thin_plate_carries_the_points_that_it_meets() {
     let plate = -0.48 + 60.0 * solver.time();
     assert!(lowest > plate, "a point is at {lowest} m, the plate at {plate} m");
     value["methods"]["mpm"]["time_step"] = json!(1e-3);
-    let error = start_solver(&Mpm, &case_with(value, &json!({}))).step(1.0).unwrap_err().to_string();
+    let error = start_solver(&Mpm, &read_case(&value)).step(1.0).unwrap_err().to_string();
     assert!(error.contains("methods.mpm.time_step") && error.contains("motion of an obstacle"), "{error}");
 }

@@ -1,11 +1,10 @@
 //! Points that meet an obstacle too fast for its springs are stopped before it (docs/theory/mpm.md, obstacles).
 
+use colluvium_testkit::{read_case, scalar_output, start_solver};
 use colluvium_case::{Case, Solver};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::solver_runs::{case_with, start_solver};
 use serde_json::{Value, json};
 
-use crate::common::scalar_output;
 
 /// A layer of sand of two points thrown at a floor with a bump, faster than its waves run (24 m/s).
 fn thrown(options: &Value, wall: &Value) -> Case {
@@ -29,7 +28,7 @@ fn thrown(options: &Value, wall: &Value) -> Case {
     for (key, option) in options.as_object().unwrap() {
         value["methods"]["mpm"][key] = option.clone();
     }
-    case_with(value, &json!({}))
+    read_case(&value)
 }
 
 fn frictional() -> Value {

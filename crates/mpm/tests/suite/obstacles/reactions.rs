@@ -1,9 +1,9 @@
 //! Reactions of obstacles to bodies at rest: in axisymmetry the momentum lost by a falling body, in the plane and in space the weight of
 //! grains and water (docs/theory/mpm.md, obstacles).
 
+use colluvium_testkit::{advance_to, read_case, scalars, start_solver};
 use colluvium_case::Solver;
 use colluvium_mpm::Mpm;
-use colluvium_testkit::solver_runs::{advance_to, case_with, scalars, start_solver};
 use serde_json::{Value, json};
 
 const GRAVITY: f64 = 9.81;
@@ -44,7 +44,7 @@ fn momentum_lost_by_a_ring_on_a_cone_is_the_reaction_per_radian() {
     for obstacles in BOTH {
         let wall = json!({ "kind": "frictional", "friction_coefficient": 0.3 });
         let value = on_a_slope("axisymmetric", obstacles, &wall, &json!({ "name": "fall", "duration": 0.5 }));
-        let mut solver = start_solver(&Mpm, &case_with(value, &json!({})));
+        let mut solver = start_solver(&Mpm, &read_case(&value));
         let weight = GRAVITY * solver.totals().mass;
         assert!((weight / exact - 1.0).abs() < 0.02, "{obstacles}: points in cells, {weight} {exact}");
         let start = solver.totals().momentum[1];
@@ -64,7 +64,7 @@ fn an_obstacle_carries_a_damped_block_whose_base_is_stepped() {
         for obstacles in BOTH {
             let stage = json!({ "name": "rest", "duration": 1, "damping": 0.5 });
             let value = on_a_slope(space, obstacles, &json!({ "kind": "rough" }), &stage);
-            let mut solver = start_solver(&Mpm, &case_with(value, &json!({})));
+            let mut solver = start_solver(&Mpm, &read_case(&value));
             let weight = GRAVITY * solver.totals().mass;
             let [_, up, _] = mean_reaction(&mut *solver, 0.5, 1.0);
             assert!((-up / weight - 1.0).abs() < 0.01, "{space}, {obstacles}: {up} {weight}");
@@ -90,7 +90,7 @@ fn in_a_corner(obstacles: &str, wall: &Value, wall_first: bool) -> [[f64; 3]; 2]
         "measures": { "of_floor": { "kind": "reaction", "target": "floor" }, "of_wall": { "kind": "reaction", "target": "wall" } },
         "methods": { "mpm": { "cell_size": 0.1, "obstacles": obstacles } }
     });
-    let mut solver = start_solver(&Mpm, &case_with(value, &json!({})));
+    let mut solver = start_solver(&Mpm, &read_case(&value));
     advance_to(&mut *solver, 0.3);
     for x in &solver.snapshot().positions {
         let before = [x[1], 0.8 * x[0] + 0.6 * x[1]].into_iter().fold(f64::INFINITY, f64::min);
@@ -152,7 +152,7 @@ fn column(space: &str, obstacles: &str) -> Value {
 fn an_obstacle_carries_the_grains_and_the_water_of_a_column_at_rest() {
     for space in ["plane-strain", "3d"] {
         for obstacles in BOTH {
-            let mut solver = start_solver(&Mpm, &case_with(column(space, obstacles), &json!({})));
+            let mut solver = start_solver(&Mpm, &read_case(&column(space, obstacles)));
             let force = mean_reaction(&mut *solver, 1.5, 2.0);
             let weight = GRAVITY * solver.totals().mass;
             let up = if space == "3d" { 2 } else { 1 };
@@ -182,7 +182,7 @@ fn saturated_on_a_slope(space: &str, damping: f64) -> Value {
 fn an_obstacle_carries_a_damped_saturated_block_that_water_seeps_out_of() {
     for space in ["plane-strain", "axisymmetric"] {
         for damping in [0.05, 0.2, 0.5] {
-            let mut solver = start_solver(&Mpm, &case_with(saturated_on_a_slope(space, damping), &json!({})));
+            let mut solver = start_solver(&Mpm, &read_case(&saturated_on_a_slope(space, damping)));
             let weight = GRAVITY * solver.totals().mass;
             let [_, up, _] = mean_reaction(&mut *solver, 0.5, 1.0);
             assert!((-up / weight - 1.0).abs() < 0.005, "{space}, {damping}: {up} {weight}");
@@ -208,7 +208,7 @@ fn damping_does_not_slow_consolidation_and_the_weight_is_carried_throughout() {
         let left = dampings.map(|damping| {
             let mut value = column(space, obstacles);
             value["stages"][0]["damping"] = json!(damping);
-            let mut solver = start_solver(&Mpm, &case_with(value, &json!({})));
+            let mut solver = start_solver(&Mpm, &read_case(&value));
             let up = mean_reaction(&mut *solver, 0.2, 0.8)[if space == "3d" { 2 } else { 1 }];
             let weight = GRAVITY * solver.totals().mass;
             assert!((-up / weight - 1.0).abs() < 0.005, "{space}, {obstacles}, {damping}: {up} {weight}");

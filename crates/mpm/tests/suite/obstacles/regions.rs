@@ -1,8 +1,8 @@
 //! Obstacles with regions, and moments of their reactions (docs/theory/mpm.md, obstacles).
 
+use colluvium_testkit::{advance_to, read_case, start_solver};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::solver_runs::{advance_to, case_with, start_solver};
 use serde_json::{Value, json};
 
 const GRAVITY: f64 = 9.81;
@@ -43,7 +43,7 @@ fn middle(solver: &dyn Solver) -> f64 {
 #[test]
 fn a_block_slides_over_the_smooth_part_and_is_braked_on_the_rough_one() {
     for obstacles in BOTH {
-        let case = case_with(block(obstacles, &level()), &json!({}));
+        let case = read_case(&block(obstacles, &level()));
         let mut solver = start_solver(&Mpm, &case);
         advance_to(&mut *solver, 0.15);
         // Its front has come to 1.2 m.
@@ -66,7 +66,7 @@ fn a_block_separates_where_the_part_without_separation_ends() {
     value["gravity"] = json!([0.0, 1.0]);
     value["bodies"][0]["stress"] = json!({ "kind": "none" });
     value["obstacles"][0]["separation"] = json!(false);
-    let case = case_with(value, &json!({}));
+    let case = read_case(&value);
     let mut solver = start_solver(&Mpm, &case);
     let height = |solver: &dyn Solver| {
         let places = solver.snapshot().positions;
@@ -87,7 +87,7 @@ fn the_moment_of_a_reaction_is_that_of_the_weight() {
         value["obstacles"][0]["wall"] = json!({ "kind": "rough" });
         value["measures"] = json!({ "push": { "kind": "reaction", "target": "floor", "about": [0.1, 0.5] } });
         value["stages"] = json!([{ "name": "rest", "duration": 1, "damping": 0.7 }]);
-        let case = case_with(value, &json!({}));
+        let case = read_case(&value);
         let mut solver = start_solver(&Mpm, &case);
         advance_to(&mut *solver, 0.5);
         let weight = 0.06 * 1000.0 * GRAVITY;

@@ -1,12 +1,10 @@
 //! Saturated bodies on obstacles (docs/theory/mpm.md, obstacles).
 
+use colluvium_testkit::{advance_steps, advance_to, read_case, scalars, start_solver, vectors, with_keys};
 use std::fmt::Write as _;
 
 use colluvium_case::{Budget, Method, Solver};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::solver_runs::{
-    advance_steps, advance_to, case_with, scalars, start_solver, vectors, with_keys,
-};
 use serde_json::{Value, json};
 
 const GRAVITY: f64 = 9.81;
@@ -46,7 +44,7 @@ fn a_saturated_layer_is_slowed_by_friction_of_its_effective_stress() {
             value["bodies"][0]["velocity"]["value"] = json!([0, 0]);
             value["obstacles"][0]["motion"] = json!({ "velocity": [-2, 0] });
         }
-        let case = case_with(value, &json!({}));
+        let case = read_case(&value);
         let mut solver = start_solver(&Mpm, &case);
         // On points it sinks into its springs first, and until water has left for that they bear too little.
         advance_to(&mut *solver, 0.5);
@@ -98,7 +96,7 @@ fn momentum_lost_by_a_saturated_block_is_the_reaction() {
     for (obstacles, fixed) in [("nodes", "force"), ("nodes", "momentum"), ("points", "force")] {
         let mut value = on(obstacles);
         value["methods"]["mpm"]["fixed_nodes"] = json!(fixed);
-        let case = case_with(value, &json!({}));
+        let case = read_case(&value);
         let mut solver = start_solver(&Mpm, &case);
         let start = solver.totals();
         advance_to(&mut *solver, 0.3);
@@ -115,7 +113,7 @@ fn momentum_lost_by_a_saturated_block_is_the_reaction() {
 
 #[test]
 fn a_leaning_obstacle_on_nodes_is_refused_beside_pore_fluid() {
-    let problem = Mpm.build(&case_with(thrown("nodes"), &json!({}))).map(|_| ()).unwrap_err().to_string();
+    let problem = Mpm.build(&read_case(&thrown("nodes"))).map(|_| ()).unwrap_err().to_string();
     assert!(
         problem.starts_with("obstacles[0].shape: with a pore fluid") && problem.contains("`points`"),
         "{problem}"
@@ -125,7 +123,7 @@ fn a_leaning_obstacle_on_nodes_is_refused_beside_pore_fluid() {
 #[test]
 fn a_saturated_run_on_obstacles_goes_on_from_where_it_was_saved_and_threads_do_not_matter() {
     for obstacles in BOTH {
-        let case = case_with(on(obstacles), &json!({}));
+        let case = read_case(&on(obstacles));
         let run = |threads: usize, cut: bool| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
@@ -186,7 +184,7 @@ fn planes_along_the_axes_do_to_both_phases_what_walls_do() {
         let run = |walls: bool| {
             let mut value = column(&floor, walls);
             value["gravity"] = json!([2.0, -GRAVITY]);
-            let mut solver = start_solver(&Mpm, &case_with(value, &json!({})));
+            let mut solver = start_solver(&Mpm, &read_case(&value));
             advance_steps(&mut *solver, 400);
             let snapshot = solver.snapshot();
             let mut velocities = vectors(&snapshot, "velocity");
@@ -209,7 +207,7 @@ fn check_names_nodes_where_they_are_exact_beside_pore_fluid() {
         let mut value = column(&json!({ "kind": "smooth" }), false);
         value["domain"] = json!({ "min": [0, -0.2 - lowered], "max": [0.4, 1.0 - lowered] });
         value["methods"]["mpm"]["obstacles"] = json!(obstacles);
-        let warnings = Mpm.plan(&case_with(value, &json!({}))).unwrap().warnings;
+        let warnings = Mpm.plan(&read_case(&value)).unwrap().warnings;
         warnings
             .iter()
             .any(|warning| warning.starts_with("methods.mpm.obstacles: with points, stress and pore"))
@@ -246,7 +244,7 @@ fn settled(angle: f64) -> [[f64; 2]; 2] {
     }
     value["bodies"][0]["pore_fluid"]["permeability"] = json!(4e-3);
     value["methods"]["mpm"] = json!({ "cell_size": 0.1, "obstacles": "points" });
-    let case = case_with(value, &json!({}));
+    let case = read_case(&value);
     let mut solver = start_solver(&Mpm, &case);
     std::fs::remove_file(&file).unwrap();
     [0.375, 2.0].map(|time| {
@@ -283,7 +281,7 @@ fn impact(wall: &Value, options: &Value, stiffness: f64) -> (f64, f64, f64, f64)
     value["obstacles"][0]["wall"] = wall.clone();
     value["methods"]["mpm"] = with_keys(value["methods"]["mpm"].clone(), options);
     value["methods"]["mpm"]["obstacle_stiffness"] = json!(stiffness);
-    let case = case_with(value, &json!({}));
+    let case = read_case(&value);
     let standing = case.placed_obstacles::<2>().unwrap();
     let mut solver = start_solver(&Mpm, &case);
     let grains = |budget: &Budget| budget.mass - budget.liquid.unwrap().mass;
@@ -343,7 +341,7 @@ fn contacts_with_pore_fluid_are_rejected_with_an_alternative() {
     value["methods"]["mpm"]["contacts"] =
         json!([{ "bodies": ["block", "other"], "friction_coefficient": 0.3 }]);
     let refused =
-        |value: &Value| Mpm.plan(&case_with(value.clone(), &json!({}))).map(|_| ()).unwrap_err().to_string();
+        |value: &Value| Mpm.plan(&read_case(&value.clone())).map(|_| ()).unwrap_err().to_string();
     let problem = refused(&value);
     assert!(problem.starts_with("methods.mpm.contacts: are not available with a pore_fluid"), "{problem}");
     assert!(problem.contains("obstacles points") && problem.contains("undrained"), "{problem}");
@@ -358,5 +356,5 @@ fn contacts_with_pore_fluid_are_rejected_with_an_alternative() {
     value["obstacles"] = json!([]);
     value["measures"] = json!({});
     value["methods"]["mpm"].as_object_mut().unwrap().remove("obstacles");
-    Mpm.plan(&case_with(value, &json!({}))).unwrap();
+    Mpm.plan(&read_case(&value)).unwrap();
 }

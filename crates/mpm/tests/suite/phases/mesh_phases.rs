@@ -1,11 +1,12 @@
 //! Saturated bodies in triangles and tetrahedra against closed forms (sheet: mpm ).
 
+use colluvium_mpm::Mpm;
+use colluvium_testkit::{advance_steps, case_with, scalars, solve, start_solver, vectors};
 use std::f64::consts::PI;
 
 use colluvium_case::Case;
 use serde_json::{Value, json};
 
-use crate::common::{advance_steps, begin, case_with, scalars, solve, vectors};
 
 /// The spaces of the two meshes, and how many axes they have.
 const SPACES: [(&str, usize); 2] = [("plane-strain", 2), ("3d", 3)];
@@ -30,8 +31,7 @@ fn tub(dimension: usize) -> Vec<Value> {
 fn column((space, dimension): (&str, usize), width: f64, cell: f64, more: Value) -> Case {
     let high: Vec<f64> = up(dimension, 1.0).iter().map(|c| if *c == 0.0 { width } else { *c }).collect();
     let low = vec![0.0; dimension];
-    case_with(
-        json!({
+    case_with(json!({
             "title": "test", "space": space, "domain": { "min": low, "max": high }, "gravity": low,
             "materials": { "m": { "model": "linear-elastic", "density": 1590, "youngs_modulus": 1e7, "poissons_ratio": 0 } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": low, "max": high },
@@ -39,8 +39,7 @@ fn column((space, dimension): (&str, usize), width: f64, cell: f64, more: Value)
             "stages": [{ "name": "s", "duration": 1.0 }],
             "methods": { "mpm": { "cell_size": cell, "shape": "linear", "mesh": { "kind": "box" } } }
         }),
-        &more,
-    )
+        &more,)
 }
 
 /// The body of a case with other keys.
@@ -65,7 +64,7 @@ fn drag_makes_the_phases_move_together() {
         let fluid = json!({ "porosity": 0.4, "intrinsic_permeability": 1.019367991845056e-10,
                             "velocity": { "kind": "uniform", "value": &[0.02, -0.01, 0.03][..space.1] } });
         let block = again(&block, &body(&block, &json!({ "shape": shape, "pore_fluid": fluid })));
-        let mut solver = begin(&block);
+        let mut solver = start_solver(&Mpm, &block);
         let (start, dt) = (solver.totals(), 1e-5);
         (0..40).for_each(|_| {
             solver.step(dt).unwrap();
@@ -95,7 +94,7 @@ fn water_seeps_through_a_held_skeleton_at_the_rate_of_darcy() {
         let more = json!({ "gravity": up(space.1, -9.81), "boundaries": walls, "stages": [{ "name": "s", "duration": 5e-3 }] });
         let case = column(space, 0.25, 0.25, more);
         let case = again(&case, &body(&case, &json!({ "pore_fluid": fluid })));
-        let report = solve(&case);
+        let report = solve(&Mpm, &case);
         for (v, w) in
             vectors(&report.snapshot, "velocity").iter().zip(vectors(&report.snapshot, "liquid_velocity"))
         {
@@ -118,7 +117,7 @@ fn without_drainage_water_takes_its_share_of_the_compression() {
             let mpm = json!({ "cell_size": 1, "shape": "linear", "mesh": { "kind": "box" }, "stress_update": scheme,
                               "volumetric_strain": volumetric });
             let case = column(space, 1.0, 1.0, json!({ "boundaries": walls, "methods": { "mpm": mpm } }));
-            let mut solver = begin(&case);
+            let mut solver = start_solver(&Mpm, &case);
             (0..10).for_each(|_| {
                 solver.step(1e-6).unwrap();
             });
@@ -159,7 +158,7 @@ fn a_column_consolidates_as_terzaghi_says() {
                             "pressure": { "kind": "uniform", "value": 1e4 * share } }
         });
         let case = again(&case, &body(&case, &pressed));
-        let report = solve(&case);
+        let report = solve(&Mpm, &case);
         let ratios: Vec<f64> =
             scalars(&report.snapshot, "pore_pressure").iter().map(|p| p / (1e4 * share)).collect();
         let factor = report.snapshot.time * rate;
@@ -203,7 +202,7 @@ fn the_default_step_is_stable_in_triangles_and_tetrahedra() {
                 (2, "usl", "point"),
             ] {
                 let options = json!({ "points_per_cell": points, "stress_update": scheme, "volumetric_strain": volumetric });
-                let mut solver = begin(&soaked(space, permeability, &options));
+                let mut solver = start_solver(&Mpm, &soaked(space, permeability, &options));
                 let start = solver.totals();
                 advance_steps(&mut *solver, if space.1 == 3 { 300 } else { 1000 });
                 // It oscillates under its weight, and gains nothing: the fall of 0.75 m bounds it by far.
@@ -225,15 +224,15 @@ fn threads_do_not_matter_and_a_restored_solver_continues_to_the_last_bit() {
         let on = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
-                let mut solver = begin(&case);
+                let mut solver = start_solver(&Mpm, &case);
                 advance_steps(&mut *solver, 120);
                 solver.snapshot().hash()
             })
         };
         assert_eq!(on(1), on(2), "{space:?}");
-        let mut whole = begin(&case);
+        let mut whole = start_solver(&Mpm, &case);
         advance_steps(&mut *whole, 50);
-        let mut rest = begin(&case);
+        let mut rest = start_solver(&Mpm, &case);
         rest.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
         rest.begin_stage(0, 0.0).unwrap();
         advance_steps(&mut *rest, 70);

@@ -1,18 +1,15 @@
 //! Saturated bodies against closed forms (sheet: mpm ), and the solver's promises with two phases.
 
+use colluvium_testkit::{advance_steps, case_with, read_case, scalars, solve, start_solver, stresses, take_steps, vectors, with_keys};
 use colluvium_case::{Case, Method, StepLimit};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{
-    advance_steps, begin, case_with, scalars, solve, stresses, take_steps, vectors, with_keys,
-};
 
 /// A saturated column of 1 m that fills the domain: grains 2650, porosity 0.4; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    case_with(
-        json!({
+    case_with(json!({
             "title": "test", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
             "materials": { "m": { "model": "linear-elastic", "density": 1590, "youngs_modulus": 1e7, "poissons_ratio": 0 } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
@@ -20,8 +17,7 @@ fn case(more: Value) -> Case {
             "stages": [{ "name": "s", "duration": 1.0 }],
             "methods": { "mpm": { "cell_size": 0.1, "points_per_cell": 1, "shape": "linear" } }
         }),
-        &more,
-    )
+        &more,)
 }
 
 #[test]
@@ -43,7 +39,7 @@ fn drag_makes_the_phases_move_together() {
     }));
     let rate = 0.4 * 1990.0 * 9.81 / (1590.0 * 1e-3);
     for case in [line, block] {
-        let mut solver = begin(&case);
+        let mut solver = start_solver(&Mpm, &case);
         let start = solver.totals();
         let dt = 1e-5;
         take_steps(&mut *solver, 40, dt);
@@ -51,7 +47,7 @@ fn drag_makes_the_phases_move_together() {
         let (solid, liquid) = (vectors(&snapshot, "velocity"), vectors(&snapshot, "liquid_velocity"));
         let keep = (1.0 - rate * dt).powi(40);
         for (v, w) in solid.iter().zip(&liquid) {
-            for (c, initial) in vectors(&begin(&case).snapshot(), "liquid_velocity")[0].iter().enumerate() {
+            for (c, initial) in vectors(&start_solver(&Mpm, &case).snapshot(), "liquid_velocity")[0].iter().enumerate() {
                 assert!((w[c] - v[c] - initial * keep).abs() < 1e-12, "{v:?}, {w:?}");
             }
         }
@@ -77,7 +73,7 @@ fn water_seeps_through_a_held_skeleton_at_the_rate_of_darcy() {
         let mut case = case.clone();
         case.stages[0].duration = duration;
         case.output.measures = Some(duration / 100.0);
-        let report = solve(&case);
+        let report = solve(&Mpm, &case);
         let exact = -1e-3 / 0.4 * (1.0 - (-0.4 * 9.81 * duration / 1e-3f64).exp());
         for (v, w) in
             vectors(&report.snapshot, "velocity").iter().zip(vectors(&report.snapshot, "liquid_velocity"))
@@ -104,7 +100,7 @@ fn without_drainage_water_takes_its_share_of_the_compression() {
     // one confined element between impermeable walls.
     for scheme in ["musl", "usl", "usf"] {
         for volumetric in ["point", "cell-average"] {
-            let mut solver = begin(&closed(scheme, volumetric));
+            let mut solver = start_solver(&Mpm, &closed(scheme, volumetric));
             take_steps(&mut *solver, 10, 1e-6);
             let snapshot = solver.snapshot();
             let strain = -1e-3 * 1e-5;
@@ -141,7 +137,7 @@ fn water_takes_its_share_of_the_compression_of_a_cylinder() {
                          "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1.019367991845056e-10 } }],
             "boundaries": [mantle, wall("y-min"), wall("y-max")], "methods": { "mpm": mpm }
         }));
-        let mut solver = begin(&cylinder);
+        let mut solver = start_solver(&Mpm, &cylinder);
         take_steps(&mut *solver, 10, 1e-6);
         let (snapshot, strain) = (solver.snapshot(), -1e-3 * 1e-5);
         let water = 2.15e9 / 0.4 * 2.0 * strain;
@@ -176,7 +172,7 @@ fn water_seeps_towards_a_well_as_the_logarithm_of_the_radius() {
         "stages": [{ "name": "s", "duration": 0.05 }],
         "methods": { "mpm": { "cell_size": 0.05, "shape": "linear", "volumetric_strain": "cell-average" } }
     }));
-    let report = solve(&ring);
+    let report = solve(&Mpm, &ring);
     let (pressure, velocity) =
         (scalars(&report.snapshot, "pore_pressure"), vectors(&report.snapshot, "liquid_velocity"));
     let flux = -1e-3 / 9810.0 * 1000.0 / 3f64.ln();
@@ -206,7 +202,7 @@ fn a_saturated_column_in_balance_stays_at_rest() {
             "stages": [{ "name": "s", "duration": 10, "equilibrium": { "unbalanced_force": 1e-9, "kinetic_energy": 1e-9 } }],
             "methods": { "mpm": { "cell_size": 0.05, "points_per_cell": 1, "shape": "linear", "integration": integration } }
         }));
-        let mut solver = begin(&case);
+        let mut solver = start_solver(&Mpm, &case);
         advance_steps(&mut *solver, 10_000);
         let snapshot = solver.snapshot();
         for field in ["velocity", "liquid_velocity"] {
@@ -243,7 +239,7 @@ fn a_plate_presses_on_both_phases_as_a_wall_does() {
             &json!({ "domain": { "min": [0], "max": [2] },
                      "methods": { "mpm": { "cell_size": 1, "points_per_cell": 1, "shape": "linear", "stress_update": scheme } } }),
         );
-        let mut solvers = [begin(&plate), begin(&closed(scheme, "point"))];
+        let mut solvers = [start_solver(&Mpm, &plate), start_solver(&Mpm, &closed(scheme, "point"))];
         for solver in &mut solvers {
             take_steps(&mut **solver, 10, 1e-6);
         }
@@ -272,7 +268,7 @@ fn a_porous_plate_presses_the_water_out() {
                         "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1.019367991845056e-10, "bulk_modulus": 1e8 } }]);
     for scheme in ["musl", "usf"] {
         for (drained, modulus) in [(true, 1e7), (false, 1e7 + 1e8 / 0.4)] {
-            let report = solve(&under_a_plate(
+            let report = solve(&Mpm, &under_a_plate(
                 drained,
                 &json!({ "stages": stages(if drained { 0.0 } else { 0.3 }), "bodies": body,
                          "methods": { "mpm": { "cell_size": 0.2, "points_per_cell": 2, "stress_update": scheme } } }),
@@ -319,7 +315,7 @@ fn results_are_the_same_on_one_and_two_threads() {
         case.methods.get_mut("mpm").unwrap()["integration"] = json!(integration);
         let hash = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| solve(&case).snapshot.hash())
+            pool.install(|| solve(&Mpm, &case).snapshot.hash())
         };
         assert_eq!(hash(1), hash(2), "{shape}, {volumetric}, {integration}");
     }
@@ -328,10 +324,10 @@ fn results_are_the_same_on_one_and_two_threads() {
 #[test]
 fn a_restored_solver_continues_to_the_last_bit() {
     let case = crash("ugimp", "point");
-    let mut whole = begin(&case);
+    let mut whole = start_solver(&Mpm, &case);
     advance_steps(&mut *whole, 137);
     let saved = whole.saved().unwrap();
-    let mut again = begin(&case);
+    let mut again = start_solver(&Mpm, &case);
     again.restore(&mut saved.as_slice()).unwrap();
     again.begin_stage(0, 0.0).unwrap();
     advance_steps(&mut *again, 50);
@@ -436,7 +432,7 @@ fn the_default_step_is_stable_in_every_space() {
                     "boundaries": walls,
                     "methods": { "mpm": { "cell_size": 0.2, "shape": shape, "stress_update": scheme } }
                 }));
-                let mut solver = begin(&soaked);
+                let mut solver = start_solver(&Mpm, &soaked);
                 let start = solver.totals();
                 advance_steps(&mut *solver, if dimension == 3 { 200 } else { 1000 });
                 // It oscillates under its weight, and gains nothing: the fall of 0.8 m bounds it by far.
@@ -456,8 +452,7 @@ fn friction_of_a_wall_depends_on_the_effective_stress() {
     // A saturated layer at rest under its weight, under which the floor begins to move: of 19.9 kPa only the 9.9 kPa of the
     // skeleton rub.
     let layer = |friction: Value| {
-        case_with(
-            json!({
+        read_case(&json!({
                 "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [0.5, 1.2], "periodic": ["x"] },
                 "gravity": [0, -10],
                 "materials": { "m": { "model": "linear-elastic", "density": 1590, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
@@ -469,12 +464,10 @@ fn friction_of_a_wall_depends_on_the_effective_stress() {
                                  "velocity": [1, 0] }],
                 "stages": [{ "name": "s", "duration": 0.1 }],
                 "methods": { "mpm": { "cell_size": 0.1, "wall_friction": friction } }
-            }),
-            &json!({}),
-        )
+            }))
     };
     for friction in ["impulse", "acceleration"] {
-        let report = solve(&layer(json!(friction)));
+        let report = solve(&Mpm, &layer(json!(friction)));
         let velocities = vectors(&report.snapshot, "velocity");
         let mean = velocities.iter().map(|v| v[0]).sum::<f64>() / velocities.len() as f64;
         let exact = 0.5 * 10.0 * 990.0 / 1990.0 * 0.1;
@@ -492,7 +485,7 @@ fn equilibrium_under_a_traction_is_met_with_pore_fluid_too() {
         "stages": [{ "name": "s", "duration": 3, "damping": 0.5, "equilibrium": {} }],
         "methods": { "mpm": { "cell_size": 0.1, "points_per_cell": 2, "shape": "linear" } }
     }));
-    let report = solve(&case);
+    let report = solve(&Mpm, &case);
     assert!(report.snapshot.time < 3.0, "{}", report.snapshot.time);
     let total = report.snapshot.tensors("total_stress").unwrap();
     // The points of the last cell share its face.

@@ -1,9 +1,9 @@
 //! Fields of the points in frames.
 
-use colluvium_testkit::solver_runs::case_with;
+use colluvium_mpm::Mpm;
+use colluvium_testkit::{advance_steps, read_case, start_solver, vectors};
 use serde_json::json;
 
-use crate::common::{advance_steps, begin, vectors};
 use crate::transfer::velocity_transfers::spinning;
 
 /// The field `grid_velocity` is the way of a step. Points carry `velocity`; of both the momentum is that of the budget, and the energy
@@ -15,7 +15,7 @@ fn frames_have_the_state_of_the_points_and_the_velocity_of_the_grid() {
         json!({ "flip": 0.9, "stress_update": "usl" }),
         json!({ "transfer": "xpic", "shape": "quadratic" }),
     ] {
-        let mut solver = begin(&spinning(&options));
+        let mut solver = start_solver(&Mpm, &spinning(&options));
         assert_eq!(
             vectors(&solver.snapshot(), "grid_velocity"),
             vectors(&solver.snapshot(), "velocity"),
@@ -44,7 +44,7 @@ fn frames_have_the_state_of_the_points_and_the_velocity_of_the_grid() {
         assert!(energy(&grid) < 0.995 * energy(&own), "{options}: the grid does not see all of the rotation");
     }
     // Affine transfers have one velocity.
-    let apic = begin(&spinning(&json!({ "transfer": "apic", "shape": "quadratic" }))).snapshot();
+    let apic = start_solver(&Mpm, &spinning(&json!({ "transfer": "apic", "shape": "quadratic" }))).snapshot();
     assert!(apic.field("grid_velocity").is_none());
 }
 
@@ -53,18 +53,15 @@ fn frames_have_the_state_of_the_points_and_the_velocity_of_the_grid() {
 #[test]
 fn a_wave_of_sixteen_cells_shows_four_percent_too_little_on_the_grid() {
     let wave = std::f64::consts::PI / 8.0;
-    let case = case_with(
-        json!({
+    let case = read_case(&json!({
             "title": "wave", "space": "1d", "domain": { "min": [0], "max": [80] }, "gravity": [0],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [1], "max": [79] },
                          "velocity": { "kind": "sine", "amplitude": [1], "wave_vector": [wave] } }],
             "stages": [{ "name": "s", "duration": 1 }],
             "methods": { "mpm": { "cell_size": 1, "points_per_cell": 1, "shape": "linear", "stress_update": "usl" } }
-        }),
-        &json!({}),
-    );
-    let mut solver = begin(&case);
+        }));
+    let mut solver = start_solver(&Mpm, &case);
     let start = vectors(&solver.snapshot(), "velocity");
     solver.step(1e-6).unwrap();
     let snapshot = solver.snapshot();

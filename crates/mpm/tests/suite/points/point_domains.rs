@@ -1,10 +1,10 @@
 //! Domains of points: their size, the axis, points that leave, and points that are compressed to nothing.
 
+use colluvium_testkit::{read_case, solve, with_keys};
 use colluvium_case::{Method, RunOptions, RunReport, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{case_with, solve, with_keys};
 use crate::solver::case;
 
 #[test]
@@ -30,7 +30,7 @@ fn points_that_leave_a_body_with_remove_outside_are_removed() {
         (json!({ "cell_size": 0.1 }), pore),
     ] {
         let case = block(mpm.clone(), pore);
-        let report = solve(&case);
+        let report = solve(&Mpm, &case);
         let left = report.end.mass / report.start.mass;
         assert!((left - 0.5).abs() < 0.11, "{mpm}: {left}");
         assert!(report.snapshot.positions.iter().all(|x| x[0] < 1.0), "{mpm}");
@@ -56,7 +56,7 @@ fn points_stay_half_of_their_width_off_the_axis() {
             "stages": [{ "name": "meet", "duration": 0.15 }],
             "methods": { "mpm": { "cell_size": 0.1, "shape": shape } }
         }));
-        let report = solve(&case);
+        let report = solve(&Mpm, &case);
         let points = report.snapshot.positions.iter().zip(&report.snapshot.extents);
         let nearest = points.map(|(x, extent)| x[0] / extent[0]).fold(f64::INFINITY, f64::min);
         assert!((0.495..0.75).contains(&nearest), "{shape}: {nearest} widths");
@@ -106,19 +106,16 @@ fn a_point_that_leaves_stops_the_run_by_name() {
 fn points_at_their_least_volume_are_counted_and_reported() {
     // 2 m of 2000 kg/m³ on a stiffness of 100 Pa: nothing holds the weight.
     let soft = |modulus: f64| {
-        let case = case_with(
-            json!({
+        let case = read_case(&json!({
                 "title": "soft", "space": "1d", "domain": { "min": [0], "max": [2] }, "gravity": [-10],
                 "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": modulus, "poissons_ratio": 0 } },
                 "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [2] } }],
                 "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }],
                 "stages": [{ "name": "s", "duration": 1 }], "output": { "measures": 0.01 },
                 "methods": { "mpm": { "cell_size": 0.25, "points_per_cell": 2, "shape": "linear" } }
-            }),
-            &json!({}),
-        );
+            }));
         // Stable steps are so long that the first one would turn points inside out.
-        solve(&case)
+        solve(&Mpm, &case)
     };
     let has_warning =
         |report: &RunReport, what: &str| report.warnings_at_end.iter().any(|remark| remark.contains(what));

@@ -1,13 +1,12 @@
 //! Points in rows along the sides of a body.
 
+use colluvium_testkit::{read_case, solve, start_solver};
 use std::f64::consts::PI;
 
 use colluvium_case::{Case, Solver};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::solver_runs::start_solver;
 use serde_json::{Value, json};
 
-use crate::common::solve;
 
 fn mass(space: &str, shape: &Value) -> f64 {
     let text = json!({
@@ -17,7 +16,7 @@ fn mass(space: &str, shape: &Value) -> f64 {
         "stages": [{ "name": "s", "duration": 1e-3 }],
         "methods": { "mpm": { "cell_size": 0.25 } }
     });
-    solve(&Case::from_json(&text.to_string()).unwrap()).end.mass
+    solve(&Mpm, &read_case(&text)).end.mass
 }
 
 /// Areas of patches add up to that of the body, and with their centres to the volume of a ring (Pappus): the closed forms to
@@ -52,7 +51,7 @@ fn points_at_random_have_the_mass_of_the_body_and_follow_from_their_seed() {
     for (space, volume) in [("plane-strain", 0.79 * 0.79), ("axisymmetric", ring), ("3d", 0.79 * 0.79 * 0.79)]
     {
         let begun =
-            |seed: u64| start_solver(&Mpm, &Case::from_json(&random(space, seed).to_string()).unwrap());
+            |seed: u64| start_solver(&Mpm, &read_case(&random(space, seed)));
         let one = begun(7);
         let mass = one.totals().mass;
         assert!((mass / (1000.0 * volume) - 1.0).abs() < 1e-12, "{space}: {mass}");
@@ -66,7 +65,7 @@ fn points_at_random_have_the_mass_of_the_body_and_follow_from_their_seed() {
     for (shape, volume) in [(torus, 1.1 * PI * 0.49), (cone, 1.2 * 1.2 * 1.5 / 6.0)] {
         let mut round = random("axisymmetric", 7);
         round["bodies"][0]["shape"] = shape;
-        let mass = start_solver(&Mpm, &Case::from_json(&round.to_string()).unwrap()).totals().mass;
+        let mass = start_solver(&Mpm, &read_case(&round)).totals().mass;
         assert!((mass / (1000.0 * volume) - 1.0).abs() < 1e-12, "{mass}");
     }
     let mut lattice = random("plane-strain", 7);

@@ -1,15 +1,16 @@
 //! Mass, momentum and energy against closed forms.
 
+use colluvium_mpm::Mpm;
+use colluvium_testkit::{solve, start_solver, stresses, vectors};
 use serde_json::{Value, json};
 
-use crate::common::{begin, solve, stresses, vectors};
 use crate::solver::{SCHEMES, SHAPES, case};
 
 #[test]
 fn free_fall_is_exact() {
     for shape in SHAPES {
         for scheme in SCHEMES {
-            let report = solve(&case(json!({
+            let report = solve(&Mpm, &case(json!({
                 "gravity": [0, -10],
                 "methods": { "mpm": { "cell_size": 0.1, "shape": shape, "stress_update": scheme } }
             })));
@@ -29,7 +30,7 @@ fn free_fall_is_exact() {
 fn mass_and_momentum_of_a_free_body_are_conserved() {
     for scheme in SCHEMES {
         let gradient = [[1.0, 0.4], [-0.8, -1.0]];
-        let report = solve(&case(json!({
+        let report = solve(&Mpm, &case(json!({
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0.5, 0.5], "radius": 0.25 },
                          "velocity": { "kind": "linear", "value": [0.3, -0.2], "origin": [0.5, 0.5], "gradient": gradient } }],
             "methods": { "mpm": { "cell_size": 0.1, "stress_update": scheme } }
@@ -44,7 +45,7 @@ fn mass_and_momentum_of_a_free_body_are_conserved() {
 
 #[test]
 fn a_traction_gives_its_impulse() {
-    let report = solve(&case(json!({
+    let report = solve(&Mpm, &case(json!({
         "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [200, -50] }],
         "stages": [{ "name": "s", "duration": 0.02 }]
     })));
@@ -56,7 +57,7 @@ fn a_traction_gives_its_impulse() {
 /// Two balls of a material thrown at each other; at the end kinetic, stored and dissipated energy over the kinetic energy at the
 /// start.
 fn thrown(material: &Value) -> [f64; 3] {
-    let report = solve(&case(json!({
+    let report = solve(&Mpm, &case(json!({
         "materials": { "m": material },
         "bodies": [{ "name": "a", "material": "m", "shape": { "kind": "ball", "centre": [0.25, 0.5], "radius": 0.15 },
                      "velocity": { "kind": "uniform", "value": [1, 0] } },
@@ -88,7 +89,7 @@ fn measures_have_energy_by_axis_work_volume_ratios_and_points_per_cell() {
     // A block of 4 × 4 cells of 2 × 2 points that flies and is stretched at a uniform rate.
     let thrown =
         json!({ "kind": "linear", "value": [3, 4], "origin": [0.4, 0.5], "gradient": [[0.1, 0], [0, -0.2]] });
-    let report = solve(&case(json!({
+    let report = solve(&Mpm, &case(json!({
         "gravity": [0, -10],
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] },
                      "velocity": thrown }],
@@ -122,7 +123,7 @@ fn external_work_is_recorded_in_stages_with_equilibrium() {
         "gravity": [0, -10],
         "stages": [{ "name": "rest", "duration": 0.03, "equilibrium": {} }]
     }));
-    let mut solver = begin(&case);
+    let mut solver = start_solver(&Mpm, &case);
     while solver.time() < 0.02 - 1e-12 {
         let dt = solver.limit().dt.min(1e-4).min(0.02 - solver.time());
         solver.step(dt).unwrap();

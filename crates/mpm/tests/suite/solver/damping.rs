@@ -1,13 +1,14 @@
 //! Rayleigh damping against closed forms.
 
+use colluvium_mpm::Mpm;
+use colluvium_testkit::{solve, vectors};
 use serde_json::json;
 
-use crate::common::{solve, vectors};
 use crate::solver::case;
 
 #[test]
 fn rayleigh_damping_slows_a_free_body() {
-    let report = solve(&case(json!({
+    let report = solve(&Mpm, &case(json!({
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] },
                      "velocity": { "kind": "uniform", "value": [0.4, -0.2] } }],
         "stages": [{ "name": "s", "duration": 0.1, "rayleigh_damping": 8 }],
@@ -27,7 +28,7 @@ fn a_bar_under_rayleigh_damping_is_a_damped_oscillator() {
     // the force at the points and the damping, is λ = cos²(βh/2) of it.
     let (length, speed, cells, damping) = (25.0, 10.0, 13.0, 0.2);
     let (beta, h) = (std::f64::consts::PI / (2.0 * length), length / cells);
-    let report = solve(&case(json!({
+    let report = solve(&Mpm, &case(json!({
         "space": "1d", "domain": { "min": [0], "max": [length] }, "gravity": [0],
         "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 100, "poissons_ratio": 0 } },
         "bodies": [{ "name": "bar", "material": "m", "shape": { "kind": "box", "min": [0], "max": [length] },

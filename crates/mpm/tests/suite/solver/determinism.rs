@@ -1,9 +1,9 @@
 //! Results do not depend, to the last bit, on the number of threads or on a restart.
 
+use colluvium_testkit::{solve, start_solver};
 use colluvium_case::{Method, Solver};
 use colluvium_mpm::Mpm;
 
-use crate::common::{begin, solve};
 use crate::solver::{SCHEMES, SHAPES, crash};
 
 #[test]
@@ -13,7 +13,7 @@ fn results_are_the_same_on_one_and_two_threads() {
             let case = crash(shape, scheme);
             let hash = |threads: usize| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-                pool.install(|| solve(&case).snapshot.hash())
+                pool.install(|| solve(&Mpm, &case).snapshot.hash())
             };
             assert_eq!(hash(1), hash(2), "{shape}, {scheme}");
         }
@@ -30,13 +30,13 @@ fn a_restored_solver_continues_to_the_last_bit() {
                 solver.step(dt).unwrap();
             }
         };
-        let mut whole = begin(&case);
+        let mut whole = start_solver(&Mpm, &case);
         // Later the disks have sheared too far for the corners of their points' domains.
         let cuts: &[usize] = if shape == "cpdi" { &[1, 37, 5] } else { &[1, 37, 5, 64] };
         for &cut in cuts {
             advance(&mut *whole, cut);
             let saved = whole.saved().unwrap();
-            let mut again = begin(&case);
+            let mut again = start_solver(&Mpm, &case);
             again.restore(&mut saved.as_slice()).unwrap();
             again.begin_stage(0, 0.0).unwrap();
             let mut reference = Mpm.build(&case).unwrap();

@@ -1,9 +1,10 @@
 //! States at rest against closed forms.
 
+use colluvium_mpm::Mpm;
+use colluvium_testkit::{read_case, solve, start_solver, stresses, vectors};
 use colluvium_case::{Case, RunReport};
 use serde_json::{Value, json};
 
-use crate::common::{begin, solve, stresses, vectors};
 use crate::solver::case;
 
 /// Settles a block that fills its box, all sides smooth, under gravity along y.
@@ -19,7 +20,7 @@ fn settled(space: &str, corner: &[f64], shape: &str) -> RunReport {
     gravity[1] = -10.0;
     let mut high = corner.to_vec();
     high[1] += 0.2;
-    solve(&case(json!({
+    solve(&Mpm, &case(json!({
         "space": space, "gravity": gravity, "boundaries": walls,
         "domain": { "min": vec![0.0; dimension], "max": high },
         "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": 0.25 } },
@@ -76,14 +77,14 @@ fn the_lower_of_two_layers_starts_with_the_weight_of_both() {
                        { "side": "x-max", "wall": { "kind": "smooth" } }],
         "methods": { "mpm": { "cell_size": 0.1, "points_per_cell": 2, "shape": "linear" } }
     }));
-    let snapshot = begin(&case).snapshot();
+    let snapshot = start_solver(&Mpm, &case).snapshot();
     for (x, stress) in snapshot.positions.iter().zip(stresses(&snapshot)) {
         let depth = 0.8 - x[1];
         let exact = if depth < 0.4 { -3e4 * depth } else { -1.2e4 - 1e4 * (depth - 0.4) };
         assert!((stress[1] / exact - 1.0).abs() < 1e-9, "{} at {depth} m", stress[1]);
     }
     let moved =
-        vectors(&solve(&case).snapshot, "displacement").iter().map(|u| u[1].abs()).fold(0.0, f64::max);
+        vectors(&solve(&Mpm, &case).snapshot, "displacement").iter().map(|u| u[1].abs()).fold(0.0, f64::max);
     // Weight of both layers over stiffness, 1.6e4 · 0.8 / 1.2e7, were it not there from the start.
     assert!(moved < 1e-6, "{moved} m");
 }
@@ -92,8 +93,7 @@ fn the_lower_of_two_layers_starts_with_the_weight_of_both() {
 fn a_stage_without_external_forces_comes_to_equilibrium() {
     // A hole in ground under stress, without weight.
     let wall = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" } });
-    let case = Case::from_json(
-        &json!({
+    let case = read_case(&json!({
             "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
@@ -102,10 +102,7 @@ fn a_stage_without_external_forces_comes_to_equilibrium() {
             "stages": [{ "name": "s", "duration": 3, "damping": 0.7, "equilibrium": {},
                          "excavate": [{ "kind": "box", "min": [0.4, 0.4], "max": [0.6, 0.6] }] }],
             "methods": { "mpm": { "cell_size": 0.1 } }
-        })
-        .to_string(),
-    )
-    .unwrap();
-    let report = solve(&case);
+        }));
+    let report = solve(&Mpm, &case);
     assert!(report.snapshot.time < 3.0, "{}", report.snapshot.time);
 }

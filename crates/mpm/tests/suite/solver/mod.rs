@@ -9,16 +9,15 @@ mod rejections;
 mod stages;
 mod time_step;
 
+use colluvium_testkit::case_with;
 use colluvium_case::Case;
 use serde_json::{Value, json};
 
-use crate::common::case_with;
 
 /// A block of one material with everything else at its simplest; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 pub fn case(more: Value) -> Case {
-    case_with(
-        json!({
+    case_with(json!({
             "title": "test", "space": "plane-strain",
             "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
@@ -26,8 +25,7 @@ pub fn case(more: Value) -> Case {
             "stages": [{ "name": "s", "duration": 0.05 }],
             "methods": { "mpm": { "cell_size": 0.1 } }
         }),
-        &more,
-    )
+        &more,)
 }
 
 pub const SHAPES: [&str; 7] = ["linear", "dual-domain", "ugimp", "cpgimp", "quadratic", "cubic", "cpdi"];

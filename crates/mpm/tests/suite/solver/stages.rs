@@ -1,9 +1,10 @@
 //! Loads, walls and bodies that begin or end with a stage.
 
+use colluvium_mpm::Mpm;
+use colluvium_testkit::{solve, start_solver};
 use colluvium_case::{RunReport, Solver};
 use serde_json::{Value, json};
 
-use crate::common::{begin, solve};
 use crate::solver::case;
 
 #[test]
@@ -13,14 +14,14 @@ fn a_load_begins_with_its_stage_and_goes_on() {
         "stages": [{ "name": "wait", "duration": 0.01 }, { "name": "pull", "duration": 0.02 }, { "name": "on", "duration": 0.01 }],
         "output": { "measures": 0.01 }
     }));
-    let report = solve(&case);
+    let report = solve(&Mpm, &case);
     let momentum = report.table.pairs("time", "momentum.x").unwrap();
     assert!(momentum[1].1 == 0.0 && momentum[1].0 == 0.01, "none before: {momentum:?}");
     // Area 0.4 m × 1 m, 0.03 s.
     assert!((report.end.momentum[0] - 200.0 * 0.4 * 0.03).abs() < 1e-10);
     assert!((report.end.momentum[1] + 50.0 * 0.4 * 0.03).abs() < 1e-10);
     // A restart in a later stage knows when it began.
-    let mut whole = begin(&case);
+    let mut whole = start_solver(&Mpm, &case);
     let to = |solver: &mut dyn Solver, stage: usize, end: f64| {
         solver.begin_stage(stage, solver.time()).unwrap();
         while solver.time() < end - 1e-12 {
@@ -31,7 +32,7 @@ fn a_load_begins_with_its_stage_and_goes_on() {
     to(&mut *whole, 0, 0.01);
     to(&mut *whole, 1, 0.03);
     let saved = whole.saved().unwrap();
-    let mut again = begin(&case);
+    let mut again = start_solver(&Mpm, &case);
     again.restore(&mut saved.as_slice()).unwrap();
     to(&mut *whole, 2, 0.04);
     to(&mut *again, 2, 0.04);
@@ -41,7 +42,7 @@ fn a_load_begins_with_its_stage_and_goes_on() {
 #[test]
 fn a_removed_wall_releases_a_block_and_a_removed_body_has_no_points() {
     let solve_with = |second: Value| {
-        solve(&case(json!({
+        solve(&Mpm, &case(json!({
             "bodies": [
                 { "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0.3], "max": [0.5, 0.7] },
                   "velocity": { "kind": "uniform", "value": [0.5, 0] } },

@@ -1,10 +1,10 @@
 //! Limits of the time step, and warnings about steps that are not stable.
 
+use colluvium_testkit::{solve, start_solver, with_keys};
 use colluvium_case::{Budget, Case, Method, RunOptions, StepLimit, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{begin, solve, with_keys};
 use crate::solver::{case, crash};
 
 #[test]
@@ -56,11 +56,11 @@ fn stress_last_takes_steps_that_are_stable_at_free_corners() {
                 "methods": { "mpm": with_keys(asked.clone(), options) }
             }))
         };
-        let step = |options: &Value| begin(&case(options)).limit().dt;
+        let step = |options: &Value| start_solver(&Mpm, &case(options)).limit().dt;
         let expected = step(&json!({ "stress_update": "musl" })) * stable / 0.5;
         assert!((step(&json!({})) / expected - 1.0).abs() < 1e-12, "{shape}");
         assert!((step(&json!({ "courant": 0.2 })) / expected - 0.2 / stable).abs() < 1e-12, "{shape}");
-        let report = solve(&case(&json!({})));
+        let report = solve(&Mpm, &case(&json!({})));
         let total = |budget: &Budget| budget.kinetic + budget.elastic + budget.potential;
         assert!(total(&report.end) < total(&report.start), "{shape}: {} J", report.end.kinetic);
         // Bound of the kinetic energy by the work of the weight: half the weight times the settlement of an elastic column.
@@ -132,7 +132,7 @@ fn viscous_liquids_come_to_rest_with_stress_last() {
                 "methods": { "mpm": { "cell_size": 0.05, "points_per_cell": per_axis, "shape": shape, "stress_update": "usl",
                                       "courant": courant } }
             }));
-            let report = solve(&case);
+            let report = solve(&Mpm, &case);
             let left = report.end.kinetic / report.start.kinetic;
             assert!(left < 1.0, "{shape}, {courant}: {left} of the kinetic energy");
         }

@@ -1,12 +1,13 @@
 //! A bar of cells that a band may cut, pulled apart: the length of a band is that of a cell (sheet: constitutive §2.16).
 
+use colluvium_mpm::Mpm;
+use colluvium_testkit::{read_case, start_solver};
 use colluvium_case::Case;
 use colluvium_testkit::cohesive_bar::{
     self, ENERGY, LENGTH, PULL_SPEED, WEAK_STRENGTH_RATIO, cohesive_material,
 };
 use serde_json::{Value, json};
 
-use crate::common::{begin, case_with};
 
 /// A bar of so many cells with a weak one in its middle, held on the left and pulled on the right.
 fn bar(cells: u32, mpm: &Value) -> Case {
@@ -15,8 +16,7 @@ fn bar(cells: u32, mpm: &Value) -> Case {
     let (near, far) = (f64::from(cells / 2) * cell, f64::from(cells / 2 + 1) * cell);
     let mut methods = json!({ "cell_size": cell, "points_per_cell": 2 });
     methods.as_object_mut().unwrap().extend(mpm.as_object().unwrap().clone());
-    case_with(
-        json!({
+    read_case(&json!({
             "title": "bar", "space": "1d", "gravity": [0], "domain": { "min": [-4.0 * cell], "max": [LENGTH + 4.0 * cell] },
             "materials": { "strong": cohesive_material(1.0, ENERGY), "weak": cohesive_material(WEAK_STRENGTH_RATIO, ENERGY) },
             "bodies": [part("near", "strong", -2.0 * cell, near), part("middle", "weak", near, far),
@@ -27,14 +27,12 @@ fn bar(cells: u32, mpm: &Value) -> Case {
             "stages": [{ "name": "pull", "duration": 20, "motions": [
                 { "target": "left", "velocity": [0] }, { "target": "right", "velocity": [PULL_SPEED] }] }],
             "methods": { "mpm": methods }
-        }),
-        &json!({}),
-    )
+        }))
 }
 
 /// Work of the end over the fracture energy.
 fn work_over_energy(case: &Case) -> f64 {
-    cohesive_bar::work_over_energy(&mut *begin(case), &(0.1 * LENGTH..0.35 * LENGTH))
+    cohesive_bar::work_over_energy(&mut *start_solver(&Mpm, case), &(0.1 * LENGTH..0.35 * LENGTH))
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Liquids that hang together where real ones open.
 
+use colluvium_testkit::read_case;
 use colluvium_case::{Case, Method, RunOptions, run_method};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
@@ -22,7 +23,7 @@ fn hanging(tension: f64, strength: f64, gravity: f64) -> Case {
         "output": { "measures": 0.0005 },
         "methods": { "mpm": { "cell_size": 0.1 } }
     });
-    Case::from_json(&text.to_string()).unwrap()
+    read_case(&text)
 }
 
 fn remarks(case: &Case) -> Vec<String> {
@@ -66,7 +67,7 @@ fn still(stiffness: f64, mpm: &Value) -> Case {
         "stages": [{ "name": "s", "duration": 2 }], "output": { "measures": 0.05 },
         "methods": { "mpm": methods }
     });
-    colluvium_testkit::solver_runs::case_with(text, &json!({}))
+    colluvium_testkit::case_with(text, &json!({}))
 }
 
 #[test]
@@ -97,7 +98,7 @@ fn growing_disturbances_of_liquids_at_rest_are_warned_of() {
 #[test]
 fn growing_energy_is_warned_of() {
     let of = |shape: &str, volumetric: &str| {
-        let report = colluvium_testkit::solver_runs::solve(
+        let report = colluvium_testkit::solve(
             &Mpm,
             &still(100.0, &json!({ "shape": shape, "volumetric_strain": volumetric })),
         );
@@ -117,7 +118,7 @@ fn growing_energy_is_warned_of() {
 
 /// The most kinetic energy of a run over that of its start.
 fn most_energy(case: &Case) -> f64 {
-    let report = colluvium_testkit::solver_runs::solve(&Mpm, case);
+    let report = colluvium_testkit::solve(&Mpm, case);
     let energies = report.table.column("kinetic_energy").unwrap();
     energies.iter().fold(0.0f64, |most, energy| most.max(energy / energies[0]))
 }
@@ -158,7 +159,7 @@ fn later_energy(stiffness: f64, mpm: &Value, step: f64, measures: f64) -> f64 {
     let sine =
         json!({ "kind": "sine", "amplitude": [1e-6, 0.7e-6], "wave_vector": [17.3, 23.1], "phase": 20 });
     case.bodies[0].velocity = serde_json::from_value(sine).unwrap();
-    let report = colluvium_testkit::solver_runs::solve(&Mpm, &case);
+    let report = colluvium_testkit::solve(&Mpm, &case);
     let rows = report.table.pairs("time", "kinetic_energy").unwrap();
     let at = |time: f64| rows.iter().find(|(t, _)| *t > time - 1e-9).unwrap().1;
     at(3.0) / at(1.0)

@@ -1,10 +1,10 @@
 //! Motions of laws from the grid, and several materials on one grid.
 
+use colluvium_testkit::{read_case, solve, start_solver, stresses, vectors};
 use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{begin, case_with, solve, stresses, vectors};
 
 /// Edge of the cells (m).
 const CELL: f64 = 0.1;
@@ -17,8 +17,7 @@ fn cell(space: &str, mpm: &Value) -> Case {
     let sides = if plane { vec![wall("x-min"), wall("y-min"), wall("y-max")] } else { vec![wall("x-min")] };
     let mut methods = json!({ "cell_size": CELL, "shape": "linear" });
     methods.as_object_mut().unwrap().extend(mpm.as_object().unwrap().clone());
-    case_with(
-        json!({
+    read_case(&json!({
             "title": "band", "space": space, "gravity": corner(0.0, 0.0),
             "domain": { "min": corner(0.0, 0.0), "max": corner(2.0 * CELL, CELL) },
             "materials": { "m": {
@@ -32,9 +31,7 @@ fn cell(space: &str, mpm: &Value) -> Case {
             "patches": [{ "name": "grip", "region": { "kind": "box", "min": corner(CELL, 0.0), "max": corner(2.0 * CELL, CELL) } }],
             "stages": [{ "name": "pull", "duration": 1, "motions": [{ "target": "grip", "velocity": corner(PULL, 0.0) }] }],
             "methods": { "mpm": methods }
-        }),
-        &json!({}),
-    )
+        }))
 }
 
 /// Fracture energy (J/m²).
@@ -44,7 +41,7 @@ const PULL: f64 = 0.02;
 
 /// Area under mean stress and elongation (J/m²), to twelve times the opening over which the strength falls to 1/e.
 fn area(case: &Case) -> f64 {
-    let mut solver = begin(case);
+    let mut solver = start_solver(&Mpm, case);
     let (mut before, mut sum) = (0.0, 0.0);
     while PULL * solver.time() < 12.0 * ENERGY / 3e6 {
         let dt = solver.limit().dt;
@@ -79,8 +76,7 @@ fn two_materials_share_a_grid_as_bars_in_series_do() {
     let elastic = |modulus: f64| json!({ "model": "linear-elastic", "density": 1000, "youngs_modulus": modulus, "poissons_ratio": 0 });
     let half = |name: &str, low: f64| json!({ "name": name, "material": name, "shape": { "kind": "box", "min": [low], "max": [low + 0.5] } });
     for shape in ["linear", "ugimp"] {
-        let case = case_with(
-            json!({
+        let case = read_case(&json!({
                 "title": "series", "space": "1d", "gravity": [0], "domain": { "min": [0], "max": [1.2] },
                 "materials": { "soft": elastic(soft), "stiff": elastic(stiff) },
                 "bodies": [half("soft", 0.0), half("stiff", 0.5)],
@@ -89,10 +85,8 @@ fn two_materials_share_a_grid_as_bars_in_series_do() {
                 "stages": [{ "name": "pull", "duration": 20, "damping": 0.3,
                              "equilibrium": { "unbalanced_force": 1e-5, "kinetic_energy": 1e-5 } }],
                 "methods": { "mpm": { "cell_size": 0.05, "points_per_cell": 2, "shape": shape } }
-            }),
-            &json!({}),
-        );
-        let snapshot = solve(&case).snapshot;
+            }));
+        let snapshot = solve(&Mpm, &case).snapshot;
         let displacement = vectors(&snapshot, "displacement");
         for ((x, u), s) in snapshot.positions.iter().zip(&displacement).zip(stresses(&snapshot)) {
             let start = x[0] - u[0];
@@ -123,7 +117,7 @@ fn only_laws_that_start_from_the_stress_of_a_point_are_reset() {
                                   "mixed_reset": true } }
         });
         change(&mut text);
-        let case = Case::from_json(&text.to_string()).unwrap();
+        let case = read_case(&text);
         Mpm.build(&case).map(|_| ()).map_err(|error| (error.path.clone(), error.problem.clone()))
     };
     assert_eq!(refused(&|_| {}), Ok(()));

@@ -1,16 +1,15 @@
 //! Convected domains and the total-Lagrangian form: what every shape must keep, and what each is for.
 
+use colluvium_testkit::{advance_to, case_with, solve, start_solver, stresses, vectors, with_keys};
 use colluvium_case::{Case, Method, RunOptions, RunReport, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{advance_to, begin, case_with, solve, stresses, vectors, with_keys};
 
 /// A block of an elastic material that nothing acts on; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    case_with(
-        json!({
+    case_with(json!({
             "title": "test", "space": "plane-strain",
             "domain": { "min": [0, 0], "max": [2, 1] }, "gravity": [0, 0],
             "materials": { "m": { "model": "neo-hookean", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
@@ -19,8 +18,7 @@ fn case(more: Value) -> Case {
             "stages": [{ "name": "s", "duration": 0.2 }],
             "methods": { "mpm": { "cell_size": 0.1 } }
         }),
-        &more,
-    )
+        &more,)
 }
 
 fn largest_stress(report: &RunReport) -> f64 {
@@ -48,7 +46,7 @@ fn options() -> Vec<Value> {
 fn a_body_in_free_flight_through_the_grid_has_no_stress() {
     // sheet: mpm A-04: 12 cells along x, 2 along y.
     for options in options() {
-        let report = solve(&case(json!({ "methods": { "mpm": options } })));
+        let report = solve(&Mpm, &case(json!({ "methods": { "mpm": options } })));
         for u in vectors(&report.snapshot, "displacement") {
             assert!((u[0] - 1.2).abs() < 1e-11 && (u[1] - 0.2).abs() < 1e-11, "{options}: {u:?}");
         }
@@ -61,7 +59,7 @@ fn a_body_in_free_flight_through_the_grid_has_no_stress() {
 fn mass_and_momentum_of_a_free_body_are_conserved() {
     // sheet: mpm A-02.
     for options in options() {
-        let report = solve(&case(json!({
+        let report = solve(&Mpm, &case(json!({
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0.8, 0.5], "radius": 0.25 },
                          "velocity": { "kind": "linear", "value": [0.3, -0.2], "origin": [0.8, 0.5],
                                        "gradient": [[1.0, 0.4], [-0.8, -1.0]] } }],
@@ -84,7 +82,7 @@ fn a_block_in_three_dimensions_and_a_bar_keep_their_momentum() {
         let gradient: Vec<Vec<f64>> = (0..dimension)
             .map(|i| (0..dimension).map(|j| if i == j { 2.0 } else { 0.5 }).collect())
             .collect();
-        let report = solve(&case(json!({
+        let report = solve(&Mpm, &case(json!({
             "space": space, "domain": { "min": pick(&[0.0; 3]), "max": pick(&[1.0; 3]) }, "gravity": pick(&[0.0; 3]),
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": pick(&[0.3; 3]), "max": pick(&[0.7; 3]) },
                          "velocity": { "kind": "linear", "value": pick(&[0.3, -0.2, 0.1]), "origin": pick(&[0.5; 3]),
@@ -127,7 +125,7 @@ fn quadrilaterals_are_refused_out_of_plane_strain() {
 fn the_total_lagrangian_form_turns_without_stress() {
     // A quarter turn: updated forms cross cells, the reference does not.
     let spin = std::f64::consts::FRAC_PI_2;
-    let report = solve(&case(json!({
+    let report = solve(&Mpm, &case(json!({
         "domain": { "min": [-0.5, -0.5], "max": [0.5, 0.5] },
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.3, -0.3], "max": [0.3, 0.3] },
                      "velocity": { "kind": "linear", "value": [0, 0], "origin": [0, 0], "gradient": [[0, -spin], [spin, 0]] } }],
@@ -236,7 +234,7 @@ fn with_small_displacements_points_keep_their_places_and_report_how_far_they_are
             "stages": [{ "name": "s", "duration": 2 }],
             "methods": { "mpm": all }
         }));
-        let mut solver = begin(&case);
+        let mut solver = start_solver(&Mpm, &case);
         let start = solver.snapshot().positions.clone();
         advance_to(&mut *solver, 1.0);
         let mut again = Mpm.build(&case).unwrap();

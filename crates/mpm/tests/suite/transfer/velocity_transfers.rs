@@ -1,21 +1,19 @@
 //! Transfers of velocity, damping and mass scaling against the statements of the MPM sheet.
 
+use colluvium_testkit::{case_with, read_case, scalar_output, solve, start_solver, vectors, with_keys};
 use colluvium_case::{Budget, Case, Method, RunOptions, RunReport, Solver, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{begin, case_with, scalar_output, solve, vectors, with_keys};
 
 /// A case of one elastic material; `more` adds or replaces keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    case_with(
-        json!({
+    case_with(json!({
             "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [2, 2] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
         }),
-        &more,
-    )
+        &more,)
 }
 
 /// A spinning and stretching block, free.
@@ -47,7 +45,7 @@ fn factor(options: &Value) -> f64 {
         "stages": [{ "name": "s", "duration": 1 }],
         "methods": { "mpm": mpm }
     }));
-    let mut solver = begin(&case);
+    let mut solver = start_solver(&Mpm, &case);
     let before = vectors(&solver.snapshot(), "velocity");
     solver.step(1e-6).unwrap();
     let after = vectors(&solver.snapshot(), "velocity");
@@ -79,8 +77,8 @@ fn modes_are_damped_by_the_factors_of_the_sheet() {
 #[test]
 fn extended_pic_of_order_one_is_pic() {
     for scheme in ["usf", "usl", "musl"] {
-        let pic = solve(&spinning(&json!({ "stress_update": scheme, "flip": 0 })));
-        let xpic = solve(&spinning(&json!({ "stress_update": scheme, "transfer": "xpic", "xpic_order": 1 })));
+        let pic = solve(&Mpm, &spinning(&json!({ "stress_update": scheme, "flip": 0 })));
+        let xpic = solve(&Mpm, &spinning(&json!({ "stress_update": scheme, "transfer": "xpic", "xpic_order": 1 })));
         let pairs = vectors(&pic.snapshot, "velocity").into_iter().zip(vectors(&xpic.snapshot, "velocity"));
         for (a, b) in pairs {
             assert!((a[0] - b[0]).abs() + (a[1] - b[1]).abs() < 1e-9, "{scheme}: {a:?}, {b:?}");
@@ -91,7 +89,7 @@ fn extended_pic_of_order_one_is_pic() {
 /// Two points in each cell of 0.1 m of a line, with opposite velocities of 1 m/s, which vanish on the grid.
 fn null_space_motion(options: &Value) -> Box<dyn Solver> {
     let all = json!({ "cell_size": 0.1, "shape": "linear", "transfer": "xpic", "courant": 0.3 });
-    begin(&case(json!({
+    start_solver(&Mpm, &case(json!({
         "space": "1d", "domain": { "min": [0], "max": [1], "periodic": ["x"] }, "gravity": [0],
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
                      "velocity": { "kind": "formula", "value": ["sin(TAU*x/0.1)"] } }],
@@ -127,7 +125,7 @@ fn null_space_velocities_decay_in_the_residual_time() {
 #[test]
 fn a_residual_time_keeps_momentum_and_nearly_all_rotation() {
     let end = |case: &Case| {
-        let mut solver = begin(case);
+        let mut solver = start_solver(&Mpm, case);
         let before = solver.totals();
         while solver.time() < 1.0 {
             solver.step(1.0).unwrap();
@@ -151,8 +149,7 @@ fn a_residual_time_keeps_momentum_and_nearly_all_rotation() {
 fn collapsed(options: &Value) -> RunReport {
     let all = json!({ "cell_size": 0.02 });
     let wall = |side: &str, kind: &str| json!({ "side": side, "wall": { "kind": kind } });
-    solve(&case_with(
-        json!({
+    solve(&Mpm, &read_case(&json!({
             "title": "column", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1.2, 0.3] }, "gravity": [0, -9.81],
             "materials": { "m": { "model": "drucker-prager", "density": 1600, "youngs_modulus": 1e6, "poissons_ratio": 0.3,
                                   "friction_angle": 30, "matching": "plane-strain" } },
@@ -160,9 +157,7 @@ fn collapsed(options: &Value) -> RunReport {
             "boundaries": [wall("x-min", "smooth"), wall("y-min", "rough")],
             "stages": [{ "name": "s", "duration": 1.5 }],
             "methods": { "mpm": with_keys(all, options) }
-        }),
-        &json!({}),
-    ))
+        })))
 }
 
 /// Most of the motion of the points of a deposit is in the null space of the grid: it decays in the residual time, and the deposit stays at
@@ -199,7 +194,7 @@ fn detached_points_are_warned_of() {
         block("far", [1.8, 0.0], [1.9, 0.1]),
     ];
     let of = |count: usize| {
-        solve(&case(json!({
+        solve(&Mpm, &case(json!({
             "gravity": [0, -1], "bodies": heap[..count], "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }],
             "stages": [{ "name": "s", "duration": 1e-3 }], "methods": { "mpm": { "cell_size": 0.1 } }
         })))
@@ -233,7 +228,7 @@ fn extended_pic_without_a_residual_time_is_warned_of_where_steps_are_many() {
 #[test]
 fn higher_orders_dissipate_less() {
     let energy = |options: Value| {
-        let velocities = vectors(&solve(&spinning(&options)).snapshot, "velocity");
+        let velocities = vectors(&solve(&Mpm, &spinning(&options)).snapshot, "velocity");
         velocities.iter().map(|v| v[0] * v[0] + v[1] * v[1]).sum::<f64>()
     };
     let orders = [1, 2, 4, 8].map(|order| energy(json!({ "transfer": "xpic", "xpic_order": order })));
@@ -247,7 +242,7 @@ fn affine_transfers_reproduce_an_affine_field() {
     for (transfer, shape) in apic.into_iter().chain(tpic) {
         for scheme in ["usl", "musl"] {
             let options = json!({ "transfer": transfer, "shape": shape, "stress_update": scheme });
-            let mut solver = begin(&spinning(&options));
+            let mut solver = start_solver(&Mpm, &spinning(&options));
             let before = vectors(&solver.snapshot(), "velocity");
             // No stress yet: the first step moves the points and leaves their velocities.
             solver.step(1e-4).unwrap();
@@ -269,7 +264,7 @@ fn the_kinetic_energy_of_an_affine_field_is_that_of_the_grid() {
         ("tpic", "linear", 3.0 / 16.0),
     ];
     for (transfer, shape, moment) in moments {
-        let solver = begin(&spinning(&json!({ "transfer": transfer, "shape": shape })));
+        let solver = start_solver(&Mpm, &spinning(&json!({ "transfer": transfer, "shape": shape })));
         let (snapshot, found) = (solver.snapshot(), solver.totals());
         let velocity = vectors(&snapshot, "velocity");
         let motion: f64 = velocity.iter().map(|v| 0.5 * (v[0] * v[0] + v[1] * v[1])).sum();
@@ -290,7 +285,7 @@ fn the_kinetic_energy_of_an_affine_field_is_that_of_the_grid() {
 fn affine_pic_conserves_linear_and_angular_momentum() {
     for shape in ["quadratic", "cubic"] {
         let mut solver =
-            begin(&spinning(&json!({ "transfer": "apic", "shape": shape, "stress_update": "usl" })));
+            start_solver(&Mpm, &spinning(&json!({ "transfer": "apic", "shape": shape, "stress_update": "usl" })));
         let before = solver.totals();
         for _ in 0..300 {
             let dt = solver.limit().dt;
@@ -304,7 +299,7 @@ fn affine_pic_conserves_linear_and_angular_momentum() {
             assert!((after.momentum[c] - before.momentum[c]).abs() < 1e-11 * scale, "{shape}");
         }
         // The same without the moment: a tenth is lost.
-        let mut pic = begin(&spinning(&json!({ "flip": 0, "shape": shape, "stress_update": "usl" })));
+        let mut pic = start_solver(&Mpm, &spinning(&json!({ "flip": 0, "shape": shape, "stress_update": "usl" })));
         let before = pic.totals().angular_momentum[2];
         for _ in 0..300 {
             let dt = pic.limit().dt;
@@ -321,7 +316,7 @@ fn transfers_are_the_same_on_two_threads_and_after_a_restart() {
         let case = spinning(&json!({ "transfer": transfer, "shape": shape }));
         let hash = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| solve(&case).snapshot.hash())
+            pool.install(|| solve(&Mpm, &case).snapshot.hash())
         };
         assert_eq!(hash(1), hash(2), "{transfer}");
         let advance = |solver: &mut dyn Solver| {
@@ -330,9 +325,9 @@ fn transfers_are_the_same_on_two_threads_and_after_a_restart() {
                 solver.step(dt).unwrap();
             }
         };
-        let mut whole = begin(&case);
+        let mut whole = start_solver(&Mpm, &case);
         advance(&mut *whole);
-        let mut again = begin(&case);
+        let mut again = start_solver(&Mpm, &case);
         again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
         again.begin_stage(0, 0.0).unwrap();
         advance(&mut *whole);
@@ -350,7 +345,7 @@ fn stages_have_their_own_share_of_flip() {
         case
     };
     let kinetic = |case: &Case| {
-        let mut solver = begin(case);
+        let mut solver = start_solver(&Mpm, case);
         [0.1, 0.2].map(|end| {
             solver.begin_stage(usize::from(end > 0.1), solver.time()).unwrap();
             while solver.time() < end - 1e-12 {
@@ -371,7 +366,7 @@ fn stages_have_their_own_share_of_flip() {
 
     // Taken up again before, at and after the change.
     let snapshots = |cut: Option<usize>| {
-        let mut solver = begin(&own);
+        let mut solver = start_solver(&Mpm, &own);
         let mut start = 0.0;
         let mut stage = 0;
         for step in 0..60 {
@@ -434,7 +429,7 @@ fn local_damping_is_that_of_one_degree_of_freedom() {
             "stages": [{ "name": "s", "duration": 20, "damping": damping }],
             "methods": { "mpm": { "cell_size": 1, "points_per_cell": 1, "shape": "linear", "time_step": 1e-3 } }
         }));
-        let mut solver = begin(&case);
+        let mut solver = start_solver(&Mpm, &case);
         let (mut turns, mut last) = (Vec::new(), (0.0, 1e-7));
         while turns.len() < 3 {
             solver.step(1e-3).unwrap();
@@ -474,7 +469,7 @@ fn mass_scaling_leaves_the_static_result_and_takes_ten_times_the_step() {
     let settled = |scaling: f64| {
         let case = settling(scaling, 1000.0);
         let first = Mpm.plan(&case).unwrap().time_step.dt;
-        let report = solve(&case);
+        let report = solve(&Mpm, &case);
         let moved = vectors(&report.snapshot, "displacement");
         (first, moved.iter().map(|u| u[1]).fold(0.0, f64::min))
     };
