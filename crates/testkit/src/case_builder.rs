@@ -74,7 +74,8 @@ impl CaseBuilder {
 
     /// Adds options of a method, or replaces those of the same name.
     #[must_use]
-    pub fn options(mut self, method: &str, options: &Value) -> Self {
+    #[allow(clippy::needless_pass_by_value, reason = "`options(…, json!({ … }))` reads well")]
+    pub fn options(mut self, method: &str, options: Value) -> Self {
         let own = self.object("methods").entry(method).or_insert_with(|| json!({}));
         let own = own.as_object_mut().expect("options are an object");
         own.extend(options.as_object().expect("options are an object").clone());
@@ -83,8 +84,9 @@ impl CaseBuilder {
 
     /// Replaces keys at the top of the case.
     #[must_use]
-    pub fn with(self, keys: &Value) -> Self {
-        Self(solver_runs::with_keys(self.0, keys))
+    #[allow(clippy::needless_pass_by_value, reason = "`with(json!({ … }))` reads well")]
+    pub fn with(self, keys: Value) -> Self {
+        Self(solver_runs::with_keys(self.0, &keys))
     }
 
     /// Sets the value at a JSON pointer; null removes the key.
@@ -110,16 +112,13 @@ impl CaseBuilder {
     /// Valid case.
     #[track_caller]
     pub fn build(&self) -> Case {
-        self.read().unwrap_or_else(|errors| panic!("{errors}"))
+        solver_runs::read_case(&self.0)
     }
 
     /// Error with which the case or its plan for a method is refused.
     #[track_caller]
     pub fn error(&self, method: &dyn Method) -> String {
-        match self.read() {
-            Err(errors) => errors.to_string(),
-            Ok(case) => method.plan(&case).expect_err("the case is refused").to_string(),
-        }
+        solver_runs::refusal(method, &self.0)
     }
 
     /// Runs the case to its end.
@@ -181,7 +180,7 @@ mod tests {
             .box_body("b", "m", &[0.2, 0.3], &[0.6, 0.7])
             .wall("y-min", "rough")
             .stage("s", 0.05)
-            .options("mpm", &json!({ "cell_size": 0.1 }))
+            .options("mpm", json!({ "cell_size": 0.1 }))
     }
 
     #[test]
@@ -194,10 +193,10 @@ mod tests {
     #[test]
     fn keys_are_replaced_at_the_top_by_pointer_and_in_options() {
         let case = block()
-            .with(&json!({ "gravity": [0, -10] }))
+            .with(json!({ "gravity": [0, -10] }))
             .set("/bodies/0/material", "n")
             .set("/materials/m/poissons_ratio", Value::Null)
-            .options("mpm", &json!({ "shape": "linear" }));
+            .options("mpm", json!({ "shape": "linear" }));
         assert_eq!(case.json()["gravity"], json!([0, -10]));
         assert_eq!(case.json()["bodies"][0]["material"], json!("n"));
         assert_eq!(case.json()["materials"]["m"].get("poissons_ratio"), None);

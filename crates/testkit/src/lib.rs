@@ -1,17 +1,21 @@
 //! Test helpers of the other crates. Only tests and benches depend on this crate.
 //!
 //! [`assert_near`], [`assert_close`] and [`assert_digits`] compare numbers, [`CountingAllocator`] counts allocations, [`CaseBuilder`] makes cases, and
-//! [`solver_runs`] runs solvers by the traits of [`colluvium_case`]; [`taylor_green`] and [`cohesive_bar`] are cases of several methods.
+//! [`solve`], [`start_solver`] and [`advance_to`] run solvers by the traits of [`colluvium_case`]; [`taylor_green`] and [`cohesive_bar`] are cases of several methods.
 
 mod allocations;
 mod case_builder;
 pub mod cohesive_bar;
 pub mod pairwise;
-pub mod solver_runs;
+mod solver_runs;
 pub mod taylor_green;
 
-pub use case_builder::{CaseBuilder, box_body, set};
 pub use allocations::{CountingAllocator, allocations_during};
+pub use case_builder::{CaseBuilder, box_body, set};
+pub use solver_runs::{
+    advance_steps, advance_to, assert_allocates_nothing, case_with, read_case, refusal, resume_solver, scalar_output, scalars,
+    single_threaded, solve, start_solver, stresses, take_steps, vectors, warnings, with_keys,
+};
 
 /// Asserts that `found` is within `tolerance` of `exact`.
 ///

@@ -9,9 +9,31 @@ pub fn with_keys(mut object: Value, more: &Value) -> Value {
     object
 }
 
+/// Valid case of a text.
+#[track_caller]
+pub fn read_case(text: &Value) -> Case {
+    Case::from_json(&text.to_string()).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+/// Error with which the case of a text, or its plan for a method, is refused.
+#[track_caller]
+pub fn refusal(method: &dyn Method, text: &Value) -> String {
+    match Case::from_json(&text.to_string()) {
+        Err(errors) => errors.to_string(),
+        Ok(case) => method.plan(&case).expect_err("the case is refused").to_string(),
+    }
+}
+
+/// Warnings of the plan of a case for a method, a line each.
+#[track_caller]
+pub fn warnings(method: &dyn Method, case: &Case) -> String {
+    method.plan(case).unwrap().warnings.join("\n")
+}
+
 /// Case of `text` with its top-level keys replaced by those of `more`.
+#[track_caller]
 pub fn case_with(text: Value, more: &Value) -> Case {
-    Case::from_json(&with_keys(text, more).to_string()).unwrap()
+    read_case(&with_keys(text, more))
 }
 
 /// Restricts the parallel loops of the calling thread to that thread. Tests run in parallel on all threads of a machine, and loops in the
@@ -34,6 +56,15 @@ pub fn solve(method: &dyn Method, case: &Case) -> RunReport {
 pub fn start_solver(method: &dyn Method, case: &Case) -> Box<dyn Solver> {
     single_threaded();
     build_solver(method, case)
+}
+
+/// Solver in the first stage at a saved state.
+pub fn resume_solver(method: &dyn Method, case: &Case, saved: &[u8]) -> Box<dyn Solver> {
+    single_threaded();
+    let mut solver = method.build(case).unwrap();
+    solver.restore(&mut &saved[..]).unwrap();
+    solver.begin_stage(0, 0.0).unwrap();
+    solver
 }
 
 fn build_solver(method: &dyn Method, case: &Case) -> Box<dyn Solver> {
@@ -82,6 +113,13 @@ pub fn assert_allocates_nothing(method: &dyn Method, case: &Case, first: usize, 
     advance_steps(&mut *solver, first);
     let count = crate::allocations_during(|| advance_steps(&mut *solver, 30));
     assert_eq!(count, 0, "{name}: allocations in 30 steps");
+}
+
+/// Current value of a scalar output of a solver.
+#[track_caller]
+pub fn scalar_output(solver: &dyn Solver, name: &str) -> f64 {
+    let outputs = solver.scalar_outputs();
+    outputs.iter().find(|(own, ..)| own == name).unwrap_or_else(|| panic!("no output {name}")).2
 }
 
 /// Values of a scalar field.

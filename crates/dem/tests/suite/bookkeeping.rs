@@ -1,11 +1,10 @@
 //! Kinematics and invariants (sheet: dem §5, B17).
 
+use colluvium_testkit::{Scene, assert_near, linear, read_case};
 use colluvium_case::{Case, Solver};
 use colluvium_dem::disks;
-use colluvium_testkit::assert_near;
 use serde_json::json;
 
-use crate::common::{Scene, linear};
 
 #[test]
 fn grains_that_roll_on_each_other_or_turn_together_do_not_slip() {
@@ -119,7 +118,7 @@ fn work_of_a_cell_that_starts_or_turns_is_booked_with_the_velocities_it_gives() 
         { "name": "shear", "duration": 0.02 },
         { "name": "back", "duration": 0.02 }
     ]);
-    let mut solver = disks(&Case::from_json(&case.to_string()).unwrap()).unwrap();
+    let mut solver = disks(&read_case(&case)).unwrap();
     let dt = 2e-5;
     let reading = |solver: &colluvium_dem::DemSolver<2, 1>, name: &str| {
         solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2

@@ -1,12 +1,11 @@
 //! Coarse graining (sheet: dem §3.9).
 
+use colluvium_testkit::{Scene, assert_near, begun, linear, read_case};
 use colluvium_case::{Case, DatasetGeometry, FieldData, FrameRequest, Lattice, Solver};
 use colluvium_dem::disks;
 use colluvium_dem::output::coarse_graining::CoarseGrainingNodes;
-use colluvium_testkit::assert_near;
 use serde_json::json;
 
-use crate::common::{Scene, begun, linear};
 
 fn nodes(half: f64, count: usize) -> CoarseGrainingNodes<2> {
     CoarseGrainingNodes { origin: [-half; 2], spacing: 2.0 * half / (count - 1) as f64, count: [count; 2] }
@@ -87,7 +86,7 @@ fn a_run_has_the_fields_on_its_grid_and_cells_of_grains_in_its_frames() {
     value["output"] = json!({ "grid": 0.25 });
     value["methods"]["dem"]["grains"] = json!({ "grain": { "density": 3, "diameter": { "distribution": "equal", "value": 1 },
         "fill": { "kind": "lattice", "packing": "square" } } });
-    let solver = begun(disks(&Case::from_json(&value.to_string()).unwrap()).unwrap());
+    let solver = begun(disks(&read_case(&value)).unwrap());
     let frame = solver.frame(FrameRequest::Written);
     let grid = frame.dataset("grid").unwrap();
     let nodes = Lattice { low: [0.0; 3], spacing: 0.25, count: [25, 25, 1] };

@@ -1,17 +1,13 @@
 //! Forces on bodies, membranes, shaking, and cyclic cells (sheet: dem §2.1, §3.7, §3.8).
 
+use colluvium_testkit::scalar_output;
+use colluvium_testkit::{Scene, assert_near, begun, linear, read_case};
 use std::f64::consts::TAU;
 
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, Shaking, disks};
-use colluvium_testkit::assert_near;
 use serde_json::{Value, json};
 
-use crate::common::{Scene, begun, linear};
-
-fn reading(solver: &DemSolver<2, 1>, name: &str) -> f64 {
-    solver.scalar_outputs().iter().find(|(own, ..)| own == name).unwrap().2
-}
 
 fn to(solver: &mut DemSolver<2, 1>, time: f64) {
     while solver.time() < time * (1.0 - 1e-12) {
@@ -21,11 +17,11 @@ fn to(solver: &mut DemSolver<2, 1>, time: f64) {
 }
 
 fn solver(value: &Value) -> DemSolver<2, 1> {
-    begun(disks(&Case::from_json(&value.to_string()).unwrap()).unwrap())
+    begun(disks(&read_case(&value)).unwrap())
 }
 
 fn refused(value: &Value) -> String {
-    disks(&Case::from_json(&value.to_string()).unwrap()).err().unwrap().to_string()
+    disks(&read_case(&value)).err().unwrap().to_string()
 }
 
 /// Block of grains of 0.02 m at rest, with another one beside it.
@@ -66,8 +62,8 @@ fn a_force_on_a_body_moves_its_grains_alike_and_does_its_work() {
         let then = 0.1 - solver.limit().dt;
         let way = |push: f64, gravity: f64| 0.5 * (gravity + push / mass) * then * then;
         let work = 3.0 * way(3.0, 0.5) + 4.0 * way(4.0, -9.81);
-        assert_near(reading(&solver, "work.forces") / work, 1.0, 1e-2);
-        assert_near(reading(&solver, "energy_error"), 0.0, 1e-9);
+        assert_near(scalar_output(&solver, "work.forces") / work, 1.0, 1e-2);
+        assert_near(scalar_output(&solver, "energy_error"), 0.0, 1e-9);
     }
 }
 
@@ -146,7 +142,7 @@ fn a_membrane_bears_its_pressure_across_the_line_of_its_grains() {
         let mass = 0.5 * 4.0 / std::f64::consts::PI;
         assert_near(v[0] * mass / (20.0 * 0.95 * side * time), 1.0, 1e-3);
         assert_near(v[1] * mass / (-20.0 * 0.25 * side * time), 1.0, 1e-3);
-        assert_near(reading(&solver, "energy_error"), 0.0, 1e-6);
+        assert_near(scalar_output(&solver, "energy_error"), 0.0, 1e-6);
     }
 }
 
@@ -162,7 +158,7 @@ fn grains_in_a_shaken_box_see_an_acceleration_that_goes_to_and_fro() {
     let rate = TAU * 5.0;
     let exact = 2.0 / rate * (0.33 - (rate * 0.33f64).sin() / rate);
     assert_near(solver.snapshot().vectors("displacement").unwrap()[0][0] / exact, 1.0, 1e-4);
-    assert_near(reading(&solver, "energy_error"), 0.0, 1e-6);
+    assert_near(scalar_output(&solver, "energy_error"), 0.0, 1e-6);
     // From 5 to 10 Hz in 2 s: mean 7.5 Hz, 15 cycles, of which 5 + 1.25 are in the first half of the time.
     let sweep = Shaking { acceleration: vec![1.0, 0.0], frequency: 5.0, last_frequency: Some(10.0) };
     assert_near(sweep.factor(2.0, 2.0), 0.0, 1e-9);
@@ -187,7 +183,7 @@ fn cells_follow_strains_and_stresses_that_go_to_and_fro() {
         let cell = json!({ "yy": { "cyclic-strain": { "amplitude": -0.01, "period": 0.4 } } });
         let mut solver = solver(&lattice(&cell));
         to(&mut solver, 0.4 * share);
-        (reading(&solver, "cell.y") / 6.0).ln()
+        (scalar_output(&solver, "cell.y") / 6.0).ln()
     };
     // The rate changes at half steps: equal up to the strain of a step.
     for (share, exact) in [(0.25, -0.01), (0.5, 0.0), (0.75, 0.01), (1.0, 0.0)] {
@@ -202,7 +198,7 @@ fn cells_follow_strains_and_stresses_that_go_to_and_fro() {
     while solver.time() < 16.0 {
         let next = solver.time() + 0.1;
         to(&mut solver, next);
-        let stress = reading(&solver, "cell_stress.yy");
+        let stress = scalar_output(&solver, "cell_stress.yy");
         extremes = (extremes.0.min(stress), extremes.1.max(stress));
     }
     assert_near(extremes.0, -90.0, 3.0);

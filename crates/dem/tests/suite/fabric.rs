@@ -1,8 +1,6 @@
 //! Fabric of contacts (sheet: dem §3.9).
 
-use colluvium_testkit::assert_near;
 
-use crate::common::{Scene, begun, linear};
 
 /// Disks of radius 0.5001 m on a square lattice of 1 m, six by six.
 fn lattice() -> Scene {
@@ -73,7 +71,7 @@ fn lines_of_contacts_join_the_centres_and_carry_the_forces() {
     scene.boundaries[0]["position"] = serde_json::json!(-3.0);
     let mut case = scene.json();
     case["output"] = serde_json::json!({ "contacts": true });
-    let lattice = begun(disks(&Case::from_json(&case.to_string()).unwrap()).unwrap());
+    let lattice = begun(disks(&read_case(&case)).unwrap());
     assert!(lattice.frame(FrameRequest::Measured).dataset("contacts").is_none());
     let frame = lattice.frame(FrameRequest::Written);
     let lines = frame.dataset("contacts").unwrap();

@@ -1,8 +1,9 @@
 //! Means of controlled stresses of cells and walls during deformation (sheet: dem §3.7).
 
+use colluvium_testkit::scalar_output;
+use colluvium_testkit::{read_case, single_threaded};
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, disks};
-use colluvium_testkit::solver_runs::single_threaded;
 use serde_json::{Value, json};
 
 const PRESSURE: f64 = 1e5;
@@ -78,14 +79,10 @@ fn platens(names: &[&str]) -> Value {
     json!({ "walls": names.iter().map(|name| ((*name).to_owned(), press.clone())).collect::<serde_json::Map<_, _>>() })
 }
 
-fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
-}
-
 /// Means of a stress over the pressure in windows of 1 % of shear strain, and the warning of the run at its end.
 fn means(value: &Value, name: &str, inertial: f64, windows: usize) -> (Vec<f64>, Vec<String>) {
     single_threaded();
-    let case = Case::from_json(&value.to_string()).unwrap();
+    let case = read_case(&value);
     let mut solver: DemSolver<2, 1> = disks(&case).unwrap();
     let step = solver.limit().dt;
     let run = |solver: &mut DemSolver<2, 1>, time: f64| {
@@ -95,7 +92,7 @@ fn means(value: &Value, name: &str, inertial: f64, windows: usize) -> (Vec<f64>,
             for _ in 0..BLOCK as usize {
                 solver.step(step).unwrap();
             }
-            sum += reading(solver, name);
+            sum += scalar_output(solver, name);
         }
         -sum / (blocks as f64 * PRESSURE)
     };

@@ -1,10 +1,10 @@
 //! Bad input is refused with its path (sheet: dem §7).
 
+use colluvium_testkit::{Scene, floor, linear, read_case};
 use colluvium_case::{Case, Method};
 use colluvium_dem::Dem;
 use serde_json::{Value, json};
 
-use crate::common::{Scene, floor, linear};
 
 fn refusal(change: impl Fn(&mut Value)) -> String {
     let mut scene = Scene::new(linear(1e6, 0.1, 0.5, 0.5)).disk([0.0, 0.6], 0.5, [0.0; 2], 0.0).disk(
@@ -15,7 +15,7 @@ fn refusal(change: impl Fn(&mut Value)) -> String {
     );
     scene.boundaries = floor(&json!({ "kind": "rough" }));
     let mut value = scene.json();
-    assert!(Dem.build(&Case::from_json(&value.to_string()).unwrap()).is_ok());
+    assert!(Dem.build(&read_case(&value)).is_ok());
     change(&mut value);
     let built = Case::from_json(&value.to_string()).map_err(|errors| errors.to_string());
     match built.and_then(|case| Dem.build(&case).map(|_| ()).map_err(|error| error.to_string())) {
@@ -138,7 +138,7 @@ fn a_stress_that_grains_cannot_have_is_refused_with_its_path() {
         })
     };
     let problem = |value: Value| {
-        let case = Case::from_json(&value.to_string()).unwrap();
+        let case = read_case(&value);
         Dem.build(&case).map(|_| ()).map_err(|error| error.to_string())
     };
     let start = "methods.dem.stages.all.cell.yy.";

@@ -1,12 +1,13 @@
 //! Obstacles with prescribed motion (sheet: dem §2.10, wall types).
 
+use colluvium_testkit::scalar_output;
+use colluvium_testkit::{Scene, begun, linear};
 use std::f64::consts::PI;
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_dem::{Dem, disks, spheres};
 use serde_json::{Value, json};
 
-use crate::common::{Scene, begun, linear};
 
 const STIFFNESS: f64 = 1e6;
 
@@ -18,10 +19,6 @@ fn to(solver: &mut dyn Solver, time: f64) {
     while solver.time() < time - 1e-9 {
         solver.step(time - solver.time()).unwrap();
     }
-}
-
-fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
 }
 
 /// Disk of mass 1 kg and radius 0.5 m at rest on a floor that moves along x at 1 m/s, with friction 0.2.
@@ -49,11 +46,11 @@ fn a_disk_on_a_belt_slips_until_it_rolls_at_a_third_of_its_speed() {
     let speed = (solver.snapshot().positions[0][0] - start) / 0.5;
     assert!((speed - 1.0 / 3.0).abs() < 2e-4, "{speed}");
     // Friction transmits μ m g over v times the slip time, m v²/3; half of it is dissipated.
-    let work = reading(&solver, "work.boundaries");
+    let work = scalar_output(&solver, "work.boundaries");
     assert!((work - 1.0 / 3.0).abs() < 2e-3, "{work}");
-    let heat = reading(&solver, "dissipated.friction");
+    let heat = scalar_output(&solver, "dissipated.friction");
     assert!((heat - 1.0 / 6.0).abs() < 2e-3, "{heat}");
-    assert!(reading(&solver, "energy_error").abs() < 1e-3);
+    assert!(scalar_output(&solver, "energy_error").abs() < 1e-3);
 }
 
 #[test]
@@ -63,7 +60,7 @@ fn a_floor_that_rises_with_a_ramp_lifts_a_disk_by_its_way() {
     to(&mut solver, 2.2);
     let height = solver.snapshot().positions[0][1] - (0.5 - 9.81e-6);
     assert!((height - 0.75).abs() < 1e-5, "{height}");
-    let work = reading(&solver, "work.boundaries");
+    let work = scalar_output(&solver, "work.boundaries");
     assert!((work / (9.81 * 0.75 + 0.5 * 0.25) - 1.0).abs() < 1e-3, "{work}");
 }
 
@@ -91,7 +88,7 @@ fn a_sphere_on_a_turntable_goes_round_at_two_sevenths_of_its_rate() {
     let wide = speed / around;
     let (dx, dy) = (place[0] - (x - wide), place[1] - wide);
     assert!(dx.hypot(dy) < 0.01 * wide, "{place:?}, not {:?}", [x - wide, wide]);
-    assert!(reading(&solver, "energy_error").abs() < 1e-3);
+    assert!(scalar_output(&solver, "energy_error").abs() < 1e-3);
 }
 
 /// Disks in a pan with a rotating paddle, a cross of two bars.
@@ -120,9 +117,9 @@ fn stirred() -> Case {
 fn the_work_of_a_paddle_is_in_the_energy_balance() {
     let mut solver = begun(disks(&stirred()).unwrap());
     to(&mut solver, 3.0);
-    let work = reading(&solver, "work.boundaries");
+    let work = scalar_output(&solver, "work.boundaries");
     assert!(work > 20.0, "{work}");
-    let error = reading(&solver, "energy_error");
+    let error = scalar_output(&solver, "energy_error");
     assert!(error.abs() < 0.01, "{error}");
 }
 

@@ -1,10 +1,10 @@
 //! Grains on obstacles (sheet: dem §2.10).
 
+use colluvium_testkit::{Scene, begun, linear, read_case};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_dem::{Dem, DemSolver, disks, spheres};
 use serde_json::{Value, json};
 
-use crate::common::{Scene, begun, linear};
 
 const ANGLE: f64 = 30.0;
 const STIFFNESS: f64 = 1e6;
@@ -152,7 +152,7 @@ fn a_body_beside_a_slope_is_filled_with_grains_that_touch_it_and_lean_into_nothi
     case["methods"]["dem"]["bodies"] = json!({});
     case["methods"]["dem"]["grains"] = json!({ "grain": { "density": 2000, "diameter": { "distribution": "equal", "value": 0.4 },
         "fill": { "kind": "lattice", "packing": "square" } } });
-    let solver = disks(&Case::from_json(&case.to_string()).unwrap()).unwrap();
+    let solver = disks(&read_case(&case)).unwrap();
     let snapshot = solver.snapshot();
     assert!(snapshot.positions.len() > 50);
     let gaps = snapshot.positions.iter().map(|x| sin * x[0] + cos * x[1] - 0.2);

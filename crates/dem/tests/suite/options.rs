@@ -1,15 +1,11 @@
 //! Options of contacts and stages against closed forms (sheet: dem §2.7, §2.9, §3.1).
 
+use colluvium_testkit::scalar_output;
+use colluvium_testkit::{Scene, assert_near, begun, linear, read_case};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_dem::{Dem, DemSolver, disks, spheres};
-use colluvium_testkit::assert_near;
 use serde_json::{Value, json};
 
-use crate::common::{Scene, begun, linear};
-
-fn reading(solver: &DemSolver<2, 1>, name: &str) -> f64 {
-    solver.scalar_outputs().iter().find(|(own, ..)| own == name).unwrap().2
-}
 
 #[test]
 fn a_modulus_of_the_grains_gives_a_stiffness_that_grows_with_them() {
@@ -45,7 +41,7 @@ fn thrown(form: &str, velocity: [f64; 2], gravity: [f64; 2], time: f64) -> [f64;
     scene.options = json!({ "stages": { "all": { "damping_form": form } } });
     let mut value: Value = scene.json();
     value["stages"] = json!([{ "name": "all", "duration": 100, "damping": 0.3 }]);
-    let mut solver = begun(disks(&Case::from_json(&value.to_string()).unwrap()).unwrap());
+    let mut solver = begun(disks(&read_case(&value)).unwrap());
     let count = (time / solver.limit().dt).ceil();
     for _ in 0..count as usize {
         solver.step(time / count).unwrap();
@@ -113,9 +109,9 @@ fn a_cohesive_contact_breaks_at_its_tension_and_takes_the_energy_of_its_spring()
     let free = parted(1.4 * least);
     let v = free.snapshot().vectors("velocity").unwrap().to_vec();
     assert_near((v[1][0] - v[0][0]) / least, (1.4f64 * 1.4 - 1.0).sqrt(), 1e-2);
-    assert_near(reading(&free, "dissipated.bonds") / lost, 1.0, 1e-2);
+    assert_near(scalar_output(&free, "dissipated.bonds") / lost, 1.0, 1e-2);
     let bound = parted(0.9 * least);
-    assert_near(reading(&bound, "dissipated.bonds"), 0.0, 1e-12);
+    assert_near(scalar_output(&bound, "dissipated.bonds"), 0.0, 1e-12);
     let x = bound.snapshot().positions.clone();
     assert!(x[1][0] - x[0][0] < 1.0 + force / stiffness);
 }
@@ -179,7 +175,7 @@ fn what_mix_does_not_derive_of_like_grains_is_told() {
             unlike["between"] = json!(["grain", "other"]);
             pairs.push(unlike);
         }
-        let warnings = Dem.plan(&Case::from_json(&value.to_string()).unwrap()).unwrap().warnings;
+        let warnings = Dem.plan(&read_case(&value)).unwrap().warnings;
         warnings.into_iter().filter(|said| said.starts_with("methods.dem.mix: ")).collect::<Vec<_>>()
     };
     let rolling = json!({ "rolling": { "friction": 0.1 } });

@@ -1,11 +1,10 @@
 //! Grains at rest (sheet: dem §5, B5, B9) and bonds (B15).
 
+use colluvium_testkit::{Scene, assert_near, begun, floor, linear};
 use colluvium_case::{DatasetGeometry, FieldData, FrameRequest, Solver};
 use colluvium_dem::disks;
-use colluvium_testkit::assert_near;
 use serde_json::json;
 
-use crate::common::{Scene, begun, floor, linear};
 
 #[test]
 fn a_static_column_has_the_overlaps_of_its_weight() {
@@ -18,7 +17,7 @@ fn a_static_column_has_the_overlaps_of_its_weight() {
     scene.boundaries = floor(&json!({ "kind": "smooth" }));
     let mut value = scene.json();
     value["stages"] = json!([{ "name": "all", "duration": 100, "damping": 0.5 }]);
-    let case = colluvium_case::Case::from_json(&value.to_string()).unwrap();
+    let case = colluvium_case::read_case(&value);
     let mut solver = begun(disks(&case).unwrap());
     let dt = solver.limit().dt;
     for _ in 0..40_000 {
@@ -39,7 +38,7 @@ fn stands(grain: f64, wall: f64) -> bool {
     scene.boundaries = floor(&json!({ "kind": "frictional", "friction_coefficient": wall }));
     let mut value = scene.json();
     value["stages"] = json!([{ "name": "all", "duration": 10, "gravity_ramp": 3.0 }]);
-    let case = colluvium_case::Case::from_json(&value.to_string()).unwrap();
+    let case = colluvium_case::read_case(&value);
     let mut solver = begun(disks(&case).unwrap());
     let dt = solver.limit().dt;
     while solver.time() < 9.0 {
@@ -86,7 +85,7 @@ fn a_bonded_cantilever_bends_as_a_beam() {
     dem["pairs"].as_array_mut().unwrap().extend([with_tip, own]);
     dem["bodies"]["grain 0"]["held"] = json!(true);
     value["stages"] = json!([{ "name": "all", "duration": 1e4, "damping": 0.7 }]);
-    let case = colluvium_case::Case::from_json(&value.to_string()).unwrap();
+    let case = colluvium_case::read_case(&value);
     let mut solver = begun(disks(&case).unwrap());
     let dt = solver.limit().dt;
     for _ in 0..400_000 {
@@ -118,7 +117,7 @@ fn a_bond_breaks_at_its_strength() {
         value["methods"]["dem"]["bodies"][name] = json!({});
     }
     value["methods"]["dem"]["bodies"]["grain 0"]["held"] = json!(true);
-    let case = colluvium_case::Case::from_json(&value.to_string()).unwrap();
+    let case = colluvium_case::read_case(&value);
     let mut solver = begun(disks(&case).unwrap());
     let mut most = 0.0f64;
     let dt = 1e-5;
@@ -134,7 +133,7 @@ fn a_bond_breaks_at_its_strength() {
     );
     value["bodies"][1]["velocity"]["value"] = json!([0.15, 0.0]);
     value["output"]["contacts"] = json!(true);
-    let case = colluvium_case::Case::from_json(&value.to_string()).unwrap();
+    let case = colluvium_case::read_case(&value);
     let mut solver = begun(disks(&case).unwrap());
     let mut most = 0.0f64;
     for _ in 0..2000 {

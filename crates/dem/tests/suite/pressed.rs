@@ -1,11 +1,11 @@
 //! Servo-controlled walls (sheet: dem §3.7).
 
+use colluvium_testkit::scalar_output;
+use colluvium_testkit::{Scene, assert_near, begun, linear, read_case};
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, disks, spheres};
-use colluvium_testkit::assert_near;
 use serde_json::{Value, json};
 
-use crate::common::{Scene, begun, linear};
 
 const STIFFNESS: f64 = 1e6;
 const DISKS: usize = 3;
@@ -25,11 +25,7 @@ fn stack(start: f64) -> Value {
 }
 
 fn solver(value: &Value) -> DemSolver<2, 1> {
-    begun(disks(&Case::from_json(&value.to_string()).unwrap()).unwrap())
-}
-
-fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
+    begun(disks(&read_case(&value)).unwrap())
 }
 
 fn to(solver: &mut dyn Solver, time: f64) {
@@ -43,18 +39,18 @@ fn to(solver: &mut dyn Solver, time: f64) {
 fn a_platen_comes_to_rest_where_the_stack_bears_its_stress() {
     let mut solver = solver(&stack(3.2));
     to(&mut solver, 0.1);
-    assert_near(reading(&solver, "wall.platen.position"), 3.15, 1e-3);
-    assert_near(reading(&solver, "wall.platen.stress"), 0.0, 1e-12);
+    assert_near(scalar_output(&solver, "wall.platen.position"), 3.15, 1e-3);
+    assert_near(scalar_output(&solver, "wall.platen.stress"), 0.0, 1e-12);
     to(&mut solver, 3.0);
     // Each contact carries 1000 N.
     let overlap = 1000.0 / STIFFNESS;
-    assert_near(reading(&solver, "wall.platen.position"), DISKS as f64 - (DISKS + 1) as f64 * overlap, 1e-7);
-    assert_near(reading(&solver, "wall.platen.stress"), -5.0, 1e-4);
+    assert_near(scalar_output(&solver, "wall.platen.position"), DISKS as f64 - (DISKS + 1) as f64 * overlap, 1e-7);
+    assert_near(scalar_output(&solver, "wall.platen.stress"), -5.0, 1e-4);
     assert_near(solver.reaction("platen").unwrap().force[1], 1000.0, 0.02);
     assert_near(solver.reaction("floor").unwrap().force[1], -1000.0, 0.02);
     // Its work is the spring energy plus the dissipation of the dashpots.
-    assert!(reading(&solver, "work.boundaries") > 4.0 * 0.5 * 1000.0 * overlap);
-    assert_near(reading(&solver, "energy_error"), 0.0, 2e-3);
+    assert!(scalar_output(&solver, "work.boundaries") > 4.0 * 0.5 * 1000.0 * overlap);
+    assert_near(scalar_output(&solver, "energy_error"), 0.0, 2e-3);
 }
 
 #[test]
@@ -64,11 +60,11 @@ fn a_platen_does_not_turn_round_each_step_where_steps_are_short_for_its_dashpots
     value["methods"]["dem"]["time_step"] = json!(step);
     let mut solver = solver(&value);
     to(&mut solver, 1.5);
-    let mut before = reading(&solver, "wall.platen.position");
+    let mut before = scalar_output(&solver, "wall.platen.position");
     for _ in 0..50 {
         solver.step(step).unwrap();
-        assert_near(reading(&solver, "wall.platen.stress"), -5.0, 1e-3);
-        let after = reading(&solver, "wall.platen.position");
+        assert_near(scalar_output(&solver, "wall.platen.stress"), -5.0, 1e-3);
+        let after = scalar_output(&solver, "wall.platen.position");
         assert_near(after - before, 0.0, 1e-3 * 0.5 * step);
         before = after;
     }
@@ -92,7 +88,7 @@ fn a_platen_that_pulls_or_is_not_there_is_refused() {
     let refused = |change: fn(&mut Value)| {
         let mut value = stack(3.2);
         change(&mut value["methods"]["dem"]["stages"]["all"]["walls"]);
-        let case = Case::from_json(&value.to_string()).unwrap();
+        let case = read_case(&value);
         disks(&case).map(|_| ()).unwrap_err().to_string()
     };
     let pulls = refused(|walls| walls["platen"]["stress"] = json!(5));
@@ -109,7 +105,7 @@ fn a_platen_whose_area_nothing_bounds_needs_it() {
     let platen = &mut value["methods"]["dem"]["stages"]["all"]["walls"]["platen"];
     platen.as_object_mut().unwrap().remove("area");
     let refused =
-        |value: &Value| disks(&Case::from_json(&value.to_string()).unwrap()).err().unwrap().to_string();
+        |value: &Value| disks(&read_case(&value)).err().unwrap().to_string();
     let error = refused(&value);
     assert!(error.starts_with("methods.dem.stages.all.walls.platen.area: is missing: along x"), "{error}");
     value["methods"]["dem"]["stages"]["all"]["walls"]["platen"]["sleeve"] = json!("grain 0");
@@ -122,7 +118,7 @@ fn what_is_no_wall_and_follows_no_stress_is_refused_with_what_does() {
     let refused = |change: &dyn Fn(&mut Value)| {
         let mut value = stack(3.2);
         change(&mut value);
-        disks(&Case::from_json(&value.to_string()).unwrap()).err().unwrap().to_string()
+        disks(&read_case(&value)).err().unwrap().to_string()
     };
     let press =
         |name: &str| json!({ "all": { "walls": { name: { "stress": -5, "speed": 0.5, "area": 1 } } } });
@@ -210,11 +206,11 @@ fn a_plate_from_a_mesh_follows_no_stress_and_a_wall_bears_it_on_the_area_that_is
     scene.options = json!({ "stages": { "all": { "walls": { "platen": stress } } } });
     let mut solver = begun(spheres(&scene.case()).unwrap());
     to(&mut solver, 3.0);
-    assert_near(reading(&solver, "wall.platen.stress"), -500.0, 1e-2);
+    assert_near(scalar_output(&solver, "wall.platen.stress"), -500.0, 1e-2);
     assert_near(solver.reaction("platen").unwrap().force[2], 4500.0, 0.1);
     assert_near(solver.reaction("floor").unwrap().force[2], -4500.0, 0.1);
     // Each sphere carries a quarter between two contacts.
-    assert_near(reading(&solver, "wall.platen.position"), 1.0 - 2.0 * 0.25 * 4500.0 / STIFFNESS, 1e-7);
+    assert_near(scalar_output(&solver, "wall.platen.position"), 1.0 - 2.0 * 0.25 * 4500.0 / STIFFNESS, 1e-7);
 }
 
 #[test]

@@ -1,10 +1,11 @@
 //! Pluviation: grains that enter during a run (sheet: dem §3.8).
 
+use colluvium_testkit::scalar_output;
+use colluvium_testkit::{Scene, begun, linear};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_dem::{Dem, disks, spheres};
 use serde_json::{Value, json};
 
-use crate::common::{Scene, begun, linear};
 
 fn case(value: &Value) -> Case {
     Case::from_value(value, std::path::Path::new("")).unwrap()
@@ -50,10 +51,6 @@ fn to(solver: &mut dyn Solver, time: f64) {
     }
 }
 
-fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
-}
-
 #[test]
 fn the_mass_that_is_asked_for_enters_between_start_and_end_with_its_energy_accounted_for() {
     for (dimension, rate) in [(2, 1500.0), (3, 300.0)] {
@@ -72,8 +69,8 @@ fn the_mass_that_is_asked_for_enters_between_start_and_end_with_its_energy_accou
         let all = solver.totals().mass;
         assert!(all <= rate && all > rate - 1.01 * grain, "{all}");
         // All entered at 1 m/s.
-        assert!((reading(&*solver, "energy.entered") / (0.5 * all) - 1.0).abs() < 1e-9);
-        assert!(reading(&*solver, "energy_error").abs() < 0.01);
+        assert!((scalar_output(&*solver, "energy.entered") / (0.5 * all) - 1.0).abs() < 1e-9);
+        assert!(scalar_output(&*solver, "energy_error").abs() < 0.01);
         let ids = solver.snapshot().ids;
         assert!(ids.iter().enumerate().all(|(k, id)| *id == k as u64));
         assert!(solver.warning().is_none_or(|text| !text.contains("cannot enter")));

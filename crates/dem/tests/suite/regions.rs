@@ -1,11 +1,10 @@
 //! Measuring regions, and excavations that remove grains.
 
+use colluvium_testkit::{Scene, assert_near, begun, linear, read_case};
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, disks};
-use colluvium_testkit::assert_near;
 use serde_json::{Value, json};
 
-use crate::common::{Scene, begun, linear};
 
 fn reading(solver: &DemSolver<2, 1>, name: &str) -> f64 {
     solver
@@ -40,7 +39,7 @@ fn a_large_region_has_the_porosity_and_the_stress_of_the_periodic_cell() {
         json!({ "all": { "cell": { "xx": { "rate": -0.02 }, "yy": { "rate": -0.05 } } } });
     // Many times as wide as the cell: it includes images.
     value["methods"]["dem"]["regions"] = json!({ "all": { "centre": [2.3, 3.1], "radius": 60 } });
-    let mut solver = begun(disks(&Case::from_json(&value.to_string()).unwrap()).unwrap());
+    let mut solver = begun(disks(&read_case(&value)).unwrap());
     to(&mut solver, 0.2);
     let whole = reading(&solver, "solid_fraction");
     assert_near((1.0 - reading(&solver, "all.porosity")) / whole, 1.0, 1e-3);
@@ -61,15 +60,15 @@ fn a_large_region_has_the_porosity_and_the_stress_of_the_periodic_cell() {
 fn a_region_without_grains_has_no_mean() {
     let mut value = lattice(&json!([]));
     value["methods"]["dem"]["regions"] = json!({ "gap": { "centre": [1, 1], "radius": 0.1 } });
-    let solver = begun(disks(&Case::from_json(&value.to_string()).unwrap()).unwrap());
+    let solver = begun(disks(&read_case(&value)).unwrap());
     assert_near(reading(&solver, "gap.porosity"), 1.0, 1e-12);
     assert_near(reading(&solver, "gap.grains"), 0.0, 1e-12);
     assert!(reading(&solver, "gap.coordination").is_nan());
     value["methods"]["dem"]["regions"]["gap"]["radius"] = json!(0);
-    let error = disks(&Case::from_json(&value.to_string()).unwrap()).err().unwrap().to_string();
+    let error = disks(&read_case(&value)).err().unwrap().to_string();
     assert!(error.starts_with("methods.dem.regions.gap.radius: 0"), "{error}");
     value["methods"]["dem"]["regions"]["gap"] = json!({ "centre": [7, 1], "radius": 0.5 });
-    let error = disks(&Case::from_json(&value.to_string()).unwrap()).err().unwrap().to_string();
+    let error = disks(&read_case(&value)).err().unwrap().to_string();
     assert!(
         error.starts_with(
             "methods.dem.regions.gap: lies outside the domain: it reaches from 6.5 to 7.5 m along x, the domain from 0 to 6 m"
@@ -85,7 +84,7 @@ fn grains_vanish_from_a_pit_once_its_stage_begins() {
         { "name": "rest", "duration": 0.01 },
         { "name": "pit", "duration": 0.01, "excavate": [{ "kind": "box", "min": [2, 3], "max": [4, 6] }] }
     ]);
-    let mut solver = begun(disks(&Case::from_json(&value.to_string()).unwrap()).unwrap());
+    let mut solver = begun(disks(&read_case(&value)).unwrap());
     assert_eq!(solver.points(), 36);
     to(&mut solver, 0.01);
     let before = solver.totals().mass;

@@ -1,13 +1,10 @@
 //! Equal results on any number of threads, and after a restart; lists against all pairs; energy of a gas.
 
+use colluvium_testkit::scalar_output;
+use colluvium_testkit::{as, assert_near, cases, read_case, solver_runs};
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{Dem, disks, spheres};
-use colluvium_testkit::{assert_near, solver_runs as cases};
 use serde_json::{Value, json};
-
-fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
-}
 
 /// Heap of polydisperse grains that falls on a floor.
 pub fn heap(dimension: usize) -> Value {
@@ -49,7 +46,7 @@ pub fn heap(dimension: usize) -> Value {
 }
 
 fn begin(value: &Value) -> Box<dyn Solver> {
-    cases::start_solver(&Dem, &Case::from_json(&value.to_string()).unwrap())
+    cases::start_solver(&Dem, &read_case(&value))
 }
 
 #[test]
@@ -93,9 +90,9 @@ fn energy_is_accounted_for_in_a_heap_that_falls() {
         while solver.time() < 0.25 {
             cases::advance_steps(&mut *solver, 1);
         }
-        assert!(reading(&*solver, "contacts") > 100.0);
-        assert!(reading(&*solver, "dissipated.friction") > 0.0);
-        assert_near(reading(&*solver, "energy_error"), 0.0, 0.01);
+        assert!(scalar_output(&*solver, "contacts") > 100.0);
+        assert!(scalar_output(&*solver, "dissipated.friction") > 0.0);
+        assert_near(scalar_output(&*solver, "energy_error"), 0.0, 0.01);
     }
 }
 
@@ -117,9 +114,9 @@ fn energy_is_accounted_for_where_contacts_slip_that_have_dashpots_across() {
             while solver.time() < 0.25 {
                 cases::advance_steps(&mut *solver, 1);
             }
-            assert!(reading(&*solver, "dissipated.friction") > 0.0);
-            assert!(reading(&*solver, "dissipated.rolling") > 0.0);
-            assert_near(reading(&*solver, "energy_error"), 0.0, 0.005);
+            assert!(scalar_output(&*solver, "dissipated.friction") > 0.0);
+            assert!(scalar_output(&*solver, "dissipated.rolling") > 0.0);
+            assert_near(scalar_output(&*solver, "energy_error"), 0.0, 0.005);
         }
     }
 }
@@ -205,7 +202,7 @@ fn contacts_side_by_side_bear_the_forces_that_they_bear_one_by_one() {
             }
             case["methods"]["dem"]["pairs"] = json!([pair]);
             case["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": vec![-1.0; dimension] });
-            let case = Case::from_json(&case.to_string()).unwrap();
+            let case = read_case(&case);
             let (mut fast, mut single): (Box<dyn Solver>, Box<dyn Solver>) = if dimension == 2 {
                 let mut single = disks(&case).unwrap();
                 single.use_scalar_contacts();
@@ -226,10 +223,10 @@ fn contacts_side_by_side_bear_the_forces_that_they_bear_one_by_one() {
             assert_eq!(one.positions, two.positions);
             assert_eq!(one.field("velocity"), two.field("velocity"));
             assert_eq!(one.field("spin"), two.field("spin"));
-            assert!(reading(&*fast, "sliding_contacts") > 3.0);
+            assert!(scalar_output(&*fast, "sliding_contacts") > 3.0);
             for (own, other) in fast.scalar_outputs().into_iter().zip(single.scalar_outputs()) {
                 // Sums in a different order.
-                let size = own.2.abs().max(1e-6 * reading(&*fast, "work.gravity").abs());
+                let size = own.2.abs().max(1e-6 * scalar_output(&*fast, "work.gravity").abs());
                 assert!((own.2 - other.2).abs() <= 1e-9 * size || own.2.is_nan(), "{own:?} {other:?}");
             }
         }
@@ -242,7 +239,7 @@ fn grains_of_very_different_sizes_are_found_alike_by_classes_and_by_cells_of_one
         let mut value = heap(dimension);
         value["methods"]["dem"]["grains"]["sand"]["diameter"] =
             json!({ "distribution": "uniform", "min": 0.02, "max": 0.2 });
-        let case = Case::from_json(&value.to_string()).unwrap();
+        let case = read_case(&value);
         let run = |threads: usize, one_width: bool| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {

@@ -1,5 +1,6 @@
 //! Estimates of the problem size before grains are placed.
 
+use colluvium_testkit::read_case;
 use colluvium_case::{Case, Method};
 use colluvium_dem::Dem;
 use serde_json::json;
@@ -40,7 +41,7 @@ fn sizes_are_those_of_what_is_then_made() {
                                 "friction": { "coefficient": 0.5 } }]
                 } }
             });
-            let case = Case::from_json(&case.to_string()).unwrap();
+            let case = read_case(&case);
             let (told, made) = (Dem.problem_size(&case).unwrap(), Dem.plan(&case).unwrap());
             // Grains at the surface of a ball are left out, and those of a lattice along the sides too.
             let ratio = made.points as f64 / told.points;

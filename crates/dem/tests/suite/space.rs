@@ -1,17 +1,13 @@
 //! Sheets under fluid pressure, and cyclic paths and paths of constant volume, in space (sheet: dem §3.7, §3.8).
 
+use colluvium_testkit::scalar_output;
+use colluvium_testkit::{Scene, assert_near, begun, linear, read_case};
 use std::f64::consts::FRAC_PI_6;
 
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, spheres};
-use colluvium_testkit::assert_near;
 use serde_json::{Value, json};
 
-use crate::common::{Scene, begun, linear};
-
-fn reading(solver: &DemSolver<3, 3>, name: &str) -> f64 {
-    solver.scalar_outputs().iter().find(|(own, ..)| own == name).unwrap().2
-}
 
 fn to(solver: &mut DemSolver<3, 3>, time: f64) {
     while solver.time() < time * (1.0 - 1e-12) {
@@ -77,7 +73,7 @@ fn a_sheet_bears_its_pressure_across_the_surface_of_its_rim() {
         for (v, area) in v.into_iter().zip([0.5 * (0.5 - 0.9), 0.5 * (-0.9 - 0.5), 0.5 * (1.0 + 1.0)]) {
             assert_near(v * mass / (20.0 * time), 0.25 * area * side, 1e-3);
         }
-        assert_near(reading(&solver, "energy_error"), 0.0, 1e-6);
+        assert_near(scalar_output(&solver, "energy_error"), 0.0, 1e-6);
     }
 }
 
@@ -130,7 +126,7 @@ fn a_platen_on_a_sleeve_bears_its_stress_on_what_the_rings_enclose() {
     let mut solver = sheet_between(&places, [0.0, 0.0, 0.75], &membrane, &pressed, &walls).unwrap();
     to(&mut solver, 3.0);
     let area = 0.5 * 1.5 * 3f64.sqrt() * (0.8 * 0.8 + 1.45 * 1.45);
-    assert_near(reading(&solver, "wall.top.stress"), -100.0, 0.2);
+    assert_near(scalar_output(&solver, "wall.top.stress"), -100.0, 0.2);
     assert_near(solver.reaction("top").unwrap().force[2], 100.0 * area, 0.2 * area);
 }
 
@@ -176,8 +172,8 @@ fn rings_of_a_sleeve_lie_on_the_inner_side_of_its_tube_as_far_apart_as_their_gra
         assert_near((x[0] - next[0]).hypot(x[1] - next[1]), 2.0 * (std::f64::consts::PI / 8.0).sin(), 1e-12);
     }
     // The octagon, and its prism between the platens.
-    assert_near(reading(&solver, "membrane.sleeve.area"), 8f64.sqrt(), 1e-12);
-    assert_near(reading(&solver, "membrane.sleeve.volume"), 2.0 * 8f64.sqrt(), 1e-12);
+    assert_near(scalar_output(&solver, "membrane.sleeve.area"), 8f64.sqrt(), 1e-12);
+    assert_near(scalar_output(&solver, "membrane.sleeve.volume"), 2.0 * 8f64.sqrt(), 1e-12);
 }
 
 #[test]
@@ -186,12 +182,12 @@ fn a_run_goes_on_bit_for_bit_where_grains_of_a_sleeve_lie_in_another_order_than_
     let membrane = json!({ "pressure": 200.0, "against": "grain 0", "columns": 8, "closed": true });
     let made = || rings(&fill, 0.2, &membrane).unwrap();
     let mut solver = made();
-    let area = reading(&solver, "membrane.sleeve.area");
+    let area = scalar_output(&solver, "membrane.sleeve.area");
     to(&mut solver, 0.6);
-    assert!(reading(&solver, "membrane.sleeve.area") < 0.8 * area);
+    assert!(scalar_output(&solver, "membrane.sleeve.area") < 0.8 * area);
     let mut again = made();
     again.restore(&mut &solver.saved().unwrap()[..]).unwrap();
-    assert_eq!(reading(&solver, "membrane.sleeve.area"), reading(&again, "membrane.sleeve.area"));
+    assert_eq!(scalar_output(&solver, "membrane.sleeve.area"), scalar_output(&again, "membrane.sleeve.area"));
     again.begin_stage(0, 0.0).unwrap();
     for solver in [&mut solver, &mut again] {
         to(solver, 0.8);
@@ -265,7 +261,7 @@ fn lattice(cell: &Value) -> DemSolver<3, 3> {
     value["methods"]["dem"]["grains"]["grain"] = json!({ "density": 1.0, "diameter": { "distribution": "equal", "value": 1 },
         "fill": { "kind": "lattice", "packing": "square" } });
     value["methods"]["dem"]["stages"] = json!({ "all": { "cell": cell } });
-    begun(spheres(&Case::from_json(&value.to_string()).unwrap()).unwrap())
+    begun(spheres(&read_case(&value)).unwrap())
 }
 
 #[test]
@@ -274,15 +270,15 @@ fn an_undrained_path_in_space_keeps_the_volume_and_loads_the_columns_of_a_lattic
     let cell = json!({ "xx": { "rate": 0.5 * rate }, "yy": { "rate": 0.5 * rate }, "zz": { "rate": -rate } });
     let mut solver = lattice(&cell);
     to(&mut solver, 20.0);
-    let sides = ["x", "y", "z"].map(|axis| reading(&solver, &format!("cell.{axis}")));
+    let sides = ["x", "y", "z"].map(|axis| scalar_output(&solver, &format!("cell.{axis}")));
     // Up to the square of the strain in a step, over all steps.
     assert_near(sides.iter().product::<f64>() / 64.0, 1.0, 1e-8);
     let length = (-20.0 * rate).exp();
     assert_near(sides[2] / 4.0 / length, 1.0, 1e-6);
     // One contact in each column: force times branch over the volume of a grain's cube, which is one. Grains along x and y have separated.
-    assert_near(reading(&solver, "cell_stress.zz") / (-1e4 * (1.0 - length) * length), 1.0, 2e-3);
+    assert_near(scalar_output(&solver, "cell_stress.zz") / (-1e4 * (1.0 - length) * length), 1.0, 2e-3);
     for entry in ["xx", "yy"] {
-        assert_near(reading(&solver, &format!("cell_stress.{entry}")), 0.0, 0.1);
+        assert_near(scalar_output(&solver, &format!("cell_stress.{entry}")), 0.0, 0.1);
     }
 }
 
@@ -296,7 +292,7 @@ fn a_cell_in_space_follows_a_stress_that_goes_to_and_fro() {
     while solver.time() < 16.0 {
         let next = solver.time() + 0.1;
         to(&mut solver, next);
-        let stress = reading(&solver, "cell_stress.zz");
+        let stress = scalar_output(&solver, "cell_stress.zz");
         extremes = (extremes.0.min(stress), extremes.1.max(stress));
     }
     assert_near(extremes.0, -90.0, 3.0);

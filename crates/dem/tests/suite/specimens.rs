@@ -1,11 +1,10 @@
 //! Bodies filled in layers and by dropping, and the reports on them (sheet: dem §3.8).
 
+use colluvium_testkit::{Scene, assert_near, linear, read_case};
 use colluvium_case::{Case, Method, RunOptions, Solver, run_method};
 use colluvium_dem::{Dem, Specimen, disks};
-use colluvium_testkit::assert_near;
 use serde_json::{Value, json};
 
-use crate::common::{Scene, linear};
 
 /// Box of 1 m by 0.6 m with this fill of grains of 18 to 30 mm.
 fn filled(fill: &Value) -> Value {
@@ -22,7 +21,7 @@ fn filled(fill: &Value) -> Value {
 }
 
 fn case(value: &Value) -> Case {
-    Case::from_json(&value.to_string()).unwrap()
+    read_case(&value)
 }
 
 fn only(value: &Value) -> Specimen {

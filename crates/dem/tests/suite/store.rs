@@ -1,5 +1,7 @@
 //! Specimen files: a case that begins with one continues where another stopped.
 
+use colluvium_testkit::scalar_output;
+use colluvium_testkit::{begun, read_case};
 use std::path::{Path, PathBuf};
 
 use colluvium_case::{Case, Method, Snapshot, Solver};
@@ -7,7 +9,6 @@ use colluvium_dem::{Contact, Dem, DemSolver, disks, spheres};
 use colluvium_testkit::solver_runs as cases;
 use serde_json::{Value, json};
 
-use crate::common::begun;
 use crate::same::heap;
 
 /// Periodic box of disks under stress control and at a shear rate.
@@ -30,7 +31,7 @@ fn from(value: &Value, file: &Path) -> Value {
 }
 
 fn read(value: &Value) -> Case {
-    Case::from_json(&value.to_string()).unwrap()
+    read_case(&value)
 }
 
 fn kept(folder: &tempfile::TempDir, text: &str) -> PathBuf {
@@ -72,10 +73,6 @@ fn same_grains(a: &dyn Solver, b: &dyn Solver, slack: f64) {
     }
 }
 
-fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
-}
-
 /// Runs a case, writes its specimen after `first` steps, and continues from it and without it.
 fn goes_on<const D: usize, const R: usize>(
     value: &Value,
@@ -100,7 +97,7 @@ fn goes_on<const D: usize, const R: usize>(
     let of_cell = ["cell_stress.xx", "cell_stress.xy", "cell_stress.yy", "cell.x"];
     let always = ["coordination", "sliding_contacts"];
     for name in always.into_iter().chain(of_cell.into_iter().filter(|_| periodic)) {
-        let (own, other) = (reading(&whole, name), reading(&again, name));
+        let (own, other) = (scalar_output(&whole, name), scalar_output(&again, name));
         assert!((own - other).abs() <= 1e-10 * own.abs() && own.is_finite(), "{name}: {own}, {other}");
     }
     if !periodic {
@@ -113,7 +110,7 @@ fn goes_on<const D: usize, const R: usize>(
     // Round-off grows where grains collide. In a cell that deforms by a share `L Δt` in a step, an image moves like its grain only up to
     // the square of that share, so that the time matters at which grains are wrapped into the cell.
     same_forces(&whole, &again, if periodic { 1e-3 } else { 1e-8 });
-    assert!(reading(&again, "energy_error").abs() < 0.01, "{}", reading(&again, "energy_error"));
+    assert!(scalar_output(&again, "energy_error").abs() < 0.01, "{}", scalar_output(&again, "energy_error"));
 }
 
 #[test]

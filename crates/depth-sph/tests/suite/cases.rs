@@ -1,8 +1,8 @@
 //! Depth-integrated SPH through case files: rejected input, threads, restarts, mass balance.
 
+use colluvium_testkit::{advance_steps, read_case, start_solver};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
-use colluvium_testkit::solver_runs::{advance_steps, start_solver};
 use serde_json::{Value, json};
 
 /// Column of sand behind a wall, 2 m long and 1 m high, on a rough floor.
@@ -44,7 +44,7 @@ fn fix(mut value: Value) -> Value {
 }
 
 fn build(value: &Value) -> Box<dyn Solver> {
-    start_solver(&DepthSph, &Case::from_json(&value.to_string()).unwrap())
+    start_solver(&DepthSph, &read_case(&value))
 }
 
 fn refused(value: &Value) -> String {
@@ -245,7 +245,7 @@ fn what_it_cannot_honour_is_refused_by_path() {
         let mut value = column();
         value["methods"]["depth-sph"]["basal"] =
             json!({ "model": "voellmy", "friction_angle": 22, "turbulence": turbulence });
-        match DepthSph.plan(&Case::from_json(&value.to_string()).unwrap()) {
+        match DepthSph.plan(&read_case(&value)) {
             Ok(_) => assert!(problem.is_empty(), "{turbulence}"),
             Err(error) => assert!(!problem.is_empty() && error.to_string().contains(problem), "{error}"),
         }
@@ -260,7 +260,7 @@ fn a_stage_that_balances_stress_is_passed_over_with_a_warning() {
         { "name": "rest", "duration": 1, "equilibrium": {} },
         { "name": "release", "duration": 1 }
     ]);
-    let case = Case::from_json(&value.to_string()).unwrap();
+    let case = read_case(&value);
     let plan = DepthSph.plan(&case).unwrap();
     assert!(plan.warnings.iter().any(|warning| warning.starts_with("stages[0]: ")), "{:?}", plan.warnings);
     let mut solver = build(&value);
@@ -416,7 +416,7 @@ fn what_has_no_effect_is_named() {
     );
     dry["methods"]["depth-sph"] =
         json!({ "spacing": 0.1, "basal": { "model": "coulomb", "friction_angle": 51 } });
-    let warnings = DepthSph.plan(&Case::from_json(&dry.to_string()).unwrap()).unwrap().warnings;
+    let warnings = DepthSph.plan(&read_case(&dry)).unwrap().warnings;
     assert!(
         warnings.iter().any(|warning| warning.contains("basal.friction_angle: 51 degrees")),
         "{warnings:?}"
@@ -426,7 +426,7 @@ fn what_has_no_effect_is_named() {
         { "name": "ground", "wall": { "kind": "rough" }, "shape": { "kind": "plane", "point": [0, 0, 0], "normal": [0, 0, 1] } },
         { "name": "house", "wall": { "kind": "rough" }, "shape": { "kind": "box", "min": [-9, 1, 0], "max": [-8, 2, 1] } }
     ]);
-    let warnings = DepthSph.plan(&Case::from_json(&dry.to_string()).unwrap()).unwrap().warnings;
+    let warnings = DepthSph.plan(&read_case(&dry)).unwrap().warnings;
     assert!(
         warnings.iter().any(|warning| warning.starts_with(
             "obstacles[1].shape: lies outside the domain and has no effect: it reaches from -9 to -8 m"

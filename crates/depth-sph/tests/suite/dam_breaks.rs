@@ -1,5 +1,6 @@
 //! Dam breaks against their closed forms, in few nodes.
 
+use colluvium_testkit::run;
 use colluvium_constitutive::basal::BasalSpec;
 use colluvium_depth_sph::analytical_solutions::{Stoker, ritter};
 use colluvium_depth_sph::bed::Bed;
@@ -9,7 +10,6 @@ use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
 use colluvium_depth_sph::laws::interphase_drag::{InterphaseDrag, MixtureDensities};
 use colluvium_depth_sph::points::phase_nodes::NewNode;
 
-use crate::common::run;
 
 /// Nodes of depth `depth` every `spacing` from `from` to `to`.
 fn layer(from: f64, to: f64, spacing: f64, depth: f64) -> Vec<NewNode<1>> {

@@ -1,5 +1,6 @@
 //! Gauges and discharge lines of depth-integrated SPH.
 
+use colluvium_testkit::read_case;
 use colluvium_case::{Case, Method, RunOptions, run};
 use colluvium_depth_sph::DepthSph;
 use serde_json::{Value, json};
@@ -28,7 +29,7 @@ fn block() -> Value {
 }
 
 fn case(value: &Value) -> Case {
-    Case::from_json(&value.to_string()).unwrap()
+    read_case(&value)
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Nodes from the points of another method (sheet: depth-sph §3.2, 4).
 
+use colluvium_testkit::read_case;
 use colluvium_case::{Case, CaseError, Method, PointList, Snapshot};
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::point_stacks;
@@ -233,7 +234,7 @@ fn what_has_not_flowed_in_is_not_handed_over() {
         "methods": { "depth-sph": { "spacing": 0.25, "inflows": [
             { "from": [4, 0], "to": [4, 4], "discharge": [[0, 4], [4, 4]], "froude": 2 } ] } }
     });
-    let case = Case::from_json(&value.to_string()).unwrap();
+    let case = read_case(&value);
     let mut solver = DepthSph.build(&case).unwrap();
     solver.begin_stage(0, 0.0).unwrap();
     for _ in 0..40 {

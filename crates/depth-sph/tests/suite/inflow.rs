@@ -1,6 +1,7 @@
 //! Inflow of depth-integrated SPH across a line, by a hydrograph.
 
-use crate::common::{build, hash_after, refused, until};
+use colluvium_testkit::scalar_output;
+use colluvium_testkit::{build, hash_after, refused, until};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
 use serde_json::{Value, json};
@@ -26,17 +27,13 @@ pub fn channel() -> Value {
     })
 }
 
-pub fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.scalar_outputs().iter().find(|(reading, ..)| reading == name).unwrap().2
-}
-
 /// Behind the front a stream above its celerity keeps the depth and speed at which it enters.
 #[test]
 fn a_stream_keeps_the_depth_and_speed_that_it_enters_with() {
     let mut solver = build(&channel());
     let (depth, speed) = ((1.0 / (2.0 * GRAVITY.sqrt())).powf(2.0 / 3.0), 1.0);
     let speed = speed / depth;
-    let pond = reading(solver.as_ref(), "flow_volume");
+    let pond = scalar_output(solver.as_ref(), "flow_volume");
     until(solver.as_mut(), 3.0);
     // The tail of the front's fan moves with the speed less the celerity, half of it here.
     let (found, velocity) = solver.gauge(&[5.5, 2.0]).unwrap();
@@ -49,9 +46,9 @@ fn a_stream_keeps_the_depth_and_speed_that_it_enters_with() {
     let row = 16.0 / (16.0 / (depth * 4.0 * 0.25)).round();
     for time in [3.0, 6.0] {
         until(solver.as_mut(), time);
-        let (entered, exact) = (reading(solver.as_ref(), "volume_entered"), 4.0 * time.min(4.0));
+        let (entered, exact) = (scalar_output(solver.as_ref(), "volume_entered"), 4.0 * time.min(4.0));
         assert!((entered - exact).abs() <= 0.5 * row + 1e-9, "{entered} m³ of {exact} m³");
-        let flow = reading(solver.as_ref(), "flow_volume");
+        let flow = scalar_output(solver.as_ref(), "flow_volume");
         assert!((flow - pond - entered).abs() < 1e-9 * flow, "{flow} {pond} {entered}");
     }
 }
@@ -65,9 +62,9 @@ fn the_account_of_energy_closes_while_a_stream_enters() {
         let mut solver = build(&value);
         until(solver.as_mut(), 3.0);
         let (depth, entered) =
-            ((1.0 / (2.0 * GRAVITY.sqrt())).powf(2.0 / 3.0), reading(solver.as_ref(), "volume_entered"));
+            ((1.0 / (2.0 * GRAVITY.sqrt())).powf(2.0 / 3.0), scalar_output(solver.as_ref(), "volume_entered"));
         let brought = 1000.0 * entered * (0.5 / depth.powi(2) + 0.5 * GRAVITY * depth);
-        let error = reading(solver.as_ref(), "energy_error");
+        let error = scalar_output(solver.as_ref(), "energy_error");
         assert!(error.abs() < 0.01 * brought, "slope {slope}: {error} J of {brought} J");
     }
 }
@@ -86,7 +83,7 @@ fn a_restart_before_the_first_step_tells_all_of_a_stream() {
     let bits = |solver: &dyn Solver| -> Vec<(String, u64)> {
         solver.scalar_outputs().into_iter().map(|(name, _, value)| (name, value.to_bits())).collect()
     };
-    assert_eq!(reading(other.as_ref(), "energy_entered"), reading(solver.as_ref(), "energy_entered"));
+    assert_eq!(scalar_output(other.as_ref(), "energy_entered"), scalar_output(solver.as_ref(), "energy_entered"));
     for time in [1.5, 2.0] {
         until(solver.as_mut(), time);
         until(other.as_mut(), time);
@@ -180,9 +177,9 @@ fn an_inflow_into_still_water_sends_a_bore_ahead() {
     });
     let mut solver = build(&value);
     until(solver.as_mut(), 6.0);
-    let entered = reading(solver.as_ref(), "volume_entered");
+    let entered = scalar_output(solver.as_ref(), "volume_entered");
     assert!((entered - 3.0).abs() < 0.06, "0.5 m²/s for 6 s, to a node: {entered}");
-    let flow = reading(solver.as_ref(), "flow_volume");
+    let flow = scalar_output(solver.as_ref(), "flow_volume");
     assert!((flow - 40.0 - entered).abs() < 1e-9, "{flow} {entered}");
     let snapshot = solver.snapshot();
     let depth = snapshot.scalars("depth").unwrap();
@@ -244,12 +241,12 @@ pub fn bore(solver: &dyn Solver, low: f64, high: f64) -> [f64; 3] {
 #[test]
 fn an_inflow_across_a_line_into_still_water_sends_the_bore_of_the_profile() {
     let mut solver = build(&still_plan());
-    let pond = reading(solver.as_ref(), "flow_volume");
+    let pond = scalar_output(solver.as_ref(), "flow_volume");
     assert!((pond - 30.0).abs() < 1e-9, "{pond}");
     until(solver.as_mut(), 2.4);
-    let entered = reading(solver.as_ref(), "volume_entered");
+    let entered = scalar_output(solver.as_ref(), "volume_entered");
     assert!((entered - 1.8).abs() <= 0.5 * 1.5 * 0.1 + 1e-9, "0.75 m³/s for 2.4 s, to half a row: {entered}");
-    let flow = reading(solver.as_ref(), "flow_volume");
+    let flow = scalar_output(solver.as_ref(), "flow_volume");
     assert!((flow - pond - entered).abs() < 1e-9, "{flow} {entered}");
     let [depth, speed, front] = bore(solver.as_ref(), 4.5, 10.0);
     assert!((depth / 1.144_364 - 1.0).abs() < 0.02, "{depth}");
@@ -270,7 +267,7 @@ fn an_inflow_across_a_line_into_still_water_sends_the_bore_of_the_profile() {
     assert!((speed / other - 1.0).abs() < 0.02, "{speed} m/s, and {other} m/s of the profile");
     // After the end of the inflow the line is a wall: the invariant that arrives has still water behind it.
     until(solver.as_mut(), 4.5);
-    let entered = reading(solver.as_ref(), "volume_entered");
+    let entered = scalar_output(solver.as_ref(), "volume_entered");
     assert!((entered - 1.875).abs() <= 0.5 * 1.5 * 0.1 + 1e-9, "{entered}");
     let [depth, speed, _] = bore(solver.as_ref(), 4.5, 8.0);
     assert!((depth - 1.0).abs() < 0.02 && speed.abs() < 0.02, "{depth} m, {speed} m/s");
@@ -326,7 +323,7 @@ fn an_inflow_onto_a_dry_profile_has_its_froude_number() {
         assert!((found[i] / depth - 1.0).abs() < 0.03, "{} for {depth}", found[i]);
         assert!((velocity[i][0] * depth - 1.0).abs() < 0.03, "{} for {}", velocity[i][0], 1.0 / depth);
     }
-    let entered = reading(solver.as_ref(), "volume_entered");
+    let entered = scalar_output(solver.as_ref(), "volume_entered");
     assert!((entered - 4.0).abs() < 0.1, "{entered}");
 }
 
@@ -344,14 +341,14 @@ fn a_hydrograph_through_an_end_brings_its_integral() {
             for value in [dry, wet] {
                 let mut solver = build(&value);
                 until(solver.as_mut(), 4.5);
-                let entered = reading(solver.as_ref(), "volume_entered");
+                let entered = scalar_output(solver.as_ref(), "volume_entered");
                 assert!(
                     (entered / exact - 1.0).abs() < 1e-6,
                     "spacing {spacing}: {entered} of {exact} {}",
                     value["methods"]
                 );
                 let phases = value["methods"]["depth-sph"]["phases"] == "two";
-                let fluid = if phases { reading(solver.as_ref(), "fluid_entered") / entered } else { 0.4 };
+                let fluid = if phases { scalar_output(solver.as_ref(), "fluid_entered") / entered } else { 0.4 };
                 assert!((fluid - 0.4).abs() < 1e-6, "spacing {spacing}: a share of {fluid}");
             }
         }
@@ -393,11 +390,11 @@ fn two_phases_flow_in_across_a_line_with_their_shares() {
     let row = 16.0 / (16.0 / (depth * 4.0 * 0.25)).round();
     for time in [3.0, 5.0] {
         until(solver.as_mut(), time);
-        let (entered, exact) = (reading(solver.as_ref(), "volume_entered"), 4.0 * time.min(4.0));
+        let (entered, exact) = (scalar_output(solver.as_ref(), "volume_entered"), 4.0 * time.min(4.0));
         assert!((entered - exact).abs() <= 0.5 * row + 1e-9, "{entered} m³ of {exact} m³");
-        assert!((reading(solver.as_ref(), "fluid_entered") / entered - 0.6).abs() < 1e-12);
+        assert!((scalar_output(solver.as_ref(), "fluid_entered") / entered - 0.6).abs() < 1e-12);
         let all = volumes(solver.as_ref(), f64::NEG_INFINITY);
-        let waiting = all[0] + all[1] - reading(solver.as_ref(), "flow_volume");
+        let waiting = all[0] + all[1] - scalar_output(solver.as_ref(), "flow_volume");
         for (phase, share) in [0.4, 0.6].into_iter().enumerate() {
             let added = all[phase] - pond[phase];
             let exact = share * (entered + waiting);
@@ -429,9 +426,9 @@ fn two_phases_flow_into_a_wet_channel_with_their_shares() {
     for porosity in [0.4, 0.6] {
         let mut solver = build(&wet(porosity));
         until(solver.as_mut(), 4.0);
-        let entered = reading(solver.as_ref(), "volume_entered");
+        let entered = scalar_output(solver.as_ref(), "volume_entered");
         assert!((entered - 2.0).abs() < 0.12, "0.5 m²/s for 4 s, to a node of each phase: {entered}");
-        let fluid = reading(solver.as_ref(), "fluid_entered");
+        let fluid = scalar_output(solver.as_ref(), "fluid_entered");
         assert!((fluid - porosity * entered).abs() < 0.06, "{fluid} of {entered} m²");
         let inside = volumes(solver.as_ref(), 0.0);
         for (found, exact) in inside.iter().zip([18.0 + entered - fluid, 12.0 + fluid]) {

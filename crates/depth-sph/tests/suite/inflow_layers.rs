@@ -1,9 +1,9 @@
 //! Inflow of depth-integrated SPH into two layers.
 
+use colluvium_testkit::{build, hash_after, refused, until};
 use colluvium_case::Solver;
 use serde_json::{Value, json};
 
-use crate::common::{build, hash_after, refused, until};
 use crate::inflow::{self, channel, integrators, reading};
 
 const GRAVITY: f64 = 9.81;

@@ -1,5 +1,6 @@
 //! Inflow of depth-integrated SPH across lines in plan: with columns of pore pressure, and over a bed that varies along the line.
 
+use colluvium_testkit::{build, grid, hash_after, until};
 use std::path::Path;
 
 use colluvium_case::{Case, Method};
@@ -11,7 +12,6 @@ use colluvium_depth_sph::inflow::{Inflow, InflowState};
 use colluvium_depth_sph::points::phase_nodes::NewNode;
 use serde_json::{Value, json};
 
-use crate::common::{build, grid, hash_after, until};
 use crate::inflow::{bore, channel, integrators, mixture, reading, still_plan};
 
 const GRAVITY: f64 = 9.81;

@@ -1,5 +1,6 @@
 //! Waves that leave through an open end (sheet: depth-sph §5.5, V27).
 
+use colluvium_testkit::{hash_after, read_case, refused, run};
 use colluvium_case::{Case, Method};
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::bed::Bed;
@@ -11,7 +12,6 @@ use colluvium_depth_sph::laws::pore_pressure_column::{LowerBound, PressureProfil
 use colluvium_depth_sph::points::phase_nodes::NewNode;
 use serde_json::{Value, json};
 
-use crate::common::{hash_after, refused, run};
 
 const SPACING: f64 = 0.05;
 
@@ -124,7 +124,7 @@ fn volumes(case: &Case, stop: Option<usize>) -> (Vec<f64>, u64) {
 #[test]
 fn a_case_has_an_absorbing_side_and_keeps_its_balance() {
     let side = json!({ "side": "x-max", "wall": { "kind": "absorbing" } });
-    let case = Case::from_json(&pond(&side).to_string()).unwrap();
+    let case = read_case(&pond(&side));
     let (found, hash) = volumes(&case, None);
     assert!((found[0] + found[1] - 10.1).abs() < 1e-9, "{found:?}");
     assert!((found[1] - 0.05).abs() < 0.02, "half of the hump has left, to a node: {found:?}");
@@ -303,7 +303,7 @@ fn open_ends_of_two_sets_go_on_to_the_last_bit() {
             .clone(),
     );
     for value in [pressed, layered] {
-        let case = Case::from_json(&value.to_string()).unwrap();
+        let case = read_case(&value);
         let before = DepthSph.plan(&case).unwrap().volumes.iter().sum::<f64>();
         let (found, _) = volumes(&case, None);
         let inside = if value["methods"]["depth-sph"]["phases"] == "layers" { 10.0 } else { 10.1 };

@@ -1,9 +1,10 @@
 //! Waves that leave through open sides in plan (sheet: depth-sph §3.9, row 10).
 
+use colluvium_testkit::scalar_output;
+use colluvium_testkit::{advance_steps, build, hash_after, read_case, refused, run, until};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use crate::common::{build, hash_after, refused, run, until};
 use colluvium_case::{Case, FieldData, Method, Solver};
 use colluvium_constitutive::basal::BasalSpec;
 use colluvium_depth_sph::DepthSph;
@@ -11,7 +12,6 @@ use colluvium_depth_sph::bed::{Bed, BedPoint};
 use colluvium_depth_sph::config::settings::{BedZone, FlowSettings};
 use colluvium_depth_sph::flow::{Flow, Opening, PlanBoundaries};
 use colluvium_depth_sph::points::phase_nodes::NewNode;
-use colluvium_testkit::solver_runs::advance_steps;
 use serde_json::{Value, json};
 
 const SPACING: f64 = 0.1;
@@ -149,10 +149,6 @@ fn layered() -> Value {
     value
 }
 
-fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.scalar_outputs().iter().find(|(own, ..)| own == name).unwrap().2
-}
-
 #[test]
 fn a_lake_with_open_sides_comes_to_rest_and_keeps_its_balance() {
     let volume = 36.0 + 1.44 * 0.05;
@@ -161,7 +157,7 @@ fn a_lake_with_open_sides_comes_to_rest_and_keeps_its_balance() {
     {
         let mut solver = build(&lake);
         until(solver.as_mut(), 4.0);
-        let [flow, left] = ["flow_volume", "volume_left"].map(|name| reading(solver.as_ref(), name));
+        let [flow, left] = ["flow_volume", "volume_left"].map(|name| scalar_output(solver.as_ref(), name));
         assert!((flow + left - volume).abs() < 1e-9, "{name}: {flow} + {left} for {volume}");
         let mut walled = lake.clone();
         for side in &mut walled["boundaries"].as_array_mut().unwrap()[1..] {
@@ -186,7 +182,7 @@ fn columns_beyond_open_sides_are_those_of_the_lake() {
     advance_steps(solver.as_mut(), 80);
     let snapshot = solver.snapshot();
     let [ratio, depth] = ["liquefaction", "depth"].map(|name| snapshot.scalars(name).unwrap());
-    let middle = reading(solver.as_ref(), "mean_liquefaction");
+    let middle = scalar_output(solver.as_ref(), "mean_liquefaction");
     assert!(middle < 0.49, "{middle}");
     let mut beyond = 0;
     for ((x, ratio), depth) in snapshot.positions.iter().zip(ratio).zip(depth) {
@@ -320,7 +316,7 @@ fn layers_go_on_after_a_restart_to_the_last_bit_on_any_threads_and_keep_the_bala
 fn masses_of_a_plan_are_those_of_the_bodies_and_not_of_the_layer_beyond_the_sides() {
     let mut value = lake();
     value["methods"]["depth-sph"]["absorbing_layer"] = json!(2);
-    let case = Case::from_json(&value.to_string()).unwrap();
+    let case = read_case(&value);
     let plan = DepthSph.plan(&case).unwrap();
     for (volume, right) in plan.volumes.iter().zip([36.0, 1.2 * 1.2 * 0.05]) {
         assert!((volume / right - 1.0).abs() < 1e-9, "{volume} for {right}");
@@ -342,7 +338,7 @@ fn layers_that_cannot_be_are_refused_and_short_ones_told_of() {
     assert!(refused(&walled).ends_with("no side is absorbing: leave this out"), "{}", refused(&walled));
     let mut short = lake();
     short["methods"]["depth-sph"]["absorbing_layer"] = json!(1.9);
-    let case = Case::from_json(&short.to_string()).unwrap();
+    let case = read_case(&short);
     let warnings = DepthSph.plan(&case).unwrap().warnings;
     assert!(warnings.iter().any(|warning| warning.contains("1.9 m are fewer than 10 nodes")), "{warnings:?}");
 }

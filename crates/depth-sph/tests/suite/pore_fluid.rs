@@ -1,11 +1,10 @@
 //! Bodies with a pore fluid: data of grains and fluid in the case have the effect of those in the options of the method.
 
+use colluvium_testkit::{advance_steps, build, until};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
-use colluvium_testkit::solver_runs::advance_steps;
 use serde_json::{Value, json};
 
-use crate::common::{build, until};
 
 const GRAVITY: f64 = 9.81;
 

@@ -1,10 +1,11 @@
 //! Erodible bed: lowered by erosion, down to the erodible depth (sheet: depth-sph §2.8, §5.2: eroded bed volume).
 
+use colluvium_testkit::scalar_output;
+use colluvium_testkit::{advance_steps, start_solver};
 use std::path::Path;
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
-use colluvium_testkit::solver_runs::{advance_steps, start_solver};
 use serde_json::{Value, json};
 
 use crate::common;
@@ -49,14 +50,9 @@ fn start(case: &Case) -> Box<dyn Solver> {
     start_solver(&DepthSph, case)
 }
 
-/// Scalar reading of a solver.
-fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.scalar_outputs().into_iter().find(|(own, _, _)| own == name).unwrap().2
-}
-
 /// Growth of the flow and of its outflow (m³), loss in the raster of the bed's change, and the least change (m).
 fn account(solver: &dyn Solver, before: f64) -> [f64; 3] {
-    let growth = reading(solver, "flow_volume") + reading(solver, "volume_left") - before;
+    let growth = scalar_output(solver, "flow_volume") + scalar_output(solver, "volume_left") - before;
     let rasters = solver.rasters();
     let change = &rasters.iter().find(|raster| raster.name == "bed_change").unwrap().raster;
     // Nodes at the rim represent half a cell.
@@ -66,7 +62,7 @@ fn account(solver: &dyn Solver, before: f64) -> [f64; 3] {
     let cells = change.values.iter().enumerate().filter(|(_, z)| z.is_finite());
     let lost: f64 = cells.map(|(k, z)| -z * area(k)).sum();
     let least = change.values.iter().copied().fold(0.0, f64::min);
-    assert!((reading(solver, "deepest_erosion") + least).abs() < 1e-12);
+    assert!((scalar_output(solver, "deepest_erosion") + least).abs() < 1e-12);
     [growth, lost, least]
 }
 
@@ -82,7 +78,7 @@ fn what_the_flow_takes_up_is_what_the_bed_has_lost() {
         json!({ "lower_bed": true, "erodible_depth": 0.1, "phases": "two", "mixture": two }),
     ] {
         let mut solver = start(&heap(folder.path(), &more));
-        let before = reading(solver.as_ref(), "flow_volume");
+        let before = scalar_output(solver.as_ref(), "flow_volume");
         advance_steps(solver.as_mut(), 60);
         let [growth, lost, least] = account(solver.as_ref(), before);
         assert!(growth > 1.0, "{growth} m³ of {before} m³: {more}");
@@ -147,7 +143,7 @@ fn a_raster_says_how_deep_each_place_can_be_eroded() {
     std::fs::write(folder.path().join("depths.asc"), &text).unwrap();
     let more = json!({ "lower_bed": true, "erodible_depth_raster": "depths.asc" });
     let mut solver = start(&heap(folder.path(), &more));
-    let before = reading(solver.as_ref(), "flow_volume");
+    let before = scalar_output(solver.as_ref(), "flow_volume");
     advance_steps(solver.as_mut(), 60);
     let [growth, lost, least] = account(solver.as_ref(), before);
     assert!((growth - lost).abs() < 1e-9 * before, "flow and bed: {growth} {lost}");

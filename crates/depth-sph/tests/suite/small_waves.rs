@@ -1,5 +1,6 @@
 //! Linear waves of small amplitude: of two phases, of two layers, over a slide on the bed (sheet: depth-sph §5.5).
 
+use colluvium_testkit::run;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -10,7 +11,6 @@ use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
 use colluvium_depth_sph::laws::interphase_drag::MixtureDensities;
 use colluvium_depth_sph::points::phase_nodes::NewNode;
 
-use crate::common::run;
 
 const GRAVITY: f64 = 9.81;
 const SPACING: f64 = 0.05;

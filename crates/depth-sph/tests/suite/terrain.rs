@@ -1,5 +1,6 @@
 //! Depth-integrated SPH over terrain from a case file: a raster as bed.
 
+use colluvium_testkit::read_case;
 use std::path::Path;
 
 use colluvium_case::{Case, Method, Solver};
@@ -408,7 +409,7 @@ fn a_mass_on_a_profile_stops_at_its_travel_angle() {
         "stages": [{ "name": "slide", "duration": 30 }],
         "methods": { "depth-sph": { "spacing": 0.5, "curvature_in_friction": false, "terrain_smoothing": 0 } }
     });
-    let case = Case::from_json(&value.to_string()).unwrap();
+    let case = read_case(&value);
     let solver = run(&case, 30.0);
     let length = solver.snapshot().positions[0][0] - start;
     let exact = drop / 15f64.to_radians().tan();

@@ -1,5 +1,6 @@
 //! Variational pressure forces, derived from an energy (sheet: depth-sph §3.4, row 52).
 
+use colluvium_testkit::{read_case, run};
 use colluvium_case::{Case, Method};
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::analytical_solutions::ritter;
@@ -10,7 +11,6 @@ use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
 use colluvium_depth_sph::points::phase_nodes::NewNode;
 use serde_json::json;
 
-use crate::common::run;
 
 fn settings<const D: usize>(momentum: PressureForceForm, viscosity: f64) -> FlowSettings<D> {
     let mut settings = FlowSettings::plain(1000.0);
@@ -143,7 +143,7 @@ fn what_it_is_not_for_is_refused_by_path() {
         "methods": { "depth-sph": { "spacing": 0.1, "momentum": "variational" } }
     });
     let plan =
-        |case: &serde_json::Value| DepthSph.plan(&Case::from_json(&case.to_string()).unwrap()).map(|_| ());
+        |case: &serde_json::Value| DepthSph.plan(&read_case(&case)).map(|_| ());
     plan(&case).unwrap();
     let mut other = case;
     other["methods"]["depth-sph"]["continuity"] = json!("rate-volume");

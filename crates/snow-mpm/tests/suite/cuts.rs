@@ -1,12 +1,10 @@
 //! Cuts of a case.
 
+use colluvium_testkit::{advance_steps, advance_to, assert_near, begun, block, read_case, reading, refused, take_steps};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_snow_mpm::SnowMpm;
-use colluvium_testkit::assert_near;
-use colluvium_testkit::solver_runs::{advance_steps, advance_to, take_steps};
 use serde_json::{Value, json};
 
-use crate::common::{begun, block, reading, refused};
 
 /// The block, 0.6 m by 0.4 m of 400 kg/m³, that moves to the right with 1 m/s, with a saw through its lower quarter.
 fn sawn() -> Value {
@@ -18,7 +16,7 @@ fn sawn() -> Value {
 
 #[test]
 fn a_saw_takes_the_points_in_its_way_and_books_them() {
-    let case = Case::from_json(&sawn().to_string()).unwrap();
+    let case = read_case(&sawn());
     assert_eq!(SnowMpm.plan(&case).unwrap().warnings, Vec::<String>::new());
     let mut solver = begun(&sawn());
     let start = solver.totals();
@@ -49,7 +47,7 @@ fn a_cut_of_a_stage_begins_with_it_and_takes_its_bodies_only() {
         (json!("other"), json!([1.3, 0.8]), json!([1.4, 1.2]));
     value["bodies"].as_array_mut().unwrap().push(other);
     value["removal_shapes"][0]["bodies"] = json!(["other"]);
-    let case = Case::from_json(&value.to_string()).unwrap();
+    let case = read_case(&value);
     let mut solver = begun(&value);
     advance_to(&mut *solver, 0.02);
     assert_near(reading(&*solver, "saw.mass"), 0.0, 0.0);
@@ -64,7 +62,7 @@ fn a_cut_of_a_stage_begins_with_it_and_takes_its_bodies_only() {
 
 #[test]
 fn a_restored_solver_goes_on_cutting_bit_for_bit() {
-    let case = Case::from_json(&sawn().to_string()).unwrap();
+    let case = read_case(&sawn());
     let mut first = begun(&sawn());
     advance_to(&mut *first, 0.06);
     assert!(reading(&*first, "saw.mass") > 0.0);
@@ -115,7 +113,7 @@ fn doubtful_cuts_are_warned_of() {
     let change = |key: &str, to: Value| {
         let mut case = sawn();
         case["removal_shapes"][0][key] = to;
-        SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).unwrap().warnings
+        SnowMpm.plan(&read_case(&case)).unwrap().warnings
     };
     let thin = change("shape", json!({ "kind": "box", "min": [1.5, 0], "max": [1.6, 0.9] }));
     assert!(
@@ -135,7 +133,7 @@ fn a_layer_with_a_slanted_end_is_not_cut_there_before_the_saw_has_come() {
     value["bodies"][0]["shape"] = json!({ "kind": "polygon", "vertices": vertices });
     value["measures"] = json!({ "crack": { "kind": "crack-tip", "body": "block", "field": "density", "threshold": 1e9,
         "direction": [-1, 0], "from": [1.6, 0], "bin": 0.1 } });
-    let case = Case::from_json(&value.to_string()).unwrap();
+    let case = read_case(&value);
     let mut solver = begun(&value);
     let tip = |solver: &dyn Solver| {
         colluvium_case::measure::read(&case, &solver.snapshot(), None, &solver.removal_shape_travel())[0].2

@@ -1,10 +1,10 @@
 //! Refusals and warnings (sheet: snow-mpm §7).
 
+use colluvium_testkit::{ball, begun, block, read_case, refused};
 use colluvium_case::{Case, Method};
 use colluvium_snow_mpm::SnowMpm;
 use serde_json::{Value, json};
 
-use crate::common::{ball, begun, block, refused};
 
 #[test]
 fn options_out_of_range_are_refused_by_name() {
@@ -62,7 +62,7 @@ fn what_the_method_does_not_have_is_refused_with_a_cure() {
 fn invariants_of_the_plane_are_refused_in_space() {
     let mut case = ball(&json!({}));
     case["materials"]["snow"]["invariants"] = json!("plane");
-    assert!(SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).is_ok());
+    assert!(SnowMpm.plan(&read_case(&case)).is_ok());
     case["space"] = json!("3d");
     (case["domain"], case["gravity"]) =
         (json!({ "min": [-1, 0, -1], "max": [1, 0.6, 1] }), json!([0, -9.81, 0]));
@@ -88,18 +88,18 @@ fn warnings_name_what_is_doubtful() {
             "its smallest thickness is 1.60 cells; shape functions extend across it",
         ),
     ] {
-        let case = Case::from_json(&block(&json!({ "kind": "rest" }), &options).to_string()).unwrap();
+        let case = read_case(&block(&json!({ "kind": "rest" }), &options));
         let warnings = SnowMpm.plan(&case).unwrap().warnings;
         assert!(warnings.iter().any(|warning| warning.contains(words)), "{words}: {warnings:?}");
     }
     for (ratio, words) in [(0.46, "0.46 is above 0.45"), (-0.1, "-0.1 is negative")] {
         let mut case = block(&json!({ "kind": "rest" }), &json!({}));
         case["materials"]["m"]["poissons_ratio"] = json!(ratio);
-        let warnings = SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).unwrap().warnings;
+        let warnings = SnowMpm.plan(&read_case(&case)).unwrap().warnings;
         let said = format!("materials.m.poissons_ratio: {words}");
         assert!(warnings.len() == 1 && warnings[0].starts_with(&said), "{warnings:?}");
     }
-    let case = Case::from_json(&ball(&json!({})).to_string()).unwrap();
+    let case = read_case(&ball(&json!({})));
     assert_eq!(SnowMpm.plan(&case).unwrap().warnings, Vec::<String>::new());
 }
 
@@ -126,7 +126,7 @@ fn saw_test(length: f64, layer: f64, speed: f64) -> Value {
 #[test]
 fn a_saw_test_that_measures_something_else_is_refused() {
     let warnings =
-        |case: &Value| SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).unwrap().warnings;
+        |case: &Value| SnowMpm.plan(&read_case(&case)).unwrap().warnings;
     assert_eq!(warnings(&saw_test(2.0, 0.1, 1.0)), Vec::<String>::new());
     let thin = warnings(&saw_test(2.0, 0.05, 1.0));
     assert!(
@@ -180,7 +180,7 @@ fn what_is_no_saw_test_is_warned_of() {
     let warnings = |length, speed| {
         let mut case = saw_test(length, 0.1, speed);
         case["materials"]["weak"]["hardening"] = json!({ "kind": "slab" });
-        SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).unwrap().warnings
+        SnowMpm.plan(&read_case(&case)).unwrap().warnings
     };
     assert_eq!(warnings(2.0, 1.0), Vec::<String>::new());
     for (found, words) in [
@@ -194,20 +194,20 @@ fn what_is_no_saw_test_is_warned_of() {
     }
     let mut at_once = saw_test(2.0, 0.1, 1.0);
     at_once["removal_shapes"][0]["stage"] = json!("settle");
-    let said = SnowMpm.plan(&Case::from_json(&at_once.to_string()).unwrap()).unwrap().warnings;
+    let said = SnowMpm.plan(&read_case(&at_once)).unwrap().warnings;
     assert!(said.len() == 1 && said[0].starts_with("removal_shapes[0]: begins with the run"), "{said:?}");
     let mut all = saw_test(2.0, 0.1, 1.0);
     all["removal_shapes"][0].as_object_mut().unwrap().remove("bodies");
-    let said = SnowMpm.plan(&Case::from_json(&all.to_string()).unwrap()).unwrap().warnings;
+    let said = SnowMpm.plan(&read_case(&all)).unwrap().warnings;
     assert!(said.len() == 1 && said[0].starts_with("removal_shapes[0]: removes all bodies"), "{said:?}");
     // What lies below the layer, or on a small part of it, is no slab.
     let mut case = saw_test(2.0, 0.1, 1.0);
     case["gravity"] = json!([0, 9.81]);
-    assert!(SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).is_ok());
+    assert!(SnowMpm.plan(&read_case(&case)).is_ok());
     case["gravity"] = json!([0, -9.81]);
     let load = json!({ "name": "load", "material": "slab", "shape": { "kind": "box", "min": [0.5, 0.5], "max": [0.7, 0.6] } });
     case["bodies"].as_array_mut().unwrap().push(load);
-    assert!(SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).is_ok());
+    assert!(SnowMpm.plan(&read_case(&case)).is_ok());
 }
 
 /// Warning of a saw test on cells of 50 mm as the saw begins, with a layer of this strength (Pa) under 1079 Pa.
@@ -217,10 +217,10 @@ fn begins(settle: &Value, strength: f64) -> Result<Option<String>, String> {
     value["methods"]["snow-mpm"]["cell_size"] = json!(0.05);
     value["materials"]["weak"]["compressive_strength"] = json!(strength);
     value["stages"] = json!([settle, { "name": "saw", "duration": 0.01 }]);
-    let case = Case::from_json(&value.to_string()).unwrap();
+    let case = read_case(&value);
     let mut solver = begun(&value);
     let duration = settle["duration"].as_f64().unwrap();
-    colluvium_testkit::solver_runs::advance_to(&mut *solver, duration);
+    colluvium_testkit::advance_to(&mut *solver, duration);
     solver.end_stage(&case.stages[0]).unwrap();
     solver.begin_stage(1, duration).unwrap();
     let dt = solver.limit().dt;
@@ -262,7 +262,7 @@ fn layers_along_a_track_are_as_thin_as_they_lie_and_its_friction_is_looked_at() 
             { "shape": { "kind": "box", "min": [1], "max": [2] }, "wall": { "kind": "frictional", "friction_coefficient": 3 } }] }]);
     let layer = |from: f64, to: f64| json!({ "kind": "arc-layer", "on": "track", "start": 0.5, "end": 2.5, "from": from, "to": to });
     (case["bodies"][0]["shape"], case["bodies"][1]["shape"]) = (layer(0.0, 0.075), layer(0.08, 0.4));
-    let warnings = SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).unwrap().warnings;
+    let warnings = SnowMpm.plan(&read_case(&case)).unwrap().warnings;
     for words in [
         "bodies[0].shape: its smallest thickness is 3.00 cells",
         "bodies[0].shape.from: the weak layer lies 0.00 cells above the ground",
@@ -282,7 +282,7 @@ fn lengths_of_measures_that_do_not_go_with_the_cells_are_warned_of() {
         case["measures"] = json!({
             "pieces": { "kind": "fragments", "link": link },
             "crack": { "kind": "crack-tip", "body": "weak", "field": "collapsed", "direction": [-1, 0], "from": [2, 0], "bin": bin } });
-        SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).unwrap().warnings
+        SnowMpm.plan(&read_case(&case)).unwrap().warnings
     };
     assert_eq!(said(0.03, 0.025), Vec::<String>::new());
     let found = said(0.02, 0.01);

@@ -1,12 +1,10 @@
 //! Motions with closed forms, and conservation.
 
+use colluvium_testkit::{advance_steps, advance_to, assert_near, ball, begun, block, read_case, reading, solve, stresses, vectors, velocities};
 use colluvium_case::Case;
 use colluvium_snow_mpm::SnowMpm;
-use colluvium_testkit::assert_near;
-use colluvium_testkit::solver_runs::{advance_steps, advance_to, solve, stresses, vectors};
 use serde_json::{Value, json};
 
-use crate::common::{ball, begun, block, reading, velocities};
 
 fn transfers() -> [Value; 4] {
     [
@@ -204,7 +202,7 @@ fn a_block_slides_down_an_incline_by_coulombs_law() {
             ],
             "methods": { "snow-mpm": { "cell_size": 0.1 } }
         });
-        let report = solve(&SnowMpm, &Case::from_json(&value.to_string()).unwrap());
+        let report = solve(&SnowMpm, &SnowMpm, &read_case(&value));
         let moved = vectors(&report.snapshot, "displacement");
         let mean = moved.iter().map(|u| u[0]).sum::<f64>() / moved.len() as f64;
         (mean, 0.5 * 9.81 * (sine - friction * cosine) * 0.25)

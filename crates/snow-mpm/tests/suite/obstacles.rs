@@ -1,11 +1,10 @@
 //! Obstacles on the nodes (sheet: snow-mpm §3.7).
 
+use colluvium_testkit::{advance_to, read_case, reading, refused, start_solver, velocities};
 use colluvium_case::Solver;
 use colluvium_snow_mpm::SnowMpm;
-use colluvium_testkit::solver_runs::{advance_to, case_with, start_solver};
 use serde_json::{Value, json};
 
-use crate::common::{reading, refused, velocities};
 
 /// Down the plane, which falls by 30 degrees.
 const DOWN: [f64; 2] = [0.866_025_403_784_438_6, -0.5];
@@ -34,7 +33,7 @@ fn block_on_plane(wall: &Value) -> Value {
 /// After settling: mean acceleration down the plane (m/s²), way down it (m), and work of walls and that of friction over that of
 /// gravity.
 fn slid(wall: &Value) -> [f64; 4] {
-    let case = case_with(block_on_plane(wall), &json!({}));
+    let case = read_case(&block_on_plane(wall));
     let mut solver = start_solver(&SnowMpm, &case);
     let works = |solver: &dyn Solver| {
         ["work_of_walls", "obstacles.friction", "work_of_gravity"].map(|name| reading(solver, name))
@@ -111,7 +110,7 @@ fn what_an_obstacle_on_its_way_gives_is_told_as_its_reaction() {
         json!({ "kind": "smooth" }),
         json!({ "kind": "frictional", "friction_coefficient": 0.4 }),
     ] {
-        let case = case_with(rammed(&wall), &json!({}));
+        let case = read_case(&rammed(&wall));
         let mut solver = start_solver(&SnowMpm, &case);
         advance_to(&mut *solver, 0.08);
         let given = solver.totals().momentum;
@@ -142,7 +141,7 @@ fn spin_kept(bowl: &Value) -> f64 {
         json!({ "kind": "ball", "centre": [2, 1.5], "radius": 0.5, "hollow": true });
     case["obstacles"][0]["motion"] = bowl.clone();
     case["stages"] = json!([{ "name": "turn", "duration": 0.1 }]);
-    let case = case_with(case, &json!({}));
+    let case = read_case(&case);
     let mut solver = start_solver(&SnowMpm, &case);
     let before = solver.totals();
     assert!(before.momentum[0].abs() < 1e-9);
@@ -168,7 +167,7 @@ fn a_settled_block_presses_by_its_weight() {
         { "name": "settle", "duration": 0.5, "gravity_ramp": 0.3, "damping": 0.5 },
         { "name": "rest", "duration": 0.5 }
     ]);
-    let case = case_with(case, &json!({}));
+    let case = read_case(&case);
     let mut solver = start_solver(&SnowMpm, &case);
     let state = |solver: &dyn Solver| {
         [solver.reaction("plane").unwrap().impulse[1], solver.totals().momentum[1], solver.time()]
@@ -204,8 +203,7 @@ fn reactions_of_more_obstacles_than_are_added_up_are_refused() {
 
 #[test]
 fn a_block_is_braked_where_an_obstacle_has_a_rough_part() {
-    let case = case_with(
-        json!({
+    let case = read_case(&json!({
             "title": "block", "space": "plane-strain", "gravity": [0, -GRAVITY],
             "domain": { "min": [0, 0.3], "max": [3, 0.9] },
             "materials": { "m": { "model": "linear-elastic", "strain_measure": "hencky", "density": 400, "youngs_modulus": 1e6, "poissons_ratio": 0.0 } },
@@ -217,9 +215,7 @@ fn a_block_is_braked_where_an_obstacle_has_a_rough_part() {
                     "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }] }],
             "stages": [{ "name": "slide", "duration": 2 }],
             "methods": { "snow-mpm": { "cell_size": 0.05 } }
-        }),
-        &json!({}),
-    );
+        }));
     let mut solver = start_solver(&SnowMpm, &case);
     let middle = |solver: &dyn Solver| {
         let places = solver.snapshot().positions;
@@ -243,7 +239,7 @@ fn an_obstacle_tells_the_moment_of_what_it_bears_and_a_fast_one_shortens_the_ste
     value["obstacles"][0]["shape"]["centre"] = json!([1.2, 1.2]);
     value["obstacles"][0]["motion"] = json!({ "velocity": [3, 0] });
     value["methods"]["snow-mpm"]["transfer"] = json!("apic");
-    let mut solver = start_solver(&SnowMpm, &case_with(value.clone(), &json!({})));
+    let mut solver = start_solver(&SnowMpm, &read_case(&value.clone()));
     let mut given = 0.0;
     while solver.time() < 0.08 {
         let dt = solver.step(1.0).unwrap().dt;
@@ -255,7 +251,7 @@ fn an_obstacle_tells_the_moment_of_what_it_bears_and_a_fast_one_shortens_the_ste
     let turn = totals.angular_momentum[2] - (2.0 * py - 1.5 * px);
     assert!(given > 0.0 && (turn / given - 1.0).abs() < 0.02, "{turn} for {given}");
     value["obstacles"][0]["motion"] = json!({ "velocity": [300, 0] });
-    let step = start_solver(&SnowMpm, &case_with(value.clone(), &json!({}))).limit();
+    let step = start_solver(&SnowMpm, &read_case(&value.clone())).limit();
     assert_eq!((step.dt, step.limit.to_string().as_str()), (0.5 * 0.05 / 300.0, "motion of an obstacle"));
     value["methods"]["snow-mpm"]["time_step"] = json!(2e-4);
     let error = refused(&value);

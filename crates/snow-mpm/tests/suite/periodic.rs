@@ -1,11 +1,10 @@
 //! Domains that repeat themselves.
 
+use colluvium_testkit::{advance_steps, advance_to, begun, read_case, refused, scalars, vectors, with_keys};
 use colluvium_case::{Case, Method};
 use colluvium_snow_mpm::SnowMpm;
-use colluvium_testkit::solver_runs::{advance_steps, advance_to, scalars, vectors, with_keys};
 use serde_json::{Value, json};
 
-use crate::common::{begun, refused};
 
 /// A block of 0.3 m that flies through the sides of a periodic domain of a metre, crushed by `shrink` (1/s) meanwhile; `seam` moves
 /// all of it along x (m).
@@ -87,7 +86,7 @@ fn periodic_runs_are_the_same_on_any_thread_and_after_a_restart() {
     };
     let (hash, saved) = run(1);
     assert_eq!((hash, saved.clone()), run(3));
-    let read = Case::from_json(&case.to_string()).unwrap();
+    let read = read_case(&case);
     let mut second = SnowMpm.build(&read).unwrap();
     second.restore(&mut saved.as_slice()).unwrap();
     second.begin_stage(0, 0.0).unwrap();

@@ -1,11 +1,10 @@
 //! Rasters over the plan.
 
+use colluvium_testkit::{advance_to, read_case, refused, start_solver};
 use colluvium_case::PlanRaster;
 use colluvium_snow_mpm::SnowMpm;
-use colluvium_testkit::solver_runs::{advance_to, case_with, start_solver};
 use serde_json::{Value, json};
 
-use crate::common::refused;
 
 /// A block that slides over flat ground.
 fn sliding() -> Value {
@@ -27,7 +26,7 @@ fn of<'a>(rasters: &'a [PlanRaster], name: &str) -> &'a PlanRaster {
 
 #[test]
 fn rasters_tell_what_has_gone_over_the_plan() {
-    let case = case_with(sliding(), &json!({}));
+    let case = read_case(&sliding());
     let mut solver = start_solver(&SnowMpm, &case);
     advance_to(&mut *solver, 0.4);
     let rasters = solver.rasters();
@@ -51,7 +50,7 @@ fn rasters_tell_what_has_gone_over_the_plan() {
 
 #[test]
 fn rasters_go_on_after_a_restart() {
-    let case = case_with(sliding(), &json!({}));
+    let case = read_case(&sliding());
     let mut whole = start_solver(&SnowMpm, &case);
     advance_to(&mut *whole, 0.1);
     let mut file = Vec::new();
@@ -90,7 +89,7 @@ fn rasters_on_a_map_are_those_near_zero_where_the_map_says() {
         case
     };
     let [near, far] = [placed(0.0, 0.0), placed(500_000.0, 4_000_000.0)].map(|case| {
-        let mut solver = start_solver(&SnowMpm, &case_with(case, &json!({})));
+        let mut solver = start_solver(&SnowMpm, &read_case(&case));
         advance_to(&mut *solver, 0.05);
         solver.rasters()
     });

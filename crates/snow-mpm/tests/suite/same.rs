@@ -1,12 +1,11 @@
 //! Equal bits on any number of threads and after a restart.
 
+use colluvium_testkit::{advance_steps, ball, begun, read_case, take_steps};
 use colluvium_case::Case;
 use colluvium_case::Method;
 use colluvium_snow_mpm::SnowMpm;
-use colluvium_testkit::solver_runs::{advance_steps, take_steps};
 use serde_json::json;
 
-use crate::common::{ball, begun};
 
 #[test]
 fn the_result_is_the_same_on_any_number_of_threads() {
@@ -28,7 +27,7 @@ fn the_result_is_the_same_on_any_number_of_threads() {
 
 #[test]
 fn a_restored_solver_goes_on_bit_for_bit() {
-    let case = Case::from_json(&ball(&json!({})).to_string()).unwrap();
+    let case = read_case(&ball(&json!({})));
     let mut first = begun(&ball(&json!({})));
     // Far enough for points to have been sorted again, and to have drifted since.
     advance_steps(&mut *first, 220);

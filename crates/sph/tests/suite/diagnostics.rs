@@ -1,5 +1,6 @@
 //! Diagnostics of the sums over neighbours, and equilibrium under a confining pressure (sheet: sph §2.2, §2.13 g).
 
+use colluvium_testkit::scalar_output;
 use colluvium_testkit::{case_with, solve, start_solver, vectors};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_constitutive::SymTensor;
@@ -21,10 +22,6 @@ fn block(more: &Value, sph: &Value) -> Case {
         "methods": { "sph": methods }
     });
     case_with(text, more)
-}
-
-fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.scalar_outputs().iter().find(|(n, ..)| n == name).unwrap_or_else(|| panic!("no {name}")).2
 }
 
 #[test]
@@ -51,7 +48,7 @@ fn sums_hold_within_and_fail_at_surfaces() {
         }
     }
     for name in ["coincident_pairs", "uncorrected_gradients", "averages_by_shepard"] {
-        assert_eq!(reading(&*solver, name), 0.0, "{name}");
+        assert_eq!(scalar_output(&*solver, name), 0.0, "{name}");
     }
 }
 
@@ -62,8 +59,8 @@ fn what_falls_back_is_counted() {
     let sph = json!({ "diagnostics": true, "regularisation": "mls", "velocity_gradient": "corrected" });
     let solver = start_solver(&Sph, &block(&line, &sph));
     assert_eq!(solver.points(), 20);
-    assert_eq!(reading(&*solver, "uncorrected_gradients"), 20.0);
-    assert_eq!(reading(&*solver, "averages_by_shepard"), 20.0);
+    assert_eq!(scalar_output(&*solver, "uncorrected_gradients"), 20.0);
+    assert_eq!(scalar_output(&*solver, "averages_by_shepard"), 20.0);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Obstacles with prescribed motion (sheet: sph §2.13).
 
+use colluvium_testkit::scalar_output;
 use colluvium_testkit::{advance_steps, case_with, start_solver, stresses, vectors};
 use colluvium_case::{Case, Method, Solver, spatial};
 use colluvium_sph::Sph;
@@ -19,15 +20,11 @@ fn block(more: &Value) -> Case {
     case_with(text, more)
 }
 
-fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
-}
-
 /// Stored and kinetic energy plus the energy taken by obstacles, less the work of their motion (J).
 fn energy(solver: &dyn Solver) -> f64 {
     let budget = solver.budget().unwrap();
-    let took = reading(solver, "obstacles.friction") + reading(solver, "obstacles.stopped");
-    budget.kinetic + budget.elastic + budget.potential + took - reading(solver, "obstacles.work")
+    let took = scalar_output(solver, "obstacles.friction") + scalar_output(solver, "obstacles.stopped");
+    budget.kinetic + budget.elastic + budget.potential + took - scalar_output(solver, "obstacles.work")
 }
 
 /// Runs until `time` (s).
@@ -70,7 +67,7 @@ fn a_block_on_a_plane_that_moves_is_that_on_a_plane_at_rest_seen_from_it() {
                 }
             }
             for name in ["obstacles.friction", "obstacles.stopped"] {
-                let (a, b) = (reading(&*still, name), reading(&*moving, name));
+                let (a, b) = (scalar_output(&*still, name), scalar_output(&*moving, name));
                 assert!((a - b).abs() < 1e-8 * (1.0 + a.abs()), "{wall} {integration}: {name} {a} {b}");
             }
         }
@@ -236,7 +233,7 @@ fn a_piston_pushes_with_the_impedance_of_the_column_and_gives_it_its_momentum() 
     assert!((force / exact - 1.0).abs() < 0.01, "{force} N for {exact} N");
     // The momentum is that at the end of a step, and the force of the last step that at its start.
     assert!((budget.momentum[0] / -impulse[0] - 1.0).abs() < 5e-3, "{:?} {impulse:?}", budget.momentum);
-    let work = reading(&*solver, "obstacles.work");
+    let work = scalar_output(&*solver, "obstacles.work");
     assert!((work / (-impulse[0] * speed) - 1.0).abs() < 1e-9, "{work}");
     // Only the viscosity of the wave front dissipates energy.
     let kept = (budget.kinetic + budget.elastic) / work;
@@ -271,7 +268,7 @@ fn a_paddle_throws_a_block_in_the_plane_and_in_space_and_the_balances_close() {
         until(&mut *solver, 0.4);
         let budget = solver.budget().unwrap();
         let impulse = solver.reaction("paddle").unwrap().impulse;
-        let work = reading(&*solver, "obstacles.work");
+        let work = scalar_output(&*solver, "obstacles.work");
         let size = budget.momentum.iter().map(|p| p * p).sum::<f64>().sqrt();
         assert!(size > 0.3 * budget.mass, "{space}: it is thrown: {size}");
         for c in 0..3 {
@@ -307,7 +304,7 @@ fn a_plate_that_is_fast_and_thin_takes_along_what_it_meets() {
         assert_eq!(solver.limit().limit.to_string(), "motion of an obstacle");
         let start = energy(&*solver);
         until(&mut *solver, 0.08);
-        let (above, work) = (-0.48 + 20.0 * solver.time(), reading(&*solver, "obstacles.work"));
+        let (above, work) = (-0.48 + 20.0 * solver.time(), scalar_output(&*solver, "obstacles.work"));
         let lowest = solver.snapshot().positions.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
         assert!(lowest > above, "{integration}: {lowest} m under {above} m");
         let off = (energy(&*solver) - start) / work;

@@ -1,5 +1,6 @@
 //! Obstacles of any orientation (sheet: sph §2.13).
 
+use colluvium_testkit::scalar_output;
 use colluvium_testkit::{advance_steps, case_with, read_case, start_solver, vectors};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
@@ -215,14 +216,10 @@ fn a_block_is_braked_where_an_obstacle_has_a_rough_part() {
     assert!((way / exact - 1.0).abs() < 0.03, "{way} for {exact}");
 }
 
-fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
-}
-
 /// All energies, with those taken by obstacles (J).
 fn energy(solver: &dyn Solver) -> f64 {
     let budget = solver.budget().unwrap();
-    let took = reading(solver, "obstacles.friction") + reading(solver, "obstacles.stopped");
+    let took = scalar_output(solver, "obstacles.friction") + scalar_output(solver, "obstacles.stopped");
     budget.kinetic + budget.elastic + budget.potential + took
 }
 
@@ -270,7 +267,7 @@ fn no_particle_gets_into_an_obstacle_and_what_stops_it_is_told() {
             }
             assert!(nearest > 0.0, "{integration} {wall}: {nearest} m");
             assert!(most < 1.01 * start, "{integration} {wall}: {most} J of {start}");
-            assert!(reading(&*solver, "obstacles.stopped") > 0.01 * start);
+            assert!(scalar_output(&*solver, "obstacles.stopped") > 0.01 * start);
         }
     }
 }
@@ -289,7 +286,7 @@ fn frictions_work_is_what_a_sliding_block_loses() {
     }
     let slower = 2.0 - solver.budget().unwrap().momentum[0] / start.mass;
     let lost = 0.5 * start.mass * (4.0 - (2.0 - slower).powi(2));
-    let friction = reading(&*solver, "obstacles.friction");
+    let friction = scalar_output(&*solver, "obstacles.friction");
     assert!(lost > 0.0 && (friction / lost - 1.0).abs() < 0.05, "{friction} J of {lost} J");
-    assert_eq!(reading(&*solver, "obstacles.stopped"), 0.0);
+    assert_eq!(scalar_output(&*solver, "obstacles.stopped"), 0.0);
 }

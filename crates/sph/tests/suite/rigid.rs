@@ -1,5 +1,6 @@
 //! Rigid bodies with free motion (sheet: sph §2.14).
 
+use colluvium_testkit::CaseBuilder;
 use colluvium_testkit::{advance_steps, case_with, solve, start_solver, stresses, vectors};
 use colluvium_case::description::Velocity;
 use colluvium_case::{Case, Method, RunReport};
@@ -8,8 +9,8 @@ use serde_json::{Value, json};
 
 
 /// Rigid block of 0.2 m × 0.1 m and 10 kg, in empty space.
-fn case(more: &Value) -> Case {
-    case_with(json!({
+fn free_block() -> CaseBuilder {
+    CaseBuilder::from_json(json!({
             "title": "test", "space": "plane-strain", "domain": { "min": [-1, -1], "max": [2, 2] }, "gravity": [0, 0],
             "materials": {
                 "wood": { "model": "newtonian-fluid", "density": 500, "bulk_modulus": 2e5, "viscosity": 0 },
@@ -19,8 +20,7 @@ fn case(more: &Value) -> Case {
             "bodies": [block([0.4, 0.4])],
             "stages": [{ "name": "s", "duration": 0.1, "motions": [{ "target": "block", "velocity": [null, null], "turns": true }] }],
             "methods": { "sph": { "spacing": 0.02 } }
-        }),
-        more,)
+        }))
 }
 
 fn block([x, y]: [f64; 2]) -> Value {
@@ -32,11 +32,11 @@ fn block([x, y]: [f64; 2]) -> Value {
 fn a_free_block_falls_and_spins_as_one() {
     let mut spinning = block([0.4, 0.4]);
     spinning["velocity"] = json!({ "kind": "linear", "value": [0.5, 0.3], "origin": [0.5, 0.45], "gradient": [[0, -8], [8, 0]] });
-    let report = solve(&Sph, &case(&json!({
+    let report = free_block().with(json!({
         "gravity": [1, -3], "bodies": [spinning],
         "stages": [{ "name": "s", "duration": 0.1,
                      "motions": [{ "target": "block", "velocity": [null, null], "force": [10, 0], "turns": true }] }]
-    })));
+    })).solve(&Sph);
     let velocities = vectors(&report.snapshot, "velocity");
     let n = velocities.len() as f64;
     let mean: [f64; 2] = std::array::from_fn(|c| velocities.iter().map(|v| v[c]).sum::<f64>() / n);
@@ -60,9 +60,9 @@ fn a_free_block_falls_and_spins_as_one() {
 fn a_collision_of_a_rigid_block_keeps_momentum() {
     let mut flying = block([0.4, 0.43]);
     flying["velocity"] = json!({ "kind": "uniform", "value": [0.2, -2] });
-    let report = solve(&Sph, &case(&json!({
+    let report = free_block().with(json!({
         "bodies": [flying, { "name": "bed", "material": "soft", "shape": { "kind": "box", "min": [0.46, 0.2], "max": [0.76, 0.4] } }]
-    })));
+    })).solve(&Sph);
     let (before, after) = (report.start.momentum, report.end.momentum);
     for c in 0..2 {
         assert!((after[c] - before[c]).abs() < 1e-9 * 20.0, "{before:?} {after:?}");
@@ -80,7 +80,7 @@ fn a_collision_of_a_rigid_block_keeps_momentum() {
 fn a_block_of_half_the_density_of_water_floats_with_half_of_it_under_water() {
     // A tank 0.8 m wide, filled 0.3 m deep around a block that is submerged by 0.08 m of its height of 0.1 m and rises.
     let part = |name: &str, min: [f64; 2], max: [f64; 2]| json!({ "name": name, "material": "water", "shape": { "kind": "box", "min": min, "max": max } });
-    let report = solve(&Sph, &case(&json!({
+    let report = free_block().with(json!({
         "gravity": [0, -9.81], "domain": { "min": [0, 0], "max": [0.8, 1] },
         "bodies": [part("left", [0.0, 0.0], [0.3, 0.3]), part("below", [0.3, 0.0], [0.5, 0.22]),
                    part("right", [0.5, 0.0], [0.8, 0.3]), block([0.3, 0.22])],
@@ -88,7 +88,7 @@ fn a_block_of_half_the_density_of_water_floats_with_half_of_it_under_water() {
                        { "side": "x-max", "wall": { "kind": "smooth" } }],
         "stages": [{ "name": "s", "duration": 3, "gravity_ramp": 0.5, "damping": 0.05,
                      "motions": [{ "target": "block", "velocity": [0, null] }] }]
-    })));
+    })).solve(&Sph);
     let of_block =
         report.snapshot.positions.iter().zip(&report.snapshot.bodies).filter(|(_, body)| **body == 3);
     let heights: Vec<f64> = of_block.map(|(x, _)| x[1]).collect();
@@ -107,11 +107,11 @@ fn a_rigid_body_tells_the_force_on_it() {
     let bed = json!({ "name": "bed", "material": "soft", "shape": { "kind": "box", "min": [0.46, 0.2], "max": [0.76, 0.4] } });
     for motion in [json!([null, null]), json!([0.2, -2])] {
         let free = motion[0].is_null();
-        let case = case(&json!({
+        let case = free_block().with(json!({
             "gravity": [0, -5], "bodies": [flying.clone(), bed.clone()], "output": { "measures": 0.01 },
             "measures": { "push": { "kind": "reaction", "target": "block" } },
             "stages": [{ "name": "s", "duration": 0.05, "motions": [{ "target": "block", "velocity": motion, "force": if free { json!([3, 0]) } else { json!([0, 0]) }, "turns": true }] }]
-        }));
+        })).build();
         let report = solve(&Sph, &case);
         let impulse =
             |axis: &str| *report.table.column(&format!("push.impulse.{axis}")).unwrap().last().unwrap();
@@ -143,12 +143,12 @@ fn a_rigid_body_tells_the_force_on_it() {
 #[test]
 fn what_rigid_bodies_do_not_go_with_is_refused_by_name() {
     let refused =
-        |more: Value| Sph.plan(&case(&more)).map_or_else(|error| error.to_string(), |_| String::new());
+        |more: Value| Sph.plan(&free_block().with(more.clone()).build()).map_or_else(|error| error.to_string(), |_| String::new());
     let euler = json!({ "methods": { "sph": { "spacing": 0.02, "integration": "predictor-corrector" } } });
     assert!(refused(euler).contains("leapfrog"));
     let periodic = json!({ "domain": { "min": [-1, -1], "max": [2, 2], "periodic": ["x"] } });
     assert!(refused(periodic).contains("rigid"));
-    let mut solver = start_solver(&Sph, &case(&json!({})));
+    let mut solver = free_block().start(&Sph);
     solver.step(1e-4).unwrap();
 }
 

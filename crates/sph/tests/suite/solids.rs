@@ -1,23 +1,19 @@
 //! Total-Lagrangian formulation and confining pressure against closed forms.
 
+use colluvium_testkit::CaseBuilder;
 use colluvium_testkit::{case_with, read_case, solve, start_solver, stresses, vectors};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
 
-/// Elastic body without others; `more` replaces or adds keys.
-#[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
-fn case(more: Value) -> Case {
-    case_with(json!({
-            "title": "test", "space": "plane-strain",
-            "domain": { "min": [-1, -1], "max": [1, 1] }, "gravity": [0, 0],
-            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
-            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0, 0], "radius": 0.5 } }],
-            "stages": [{ "name": "s", "duration": 0.1 }],
-            "methods": { "sph": { "spacing": 0.05 } }
-        }),
-        &more,)
+/// Elastic disk in empty space.
+fn elastic_disk() -> CaseBuilder {
+    CaseBuilder::plane_strain([-1.0, -1.0], [1.0, 1.0])
+        .elastic("m", 1000.0, 1e6, 0.25)
+        .body(json!({ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0, 0], "radius": 0.5 } }))
+        .stage("s", 0.1)
+        .options("sph", json!({ "spacing": 0.05 }))
 }
 
 const TOTAL: &str = "total-lagrangian";
@@ -26,12 +22,12 @@ const TOTAL: &str = "total-lagrangian";
 fn a_turn_in_the_total_form_makes_no_stress() {
     let spin = 20.0;
     let total = json!({ "sph": { "spacing": 0.1, "formulation": TOTAL, "viscosity_linear": 0 } });
-    let report = solve(&Sph, &case(json!({
+    let report = elastic_disk().with(json!({
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.3, -0.2], "max": [0.3, 0.2] },
             "velocity": { "kind": "linear", "value": [0, 0], "origin": [0, 0], "gradient": [[0, -spin], [spin, 0]] } }],
         "stages": [{ "name": "s", "duration": 0.02 }],
         "methods": total
-    })));
+    })).solve(&Sph);
     // Centripetal stress only: ρ ω² r² ~ 1000 · 400 · 0.1.
     let largest = stresses(&report.snapshot).iter().flatten().map(|s| s.abs()).fold(0.0, f64::max);
     assert!(largest < 1000.0 * spin * spin * 0.13, "{largest}");
@@ -47,12 +43,12 @@ fn a_block_that_turns_freely_goes_on_turning() {
         json!({ "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 }),
         json!({ "model": "mohr-coulomb", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.3, "friction_angle": 20, "cohesion": 1e4 }),
     ] {
-        let report = solve(&Sph, &case(json!({
+        let report = elastic_disk().with(json!({
             "materials": { "m": model },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.5, -0.2], "max": [0.5, 0.2] },
                 "velocity": { "kind": "linear", "value": [0, 0], "origin": [0, 0], "gradient": [[0, -1], [1, 0]] } }],
             "stages": [{ "name": "s", "duration": 1 }]
-        })));
+        })).solve(&Sph);
         let kept = report.end.angular_momentum[2] / report.start.angular_momentum[2];
         // Pair forces of two stresses are not central; uncorrected sums leave 0.37.
         assert!((kept - 1.0).abs() < 0.01, "{kept}");
@@ -63,14 +59,14 @@ fn a_block_that_turns_freely_goes_on_turning() {
 fn a_cube_that_turns_about_a_slanted_axis_goes_on_turning() {
     let [x, y, z] = [0.5, 0.7, -1.0];
     for (momentum, integration) in [("rho2", "leapfrog"), ("rho-rho", "velocity-verlet")] {
-        let report = solve(&Sph, &case(json!({
+        let report = elastic_disk().with(json!({
             "space": "3d", "domain": { "min": [-1, -1, -1], "max": [1, 1, 1] }, "gravity": [0, 0, 0],
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.3, -0.3, -0.3], "max": [0.3, 0.3, 0.3] },
                 "velocity": { "kind": "linear", "value": [0, 0, 0], "origin": [0, 0, 0],
                     "gradient": [[0, -z, y], [z, 0, -x], [-y, x, 0]] } }],
             "stages": [{ "name": "s", "duration": 1 }],
             "methods": { "sph": { "spacing": 0.1, "momentum": momentum, "integration": integration } }
-        })));
+        })).solve(&Sph);
         for (start, end) in report.start.angular_momentum.iter().zip(report.end.angular_momentum) {
             assert!((end / start - 1.0).abs() < 0.01, "{momentum}, {integration}: {start} {end}");
         }
@@ -83,13 +79,13 @@ fn the_total_form_is_exact_for_uniform_strain() {
     let rate = 0.5;
     let total =
         json!({ "sph": { "spacing": 0.1, "formulation": TOTAL, "held": ["b"], "viscosity_linear": 0 } });
-    let mut text: Value = serde_json::from_str(&case(json!({
+    let mut text: Value = serde_json::from_str(&elastic_disk().with(json!({
         "bodies": [
             { "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.3, -0.2], "max": [0.3, 0.2] },
               "velocity": { "kind": "linear", "value": [0, 0], "origin": [0, 0], "gradient": [[rate, 0], [0, 0]] } },
             { "name": "far", "material": "m", "shape": { "kind": "box", "min": [0.8, 0.8], "max": [0.9, 0.9] } }],
         "stages": [{ "name": "s", "duration": 0.02 }]
-    })).to_json()).unwrap();
+    })).build().to_json()).unwrap();
     text["methods"] = total;
     let snapshot = solve(&Sph, &read_case(&text)).snapshot;
     let strain = rate * 0.02;
@@ -105,11 +101,11 @@ fn the_total_form_is_exact_for_uniform_strain() {
 #[test]
 fn the_total_form_conserves_momentum_and_energy() {
     let total = json!({ "sph": { "spacing": 0.05, "formulation": TOTAL, "viscosity_linear": 0 } });
-    let case = case(json!({
+    let case = elastic_disk().with(json!({
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.5, -0.1], "max": [0.5, 0.1] },
             "velocity": { "kind": "sine", "amplitude": [0, 1], "wave_vector": [6, 0] } }],
         "methods": total
-    }));
+    })).build();
     let report = solve(&Sph, &case);
     let (start, end) = (report.start, report.end);
     for c in 0..2 {
@@ -123,11 +119,11 @@ fn the_total_form_conserves_momentum_and_energy() {
 #[test]
 fn the_total_form_restarts_to_the_last_bit() {
     let total = json!({ "sph": { "spacing": 0.1, "formulation": TOTAL } });
-    let case = case(json!({
+    let case = elastic_disk().with(json!({
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.5, -0.1], "max": [0.5, 0.1] },
             "velocity": { "kind": "sine", "amplitude": [0, 1], "wave_vector": [6, 0] } }],
         "methods": total
-    }));
+    })).build();
     let mut first = start_solver(&Sph, &case);
     let advance = |solver: &mut Box<dyn Solver>, steps: usize| {
         for _ in 0..steps {
@@ -148,7 +144,7 @@ fn the_total_form_restarts_to_the_last_bit() {
 fn the_total_form_refuses_walls() {
     let total = json!({ "sph": { "spacing": 0.05, "formulation": TOTAL } });
     let case =
-        case(json!({ "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }], "methods": total }));
+        elastic_disk().with(json!({ "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }], "methods": total })).build();
     assert!(Sph.build(&case).err().unwrap().to_string().starts_with("boundaries[0]:"));
 }
 
@@ -156,12 +152,12 @@ fn the_total_form_refuses_walls() {
 fn confined(on: &str, stress: f64, ramp: f64, duration: f64) -> Case {
     let methods = json!({ "sph": { "spacing": 0.05, "momentum": "rho-rho", "damping": 0.02,
         "confining": { "pressure": 1e4, "on": on, "ramp": ramp } } });
-    case(json!({
+    elastic_disk().with(json!({
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0, 0], "radius": 0.5 },
             "stress": { "kind": "uniform", "value": [stress, stress, stress, 0, 0, 0] } }],
         "stages": [{ "name": "s", "duration": duration }],
         "methods": methods
-    }))
+    })).build()
 }
 
 /// Largest acceleration in the first step, over `p_c / (ρ Δx)` (sheet: sph V-33).

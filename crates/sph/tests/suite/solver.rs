@@ -1,23 +1,19 @@
 //! Solver against closed forms and conservation laws, and its bitwise reproducibility.
 
+use colluvium_testkit::CaseBuilder;
 use colluvium_testkit::{case_with, solve, start_solver, vectors};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
 
-/// Block of one material with the simplest options; `more` replaces or adds keys.
-#[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
-fn case(more: Value) -> Case {
-    case_with(json!({
-            "title": "test", "space": "plane-strain",
-            "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
-            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
-            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] } }],
-            "stages": [{ "name": "s", "duration": 0.05 }],
-            "methods": { "sph": { "spacing": 0.05 } }
-        }),
-        &more,)
+/// Block of one material with the simplest options.
+fn elastic_block() -> CaseBuilder {
+    CaseBuilder::plane_strain([0.0, 0.0], [1.0, 1.0])
+        .elastic("m", 1000.0, 1e6, 0.25)
+        .box_body("b", "m", &[0.2, 0.3], &[0.6, 0.7])
+        .stage("s", 0.05)
+        .options("sph", json!({ "spacing": 0.05 }))
 }
 
 /// Block that slides on a rough floor against a smooth wall, with all particles in motion and at yield.
@@ -26,7 +22,7 @@ fn crash(options: &Value) -> Case {
     for (key, value) in options.as_object().unwrap() {
         methods[key] = value.clone();
     }
-    case(json!({
+    elastic_block().with(json!({
         "gravity": [0, -10],
         "materials": { "m": {
             "model": "drucker-prager", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0.3,
@@ -38,7 +34,7 @@ fn crash(options: &Value) -> Case {
                        { "side": "x-min", "wall": { "kind": "smooth" } }],
         "stages": [{ "name": "s", "duration": 0.1 }],
         "methods": { "sph": methods }
-    }))
+    })).build()
 }
 
 fn variants() -> Vec<Value> {
@@ -68,11 +64,11 @@ fn variants() -> Vec<Value> {
 
 #[test]
 fn results_are_the_same_on_one_and_two_threads() {
-    let total = case(json!({
+    let total = elastic_block().with(json!({
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0.5, 0.5], "radius": 0.4 },
                      "velocity": { "kind": "sine", "amplitude": [0, 1], "wave_vector": [9, 0] } }],
         "methods": { "sph": { "spacing": 0.025, "formulation": "total-lagrangian", "velocity_gradient": "corrected" } }
-    }));
+    })).build();
     let cases = variants().into_iter().map(|options| (crash(&options), options.to_string()));
     for (case, name) in cases.chain([(total, "total-lagrangian".to_owned())]) {
         let hash = |threads: usize| {
@@ -115,12 +111,12 @@ fn swirl(options: &Value) -> Case {
     for (key, value) in options.as_object().unwrap() {
         methods[key] = value.clone();
     }
-    case(json!({
+    elastic_block().with(json!({
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0.5, 0.5], "radius": 0.2 },
                      "velocity": { "kind": "sine", "amplitude": [0.3, -0.2], "wave_vector": [11, 17] },
                      "stress": { "kind": "uniform", "value": [3e3, -2e3, 1e3, 1.5e3, 0, 0] } }],
         "methods": { "sph": methods }
-    }))
+    })).build()
 }
 
 #[test]
@@ -185,14 +181,14 @@ fn compatible_pairs_conserve_energy_to_second_order_of_the_step() {
 #[test]
 fn v16_a_standing_wave_in_a_confined_strip_has_its_frequency() {
     let (length, spacing) = (1.0, 0.02);
-    let case = case(json!({
+    let case = elastic_block().with(json!({
         "domain": { "min": [0, 0], "max": [1, 0.2] },
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 0.2] },
                      "velocity": { "kind": "sine", "amplitude": [1e-4, 0], "wave_vector": [std::f64::consts::PI / length, 0] } }],
         "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "y-max", "wall": { "kind": "smooth" } },
                        { "side": "x-min", "wall": { "kind": "smooth" } }, { "side": "x-max", "wall": { "kind": "smooth" } }],
         "methods": { "sph": { "spacing": spacing, "viscosity_linear": 0 } }
-    }));
+    })).build();
     let mut solver = start_solver(&Sph, &case);
     // Modulus of uniaxial strain: E (1 - ν) / ((1 + ν)(1 - 2ν)) = 1.2 MPa.
     let exact = 2.0 * length / (1.2e6f64 / 1000.0).sqrt();
@@ -238,7 +234,7 @@ fn keys_and_choices_that_do_not_exist_are_refused_by_name() {
     for key in choices.into_iter().chain(["smothing"]) {
         let mut methods = json!({ "sph": { "spacing": 0.05 } });
         methods["sph"][key] = json!("nothing-of-the-kind");
-        let error = Sph.plan(&case(json!({ "methods": methods }))).unwrap_err().to_string();
+        let error = Sph.plan(&elastic_block().with(json!({ "methods": methods })).build()).unwrap_err().to_string();
         assert!(error.starts_with(&format!("methods.sph.{key}: ")), "{error}");
     }
     for (key, value) in
@@ -246,7 +242,7 @@ fn keys_and_choices_that_do_not_exist_are_refused_by_name() {
     {
         let mut methods = json!({ "sph": { "spacing": 0.05 } });
         methods["sph"][key] = value;
-        let error = Sph.plan(&case(json!({ "methods": methods }))).unwrap_err().to_string();
+        let error = Sph.plan(&elastic_block().with(json!({ "methods": methods })).build()).unwrap_err().to_string();
         assert!(error.starts_with(&format!("methods.sph.{key}")), "{error}");
     }
 }
@@ -403,17 +399,17 @@ fn what_cannot_be_honoured_is_refused_by_name() {
     let total = total.map(|(sph, name)| (with(Some("total-lagrangian"), sph), format!("methods.sph.{name}")));
     let parts = unsupported_parts().into_iter().map(|(more, path)| (more, path.to_owned()));
     for (more, path) in parts.chain(plain).chain(total) {
-        let error = Sph.plan(&case(more)).unwrap_err().to_string();
+        let error = Sph.plan(&elastic_block().with(more).build()).unwrap_err().to_string();
         assert!(error.starts_with(&format!("{path}: ")), "{error}");
     }
 }
 
 #[test]
 fn the_total_form_refuses_to_renew_the_density_of_a_fluid() {
-    let case = case(json!({
+    let case = elastic_block().with(json!({
         "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e5, "viscosity": 1 } },
         "methods": { "sph": { "spacing": 0.05, "formulation": "total-lagrangian", "density_reset": "shepard" } }
-    }));
+    })).build();
     let error = Sph.plan(&case).unwrap_err().to_string();
     assert!(
         error.starts_with("methods.sph.density_reset: ") && error.contains("total-Lagrangian"),
@@ -435,10 +431,10 @@ fn density_by_summation_needs_full_supports_and_one_density() {
         });
         let of = |density: f64| json!({ "model": "linear-elastic", "density": density, "youngs_modulus": 1e6, "poissons_ratio": 0.25 });
         let wall = |side: &str| json!({ "side": side, "wall": { "kind": if side == "y-min" { "rough" } else { "smooth" } } });
-        case(json!({
+        elastic_block().with(json!({
             "materials": { "m": of(1000.0), "light": of(900.0) }, "bodies": bodies.collect::<Vec<_>>(),
             "boundaries": sides.map(wall), "methods": { "sph": methods }
-        }))
+        })).build()
     };
     let whole = [("m", [0.0, 0.0], [1.0, 1.0])];
     let half = [("m", [0.0, 0.0], [1.0, 0.5])];

@@ -5,15 +5,15 @@ use colluvium_testkit::{advance_to, read_case, solve, start_solver, vectors};
 use colluvium_case::Case;
 use serde_json::json;
 
-use crate::boundary::{case, restarts};
+use crate::boundary::{elastic_block, restarts};
 
 #[test]
 fn absorbing_sides_with_springs_survive_a_restart() {
-    let case = case(json!({
+    let case = elastic_block().with(json!({
         "bodies": [{ "name": "b", "material": "m", "velocity": { "kind": "uniform", "value": [0.1, 0.05] },
                      "shape": { "kind": "box", "min": [0.35, 0.35], "max": [0.65, 0.65] } }],
         "boundaries": [{ "side": "x-max", "position": 0.65, "wall": { "kind": "absorbing", "spring_length": 0.3 } }]
-    }));
+    })).build();
     restarts(&case, 0.02, 0.04);
     // The spring brings it back where it was.
     let mut solver = start_solver(&Mpm, &case);

@@ -1,5 +1,6 @@
 //! Rigid bodies that move by Newton's law (docs/theory/mpm.md, rigid bodies).
 
+use colluvium_testkit::CaseBuilder;
 use colluvium_testkit::{advance_to, case_with, read_case, solve, start_solver, vectors};
 use colluvium_case::{Budget, Case, Method, RunReport};
 use colluvium_mpm::Mpm;
@@ -9,9 +10,8 @@ use serde_json::{Value, json};
 const G: f64 = 10.0;
 
 /// A rigid block of 0.4 m × 0.2 m and 160 kg in empty space.
-#[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
-fn case(more: Value) -> Case {
-    case_with(json!({
+fn free_block() -> CaseBuilder {
+    CaseBuilder::from_json(json!({
             "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [2, 2] }, "gravity": [0, 0],
             "materials": {
                 "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 },
@@ -21,8 +21,7 @@ fn case(more: Value) -> Case {
             "stages": [{ "name": "s", "duration": 0.1,
                          "motions": [{ "target": "block", "velocity": [null, null], "turns": true }] }],
             "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4 } }
-        }),
-        &more,)
+        }))
 }
 
 /// The block with its lower left corner somewhere.
@@ -60,10 +59,10 @@ fn a_free_block_falls_and_spins_exactly() {
     let spin =
         json!({ "kind": "linear", "value": [0.5, 0.3], "origin": [1.0, 1.1], "gradient": [[0, -8], [8, 0]] });
     for (formulation, scale) in [("updated-lagrangian", 1.0), ("updated-lagrangian", 4.0)] {
-        let report = solve(&Mpm, &case(json!({
+        let report = free_block().with(json!({
             "gravity": [1, -3], "bodies": [with_velocity(block(json!([0.8, 1.0])), &spin)],
             "methods": { "mpm": { "cell_size": 0.1, "time_step": 1e-3, "formulation": formulation, "mass_scaling": scale } }
-        })));
+        })).solve(&Mpm);
         let t = 0.1;
         let velocity = ["x", "y"].map(|axis| last(&report, &format!("block.velocity.{axis}")));
         let exact = [0.5 + t / scale, 0.3 - 3.0 * t / scale];
@@ -133,13 +132,13 @@ fn a_push_moves_a_block_on_a_wall_by_its_mass_and_friction() {
         (json!({ "kind": "rough" }), 0.5),
     ] {
         for turns in [false, true] {
-            let report = solve(&Mpm, &case(json!({
+            let report = free_block().with(json!({
                 "gravity": [0, -G], "bodies": [block(json!([0.4, 0.0]))],
                 "boundaries": [{ "side": "y-min", "wall": wall }],
                 "stages": [{ "name": "s", "duration": 0.4,
                              "motions": [{ "target": "block", "velocity": [null, null], "force": [force, 0], "turns": turns }] }],
                 "methods": { "mpm": { "cell_size": 0.1, "time_step": 1e-3 } }
-            })));
+            })).solve(&Mpm);
             let exact = 0.4 * (force / mass - friction * G);
             let velocity = ["x", "y"].map(|axis| last(&report, &format!("block.velocity.{axis}")));
             assert!((velocity[0] - exact).abs() < 1e-5, "{wall}, {turns}: {velocity:?}, {exact}");
@@ -156,12 +155,12 @@ fn a_slender_block_on_a_rough_wall_tips_where_the_push_passes_its_edge() {
         let weight = 160.0 * G;
         let tall = json!({ "name": "block", "material": "m", "rigid": true,
                            "shape": { "kind": "box", "min": [0.8, 0.0], "max": [1.0, 0.4] } });
-        let report = solve(&Mpm, &case(json!({
+        let report = free_block().with(json!({
             "gravity": [0, -G], "bodies": [tall], "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }],
             "stages": [{ "name": "s", "duration": 0.3,
                          "motions": [{ "target": "block", "velocity": [null, null], "force": [share * weight, 0], "turns": true }] }],
             "methods": { "mpm": { "cell_size": 0.1, "time_step": 1e-3 } }
-        })));
+        })).solve(&Mpm);
         last(&report, "block.angle")
     });
     assert!(ends[0].abs() < 1e-4 && ends[1] < -0.02, "{ends:?}");
@@ -170,11 +169,11 @@ fn a_slender_block_on_a_rough_wall_tips_where_the_push_passes_its_edge() {
 /// Momenta of a collision between a flying block and a bed that is at rest in empty space, before and after.
 fn collision(contacts: &Value, scheme: &str, turns: bool) -> ([Budget; 2], f64) {
     let flight = json!({ "kind": "uniform", "value": [0.3, -2.0] });
-    let case = case(json!({
+    let case = free_block().with(json!({
         "bodies": [with_velocity(block(json!([0.65, 1.05])), &flight), soft([0.8, 0.6], [1.4, 1.0])],
         "stages": [{ "name": "s", "duration": 0.2, "motions": [{ "target": "block", "velocity": [null, null], "turns": turns }] }],
         "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "stress_update": scheme, "contacts": contacts } }
-    }));
+    })).build();
     let mut solver = start_solver(&Mpm, &case);
     let before = solver.budget().unwrap();
     advance_to(&mut *solver, 0.2);
@@ -207,7 +206,7 @@ fn a_collision_with_a_deformable_body_keeps_momentum() {
 
 /// A block of the width of its bed that presses it between smooth walls, brought to rest.
 fn rests(contacts: &Value, force: f64, turns: bool) -> (f64, f64) {
-    let case = case(json!({
+    let case = free_block().with(json!({
         "gravity": [0, -G], "domain": { "min": [0, 0], "max": [0.4, 2] },
         "bodies": [block(json!([0.0, 0.65])), soft([0.0, 0.0], [0.4, 0.6])],
         "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "x-min", "wall": { "kind": "smooth" } },
@@ -216,7 +215,7 @@ fn rests(contacts: &Value, force: f64, turns: bool) -> (f64, f64) {
         "stages": [{ "name": "drop", "duration": 2, "damping": 0.3,
                      "motions": [{ "target": "block", "velocity": [null, null], "force": [0, -force], "turns": turns }] }],
         "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "contacts": contacts } }
-    }));
+    })).build();
     let report = solve(&Mpm, &case);
     let moved = vectors(&report.snapshot, "displacement");
     let down = moved.iter().zip(&report.snapshot.bodies).find(|(_, body)| **body == 0).unwrap().0[1];
@@ -242,7 +241,7 @@ fn the_reaction_on_a_block_at_rest_is_its_weight_and_load() {
 #[test]
 fn friction_of_a_bed_takes_its_share_of_a_push() {
     let (force, friction, mass) = (1200.0, 0.3, 160.0);
-    let report = solve(&Mpm, &case(json!({
+    let report = free_block().with(json!({
         "gravity": [0, -G],
         "bodies": [block(json!([0.2, 0.3])), soft([0.0, 0.0], [2.0, 0.3])],
         "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }, { "side": "x-min", "wall": { "kind": "smooth" } },
@@ -256,7 +255,7 @@ fn friction_of_a_bed_takes_its_share_of_a_push() {
         "methods": { "mpm": { "cell_size": 0.05, "courant": 0.4,
                               "contacts": [{ "bodies": ["block", "bed"], "friction_coefficient": friction, "test": "gap",
                                              "normal": [0, -1] }] } }
-    })));
+    })).solve(&Mpm);
     let gained = late(&report, "block.velocity.x", 0.5);
     let exact = force / mass - friction * G;
     assert!((gained / exact - 1.0).abs() < 0.01, "{gained}, {exact}");
@@ -273,7 +272,7 @@ fn a_light_block_does_not_bounce_about_on_heavy_ground() {
     for contacts in
         [json!([]), json!([{ "bodies": ["block", "bed"], "friction_coefficient": 0.3, "test": "gap" }])]
     {
-        let case = case(json!({
+        let case = free_block().with(json!({
             "gravity": [0, -G],
             "materials": { "m": { "model": "linear-elastic", "density": 10, "youngs_modulus": 1e6, "poissons_ratio": 0.2 },
                            "soft": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },
@@ -282,7 +281,7 @@ fn a_light_block_does_not_bounce_about_on_heavy_ground() {
                            { "side": "x-max", "wall": { "kind": "smooth" } }],
             "stages": [{ "name": "s", "duration": 0.5, "motions": [{ "target": "block", "velocity": [null, null], "turns": true }] }],
             "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "contacts": contacts } }
-        }));
+        })).build();
         let mut solver = start_solver(&Mpm, &case);
         let energy = |b: &Budget| b.kinetic + b.elastic + b.potential;
         let start = solver.budget().unwrap();
@@ -300,13 +299,13 @@ fn a_light_block_does_not_bounce_about_on_heavy_ground() {
 #[test]
 fn runs_of_free_rigid_bodies_are_the_same_on_two_threads_and_after_a_restart() {
     let flight = json!({ "kind": "uniform", "value": [0.3, -2.0] });
-    let case = case(json!({
+    let case = free_block().with(json!({
         "gravity": [0, -G], "bodies": [with_velocity(block(json!([0.5, 0.45])), &flight), soft([0.0, 0.0], [2.0, 0.4])],
         "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }, { "side": "x-min", "wall": { "kind": "smooth" } },
                        { "side": "x-max", "wall": { "kind": "smooth" } }],
         "methods": { "mpm": { "cell_size": 0.05, "courant": 0.4,
                               "contacts": [{ "bodies": ["block", "bed"], "friction_coefficient": 0.3 }] } }
-    }));
+    })).build();
     let hash = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
@@ -333,7 +332,7 @@ fn runs_of_free_rigid_bodies_are_the_same_on_two_threads_and_after_a_restart() {
 #[test]
 fn options_without_support_for_free_rigid_bodies_are_rejected_by_key() {
     let refused = |more: Value| {
-        let case = case(more);
+        let case = free_block().with(more).build();
         Mpm.plan(&case).map_or_else(|error| error.to_string(), |_| String::new())
     };
     assert_eq!(refused(json!({ "methods": { "mpm": { "cell_size": 0.1, "time_step": 1e-3 } } })), "");
@@ -352,7 +351,7 @@ fn options_without_support_for_free_rigid_bodies_are_rejected_by_key() {
 
 #[test]
 fn a_stage_with_equilibrium_ends_where_a_loaded_block_rests() {
-    let case = case(json!({
+    let case = free_block().with(json!({
         "gravity": [0, -G], "domain": { "min": [0, 0], "max": [0.4, 2] },
         "bodies": [block(json!([0.0, 0.6])), soft([0.0, 0.0], [0.4, 0.6])],
         "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "x-min", "wall": { "kind": "smooth" } },
@@ -360,7 +359,7 @@ fn a_stage_with_equilibrium_ends_where_a_loaded_block_rests() {
         "measures": { "reaction": { "kind": "reaction", "target": "block" } },
         "stages": [{ "name": "rest", "duration": 10, "damping": 0.5, "equilibrium": { "unbalanced_force": 1e-3, "kinetic_energy": 1e-4 },
                      "motions": [{ "target": "block", "velocity": [0, null], "force": [0, -4000], "ramp": 0.2 }] }]
-    }));
+    })).build();
     let report = solve(&Mpm, &case);
     let end = last(&report, "time");
     assert!((0.2..5.0).contains(&end), "{end}");

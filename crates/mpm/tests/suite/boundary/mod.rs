@@ -12,23 +12,20 @@ mod thin_sheets;
 mod wall_friction;
 mod walls;
 
+use colluvium_testkit::CaseBuilder;
 use colluvium_mpm::Mpm;
 use colluvium_testkit::{advance_to, case_with, start_solver};
 use colluvium_case::Case;
 use serde_json::{Value, json};
 
 
-/// An elastic block in a box without gravity; `more` replaces or adds keys.
-#[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
-pub fn case(more: Value) -> Case {
-    case_with(json!({
-            "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
-            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
-            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.35, 0.35], "max": [0.65, 0.65] } }],
-            "stages": [{ "name": "s", "duration": 1.0 }],
-            "methods": { "mpm": { "cell_size": 0.05 } }
-        }),
-        &more,)
+/// Elastic block in a box without gravity.
+pub fn elastic_block() -> CaseBuilder {
+    CaseBuilder::plane_strain([0.0, 0.0], [1.0, 1.0])
+        .elastic("m", 1000.0, 1e6, 0.3)
+        .box_body("b", "m", &[0.35, 0.35], &[0.65, 0.65])
+        .stage("s", 1.0)
+        .options("mpm", json!({ "cell_size": 0.05 }))
 }
 
 pub fn restarts(case: &Case, middle: f64, end: f64) {

@@ -5,7 +5,7 @@ use colluvium_case::Method;
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::boundary::{case, restarts};
+use crate::boundary::{elastic_block, restarts};
 
 #[test]
 fn a_load_on_nodes_is_exact_up_to_the_side() {
@@ -56,7 +56,7 @@ fn saturated_ground_under_open_water_stays_at_rest() {
     let deep = json!({ "axis": "y", "shares": [[0, 2], [2, 0]] });
     let level = json!({ "axis": "x", "shares": [[0, 1], [1, 1]] });
     let ground = |options: Value| {
-        case(json!({
+        elastic_block().with(json!({
             "domain": { "min": [0, 0], "max": [1.2, 1.2] }, "gravity": [0, -10],
             "materials": { "m": { "model": "linear-elastic", "density": 600, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
@@ -69,7 +69,7 @@ fn saturated_ground_under_open_water_stays_at_rest() {
             ],
             "stages": [{ "name": "s", "duration": 0.01 }],
             "methods": { "mpm": options }
-        }))
+        })).build()
     };
     for options in [
         json!({ "cell_size": 0.2, "shape": "linear" }),
@@ -91,11 +91,11 @@ fn loads_on_nodes_survive_a_restart_and_need_a_side_on_a_grid_line() {
     let load = json!({ "kind": "traction", "body": "b", "side": "x-max", "value": [-100, 20], "applied_to": "nodes", "ramp": 0.3,
                        "profile": { "axis": "y", "shares": [[0.35, 1], [0.65, 0.2]] } });
     let held = json!([{ "side": "x-min", "position": 0.35, "wall": { "kind": "rough" } }]);
-    let sound = case(json!({ "loads": [load], "boundaries": held }));
+    let sound = elastic_block().with(json!({ "loads": [load], "boundaries": held })).build();
     restarts(&sound, 0.1, 0.2);
     let refused = |options: Value, max: f64| {
         let body = json!([{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.35, 0.35], "max": [max, 0.65] } }]);
-        let case = case(json!({ "loads": [load], "bodies": body, "methods": { "mpm": options } }));
+        let case = elastic_block().with(json!({ "loads": [load], "bodies": body, "methods": { "mpm": options } })).build();
         Mpm.build(&case).err().map(|error| error.to_string()).unwrap_or_default()
     };
     assert_eq!(refused(json!({ "cell_size": 0.05 }), 0.65), "");
@@ -127,8 +127,8 @@ fn loads_on_nodes_are_the_same_on_any_thread() {
             if !fluid.is_null() {
                 body["pore_fluid"] = fluid;
             }
-            let case = case(json!({ "loads": [load], "boundaries": held, "bodies": [body],
-                                    "stages": [{ "name": "s", "duration": 0.008 }], "methods": { "mpm": options } }));
+            let case = elastic_block().with(json!({ "loads": [load], "boundaries": held, "bodies": [body],
+                                    "stages": [{ "name": "s", "duration": 0.008 }], "methods": { "mpm": options } })).build();
             let hash = |threads: usize| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 let report = pool.install(|| solve(&Mpm, &case));

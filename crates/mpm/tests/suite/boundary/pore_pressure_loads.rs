@@ -5,7 +5,7 @@ use colluvium_testkit::{read_case, scalars, solve, start_solver};
 use colluvium_case::{Case, FieldData};
 use serde_json::{Value, json};
 
-use crate::boundary::case;
+use crate::boundary::elastic_block;
 
 #[test]
 fn a_pore_pressure_that_varies_pushes_the_fluid_with_its_mean() {
@@ -14,7 +14,7 @@ fn a_pore_pressure_that_varies_pushes_the_fluid_with_its_mean() {
                         "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1e-6 } }]);
     let load = json!({ "kind": "pore-pressure", "body": "b", "side": "x-min", "value": 1e3,
                        "profile": { "axis": "y", "shares": [[0.35, 0], [0.65, 1]] } });
-    let mut solver = start_solver(&Mpm, &case(json!({ "bodies": text, "loads": [load] })));
+    let mut solver = elastic_block().with(json!({ "bodies": text, "loads": [load] })).start(&Mpm);
     let dt = solver.limit().dt;
     solver.step(dt).unwrap();
     let momentum = solver.totals().liquid.unwrap().momentum;
@@ -52,7 +52,7 @@ fn water_at_the_boundary_fills_the_pores_with_its_pressure() {
 #[test]
 fn boundary_pressures_of_the_fluid_need_pores_and_no_impermeable_wall() {
     let with = |body: &str, walls: Value| {
-        let mut text: Value = serde_json::from_str(&case(json!({})).to_json()).unwrap();
+        let mut text: Value = serde_json::from_str(&elastic_block().build().to_json()).unwrap();
         text["bodies"][0]["pore_fluid"] = json!({ "porosity": 0.4, "intrinsic_permeability": 1e-10 });
         text["bodies"].as_array_mut().unwrap().push(
             json!({ "name": "dry", "material": "m", "shape": { "kind": "box", "min": [0.65, 0], "max": [0.9, 0.3] } }),

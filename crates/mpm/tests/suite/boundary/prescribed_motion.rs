@@ -1,5 +1,6 @@
 //! Rigid bodies and patches of prescribed velocity (sheet: mpm §2.11, §3.6).
 
+use colluvium_testkit::CaseBuilder;
 use colluvium_testkit::{case_with, solve, start_solver, vectors, with_keys};
 use std::collections::BTreeMap;
 
@@ -8,18 +9,15 @@ use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
 
-/// An elastic block of 1 m on a smooth floor between smooth walls, and more.
-#[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
-fn case(more: Value) -> Case {
-    case_with(json!({
-            "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 2] }, "gravity": [0, 0],
-            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
-            "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
-            "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "x-min", "wall": { "kind": "smooth" } },
-                           { "side": "x-max", "wall": { "kind": "smooth" } }],
-            "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4 } }
-        }),
-        &more,)
+/// Elastic block of 1 m on a smooth floor between smooth walls. The test adds the stages.
+fn block_between_walls() -> CaseBuilder {
+    CaseBuilder::plane_strain([0.0, 0.0], [1.0, 2.0])
+        .elastic("m", 1000.0, 1e5, 0.0)
+        .box_body("block", "m", &[0.0, 0.0], &[1.0, 1.0])
+        .wall("y-min", "smooth")
+        .wall("x-min", "smooth")
+        .wall("x-max", "smooth")
+        .options("mpm", json!({ "cell_size": 0.1, "courant": 0.4 }))
 }
 
 fn lid() -> Value {
@@ -52,12 +50,12 @@ fn a_rigid_lid_presses_with_the_force_of_the_oedometer() {
         [json!([]), json!([{ "bodies": ["block", "lid"], "friction_coefficient": 0.2, "test": "gap" }])]
     {
         for scheme in ["usf", "usl", "musl"] {
-            let case = case(json!({
+            let case = block_between_walls().with(json!({
                 "bodies": [block(), lid()],
                 "stages": press("lid"),
                 "measures": { "force": { "kind": "reaction", "target": "lid" } },
                 "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "stress_update": scheme, "contacts": contacts } }
-            }));
+            })).build();
             let report = solve(&Mpm, &case);
             let force = late(&report, "force.impulse.y");
             // The lid holds the nodes at its face, which the surface of the block leaves by 1 % of its height.
@@ -85,7 +83,7 @@ fn a_patch_that_does_nothing_changes_nothing_at_walls() {
             if patch {
                 more["patches"] = json!([{ "name": "idle", "region": { "kind": "box", "min": [2.5, 1.8], "max": [3, 2] } }]);
             }
-            vectors(&solve(&Mpm, &case(more)).snapshot, "displacement")
+            vectors(&block_between_walls().with(more).solve(&Mpm).snapshot, "displacement")
         });
         for (alone, with_patch) in ends[0].iter().zip(&ends[1]) {
             assert!(
@@ -101,7 +99,7 @@ fn a_plate_over_a_whole_period_moves_all_of_its_nodes() {
     // A-26 with the upper plate as a patch: nodes beyond the side and the images of nodes go along.
     for shape in ["linear", "ugimp"] {
         let flow = |region: [f64; 2]| {
-            let case = case(json!({
+            let case = block_between_walls().with(json!({
                 "domain": { "min": [0, 0], "max": [0.3, 1], "periodic": ["x"] },
                 "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 4e5, "viscosity": 1000,
                                       "cavitation_strength": 4e5 } },
@@ -111,7 +109,7 @@ fn a_plate_over_a_whole_period_moves_all_of_its_nodes() {
                 "measures": { "force": { "kind": "reaction", "target": "plate" } },
                 "stages": [{ "name": "flow", "duration": 0.5, "motions": [{ "target": "plate", "velocity": [1, 0] }] }],
                 "methods": { "mpm": { "cell_size": 0.1, "shape": shape } }
-            }));
+            })).build();
             solve(&Mpm, &case)
         };
         let report = flow([0.0, 0.3]);
@@ -154,11 +152,11 @@ fn unevenness(snapshot: &Snapshot) -> f64 {
 fn a_rigid_plate_from_wall_to_wall_presses_evenly() {
     // Nodes at the sides have half of the volume of others, and are held with them.
     for shape in ["linear", "ugimp", "quadratic"] {
-        let case = case(json!({
+        let case = block_between_walls().with(json!({
             "bodies": [block(), lid()],
             "stages": [{ "name": "press", "duration": 0.4, "motions": [{ "target": "lid", "velocity": [0, -0.3] }] }],
             "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "shape": shape } }
-        }));
+        })).build();
         let mut solver = start_solver(&Mpm, &case);
         while solver.time() < 0.4 {
             let dt = solver.limit().dt;
@@ -173,7 +171,7 @@ fn a_rigid_plate_from_wall_to_wall_presses_evenly() {
 fn a_rigid_plate_over_a_whole_period_drags_evenly() {
     for shape in ["linear", "ugimp", "cpgimp"] {
         let reactions = [0.6, 1.2].map(|width| {
-            let flow = case(json!({
+            let flow = block_between_walls().with(json!({
                 "domain": { "min": [0, 0], "max": [width, 1.4], "periodic": ["x"] },
                 "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 4e5, "viscosity": 1000,
                                       "cavitation_strength": 4e5 } },
@@ -183,7 +181,7 @@ fn a_rigid_plate_over_a_whole_period_drags_evenly() {
                 "measures": { "force": { "kind": "reaction", "target": "lid" } },
                 "stages": [{ "name": "flow", "duration": 0.5, "motions": [{ "target": "lid", "velocity": [1, 0] }] }],
                 "methods": { "mpm": { "cell_size": 0.1, "shape": shape } }
-            }));
+            })).build();
             let report = solve(&Mpm, &flow);
             let uneven = unevenness(&report.snapshot);
             assert!(uneven < 1e-9, "{shape}, {width}: {uneven}");
@@ -199,7 +197,7 @@ fn a_rigid_plate_over_a_whole_period_drags_evenly() {
 fn a_moving_wall_takes_the_liquid_beside_it_along() {
     // A-26, steady: the speed of a point is its height, to the last row under the wall.
     for scheme in ["usf", "usl", "musl"] {
-        let flow = case(json!({
+        let flow = block_between_walls().with(json!({
             "domain": { "min": [0, 0], "max": [0.3, 1], "periodic": ["x"] },
             "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 4e5, "viscosity": 1000,
                                   "cavitation_strength": 4e5 } },
@@ -208,7 +206,7 @@ fn a_moving_wall_takes_the_liquid_beside_it_along() {
                            { "side": "y-max", "wall": { "kind": "rough" }, "velocity": [1, 0] }],
             "stages": [{ "name": "flow", "duration": 1 }],
             "methods": { "mpm": { "cell_size": 0.1, "stress_update": scheme } }
-        }));
+        })).build();
         let snapshot = solve(&Mpm, &flow).snapshot;
         for (x, v) in snapshot.positions.iter().zip(vectors(&snapshot, "velocity")) {
             assert!((v[0] - x[1]).abs() < 0.02, "{scheme}: {v:?} at {x:?}");
@@ -219,12 +217,12 @@ fn a_moving_wall_takes_the_liquid_beside_it_along() {
 #[test]
 fn a_rigid_plate_presses_where_points_keep_their_places() {
     // Far beyond a cell: the plate goes on pressing the surface where that was at the start.
-    let case = case(json!({
+    let case = block_between_walls().with(json!({
         "bodies": [block(), lid()],
         "stages": [{ "name": "press", "duration": 1, "damping": 0.5, "motions": [{ "target": "lid", "velocity": [0, -0.3], "ramp": 0.2 }] }],
         "measures": { "force": { "kind": "reaction", "target": "lid" } },
         "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "formulation": "small-displacement" } }
-    }));
+    })).build();
     let report = solve(&Mpm, &case);
     let lid: Vec<[f64; 3]> = report
         .snapshot
@@ -249,13 +247,13 @@ fn a_rigid_plate_presses_where_points_keep_their_places() {
 fn a_rigid_lid_presses_on_triangles_and_tetrahedra_too() {
     let slides = json!([{ "bodies": ["block", "lid"], "friction_coefficient": 0.2, "normal": [0, 1] }]);
     for (scheme, contacts) in [("usl", json!([])), ("musl", json!([])), ("musl", slides)] {
-        let case = case(json!({
+        let case = block_between_walls().with(json!({
             "bodies": [block(), lid()],
             "stages": press("lid"),
             "measures": { "force": { "kind": "reaction", "target": "lid" } },
             "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "shape": "linear", "mesh": { "kind": "box" },
                                   "stress_update": scheme, "contacts": contacts } }
-        }));
+        })).build();
         let force = late(&solve(&Mpm, &case), "force.impulse.y");
         assert!((force / 1000.0 - 1.0).abs() < 0.03, "{contacts}, {scheme}: {force}");
     }
@@ -269,7 +267,7 @@ fn a_rigid_lid_presses_on_triangles_and_tetrahedra_too() {
         let down = stage["motions"][0]["velocity"][1].take();
         stage["motions"][0]["velocity"] = json!([0, 0, down]);
     });
-    let case = case(json!({
+    let case = block_between_walls().with(json!({
         "space": "3d", "domain": { "min": [0, 0, 0], "max": [0.3, 0.3, 1.3] }, "gravity": [0, 0, 0],
         "bodies": [{ "name": "block", "material": "m", "shape": corner(0.0, 1.0) },
                    { "name": "lid", "material": "m", "shape": corner(1.0, 1.2), "rigid": true }],
@@ -278,7 +276,7 @@ fn a_rigid_lid_presses_on_triangles_and_tetrahedra_too() {
         "measures": { "force": { "kind": "reaction", "target": "lid" } },
         "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "shape": "linear", "mesh": { "kind": "box" },
                               "stress_update": "musl" } }
-    }));
+    })).build();
     let force = late(&solve(&Mpm, &case), "force.impulse.z");
     assert!((force / 90.0 - 1.0).abs() < 0.03, "tetrahedra: {force}");
 }
@@ -286,12 +284,12 @@ fn a_rigid_lid_presses_on_triangles_and_tetrahedra_too() {
 #[test]
 fn a_rigid_body_that_leaves_is_an_error() {
     for mesh in [json!({ "kind": "box" }), Value::Null] {
-        let case = case(json!({
+        let case = block_between_walls().with(json!({
             "bodies": [block(), { "name": "lid", "material": "m", "shape": { "kind": "box", "min": [0, 1.2], "max": [1, 1.6] },
                                   "rigid": true }],
             "stages": [{ "name": "up", "duration": 1, "motions": [{ "target": "lid", "velocity": [0, 1] }] }],
             "methods": { "mpm": { "cell_size": 0.2, "shape": "linear", "mesh": mesh } }
-        }));
+        })).build();
         let mut solver = start_solver(&Mpm, &case);
         let error = loop {
             let step = solver.limit().dt;
@@ -317,12 +315,12 @@ fn a_patch_presses_with_the_force_of_the_oedometer() {
         (true, mesh("usf")),
     ] {
         let options = with_keys(json!({ "cell_size": 0.1, "courant": 0.4 }), &more);
-        let case = case(json!({
+        let case = block_between_walls().with(json!({
             "patches": [{ "name": "lid", "region": { "kind": "box", "min": [0, 1], "max": [1, 1.2] }, "moves": moves }],
             "stages": press("lid"),
             "measures": { "force": { "kind": "reaction", "target": "lid" } },
             "methods": { "mpm": options }
-        }));
+        })).build();
         let force = late(&solve(&Mpm, &case), "force.impulse.y");
         assert!((force / 1000.0 - 1.0).abs() < 0.03, "{moves}, {more}: {force}");
     }
@@ -333,13 +331,13 @@ fn the_impulse_on_a_patch_is_that_on_the_material() {
     // It takes all nodes of the block from rest to 0.05 m/s, and on. Ramped and at once, with either treatment of what
     // nodes bring.
     for (ramp, fixed) in [(0.2, "force"), (0.0, "force"), (0.2, "momentum")] {
-        let case = case(json!({
+        let case = block_between_walls().with(json!({
             "boundaries": [],
             "patches": [{ "name": "hand", "region": { "kind": "box", "min": [0, 0], "max": [1, 2] } }],
             "stages": [{ "name": "s", "duration": 0.5, "motions": [{ "target": "hand", "velocity": [null, 0.05], "ramp": ramp }] }],
             "measures": { "force": { "kind": "reaction", "target": "hand" } },
             "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "fixed_nodes": fixed } }
-        }));
+        })).build();
         let report = solve(&Mpm, &case);
         let momentum = report.end.momentum[1] - report.start.momentum[1];
         let impulse = report.table.pairs("time", "force.impulse.y").unwrap().last().unwrap().1;
@@ -353,7 +351,7 @@ fn a_patch_that_makes_a_material_flow_feels_its_strength_however_fast() {
     // Tresca's column between smooth ends in plane strain carries 2 c_u. Points next to the patch go along with it: what they
     // lag behind is no force.
     for speed in [0.01, 0.05] {
-        let case = case(json!({
+        let case = block_between_walls().with(json!({
             "domain": { "min": [0, 0], "max": [2, 1] },
             "materials": { "m": { "model": "tresca", "density": 2000, "youngs_modulus": 5e6, "poissons_ratio": 0.3,
                                   "undrained_strength": 10000 } },
@@ -365,7 +363,7 @@ fn a_patch_that_makes_a_material_flow_feels_its_strength_however_fast() {
             "output": { "measures": 0.002 / speed },
             "methods": { "mpm": { "cell_size": 0.1, "shape": "linear", "volumetric_strain": "cell-average",
                                   "formulation": "small-displacement" } }
-        }));
+        })).build();
         let force = late(&solve(&Mpm, &case), "force.impulse.y");
         // Waves go up and down meanwhile.
         assert!((force / 20_000.0 - 1.0).abs() < 0.04, "{speed}: {force}");
@@ -376,7 +374,7 @@ fn a_patch_that_makes_a_material_flow_feels_its_strength_however_fast() {
 fn the_impulse_on_a_rigid_body_is_the_momentum_that_the_material_loses() {
     // A block thrown at a rigid plate in the air.
     for friction in [0.0, 0.4] {
-        let case = case(json!({
+        let case = block_between_walls().with(json!({
             "bodies": [
                 { "name": "ball", "material": "m", "shape": { "kind": "box", "min": [0.3, 0.5], "max": [0.7, 0.8] },
                   "velocity": { "kind": "uniform", "value": [0.1, 0.3] } },
@@ -387,7 +385,7 @@ fn the_impulse_on_a_rigid_body_is_the_momentum_that_the_material_loses() {
             "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4,
                                   "contacts": [{ "bodies": ["ball", "lid"], "friction_coefficient": friction,
                                                  "normal": [0, 1], "test": "gap" }] } }
-        }));
+        })).build();
         let report = solve(&Mpm, &case);
         let momentum = [0, 1].map(|c| report.start.momentum[c] - report.end.momentum[c]);
         let impulse = ["force.impulse.x", "force.impulse.y"]
@@ -404,12 +402,12 @@ fn the_impulse_on_a_rigid_body_is_the_momentum_that_the_material_loses() {
 
 #[test]
 fn driven_runs_are_the_same_on_two_threads_and_after_a_restart() {
-    let case = case(json!({
+    let case = block_between_walls().with(json!({
         "bodies": [block(), lid()],
         "patches": [{ "name": "foot", "region": { "kind": "box", "min": [0, 0.4], "max": [0.3, 0.6] }, "moves": true }],
         "stages": [{ "name": "s", "duration": 0.2, "motions": [
             { "target": "lid", "velocity": [0.01, -0.05], "ramp": 0.1 }, { "target": "foot", "velocity": [null, 0.02] }] }],
-    }));
+    })).build();
     let hash = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| solve(&Mpm, &case).snapshot.hash())
@@ -435,10 +433,10 @@ fn driven_runs_are_the_same_on_two_threads_and_after_a_restart() {
 #[test]
 fn a_patch_without_nodes_is_named() {
     let patch = |low: f64, high: f64| {
-        let case = case(json!({
+        let case = block_between_walls().with(json!({
             "patches": [{ "name": "plate", "region": { "kind": "box", "min": [0.2, low], "max": [0.8, high] } }],
             "stages": [{ "name": "s", "duration": 0.1, "motions": [{ "target": "plate", "velocity": [0, -0.01] }] }]
-        }));
+        })).build();
         Mpm.plan(&case).unwrap().warnings
     };
     assert!(

@@ -5,7 +5,7 @@ use colluvium_testkit::{advance_to, solve, start_solver, stresses, with_keys};
 use colluvium_case::{Case, Solver};
 use serde_json::{Value, json};
 
-use crate::boundary::case;
+use crate::boundary::elastic_block;
 
 /// Force on the whole body in the next step (N).
 fn force(solver: &mut dyn Solver) -> [f64; 2] {
@@ -29,7 +29,7 @@ fn a_pressure_turns_with_the_surface_and_a_traction_does_not() {
     for scheme in ["usf", "usl", "musl"] {
         for (load, exact) in &loads {
             let options = json!({ "cell_size": 0.05, "stress_update": scheme });
-            let case = case(json!({ "bodies": body, "loads": [load], "methods": { "mpm": options } }));
+            let case = elastic_block().with(json!({ "bodies": body, "loads": [load], "methods": { "mpm": options } })).build();
             let mut solver = start_solver(&Mpm, &case);
             let start = force(&mut *solver);
             assert!((start[0] + 3.0).abs() < 0.02 && start[1].abs() < 0.02, "{start:?}");
@@ -49,10 +49,10 @@ fn a_pressure_turns_with_the_surface_and_a_traction_does_not() {
 #[test]
 fn each_load_of_a_body_grows_over_its_own_ramp() {
     let load = |side: &str, value: Value, ramp: f64| json!({ "kind": "traction", "body": "b", "side": side, "value": value, "ramp": ramp });
-    let case = case(json!({
+    let case = elastic_block().with(json!({
         "loads": [load("x-max", json!([10, 0]), 0.1), load("y-max", json!([0, 20]), 0.4)],
         "stages": [{ "name": "s", "duration": 0.2 }]
-    }));
+    })).build();
     let momentum = solve(&Mpm, &case).end.momentum;
     // 3 N and 6 N at full load: 3 × (0.2 - 0.05) and 6 × 0.2² / (2 × 0.4), but for the last part of the step.
     assert!(
@@ -104,7 +104,7 @@ fn a_load_that_varies_along_its_side_has_the_resultants_of_its_profile() {
         for options in
             grids.iter().filter(|options| load.get("applied_to").is_none() || options["shape"] != "quadratic")
         {
-            let found = resultants(&case(json!({ "loads": [load], "methods": { "mpm": options } })));
+            let found = resultants(&elastic_block().with(json!({ "loads": [load], "methods": { "mpm": options } })).build());
             for c in 0..2 {
                 assert!((found[c] - exact[c]).abs() < 1e-9, "{options}: {found:?} for {exact:?}");
             }
@@ -120,14 +120,14 @@ fn a_load_that_varies_along_its_side_has_the_resultants_of_its_profile() {
 fn a_pressure_that_varies_makes_a_stress_that_varies() {
     // Between a smooth wall and a pressure from 1 kPa below to 3 kPa above, with a Poisson's ratio of zero: each fibre
     // has the stress of the pressure on its end, as in a beam in bending.
-    let report = solve(&Mpm, &case(json!({
+    let report = elastic_block().with(json!({
         "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0.2], "max": [0.4, 0.8] } }],
         "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }],
         "loads": [{ "kind": "pressure", "body": "b", "side": "x-max", "value": 1e3, "ramp": 0.05,
                     "profile": { "axis": "y", "shares": [[0.2, 1], [0.8, 3]] } }],
         "stages": [{ "name": "s", "duration": 1.0, "damping": 0.3 }]
-    })));
+    })).solve(&Mpm);
     for (x, s) in report.snapshot.positions.iter().zip(stresses(&report.snapshot)) {
         let exact = -1e3 * (1.0 + 2.0 * (x[1] - 0.2) / 0.6);
         // A load is smeared over the outermost cells.

@@ -5,7 +5,7 @@ use colluvium_case::{Budget, Case, Method};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::boundary::case;
+use crate::boundary::elastic_block;
 
 #[test]
 fn a_wall_with_separation_adds_no_energy_to_a_bouncing_body() {
@@ -16,10 +16,10 @@ fn a_wall_with_separation_adds_no_energy_to_a_bouncing_body() {
     for wall in [smooth, rubbing] {
         for scheme in ["usl", "musl"] {
             let options = json!({ "cell_size": 0.05, "stress_update": scheme, "courant": 0.2 });
-            let report = solve(&Mpm, &case(json!({
+            let report = elastic_block().with(json!({
                 "bodies": ball, "boundaries": [wall], "stages": [{ "name": "s", "duration": 0.15 }],
                 "methods": { "mpm": options }
-            })));
+            })).solve(&Mpm);
             assert!(report.end.momentum[1] > 0.0, "it is on its way up");
             let kept = (report.end.kinetic + report.end.elastic) / report.start.kinetic;
             assert!(kept < 1.01 && kept > 0.7, "{wall}, {scheme}: {kept}");
@@ -44,7 +44,7 @@ fn a_bilateral_wall_holds_a_hanging_body_without_friction() {
         if !fluid.is_null() {
             text["bodies"][0]["pore_fluid"] = fluid;
         }
-        solve(&Mpm, &case(text)).end
+        elastic_block().with(text).solve(&Mpm).end
     };
     let fluid = || json!({ "porosity": 0.4, "intrinsic_permeability": 1e-8, "bulk_modulus": 1e6 });
     for options in [
@@ -78,11 +78,11 @@ fn walls_that_would_leave_their_plane_are_refused() {
             }))
     };
     for speed in [0.2, -0.2] {
-        let error = Mpm.build(&case(speed)).err().unwrap().to_string();
+        let error = Mpm.build(&elastic_block().with(speed).build()).err().unwrap().to_string();
         assert!(
             error.contains("boundaries[1].velocity") && error.contains("rigid body or a patch"),
             "{error}"
         );
     }
-    assert!(Mpm.build(&case(0.04)).is_ok());
+    assert!(Mpm.build(&elastic_block().with(0.04).build()).is_ok());
 }

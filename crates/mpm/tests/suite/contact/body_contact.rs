@@ -1,19 +1,15 @@
 //! Contact between bodies (sheet: mpm §2.12).
 
+use colluvium_testkit::CaseBuilder;
 use colluvium_testkit::{case_with, solve, start_solver, vectors, with_keys};
 use colluvium_case::{Case, FieldData, Method, Snapshot, Solver};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
 
-/// A case of one elastic material; `more` adds or replaces keys.
-#[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
-fn case(more: Value) -> Case {
-    case_with(json!({
-            "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [2, 2] }, "gravity": [0, 0],
-            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
-        }),
-        &more,)
+/// Square of 2 m and an elastic material. The test adds bodies, stages and options.
+fn square() -> CaseBuilder {
+    CaseBuilder::plane_strain([0.0, 0.0], [2.0, 2.0]).elastic("m", 1000.0, 1e5, 0.0)
 }
 
 /// Two blocks, one upon the other, that move with the velocities given.
@@ -22,7 +18,7 @@ fn blocks(velocities: [[f64; 2]; 2], options: &Value) -> Case {
     for (key, value) in options.as_object().unwrap() {
         mpm[key] = value.clone();
     }
-    case(json!({
+    square().with(json!({
         "bodies": [
             { "name": "lower", "material": "m", "shape": { "kind": "box", "min": [0.5, 0.6], "max": [1.5, 1.0] },
               "velocity": { "kind": "uniform", "value": velocities[0] } },
@@ -30,7 +26,7 @@ fn blocks(velocities: [[f64; 2]; 2], options: &Value) -> Case {
               "velocity": { "kind": "uniform", "value": velocities[1] } }],
         "stages": [{ "name": "s", "duration": 0.1 }],
         "methods": { "mpm": mpm }
-    }))
+    })).build()
 }
 
 fn contact(friction: f64, adhesion: f64) -> Value {
@@ -116,7 +112,7 @@ fn contact_forces_do_not_depend_on_distant_bodies() {
 fn adhesion_on_a_ring_is_that_of_its_whole_area_per_radian() {
     // A ring of 10 to 11 m and 1 m high on a rigid core, pressed on it, in free fall: of 10 m² per radian and 1 kPa.
     let falls = |adhesion: f64| {
-        let case = case(json!({
+        let case = square().with(json!({
             "space": "axisymmetric", "domain": { "min": [9.5, 0], "max": [11.5, 3] }, "gravity": [0, -1],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
             "bodies": [
@@ -126,7 +122,7 @@ fn adhesion_on_a_ring_is_that_of_its_whole_area_per_radian() {
             "stages": [{ "name": "s", "duration": 0.4 }],
             "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4,
                                   "contacts": [{ "bodies": ["core", "ring"], "adhesion": adhesion, "normal": [1, 0] }] } }
-        }));
+        })).build();
         let report = solve(&Mpm, &case);
         let budget = report.snapshot.bodies.iter().zip(vectors(&report.snapshot, "velocity"));
         let ring: Vec<f64> = budget.filter(|(body, _)| **body == 1).map(|(_, v)| v[1]).collect();
@@ -313,12 +309,12 @@ fn three_bodies_at_a_node_hold_each_other() {
                 "velocity": { "kind": "uniform", "value": [0, speed] } })
     };
     let pair = |a: &str, b: &str| json!({ "bodies": [a, b], "friction_coefficient": 0.3, "test": "gap" });
-    let case = case(json!({
+    let case = square().with(json!({
         "bodies": [boxed("lower", 0.6, 1.0, 0.2), boxed("plate", 1.0, 1.05, 0.0), boxed("upper", 1.05, 1.45, -0.2)],
         "stages": [{ "name": "s", "duration": 0.05 }],
         "methods": { "mpm": { "cell_size": 0.1, "courant": 0.3, "points_per_cell": 4,
                               "contacts": [pair("lower", "plate"), pair("plate", "upper"), pair("lower", "upper")] } }
-    }));
+    })).build();
     let report = solve(&Mpm, &case);
     assert!(report.end.momentum[1].abs() < 1e-9 * report.end.mass, "{:?}", report.end.momentum);
     let thickness = |snapshot: &Snapshot| {
@@ -394,7 +390,7 @@ fn layers_between_walls_are_pressed_together_without_shear() {
             };
             let wall = |side: String| json!({ "side": side, "wall": { "kind": "smooth" } });
             let other = if side == "x" { "y" } else { "x" };
-            let report = solve(&Mpm, &case(json!({
+            let report = square().with(json!({
                 "domain": { "min": [0, 0], "max": turned([1.0, 2.0]) }, "gravity": turned([0.0, -9.81]),
                 "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
                 "bodies": [layer("low", 0.0, 0.8125), layer("high", 0.8125, 1.5)],
@@ -403,7 +399,7 @@ fn layers_between_walls_are_pressed_together_without_shear() {
                 "methods": { "mpm": { "cell_size": 0.125, "contacts": [
                     { "bodies": ["low", "high"], "friction_coefficient": 0, "test": test }
                 ] } }
-            })));
+            })).solve(&Mpm);
             let FieldData::Tensor(stress) = &report.snapshot.field("stress").unwrap().data else { panic!() };
             let most = |c: usize| stress.iter().map(|s| s[c].abs()).fold(0.0, f64::max);
             assert!(most(1 - axis) > 1e4, "they are pressed");

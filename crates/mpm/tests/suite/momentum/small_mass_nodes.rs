@@ -1,15 +1,15 @@
 //! Nodes that material reaches only just, with stress last (sheet: mpm §3.2, P-02).
 
+use colluvium_testkit::CaseBuilder;
 use colluvium_mpm::Mpm;
 use colluvium_testkit::{case_with, start_solver, stresses, with_keys};
 use colluvium_case::{Case, Solver};
 use serde_json::{Value, json};
 
 
-/// A case of one elastic material with nothing else; `more` adds or replaces keys.
-#[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
-fn case(more: Value) -> Case {
-    case_with(json!({ "title": "test", "stages": [{ "name": "s", "duration": 0.05 }] }), &more)
+/// Stage of 0.05 s. The test adds all else.
+fn short_run() -> CaseBuilder {
+    CaseBuilder::from_json(json!({ "title": "test" })).stage("s", 0.05)
 }
 
 /// The first of `count` points in a cell, alone: at `ξ = 1/2/count` under tension; the change of its stress in one step over its stress.
@@ -19,13 +19,13 @@ fn pulled_point(count: usize, options: &Value) -> f64 {
         options,
     );
     let wide = 0.1 / count as f64;
-    let case = case(json!({
+    let case = short_run().with(json!({
         "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
         "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.5 + 0.1 * wide], "max": [0.5 + 0.9 * wide] },
                      "stress": { "kind": "uniform", "value": [1, 0, 0, 0, 0, 0] } }],
         "methods": { "mpm": all }
-    }));
+    })).build();
     let mut solver = start_solver(&Mpm, &case);
     let dt = solver.limit().dt;
     solver.step(dt).unwrap();
@@ -76,7 +76,7 @@ fn shaken(axes: usize, ratio: f64, speed: f64, options: &Value) -> [f64; 2] {
         |a: usize, b: usize| if a != b { 0.0 } else { 5e-3 * wave * if a == 0 { 1.0 } else { -1.0 } };
     let gradient: Vec<Vec<f64>> = (0..axes).map(|a| (0..axes).map(|b| stretch(a, b)).collect()).collect();
     let duration = 0.7 / (speed * wave);
-    let mut solver = start_solver(&Mpm, &case(json!({
+    let mut solver = short_run().with(json!({
         "space": if axes == 2 { "plane-strain" } else { "3d" },
         "domain": { "min": all(0.0), "max": all(1.6) }, "gravity": all(0.0),
         "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": ratio } },
@@ -84,7 +84,7 @@ fn shaken(axes: usize, ratio: f64, speed: f64, options: &Value) -> [f64; 2] {
                      "velocity": { "kind": "linear", "value": flight, "origin": all(0.4), "gradient": gradient } }],
         "stages": [{ "name": "s", "duration": duration }],
         "methods": { "mpm": with_keys(json!({ "cell_size": 0.1, "shape": "linear", "stress_update": "usl", "courant": 0.5 }), options) }
-    })));
+    })).start(&Mpm);
     let inner = |solver: &dyn Solver| {
         let budget = solver.totals();
         let square: f64 = budget.momentum.iter().map(|p| p * p).sum();

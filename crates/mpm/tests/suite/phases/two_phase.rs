@@ -1,23 +1,22 @@
 //! Saturated bodies against closed forms (sheet: mpm ), and the solver's promises with two phases.
 
+use colluvium_testkit::CaseBuilder;
 use colluvium_testkit::{advance_steps, case_with, read_case, scalars, solve, start_solver, stresses, take_steps, vectors, with_keys};
 use colluvium_case::{Case, Method, StepLimit};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
 
-/// A saturated column of 1 m that fills the domain: grains 2650, porosity 0.4; `more` replaces or adds keys.
-#[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
-fn case(more: Value) -> Case {
-    case_with(json!({
-            "title": "test", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
-            "materials": { "m": { "model": "linear-elastic", "density": 1590, "youngs_modulus": 1e7, "poissons_ratio": 0 } },
-            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
-                         "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1.019367991845056e-10 } }],
-            "stages": [{ "name": "s", "duration": 1.0 }],
-            "methods": { "mpm": { "cell_size": 0.1, "points_per_cell": 1, "shape": "linear" } }
-        }),
-        &more,)
+/// A saturated column of 1 m that fills the domain: grains 2650, porosity 0.4.
+fn saturated_column() -> CaseBuilder {
+    CaseBuilder::new("1d", &[0.0], &[1.0])
+        .elastic("m", 1590.0, 1e7, 0.0)
+        .body(json!({
+            "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
+            "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1.019367991845056e-10 }
+        }))
+        .stage("s", 1.0)
+        .options("mpm", json!({ "cell_size": 0.1, "points_per_cell": 1, "shape": "linear" }))
 }
 
 #[test]
@@ -27,16 +26,16 @@ fn drag_makes_the_phases_move_together() {
         json!({ "porosity": 0.4, "intrinsic_permeability": 1.019367991845056e-10,
                 "velocity": { "kind": "uniform", "value": speed } })
     };
-    let line = case(json!({
+    let line = saturated_column().with(json!({
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.3], "max": [0.7] },
                      "pore_fluid": fluid(vec![0.02]) }]
-    }));
-    let block = case(json!({
+    })).build();
+    let block = saturated_column().with(json!({
         "space": "3d", "domain": { "min": [0, 0, 0], "max": [1, 1, 1] }, "gravity": [0, 0, 0],
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.3, 0.3, 0.3], "max": [0.7, 0.7, 0.7] },
                      "pore_fluid": fluid(vec![0.02, -0.01, 0.03]) }],
         "methods": { "mpm": { "cell_size": 0.1 } }
-    }));
+    })).build();
     let rate = 0.4 * 1990.0 * 9.81 / (1590.0 * 1e-3);
     for case in [line, block] {
         let mut solver = start_solver(&Mpm, &case);
@@ -62,13 +61,13 @@ fn drag_makes_the_phases_move_together() {
 #[test]
 fn water_seeps_through_a_held_skeleton_at_the_rate_of_darcy() {
     // a wall over the whole column holds the grains and lets the water through; gravity is a gradient of 1.
-    let case = case(json!({
+    let case = saturated_column().with(json!({
         "gravity": [-9.81],
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
                      "pore_fluid": { "porosity": 0.4, "permeability": 1e-3 } }],
         "boundaries": [{ "side": "x-min", "position": 1.0, "wall": { "kind": "rough" }, "drained": true }],
         "stages": [{ "name": "s", "duration": 2e-3 }]
-    }));
+    })).build();
     for (duration, tolerance) in [(2e-4, 0.03), (5e-3, 1e-3)] {
         let mut case = case.clone();
         case.stages[0].duration = duration;
@@ -87,12 +86,12 @@ fn water_seeps_through_a_held_skeleton_at_the_rate_of_darcy() {
 
 /// The column between two impermeable walls, the upper one moving in.
 fn closed(scheme: &str, volumetric: &str) -> Case {
-    case(json!({
+    saturated_column().with(json!({
         "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } },
                        { "side": "x-max", "wall": { "kind": "smooth" }, "velocity": [-1e-3] }],
         "methods": { "mpm": { "cell_size": 1, "points_per_cell": 1, "shape": "linear", "stress_update": scheme,
                               "volumetric_strain": volumetric } }
-    }))
+    })).build()
 }
 
 #[test]
@@ -131,12 +130,12 @@ fn water_takes_its_share_of_the_compression_of_a_cylinder() {
         if mesh {
             mpm["mesh"] = json!({ "kind": "box" });
         }
-        let cylinder = case(json!({
+        let cylinder = saturated_column().with(json!({
             "space": "axisymmetric", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
                          "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1.019367991845056e-10 } }],
             "boundaries": [mantle, wall("y-min"), wall("y-max")], "methods": { "mpm": mpm }
-        }));
+        })).build();
         let mut solver = start_solver(&Mpm, &cylinder);
         take_steps(&mut *solver, 10, 1e-6);
         let (snapshot, strain) = (solver.snapshot(), -1e-3 * 1e-5);
@@ -162,7 +161,7 @@ fn water_seeps_towards_a_well_as_the_logarithm_of_the_radius() {
     // everywhere. Strains are shared: v/r is not linear, so that points of a cell would gain pressure against each other for
     // ever, which the nodes do not see.
     let wall = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" } });
-    let ring = case(json!({
+    let ring = saturated_column().with(json!({
         "space": "axisymmetric", "domain": { "min": [0.5, 0], "max": [1.5, 0.05] }, "gravity": [0, 0],
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.5, 0], "max": [1.5, 0.05] },
                      "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1.019367991845056e-10 } }],
@@ -171,7 +170,7 @@ fn water_seeps_towards_a_well_as_the_logarithm_of_the_radius() {
         "loads": [{ "kind": "pore-pressure", "body": "b", "side": "x-max", "value": 1000 }],
         "stages": [{ "name": "s", "duration": 0.05 }],
         "methods": { "mpm": { "cell_size": 0.05, "shape": "linear", "volumetric_strain": "cell-average" } }
-    }));
+    })).build();
     let report = solve(&Mpm, &ring);
     let (pressure, velocity) =
         (scalars(&report.snapshot, "pore_pressure"), vectors(&report.snapshot, "liquid_velocity"));
@@ -192,7 +191,7 @@ fn water_seeps_towards_a_well_as_the_logarithm_of_the_radius() {
 fn a_saturated_column_in_balance_stays_at_rest() {
     // hydrostatic water, the skeleton under its buoyant weight; centred points are in discrete balance.
     for integration in ["points", "mixed"] {
-        let case = case(json!({
+        let case = saturated_column().with(json!({
             "gravity": [-9.81],
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
                          "stress": { "kind": "k0", "surface": 1.0, "coefficient": 0.0 },
@@ -201,7 +200,7 @@ fn a_saturated_column_in_balance_stays_at_rest() {
             "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }],
             "stages": [{ "name": "s", "duration": 10, "equilibrium": { "unbalanced_force": 1e-9, "kinetic_energy": 1e-9 } }],
             "methods": { "mpm": { "cell_size": 0.05, "points_per_cell": 1, "shape": "linear", "integration": integration } }
-        }));
+        })).build();
         let mut solver = start_solver(&Mpm, &case);
         advance_steps(&mut *solver, 10_000);
         let snapshot = solver.snapshot();
@@ -220,13 +219,13 @@ fn a_saturated_column_in_balance_stays_at_rest() {
 
 /// The column of 1 m under a plate, whose name is `lid`, that moves in by 1 mm/s.
 fn under_a_plate(drained: bool, more: &Value) -> Case {
-    let plate = case(json!({
+    let plate = saturated_column().with(json!({
         "domain": { "min": [0], "max": [1.2] },
         "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }],
         "patches": [{ "name": "lid", "region": { "kind": "box", "min": [1], "max": [1.2] }, "moves": true, "drained": drained }],
         "stages": [{ "name": "s", "duration": 1, "motions": [{ "target": "lid", "velocity": [-1e-3] }] }],
         "measures": { "force": { "kind": "reaction", "target": "lid" } }
-    }));
+    })).build();
     case_with(serde_json::to_value(&plate).unwrap(), more)
 }
 
@@ -286,7 +285,7 @@ fn a_porous_plate_presses_the_water_out() {
 
 /// A saturated block that is thrown against a rough drained floor, beside a dry one.
 fn crash(shape: &str, volumetric: &str) -> Case {
-    case(json!({
+    saturated_column().with(json!({
         "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, -10],
         "materials": { "m": { "model": "drucker-prager", "density": 1590, "youngs_modulus": 1e6, "poissons_ratio": 0.3,
                               "friction_angle": 20, "cohesion": 500 } },
@@ -300,7 +299,7 @@ fn crash(shape: &str, volumetric: &str) -> Case {
                        { "side": "x-max", "wall": { "kind": "smooth" } }],
         "stages": [{ "name": "s", "duration": 0.12 }],
         "methods": { "mpm": { "cell_size": 0.05, "shape": shape, "volumetric_strain": volumetric, "courant": 0.5 } }
-    }))
+    })).build()
 }
 
 #[test]
@@ -355,14 +354,14 @@ fn options_without_support_for_two_phases_are_rejected_by_key() {
 
 #[test]
 fn the_courant_number_without_an_entry_is_that_of_the_criterion() {
-    let fast = Mpm.plan(&case(json!({}))).unwrap().time_step.dt;
+    let fast = Mpm.plan(&saturated_column().build()).unwrap().time_step.dt;
     let options =
         json!({ "mpm": { "cell_size": 0.1, "points_per_cell": 1, "shape": "linear", "courant": 0.45 } });
-    let slow = Mpm.plan(&case(json!({ "methods": options }))).unwrap().time_step.dt;
+    let slow = Mpm.plan(&saturated_column().with(json!({ "methods": options })).build()).unwrap().time_step.dt;
     assert!((fast / slow - 2.0).abs() < 1e-12);
     // USL keeps the default of one phase: beyond it overshoots at free surfaces.
     let options = json!({ "mpm": { "cell_size": 0.1, "points_per_cell": 1, "shape": "linear", "stress_update": "usl" } });
-    let last = Mpm.plan(&case(json!({ "methods": options }))).unwrap().time_step.dt;
+    let last = Mpm.plan(&saturated_column().with(json!({ "methods": options })).build()).unwrap().time_step.dt;
     assert!((fast / last - 1.8).abs() < 1e-12);
     // sheet: mpm §2.10, first row.
     assert!((fast / (0.9 * 5.095711e-5) - 1.0).abs() < 2e-7, "{fast}");
@@ -376,7 +375,7 @@ fn the_simple_criterion_takes_the_step_of_the_undrained_wave_or_of_the_drag() {
         let fluid = json!({ "porosity": 0.4, "intrinsic_permeability": permeability });
         let body = json!([{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
                             "pore_fluid": fluid }]);
-        let case = case(json!({ "bodies": body, "methods": { "mpm": with_keys(options, &more) } }));
+        let case = saturated_column().with(json!({ "bodies": body, "methods": { "mpm": with_keys(options, &more) } })).build();
         Mpm.plan(&case).unwrap()
     };
     // sheet: mpm §2.10, first two rows; k of 10⁻³ and 10⁻⁵ m/s. Inertia β slows waves by its root and drag by itself.
@@ -394,7 +393,7 @@ fn the_simple_criterion_takes_the_step_of_the_undrained_wave_or_of_the_drag() {
     }
     let options = json!({ "mpm": { "cell_size": 0.1, "step_criterion": "simple" } });
     let dry = json!([{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] } }]);
-    let problem = Mpm.plan(&case(json!({ "bodies": dry, "methods": options }))).unwrap_err().to_string();
+    let problem = Mpm.plan(&saturated_column().with(json!({ "bodies": dry, "methods": options })).build()).unwrap_err().to_string();
     assert!(problem.starts_with("methods.mpm.step_criterion: simple is for two phases"), "{problem}");
 }
 
@@ -424,14 +423,14 @@ fn the_default_step_is_stable_in_every_space() {
             ("cpgimp", "usf"),
         ] {
             for permeability in [1e-5, 1e-2, 10.0] {
-                let soaked = case(json!({
+                let soaked = saturated_column().with(json!({
                     "space": space, "domain": { "min": all(0.0), "max": top }, "gravity": up(-1.0),
                     "materials": { "m": { "model": "linear-elastic", "density": 1590, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
                     "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": all(0.0), "max": all(0.8) },
                                  "pore_fluid": { "porosity": 0.4, "permeability": permeability, "bulk_modulus": 1e7 } }],
                     "boundaries": walls,
                     "methods": { "mpm": { "cell_size": 0.2, "shape": shape, "stress_update": scheme } }
-                }));
+                })).build();
                 let mut solver = start_solver(&Mpm, &soaked);
                 let start = solver.totals();
                 advance_steps(&mut *solver, if dimension == 3 { 200 } else { 1000 });
@@ -477,14 +476,14 @@ fn friction_of_a_wall_depends_on_the_effective_stress() {
 
 #[test]
 fn equilibrium_under_a_traction_is_met_with_pore_fluid_too() {
-    let case = case(json!({
+    let case = saturated_column().with(json!({
         "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [-1e4] }],
         "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }],
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
                      "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1.019367991845056e-10, "bulk_modulus": 2e7 } }],
         "stages": [{ "name": "s", "duration": 3, "damping": 0.5, "equilibrium": {} }],
         "methods": { "mpm": { "cell_size": 0.1, "points_per_cell": 2, "shape": "linear" } }
-    }));
+    })).build();
     let report = solve(&Mpm, &case);
     assert!(report.snapshot.time < 3.0, "{}", report.snapshot.time);
     let total = report.snapshot.tensors("total_stress").unwrap();

@@ -5,14 +5,14 @@ use colluvium_case::{Method, RunOptions, RunReport, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::solver::case;
+use crate::solver::elastic_block;
 
 #[test]
 fn points_that_leave_a_body_with_remove_outside_are_removed() {
     // A dry block slides out of a smooth channel at 1 m/s: after 0.45 s half of it is beyond the end. On a mesh and with pore
     // fluid alike.
     let block = |mpm: Value, pore: Value| {
-        case(with_keys(
+        elastic_block().with(with_keys(
             json!({
                 "domain": { "min": [0, 0], "max": [1, 0.4] }, "gravity": [0, 0],
                 "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.3, 0], "max": [0.8, 0.2] },
@@ -21,7 +21,7 @@ fn points_that_leave_a_body_with_remove_outside_are_removed() {
                 "stages": [{ "name": "slide", "duration": 0.45 }]
             }),
             &json!({ "methods": { "mpm": mpm } }),
-        ))
+        )).build()
     };
     let pore = json!({ "porosity": 0.4, "intrinsic_permeability": 1e-9, "bulk_modulus": 1e5 });
     for (mpm, pore) in [
@@ -46,7 +46,7 @@ fn points_that_leave_a_body_with_remove_outside_are_removed() {
 #[test]
 fn points_stay_half_of_their_width_off_the_axis() {
     for shape in ["linear", "ugimp", "cpgimp"] {
-        let case = case(json!({
+        let case = elastic_block().with(json!({
             "space": "axisymmetric", "domain": { "min": [0, 0], "max": [2, 3] }, "gravity": [0, 0],
             "materials": { "m": { "model": "mohr-coulomb", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.2,
                                   "friction_angle": 30 } },
@@ -55,7 +55,7 @@ fn points_stay_half_of_their_width_off_the_axis() {
             "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }, { "side": "y-min", "wall": { "kind": "smooth" } }],
             "stages": [{ "name": "meet", "duration": 0.15 }],
             "methods": { "mpm": { "cell_size": 0.1, "shape": shape } }
-        }));
+        })).build();
         let report = solve(&Mpm, &case);
         let points = report.snapshot.positions.iter().zip(&report.snapshot.extents);
         let nearest = points.map(|(x, extent)| x[0] / extent[0]).fold(f64::INFINITY, f64::min);
@@ -68,13 +68,13 @@ fn turning_domains_keep_their_size_where_stretching_ones_vanish() {
     // A disk that turns by a quarter in a second: the diagonal of a rotation falls to zero.
     let turn = |stretch: &str, duration: f64| {
         let spin = std::f64::consts::FRAC_PI_2;
-        let case = case(json!({
+        let case = elastic_block().with(json!({
             "domain": { "min": [-0.5, -0.5], "max": [0.5, 0.5] },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0, 0], "radius": 0.3 },
                          "velocity": { "kind": "linear", "value": [0, 0], "origin": [0, 0], "gradient": [[0, -spin], [spin, 0]] } }],
             "stages": [{ "name": "turn", "duration": duration }],
             "methods": { "mpm": { "cell_size": 0.05, "shape": "cpgimp", "stress_update": "usl", "domain_stretch": stretch } }
-        }));
+        })).build();
         run(&case, Mpm.build(&case).unwrap(), &RunOptions::default())
     };
     let report = turn("right-stretch", 1.0).unwrap();
@@ -91,10 +91,10 @@ fn turning_domains_keep_their_size_where_stretching_ones_vanish() {
 
 #[test]
 fn a_point_that_leaves_stops_the_run_by_name() {
-    let thrown = case(json!({
+    let thrown = elastic_block().with(json!({
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.7, 0.3], "max": [0.9, 0.7] },
                      "velocity": { "kind": "uniform", "value": [5, 0] } }]
-    }));
+    })).build();
     let error = run(&thrown, Mpm.build(&thrown).unwrap(), &RunOptions::default()).unwrap_err().to_string();
     assert!(
         error.contains("left the domain") && error.contains("point") && error.contains("step"),

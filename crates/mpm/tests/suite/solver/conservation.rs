@@ -4,16 +4,16 @@ use colluvium_mpm::Mpm;
 use colluvium_testkit::{solve, start_solver, stresses, vectors};
 use serde_json::{Value, json};
 
-use crate::solver::{SCHEMES, SHAPES, case};
+use crate::solver::{SCHEMES, SHAPES, elastic_block};
 
 #[test]
 fn free_fall_is_exact() {
     for shape in SHAPES {
         for scheme in SCHEMES {
-            let report = solve(&Mpm, &case(json!({
+            let report = elastic_block().with(json!({
                 "gravity": [0, -10],
                 "methods": { "mpm": { "cell_size": 0.1, "shape": shape, "stress_update": scheme } }
-            })));
+            })).solve(&Mpm);
             for velocity in vectors(&report.snapshot, "velocity") {
                 assert!(
                     (velocity[1] + 10.0 * 0.05).abs() < 1e-11 && velocity[0].abs() < 1e-11,
@@ -30,11 +30,11 @@ fn free_fall_is_exact() {
 fn mass_and_momentum_of_a_free_body_are_conserved() {
     for scheme in SCHEMES {
         let gradient = [[1.0, 0.4], [-0.8, -1.0]];
-        let report = solve(&Mpm, &case(json!({
+        let report = elastic_block().with(json!({
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0.5, 0.5], "radius": 0.25 },
                          "velocity": { "kind": "linear", "value": [0.3, -0.2], "origin": [0.5, 0.5], "gradient": gradient } }],
             "methods": { "mpm": { "cell_size": 0.1, "stress_update": scheme } }
-        })));
+        })).solve(&Mpm);
         assert_eq!(report.end.mass, report.start.mass);
         for c in 0..2 {
             let change = report.end.momentum[c] - report.start.momentum[c];
@@ -45,10 +45,10 @@ fn mass_and_momentum_of_a_free_body_are_conserved() {
 
 #[test]
 fn a_traction_gives_its_impulse() {
-    let report = solve(&Mpm, &case(json!({
+    let report = elastic_block().with(json!({
         "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [200, -50] }],
         "stages": [{ "name": "s", "duration": 0.02 }]
-    })));
+    })).solve(&Mpm);
     // Area 0.4 m × 1 m, 0.02 s.
     assert!((report.end.momentum[0] - 200.0 * 0.4 * 0.02).abs() < 1e-10);
     assert!((report.end.momentum[1] + 50.0 * 0.4 * 0.02).abs() < 1e-10);
@@ -57,7 +57,7 @@ fn a_traction_gives_its_impulse() {
 /// Two balls of a material thrown at each other; at the end kinetic, stored and dissipated energy over the kinetic energy at the
 /// start.
 fn thrown(material: &Value) -> [f64; 3] {
-    let report = solve(&Mpm, &case(json!({
+    let report = elastic_block().with(json!({
         "materials": { "m": material },
         "bodies": [{ "name": "a", "material": "m", "shape": { "kind": "ball", "centre": [0.25, 0.5], "radius": 0.15 },
                      "velocity": { "kind": "uniform", "value": [1, 0] } },
@@ -66,7 +66,7 @@ fn thrown(material: &Value) -> [f64; 3] {
         "stages": [{ "name": "s", "duration": 0.2 }],
         "measures": { "lost": { "kind": "dissipation" } },
         "methods": { "mpm": { "cell_size": 0.05, "courant": 0.2 } }
-    })));
+    })).solve(&Mpm);
     let lost = report.table.last("lost").unwrap();
     assert_eq!(report.table.pairs("time", "lost").unwrap()[0].1, 0.0);
     [report.end.kinetic, report.end.elastic, lost].map(|energy| energy / report.start.kinetic)
@@ -89,13 +89,13 @@ fn measures_have_energy_by_axis_work_volume_ratios_and_points_per_cell() {
     // A block of 4 × 4 cells of 2 × 2 points that flies and is stretched at a uniform rate.
     let thrown =
         json!({ "kind": "linear", "value": [3, 4], "origin": [0.4, 0.5], "gradient": [[0.1, 0], [0, -0.2]] });
-    let report = solve(&Mpm, &case(json!({
+    let report = elastic_block().with(json!({
         "gravity": [0, -10],
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] },
                      "velocity": thrown }],
         "stages": [{ "name": "s", "duration": 0.02 }],
         "output": { "measures": 1e-3 }
-    })));
+    })).solve(&Mpm);
     let column = |name: &str| report.table.column(name).unwrap();
     let (x, y, all) = (column("kinetic_energy.x"), column("kinetic_energy.y"), column("kinetic_energy"));
     assert!(report.table.column("kinetic_energy.z").is_none());
@@ -119,10 +119,10 @@ fn measures_have_energy_by_axis_work_volume_ratios_and_points_per_cell() {
 #[test]
 fn external_work_is_recorded_in_stages_with_equilibrium() {
     // A block falls freely for 0.02 s from rest: its weight does m g² t² / 2.
-    let case = case(json!({
+    let case = elastic_block().with(json!({
         "gravity": [0, -10],
         "stages": [{ "name": "rest", "duration": 0.03, "equilibrium": {} }]
-    }));
+    })).build();
     let mut solver = start_solver(&Mpm, &case);
     while solver.time() < 0.02 - 1e-12 {
         let dt = solver.limit().dt.min(1e-4).min(0.02 - solver.time());

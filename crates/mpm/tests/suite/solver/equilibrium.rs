@@ -5,7 +5,7 @@ use colluvium_testkit::{read_case, solve, start_solver, stresses, vectors};
 use colluvium_case::{Case, RunReport};
 use serde_json::{Value, json};
 
-use crate::solver::case;
+use crate::solver::elastic_block;
 
 /// Settles a block that fills its box, all sides smooth, under gravity along y.
 fn settled(space: &str, corner: &[f64], shape: &str) -> RunReport {
@@ -20,14 +20,14 @@ fn settled(space: &str, corner: &[f64], shape: &str) -> RunReport {
     gravity[1] = -10.0;
     let mut high = corner.to_vec();
     high[1] += 0.2;
-    solve(&Mpm, &case(json!({
+    elastic_block().with(json!({
         "space": space, "gravity": gravity, "boundaries": walls,
         "domain": { "min": vec![0.0; dimension], "max": high },
         "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": 0.25 } },
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": vec![0.0; dimension], "max": corner } }],
         "stages": [{ "name": "settle", "duration": 20, "damping": 0.7, "equilibrium": { "unbalanced_force": 1e-5, "kinetic_energy": 1e-5 } }],
         "methods": { "mpm": { "cell_size": 0.1, "shape": shape } }
-    })))
+    })).solve(&Mpm)
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn the_lower_of_two_layers_starts_with_the_weight_of_both() {
     // 3000 kg/m³ over 1000 kg/m³: the states of both hold still from the start.
     let soil = |density: f64| json!({ "model": "linear-elastic", "density": density, "youngs_modulus": 1e7, "poissons_ratio": 0.25 });
     let k0 = json!({ "kind": "k0", "surface": 0.8, "coefficient": 1.0 / 3.0 });
-    let case = case(json!({
+    let case = elastic_block().with(json!({
         "gravity": [0, -10],
         "materials": { "heavy": soil(3000.0), "light": soil(1000.0) },
         "bodies": [{ "name": "lower", "material": "light", "stress": k0, "shape": { "kind": "box", "min": [0, 0], "max": [1, 0.4] } },
@@ -76,7 +76,7 @@ fn the_lower_of_two_layers_starts_with_the_weight_of_both() {
         "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "x-min", "wall": { "kind": "smooth" } },
                        { "side": "x-max", "wall": { "kind": "smooth" } }],
         "methods": { "mpm": { "cell_size": 0.1, "points_per_cell": 2, "shape": "linear" } }
-    }));
+    })).build();
     let snapshot = start_solver(&Mpm, &case).snapshot();
     for (x, stress) in snapshot.positions.iter().zip(stresses(&snapshot)) {
         let depth = 0.8 - x[1];

@@ -4,11 +4,11 @@ use colluvium_mpm::Mpm;
 use colluvium_testkit::{solve, start_solver};
 use serde_json::json;
 
-use crate::boundary::case;
+use crate::boundary::elastic_block;
 
 #[test]
 fn excavated_points_are_removed_and_the_others_continue() {
-    let case = case(json!({
+    let case = elastic_block().with(json!({
         "gravity": [0, -10],
         "boundaries": [{ "side": "y-min", "position": 0.35, "wall": { "kind": "rough" } }],
         "loads": [{ "kind": "traction", "body": "b", "side": "y-max", "value": [0, -10] }],
@@ -16,7 +16,7 @@ fn excavated_points_are_removed_and_the_others_continue() {
                    { "name": "dug", "duration": 0.02,
                      "excavate": [{ "kind": "box", "min": [0.5, 0.5], "max": [0.65, 0.65] }] }],
         "methods": { "mpm": { "cell_size": 0.05, "transfer": "xpic" } }
-    }));
+    })).build();
     let report = solve(&Mpm, &case);
     assert_eq!(report.snapshot.ids.len(), 108);
     assert!((report.end.mass - 67.5).abs() < 1e-9);

@@ -4,12 +4,12 @@ use colluvium_case::Method;
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::solver::case;
+use crate::solver::elastic_block;
 
 #[test]
 fn unsupported_options_are_rejected_by_path() {
     let refused = |more: Value, path: &str, words: &str| {
-        let error = Mpm.plan(&case(more)).unwrap_err();
+        let error = Mpm.plan(&elastic_block().with(more).build()).unwrap_err();
         assert!(error.path == path && error.problem.contains(words), "{error}");
     };
     refused(json!({ "methods": {} }), "methods.mpm", "cell_size");

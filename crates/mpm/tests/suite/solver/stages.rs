@@ -5,15 +5,15 @@ use colluvium_testkit::{solve, start_solver};
 use colluvium_case::{RunReport, Solver};
 use serde_json::{Value, json};
 
-use crate::solver::case;
+use crate::solver::elastic_block;
 
 #[test]
 fn a_load_begins_with_its_stage_and_goes_on() {
-    let case = case(json!({
+    let case = elastic_block().with(json!({
         "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [200, -50], "stage": "pull" }],
         "stages": [{ "name": "wait", "duration": 0.01 }, { "name": "pull", "duration": 0.02 }, { "name": "on", "duration": 0.01 }],
         "output": { "measures": 0.01 }
-    }));
+    })).build();
     let report = solve(&Mpm, &case);
     let momentum = report.table.pairs("time", "momentum.x").unwrap();
     assert!(momentum[1].1 == 0.0 && momentum[1].0 == 0.01, "none before: {momentum:?}");
@@ -42,7 +42,7 @@ fn a_load_begins_with_its_stage_and_goes_on() {
 #[test]
 fn a_removed_wall_releases_a_block_and_a_removed_body_has_no_points() {
     let solve_with = |second: Value| {
-        solve(&Mpm, &case(json!({
+        elastic_block().with(json!({
             "bodies": [
                 { "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0.3], "max": [0.5, 0.7] },
                   "velocity": { "kind": "uniform", "value": [0.5, 0] } },
@@ -50,7 +50,7 @@ fn a_removed_wall_releases_a_block_and_a_removed_body_has_no_points() {
             ],
             "boundaries": [{ "name": "gate", "side": "x-max", "position": 0.5, "wall": { "kind": "smooth" } }],
             "stages": [{ "name": "held", "duration": 0.01 }, second]
-        })))
+        })).solve(&Mpm)
     };
     let held = solve_with(json!({ "name": "still held", "duration": 0.02 }));
     let free = solve_with(json!({

@@ -5,7 +5,7 @@ use colluvium_case::{Budget, Case, Method, RunOptions, StepLimit, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::solver::{case, crash};
+use crate::solver::{elastic_block, crash};
 
 #[test]
 fn small_mass_nodes_of_linear_functions_are_warned_of_without_a_cutoff() {
@@ -47,20 +47,20 @@ fn stress_last_takes_steps_that_are_stable_at_free_corners() {
     ] {
         let asked = json!({ "cell_size": 0.125, "points_per_cell": per_axis, "shape": shape, "stress_update": "usl" });
         let case = |options: &Value| {
-            case(json!({
+            elastic_block().with(json!({
                 "domain": { "min": [-0.5, 0], "max": [1.5, 1.5] }, "gravity": [0, -0.1],
                 "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.495 } },
                 "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
                 "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }],
                 "stages": [{ "name": "settle", "duration": 0.3 }],
                 "methods": { "mpm": with_keys(asked.clone(), options) }
-            }))
+            })).build()
         };
-        let step = |options: &Value| start_solver(&Mpm, &case(options)).limit().dt;
+        let step = |options: &Value| elastic_block().with(options).start(&Mpm).limit().dt;
         let expected = step(&json!({ "stress_update": "musl" })) * stable / 0.5;
         assert!((step(&json!({})) / expected - 1.0).abs() < 1e-12, "{shape}");
         assert!((step(&json!({ "courant": 0.2 })) / expected - 0.2 / stable).abs() < 1e-12, "{shape}");
-        let report = solve(&Mpm, &case(&json!({})));
+        let report = elastic_block().solve(&Mpm);
         let total = |budget: &Budget| budget.kinetic + budget.elastic + budget.potential;
         assert!(total(&report.end) < total(&report.start), "{shape}: {} J", report.end.kinetic);
         // Bound of the kinetic energy by the work of the weight: half the weight times the settlement of an elastic column.
@@ -75,7 +75,7 @@ fn stress_last_takes_steps_that_are_stable_at_free_corners() {
 #[test]
 fn splines_with_stress_last_are_warned_of_at_sides_without_a_wall() {
     let warnings = |top: f64, extra: &Value| {
-        let case = case(with_keys(
+        let case = elastic_block().with(with_keys(
             json!({
                 "domain": { "min": [0, 0], "max": [1, top] },
                 "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
@@ -87,7 +87,7 @@ fn splines_with_stress_last_are_warned_of_at_sides_without_a_wall() {
                 "methods": { "mpm": { "cell_size": 0.25, "shape": "cubic", "stress_update": "usl" } }
             }),
             extra,
-        ));
+        )).build();
         let all = Mpm.plan(&case).unwrap().warnings;
         all.into_iter().filter(|warning| warning.contains("reaches the side")).collect::<Vec<_>>()
     };
@@ -102,11 +102,11 @@ fn splines_with_stress_last_are_warned_of_at_sides_without_a_wall() {
 #[test]
 fn viscosity_limits_the_step_of_a_fluid_and_stress_follows_the_rate() {
     let fluid = |viscosity: f64| {
-        case(json!({
+        elastic_block().with(json!({
             "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e4, "viscosity": viscosity } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] },
                          "velocity": { "kind": "linear", "value": [0, 0], "origin": [0.4, 0.5], "gradient": [[0, 0.1], [0, 0]] } }]
-        }))
+        })).build()
     };
     assert_eq!(Mpm.plan(&fluid(0.1)).unwrap().time_step.limit, StepLimit::ELASTIC_WAVE);
     let plan = Mpm.plan(&fluid(1e4)).unwrap();
@@ -122,7 +122,7 @@ fn viscous_liquids_come_to_rest_with_stress_last() {
         [("linear", 2, [0, 1]), ("ugimp", 2, [0, 1]), ("ugimp", 4, [-1, 2]), ("quadratic", 2, [-1, 2])]
     {
         for courant in [0.5, 1.0] {
-            let case = case(json!({
+            let case = elastic_block().with(json!({
                 "space": "1d", "domain": { "min": [domain[0]], "max": [domain[1]] }, "gravity": [0],
                 "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e4, "viscosity": 1000,
                                       "cavitation_strength": 1e4 } },
@@ -131,7 +131,7 @@ fn viscous_liquids_come_to_rest_with_stress_last() {
                 "stages": [{ "name": "rest", "duration": 0.4 }],
                 "methods": { "mpm": { "cell_size": 0.05, "points_per_cell": per_axis, "shape": shape, "stress_update": "usl",
                                       "courant": courant } }
-            }));
+            })).build();
             let report = solve(&Mpm, &case);
             let left = report.end.kinetic / report.start.kinetic;
             assert!(left < 1.0, "{shape}, {courant}: {left} of the kinetic energy");
@@ -143,13 +143,13 @@ fn viscous_liquids_come_to_rest_with_stress_last() {
 fn a_fixed_step_that_becomes_too_long_stops_the_run() {
     // A ball that falls: its speed counts against the critical step.
     let falling = |step: f64| {
-        case(json!({
+        elastic_block().with(json!({
             "domain": { "min": [0, 0], "max": [1, 6] }, "gravity": [0, -10],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.4, 5.4], "max": [0.6, 5.6] } }],
             "stages": [{ "name": "fall", "duration": 0.9 }],
             "methods": { "mpm": { "cell_size": 0.1, "time_step": step } }
-        }))
+        })).build()
     };
     let end = |step: f64| {
         let case = falling(step);

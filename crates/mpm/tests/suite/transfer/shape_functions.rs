@@ -1,15 +1,15 @@
 //! Convected domains and the total-Lagrangian form: what every shape must keep, and what each is for.
 
+use colluvium_testkit::CaseBuilder;
 use colluvium_testkit::{advance_to, case_with, solve, start_solver, stresses, vectors, with_keys};
 use colluvium_case::{Case, Method, RunOptions, RunReport, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
 
-/// A block of an elastic material that nothing acts on; `more` replaces or adds keys.
-#[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
-fn case(more: Value) -> Case {
-    case_with(json!({
+/// Block that flies through a box without gravity.
+fn flying_block() -> CaseBuilder {
+    CaseBuilder::from_json(json!({
             "title": "test", "space": "plane-strain",
             "domain": { "min": [0, 0], "max": [2, 1] }, "gravity": [0, 0],
             "materials": { "m": { "model": "neo-hookean", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
@@ -17,8 +17,7 @@ fn case(more: Value) -> Case {
                          "velocity": { "kind": "uniform", "value": [6, 1] } }],
             "stages": [{ "name": "s", "duration": 0.2 }],
             "methods": { "mpm": { "cell_size": 0.1 } }
-        }),
-        &more,)
+        }))
 }
 
 fn largest_stress(report: &RunReport) -> f64 {
@@ -46,7 +45,7 @@ fn options() -> Vec<Value> {
 fn a_body_in_free_flight_through_the_grid_has_no_stress() {
     // sheet: mpm A-04: 12 cells along x, 2 along y.
     for options in options() {
-        let report = solve(&Mpm, &case(json!({ "methods": { "mpm": options } })));
+        let report = flying_block().with(json!({ "methods": { "mpm": options } })).solve(&Mpm);
         for u in vectors(&report.snapshot, "displacement") {
             assert!((u[0] - 1.2).abs() < 1e-11 && (u[1] - 0.2).abs() < 1e-11, "{options}: {u:?}");
         }
@@ -59,12 +58,12 @@ fn a_body_in_free_flight_through_the_grid_has_no_stress() {
 fn mass_and_momentum_of_a_free_body_are_conserved() {
     // sheet: mpm A-02.
     for options in options() {
-        let report = solve(&Mpm, &case(json!({
+        let report = flying_block().with(json!({
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0.8, 0.5], "radius": 0.25 },
                          "velocity": { "kind": "linear", "value": [0.3, -0.2], "origin": [0.8, 0.5],
                                        "gradient": [[1.0, 0.4], [-0.8, -1.0]] } }],
             "methods": { "mpm": options }
-        })));
+        })).solve(&Mpm);
         assert_eq!(report.end.mass, report.start.mass);
         for c in 0..2 {
             let change = report.end.momentum[c] - report.start.momentum[c];
@@ -82,14 +81,14 @@ fn a_block_in_three_dimensions_and_a_bar_keep_their_momentum() {
         let gradient: Vec<Vec<f64>> = (0..dimension)
             .map(|i| (0..dimension).map(|j| if i == j { 2.0 } else { 0.5 }).collect())
             .collect();
-        let report = solve(&Mpm, &case(json!({
+        let report = flying_block().with(json!({
             "space": space, "domain": { "min": pick(&[0.0; 3]), "max": pick(&[1.0; 3]) }, "gravity": pick(&[0.0; 3]),
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": pick(&[0.3; 3]), "max": pick(&[0.7; 3]) },
                          "velocity": { "kind": "linear", "value": pick(&[0.3, -0.2, 0.1]), "origin": pick(&[0.5; 3]),
                                        "gradient": gradient } }],
             "stages": [{ "name": "s", "duration": 0.02 }],
             "methods": { "mpm": { "cell_size": 0.1, "shape": shape } }
-        })));
+        })).solve(&Mpm);
         for c in 0..dimension {
             let change = report.end.momentum[c] - report.start.momentum[c];
             assert!(change.abs() < 1e-12 * report.start.mass, "{space}, {shape}: {change}");
@@ -100,23 +99,21 @@ fn a_block_in_three_dimensions_and_a_bar_keep_their_momentum() {
 
 #[test]
 fn a_body_that_is_torn_is_named() {
-    let case = case(json!({
+    let case = flying_block().with(json!({
         "materials": { "m": { "model": "neo-hookean", "density": 1000, "youngs_modulus": 1.0, "poissons_ratio": 0.0 } },
         "domain": { "min": [0, 0], "max": [6, 1] },
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] },
                      "velocity": { "kind": "linear", "value": [6, 0], "origin": [0.4, 0.5], "gradient": [[20, 0], [0, 0]] } }],
         "stages": [{ "name": "s", "duration": 0.6 }],
         "methods": { "mpm": { "cell_size": 0.1, "shape": "cpdi", "stress_update": "usl" } }
-    }));
+    })).build();
     let error = run(&case, Mpm.build(&case).unwrap(), &RunOptions::default()).unwrap_err().to_string();
     assert!(error.contains("corners of a cpdi domain"), "{error}");
 }
 
 #[test]
 fn quadrilaterals_are_refused_out_of_plane_strain() {
-    let case = case(
-        json!({ "space": "axisymmetric", "methods": { "mpm": { "cell_size": 0.1, "shape": "cpdi2" } } }),
-    );
+    let case = flying_block().with(json!({ "space": "axisymmetric", "methods": { "mpm": { "cell_size": 0.1, "shape": "cpdi2" } } })).build();
     let error = Mpm.build(&case).map(|_| ()).unwrap_err().to_string();
     assert!(error.contains("methods.mpm.shape") && error.contains("plane strain"), "{error}");
 }
@@ -125,13 +122,13 @@ fn quadrilaterals_are_refused_out_of_plane_strain() {
 fn the_total_lagrangian_form_turns_without_stress() {
     // A quarter turn: updated forms cross cells, the reference does not.
     let spin = std::f64::consts::FRAC_PI_2;
-    let report = solve(&Mpm, &case(json!({
+    let report = flying_block().with(json!({
         "domain": { "min": [-0.5, -0.5], "max": [0.5, 0.5] },
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.3, -0.3], "max": [0.3, 0.3] },
                      "velocity": { "kind": "linear", "value": [0, 0], "origin": [0, 0], "gradient": [[0, -spin], [spin, 0]] } }],
         "stages": [{ "name": "turn", "duration": 1.0 }],
         "methods": { "mpm": { "cell_size": 0.1, "shape": "linear", "formulation": "total-lagrangian" } }
-    })));
+    })).solve(&Mpm);
     for (x, u) in report.snapshot.positions.iter().zip(vectors(&report.snapshot, "displacement")) {
         // What lumped mass takes from the spin shows in the angle; the body keeps its shape.
         let start = [x[0] - u[0], x[1] - u[1]];
@@ -170,7 +167,7 @@ fn options_without_support_for_dual_domains_and_consistent_mass_are_rejected_by_
     ];
     for (options, key, value, path) in table {
         let all = with_keys(json!({ "cell_size": 0.1 }), options);
-        let case = case(json!({ "methods": { "mpm": all }, key: value }));
+        let case = flying_block().with(json!({ "methods": { "mpm": all }, key: value })).build();
         let error = Mpm.build(&case).map(|_| ()).unwrap_err().to_string();
         assert!(error.contains(path), "{path}: {error}");
     }
@@ -214,7 +211,7 @@ fn options_without_support_for_a_shape_are_rejected_by_key() {
     ] {
         let all = with_keys(json!({ "cell_size": 0.1 }), &options);
         let error =
-            Mpm.build(&case(json!({ "methods": { "mpm": all } }))).map(|_| ()).unwrap_err().to_string();
+            Mpm.build(&flying_block().with(json!({ "methods": { "mpm": all } })).build()).map(|_| ()).unwrap_err().to_string();
         assert!(error.contains(&format!("methods.mpm.{path}")), "{options}: {error}");
     }
 }
@@ -229,11 +226,11 @@ fn with_small_displacements_points_keep_their_places_and_report_how_far_they_are
     ] {
         let all = with_keys(json!({ "cell_size": 0.25, "formulation": "small-displacement" }), &options);
         let velocity = json!({ "kind": "uniform", "value": [0, -0.1] });
-        let case = case(json!({
+        let case = flying_block().with(json!({
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] }, "velocity": velocity }],
             "stages": [{ "name": "s", "duration": 2 }],
             "methods": { "mpm": all }
-        }));
+        })).build();
         let mut solver = start_solver(&Mpm, &case);
         let start = solver.snapshot().positions.clone();
         advance_to(&mut *solver, 1.0);

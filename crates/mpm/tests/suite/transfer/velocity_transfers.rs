@@ -1,19 +1,15 @@
 //! Transfers of velocity, damping and mass scaling against the statements of the MPM sheet.
 
+use colluvium_testkit::CaseBuilder;
 use colluvium_testkit::{case_with, read_case, scalar_output, solve, start_solver, vectors, with_keys};
 use colluvium_case::{Budget, Case, Method, RunOptions, RunReport, Solver, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
 
-/// A case of one elastic material; `more` adds or replaces keys.
-#[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
-fn case(more: Value) -> Case {
-    case_with(json!({
-            "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [2, 2] }, "gravity": [0, 0],
-            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
-        }),
-        &more,)
+/// Square of 2 m and an elastic material. The test adds bodies, stages and options.
+fn square() -> CaseBuilder {
+    CaseBuilder::plane_strain([0.0, 0.0], [2.0, 2.0]).elastic("m", 1000.0, 1e5, 0.0)
 }
 
 /// A spinning and stretching block, free.
@@ -22,13 +18,13 @@ pub fn spinning(options: &Value) -> Case {
     for (key, value) in options.as_object().unwrap() {
         mpm[key] = value.clone();
     }
-    case(json!({
+    square().with(json!({
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.7, 0.8], "max": [1.3, 1.2] },
                      "velocity": { "kind": "linear", "value": [0.3, -0.2], "origin": [1.0, 1.0],
                                    "gradient": [[0.2, -1.0], [1.5, -0.1]] } }],
         "stages": [{ "name": "s", "duration": 1 }],
         "methods": { "mpm": mpm }
-    }))
+    })).build()
 }
 
 /// Factor of a step on a mode `sin x` on a line with one point in the middle of each cell of 1 m, at the points far from the ends, without
@@ -38,13 +34,13 @@ fn factor(options: &Value) -> f64 {
     for (key, value) in options.as_object().unwrap() {
         mpm[key] = value.clone();
     }
-    let case = case(json!({
+    let case = square().with(json!({
         "space": "1d", "domain": { "min": [0], "max": [80] }, "gravity": [0],
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [1], "max": [79] },
                      "velocity": { "kind": "sine", "amplitude": [1], "wave_vector": [1] } }],
         "stages": [{ "name": "s", "duration": 1 }],
         "methods": { "mpm": mpm }
-    }));
+    })).build();
     let mut solver = start_solver(&Mpm, &case);
     let before = vectors(&solver.snapshot(), "velocity");
     solver.step(1e-6).unwrap();
@@ -89,13 +85,13 @@ fn extended_pic_of_order_one_is_pic() {
 /// Two points in each cell of 0.1 m of a line, with opposite velocities of 1 m/s, which vanish on the grid.
 fn null_space_motion(options: &Value) -> Box<dyn Solver> {
     let all = json!({ "cell_size": 0.1, "shape": "linear", "transfer": "xpic", "courant": 0.3 });
-    start_solver(&Mpm, &case(json!({
+    square().with(json!({
         "space": "1d", "domain": { "min": [0], "max": [1], "periodic": ["x"] }, "gravity": [0],
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
                      "velocity": { "kind": "formula", "value": ["sin(TAU*x/0.1)"] } }],
         "stages": [{ "name": "s", "duration": 1 }],
         "methods": { "mpm": with_keys(all, options) }
-    })))
+    })).start(&Mpm)
 }
 
 #[test]
@@ -194,10 +190,10 @@ fn detached_points_are_warned_of() {
         block("far", [1.8, 0.0], [1.9, 0.1]),
     ];
     let of = |count: usize| {
-        solve(&Mpm, &case(json!({
+        square().with(json!({
             "gravity": [0, -1], "bodies": heap[..count], "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }],
             "stages": [{ "name": "s", "duration": 1e-3 }], "methods": { "mpm": { "cell_size": 0.1 } }
-        })))
+        })).solve(&Mpm)
         .warnings_at_end
         .join(" ")
     };
@@ -420,7 +416,7 @@ fn local_damping_is_that_of_one_degree_of_freedom() {
         (0.7, 0.420084, 4.072614),
     ];
     for (damping, ratio, half_period) in table {
-        let case = case(json!({
+        let case = square().with(json!({
             "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
             "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
@@ -428,7 +424,7 @@ fn local_damping_is_that_of_one_degree_of_freedom() {
             "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }],
             "stages": [{ "name": "s", "duration": 20, "damping": damping }],
             "methods": { "mpm": { "cell_size": 1, "points_per_cell": 1, "shape": "linear", "time_step": 1e-3 } }
-        }));
+        })).build();
         let mut solver = start_solver(&Mpm, &case);
         let (mut turns, mut last) = (Vec::new(), (0.0, 1e-7));
         while turns.len() < 3 {
@@ -453,7 +449,7 @@ fn local_damping_is_that_of_one_degree_of_freedom() {
 
 /// A confined column that settles under its weight.
 fn settling(scaling: f64, duration: f64) -> Case {
-    case(json!({
+    square().with(json!({
         "domain": { "min": [0, 0], "max": [0.2, 1.2] }, "gravity": [0, -10],
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.2, 1] } }],
         "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }, { "side": "x-min", "wall": { "kind": "smooth" } },
@@ -461,7 +457,7 @@ fn settling(scaling: f64, duration: f64) -> Case {
         "stages": [{ "name": "settle", "duration": duration, "damping": 0.7,
                      "equilibrium": { "unbalanced_force": 1e-5, "kinetic_energy": 1e-8 } }],
         "methods": { "mpm": { "cell_size": 0.1, "mass_scaling": scaling } }
-    }))
+    })).build()
 }
 
 #[test]
