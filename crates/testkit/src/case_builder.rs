@@ -3,6 +3,7 @@
 use colluvium_case::{Case, CaseErrors, Method, RunReport, Solver};
 use serde_json::{Map, Value, json};
 
+use crate::pairwise::set_value;
 use crate::solver_runs;
 
 /// Case under construction: the JSON of a case file, changed key by key. Invalid use is an error of the test and panics.
@@ -89,10 +90,10 @@ impl CaseBuilder {
         Self(solver_runs::with_keys(self.0, &keys))
     }
 
-    /// Sets the value at a JSON pointer; null removes the key.
+    /// Sets the value at a JSON pointer, see [`set_value`].
     #[must_use]
     pub fn set(mut self, pointer: &str, value: impl Into<Value>) -> Self {
-        set(&mut self.0, pointer, value.into());
+        set_value(&mut self.0, pointer, &value.into());
         self
     }
 
@@ -153,21 +154,6 @@ impl CaseBuilder {
 /// Body that is a box (m).
 pub fn box_body(name: &str, material: &str, min: &[f64], max: &[f64]) -> Value {
     json!({ "name": name, "material": material, "shape": { "kind": "box", "min": min, "max": max } })
-}
-
-/// Sets the value at a JSON pointer of a text; null removes the key.
-///
-/// # Panics
-/// When the pointer leads to no object or list.
-#[track_caller]
-pub fn set(text: &mut Value, pointer: &str, value: Value) {
-    let (parent, key) = pointer.rsplit_once('/').expect("a JSON pointer begins with a slash");
-    match text.pointer_mut(parent).unwrap_or_else(|| panic!("{pointer} leads nowhere")) {
-        Value::Object(map) if value.is_null() => drop(map.remove(key)),
-        Value::Object(map) => drop(map.insert(key.to_owned(), value)),
-        Value::Array(items) => items[key.parse::<usize>().expect("an index")] = value,
-        _ => panic!("{pointer} is not in an object or list"),
-    }
 }
 
 #[cfg(test)]

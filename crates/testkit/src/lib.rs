@@ -7,14 +7,18 @@ mod allocations;
 mod case_builder;
 pub mod cohesive_bar;
 pub mod pairwise;
+mod raster_files;
 mod solver_runs;
 pub mod taylor_green;
 
 pub use allocations::{CountingAllocator, allocations_during};
-pub use case_builder::{CaseBuilder, box_body, set};
+pub use case_builder::{CaseBuilder, box_body};
+pub use pairwise::set_value;
+pub use raster_files::write_ascii_grid;
 pub use solver_runs::{
-    advance_steps, advance_to, assert_allocates_nothing, case_with, read_case, refusal, resume_solver, scalar_output, scalars,
-    single_threaded, solve, start_solver, stresses, take_steps, vectors, warnings, with_keys,
+    advance_exactly_to, advance_steps, advance_to, assert_allocates_nothing, case_with, hash_after,
+    read_case, refusal, resume_solver, scalar_output, scalars, single_threaded, solve, start_solver,
+    stresses, take_steps, vectors, warnings, with_keys,
 };
 
 /// Asserts that `found` is within `tolerance` of `exact`.

@@ -103,6 +103,38 @@ pub fn advance_to(solver: &mut dyn Solver, end: f64) {
     });
 }
 
+/// Takes steps of the largest stable size, the last one shorter, so that the time at the end is `end` (s).
+pub fn advance_exactly_to(solver: &mut dyn Solver, end: f64) {
+    rayon::scope(|_| {
+        while solver.time() < end - 1e-12 {
+            solver.step(end - solver.time()).unwrap();
+        }
+    });
+}
+
+/// Hash of the state after `steps` steps on a pool of `threads` threads. With `restart`, the solver is saved before that step and a new one
+/// continues.
+pub fn hash_after(
+    method: &dyn Method,
+    text: &Value,
+    threads: usize,
+    steps: usize,
+    restart: Option<usize>,
+) -> u64 {
+    let case = read_case(text);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool.install(|| {
+        let mut solver = build_solver(method, &case);
+        for step in 0..steps {
+            if restart == Some(step) {
+                solver = resume_solver(method, &case, &solver.saved().unwrap());
+            }
+            solver.step(1.0).unwrap();
+        }
+        solver.snapshot().hash()
+    })
+}
+
 /// Asserts that thirty steps of `case` allocate no memory, after `first` steps in which lists and the queues of the threads may grow. The
 /// test's allocator is [`CountingAllocator`](crate::CountingAllocator), and no other test runs in parallel.
 ///

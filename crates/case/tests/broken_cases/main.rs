@@ -4,6 +4,7 @@ mod mutations;
 mod non_finite_numbers;
 
 use colluvium_case::Case;
+use colluvium_testkit::set_value;
 use serde_json::{Value, json};
 
 /// Mistakes, one a row: JSON pointer into the valid case, value set there (null removes the key), path and words of the error.
@@ -32,21 +33,12 @@ fn sound() -> Value {
     })
 }
 
-/// Valid case with the value at a JSON pointer replaced (or removed, for `Null`).
-fn with(pointer: &str, value: Value) -> Value {
+/// Valid case with the value at a JSON pointer replaced (or removed, for null).
+fn sound_with(pointer: &str, value: &Value) -> Value {
     let mut case = sound();
-    let (parent, key) = pointer.rsplit_once('/').expect("a pointer");
-    let parent = case.pointer_mut(parent).unwrap_or_else(|| panic!("{pointer} leads nowhere"));
-    match parent {
-        Value::Object(map) if value.is_null() => {
-            map.remove(key);
-        }
-        Value::Object(map) => {
-            map.insert(key.to_owned(), value);
-        }
-        Value::Array(items) => items[key.parse::<usize>().expect("an index")] = value,
-        _ => panic!("{pointer} is not in an object or array"),
-    }
+    let parent = pointer.rsplit_once('/').expect("a pointer").0;
+    assert!(case.pointer(parent).is_some(), "{pointer} leads nowhere");
+    set_value(&mut case, pointer, value);
     case
 }
 
@@ -62,7 +54,7 @@ fn every_mistake_is_reported_at_its_path() {
     let rows: Vec<(String, Value, String, String)> =
         serde_json::from_str(MISTAKES).expect("the file is valid");
     for (pointer, value, path, words) in rows {
-        let errors = Case::from_json(&with(&pointer, value).to_string()).expect_err(&pointer);
+        let errors = Case::from_json(&sound_with(&pointer, &value).to_string()).expect_err(&pointer);
         let found = errors.0.iter().any(|error| error.path == path && error.problem.contains(&words));
         assert!(found, "{pointer}: expected `{path}: …{words}…`, found\n{errors}");
         assert!(errors.to_string().lines().all(|line| line.contains(": ")));
@@ -71,7 +63,8 @@ fn every_mistake_is_reported_at_its_path() {
 
 #[test]
 fn walls_removed_by_a_stage_remain_removed_after_the_last_stage() {
-    let case = Case::from_json(&with("/stages/1/remove_boundaries", json!(["y-min"])).to_string()).unwrap();
+    let case =
+        Case::from_json(&sound_with("/stages/1/remove_boundaries", &json!(["y-min"])).to_string()).unwrap();
     let active = |stage| case.active_boundaries(stage).len();
     assert_eq!([active(0), active(1), active(2), active(usize::MAX)], [1, 0, 0, 0]);
 }
@@ -109,7 +102,7 @@ fn errors_of_json_syntax_have_line_and_column() {
 
 #[test]
 fn several_mistakes_are_all_reported() {
-    let mut case = with("/materials/sand/friction_angle", json!(95));
+    let mut case = sound_with("/materials/sand/friction_angle", &json!(95));
     case["stages"][0]["damping"] = json!(2);
     case["bodies"][0]["material"] = json!("clay");
     let errors = Case::from_json(&case.to_string()).unwrap_err();
@@ -118,7 +111,7 @@ fn several_mistakes_are_all_reported() {
 
 #[test]
 fn mistakes_in_the_space_hide_no_others() {
-    let mut case = with("/domain/max", json!([1]));
+    let mut case = sound_with("/domain/max", &json!([1]));
     case["domain"]["min"] = json!([2, 0]);
     case["gravity"] = json!([0, 0, -9.81]);
     case["stages"][0]["damping"] = json!(2);

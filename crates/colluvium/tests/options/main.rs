@@ -201,8 +201,8 @@ fn shown(case: &Value) -> Option<u64> {
     Some(hasher.finish())
 }
 
-/// `case` with a value at a path whose parent objects exist.
-fn changed(case: &Value, path: &str, value: &Value) -> Option<Value> {
+/// `case` with a value at a path. `None` where a parent object is missing.
+fn with_value(case: &Value, path: &str, value: &Value) -> Option<Value> {
     let (parent, key) = path.rsplit_once('/')?;
     let mut case = case.clone();
     case.pointer_mut(parent)?.as_object_mut()?.insert(key.to_owned(), value.clone());
@@ -220,7 +220,7 @@ fn effect(all: &Runs, trials: &[(&String, Place)]) -> Effect {
         let base = &all[*run];
         let Some(before) = shown(base) else { continue };
         for value in &place.others {
-            match changed(base, &place.path, value).and_then(|case| shown(&case)) {
+            match with_value(base, &place.path, value).and_then(|case| shown(&case)) {
                 Some(after) if after != before => return Effect::Changed,
                 Some(_) => best = Effect::Ignored,
                 None => {}

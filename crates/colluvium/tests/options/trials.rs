@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use colluvium_testkit::pairwise::{CaseFamily, set_value};
+use colluvium_testkit::pairwise::CaseFamily;
+use colluvium_testkit::{set_value, write_ascii_grid};
 use serde_json::{Value, json};
 
 /// Sets the values of `more`, object by object. A material is replaced as a whole.
@@ -62,7 +63,7 @@ pub fn trials(families: &[CaseFamily], folder: &Path) -> Vec<Trial> {
 type Add<'a> = dyn FnMut(&'static str, Value, Value) + 'a;
 
 /// Case of some levels of a family, with additional keys.
-fn with(families: &[CaseFamily], family: &str, levels: &[(&str, &str)], more: &Value) -> Value {
+fn case_of_family(families: &[CaseFamily], family: &str, levels: &[(&str, &str)], more: &Value) -> Value {
     let family = families.iter().find(|own| own.name == family).expect("a family of this name");
     let mut case = family.case(&family.row(levels));
     set_value(&mut case, "/stages/0/duration", &json!(10));
@@ -74,7 +75,7 @@ fn dem(options: &Value) -> Value {
 }
 
 fn grains(families: &[CaseFamily], add: &mut Add<'_>) {
-    let run = |levels: &[(&str, &str)], more: Value| with(families, "dem", levels, &more);
+    let run = |levels: &[(&str, &str)], more: Value| case_of_family(families, "dem", levels, &more);
     let averages = json!({ "output": { "grid": 0.1 } });
     add("dem.coarse_graining", run(&[], averages), json!(4.0));
     // Overlaps of the lattice are allowed, and refused.
@@ -94,18 +95,10 @@ fn grains(families: &[CaseFamily], add: &mut Add<'_>) {
 
 /// A slope of 0.6 with waves that bends to a flat, on a grid of 1 m.
 fn terrain(folder: &Path) -> Value {
-    let mut text =
-        "ncols 61\nnrows 21\nxllcenter 0\nyllcenter 0\ncellsize 1\nnodata_value -9999\n".to_owned();
-    for row in 0..21 {
-        for column in 0..61 {
-            let (x, y) = (f64::from(column), f64::from(row));
-            let level = 0.6 * (40.0 - x).max(0.0) + 0.3 * (0.9 * x).sin() + 0.2 * (1.3 * y).cos();
-            text += &format!("{:?} ", 1.0 + level);
-        }
-        text.push('\n');
-    }
     let file = folder.join("terrain.asc");
-    std::fs::write(&file, text).expect("a folder of this test");
+    let level =
+        |x: f64, y: f64| 1.0 + 0.6 * (40.0 - x).max(0.0) + 0.3 * (0.9 * x).sin() + 0.2 * (1.3 * y).cos();
+    write_ascii_grid(&file, [0.0, 0.0], [61, 21], 1.0, level);
     json!({ "kind": "raster", "file": file.to_str().expect("plain letters") })
 }
 
@@ -148,8 +141,9 @@ fn over_terrain(folder: &Path, add: &mut Add<'_>) {
 }
 
 fn flows(families: &[CaseFamily], add: &mut Add<'_>) {
-    let run =
-        |options: Value| with(families, "depth-sph", &[], &json!({ "methods": { "depth-sph": options } }));
+    let run = |options: Value| {
+        case_of_family(families, "depth-sph", &[], &json!({ "methods": { "depth-sph": options } }))
+    };
     let sticks = json!({ "basal": { "model": "coulomb", "friction_angle": 15, "cohesion": 2000 } });
     add("depth-sph.basal.cohesion_form", run(sticks), json!("ramms"));
     let dense = json!({ "phases": "two", "mixture": { "grain_density": 2650, "porosity": 0.4,
@@ -164,7 +158,7 @@ fn flows(families: &[CaseFamily], add: &mut Add<'_>) {
 
 fn particles(families: &[CaseFamily], add: &mut Add<'_>) {
     let run = |levels: &[(&str, &str)], options: Value| {
-        with(families, "sph", levels, &json!({ "methods": { "sph": options } }))
+        case_of_family(families, "sph", levels, &json!({ "methods": { "sph": options } }))
     };
     // What these options allow is refused without them.
     add("sph.allow_pairing", run(&[], json!({ "smoothing": 2.5, "allow_pairing": true })), json!(false));
@@ -191,7 +185,8 @@ fn particles(families: &[CaseFamily], add: &mut Add<'_>) {
 fn on_grids(families: &[CaseFamily], add: &mut Add<'_>) {
     let ground = json!({ "obstacles": [{ "name": "o", "shape": { "kind": "box", "min": [0.1, 0.0], "max": [0.25, 0.1] },
         "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }] });
-    let mut falls = with(families, "mpm", &[("material", "elastic"), ("walls", "acceleration")], &ground);
+    let mut falls =
+        case_of_family(families, "mpm", &[("material", "elastic"), ("walls", "acceleration")], &ground);
     falls["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0.1, 0.1], "max": [0.25, 0.2] });
     falls["methods"]["mpm"]["obstacles"] = json!("nodes");
     add("mpm.obstacles", falls, json!("points"));
@@ -205,7 +200,7 @@ fn on_grids(families: &[CaseFamily], add: &mut Add<'_>) {
     rests["bodies"][0]["velocity"]["value"] = json!([0, 0]);
     add("mpm.static_friction_ratio", rests, json!(1.0));
     let consistent = [("shape", "linear"), ("stress update", "usl"), ("walls", "rough")];
-    add("mpm.mass", with(families, "mpm", &consistent, &json!({})), json!("consistent"));
-    let snow = with(families, "snow-mpm", &[], &json!({}));
+    add("mpm.mass", case_of_family(families, "mpm", &consistent, &json!({})), json!("consistent"));
+    let snow = case_of_family(families, "snow-mpm", &[], &json!({}));
     add("snow-mpm.courant_velocity", snow, json!(1e-3));
 }

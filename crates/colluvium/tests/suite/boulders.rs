@@ -46,7 +46,8 @@ fn write_raster(file: &Path, raster: &Raster) {
     std::fs::write(file, text).unwrap();
 }
 
-fn case(file: &Path, shape: &Value, friction: f64) -> Case {
+/// Case of a free boulder on the ground of a raster file.
+fn boulder_on_ground(file: &Path, shape: &Value, friction: f64) -> Case {
     let case = json!({
         "title": "boulder", "space": "3d", "domain": { "min": [-0.8, -1.4, -2], "max": [3.2, 1.6, 2] }, "gravity": [0, 0, -GRAVITY],
         "materials": { "rock": { "model": "linear-elastic", "density": 2500, "youngs_modulus": 1e7, "poissons_ratio": 0.2 } },
@@ -126,7 +127,7 @@ fn way(method: &dyn Method, (shape, heights, friction): (&Value, Heights, f64), 
     let file = folder.path().join("ground.asc");
     let ground = ground(heights);
     write_raster(&file, ground.raster());
-    let case = case(&file, shape, friction);
+    let case = boulder_on_ground(&file, shape, friction);
     let mut solver = method.build(&case).unwrap();
     solver.begin_stage(0, 0.0).unwrap();
     let start = solver.snapshot();

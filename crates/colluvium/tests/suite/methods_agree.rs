@@ -5,13 +5,8 @@ use colluvium::depth_sph::DepthSph;
 use colluvium::mpm::Mpm;
 use colluvium::snow_mpm::SnowMpm;
 use colluvium::sph::Sph;
+use colluvium_testkit::with_keys;
 use serde_json::{Value, json};
-
-/// Object with the keys of another one added.
-fn with(mut object: Value, more: &Value) -> Value {
-    object.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
-    object
-}
 
 /// Snapshot of a ball of snow that turns, stretches and flies, after 120 steps with cubic functions and stress last.
 fn flown(method: &dyn Method, snow: &Value, mpm: &Value) -> Snapshot {
@@ -24,8 +19,8 @@ fn flown(method: &dyn Method, snow: &Value, mpm: &Value) -> Snapshot {
             "velocity": { "kind": "linear", "value": [0.3, 0.1], "origin": [1, 1], "gradient": [[-0.8, -4], [4, -0.5]] } }],
         "stages": [{ "name": "fly", "duration": 1 }],
         "methods": {
-            "snow-mpm": with(json!({ "cell_size": 0.1, "time_step": 2e-4 }), snow),
-            "mpm": with(json!({ "cell_size": 0.1, "time_step": 2e-4, "shape": "cubic", "stress_update": "usl",
+            "snow-mpm": with_keys(json!({ "cell_size": 0.1, "time_step": 2e-4 }), snow),
+            "mpm": with_keys(json!({ "cell_size": 0.1, "time_step": 2e-4, "shape": "cubic", "stress_update": "usl",
                 "node_mass_cutoff": 1e-14, "volume_cap": 1e9 }), mpm)
         }
     });
@@ -101,7 +96,7 @@ fn a_case_with_pore_fluid_runs_in_depth_and_over_the_depth() {
 /// Columns of the motion at the end of a rigid box of 0.24 m × 0.16 m × 0.08 m in space that spins, or lies on a floor under gravity along
 /// a slope.
 fn tumbled(method: &dyn Method, more: &Value) -> Vec<f64> {
-    let case = with(
+    let case = with_keys(
         json!({
             "title": "tumble", "space": "3d", "domain": { "min": [-0.4, -0.4, -0.04], "max": [0.8, 0.4, 0.76] }, "gravity": [0, 0, 0],
             "materials": { "rock": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },

@@ -334,3 +334,12 @@ fn errors_of_basal_laws_and_porous_media_name_the_field() {
         assert!(error.starts_with(field), "{error}");
     }
 }
+
+/// Asserts that `result` rejects the parameter `name`.
+pub fn assert_field<T>(result: Result<T, MaterialError>, name: &str) {
+    match result {
+        Err(MaterialError::Parameter { field, .. }) => assert_eq!(field, name),
+        Err(error) => panic!("{name}: {error}"),
+        Ok(_) => panic!("{name}: accepted"),
+    }
+}

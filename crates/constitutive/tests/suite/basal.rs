@@ -8,10 +8,11 @@ use colluvium_constitutive::basal::{
 };
 use colluvium_constitutive::laws::MuISpec;
 use colluvium_constitutive::{MaterialError, MaterialSpec, MaybeInfinite};
+use colluvium_testkit::{assert_digits, assert_near};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
-use crate::common::{assert_field, assert_near, digits};
+use crate::bad_input::assert_field;
 
 /// Basal law of a case file.
 fn law(value: Value) -> BasalRheology {
@@ -23,7 +24,7 @@ fn bingham_base_solves_the_cubic() {
     // a, ξ; then h, v̄, μ, τ_y, τ_b, by the quadratic (its first value is 429.723192320769 in thirty digits; the
     // sheet's last digit, 429.7231922, is one too low).
     for (a, xi) in [(1.5, 0.467_090_379_2), (3.0, 0.339_876_886_6), (0.015, 0.930_974_664_2)] {
-        digits(plug_ratio(a), xi, 10);
+        assert_digits(plug_ratio(a), xi, 10);
     }
     assert!((plug_ratio(1200.0) - 0.001_662_510_4).abs() <= 0.5e-10);
     let table = [
@@ -40,7 +41,7 @@ fn bingham_base_solves_the_cubic() {
             })
             .build()
             .unwrap();
-            digits(law.shear_stress(&flow).unwrap(), expected, 10);
+            assert_digits(law.shear_stress(&flow).unwrap(), expected, 10);
         }
     }
 }
@@ -97,7 +98,7 @@ fn frictional_bases() {
         pore_pressure: 2000.0,
         ..BasalFlow::default()
     };
-    digits(law.shear_stress(&flow).unwrap(), 5020.0, 5);
+    assert_digits(law.shear_stress(&flow).unwrap(), 5020.0, 5);
     // m = 1: factor 3, m = 2: 25/4.
     for (exponent, factor) in [(1.0, 3.0), (2.0, 6.25)] {
         let spec = ViscousFrictionalSpec::new(0.0, 1.0, exponent);
@@ -116,7 +117,7 @@ fn frictional_bases() {
         unit_weight,
     };
     let voellmy = BasalSpec::Voellmy(VoellmySpec::new(15.0, 600.0.into())).build().unwrap();
-    digits(voellmy.shear_stress(&flow).unwrap(), 7704.476, 7);
+    assert_digits(voellmy.shear_stress(&flow).unwrap(), 7704.476, 7);
     // At rest: the driving stress, up to the strength; zero on a dry bed.
     let coulomb = |angle| BasalSpec::Coulomb(CoulombSpec::new(angle)).build().unwrap();
     let rest = BasalFlow { speed: 0.0, ..flow };
@@ -136,7 +137,7 @@ fn frictional_bases() {
 fn skeleton_stiffness_of_confined_columns() {
     let with = |confinement| SkeletonSpec { youngs_modulus: 20e6, poissons_ratio: 0.3, confinement };
     let bulk = with(LateralConfinement::Isotropic {}).stiffness().unwrap();
-    digits(bulk, 16.666_666_7e6, 9);
+    assert_digits(bulk, 16.666_666_7e6, 9);
     // Without lateral strain: the oedometric modulus E (1 - ν)/((1 + ν)(1 - 2ν)).
     let oedometric = 20e6 * 0.7 / (1.3 * 0.4);
     assert!((with(LateralConfinement::default()).stiffness().unwrap() / oedometric - 1.0).abs() < 1e-14);

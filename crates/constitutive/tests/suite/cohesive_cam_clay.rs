@@ -1,6 +1,5 @@
 //! Cohesive Cam Clay (sheet: constitutive §2.15, V-13, V-14, bad input of §7).
 
-use crate::common::assert_near;
 use colluvium_constitutive::laws::cohesive_cam_clay::YieldEllipse;
 use colluvium_constitutive::laws::{
     CamClayHardening, CamClayIntegration, CohesiveCamClay, CohesiveCamClaySpec, CohesiveCamClayState,
@@ -10,6 +9,7 @@ use colluvium_constitutive::{
     Hencky, HenckyState, InitialCondition, Mat3, Model, Motion, Point, PointLaw, PrincipalReturn,
     StressUpdate, SymTensor,
 };
+use colluvium_testkit::assert_near;
 
 /// Reference set of §2.15.
 pub(crate) fn slab() -> CohesiveCamClaySpec {

@@ -1,7 +1,6 @@
 //! Reference values of the flow laws (sheet: constitutive §2.8–2.10, §3.7.9, §7), computed there with
 //! independent scripts, and properties beyond the contract.
 
-use crate::common::{assert_field, digits};
 use colluvium_constitutive::laws::bingham::{Capped, YieldStress};
 use colluvium_constitutive::laws::granular_flow::{
     BagnoldRegime, FlowRegime, bagnold_number, inertial_number, krieger_dougherty, linear_concentration,
@@ -17,6 +16,9 @@ use colluvium_constitutive::{
     Corotational, InitialCondition, Law, Mat3, MaterialError, MaterialSpec, Motion, Point, PointLaw,
     SmallStrain, StressUpdate, SymTensor,
 };
+use colluvium_testkit::assert_digits;
+
+use crate::bad_input::assert_field;
 
 /// Parameter set of §2.9.
 fn sand() -> MuISpec {
@@ -100,10 +102,10 @@ fn friction_and_viscosity_of_sand() {
         let found = law.inertial_number(rate, pressure);
         // Ten decimals.
         assert!((found - number).abs() <= 0.5e-10 * (1.0 + 1e-9), "{found} for {number}");
-        digits(law.friction(found), friction, 10);
+        assert_digits(law.friction(found), friction, 10);
         let digits_of_viscosity = if viscosity < 1.0 { 9 } else { 10 };
-        digits(viscous.viscosity(rate, pressure), viscosity, digits_of_viscosity);
-        digits(law.strength(rate, pressure), friction * pressure, 9);
+        assert_digits(viscous.viscosity(rate, pressure), viscosity, digits_of_viscosity);
+        assert_digits(law.strength(rate, pressure), friction * pressure, 9);
     }
 }
 
@@ -139,7 +141,7 @@ fn a_viscous_form_starts_from_rest_with_the_floor_of_the_source() {
         serde_json::from_value(serde_json::json!({ "kind": "capped", "max_viscosity": 1e12 })).unwrap();
     let law = RegularisedMuI { law: sand().rheology().unwrap(), form };
     let at_rest = law.viscosity(0.0, 1000.0);
-    digits(at_rest, law.law.strength(1e-7, 1000.0) / 1e-7, 14);
+    assert_digits(at_rest, law.law.strength(1e-7, 1000.0) / 1e-7, 14);
     assert!((at_rest * 1e-7 / 380.0 - 1.0).abs() < 1e-6, "{at_rest}");
     assert_eq!((law.viscosity(1e-8, 1000.0), law.viscosity(1e-7, 1000.0)), (at_rest, at_rest));
     assert!(law.viscosity(2e-7, 1000.0) < 0.51 * at_rest);
@@ -156,10 +158,10 @@ fn sand_relaxes_to_the_friction_of_its_plastic_rate() {
     ];
     let law = sand().viscoplastic().unwrap();
     for (dt, trial, shear, rate) in table {
-        digits(law.rheology.return_shear_stress(trial, 1000.0, 1e6 * dt), shear, 10);
+        assert_digits(law.rheology.return_shear_stress(trial, 1000.0, 1e6 * dt), shear, 10);
         let new = returned(&law, trial, 1000.0, dt);
-        digits(new.stress[3], shear, 10);
-        digits(new.state.shear_rate, rate, 10);
+        assert_digits(new.stress[3], shear, 10);
+        assert_digits(new.state.shear_rate, rate, 10);
         let friction = law.rheology.friction(law.rheology.inertial_number(new.state.shear_rate, 1000.0));
         assert!((new.stress[3] - friction * 1000.0).abs() < 1e-9);
         assert!((new.stress.pressure() - 1000.0).abs() < 1e-8);
@@ -175,7 +177,7 @@ fn sand_relaxes_to_the_friction_of_its_plastic_rate() {
 fn bingham_relaxes_with_its_viscosity() {
     // ζ = GΔt/μ = 2.
     let law = mud().viscoplastic().unwrap();
-    digits(returned(&law, 30.0, 1000.0, 1e-4).stress[3], 23.333_333, 8);
+    assert_digits(returned(&law, 30.0, 1000.0, 1e-4).stress[3], 23.333_333, 8);
     let plastic = BinghamSpec { viscosity: 0.0, ..mud() }.viscoplastic().unwrap();
     assert!((returned(&plastic, 30.0, 1000.0, 1e-4).stress[3] - 20.0).abs() < 1e-12);
     assert_eq!(returned(&law, 19.0, 1000.0, 1e-4).stress[3], 19.0);
@@ -335,9 +337,9 @@ fn cfd_soil_is_scaled_back_to_its_strength() {
 #[test]
 fn numbers_and_regimes_of_granular_flow() {
     let concentration = linear_concentration(0.55, 0.74);
-    digits(concentration, 9.618_377_394, 10);
+    assert_digits(concentration, 9.618_377_394, 10);
     let bagnold = bagnold_number(50.0, 1.3e-3, 2650.0, concentration, 1e-3);
-    digits(bagnold, 694.47, 5);
+    assert_digits(bagnold, 694.47, 5);
     assert_eq!(BagnoldRegime::of(bagnold), BagnoldRegime::GrainInertia);
     assert_eq!(BagnoldRegime::of(39.0), BagnoldRegime::MacroViscous);
     assert_eq!(BagnoldRegime::of(100.0), BagnoldRegime::Transitional);

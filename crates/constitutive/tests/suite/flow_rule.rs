@@ -1,12 +1,12 @@
 //! Strain split, flow rule, consistency and stiffness of plasticity, tested on the cone (sheet: constitutive §2.3, §2.4).
 
-use crate::common::{assert_close, assert_near};
 use colluvium_constitutive::driver::{ElementPath, ElementTest, LoadingPath, TestStage};
 use colluvium_constitutive::laws::{
     DruckerPrager, DruckerPragerSpec, Elasticity, Matching, PlasticIntegration, PlasticStrain, Softening,
     StrainMeasure, drucker_prager::Cone,
 };
 use colluvium_constitutive::{Mat3, MaterialSpec, Motion, Point, SmallStrain, SymTensor};
+use colluvium_testkit::{assert_close, assert_near};
 
 /// Soil of 20 MPa, in kPa.
 fn spec(matching: Matching) -> DruckerPragerSpec {

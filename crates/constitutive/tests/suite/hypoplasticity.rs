@@ -1,7 +1,6 @@
 //! Hypoplasticity and its viscous part: reference values of `sheet: constitutive §2.12, V-16, V-17`, and
 //! bad input of §7 (kPa in the comments, Pa in the code).
 
-use crate::common::assert_near;
 use colluvium_constitutive::driver::{ElementPath, ElementTest, LoadingPath, TestStage};
 use colluvium_constitutive::laws::hypoplastic::{
     Calibration, CriticalState, HypoplasticConstants, HypoplasticParameters, HypoplasticSpec,
@@ -11,6 +10,7 @@ use colluvium_constitutive::{
     InitialCondition, Mat3, MaterialError, MaterialSpec, Model, Motion, Point, PointLaw, StressUpdate,
     SymTensor,
 };
+use colluvium_testkit::assert_near;
 
 const VISCOSITY: AccelerationViscosity = AccelerationViscosity {
     a: -8e-4,

@@ -1,10 +1,10 @@
 //! Stomakhin snow (sheet: constitutive §2.14, V-15, bad input of §7).
 
-use crate::common::assert_near;
 use colluvium_constitutive::laws::{Snow, SnowElasticity, SnowSpec, SnowState};
 use colluvium_constitutive::{
     InitialCondition, Mat3, Model, Motion, Point, PointLaw, StressUpdate, SymTensor,
 };
+use colluvium_testkit::assert_near;
 
 /// Published defaults of the sheet.
 fn spec(elastic_law: SnowElasticity) -> SnowSpec {

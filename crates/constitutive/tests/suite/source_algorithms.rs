@@ -1,6 +1,5 @@
 //! Algorithms 1 and 2 of Bui & Nguyen 2021 for Drucker–Prager (sheet: constitutive §2.3, §3.6; kPa).
 
-use crate::common::{assert_close, r1};
 use colluvium_constitutive::laws::{
     DruckerPrager, DruckerPragerSpec, Elasticity, Matching, PlasticIntegration, PlasticStrain, Softening,
     StrainMeasure,
@@ -8,7 +7,10 @@ use colluvium_constitutive::laws::{
 use colluvium_constitutive::{
     Corotational, InitialCondition, Mat3, Motion, Point, PointLaw, SmallStrain, StressUpdate, SymTensor,
 };
+use colluvium_testkit::assert_close;
 use proptest::prelude::*;
+
+use crate::reference_materials::r1;
 
 fn spec(integration: PlasticIntegration) -> DruckerPragerSpec {
     DruckerPragerSpec {

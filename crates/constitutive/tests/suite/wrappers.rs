@@ -9,8 +9,6 @@ use colluvium_constitutive::{
     InitialCondition, Mat3, Material, MaterialSpec, Motion, PoreFluidState, States, SymTensor,
 };
 
-use crate::common;
-
 fn elastic() -> MaterialSpec {
     MaterialSpec::LinearElastic(LinearElasticSpec {
         density: 2000.0,
@@ -21,11 +19,11 @@ fn elastic() -> MaterialSpec {
 }
 
 fn mohr_coulomb() -> MohrCoulombSpec {
-    common::mohr_coulomb(1e3, 10.0)
+    crate::reference_materials::mohr_coulomb(1e3, 10.0)
 }
 
 fn drucker_prager() -> DruckerPragerSpec {
-    common::drucker_prager(1e3, Matching::Compression, 10.0)
+    crate::reference_materials::drucker_prager(1e3, Matching::Compression, 10.0)
 }
 
 fn start(law: &dyn Material, stress: SymTensor) -> (SymTensor, States) {

@@ -1,10 +1,11 @@
 //! Kinematics and invariants (sheet: dem §5, B17).
 
-use colluvium_testkit::{Scene, assert_near, linear, read_case};
 use colluvium_case::{Case, Solver};
 use colluvium_dem::disks;
+use colluvium_testkit::{assert_near, read_case};
 use serde_json::json;
 
+use crate::single_grains::{Scene, linear};
 
 #[test]
 fn grains_that_roll_on_each_other_or_turn_together_do_not_slip() {

@@ -1,11 +1,12 @@
 //! Coarse graining (sheet: dem §3.9).
 
-use colluvium_testkit::{Scene, assert_near, begun, linear, read_case};
 use colluvium_case::{Case, DatasetGeometry, FieldData, FrameRequest, Lattice, Solver};
 use colluvium_dem::disks;
 use colluvium_dem::output::coarse_graining::CoarseGrainingNodes;
+use colluvium_testkit::{assert_near, read_case};
 use serde_json::json;
 
+use crate::single_grains::{Scene, begun, linear};
 
 fn nodes(half: f64, count: usize) -> CoarseGrainingNodes<2> {
     CoarseGrainingNodes { origin: [-half; 2], spacing: 2.0 * half / (count - 1) as f64, count: [count; 2] }

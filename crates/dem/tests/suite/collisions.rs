@@ -1,11 +1,12 @@
 //! Single grains: flight, collisions, slopes, rolling (sheet: dem §5, B1 to B3, B6 to B8).
 
-use colluvium_testkit::{Scene, assert_near, begun, floor, linear};
 use colluvium_case::Solver;
 use colluvium_case::measure::ScalarOutput;
 use colluvium_dem::{disks, spheres};
+use colluvium_testkit::assert_near;
 use serde_json::json;
 
+use crate::single_grains::{Scene, begun, floor, linear};
 
 fn reading(readings: &[ScalarOutput], name: &str) -> f64 {
     readings.iter().find(|(own, ..)| own == name).unwrap().2

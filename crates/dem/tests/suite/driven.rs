@@ -1,13 +1,14 @@
 //! Forces on bodies, membranes, shaking, and cyclic cells (sheet: dem §2.1, §3.7, §3.8).
 
-use colluvium_testkit::scalar_output;
-use colluvium_testkit::{Scene, assert_near, begun, linear, read_case};
+use colluvium_dem::Dem;
+use colluvium_testkit::{assert_near, read_case, refusal, scalar_output};
 use std::f64::consts::TAU;
 
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, Shaking, disks};
 use serde_json::{Value, json};
 
+use crate::single_grains::{Scene, begun, linear};
 
 fn to(solver: &mut DemSolver<2, 1>, time: f64) {
     while solver.time() < time * (1.0 - 1e-12) {
@@ -18,10 +19,6 @@ fn to(solver: &mut DemSolver<2, 1>, time: f64) {
 
 fn solver(value: &Value) -> DemSolver<2, 1> {
     begun(disks(&read_case(&value)).unwrap())
-}
-
-fn refused(value: &Value) -> String {
-    disks(&read_case(&value)).err().unwrap().to_string()
 }
 
 /// Block of grains of 0.02 m at rest, with another one beside it.
@@ -98,16 +95,17 @@ fn forces_that_no_grain_can_follow_are_refused() {
             "methods.dem.stages.all.shaking.frequency: -3",
         ),
     ] {
-        let error = refused(&stage(own));
+        let error = refusal(&Dem, &stage(own));
         assert!(error.starts_with(path), "{error}");
     }
     let mut held = stage(json!({ "forces": { "two": [0, 0] } }));
     held["methods"]["dem"]["bodies"] = json!({ "two": { "held": true } });
-    assert!(refused(&held).starts_with("methods.dem.stages.all.forces.two: its grains are held"));
+    assert!(refusal(&Dem, &held).starts_with("methods.dem.stages.all.forces.two: its grains are held"));
     let mut gone = stage(json!({ "forces": { "two": [0, 0] } }));
     gone["stages"][0]["remove_bodies"] = json!(["two"]);
     assert!(
-        refused(&gone).starts_with("methods.dem.stages.all.forces.two: the body \"two\" has been removed")
+        refusal(&Dem, &gone)
+            .starts_with("methods.dem.stages.all.forces.two: the body \"two\" has been removed")
     );
 }
 
@@ -204,5 +202,5 @@ fn cells_follow_strains_and_stresses_that_go_to_and_fro() {
     assert_near(extremes.0, -90.0, 3.0);
     assert_near(extremes.1, -10.0, 3.0);
     let bad = lattice(&json!({ "yy": { "cyclic-strain": { "amplitude": 0.01, "period": 0 } } }));
-    assert!(refused(&bad).starts_with("methods.dem.stages.all.cell.yy: a period of 0 s"));
+    assert!(refusal(&Dem, &bad).starts_with("methods.dem.stages.all.cell.yy: a period of 0 s"));
 }

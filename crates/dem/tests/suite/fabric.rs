@@ -1,7 +1,5 @@
 //! Fabric of contacts (sheet: dem §3.9).
 
-
-
 /// Disks of radius 0.5001 m on a square lattice of 1 m, six by six.
 fn lattice() -> Scene {
     let mut scene = Scene::new(linear(1e4, 0.0, 0.5, 0.5));
@@ -67,7 +65,7 @@ fn lines_of_contacts_join_the_centres_and_carry_the_forces() {
     use colluvium_case::{Case, DatasetGeometry, FieldData, FrameRequest, Solver};
     use colluvium_dem::disks;
     let mut scene = lattice();
-    scene.boundaries = crate::common::floor(&serde_json::json!({ "kind": "smooth" }));
+    scene.boundaries = crate::single_grains::floor(&serde_json::json!({ "kind": "smooth" }));
     scene.boundaries[0]["position"] = serde_json::json!(-3.0);
     let mut case = scene.json();
     case["output"] = serde_json::json!({ "contacts": true });

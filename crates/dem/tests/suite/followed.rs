@@ -1,9 +1,8 @@
 //! Means of controlled stresses of cells and walls during deformation (sheet: dem §3.7).
 
-use colluvium_testkit::scalar_output;
-use colluvium_testkit::{read_case, single_threaded};
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, disks};
+use colluvium_testkit::{read_case, scalar_output, single_threaded};
 use serde_json::{Value, json};
 
 const PRESSURE: f64 = 1e5;

@@ -1,10 +1,11 @@
 //! Bad input is refused with its path (sheet: dem §7).
 
-use colluvium_testkit::{Scene, floor, linear, read_case};
 use colluvium_case::{Case, Method};
 use colluvium_dem::Dem;
+use colluvium_testkit::read_case;
 use serde_json::{Value, json};
 
+use crate::single_grains::{Scene, floor, linear};
 
 fn refusal(change: impl Fn(&mut Value)) -> String {
     let mut scene = Scene::new(linear(1e6, 0.1, 0.5, 0.5)).disk([0.0, 0.6], 0.5, [0.0; 2], 0.0).disk(

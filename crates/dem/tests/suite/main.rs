@@ -3,7 +3,6 @@
 mod bookkeeping;
 mod coarse;
 mod collisions;
-mod common;
 mod driven;
 mod fabric;
 mod followed;
@@ -19,6 +18,7 @@ mod regions;
 mod restitution;
 mod rules;
 mod same;
+mod single_grains;
 mod size;
 mod space;
 mod specimens;

@@ -1,6 +1,5 @@
 //! A periodic cell of grains as a material.
 
-use colluvium_testkit::read_case;
 use colluvium_case::{Case, Solver};
 use colluvium_constitutive::driver::{ElementTest, LoadingPath, TestStage};
 use colluvium_constitutive::laws::ExternalSpec;
@@ -9,6 +8,7 @@ use colluvium_constitutive::{
 };
 use colluvium_dem::Diameters;
 use colluvium_dem::material::GranularCells;
+use colluvium_testkit::read_case;
 use serde_json::{Value, json};
 
 const PRESSURE: f64 = 100e3;

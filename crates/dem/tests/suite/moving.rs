@@ -1,19 +1,15 @@
 //! Obstacles with prescribed motion (sheet: dem §2.10, wall types).
 
-use colluvium_testkit::scalar_output;
-use colluvium_testkit::{Scene, begun, linear};
+use colluvium_testkit::{read_case, scalar_output};
 use std::f64::consts::PI;
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_dem::{Dem, disks, spheres};
 use serde_json::{Value, json};
 
+use crate::single_grains::{Scene, begun, linear};
 
 const STIFFNESS: f64 = 1e6;
-
-fn case(value: &Value) -> Case {
-    Case::from_value(value, std::path::Path::new("")).unwrap()
-}
 
 fn to(solver: &mut dyn Solver, time: f64) {
     while solver.time() < time - 1e-9 {
@@ -35,7 +31,7 @@ fn belt(motion: &Value) -> Value {
 
 #[test]
 fn a_disk_on_a_belt_slips_until_it_rolls_at_a_third_of_its_speed() {
-    let mut solver = begun(disks(&case(&belt(&json!({ "velocity": [1, 0] })))).unwrap());
+    let mut solver = begun(disks(&read_case(&belt(&json!({ "velocity": [1, 0] })))).unwrap());
     // It slips for v / (3 μ g) = 0.17 s: its surface gains the acceleration 3 μ g, its centre μ g.
     to(&mut solver, 0.1);
     let early = solver.snapshot().positions[0][0];
@@ -56,7 +52,7 @@ fn a_disk_on_a_belt_slips_until_it_rolls_at_a_third_of_its_speed() {
 #[test]
 fn a_floor_that_rises_with_a_ramp_lifts_a_disk_by_its_way() {
     let motion = json!({ "velocity": [0, 0.5], "start": 0.2, "ramp": 1 });
-    let mut solver = begun(disks(&case(&belt(&motion))).unwrap());
+    let mut solver = begun(disks(&read_case(&belt(&motion))).unwrap());
     to(&mut solver, 2.2);
     let height = solver.snapshot().positions[0][1] - (0.5 - 9.81e-6);
     assert!((height - 0.75).abs() < 1e-5, "{height}");
@@ -82,7 +78,7 @@ fn a_sphere_on_a_turntable_goes_round_at_two_sevenths_of_its_rate() {
         "shape": { "kind": "box", "min": [-9, -9, -1], "max": [9, 9, 0] },
         "motion": { "rotation": rate.to_degrees(), "centre": [0, 0, -0.5], "axis": [0, 0, 3] },
         "wall": { "kind": "frictional", "friction_coefficient": 0.8 } }]);
-    let mut solver = begun(spheres(&case(&value)).unwrap());
+    let mut solver = begun(spheres(&read_case(&value)).unwrap());
     to(&mut solver, 0.5 * PI / around);
     let place = solver.snapshot().positions[0];
     let wide = speed / around;
@@ -110,7 +106,7 @@ fn stirred() -> Case {
     value["methods"]["dem"]["grains"] = json!({ "grain": { "density": 100,
         "diameter": { "distribution": "uniform", "min": 0.12, "max": 0.18 },
         "fill": { "kind": "lattice", "packing": "square", "jitter": 0.01 } } });
-    case(&value)
+    read_case(&value)
 }
 
 #[test]
@@ -145,7 +141,7 @@ fn a_stirred_pan_goes_on_from_where_it_was_saved() {
 
 #[test]
 fn a_belt_tells_the_moment_of_the_disk_on_it() {
-    let mut solver = begun(disks(&case(&belt(&json!({ "velocity": [1, 0] })))).unwrap());
+    let mut solver = begun(disks(&read_case(&belt(&json!({ "velocity": [1, 0] })))).unwrap());
     to(&mut solver, 0.1);
     let (x, reaction) = (solver.snapshot().positions[0], solver.reaction("belt").unwrap());
     let [along, across, _] = reaction.force;
@@ -159,7 +155,7 @@ fn a_belt_tells_the_moment_of_the_disk_on_it() {
     assert!((of([x[0] - 2.0, 0.0, 0.0]) / (2.0 * across) - 1.0).abs() < 1e-3);
     assert!((of([x[0], x[1], 0.0]) / (0.5 * along) - 1.0).abs() < 1e-2);
     let saved = solver.saved().unwrap();
-    let mut again = begun(disks(&case(&belt(&json!({ "velocity": [1, 0] })))).unwrap());
+    let mut again = begun(disks(&read_case(&belt(&json!({ "velocity": [1, 0] })))).unwrap());
     again.restore(&mut saved.as_slice()).unwrap();
     assert_eq!(again.reaction("belt"), Some(reaction));
 }

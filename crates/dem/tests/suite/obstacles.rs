@@ -1,10 +1,11 @@
 //! Grains on obstacles (sheet: dem §2.10).
 
-use colluvium_testkit::{Scene, begun, linear, read_case};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_dem::{Dem, DemSolver, disks, spheres};
+use colluvium_testkit::read_case;
 use serde_json::{Value, json};
 
+use crate::single_grains::{Scene, begun, linear};
 
 const ANGLE: f64 = 30.0;
 const STIFFNESS: f64 = 1e6;
@@ -43,10 +44,6 @@ where
     along(solver.snapshot().positions[0]) - start
 }
 
-fn case(value: &Value) -> Case {
-    Case::from_value(value, std::path::Path::new("")).unwrap()
-}
-
 /// Displacement in a second of a grain of moment of inertia `share m r²` that rolls or slides.
 fn exact(share: f64, friction: f64) -> f64 {
     let (sine, cosine) = ANGLE.to_radians().sin_cos();
@@ -67,7 +64,7 @@ fn disks_roll_and_slide_on_a_plane_and_on_a_line_of_many_pieces() {
     let polygon = json!({ "kind": "polygon", "vertices": [at(-3.0), at(9.0), [9.0, -20.0], [-3.0, -20.0]] });
     for friction in [0.0, 0.1, 0.5] {
         for (name, shape) in [("plane", &plane), ("line", &line), ("polygon", &polygon)] {
-            let found = way(disks(&case(&resting(2, shape, friction))).unwrap(), 1.0);
+            let found = way(disks(&read_case(&resting(2, shape, friction))).unwrap(), 1.0);
             let exact = exact(0.5, friction);
             assert!((found / exact - 1.0).abs() < 2e-3, "{name}, {friction}: {found} is not {exact}");
         }
@@ -92,7 +89,7 @@ fn spheres_roll_and_slide_on_a_wedge_and_on_a_raster() {
     let raster = json!({ "kind": "raster", "file": file.display().to_string() });
     for friction in [0.1, 0.5] {
         for (name, shape) in [("wedge", &wedge), ("raster", &raster)] {
-            let found = way(spheres(&case(&resting(3, shape, friction))).unwrap(), 1.0);
+            let found = way(spheres(&read_case(&resting(3, shape, friction))).unwrap(), 1.0);
             let exact = exact(0.4, friction);
             assert!((found / exact - 1.0).abs() < 2e-3, "{name}, {friction}: {found} is not {exact}");
         }
@@ -107,7 +104,7 @@ fn a_grain_in_a_bowl_comes_to_rest_at_its_bottom_and_the_bowl_bears_it() {
     value["bodies"][0]["shape"]["centre"] = json!([2.0, 1.2]);
     value["methods"]["dem"]["pairs"][0]["rolling"] = json!({ "friction": 0.2 });
     value["stages"][0]["damping"] = json!(0.3);
-    let case = case(&value);
+    let case = read_case(&value);
     let mut solver = begun(disks(&case).unwrap());
     while solver.time() < 20.0 - 1e-9 {
         solver.step(20.0 - solver.time()).unwrap();
@@ -122,7 +119,7 @@ fn a_grain_in_a_bowl_comes_to_rest_at_its_bottom_and_the_bowl_bears_it() {
 #[test]
 fn a_run_on_an_obstacle_goes_on_from_where_it_was_saved() {
     let pieces: Vec<[f64; 2]> = (-8..40).map(|k| at(0.173 * f64::from(k))).collect();
-    let case = case(&resting(2, &json!({ "kind": "ground-line", "points": pieces }), 0.5));
+    let case = read_case(&resting(2, &json!({ "kind": "ground-line", "points": pieces }), 0.5));
     let walk = |solver: &mut dyn Solver, count: usize| {
         for _ in 0..count {
             let dt = solver.limit().dt;
@@ -163,7 +160,7 @@ fn a_body_beside_a_slope_is_filled_with_grains_that_touch_it_and_lean_into_nothi
 #[test]
 fn a_grain_in_an_obstacle_is_refused_with_its_place() {
     let value = resting(2, &json!({ "kind": "plane", "point": [0, 1], "normal": [0, 1] }), 0.5);
-    let problem = disks(&case(&value)).map(|_| ()).unwrap_err().to_string();
+    let problem = disks(&read_case(&value)).map(|_| ()).unwrap_err().to_string();
     assert!(problem.starts_with("bodies[0].shape: the point at [0.2"), "{problem}");
     assert!(problem.contains("inside the obstacle \"slope\""), "{problem}");
 }
@@ -183,7 +180,7 @@ fn a_disk_slides_over_the_smooth_part_and_rolls_at_two_thirds_of_its_speed_on_th
     for key in ["bodies", "gravity", "methods"] {
         value[key] = own[key].clone();
     }
-    let mut solver = begun(disks(&case(&value)).unwrap());
+    let mut solver = begun(disks(&read_case(&value)).unwrap());
     let mut until = |time: f64| {
         while solver.time() < time - 1e-9 {
             solver.step(time - solver.time()).unwrap();

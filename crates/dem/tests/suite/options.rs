@@ -1,11 +1,11 @@
 //! Options of contacts and stages against closed forms (sheet: dem §2.7, §2.9, §3.1).
 
-use colluvium_testkit::scalar_output;
-use colluvium_testkit::{Scene, assert_near, begun, linear, read_case};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_dem::{Dem, DemSolver, disks, spheres};
+use colluvium_testkit::{assert_near, read_case, scalar_output};
 use serde_json::{Value, json};
 
+use crate::single_grains::{Scene, begun, linear};
 
 #[test]
 fn a_modulus_of_the_grains_gives_a_stiffness_that_grows_with_them() {

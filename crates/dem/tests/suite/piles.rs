@@ -1,10 +1,11 @@
 //! Grains at rest (sheet: dem §5, B5, B9) and bonds (B15).
 
-use colluvium_testkit::{Scene, assert_near, begun, floor, linear};
 use colluvium_case::{DatasetGeometry, FieldData, FrameRequest, Solver};
 use colluvium_dem::disks;
+use colluvium_testkit::assert_near;
 use serde_json::json;
 
+use crate::single_grains::{Scene, begun, floor, linear};
 
 #[test]
 fn a_static_column_has_the_overlaps_of_its_weight() {

@@ -1,11 +1,11 @@
 //! Servo-controlled walls (sheet: dem §3.7).
 
-use colluvium_testkit::scalar_output;
-use colluvium_testkit::{Scene, assert_near, begun, linear, read_case};
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, disks, spheres};
+use colluvium_testkit::{assert_near, read_case, scalar_output};
 use serde_json::{Value, json};
 
+use crate::single_grains::{Scene, begun, linear};
 
 const STIFFNESS: f64 = 1e6;
 const DISKS: usize = 3;
@@ -44,7 +44,11 @@ fn a_platen_comes_to_rest_where_the_stack_bears_its_stress() {
     to(&mut solver, 3.0);
     // Each contact carries 1000 N.
     let overlap = 1000.0 / STIFFNESS;
-    assert_near(scalar_output(&solver, "wall.platen.position"), DISKS as f64 - (DISKS + 1) as f64 * overlap, 1e-7);
+    assert_near(
+        scalar_output(&solver, "wall.platen.position"),
+        DISKS as f64 - (DISKS + 1) as f64 * overlap,
+        1e-7,
+    );
     assert_near(scalar_output(&solver, "wall.platen.stress"), -5.0, 1e-4);
     assert_near(solver.reaction("platen").unwrap().force[1], 1000.0, 0.02);
     assert_near(solver.reaction("floor").unwrap().force[1], -1000.0, 0.02);
@@ -104,8 +108,7 @@ fn a_platen_whose_area_nothing_bounds_needs_it() {
     let mut value = stack(3.2);
     let platen = &mut value["methods"]["dem"]["stages"]["all"]["walls"]["platen"];
     platen.as_object_mut().unwrap().remove("area");
-    let refused =
-        |value: &Value| disks(&read_case(&value)).err().unwrap().to_string();
+    let refused = |value: &Value| disks(&read_case(&value)).err().unwrap().to_string();
     let error = refused(&value);
     assert!(error.starts_with("methods.dem.stages.all.walls.platen.area: is missing: along x"), "{error}");
     value["methods"]["dem"]["stages"]["all"]["walls"]["platen"]["sleeve"] = json!("grain 0");

@@ -1,15 +1,11 @@
 //! Pluviation: grains that enter during a run (sheet: dem §3.8).
 
-use colluvium_testkit::scalar_output;
-use colluvium_testkit::{Scene, begun, linear};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_dem::{Dem, disks, spheres};
+use colluvium_testkit::{read_case, scalar_output};
 use serde_json::{Value, json};
 
-
-fn case(value: &Value) -> Case {
-    Case::from_value(value, std::path::Path::new("")).unwrap()
-}
+use crate::single_grains::{Scene, begun, linear};
 
 /// Grains of 0.08 to 0.12 m that enter at the top of a box 2 m wide at 1 m/s, at a mass rate `rate` (kg/s).
 fn rained(dimension: usize, rate: f64) -> Value {
@@ -54,7 +50,7 @@ fn to(solver: &mut dyn Solver, time: f64) {
 #[test]
 fn the_mass_that_is_asked_for_enters_between_start_and_end_with_its_energy_accounted_for() {
     for (dimension, rate) in [(2, 1500.0), (3, 300.0)] {
-        let case = case(&rained(dimension, rate));
+        let case = read_case(&rained(dimension, rate));
         let mut solver: Box<dyn Solver> = Dem.build(&case).unwrap();
         solver.begin_stage(0, 0.0).unwrap();
         assert_eq!(solver.points(), 0);
@@ -79,7 +75,7 @@ fn the_mass_that_is_asked_for_enters_between_start_and_end_with_its_energy_accou
 
 #[test]
 fn rain_goes_on_from_where_it_was_saved() {
-    let case = case(&rained(2, 1500.0));
+    let case = read_case(&rained(2, 1500.0));
     let mut whole = begun(disks(&case).unwrap());
     to(&mut whole, 0.7);
     let saved = whole.saved().unwrap();
@@ -101,7 +97,7 @@ fn rain_goes_on_from_where_it_was_saved() {
 fn a_region_that_is_full_lets_grains_wait_and_says_so() {
     let mut value = rained(2, 20000.0);
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [0, 0] });
-    let mut solver = begun(disks(&case(&value)).unwrap());
+    let mut solver = begun(disks(&read_case(&value)).unwrap());
     to(&mut solver, 0.3);
     let warning = solver.warning().unwrap();
     assert!(warning.contains("of body \"rain\" cannot enter"), "{warning}");
@@ -112,7 +108,7 @@ fn rain_that_cannot_be_is_refused_by_path() {
     let refused = |change: &dyn Fn(&mut Value)| {
         let mut value = rained(2, 1500.0);
         change(&mut value);
-        disks(&case(&value)).map(|_| ()).unwrap_err().to_string()
+        disks(&read_case(&value)).map(|_| ()).unwrap_err().to_string()
     };
     let rate = refused(&|value| value["methods"]["dem"]["bodies"]["rain"]["rain"]["rate"] = json!(-1));
     assert!(rate.starts_with("methods.dem.bodies.rain.rain.rate: -1 must be finite and positive"), "{rate}");
@@ -120,5 +116,5 @@ fn rain_that_cannot_be_is_refused_by_path() {
     assert!(end.starts_with("methods.dem.bodies.rain.rain.end: must come after the start"), "{end}");
     let sizes = refused(&|value| value["methods"]["dem"]["grains"]["grain"] = json!({ "density": 2000 }));
     assert!(sizes.starts_with("methods.dem.grains.grain.diameter: is missing"), "{sizes}");
-    assert!(spheres(&case(&rained(3, 300.0))).is_ok());
+    assert!(spheres(&read_case(&rained(3, 300.0))).is_ok());
 }

@@ -1,10 +1,11 @@
 //! Measuring regions, and excavations that remove grains.
 
-use colluvium_testkit::{Scene, assert_near, begun, linear, read_case};
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, disks};
+use colluvium_testkit::{assert_near, read_case};
 use serde_json::{Value, json};
 
+use crate::single_grains::{Scene, begun, linear};
 
 fn reading(solver: &DemSolver<2, 1>, name: &str) -> f64 {
     solver

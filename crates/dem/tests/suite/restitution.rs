@@ -1,10 +1,11 @@
 //! Restitution at the default step is the prescribed one (sheet: dem §2.3, §2.8).
 
-use colluvium_testkit::{Scene, assert_near, begun};
 use colluvium_case::Solver;
 use colluvium_dem::{DemSolver, spheres};
+use colluvium_testkit::assert_near;
 use serde_json::{Value, json};
 
+use crate::single_grains::{Scene, begun};
 
 /// Collision partner of a sphere of radius 2 mm, head-on at 1 m/s: a sphere of this radius (m), or a wall.
 #[derive(Clone, Copy, Debug)]

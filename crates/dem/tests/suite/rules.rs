@@ -1,10 +1,11 @@
 //! Rules of the time step, sliding blocks, and uniformity of a packing.
 
-use colluvium_testkit::{Scene, assert_near, begun, floor, linear};
 use colluvium_case::Solver;
 use colluvium_dem::disks;
+use colluvium_testkit::assert_near;
 use serde_json::json;
 
+use crate::single_grains::{Scene, begun, floor, linear};
 
 #[test]
 fn the_step_is_a_share_of_the_period_of_the_stiffest_contact() {

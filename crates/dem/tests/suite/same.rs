@@ -1,9 +1,8 @@
 //! Equal results on any number of threads, and after a restart; lists against all pairs; energy of a gas.
 
-use colluvium_testkit::scalar_output;
-use colluvium_testkit::{as, assert_near, cases, read_case, solver_runs};
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{Dem, disks, spheres};
+use colluvium_testkit::{advance_steps, assert_near, read_case, scalar_output, start_solver};
 use serde_json::{Value, json};
 
 /// Heap of polydisperse grains that falls on a floor.
@@ -46,7 +45,7 @@ pub fn heap(dimension: usize) -> Value {
 }
 
 fn begin(value: &Value) -> Box<dyn Solver> {
-    cases::start_solver(&Dem, &read_case(&value))
+    start_solver(&Dem, &read_case(&value))
 }
 
 #[test]
@@ -57,7 +56,7 @@ fn threads_change_no_bit() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
                 let mut solver = begin(&value);
-                cases::advance_steps(&mut *solver, 500);
+                advance_steps(&mut *solver, 500);
                 solver.snapshot().hash()
             })
         });
@@ -70,13 +69,13 @@ fn a_restart_goes_on_bit_for_bit() {
     for dimension in [2, 3] {
         let value = heap(dimension);
         let mut solver = begin(&value);
-        cases::advance_steps(&mut *solver, 300);
+        advance_steps(&mut *solver, 300);
         let saved = solver.saved().unwrap();
-        cases::advance_steps(&mut *solver, 300);
+        advance_steps(&mut *solver, 300);
         let mut again = begin(&value);
         again.restore(&mut &saved[..]).unwrap();
         again.begin_stage(0, 0.0).unwrap();
-        cases::advance_steps(&mut *again, 300);
+        advance_steps(&mut *again, 300);
         assert_eq!(solver.snapshot().hash(), again.snapshot().hash());
         assert_eq!(solver.saved().unwrap(), again.saved().unwrap());
         assert!(again.restore(&mut &saved[..saved.len() / 2]).is_err());
@@ -88,7 +87,7 @@ fn energy_is_accounted_for_in_a_heap_that_falls() {
     for dimension in [2, 3] {
         let mut solver = begin(&heap(dimension));
         while solver.time() < 0.25 {
-            cases::advance_steps(&mut *solver, 1);
+            advance_steps(&mut *solver, 1);
         }
         assert!(scalar_output(&*solver, "contacts") > 100.0);
         assert!(scalar_output(&*solver, "dissipated.friction") > 0.0);
@@ -112,7 +111,7 @@ fn energy_is_accounted_for_where_contacts_slip_that_have_dashpots_across() {
             case["methods"]["dem"]["step_fraction"] = json!(0.01);
             let mut solver = begin(&case);
             while solver.time() < 0.25 {
-                cases::advance_steps(&mut *solver, 1);
+                advance_steps(&mut *solver, 1);
             }
             assert!(scalar_output(&*solver, "dissipated.friction") > 0.0);
             assert!(scalar_output(&*solver, "dissipated.rolling") > 0.0);
@@ -257,7 +256,7 @@ fn grains_of_very_different_sizes_are_found_alike_by_classes_and_by_cells_of_one
                     Box::new(solver)
                 };
                 solver.begin_stage(0, 0.0).unwrap();
-                cases::advance_steps(&mut *solver, 400);
+                advance_steps(&mut *solver, 400);
                 solver.snapshot().hash()
             })
         };

@@ -1,13 +1,13 @@
 //! Sheets under fluid pressure, and cyclic paths and paths of constant volume, in space (sheet: dem §3.7, §3.8).
 
-use colluvium_testkit::scalar_output;
-use colluvium_testkit::{Scene, assert_near, begun, linear, read_case};
+use colluvium_testkit::{assert_near, read_case, scalar_output};
 use std::f64::consts::FRAC_PI_6;
 
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, spheres};
 use serde_json::{Value, json};
 
+use crate::single_grains::{Scene, begun, linear};
 
 fn to(solver: &mut DemSolver<3, 3>, time: f64) {
     while solver.time() < time * (1.0 - 1e-12) {

@@ -1,10 +1,11 @@
 //! Bodies filled in layers and by dropping, and the reports on them (sheet: dem §3.8).
 
-use colluvium_testkit::{Scene, assert_near, linear, read_case};
 use colluvium_case::{Case, Method, RunOptions, Solver, run_method};
 use colluvium_dem::{Dem, Specimen, disks};
+use colluvium_testkit::{assert_near, read_case, refusal};
 use serde_json::{Value, json};
 
+use crate::single_grains::{Scene, linear};
 
 /// Box of 1 m by 0.6 m with this fill of grains of 18 to 30 mm.
 fn filled(fill: &Value) -> Value {
@@ -20,18 +21,10 @@ fn filled(fill: &Value) -> Value {
     value
 }
 
-fn case(value: &Value) -> Case {
-    read_case(&value)
-}
-
 fn only(value: &Value) -> Specimen {
-    let solver = disks(&case(value)).unwrap();
+    let solver = disks(&read_case(&value)).unwrap();
     let [specimen] = solver.specimens() else { panic!("{:?}", solver.specimens()) };
     specimen.clone()
-}
-
-fn refused(value: &Value) -> String {
-    disks(&case(value)).err().unwrap().to_string()
 }
 
 #[test]
@@ -42,15 +35,15 @@ fn layers_have_the_porosity_that_was_asked_for_and_are_even() {
     assert_near(specimen.porosity, 0.22, 1e-9);
     assert_eq!(specimen.requested_porosity, Some(1.0 - 0.78));
     assert!(specimen.coordination > 0.5 && specimen.coordination < 4.5, "{specimen}");
-    let solver = disks(&case(&value)).unwrap();
+    let solver = disks(&read_case(&value)).unwrap();
     // Sheet: dem §3.8: uniform below 0.05.
     let even = solver.void_ratio_bands([0.0, 1.0], [0.03, 0.57], 9).unwrap();
     assert!(even.variance < 0.05, "{even:?}");
-    let again = disks(&case(&value)).unwrap();
+    let again = disks(&read_case(&value)).unwrap();
     assert_eq!(solver.snapshot().hash(), again.snapshot().hash());
     let mut other = value.clone();
     other["methods"]["dem"]["seed"] = json!(5);
-    assert_ne!(solver.snapshot().hash(), disks(&case(&other)).unwrap().snapshot().hash());
+    assert_ne!(solver.snapshot().hash(), disks(&read_case(&other)).unwrap().snapshot().hash());
     for (fill, path) in [
         (
             layers(0.8),
@@ -66,7 +59,7 @@ fn layers_have_the_porosity_that_was_asked_for_and_are_even() {
             "bodies[0].shape: layer 1: ",
         ),
     ] {
-        let error = refused(&filled(&fill));
+        let error = refusal(&Dem, &filled(&fill));
         assert!(error.starts_with(path), "{error}");
     }
 }
@@ -80,7 +73,7 @@ fn dropped_grains_rest_on_two_others_each_and_fill_the_shape() {
     assert!((0.17..0.28).contains(&specimen.porosity) && specimen.requested_porosity.is_none(), "{specimen}");
     // Cut to another shape, the grains are those inside it.
     value["bodies"][0]["shape"] = json!({ "kind": "ball", "centre": [0.5, 0.5], "radius": 0.3 });
-    let cut = disks(&case(&value)).unwrap();
+    let cut = disks(&read_case(&value)).unwrap();
     let snapshot = cut.snapshot();
     let radii = snapshot.scalars("radius").unwrap();
     for (x, r) in snapshot.positions.iter().zip(radii) {
@@ -108,7 +101,7 @@ fn round_bodies_are_filled_to_their_wall() {
             (fill["layers"], fill["first_solid_fraction"]) = (json!(2), json!(first));
         }
         value["methods"]["dem"]["grains"]["grain"]["fill"] = fill;
-        let solver = colluvium_dem::spheres(&case(&value)).unwrap();
+        let solver = colluvium_dem::spheres(&read_case(&value)).unwrap();
         let specimen = &solver.specimens()[0];
         assert!((specimen.porosity - 0.5).abs() < 1e-9, "{kind}: {specimen}");
         let snapshot = solver.snapshot();
@@ -134,23 +127,23 @@ fn dropped_spheres_rest_on_three_others_each() {
     value["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0, 0, 0], "max": [0.8, 0.8, 0.8] });
     let sizes = |largest: f64| json!({ "distribution": "uniform", "min": 0.8 * largest, "max": largest });
     value["methods"]["dem"]["grains"]["grain"]["diameter"] = sizes(0.1);
-    let solver = colluvium_dem::spheres(&case(&value)).unwrap();
+    let solver = colluvium_dem::spheres(&read_case(&value)).unwrap();
     let specimen = &solver.specimens()[0];
     // Three supports each, of which some are the sides and the floor; 0.582 without sides (Visscher and Bolsterli 1972).
     assert!(specimen.coordination > 4.0 && specimen.coordination <= 6.0, "{specimen}");
     assert!((0.42..0.56).contains(&specimen.porosity) && specimen.requested_porosity.is_none(), "{specimen}");
     value["methods"]["dem"]["grains"]["grain"]["diameter"] = sizes(0.14);
-    let error = colluvium_dem::spheres(&case(&value)).err().unwrap().to_string();
+    let error = colluvium_dem::spheres(&read_case(&value)).err().unwrap().to_string();
     assert!(error.starts_with("bodies[0].shape: is 0.8 m wide along axis 0, less than six"), "{error}");
 }
 
 #[test]
 fn a_run_tells_porosity_and_coordination_and_a_plan_what_is_off() {
     let mut value = filled(&json!({ "kind": "random", "solid_fraction": 0.7 }));
-    let plan = Dem.plan(&case(&value)).unwrap();
+    let plan = Dem.plan(&read_case(&value)).unwrap();
     assert!(!plan.warnings.iter().any(|said| said.contains("requested")), "{:?}", plan.warnings);
     let options = RunOptions { method: "dem".into(), ..RunOptions::default() };
-    let report = run_method(&Dem, &case(&value), &options).unwrap();
+    let report = run_method(&Dem, &read_case(&value), &options).unwrap();
     let said = report.notes.iter().find(|said| said.contains("porosity")).unwrap();
     assert!(
         said.starts_with("at the start, body \"sand\": ")
@@ -160,14 +153,14 @@ fn a_run_tells_porosity_and_coordination_and_a_plan_what_is_off() {
     // Grains that would protrude from a triangle are left out: it is looser than requested.
     value["bodies"][0]["shape"] =
         json!({ "kind": "polygon", "vertices": [[0.4, 0.1], [0.6, 0.1], [0.5, 0.3]] });
-    let plan = Dem.plan(&case(&value)).unwrap();
+    let plan = Dem.plan(&read_case(&value)).unwrap();
     let off = plan.warnings.iter().find(|said| said.contains("(0.3000 requested)")).unwrap();
     assert!(off.contains("are left out"), "{off}");
 }
 
 #[test]
 fn the_mass_of_a_plan_is_that_of_the_grains_and_voids_between_them_are_no_fault() {
-    let case = case(&filled(&json!({ "kind": "random", "solid_fraction": 0.7 })));
+    let case = read_case(&filled(&json!({ "kind": "random", "solid_fraction": 0.7 })));
     let plan = Dem.plan(&case).unwrap();
     // The material has a density of 1 kg/m³, the grains 2500 kg/m³ on 0.7 of 0.6 m².
     assert_near(plan.masses(&case)[0], 2500.0 * 0.7 * 0.6, 1e-9);
@@ -180,7 +173,7 @@ fn grains_that_their_weight_presses_flat_are_told() {
     let told = |pair: &Value| {
         let mut value = filled(&json!({ "kind": "random", "solid_fraction": 0.7 }));
         value["methods"]["dem"]["pairs"][0]["normal"] = pair.clone();
-        let warnings = Dem.plan(&case(&value)).unwrap().warnings;
+        let warnings = Dem.plan(&read_case(&value)).unwrap().warnings;
         warnings.into_iter().find(|said| said.starts_with("methods.dem.pairs: the weight of the body"))
     };
     let spring = |stiffness: f64| json!({ "law": "linear", "stiffness": stiffness, "damping_ratio": 0.3 });

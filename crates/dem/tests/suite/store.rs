@@ -1,15 +1,15 @@
 //! Specimen files: a case that begins with one continues where another stopped.
 
-use colluvium_testkit::scalar_output;
-use colluvium_testkit::{begun, read_case};
+use colluvium_testkit::{advance_steps, read_case, scalar_output};
 use std::path::{Path, PathBuf};
 
 use colluvium_case::{Case, Method, Snapshot, Solver};
 use colluvium_dem::{Contact, Dem, DemSolver, disks, spheres};
-use colluvium_testkit::solver_runs as cases;
 use serde_json::{Value, json};
 
 use crate::same::heap;
+
+use crate::single_grains::begun;
 
 /// Periodic box of disks under stress control and at a shear rate.
 fn cell() -> Value {
@@ -81,7 +81,7 @@ fn goes_on<const D: usize, const R: usize>(
 ) {
     let folder = tempfile::tempdir().unwrap();
     let mut whole = begun(solver(&read(value)).unwrap());
-    cases::advance_steps(&mut whole, first);
+    advance_steps(&mut whole, first);
     let file = kept(&folder, &whole.specimen().unwrap());
     let mut again = begun(solver(&read(&from(value, &file))).unwrap());
     // Grains that have left a cell are wrapped into it, as an image with the velocity of the cell.
@@ -92,7 +92,7 @@ fn goes_on<const D: usize, const R: usize>(
         same_grains(&whole, &again, 1e-12);
     }
     for solver in [&mut whole, &mut again] {
-        cases::advance_steps(solver, 1);
+        advance_steps(solver, 1);
     }
     let of_cell = ["cell_stress.xx", "cell_stress.xy", "cell_stress.yy", "cell.x"];
     let always = ["coordination", "sliding_contacts"];
@@ -105,7 +105,7 @@ fn goes_on<const D: usize, const R: usize>(
         assert!((kinetic[0] - kinetic[1]).abs() <= 1e-11 * kinetic[0], "{kinetic:?}");
     }
     for solver in [&mut whole, &mut again] {
-        cases::advance_steps(solver, 60);
+        advance_steps(solver, 60);
     }
     // Round-off grows where grains collide. In a cell that deforms by a share `L Δt` in a step, an image moves like its grain only up to
     // the square of that share, so that the time matters at which grains are wrapped into the cell.
@@ -152,7 +152,7 @@ fn told(value: &Value, text: &str) -> Result<Vec<String>, String> {
 fn what_a_file_or_a_case_lacks_is_named() {
     let value = cell();
     let mut solver = begun(disks(&read(&value)).unwrap());
-    cases::advance_steps(&mut solver, 500);
+    advance_steps(&mut solver, 500);
     let text = solver.specimen().unwrap();
     let notes = told(&value, &text).unwrap();
     assert!(notes.iter().any(|note| note.contains("replaces the domain")), "{notes:?}");
@@ -206,7 +206,7 @@ fn what_a_file_or_a_case_lacks_is_named() {
 fn a_wall_that_is_gone_lets_its_contacts_go_and_says_so() {
     let mut value = heap(2);
     let mut solver = begun(disks(&read(&value)).unwrap());
-    cases::advance_steps(&mut solver, 1500);
+    advance_steps(&mut solver, 1500);
     let text = solver.specimen().unwrap();
     assert!(!told(&value, &text).unwrap().iter().any(|note| note.contains("they are left out")));
     value["boundaries"].as_array_mut().unwrap().remove(0);

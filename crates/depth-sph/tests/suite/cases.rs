@@ -1,8 +1,8 @@
 //! Depth-integrated SPH through case files: rejected input, threads, restarts, mass balance.
 
-use colluvium_testkit::{advance_steps, read_case, start_solver};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
+use colluvium_testkit::{advance_steps, hash_after, read_case, refusal, refused, start_solver};
 use serde_json::{Value, json};
 
 /// Column of sand behind a wall, 2 m long and 1 m high, on a rough floor.
@@ -43,20 +43,9 @@ fn fix(mut value: Value) -> Value {
     value
 }
 
-fn build(value: &Value) -> Box<dyn Solver> {
-    start_solver(&DepthSph, &read_case(&value))
-}
-
-fn refused(value: &Value) -> String {
-    match Case::from_json(&value.to_string()) {
-        Ok(case) => DepthSph.plan(&case).unwrap_err().to_string(),
-        Err(errors) => errors.to_string(),
-    }
-}
-
 #[test]
 fn a_column_of_sand_spreads_and_stops_without_losing_mass() {
-    let mut solver = build(&column());
+    let mut solver = start_solver(&DepthSph, &read_case(&column()));
     let before = solver.totals();
     assert!((before.mass - 3200.0).abs() < 1e-9, "{}", before.mass);
     while solver.time() < 3.0 {
@@ -86,7 +75,7 @@ fn the_result_is_the_same_on_any_number_of_threads() {
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
-                let mut solver = build(&value);
+                let mut solver = start_solver(&DepthSph, &read_case(&value));
                 advance_steps(solver.as_mut(), 30);
                 solver.snapshot().hash()
             })
@@ -98,10 +87,10 @@ fn the_result_is_the_same_on_any_number_of_threads() {
 #[test]
 fn a_restored_run_goes_on_to_the_last_bit() {
     for value in [column(), fix(heap())] {
-        let mut whole = build(&value);
+        let mut whole = start_solver(&DepthSph, &read_case(&value));
         advance_steps(whole.as_mut(), 20);
         let bytes = whole.saved().unwrap();
-        let mut again = build(&value);
+        let mut again = start_solver(&DepthSph, &read_case(&value));
         again.restore(&mut &bytes[..]).unwrap();
         again.begin_stage(0, 0.0).unwrap();
         assert_eq!(again.snapshot().hash(), whole.snapshot().hash());
@@ -114,7 +103,7 @@ fn a_restored_run_goes_on_to_the_last_bit() {
 
 #[test]
 fn two_phases_keep_their_masses_and_stay_together() {
-    let mut solver = build(&fix(heap()));
+    let mut solver = start_solver(&DepthSph, &read_case(&fix(heap())));
     let before = solver.totals();
     assert!((before.mass / (24.0 * 1990.0) - 1.0).abs() < 1e-12, "{}", before.mass);
     advance_steps(solver.as_mut(), 60);
@@ -132,18 +121,21 @@ fn two_phases_keep_their_masses_and_stay_together() {
 fn momentum_is_along_the_bed_of_an_obstacle_and_grows_as_that_of_a_mass_point() {
     let (angle, friction) = (30f64.to_radians(), 0.3);
     let at = |x: f64, above: f64| [x, 3.0 - x * angle.tan() + above];
-    let mut solver = build(&json!({
-        "title": "layer on a plane", "space": "plane-strain", "gravity": [0, -9.81],
-        "domain": { "min": [-2, -5], "max": [12, 5] },
-        "materials": { "sand": { "model": "mohr-coulomb", "density": 2000, "youngs_modulus": 1e7, "poissons_ratio": 0.3,
-                                 "friction_angle": 40, "cohesion": 0 } },
-        "bodies": [{ "name": "layer", "material": "sand", "shape": { "kind": "polygon",
-                     "vertices": [at(1.0, -0.01), at(3.0, -0.01), at(3.0, 0.02), at(1.0, 0.02)] } }],
-        "obstacles": [{ "name": "bed", "shape": { "kind": "plane", "point": [0, 3], "normal": [angle.sin(), angle.cos()] },
-                        "wall": { "kind": "frictional", "friction_coefficient": friction } }],
-        "stages": [{ "name": "slide", "duration": 1 }],
-        "methods": { "depth-sph": { "spacing": 0.05 } }
-    }));
+    let mut solver = start_solver(
+        &DepthSph,
+        &read_case(&json!({
+            "title": "layer on a plane", "space": "plane-strain", "gravity": [0, -9.81],
+            "domain": { "min": [-2, -5], "max": [12, 5] },
+            "materials": { "sand": { "model": "mohr-coulomb", "density": 2000, "youngs_modulus": 1e7, "poissons_ratio": 0.3,
+                                     "friction_angle": 40, "cohesion": 0 } },
+            "bodies": [{ "name": "layer", "material": "sand", "shape": { "kind": "polygon",
+                         "vertices": [at(1.0, -0.01), at(3.0, -0.01), at(3.0, 0.02), at(1.0, 0.02)] } }],
+            "obstacles": [{ "name": "bed", "shape": { "kind": "plane", "point": [0, 3], "normal": [angle.sin(), angle.cos()] },
+                            "wall": { "kind": "frictional", "friction_coefficient": friction } }],
+            "stages": [{ "name": "slide", "duration": 1 }],
+            "methods": { "depth-sph": { "spacing": 0.05 } }
+        })),
+    );
     advance_steps(solver.as_mut(), 100);
     let totals = solver.totals();
     let [x, y, _] = totals.momentum;
@@ -170,7 +162,7 @@ fn halves() -> Value {
 
 #[test]
 fn bodies_have_porosities_of_their_own() {
-    let mut solver = build(&halves());
+    let mut solver = start_solver(&DepthSph, &read_case(&halves()));
     let liquid = solver.totals().liquid.unwrap();
     // Twelve cubic metres each.
     assert!((liquid.mass / (12e3 * (0.5 + 0.4)) - 1.0).abs() < 1e-12, "{}", liquid.mass);
@@ -192,7 +184,7 @@ fn bodies_have_porosities_of_their_own() {
     let change = |change: &dyn Fn(&mut Value)| {
         let mut value = halves();
         change(&mut value["methods"]["depth-sph"]);
-        refused(&value)
+        refusal(&DepthSph, &value)
     };
     let starts = |text: String, start: &str| assert!(text.starts_with(start), "{text}");
     starts(
@@ -207,7 +199,10 @@ fn bodies_have_porosities_of_their_own() {
     let mut fluid = fix(heap());
     fluid["bodies"][0]["pore_fluid"] = json!({ "porosity": 0.4, "permeability": 1e-3 });
     // The material of a body with a pore fluid is its dry skeleton.
-    starts(refused(&fluid), "methods.depth-sph.mixture.grain_density: 2650 differs from the value");
+    starts(
+        refusal(&DepthSph, &fluid),
+        "methods.depth-sph.mixture.grain_density: 2650 differs from the value",
+    );
 }
 
 #[test]
@@ -215,7 +210,7 @@ fn what_it_cannot_honour_is_refused_by_path() {
     let change = |change: &dyn Fn(&mut Value)| {
         let mut value = column();
         change(&mut value);
-        refused(&value)
+        refusal(&DepthSph, &value)
     };
     let starts = |text: String, start: &str| assert!(text.starts_with(start), "{text}");
     starts(change(&|v| v["space"] = json!("axisymmetric")), "space: ");
@@ -263,7 +258,7 @@ fn a_stage_that_balances_stress_is_passed_over_with_a_warning() {
     let case = read_case(&value);
     let plan = DepthSph.plan(&case).unwrap();
     assert!(plan.warnings.iter().any(|warning| warning.starts_with("stages[0]: ")), "{:?}", plan.warnings);
-    let mut solver = build(&value);
+    let mut solver = start_solver(&DepthSph, &read_case(&value));
     let before = solver.snapshot().positions;
     advance_steps(solver.as_mut(), 3);
     assert_eq!(solver.snapshot().positions, before);
@@ -285,7 +280,7 @@ fn shear_sucks_on_dense_grains_and_presses_on_loose_ones() {
             "cells": 8, "excess_ratio": 0.5, "skeleton": { "youngs_modulus": 1e4, "poissons_ratio": 0.3, "confinement": { "kind": "isotropic" } },
             "dilatancy": { "slope": 1.0, "critical_porosity": critical }
         });
-        let mut solver = build(&value);
+        let mut solver = start_solver(&DepthSph, &read_case(&value));
         advance_steps(solver.as_mut(), steps);
         (solver.time(), solver.snapshot())
     };
@@ -376,16 +371,20 @@ fn bad_input_is_refused_under_its_key() {
     for (key, value, path) in bad_input() {
         let mut bad = fix(heap());
         bad["methods"]["depth-sph"][key] = value;
-        let problem = refused(&bad);
+        let problem = refusal(&DepthSph, &bad);
         assert!(problem.starts_with(&format!("methods.depth-sph.{path}")), "{key}: {problem}");
         assert_eq!(problem.lines().count(), 1, "{problem}");
     }
     let mut up = fix(heap());
     up["gravity"] = json!([0, 0, 9.81]);
-    assert!(refused(&up).starts_with("gravity[2]: "), "{}", refused(&up));
+    assert!(refusal(&DepthSph, &up).starts_with("gravity[2]: "), "{}", refusal(&DepthSph, &up));
     let mut small = fix(heap());
     small["bodies"][0]["shape"] = json!({ "kind": "box", "min": [1.1, 3.1, 0], "max": [1.15, 3.15, 1] });
-    assert!(refused(&small).starts_with("bodies: no body covers a point"), "{}", refused(&small));
+    assert!(
+        refusal(&DepthSph, &small).starts_with("bodies: no body covers a point"),
+        "{}",
+        refusal(&DepthSph, &small)
+    );
 }
 
 /// A permeable bed needs columns; a steep bed and an obstacle that no flow reaches give a warning.
@@ -396,7 +395,7 @@ fn what_has_no_effect_is_named() {
         let mut region = json!({ "shape": { "kind": "box", "min": [low, 2], "max": [low + 1.0, 4] } });
         region.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
         case["methods"]["depth-sph"]["regions"] = json!([region]);
-        refused(&case)
+        refusal(&DepthSph, &case)
     };
     let start = "methods.depth-sph.regions[0]";
     assert!(region(1.0, json!({})).starts_with(&format!("{start}: has no property of the bed")));
@@ -410,9 +409,10 @@ fn what_has_no_effect_is_named() {
     let mut dry = fix(heap());
     dry["methods"]["depth-sph"] = json!({ "spacing": 0.1, "drainage": { "kind": "atmospheric" } });
     assert!(
-        refused(&dry).starts_with("methods.depth-sph.drainage: applies only with pore-pressure columns"),
+        refusal(&DepthSph, &dry)
+            .starts_with("methods.depth-sph.drainage: applies only with pore-pressure columns"),
         "{}",
-        refused(&dry)
+        refusal(&DepthSph, &dry)
     );
     dry["methods"]["depth-sph"] =
         json!({ "spacing": 0.1, "basal": { "model": "coulomb", "friction_angle": 51 } });
@@ -443,7 +443,7 @@ fn cells_that_are_turned_with_the_flow_find_the_same_neighbours() {
     let mut turned = along.clone();
     turned["methods"]["depth-sph"]["search"] = json!("turned");
     let ran = |value: &Value, steps: usize| {
-        let mut solver = build(value);
+        let mut solver = start_solver(&DepthSph, &read_case(&value));
         advance_steps(solver.as_mut(), steps);
         solver.snapshot()
     };
@@ -454,9 +454,9 @@ fn cells_that_are_turned_with_the_flow_find_the_same_neighbours() {
     }
     let mut profile = column();
     profile["methods"]["depth-sph"]["search"] = json!("turned");
-    let error = crate::common::refused(&profile);
+    let error = refused(&profile);
     assert!(error.starts_with("methods.depth-sph.search: a profile has one axis"), "{error}");
-    let hash = |threads, restart| crate::common::hash_after(&turned, threads, 40, restart);
+    let hash = |threads, restart| hash_after(&turned, threads, 40, restart);
     assert_eq!(hash(1, None), hash(3, None));
     assert_eq!(hash(1, None), hash(1, Some(17)));
 }

@@ -1,6 +1,5 @@
 //! Dam breaks against their closed forms, in few nodes.
 
-use colluvium_testkit::run;
 use colluvium_constitutive::basal::BasalSpec;
 use colluvium_depth_sph::analytical_solutions::{Stoker, ritter};
 use colluvium_depth_sph::bed::Bed;
@@ -10,6 +9,7 @@ use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
 use colluvium_depth_sph::laws::interphase_drag::{InterphaseDrag, MixtureDensities};
 use colluvium_depth_sph::points::phase_nodes::NewNode;
 
+use crate::flow_runs::advance_flow_to;
 
 /// Nodes of depth `depth` every `spacing` from `from` to `to`.
 fn layer(from: f64, to: f64, spacing: f64, depth: f64) -> Vec<NewNode<1>> {
@@ -32,7 +32,7 @@ fn water_leaves_a_reservoir_as_ritter_found() {
     let nodes = layer(-20.0, 0.0, 0.05, 10.0);
     let mut flow = Flow::new(FlowSettings::plain(1000.0), Bed::Flat(0.0), ends, &[nodes]).unwrap();
     let volume = flow.nodes.sets[0].nodes.total_volume();
-    run(&mut flow, 1.0);
+    advance_flow_to(&mut flow, 1.0);
     let nodes = &flow.nodes.sets[0].nodes;
     assert_eq!(nodes.total_volume(), volume);
     let (mut error, mut count) = (0.0, 0);
@@ -57,7 +57,7 @@ fn bore(continuity: ThicknessEquation) -> (f64, f64) {
     let mut settings = FlowSettings::plain(1000.0);
     settings.numerics.continuity = continuity;
     let mut flow = Flow::new(settings, Bed::Flat(0.0), ends, &[nodes]).unwrap();
-    run(&mut flow, 1.0);
+    advance_flow_to(&mut flow, 1.0);
     let nodes = &flow.nodes.sets[0].nodes;
     let mut error = 0.0;
     for (x, h) in nodes.position.iter().zip(&nodes.partial_thickness) {
@@ -104,7 +104,7 @@ fn fluid_leaves_its_skeleton() {
     let sets = [layer(0.0, 5.0, 0.05, 0.3), layer(0.0, 5.0, 0.05, 1.0)];
     let mut flow = Flow::new(settings, Bed::Flat(0.0), ends, &sets).unwrap();
     let volumes = [0, 1].map(|set| flow.nodes.sets[set].nodes.total_volume());
-    run(&mut flow, 2.0);
+    advance_flow_to(&mut flow, 2.0);
     let front = |set: usize| flow.nodes.sets[set].nodes.position.iter().map(|x| x[0]).fold(0.0, f64::max);
     let [grains, water] = [front(0), front(1)];
     assert!(water > grains + 3.0, "the water is ahead: {grains} {water}");

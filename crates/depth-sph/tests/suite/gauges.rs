@@ -1,8 +1,8 @@
 //! Gauges and discharge lines of depth-integrated SPH.
 
-use colluvium_testkit::read_case;
 use colluvium_case::{Case, Method, RunOptions, run};
 use colluvium_depth_sph::DepthSph;
+use colluvium_testkit::{read_case, refusal};
 use serde_json::{Value, json};
 
 /// Block of water, 12 m by 8 m and 0.5 m deep, that moves along x over a smooth level bed.
@@ -28,13 +28,9 @@ fn block() -> Value {
     })
 }
 
-fn case(value: &Value) -> Case {
-    read_case(&value)
-}
-
 #[test]
 fn a_gauge_tells_depth_and_velocity_and_a_line_what_crosses_it() {
-    let case = case(&block());
+    let case = read_case(&block());
     let table = run(&case, DepthSph.build(&case).unwrap(), &RunOptions::default()).unwrap().table;
     let first = |name: &str| table.column(name).unwrap()[0];
     // V31: sums over a lattice are right within 1.1 %.
@@ -60,12 +56,15 @@ fn gauges_and_lines_that_are_none_are_refused_by_path() {
     };
     let starts = |text: String, start: &str| assert!(text.starts_with(start), "{text}");
     starts(
-        refused(json!({ "kind": "gauge", "position": [1, 2, 3] })),
+        refusal(&DepthSph, &json!({ "kind": "gauge", "position": [1, 2, 3] })),
         "measures.m.position: has 3 coordinates",
     );
-    starts(refused(json!({ "kind": "gauge", "position": [1, 99] })), "measures.m.position[1]: 99 is outside");
     starts(
-        refused(json!({ "kind": "discharge", "from": [1, 2], "to": [1, 2] })),
+        refusal(&DepthSph, &json!({ "kind": "gauge", "position": [1, 99] })),
+        "measures.m.position[1]: 99 is outside",
+    );
+    starts(
+        refusal(&DepthSph, &json!({ "kind": "discharge", "from": [1, 2], "to": [1, 2] })),
         "measures.m.to: must differ from",
     );
 }

@@ -1,9 +1,8 @@
 //! Inflow of depth-integrated SPH across a line, by a hydrograph.
 
-use colluvium_testkit::scalar_output;
-use colluvium_testkit::{build, hash_after, refused, until};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
+use colluvium_testkit::{advance_exactly_to, hash_after, read_case, refusal, scalar_output, start_solver};
 use serde_json::{Value, json};
 
 const GRAVITY: f64 = 9.81;
@@ -30,11 +29,11 @@ pub fn channel() -> Value {
 /// Behind the front a stream above its celerity keeps the depth and speed at which it enters.
 #[test]
 fn a_stream_keeps_the_depth_and_speed_that_it_enters_with() {
-    let mut solver = build(&channel());
+    let mut solver = start_solver(&DepthSph, &read_case(&channel()));
     let (depth, speed) = ((1.0 / (2.0 * GRAVITY.sqrt())).powf(2.0 / 3.0), 1.0);
     let speed = speed / depth;
     let pond = scalar_output(solver.as_ref(), "flow_volume");
-    until(solver.as_mut(), 3.0);
+    advance_exactly_to(solver.as_mut(), 3.0);
     // The tail of the front's fan moves with the speed less the celerity, half of it here.
     let (found, velocity) = solver.gauge(&[5.5, 2.0]).unwrap();
     assert!((found / depth - 1.0).abs() < 0.02, "depth {found} for {depth}");
@@ -45,7 +44,7 @@ fn a_stream_keeps_the_depth_and_speed_that_it_enters_with() {
     // A whole number of rows has the 16 m³.
     let row = 16.0 / (16.0 / (depth * 4.0 * 0.25)).round();
     for time in [3.0, 6.0] {
-        until(solver.as_mut(), time);
+        advance_exactly_to(solver.as_mut(), time);
         let (entered, exact) = (scalar_output(solver.as_ref(), "volume_entered"), 4.0 * time.min(4.0));
         assert!((entered - exact).abs() <= 0.5 * row + 1e-9, "{entered} m³ of {exact} m³");
         let flow = scalar_output(solver.as_ref(), "flow_volume");
@@ -59,10 +58,12 @@ fn the_account_of_energy_closes_while_a_stream_enters() {
     for slope in [0.0, 0.2] {
         let mut value = channel();
         value["gravity"] = json!([GRAVITY * slope, 0, -GRAVITY]);
-        let mut solver = build(&value);
-        until(solver.as_mut(), 3.0);
-        let (depth, entered) =
-            ((1.0 / (2.0 * GRAVITY.sqrt())).powf(2.0 / 3.0), scalar_output(solver.as_ref(), "volume_entered"));
+        let mut solver = start_solver(&DepthSph, &read_case(&value));
+        advance_exactly_to(solver.as_mut(), 3.0);
+        let (depth, entered) = (
+            (1.0 / (2.0 * GRAVITY.sqrt())).powf(2.0 / 3.0),
+            scalar_output(solver.as_ref(), "volume_entered"),
+        );
         let brought = 1000.0 * entered * (0.5 / depth.powi(2) + 0.5 * GRAVITY * depth);
         let error = scalar_output(solver.as_ref(), "energy_error");
         assert!(error.abs() < 0.01 * brought, "slope {slope}: {error} J of {brought} J");
@@ -74,26 +75,30 @@ fn the_account_of_energy_closes_while_a_stream_enters() {
 fn a_restart_before_the_first_step_tells_all_of_a_stream() {
     let mut value = channel();
     value["gravity"] = json!([GRAVITY * 0.2, 0, -GRAVITY]);
-    let mut solver = build(&value);
-    until(solver.as_mut(), 1.0);
+    let mut solver = start_solver(&DepthSph, &read_case(&value));
+    advance_exactly_to(solver.as_mut(), 1.0);
     let mut saved = Vec::new();
     solver.save(&mut saved).unwrap();
-    let mut other = build(&value);
+    let mut other = start_solver(&DepthSph, &read_case(&value));
     other.restore(&mut saved.as_slice()).unwrap();
     let bits = |solver: &dyn Solver| -> Vec<(String, u64)> {
         solver.scalar_outputs().into_iter().map(|(name, _, value)| (name, value.to_bits())).collect()
     };
-    assert_eq!(scalar_output(other.as_ref(), "energy_entered"), scalar_output(solver.as_ref(), "energy_entered"));
+    assert_eq!(
+        scalar_output(other.as_ref(), "energy_entered"),
+        scalar_output(solver.as_ref(), "energy_entered")
+    );
     for time in [1.5, 2.0] {
-        until(solver.as_mut(), time);
-        until(other.as_mut(), time);
+        advance_exactly_to(solver.as_mut(), time);
+        advance_exactly_to(other.as_mut(), time);
         assert_eq!(bits(solver.as_ref()), bits(other.as_ref()), "{time} s");
     }
 }
 
 #[test]
 fn a_stream_goes_on_after_a_restart_to_the_last_bit_on_any_threads() {
-    let run = |threads: usize, restart: Option<usize>| hash_after(&channel(), threads, 190, restart);
+    let run =
+        |threads: usize, restart: Option<usize>| hash_after(&DepthSph, &channel(), threads, 190, restart);
     let whole = run(1, None);
     assert_eq!(run(3, None), whole);
     assert_eq!(run(1, Some(70)), whole);
@@ -149,7 +154,7 @@ fn hydrographs_and_lines_that_are_none_are_refused_by_path() {
         value["methods"]["depth-sph"]["phases"] = json!(phases);
         value["methods"]["depth-sph"]["mixture"] = json!({ "grain_density": 2000, "porosity": 0.5 });
         value["materials"]["water"]["density"] = json!(1500);
-        refused(&value)
+        refusal(&DepthSph, &value)
     };
     let key = "methods.depth-sph.inflows[0].porosity: ";
     assert!(
@@ -175,8 +180,8 @@ fn an_inflow_into_still_water_sends_a_bore_ahead() {
         "methods": { "depth-sph": { "spacing": 0.05, "smoothing": 2, "inflows": [
             { "side": "x-min", "discharge": [[0, 0.5], [9, 0.5]] } ] } }
     });
-    let mut solver = build(&value);
-    until(solver.as_mut(), 6.0);
+    let mut solver = start_solver(&DepthSph, &read_case(&value));
+    advance_exactly_to(solver.as_mut(), 6.0);
     let entered = scalar_output(solver.as_ref(), "volume_entered");
     assert!((entered - 3.0).abs() < 0.06, "0.5 m²/s for 6 s, to a node: {entered}");
     let flow = scalar_output(solver.as_ref(), "flow_volume");
@@ -240,10 +245,10 @@ pub fn bore(solver: &dyn Solver, low: f64, high: f64) -> [f64; 3] {
 /// V28 across a line in plan: equal to the closed form and to the profile.
 #[test]
 fn an_inflow_across_a_line_into_still_water_sends_the_bore_of_the_profile() {
-    let mut solver = build(&still_plan());
+    let mut solver = start_solver(&DepthSph, &read_case(&still_plan()));
     let pond = scalar_output(solver.as_ref(), "flow_volume");
     assert!((pond - 30.0).abs() < 1e-9, "{pond}");
-    until(solver.as_mut(), 2.4);
+    advance_exactly_to(solver.as_mut(), 2.4);
     let entered = scalar_output(solver.as_ref(), "volume_entered");
     assert!((entered - 1.8).abs() <= 0.5 * 1.5 * 0.1 + 1e-9, "0.75 m³/s for 2.4 s, to half a row: {entered}");
     let flow = scalar_output(solver.as_ref(), "flow_volume");
@@ -260,13 +265,13 @@ fn an_inflow_across_a_line_into_still_water_sends_the_bore_of_the_profile() {
     value["boundaries"] = json!([{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "x-max", "wall": { "kind": "smooth" } }]);
     value["methods"]["depth-sph"]["inflows"] =
         json!([{ "side": "x-min", "discharge": [[0, 0.5], [2.5, 0.5]] }]);
-    let mut profile = build(&value);
-    until(profile.as_mut(), 2.4);
+    let mut profile = start_solver(&DepthSph, &read_case(&value));
+    advance_exactly_to(profile.as_mut(), 2.4);
     let [of_profile, other, _] = bore(profile.as_ref(), 4.5, 10.0);
     assert!((depth / of_profile - 1.0).abs() < 0.01, "{depth} m, and {of_profile} m of the profile");
     assert!((speed / other - 1.0).abs() < 0.02, "{speed} m/s, and {other} m/s of the profile");
     // After the end of the inflow the line is a wall: the invariant that arrives has still water behind it.
-    until(solver.as_mut(), 4.5);
+    advance_exactly_to(solver.as_mut(), 4.5);
     let entered = scalar_output(solver.as_ref(), "volume_entered");
     assert!((entered - 1.875).abs() <= 0.5 * 1.5 * 0.1 + 1e-9, "{entered}");
     let [depth, speed, _] = bore(solver.as_ref(), 4.5, 8.0);
@@ -278,7 +283,8 @@ fn an_inflow_across_a_line_into_still_water_sends_the_bore_of_the_profile() {
 
 #[test]
 fn a_line_before_still_water_goes_on_after_a_restart_to_the_last_bit_on_any_threads() {
-    let run = |threads: usize, restart: Option<usize>| hash_after(&still_plan(), threads, 60, restart);
+    let run =
+        |threads: usize, restart: Option<usize>| hash_after(&DepthSph, &still_plan(), threads, 60, restart);
     let whole = run(1, None);
     assert_eq!(run(3, None), whole);
     assert_eq!(run(1, Some(25)), whole);
@@ -288,7 +294,7 @@ fn a_line_before_still_water_goes_on_after_a_restart_to_the_last_bit_on_any_thre
 fn a_line_within_standing_water_is_refused() {
     let mut value = still_plan();
     value["bodies"][0]["shape"]["min"] = json!([2, 0, 0]);
-    let error = refused(&value);
+    let error = refusal(&DepthSph, &value);
     assert!(error.starts_with("methods.depth-sph.inflows[0].from: lies within a body"), "{error}");
 }
 
@@ -311,8 +317,8 @@ pub fn profile(inflows: &Value) -> Value {
 #[test]
 fn an_inflow_onto_a_dry_profile_has_its_froude_number() {
     let value = profile(&json!([{ "side": "x-min", "discharge": [[0, 1], [9, 1]], "froude": 2 }]));
-    let mut solver = build(&value);
-    until(solver.as_mut(), 4.0);
+    let mut solver = start_solver(&DepthSph, &read_case(&value));
+    advance_exactly_to(solver.as_mut(), 4.0);
     let depth = (1.0 / (2.0 * GRAVITY.sqrt())).powf(2.0 / 3.0);
     let snapshot = solver.snapshot();
     let (found, velocity) = (snapshot.scalars("depth").unwrap(), snapshot.vectors("velocity").unwrap());
@@ -339,8 +345,8 @@ fn a_hydrograph_through_an_end_brings_its_integral() {
             wet["methods"]["depth-sph"]["spacing"] = json!(spacing);
             wet["methods"]["depth-sph"]["inflows"][0]["discharge"] = hydrograph.clone();
             for value in [dry, wet] {
-                let mut solver = build(&value);
-                until(solver.as_mut(), 4.5);
+                let mut solver = start_solver(&DepthSph, &read_case(&value));
+                advance_exactly_to(solver.as_mut(), 4.5);
                 let entered = scalar_output(solver.as_ref(), "volume_entered");
                 assert!(
                     (entered / exact - 1.0).abs() < 1e-6,
@@ -348,7 +354,8 @@ fn a_hydrograph_through_an_end_brings_its_integral() {
                     value["methods"]
                 );
                 let phases = value["methods"]["depth-sph"]["phases"] == "two";
-                let fluid = if phases { scalar_output(solver.as_ref(), "fluid_entered") / entered } else { 0.4 };
+                let fluid =
+                    if phases { scalar_output(solver.as_ref(), "fluid_entered") / entered } else { 0.4 };
                 assert!((fluid - 0.4).abs() < 1e-6, "spacing {spacing}: a share of {fluid}");
             }
         }
@@ -379,17 +386,17 @@ fn two_phases_flow_in_across_a_line_with_their_shares() {
     let own = value["methods"]["depth-sph"].as_object_mut().unwrap();
     own.extend(json!({ "phases": "two", "mixture": mixture(0.4) }).as_object().unwrap().clone());
     own["inflows"][0]["porosity"] = json!(0.6);
-    let mut solver = build(&value);
+    let mut solver = start_solver(&DepthSph, &read_case(&value));
     let pond = volumes(solver.as_ref(), 50.0);
     let depth = (1.0 / (2.0 * GRAVITY.sqrt())).powf(2.0 / 3.0);
-    until(solver.as_mut(), 3.0);
+    advance_exactly_to(solver.as_mut(), 3.0);
     let (found, velocity) = solver.gauge(&[5.5, 2.0]).unwrap();
     assert!((found / depth - 1.0).abs() < 0.02, "depth {found} for {depth}");
     assert!((velocity[0] * depth - 1.0).abs() < 0.02, "{velocity:?}");
     // A whole number of rows has the 16 m³.
     let row = 16.0 / (16.0 / (depth * 4.0 * 0.25)).round();
     for time in [3.0, 5.0] {
-        until(solver.as_mut(), time);
+        advance_exactly_to(solver.as_mut(), time);
         let (entered, exact) = (scalar_output(solver.as_ref(), "volume_entered"), 4.0 * time.min(4.0));
         assert!((entered - exact).abs() <= 0.5 * row + 1e-9, "{entered} m³ of {exact} m³");
         assert!((scalar_output(solver.as_ref(), "fluid_entered") / entered - 0.6).abs() < 1e-12);
@@ -424,8 +431,8 @@ fn wet(porosity: f64) -> Value {
 #[test]
 fn two_phases_flow_into_a_wet_channel_with_their_shares() {
     for porosity in [0.4, 0.6] {
-        let mut solver = build(&wet(porosity));
-        until(solver.as_mut(), 4.0);
+        let mut solver = start_solver(&DepthSph, &read_case(&wet(porosity)));
+        advance_exactly_to(solver.as_mut(), 4.0);
         let entered = scalar_output(solver.as_ref(), "volume_entered");
         assert!((entered - 2.0).abs() < 0.12, "0.5 m²/s for 4 s, to a node of each phase: {entered}");
         let fluid = scalar_output(solver.as_ref(), "fluid_entered");
@@ -473,8 +480,8 @@ fn liquefied_grains_flow_onto_a_dry_profile(integrator: &Value) {
     value["bodies"][0]["shape"] = json!({ "kind": "box", "min": [28, 0], "max": [29, 0.2] });
     value["methods"]["depth-sph"]["inflows"][0]["froude"] = json!(2.0);
     value["methods"]["depth-sph"]["column"] = json!({ "cells": 8, "consolidation": 0, "excess_ratio": 0.8 });
-    let mut solver = build(&value);
-    until(solver.as_mut(), 2.5);
+    let mut solver = start_solver(&DepthSph, &read_case(&value));
+    advance_exactly_to(solver.as_mut(), 2.5);
     let depth = (0.5 / (2.0 * GRAVITY.sqrt())).powf(2.0 / 3.0);
     let (found, velocity) = solver.gauge(&[0.5]).unwrap();
     assert!((found / depth - 1.0).abs() < 0.03, "{integrator}: {found} m for {depth} m");

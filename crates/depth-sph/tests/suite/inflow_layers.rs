@@ -1,7 +1,8 @@
 //! Inflow of depth-integrated SPH into two layers.
 
-use colluvium_testkit::{build, hash_after, refused, until};
 use colluvium_case::Solver;
+use colluvium_depth_sph::DepthSph;
+use colluvium_testkit::{advance_exactly_to, hash_after, read_case, refusal, start_solver};
 use serde_json::{Value, json};
 
 use crate::inflow::{self, channel, integrators, reading};
@@ -71,10 +72,10 @@ fn both_layers_flow_in(integrator: &Value) {
     for (mut value, width, spacing) in [(plan(), 4.0, 0.25), (profile(), 1.0, 0.1)] {
         let own = value["methods"]["depth-sph"].as_object_mut().unwrap();
         own.extend(integrator.as_object().unwrap().clone());
-        let mut solver = build(&value);
+        let mut solver = start_solver(&DepthSph, &read_case(&value));
         let before = [0, 1].map(|layer| found(solver.as_ref(), layer)[0]);
         let pond = reading(solver.as_ref(), "flow_volume");
-        until(solver.as_mut(), 2.0);
+        advance_exactly_to(solver.as_mut(), 2.0);
         for layer in 0..2 {
             let flux = FLUXES[layer];
             let depth = (flux / (FROUDE * GRAVITY.sqrt())).powf(2.0 / 3.0);
@@ -111,9 +112,9 @@ fn mud_flows_in_below_still_water() {
     options["smoothing"] = json!(2);
     options["inflows"] = json!([
         { "side": "x-min", "discharge": [[0, 0], [1, 0.2], [3, 0.2], [4, 0]], "froude": 0.7, "layer": "lower" } ]);
-    let mut solver = build(&value);
+    let mut solver = start_solver(&DepthSph, &read_case(&value));
     let before = [0, 1].map(|layer| found(solver.as_ref(), layer)[0]);
-    until(solver.as_mut(), 8.0);
+    advance_exactly_to(solver.as_mut(), 8.0);
     let after = [0, 1].map(|layer| found(solver.as_ref(), layer)[0]);
     let [entered, left] = ["volume_entered", "volume_left"].map(|name| reading(solver.as_ref(), name));
     println!("mud {:?} water {:?} entered {entered} left {left}", after[0] - before[0], after[1] - before[1]);
@@ -125,7 +126,8 @@ fn mud_flows_in_below_still_water() {
 #[test]
 fn layers_that_flow_in_go_on_after_a_restart_to_the_last_bit_on_any_threads() {
     for value in [plan(), profile()] {
-        let run = |threads: usize, restart: Option<usize>| hash_after(&value, threads, 60, restart);
+        let run =
+            |threads: usize, restart: Option<usize>| hash_after(&DepthSph, &value, threads, 60, restart);
         let whole = run(1, None);
         assert_eq!(run(3, None), whole);
         assert_eq!(run(1, Some(25)), whole);
@@ -145,7 +147,7 @@ fn layers_that_cannot_flow_in_are_refused_by_path() {
         (one, "[0].layer: applies only to two layers"),
         (twice, "[1].side: has another inflow"),
     ] {
-        let error = refused(&value);
+        let error = refusal(&DepthSph, &value);
         assert!(error.starts_with(&format!("methods.depth-sph.inflows{start}")), "{error}");
     }
 }

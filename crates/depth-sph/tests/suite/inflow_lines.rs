@@ -1,6 +1,6 @@
 //! Inflow of depth-integrated SPH across lines in plan: with columns of pore pressure, and over a bed that varies along the line.
 
-use colluvium_testkit::{build, grid, hash_after, until};
+use colluvium_testkit::{advance_exactly_to, hash_after, read_case, start_solver};
 use std::path::Path;
 
 use colluvium_case::{Case, Method};
@@ -13,6 +13,8 @@ use colluvium_depth_sph::points::phase_nodes::NewNode;
 use serde_json::{Value, json};
 
 use crate::inflow::{bore, channel, integrators, mixture, reading, still_plan};
+
+use colluvium_testkit::write_ascii_grid;
 
 const GRAVITY: f64 = 9.81;
 
@@ -37,14 +39,14 @@ fn still_columns(phases: &str, drained: bool) -> Value {
 #[test]
 fn an_inflow_across_a_line_into_a_wet_bed_brings_its_columns() {
     for phases in ["one", "two"] {
-        let mut solver = build(&still_columns(phases, false));
+        let mut solver = start_solver(&DepthSph, &read_case(&still_columns(phases, false)));
         let pond = reading(solver.as_ref(), "flow_volume");
         let first = reading(solver.as_ref(), "mean_liquefaction");
         assert!(
             (first - 0.6).abs() < 1e-9,
             "{phases}: the rows behind the line are not of the flow: {first}"
         );
-        until(solver.as_mut(), 2.4);
+        advance_exactly_to(solver.as_mut(), 2.4);
         let entered = reading(solver.as_ref(), "volume_entered");
         assert!((entered - 1.8).abs() <= 0.5 * 1.5 * 0.1 + 1e-9, "{phases}: {entered}");
         let flow = reading(solver.as_ref(), "flow_volume");
@@ -80,7 +82,8 @@ fn an_inflow_across_a_line_into_a_wet_bed_brings_its_columns() {
 fn columns_that_flow_in_go_on_after_a_restart_to_the_last_bit_on_any_threads() {
     for phases in ["one", "two"] {
         let value = still_columns(phases, true);
-        let run = |threads: usize, restart: Option<usize>| hash_after(&value, threads, 60, restart);
+        let run =
+            |threads: usize, restart: Option<usize>| hash_after(&DepthSph, &value, threads, 60, restart);
         let whole = run(1, None);
         assert_eq!(run(3, None), whole, "{phases}");
         assert_eq!(run(1, Some(25)), whole, "{phases}");
@@ -110,9 +113,9 @@ fn an_inflow_across_a_line_onto_a_dry_bed_keeps_its_columns() {
     for (phases, integrator) in cases("one").chain(cases("two")) {
         for ratio in [0.0, 0.8] {
             let about = format!("{phases} {integrator} {ratio}");
-            let mut solver = build(&dry_columns(phases, ratio, &integrator));
+            let mut solver = start_solver(&DepthSph, &read_case(&dry_columns(phases, ratio, &integrator)));
             let pond = reading(solver.as_ref(), "flow_volume");
-            until(solver.as_mut(), 1.5);
+            advance_exactly_to(solver.as_mut(), 1.5);
             let entered = reading(solver.as_ref(), "volume_entered");
             let depth = (1.0 / (2.0 * GRAVITY.sqrt())).powf(2.0 / 3.0);
             assert!((entered - 6.0).abs() <= 0.5 * depth * 1.1 + 1e-9, "{about}: {entered}");
@@ -158,14 +161,15 @@ fn heap(integrator: &Value) -> Value {
 fn a_heap_behind_an_inflow_goes_on_with_its_mass_and_after_a_restart_to_the_last_bit() {
     for integrator in integrators() {
         let value = heap(&integrator);
-        let mut solver = build(&value);
+        let mut solver = start_solver(&DepthSph, &read_case(&value));
         let first = reading(solver.as_ref(), "flow_volume");
-        until(solver.as_mut(), 0.5);
+        advance_exactly_to(solver.as_mut(), 0.5);
         let [flow, entered] = ["flow_volume", "volume_entered"].map(|name| reading(solver.as_ref(), name));
         assert!(entered > 3.0 && (flow - first - entered).abs() < 1e-9, "{integrator}: {flow} {entered}");
         let speed = reading(solver.as_ref(), "largest_speed");
         assert!(speed < 10.0, "{integrator}: {speed}");
-        let run = |threads: usize, restart: Option<usize>| hash_after(&value, threads, 20, restart);
+        let run =
+            |threads: usize, restart: Option<usize>| hash_after(&DepthSph, &value, threads, 20, restart);
         let whole = run(1, None);
         assert_eq!(run(3, None), whole, "{integrator}");
         assert_eq!(run(1, Some(7)), whole, "{integrator}");
@@ -211,7 +215,7 @@ fn an_inflow_that_would_be_far_too_deep_ends_the_run() {
 /// Channel with sides of 1 : 4, which falls by 2 % along x, with its case beside the raster: 6 m³/s flow in across it.
 fn triangle(folder: &Path, across: &str) -> Value {
     let bed = |x: f64, y: f64| 5.0 - 0.02 * x + 0.25 * (y - 8.0).abs();
-    grid(&folder.join("bed.asc"), [-2.0, 0.0], [45, 33], 0.5, bed);
+    write_ascii_grid(&folder.join("bed.asc"), [-2.0, 0.0], [45, 33], 0.5, bed);
     let mut value = channel();
     value["domain"] = json!({ "min": [-2, 0, 0], "max": [20, 16, 12] });
     value["boundaries"] = json!([]);
@@ -236,7 +240,7 @@ fn an_inflow_across_a_channel_has_one_level() {
     let mut solver = DepthSph.build(&case).unwrap();
     solver.begin_stage(0, 0.0).unwrap();
     let pond = reading(solver.as_ref(), "flow_volume");
-    until(solver.as_mut(), 2.0);
+    advance_exactly_to(solver.as_mut(), 2.0);
     let entered = reading(solver.as_ref(), "volume_entered");
     let row = 4.0 * level * level * 0.2;
     assert!((entered - 12.0).abs() <= 0.5 * row + 1e-9, "{entered}");
@@ -261,7 +265,7 @@ fn an_inflow_across_a_channel_has_one_level() {
     upward["methods"]["depth-sph"]["inflows"][0]["from"] = json!([2, 14]);
     upward["methods"]["depth-sph"]["inflows"][0]["to"] = json!([2, 2]);
     upward["obstacles"][0]["shape"]["file"] = json!("steep.asc");
-    grid(&folder.path().join("steep.asc"), [-2.0, 0.0], [45, 33], 0.5, |x, y| {
+    write_ascii_grid(&folder.path().join("steep.asc"), [-2.0, 0.0], [45, 33], 0.5, |x, y| {
         8.0 - 0.1 * x + 0.25 * (y - 8.0).abs()
     });
     upward["domain"]["max"][2] = json!(16);
@@ -280,7 +284,7 @@ fn a_level_inflow_goes_on_after_a_restart_to_the_last_bit_on_any_threads() {
     let mut value = triangle(folder.path(), "level");
     let file = folder.path().join("bed.asc");
     value["obstacles"][0]["shape"]["file"] = json!(file.to_str().unwrap());
-    let run = |threads: usize, restart: Option<usize>| hash_after(&value, threads, 60, restart);
+    let run = |threads: usize, restart: Option<usize>| hash_after(&DepthSph, &value, threads, 60, restart);
     let whole = run(1, None);
     assert_eq!(run(3, None), whole);
     assert_eq!(run(1, Some(25)), whole);

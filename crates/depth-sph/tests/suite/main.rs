@@ -1,8 +1,8 @@
 //! Runs and parts of the method against closed forms, conservation, and reproducibility of bits.
 
 mod cases;
-mod common;
 mod dam_breaks;
+mod flow_runs;
 mod gauges;
 mod hand_over;
 mod inflow;

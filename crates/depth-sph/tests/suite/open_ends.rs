@@ -1,6 +1,5 @@
 //! Waves that leave through an open end (sheet: depth-sph §5.5, V27).
 
-use colluvium_testkit::{hash_after, read_case, refused, run};
 use colluvium_case::{Case, Method};
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::bed::Bed;
@@ -10,8 +9,10 @@ use colluvium_depth_sph::flow::{Flow, Opening, PlanBoundaries};
 use colluvium_depth_sph::laws::interphase_drag::{InterphaseDrag, MixtureDensities};
 use colluvium_depth_sph::laws::pore_pressure_column::{LowerBound, PressureProfile};
 use colluvium_depth_sph::points::phase_nodes::NewNode;
+use colluvium_testkit::{hash_after, read_case, refusal};
 use serde_json::{Value, json};
 
+use crate::flow_runs::advance_flow_to;
 
 const SPACING: f64 = 0.05;
 
@@ -48,9 +49,9 @@ fn amplitude(flow: &Flow<1>, still: f64) -> f64 {
 fn reflected(mut flow: Flow<1>) -> f64 {
     // Sums over this lattice are 0.4 % off.
     let still = flow.nodes.sets[0].nodes.depth[150];
-    run(&mut flow, 2.0);
+    advance_flow_to(&mut flow, 2.0);
     let arriving = amplitude(&flow, still);
-    run(&mut flow, 7.8);
+    advance_flow_to(&mut flow, 7.8);
     amplitude(&flow, still) / arriving
 }
 
@@ -73,7 +74,7 @@ fn a_rapid_stream_leaves_without_a_wave() {
     let mut flow = channel(1e-3, 5.0, 1.5, [None, None]);
     flow.open_end(40.0, 1.0, SPACING).unwrap();
     let before = flow.nodes.sets[0].nodes.total_volume() - flow.far_field_volume();
-    run(&mut flow, 2.2);
+    advance_flow_to(&mut flow, 2.2);
     let nodes = &flow.nodes.sets[0].nodes;
     let inside = nodes.position.iter().zip(&nodes.velocity).filter(|(x, _)| (30.0..39.0).contains(&x[0]));
     let off = inside.map(|(_, v)| (v[0] - 5.0).abs()).fold(0.0, f64::max);
@@ -135,9 +136,9 @@ fn a_case_has_an_absorbing_side_and_keeps_its_balance() {
         .unwrap()
         .push(json!({ "side": "x-max", "name": "gate", "position": 8, "wall": { "kind": "smooth" } }));
     assert!(
-        refused(&walled).starts_with("boundaries[2].wall: the side has another wall"),
+        refusal(&DepthSph, &walled).starts_with("boundaries[2].wall: the side has another wall"),
         "{}",
-        refused(&walled)
+        refusal(&DepthSph, &walled)
     );
 }
 
@@ -240,7 +241,7 @@ fn a_wave_of_grains_and_fluid_leaves_with_their_columns() {
 fn come_back(flow: &mut Flow<1>, still: [f64; 2], times: [f64; 2]) -> [f64; 2] {
     let volumes = [balance(flow, 0), balance(flow, 1)];
     let found = times.map(|time| {
-        run(flow, time);
+        advance_flow_to(flow, time);
         for set in 0..2 {
             assert!((balance(flow, set) / volumes[set] - 1.0).abs() < 1e-12, "set {set}");
         }
@@ -309,8 +310,8 @@ fn open_ends_of_two_sets_go_on_to_the_last_bit() {
         let inside = if value["methods"]["depth-sph"]["phases"] == "layers" { 10.0 } else { 10.1 };
         assert!((found[0] + found[1] - inside).abs() < 1e-9, "{found:?} of {before}");
         assert!(found[1].abs() > 0.01, "{found:?}");
-        let whole = hash_after(&value, 1, 200, None);
-        assert_eq!(hash_after(&value, 3, 200, None), whole, "threads");
-        assert_eq!(hash_after(&value, 1, 200, Some(90)), whole, "a restart");
+        let whole = hash_after(&DepthSph, &value, 1, 200, None);
+        assert_eq!(hash_after(&DepthSph, &value, 3, 200, None), whole, "threads");
+        assert_eq!(hash_after(&DepthSph, &value, 1, 200, Some(90)), whole, "a restart");
     }
 }

@@ -1,7 +1,8 @@
 //! Waves that leave through open sides in plan (sheet: depth-sph §3.9, row 10).
 
-use colluvium_testkit::scalar_output;
-use colluvium_testkit::{advance_steps, build, hash_after, read_case, refused, run, until};
+use colluvium_testkit::{
+    advance_exactly_to, advance_steps, hash_after, read_case, refusal, scalar_output, start_solver,
+};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
@@ -13,6 +14,8 @@ use colluvium_depth_sph::config::settings::{BedZone, FlowSettings};
 use colluvium_depth_sph::flow::{Flow, Opening, PlanBoundaries};
 use colluvium_depth_sph::points::phase_nodes::NewNode;
 use serde_json::{Value, json};
+
+use crate::flow_runs::advance_flow_to;
 
 const SPACING: f64 = 0.1;
 const LENGTH: f64 = 12.0;
@@ -79,7 +82,7 @@ fn reflected(degrees: f64, width: f64) -> f64 {
     let still = nodes.depth[nodes.position.iter().position(|x| (x[0] - 1.0).abs() < SPACING).unwrap()];
     let arriving = amplitude(&flow, still);
     // The packet has gone to the side and back to the middle of the window.
-    run(&mut flow, 12.0 / (9.81f64.sqrt() * angle.cos()));
+    advance_flow_to(&mut flow, 12.0 / (9.81f64.sqrt() * angle.cos()));
     let inside = flow.nodes.sets[0].nodes.total_volume() - flow.far_field_volume();
     let passed = flow.boundary.passed();
     assert!((before - inside - passed).abs() < 1e-10 * before, "{before} {inside} {passed}");
@@ -155,16 +158,16 @@ fn a_lake_with_open_sides_comes_to_rest_and_keeps_its_balance() {
     for (name, lake) in
         [("one", lake()), ("columns", pressed("one")), ("grains", pressed("two")), ("layers", layered())]
     {
-        let mut solver = build(&lake);
-        until(solver.as_mut(), 4.0);
+        let mut solver = start_solver(&DepthSph, &read_case(&lake));
+        advance_exactly_to(solver.as_mut(), 4.0);
         let [flow, left] = ["flow_volume", "volume_left"].map(|name| scalar_output(solver.as_ref(), name));
         assert!((flow + left - volume).abs() < 1e-9, "{name}: {flow} + {left} for {volume}");
         let mut walled = lake.clone();
         for side in &mut walled["boundaries"].as_array_mut().unwrap()[1..] {
             side["wall"] = json!({ "kind": "smooth" });
         }
-        let mut closed = build(&walled);
-        until(closed.as_mut(), 4.0);
+        let mut closed = start_solver(&DepthSph, &read_case(&walled));
+        advance_exactly_to(closed.as_mut(), 4.0);
         // In a closed lake nothing is lost but by artificial viscosity and drag.
         let [open, closed] = [solver, closed].map(|solver| solver.totals().kinetic);
         println!("{name}: kinetic energy {open} of {closed} J");
@@ -178,7 +181,7 @@ fn columns_beyond_open_sides_are_those_of_the_lake() {
     let mut value = pressed("one");
     value["bodies"].as_array_mut().unwrap().truncate(1);
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [0.3, 0.1, 0] });
-    let mut solver = build(&value);
+    let mut solver = start_solver(&DepthSph, &read_case(&value));
     advance_steps(solver.as_mut(), 80);
     let snapshot = solver.snapshot();
     let [ratio, depth] = ["liquefaction", "depth"].map(|name| snapshot.scalars(name).unwrap());
@@ -202,10 +205,10 @@ fn columns_beyond_open_sides_are_those_of_the_lake() {
 #[test]
 fn a_lake_with_open_sides_goes_on_after_a_restart_to_the_last_bit_on_any_threads() {
     for lake in [lake(), pressed("one"), pressed("two"), layered()] {
-        let run = |threads: usize, restart: Option<usize>| hash_after(&lake, threads, 40, restart);
-        let whole = run(1, None);
-        assert_eq!(run(3, None), whole);
-        assert_eq!(run(1, Some(21)), whole);
+        let run = |threads: usize, restart: Option<usize>| hash_after(&DepthSph, &lake, threads, 40, restart);
+        let whole = advance_flow_to(1, None);
+        assert_eq!(advance_flow_to(3, None), whole);
+        assert_eq!(advance_flow_to(1, Some(21)), whole);
     }
 }
 
@@ -214,22 +217,26 @@ fn sides_that_cannot_be_open_are_refused_by_path() {
     let mut damped = layered();
     damped["methods"]["depth-sph"]["absorbing_layer"] = json!(2);
     let start = "methods.depth-sph.absorbing_layer: is not available for two layers";
-    assert!(refused(&damped).starts_with(start), "{}", refused(&damped));
+    assert!(refusal(&DepthSph, &damped).starts_with(start), "{}", refusal(&DepthSph, &damped));
     let mut ends = lake();
     ends["obstacles"] = json!([{ "name": "floor", "wall": { "kind": "smooth" }, "shape":
         { "kind": "box", "min": [-0.3, -0.3, -1], "max": [6.3, 6.3, 0] } }]);
     ends["boundaries"].as_array_mut().unwrap().remove(0);
-    assert!(refused(&ends).contains("has no ground for "), "{}", refused(&ends));
+    assert!(refusal(&DepthSph, &ends).contains("has no ground for "), "{}", refusal(&DepthSph, &ends));
     let mut wide = lake();
     wide["domain"]["max"][1] = json!(1e17);
     wide["boundaries"].as_array_mut().unwrap().pop();
-    assert!(refused(&wide).starts_with("boundaries[1].side: has 5.0e17 segments"), "{}", refused(&wide));
+    assert!(
+        refusal(&DepthSph, &wide).starts_with("boundaries[1].side: has 5.0e17 segments"),
+        "{}",
+        refusal(&DepthSph, &wide)
+    );
 }
 
 /// Basin after its packet of waves has gone to the side and back to the middle of the window.
 fn ran(angle: f64, width: f64, layer: f64, long: f64) -> Flow<2> {
     let mut flow = basin(angle, width, layer, long);
-    run(&mut flow, 12.0 / (9.81f64.sqrt() * angle.cos()));
+    advance_flow_to(&mut flow, 12.0 / (9.81f64.sqrt() * angle.cos()));
     flow
 }
 
@@ -281,8 +288,8 @@ fn an_even_stream_passes_a_layer_as_it_is() {
         stream["bodies"].as_array_mut().unwrap().truncate(1);
         stream["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.5, 0, 0] });
         stream["methods"]["depth-sph"]["absorbing_layer"] = json!(layer);
-        let mut solver = build(&stream);
-        until(solver.as_mut(), 2.0);
+        let mut solver = start_solver(&DepthSph, &read_case(&stream));
+        advance_exactly_to(solver.as_mut(), 2.0);
         let snapshot = solver.snapshot();
         let FieldData::Vector(velocity) = &snapshot.field("velocity").unwrap().data else {
             panic!("no vectors")
@@ -300,12 +307,12 @@ fn an_even_stream_passes_a_layer_as_it_is() {
 fn layers_go_on_after_a_restart_to_the_last_bit_on_any_threads_and_keep_the_balance() {
     let mut value = lake();
     value["methods"]["depth-sph"]["absorbing_layer"] = json!(2);
-    let whole = hash_after(&value, 1, 60, None);
-    assert_ne!(hash_after(&lake(), 1, 60, None), whole);
-    assert_eq!(hash_after(&value, 3, 60, None), whole);
-    assert_eq!(hash_after(&value, 1, 60, Some(31)), whole);
-    let mut solver = build(&value);
-    until(solver.as_mut(), 2.0);
+    let whole = hash_after(&DepthSph, &value, 1, 60, None);
+    assert_ne!(hash_after(&DepthSph, &lake(), 1, 60, None), whole);
+    assert_eq!(hash_after(&DepthSph, &value, 3, 60, None), whole);
+    assert_eq!(hash_after(&DepthSph, &value, 1, 60, Some(31)), whole);
+    let mut solver = start_solver(&DepthSph, &read_case(&value));
+    advance_exactly_to(solver.as_mut(), 2.0);
     let reading = |name: &str| solver.scalar_outputs().iter().find(|(own, ..)| own == name).unwrap().2;
     let [flow, left] = ["flow_volume", "volume_left"].map(reading);
     let volume = 36.0 + 1.44 * 0.05;
@@ -328,14 +335,18 @@ fn layers_that_cannot_be_are_refused_and_short_ones_told_of() {
     let mut long = lake();
     long["methods"]["depth-sph"]["absorbing_layer"] = json!(3.1);
     assert!(
-        refused(&long).starts_with("methods.depth-sph.absorbing_layer: 3.1 m is more than half"),
+        refusal(&DepthSph, &long).starts_with("methods.depth-sph.absorbing_layer: 3.1 m is more than half"),
         "{}",
-        refused(&long)
+        refusal(&DepthSph, &long)
     );
     let mut walled = lake();
     walled["boundaries"].as_array_mut().unwrap().truncate(1);
     walled["methods"]["depth-sph"]["absorbing_layer"] = json!(2);
-    assert!(refused(&walled).ends_with("no side is absorbing: leave this out"), "{}", refused(&walled));
+    assert!(
+        refusal(&DepthSph, &walled).ends_with("no side is absorbing: leave this out"),
+        "{}",
+        refusal(&DepthSph, &walled)
+    );
     let mut short = lake();
     short["methods"]["depth-sph"]["absorbing_layer"] = json!(1.9);
     let case = read_case(&short);
@@ -395,7 +406,7 @@ fn a_steep_flow_leaves_at_its_uniform_depth() {
         let (mut flow, depth, speed) = steep_sheet(closer);
         let whole = flow.nodes.sets[0].nodes.total_volume();
         // The middle of the sheet is at the side, and waves from its ends have come half as far.
-        run(&mut flow, 8.0 / speed);
+        advance_flow_to(&mut flow, 8.0 / speed);
         let nodes = &flow.nodes.sets[0].nodes;
         let passed = flow.boundary.passed();
         let inside = nodes.total_volume() - flow.far_field_volume();
@@ -411,7 +422,7 @@ fn a_steep_flow_leaves_at_its_uniform_depth() {
         }
         assert!(nodes.velocity.iter().all(|v| v[0] > 0.5 * speed), "nothing is thrown back");
         // Thin tails are slow, `v ~ √h`: of a kinematic wave, whose depth is (x/(1.5 K t))², 8.5 % would still be before the side.
-        run(&mut flow, 20.0 / speed);
+        advance_flow_to(&mut flow, 20.0 / speed);
         assert!(flow.boundary.passed() > 0.9 * whole, "{closer}: {} of {whole}", flow.boundary.passed());
     }
 }

@@ -1,19 +1,20 @@
 //! Zones of the bed, from options and from obstacles.
 
+use colluvium_testkit::advance_exactly_to;
 use std::path::Path;
 
 use colluvium_case::{Case, Method};
 use colluvium_depth_sph::DepthSph;
 use serde_json::{Value, json};
 
-use super::common::{grid, until};
+use colluvium_testkit::write_ascii_grid;
 
 /// Corner of the map.
 const ORIGIN: [f64; 2] = [600_000.0, 5e6];
 
 /// Writes a raster over 80 m by 40 m of the map, of cells of 2 m.
 fn raster(folder: &Path, name: &str, value: impl Fn(f64) -> f64) {
-    grid(&folder.join(name), ORIGIN, [41, 21], 2.0, |x, _| value(x - ORIGIN[0]));
+    write_ascii_grid(&folder.join(name), ORIGIN, [41, 21], 2.0, |x, _| value(x - ORIGIN[0]));
 }
 
 /// Sand that slides down a raster.
@@ -36,7 +37,7 @@ fn places(folder: &Path, value: &Value) -> Vec<[f64; 3]> {
     let case = Case::from_value(value, folder).unwrap();
     let mut solver = DepthSph.build(&case).unwrap();
     solver.begin_stage(0, 0.0).unwrap();
-    until(solver.as_mut(), 4.0);
+    advance_exactly_to(solver.as_mut(), 4.0);
     solver.snapshot().positions
 }
 

@@ -1,10 +1,9 @@
 //! Bodies with a pore fluid: data of grains and fluid in the case have the effect of those in the options of the method.
 
-use colluvium_testkit::{advance_steps, build, until};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
+use colluvium_testkit::{advance_exactly_to, advance_steps, read_case, start_solver};
 use serde_json::{Value, json};
-
 
 const GRAVITY: f64 = 9.81;
 
@@ -38,7 +37,7 @@ fn with_options(options: &Value) -> Value {
 }
 
 fn hash(value: &Value) -> u64 {
-    let mut solver = build(value);
+    let mut solver = start_solver(&DepthSph, &read_case(&value));
     advance_steps(solver.as_mut(), 60);
     solver.snapshot().hash()
 }
@@ -88,7 +87,7 @@ fn bodies_of_two_porosities_and_a_fluid_that_moves_by_itself() {
     loose["pore_fluid"]["porosity"] = json!(0.5);
     loose["pore_fluid"]["velocity"] = json!({ "kind": "uniform", "value": [0.25, 0] });
     value["bodies"].as_array_mut().unwrap().push(loose);
-    let solver = build(&value);
+    let solver = start_solver(&DepthSph, &read_case(&value));
     let snapshot = solver.snapshot();
     let [phase, mass] = ["phase", "mass"].map(|name| snapshot.scalars(name).unwrap());
     let velocity = snapshot.vectors("velocity").unwrap();
@@ -117,9 +116,9 @@ fn parts_of_the_bed_resist_the_fluid_each_in_its_way() {
     let mixture = &mut value["methods"]["depth-sph"]["mixture"];
     mixture["drag"] = json!({ "law": "none" });
     mixture["fluid_resistance"] = law(80.0);
-    let mut solver = build(&value);
+    let mut solver = start_solver(&DepthSph, &read_case(&value));
     let (start, time) = (2.0, 0.05);
-    until(solver.as_mut(), time);
+    advance_exactly_to(solver.as_mut(), time);
     let snapshot = solver.snapshot();
     let (phase, velocity) = (snapshot.scalars("phase").unwrap(), snapshot.vectors("velocity").unwrap());
     let mut seen = [0; 2];
@@ -175,7 +174,7 @@ fn columns_begin_with_the_pore_pressure_of_the_fluid() {
     ] {
         let mut value = with_fluid(&column);
         value["bodies"][0]["pore_fluid"]["pressure"] = pressure.clone();
-        let solver = build(&value);
+        let solver = start_solver(&DepthSph, &read_case(&value));
         let found = excess(solver.as_ref());
         assert!(found.len() > 15);
         for value in found {
@@ -301,7 +300,7 @@ fn a_drained_bed_is_open_to_the_air() {
     other["methods"]["depth-sph"]["drainage"] = json!({ "kind": "atmospheric" });
     assert_eq!(hash(&value), hash(&other), "as the option says it");
     assert_ne!(hash(&value), sealed);
-    let mut solver = build(&value);
+    let mut solver = start_solver(&DepthSph, &read_case(&value));
     for (factor, exact) in [(0.05, 0.495_912), (0.1, 0.302_118)] {
         let end = factor * 4.0 / 0.4;
         while solver.time() < end {

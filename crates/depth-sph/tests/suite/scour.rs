@@ -1,14 +1,11 @@
 //! Erodible bed: lowered by erosion, down to the erodible depth (sheet: depth-sph §2.8, §5.2: eroded bed volume).
 
-use colluvium_testkit::scalar_output;
-use colluvium_testkit::{advance_steps, start_solver};
+use colluvium_testkit::{advance_exactly_to, advance_steps, refusal, scalar_output, start_solver};
 use std::path::Path;
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
 use serde_json::{Value, json};
-
-use crate::common;
 
 /// Slope of 0.6 that bends to a flat, on a grid of 2 m.
 fn terrain(folder: &Path) {
@@ -177,7 +174,7 @@ fn a_dam_holds_what_would_run_past_it() {
     terrain(folder.path());
     let farthest = |dams: Value| {
         let mut solver = start(&heap(folder.path(), &json!({ "erosion": null, "dams": dams })));
-        common::until(solver.as_mut(), 5.0);
+        advance_exactly_to(solver.as_mut(), 5.0);
         solver.snapshot().positions.iter().map(|x| x[0]).fold(0.0, f64::max)
     };
     let line = json!([[30, 0], [30, 40]]);
@@ -214,6 +211,6 @@ fn rock_gives_nothing_and_a_plane_cannot_be_lowered() {
     }
     let mut value = serde_json::to_value(heap(folder.path(), &json!({ "lower_bed": true }))).unwrap();
     value["obstacles"][0]["shape"] = json!({ "kind": "plane", "point": [0, 0, 40], "normal": [0.5, 0, 1] });
-    let problem = common::refused(&value);
+    let problem = refusal(&DepthSph, &value);
     assert!(problem.starts_with("methods.depth-sph.lower_bed: the bed is a plane"), "{problem}");
 }

@@ -1,6 +1,5 @@
 //! Linear waves of small amplitude: of two phases, of two layers, over a slide on the bed (sheet: depth-sph §5.5).
 
-use colluvium_testkit::run;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -11,6 +10,7 @@ use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
 use colluvium_depth_sph::laws::interphase_drag::MixtureDensities;
 use colluvium_depth_sph::points::phase_nodes::NewNode;
 
+use crate::flow_runs::advance_flow_to;
 
 const GRAVITY: f64 = 9.81;
 const SPACING: f64 = 0.05;
@@ -77,7 +77,7 @@ fn speed(densities: [f64; 2], heights: [f64; 2], mode: [f64; 2], times: [f64; 2]
     let still = make(0.0).nodes.sets[1].nodes.partial_thickness.clone();
     let mut flow = make(1.0);
     let places = times.map(|time| {
-        run(&mut flow, time);
+        advance_flow_to(&mut flow, time);
         centroid(&flow, 1, &still)
     });
     (places[1] - places[0]) / (times[1] - times[0])
@@ -120,7 +120,7 @@ fn two_layers_stay_at_rest() {
         settings.numerics.momentum = PressureForceForm::Automatic;
         let sets = [layer(|x| 0.6 - rise(x)), layer(|_| 0.4)];
         let mut flow = Flow::new(settings, bed, between_walls(), &sets).unwrap();
-        run(&mut flow, 10.0);
+        advance_flow_to(&mut flow, 10.0);
         let all = flow.nodes.sets.iter().flat_map(|set| &set.nodes.velocity);
         let fastest = all.map(|v| v[0].abs()).fold(0.0, f64::max) / GRAVITY.sqrt();
         // V12: round-off over a level bed, 2e-2 with sums and the slope of the bed.
@@ -144,7 +144,7 @@ fn layers_rub_on_each_other() {
     let mut flow = Flow::new(settings, Bed::Flat(0.0), ends, &[layer(|_| 0.6), upper]).unwrap();
     let momentum = |flow: &Flow<1>| flow.totals(0).momentum[0] + flow.totals(1).momentum[0];
     let before = momentum(&flow);
-    run(&mut flow, 5.0);
+    advance_flow_to(&mut flow, 5.0);
     let mean = |set: usize| {
         let nodes = &flow.nodes.sets[set].nodes;
         nodes.velocity.iter().map(|v| v[0]).sum::<f64>() / nodes.len() as f64

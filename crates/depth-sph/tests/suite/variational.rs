@@ -1,6 +1,5 @@
 //! Variational pressure forces, derived from an energy (sheet: depth-sph §3.4, row 52).
 
-use colluvium_testkit::{read_case, run};
 use colluvium_case::{Case, Method};
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::analytical_solutions::ritter;
@@ -9,8 +8,10 @@ use colluvium_depth_sph::config::choices::PressureForceForm;
 use colluvium_depth_sph::config::settings::FlowSettings;
 use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
 use colluvium_depth_sph::points::phase_nodes::NewNode;
+use colluvium_testkit::read_case;
 use serde_json::json;
 
+use crate::flow_runs::advance_flow_to;
 
 fn settings<const D: usize>(momentum: PressureForceForm, viscosity: f64) -> FlowSettings<D> {
     let mut settings = FlowSettings::plain(1000.0);
@@ -44,7 +45,7 @@ fn momentum_stays_to_round_off() {
         &[nodes],
     )
     .unwrap();
-    run(&mut flow, 0.3);
+    advance_flow_to(&mut flow, 0.3);
     let nodes = &flow.nodes.sets[0].nodes;
     let size: f64 =
         (0..nodes.len()).map(|i| nodes.volume[i] * nodes.velocity[i][0].hypot(nodes.velocity[i][1])).sum();
@@ -96,7 +97,7 @@ fn a_lake_on_a_level_bed_stays_at_rest() {
         &[nodes.collect()],
     )
     .unwrap();
-    run(&mut flow, 10.0);
+    advance_flow_to(&mut flow, 10.0);
     let fastest = flow.nodes.sets[0].nodes.velocity.iter().map(|v| v[0].abs()).fold(0.0, f64::max);
     assert!(fastest < 1e-10 * 9.81f64.sqrt(), "V12: {fastest}");
 }
@@ -112,7 +113,7 @@ fn water_leaves_a_reservoir_as_ritter_found() {
         &[nodes.collect()],
     )
     .unwrap();
-    run(&mut flow, 1.0);
+    advance_flow_to(&mut flow, 1.0);
     let nodes = &flow.nodes.sets[0].nodes;
     let near = nodes.position.iter().zip(&nodes.partial_thickness).filter(|(x, _)| x[0] < 10.0);
     let errors: Vec<f64> = near.map(|(x, h)| (h - ritter(9.81, 10.0, x[0], 1.0).0).abs() / 10.0).collect();
@@ -142,8 +143,7 @@ fn what_it_is_not_for_is_refused_by_path() {
         "stages": [{ "name": "wave", "duration": 3 }],
         "methods": { "depth-sph": { "spacing": 0.1, "momentum": "variational" } }
     });
-    let plan =
-        |case: &serde_json::Value| DepthSph.plan(&read_case(&case)).map(|_| ());
+    let plan = |case: &serde_json::Value| DepthSph.plan(&read_case(&case)).map(|_| ());
     plan(&case).unwrap();
     let mut other = case;
     other["methods"]["depth-sph"]["continuity"] = json!("rate-volume");

@@ -1,7 +1,6 @@
 //! Tests of the solver and its parts against closed forms, conservation laws and its promises about bits, in the rooms of the crate.
 
 mod boundary;
-mod common;
 mod contact;
 mod mesh;
 mod momentum;

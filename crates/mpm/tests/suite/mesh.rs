@@ -7,7 +7,6 @@ use colluvium_case::{Case, Method, RunOptions, RunReport, Solver, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-
 /// A block of an elastic material on triangles; `more` replaces or adds keys.
 fn text(more: &Value) -> Value {
     let mut text = json!({
@@ -34,9 +33,12 @@ fn case(more: Value) -> Case {
 fn a_body_in_free_flight_through_elements_has_no_stress() {
     // sheet: mpm A-04.
     for points in [1, 2, 3] {
-        let report = solve(&Mpm, &case(json!({
-            "methods": { "mpm": { "cell_size": 0.1, "points_per_cell": points, "shape": "linear", "mesh": { "kind": "box" } } }
-        })));
+        let report = solve(
+            &Mpm,
+            &case(json!({
+                "methods": { "mpm": { "cell_size": 0.1, "points_per_cell": points, "shape": "linear", "mesh": { "kind": "box" } } }
+            })),
+        );
         for u in vectors(&report.snapshot, "displacement") {
             assert!((u[0] - 1.2).abs() < 1e-11 && (u[1] - 0.2).abs() < 1e-11, "{points}: {u:?}");
         }
@@ -144,13 +146,16 @@ fn weight_at_rest_makes_the_stress_of_an_oedometer() {
         gravity[1] = -10.0;
         let mut high = corner.to_vec();
         high[1] += 0.2;
-        let report = solve(&Mpm, &case(json!({
-            "space": space, "gravity": gravity, "boundaries": walls,
-            "domain": { "min": vec![0.0; dimension], "max": high },
-            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": 0.25 } },
-            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": vec![0.0; dimension], "max": corner } }],
-            "stages": [{ "name": "settle", "duration": 20, "damping": 0.7, "equilibrium": { "unbalanced_force": 1e-5, "kinetic_energy": 1e-5 } }]
-        })));
+        let report = solve(
+            &Mpm,
+            &case(json!({
+                "space": space, "gravity": gravity, "boundaries": walls,
+                "domain": { "min": vec![0.0; dimension], "max": high },
+                "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": 0.25 } },
+                "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": vec![0.0; dimension], "max": corner } }],
+                "stages": [{ "name": "settle", "duration": 20, "damping": 0.7, "equilibrium": { "unbalanced_force": 1e-5, "kinetic_energy": 1e-5 } }]
+            })),
+        );
         let displacement = vectors(&report.snapshot, "displacement");
         for ((x, u), s) in report.snapshot.positions.iter().zip(&displacement).zip(stresses(&report.snapshot))
         {
@@ -167,11 +172,14 @@ fn weight_at_rest_makes_the_stress_of_an_oedometer() {
 
 #[test]
 fn a_traction_gives_its_impulse() {
-    let report = solve(&Mpm, &case(json!({
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] } }],
-        "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [200, -50] }],
-        "stages": [{ "name": "s", "duration": 0.02 }]
-    })));
+    let report = solve(
+        &Mpm,
+        &case(json!({
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] } }],
+            "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [200, -50] }],
+            "stages": [{ "name": "s", "duration": 0.02 }]
+        })),
+    );
     assert!((report.end.momentum[0] - 200.0 * 0.4 * 0.02).abs() < 1e-10);
     assert!((report.end.momentum[1] + 50.0 * 0.4 * 0.02).abs() < 1e-10);
 }
@@ -180,14 +188,17 @@ fn a_traction_gives_its_impulse() {
 /// and under its own weight (m).
 fn sagging(cells: u32, poissons_ratio: f64, volumetric: &str) -> f64 {
     let cell = 1.0 / f64::from(cells);
-    let report = solve(&Mpm, &case(json!({
-        "domain": { "min": [0, 0], "max": [1.0 + cell, 1.0 + cell] }, "gravity": [0, -10],
-        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": poissons_ratio } },
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
-        "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }, { "side": "y-min", "wall": { "kind": "rough" } }],
-        "stages": [{ "name": "settle", "duration": 20, "damping": 0.7, "equilibrium": { "unbalanced_force": 1e-4, "kinetic_energy": 1e-4 } }],
-        "methods": { "mpm": { "cell_size": cell, "shape": "linear", "mesh": { "kind": "box" }, "volumetric_strain": volumetric } }
-    })));
+    let report = solve(
+        &Mpm,
+        &case(json!({
+            "domain": { "min": [0, 0], "max": [1.0 + cell, 1.0 + cell] }, "gravity": [0, -10],
+            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": poissons_ratio } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
+            "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }, { "side": "y-min", "wall": { "kind": "rough" } }],
+            "stages": [{ "name": "settle", "duration": 20, "damping": 0.7, "equilibrium": { "unbalanced_force": 1e-4, "kinetic_energy": 1e-4 } }],
+            "methods": { "mpm": { "cell_size": cell, "shape": "linear", "mesh": { "kind": "box" }, "volumetric_strain": volumetric } }
+        })),
+    );
     let displacement = vectors(&report.snapshot, "displacement");
     let corner = |p: usize| report.snapshot.positions[p][0] + report.snapshot.positions[p][1];
     let nearest = (0..displacement.len()).max_by(|a, b| corner(*a).total_cmp(&corner(*b))).unwrap();
@@ -208,16 +219,19 @@ fn water_flows_in_triangles() {
     // sheet: mpm A-25 on coarse elements, with the free surface found: mass exact, energy not gained beyond 2 %, and the
     // front behind that of shallow water without friction, 2 √(gH) t.
     for integration in ["points", "mixed"] {
-        let report = solve(&Mpm, &case(json!({
-            "domain": { "min": [0, 0], "max": [2, 1] }, "gravity": [0, -10],
-            "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e6, "viscosity": 1e-3 } },
-            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.4, 0.8] },
-                         "stress": { "kind": "k0", "surface": 0.8, "coefficient": 1 } }],
-            "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "x-min", "wall": { "kind": "smooth" } }],
-            "stages": [{ "name": "flow", "duration": 0.25 }],
-            "methods": { "mpm": { "cell_size": 0.05, "shape": "linear", "mesh": { "kind": "box" }, "free_surface": 0.7,
-                                  "integration": integration } }
-        })));
+        let report = solve(
+            &Mpm,
+            &case(json!({
+                "domain": { "min": [0, 0], "max": [2, 1] }, "gravity": [0, -10],
+                "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e6, "viscosity": 1e-3 } },
+                "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.4, 0.8] },
+                             "stress": { "kind": "k0", "surface": 0.8, "coefficient": 1 } }],
+                "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "x-min", "wall": { "kind": "smooth" } }],
+                "stages": [{ "name": "flow", "duration": 0.25 }],
+                "methods": { "mpm": { "cell_size": 0.05, "shape": "linear", "mesh": { "kind": "box" }, "free_surface": 0.7,
+                                      "integration": integration } }
+            })),
+        );
         let energy = |b: &colluvium_case::Budget| b.kinetic + b.potential + b.elastic;
         assert_eq!(report.end.mass, report.start.mass);
         let kept = energy(&report.end) / energy(&report.start);
@@ -273,11 +287,12 @@ fn a_file_of_gmsh_gives_mesh_and_walls() {
         std::fs::write(folder.join("case.json"), text.to_string()).unwrap();
         Case::load(&folder.join("case.json")).unwrap()
     };
-    let by_group = solve(&Mpm, &write(
-        json!({ "side": "y-min", "group": "base", "wall": { "kind": "rough" } }),
-        "rectangle.msh",
-    ));
-    let by_plane = solve(&Mpm, &write(json!({ "side": "y-min", "wall": { "kind": "rough" } }), "rectangle.msh"));
+    let by_group = solve(
+        &Mpm,
+        &write(json!({ "side": "y-min", "group": "base", "wall": { "kind": "rough" } }), "rectangle.msh"),
+    );
+    let by_plane =
+        solve(&Mpm, &write(json!({ "side": "y-min", "wall": { "kind": "rough" } }), "rectangle.msh"));
     assert_eq!(by_group.snapshot.hash(), by_plane.snapshot.hash());
     let refuse = |wall: Value, file: &str| Mpm.build(&write(wall, file)).map(|_| ()).unwrap_err().to_string();
     let rough = json!({ "kind": "rough" });

@@ -1,10 +1,14 @@
 //! Cuts of a case.
 
-use colluvium_testkit::{advance_steps, advance_to, assert_near, begun, block, read_case, reading, refused, take_steps};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_snow_mpm::SnowMpm;
+use colluvium_testkit::{
+    advance_steps, advance_to, assert_near, begun, read_case, refusal, scalar_output, start_solver,
+    take_steps,
+};
 use serde_json::{Value, json};
 
+use crate::bodies::block;
 
 /// The block, 0.6 m by 0.4 m of 400 kg/m³, that moves to the right with 1 m/s, with a saw through its lower quarter.
 fn sawn() -> Value {
@@ -18,20 +22,20 @@ fn sawn() -> Value {
 fn a_saw_takes_the_points_in_its_way_and_books_them() {
     let case = read_case(&sawn());
     assert_eq!(SnowMpm.plan(&case).unwrap().warnings, Vec::<String>::new());
-    let mut solver = begun(&sawn());
+    let mut solver = start_solver(&SnowMpm, &read_case(&sawn()));
     let start = solver.totals();
     advance_to(&mut *solver, 0.09);
     let end = solver.totals();
-    assert_near(reading(&*solver, "saw.travel"), 0.3, 1e-9);
+    assert_near(scalar_output(&*solver, "saw.travel"), 0.3, 1e-9);
     // Its edge comes to 1.2 m when the block's has come to 1.385 m; in the block's own coordinates it cuts from 1.115 m on, which
     // takes the four columns of points beyond, and the two rows below 0.9 m.
     let taken = 2.0 * 4.0 * 0.05 * 0.05 * 400.0;
-    assert_near(reading(&*solver, "saw.mass"), taken, 1e-9);
+    assert_near(scalar_output(&*solver, "saw.mass"), taken, 1e-9);
     assert_near(start.mass - end.mass, taken, 1e-9);
-    assert_near(reading(&*solver, "volume"), 0.6 * 0.4 - taken / 400.0, 1e-9);
-    assert_near(reading(&*solver, "saw.energy"), 0.5 * taken, 1e-9);
+    assert_near(scalar_output(&*solver, "volume"), 0.6 * 0.4 - taken / 400.0, 1e-9);
+    assert_near(scalar_output(&*solver, "saw.energy"), 0.5 * taken, 1e-9);
     assert_near(start.kinetic - end.kinetic, 0.5 * taken, 1e-9);
-    assert!(reading(&*solver, "energy_numerical").abs() < 1e-9);
+    assert!(scalar_output(&*solver, "energy_numerical").abs() < 1e-9);
     let snapshot = solver.snapshot();
     let spared = |x: &[f64; 3]| !(x[0] > 1.2 && x[1] < 0.9);
     assert!(snapshot.positions.iter().all(spared));
@@ -48,24 +52,24 @@ fn a_cut_of_a_stage_begins_with_it_and_takes_its_bodies_only() {
     value["bodies"].as_array_mut().unwrap().push(other);
     value["removal_shapes"][0]["bodies"] = json!(["other"]);
     let case = read_case(&value);
-    let mut solver = begun(&value);
+    let mut solver = start_solver(&SnowMpm, &read_case(&value));
     advance_to(&mut *solver, 0.02);
-    assert_near(reading(&*solver, "saw.mass"), 0.0, 0.0);
+    assert_near(scalar_output(&*solver, "saw.mass"), 0.0, 0.0);
     assert_eq!(solver.removal_shape_travel(), [None], "it has not begun");
     solver.end_stage(&case.stages[0]).unwrap();
     solver.begin_stage(1, 0.02).unwrap();
     advance_to(&mut *solver, 0.11);
-    assert_near(reading(&*solver, "saw.travel"), 0.3, 1e-9);
-    assert_near(reading(&*solver, "saw.mass"), 2.0 * 2.0 * 0.05 * 0.05 * 400.0, 1e-9);
+    assert_near(scalar_output(&*solver, "saw.travel"), 0.3, 1e-9);
+    assert_near(scalar_output(&*solver, "saw.mass"), 2.0 * 2.0 * 0.05 * 0.05 * 400.0, 1e-9);
     assert_near(solver.removal_shape_travel()[0].unwrap(), 0.3, 1e-9);
 }
 
 #[test]
 fn a_restored_solver_goes_on_cutting_bit_for_bit() {
     let case = read_case(&sawn());
-    let mut first = begun(&sawn());
+    let mut first = start_solver(&SnowMpm, &read_case(&sawn()));
     advance_to(&mut *first, 0.06);
-    assert!(reading(&*first, "saw.mass") > 0.0);
+    assert!(scalar_output(&*first, "saw.mass") > 0.0);
     let saved = first.saved().unwrap();
     let mut second = SnowMpm.build(&case).unwrap();
     second.restore(&mut saved.as_slice()).unwrap();
@@ -85,7 +89,7 @@ fn cuts_that_cannot_be_made_are_refused_by_path() {
     let change = |key: &str, to: Value| {
         let mut case = sawn();
         case["removal_shapes"][0][key] = to;
-        refused(&case)
+        refusal(&SnowMpm, &case)
     };
     for (error, words) in [
         (change("stop", json!(0.01)), "removal_shapes[0].stop: 0.01 s must be after start, 0.01 s"),
@@ -134,7 +138,7 @@ fn a_layer_with_a_slanted_end_is_not_cut_there_before_the_saw_has_come() {
     value["measures"] = json!({ "crack": { "kind": "crack-tip", "body": "block", "field": "density", "threshold": 1e9,
         "direction": [-1, 0], "from": [1.6, 0], "bin": 0.1 } });
     let case = read_case(&value);
-    let mut solver = begun(&value);
+    let mut solver = start_solver(&SnowMpm, &read_case(&value));
     let tip = |solver: &dyn Solver| {
         colluvium_case::measure::read(&case, &solver.snapshot(), None, &solver.removal_shape_travel())[0].2
     };

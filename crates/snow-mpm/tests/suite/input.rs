@@ -1,10 +1,11 @@
 //! Refusals and warnings (sheet: snow-mpm §7).
 
-use colluvium_testkit::{ball, begun, block, read_case, refused};
 use colluvium_case::{Case, Method};
 use colluvium_snow_mpm::SnowMpm;
+use colluvium_testkit::{read_case, reading, refusal, start_solver};
 use serde_json::{Value, json};
 
+use crate::bodies::{ball, block};
 
 #[test]
 fn options_out_of_range_are_refused_by_name() {
@@ -29,7 +30,7 @@ fn options_out_of_range_are_refused_by_name() {
         (json!({ "time_step": 1 }), "methods.snow-mpm.time_step: 1 s is larger than the critical step"),
         (json!({ "courant": 1 }), "methods.snow-mpm.courant: unknown key"),
     ] {
-        let error = refused(&block(&json!({ "kind": "rest" }), &options));
+        let error = refusal(&SnowMpm, &block(&json!({ "kind": "rest" }), &options));
         assert!(error.contains(words), "{error}");
     }
 }
@@ -40,7 +41,7 @@ fn what_the_method_does_not_have_is_refused_with_a_cure() {
         let mut case = ball(&json!({}));
         let (parent, key) = pointer.rsplit_once('/').unwrap();
         case.pointer_mut(parent).unwrap()[key] = value;
-        refused(&case)
+        refusal(&SnowMpm, &case)
     };
     for (error, words) in [
         (change("/boundaries/0/wall", json!({ "kind": "absorbing" })), "use mpm"),
@@ -69,9 +70,9 @@ fn invariants_of_the_plane_are_refused_in_space() {
     case["bodies"][0]["shape"]["centre"] = json!([0, 0.24, 0]);
     case["bodies"][0]["velocity"]["value"] = json!([0, -5, 0]);
     assert!(
-        refused(&case).starts_with("materials.snow: its law has no strain normal to the plane"),
+        refusal(&SnowMpm, &case).starts_with("materials.snow: its law has no strain normal to the plane"),
         "{}",
-        refused(&case)
+        refusal(&SnowMpm, &case)
     );
 }
 
@@ -125,8 +126,7 @@ fn saw_test(length: f64, layer: f64, speed: f64) -> Value {
 
 #[test]
 fn a_saw_test_that_measures_something_else_is_refused() {
-    let warnings =
-        |case: &Value| SnowMpm.plan(&read_case(&case)).unwrap().warnings;
+    let warnings = |case: &Value| SnowMpm.plan(&read_case(&case)).unwrap().warnings;
     assert_eq!(warnings(&saw_test(2.0, 0.1, 1.0)), Vec::<String>::new());
     let thin = warnings(&saw_test(2.0, 0.05, 1.0));
     assert!(
@@ -136,7 +136,7 @@ fn a_saw_test_that_measures_something_else_is_refused() {
     let with = |pointer: &str, value: Value| {
         let mut case = saw_test(2.0, 0.1, 1.0);
         *case.pointer_mut(pointer).unwrap() = value;
-        refused(&case)
+        refusal(&SnowMpm, &case)
     };
     // Shear waves run with 67.9 m/s in the slab, which weighs 1054 Pa with the layer.
     let slanted = |x: f64, y: f64, height: f64| {
@@ -147,19 +147,22 @@ fn a_saw_test_that_measures_something_else_is_refused() {
     parallelogram["bodies"][0]["shape"] = slanted(0.0, 0.0, 0.1);
     parallelogram["bodies"][1]["shape"] = slanted(0.0, 0.1, 0.4);
     for (error, words) in [
-        (refused(&saw_test(2.0, 0.1, 3.5)), "removal_shapes[0].velocity: 3.5 m/s is above a twentieth"),
         (
-            refused(&saw_test(2.0, 0.1, 3.5)),
+            refusal(&SnowMpm, &saw_test(2.0, 0.1, 3.5)),
+            "removal_shapes[0].velocity: 3.5 m/s is above a twentieth",
+        ),
+        (
+            refusal(&SnowMpm, &saw_test(2.0, 0.1, 3.5)),
             "in the slab (67.9 m/s), so that the crack depends on the speed of the cut: saw with 3.39 m/s",
         ),
         (
-            refused(&saw_test(1.9, 0.1, 1.0)),
+            refusal(&SnowMpm, &saw_test(1.9, 0.1, 1.0)),
             "removal_shapes[0]: the cut column is 1.9000 m long, less than five times the thickness of its slab (0.4000 m)",
         ),
-        (refused(&saw_test(1.9, 0.1, 1.0)), "make it 2.0000 m long or longer"),
-        (refused(&parallelogram), "removal_shapes[0]: the cut column is 1.9"),
+        (refusal(&SnowMpm, &saw_test(1.9, 0.1, 1.0)), "make it 2.0000 m long or longer"),
+        (refusal(&SnowMpm, &parallelogram), "removal_shapes[0]: the cut column is 1.9"),
         (
-            refused(&saw_test(2.0, 0.025, 1.0)),
+            refusal(&SnowMpm, &saw_test(2.0, 0.025, 1.0)),
             "bodies[0].shape: the weak layer is 0.025 m thick, less than two cells",
         ),
         (
@@ -218,7 +221,7 @@ fn begins(settle: &Value, strength: f64) -> Result<Option<String>, String> {
     value["materials"]["weak"]["compressive_strength"] = json!(strength);
     value["stages"] = json!([settle, { "name": "saw", "duration": 0.01 }]);
     let case = read_case(&value);
-    let mut solver = begun(&value);
+    let mut solver = start_solver(&SnowMpm, &read_case(&value));
     let duration = settle["duration"].as_f64().unwrap();
     colluvium_testkit::advance_to(&mut *solver, duration);
     solver.end_stage(&case.stages[0]).unwrap();
@@ -272,7 +275,11 @@ fn layers_along_a_track_are_as_thin_as_they_lie_and_its_friction_is_looked_at() 
         assert!(warnings.iter().any(|warning| warning.starts_with(words)), "{words}: {warnings:?}");
     }
     (case["bodies"][0]["shape"], case["bodies"][1]["shape"]) = (layer(0.0, 0.025), layer(0.03, 0.4));
-    assert!(refused(&case).starts_with("bodies[0].shape: the weak layer is"), "{}", refused(&case));
+    assert!(
+        refusal(&SnowMpm, &case).starts_with("bodies[0].shape: the weak layer is"),
+        "{}",
+        refusal(&SnowMpm, &case)
+    );
 }
 
 #[test]
@@ -293,7 +300,7 @@ fn lengths_of_measures_that_do_not_go_with_the_cells_are_warned_of() {
 #[test]
 fn a_point_that_leaves_ends_the_run_unless_its_body_lets_it() {
     let mut value = block(&json!({ "kind": "uniform", "value": [20, 0] }), &json!({}));
-    let mut solver = begun(&value);
+    let mut solver = start_solver(&SnowMpm, &read_case(&value));
     let error = loop {
         let dt = solver.limit().dt;
         if let Err(error) = solver.step(dt) {
@@ -302,13 +309,13 @@ fn a_point_that_leaves_ends_the_run_unless_its_body_lets_it() {
     };
     assert!(error.contains("it left the domain: enlarge the domain"), "{error}");
     value["bodies"][0]["remove_outside"] = json!(true);
-    let mut solver = begun(&value);
+    let mut solver = start_solver(&SnowMpm, &read_case(&value));
     let mass = solver.totals().mass;
     while solver.time() < 0.05 {
         let dt = solver.limit().dt;
         solver.step(dt).unwrap();
     }
     assert!(solver.totals().mass < 0.7 * mass && solver.points() > 0);
-    let lost = crate::common::reading(&*solver, "energy_numerical");
+    let lost = reading(&*solver, "energy_numerical");
     assert!(lost.abs() < 1e-6 * mass * 200.0, "{lost} J");
 }

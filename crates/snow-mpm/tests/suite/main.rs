@@ -1,6 +1,6 @@
 //! Tests of the whole solver, through case files.
 
-mod common;
+mod bodies;
 mod cuts;
 mod input;
 mod motion;

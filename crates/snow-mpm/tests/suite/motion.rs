@@ -1,10 +1,13 @@
 //! Motions with closed forms, and conservation.
 
-use colluvium_testkit::{advance_steps, advance_to, assert_near, ball, begun, block, read_case, reading, solve, stresses, vectors, velocities};
 use colluvium_case::Case;
 use colluvium_snow_mpm::SnowMpm;
+use colluvium_testkit::{
+    advance_steps, advance_to, assert_near, read_case, scalar_output, solve, start_solver, stresses, vectors,
+};
 use serde_json::{Value, json};
 
+use crate::bodies::{ball, block};
 
 fn transfers() -> [Value; 4] {
     [
@@ -19,11 +22,16 @@ fn transfers() -> [Value; 4] {
 fn a_translation_keeps_velocity_and_shape() {
     // Sheet: snow-mpm V4.
     for options in transfers() {
-        let mut solver = begun(&block(&json!({ "kind": "uniform", "value": [3, -2] }), &options));
+        let mut solver = start_solver(
+            &SnowMpm,
+            &read_case(&block(&json!({ "kind": "uniform", "value": [3, -2] }), &options)),
+        );
         let start = solver.snapshot();
         advance_steps(&mut *solver, 40);
         let end = solver.snapshot();
-        for (velocity, (a, b)) in velocities(&end).iter().zip(start.positions.iter().zip(&end.positions)) {
+        for (velocity, (a, b)) in
+            vectors(&end, "velocity").iter().zip(start.positions.iter().zip(&end.positions))
+        {
             assert_near(velocity[0], 3.0, 1e-11);
             assert_near(velocity[1], -2.0, 1e-11);
             assert_near(b[0] - a[0], 3.0 * end.time, 1e-12);
@@ -52,7 +60,7 @@ fn a_bar_in_one_dimension_swings_as_a_confined_strip_does() {
             let smooth = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" } });
             value["boundaries"] = json!([smooth("y-min"), smooth("y-max")]);
         }
-        let mut solver = begun(&value);
+        let mut solver = start_solver(&SnowMpm, &read_case(&value));
         for _ in 0..100 {
             solver.step(1e-4).unwrap();
         }
@@ -60,7 +68,7 @@ fn a_bar_in_one_dimension_swings_as_a_confined_strip_does() {
         [
             totals.kinetic / totals.mass,
             totals.elastic / totals.mass,
-            reading(&*solver, "energy_numerical") / totals.mass,
+            scalar_output(&*solver, "energy_numerical") / totals.mass,
         ]
     };
     let (bar, strip) = (ran(false), ran(true));
@@ -77,7 +85,7 @@ fn free_fall_is_that_of_the_integrator() {
         let mut value = block(&json!({ "kind": "uniform", "value": [0.5, 1] }), &options);
         value["gravity"] = json!([0, -9.81]);
         value["methods"]["snow-mpm"]["time_step"] = json!(2e-4);
-        let mut solver = begun(&value);
+        let mut solver = start_solver(&SnowMpm, &read_case(&value));
         let start = solver.snapshot();
         for _ in 0..100 {
             solver.step(2e-4).unwrap();
@@ -97,18 +105,21 @@ fn apic_keeps_an_affine_motion_and_both_momenta() {
     let field = json!({ "kind": "linear", "value": [0.2, 0.1], "origin": [1, 1], "gradient": [[0.3, -2.0], [1.0, -0.4]] });
     let mut value = block(&field, &json!({}));
     value["materials"]["m"]["youngs_modulus"] = json!(1e-9);
-    let mut solver = begun(&value);
+    let mut solver = start_solver(&SnowMpm, &read_case(&value));
     let start = solver.snapshot();
     solver.step(1e-3).unwrap();
     let end = solver.snapshot();
-    for (x, v) in start.positions.iter().zip(velocities(&end)) {
+    for (x, v) in start.positions.iter().zip(vectors(&end, "velocity")) {
         assert_near(v[0], 0.2 + 0.3 * (x[0] - 1.0) - 2.0 * (x[1] - 1.0), 1e-12);
         assert_near(v[1], 0.1 + 1.0 * (x[0] - 1.0) - 0.4 * (x[1] - 1.0), 1e-12);
     }
     let spin =
         json!({ "kind": "linear", "value": [0.2, 0.1], "origin": [1, 1], "gradient": [[0, -10], [10, 0]] });
     for shape in ["cubic", "quadratic"] {
-        let mut solver = begun(&block(&spin, &json!({ "shape": shape, "courant_elastic": 0.3 })));
+        let mut solver = start_solver(
+            &SnowMpm,
+            &read_case(&block(&spin, &json!({ "shape": shape, "courant_elastic": 0.3 }))),
+        );
         let start = solver.totals();
         advance_steps(&mut *solver, 300);
         let end = solver.totals();
@@ -129,15 +140,15 @@ fn what_transfers_filter_is_nothing_of_an_affine_motion_and_all_of_a_jump() {
     for (transfer, field, steps) in [("apic", &affine, 1), ("flip", &spin, 20)] {
         let mut value = block(field, &json!({ "transfer": transfer, "flip_ratio": 0.0 }));
         value["materials"]["m"]["youngs_modulus"] = json!(1e-9);
-        let mut solver = begun(&value);
+        let mut solver = start_solver(&SnowMpm, &read_case(&value));
         let start = solver.totals();
         for _ in 0..steps {
             solver.step(1e-4).unwrap();
         }
-        let filtered = reading(&*solver, "energy_filtered");
+        let filtered = scalar_output(&*solver, "energy_filtered");
         // Without stiffness the points' energy changes on its way to the nodes and back only.
         assert_near(filtered, start.kinetic - solver.totals().kinetic, 1e-9 * start.kinetic);
-        assert_near(reading(&*solver, "energy_numerical"), filtered, 1e-9 * start.kinetic);
+        assert_near(scalar_output(&*solver, "energy_numerical"), filtered, 1e-9 * start.kinetic);
         match transfer {
             "apic" => assert_near(filtered, 0.0, 1e-9 * start.kinetic),
             _ => assert!(filtered > 0.01 * start.kinetic, "{filtered} of {}", start.kinetic),
@@ -147,14 +158,14 @@ fn what_transfers_filter_is_nothing_of_an_affine_motion_and_all_of_a_jump() {
 
 #[test]
 fn the_energy_balance_closes_by_what_the_numerics_take() {
-    let mut solver = begun(&ball(&json!({})));
+    let mut solver = start_solver(&SnowMpm, &read_case(&ball(&json!({}))));
     let start = solver.totals();
     advance_to(&mut *solver, 0.03);
     let end = solver.totals();
-    let plastic = reading(&*solver, "energy_plastic");
-    let walls = reading(&*solver, "work_of_walls");
-    let gravity = reading(&*solver, "work_of_gravity");
-    let numerical = reading(&*solver, "energy_numerical");
+    let plastic = scalar_output(&*solver, "energy_plastic");
+    let walls = scalar_output(&*solver, "work_of_walls");
+    let gravity = scalar_output(&*solver, "work_of_gravity");
+    let numerical = scalar_output(&*solver, "energy_numerical");
     assert_near(gravity, start.potential - end.potential, 1e-9 * start.kinetic);
     assert_near(
         start.kinetic + gravity + walls,
@@ -163,12 +174,12 @@ fn the_energy_balance_closes_by_what_the_numerics_take() {
     );
     assert!(plastic > 0.0 && walls < 0.0, "{plastic} {walls}");
     assert!((0.0..0.2 * start.kinetic).contains(&numerical), "{numerical} of {}", start.kinetic);
-    assert!(reading(&*solver, "energy_filtered") > 0.0);
+    assert!(scalar_output(&*solver, "energy_filtered") > 0.0);
 }
 
 #[test]
 fn a_ball_comes_to_rest_on_the_floor_and_none_of_it_passes() {
-    let mut solver = begun(&ball(&json!({})));
+    let mut solver = start_solver(&SnowMpm, &read_case(&ball(&json!({}))));
     advance_to(&mut *solver, 0.15);
     let end = solver.snapshot();
     let lowest = end.positions.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);

@@ -1,10 +1,9 @@
 //! Obstacles on the nodes (sheet: snow-mpm §3.7).
 
-use colluvium_testkit::{advance_to, read_case, reading, refused, start_solver, velocities};
 use colluvium_case::Solver;
 use colluvium_snow_mpm::SnowMpm;
+use colluvium_testkit::{advance_to, read_case, reading, refused, start_solver, velocities};
 use serde_json::{Value, json};
-
 
 /// Down the plane, which falls by 30 degrees.
 const DOWN: [f64; 2] = [0.866_025_403_784_438_6, -0.5];
@@ -204,18 +203,18 @@ fn reactions_of_more_obstacles_than_are_added_up_are_refused() {
 #[test]
 fn a_block_is_braked_where_an_obstacle_has_a_rough_part() {
     let case = read_case(&json!({
-            "title": "block", "space": "plane-strain", "gravity": [0, -GRAVITY],
-            "domain": { "min": [0, 0.3], "max": [3, 0.9] },
-            "materials": { "m": { "model": "linear-elastic", "strain_measure": "hencky", "density": 400, "youngs_modulus": 1e6, "poissons_ratio": 0.0 } },
-            "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0.3, 0.5], "max": [0.9, 0.6] },
-                "velocity": { "kind": "uniform", "value": [2, 0] } }],
-            "obstacles": [{ "name": "floor", "wall": { "kind": "smooth" }, "separation": true,
-                "shape": { "kind": "plane", "point": [0, 0.5], "normal": [0, 1] },
-                "regions": [{ "shape": { "kind": "box", "min": [1.225], "max": [5] },
-                    "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }] }],
-            "stages": [{ "name": "slide", "duration": 2 }],
-            "methods": { "snow-mpm": { "cell_size": 0.05 } }
-        }));
+        "title": "block", "space": "plane-strain", "gravity": [0, -GRAVITY],
+        "domain": { "min": [0, 0.3], "max": [3, 0.9] },
+        "materials": { "m": { "model": "linear-elastic", "strain_measure": "hencky", "density": 400, "youngs_modulus": 1e6, "poissons_ratio": 0.0 } },
+        "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0.3, 0.5], "max": [0.9, 0.6] },
+            "velocity": { "kind": "uniform", "value": [2, 0] } }],
+        "obstacles": [{ "name": "floor", "wall": { "kind": "smooth" }, "separation": true,
+            "shape": { "kind": "plane", "point": [0, 0.5], "normal": [0, 1] },
+            "regions": [{ "shape": { "kind": "box", "min": [1.225], "max": [5] },
+                "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }] }],
+        "stages": [{ "name": "slide", "duration": 2 }],
+        "methods": { "snow-mpm": { "cell_size": 0.05 } }
+    }));
     let mut solver = start_solver(&SnowMpm, &case);
     let middle = |solver: &dyn Solver| {
         let places = solver.snapshot().positions;

@@ -1,10 +1,11 @@
 //! Domains that repeat themselves.
 
-use colluvium_testkit::{advance_steps, advance_to, begun, read_case, refused, scalars, vectors, with_keys};
 use colluvium_case::{Case, Method};
 use colluvium_snow_mpm::SnowMpm;
+use colluvium_testkit::{
+    advance_steps, advance_to, read_case, refusal, scalars, start_solver, vectors, with_keys,
+};
 use serde_json::{Value, json};
-
 
 /// A block of 0.3 m that flies through the sides of a periodic domain of a metre, crushed by `shrink` (1/s) meanwhile; `seam` moves
 /// all of it along x (m).
@@ -39,7 +40,7 @@ fn a_body_flies_through_periodic_sides_without_noticing() {
         // Gradients of linear functions jump: stresses of round-off push nodes that have hardly any mass, without a seam as well.
         (json!({ "transfer": "flip", "shape": "linear" }), 1e-8),
     ] {
-        let mut solver = begun(&drifting(0.0, 0.0, &options));
+        let mut solver = start_solver(&SnowMpm, &read_case(&drifting(0.0, 0.0, &options)));
         advance_to(&mut *solver, 0.7);
         let snapshot = solver.snapshot();
         let moves = vectors(&snapshot, "velocity").into_iter().zip(vectors(&snapshot, "displacement"));
@@ -57,7 +58,7 @@ fn a_body_flies_through_periodic_sides_without_noticing() {
 fn where_the_seam_lies_makes_no_difference() {
     for options in [json!({}), json!({ "transfer": "flip", "shape": "quadratic" })] {
         let ends = [0.0, 0.5].map(|seam| {
-            let mut solver = begun(&drifting(0.5, seam, &options));
+            let mut solver = start_solver(&SnowMpm, &read_case(&drifting(0.5, seam, &options)));
             advance_to(&mut *solver, 0.05);
             let readings = solver.scalar_outputs().into_iter().map(|(_, _, value)| value).collect::<Vec<_>>();
             (solver.totals(), readings)
@@ -79,7 +80,7 @@ fn periodic_runs_are_the_same_on_any_thread_and_after_a_restart() {
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let mut solver = begun(&case);
+            let mut solver = start_solver(&SnowMpm, &read_case(&case));
             advance_steps(&mut *solver, 200);
             (solver.snapshot().hash(), solver.saved().unwrap())
         })
@@ -90,7 +91,7 @@ fn periodic_runs_are_the_same_on_any_thread_and_after_a_restart() {
     let mut second = SnowMpm.build(&read).unwrap();
     second.restore(&mut saved.as_slice()).unwrap();
     second.begin_stage(0, 0.0).unwrap();
-    let mut first = begun(&case);
+    let mut first = start_solver(&SnowMpm, &read_case(&case));
     advance_steps(&mut *first, 400);
     advance_steps(&mut *second, 200);
     assert_eq!(first.saved().unwrap(), second.saved().unwrap());
@@ -101,15 +102,18 @@ fn a_layer_slides_through_periodic_sides_by_coulombs_law() {
     // Gravity tilted by 30°, a bed with a coefficient of 0.3, and no ends: what the whole layer does is what each of its points does.
     let (slope, friction, end) = (30f64.to_radians(), 0.3, 0.3);
     let gravity = [9.81 * slope.sin(), -9.81 * slope.cos()];
-    let mut solver = begun(&json!({
-        "title": "layer", "space": "plane-strain", "gravity": gravity,
-        "domain": { "min": [0, 0], "max": [0.6, 0.6], "periodic": ["x"] },
-        "materials": { "m": { "model": "linear-elastic", "strain_measure": "hencky", "density": 400, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
-        "bodies": [{ "name": "layer", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.6, 0.2] } }],
-        "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": friction } }],
-        "stages": [{ "name": "go", "duration": end }],
-        "methods": { "snow-mpm": { "cell_size": 0.05 } }
-    }));
+    let mut solver = start_solver(
+        &SnowMpm,
+        &read_case(&json!({
+            "title": "layer", "space": "plane-strain", "gravity": gravity,
+            "domain": { "min": [0, 0], "max": [0.6, 0.6], "periodic": ["x"] },
+            "materials": { "m": { "model": "linear-elastic", "strain_measure": "hencky", "density": 400, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
+            "bodies": [{ "name": "layer", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.6, 0.2] } }],
+            "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": friction } }],
+            "stages": [{ "name": "go", "duration": end }],
+            "methods": { "snow-mpm": { "cell_size": 0.05 } }
+        })),
+    );
     advance_to(&mut *solver, end);
     let snapshot = solver.snapshot();
     let way = 0.5 * 9.81 * (slope.sin() - friction * slope.cos()) * end * end;
@@ -127,18 +131,18 @@ fn a_layer_slides_through_periodic_sides_by_coulombs_law() {
 
 #[test]
 fn what_cannot_be_periodic_is_refused_by_name() {
-    let narrow = refused(&drifting(0.0, 0.0, &json!({ "cell_size": 0.1 })));
+    let narrow = refusal(&SnowMpm, &drifting(0.0, 0.0, &json!({ "cell_size": 0.1 })));
     assert!(narrow.starts_with("domain.periodic: needs 11 cells"), "{narrow}");
     let mut case = drifting(0.0, 0.0, &json!({}));
     case["obstacles"] = json!([{ "name": "rock", "wall": { "kind": "rough" },
         "shape": { "kind": "box", "min": [0, 0], "max": [0.2, 0.2] } }]);
-    let error = refused(&case);
+    let error = refusal(&SnowMpm, &case);
     assert!(error.starts_with("obstacles") && error.contains("use boundaries"), "{error}");
     let mut case = drifting(0.0, 0.0, &json!({}));
     case["removal_shapes"] = json!([{ "name": "saw", "velocity": [1, 0], "shape": { "kind": "box", "min": [0, 0.4], "max": [0.1, 0.6] } }]);
-    let error = refused(&case);
+    let error = refusal(&SnowMpm, &case);
     assert!(error.starts_with("removal_shapes"), "{error}");
     let mut case = drifting(0.0, 0.0, &json!({}));
     case["bodies"][0]["shape"]["max"][0] = json!(1.1);
-    assert!(refused(&case).contains("domain"), "a body beyond a periodic side");
+    assert!(refusal(&SnowMpm, &case).contains("domain"), "a body beyond a periodic side");
 }

@@ -1,10 +1,9 @@
 //! Rasters over the plan.
 
-use colluvium_testkit::{advance_to, read_case, refused, start_solver};
 use colluvium_case::PlanRaster;
 use colluvium_snow_mpm::SnowMpm;
+use colluvium_testkit::{advance_to, read_case, refused, start_solver};
 use serde_json::{Value, json};
-
 
 /// A block that slides over flat ground.
 fn sliding() -> Value {

@@ -1,11 +1,12 @@
 //! Equal bits on any number of threads and after a restart.
 
-use colluvium_testkit::{advance_steps, ball, begun, read_case, take_steps};
 use colluvium_case::Case;
 use colluvium_case::Method;
 use colluvium_snow_mpm::SnowMpm;
+use colluvium_testkit::{advance_steps, read_case, start_solver, take_steps};
 use serde_json::json;
 
+use crate::bodies::ball;
 
 #[test]
 fn the_result_is_the_same_on_any_number_of_threads() {
@@ -13,7 +14,7 @@ fn the_result_is_the_same_on_any_number_of_threads() {
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
-                let mut solver = begun(&ball(&options));
+                let mut solver = start_solver(&SnowMpm, &read_case(&ball(&options)));
                 advance_steps(&mut *solver, 150);
                 (
                     solver.snapshot().hash(),
@@ -28,7 +29,7 @@ fn the_result_is_the_same_on_any_number_of_threads() {
 #[test]
 fn a_restored_solver_goes_on_bit_for_bit() {
     let case = read_case(&ball(&json!({})));
-    let mut first = begun(&ball(&json!({})));
+    let mut first = start_solver(&SnowMpm, &read_case(&ball(&json!({}))));
     // Far enough for points to have been sorted again, and to have drifted since.
     advance_steps(&mut *first, 220);
     let saved = first.saved().unwrap();
@@ -47,10 +48,10 @@ fn a_restored_solver_goes_on_bit_for_bit() {
 
 #[test]
 fn bytes_of_another_case_are_refused() {
-    let saved = begun(&ball(&json!({}))).saved().unwrap();
-    let mut other = begun(&ball(&json!({ "shape": "quadratic" })));
+    let saved = start_solver(&SnowMpm, &read_case(&ball(&json!({})))).saved().unwrap();
+    let mut other = start_solver(&SnowMpm, &read_case(&ball(&json!({ "shape": "quadratic" }))));
     let error = other.restore(&mut saved.as_slice()).unwrap_err();
     assert!(error.to_string().contains("another case"), "{error}");
-    let mut same = begun(&ball(&json!({})));
+    let mut same = start_solver(&SnowMpm, &read_case(&ball(&json!({}))));
     assert!(same.restore(&mut &saved[..saved.len() / 2]).is_err());
 }

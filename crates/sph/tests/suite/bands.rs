@@ -1,13 +1,12 @@
 //! Localisation bands in particles: the band length is two spacings (sheet: sph §0; constitutive §2.16).
 
-use colluvium_testkit::{read_case, start_solver};
 use colluvium_case::{Case, Method};
 use colluvium_sph::Sph;
 use colluvium_testkit::cohesive_bar::{
     self, DENSITY, ENERGY, LENGTH, PULL_SPEED, STIFFNESS, WEAK_STRENGTH_RATIO, cohesive_material,
 };
+use colluvium_testkit::{read_case, start_solver};
 use serde_json::{Value, json};
-
 
 /// Bar with a weak row in its middle, in one dimension.
 fn on_a_line(spacing: f64, sph: &Value) -> Case {
@@ -43,19 +42,19 @@ fn bar(
     methods.as_object_mut().unwrap().extend(sph.as_object().unwrap().clone());
     let grips = json!({ "model": "linear-elastic", "density": DENSITY, "youngs_modulus": STIFFNESS, "poissons_ratio": 0 });
     read_case(&json!({
-            "title": "bar", "space": space, "gravity": if space == "1d" { json!([0]) } else { json!([0, 0]) },
-            "domain": { "min": place(-reach, -1.0), "max": place(reach, 1.0), "periodic": periodic },
-            "materials": { "strong": cohesive_material(1.0, ENERGY), "weak": cohesive_material(WEAK_STRENGTH_RATIO, ENERGY), "grip": grips },
-            "bodies": [
-                { "name": "left", "material": "grip", "shape": part(-end - grip, -end) },
-                { "name": "near", "material": "strong", "shape": part(-end, -row) },
-                { "name": "middle", "material": "weak", "shape": part(-row, row) },
-                { "name": "far", "material": "strong", "shape": part(row, end) },
-                { "name": "right", "material": "grip", "shape": part(end, end + grip),
-                  "velocity": { "kind": "uniform", "value": place(PULL_SPEED, 0.0) } }],
-            "stages": [{ "name": "pull", "duration": 20 }],
-            "methods": { "sph": methods }
-        }))
+        "title": "bar", "space": space, "gravity": if space == "1d" { json!([0]) } else { json!([0, 0]) },
+        "domain": { "min": place(-reach, -1.0), "max": place(reach, 1.0), "periodic": periodic },
+        "materials": { "strong": cohesive_material(1.0, ENERGY), "weak": cohesive_material(WEAK_STRENGTH_RATIO, ENERGY), "grip": grips },
+        "bodies": [
+            { "name": "left", "material": "grip", "shape": part(-end - grip, -end) },
+            { "name": "near", "material": "strong", "shape": part(-end, -row) },
+            { "name": "middle", "material": "weak", "shape": part(-row, row) },
+            { "name": "far", "material": "strong", "shape": part(row, end) },
+            { "name": "right", "material": "grip", "shape": part(end, end + grip),
+              "velocity": { "kind": "uniform", "value": place(PULL_SPEED, 0.0) } }],
+        "stages": [{ "name": "pull", "duration": 20 }],
+        "methods": { "sph": methods }
+    }))
 }
 
 /// Work of the grips over the fracture energy.
@@ -113,15 +112,15 @@ fn what_spreads_a_crack_or_snaps_back_is_refused_with_the_cure() {
 fn soil_beside_a_rigid_body_is_told_to_stick() {
     let warnings = |rigid: bool, material: &Value| {
         let case = read_case(&json!({
-                "title": "block", "space": "plane-strain", "gravity": [0, -9.81],
-                "domain": { "min": [-1, -1], "max": [1, 1] },
-                "materials": { "soil": material, "steel": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },
-                "bodies": [
-                    { "name": "fill", "material": "soil", "shape": { "kind": "box", "min": [-0.5, -0.5], "max": [0.5, 0] } },
-                    { "name": "block", "material": "steel", "rigid": rigid, "shape": { "kind": "box", "min": [-0.2, 0], "max": [0.2, 0.3] } }],
-                "stages": [{ "name": "s", "duration": 1 }],
-                "methods": { "sph": { "spacing": 0.1 } }
-            }));
+            "title": "block", "space": "plane-strain", "gravity": [0, -9.81],
+            "domain": { "min": [-1, -1], "max": [1, 1] },
+            "materials": { "soil": material, "steel": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },
+            "bodies": [
+                { "name": "fill", "material": "soil", "shape": { "kind": "box", "min": [-0.5, -0.5], "max": [0.5, 0] } },
+                { "name": "block", "material": "steel", "rigid": rigid, "shape": { "kind": "box", "min": [-0.2, 0], "max": [0.2, 0.3] } }],
+            "stages": [{ "name": "s", "duration": 1 }],
+            "methods": { "sph": { "spacing": 0.1 } }
+        }));
         Sph.plan(&case).unwrap().warnings.join("\n")
     };
     let sand = json!({ "model": "mohr-coulomb", "density": 1600, "youngs_modulus": 1e6, "poissons_ratio": 0.3, "friction_angle": 30 });

@@ -1,13 +1,11 @@
 //! Diagnostics of the sums over neighbours, and equilibrium under a confining pressure (sheet: sph §2.2, §2.13 g).
 
-use colluvium_testkit::scalar_output;
-use colluvium_testkit::{case_with, solve, start_solver, vectors};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_constitutive::SymTensor;
 use colluvium_sph::Sph;
 use colluvium_sph::setup::rates_only::{PrescribedParticle, rates};
+use colluvium_testkit::{case_with, scalar_output, solve, start_solver, vectors};
 use serde_json::{Value, json};
-
 
 /// Elastic block of 20 x 20 particles on a rough floor.
 fn block(more: &Value, sph: &Value) -> Case {
@@ -66,8 +64,9 @@ fn what_falls_back_is_counted() {
 #[test]
 fn diagnostics_change_nothing_else() {
     let thrown = json!({ "gravity": [0, -10] });
-    let [plain, told] = [false, true]
-        .map(|diagnostics| solve(&Sph, &block(&thrown, &json!({ "diagnostics": diagnostics }))).snapshot.positions);
+    let [plain, told] = [false, true].map(|diagnostics| {
+        solve(&Sph, &block(&thrown, &json!({ "diagnostics": diagnostics }))).snapshot.positions
+    });
     assert_eq!(plain, told);
     let total = block(
         &json!({ "boundaries": [] }),

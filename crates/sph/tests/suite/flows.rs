@@ -1,10 +1,9 @@
 //! Viscous flow between rough walls against closed forms (sheet: sph V-21).
 
+use colluvium_case::Case;
 use colluvium_sph::Sph;
 use colluvium_testkit::{case_with, read_case, solve, vectors};
-use colluvium_case::Case;
 use serde_json::{Value, json};
-
 
 /// Viscous liquid between walls at 0 and 1 m; `more` replaces or adds keys, `sph` options.
 fn channel(count: u32, more: &Value, sph: &Value) -> Case {

@@ -1,14 +1,13 @@
 //! Bodies of different density and stress side by side, and held bodies: smoothing, diffusion and advection
 //! act within each body (sheet: sph §2.10, §2.12, §2.13).
 
-use colluvium_testkit::{advance_steps, case_with, read_case, scalars, start_solver, stresses, vectors};
 use colluvium_case::{Case, Method};
 use colluvium_constitutive::SymTensor;
 use colluvium_sph::Sph;
 use colluvium_sph::kernel::{Kernel, Smoothing};
 use colluvium_sph::setup::rates_only::{PrescribedParticle, prepared_solver, rates};
+use colluvium_testkit::{advance_steps, case_with, read_case, scalars, start_solver, stresses, vectors};
 use serde_json::{Value, json};
-
 
 /// Two materials that each fill half of a periodic domain; `sph` adds options.
 fn halves(materials: &[Value; 2], sph: &Value) -> Case {
@@ -20,14 +19,16 @@ fn halves(materials: &[Value; 2], sph: &Value) -> Case {
         json!({ "name": name, "material": name,
                 "shape": { "kind": "box", "min": [low, 0], "max": [low + 0.5, 0.5] } })
     };
-    case_with(json!({
+    case_with(
+        json!({
             "title": "test", "space": "plane-strain", "gravity": [0, 0],
             "domain": { "min": [0, 0], "max": [1, 0.5], "periodic": ["x", "y"] },
             "materials": { "left": materials[0], "right": materials[1] },
             "bodies": [half("left", 0.0), half("right", 0.5)],
             "stages": [{ "name": "s", "duration": 1 }]
         }),
-        &json!({ "methods": { "sph": methods } }),)
+        &json!({ "methods": { "sph": methods } }),
+    )
 }
 
 fn fluid(density: f64) -> Value {
@@ -171,11 +172,13 @@ fn layers(wall_stress: &str, upper_first: bool) -> Case {
         bodies.reverse();
     }
     let sph = json!({ "wall_stress": wall_stress });
-    case_with(serde_json::to_value(halves(&[solid(1000.0), solid(2000.0)], &sph)).unwrap(),
+    case_with(
+        serde_json::to_value(halves(&[solid(1000.0), solid(2000.0)], &sph)).unwrap(),
         &json!({
             "domain": { "min": [0, 0], "max": [0.5, 1.5], "periodic": ["x"] }, "gravity": [0, -10], "bodies": bodies,
             "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }]
-        }),)
+        }),
+    )
 }
 
 #[test]

@@ -1,11 +1,10 @@
 //! Water on smooth walls: no particle passes them, and a mirror replaces the other half of a symmetric flow (sheet: sph §2.13).
 
-use colluvium_sph::Sph;
-use colluvium_testkit::{advance_steps, read_case, solve, start_solver, vectors};
 use colluvium_case::Case;
+use colluvium_sph::Sph;
 use colluvium_testkit::taylor_green::{energy_ratio, taylor_green_case};
+use colluvium_testkit::{advance_steps, read_case, solve, start_solver, vectors};
 use serde_json::{Value, json};
-
 
 const SPACING: f64 = 0.05;
 

@@ -7,7 +7,6 @@ use colluvium_case::{Case, Method};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-
 const RADIUS: f64 = 0.5;
 
 /// Stiff disk of 1000 kg/m³ that rotates at `spin` (1/s), under a load and without contacts.
@@ -16,7 +15,8 @@ fn disk(spin: f64, load: &Value, options: &Value) -> Case {
     (load["kind"], load["body"]) = (json!("surface"), json!("b"));
     let mut sph = json!({ "spacing": 0.05, "viscosity_linear": 0.1 });
     options.as_object().unwrap().iter().for_each(|(key, value)| sph[key] = value.clone());
-    case_with(json!({
+    case_with(
+        json!({
             "title": "disk", "space": "plane-strain",
             "domain": { "min": [-1, -1], "max": [1, 1] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": 0.25 } },
@@ -25,7 +25,8 @@ fn disk(spin: f64, load: &Value, options: &Value) -> Case {
             "stages": [{ "name": "s", "duration": 0.1 }],
             "methods": { "sph": sph }
         }),
-        &json!({ "loads": [load] }),)
+        &json!({ "loads": [load] }),
+    )
 }
 
 /// The resultant of a pressure on the right half is the pressure times the width, and rotates with the disk.
@@ -86,7 +87,8 @@ fn a_pressure_all_around_is_the_stress_within() {
 /// A traction on the side of a column of 1 m causes the same stress in the whole column.
 #[test]
 fn a_traction_on_a_side_is_borne_by_what_stands_below_it() {
-    let case = case_with(json!({
+    let case = case_with(
+        json!({
             "title": "block", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 2] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
@@ -95,7 +97,8 @@ fn a_traction_on_a_side_is_borne_by_what_stands_below_it() {
             "stages": [{ "name": "s", "duration": 0.4, "damping": 0.3 }],
             "methods": { "sph": { "spacing": 0.05 } }
         }),
-        &json!({ "loads": [{ "kind": "traction", "body": "b", "side": "y-max", "value": [0, -1e3], "ramp": 0.2, "ramp_shape": "cosine" }] }),);
+        &json!({ "loads": [{ "kind": "traction", "body": "b", "side": "y-max", "value": [0, -1e3], "ramp": 0.2, "ramp_shape": "cosine" }] }),
+    );
     let snapshot = solve(&Sph, &case).snapshot;
     for (x, stress) in
         snapshot.positions.iter().zip(stresses(&snapshot)).filter(|(x, _)| x[1] > 0.2 && x[1] < 0.8)

@@ -1,7 +1,6 @@
 //! Tests of the solver and its parts against closed forms, conservation laws and bitwise reproducibility.
 
 mod bands;
-mod common;
 mod diagnostics;
 mod flows;
 mod interfaces;

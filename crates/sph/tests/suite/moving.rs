@@ -1,11 +1,9 @@
 //! Obstacles with prescribed motion (sheet: sph §2.13).
 
-use colluvium_testkit::scalar_output;
-use colluvium_testkit::{advance_steps, case_with, start_solver, stresses, vectors};
 use colluvium_case::{Case, Method, Solver, spatial};
 use colluvium_sph::Sph;
+use colluvium_testkit::{advance_steps, case_with, scalar_output, start_solver, stresses, vectors};
 use serde_json::{Value, json};
-
 
 /// Elastic block over the floor `y = 0`, without gravity; `more` adds keys to the case.
 fn block(more: &Value) -> Case {
@@ -47,14 +45,17 @@ fn a_block_on_a_plane_that_moves_is_that_on_a_plane_at_rest_seen_from_it() {
         for integration in ["leapfrog", "velocity-verlet", "runge-kutta4"] {
             let run = |course: [f64; 2]| {
                 let velocity: Vec<f64> = [0.5, -0.1].iter().zip(course).map(|(v, c)| v + c).collect();
-                let mut solver = start_solver(&Sph, &block(&json!({
-                    "gravity": [0, -9.81],
-                    "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.6, 0.3] },
-                        "velocity": { "kind": "uniform", "value": velocity } }],
-                    "obstacles": [{ "name": "floor", "wall": wall, "motion": { "velocity": course },
-                        "shape": { "kind": "plane", "point": [0, 0], "normal": [0, 1] } }],
-                    "methods": { "sph": { "spacing": 0.05, "time_step": 2e-4, "integration": integration } }
-                })));
+                let mut solver = start_solver(
+                    &Sph,
+                    &block(&json!({
+                        "gravity": [0, -9.81],
+                        "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.6, 0.3] },
+                            "velocity": { "kind": "uniform", "value": velocity } }],
+                        "obstacles": [{ "name": "floor", "wall": wall, "motion": { "velocity": course },
+                            "shape": { "kind": "plane", "point": [0, 0], "normal": [0, 1] } }],
+                        "methods": { "sph": { "spacing": 0.05, "time_step": 2e-4, "integration": integration } }
+                    })),
+                );
                 (0..200).for_each(|_| assert_eq!(solver.step(2e-4).unwrap().dt, 2e-4));
                 solver
             };

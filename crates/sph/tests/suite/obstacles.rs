@@ -1,11 +1,9 @@
 //! Obstacles of any orientation (sheet: sph §2.13).
 
-use colluvium_testkit::scalar_output;
-use colluvium_testkit::{advance_steps, case_with, read_case, start_solver, vectors};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
+use colluvium_testkit::{advance_steps, case_with, read_case, scalar_output, start_solver, vectors};
 use serde_json::{Value, json};
-
 
 /// Elastic block that slides on a floor or an obstacle; `more` adds keys to the case.
 fn sliding(more: &Value) -> Case {

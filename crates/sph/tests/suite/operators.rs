@@ -1,12 +1,12 @@
 //! Operator studies V-01 to V-07 of the `sheet: sph §5.2`. Bounds and reference values are the sheet's.
 
-use colluvium_testkit::read_case;
 use colluvium_case::Case;
 use colluvium_constitutive::SymTensor;
 use colluvium_points::NeighbourList;
 use colluvium_sph::kernel::{Kernel, Smoothing};
 use colluvium_sph::pairs::operators::{DiffusivityMean, Gradient, Laplacian, ParticleCloud, test_lattice};
 use colluvium_sph::setup::rates_only::{ParticleRates, PrescribedParticle, rates};
+use colluvium_testkit::read_case;
 use serde_json::{Value, json};
 
 /// Largest error over the inner particles of `found(cloud, field, i)`.

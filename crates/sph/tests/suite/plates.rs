@@ -1,10 +1,9 @@
 //! Obstacles thinner than the support of a particle (sheet: sph §2.13).
 
+use colluvium_case::{Case, Solver};
 use colluvium_sph::Sph;
 use colluvium_testkit::{advance_steps, case_with, start_solver, vectors};
-use colluvium_case::{Case, Solver};
 use serde_json::{Value, json};
-
 
 const SPACING: f64 = 0.05;
 
@@ -35,10 +34,10 @@ fn until(solver: &mut dyn Solver, time: f64) {
 #[test]
 fn what_hits_a_thin_plate_is_not_felt_on_its_other_side() {
     for ranks in [1, 2] {
-        let mut solver = start_solver(&Sph, &case(
-            0.1 * SPACING,
-            &json!({ "methods": { "sph": { "spacing": SPACING, "ranks": ranks } } }),
-        ));
+        let mut solver = start_solver(
+            &Sph,
+            &case(0.1 * SPACING, &json!({ "methods": { "sph": { "spacing": SPACING, "ranks": ranks } } })),
+        );
         until(&mut *solver, 0.02);
         let snapshot = solver.snapshot();
         let velocities = vectors(&snapshot, "velocity");
@@ -56,11 +55,14 @@ fn no_particle_flies_through_a_thin_plate_in_a_step() {
         let fast = json!({ "name": "upper", "material": "m", "shape": { "kind": "box", "min": [0, 0.02], "max": [0.6, 0.32] },
             "velocity": { "kind": "uniform", "value": [0.3, -10] } });
         let soft = json!({ "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 10, "poissons_ratio": 0.2 } });
-        let mut solver = start_solver(&Sph, &case(
-            thickness,
-            &json!({ "bodies": [fast], "materials": soft,
+        let mut solver = start_solver(
+            &Sph,
+            &case(
+                thickness,
+                &json!({ "bodies": [fast], "materials": soft,
                 "methods": { "sph": { "spacing": SPACING, "integration": integration, "courant": 0.15 } } }),
-        ));
+            ),
+        );
         let mut longest = 0f64;
         while solver.time() < 0.02 {
             let start = solver.time();

@@ -1,10 +1,9 @@
 //! Solver in ranks: bitwise equal results with any number of ranks (sheet: sph §3.9, V-26).
 
-use colluvium_testkit::{advance_steps, case_with, scalars, start_solver, with_keys};
 use colluvium_case::{Case, Method, Snapshot, Solver};
 use colluvium_sph::Sph;
+use colluvium_testkit::{advance_steps, case_with, scalars, start_solver, with_keys};
 use serde_json::{Value, json};
-
 
 /// Heap thrown along a rough floor against a smooth wall, so long that some ranks are not neighbours.
 fn heap(options: &Value, more: &Value) -> Case {

@@ -7,7 +7,6 @@ use colluvium_case::{Case, Method, Snapshot};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-
 /// Elastic block; `more` replaces or adds keys, `sph` options.
 fn case(more: &Value, sph: &Value) -> Case {
     let mut methods = json!({ "spacing": 0.05, "viscosity_linear": 0 });

@@ -1,26 +1,24 @@
 //! Rigid bodies with free motion (sheet: sph §2.14).
 
-use colluvium_testkit::CaseBuilder;
-use colluvium_testkit::{advance_steps, case_with, solve, start_solver, stresses, vectors};
 use colluvium_case::description::Velocity;
 use colluvium_case::{Case, Method, RunReport};
 use colluvium_sph::Sph;
+use colluvium_testkit::{CaseBuilder, advance_steps, case_with, solve, start_solver, stresses, vectors};
 use serde_json::{Value, json};
-
 
 /// Rigid block of 0.2 m × 0.1 m and 10 kg, in empty space.
 fn free_block() -> CaseBuilder {
     CaseBuilder::from_json(json!({
-            "title": "test", "space": "plane-strain", "domain": { "min": [-1, -1], "max": [2, 2] }, "gravity": [0, 0],
-            "materials": {
-                "wood": { "model": "newtonian-fluid", "density": 500, "bulk_modulus": 2e5, "viscosity": 0 },
-                "water": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 4e5, "viscosity": 0 },
-                "soft": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 }
-            },
-            "bodies": [block([0.4, 0.4])],
-            "stages": [{ "name": "s", "duration": 0.1, "motions": [{ "target": "block", "velocity": [null, null], "turns": true }] }],
-            "methods": { "sph": { "spacing": 0.02 } }
-        }))
+        "title": "test", "space": "plane-strain", "domain": { "min": [-1, -1], "max": [2, 2] }, "gravity": [0, 0],
+        "materials": {
+            "wood": { "model": "newtonian-fluid", "density": 500, "bulk_modulus": 2e5, "viscosity": 0 },
+            "water": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 4e5, "viscosity": 0 },
+            "soft": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 }
+        },
+        "bodies": [block([0.4, 0.4])],
+        "stages": [{ "name": "s", "duration": 0.1, "motions": [{ "target": "block", "velocity": [null, null], "turns": true }] }],
+        "methods": { "sph": { "spacing": 0.02 } }
+    }))
 }
 
 fn block([x, y]: [f64; 2]) -> Value {
@@ -142,8 +140,10 @@ fn a_rigid_body_tells_the_force_on_it() {
 
 #[test]
 fn what_rigid_bodies_do_not_go_with_is_refused_by_name() {
-    let refused =
-        |more: Value| Sph.plan(&free_block().with(more.clone()).build()).map_or_else(|error| error.to_string(), |_| String::new());
+    let refused = |more: Value| {
+        Sph.plan(&free_block().with(more.clone()).build())
+            .map_or_else(|error| error.to_string(), |_| String::new())
+    };
     let euler = json!({ "methods": { "sph": { "spacing": 0.02, "integration": "predictor-corrector" } } });
     assert!(refused(euler).contains("leapfrog"));
     let periodic = json!({ "domain": { "min": [-1, -1], "max": [2, 2], "periodic": ["x"] } });
@@ -154,7 +154,8 @@ fn what_rigid_bodies_do_not_go_with_is_refused_by_name() {
 
 /// Rigid box of 0.2 m × 0.12 m × 0.08 m in space; `more` adds keys to the case.
 fn in_space(more: &Value) -> Case {
-    case_with(json!({
+    case_with(
+        json!({
             "title": "test", "space": "3d", "domain": { "min": [-1, -1, -1], "max": [1, 1, 1] }, "gravity": [0, 0, 0],
             "materials": { "rock": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },
             "bodies": [{ "name": "box", "material": "rock", "rigid": true,
@@ -162,7 +163,8 @@ fn in_space(more: &Value) -> Case {
             "stages": [{ "name": "s", "duration": 0.3, "motions": [{ "target": "box", "velocity": [null, null, null], "turns": true }] }],
             "output": { "measures": 0.01 }, "methods": { "sph": { "spacing": 0.02, "time_step": 2e-4 } }
         }),
-        more,)
+        more,
+    )
 }
 
 /// Mass (kg) and moments of inertia (kg m²) of that box about its axes.
@@ -177,10 +179,13 @@ fn a_moment_spins_a_box_up_by_its_moment_of_inertia() {
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         let mut moment = [0.0; 3];
         moment[axis] = 0.5;
-        let report = solve(&Sph, &in_space(&json!({
-            "stages": [{ "name": "s", "duration": 0.1,
-                         "motions": [{ "target": "box", "velocity": [null, null, null], "moment": moment, "turns": true }] }]
-        })));
+        let report = solve(
+            &Sph,
+            &in_space(&json!({
+                "stages": [{ "name": "s", "duration": 0.1,
+                             "motions": [{ "target": "box", "velocity": [null, null, null], "moment": moment, "turns": true }] }]
+            })),
+        );
         let spin = *report.table.column(&format!("box.spin.{name}")).unwrap().last().unwrap();
         let exact = 0.5 * 0.1 / inertia[axis];
         assert!((spin / exact - 1.0).abs() < 1e-10, "{name}: {spin} {exact}");
@@ -200,9 +205,12 @@ fn a_free_box_in_space_keeps_its_angular_momentum_and_wobbles_with_its_energy() 
             origin: vec![0.0; 3],
             gradient: gradient.map(|row| row.to_vec()).to_vec(),
         };
-        let report = solve(&Sph, &in_space(
-            &json!({ "bodies": [spinning], "methods": { "sph": { "spacing": 0.02, "time_step": dt } } }),
-        ));
+        let report = solve(
+            &Sph,
+            &in_space(
+                &json!({ "bodies": [spinning], "methods": { "sph": { "spacing": 0.02, "time_step": dt } } }),
+            ),
+        );
         let exact: [f64; 3] = std::array::from_fn(|c| of_box().1[c] * [5.0, 3.0, 6.0][c]);
         let size = exact.iter().map(|l| l * l).sum::<f64>().sqrt();
         for c in 0..3 {
@@ -227,13 +235,16 @@ fn a_free_box_in_space_keeps_its_angular_momentum_and_wobbles_with_its_energy() 
 /// Rigid box on a floor under gravity inclined by the tangent `tan`, with friction, for 0.3 s.
 fn on_slope(tan: f64, wall: &Value) -> (RunReport, [f64; 2]) {
     let g = 9.81 / (1.0 + tan * tan).sqrt();
-    let report = solve(&Sph, &in_space(&json!({
-        "gravity": [g * tan, 0, -g], "domain": { "min": [-0.2, -0.2, -0.04], "max": [1, 0.2, 0.4] },
-        "boundaries": [{ "side": "z-min", "wall": wall }],
-        "stages": [{ "name": "s", "duration": 0.3, "gravity_ramp": 0.05,
-                     "motions": [{ "target": "box", "velocity": [null, null, null], "turns": true }] }],
-        "output": { "measures": 0.01 }, "methods": { "sph": { "spacing": 0.02 } }
-    })));
+    let report = solve(
+        &Sph,
+        &in_space(&json!({
+            "gravity": [g * tan, 0, -g], "domain": { "min": [-0.2, -0.2, -0.04], "max": [1, 0.2, 0.4] },
+            "boundaries": [{ "side": "z-min", "wall": wall }],
+            "stages": [{ "name": "s", "duration": 0.3, "gravity_ramp": 0.05,
+                         "motions": [{ "target": "box", "velocity": [null, null, null], "turns": true }] }],
+            "output": { "measures": 0.01 }, "methods": { "sph": { "spacing": 0.02 } }
+        })),
+    );
     (report, [g * tan, g])
 }
 

@@ -1,10 +1,9 @@
 //! Rows fitted to round edges: a thick ring under pressure against Lamé, in the total-Lagrangian formulation.
 
-use colluvium_testkit::{read_case, solve, stresses};
 use colluvium_case::{Case, Method};
 use colluvium_sph::Sph;
+use colluvium_testkit::{read_case, solve, stresses};
 use serde_json::{Value, json};
-
 
 const PRESSURE: f64 = 1e4;
 

@@ -9,7 +9,6 @@ use colluvium_sph::kernel::{Kernel, Smoothing};
 use colluvium_sph::setup::rates_only::unchecked_energy_history;
 use serde_json::{Value, json};
 
-
 fn solver(text: &Value) -> Box<dyn Solver> {
     start_solver(&Sph, &read_case(&text))
 }
@@ -305,8 +304,7 @@ fn v19_the_leapfrog_is_stable_up_to_its_limit() {
     let kinetic = |courant: f64| {
         let case = block(&full, &json!({ "spacing": 0.1, "viscosity_linear": 0 }));
         let dt = courant * 0.12 / (1.2e6f64 / 1000.0).sqrt();
-        let course =
-            unchecked_energy_history(&read_case(&case), dt, 2000).unwrap();
+        let course = unchecked_energy_history(&read_case(&case), dt, 2000).unwrap();
         if course.len() == 2001 { course[2000] / course[0] } else { f64::INFINITY }
     };
     // Half of the energy is stored, and the waves of the lattice interfere.

@@ -1,12 +1,11 @@
 //! Held bodies with free slip along their surface (sheet: sph §2.13).
 
-use colluvium_testkit::{advance_steps, case_with, start_solver, stresses, vectors};
 use colluvium_case::{Case, Method, Snapshot};
 use colluvium_constitutive::SymTensor;
 use colluvium_sph::Sph;
 use colluvium_sph::setup::rates_only::{PrescribedParticle, prepared_solver, rates};
+use colluvium_testkit::{advance_steps, case_with, start_solver, stresses, vectors};
 use serde_json::{Value, json};
-
 
 /// Block on a held plate, both periodic along x unless `more` replaces this; `sph` adds options.
 fn block_on_plate(sph: &Value, more: &Value) -> Case {

@@ -1,11 +1,9 @@
 //! Total-Lagrangian formulation and confining pressure against closed forms.
 
-use colluvium_testkit::CaseBuilder;
-use colluvium_testkit::{case_with, read_case, solve, start_solver, stresses, vectors};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
+use colluvium_testkit::{CaseBuilder, read_case, solve, start_solver, stresses, vectors};
 use serde_json::{Value, json};
-
 
 /// Elastic disk in empty space.
 fn elastic_disk() -> CaseBuilder {
@@ -143,8 +141,9 @@ fn the_total_form_restarts_to_the_last_bit() {
 #[test]
 fn the_total_form_refuses_walls() {
     let total = json!({ "sph": { "spacing": 0.05, "formulation": TOTAL } });
-    let case =
-        elastic_disk().with(json!({ "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }], "methods": total })).build();
+    let case = elastic_disk()
+        .with(json!({ "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }], "methods": total }))
+        .build();
     assert!(Sph.build(&case).err().unwrap().to_string().starts_with("boundaries[0]:"));
 }
 

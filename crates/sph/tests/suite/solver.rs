@@ -1,11 +1,9 @@
 //! Solver against closed forms and conservation laws, and its bitwise reproducibility.
 
-use colluvium_testkit::CaseBuilder;
-use colluvium_testkit::{case_with, solve, start_solver, vectors};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
+use colluvium_testkit::{CaseBuilder, advance_steps, solve, start_solver, vectors};
 use serde_json::{Value, json};
-
 
 /// Block of one material with the simplest options.
 fn elastic_block() -> CaseBuilder {
@@ -234,7 +232,8 @@ fn keys_and_choices_that_do_not_exist_are_refused_by_name() {
     for key in choices.into_iter().chain(["smothing"]) {
         let mut methods = json!({ "sph": { "spacing": 0.05 } });
         methods["sph"][key] = json!("nothing-of-the-kind");
-        let error = Sph.plan(&elastic_block().with(json!({ "methods": methods })).build()).unwrap_err().to_string();
+        let error =
+            Sph.plan(&elastic_block().with(json!({ "methods": methods })).build()).unwrap_err().to_string();
         assert!(error.starts_with(&format!("methods.sph.{key}: ")), "{error}");
     }
     for (key, value) in
@@ -242,7 +241,8 @@ fn keys_and_choices_that_do_not_exist_are_refused_by_name() {
     {
         let mut methods = json!({ "sph": { "spacing": 0.05 } });
         methods["sph"][key] = value;
-        let error = Sph.plan(&elastic_block().with(json!({ "methods": methods })).build()).unwrap_err().to_string();
+        let error =
+            Sph.plan(&elastic_block().with(json!({ "methods": methods })).build()).unwrap_err().to_string();
         assert!(error.starts_with(&format!("methods.sph.{key}")), "{error}");
     }
 }
@@ -431,10 +431,12 @@ fn density_by_summation_needs_full_supports_and_one_density() {
         });
         let of = |density: f64| json!({ "model": "linear-elastic", "density": density, "youngs_modulus": 1e6, "poissons_ratio": 0.25 });
         let wall = |side: &str| json!({ "side": side, "wall": { "kind": if side == "y-min" { "rough" } else { "smooth" } } });
-        elastic_block().with(json!({
-            "materials": { "m": of(1000.0), "light": of(900.0) }, "bodies": bodies.collect::<Vec<_>>(),
-            "boundaries": sides.map(wall), "methods": { "sph": methods }
-        })).build()
+        elastic_block()
+            .with(json!({
+                "materials": { "m": of(1000.0), "light": of(900.0) }, "bodies": bodies.collect::<Vec<_>>(),
+                "boundaries": sides.map(wall), "methods": { "sph": methods }
+            }))
+            .build()
     };
     let whole = [("m", [0.0, 0.0], [1.0, 1.0])];
     let half = [("m", [0.0, 0.0], [1.0, 0.5])];
@@ -451,7 +453,7 @@ fn density_by_summation_needs_full_supports_and_one_density() {
     // The check changes nothing in the solver.
     let [checked, free] = [json!({}), json!({ "allow_summation": true })].map(|sph| {
         let mut solver = start_solver(&Sph, &closed(&whole, &sph));
-        crate::common::advance_steps(&mut *solver, 20);
+        advance_steps(&mut *solver, 20);
         solver.snapshot().hash()
     });
     assert_eq!(checked, free);

@@ -1,11 +1,10 @@
 //! Artificial stress where smoothing lengths vary (sheet: sph §2.5, §2.11).
 
-use colluvium_testkit::case_with;
 use colluvium_case::Case;
 use colluvium_constitutive::SymTensor;
 use colluvium_sph::setup::rates_only::{ParticleRates, PrescribedParticle, rates};
+use colluvium_testkit::case_with;
 use serde_json::{Value, json};
-
 
 const SYMMETRISATIONS: [&str; 7] = ["arithmetic", "harmonic", "geometric", "max", "min", "kernel", "grad-h"];
 

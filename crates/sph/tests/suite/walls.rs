@@ -1,10 +1,9 @@
 //! Walls with time-dependent velocities, and rough mirrors (sheet: sph §2.13).
 
-use colluvium_testkit::{read_case, solve, start_solver, stresses, vectors};
 use colluvium_case::{Case, Method, SolverError};
 use colluvium_sph::Sph;
+use colluvium_testkit::{read_case, solve, start_solver, stresses, vectors};
 use serde_json::{Value, json};
-
 
 /// Times of a factor that rises, is constant, and falls below zero.
 const TIMES: [f64; 4] = [0.005, 0.02, 0.03, 0.05];

@@ -6,10 +6,6 @@ mod materials;
 mod output;
 mod refusal;
 
-use colluvium_testkit::assert_close;
-
-use crate::common;
-
 use colluvium_constitutive::MaterialSpec;
 use colluvium_constitutive::driver::*;
 use colluvium_constitutive::laws::{
@@ -32,11 +28,11 @@ fn elastic() -> MaterialSpec {
 }
 
 fn drucker_prager(matching: Matching, dilatancy_angle: f64) -> MaterialSpec {
-    MaterialSpec::DruckerPrager(common::drucker_prager(1e3, matching, dilatancy_angle))
+    MaterialSpec::DruckerPrager(crate::reference_materials::drucker_prager(1e3, matching, dilatancy_angle))
 }
 
 fn mohr_coulomb(dilatancy_angle: f64) -> MohrCoulombSpec {
-    common::mohr_coulomb(1e3, dilatancy_angle)
+    crate::reference_materials::mohr_coulomb(1e3, dilatancy_angle)
 }
 
 fn fluid() -> MaterialSpec {

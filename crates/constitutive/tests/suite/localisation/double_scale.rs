@@ -8,9 +8,9 @@ use colluvium_constitutive::{
     Corotational, InitialCondition, Mat3, MaterialError, Model, Motion, Point, PointLaw, SmallStrain,
     StressUpdate, SymTensor,
 };
+use colluvium_testkit::assert_near;
 
 use super::{BAND, NORMAL, motion, spec, stiffness};
-use crate::common::assert_near;
 
 /// Elongation (m) at which the bar of V-23 (one point of size `size`, E = 30 GPa, ν = 0) reaches `stress` (Pa)
 /// in softening, and the area under stress and crack opening (J/m²).

@@ -4,9 +4,9 @@ use colluvium_constitutive::localisation::{
     FiniteBand, acoustic_tensor, least_ellipticity, zero_thickness_jump, zero_thickness_stress,
 };
 use colluvium_constitutive::{Mat3, SymTensor};
+use colluvium_testkit::assert_near;
 
 use super::{NORMAL, stiffness};
-use crate::common::assert_near;
 
 const STRAIN: SymTensor = SymTensor([1e-4, -4e-5, 0.0, 2e-5, 0.0, 0.0]);
 

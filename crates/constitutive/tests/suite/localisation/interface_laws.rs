@@ -2,9 +2,9 @@
 
 use colluvium_constitutive::laws::{CohesiveBand, CohesiveBandSpec, CohesiveDamageSpec, CohesiveState};
 use colluvium_constitutive::{InterfaceLaw, InterfacePoint};
+use colluvium_testkit::assert_near;
 
 use super::BAND;
-use crate::common::assert_near;
 
 #[test]
 fn shear_strength_of_the_band_as_it_softens() {

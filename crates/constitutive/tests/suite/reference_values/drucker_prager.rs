@@ -5,12 +5,14 @@ use colluvium_constitutive::laws::{
     DruckerPragerSpec, ExactIn, Matching, Softening, StrainMeasure, VonMisesSpec,
 };
 use colluvium_constitutive::{Point, SmallStrain, SymTensor};
+use colluvium_testkit::assert_close;
 
 use super::{returned, still};
-use crate::common::{self, assert_close, r1};
+
+use crate::reference_materials::r1;
 
 fn drucker_prager(matching: Matching, dilatancy_angle: f64) -> DruckerPragerSpec {
-    common::drucker_prager(1.0, matching, dilatancy_angle)
+    crate::reference_materials::drucker_prager(1.0, matching, dilatancy_angle)
 }
 
 #[test]

@@ -2,8 +2,9 @@
 
 use colluvium_constitutive::laws::LinearElastic;
 use colluvium_constitutive::{Corotational, FirstOrderSpin, Mat3, Motion, Point, StressUpdate, SymTensor};
+use colluvium_testkit::assert_close;
 
-use crate::common::{assert_close, r1};
+use crate::reference_materials::r1;
 
 #[test]
 fn elastic_constants_of_the_reference_set() {

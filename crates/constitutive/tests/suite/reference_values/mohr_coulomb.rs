@@ -5,12 +5,14 @@ use colluvium_constitutive::laws::{MohrCoulombSpec, multi_surface};
 use colluvium_constitutive::{
     Hencky, InitialCondition, Mat3, MaterialSpec, Motion, Point, PointLaw, PrincipalReturn, SymTensor,
 };
+use colluvium_testkit::assert_close;
 
 use super::returned;
-use crate::common::{self, assert_close, r1};
+
+use crate::reference_materials::r1;
 
 fn mohr_coulomb(dilatancy_angle: f64) -> MohrCoulombSpec {
-    common::mohr_coulomb(1.0, dilatancy_angle)
+    crate::reference_materials::mohr_coulomb(1.0, dilatancy_angle)
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Absorbing boundaries.
 
+use colluvium_case::Case;
 use colluvium_mpm::Mpm;
 use colluvium_testkit::{advance_to, read_case, solve, start_solver, vectors};
-use colluvium_case::Case;
 use serde_json::json;
 
 use crate::boundary::{elastic_block, restarts};
@@ -25,14 +25,14 @@ fn absorbing_sides_with_springs_survive_a_restart() {
 #[test]
 fn absorbing_sides_stay_uniform_as_points_go_through_a_period() {
     let case = read_case(&json!({
-            "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 2], "periodic": ["x"] }, "gravity": [0, 0],
-            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0.2 } },
-            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
-                         "velocity": { "kind": "uniform", "value": [1, 0] } }],
-            "boundaries": [{ "side": "y-min", "wall": { "kind": "absorbing" } }],
-            "stages": [{ "name": "a", "duration": 0.3 }, { "name": "b", "duration": 0.2 }],
-            "methods": { "mpm": { "cell_size": 0.1 } }
-        }));
+        "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 2], "periodic": ["x"] }, "gravity": [0, 0],
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0.2 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
+                     "velocity": { "kind": "uniform", "value": [1, 0] } }],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "absorbing" } }],
+        "stages": [{ "name": "a", "duration": 0.3 }, { "name": "b", "duration": 0.2 }],
+        "methods": { "mpm": { "cell_size": 0.1 } }
+    }));
     let snapshot = solve(&Mpm, &case).snapshot;
     let velocities = vectors(&snapshot, "velocity");
     for (x, v) in snapshot.positions.iter().zip(&velocities) {

@@ -7,7 +7,6 @@ use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-
 const MODULUS: f64 = 1e6;
 const POISSON: f64 = 0.25;
 
@@ -18,11 +17,11 @@ fn case(space: &str, shape: &Value, load: &Value, stage: &Value) -> Case {
     let mut load = load.clone();
     (load["kind"], load["body"]) = (json!("surface"), json!("b"));
     read_case(&json!({
-            "title": "test", "space": space, "domain": { "min": opposite, "max": side }, "gravity": vec![0; opposite.len()],
-            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": MODULUS, "poissons_ratio": POISSON } },
-            "bodies": [{ "name": "b", "material": "m", "shape": shape }], "loads": [load], "stages": [stage],
-            "methods": { "mpm": { "cell_size": 0.1 } }
-        }))
+        "title": "test", "space": space, "domain": { "min": opposite, "max": side }, "gravity": vec![0; opposite.len()],
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": MODULUS, "poissons_ratio": POISSON } },
+        "bodies": [{ "name": "b", "material": "m", "shape": shape }], "loads": [load], "stages": [stage],
+        "methods": { "mpm": { "cell_size": 0.1 } }
+    }))
 }
 
 /// Lamé's ring under a pressure from within: `u = (1 + ν) p a² ((1 - 2ν) r + b²/r) / (E (b² - a²))` in plane strain.

@@ -1,27 +1,25 @@
 //! Rigid bodies that move by Newton's law (docs/theory/mpm.md, rigid bodies).
 
-use colluvium_testkit::CaseBuilder;
-use colluvium_testkit::{advance_to, case_with, read_case, solve, start_solver, vectors};
 use colluvium_case::{Budget, Case, Method, RunReport};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{CaseBuilder, advance_to, read_case, solve, start_solver, vectors};
 use serde_json::{Value, json};
-
 
 const G: f64 = 10.0;
 
 /// A rigid block of 0.4 m × 0.2 m and 160 kg in empty space.
 fn free_block() -> CaseBuilder {
     CaseBuilder::from_json(json!({
-            "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [2, 2] }, "gravity": [0, 0],
-            "materials": {
-                "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 },
-                "soft": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 }
-            },
-            "bodies": [block(json!([0.8, 1.0]))],
-            "stages": [{ "name": "s", "duration": 0.1,
-                         "motions": [{ "target": "block", "velocity": [null, null], "turns": true }] }],
-            "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4 } }
-        }))
+        "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [2, 2] }, "gravity": [0, 0],
+        "materials": {
+            "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 },
+            "soft": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 }
+        },
+        "bodies": [block(json!([0.8, 1.0]))],
+        "stages": [{ "name": "s", "duration": 0.1,
+                     "motions": [{ "target": "block", "velocity": [null, null], "turns": true }] }],
+        "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4 } }
+    }))
 }
 
 /// The block with its lower left corner somewhere.
@@ -96,7 +94,9 @@ fn a_free_block_falls_and_spins_exactly() {
 fn a_free_block_in_space_keeps_its_angular_momentum_and_wobbles_with_its_energy() {
     let gradient = [[0.0, -6.0, 3.0], [6.0, 0.0, -5.0], [-3.0, 5.0, 0.0]];
     let run = |dt: f64| {
-        let mut solver = start_solver(&Mpm, &read_case(&json!({
+        let mut solver = start_solver(
+            &Mpm,
+            &read_case(&json!({
                 "title": "test", "space": "3d", "domain": { "min": [0, 0, 0], "max": [2, 2, 2] }, "gravity": [0, 0, 0],
                 "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },
                 "bodies": [{ "name": "block", "material": "m", "rigid": true,
@@ -105,7 +105,8 @@ fn a_free_block_in_space_keeps_its_angular_momentum_and_wobbles_with_its_energy(
                 "stages": [{ "name": "s", "duration": 0.3,
                              "motions": [{ "target": "block", "velocity": [null, null, null], "turns": true }] }],
                 "methods": { "mpm": { "cell_size": 0.1, "time_step": dt } }
-            })));
+            })),
+        );
         let before = solver.budget().unwrap();
         advance_to(&mut *solver, 0.3);
         (before, solver.budget().unwrap())

@@ -12,12 +12,10 @@ mod thin_sheets;
 mod wall_friction;
 mod walls;
 
-use colluvium_testkit::CaseBuilder;
-use colluvium_mpm::Mpm;
-use colluvium_testkit::{advance_to, case_with, start_solver};
 use colluvium_case::Case;
+use colluvium_mpm::Mpm;
+use colluvium_testkit::{CaseBuilder, advance_to, start_solver};
 use serde_json::{Value, json};
-
 
 /// Elastic block in a box without gravity.
 pub fn elastic_block() -> CaseBuilder {

@@ -1,8 +1,8 @@
 //! Loads on nodes.
 
-use colluvium_testkit::{read_case, solve, stresses, vectors, with_keys};
 use colluvium_case::Method;
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{read_case, solve, stresses, vectors, with_keys};
 use serde_json::{Value, json};
 
 use crate::boundary::{elastic_block, restarts};
@@ -12,15 +12,15 @@ fn a_load_on_nodes_is_exact_up_to_the_side() {
     // The points of the last cell, which would carry it, have the stress of all others: of a bar, and of triangles.
     let bar = |space: &str, min: Value, max: Value, value: Value, options: Value| {
         read_case(&json!({
-                "title": "bar", "space": space, "domain": { "min": min, "max": max }, "gravity": vec![0; min.as_array().unwrap().len()],
-                "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
-                "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": min, "max": max } }],
-                "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }],
-                "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": value, "applied_to": "nodes", "ramp": 0.1 }],
-                "stages": [{ "name": "s", "duration": 10, "damping": 0.5,
-                             "equilibrium": { "unbalanced_force": 1e-5, "kinetic_energy": 1e-8 } }],
-                "methods": { "mpm": options }
-            }))
+            "title": "bar", "space": space, "domain": { "min": min, "max": max }, "gravity": vec![0; min.as_array().unwrap().len()],
+            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": min, "max": max } }],
+            "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }],
+            "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": value, "applied_to": "nodes", "ramp": 0.1 }],
+            "stages": [{ "name": "s", "duration": 10, "damping": 0.5,
+                         "equilibrium": { "unbalanced_force": 1e-5, "kinetic_energy": 1e-8 } }],
+            "methods": { "mpm": options }
+        }))
     };
     let linear = || json!({ "cell_size": 0.1, "shape": "linear" });
     for case in [
@@ -95,7 +95,9 @@ fn loads_on_nodes_survive_a_restart_and_need_a_side_on_a_grid_line() {
     restarts(&sound, 0.1, 0.2);
     let refused = |options: Value, max: f64| {
         let body = json!([{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.35, 0.35], "max": [max, 0.65] } }]);
-        let case = elastic_block().with(json!({ "loads": [load], "bodies": body, "methods": { "mpm": options } })).build();
+        let case = elastic_block()
+            .with(json!({ "loads": [load], "bodies": body, "methods": { "mpm": options } }))
+            .build();
         Mpm.build(&case).err().map(|error| error.to_string()).unwrap_or_default()
     };
     assert_eq!(refused(json!({ "cell_size": 0.05 }), 0.65), "");

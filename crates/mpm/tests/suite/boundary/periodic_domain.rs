@@ -1,8 +1,8 @@
 //! Periodic domains.
 
-use colluvium_testkit::{read_case, scalars, solve, start_solver, vectors};
 use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{read_case, scalars, solve, start_solver, vectors};
 use serde_json::{Value, json};
 
 use crate::boundary::{elastic_block, restarts};
@@ -11,13 +11,15 @@ use crate::boundary::{elastic_block, restarts};
 fn drifting(shape: &str, transfer: &str, shrink: f64) -> Case {
     let motion = json!({ "kind": "linear", "value": [3.0, -2.0], "origin": [0.5, 0.5],
                          "gradient": [[-shrink, 0], [0, shrink]] });
-    elastic_block().with(json!({
-        "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x", "y"] },
-        "bodies": [{ "name": "b", "material": "m", "velocity": motion,
-                     "shape": { "kind": "box", "min": [0.35, 0.35], "max": [0.65, 0.65] } }],
-        "stages": [{ "name": "s", "duration": 0.7 }],
-        "methods": { "mpm": { "cell_size": 0.05, "shape": shape, "transfer": transfer } }
-    })).build()
+    elastic_block()
+        .with(json!({
+            "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x", "y"] },
+            "bodies": [{ "name": "b", "material": "m", "velocity": motion,
+                         "shape": { "kind": "box", "min": [0.35, 0.35], "max": [0.65, 0.65] } }],
+            "stages": [{ "name": "s", "duration": 0.7 }],
+            "methods": { "mpm": { "cell_size": 0.05, "shape": shape, "transfer": transfer } }
+        }))
+        .build()
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Prescribed pore pressures on the surface of a body.
 
-use colluvium_mpm::Mpm;
-use colluvium_testkit::{read_case, scalars, solve, start_solver};
 use colluvium_case::{Case, FieldData};
+use colluvium_mpm::Mpm;
+use colluvium_testkit::{read_case, scalars, solve};
 use serde_json::{Value, json};
 
 use crate::boundary::elastic_block;

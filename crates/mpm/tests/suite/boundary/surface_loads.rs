@@ -1,8 +1,8 @@
 //! Loads on the surface of a body, carried by its points.
 
+use colluvium_case::{Case, Solver};
 use colluvium_mpm::Mpm;
 use colluvium_testkit::{advance_to, solve, start_solver, stresses, with_keys};
-use colluvium_case::{Case, Solver};
 use serde_json::{Value, json};
 
 use crate::boundary::elastic_block;
@@ -29,7 +29,9 @@ fn a_pressure_turns_with_the_surface_and_a_traction_does_not() {
     for scheme in ["usf", "usl", "musl"] {
         for (load, exact) in &loads {
             let options = json!({ "cell_size": 0.05, "stress_update": scheme });
-            let case = elastic_block().with(json!({ "bodies": body, "loads": [load], "methods": { "mpm": options } })).build();
+            let case = elastic_block()
+                .with(json!({ "bodies": body, "loads": [load], "methods": { "mpm": options } }))
+                .build();
             let mut solver = start_solver(&Mpm, &case);
             let start = force(&mut *solver);
             assert!((start[0] + 3.0).abs() < 0.02 && start[1].abs() < 0.02, "{start:?}");
@@ -49,10 +51,12 @@ fn a_pressure_turns_with_the_surface_and_a_traction_does_not() {
 #[test]
 fn each_load_of_a_body_grows_over_its_own_ramp() {
     let load = |side: &str, value: Value, ramp: f64| json!({ "kind": "traction", "body": "b", "side": side, "value": value, "ramp": ramp });
-    let case = elastic_block().with(json!({
-        "loads": [load("x-max", json!([10, 0]), 0.1), load("y-max", json!([0, 20]), 0.4)],
-        "stages": [{ "name": "s", "duration": 0.2 }]
-    })).build();
+    let case = elastic_block()
+        .with(json!({
+            "loads": [load("x-max", json!([10, 0]), 0.1), load("y-max", json!([0, 20]), 0.4)],
+            "stages": [{ "name": "s", "duration": 0.2 }]
+        }))
+        .build();
     let momentum = solve(&Mpm, &case).end.momentum;
     // 3 N and 6 N at full load: 3 × (0.2 - 0.05) and 6 × 0.2² / (2 × 0.4), but for the last part of the step.
     assert!(
@@ -104,7 +108,9 @@ fn a_load_that_varies_along_its_side_has_the_resultants_of_its_profile() {
         for options in
             grids.iter().filter(|options| load.get("applied_to").is_none() || options["shape"] != "quadratic")
         {
-            let found = resultants(&elastic_block().with(json!({ "loads": [load], "methods": { "mpm": options } })).build());
+            let found = resultants(
+                &elastic_block().with(json!({ "loads": [load], "methods": { "mpm": options } })).build(),
+            );
             for c in 0..2 {
                 assert!((found[c] - exact[c]).abs() < 1e-9, "{options}: {found:?} for {exact:?}");
             }

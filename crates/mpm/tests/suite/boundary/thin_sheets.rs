@@ -1,8 +1,8 @@
 //! Sheets of sand that slide on floors (docs/theory/mpm.md, walls).
 
-use colluvium_testkit::{advance_steps, read_case, start_solver};
 use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{advance_steps, read_case, start_solver};
 use serde_json::{Value, json};
 
 const GRAVITY: f64 = 9.81;

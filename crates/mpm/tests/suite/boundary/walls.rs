@@ -1,8 +1,8 @@
 //! Walls: separation, bilateral walls, motion.
 
-use colluvium_testkit::{read_case, solve};
 use colluvium_case::{Budget, Case, Method};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::read_case;
 use serde_json::{Value, json};
 
 use crate::boundary::elastic_block;
@@ -16,10 +16,12 @@ fn a_wall_with_separation_adds_no_energy_to_a_bouncing_body() {
     for wall in [smooth, rubbing] {
         for scheme in ["usl", "musl"] {
             let options = json!({ "cell_size": 0.05, "stress_update": scheme, "courant": 0.2 });
-            let report = elastic_block().with(json!({
-                "bodies": ball, "boundaries": [wall], "stages": [{ "name": "s", "duration": 0.15 }],
-                "methods": { "mpm": options }
-            })).solve(&Mpm);
+            let report = elastic_block()
+                .with(json!({
+                    "bodies": ball, "boundaries": [wall], "stages": [{ "name": "s", "duration": 0.15 }],
+                    "methods": { "mpm": options }
+                }))
+                .solve(&Mpm);
             assert!(report.end.momentum[1] > 0.0, "it is on its way up");
             let kept = (report.end.kinetic + report.end.elastic) / report.start.kinetic;
             assert!(kept < 1.01 && kept > 0.7, "{wall}, {scheme}: {kept}");
@@ -68,14 +70,14 @@ fn a_bilateral_wall_holds_a_hanging_body_without_friction() {
 fn walls_that_would_leave_their_plane_are_refused() {
     let case = |speed: f64| {
         read_case(&json!({
-                "title": "test", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
-                "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0.2 } },
-                "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] } }],
-                "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } },
-                               { "side": "x-max", "wall": { "kind": "smooth" }, "velocity": [speed] }],
-                "stages": [{ "name": "a", "duration": 1 }],
-                "methods": { "mpm": { "cell_size": 0.1 } }
-            }))
+            "title": "test", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
+            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0.2 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] } }],
+            "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } },
+                           { "side": "x-max", "wall": { "kind": "smooth" }, "velocity": [speed] }],
+            "stages": [{ "name": "a", "duration": 1 }],
+            "methods": { "mpm": { "cell_size": 0.1 } }
+        }))
     };
     for speed in [0.2, -0.2] {
         let error = Mpm.build(&elastic_block().with(speed).build()).err().unwrap().to_string();

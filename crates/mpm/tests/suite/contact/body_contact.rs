@@ -1,11 +1,9 @@
 //! Contact between bodies (sheet: mpm §2.12).
 
-use colluvium_testkit::CaseBuilder;
-use colluvium_testkit::{case_with, solve, start_solver, vectors, with_keys};
 use colluvium_case::{Case, FieldData, Method, Snapshot, Solver};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{CaseBuilder, solve, start_solver, vectors, with_keys};
 use serde_json::{Value, json};
-
 
 /// Square of 2 m and an elastic material. The test adds bodies, stages and options.
 fn square() -> CaseBuilder {

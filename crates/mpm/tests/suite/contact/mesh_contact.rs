@@ -1,10 +1,9 @@
 //! Contact of bodies in triangles and tetrahedra (sheet: mpm §2.12, A-13, A-14).
 
-use colluvium_testkit::{read_case, solve, start_solver, vectors};
 use colluvium_case::{Case, Method, RunReport};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{read_case, solve, start_solver, vectors};
 use serde_json::{Value, json};
-
 
 /// Mean of a component of a field over a body.
 fn mean(report: &RunReport, field: &str, body: u32, component: usize) -> f64 {

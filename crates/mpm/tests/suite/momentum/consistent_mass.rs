@@ -7,7 +7,6 @@ use std::f64::consts::PI;
 use colluvium_case::Case;
 use serde_json::{Value, json};
 
-
 /// Frequency (rad/s) of the first mode of a bar of 13 cells with two points each, as the momentum shows it.
 fn frequency(more: &Value) -> f64 {
     let options = with_keys(
@@ -63,15 +62,15 @@ fn ball(space: &str, shape: &str) -> Case {
         .map(|row| pick(*row))
         .collect();
     read_case(&json!({
-            "title": "ball", "space": space, "domain": { "min": pick([0.0; 3]), "max": pick([1.0; 3]) }, "gravity": pick([0.0; 3]),
-            "materials": { "m": { "model": "neo-hookean", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
-            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": pick([0.5; 3]), "radius": 0.25 },
-                         "velocity": { "kind": "linear", "value": pick([0.3, -0.2, 0.1]), "origin": pick([0.5; 3]),
-                                       "gradient": gradient } }],
-            "stages": [{ "name": "s", "duration": 0.02 }],
-            "methods": { "mpm": { "cell_size": 0.1, "shape": shape, "stress_update": "usl", "mass": "consistent",
-                                  "lumped_share": share } }
-        }))
+        "title": "ball", "space": space, "domain": { "min": pick([0.0; 3]), "max": pick([1.0; 3]) }, "gravity": pick([0.0; 3]),
+        "materials": { "m": { "model": "neo-hookean", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": pick([0.5; 3]), "radius": 0.25 },
+                     "velocity": { "kind": "linear", "value": pick([0.3, -0.2, 0.1]), "origin": pick([0.5; 3]),
+                                   "gradient": gradient } }],
+        "stages": [{ "name": "s", "duration": 0.02 }],
+        "methods": { "mpm": { "cell_size": 0.1, "shape": shape, "stress_update": "usl", "mass": "consistent",
+                              "lumped_share": share } }
+    }))
 }
 
 #[test]
@@ -104,13 +103,18 @@ fn a_block_between_walls_that_move_takes_their_speed() {
     // Both side walls move: a block that moves with them feels nothing, and one at rest is pushed.
     for (own, least) in [(0.3, 0.0), (0.0, 1e-3)] {
         let wall = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" }, "velocity": [0.3, 0] });
-        let report = solve(&Mpm, &case_with(serde_json::from_str(&ball("plane-strain", "linear").to_json()).unwrap(),
-            &json!({
-                "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0.3], "max": [1, 0.7] },
-                             "velocity": { "kind": "uniform", "value": [own, 0] } }],
-                "stages": [{ "name": "s", "duration": 1e-3 }],
-                "boundaries": [wall("x-min"), wall("x-max")]
-            }),));
+        let report = solve(
+            &Mpm,
+            &case_with(
+                serde_json::from_str(&ball("plane-strain", "linear").to_json()).unwrap(),
+                &json!({
+                    "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0.3], "max": [1, 0.7] },
+                                 "velocity": { "kind": "uniform", "value": [own, 0] } }],
+                    "stages": [{ "name": "s", "duration": 1e-3 }],
+                    "boundaries": [wall("x-min"), wall("x-max")]
+                }),
+            ),
+        );
         let most =
             vectors(&report.snapshot, "velocity").iter().map(|v| (v[0] - own).abs()).fold(0.0, f64::max);
         assert!(most >= least && (own == 0.0 || most < 1e-11), "{own}: {most}");

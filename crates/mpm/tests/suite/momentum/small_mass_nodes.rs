@@ -1,11 +1,9 @@
 //! Nodes that material reaches only just, with stress last (sheet: mpm §3.2, P-02).
 
-use colluvium_testkit::CaseBuilder;
-use colluvium_mpm::Mpm;
-use colluvium_testkit::{case_with, start_solver, stresses, with_keys};
 use colluvium_case::{Case, Solver};
+use colluvium_mpm::Mpm;
+use colluvium_testkit::{CaseBuilder, start_solver, stresses, with_keys};
 use serde_json::{Value, json};
-
 
 /// Stage of 0.05 s. The test adds all else.
 fn short_run() -> CaseBuilder {

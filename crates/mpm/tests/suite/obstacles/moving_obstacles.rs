@@ -1,8 +1,8 @@
 //! Obstacles with prescribed motion, on the nodes and on the points (docs/theory/mpm.md, obstacles).
 
-use colluvium_testkit::{case_with, read_case, scalar_output, start_solver};
 use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{case_with, read_case, scalar_output, start_solver};
 use serde_json::{Value, json};
 
 use crate::obstacles::penalty_obstacles::{GRAVITY, block, frictional, on_floor, until};

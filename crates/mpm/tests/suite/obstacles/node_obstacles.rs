@@ -1,8 +1,8 @@
 //! Obstacles on the nodes, and cases at the coordinates of a map.
 
-use colluvium_testkit::{advance_steps, read_case, start_solver};
 use colluvium_case::{Case, Method, RunOptions, Solver, run};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{advance_steps, read_case, start_solver};
 use serde_json::{Value, json};
 
 /// A block above a slope of straight pieces, in the coordinates of a map with a zero at `at` (m), which are whole.

@@ -1,10 +1,9 @@
 //! Obstacles on the points (docs/theory/mpm.md, obstacles).
 
-use colluvium_testkit::{advance_steps, read_case, scalar_output, start_solver};
 use colluvium_case::{Budget, Case, Method, Reaction, Snapshot, Solver};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{advance_steps, read_case, scalar_output, start_solver};
 use serde_json::{Value, json};
-
 
 pub const GRAVITY: f64 = 9.81;
 
@@ -168,16 +167,16 @@ fn a_disk_rolls_down_a_slope_of_points_and_check_warns_of_one_of_nodes() {
     let slope = 20f64.to_radians();
     let disk = |obstacles: &str| {
         read_case(&json!({
-                "title": "roll", "space": "plane-strain", "domain": { "min": [0, -0.5], "max": [12, 2] },
-                "gravity": [9.81 * slope.sin(), -9.81 * slope.cos()],
-                "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e7, "poissons_ratio": 0.3 } },
-                "bodies": [{ "name": "disk", "material": "m", "sampling": "fitted",
-                             "shape": { "kind": "ball", "centre": [1, 0.5], "radius": 0.5 } }],
-                "obstacles": [{ "name": "o", "shape": { "kind": "plane", "normal": [0, 1], "point": [0, 0] },
-                                "wall": frictional(0.7) }],
-                "stages": [{ "name": "s", "duration": 0.5 }],
-                "methods": { "mpm": { "cell_size": 0.1, "obstacles": obstacles } }
-            }))
+            "title": "roll", "space": "plane-strain", "domain": { "min": [0, -0.5], "max": [12, 2] },
+            "gravity": [9.81 * slope.sin(), -9.81 * slope.cos()],
+            "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e7, "poissons_ratio": 0.3 } },
+            "bodies": [{ "name": "disk", "material": "m", "sampling": "fitted",
+                         "shape": { "kind": "ball", "centre": [1, 0.5], "radius": 0.5 } }],
+            "obstacles": [{ "name": "o", "shape": { "kind": "plane", "normal": [0, 1], "point": [0, 0] },
+                            "wall": frictional(0.7) }],
+            "stages": [{ "name": "s", "duration": 0.5 }],
+            "methods": { "mpm": { "cell_size": 0.1, "obstacles": obstacles } }
+        }))
     };
     let mut solver = start_solver(&Mpm, &disk("points"));
     until(&mut *solver, 0.5);

@@ -1,10 +1,9 @@
 //! Points that meet an obstacle too fast for its springs are stopped before it (docs/theory/mpm.md, obstacles).
 
-use colluvium_testkit::{read_case, scalar_output, start_solver};
 use colluvium_case::{Case, Solver};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{read_case, scalar_output, start_solver};
 use serde_json::{Value, json};
-
 
 /// A layer of sand of two points thrown at a floor with a bump, faster than its waves run (24 m/s).
 fn thrown(options: &Value, wall: &Value) -> Case {

@@ -1,9 +1,9 @@
 //! Reactions of obstacles to bodies at rest: in axisymmetry the momentum lost by a falling body, in the plane and in space the weight of
 //! grains and water (docs/theory/mpm.md, obstacles).
 
-use colluvium_testkit::{advance_to, read_case, scalars, start_solver};
 use colluvium_case::Solver;
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{advance_to, read_case, scalars, start_solver};
 use serde_json::{Value, json};
 
 const GRAVITY: f64 = 9.81;

@@ -1,8 +1,8 @@
 //! Obstacles with regions, and moments of their reactions (docs/theory/mpm.md, obstacles).
 
-use colluvium_testkit::{advance_to, read_case, start_solver};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{advance_to, read_case, start_solver};
 use serde_json::{Value, json};
 
 const GRAVITY: f64 = 9.81;

@@ -340,8 +340,7 @@ fn contacts_with_pore_fluid_are_rejected_with_an_alternative() {
     value["bodies"].as_array_mut().unwrap().push(other(false));
     value["methods"]["mpm"]["contacts"] =
         json!([{ "bodies": ["block", "other"], "friction_coefficient": 0.3 }]);
-    let refused =
-        |value: &Value| Mpm.plan(&read_case(&value.clone())).map(|_| ()).unwrap_err().to_string();
+    let refused = |value: &Value| Mpm.plan(&read_case(&value.clone())).map(|_| ()).unwrap_err().to_string();
     let problem = refused(&value);
     assert!(problem.starts_with("methods.mpm.contacts: are not available with a pore_fluid"), "{problem}");
     assert!(problem.contains("obstacles points") && problem.contains("undrained"), "{problem}");

@@ -7,7 +7,6 @@ use std::f64::consts::PI;
 use colluvium_case::Case;
 use serde_json::{Value, json};
 
-
 /// The spaces of the two meshes, and how many axes they have.
 const SPACES: [(&str, usize); 2] = [("plane-strain", 2), ("3d", 3)];
 
@@ -31,7 +30,8 @@ fn tub(dimension: usize) -> Vec<Value> {
 fn column((space, dimension): (&str, usize), width: f64, cell: f64, more: Value) -> Case {
     let high: Vec<f64> = up(dimension, 1.0).iter().map(|c| if *c == 0.0 { width } else { *c }).collect();
     let low = vec![0.0; dimension];
-    case_with(json!({
+    case_with(
+        json!({
             "title": "test", "space": space, "domain": { "min": low, "max": high }, "gravity": low,
             "materials": { "m": { "model": "linear-elastic", "density": 1590, "youngs_modulus": 1e7, "poissons_ratio": 0 } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": low, "max": high },
@@ -39,7 +39,8 @@ fn column((space, dimension): (&str, usize), width: f64, cell: f64, more: Value)
             "stages": [{ "name": "s", "duration": 1.0 }],
             "methods": { "mpm": { "cell_size": cell, "shape": "linear", "mesh": { "kind": "box" } } }
         }),
-        &more,)
+        &more,
+    )
 }
 
 /// The body of a case with other keys.

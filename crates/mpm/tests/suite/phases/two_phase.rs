@@ -1,11 +1,12 @@
 //! Saturated bodies against closed forms (sheet: mpm ), and the solver's promises with two phases.
 
-use colluvium_testkit::CaseBuilder;
-use colluvium_testkit::{advance_steps, case_with, read_case, scalars, solve, start_solver, stresses, take_steps, vectors, with_keys};
 use colluvium_case::{Case, Method, StepLimit};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{
+    CaseBuilder, advance_steps, case_with, read_case, scalars, solve, start_solver, stresses, take_steps,
+    vectors, with_keys,
+};
 use serde_json::{Value, json};
-
 
 /// A saturated column of 1 m that fills the domain: grains 2650, porosity 0.4.
 fn saturated_column() -> CaseBuilder {
@@ -26,10 +27,12 @@ fn drag_makes_the_phases_move_together() {
         json!({ "porosity": 0.4, "intrinsic_permeability": 1.019367991845056e-10,
                 "velocity": { "kind": "uniform", "value": speed } })
     };
-    let line = saturated_column().with(json!({
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.3], "max": [0.7] },
-                     "pore_fluid": fluid(vec![0.02]) }]
-    })).build();
+    let line = saturated_column()
+        .with(json!({
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.3], "max": [0.7] },
+                         "pore_fluid": fluid(vec![0.02]) }]
+        }))
+        .build();
     let block = saturated_column().with(json!({
         "space": "3d", "domain": { "min": [0, 0, 0], "max": [1, 1, 1] }, "gravity": [0, 0, 0],
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.3, 0.3, 0.3], "max": [0.7, 0.7, 0.7] },
@@ -46,7 +49,9 @@ fn drag_makes_the_phases_move_together() {
         let (solid, liquid) = (vectors(&snapshot, "velocity"), vectors(&snapshot, "liquid_velocity"));
         let keep = (1.0 - rate * dt).powi(40);
         for (v, w) in solid.iter().zip(&liquid) {
-            for (c, initial) in vectors(&start_solver(&Mpm, &case).snapshot(), "liquid_velocity")[0].iter().enumerate() {
+            for (c, initial) in
+                vectors(&start_solver(&Mpm, &case).snapshot(), "liquid_velocity")[0].iter().enumerate()
+            {
                 assert!((w[c] - v[c] - initial * keep).abs() < 1e-12, "{v:?}, {w:?}");
             }
         }
@@ -267,11 +272,14 @@ fn a_porous_plate_presses_the_water_out() {
                         "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1.019367991845056e-10, "bulk_modulus": 1e8 } }]);
     for scheme in ["musl", "usf"] {
         for (drained, modulus) in [(true, 1e7), (false, 1e7 + 1e8 / 0.4)] {
-            let report = solve(&Mpm, &under_a_plate(
-                drained,
-                &json!({ "stages": stages(if drained { 0.0 } else { 0.3 }), "bodies": body,
+            let report = solve(
+                &Mpm,
+                &under_a_plate(
+                    drained,
+                    &json!({ "stages": stages(if drained { 0.0 } else { 0.3 }), "bodies": body,
                          "methods": { "mpm": { "cell_size": 0.2, "points_per_cell": 2, "stress_update": scheme } } }),
-            ));
+                ),
+            );
             let impulses = report.table.pairs("time", "force.impulse.x").unwrap();
             let [first, last] = [impulses[impulses.len() / 2], impulses[impulses.len() - 1]];
             let force = (last.1 - first.1) / (last.0 - first.0);
@@ -357,11 +365,13 @@ fn the_courant_number_without_an_entry_is_that_of_the_criterion() {
     let fast = Mpm.plan(&saturated_column().build()).unwrap().time_step.dt;
     let options =
         json!({ "mpm": { "cell_size": 0.1, "points_per_cell": 1, "shape": "linear", "courant": 0.45 } });
-    let slow = Mpm.plan(&saturated_column().with(json!({ "methods": options })).build()).unwrap().time_step.dt;
+    let slow =
+        Mpm.plan(&saturated_column().with(json!({ "methods": options })).build()).unwrap().time_step.dt;
     assert!((fast / slow - 2.0).abs() < 1e-12);
     // USL keeps the default of one phase: beyond it overshoots at free surfaces.
     let options = json!({ "mpm": { "cell_size": 0.1, "points_per_cell": 1, "shape": "linear", "stress_update": "usl" } });
-    let last = Mpm.plan(&saturated_column().with(json!({ "methods": options })).build()).unwrap().time_step.dt;
+    let last =
+        Mpm.plan(&saturated_column().with(json!({ "methods": options })).build()).unwrap().time_step.dt;
     assert!((fast / last - 1.8).abs() < 1e-12);
     // sheet: mpm §2.10, first row.
     assert!((fast / (0.9 * 5.095711e-5) - 1.0).abs() < 2e-7, "{fast}");
@@ -375,7 +385,9 @@ fn the_simple_criterion_takes_the_step_of_the_undrained_wave_or_of_the_drag() {
         let fluid = json!({ "porosity": 0.4, "intrinsic_permeability": permeability });
         let body = json!([{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
                             "pore_fluid": fluid }]);
-        let case = saturated_column().with(json!({ "bodies": body, "methods": { "mpm": with_keys(options, &more) } })).build();
+        let case = saturated_column()
+            .with(json!({ "bodies": body, "methods": { "mpm": with_keys(options, &more) } }))
+            .build();
         Mpm.plan(&case).unwrap()
     };
     // sheet: mpm §2.10, first two rows; k of 10⁻³ and 10⁻⁵ m/s. Inertia β slows waves by its root and drag by itself.
@@ -393,7 +405,10 @@ fn the_simple_criterion_takes_the_step_of_the_undrained_wave_or_of_the_drag() {
     }
     let options = json!({ "mpm": { "cell_size": 0.1, "step_criterion": "simple" } });
     let dry = json!([{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] } }]);
-    let problem = Mpm.plan(&saturated_column().with(json!({ "bodies": dry, "methods": options })).build()).unwrap_err().to_string();
+    let problem = Mpm
+        .plan(&saturated_column().with(json!({ "bodies": dry, "methods": options })).build())
+        .unwrap_err()
+        .to_string();
     assert!(problem.starts_with("methods.mpm.step_criterion: simple is for two phases"), "{problem}");
 }
 
@@ -452,18 +467,18 @@ fn friction_of_a_wall_depends_on_the_effective_stress() {
     // skeleton rub.
     let layer = |friction: Value| {
         read_case(&json!({
-                "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [0.5, 1.2], "periodic": ["x"] },
-                "gravity": [0, -10],
-                "materials": { "m": { "model": "linear-elastic", "density": 1590, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
-                "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.5, 1] },
-                             "stress": { "kind": "k0", "surface": 1, "coefficient": 0.5 },
-                             "pore_fluid": { "porosity": 0.4, "permeability": 1e-3, "density": 1000, "bulk_modulus": 1e8,
-                                             "pressure": { "kind": "hydrostatic", "surface": 1 } } }],
-                "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.5 },
-                                 "velocity": [1, 0] }],
-                "stages": [{ "name": "s", "duration": 0.1 }],
-                "methods": { "mpm": { "cell_size": 0.1, "wall_friction": friction } }
-            }))
+            "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [0.5, 1.2], "periodic": ["x"] },
+            "gravity": [0, -10],
+            "materials": { "m": { "model": "linear-elastic", "density": 1590, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.5, 1] },
+                         "stress": { "kind": "k0", "surface": 1, "coefficient": 0.5 },
+                         "pore_fluid": { "porosity": 0.4, "permeability": 1e-3, "density": 1000, "bulk_modulus": 1e8,
+                                         "pressure": { "kind": "hydrostatic", "surface": 1 } } }],
+            "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.5 },
+                             "velocity": [1, 0] }],
+            "stages": [{ "name": "s", "duration": 0.1 }],
+            "methods": { "mpm": { "cell_size": 0.1, "wall_friction": friction } }
+        }))
     };
     for friction in ["impulse", "acceleration"] {
         let report = solve(&Mpm, &layer(json!(friction)));

@@ -1,8 +1,8 @@
 //! Domains of points: their size, the axis, points that leave, and points that are compressed to nothing.
 
-use colluvium_testkit::{read_case, solve, with_keys};
 use colluvium_case::{Method, RunOptions, RunReport, run};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{read_case, solve, with_keys};
 use serde_json::{Value, json};
 
 use crate::solver::elastic_block;
@@ -107,13 +107,13 @@ fn points_at_their_least_volume_are_counted_and_reported() {
     // 2 m of 2000 kg/m³ on a stiffness of 100 Pa: nothing holds the weight.
     let soft = |modulus: f64| {
         let case = read_case(&json!({
-                "title": "soft", "space": "1d", "domain": { "min": [0], "max": [2] }, "gravity": [-10],
-                "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": modulus, "poissons_ratio": 0 } },
-                "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [2] } }],
-                "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }],
-                "stages": [{ "name": "s", "duration": 1 }], "output": { "measures": 0.01 },
-                "methods": { "mpm": { "cell_size": 0.25, "points_per_cell": 2, "shape": "linear" } }
-            }));
+            "title": "soft", "space": "1d", "domain": { "min": [0], "max": [2] }, "gravity": [-10],
+            "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": modulus, "poissons_ratio": 0 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [2] } }],
+            "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }],
+            "stages": [{ "name": "s", "duration": 1 }], "output": { "measures": 0.01 },
+            "methods": { "mpm": { "cell_size": 0.25, "points_per_cell": 2, "shape": "linear" } }
+        }));
         // Stable steps are so long that the first one would turn points inside out.
         solve(&Mpm, &case)
     };

@@ -7,7 +7,6 @@ use colluvium_case::{Case, Solver};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-
 fn mass(space: &str, shape: &Value) -> f64 {
     let text = json!({
         "title": "rows", "space": space, "domain": { "min": [0, 0], "max": [4, 4] }, "gravity": [0, 0],
@@ -50,8 +49,7 @@ fn points_at_random_have_the_mass_of_the_body_and_follow_from_their_seed() {
     let ring = 0.79 * 0.79 * 0.5 * (0.52 + 1.31);
     for (space, volume) in [("plane-strain", 0.79 * 0.79), ("axisymmetric", ring), ("3d", 0.79 * 0.79 * 0.79)]
     {
-        let begun =
-            |seed: u64| start_solver(&Mpm, &read_case(&random(space, seed)));
+        let begun = |seed: u64| start_solver(&Mpm, &read_case(&random(space, seed)));
         let one = begun(7);
         let mass = one.totals().mass;
         assert!((mass / (1000.0 * volume) - 1.0).abs() < 1e-12, "{space}: {mass}");

@@ -1,7 +1,7 @@
 //! Mass, momentum and energy against closed forms.
 
 use colluvium_mpm::Mpm;
-use colluvium_testkit::{solve, start_solver, stresses, vectors};
+use colluvium_testkit::{start_solver, stresses, vectors};
 use serde_json::{Value, json};
 
 use crate::solver::{SCHEMES, SHAPES, elastic_block};
@@ -10,10 +10,12 @@ use crate::solver::{SCHEMES, SHAPES, elastic_block};
 fn free_fall_is_exact() {
     for shape in SHAPES {
         for scheme in SCHEMES {
-            let report = elastic_block().with(json!({
-                "gravity": [0, -10],
-                "methods": { "mpm": { "cell_size": 0.1, "shape": shape, "stress_update": scheme } }
-            })).solve(&Mpm);
+            let report = elastic_block()
+                .with(json!({
+                    "gravity": [0, -10],
+                    "methods": { "mpm": { "cell_size": 0.1, "shape": shape, "stress_update": scheme } }
+                }))
+                .solve(&Mpm);
             for velocity in vectors(&report.snapshot, "velocity") {
                 assert!(
                     (velocity[1] + 10.0 * 0.05).abs() < 1e-11 && velocity[0].abs() < 1e-11,
@@ -45,10 +47,12 @@ fn mass_and_momentum_of_a_free_body_are_conserved() {
 
 #[test]
 fn a_traction_gives_its_impulse() {
-    let report = elastic_block().with(json!({
-        "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [200, -50] }],
-        "stages": [{ "name": "s", "duration": 0.02 }]
-    })).solve(&Mpm);
+    let report = elastic_block()
+        .with(json!({
+            "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [200, -50] }],
+            "stages": [{ "name": "s", "duration": 0.02 }]
+        }))
+        .solve(&Mpm);
     // Area 0.4 m × 1 m, 0.02 s.
     assert!((report.end.momentum[0] - 200.0 * 0.4 * 0.02).abs() < 1e-10);
     assert!((report.end.momentum[1] + 50.0 * 0.4 * 0.02).abs() < 1e-10);
@@ -119,10 +123,12 @@ fn measures_have_energy_by_axis_work_volume_ratios_and_points_per_cell() {
 #[test]
 fn external_work_is_recorded_in_stages_with_equilibrium() {
     // A block falls freely for 0.02 s from rest: its weight does m g² t² / 2.
-    let case = elastic_block().with(json!({
-        "gravity": [0, -10],
-        "stages": [{ "name": "rest", "duration": 0.03, "equilibrium": {} }]
-    })).build();
+    let case = elastic_block()
+        .with(json!({
+            "gravity": [0, -10],
+            "stages": [{ "name": "rest", "duration": 0.03, "equilibrium": {} }]
+        }))
+        .build();
     let mut solver = start_solver(&Mpm, &case);
     while solver.time() < 0.02 - 1e-12 {
         let dt = solver.limit().dt.min(1e-4).min(0.02 - solver.time());

@@ -1,7 +1,7 @@
 //! Rayleigh damping against closed forms.
 
 use colluvium_mpm::Mpm;
-use colluvium_testkit::{solve, vectors};
+use colluvium_testkit::vectors;
 use serde_json::json;
 
 use crate::solver::elastic_block;

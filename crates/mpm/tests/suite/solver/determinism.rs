@@ -1,8 +1,8 @@
 //! Results do not depend, to the last bit, on the number of threads or on a restart.
 
-use colluvium_testkit::{solve, start_solver};
 use colluvium_case::{Method, Solver};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{solve, start_solver};
 
 use crate::solver::{SCHEMES, SHAPES, crash};
 

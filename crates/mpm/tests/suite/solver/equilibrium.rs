@@ -1,8 +1,8 @@
 //! States at rest against closed forms.
 
+use colluvium_case::{Case, RunReport};
 use colluvium_mpm::Mpm;
 use colluvium_testkit::{read_case, solve, start_solver, stresses, vectors};
-use colluvium_case::{Case, RunReport};
 use serde_json::{Value, json};
 
 use crate::solver::elastic_block;
@@ -94,15 +94,15 @@ fn a_stage_without_external_forces_comes_to_equilibrium() {
     // A hole in ground under stress, without weight.
     let wall = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" } });
     let case = read_case(&json!({
-            "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
-            "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
-            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
-                         "stress": { "kind": "uniform", "value": [-1e4, -1e4, -1e4, 0, 0, 0] } }],
-            "boundaries": [wall("x-min"), wall("x-max"), wall("y-min"), wall("y-max")],
-            "stages": [{ "name": "s", "duration": 3, "damping": 0.7, "equilibrium": {},
-                         "excavate": [{ "kind": "box", "min": [0.4, 0.4], "max": [0.6, 0.6] }] }],
-            "methods": { "mpm": { "cell_size": 0.1 } }
-        }));
+        "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
+        "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
+                     "stress": { "kind": "uniform", "value": [-1e4, -1e4, -1e4, 0, 0, 0] } }],
+        "boundaries": [wall("x-min"), wall("x-max"), wall("y-min"), wall("y-max")],
+        "stages": [{ "name": "s", "duration": 3, "damping": 0.7, "equilibrium": {},
+                     "excavate": [{ "kind": "box", "min": [0.4, 0.4], "max": [0.6, 0.6] }] }],
+        "methods": { "mpm": { "cell_size": 0.1 } }
+    }));
     let report = solve(&Mpm, &case);
     assert!(report.snapshot.time < 3.0, "{}", report.snapshot.time);
 }

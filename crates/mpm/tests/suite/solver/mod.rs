@@ -9,11 +9,9 @@ mod rejections;
 mod stages;
 mod time_step;
 
-use colluvium_testkit::CaseBuilder;
-use colluvium_testkit::case_with;
 use colluvium_case::Case;
+use colluvium_testkit::CaseBuilder;
 use serde_json::{Value, json};
-
 
 /// Elastic block in a box without gravity.
 pub fn elastic_block() -> CaseBuilder {

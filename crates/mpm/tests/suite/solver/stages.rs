@@ -1,8 +1,8 @@
 //! Loads, walls and bodies that begin or end with a stage.
 
+use colluvium_case::{RunReport, Solver};
 use colluvium_mpm::Mpm;
 use colluvium_testkit::{solve, start_solver};
-use colluvium_case::{RunReport, Solver};
 use serde_json::{Value, json};
 
 use crate::solver::elastic_block;

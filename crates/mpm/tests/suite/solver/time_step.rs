@@ -1,11 +1,11 @@
 //! Limits of the time step, and warnings about steps that are not stable.
 
-use colluvium_testkit::{solve, start_solver, with_keys};
 use colluvium_case::{Budget, Case, Method, RunOptions, StepLimit, run};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{solve, with_keys};
 use serde_json::{Value, json};
 
-use crate::solver::{elastic_block, crash};
+use crate::solver::{crash, elastic_block};
 
 #[test]
 fn small_mass_nodes_of_linear_functions_are_warned_of_without_a_cutoff() {

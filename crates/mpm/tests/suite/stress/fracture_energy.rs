@@ -1,13 +1,12 @@
 //! A bar of cells that a band may cut, pulled apart: the length of a band is that of a cell (sheet: constitutive §2.16).
 
-use colluvium_mpm::Mpm;
-use colluvium_testkit::{read_case, start_solver};
 use colluvium_case::Case;
+use colluvium_mpm::Mpm;
 use colluvium_testkit::cohesive_bar::{
     self, ENERGY, LENGTH, PULL_SPEED, WEAK_STRENGTH_RATIO, cohesive_material,
 };
+use colluvium_testkit::{read_case, start_solver};
 use serde_json::{Value, json};
-
 
 /// A bar of so many cells with a weak one in its middle, held on the left and pulled on the right.
 fn bar(cells: u32, mpm: &Value) -> Case {
@@ -17,17 +16,17 @@ fn bar(cells: u32, mpm: &Value) -> Case {
     let mut methods = json!({ "cell_size": cell, "points_per_cell": 2 });
     methods.as_object_mut().unwrap().extend(mpm.as_object().unwrap().clone());
     read_case(&json!({
-            "title": "bar", "space": "1d", "gravity": [0], "domain": { "min": [-4.0 * cell], "max": [LENGTH + 4.0 * cell] },
-            "materials": { "strong": cohesive_material(1.0, ENERGY), "weak": cohesive_material(WEAK_STRENGTH_RATIO, ENERGY) },
-            "bodies": [part("near", "strong", -2.0 * cell, near), part("middle", "weak", near, far),
-                       part("far", "strong", far, LENGTH + 2.0 * cell)],
-            "patches": [
-                { "name": "left", "region": { "kind": "box", "min": [-4.0 * cell], "max": [0] } },
-                { "name": "right", "region": { "kind": "box", "min": [LENGTH], "max": [LENGTH + 4.0 * cell] } }],
-            "stages": [{ "name": "pull", "duration": 20, "motions": [
-                { "target": "left", "velocity": [0] }, { "target": "right", "velocity": [PULL_SPEED] }] }],
-            "methods": { "mpm": methods }
-        }))
+        "title": "bar", "space": "1d", "gravity": [0], "domain": { "min": [-4.0 * cell], "max": [LENGTH + 4.0 * cell] },
+        "materials": { "strong": cohesive_material(1.0, ENERGY), "weak": cohesive_material(WEAK_STRENGTH_RATIO, ENERGY) },
+        "bodies": [part("near", "strong", -2.0 * cell, near), part("middle", "weak", near, far),
+                   part("far", "strong", far, LENGTH + 2.0 * cell)],
+        "patches": [
+            { "name": "left", "region": { "kind": "box", "min": [-4.0 * cell], "max": [0] } },
+            { "name": "right", "region": { "kind": "box", "min": [LENGTH], "max": [LENGTH + 4.0 * cell] } }],
+        "stages": [{ "name": "pull", "duration": 20, "motions": [
+            { "target": "left", "velocity": [0] }, { "target": "right", "velocity": [PULL_SPEED] }] }],
+        "methods": { "mpm": methods }
+    }))
 }
 
 /// Work of the end over the fracture energy.

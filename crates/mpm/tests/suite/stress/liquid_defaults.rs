@@ -1,10 +1,9 @@
 //! Liquids with the options that they get by default.
 
 use colluvium_mpm::Mpm;
-use colluvium_testkit::{read_case, solve, start_solver, take_steps, vectors, with_keys};
 use colluvium_testkit::taylor_green::{energy_ratio, taylor_green_case};
+use colluvium_testkit::{read_case, solve, start_solver, take_steps, vectors, with_keys};
 use serde_json::json;
-
 
 #[test]
 fn vortices_of_a_liquid_keep_their_energy_without_options() {
@@ -26,14 +25,14 @@ fn a_liquid_in_a_velocity_field_of_its_own_has_its_transfer_beside_a_block_that_
         let contacts = json!([{ "bodies": ["drop", "block"], "friction_coefficient": 0 }]);
         let mpm = with_keys(json!({ "cell_size": 0.1, "points_per_cell": 2, "contacts": contacts }), &more);
         let case = read_case(&json!({
-                "title": "apart", "space": "plane-strain", "domain": { "min": [0, 0], "max": [3, 1] }, "gravity": [0, 0],
-                "materials": {
-                    "drop": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e5, "viscosity": 1, "cavitation_strength": 1e9 },
-                    "block": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0.2 } },
-                "bodies": [part("drop", 0.2), part("block", 2.2)],
-                "stages": [{ "name": "s", "duration": 1 }],
-                "methods": { "mpm": mpm }
-            }));
+            "title": "apart", "space": "plane-strain", "domain": { "min": [0, 0], "max": [3, 1] }, "gravity": [0, 0],
+            "materials": {
+                "drop": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e5, "viscosity": 1, "cavitation_strength": 1e9 },
+                "block": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0.2 } },
+            "bodies": [part("drop", 0.2), part("block", 2.2)],
+            "stages": [{ "name": "s", "duration": 1 }],
+            "methods": { "mpm": mpm }
+        }));
         let mut solver = start_solver(&Mpm, &case);
         take_steps(&mut *solver, 40, 2e-3);
         let snapshot = solver.snapshot();

@@ -1,8 +1,8 @@
 //! Liquids that hang together where real ones open.
 
-use colluvium_testkit::read_case;
 use colluvium_case::{Case, Method, RunOptions, run_method};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::read_case;
 use serde_json::{Value, json};
 
 /// A liquid 1 m high whose upper part begins under a tension (Pa), with the strength against that.

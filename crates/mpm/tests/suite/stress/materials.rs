@@ -1,10 +1,9 @@
 //! Motions of laws from the grid, and several materials on one grid.
 
-use colluvium_testkit::{read_case, solve, start_solver, stresses, vectors};
 use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{read_case, solve, start_solver, stresses, vectors};
 use serde_json::{Value, json};
-
 
 /// Edge of the cells (m).
 const CELL: f64 = 0.1;
@@ -18,20 +17,20 @@ fn cell(space: &str, mpm: &Value) -> Case {
     let mut methods = json!({ "cell_size": CELL, "shape": "linear" });
     methods.as_object_mut().unwrap().extend(mpm.as_object().unwrap().clone());
     read_case(&json!({
-            "title": "band", "space": space, "gravity": corner(0.0, 0.0),
-            "domain": { "min": corner(0.0, 0.0), "max": corner(2.0 * CELL, CELL) },
-            "materials": { "m": {
-                "model": "double-scale", "density": 2400, "youngs_modulus": 3e10, "poissons_ratio": 0,
-                "band": { "law": "cohesive-friction", "cohesion": 4.5e6, "tensile_strength": 3e6, "friction_coefficient": 0.6,
-                          "opening_energy": ENERGY, "sliding_energy": 1000, "normal_stiffness": 1e18, "shear_stiffness": 1e18 }
-            } },
-            "bodies": [{ "name": "b", "material": "m",
-                         "shape": { "kind": "box", "min": corner(0.0, 0.0), "max": corner(CELL, CELL) } }],
-            "boundaries": sides,
-            "patches": [{ "name": "grip", "region": { "kind": "box", "min": corner(CELL, 0.0), "max": corner(2.0 * CELL, CELL) } }],
-            "stages": [{ "name": "pull", "duration": 1, "motions": [{ "target": "grip", "velocity": corner(PULL, 0.0) }] }],
-            "methods": { "mpm": methods }
-        }))
+        "title": "band", "space": space, "gravity": corner(0.0, 0.0),
+        "domain": { "min": corner(0.0, 0.0), "max": corner(2.0 * CELL, CELL) },
+        "materials": { "m": {
+            "model": "double-scale", "density": 2400, "youngs_modulus": 3e10, "poissons_ratio": 0,
+            "band": { "law": "cohesive-friction", "cohesion": 4.5e6, "tensile_strength": 3e6, "friction_coefficient": 0.6,
+                      "opening_energy": ENERGY, "sliding_energy": 1000, "normal_stiffness": 1e18, "shear_stiffness": 1e18 }
+        } },
+        "bodies": [{ "name": "b", "material": "m",
+                     "shape": { "kind": "box", "min": corner(0.0, 0.0), "max": corner(CELL, CELL) } }],
+        "boundaries": sides,
+        "patches": [{ "name": "grip", "region": { "kind": "box", "min": corner(CELL, 0.0), "max": corner(2.0 * CELL, CELL) } }],
+        "stages": [{ "name": "pull", "duration": 1, "motions": [{ "target": "grip", "velocity": corner(PULL, 0.0) }] }],
+        "methods": { "mpm": methods }
+    }))
 }
 
 /// Fracture energy (J/m²).
@@ -77,15 +76,15 @@ fn two_materials_share_a_grid_as_bars_in_series_do() {
     let half = |name: &str, low: f64| json!({ "name": name, "material": name, "shape": { "kind": "box", "min": [low], "max": [low + 0.5] } });
     for shape in ["linear", "ugimp"] {
         let case = read_case(&json!({
-                "title": "series", "space": "1d", "gravity": [0], "domain": { "min": [0], "max": [1.2] },
-                "materials": { "soft": elastic(soft), "stiff": elastic(stiff) },
-                "bodies": [half("soft", 0.0), half("stiff", 0.5)],
-                "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }],
-                "loads": [{ "kind": "traction", "body": "stiff", "side": "x-max", "value": [traction] }],
-                "stages": [{ "name": "pull", "duration": 20, "damping": 0.3,
-                             "equilibrium": { "unbalanced_force": 1e-5, "kinetic_energy": 1e-5 } }],
-                "methods": { "mpm": { "cell_size": 0.05, "points_per_cell": 2, "shape": shape } }
-            }));
+            "title": "series", "space": "1d", "gravity": [0], "domain": { "min": [0], "max": [1.2] },
+            "materials": { "soft": elastic(soft), "stiff": elastic(stiff) },
+            "bodies": [half("soft", 0.0), half("stiff", 0.5)],
+            "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }],
+            "loads": [{ "kind": "traction", "body": "stiff", "side": "x-max", "value": [traction] }],
+            "stages": [{ "name": "pull", "duration": 20, "damping": 0.3,
+                         "equilibrium": { "unbalanced_force": 1e-5, "kinetic_energy": 1e-5 } }],
+            "methods": { "mpm": { "cell_size": 0.05, "points_per_cell": 2, "shape": shape } }
+        }));
         let snapshot = solve(&Mpm, &case).snapshot;
         let displacement = vectors(&snapshot, "displacement");
         for ((x, u), s) in snapshot.positions.iter().zip(&displacement).zip(stresses(&snapshot)) {

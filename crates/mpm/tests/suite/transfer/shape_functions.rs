@@ -1,23 +1,21 @@
 //! Convected domains and the total-Lagrangian form: what every shape must keep, and what each is for.
 
-use colluvium_testkit::CaseBuilder;
-use colluvium_testkit::{advance_to, case_with, solve, start_solver, stresses, vectors, with_keys};
 use colluvium_case::{Case, Method, RunOptions, RunReport, run};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{CaseBuilder, advance_to, start_solver, stresses, vectors, with_keys};
 use serde_json::{Value, json};
-
 
 /// Block that flies through a box without gravity.
 fn flying_block() -> CaseBuilder {
     CaseBuilder::from_json(json!({
-            "title": "test", "space": "plane-strain",
-            "domain": { "min": [0, 0], "max": [2, 1] }, "gravity": [0, 0],
-            "materials": { "m": { "model": "neo-hookean", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
-            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] },
-                         "velocity": { "kind": "uniform", "value": [6, 1] } }],
-            "stages": [{ "name": "s", "duration": 0.2 }],
-            "methods": { "mpm": { "cell_size": 0.1 } }
-        }))
+        "title": "test", "space": "plane-strain",
+        "domain": { "min": [0, 0], "max": [2, 1] }, "gravity": [0, 0],
+        "materials": { "m": { "model": "neo-hookean", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] },
+                     "velocity": { "kind": "uniform", "value": [6, 1] } }],
+        "stages": [{ "name": "s", "duration": 0.2 }],
+        "methods": { "mpm": { "cell_size": 0.1 } }
+    }))
 }
 
 fn largest_stress(report: &RunReport) -> f64 {
@@ -113,7 +111,11 @@ fn a_body_that_is_torn_is_named() {
 
 #[test]
 fn quadrilaterals_are_refused_out_of_plane_strain() {
-    let case = flying_block().with(json!({ "space": "axisymmetric", "methods": { "mpm": { "cell_size": 0.1, "shape": "cpdi2" } } })).build();
+    let case = flying_block()
+        .with(
+            json!({ "space": "axisymmetric", "methods": { "mpm": { "cell_size": 0.1, "shape": "cpdi2" } } }),
+        )
+        .build();
     let error = Mpm.build(&case).map(|_| ()).unwrap_err().to_string();
     assert!(error.contains("methods.mpm.shape") && error.contains("plane strain"), "{error}");
 }
@@ -210,8 +212,11 @@ fn options_without_support_for_a_shape_are_rejected_by_key() {
         ("shape", json!({ "shape": "cpdi", "mesh": { "kind": "box" } })),
     ] {
         let all = with_keys(json!({ "cell_size": 0.1 }), &options);
-        let error =
-            Mpm.build(&flying_block().with(json!({ "methods": { "mpm": all } })).build()).map(|_| ()).unwrap_err().to_string();
+        let error = Mpm
+            .build(&flying_block().with(json!({ "methods": { "mpm": all } })).build())
+            .map(|_| ())
+            .unwrap_err()
+            .to_string();
         assert!(error.contains(&format!("methods.mpm.{path}")), "{options}: {error}");
     }
 }

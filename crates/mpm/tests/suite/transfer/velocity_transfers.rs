@@ -1,11 +1,9 @@
 //! Transfers of velocity, damping and mass scaling against the statements of the MPM sheet.
 
-use colluvium_testkit::CaseBuilder;
-use colluvium_testkit::{case_with, read_case, scalar_output, solve, start_solver, vectors, with_keys};
 use colluvium_case::{Budget, Case, Method, RunOptions, RunReport, Solver, run};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{CaseBuilder, read_case, scalar_output, solve, start_solver, vectors, with_keys};
 use serde_json::{Value, json};
-
 
 /// Square of 2 m and an elastic material. The test adds bodies, stages and options.
 fn square() -> CaseBuilder {
@@ -34,13 +32,15 @@ fn factor(options: &Value) -> f64 {
     for (key, value) in options.as_object().unwrap() {
         mpm[key] = value.clone();
     }
-    let case = square().with(json!({
-        "space": "1d", "domain": { "min": [0], "max": [80] }, "gravity": [0],
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [1], "max": [79] },
-                     "velocity": { "kind": "sine", "amplitude": [1], "wave_vector": [1] } }],
-        "stages": [{ "name": "s", "duration": 1 }],
-        "methods": { "mpm": mpm }
-    })).build();
+    let case = square()
+        .with(json!({
+            "space": "1d", "domain": { "min": [0], "max": [80] }, "gravity": [0],
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [1], "max": [79] },
+                         "velocity": { "kind": "sine", "amplitude": [1], "wave_vector": [1] } }],
+            "stages": [{ "name": "s", "duration": 1 }],
+            "methods": { "mpm": mpm }
+        }))
+        .build();
     let mut solver = start_solver(&Mpm, &case);
     let before = vectors(&solver.snapshot(), "velocity");
     solver.step(1e-6).unwrap();
@@ -74,7 +74,8 @@ fn modes_are_damped_by_the_factors_of_the_sheet() {
 fn extended_pic_of_order_one_is_pic() {
     for scheme in ["usf", "usl", "musl"] {
         let pic = solve(&Mpm, &spinning(&json!({ "stress_update": scheme, "flip": 0 })));
-        let xpic = solve(&Mpm, &spinning(&json!({ "stress_update": scheme, "transfer": "xpic", "xpic_order": 1 })));
+        let xpic =
+            solve(&Mpm, &spinning(&json!({ "stress_update": scheme, "transfer": "xpic", "xpic_order": 1 })));
         let pairs = vectors(&pic.snapshot, "velocity").into_iter().zip(vectors(&xpic.snapshot, "velocity"));
         for (a, b) in pairs {
             assert!((a[0] - b[0]).abs() + (a[1] - b[1]).abs() < 1e-9, "{scheme}: {a:?}, {b:?}");
@@ -85,13 +86,15 @@ fn extended_pic_of_order_one_is_pic() {
 /// Two points in each cell of 0.1 m of a line, with opposite velocities of 1 m/s, which vanish on the grid.
 fn null_space_motion(options: &Value) -> Box<dyn Solver> {
     let all = json!({ "cell_size": 0.1, "shape": "linear", "transfer": "xpic", "courant": 0.3 });
-    square().with(json!({
-        "space": "1d", "domain": { "min": [0], "max": [1], "periodic": ["x"] }, "gravity": [0],
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
-                     "velocity": { "kind": "formula", "value": ["sin(TAU*x/0.1)"] } }],
-        "stages": [{ "name": "s", "duration": 1 }],
-        "methods": { "mpm": with_keys(all, options) }
-    })).start(&Mpm)
+    square()
+        .with(json!({
+            "space": "1d", "domain": { "min": [0], "max": [1], "periodic": ["x"] }, "gravity": [0],
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
+                         "velocity": { "kind": "formula", "value": ["sin(TAU*x/0.1)"] } }],
+            "stages": [{ "name": "s", "duration": 1 }],
+            "methods": { "mpm": with_keys(all, options) }
+        }))
+        .start(&Mpm)
 }
 
 #[test]
@@ -145,7 +148,9 @@ fn a_residual_time_keeps_momentum_and_nearly_all_rotation() {
 fn collapsed(options: &Value) -> RunReport {
     let all = json!({ "cell_size": 0.02 });
     let wall = |side: &str, kind: &str| json!({ "side": side, "wall": { "kind": kind } });
-    solve(&Mpm, &read_case(&json!({
+    solve(
+        &Mpm,
+        &read_case(&json!({
             "title": "column", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1.2, 0.3] }, "gravity": [0, -9.81],
             "materials": { "m": { "model": "drucker-prager", "density": 1600, "youngs_modulus": 1e6, "poissons_ratio": 0.3,
                                   "friction_angle": 30, "matching": "plane-strain" } },
@@ -153,7 +158,8 @@ fn collapsed(options: &Value) -> RunReport {
             "boundaries": [wall("x-min", "smooth"), wall("y-min", "rough")],
             "stages": [{ "name": "s", "duration": 1.5 }],
             "methods": { "mpm": with_keys(all, options) }
-        })))
+        })),
+    )
 }
 
 /// Most of the motion of the points of a deposit is in the null space of the grid: it decays in the residual time, and the deposit stays at
@@ -280,8 +286,10 @@ fn the_kinetic_energy_of_an_affine_field_is_that_of_the_grid() {
 #[test]
 fn affine_pic_conserves_linear_and_angular_momentum() {
     for shape in ["quadratic", "cubic"] {
-        let mut solver =
-            start_solver(&Mpm, &spinning(&json!({ "transfer": "apic", "shape": shape, "stress_update": "usl" })));
+        let mut solver = start_solver(
+            &Mpm,
+            &spinning(&json!({ "transfer": "apic", "shape": shape, "stress_update": "usl" })),
+        );
         let before = solver.totals();
         for _ in 0..300 {
             let dt = solver.limit().dt;
@@ -295,7 +303,8 @@ fn affine_pic_conserves_linear_and_angular_momentum() {
             assert!((after.momentum[c] - before.momentum[c]).abs() < 1e-11 * scale, "{shape}");
         }
         // The same without the moment: a tenth is lost.
-        let mut pic = start_solver(&Mpm, &spinning(&json!({ "flip": 0, "shape": shape, "stress_update": "usl" })));
+        let mut pic =
+            start_solver(&Mpm, &spinning(&json!({ "flip": 0, "shape": shape, "stress_update": "usl" })));
         let before = pic.totals().angular_momentum[2];
         for _ in 0..300 {
             let dt = pic.limit().dt;

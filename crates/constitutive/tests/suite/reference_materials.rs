@@ -1,9 +1,6 @@
-//! Common parts of the tests.
+//! Materials of the reference values.
 
-use colluvium_constitutive::MaterialError;
 use colluvium_constitutive::laws::{DruckerPragerSpec, Elasticity, Matching, MohrCoulombSpec, StrainMeasure};
-
-pub use colluvium_testkit::{assert_close, assert_near};
 
 /// Set R1 of the constitutive sheet, in kPa.
 pub fn r1() -> Elasticity {
@@ -42,20 +39,5 @@ pub fn mohr_coulomb(unit: f64, dilatancy_angle: f64) -> MohrCoulombSpec {
         tensile_strength: None,
         strain_measure: StrainMeasure::Rate,
         return_initial_stress_to_yield: false,
-    }
-}
-
-/// Asserts that `found` agrees with `exact` to `digits` significant digits as printed: half a unit of the last one.
-pub fn digits(found: f64, exact: f64, digits: i32) {
-    let unit = 10f64.powi(exact.abs().log10().floor() as i32 + 1 - digits);
-    assert!((found - exact).abs() <= 0.5 * unit * (1.0 + 1e-9), "{found} for {exact}");
-}
-
-/// Asserts that `result` rejects the parameter `name`.
-pub fn assert_field<T>(result: Result<T, MaterialError>, name: &str) {
-    match result {
-        Err(MaterialError::Parameter { field, .. }) => assert_eq!(field, name),
-        Err(error) => panic!("{name}: {error}"),
-        Ok(_) => panic!("{name}: accepted"),
     }
 }

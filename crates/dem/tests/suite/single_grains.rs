@@ -94,7 +94,7 @@ impl Scene {
 /// Solver in its first stage.
 pub fn begun<const D: usize, const R: usize>(mut solver: DemSolver<D, R>) -> DemSolver<D, R> {
     use colluvium_case::Solver;
-    colluvium_testkit::solver_runs::single_threaded();
+    colluvium_testkit::single_threaded();
     solver.begin_stage(0, 0.0).unwrap();
     solver
 }

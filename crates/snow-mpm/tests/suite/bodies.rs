@@ -1,8 +1,6 @@
-//! Cases that the tests share.
+//! Cases of a block and of a ball.
 
-use colluvium_case::{Case, Method, Snapshot, Solver};
-use colluvium_snow_mpm::SnowMpm;
-use colluvium_testkit::solver_runs as cases;
+use colluvium_testkit::with_keys;
 use serde_json::{Value, json};
 
 /// A block of stiff elastic matter far from all walls, with these options and a velocity.
@@ -14,7 +12,7 @@ pub fn block(velocity: &Value, options: &Value) -> Value {
         "bodies": [{ "name": "block", "material": "m", "velocity": velocity,
             "shape": { "kind": "box", "min": [0.7, 0.8], "max": [1.3, 1.2] } }],
         "stages": [{ "name": "go", "duration": 0.1 }],
-        "methods": { "snow-mpm": cases::with_keys(json!({ "cell_size": 0.1 }), options) }
+        "methods": { "snow-mpm": with_keys(json!({ "cell_size": 0.1 }), options) }
     })
 }
 
@@ -30,29 +28,6 @@ pub fn ball(options: &Value) -> Value {
             "velocity": { "kind": "uniform", "value": [0, -5] } }],
         "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }],
         "stages": [{ "name": "fall", "duration": 0.05 }],
-        "methods": { "snow-mpm": cases::with_keys(json!({ "cell_size": 0.04 }), options) }
+        "methods": { "snow-mpm": with_keys(json!({ "cell_size": 0.04 }), options) }
     })
-}
-
-/// A solver at the start of the first stage.
-pub fn begun(value: &Value) -> Box<dyn Solver> {
-    cases::start_solver(&SnowMpm, &Case::from_json(&value.to_string()).unwrap())
-}
-
-/// Why the case is refused.
-pub fn refused(value: &Value) -> String {
-    match Case::from_json(&value.to_string()) {
-        Ok(case) => SnowMpm.plan(&case).unwrap_err().to_string(),
-        Err(errors) => errors.to_string(),
-    }
-}
-
-/// A reading of the solver.
-pub fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
-}
-
-/// Velocities of the points.
-pub fn velocities(snapshot: &Snapshot) -> Vec<[f64; 3]> {
-    cases::vectors(snapshot, "velocity")
 }
