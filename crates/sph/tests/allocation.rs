@@ -2,8 +2,7 @@
 
 use colluvium_case::Case;
 use colluvium_sph::Sph;
-use colluvium_testkit::CountingAllocator;
-use colluvium_testkit::assert_allocates_nothing;
+use colluvium_testkit::{CountingAllocator, assert_allocates_nothing};
 use serde_json::{Value, json};
 
 #[global_allocator]

@@ -7,10 +7,9 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 
 use colluvium::case::{Case, FrameRequest};
+use colluvium_testkit::pairwise::CaseFamily;
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
-
-use colluvium_testkit::pairwise::CaseFamily;
 
 use crate::trials::{Trial, trials};
 

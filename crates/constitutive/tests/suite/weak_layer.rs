@@ -1,11 +1,12 @@
 //! Weak layers of snow: cohesive Cam Clay that softens, collapses and packs (sheet: constitutive §2.15, V-14).
 
-use crate::cohesive_cam_clay::{compressed, fresh, returned, weak_layer};
 use colluvium_constitutive::laws::{CamClayHardening, CohesiveCamClaySpec};
 use colluvium_constitutive::{
     Hencky, InitialCondition, Mat3, Model, Motion, PointLaw, PrincipalReturn, StressUpdate, SymTensor,
 };
 use colluvium_testkit::assert_near;
+
+use crate::cohesive_cam_clay::{compressed, fresh, returned, weak_layer};
 
 #[test]
 fn a_weak_layer_softens_collapses_and_packs() {

@@ -1,11 +1,10 @@
 //! Forces on bodies, membranes, shaking, and cyclic cells (sheet: dem §2.1, §3.7, §3.8).
 
-use colluvium_dem::Dem;
-use colluvium_testkit::{assert_near, read_case, refusal, scalar_output};
 use std::f64::consts::TAU;
 
 use colluvium_case::{Case, Solver};
-use colluvium_dem::{DemSolver, Shaking, disks};
+use colluvium_dem::{Dem, DemSolver, Shaking, disks};
+use colluvium_testkit::{assert_near, read_case, refusal, scalar_output};
 use serde_json::{Value, json};
 
 use crate::single_grains::{Scene, begun, linear};

@@ -1,10 +1,10 @@
 //! Obstacles with prescribed motion (sheet: dem §2.10, wall types).
 
-use colluvium_testkit::{read_case, scalar_output};
 use std::f64::consts::PI;
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_dem::{Dem, disks, spheres};
+use colluvium_testkit::{read_case, scalar_output};
 use serde_json::{Value, json};
 
 use crate::single_grains::{Scene, begun, linear};

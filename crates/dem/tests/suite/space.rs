@@ -1,10 +1,10 @@
 //! Sheets under fluid pressure, and cyclic paths and paths of constant volume, in space (sheet: dem §3.7, §3.8).
 
-use colluvium_testkit::{assert_near, read_case, scalar_output};
 use std::f64::consts::FRAC_PI_6;
 
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, spheres};
+use colluvium_testkit::{assert_near, read_case, scalar_output};
 use serde_json::{Value, json};
 
 use crate::single_grains::{Scene, begun, linear};

@@ -1,14 +1,13 @@
 //! Specimen files: a case that begins with one continues where another stopped.
 
-use colluvium_testkit::{advance_steps, read_case, scalar_output};
 use std::path::{Path, PathBuf};
 
 use colluvium_case::{Case, Method, Snapshot, Solver};
 use colluvium_dem::{Contact, Dem, DemSolver, disks, spheres};
+use colluvium_testkit::{advance_steps, read_case, scalar_output};
 use serde_json::{Value, json};
 
 use crate::same::heap;
-
 use crate::single_grains::begun;
 
 /// Periodic box of disks under stress control and at a shear rate.

@@ -1,8 +1,7 @@
 //! Nodes from the points of another method (sheet: depth-sph §3.2, 4).
 
 use colluvium_case::{Case, CaseError, Method, PointList, Snapshot};
-use colluvium_depth_sph::DepthSph;
-use colluvium_depth_sph::point_stacks;
+use colluvium_depth_sph::{DepthSph, point_stacks};
 use colluvium_testkit::{read_case, refusal};
 use serde_json::json;
 

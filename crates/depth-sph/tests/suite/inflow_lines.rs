@@ -1,6 +1,5 @@
 //! Inflow of depth-integrated SPH across lines in plan: with columns of pore pressure, and over a bed that varies along the line.
 
-use colluvium_testkit::{advance_exactly_to, hash_after, read_case, start_solver};
 use std::path::Path;
 
 use colluvium_case::{Case, Method};
@@ -10,11 +9,10 @@ use colluvium_depth_sph::config::settings::FlowSettings;
 use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
 use colluvium_depth_sph::inflow::{Inflow, InflowState};
 use colluvium_depth_sph::points::phase_nodes::NewNode;
+use colluvium_testkit::{advance_exactly_to, hash_after, read_case, start_solver, write_ascii_grid};
 use serde_json::{Value, json};
 
 use crate::inflow::{bore, channel, integrators, mixture, reading, still_plan};
-
-use colluvium_testkit::write_ascii_grid;
 
 const GRAVITY: f64 = 9.81;
 

@@ -1,8 +1,5 @@
 //! Waves that leave through open sides in plan (sheet: depth-sph §3.9, row 10).
 
-use colluvium_testkit::{
-    advance_exactly_to, advance_steps, hash_after, read_case, refusal, scalar_output, start_solver,
-};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
@@ -13,6 +10,9 @@ use colluvium_depth_sph::bed::{Bed, BedPoint};
 use colluvium_depth_sph::config::settings::{BedZone, FlowSettings};
 use colluvium_depth_sph::flow::{Flow, Opening, PlanBoundaries};
 use colluvium_depth_sph::points::phase_nodes::NewNode;
+use colluvium_testkit::{
+    advance_exactly_to, advance_steps, hash_after, read_case, refusal, scalar_output, start_solver,
+};
 use serde_json::{Value, json};
 
 use crate::flow_runs::advance_flow_to;

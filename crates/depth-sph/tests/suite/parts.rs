@@ -1,13 +1,11 @@
 //! Zones of the bed, from options and from obstacles.
 
-use colluvium_testkit::advance_exactly_to;
 use std::path::Path;
 
 use colluvium_case::{Case, Method};
 use colluvium_depth_sph::DepthSph;
+use colluvium_testkit::{advance_exactly_to, write_ascii_grid};
 use serde_json::{Value, json};
-
-use colluvium_testkit::write_ascii_grid;
 
 /// Corner of the map.
 const ORIGIN: [f64; 2] = [600_000.0, 5e6];

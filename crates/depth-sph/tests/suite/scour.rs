@@ -1,10 +1,10 @@
 //! Erodible bed: lowered by erosion, down to the erodible depth (sheet: depth-sph §2.8, §5.2: eroded bed volume).
 
-use colluvium_testkit::{advance_exactly_to, advance_steps, refusal, scalar_output, start_solver};
 use std::path::Path;
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
+use colluvium_testkit::{advance_exactly_to, advance_steps, refusal, scalar_output, start_solver};
 use serde_json::{Value, json};
 
 /// Slope of 0.6 that bends to a flat, on a grid of 2 m.

@@ -1,11 +1,11 @@
 //! Depth-integrated SPH over terrain from a case file: a raster as bed.
 
-use colluvium_testkit::{advance_exactly_to, read_case, refusal};
 use std::path::Path;
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
 use colluvium_points::Raster;
+use colluvium_testkit::{advance_exactly_to, read_case, refusal};
 use serde_json::{Value, json};
 
 const GRAVITY: f64 = 9.81;

@@ -1,15 +1,15 @@
 //! Triangles and tetrahedra: what every mesh must keep, and what a file must say.
 
-use colluvium_testkit::{read_case, solve, start_solver, stresses, vectors};
 use std::fmt::Write as _;
 
 use colluvium_case::{Case, Method, RunOptions, RunReport, Solver, run};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{CaseBuilder, read_case, solve, start_solver, stresses, vectors};
 use serde_json::{Value, json};
 
-/// A block of an elastic material on triangles; `more` replaces or adds keys.
-fn text(more: &Value) -> Value {
-    let mut text = json!({
+/// Block of an elastic material that flies through triangles.
+fn flying_block() -> CaseBuilder {
+    CaseBuilder::from_json(json!({
         "title": "test", "space": "plane-strain",
         "domain": { "min": [0, 0], "max": [2, 1] }, "gravity": [0, 0],
         "materials": { "m": { "model": "neo-hookean", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
@@ -17,28 +17,16 @@ fn text(more: &Value) -> Value {
                      "velocity": { "kind": "uniform", "value": [6, 1] } }],
         "stages": [{ "name": "s", "duration": 0.2 }],
         "methods": { "mpm": { "cell_size": 0.1, "shape": "linear", "mesh": { "kind": "box" } } }
-    });
-    for (key, value) in more.as_object().unwrap() {
-        text[key] = value.clone();
-    }
-    text
-}
-
-#[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
-fn case(more: Value) -> Case {
-    read_case(&text(&more))
+    }))
 }
 
 #[test]
 fn a_body_in_free_flight_through_elements_has_no_stress() {
     // sheet: mpm A-04.
     for points in [1, 2, 3] {
-        let report = solve(
-            &Mpm,
-            &case(json!({
+        let report = flying_block().with(json!({
                 "methods": { "mpm": { "cell_size": 0.1, "points_per_cell": points, "shape": "linear", "mesh": { "kind": "box" } } }
-            })),
-        );
+            })).solve(&Mpm);
         for u in vectors(&report.snapshot, "displacement") {
             assert!((u[0] - 1.2).abs() < 1e-11 && (u[1] - 0.2).abs() < 1e-11, "{points}: {u:?}");
         }
@@ -49,14 +37,14 @@ fn a_body_in_free_flight_through_elements_has_no_stress() {
 
 /// A swinging ball in tetrahedra.
 fn ball(scheme: &str) -> Case {
-    case(json!({
+    flying_block().with(json!({
         "space": "3d", "domain": { "min": [0, 0, 0], "max": [1, 1, 1] }, "gravity": [0, 0, 0],
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0.5, 0.5, 0.5], "radius": 0.25 },
                      "velocity": { "kind": "linear", "value": [0.3, -0.2, 0.1], "origin": [0.5, 0.5, 0.5],
                                    "gradient": [[1, 0.4, 0], [-0.8, -1, 0.3], [0, 0.2, 0.5]] } }],
         "stages": [{ "name": "s", "duration": 0.1 }],
         "methods": { "mpm": { "cell_size": 0.125, "shape": "linear", "stress_update": scheme, "mesh": { "kind": "box" } } }
-    }))
+    })).build()
 }
 
 #[test]
@@ -101,7 +89,7 @@ fn a_restored_solver_continues_to_the_last_bit() {
 fn the_time_step_depends_on_the_least_height() {
     // Right triangles with legs of 0.1 m: 2 A / l_max = 0.1 / √2.
     let still = json!({ "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] } }] });
-    let mut solver = Mpm.build(&case(still)).unwrap();
+    let mut solver = Mpm.build(&flying_block().with(still).build()).unwrap();
     let modulus: f64 = 1e6 * 0.75 / (1.25 * 0.5);
     let exact = 0.5 * 0.1 / 2f64.sqrt() / (modulus / 1000.0).sqrt();
     assert!((solver.limit().dt / exact - 1.0).abs() < 1e-9, "{}", solver.limit().dt);
@@ -118,7 +106,7 @@ fn falling(floor: bool) -> Result<RunReport, String> {
     if floor {
         more["boundaries"] = json!([{ "side": "y-min", "position": 0.2, "wall": { "kind": "smooth" } }]);
     }
-    let case = case(more);
+    let case = flying_block().with(more).build();
     run(&case, Mpm.build(&case).unwrap(), &RunOptions::default()).map_err(|error| error.to_string())
 }
 
@@ -146,16 +134,13 @@ fn weight_at_rest_makes_the_stress_of_an_oedometer() {
         gravity[1] = -10.0;
         let mut high = corner.to_vec();
         high[1] += 0.2;
-        let report = solve(
-            &Mpm,
-            &case(json!({
+        let report = flying_block().with(json!({
                 "space": space, "gravity": gravity, "boundaries": walls,
                 "domain": { "min": vec![0.0; dimension], "max": high },
                 "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": 0.25 } },
                 "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": vec![0.0; dimension], "max": corner } }],
                 "stages": [{ "name": "settle", "duration": 20, "damping": 0.7, "equilibrium": { "unbalanced_force": 1e-5, "kinetic_energy": 1e-5 } }]
-            })),
-        );
+            })).solve(&Mpm);
         let displacement = vectors(&report.snapshot, "displacement");
         for ((x, u), s) in report.snapshot.positions.iter().zip(&displacement).zip(stresses(&report.snapshot))
         {
@@ -172,14 +157,11 @@ fn weight_at_rest_makes_the_stress_of_an_oedometer() {
 
 #[test]
 fn a_traction_gives_its_impulse() {
-    let report = solve(
-        &Mpm,
-        &case(json!({
+    let report = flying_block().with(json!({
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] } }],
             "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [200, -50] }],
             "stages": [{ "name": "s", "duration": 0.02 }]
-        })),
-    );
+        })).solve(&Mpm);
     assert!((report.end.momentum[0] - 200.0 * 0.4 * 0.02).abs() < 1e-10);
     assert!((report.end.momentum[1] + 50.0 * 0.4 * 0.02).abs() < 1e-10);
 }
@@ -188,17 +170,14 @@ fn a_traction_gives_its_impulse() {
 /// and under its own weight (m).
 fn sagging(cells: u32, poissons_ratio: f64, volumetric: &str) -> f64 {
     let cell = 1.0 / f64::from(cells);
-    let report = solve(
-        &Mpm,
-        &case(json!({
+    let report = flying_block().with(json!({
             "domain": { "min": [0, 0], "max": [1.0 + cell, 1.0 + cell] }, "gravity": [0, -10],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": poissons_ratio } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
             "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }, { "side": "y-min", "wall": { "kind": "rough" } }],
             "stages": [{ "name": "settle", "duration": 20, "damping": 0.7, "equilibrium": { "unbalanced_force": 1e-4, "kinetic_energy": 1e-4 } }],
             "methods": { "mpm": { "cell_size": cell, "shape": "linear", "mesh": { "kind": "box" }, "volumetric_strain": volumetric } }
-        })),
-    );
+        })).solve(&Mpm);
     let displacement = vectors(&report.snapshot, "displacement");
     let corner = |p: usize| report.snapshot.positions[p][0] + report.snapshot.positions[p][1];
     let nearest = (0..displacement.len()).max_by(|a, b| corner(*a).total_cmp(&corner(*b))).unwrap();
@@ -219,9 +198,7 @@ fn water_flows_in_triangles() {
     // sheet: mpm A-25 on coarse elements, with the free surface found: mass exact, energy not gained beyond 2 %, and the
     // front behind that of shallow water without friction, 2 √(gH) t.
     for integration in ["points", "mixed"] {
-        let report = solve(
-            &Mpm,
-            &case(json!({
+        let report = flying_block().with(json!({
                 "domain": { "min": [0, 0], "max": [2, 1] }, "gravity": [0, -10],
                 "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e6, "viscosity": 1e-3 } },
                 "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.4, 0.8] },
@@ -230,8 +207,7 @@ fn water_flows_in_triangles() {
                 "stages": [{ "name": "flow", "duration": 0.25 }],
                 "methods": { "mpm": { "cell_size": 0.05, "shape": "linear", "mesh": { "kind": "box" }, "free_surface": 0.7,
                                       "integration": integration } }
-            })),
-        );
+            })).solve(&Mpm);
         let energy = |b: &colluvium_case::Budget| b.kinetic + b.potential + b.elastic;
         assert_eq!(report.end.mass, report.start.mass);
         let kept = energy(&report.end) / energy(&report.start);
@@ -277,14 +253,14 @@ fn a_file_of_gmsh_gives_mesh_and_walls() {
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("rectangle.msh"), msh(8, 4)).unwrap();
     let write = |wall: Value, file: &str| {
-        let text = text(&json!({
+        let text = flying_block().with(json!({
             "gravity": [0, -10],
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.5, 0], "max": [1.5, 0.5] } }],
             "boundaries": [wall],
             "stages": [{ "name": "settle", "duration": 20, "damping": 0.7, "equilibrium": { "unbalanced_force": 1e-3, "kinetic_energy": 1e-3 } }],
             "methods": { "mpm": { "cell_size": 0.25, "shape": "linear", "mesh": { "kind": "file", "file": file } } }
         }));
-        std::fs::write(folder.join("case.json"), text.to_string()).unwrap();
+        std::fs::write(folder.join("case.json"), text.json().to_string()).unwrap();
         Case::load(&folder.join("case.json")).unwrap()
     };
     let by_group = solve(
@@ -320,9 +296,7 @@ fn options_without_support_on_a_mesh_are_rejected_by_key() {
         ("formulation", json!("total-lagrangian")),
         ("points_per_cell", json!(4)),
     ] {
-        let mut text = text(&json!({}));
-        text["methods"]["mpm"][key] = value.clone();
-        let case = read_case(&text);
+        let case = flying_block().options("mpm", json!({ key: value })).build();
         let error = Mpm.build(&case).map(|_| ()).unwrap_err().to_string();
         assert!(error.contains(&format!("methods.mpm.{key}")), "{key} {value}: {error}");
     }

@@ -1,10 +1,10 @@
 //! Loads on surfaces against closed forms.
 
-use colluvium_testkit::{case_with, read_case, solve, stresses};
 use std::f64::consts::PI;
 
 use colluvium_case::{Case, Method};
 use colluvium_sph::Sph;
+use colluvium_testkit::{case_with, read_case, solve, stresses};
 use serde_json::{Value, json};
 
 const RADIUS: f64 = 0.5;

@@ -1,10 +1,10 @@
 //! Smoothing of stress and density against closed forms and symmetries (sheet: sph §2.10, §2.13).
 
-use colluvium_testkit::{advance_steps, case_with, scalars, solve, start_solver, stresses, vectors};
 use std::f64::consts::PI;
 
 use colluvium_case::{Case, Method, Snapshot};
 use colluvium_sph::Sph;
+use colluvium_testkit::{advance_steps, case_with, scalars, solve, start_solver, stresses, vectors};
 use serde_json::{Value, json};
 
 /// Elastic block; `more` replaces or adds keys, `sph` options.

@@ -1,12 +1,12 @@
 //! Time integration, damping, periodic domains, moving and frictional walls: closed forms.
 
-use colluvium_testkit::{advance_steps, read_case, scalars, start_solver, stresses, vectors};
 use std::f64::consts::PI;
 
 use colluvium_case::{Case, Method, Snapshot, Solver, StepLimit};
 use colluvium_sph::Sph;
 use colluvium_sph::kernel::{Kernel, Smoothing};
 use colluvium_sph::setup::rates_only::unchecked_energy_history;
+use colluvium_testkit::{advance_steps, read_case, scalars, start_solver, stresses, vectors};
 use serde_json::{Value, json};
 
 fn solver(text: &Value) -> Box<dyn Solver> {

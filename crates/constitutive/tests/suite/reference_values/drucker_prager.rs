@@ -8,7 +8,6 @@ use colluvium_constitutive::{Point, SmallStrain, SymTensor};
 use colluvium_testkit::assert_close;
 
 use super::{returned, still};
-
 use crate::reference_materials::r1;
 
 fn drucker_prager(matching: Matching, dilatancy_angle: f64) -> DruckerPragerSpec {

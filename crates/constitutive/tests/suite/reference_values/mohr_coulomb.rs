@@ -8,7 +8,6 @@ use colluvium_constitutive::{
 use colluvium_testkit::assert_close;
 
 use super::returned;
-
 use crate::reference_materials::r1;
 
 fn mohr_coulomb(dilatancy_angle: f64) -> MohrCoulombSpec {

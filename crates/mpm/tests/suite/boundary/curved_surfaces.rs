@@ -1,10 +1,10 @@
 //! Loads on curved surfaces against closed forms.
 
-use colluvium_testkit::{read_case, solve, vectors};
 use std::f64::consts::PI;
 
 use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{read_case, solve, vectors};
 use serde_json::{Value, json};
 
 const MODULUS: f64 = 1e6;

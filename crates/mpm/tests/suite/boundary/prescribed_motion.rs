@@ -1,10 +1,10 @@
 //! Rigid bodies and patches of prescribed velocity (sheet: mpm §2.11, §3.6).
 
-use colluvium_testkit::{CaseBuilder, solve, start_solver, vectors, with_keys};
 use std::collections::BTreeMap;
 
 use colluvium_case::{Case, Method, RunReport, Snapshot, Solver};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{CaseBuilder, solve, start_solver, vectors, with_keys};
 use serde_json::{Value, json};
 
 /// Elastic block of 1 m on a smooth floor between smooth walls. The test adds the stages.

@@ -1,10 +1,10 @@
 //! Consistent mass: frequencies, momentum, bits, walls.
 
-use colluvium_mpm::Mpm;
-use colluvium_testkit::{case_with, read_case, solve, vectors, with_keys};
 use std::f64::consts::PI;
 
 use colluvium_case::Case;
+use colluvium_mpm::Mpm;
+use colluvium_testkit::{case_with, read_case, solve, vectors, with_keys};
 use serde_json::{Value, json};
 
 /// Frequency (rad/s) of the first mode of a bar of 13 cells with two points each, as the momentum shows it.

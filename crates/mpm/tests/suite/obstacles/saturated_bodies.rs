@@ -1,10 +1,10 @@
 //! Saturated bodies on obstacles (docs/theory/mpm.md, obstacles).
 
-use colluvium_testkit::{advance_steps, advance_to, read_case, scalars, start_solver, vectors, with_keys};
 use std::fmt::Write as _;
 
 use colluvium_case::{Budget, Method, Solver};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{advance_steps, advance_to, read_case, scalars, start_solver, vectors, with_keys};
 use serde_json::{Value, json};
 
 const GRAVITY: f64 = 9.81;

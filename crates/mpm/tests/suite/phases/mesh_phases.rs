@@ -1,10 +1,10 @@
 //! Saturated bodies in triangles and tetrahedra against closed forms (sheet: mpm ).
 
-use colluvium_mpm::Mpm;
-use colluvium_testkit::{advance_steps, case_with, scalars, solve, start_solver, vectors};
 use std::f64::consts::PI;
 
 use colluvium_case::Case;
+use colluvium_mpm::Mpm;
+use colluvium_testkit::{advance_steps, case_with, scalars, solve, start_solver, vectors};
 use serde_json::{Value, json};
 
 /// The spaces of the two meshes, and how many axes they have.

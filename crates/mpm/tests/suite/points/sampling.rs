@@ -1,10 +1,10 @@
 //! Points in rows along the sides of a body.
 
-use colluvium_testkit::{read_case, solve, start_solver};
 use std::f64::consts::PI;
 
 use colluvium_case::{Case, Solver};
 use colluvium_mpm::Mpm;
+use colluvium_testkit::{read_case, solve, start_solver};
 use serde_json::{Value, json};
 
 fn mass(space: &str, shape: &Value) -> f64 {
