@@ -1,6 +1,6 @@
 //! Test helpers of the other crates. Only tests and benches depend on this crate.
 //!
-//! [`assert_near`], [`assert_close`] and [`assert_digits`] compare numbers, [`CountingAllocator`] counts allocations, [`CaseBuilder`] makes cases, and
+//! [`assert_near`], [`assert_close`], [`assert_relative`] and [`assert_digits`] compare numbers, [`CountingAllocator`] counts allocations, [`CaseBuilder`] makes cases, and
 //! [`solve`], [`start_solver`] and [`advance_to`] run solvers by the traits of [`colluvium_case`]; [`taylor_green`] and [`cohesive_bar`] are cases of several methods.
 
 mod allocations;
@@ -39,6 +39,16 @@ pub fn assert_close(found: f64, exact: f64, tolerance: f64) {
     assert_near(found, exact, tolerance * exact.abs().max(1.0));
 }
 
+/// Asserts that `found` is within the relative `tolerance` of `exact`.
+///
+/// # Panics
+/// When it is not, also when it is NaN.
+#[track_caller]
+pub fn assert_relative(found: f64, exact: f64, tolerance: f64) {
+    let error = (found / exact - 1.0).abs();
+    assert!(error <= tolerance, "{found} for {exact}, a relative error of {error:e}");
+}
+
 /// Asserts that `found` agrees with `exact` to `digits` significant digits as printed: half a unit of the last one.
 ///
 /// # Panics
@@ -60,6 +70,12 @@ mod tests {
         assert!(std::panic::catch_unwind(|| assert_close(1002.0, 1000.0, 1e-3)).is_err());
         assert!(std::panic::catch_unwind(|| assert_close(2e-3, 0.0, 1e-3)).is_err());
         assert!(std::panic::catch_unwind(|| assert_near(f64::NAN, 0.0, 1e9)).is_err());
+    }
+
+    #[test]
+    fn relative_tolerances_hold_for_small_numbers() {
+        assert_relative(-1.001e-9, -1e-9, 1.1e-3);
+        assert!(std::panic::catch_unwind(|| assert_relative(1.01e-9, 1e-9, 1e-3)).is_err());
     }
 
     #[test]

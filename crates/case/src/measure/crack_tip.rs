@@ -114,6 +114,8 @@ impl CrackTip {
 
 #[cfg(test)]
 mod tests {
+    use colluvium_testkit::assert_near;
+
     use super::*;
     use crate::{Field, FieldData};
 
@@ -176,11 +178,11 @@ mod tests {
             .collect();
         let (case, snapshot) = cracked(&places);
         let [main, farthest] = tip([-2.0, 0.0], [1.0, 0.0]).read(&case, &snapshot, &[Some(0.2)]);
-        near(main, 0.4, 1e-12);
-        near(farthest, 0.7, 1e-12);
+        assert_near(main, 0.4, 1e-12);
+        assert_near(farthest, 0.7, 1e-12);
         let [main, farthest] = tip([1.0, 0.0], [0.0, 0.0]).read(&case, &snapshot, &[Some(0.2)]);
-        near(main, 0.0, 0.0);
-        near(farthest, 1.0, 1e-12);
+        assert_near(main, 0.0, 0.0);
+        assert_near(farthest, 1.0, 1e-12);
     }
 
     #[test]

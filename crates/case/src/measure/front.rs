@@ -146,6 +146,8 @@ fn median_width(snapshot: &Snapshot, axis: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use colluvium_testkit::assert_near;
+
     use super::*;
     use crate::Field;
     use crate::FieldData;
@@ -185,8 +187,8 @@ mod tests {
         let mut places: Vec<f64> = (0..100).map(|i| 0.05 + 0.1 * f64::from(i)).collect();
         places.push(30.0);
         let snapshot = layer(&places);
-        close(front(&snapshot, Side::XMax, 0.98), 9.9);
-        close(front(&snapshot, Side::XMax, 1.0), 30.05);
+        assert_near(front(&snapshot, Side::XMax, 0.98), 9.9, 1e-12);
+        assert_near(front(&snapshot, Side::XMax, 1.0), 30.05, 1e-12);
         assert!(front(&layer(&[]), Side::XMax, 1.0).is_nan());
     }
 
@@ -194,16 +196,16 @@ mod tests {
     fn the_front_stops_at_the_first_empty_column() {
         let places = [0.05, 0.15, 0.25, 0.35, 0.75, 0.85];
         // Columns of 0.2 m: the third, from 0.4 to 0.6 m, is empty, though four widths would bridge the gap.
-        close(columns(0.2).front(&layer(&places)), 0.4);
+        assert_near(columns(0.2).front(&layer(&places)), 0.4, 1e-12);
         // Columns of 0.3 m: none is empty.
-        close(columns(0.3).front(&layer(&places)), 0.9);
+        assert_near(columns(0.3).front(&layer(&places)), 0.9, 1e-12);
         assert!(columns(0.2).front(&layer(&[])).is_nan());
     }
 
     #[test]
     fn a_front_that_moves_down_the_axis_is_counted_from_the_upper_wall() {
         let towards = FrontColumns { side: Side::XMin, wall: 1.0, ..columns(0.2) };
-        close(towards.front(&layer(&[0.95, 0.75, 0.7, 0.3, 0.1])), 0.65);
+        assert_near(towards.front(&layer(&[0.95, 0.75, 0.7, 0.3, 0.1])), 0.65, 1e-12);
     }
 
     #[test]
@@ -211,10 +213,10 @@ mod tests {
         // A deposit with an empty cell at its base from 0.4 to 0.6 m, and a point thrown beyond a gap.
         let places = [[0.1, 0.05], [0.3, 0.05], [0.5, 0.35], [0.7, 0.05], [1.1, 0.05]];
         let mut positions = places.map(|[x, y]| [x, y, 0.0]).to_vec();
-        close(columns(0.2).front(&points(positions.clone(), 0.04)), 0.72);
+        assert_near(columns(0.2).front(&points(positions.clone(), 0.04)), 0.72, 1e-12);
         // The whole deposit in the air.
         positions.iter_mut().for_each(|x| x[1] += 5.0);
-        close(columns(0.2).front(&points(positions, 0.04)), 0.72);
+        assert_near(columns(0.2).front(&points(positions, 0.04)), 0.72, 1e-12);
     }
 
     #[test]
@@ -223,12 +225,12 @@ mod tests {
         let places = [[0.1, 0.1], [0.1, 0.3], [0.3, 0.3], [0.5, 0.3], [0.5, 0.1], [0.9, 0.1]];
         let positions = places.map(|[x, y]| [x, y, 0.05]).to_vec();
         let flat = FrontColumns { across: Some(1), ..columns(0.2) };
-        close(flat.front(&points(positions, 0.1)), 0.55);
+        assert_near(flat.front(&points(positions, 0.1)), 0.55, 1e-12);
     }
 
     #[test]
     fn points_sunk_into_the_wall_stand_at_it() {
-        close(columns(0.2).front(&layer(&[-0.01, 0.1, 0.3])), 0.35);
+        assert_near(columns(0.2).front(&layer(&[-0.01, 0.1, 0.3])), 0.35, 1e-12);
     }
 
     fn case(more: &str) -> Case {
@@ -283,9 +285,9 @@ mod tests {
         }"#;
         let readings = super::super::read(&case(more), &layer(&[0.05, 0.35, 0.55, 0.9, 1.6]), Some(0.4), &[]);
         let found = |name: &str| readings.iter().find(|(n, ..)| n == name).map_or(f64::NAN, |r| r.2);
-        close(found("own"), 0.1);
-        close(found("method"), 0.95);
-        close(found("mass"), 1.65);
-        close(found("run"), 0.0);
+        assert_near(found("own"), 0.1, 1e-12);
+        assert_near(found("method"), 0.95, 1e-12);
+        assert_near(found("mass"), 1.65, 1e-12);
+        assert_near(found("run"), 0.0, 1e-12);
     }
 }

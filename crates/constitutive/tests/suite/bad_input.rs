@@ -21,8 +21,8 @@ fn spec(value: Value) -> MaterialSpec {
     serde_json::from_value(value).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Material with `field` (a path with dots) set to `value`.
-fn with(model: &str, field: &str, value: f64) -> MaterialSpec {
+/// Valid material with `field` (a path with dots) set to `value`.
+fn valid_material_with(model: &str, field: &str, value: f64) -> MaterialSpec {
     let mut material = valid_material(model);
     let place = format!("/{}", field.replace('.', "/"));
     match material.pointer_mut(&place) {
@@ -116,7 +116,7 @@ fn parameters_out_of_range_are_refused_by_name() {
             ("softening.friction_rate", vec![-1.0]),
             ("softening.cohesion_rate", vec![-1.0]),
         ] {
-            refused(model, field, &values);
+            assert_refused(model, field, &values);
         }
     }
     let elastic =
@@ -124,19 +124,19 @@ fn parameters_out_of_range_are_refused_by_name() {
     let solids =
         ["mohr-coulomb", "tresca", "von-mises", "tension-cut", "cfd-soil", "snow", "cohesive-cam-clay"];
     for model in elastic.into_iter().chain(solids) {
-        refused(model, "youngs_modulus", &[0.0, -1.0]);
-        refused(model, "poissons_ratio", &[-1.0, 0.5, 0.6]);
-        refused(model, "density", &[0.0, -1.0]);
+        assert_refused(model, "youngs_modulus", &[0.0, -1.0]);
+        assert_refused(model, "poissons_ratio", &[-1.0, 0.5, 0.6]);
+        assert_refused(model, "density", &[0.0, -1.0]);
     }
     for (model, field, values) in OUT_OF_RANGE {
-        refused(model, field, values);
+        assert_refused(model, field, values);
     }
 }
 
-fn refused(model: &str, field: &str, values: &[f64]) {
+fn assert_refused(model: &str, field: &str, values: &[f64]) {
     spec(valid_material(model)).build().unwrap_or_else(|error| panic!("{model} itself: {error}"));
     for value in values {
-        let error = with(model, field, *value).build().err();
+        let error = valid_material_with(model, field, *value).build().err();
         let error = error.unwrap_or_else(|| panic!("{model} takes {field} = {value}")).to_string();
         let law = if field.starts_with("material.") { "mohr-coulomb" } else { model };
         let named = error.starts_with(&format!("{field}: {value}")) && error.ends_with(&format!(" ({law})"));
@@ -213,7 +213,7 @@ fn unusual_parameters_give_a_warning() {
             "{model}: {:?}",
             spec(valid_material(model)).warnings()
         );
-        let warnings = with(model, field, value).warnings();
+        let warnings = valid_material_with(model, field, value).warnings();
         assert!(warnings.iter().any(|warning| warning.starts_with(field)), "{model}, {field}: {warnings:?}");
     }
     let mut cone = valid_material("drucker-prager");

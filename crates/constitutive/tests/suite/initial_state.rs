@@ -23,7 +23,8 @@ fn mohr_coulomb() -> Value {
     json!({ "model": "mohr-coulomb", "friction_angle": 30.0, "cohesion": 10.0, "dilatancy_angle": 10.0 })
 }
 
-fn with(mut value: Value, key: &str, entry: Value) -> Value {
+/// Text with one more key.
+fn with_key(mut value: Value, key: &str, entry: Value) -> Value {
     value[key] = entry;
     value
 }
@@ -44,15 +45,15 @@ fn all() -> Vec<MaterialSpec> {
     for measure in ["rate", "hencky"] {
         let models = [
             drucker_prager(),
-            with(drucker_prager(), "softening", softening()),
+            with_key(drucker_prager(), "softening", softening()),
             mohr_coulomb(),
-            with(mohr_coulomb(), "softening", softening()),
-            with(mohr_coulomb(), "tensile_strength", json!(2.0)),
+            with_key(mohr_coulomb(), "softening", softening()),
+            with_key(mohr_coulomb(), "tensile_strength", json!(2.0)),
             json!({ "model": "tresca", "undrained_strength": 20.0 }),
             json!({ "model": "von-mises", "cohesion": 20.0 }),
             json!({ "model": "tension-cut", "tensile_strength": 5.0 }),
         ];
-        all.extend(models.map(|model| projecting(&with(model, "strain_measure", json!(measure)))));
+        all.extend(models.map(|model| projecting(&with_key(model, "strain_measure", json!(measure)))));
     }
     all.extend([false, true].map(|lode| MaterialSpec::Simsand(sand(lode))));
     all
@@ -92,7 +93,7 @@ fn projection_is_the_return_of_the_initial_stress() {
             [-150.214_594, -337.741_476, -133.800_010, 88.636_360, 30.979_353, -8.603_396],
         ),
         (
-            with(mohr_coulomb(), "tensile_strength", json!(2.0)),
+            with_key(mohr_coulomb(), "tensile_strength", json!(2.0)),
             [20.0, -15.0, -20.0, 0.0, 0.0, 0.0],
             [2.0, -22.714_286, -27.714_286, 0.0, 0.0, 0.0],
         ),
@@ -103,7 +104,7 @@ fn projection_is_the_return_of_the_initial_stress() {
             // The surface at the start is that of the peak; the return of the initial stress gives no plastic strain.
             let model = match model["model"].as_str() {
                 Some("tresca") => model.clone(),
-                _ if softens => with(model.clone(), "softening", softening()),
+                _ if softens => with_key(model.clone(), "softening", softening()),
                 _ => model.clone(),
             };
             let law = build(&projecting(&model));
@@ -114,7 +115,8 @@ fn projection_is_the_return_of_the_initial_stress() {
             let mut plastic = [1.0];
             law.outputs(&[found], &states.blocks()[0], &mut plastic);
             assert_eq!(plastic, [0.0], "{model}");
-            let refusing = projecting(&with(model.clone(), "return_initial_stress_to_yield", json!(false)));
+            let refusing =
+                projecting(&with_key(model.clone(), "return_initial_stress_to_yield", json!(false)));
             let error = start(&*build(&refusing), SymTensor(stress)).unwrap_err();
             assert!(error.contains("outside the yield surface"), "{error}");
         }

@@ -2,6 +2,7 @@
 
 use colluvium_case::{Case, Solver};
 use colluvium_constitutive::{Mat3, SymTensor};
+use colluvium_testkit::assert_relative;
 use serde_json::{Value, json};
 
 use super::GranularCellSpec;
@@ -78,14 +79,6 @@ fn deformed<const D: usize, const R: usize>(
     looked_at(solver)
 }
 
-fn near(found: f64, exact: f64, share: f64, what: &str) {
-    assert!(
-        (found / exact - 1.0).abs() < share,
-        "{what}: {found} for {exact}, off by {:e}",
-        found / exact - 1.0
-    );
-}
-
 /// Initial distance of neighbours (m), with an overlap of 0.2 %.
 const APART: f64 = 0.998 * SIZE;
 
@@ -132,10 +125,10 @@ fn a_lattice_of_spheres_has_its_stress_under_isotropic_and_uniaxial_strain() {
     // p = (1/3V) Σ k δ l with six contacts a grain in l³/√2.
     let pressure = |apart: f64| 2.0 * 2f64.sqrt() * STIFFNESS * (SIZE - apart) / (apart * apart);
     let mut cube = face_centred(&spec);
-    near(-cell_operations::stress(&cube)[0], pressure(APART), 1e-9, "start");
+    assert_relative(-cell_operations::stress(&cube)[0], pressure(APART), 1e-9);
     let stress = deformed(&mut cube, &spec, &stretch([-strain; 3], 0.0, 0.1));
     for c in 0..3 {
-        near(-stress[c], pressure(APART * (-strain).exp()), 1e-4, "isotropic");
+        assert_relative(-stress[c], pressure(APART * (-strain).exp()), 1e-4);
     }
 
     let mut cube = face_centred(&spec);
@@ -147,9 +140,9 @@ fn a_lattice_of_spheres_has_its_stress_under_isotropic_and_uniaxial_strain() {
     let along = 2.0 * x * (pushed * x + slid * z) / long;
     let side = (STIFFNESS * (SIZE - APART) * APART + along) / volume;
     let axial = 4.0 * z * (pushed * z - slid * x) / long / volume;
-    near(-stress[0], side, 1e-4, "side");
-    near(-stress[1], side, 1e-4, "side");
-    near(-stress[2], axial, 1e-4, "axial");
+    assert_relative(-stress[0], side, 1e-4);
+    assert_relative(-stress[1], side, 1e-4);
+    assert_relative(-stress[2], axial, 1e-4);
 }
 
 #[test]
@@ -160,8 +153,8 @@ fn a_lattice_of_disks_has_its_stress_under_isotropic_uniaxial_and_simple_shear_s
     let pressure = |apart: f64| 3f64.sqrt() * STIFFNESS * (SIZE - apart) / apart;
     let mut cell = rows_of_disks(&spec, 0.5, high);
     let stress = deformed(&mut cell, &spec, &stretch([-strain, -strain, 0.0], 0.0, 0.1));
-    near(-stress[0], pressure(APART * (-strain).exp()), 1e-4, "isotropic");
-    near(-stress[1], pressure(APART * (-strain).exp()), 1e-4, "isotropic");
+    assert_relative(-stress[0], pressure(APART * (-strain).exp()), 1e-4);
+    assert_relative(-stress[1], pressure(APART * (-strain).exp()), 1e-4);
 
     let mut cell = rows_of_disks(&spec, 0.5, high);
     let stress = deformed(&mut cell, &spec, &stretch([0.0, -strain, 0.0], 0.0, 0.1));
@@ -170,15 +163,15 @@ fn a_lattice_of_disks_has_its_stress_under_isotropic_uniaxial_and_simple_shear_s
     let (long, volume) = (x.hypot(y), APART * y);
     let (pushed, slid) = (STIFFNESS * (SIZE - long), ACROSS * STIFFNESS * across(x, before, y));
     let side = (STIFFNESS * (SIZE - APART) * APART + 2.0 * x * (pushed * x + slid * y) / long) / volume;
-    near(-stress[0], side, 1e-4, "side");
-    near(-stress[1], 2.0 * y * (pushed * y - slid * x) / long / volume, 1e-4, "axial");
+    assert_relative(-stress[0], side, 1e-4);
+    assert_relative(-stress[1], 2.0 * y * (pushed * y - slid * x) / long / volume, 1e-4);
 
     // Columns of a square lattice tilt by the strain, and its disks rotate by half of it, so that the moments of their contacts cancel: the
     // springs are elongated by half of it, and the normal forces of the columns increase the tilt.
     let mut cell = rows_of_disks(&spec, 0.0, 1.0);
     let stress = deformed(&mut cell, &spec, &stretch([0.0; 3], strain, 0.1));
     let exact = strain * STIFFNESS * (0.5 * ACROSS - (SIZE - APART) / APART);
-    near(stress[3], exact, 3e-3, "shear");
+    assert_relative(stress[3], exact, 3e-3);
 }
 
 #[test]
@@ -199,7 +192,7 @@ fn dashpots_add_the_share_of_stress_that_the_inertial_number_sets() {
     let moving = looked_at(&mut cube)[0];
     let still = looked_at(&mut cube)[0];
     let share = viscous / (STIFFNESS * (SIZE - apart));
-    near(moving / still - 1.0, share, 0.05, "share of the dashpots");
+    assert_relative(moving / still - 1.0, share, 0.05);
 }
 
 /// Case of the method with the grains of a law, drawn in a cell of this side (m) that deforms at these rates (1/s).

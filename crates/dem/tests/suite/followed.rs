@@ -57,14 +57,15 @@ fn case(inertial: f64, strain: f64, periodic: bool, own: &Value) -> Value {
                 "normal": { "law": "linear", "stiffness": 1e3 * PRESSURE, "restitution": 0.2 }
             }],
             "stages": {
-                "press": with(if periodic { cell(&json!({ "stress": -PRESSURE })) } else { platens(&["right", "top"]) }),
+                "press": without_friction(if periodic { cell(&json!({ "stress": -PRESSURE })) } else { platens(&["right", "top"]) }),
                 "shear": own
             }
         } }
     })
 }
 
-fn with(mut stage: Value) -> Value {
+/// Options of a stage with frictionless grains.
+fn without_friction(mut stage: Value) -> Value {
     stage["pairs"] = json!([{ "between": ["g", "g"], "friction": { "coefficient": 0 } }]);
     stage
 }

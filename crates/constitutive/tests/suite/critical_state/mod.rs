@@ -11,23 +11,6 @@ use colluvium_constitutive::driver::{ElementPath, ElementTest, LoadingPath, Test
 use colluvium_constitutive::laws::{CamClaySpec, PressureElasticSpec, PressureStiffness};
 use colluvium_constitutive::{InitialCondition, Mat3, MaterialError, MaterialSpec, Motion, SymTensor};
 
-/// Asserts that `found` agrees with `exact` within the relative `tolerance`.
-#[track_caller]
-fn near(found: f64, exact: f64, tolerance: f64) {
-    let distance = (found - exact).abs();
-    assert!(
-        distance <= tolerance * exact.abs(),
-        "{found} for {exact}, relative {:e}",
-        distance / exact.abs()
-    );
-}
-
-/// Asserts that `found` agrees with `exact` to the printed digits: half a `unit` of the last one.
-#[track_caller]
-fn digits(found: f64, exact: f64, unit: f64) {
-    assert!((found - exact).abs() <= 0.5001 * unit, "{found} for {exact}");
-}
-
 fn still() -> Motion {
     Motion::from_deformation(&Mat3::IDENTITY, 1.0, 2000.0, 1.0).unwrap()
 }

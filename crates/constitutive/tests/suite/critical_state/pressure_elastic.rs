@@ -3,19 +3,20 @@
 use colluvium_constitutive::driver::{ElementPath, LoadingPath};
 use colluvium_constitutive::laws::{PressureElasticSpec, PressureStiffness};
 use colluvium_constitutive::{Corotational, Mat3, MaterialSpec, Motion, PointLaw, StressUpdate, SymTensor};
+use colluvium_testkit::assert_relative;
 
-use super::{CLAY, Change, SAND, elastic, near, problem_field, start, test};
+use super::{CLAY, Change, SAND, elastic, problem_field, start, test};
 
 #[test]
 fn elastic_stiffness_follows_pressure() {
     let sand = elastic(SAND).law().unwrap();
-    near(sand.shear_modulus(100e3, 0.8), 30e6, 1e-12);
-    near(sand.shear_modulus(400e3, 0.8), 60e6, 1e-12);
+    assert_relative(sand.shear_modulus(100e3, 0.8), 30e6, 1e-12);
+    assert_relative(sand.shear_modulus(400e3, 0.8), 60e6, 1e-12);
     // 2(1+ν)/(3(1-2ν)) = 4/3 for ν = 0.2.
-    near(sand.bulk_modulus(400e3, 0.8), 80e6, 1e-12);
+    assert_relative(sand.bulk_modulus(400e3, 0.8), 80e6, 1e-12);
     let clay = elastic(CLAY).law().unwrap();
-    near(clay.bulk_modulus(50e3, 0.8), 1.8e6, 1e-12);
-    near(clay.shear_modulus(50e3, 0.8), 1.35e6, 1e-12);
+    assert_relative(clay.bulk_modulus(50e3, 0.8), 1.8e6, 1e-12);
+    assert_relative(clay.shear_modulus(50e3, 0.8), 1.35e6, 1e-12);
 }
 
 #[test]
@@ -28,13 +29,13 @@ fn elastic_pressure_is_a_function_of_volume_alone() {
     // Clay: e + κ ln p is constant, in one step as in many.
     for steps in [1, 7] {
         let loaded = run(CLAY, 300e3, steps);
-        near(loaded.last("void_ratio"), 0.8 - 0.05 * 3f64.ln(), 1e-12);
-        near(1.8 * volume(&loaded).exp() - 1.0, loaded.last("void_ratio"), 1e-12);
+        assert_relative(loaded.last("void_ratio"), 0.8 - 0.05 * 3f64.ln(), 1e-12);
+        assert_relative(1.8 * volume(&loaded).exp() - 1.0, loaded.last("void_ratio"), 1e-12);
     }
     // Sand: p^(1-n) is linear in volume.
     let exact = -(300e3f64.sqrt() - 100e3f64.sqrt()) * 2.0 * 100e3f64.sqrt() / 40e6;
-    near(volume(&run(SAND, 300e3, 1)), exact, 1e-10);
-    near(volume(&run(SAND, 300e3, 9)), exact, 1e-10);
+    assert_relative(volume(&run(SAND, 300e3, 1)), exact, 1e-10);
+    assert_relative(volume(&run(SAND, 300e3, 9)), exact, 1e-10);
 }
 
 #[test]
@@ -52,8 +53,8 @@ fn elastic_stiffness_does_not_fall_below_that_of_the_least_pressure() {
         assert!(whole.stress.pressure() < 0.0, "in tension");
         // Two halves, and back.
         let end = by(0.01, &by(0.01, &point));
-        near(end.stress.pressure(), whole.stress.pressure(), 1e-10);
-        near(by(-0.02, &end).stress.pressure(), 3e3, 1e-10);
+        assert_relative(end.stress.pressure(), whole.stress.pressure(), 1e-10);
+        assert_relative(by(-0.02, &end).stress.pressure(), 3e3, 1e-10);
     }
 }
 
@@ -65,8 +66,8 @@ fn elastic_triaxial_slope_is_three_times_the_shear_modulus() {
         100.0,
         &[(LoadingPath::TriaxialUndrained { axial_compression: 1e-3, fluid_stiffness: None }, 10)],
     );
-    near(run.last("q"), 3.0 * 30e6 * 1e-3, 1e-9);
-    near(run.last("p"), 100e3, 1e-9);
+    assert_relative(run.last("q"), 3.0 * 30e6 * 1e-3, 1e-9);
+    assert_relative(run.last("p"), 100e3, 1e-9);
 }
 
 /// Changes of a valid material that give a parameter out of range, and the parameter (sheet: constitutive §7).
