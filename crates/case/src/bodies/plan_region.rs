@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn a_raster_that_says_nothing_of_the_domain_is_refused() {
+    fn region_rasters_without_the_value_in_the_domain_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         cover(folder.path(), "cover.asc");
         let refused = |name: &str, value| of(folder.path(), name, value).unwrap_err();

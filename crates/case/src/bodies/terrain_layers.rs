@@ -357,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn a_thickness_that_seems_to_stand_for_no_data_is_refused() {
+    fn thickness_values_that_resemble_no_data_marks_are_refused() {
         let folder = folder();
         let mut value = layered();
         value["bodies"][0]["shape"]["thickness"] = json!("thick.asc");
@@ -416,7 +416,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_with_a_layer_is_told_with_path_and_file() {
+    fn errors_in_layers_name_the_json_path_and_the_file() {
         let folder = folder();
         let refused = |change: &dyn Fn(&mut Value)| {
             let mut value = layered();

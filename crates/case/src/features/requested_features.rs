@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plain_case_asks_for_its_space_its_shape_and_its_law() {
+    fn features_of_a_minimal_case_are_its_space_shape_and_law() {
         let names: Vec<String> = case(&[]).features().into_iter().map(|feature| feature.name).collect();
         assert_eq!(
             names,
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn keys_and_variants_are_asked_for_with_their_places() {
+    fn requested_features_are_keys_and_variants_with_their_paths() {
         use serde_json::json;
         assert_eq!(asked(&[("/bodies/0/rigid", json!(true))]), ["bodies.rigid at bodies[0].rigid"]);
         let wall = json!([{ "side": "x-min", "wall": { "kind": "frictional", "friction_coefficient": 0.3, "bilateral": true } }]);
@@ -322,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn what_says_no_more_than_the_default_is_not_asked_for() {
+    fn keys_with_default_values_are_no_requested_features() {
         use serde_json::json;
         let same = [
             ("/bodies/0/rigid", json!(false)),
@@ -337,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_a_template_asks_for_is_among_the_known_features() {
+    fn features_requested_by_templates_are_known_features() {
         let known = Case::known_features();
         assert!(known.len() > 130, "{}", known.len());
         let templates = concat!(env!("CARGO_MANIFEST_DIR"), "/../colluvium/src/templates");

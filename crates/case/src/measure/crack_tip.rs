@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn the_tip_is_the_end_of_what_is_cut_or_cracked_without_a_gap() {
+    fn the_crack_tip_is_the_end_of_the_contiguous_cut_or_cracked_part() {
         // From the right: two bins cut away, two cracked, one of whose points has moved into the next bin; a daughter crack beyond.
         let places: Vec<(f64, f64, f64)> = (0..8)
             .map(|i| {

@@ -274,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn the_measure_takes_its_own_cell_or_that_of_the_method() {
+    fn the_front_uses_the_cell_of_the_measure_or_that_of_the_method() {
         let more = r#", "measures": {
             "own": { "kind": "front", "side": "x-max", "cell": 0.1 },
             "method": { "kind": "front", "side": "x-max" },

@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn heights_that_are_no_number_and_marks_that_are_not_named_are_told_with_their_count() {
+    fn non_finite_heights_and_undeclared_no_data_marks_are_reported_with_their_count() {
         let folder = tempfile::tempdir().unwrap();
         let corner = |mark: f64| move |x: f64, y: f64| if x + y < 1.5 { mark } else { 1.0 };
         assert_eq!(warnings(folder.path(), corner(1.0), true), Vec::<String>::new());

@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn its_velocity_is_the_slope_of_the_way_of_its_parts() {
+    fn velocity_of_a_moving_obstacle_is_the_time_derivative_of_its_material_positions() {
         let mut own = moving(&[0.3, -0.2], 40.0, 0.1);
         let (time, step) = (0.7, 1e-5);
         own.move_to(time);

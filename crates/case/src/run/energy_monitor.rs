@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn energy_that_swings_or_falls_is_no_matter_and_what_grows_is_told() {
+    fn only_growth_of_the_total_energy_causes_a_warning() {
         assert_eq!(watched(|_| 3.0), None);
         assert_eq!(watched(|time| 3.0 * (-time).exp()), None);
         assert_eq!(watched(|time| 3.0 + 0.01 * (40.0 * time).sin()), None);

@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_the_reference_is_at_no_distance_from_it() {
+    fn points_on_the_reference_profile_have_zero_distance_to_it() {
         let line = |k: i32| (f64::from(k), 2.0 * f64::from(k));
         let profile: Vec<_> = (0..5).map(line).collect();
         assert!(distance_to(&[(0.5, 1.0), (2.5, 5.0)], &profile) < 1e-15);

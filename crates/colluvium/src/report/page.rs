@@ -164,7 +164,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn a_report_begins_with_what_was_asked_for() {
+    fn a_report_begins_with_the_requested_measures() {
         let columns = ["time", "kinetic_energy", "front", "front.speed", "frontal"];
         let results = RunResults {
             summary: json!({ "status": "completed", "method": "mpm", "factors_of_safety": { "slope": {} } }),

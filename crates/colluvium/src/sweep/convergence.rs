@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_converge_has_no_order() {
+    fn non_convergent_series_have_no_observed_order() {
         let sizes = [0.4, 0.2, 0.1];
         for values in [[1.0, 2.0, 1.0], [1.0, 2.0, 4.0], [1.0, 2.0, f64::NAN], [1.0, 2.0, 2.0]] {
             assert!(observed_order(sizes, values).order.is_nan(), "{values:?}");
