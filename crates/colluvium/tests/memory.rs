@@ -131,7 +131,7 @@ fn grain_cases(space: &str, diameter: f64) -> Vec<MemoryCase> {
 }
 
 #[test]
-fn a_plan_knows_what_its_run_will_hold() {
+fn memory_estimates_of_a_plan_match_the_memory_of_its_run() {
     let continuum = [("plane-strain", 0.05), ("3d", 0.1)];
     let grains = [("plane-strain", 0.03), ("3d", 0.1)];
     let continuum = continuum.into_iter().flat_map(|(space, cell)| continuum_cases(space, cell));

@@ -52,7 +52,7 @@ fn problem(change: impl FnOnce(&mut Value)) -> String {
 }
 
 #[test]
-fn what_is_wrong_is_named_with_its_place() {
+fn errors_in_sweeps_name_the_json_path() {
     let parameter = |key: &'static str, value: Value| {
         move |sweep: &mut Value| sweep["parameters"]["friction"][key] = value
     };
@@ -118,7 +118,7 @@ fn columns_that_no_run_has_are_named() {
 }
 
 #[test]
-fn plans_make_their_runs() {
+fn sampling_plans_generate_their_runs() {
     let (_folder, path) = files(&sweep());
     let (sweep, members) = Sweep::load(&path).unwrap();
     let values: Vec<&Vec<Value>> = members.iter().map(|member| &member.values).collect();
@@ -183,7 +183,7 @@ fn the_table_does_not_depend_on_how_the_runs_are_spread() {
 }
 
 #[test]
-fn a_sweep_goes_on_where_it_stopped_and_is_kept_from_others() {
+fn a_sweep_resumes_where_it_stopped_and_refuses_folders_of_other_sweeps() {
     let (folder, path) = files(&sweep());
     let out = folder.path().join("out");
     let options = SweepOptions { out: out.clone(), jobs: 1, threads: 1, ..SweepOptions::default() };
@@ -239,7 +239,7 @@ fn a_sweep_goes_on_where_it_stopped_and_is_kept_from_others() {
 }
 
 #[test]
-fn a_run_that_fails_is_told_of_and_does_not_stop_the_others() {
+fn a_failed_run_of_a_sweep_is_reported_and_the_others_complete() {
     let mut sweep = sweep();
     sweep["parameters"] = json!({ "side": { "at": ["domain.max[0]"], "values": [0.4, 0.1, 0.8] } });
     let (folder, path) = files(&sweep);

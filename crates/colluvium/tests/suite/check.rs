@@ -6,7 +6,7 @@ use super::cli::{column, write};
 use super::{output, program};
 
 #[test]
-fn check_tells_densities_and_the_times_that_decide() {
+fn check_prints_densities_and_time_scales() {
     let folder = tempfile::tempdir().unwrap();
     let mut case = column();
     case["materials"]["sand"]["density"] = json!(2000);

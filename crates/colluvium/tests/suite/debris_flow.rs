@@ -38,7 +38,7 @@ fn sums_to_the_volume(out: &Path) -> f64 {
 
 /// Material beyond an open boundary is in none of the rasters.
 #[test]
-fn what_leaves_through_a_side_is_not_in_the_deposit() {
+fn volume_leaving_through_an_open_side_is_not_in_the_deposit_raster() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     in_folder(folder, &["new", "debris-flow"]);
@@ -189,7 +189,7 @@ fn of_runs(folder: &Path, name: &str) -> Vec<Vec<f64>> {
 }
 
 #[test]
-fn a_sweep_tells_how_many_of_its_runs_reach_a_threshold() {
+fn exceedance_rasters_of_a_sweep_contain_the_share_of_runs_over_a_threshold() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     friction_sweep(
@@ -226,7 +226,7 @@ fn a_sweep_tells_how_many_of_its_runs_reach_a_threshold() {
 }
 
 #[test]
-fn a_sweep_tells_the_strongest_class_of_intensity_and_how_many_runs_have_each() {
+fn intensity_rasters_of_a_sweep_contain_the_highest_class_and_class_shares() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let classes = json!([

@@ -220,7 +220,7 @@ fn cells_of_disks_are_refused_where_there_is_strain_across_their_plane() {
 }
 
 #[test]
-fn a_check_tells_what_cells_of_grains_cost() {
+fn check_warns_of_the_cost_of_representative_cells_of_grains() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("case.json");
     std::fs::write(&file, mpm().to_string()).unwrap();
@@ -259,7 +259,7 @@ fn filled(width: f64, diameter: f64) -> Value {
 }
 
 #[test]
-fn grains_that_take_long_to_place_are_told_of_before_and_those_that_do_not_fit_are_refused() {
+fn slow_grain_placement_gives_a_notice_and_grains_beyond_memory_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("case.json");
     let path = file.to_str().unwrap();
@@ -306,7 +306,7 @@ fn bed() -> Value {
 }
 
 #[test]
-fn a_specimen_is_written_by_the_command_line_and_another_case_begins_with_it() {
+fn a_specimen_written_by_the_command_line_is_read_by_another_case() {
     let folder = tempfile::tempdir().unwrap();
     let command = |arguments: &[&str]| in_folder(folder.path(), arguments);
     std::fs::write(folder.path().join("bed.json"), bed().to_string()).unwrap();

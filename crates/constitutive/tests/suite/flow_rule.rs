@@ -126,7 +126,7 @@ const KAPPA: f64 = 0.03;
 /// Eq. (2.4): the forward step uses `D^ep = D - (D : ∂g)(∂f : D) / (∂f : D : ∂g - ∂_κ f h)` of the softening cone, and remains
 /// on the surface to the first order of the step.
 #[test]
-fn the_forward_step_takes_the_continuum_stiffness_and_is_consistent() {
+fn the_forward_step_uses_the_continuum_stiffness_and_is_consistent() {
     let (law, stress) = on_the_surface();
     let elastic = elasticity();
     let cone = law.cone_at(KAPPA);

@@ -38,7 +38,7 @@ fn threads_do_not_change_a_bit() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupted_search_ends_with_code_4_and_goes_on_when_resumed() {
+fn an_interrupted_search_ends_with_code_4_and_resumes_to_the_same_result() {
     let folder = tempfile::tempdir().unwrap();
     let file = write(folder.path(), "slope.json", &searched());
     let run = |out: &Path, flag: Option<&str>| {
@@ -130,7 +130,7 @@ fn a_killed_run_resumes_to_the_last_bit() {
 }
 
 #[test]
-fn a_folder_with_results_is_safe() {
+fn a_folder_with_results_is_not_overwritten_without_the_option() {
     let folder = tempfile::tempdir().unwrap();
     let mut case = column();
     case["stages"] = json!([{ "name": "go", "duration": 0.002 }]);
@@ -149,7 +149,7 @@ fn a_folder_with_results_is_safe() {
 }
 
 #[test]
-fn a_sweep_tells_of_each_run_and_leaves_one_table() {
+fn a_sweep_prints_each_run_and_writes_one_table() {
     let folder = tempfile::tempdir().unwrap();
     let mut case = column();
     case["stages"] = json!([{ "name": "go", "duration": 0.02 }]);
