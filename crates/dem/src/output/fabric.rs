@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chain_that_hangs_on_a_ring_bears_nothing() {
+    fn a_chain_hanging_from_a_ring_consists_of_rattlers() {
         // A ring of three; a chain of two on it; one grain alone.
         let pairs = [(0, Some(1)), (1, Some(2)), (2, Some(0)), (2, Some(3)), (3, Some(4))];
         assert_eq!(rattlers(6, &pairs), [false, false, false, true, true, true]);

@@ -109,7 +109,7 @@ fn forces_that_no_grain_can_follow_are_refused() {
 }
 
 #[test]
-fn a_membrane_bears_its_pressure_across_the_line_of_its_grains() {
+fn membrane_force_in_plane_is_pressure_times_the_chord_of_its_grains() {
     let folder = tempfile::tempdir().unwrap();
     // A bent row, and a body on its left or right; from the first grain of the row on, the left is towards negative x.
     let row = [[0.0, 0.0], [0.0, 1.0], [0.5, 1.9], [0.4, 3.0]];
@@ -144,7 +144,7 @@ fn a_membrane_bears_its_pressure_across_the_line_of_its_grains() {
 }
 
 #[test]
-fn grains_in_a_shaken_box_see_an_acceleration_that_goes_to_and_fro() {
+fn grains_in_a_shaken_box_follow_the_cyclic_acceleration() {
     let mut value = blocks();
     value["gravity"] = json!([0, 0]);
     value["stages"][0]["duration"] = json!(0.4);
@@ -175,7 +175,7 @@ fn lattice(cell: &Value) -> Value {
 }
 
 #[test]
-fn cells_follow_strains_and_stresses_that_go_to_and_fro() {
+fn cells_follow_cyclic_strains_and_stresses() {
     let strain = |share: f64| {
         let cell = json!({ "yy": { "cyclic-strain": { "amplitude": -0.01, "period": 0.4 } } });
         let mut solver = solver(&lattice(&cell));

@@ -129,7 +129,7 @@ fn platens_hold_their_stress_in_the_mean_while_another_one_moves() {
 }
 
 #[test]
-fn a_run_says_where_a_stress_was_missed() {
+fn a_run_reports_controlled_stresses_that_were_not_reached() {
     // A wall whose speed limit is too low.
     let inertial = 5e-3;
     let mut slow = platens(&["left", "right"]);

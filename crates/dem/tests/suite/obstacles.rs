@@ -98,7 +98,7 @@ fn spheres_roll_and_slide_on_a_wedge_and_on_a_raster() {
 }
 
 #[test]
-fn a_grain_in_a_bowl_comes_to_rest_at_its_bottom_and_the_bowl_bears_it() {
+fn a_grain_rests_at_the_bottom_of_a_bowl_whose_reaction_is_its_weight() {
     let mut value =
         resting(2, &json!({ "kind": "ball", "centre": [0, 5], "radius": 5, "hollow": true }), 0.5);
     value["bodies"][0]["shape"]["centre"] = json!([2.0, 1.2]);
@@ -117,7 +117,7 @@ fn a_grain_in_a_bowl_comes_to_rest_at_its_bottom_and_the_bowl_bears_it() {
 }
 
 #[test]
-fn a_run_on_an_obstacle_goes_on_from_where_it_was_saved() {
+fn a_restart_of_a_grain_on_an_obstacle_is_bit_identical() {
     let pieces: Vec<[f64; 2]> = (-8..40).map(|k| at(0.173 * f64::from(k))).collect();
     let case = read_case(&resting(2, &json!({ "kind": "ground-line", "points": pieces }), 0.5));
     let walk = |solver: &mut dyn Solver, count: usize| {
@@ -138,7 +138,7 @@ fn a_run_on_an_obstacle_goes_on_from_where_it_was_saved() {
 }
 
 #[test]
-fn a_body_beside_a_slope_is_filled_with_grains_that_touch_it_and_lean_into_nothing() {
+fn grains_filled_beside_a_slope_touch_it_without_overlap() {
     let mut case = Scene::new(linear(1e5, 0.2, 0.5, 0.5)).disk([0.0, 0.0], 1.0, [0.0; 2], 0.0).json();
     // A triangle on a slope of 30 degrees.
     let (sin, cos) = 30f64.to_radians().sin_cos();

@@ -53,7 +53,7 @@ fn asked(law: &str, restitution: f64, clamp: bool) -> Value {
 }
 
 #[test]
-fn restitution_is_what_was_asked_for_at_the_default_step() {
+fn restitution_is_the_prescribed_one_at_the_default_step() {
     for law in ["linear", "hertz"] {
         for clamp in [true, false] {
             for value in [1.0, 0.8, 0.3, 0.1, 0.05] {
@@ -71,7 +71,7 @@ fn restitution_is_what_was_asked_for_at_the_default_step() {
 }
 
 #[test]
-fn restitution_is_what_was_asked_for_in_steps_that_outputs_cut() {
+fn restitution_is_the_prescribed_one_in_steps_shortened_by_outputs() {
     // Outputs that steps do not fit into, the last two steps before each of equal length; and steps that halve and double.
     let patterns: [&[f64]; 4] =
         [&[1.0, 1.0, 0.7, 0.7], &[1.0, 0.55, 0.55], &[1.0, 0.5], &[1.0, 0.25, 0.6, 0.9, 0.35]];
@@ -93,7 +93,7 @@ fn restitution_is_what_was_asked_for_in_steps_that_outputs_cut() {
 }
 
 #[test]
-fn restitution_is_what_was_asked_for_where_deep_overlaps_and_outputs_change_the_step() {
+fn restitution_is_the_prescribed_one_when_overlaps_and_outputs_change_the_step() {
     for clamp in [true, false] {
         for value in [0.8, 0.3, 0.1] {
             let pair = asked("hertz", value, clamp);
@@ -123,7 +123,7 @@ fn restitution_is_what_was_asked_for_where_deep_overlaps_and_outputs_change_the_
 }
 
 #[test]
-fn restitution_is_what_was_asked_for_with_velocities_carried_on() {
+fn restitution_is_the_prescribed_one_with_predicted_velocities() {
     for law in ["linear", "hertz"] {
         for value in [0.8, 0.3] {
             let found =

@@ -65,7 +65,7 @@ fn threads_change_no_bit() {
 }
 
 #[test]
-fn a_restart_goes_on_bit_for_bit() {
+fn a_restart_of_a_heap_is_bit_identical() {
     for dimension in [2, 3] {
         let value = heap(dimension);
         let mut solver = begin(&value);
@@ -177,7 +177,7 @@ fn lists_find_the_forces_that_all_pairs_give() {
 }
 
 #[test]
-fn contacts_side_by_side_bear_the_forces_that_they_bear_one_by_one() {
+fn simd_contact_forces_equal_scalar_contact_forces() {
     for dimension in [2, 3] {
         let hertz =
             json!({ "law": "hertz", "youngs_modulus": 5e9, "poissons_ratio": 0.25, "restitution": 0.5 });
@@ -233,7 +233,7 @@ fn contacts_side_by_side_bear_the_forces_that_they_bear_one_by_one() {
 }
 
 #[test]
-fn grains_of_very_different_sizes_are_found_alike_by_classes_and_by_cells_of_one_width() {
+fn size_classes_and_cells_of_one_width_give_equal_results() {
     for dimension in [2, 3] {
         let mut value = heap(dimension);
         value["methods"]["dem"]["grains"]["sand"]["diameter"] =

@@ -6,7 +6,7 @@ use colluvium_testkit::read_case;
 use serde_json::json;
 
 #[test]
-fn sizes_are_those_of_what_is_then_made() {
+fn estimated_problem_sizes_match_the_placed_grains() {
     for (space, fill, diameter) in [
         ("plane-strain", json!({ "kind": "random", "solid_fraction": 0.7 }), 0.1),
         ("3d", json!({ "kind": "random", "solid_fraction": 0.5 }), 0.2),

@@ -28,7 +28,7 @@ fn only(value: &Value) -> Specimen {
 }
 
 #[test]
-fn layers_have_the_porosity_that_was_asked_for_and_are_even() {
+fn layered_specimens_have_the_requested_porosity_and_are_homogeneous() {
     let layers = |first: f64| json!({ "kind": "layers", "solid_fraction": 0.78, "layers": 5, "first_solid_fraction": first });
     let value = filled(&layers(0.7));
     let specimen = only(&value);
@@ -138,7 +138,7 @@ fn dropped_spheres_rest_on_three_others_each() {
 }
 
 #[test]
-fn a_run_tells_porosity_and_coordination_and_a_plan_what_is_off() {
+fn a_run_notes_porosity_and_coordination_and_a_plan_warns_of_deviations() {
     let mut value = filled(&json!({ "kind": "random", "solid_fraction": 0.7 }));
     let plan = Dem.plan(&read_case(&value)).unwrap();
     assert!(!plan.warnings.iter().any(|said| said.contains("requested")), "{:?}", plan.warnings);
@@ -159,7 +159,7 @@ fn a_run_tells_porosity_and_coordination_and_a_plan_what_is_off() {
 }
 
 #[test]
-fn the_mass_of_a_plan_is_that_of_the_grains_and_voids_between_them_are_no_fault() {
+fn mass_of_a_plan_is_that_of_the_grains_without_a_warning_for_voids() {
     let case = read_case(&filled(&json!({ "kind": "random", "solid_fraction": 0.7 })));
     let plan = Dem.plan(&case).unwrap();
     // The material has a density of 1 kg/m³, the grains 2500 kg/m³ on 0.7 of 0.6 m².
@@ -169,7 +169,7 @@ fn the_mass_of_a_plan_is_that_of_the_grains_and_voids_between_them_are_no_fault(
 }
 
 #[test]
-fn grains_that_their_weight_presses_flat_are_told() {
+fn grains_with_large_overlap_under_their_weight_cause_a_warning() {
     let told = |pair: &Value| {
         let mut value = filled(&json!({ "kind": "random", "solid_fraction": 0.7 }));
         value["methods"]["dem"]["pairs"][0]["normal"] = pair.clone();

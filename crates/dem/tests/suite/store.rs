@@ -113,13 +113,13 @@ fn goes_on<const D: usize, const R: usize>(
 }
 
 #[test]
-fn a_heap_goes_on_from_its_file_with_the_same_forces() {
+fn a_heap_continues_from_its_specimen_file_with_equal_forces() {
     goes_on(&heap(2), 1500, disks);
     goes_on(&heap(3), 700, spheres);
 }
 
 #[test]
-fn a_cell_that_is_pressed_and_sheared_goes_on_from_its_file_with_the_same_forces() {
+fn a_compressed_and_sheared_cell_continues_from_its_specimen_file_with_equal_forces() {
     goes_on(&cell(), 3000, disks);
     let mut bonded = cell();
     bonded["methods"]["dem"]["pairs"][0]["bond"] =
@@ -128,7 +128,7 @@ fn a_cell_that_is_pressed_and_sheared_goes_on_from_its_file_with_the_same_forces
 }
 
 #[test]
-fn contacts_with_an_obstacle_and_a_wall_that_moves_go_on() {
+fn contacts_with_an_obstacle_and_a_moving_wall_continue_from_a_specimen_file() {
     let mut value = heap(2);
     value["obstacles"] = json!([{ "name": "ramp", "wall": { "kind": "frictional", "friction_coefficient": 0.3 },
         "shape": { "kind": "polygon", "vertices": [[0, -1], [3, -1], [3, 0.1], [1.5, 0.6], [0, 0.1]] } }]);
@@ -148,7 +148,7 @@ fn told(value: &Value, text: &str) -> Result<Vec<String>, String> {
 }
 
 #[test]
-fn what_a_file_or_a_case_lacks_is_named() {
+fn missing_data_of_specimen_files_and_cases_are_named() {
     let value = cell();
     let mut solver = begun(disks(&read(&value)).unwrap());
     advance_steps(&mut solver, 500);
@@ -202,7 +202,7 @@ fn what_a_file_or_a_case_lacks_is_named() {
 }
 
 #[test]
-fn a_wall_that_is_gone_lets_its_contacts_go_and_says_so() {
+fn contacts_with_a_missing_wall_are_omitted_with_a_note() {
     let mut value = heap(2);
     let mut solver = begun(disks(&read(&value)).unwrap());
     advance_steps(&mut solver, 1500);

@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn what_follows_a_change_is_the_spline_of_the_changed_levels() {
+    fn an_updated_window_equals_the_spline_of_the_changed_raster() {
         let mut raster =
             Raster::from_function([40, 36], [0.0; 2], [2.0; 2], |x, y| (0.3 * x + 0.1 * y).sin());
         raster.values[12 * 40 + 9] = f64::NAN;

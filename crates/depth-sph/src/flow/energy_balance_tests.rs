@@ -90,27 +90,27 @@ fn closes_and_tells(name: &str, settings: &FlowSettings<2>, depths: &[f64]) {
 }
 
 #[test]
-fn the_account_of_grains_and_fluid_closes() {
+fn energy_balance_of_grains_and_fluid_closes() {
     let mut settings = paired(Phases::Two, 0.4);
     settings.drag = InterphaseDrag::Anderson { settling_velocity: 2.0.into(), exponent: 1.0 };
     closes_and_tells("two phases", &settings, &[0.3, 0.2]);
 }
 
 #[test]
-fn the_account_of_two_layers_closes() {
+fn energy_balance_of_two_layers_closes() {
     let mut settings = paired(Phases::Layers, 0.0);
     settings.interface_friction = 0.05;
     closes_and_tells("layers", &settings, &[0.3, 0.2]);
 }
 
 #[test]
-fn the_account_under_pore_pressure_closes() {
+fn energy_balance_under_pore_pressure_closes() {
     closes_and_tells("pore pressure", &pressed(), &[0.5]);
 }
 
 /// Erosion brings its energy, and slows the flow down by the energy booked as friction.
 #[test]
-fn the_account_of_a_flow_that_takes_up_its_bed_closes() {
+fn energy_balance_of_an_eroding_flow_closes() {
     let mut settings = rubbed();
     settings.zones[0].erosion = Some(Erosion::Hungr { rate: 0.01, plan_speed: false });
     closes_and_tells("erosion", &settings, &[0.5]);

@@ -165,7 +165,7 @@ fn a_flow_that_has_left_altogether_is_no_error() {
 }
 
 #[test]
-fn terrain_that_is_none_is_refused_by_path() {
+fn invalid_terrain_is_refused_by_path() {
     let folder = tempfile::tempdir().unwrap();
     grid(folder.path(), [0.0, 0.0], [16, 11], 2.0, |x, y| {
         if (x - 20.0).abs() < 1.0 && (y - 10.0).abs() < 1.0 { f64::NAN } else { 40.0 - x }
@@ -292,7 +292,7 @@ fn known(raster: &Raster) -> impl Iterator<Item = f64> {
 }
 
 #[test]
-fn rasters_hold_the_volume_and_bound_what_was_seen() {
+fn deposit_rasters_hold_the_volume_and_peak_rasters_match_the_extremes() {
     let folder = tempfile::tempdir().unwrap();
     let case = case(folder.path(), &mapped(folder.path()));
     let mut solver = DepthSph.build(&case).unwrap();

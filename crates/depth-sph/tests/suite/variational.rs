@@ -132,7 +132,7 @@ fn water_leaves_a_reservoir_as_ritter_found() {
 }
 
 #[test]
-fn what_it_is_not_for_is_refused_by_path() {
+fn unsupported_combinations_with_variational_momentum_are_refused_by_path() {
     let case = json!({
         "title": "slosh", "space": "plane-strain", "domain": { "min": [0, 0], "max": [10, 2] }, "gravity": [0, -9.81],
         "materials": { "water": {

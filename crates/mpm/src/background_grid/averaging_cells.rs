@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn uniform_strain_stays_what_it_is_in_triangles_and_tetrahedra() {
+    fn averaging_preserves_uniform_strain_in_triangles_and_tetrahedra() {
         uniform_strain_stays::<2>();
         uniform_strain_stays::<3>();
     }
@@ -331,13 +331,13 @@ mod tests {
     }
 
     #[test]
-    fn full_elements_do_not_notice_how_many_points_they_hold() {
+    fn averages_of_full_elements_are_independent_of_the_number_of_points() {
         full_elements_do_not_notice::<2>();
         full_elements_do_not_notice::<3>();
     }
 
     #[test]
-    fn an_element_on_the_surface_is_full_beyond_its_share() {
+    fn a_surface_element_counts_as_full_above_its_fill_threshold() {
         // A triangle on the surface that keeps one of its three points.
         let gap = |x: &[f64; 2]| x[1] > 1.0 || (x[1] > 0.5 && x[0] < 1.0);
         let at = |options: Value| {

@@ -376,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_in_the_plane_stops_what_goes_into_both_faces() {
+    fn a_plane_corner_stops_velocity_directed_into_both_faces() {
         let corner =
             |friction| [face([0.0, 1.0, 0.0], friction, true), face([0.8, 0.6, 0.0], friction, true)];
         for friction in [0.0, 0.4, f64::INFINITY] {
@@ -392,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn faces_of_one_plane_bear_the_same() {
+    fn coplanar_faces_carry_equal_force() {
         for friction in [0.0, 0.3, f64::INFINITY] {
             let floor = face([0.0, 1.0, 0.0], friction, true);
             let other = NodeFace { reaction_index: Some(1), ..floor };
@@ -404,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn faces_that_close_on_a_node_share_their_overlap() {
+    fn closing_faces_of_a_node_share_their_overlap() {
         let floor = NodeFace { velocity: [0.0, 1.0, 0.0], ..face([0.0, 1.0, 0.0], 0.0, true) };
         let roof = NodeFace { velocity: [0.0, -1.0, 0.0], ..face([0.0, -1.0, 0.0], 0.0, true) };
         let (end, _) = act(&[floor, roof], [0.5, -0.4, 0.0]);
@@ -425,7 +425,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_face_is_entered_and_each_bears_the_same_in_any_order(
+        fn faces_are_not_penetrated_and_their_forces_are_independent_of_order(
             faces in some_faces(),
             free in [-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64],
             turn in 1usize..6,
@@ -449,7 +449,7 @@ mod tests {
         }
 
         #[test]
-        fn smooth_faces_take_the_least_that_they_can(
+        fn smooth_faces_remove_the_minimum_momentum(
             faces in some_faces(),
             free in [-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64],
             other in [-2.0..2.0f64, -2.0..2.0f64, -2.0..2.0f64],
@@ -462,7 +462,7 @@ mod tests {
         }
 
         #[test]
-        fn what_the_faces_have_stopped_is_kept_out_of_all_of_them_again(
+        fn remapped_velocity_stays_out_of_all_faces_in_contact(
             faces in some_faces(),
             free in [-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64],
             mapped in [-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64],

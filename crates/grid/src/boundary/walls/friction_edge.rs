@@ -239,7 +239,7 @@ mod tests {
 
     /// Coulomb's law of both walls at once, each with its normal impulse, from the final velocity.
     #[test]
-    fn both_walls_rub_with_what_they_bear() {
+    fn friction_of_both_walls_is_proportional_to_their_normal_impulses() {
         for velocities in &VELOCITIES[..2] {
             let [side, floor] = walls(false, *velocities);
             let end = left(&[side, floor], [0, 1, 2], FREE);
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn walls_that_move_along_their_edge_pull_it_each_its_way() {
+    fn walls_moving_along_their_edge_each_apply_friction_towards_their_velocity() {
         // Normal impulses of 1.3 and 0.8: the frictions are up to 0.39 and 0.48.
         let along = |side: f64, floor: f64, free: f64| {
             left(&walls(true, [[0.0, 0.0, side], [0.0, 0.0, floor]]), [0, 1, 2], [1.3, -0.8, free])[2]
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn a_floor_that_moves_off_takes_it_from_the_side_and_one_that_moves_on_presses_it_there() {
+    fn friction_of_a_moving_floor_separates_a_node_from_the_side_or_presses_it() {
         let acts =
             |speed: f64, free: [f64; 3]| left(&walls(true, [[0.0; 3], [speed, 0.0, 0.0]]), [0, 1, 2], free);
         // Friction of up to 0.6 against the normal impulse of the wall at the side.

@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tilted_face_rubs_by_what_it_stops_and_lets_go_of_what_leaves() {
+    fn a_tilted_face_applies_coulomb_friction_and_permits_separation() {
         let face = |kind, separation| NodeFace {
             normal: TILTED,
             kind,
@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn beside_a_wall_nothing_goes_into_either() {
+    fn velocity_beside_a_wall_enters_neither_the_face_nor_the_wall() {
         let face = NodeFace::at_rest(TILTED, 0.0, true);
         let floor = NodeWall {
             axis: 1,
@@ -338,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn a_face_that_moves_takes_along_what_it_meets_and_tells_what_that_took() {
+    fn a_moving_face_imposes_its_velocity_and_records_the_momentum_change() {
         let velocity = [1.2, 1.6, 0.5];
         let moving = |friction| NodeFace {
             velocity,
