@@ -67,7 +67,7 @@ fn points_on_the_faces_of_cells_are_found() {
 }
 
 #[test]
-fn one_point_has_no_neighbours_and_no_point_no_list() {
+fn one_point_has_no_neighbours_and_an_empty_set_no_list() {
     agrees_with_brute_force(&[[0.3, -0.2]], 0.5);
     let mut list = NeighbourList::new();
     list.build(&[[1e9, -1e9, 0.0]], 1e-3).unwrap();
@@ -98,7 +98,7 @@ fn the_list_of_the_longest_radius_holds_those_of_all() {
 }
 
 #[test]
-fn what_lies_around_points_of_another_set_is_found_within_the_radius_of_each() {
+fn neighbours_from_another_set_are_found_within_the_radius_of_each_point() {
     let noise = |i: u32, k: f64| (f64::from(i + 1) * k).fract();
     let points = |count: u32, k: f64| -> Vec<[f64; 2]> {
         (0..count).map(|i| [noise(i, 0.618_034 * k), noise(i, 0.754_878 * k)]).collect()

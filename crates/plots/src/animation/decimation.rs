@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn what_flows_in_later_is_thinned_as_well() {
+    fn points_that_enter_later_are_decimated_at_the_same_rate() {
         let (early, mut late) = (slab(0.0), slab(1.0));
         late.ids = (200..600).collect();
         let panel = Panel { name: "a".into(), frames: vec![&early, &late], frame_count: 2 };

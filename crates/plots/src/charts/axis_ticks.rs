@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn ticks_of_any_range_are_told_apart() {
+    fn tick_labels_of_any_range_are_distinct() {
         let middles = [0.0, 1.0, -3.5, 6.0e5, 2.67e11, -2.67e11, 4.2e-7, 101_325.0, 5.2e6];
         for middle in middles {
             for power in -9..12 {

@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_shows_what_is_coloured_with_its_outlines() {
+    fn the_map_window_contains_coloured_cells_and_outlines() {
         let map = TerrainMap {
             title: "peak".into(),
             label: "thickness (m)".into(),
@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mapped_outline_is_in_sight() {
+    fn a_mapped_outline_is_within_the_window() {
         let map = |mapped| TerrainMap {
             cells: cells(|x, _| if x < 3.0 { x } else { f64::NAN }),
             mapped_outlines: mapped,

@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_outline_is_refused_and_extreme_coordinates_do_no_harm() {
+    fn invalid_outlines_are_refused_and_extreme_coordinates_cause_no_panic() {
         assert!(Outline::new(Vec::new()).is_err());
         assert!(Outline::new(vec![vec![vec![[0.0, 0.0], [1.0, 1.0], [0.0, 0.0]]]]).is_err());
         let crossed = vec![[0.0, 0.0], [4.0, 4.0], [4.0, 0.0], [0.0, 4.0]];

@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_distance_is_refused() {
+    fn invalid_point_spacings_are_refused() {
         let ball = Shape::Ball { centre: vec![0.0; 3], radius: 1.0 };
         assert!(matches!(poisson_disk::<3>(&ball, 0.0, 1), Err(SamplingError::Spacing(_))));
         assert!(matches!(poisson_disk::<3>(&ball, 1e-4, 1), Err(SamplingError::TooMany(_))));

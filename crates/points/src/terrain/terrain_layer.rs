@@ -392,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn of_features_over_one_place_the_thickness_of_the_last_counts_and_the_overlap_is_told() {
+    fn overlapping_layer_features_use_the_last_thickness_and_the_overlap_is_reported() {
         let feature =
             |number, low, high, thickness| OutlineFeature { number, outline: square(low, high), thickness };
         let laid = |features: Vec<OutlineFeature>| {

@@ -36,7 +36,7 @@ fn options_out_of_range_are_refused_by_name() {
 }
 
 #[test]
-fn what_the_method_does_not_have_is_refused_with_a_cure() {
+fn unsupported_features_are_refused_with_an_alternative() {
     let change = |pointer: &str, value: Value| {
         let mut case = ball(&json!({}));
         let (parent, key) = pointer.rsplit_once('/').unwrap();
@@ -77,7 +77,7 @@ fn invariants_of_the_plane_are_refused_in_space() {
 }
 
 #[test]
-fn warnings_name_what_is_doubtful() {
+fn doubtful_options_cause_warnings_that_name_them() {
     for (options, words) in [
         (json!({ "transfer": "flip", "flip_ratio": 0.9 }), "flip_ratio: 0.9 damps"),
         (json!({ "flip_ratio": 0.99 }), "no effect"),
@@ -179,7 +179,7 @@ fn a_saw_test_that_measures_something_else_is_refused() {
 }
 
 #[test]
-fn what_is_no_saw_test_is_warned_of() {
+fn cuts_that_deviate_from_a_saw_test_cause_a_warning() {
     let warnings = |length, speed| {
         let mut case = saw_test(length, 0.1, speed);
         case["materials"]["weak"]["hardening"] = json!({ "kind": "slab" });
@@ -255,7 +255,7 @@ fn a_layer_that_yields_before_the_saw_ends_the_run() {
 }
 
 #[test]
-fn layers_along_a_track_are_as_thin_as_they_lie_and_its_friction_is_looked_at() {
+fn layers_on_a_slope_are_measured_along_its_normal_and_their_friction_is_checked() {
     let mut case = saw_test(2.0, 0.1, 1.0);
     (case["removal_shapes"], case["boundaries"]) = (json!([]), json!([]));
     case["domain"] = json!({ "min": [-1, -2], "max": [3, 1] });
@@ -283,7 +283,7 @@ fn layers_along_a_track_are_as_thin_as_they_lie_and_its_friction_is_looked_at() 
 }
 
 #[test]
-fn lengths_of_measures_that_do_not_go_with_the_cells_are_warned_of() {
+fn measure_lengths_incompatible_with_the_cell_size_cause_a_warning() {
     let said = |link: f64, bin: f64| {
         let mut case = saw_test(2.0, 0.1, 1.0);
         case["measures"] = json!({
@@ -298,7 +298,7 @@ fn lengths_of_measures_that_do_not_go_with_the_cells_are_warned_of() {
 }
 
 #[test]
-fn a_point_that_leaves_ends_the_run_unless_its_body_lets_it() {
+fn a_point_leaving_the_domain_ends_the_run_unless_remove_outside_is_set() {
     let mut value = block(&json!({ "kind": "uniform", "value": [20, 0] }), &json!({}));
     let mut solver = start_solver(&SnowMpm, &read_case(&value));
     let error = loop {

@@ -68,7 +68,7 @@ fn a_block_slides_on_a_plane_along_no_axis_by_coulombs_law() {
 }
 
 #[test]
-fn a_smooth_plane_takes_nothing_of_what_slides() {
+fn a_block_on_a_smooth_plane_slides_without_friction() {
     let [rate, _, work, friction] = slid(&json!({ "kind": "smooth" }));
     let exact = 0.5 * GRAVITY;
     assert!((rate / exact - 1.0).abs() < 1e-3, "{rate} for {exact}");
@@ -76,7 +76,7 @@ fn a_smooth_plane_takes_nothing_of_what_slides() {
 }
 
 #[test]
-fn what_lies_in_an_obstacle_or_adheres_to_it_is_refused_where_it_stands() {
+fn bodies_inside_obstacles_and_adhesion_are_refused_by_path() {
     let mut case = block_on_plane(&json!({ "kind": "rough" }));
     case["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0.5, 2.0], "max": [1.0, 2.5] });
     let error = refused(&case);
@@ -103,7 +103,7 @@ fn rammed(wall: &Value) -> Value {
 }
 
 #[test]
-fn what_an_obstacle_on_its_way_gives_is_told_as_its_reaction() {
+fn reaction_of_a_moving_obstacle_equals_the_momentum_of_the_body() {
     for wall in [
         json!({ "kind": "rough" }),
         json!({ "kind": "smooth" }),
@@ -149,7 +149,7 @@ fn spin_kept(bowl: &Value) -> f64 {
 }
 
 #[test]
-fn a_bowl_that_turns_with_what_is_in_it_does_nothing_to_it() {
+fn a_bowl_rotating_with_its_contents_leaves_the_rotation_unchanged() {
     let turning = spin_kept(&json!({ "rotation": 180.0 / std::f64::consts::PI, "centre": [2, 1.5] }));
     assert!((turning - 1.0).abs() < 1e-3, "{turning}");
     let still = spin_kept(&Value::Null);
@@ -157,7 +157,7 @@ fn a_bowl_that_turns_with_what_is_in_it_does_nothing_to_it() {
 }
 
 #[test]
-fn a_settled_block_presses_by_its_weight() {
+fn reaction_of_a_settled_block_is_its_weight() {
     let mut case = block_on_plane(&json!({ "kind": "rough" }));
     case["bodies"][0]["shape"] = json!({ "kind": "box", "min": [1.5, 1], "max": [2.5, 1.5] });
     case["obstacles"][0]["shape"] = json!({ "kind": "plane", "point": [0, 1], "normal": [0, 1] });
@@ -185,7 +185,7 @@ fn a_settled_block_presses_by_its_weight() {
 }
 
 #[test]
-fn reactions_of_more_obstacles_than_are_added_up_are_refused() {
+fn reactions_of_too_many_obstacles_are_refused() {
     let mut case = rammed(&json!({ "kind": "smooth" }));
     for number in 0..8 {
         let shape = json!({ "kind": "ball", "centre": [0.1, 0.1 + 0.2 * f64::from(number)], "radius": 0.01 });
@@ -232,7 +232,7 @@ fn a_block_is_braked_where_an_obstacle_has_a_rough_part() {
 }
 
 #[test]
-fn an_obstacle_tells_the_moment_of_what_it_bears_and_a_fast_one_shortens_the_step() {
+fn obstacle_moment_equals_the_angular_momentum_of_the_body_and_speed_limits_the_step() {
     let mut value = rammed(&json!({ "kind": "smooth" }));
     // Below the middle of the block, which begins to turn.
     value["obstacles"][0]["shape"]["centre"] = json!([1.2, 1.2]);

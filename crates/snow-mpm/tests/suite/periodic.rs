@@ -32,7 +32,7 @@ fn drifting(shrink: f64, seam: f64, options: &Value) -> Value {
 }
 
 #[test]
-fn a_body_flies_through_periodic_sides_without_noticing() {
+fn motion_through_periodic_sides_is_unchanged() {
     for (options, within) in [
         (json!({}), 1e-11),
         (json!({ "shape": "quadratic" }), 1e-11),
@@ -55,7 +55,7 @@ fn a_body_flies_through_periodic_sides_without_noticing() {
 }
 
 #[test]
-fn where_the_seam_lies_makes_no_difference() {
+fn results_do_not_depend_on_the_position_of_the_periodic_boundary() {
     for options in [json!({}), json!({ "transfer": "flip", "shape": "quadratic" })] {
         let ends = [0.0, 0.5].map(|seam| {
             let mut solver = start_solver(&SnowMpm, &read_case(&drifting(0.5, seam, &options)));
@@ -130,7 +130,7 @@ fn a_layer_slides_through_periodic_sides_by_coulombs_law() {
 }
 
 #[test]
-fn what_cannot_be_periodic_is_refused_by_name() {
+fn options_without_support_in_periodic_domains_are_refused_by_key() {
     let narrow = refusal(&SnowMpm, &drifting(0.0, 0.0, &json!({ "cell_size": 0.1 })));
     assert!(narrow.starts_with("domain.periodic: needs 11 cells"), "{narrow}");
     let mut case = drifting(0.0, 0.0, &json!({}));

@@ -240,7 +240,7 @@ fn the_reaction_on_a_block_at_rest_is_its_weight_and_load() {
 }
 
 #[test]
-fn friction_of_a_bed_takes_its_share_of_a_push() {
+fn a_pushed_block_accelerates_by_the_force_less_friction_of_the_bed() {
     let (force, friction, mass) = (1200.0, 0.3, 160.0);
     let report = free_block().with(json!({
         "gravity": [0, -G],

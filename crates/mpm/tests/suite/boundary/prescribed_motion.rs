@@ -67,7 +67,7 @@ fn a_rigid_lid_presses_with_the_force_of_the_oedometer() {
 }
 
 #[test]
-fn a_patch_that_does_nothing_changes_nothing_at_walls() {
+fn an_idle_patch_changes_nothing_at_walls() {
     // A block that slides on a frictional floor, damped; the patch is far above it.
     for nodes in ["force", "momentum"] {
         let ends = [false, true].map(|patch| {
@@ -192,7 +192,7 @@ fn a_rigid_plate_over_a_whole_period_drags_evenly() {
 }
 
 #[test]
-fn a_moving_wall_takes_the_liquid_beside_it_along() {
+fn a_moving_rough_wall_drives_linear_shear_flow_of_a_viscous_liquid() {
     // A-26, steady: the speed of a point is its height, to the last row under the wall.
     for scheme in ["usf", "usl", "musl"] {
         let flow = block_between_walls().with(json!({
@@ -213,7 +213,7 @@ fn a_moving_wall_takes_the_liquid_beside_it_along() {
 }
 
 #[test]
-fn a_rigid_plate_presses_where_points_keep_their_places() {
+fn a_rigid_plate_compresses_points_in_the_small_displacement_formulation() {
     // Far beyond a cell: the plate goes on pressing the surface where that was at the start.
     let case = block_between_walls().with(json!({
         "bodies": [block(), lid()],
@@ -345,7 +345,7 @@ fn the_impulse_on_a_patch_is_that_on_the_material() {
 }
 
 #[test]
-fn a_patch_that_makes_a_material_flow_feels_its_strength_however_fast() {
+fn patch_force_on_a_yielding_column_is_its_strength_at_any_speed() {
     // Tresca's column between smooth ends in plane strain carries 2 c_u. Points next to the patch go along with it: what they
     // lag behind is no force.
     for speed in [0.01, 0.05] {
@@ -429,7 +429,7 @@ fn driven_runs_are_the_same_on_two_threads_and_after_a_restart() {
 }
 
 #[test]
-fn a_patch_without_nodes_is_named() {
+fn a_patch_without_nodes_causes_a_warning() {
     let patch = |low: f64, high: f64| {
         let case = block_between_walls().with(json!({
             "patches": [{ "name": "plate", "region": { "kind": "box", "min": [0.2, low], "max": [0.8, high] } }],

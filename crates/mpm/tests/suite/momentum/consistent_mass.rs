@@ -99,7 +99,7 @@ fn bits_are_the_same_on_one_and_two_threads_with_consistent_mass() {
 }
 
 #[test]
-fn a_block_between_walls_that_move_takes_their_speed() {
+fn moving_walls_accelerate_a_block_at_rest_and_leave_a_comoving_one_unchanged() {
     // Both side walls move: a block that moves with them feels nothing, and one at rest is pushed.
     for (own, least) in [(0.3, 0.0), (0.0, 1e-3)] {
         let wall = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" }, "velocity": [0.3, 0] });

@@ -10,7 +10,7 @@ use crate::obstacles::penalty_obstacles::{GRAVITY, block, frictional, on_floor, 
 const BOTH: [&str; 2] = ["nodes", "points"];
 
 #[test]
-fn a_moving_floor_takes_a_block_along_as_friction_has_it() {
+fn a_moving_floor_accelerates_a_block_by_coulomb_friction() {
     for form in BOTH {
         belt(form);
     }

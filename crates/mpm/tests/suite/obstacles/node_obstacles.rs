@@ -48,7 +48,7 @@ fn a_run_on_a_map_has_the_bits_of_the_run_at_zero() {
 }
 
 #[test]
-fn no_point_goes_under_the_ground() {
+fn points_penetrate_node_obstacles_by_less_than_a_tenth_cell() {
     let case = read_case(&slope([0.0; 2]));
     let standing = case.placed_obstacles::<2>().unwrap();
     let mut solver = start_solver(&Mpm, &case);
@@ -95,7 +95,7 @@ fn points_in_obstacles_and_unsupported_options_are_rejected_by_path() {
 }
 
 #[test]
-fn reactions_are_the_momentum_that_is_lost_and_a_saved_run_goes_on_with_them() {
+fn reactions_equal_the_momentum_loss_and_are_bit_identical_after_a_restart() {
     for fixed in ["force", "momentum"] {
         let mut value = slope([0.0; 2]);
         value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.0, -1.0] });

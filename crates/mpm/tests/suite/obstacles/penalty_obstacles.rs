@@ -219,7 +219,7 @@ pub fn on_floor(
 }
 
 #[test]
-fn a_run_goes_on_from_where_it_was_saved_and_threads_do_not_matter() {
+fn penalty_contact_is_bit_identical_on_two_threads_and_after_a_restart() {
     let mut value = block(&frictional(0.3));
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [2.0, -0.5] });
     value["obstacles"][0]["shape"] = json!({ "kind": "ground-line", "points": [[-1, 0.6], [0.2, 0.5], [1.0, 0.45], [1.2, 0.6], [3, 0.7]] });
@@ -232,7 +232,7 @@ fn a_run_goes_on_from_where_it_was_saved_and_threads_do_not_matter() {
 }
 
 #[test]
-fn no_centre_goes_under_a_line_with_corners() {
+fn point_centres_stay_above_a_ground_line_with_corners() {
     let mut value = block(&frictional(0.2));
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.0, -0.5] });
     value["stages"] = json!([{ "name": "slide", "duration": 1 }]);

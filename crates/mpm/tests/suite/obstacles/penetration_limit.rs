@@ -59,7 +59,7 @@ fn follow(case: &Case, solver: &mut dyn Solver) -> (f64, f64) {
 }
 
 #[test]
-fn no_centre_gets_under_a_surface_that_it_meets_faster_than_its_waves_run() {
+fn point_centres_do_not_penetrate_at_impact_speeds_above_the_wave_speed() {
     for options in [
         json!({ "stress_update": "usl" }),
         json!({ "stress_update": "musl" }),
@@ -99,7 +99,7 @@ fn a_fast_rising_floor_does_not_pass_the_points_on_it() {
 }
 
 #[test]
-fn slow_contact_is_left_to_the_springs() {
+fn slow_contact_is_resolved_by_the_penalty_forces_alone() {
     let mut case = thrown(&json!({}), &frictional());
     case.bodies[0].velocity =
         serde_json::from_value(json!({ "kind": "uniform", "value": [1.0, -2.0] })).unwrap();

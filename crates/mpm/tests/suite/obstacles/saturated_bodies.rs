@@ -121,7 +121,7 @@ fn a_leaning_obstacle_on_nodes_is_refused_beside_pore_fluid() {
 }
 
 #[test]
-fn a_saturated_run_on_obstacles_goes_on_from_where_it_was_saved_and_threads_do_not_matter() {
+fn saturated_bodies_on_obstacles_are_bit_identical_on_threads_and_after_a_restart() {
     for obstacles in BOTH {
         let case = read_case(&on(obstacles));
         let run = |threads: usize, cut: bool| {
@@ -175,7 +175,7 @@ fn column(floor: &Value, walls: bool) -> Value {
 }
 
 #[test]
-fn planes_along_the_axes_do_to_both_phases_what_walls_do() {
+fn axis_aligned_planes_act_on_both_phases_as_walls_do() {
     for floor in [
         json!({ "kind": "smooth" }),
         json!({ "kind": "rough" }),
@@ -313,7 +313,7 @@ fn impact(wall: &Value, options: &Value, stiffness: f64) -> (f64, f64, f64, f64)
 
 /// The springs of the water turn the block back; where they are weaker by forty times its points are stopped.
 #[test]
-fn no_point_of_a_saturated_block_thrown_fast_gets_into_the_ground() {
+fn a_fast_saturated_block_does_not_penetrate_the_ground() {
     let frictional = json!({ "kind": "frictional", "friction_coefficient": 0.4 });
     for stiffness in [4.0, 0.1] {
         let mut stopped = 0.0;

@@ -107,7 +107,7 @@ fn water_seeps_through_a_held_skeleton_at_the_rate_of_darcy() {
 }
 
 #[test]
-fn without_drainage_water_takes_its_share_of_the_compression() {
+fn undrained_compression_on_meshes_splits_stress_by_the_stiffness_of_the_phases() {
     // one cell between impermeable walls, the upper one moving in; all its nodes are held.
     for space in SPACES {
         for (scheme, volumetric) in [("musl", "point"), ("usl", "nodal"), ("musl", "cell-average")] {

@@ -100,7 +100,7 @@ fn closed(scheme: &str, volumetric: &str) -> Case {
 }
 
 #[test]
-fn without_drainage_water_takes_its_share_of_the_compression() {
+fn undrained_compression_splits_stress_by_the_stiffness_of_the_phases() {
     // one confined element between impermeable walls.
     for scheme in ["musl", "usl", "usf"] {
         for volumetric in ["point", "cell-average"] {
@@ -120,7 +120,7 @@ fn without_drainage_water_takes_its_share_of_the_compression() {
 }
 
 #[test]
-fn water_takes_its_share_of_the_compression_of_a_cylinder() {
+fn undrained_radial_compression_splits_stress_by_the_stiffness_of_the_phases() {
     // A-23 with a mantle that moves in: strains along the radius and around the axis are alike.
     for (scheme, volumetric, mesh) in [
         ("musl", "point", false),
@@ -257,7 +257,7 @@ fn a_plate_presses_on_both_phases_as_a_wall_does() {
 }
 
 #[test]
-fn a_porous_plate_presses_the_water_out() {
+fn a_porous_plate_expels_the_pore_water() {
     // Compressed by 1 %; then the skeleton carries the whole load (H²/c_v is 1 s), or the water most of it for all time.
     let stages = |damping: f64| {
         json!([
@@ -378,7 +378,7 @@ fn the_courant_number_without_an_entry_is_that_of_the_criterion() {
 }
 
 #[test]
-fn the_simple_criterion_takes_the_step_of_the_undrained_wave_or_of_the_drag() {
+fn the_simple_criterion_limits_the_step_by_undrained_wave_or_drag() {
     let plan = |permeability: f64, more: Value| {
         let options =
             json!({ "cell_size": 0.1, "points_per_cell": 1, "shape": "linear", "step_criterion": "simple" });
@@ -490,7 +490,7 @@ fn friction_of_a_wall_depends_on_the_effective_stress() {
 }
 
 #[test]
-fn equilibrium_under_a_traction_is_met_with_pore_fluid_too() {
+fn a_saturated_body_under_traction_reaches_equilibrium() {
     let case = saturated_column().with(json!({
         "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [-1e4] }],
         "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }],

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::solver::elastic_block;
 
 #[test]
-fn a_load_begins_with_its_stage_and_goes_on() {
+fn a_load_starts_with_its_stage_and_continues_in_later_stages() {
     let case = elastic_block().with(json!({
         "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [200, -50], "stage": "pull" }],
         "stages": [{ "name": "wait", "duration": 0.01 }, { "name": "pull", "duration": 0.02 }, { "name": "on", "duration": 0.01 }],

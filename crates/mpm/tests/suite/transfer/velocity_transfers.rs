@@ -188,7 +188,7 @@ fn a_deposit_comes_to_rest_with_a_residual_time() {
 
 /// Two blocks of one cell that fly ahead of a heap are told of.
 #[test]
-fn detached_points_are_warned_of() {
+fn detached_points_cause_a_warning() {
     let block = |name: &str, min: [f64; 2], max: [f64; 2]| json!({ "name": name, "material": "m", "shape": { "kind": "box", "min": min, "max": max } });
     let heap = [
         block("heap", [0.0, 0.0], [1.0, 1.0]),
@@ -213,7 +213,7 @@ fn detached_points_are_warned_of() {
 
 /// With steps that follow the speed of sound.
 #[test]
-fn extended_pic_without_a_residual_time_is_warned_of_where_steps_are_many() {
+fn extended_pic_without_a_residual_time_causes_a_warning_for_many_steps() {
     let told = |gravity: f64, options: Value| {
         let mut case = spinning(&with_keys(json!({ "transfer": "xpic" }), &options));
         case.gravity = vec![0.0, -gravity];
@@ -470,7 +470,7 @@ fn settling(scaling: f64, duration: f64) -> Case {
 }
 
 #[test]
-fn mass_scaling_leaves_the_static_result_and_takes_ten_times_the_step() {
+fn mass_scaling_of_100_keeps_the_static_result_with_tenfold_steps() {
     let settled = |scaling: f64| {
         let case = settling(scaling, 1000.0);
         let first = Mpm.plan(&case).unwrap().time_step.dt;
@@ -484,7 +484,7 @@ fn mass_scaling_leaves_the_static_result_and_takes_ten_times_the_step() {
 }
 
 #[test]
-fn a_stage_that_does_not_come_to_rest_says_so() {
+fn a_stage_without_equilibrium_within_its_duration_fails() {
     let case = settling(1.0, 0.05);
     let error = run(&case, Mpm.build(&case).unwrap(), &RunOptions::default()).unwrap_err().to_string();
     assert!(error.contains("no equilibrium"), "{error}");
