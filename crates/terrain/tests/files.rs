@@ -86,7 +86,7 @@ fn closed_meshes_are_read_and_open_ones_refused() {
 }
 
 #[test]
-fn polygons_of_an_obj_file_keep_their_dents_and_what_is_no_plane_polygon_is_refused_with_its_line() {
+fn concave_obj_polygons_are_read_and_non_planar_ones_are_refused_with_their_line() {
     let folder = tempfile::tempdir().unwrap();
     // Prism over an L, starting at each of its corners.
     let plan = [[-1, 5], [-5, 5], [-5, -5], [5, -5], [5, -1], [-1, -1]];

@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn what_moves_ends_between_the_places_above_and_below_the_level() {
+    fn the_base_of_the_moving_mass_is_interpolated_between_points() {
         // Two columns: the value falls by one a metre downwards; in the second column everything moves.
         let first = (0..4).map(|i| ([0.5, f64::from(i)], f64::from(i)));
         let second = (0..4).map(|i| ([1.5, f64::from(i)], 9.0));

@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn surfaces_are_told_where_the_sheet_says_so_and_the_kernel_lets_them() {
+    fn surface_particles_are_identified_for_the_kernels_and_ratios_of_the_sheet() {
         use Kernel::{CubicSpline, WendlandC2, WendlandC4, WendlandC6};
         for ratio in [1.2, 1.3, 1.5] {
             assert!(told_apart::<1>(CubicSpline, ratio) && told_apart::<2>(CubicSpline, ratio));

@@ -62,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn compression_is_left_alone_and_tension_repels() {
+    fn artificial_stress_is_zero_in_compression_and_repulsive_in_tension() {
         let tensile = Tensile::ArtificialStress { strength: 0.5, exponent: 2.55 };
         assert_eq!(artificial_stress::<2>(tensile, &SymTensor::isotropic(-5.0), 1.0), SymTensor::ZERO);
         assert_eq!(

@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn four_weights_at_once_are_the_single_ones() {
+    fn packed_kernel_weights_equal_scalar_weights() {
         agrees::<1>();
         agrees::<2>();
         agrees::<3>();
@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn records_give_back_what_they_hold() {
+    fn packed_records_return_the_stored_values() {
         let of = |k: f64| {
             pair_record::<3>(
                 &[k, k + 1.0, k + 2.0],

@@ -69,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn friction_counts_what_was_and_at_most_twice_what_is() {
+    fn friction_pressure_is_the_delayed_pressure_limited_to_twice_the_present_one() {
         let cases =
             [(0.0, 5.0, 5.0), (5.0, -1.0, -1.0), (1.0, 10.0, 1.0), (30.0, 10.0, 20.0), (9.0, 10.0, 9.0)];
         cases.iter().for_each(|(delayed, present, counts)| {

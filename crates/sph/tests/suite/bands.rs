@@ -64,7 +64,7 @@ fn work_over_energy(case: &Case) -> f64 {
 
 /// With a band length of one spacing the work would be twice the fracture energy, at any spacing.
 #[test]
-fn a_bar_that_is_pulled_apart_spends_its_fracture_energy() {
+fn a_bar_in_tension_dissipates_its_fracture_energy() {
     for rows in [20.0, 40.0] {
         let spacing = LENGTH / (rows + 1.0);
         for (name, case) in [
@@ -79,7 +79,7 @@ fn a_bar_that_is_pulled_apart_spends_its_fracture_energy() {
 }
 
 #[test]
-fn what_spreads_a_crack_or_snaps_back_is_refused_with_the_cure() {
+fn options_that_spread_a_crack_and_snap_back_are_refused_with_a_remedy() {
     let refused = |case: &Case| {
         Sph.build(case).map(|_| ()).map_err(|error| (error.path.clone(), error.problem.clone()))
     };
@@ -109,7 +109,7 @@ fn what_spreads_a_crack_or_snaps_back_is_refused_with_the_cure() {
 }
 
 #[test]
-fn soil_beside_a_rigid_body_is_told_to_stick() {
+fn soil_beside_a_rigid_body_causes_a_warning_that_it_sticks() {
     let warnings = |rigid: bool, material: &Value| {
         let case = read_case(&json!({
             "title": "block", "space": "plane-strain", "gravity": [0, -9.81],

@@ -23,7 +23,7 @@ fn block(more: &Value, sph: &Value) -> Case {
 }
 
 #[test]
-fn sums_hold_within_and_fail_at_surfaces() {
+fn kernel_sums_are_exact_within_and_deficient_at_surfaces() {
     let sph = json!({ "diagnostics": true, "regularisation": "mls", "momentum": "corrected" });
     let solver = start_solver(&Sph, &block(&json!({}), &sph));
     let snapshot = solver.snapshot();
@@ -51,7 +51,7 @@ fn sums_hold_within_and_fail_at_surfaces() {
 }
 
 #[test]
-fn what_falls_back_is_counted() {
+fn gradients_and_averages_without_correction_are_counted() {
     // A line of particles has no neighbours across it: no gradient can be corrected, no average be linear.
     let line = json!({ "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 1], "max": [1, 1.05] } }] });
     let sph = json!({ "diagnostics": true, "regularisation": "mls", "velocity_gradient": "corrected" });
@@ -94,7 +94,7 @@ fn a_confined_block_comes_to_rest_under_the_full_pressure() {
 
 /// For any position of the surface and the layer beside it relative to the periodic boundary.
 #[test]
-fn a_confined_disc_across_the_end_of_a_period_feels_what_it_feels_in_the_middle() {
+fn accelerations_of_a_confined_disc_do_not_depend_on_the_periodic_boundary() {
     let more = json!({
         "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x"] }, "boundaries": [],
         "bodies": [{ "name": "b", "material": "m",
@@ -128,7 +128,7 @@ fn warnings(sph: &Value) -> String {
 }
 
 #[test]
-fn choices_that_fit_badly_are_named() {
+fn unsuitable_options_cause_warnings_that_name_them() {
     for kernel in ["wendland-c2", "wendland-c4", "wendland-c6"] {
         let told = |smoothing: f64| warnings(&json!({ "kernel": kernel, "smoothing": smoothing }));
         assert!(
@@ -142,7 +142,7 @@ fn choices_that_fit_badly_are_named() {
 }
 
 #[test]
-fn numbers_of_steps_that_are_zero_are_told_what_turns_them_off() {
+fn zero_step_intervals_are_refused_with_the_option_that_disables_them() {
     for off in ["regularisation", "density_reset"] {
         let name = format!("{off}_steps");
         let case = block(&json!({}), &json!({ name.as_str(): 0 }));

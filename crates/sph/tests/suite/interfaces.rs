@@ -71,7 +71,7 @@ fn densities_diffuse_within_each_body_of_fluid_only() {
 
 /// Between soils of 1000 and 2000 kg/m³ with the same stretching.
 #[test]
-fn a_jump_of_density_asks_for_the_continuity_of_volumes() {
+fn divergence_at_a_density_jump_is_exact_with_volume_continuity_only() {
     let stretched = |_: u32, x: &[f64; 2]| PrescribedParticle { velocity: [x[0], 0.0], ..STILL };
     let of = |continuity: &str| {
         let case = halves(&[solid(1000.0), solid(2000.0)], &json!({ "continuity": continuity }));
@@ -231,7 +231,7 @@ fn bodies_that_are_held_keep_their_path_with_xsph() {
 
 /// Factor that rises, falls and becomes negative, with corners within steps.
 #[test]
-fn bodies_that_are_held_go_as_far_as_their_history_says_and_on_after_a_restart() {
+fn held_bodies_follow_their_velocity_history_and_are_bit_identical_after_a_restart() {
     let schemes =
         ["leapfrog", "leapfrog-rates", "predictor-corrector", "position-verlet", "velocity-verlet", "verlet"];
     for integration in schemes.into_iter().chain(["runge-kutta4"]) {
@@ -273,7 +273,7 @@ fn bodies_that_are_held_go_as_far_as_their_history_says_and_on_after_a_restart()
 }
 
 #[test]
-fn histories_are_of_bodies_that_are_held_and_functions_of_time() {
+fn histories_require_held_bodies_and_valid_functions_of_time() {
     let history = |times: &[f64]| json!({ "times": times, "factors": [1, 0] });
     for (name, times, path) in [
         ("left", [0.0, 1.0], "methods.sph.held_history.left"),
@@ -287,7 +287,7 @@ fn histories_are_of_bodies_that_are_held_and_functions_of_time() {
 }
 
 #[test]
-fn the_guard_against_far_moves_knows_what_xsph_adds() {
+fn the_displacement_limit_per_step_includes_the_xsph_correction() {
     let case = halves(&[solid(1000.0), solid(1000.0)], &json!({ "xsph": 1 }));
     let dt = 1e-4;
     // A quarter of a smoothing length in the step, but the mean of alternating neighbours is almost zero.
@@ -318,7 +318,7 @@ fn a_uniform_stress_rests_at_a_jump_of_density_with_rho_rho() {
 
 /// Periodic bars of two densities under one stress, in one dimension and in two, without options.
 #[test]
-fn a_bar_of_two_densities_at_rest_makes_no_energy() {
+fn a_bar_of_two_densities_at_rest_gains_no_energy() {
     let line = |ratio: f64, sph: &Value| {
         let mut text = serde_json::to_value(halves(&[solid(1000.0), solid(1000.0 * ratio)], sph)).unwrap();
         text["space"] = json!("1d");
@@ -356,7 +356,7 @@ fn a_bar_of_two_densities_at_rest_makes_no_energy() {
 }
 
 #[test]
-fn what_the_forms_make_of_a_jump_of_density_is_told_with_its_cure() {
+fn unsuitable_forms_at_a_density_jump_cause_a_warning_with_a_remedy() {
     let told = |densities: [f64; 2], sph: &Value| {
         let mut options = json!({ "continuity": "trace" });
         options.as_object_mut().unwrap().extend(sph.as_object().unwrap().clone());
@@ -379,7 +379,7 @@ fn what_the_forms_make_of_a_jump_of_density_is_told_with_its_cure() {
 }
 
 #[test]
-fn elastic_bodies_are_told_what_tension_does_to_them() {
+fn elastic_bodies_without_a_tensile_correction_cause_a_warning() {
     let told = |solid: Value, sph: &Value| {
         Sph.plan(&halves(&[solid, fluid(1000.0)], sph)).unwrap().warnings.join("\n")
     };

@@ -35,7 +35,7 @@ fn until(solver: &mut dyn Solver, time: f64) {
 /// In the frame of an obstacle the motion does not depend on its velocity. The sums are equal up to the round-off of positions, which the
 /// steps amplify to 10⁻¹¹.
 #[test]
-fn a_block_on_a_plane_that_moves_is_that_on_a_plane_at_rest_seen_from_it() {
+fn motion_on_a_moving_plane_is_independent_of_the_reference_frame() {
     let carried = [0.4, 0.3];
     for wall in [
         json!({ "kind": "rough" }),
@@ -155,7 +155,7 @@ impl Tilting {
 /// The plane supports the weight of a block up to the friction angle. Then the block slides, with friction times the normal
 /// force.
 #[test]
-fn a_plane_that_tilts_holds_a_block_up_to_the_angle_of_friction_and_rubs_beyond() {
+fn a_tilting_plane_holds_a_block_up_to_the_friction_angle_and_dissipates_beyond() {
     let mut tilting = Tilting::begin(0.05);
     // Between 19 and 20 degrees, and a little less than its weight since it rotates with the plane.
     let [along, across] = tilting.borne(19.0, 20.0);
@@ -170,7 +170,7 @@ fn a_plane_that_tilts_holds_a_block_up_to_the_angle_of_friction_and_rubs_beyond(
 /// Without the delay of friction the base oscillates, stops in each oscillation, and carries 0.99 of its share with the wider spacing,
 /// 0.97 with the other.
 #[test]
-fn a_block_that_slides_slowly_rubs_with_all_of_its_friction_at_any_spacing() {
+fn a_slowly_sliding_block_has_full_friction_at_any_spacing() {
     for spacing in [0.05, 0.025] {
         let mut tilting = Tilting::begin(spacing);
         tilting.turn(19.0);
@@ -293,7 +293,7 @@ fn a_paddle_throws_a_block_in_the_plane_and_in_space_and_the_balances_close() {
 
 /// A plate hits a row of particles at a speed above their wave speed.
 #[test]
-fn a_plate_that_is_fast_and_thin_takes_along_what_it_meets() {
+fn a_fast_thin_plate_carries_the_particles_it_meets() {
     for integration in ["leapfrog", "predictor-corrector", "velocity-verlet", "verlet", "runge-kutta4"] {
         let case = block(&json!({
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e4, "poissons_ratio": 0.2 } },
@@ -321,7 +321,7 @@ fn a_plate_that_is_fast_and_thin_takes_along_what_it_meets() {
 }
 
 #[test]
-fn obstacles_on_their_way_give_the_same_bits_on_any_threads_and_ranks_and_after_a_restart() {
+fn moving_obstacles_are_bit_identical_on_threads_and_ranks_and_after_a_restart() {
     for (space, integration) in
         [("plane-strain", "leapfrog"), ("plane-strain", "runge-kutta4"), ("3d", "leapfrog")]
     {
@@ -353,7 +353,7 @@ fn obstacles_on_their_way_give_the_same_bits_on_any_threads_and_ranks_and_after_
 }
 
 #[test]
-fn what_does_not_come_back_in_a_period_is_refused() {
+fn obstacle_motions_incompatible_with_periodic_domains_are_refused() {
     let problem = |motion: Value, shape: Value| {
         let case = block(&json!({
             "domain": { "min": [-2, -2], "max": [3, 3], "periodic": ["x"] },
@@ -375,7 +375,7 @@ fn what_does_not_come_back_in_a_period_is_refused() {
 
 /// A body at rest on a rotating obstacle rotates with it: it does not strain, and its stress rotates too.
 #[test]
-fn what_turns_with_an_obstacle_does_not_strain() {
+fn a_body_rotating_with_an_obstacle_remains_free_of_stress() {
     // Steady rotation from the start: each particle has the velocity of the floor at its position.
     let rate = 30f64.to_radians();
     let case = block(&json!({

@@ -28,7 +28,7 @@ fn plane(wall: &Value) -> Value {
 }
 
 #[test]
-fn a_plane_along_an_axis_answers_as_a_wall_of_particles() {
+fn an_axis_aligned_plane_acts_as_a_wall_of_particles() {
     let particles = json!({ "smooth_wall": "particles", "rough_wall": "particles" });
     for wall in [
         json!({ "kind": "smooth" }),
@@ -136,7 +136,7 @@ fn borne(angle: f64, friction: f64, damping: f64, [from, to]: [f64; 2]) -> ([f64
 /// The reaction on the slope is the weight less the momentum rate of the block. At rest that is the weight, without a moment about the
 /// middle; in sliding, friction is the coefficient times the normal force.
 #[test]
-fn a_slope_tells_the_force_of_the_block_on_it() {
+fn reaction_of_a_slope_equals_the_force_of_the_block_on_it() {
     let weight = 180.0 * 9.81;
     let ([x, y], gained, moment, pressure) = borne(30.0, 1.2 * 30f64.to_radians().tan(), 0.3, [0.4, 0.8]);
     assert!(x.abs() < 0.01 * weight && (y / -weight - 1.0).abs() < 0.01, "{x} {y}: {gained:?}");
@@ -152,7 +152,7 @@ fn a_slope_tells_the_force_of_the_block_on_it() {
 }
 
 #[test]
-fn a_block_on_a_slope_accelerates_as_its_friction_has_it() {
+fn acceleration_of_a_block_on_a_slope_follows_coulomb_friction() {
     // Gravity increases over 0.1 s: its integral is that of 0.45 s.
     for (angle, share) in [(20.0f64, 0.0), (20.0, 0.6), (35.0, 0.3)] {
         let (sin, tan) = (angle.to_radians().sin(), angle.to_radians().tan());
@@ -167,7 +167,7 @@ fn a_block_on_a_slope_accelerates_as_its_friction_has_it() {
 }
 
 #[test]
-fn what_does_not_go_with_obstacles_is_refused_by_path() {
+fn options_without_support_for_obstacles_are_refused_by_path() {
     let problem = |more: &Value| {
         let mut case = plane(&json!({ "kind": "rough" }));
         for (key, value) in more.as_object().unwrap() {
@@ -236,7 +236,7 @@ fn thrown(integration: &str, wall: &Value) -> Case {
 }
 
 #[test]
-fn no_particle_gets_into_an_obstacle_and_what_stops_it_is_told() {
+fn particles_do_not_penetrate_obstacles_and_the_stopping_energy_is_recorded() {
     for integration in [
         "leapfrog",
         "leapfrog-rates",
@@ -271,7 +271,7 @@ fn no_particle_gets_into_an_obstacle_and_what_stops_it_is_told() {
 }
 
 #[test]
-fn frictions_work_is_what_a_sliding_block_loses() {
+fn friction_work_equals_the_kinetic_energy_loss_of_a_sliding_block() {
     let wall = json!({ "kind": "frictional", "friction_coefficient": 0.3 });
     let mut more = plane(&wall);
     more["stages"] = json!([{ "name": "slide", "duration": 0.1 }]);

@@ -98,7 +98,7 @@ fn v26_any_number_of_ranks_gives_the_same_bits() {
 }
 
 #[test]
-fn ranks_agree_on_how_far_from_rest_they_are() {
+fn equilibrium_ratios_are_equal_in_any_number_of_ranks() {
     let settling = json!({ "stages": [{ "name": "s", "duration": 1, "equilibrium": {} }] });
     for options in [json!({}), json!({ "momentum": "rho-rho", "confining": { "pressure": 100 } })] {
         every_number_agrees(&heap(&options, &settling), 60, &format!("at rest, {options}"));
@@ -114,7 +114,7 @@ fn periodic() -> Value {
 }
 
 #[test]
-fn ranks_reach_across_the_ends_of_a_period() {
+fn ranks_exchange_particles_across_periodic_boundaries() {
     for options in [
         json!({}),
         json!({ "momentum": "rho-rho", "confining": { "pressure": 100 } }),
@@ -176,7 +176,7 @@ fn ranks_slip_along_smooth_bodies() {
 }
 
 #[test]
-fn ranks_share_out_lines_and_bodies_of_space_too() {
+fn ranks_partition_domains_in_one_and_three_dimensions() {
     let line = json!({
         "space": "1d", "domain": { "min": [0], "max": [10] }, "gravity": [0],
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [1], "max": [3] },
@@ -193,7 +193,7 @@ fn ranks_share_out_lines_and_bodies_of_space_too() {
 }
 
 #[test]
-fn particles_migrate_and_ranks_stay_even() {
+fn particles_migrate_and_ranks_stay_balanced() {
     let case = heap(&json!({}), &json!({}));
     let (mut whole, mut solver) = (start_solver(&Sph, &case), in_ranks(&case, 4));
     advance_steps(&mut *whole, 200);
@@ -210,7 +210,7 @@ fn particles_migrate_and_ranks_stay_even() {
 }
 
 #[test]
-fn a_checkpoint_of_ranks_goes_on_with_any_number_of_them() {
+fn checkpoints_continue_bit_identically_with_any_number_of_ranks() {
     let options =
         json!({ "hourglass_viscosity": 0.2, "regularisation": "shepard", "wall_stress": "interpolated" });
     restarts_agree(&heap(&options, &periodic()), &options.to_string());
@@ -263,7 +263,7 @@ fn more_ranks_than_particles_are_refused() {
 }
 
 #[test]
-fn obstacles_and_what_they_take_are_the_same_in_ranks() {
+fn obstacle_reactions_and_energies_are_equal_in_any_number_of_ranks() {
     let wall = json!({ "kind": "frictional", "friction_coefficient": 0.4 });
     let ground = json!({ "boundaries": [], "obstacles": [
             { "name": "ground", "wall": wall,

@@ -33,7 +33,7 @@ fn of_block(snapshot: &Snapshot) -> Vec<[f64; 3]> {
 }
 
 #[test]
-fn a_plate_moves_along_under_a_pressed_block_without_drag() {
+fn a_smooth_plate_slides_under_a_pressed_block_without_drag() {
     let pressure = 2e4;
     let given = |_: u32, x: &[f64; 2]| PrescribedParticle {
         displacement: [0.0; 2],
@@ -180,7 +180,7 @@ fn smooth_bodies_balance_power_and_hold_nothing_along_their_surface() {
 }
 
 #[test]
-fn mirrors_carry_smooth_bodies_on() {
+fn mirrors_continue_smooth_bodies() {
     // A whole plate, and half of a plate beside a mirror.
     let half = |low: f64, boundaries: &Value| {
         let shapes = json!([
@@ -214,7 +214,7 @@ fn mirrors_carry_smooth_bodies_on() {
 }
 
 #[test]
-fn only_what_is_held_is_smooth_and_nothing_in_the_total_form() {
+fn smooth_bodies_must_be_held_and_are_refused_in_total_lagrangian_form() {
     for (sph, path, word) in [
         (json!({ "smooth_bodies": ["block"] }), "methods.sph.smooth_bodies[0]", "held"),
         (json!({ "smooth_bodies": ["plate", "nobody"] }), "methods.sph.smooth_bodies[1]", "nobody"),

@@ -17,7 +17,7 @@ fn elastic_disk() -> CaseBuilder {
 const TOTAL: &str = "total-lagrangian";
 
 #[test]
-fn a_turn_in_the_total_form_makes_no_stress() {
+fn rotation_in_the_total_lagrangian_form_causes_no_stress() {
     let spin = 20.0;
     let total = json!({ "sph": { "spacing": 0.1, "formulation": TOTAL, "viscosity_linear": 0 } });
     let report = elastic_disk().with(json!({
@@ -36,7 +36,7 @@ fn a_turn_in_the_total_form_makes_no_stress() {
 }
 
 #[test]
-fn a_block_that_turns_freely_goes_on_turning() {
+fn a_freely_rotating_block_conserves_angular_momentum() {
     for model in [
         json!({ "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 }),
         json!({ "model": "mohr-coulomb", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.3, "friction_angle": 20, "cohesion": 1e4 }),
@@ -54,7 +54,7 @@ fn a_block_that_turns_freely_goes_on_turning() {
 }
 
 #[test]
-fn a_cube_that_turns_about_a_slanted_axis_goes_on_turning() {
+fn a_cube_rotating_about_an_inclined_axis_conserves_angular_momentum() {
     let [x, y, z] = [0.5, 0.7, -1.0];
     for (momentum, integration) in [("rho2", "leapfrog"), ("rho-rho", "velocity-verlet")] {
         let report = elastic_disk().with(json!({

@@ -382,7 +382,7 @@ fn conflicts_with_total_lagrangian() -> Vec<(Value, &'static str)> {
 }
 
 #[test]
-fn what_cannot_be_honoured_is_refused_by_name() {
+fn unsupported_options_are_refused_by_path() {
     let with = |formulation: Option<&str>, sph: Value| {
         let mut methods = json!({ "spacing": 0.05 });
         if let Some(formulation) = formulation {

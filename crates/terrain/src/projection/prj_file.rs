@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn the_system_beside_a_grid_comes_back_beside_what_is_written_and_in_a_geotiff() {
+    fn the_reference_system_of_a_prj_file_is_written_with_grids_and_geotiffs() {
         let folder = tempfile::tempdir().unwrap();
         let file = |name: &str| folder.path().join(name);
         let grid = "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 5\n1 2\n3 4\n";
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn feet_beside_a_grid_are_refused_where_gdal_says_them() {
+    fn lengths_in_feet_in_a_gdal_sidecar_file_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("a.asc");
         std::fs::write(&file, "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 5\n1 2\n3 4\n").unwrap();
@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_and_texts_of_proj_are_read_and_what_is_neither_is_refused() {
+    fn epsg_codes_and_proj_strings_are_read_and_other_texts_are_refused() {
         assert_eq!(checked("EPSG:26910"), Ok(()));
         let feet = checked("EPSG:2263").unwrap_err();
         assert!(feet.contains("foot") && feet.contains("area.prj"), "{feet}");

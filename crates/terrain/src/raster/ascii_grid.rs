@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said_in_a_line() {
+    fn errors_in_ascii_grids_name_the_key_or_the_cell() {
         let problem = |from: &str, to: &str| parse(&CORNER.replace(from, to)).unwrap_err();
         assert!(problem("nrows 2\n", "").contains("nrows is missing"));
         assert!(problem("cellsize 10", "cellsize ten").contains("not a number"));

@@ -35,7 +35,7 @@ fn work_over_energy(case: &Case) -> f64 {
 }
 
 #[test]
-fn a_bar_that_is_pulled_apart_spends_its_fracture_energy() {
+fn a_bar_in_tension_dissipates_its_fracture_energy() {
     for (shape, cells, points) in [
         ("linear", 21, 2),
         ("ugimp", 21, 2),

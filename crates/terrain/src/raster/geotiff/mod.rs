@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn strips_that_were_not_written_hold_what_stands_for_no_data() {
+    fn strips_without_data_have_the_no_data_value() {
         for (mark, expected) in [(Some("-9999"), f64::NAN), (None, 0.0)] {
             let mut target = Cursor::new(Vec::new());
             let mut encoder = TiffEncoder::new(&mut target).unwrap();
@@ -321,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_names_the_system_in_plan_alone() {
+    fn written_geotiffs_name_only_the_horizontal_reference_system() {
         let texts = |crs: &str, epsg: Option<u32>| {
             let mut raster = raster(true);
             (raster.reference.crs, raster.reference.epsg) = (Some(crs.to_owned()), epsg);
