@@ -125,7 +125,7 @@ fn precession_of_a_free_symmetric_top_converges_to_second_order() {
     assert!(coarse < 1e-3 && fine < 0.27 * coarse, "{coarse} {fine}");
 }
 
-/// Ground with sticking contacts, whatever the argument.
+/// Ground with sticking contacts for any argument.
 struct Sticky<'a>(&'a SupportPoints);
 
 impl ContactSystem for Sticky<'_> {

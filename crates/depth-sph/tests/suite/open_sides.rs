@@ -81,7 +81,7 @@ fn reflected(degrees: f64, width: f64) -> f64 {
     // Depth far from the packet.
     let still = nodes.depth[nodes.position.iter().position(|x| (x[0] - 1.0).abs() < SPACING).unwrap()];
     let arriving = amplitude(&flow, still);
-    // The packet has gone to the side and back to the middle of the window.
+    // The packet has travelled to the side and back to the middle of the window.
     advance_flow_to(&mut flow, 12.0 / (9.81f64.sqrt() * angle.cos()));
     let inside = flow.nodes.sets[0].nodes.total_volume() - flow.far_field_volume();
     let passed = flow.boundary.passed();
@@ -233,7 +233,7 @@ fn unsupported_open_sides_are_refused_by_path() {
     );
 }
 
-/// Basin after its packet of waves has gone to the side and back to the middle of the window.
+/// Basin after its packet of waves has travelled to the side and back to the middle of the window.
 fn ran(angle: f64, width: f64, layer: f64, long: f64) -> Flow<2> {
     let mut flow = basin(angle, width, layer, long);
     advance_flow_to(&mut flow, 12.0 / (9.81f64.sqrt() * angle.cos()));

@@ -145,7 +145,7 @@ fn nodes_that_leave_the_raster_are_counted_or_end_the_run() {
     assert!(error.contains("it has left the terrain"), "{error}");
 }
 
-/// The run goes on to its end, and has rasters of the flow that has passed.
+/// The run continues to its end, and has rasters of the flow that has passed.
 #[test]
 fn a_flow_that_has_left_altogether_is_no_error() {
     let folder = tempfile::tempdir().unwrap();

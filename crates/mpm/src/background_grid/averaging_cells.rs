@@ -291,7 +291,7 @@ mod tests {
         shared_strain_is_the_mean_of_means::<3>();
     }
 
-    /// Forces at the nodes of the block under 7 Pa on all sides, without the points of which `gap` says so.
+    /// Forces at the nodes of the block under 7 Pa on all sides, without the points where `gap` is true.
     fn forces<const D: usize>(options: &Value, gap: impl Fn(&[f64; D]) -> bool) -> Vec<[f64; 4]> {
         let stress = json!({ "stress": { "kind": "uniform", "value": [7, 7, 7, 0, 0, 0] } });
         let mut solver = solver::<D>(options, &stress);

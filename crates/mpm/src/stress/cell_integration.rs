@@ -322,8 +322,8 @@ mod tests {
 
     #[test]
     fn gauss_integration_uses_the_whole_volume_of_a_surface_cell() {
-        // The upper two of the three points of the last cell taken out: a third of its volume is left. Its two nodes get
-        // ± σ Ω_p/h of the point, or ± σ of the cell, which pulls at its upper node as if it were full.
+        // The upper two of the three points of the last cell are removed: a third of its volume is left. The forces of its two nodes are
+        // ± σ Ω_p/h of the point, or ± σ of a full cell.
         for (integration, last) in [("points", 7.0 / 3.0), ("mixed", 7.0 / 3.0), ("gauss", 7.0)] {
             let [_, _, third, fourth] = nodal("linear", integration, &[7, 8]);
             assert!((fourth - last).abs() < 1e-14, "{integration}: {fourth}");

@@ -1,4 +1,4 @@
-//! Triangles and tetrahedra: what every mesh must keep, and what a file must say.
+//! Triangles and tetrahedra: invariants, and invalid mesh files.
 
 use std::fmt::Write as _;
 

@@ -203,7 +203,7 @@ fn cuts_that_deviate_from_a_saw_test_cause_a_warning() {
     all["removal_shapes"][0].as_object_mut().unwrap().remove("bodies");
     let said = SnowMpm.plan(&read_case(&all)).unwrap().warnings;
     assert!(said.len() == 1 && said[0].starts_with("removal_shapes[0]: removes all bodies"), "{said:?}");
-    // What lies below the layer, or on a small part of it, is no slab.
+    // A body below the layer, or on a small part of it, is no slab.
     let mut case = saw_test(2.0, 0.1, 1.0);
     case["gravity"] = json!([0, 9.81]);
     assert!(SnowMpm.plan(&read_case(&case)).is_ok());
@@ -239,7 +239,7 @@ fn a_layer_that_yields_before_the_saw_ends_the_run() {
     let hasty = json!({ "name": "settle", "duration": 0.03, "gravity_ramp": 0.03 });
     let warning = begins(&hasty, 2500.0).unwrap().unwrap();
     assert!(warning.starts_with("the first cut began with points as fast as"), "{warning}");
-    // Next to the bed, in two cells, some points bear more than the mean.
+    // Next to the bed, in two cells, some points carry more than the mean.
     let warning = begins(&settles, 1500.0).unwrap().unwrap();
     assert!(
         warning.starts_with("at the end of stage \"settle\"") && warning.contains("of the 320 points"),

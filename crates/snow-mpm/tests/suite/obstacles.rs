@@ -59,7 +59,7 @@ fn a_block_slides_on_a_plane_along_no_axis_by_coulombs_law() {
     let [_, way, ..] = slid(&json!({ "kind": "frictional", "friction_coefficient": 0.7 }));
     assert!((rate / exact - 1.0).abs() < 5e-3, "{rate} for {exact}");
     assert!(way.abs() < 1e-3, "{way}");
-    // The share of a rigid block; what settles on lifts a little, and does not rub then.
+    // The share of a rigid block; a settling block lifts off for short times without friction.
     let share = 0.3 * DOWN[0] / 0.5;
     assert!(
         (friction / share - 1.0).abs() < 0.02 && (walls + friction).abs() < 0.01,
@@ -114,7 +114,7 @@ fn reaction_of_a_moving_obstacle_equals_the_momentum_of_the_body() {
         advance_to(&mut *solver, 0.08);
         let given = solver.totals().momentum;
         let reaction = solver.reaction("ram").unwrap().impulse;
-        // The ball has gone 0.24 m, and has met the block after 0.05 m.
+        // The ball has moved by 0.24 m, and met the block after 0.05 m.
         assert!(given[0] > 0.25 * 400.0 * 3.0, "{wall}: {given:?}");
         for c in 0..2 {
             assert!((given[c] + reaction[c]).abs() < 1e-9 * given[0], "{wall}: {given:?} {reaction:?}");
@@ -122,7 +122,7 @@ fn reaction_of_a_moving_obstacle_equals_the_momentum_of_the_body() {
         let readings = colluvium_case::measure::solver_outputs(&case, &*solver);
         let pressure = readings.iter().find(|(name, ..)| name == "pressure.impulse").unwrap().2;
         assert!((pressure + given[0] / 0.5).abs() < 1e-9 * given[0], "{pressure}");
-        // Work of the ball is what there is, but for what the numerics take.
+        // Work of the ball is the energy of the block plus the numerical dissipation.
         let work = reading(&*solver, "work_of_walls");
         let budget = solver.totals();
         assert!((work / (budget.kinetic + budget.elastic) - 1.0).abs() < 0.2, "{wall}: {work} {budget:?}");
@@ -179,7 +179,7 @@ fn reaction_of_a_settled_block_is_its_weight() {
     let after = state(&*solver);
     let [reaction, gained, time] = std::array::from_fn(|k| after[k] - before[k]);
     let weight = 400.0 * 0.5 * GRAVITY * time;
-    // What the ground does not bear of the weight moves the block.
+    // The weight less the reaction of the ground accelerates the block.
     assert!((reaction + weight + gained).abs() < 1e-7 * weight, "{reaction} {gained} {weight}");
     assert!((reaction / weight + 1.0).abs() < 0.05, "{reaction} of {weight}");
 }

@@ -1,4 +1,4 @@
-//! Domains that repeat themselves.
+//! Periodic domains.
 
 use colluvium_case::{Case, Method};
 use colluvium_snow_mpm::SnowMpm;
@@ -99,7 +99,7 @@ fn periodic_runs_are_the_same_on_any_thread_and_after_a_restart() {
 
 #[test]
 fn a_layer_slides_through_periodic_sides_by_coulombs_law() {
-    // Gravity tilted by 30°, a bed with a coefficient of 0.3, and no ends: what the whole layer does is what each of its points does.
+    // Gravity tilted by 30°, a bed with a coefficient of 0.3, and no ends: each point has the motion of the whole layer.
     let (slope, friction, end) = (30f64.to_radians(), 0.3, 0.3);
     let gravity = [9.81 * slope.sin(), -9.81 * slope.cos()];
     let mut solver = start_solver(
@@ -119,7 +119,7 @@ fn a_layer_slides_through_periodic_sides_by_coulombs_law() {
     let way = 0.5 * 9.81 * (slope.sin() - friction * slope.cos()) * end * end;
     let moved = vectors(&snapshot, "displacement");
     let mean = moved.iter().map(|u| u[0]).sum::<f64>() / moved.len() as f64;
-    // It bounces on its bed, which at the end has carried its weight but for a part of a swing.
+    // The layer bounces on its bed: the mean normal force is its weight up to a part of an oscillation.
     assert!((mean / way - 1.0).abs() < 0.03, "{mean} is not {way}");
     for row in [0.0125, 0.1875] {
         let of_row = moved.iter().zip(&snapshot.positions).filter(|(u, x)| (x[1] - u[1] - row).abs() < 1e-6);

@@ -1,4 +1,4 @@
-//! Runs, sweeps and what they leave.
+//! Runs and sweeps, and their output files.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -195,7 +195,7 @@ fn a_collision_with_a_deformable_body_keeps_momentum() {
             }
             // The bed has taken some of it, or nothing would have been looked at.
             assert!((after.kinetic / before.kinetic) < 0.95, "{contacts}, {scheme}: {}", after.kinetic);
-            // Impulses act at nodes, and the points of what deforms take them within half a cell of there.
+            // Impulses act at nodes, and on points of the deformable body within half a cell of them.
             let change = after.angular_momentum[2] - before.angular_momentum[2];
             assert!(
                 impulse > 0.1 * size && change.abs() < 0.5 * 0.1 * impulse,
@@ -260,7 +260,7 @@ fn a_pushed_block_accelerates_by_the_force_less_friction_of_the_bed() {
     let gained = late(&report, "block.velocity.x", 0.5);
     let exact = force / mass - friction * G;
     assert!((gained / exact - 1.0).abs() < 0.01, "{gained}, {exact}");
-    // Newton's law to the last digit, of whatever the bed does.
+    // Newton's law to round-off, for any deformation of the bed.
     let rubbed = late(&report, "reaction.impulse.x", 0.5);
     assert!((mass * gained - force - rubbed).abs() < 1e-9 * force, "{gained} {rubbed}");
     let whole = rubbed / late(&report, "reaction.impulse.y", 0.5);

@@ -39,7 +39,7 @@ fn water_at_the_boundary_fills_the_pores_with_its_pressure() {
         panic!("no stress")
     };
     // No total stress: the skeleton swells. After T = 2.5 consolidation lacks 0.3 %. The load is spread over the outermost
-    // cell, whose point feels the share of the end node.
+    // cell, whose point has the share of the end node.
     for ((x, pressure), stress) in
         snapshot.positions.iter().zip(scalars(&snapshot, "pore_pressure")).zip(effective)
     {

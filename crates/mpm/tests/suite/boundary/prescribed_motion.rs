@@ -214,7 +214,7 @@ fn a_moving_rough_wall_drives_linear_shear_flow_of_a_viscous_liquid() {
 
 #[test]
 fn a_rigid_plate_compresses_points_in_the_small_displacement_formulation() {
-    // Far beyond a cell: the plate goes on pressing the surface where that was at the start.
+    // Displacement of more than a cell: the plate acts on the surface at its initial position.
     let case = block_between_walls().with(json!({
         "bodies": [block(), lid()],
         "stages": [{ "name": "press", "duration": 1, "damping": 0.5, "motions": [{ "target": "lid", "velocity": [0, -0.3], "ramp": 0.2 }] }],
@@ -326,8 +326,8 @@ fn a_patch_presses_with_the_force_of_the_oedometer() {
 
 #[test]
 fn the_impulse_on_a_patch_is_that_on_the_material() {
-    // It takes all nodes of the block from rest to 0.05 m/s, and on. Ramped and at once, with either treatment of what
-    // nodes bring.
+    // The patch accelerates all nodes of the block from rest to 0.05 m/s and holds that velocity: ramped and at once, with either
+    // treatment of fixed nodes.
     for (ramp, fixed) in [(0.2, "force"), (0.0, "force"), (0.2, "momentum")] {
         let case = block_between_walls().with(json!({
             "boundaries": [],
@@ -346,8 +346,8 @@ fn the_impulse_on_a_patch_is_that_on_the_material() {
 
 #[test]
 fn patch_force_on_a_yielding_column_is_its_strength_at_any_speed() {
-    // Tresca's column between smooth ends in plane strain carries 2 c_u. Points next to the patch go along with it: what they
-    // lag behind is no force.
+    // Tresca's column between smooth ends in plane strain carries 2 c_u. Points next to the patch move with it: their lag in
+    // velocity causes no force.
     for speed in [0.01, 0.05] {
         let case = block_between_walls().with(json!({
             "domain": { "min": [0, 0], "max": [2, 1] },
@@ -391,7 +391,7 @@ fn the_impulse_on_a_rigid_body_is_the_momentum_that_the_material_loses() {
         for c in 0..2 {
             assert!((momentum[c] - impulse[c]).abs() < 1e-9 * report.start.mass, "{momentum:?} {impulse:?}");
         }
-        // It is stopped and thrown back, less what rings on in its three cells.
+        // The block is stopped and rebounds, less the oscillation that remains in its three cells.
         assert!(impulse[1] > 0.3 * 120.0 && impulse[1] < 2.0 * 0.3 * 120.0, "{impulse:?}");
         let rubbed = friction * impulse[1];
         assert!(impulse[0] <= rubbed + 1e-9 && impulse[0] >= (0.9 * rubbed).min(10.0), "{impulse:?}");

@@ -38,8 +38,8 @@ fn a_pressure_turns_with_the_surface_and_a_traction_does_not() {
             advance_to(&mut *solver, 1.0);
             let end = force(&mut *solver);
             assert!((end[0].hypot(end[1]) - 3.0).abs() < 0.05, "{scheme}: {end:?}");
-            // Next to a free surface the lumped mass of a node does not lie at the node, and the spin that its points
-            // feel is weaker: the surface lags behind by up to a fifth.
+            // Next to a free surface the lumped mass of a node does not lie at the node, and the rotation rate of its points
+            // is lower: the surface lags behind by up to a fifth.
             assert!(
                 (0..2).all(|c| (end[c] - exact[c]).abs() < 1.1),
                 "{scheme}: {end:?} instead of {exact:?}"

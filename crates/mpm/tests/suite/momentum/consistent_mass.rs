@@ -50,7 +50,7 @@ fn consistent_mass_overestimates_the_frequency_of_a_bar_and_lumped_mass_underest
     assert!((found / consistent - 1.0).abs() < 1e-4 && found > exact, "consistent: {found} for {consistent}");
 }
 
-/// A ball that turns and swings in a box, nothing acts on it.
+/// Ball that rotates and oscillates in a box without external forces.
 fn ball(space: &str, shape: &str) -> Case {
     let dimension = if space == "3d" { 3 } else { 2 };
     let pick = |v: [f64; 3]| v[..dimension as usize].to_vec();
@@ -100,7 +100,7 @@ fn bits_are_the_same_on_one_and_two_threads_with_consistent_mass() {
 
 #[test]
 fn moving_walls_accelerate_a_block_at_rest_and_leave_a_comoving_one_unchanged() {
-    // Both side walls move: a block that moves with them feels nothing, and one at rest is pushed.
+    // Both side walls move: no force acts on a block that moves with them, and a block at rest is accelerated.
     for (own, least) in [(0.3, 0.0), (0.0, 1e-3)] {
         let wall = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" }, "velocity": [0.3, 0] });
         let report = solve(

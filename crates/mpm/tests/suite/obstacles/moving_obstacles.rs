@@ -133,7 +133,7 @@ fn a_block_on_nodes_of_a_floor_that_moves_across_cells_has_the_bits_of_any_threa
     let whole = run(1, false);
     assert!(whole == run(2, false), "two threads");
     assert!(whole == run(1, true), "restored");
-    // What the floor gives is what the block has and its weight takes.
+    // The impulse of the floor is the momentum of the block plus the impulse of its weight.
     let (_, totals, reaction, _) = &whole;
     assert!(totals.momentum[1] > 0.0);
     assert!((totals.momentum[0] + reaction.impulse[0]).abs() < 1e-8 * reaction.impulse[0].abs());

@@ -113,7 +113,7 @@ fn reactions_equal_the_momentum_loss_and_are_bit_identical_after_a_restart() {
             let (end, push) = (solver.totals(), solver.reaction("ground").unwrap());
             let weight = -9.81 * end.mass * solver.time();
             let scale = weight.abs() + 1e-3;
-            // What came in by gravity and is no longer there went into the ground.
+            // The impulse of gravity less the gain of momentum is the impulse on the ground.
             for (axis, came) in [(0, 0.0), (1, weight)] {
                 let lost = start.momentum[axis] + came - end.momentum[axis];
                 let off = (push.impulse[axis] - lost).abs() / scale;
@@ -136,7 +136,7 @@ fn friction_dissipates_the_energy_that_a_thrown_block_loses() {
     value["obstacles"][0]["wall"]["friction_coefficient"] = json!(0.3);
     value["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0.3, 1.0], "max": [1.1, 1.2] });
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.5, 0.0] });
-    // In balance from the start: a block that bounces rubs by fits and starts, which shakes it.
+    // In equilibrium from the start: a bouncing block has intermittent friction, which excites oscillations.
     value["bodies"][0]["stress"] = json!({ "kind": "k0", "surface": 1.2, "coefficient": 0.43 });
     value["materials"]["m"]["youngs_modulus"] = json!(1e7);
     let case = read_case(&value);

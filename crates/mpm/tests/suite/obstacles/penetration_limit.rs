@@ -1,4 +1,4 @@
-//! Points that meet an obstacle too fast for its springs are stopped before it (docs/theory/mpm.md, obstacles).
+//! Penetration limit: points too fast for the penalty springs are stopped before the obstacle (docs/theory/mpm.md, obstacles).
 
 use colluvium_case::{Case, Solver};
 use colluvium_mpm::Mpm;
@@ -34,7 +34,7 @@ fn frictional() -> Value {
     json!({ "kind": "frictional", "friction_coefficient": 0.4 })
 }
 
-/// All energies (J), with what obstacles took of them.
+/// Total energy (J), with the energy transferred to obstacles.
 fn energy(solver: &dyn Solver) -> f64 {
     let budget = solver.totals();
     let own = budget.kinetic + budget.elastic + budget.potential;

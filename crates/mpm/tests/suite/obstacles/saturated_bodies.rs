@@ -46,7 +46,7 @@ fn a_saturated_layer_is_slowed_by_friction_of_its_effective_stress() {
         }
         let case = read_case(&value);
         let mut solver = start_solver(&Mpm, &case);
-        // On points it sinks into its springs first, and until water has left for that they bear too little.
+        // On points the block first compresses the penalty springs, and their force is too small until pore water has drained.
         advance_to(&mut *solver, 0.5);
         let (start, from) = (solver.totals(), solver.time());
         advance_to(&mut *solver, 0.7);
@@ -286,7 +286,7 @@ fn impact(wall: &Value, options: &Value, stiffness: f64) -> (f64, f64, f64, f64)
     let mut solver = start_solver(&Mpm, &case);
     let grains = |budget: &Budget| budget.mass - budget.liquid.unwrap().mass;
     let start = solver.totals();
-    // The water is that of the pores: what they take in or press out in a step goes with its velocity. They move first, or last.
+    // Liquid mass is that in the pores: inflow and outflow in a step have its velocity. Points move first, or last.
     let first = options["stress_update"] == "usf";
     let (mut nearest, mut came, mut masses) = (f64::INFINITY, [0.0; 2], scalars(&solver.snapshot(), "mass"));
     while solver.time() < 0.05 {

@@ -86,7 +86,7 @@ fn drag_makes_the_phases_move_together() {
 
 #[test]
 fn water_seeps_through_a_held_skeleton_at_the_rate_of_darcy() {
-    // a wall over the whole column holds the grains and lets the water through; those on the sides hold it back.
+    // a wall over the whole column holds the grains and is permeable to water; the walls on the sides are impermeable.
     for space in SPACES {
         let held = ["y-min", "z-min"][space.1 - 2];
         let mut walls: Vec<Value> = tub(space.1).into_iter().filter(|wall| wall["side"] != held).collect();

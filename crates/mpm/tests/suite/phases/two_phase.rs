@@ -1,4 +1,4 @@
-//! Saturated bodies against closed forms (sheet: mpm ), and the solver's promises with two phases.
+//! Saturated bodies against closed forms (sheet: mpm ), and the solver's invariants with two phases.
 
 use colluvium_case::{Case, Method, StepLimit};
 use colluvium_mpm::Mpm;
@@ -65,7 +65,7 @@ fn drag_makes_the_phases_move_together() {
 
 #[test]
 fn water_seeps_through_a_held_skeleton_at_the_rate_of_darcy() {
-    // a wall over the whole column holds the grains and lets the water through; gravity is a gradient of 1.
+    // a wall over the whole column holds the grains and is permeable to water; gravity is a gradient of 1.
     let case = saturated_column().with(json!({
         "gravity": [-9.81],
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
@@ -163,8 +163,8 @@ fn undrained_radial_compression_splits_stress_by_the_stiffness_of_the_phases() {
 #[test]
 fn water_seeps_towards_a_well_as_the_logarithm_of_the_radius() {
     // Steady flow through a held ring from 1.5 m, under pressure, to 0.5 m: p = p_0 ln(r/0.5)/ln 3, and r n v_L is the same
-    // everywhere. Strains are shared: v/r is not linear, so that points of a cell would gain pressure against each other for
-    // ever, which the nodes do not see.
+    // everywhere. Strains are shared: v/r is not linear, so that pressure differences of points within a cell, to
+    // which the nodes are insensitive, would grow without bound.
     let wall = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" } });
     let ring = saturated_column().with(json!({
         "space": "axisymmetric", "domain": { "min": [0.5, 0], "max": [1.5, 0.05] }, "gravity": [0, 0],
@@ -182,10 +182,10 @@ fn water_seeps_towards_a_well_as_the_logarithm_of_the_radius() {
     let flux = -1e-3 / 9810.0 * 1000.0 / 3f64.ln();
     for (x, p) in report.snapshot.positions.iter().zip(&pressure) {
         let exact = 1000.0 * (x[0] / 0.5).ln() / 3f64.ln();
-        // The load is carried by the layer of points, a quarter of a cell inside, and the cell with them feels part of it.
+        // The load acts on the layer of points a quarter of a cell inside, and their cell has part of it.
         assert!(x[0] > 1.45 || (p - exact).abs() < 0.03 * 1000.0, "{p} for {exact} at {x:?}");
     }
-    // Points keep what the onset of the flow gave them against each other, which the nodes do not see: their mean.
+    // Velocity differences of points from the onset of the flow, to which the nodes are insensitive, remain: the mean is compared.
     let discharge = |(x, v): (&[f64; 3], &[f64; 3])| 0.4 * v[0] * x[0];
     let mean =
         report.snapshot.positions.iter().zip(&velocity).map(discharge).sum::<f64>() / velocity.len() as f64;
@@ -464,7 +464,7 @@ fn the_default_step_is_stable_in_every_space() {
 #[test]
 fn friction_of_a_wall_depends_on_the_effective_stress() {
     // A saturated layer at rest under its weight, under which the floor begins to move: of 19.9 kPa only the 9.9 kPa of the
-    // skeleton rub.
+    // skeleton cause friction.
     let layer = |friction: Value| {
         read_case(&json!({
             "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [0.5, 1.2], "periodic": ["x"] },

@@ -34,7 +34,7 @@ fn points_that_leave_a_body_with_remove_outside_are_removed() {
         let left = report.end.mass / report.start.mass;
         assert!((left - 0.5).abs() < 0.11, "{mpm}: {left}");
         assert!(report.snapshot.positions.iter().all(|x| x[0] < 1.0), "{mpm}");
-        // The rest does not know of it.
+        // The other points are unaffected.
         assert!((report.end.momentum[0] / report.end.mass - 1.0).abs() < 1e-9, "{mpm}: {:?}", report.end);
         let mut stays = case;
         stays.bodies[0].remove_outside = false;

@@ -1,4 +1,4 @@
-//! A bar of cells that a band may cut, pulled apart: the length of a band is that of a cell (sheet: constitutive §2.16).
+//! Bar in tension with a localisation band: the band length is the cell size (sheet: constitutive §2.16).
 
 use colluvium_case::Case;
 use colluvium_mpm::Mpm;

@@ -7,7 +7,7 @@ use serde_json::json;
 
 #[test]
 fn points_on_a_free_surface_carry_no_stress_whatever_the_order_of_a_step() {
-    // A strip of half-filled cells: all of its points lie on the surface, and nothing pulls.
+    // A strip of half-filled cells: all of its points lie on the surface, and no force acts.
     for scheme in ["usf", "usl", "musl"] {
         let case = read_case(&json!({
             "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],

@@ -1,4 +1,4 @@
-//! Liquids with the options that they get by default.
+//! Liquids with default options.
 
 use colluvium_mpm::Mpm;
 use colluvium_testkit::taylor_green::{energy_ratio, taylor_green_case};
@@ -8,7 +8,7 @@ use serde_json::json;
 #[test]
 fn vortices_of_a_liquid_keep_their_energy_without_options() {
     let case = taylor_green_case(1.0, &json!({ "mpm": { "cell_size": 0.04 } }));
-    // Fifty points along the box with two a cell; liquids get three.
+    // Fifty points along the box with two a cell; liquids have three by default.
     let kept = energy_ratio(&solve(&Mpm, &case).snapshot, 1.0);
     assert!((kept - 1.0).abs() < 0.2, "{kept}");
 }

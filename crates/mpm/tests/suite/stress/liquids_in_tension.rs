@@ -1,11 +1,11 @@
-//! Liquids that hang together where real ones open.
+//! Liquids with tension in place of cavitation.
 
 use colluvium_case::{Case, Method, RunOptions, run_method};
 use colluvium_mpm::Mpm;
 use colluvium_testkit::read_case;
 use serde_json::{Value, json};
 
-/// A liquid 1 m high whose upper part begins under a tension (Pa), with the strength against that.
+/// Liquid 1 m high whose upper part starts under a tension (Pa), with a cavitation strength.
 fn hanging(tension: f64, strength: f64, gravity: f64) -> Case {
     let water = json!({ "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e6, "viscosity": 0.1,
                         "cavitation_strength": strength });
@@ -165,7 +165,7 @@ fn later_energy(stiffness: f64, mpm: &Value, step: f64, measures: f64) -> f64 {
     at(3.0) / at(1.0)
 }
 
-/// Affine transfers damp what hides it: of linear functions the pressure turns a soft liquid over, by 2.9/s (5.9/s in energy) in a
+/// Affine transfers damp other modes: with linear functions the pressure overturns a soft liquid at a rate of 2.9/s (5.9/s in energy) in a
 /// linear model of these cells at 0.78 of `ρgH (H/h)²`; not at 3, and not with GIMP.
 #[test]
 fn linear_functions_turn_soft_liquids_over_by_any_transfer() {
@@ -179,7 +179,7 @@ fn linear_functions_turn_soft_liquids_over_by_any_transfer() {
     }
 }
 
-/// Steps that outputs cut every few steps excite sound whatever the transfer, and are warned of; steps of one length do not.
+/// Steps shortened by an output every few steps excite sound with any transfer and cause a warning; steps of one length do not.
 #[test]
 fn outputs_every_few_steps_are_warned_of() {
     for transfer in ["flip", "tpic"] {

@@ -1,4 +1,4 @@
-//! Convected domains and the total-Lagrangian form: what every shape must keep, and what each is for.
+//! Convected domains and the total-Lagrangian form: invariants of all shape functions, and the purpose of each.
 
 use colluvium_case::{Case, Method, RunOptions, RunReport, run};
 use colluvium_mpm::Mpm;
@@ -132,7 +132,7 @@ fn the_total_lagrangian_form_turns_without_stress() {
         "methods": { "mpm": { "cell_size": 0.1, "shape": "linear", "formulation": "total-lagrangian" } }
     })).solve(&Mpm);
     for (x, u) in report.snapshot.positions.iter().zip(vectors(&report.snapshot, "displacement")) {
-        // What lumped mass takes from the spin shows in the angle; the body keeps its shape.
+        // The loss of rotation rate by lumped mass appears in the angle; the body keeps its shape.
         let start = [x[0] - u[0], x[1] - u[1]];
         let (radius, now) = (start[0].hypot(start[1]), x[0].hypot(x[1]));
         let angle = (start[0] * x[1] - start[1] * x[0]).atan2(start[0] * x[0] + start[1] * x[1]);

@@ -99,7 +99,7 @@ fn null_space_motion(options: &Value) -> Box<dyn Solver> {
 
 #[test]
 fn null_space_velocities_decay_in_the_residual_time() {
-    // Whatever the step and the scheme.
+    // For any step and scheme.
     for scheme in ["usf", "usl", "musl"] {
         for step in [1e-3, 2.5e-4] {
             for (order, transfer) in [(1, "xpic"), (2, "xpic"), (5, "xpic"), (2, "flip")] {
@@ -140,7 +140,7 @@ fn a_residual_time_keeps_momentum_and_nearly_all_rotation() {
         assert!((relaxed.momentum[c] - before.momentum[c]).abs() < 1e-10 * before.mass);
     }
     let turn = |budget: &Budget| budget.angular_momentum[2] / before.angular_momentum[2];
-    // 1.050 and 1.026: the grid does not see all of the rotation of a block of 6 × 4 cells.
+    // 1.050 and 1.026: the grid represents only part of the rotation of a block of 6 × 4 cells.
     assert!((turn(&relaxed) - turn(&flip)).abs() < 0.03, "{} for {}", turn(&relaxed), turn(&flip));
 }
 
@@ -178,7 +178,7 @@ fn a_deposit_comes_to_rest_with_a_residual_time() {
     let (flip, relaxed) = (collapsed(&json!({})), collapsed(&json!({ "residual_time": 0.14 })));
     assert!(share(&flip, "velocity") > 0.05 && share(&flip, "grid_velocity") < 0.02);
     assert!(share(&relaxed, "velocity") < 0.011, "{}", share(&relaxed, "velocity"));
-    // 7 % less: what a point does not share with the others it loses to them in flight.
+    // 7 % less: the velocity of a point relative to its neighbours is damped in flight.
     assert!((front(&relaxed) / front(&flip) - 1.0).abs() < 0.1, "{} {}", front(&relaxed), front(&flip));
     let told = |report: &RunReport| {
         report.warnings_at_end.iter().any(|remark| remark.contains("set methods.mpm.residual_time to about"))
@@ -186,7 +186,7 @@ fn a_deposit_comes_to_rest_with_a_residual_time() {
     assert!(told(&flip) && !told(&relaxed), "{:?} {:?}", flip.warnings_at_end, relaxed.warnings_at_end);
 }
 
-/// Two blocks of one cell that fly ahead of a heap are told of.
+/// Two blocks of one cell that fly ahead of a heap.
 #[test]
 fn detached_points_cause_a_warning() {
     let block = |name: &str, min: [f64; 2], max: [f64; 2]| json!({ "name": name, "material": "m", "shape": { "kind": "box", "min": min, "max": max } });
@@ -256,7 +256,7 @@ fn affine_transfers_reproduce_an_affine_field() {
     }
 }
 
-/// Beside its motion a point has what turns and stretches within it: the gradient squared times the second moment of its functions.
+/// The energy of a point includes that of the affine velocity within it: the gradient squared times the second moment of its functions.
 #[test]
 fn the_kinetic_energy_of_an_affine_field_is_that_of_the_grid() {
     let moments = [
