@@ -144,8 +144,8 @@ fn memory_estimates_of_a_plan_match_the_memory_of_its_run() {
         let (size, plan) = (method_of.problem_size(&case).unwrap(), method_of.plan(&case).unwrap());
         let [made, held] = held(&case, method);
         // Grains may take most memory before they move.
-        let most = if method == "dem" { made.max(held) } else { held };
-        let (said, before) = (plan.memory as f64 / held, size.memory / most);
+        let peak = if method == "dem" { made.max(held) } else { held };
+        let (said, before) = (plan.memory as f64 / held, size.memory / peak);
         println!(
             "{name} {:?}: {made:.3e} made, {held:.3e} held, plan {said:.3}, size {before:.3} ({} points)",
             case.space, plan.points

@@ -262,8 +262,8 @@ mod tests {
             near(found.1, speed, 1e-5);
         }
         let gravity = 9.81 * 22f64.to_radians().cos();
-        let pull = gravity * (22f64.to_radians().tan() - 12f64.to_radians().tan());
-        let (h, u) = frictional_dam_break(gravity, 10.0, pull, 10.0, 2.0);
+        let driving_acceleration = gravity * (22f64.to_radians().tan() - 12f64.to_radians().tan());
+        let (h, u) = frictional_dam_break(gravity, 10.0, driving_acceleration, 10.0, 2.0);
         near(h, 3.055_66, 1e-5);
         near(u, 12.013_48, 1e-5);
     }

@@ -326,8 +326,8 @@ fn rows_that_are_deleted_do_not_count_and_shapes_must_be_as_many_polygons_as_the
     std::fs::write(&table, &bytes[..6]).unwrap();
     assert!(read_outlines(&shape).unwrap_err().problem.contains("truncated"));
     let line = folder.path().join("b.shp");
-    let way = Polyline::new(vec![Point::new(0.0, 0.0), Point::new(4.0, 4.0)]);
-    shapefile::ShapeWriter::from_path(&line).unwrap().write_shapes(&vec![way]).unwrap();
+    let diagonal = Polyline::new(vec![Point::new(0.0, 0.0), Point::new(4.0, 4.0)]);
+    shapefile::ShapeWriter::from_path(&line).unwrap().write_shapes(&vec![diagonal]).unwrap();
     let problem = read_outlines(&line).unwrap_err().problem;
     assert!(problem.starts_with("feature 1: is a Polyline, but only polygons"), "{problem}");
     let both = r#"{"type": "FeatureCollection", "features": [

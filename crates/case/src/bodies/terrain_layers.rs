@@ -334,15 +334,16 @@ mod tests {
         std::fs::write(folder.path().join("release.geojson"), text).unwrap();
         let over = read().unwrap();
         assert!((over.bodies[0].shape.measure(3).unwrap() / (100.0 * (1.0 + 2.0 * 3.0)) - 1.0).abs() < 0.02);
-        let told: Vec<String> = over.warnings().into_iter().filter(|w| w.contains("overlap")).collect();
+        let overlap_warnings: Vec<String> =
+            over.warnings().into_iter().filter(|w| w.contains("overlap")).collect();
         assert!(
-            told.len() == 1
-                && told[0].starts_with("bodies[0].shape.outline: ")
-                && told[0].contains(
+            overlap_warnings.len() == 1
+                && overlap_warnings[0].starts_with("bodies[0].shape.outline: ")
+                && overlap_warnings[0].contains(
                     "release.geojson: features 1 and 2 overlap in 100 m². There the thickness of the later \
                      feature is used, here that of feature 2"
                 ),
-            "{told:?}"
+            "{overlap_warnings:?}"
         );
         write(json!("deep"));
         let refused = read().unwrap_err().to_string();

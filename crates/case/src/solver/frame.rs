@@ -298,8 +298,8 @@ mod tests {
         let mut frame = Frame::from(snapshot());
         let DatasetGeometry::Points(points) = &mut frame.datasets[0].geometry else { panic!("points") };
         (points.bodies, points.extents) = (Vec::new(), Vec::new());
-        let seen = frame.take_points().unwrap();
-        assert_eq!((seen.bodies, seen.extents), (vec![Snapshot::NO_BODY; 2], vec![[0.0; 3]; 2]));
+        let snapshot = frame.take_points().unwrap();
+        assert_eq!((snapshot.bodies, snapshot.extents), (vec![Snapshot::NO_BODY; 2], vec![[0.0; 3]; 2]));
     }
 
     #[test]

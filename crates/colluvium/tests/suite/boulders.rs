@@ -122,7 +122,11 @@ fn look(solver: &dyn Solver, start: &Snapshot, ground: &HeightField) -> Look {
 }
 
 /// Sampled states of a boulder on a raster of these heights.
-fn way(method: &dyn Method, (shape, heights, friction): (&Value, Heights, f64), duration: f64) -> Vec<Look> {
+fn trajectory(
+    method: &dyn Method,
+    (shape, heights, friction): (&Value, Heights, f64),
+    duration: f64,
+) -> Vec<Look> {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("ground.asc");
     let ground = ground(heights);
@@ -155,8 +159,8 @@ fn slid(from: [f64; 3], friction: f64, duration: f64) -> [f64; 3] {
         let speed = size(v);
         let pressed = GRAVITY * normal[2];
         v = std::array::from_fn(|c| {
-            let pull = pressed * normal[c] - if c == 2 { GRAVITY } else { 0.0 };
-            v[c] + dt * (pull - friction * pressed * v[c] / speed)
+            let driving = pressed * normal[c] - if c == 2 { GRAVITY } else { 0.0 };
+            v[c] + dt * (driving - friction * pressed * v[c] / speed)
         });
     }
     v
@@ -177,8 +181,8 @@ fn apart([one, other]: &[Vec<Look>; 2], until: f64) -> f64 {
 fn a_cube_falls_on_an_inclined_raster_lies_down_and_slides_by_coulombs_law() {
     let cube = json!({ "kind": "box", "min": [0, 0, 0.05], "max": [0.2, 0.2, 0.25] });
     let friction = 0.2;
-    let ways = METHODS.map(|method| way(method, (&cube, plane, friction), 0.75));
-    for (method, looks) in METHODS.iter().zip(&ways) {
+    let trajectories = METHODS.map(|method| trajectory(method, (&cube, plane, friction), 0.75));
+    for (method, looks) in METHODS.iter().zip(&trajectories) {
         let name = method.name();
         // The boulder has come down on a corner and an edge, and lies flat.
         let [lies, last] = [0.45, 0.75].map(|time| {
@@ -194,14 +198,14 @@ fn a_cube_falls_on_an_inclined_raster_lies_down_and_slides_by_coulombs_law() {
         assert!(deepest < 1e-4 * WIDTH, "{name}: {deepest}");
     }
     // The impacts begin up to a step apart.
-    assert!(apart(&ways, 0.75) < 0.01, "{}", apart(&ways, 0.75));
+    assert!(apart(&trajectories, 0.75) < 0.01, "{}", apart(&trajectories, 0.75));
 }
 
 #[test]
 fn a_boulder_falls_and_rolls_down_a_raster_without_gain_and_alike_in_both_methods() {
     let ball = json!({ "kind": "ball", "centre": [0, 0, 1.1], "radius": 0.2 });
-    let ways = METHODS.map(|method| way(method, (&ball, hillside, 0.6), 0.9));
-    for (method, looks) in METHODS.iter().zip(&ways) {
+    let trajectories = METHODS.map(|method| trajectory(method, (&ball, hillside, 0.6), 0.9));
+    for (method, looks) in METHODS.iter().zip(&trajectories) {
         let (name, first, last) = (method.name(), looks[0], looks[looks.len() - 1]);
         assert!(last.turned > 1.0 && last.centre[0] > 0.8, "{name}: {last:?}");
         assert!(rise(looks) < 1e-5 * first.energy, "{name}: {}", rise(looks));
@@ -210,6 +214,6 @@ fn a_boulder_falls_and_rolls_down_a_raster_without_gain_and_alike_in_both_method
         assert!(deepest < 0.01 * WIDTH, "{name}: {deepest}");
     }
     // From corner to corner both roll alike, until the boulder tips over a corner to one side or the other.
-    assert!(apart(&ways, 0.55) < 0.02 * WIDTH, "{}", apart(&ways, 0.55));
-    assert!(apart(&ways, 0.9) < 0.5 * 0.2, "{}", apart(&ways, 0.9));
+    assert!(apart(&trajectories, 0.55) < 0.02 * WIDTH, "{}", apart(&trajectories, 0.55));
+    assert!(apart(&trajectories, 0.9) < 0.5 * 0.2, "{}", apart(&trajectories, 0.9));
 }

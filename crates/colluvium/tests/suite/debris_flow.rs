@@ -199,14 +199,14 @@ fn exceedance_rasters_of_a_sweep_contain_the_share_of_runs_over_a_threshold() {
     swept(folder);
     let runs = of_runs(folder, "peak_velocity");
     let share = read_raster(&folder.join("out/rasters/exceedance-peak_velocity-2.tif")).unwrap();
-    let mut seen = [0; 4];
+    let mut occurrences = [0; 4];
     for (cell, value) in share.values.iter().enumerate() {
         let count = runs.iter().filter(|run| run[cell] >= 2.0).count();
-        seen[count] += 1;
+        occurrences[count] += 1;
         let exact = if count == 0 { f64::NAN } else { count as f64 / 3.0 };
         assert!(value.is_nan() && exact.is_nan() || (value - exact).abs() < 1e-12, "{value} {exact}");
     }
-    assert!(seen[1] > 0 && seen[0] > 0, "{seen:?}");
+    assert!(occurrences[1] > 0 && occurrences[0] > 0, "{occurrences:?}");
     assert!(folder.join("out/rasters/exceedance-peak_thickness_vertical-0.5.png").exists());
     assert!(!folder.join("out/rasters/exceedance-peak_velocity-500.asc").exists());
     let table = fs::read_to_string(folder.join("out/rasters/exceedance.csv")).unwrap();

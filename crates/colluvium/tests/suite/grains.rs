@@ -275,13 +275,13 @@ fn slow_grain_placement_gives_a_notice_and_grains_beyond_memory_are_refused() {
     }
     // Size notice for a box of a million grains, which are not placed here.
     let dem = colluvium::method("dem").unwrap();
-    let told = |value: &Value| dem.problem_size(&case(value)).unwrap().size_notice();
-    let words = told(&filled(1.0, 0.01)).unwrap();
+    let notice = |value: &Value| dem.problem_size(&case(value)).unwrap().size_notice();
+    let words = notice(&filled(1.0, 0.01)).unwrap();
     assert!(
         words.starts_with("methods.dem.grains: about 1.4e6 points will be placed. This takes about "),
         "{words}"
     );
-    assert_eq!(told(&filled(1.0, 0.1)), None);
+    assert_eq!(notice(&filled(1.0, 0.1)), None);
 }
 
 /// Disks that fall on a floor and come to rest, in stages.

@@ -56,8 +56,8 @@ fn a_force_on_a_body_moves_its_grains_alike_and_does_its_work() {
         }
         // At the time of the last forces, a step before.
         let then = 0.1 - solver.limit().dt;
-        let way = |push: f64, gravity: f64| 0.5 * (gravity + push / mass) * then * then;
-        let work = 3.0 * way(3.0, 0.5) + 4.0 * way(4.0, -9.81);
+        let displacement = |push: f64, gravity: f64| 0.5 * (gravity + push / mass) * then * then;
+        let work = 3.0 * displacement(3.0, 0.5) + 4.0 * displacement(4.0, -9.81);
         assert_near(scalar_output(&solver, "work.forces") / work, 1.0, 1e-2);
         assert_near(scalar_output(&solver, "energy_error"), 0.0, 1e-9);
     }

@@ -30,7 +30,7 @@ fn resting(dimension: usize, shape: &Value, friction: f64) -> Value {
 }
 
 /// Displacement of the grain down the plane after `time` (s).
-fn way<const D: usize, const R: usize>(solver: DemSolver<D, R>, time: f64) -> f64
+fn downslope_displacement<const D: usize, const R: usize>(solver: DemSolver<D, R>, time: f64) -> f64
 where
     DemSolver<D, R>: Solver,
 {
@@ -64,7 +64,7 @@ fn disks_roll_and_slide_on_a_plane_and_on_a_line_of_many_pieces() {
     let polygon = json!({ "kind": "polygon", "vertices": [at(-3.0), at(9.0), [9.0, -20.0], [-3.0, -20.0]] });
     for friction in [0.0, 0.1, 0.5] {
         for (name, shape) in [("plane", &plane), ("line", &line), ("polygon", &polygon)] {
-            let found = way(disks(&read_case(&resting(2, shape, friction))).unwrap(), 1.0);
+            let found = downslope_displacement(disks(&read_case(&resting(2, shape, friction))).unwrap(), 1.0);
             let exact = exact(0.5, friction);
             assert!((found / exact - 1.0).abs() < 2e-3, "{name}, {friction}: {found} is not {exact}");
         }
@@ -89,7 +89,8 @@ fn spheres_roll_and_slide_on_a_wedge_and_on_a_raster() {
     let raster = json!({ "kind": "raster", "file": file.display().to_string() });
     for friction in [0.1, 0.5] {
         for (name, shape) in [("wedge", &wedge), ("raster", &raster)] {
-            let found = way(spheres(&read_case(&resting(3, shape, friction))).unwrap(), 1.0);
+            let found =
+                downslope_displacement(spheres(&read_case(&resting(3, shape, friction))).unwrap(), 1.0);
             let exact = exact(0.4, friction);
             assert!((found / exact - 1.0).abs() < 2e-3, "{name}, {friction}: {found} is not {exact}");
         }

@@ -42,9 +42,9 @@ fn estimated_problem_sizes_match_the_placed_grains() {
                 } }
             });
             let case = read_case(&case);
-            let (told, made) = (Dem.problem_size(&case).unwrap(), Dem.plan(&case).unwrap());
+            let (estimated, made) = (Dem.problem_size(&case).unwrap(), Dem.plan(&case).unwrap());
             // Grains at the surface of a ball are left out, and those of a lattice along the sides too.
-            let ratio = made.points as f64 / told.points;
+            let ratio = made.points as f64 / estimated.points;
             assert!((0.75..1.1).contains(&ratio), "{fill} in {shape}: {ratio}");
         }
     }

@@ -170,7 +170,7 @@ fn mass_of_a_plan_is_that_of_the_grains_without_a_warning_for_voids() {
 
 #[test]
 fn grains_with_large_overlap_under_their_weight_cause_a_warning() {
-    let told = |pair: &Value| {
+    let warning = |pair: &Value| {
         let mut value = filled(&json!({ "kind": "random", "solid_fraction": 0.7 }));
         value["methods"]["dem"]["pairs"][0]["normal"] = pair.clone();
         let warnings = Dem.plan(&read_case(&value)).unwrap().warnings;
@@ -178,16 +178,16 @@ fn grains_with_large_overlap_under_their_weight_cause_a_warning() {
     };
     let spring = |stiffness: f64| json!({ "law": "linear", "stiffness": stiffness, "damping_ratio": 0.3 });
     // 2500 kg/m³ on 0.7 of 0.6 m weigh 10.3 kPa: that over the stiffness is the share.
-    let soft = told(&spring(1e5)).unwrap();
+    let soft = warning(&spring(1e5)).unwrap();
     assert!(
         soft.contains("of about 10.") && soft.contains("for overlaps of 0.1 %, make contacts "),
         "{soft}"
     );
-    assert_eq!(told(&spring(2e6)), None);
+    assert_eq!(warning(&spring(2e6)), None);
     // 10.3 kPa times 24 mm on disks with E* of 55 MPa and 6 mm: (0.75 · 247 / (55e6 · 0.0775))^(2/3) = 1.24 mm.
     let ball = |modulus: f64| json!({ "law": "hertz", "youngs_modulus": modulus, "poissons_ratio": 0.3, "restitution": 0.5 });
-    let soft = told(&ball(1e8)).unwrap();
+    let soft = warning(&ball(1e8)).unwrap();
     // 51 times smaller overlaps: 51^(3/2) times the modulus.
     assert!(soft.contains("of about 5.1 %") && soft.contains("make contacts 36"), "{soft}");
-    assert_eq!(told(&ball(1e10)), None);
+    assert_eq!(warning(&ball(1e10)), None);
 }

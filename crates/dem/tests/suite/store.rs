@@ -63,7 +63,7 @@ fn same_grains(a: &dyn Solver, b: &dyn Solver, slack: f64) {
     let (own, other) = (a.snapshot(), b.snapshot());
     assert_eq!(own.ids, other.ids);
     let speeds = |snapshot: &Snapshot| snapshot.vectors("velocity").unwrap().to_vec();
-    let fastest = speeds(&own).iter().flatten().fold(0.0f64, |most, v| most.max(v.abs()));
+    let fastest = speeds(&own).iter().flatten().fold(0.0f64, |largest, v| largest.max(v.abs()));
     for (a, b) in own.positions.iter().zip(&other.positions) {
         assert!((0..3).all(|c| (a[c] - b[c]).abs() <= slack), "{a:?}, {b:?}");
     }
@@ -139,7 +139,7 @@ fn contacts_with_an_obstacle_and_a_moving_wall_continue_from_a_specimen_file() {
 }
 
 /// Messages on a case that begins with the changed text of a file.
-fn told(value: &Value, text: &str) -> Result<Vec<String>, String> {
+fn messages(value: &Value, text: &str) -> Result<Vec<String>, String> {
     let folder = tempfile::tempdir().unwrap();
     let file = kept(&folder, text);
     let plan = Dem.plan(&read(&from(value, &file)));
@@ -153,10 +153,10 @@ fn missing_data_of_specimen_files_and_cases_are_named() {
     let mut solver = begun(disks(&read(&value)).unwrap());
     advance_steps(&mut solver, 500);
     let text = solver.specimen().unwrap();
-    let notes = told(&value, &text).unwrap();
+    let notes = messages(&value, &text).unwrap();
     assert!(notes.iter().any(|note| note.contains("replaces the domain")), "{notes:?}");
     let refused = |value: &Value, text: &str, problem: &str| {
-        let error = told(value, text).unwrap_err();
+        let error = messages(value, text).unwrap_err();
         assert!(error.starts_with("methods.dem.specimen: FILE: ") && error.contains(problem), "{error}");
     };
     refused(&value, &text[..text.len() / 2], "is not a complete specimen file: EOF");
@@ -197,8 +197,8 @@ fn missing_data_of_specimen_files_and_cases_are_named() {
     );
     let mut other = value.clone();
     other["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1, 0] });
-    assert!(told(&other, &text).unwrap_err().starts_with("bodies[0].velocity: "));
-    assert!(told(&heap(3), &text).unwrap_err().contains("has 2 dimensions, but the case has 3"));
+    assert!(messages(&other, &text).unwrap_err().starts_with("bodies[0].velocity: "));
+    assert!(messages(&heap(3), &text).unwrap_err().contains("has 2 dimensions, but the case has 3"));
 }
 
 #[test]
@@ -207,9 +207,9 @@ fn contacts_with_a_missing_wall_are_omitted_with_a_note() {
     let mut solver = begun(disks(&read(&value)).unwrap());
     advance_steps(&mut solver, 1500);
     let text = solver.specimen().unwrap();
-    assert!(!told(&value, &text).unwrap().iter().any(|note| note.contains("they are left out")));
+    assert!(!messages(&value, &text).unwrap().iter().any(|note| note.contains("they are left out")));
     value["boundaries"].as_array_mut().unwrap().remove(0);
-    let notes = told(&value, &text).unwrap();
+    let notes = messages(&value, &text).unwrap();
     let gone = notes.iter().find(|note| note.contains("they are left out")).unwrap();
     assert!(gone.contains("contacts of the specimen are with the wall \"y-min\""), "{gone}");
     // Another body is filled beside the specimen, with new ids.

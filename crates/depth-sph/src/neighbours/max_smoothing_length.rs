@@ -117,8 +117,8 @@ mod tests {
                 .iter()
                 .zip(&lengths)
                 .filter(|(y, length)| (x[0] - y[0]).hypot(x[1] - y[1]) <= 2.8 * **length);
-            let most = reaching.map(|(_, length)| *length).fold(0.0, f64::max);
-            assert!(around.at(x) >= most, "{x:?}");
+            let largest = reaching.map(|(_, length)| *length).fold(0.0, f64::max);
+            assert!(around.at(x) >= largest, "{x:?}");
         }
         assert!(around.at(&places[399]) < 1.0);
     }

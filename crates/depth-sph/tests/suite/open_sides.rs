@@ -95,8 +95,8 @@ fn reflected(degrees: f64, width: f64) -> f64 {
 fn waves_leave_through_a_side_head_on_and_at_an_angle() {
     let found = [(0.0, 1.0), (30.0, 3.0), (45.0, 2.0)].map(|(degrees, width)| reflected(degrees, width));
     println!("come back at 0, 30 and 45 degrees: {found:?}");
-    for (back, most) in found.into_iter().zip([0.06, 0.15, 0.2]) {
-        assert!(back < most, "at 0, 30 and 45 degrees: {found:?}");
+    for (back, limit) in found.into_iter().zip([0.06, 0.15, 0.2]) {
+        assert!(back < limit, "at 0, 30 and 45 degrees: {found:?}");
     }
 }
 
@@ -270,12 +270,12 @@ fn reflected_by_layer(angle: f64, width: f64, layer: f64, known: &BTreeMap<u64, 
 #[test]
 fn an_absorbing_layer_before_a_side_reduces_reflection() {
     let cases = [(0.0, 1.0, 0.03, 0.035), (45.0, 2.0, 0.02, 0.12)];
-    for (degrees, width, most, without) in cases {
+    for (degrees, width, limit, without) in cases {
         let angle = f64::to_radians(degrees);
         let known = far_away(angle, width);
         let [none, with] = [0.0, 3.0].map(|layer| reflected_by_layer(angle, width, layer, &known));
         println!("at {degrees} degrees {none} come back without a layer, {with} with one");
-        assert!(none > without && with < most, "at {degrees} degrees: {none} and {with}");
+        assert!(none > without && with < limit, "at {degrees} degrees: {none} and {with}");
     }
 }
 

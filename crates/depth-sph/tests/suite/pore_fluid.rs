@@ -121,16 +121,16 @@ fn parts_of_the_bed_have_fluid_resistance_of_their_own() {
     advance_exactly_to(solver.as_mut(), time);
     let snapshot = solver.snapshot();
     let (phase, velocity) = (snapshot.scalars("phase").unwrap(), snapshot.vectors("velocity").unwrap());
-    let mut seen = [0; 2];
+    let mut counts = [0; 2];
     for (x, (phase, v)) in snapshot.positions.iter().zip(phase.iter().zip(velocity)) {
         // Waves from the ends of the column and from the border of the zones have not arrived yet.
         let part = [1.0..1.4, 2.6..3.2].iter().position(|part| part.contains(&x[0]));
         let Some(part) = part.filter(|_| *phase == 1.0) else { continue };
         let lost = start - start / (1.0 + GRAVITY * start * time / ([80.0, 20.0][part] * 2.0));
         assert!(((start - v[0]) / lost - 1.0).abs() < 0.02, "at {x:?}: {} of {lost} m/s lost", start - v[0]);
-        seen[part] += 1;
+        counts[part] += 1;
     }
-    assert!(seen.iter().all(|count| *count > 2), "{seen:?}");
+    assert!(counts.iter().all(|count| *count > 2), "{counts:?}");
 }
 
 #[test]

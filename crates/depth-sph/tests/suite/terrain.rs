@@ -309,13 +309,13 @@ fn deposit_rasters_hold_the_volume_and_peak_rasters_match_the_extremes() {
     let held: f64 = known(&deposit).sum::<f64>() * 0.25;
     assert!((held / volume - 1.0).abs() < 1e-12, "{held} {volume}");
     assert_eq!((deposit.columns, deposit.rows, deposit.origin), (82, 42, [-0.25, -0.25]));
-    let most = |name: &str| known(&raster(solver.as_ref(), name)).fold(0.0, f64::max);
-    let peak = most("peak_thickness_vertical");
+    let maximum_of = |name: &str| known(&raster(solver.as_ref(), name)).fold(0.0, f64::max);
+    let peak = maximum_of("peak_thickness_vertical");
     assert!((0.8 * deepest..1.2 * deepest).contains(&peak), "{peak} {deepest}");
     // Along the slope speed is larger than in plan by at most the root of 1.25.
-    let speed = most("peak_velocity");
+    let speed = maximum_of("peak_velocity");
     assert!((0.7 * fastest..1.12 * fastest).contains(&speed), "{speed} {fastest}");
-    let pressure = most("peak_dynamic_pressure");
+    let pressure = maximum_of("peak_dynamic_pressure");
     assert!((pressure / (1600.0 * speed * speed) - 1.0).abs() < 1e-9);
     let arrival = raster(solver.as_ref(), "arrival_time");
     assert_eq!(arrival.interpolate(6.0, 10.0), Some(0.0), "the release is there from the start");

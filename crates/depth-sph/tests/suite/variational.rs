@@ -67,14 +67,14 @@ fn energy_lost(momentum: PressureForceForm) -> f64 {
     });
     let mut flow = Flow::new(settings::<1>(momentum, 0.0), Bed::Flat(0.0), ends, &[nodes.collect()]).unwrap();
     let first = flow.totals(0).potential;
-    let (mut most, mut off) = (0.0f64, 0.0f64);
+    let (mut largest_kinetic, mut off) = (0.0f64, 0.0f64);
     while flow.clock.time < 3.0 * 4.0 * half / 9.81f64.sqrt() {
         flow.advance(0.005).unwrap();
         let totals = flow.totals(0);
-        most = most.max(totals.kinetic);
+        largest_kinetic = largest_kinetic.max(totals.kinetic);
         off = off.max((totals.kinetic + totals.potential - first).abs());
     }
-    off / most
+    off / largest_kinetic
 }
 
 #[test]
@@ -122,10 +122,10 @@ fn water_leaves_a_reservoir_as_ritter_found() {
     assert!(error < 0.006, "V5: {error}");
     // Heights and smoothing lengths are consistent.
     for i in 0..nodes.len() {
-        let (least, most) = (0.5 * nodes.first_length[i], 50.0 * nodes.first_length[i]);
+        let (shortest, longest) = (0.5 * nodes.first_length[i], 50.0 * nodes.first_length[i]);
         let kept = nodes.length[i] * nodes.partial_thickness[i] / (nodes.scale[i] * nodes.volume[i]);
         assert!(
-            nodes.length[i] == least || nodes.length[i] == most || (kept - 1.0).abs() < 1e-9,
+            nodes.length[i] == shortest || nodes.length[i] == longest || (kept - 1.0).abs() < 1e-9,
             "node {i}: {kept}"
         );
     }

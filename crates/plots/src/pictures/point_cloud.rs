@@ -279,7 +279,7 @@ mod tests {
         assert_eq!(shared.values, 0.0..9.0);
         let [x, y] = &shared.window;
         assert!(x.start <= -501.0 && x.end >= 1500.0 && y.start <= 0.0 && y.end >= 2.0, "{shared:?}");
-        let seen = PointCloud { shared: Some(shared.clone()), ..left };
-        assert_eq!(seen.size(), PointCloud { shared: Some(shared), ..right }.size());
+        let with_scale = PointCloud { shared: Some(shared.clone()), ..left };
+        assert_eq!(with_scale.size(), PointCloud { shared: Some(shared), ..right }.size());
     }
 }

@@ -46,19 +46,19 @@ fn slid(wall: &Value) -> [f64; 4] {
     let (start, before) = (solver.snapshot(), works(&*solver));
     advance_to(&mut *solver, 1.1);
     let (end, after) = (solver.snapshot(), works(&*solver));
-    let way = mean(&end.positions) - mean(&start.positions);
+    let displacement = mean(&end.positions) - mean(&start.positions);
     let rate = (mean(&velocities(&end)) - mean(&velocities(&start))) / (end.time - start.time);
     let [walls, friction, gravity] = std::array::from_fn(|k| after[k] - before[k]);
-    [rate, way, walls / gravity, friction / gravity]
+    [rate, displacement, walls / gravity, friction / gravity]
 }
 
 #[test]
 fn a_block_slides_on_a_plane_along_no_axis_by_coulombs_law() {
     let [rate, _, walls, friction] = slid(&json!({ "kind": "frictional", "friction_coefficient": 0.3 }));
     let exact = GRAVITY * (0.5 - 0.3 * DOWN[0]);
-    let [_, way, ..] = slid(&json!({ "kind": "frictional", "friction_coefficient": 0.7 }));
+    let [_, displacement, ..] = slid(&json!({ "kind": "frictional", "friction_coefficient": 0.7 }));
     assert!((rate / exact - 1.0).abs() < 5e-3, "{rate} for {exact}");
-    assert!(way.abs() < 1e-3, "{way}");
+    assert!(displacement.abs() < 1e-3, "{displacement}");
     // The share of a rigid block; a settling block lifts off for short times without friction.
     let share = 0.3 * DOWN[0] / 0.5;
     assert!(
@@ -226,9 +226,9 @@ fn a_block_is_braked_where_an_obstacle_has_a_rough_part() {
     advance_to(&mut *solver, 1.6);
     // Over the edge friction grows with the share of the base on the rough part, so that the front stops v²/(2 μ g) + L/2 beyond it.
     let exact = 4.0 / (2.0 * 0.3 * GRAVITY) + 0.3;
-    let way = middle(&*solver) + 0.3 - 1.225;
-    eprintln!("{way} {exact}");
-    assert!((way / exact - 1.0).abs() < 0.03, "{way} for {exact}");
+    let displacement = middle(&*solver) + 0.3 - 1.225;
+    eprintln!("{displacement} {exact}");
+    assert!((displacement / exact - 1.0).abs() < 0.03, "{displacement} for {exact}");
 }
 
 #[test]

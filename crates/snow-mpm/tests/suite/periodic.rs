@@ -116,15 +116,15 @@ fn a_layer_slides_through_periodic_sides_by_coulombs_law() {
     );
     advance_to(&mut *solver, end);
     let snapshot = solver.snapshot();
-    let way = 0.5 * 9.81 * (slope.sin() - friction * slope.cos()) * end * end;
+    let exact = 0.5 * 9.81 * (slope.sin() - friction * slope.cos()) * end * end;
     let moved = vectors(&snapshot, "displacement");
     let mean = moved.iter().map(|u| u[0]).sum::<f64>() / moved.len() as f64;
     // The layer bounces on its bed: the mean normal force is its weight up to a part of an oscillation.
-    assert!((mean / way - 1.0).abs() < 0.03, "{mean} is not {way}");
+    assert!((mean / exact - 1.0).abs() < 0.03, "{mean} is not {exact}");
     for row in [0.0125, 0.1875] {
         let of_row = moved.iter().zip(&snapshot.positions).filter(|(u, x)| (x[1] - u[1] - row).abs() < 1e-6);
         let along: Vec<f64> = of_row.map(|(u, _)| u[0]).collect();
-        let spread = along.iter().fold(0f64, |most, u| most.max((u - along[0]).abs()));
+        let spread = along.iter().fold(0f64, |largest, u| largest.max((u - along[0]).abs()));
         assert!(along.len() == 24 && spread < 1e-9, "row {row}: {spread}");
     }
 }

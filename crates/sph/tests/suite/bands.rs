@@ -124,10 +124,10 @@ fn soil_beside_a_rigid_body_causes_a_warning_that_it_sticks() {
         Sph.plan(&case).unwrap().warnings.join("\n")
     };
     let sand = json!({ "model": "mohr-coulomb", "density": 1600, "youngs_modulus": 1e6, "poissons_ratio": 0.3, "friction_angle": 30 });
-    let told = warnings(true, &sand);
+    let text = warnings(true, &sand);
     assert!(
-        told.contains("\"fill\" sticks to the rigid body \"block\"") && told.contains("obstacle"),
-        "{told}"
+        text.contains("\"fill\" sticks to the rigid body \"block\"") && text.contains("obstacle"),
+        "{text}"
     );
     assert!(!warnings(false, &sand).contains("sticks"));
     let water = json!({ "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e6, "viscosity": 0.1 });

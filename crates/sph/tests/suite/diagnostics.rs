@@ -31,7 +31,7 @@ fn kernel_sums_are_exact_within_and_deficient_at_surfaces() {
         (vectors(&snapshot, "gradient_of_constant"), snapshot.tensors("gradient_of_position").unwrap());
     for ((x, constant), position) in snapshot.positions.iter().zip(&constant).zip(position) {
         let inside = (0.15..0.85).contains(&x[0]) && x[1] < 0.85;
-        let size = constant.iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+        let size = constant.iter().fold(0.0, |largest: f64, c| largest.max(c.abs()));
         if inside {
             // Particles of the floor count as those of the block.
             assert!(size < 1e-12, "{x:?}: {constant:?}");
@@ -64,10 +64,10 @@ fn gradients_and_averages_without_correction_are_counted() {
 #[test]
 fn diagnostics_change_nothing_else() {
     let thrown = json!({ "gravity": [0, -10] });
-    let [plain, told] = [false, true].map(|diagnostics| {
+    let [plain, with_diagnostics] = [false, true].map(|diagnostics| {
         solve(&Sph, &block(&thrown, &json!({ "diagnostics": diagnostics }))).snapshot.positions
     });
-    assert_eq!(plain, told);
+    assert_eq!(plain, with_diagnostics);
     let total = block(
         &json!({ "boundaries": [] }),
         &json!({ "formulation": "total-lagrangian", "diagnostics": true }),
@@ -130,14 +130,14 @@ fn warnings(sph: &Value) -> String {
 #[test]
 fn unsuitable_options_cause_warnings_that_name_them() {
     for kernel in ["wendland-c2", "wendland-c4", "wendland-c6"] {
-        let told = |smoothing: f64| warnings(&json!({ "kernel": kernel, "smoothing": smoothing }));
+        let warned = |smoothing: f64| warnings(&json!({ "kernel": kernel, "smoothing": smoothing }));
         assert!(
-            told(1.1).contains("methods.sph.smoothing: ") && !told(1.2).contains("methods.sph.smoothing")
+            warned(1.1).contains("methods.sph.smoothing: ") && !warned(1.2).contains("methods.sph.smoothing")
         );
     }
     for momentum in ["rho2", "rho-rho", "corrected"] {
-        let told = warnings(&json!({ "momentum": momentum, "confining": { "pressure": 1 } }));
-        assert_eq!(told.contains("methods.sph.momentum: only rho-rho"), momentum != "rho-rho", "{told}");
+        let text = warnings(&json!({ "momentum": momentum, "confining": { "pressure": 1 } }));
+        assert_eq!(text.contains("methods.sph.momentum: only rho-rho"), momentum != "rho-rho", "{text}");
     }
 }
 
@@ -165,16 +165,16 @@ fn options_without_effect_are_named() {
         ("symmetrisation", json!("harmonic")),
         ("smooth_wall", json!("particles")),
     ] {
-        let told = warnings(&json!({ name: value }));
-        assert!(told.contains(&format!("methods.sph.{name}: has no effect")), "{told}");
+        let text = warnings(&json!({ name: value }));
+        assert!(text.contains(&format!("methods.sph.{name}: has no effect")), "{text}");
     }
     for (name, value) in [
         ("wall_stress", json!("interpolated")),
         ("wall_velocity", json!("linear")),
         ("wall_guard", json!(0.1)),
     ] {
-        let told = warnings(&json!({ "rough_wall": "mirror", name: value }));
-        assert!(told.contains(&format!("methods.sph.{name}: has no effect")), "{told}");
+        let text = warnings(&json!({ "rough_wall": "mirror", name: value }));
+        assert!(text.contains(&format!("methods.sph.{name}: has no effect")), "{text}");
         assert!(!warnings(&json!({ name: value })).contains("no effect"));
     }
     assert!(!warnings(&json!({})).contains("no effect"));

@@ -309,7 +309,7 @@ fn a_uniform_stress_rests_at_a_jump_of_density_with_rho_rho() {
     let fastest = |momentum: &str| {
         let case = halves(&[solid(1000.0), solid(4000.0)], &json!({ "momentum": momentum }));
         let found = rates::<2>(&case, |_, _| PrescribedParticle { stress, ..STILL }).unwrap();
-        found.iter().flat_map(|p| p.acceleration).fold(0.0, |most: f64, a| most.max(a.abs()))
+        found.iter().flat_map(|p| p.acceleration).fold(0.0, |largest: f64, a| largest.max(a.abs()))
     };
     // Relative to the stress over the lighter density and the spacing, 400 m/s².
     assert!(fastest("rho-rho") < 1e-9, "{}", fastest("rho-rho"));
@@ -357,22 +357,22 @@ fn a_bar_of_two_densities_at_rest_gains_no_energy() {
 
 #[test]
 fn unsuitable_forms_at_a_density_jump_cause_a_warning_with_a_remedy() {
-    let told = |densities: [f64; 2], sph: &Value| {
+    let warnings = |densities: [f64; 2], sph: &Value| {
         let mut options = json!({ "continuity": "trace" });
         options.as_object_mut().unwrap().extend(sph.as_object().unwrap().clone());
         Sph.plan(&halves(&densities.map(solid), &options)).unwrap().warnings.join("\n")
     };
     let momentum = "methods.sph.momentum: where bodies of 1000 and 2000 kg/m³";
-    let asked = told([1000.0, 2000.0], &json!({ "momentum": "rho2" }));
-    assert!(asked.contains(momentum) && !asked.contains("weights by mass"), "{asked}");
+    let text = warnings([1000.0, 2000.0], &json!({ "momentum": "rho2" }));
+    assert!(text.contains(momentum) && !text.contains("weights by mass"), "{text}");
     // The recommended option gives no warning, and the default is the recommended one.
-    assert!(!told([1000.0, 2000.0], &json!({ "momentum": "rho-rho" })).contains("are in contact"));
-    assert!(!told([1000.0, 2000.0], &json!({})).contains("are in contact"));
-    assert!(!told([1000.0, 1000.0], &json!({ "momentum": "rho2" })).contains("are in contact"));
+    assert!(!warnings([1000.0, 2000.0], &json!({ "momentum": "rho-rho" })).contains("are in contact"));
+    assert!(!warnings([1000.0, 2000.0], &json!({})).contains("are in contact"));
+    assert!(!warnings([1000.0, 1000.0], &json!({ "momentum": "rho2" })).contains("are in contact"));
     for (key, given, cure) in
         [("continuity", "mass", "volume"), ("velocity_gradient", "density-difference", "difference")]
     {
-        let with = |value: &str| told([1000.0, 2000.0], &json!({ "momentum": "rho-rho", key: value }));
+        let with = |value: &str| warnings([1000.0, 2000.0], &json!({ "momentum": "rho-rho", key: value }));
         assert!(with(given).contains(&format!("methods.sph.{key}: where bodies of")), "{}", with(given));
         assert!(!with(cure).contains("are in contact"), "{}", with(cure));
     }
@@ -380,15 +380,15 @@ fn unsuitable_forms_at_a_density_jump_cause_a_warning_with_a_remedy() {
 
 #[test]
 fn elastic_bodies_without_a_tensile_correction_cause_a_warning() {
-    let told = |solid: Value, sph: &Value| {
+    let warnings = |solid: Value, sph: &Value| {
         Sph.plan(&halves(&[solid, fluid(1000.0)], sph)).unwrap().warnings.join("\n")
     };
     let of = "methods.sph.tensile: the body left is elastic";
-    assert!(told(solid(1000.0), &json!({})).contains(of));
+    assert!(warnings(solid(1000.0), &json!({})).contains(of));
     let cured = json!({ "tensile": { "kind": "artificial-stress", "strength": 0.5, "exponent": 4 } });
-    assert!(!told(solid(1000.0), &cured).contains(of));
-    assert!(!told(fluid(1000.0), &json!({})).contains(of));
-    assert!(!told(solid(1000.0), &json!({ "held": ["left"] })).contains(of));
+    assert!(!warnings(solid(1000.0), &cured).contains(of));
+    assert!(!warnings(fluid(1000.0), &json!({})).contains(of));
+    assert!(!warnings(solid(1000.0), &json!({ "held": ["left"] })).contains(of));
     let mut rigid = halves(&[solid(1000.0), fluid(1000.0)], &json!({}));
     rigid.domain.periodic.clear();
     rigid.bodies[0].rigid = true;

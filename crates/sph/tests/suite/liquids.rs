@@ -100,7 +100,7 @@ fn balance(case: &Case, end: f64) -> [f64; 4] {
     let mut solver = start_solver(&Sph, case);
     let start = solver.budget().unwrap();
     let speed = (2.0 * start.kinetic / start.mass).sqrt();
-    let mut most = [0.0f64; 4];
+    let mut largest = [0.0f64; 4];
     while solver.time() < end {
         advance_steps(&mut *solver, 1);
         let now = solver.budget().unwrap();
@@ -111,9 +111,9 @@ fn balance(case: &Case, end: f64) -> [f64; 4] {
             off(now.momentum, start.momentum) / (start.mass * speed),
             off(now.angular_momentum, start.angular_momentum) / (start.mass * speed),
         ];
-        (0..4).for_each(|k| most[k] = most[k].max(found[k]));
+        (0..4).for_each(|k| largest[k] = largest[k].max(found[k]));
     }
-    most
+    largest
 }
 
 /// Energy of the repulsion is in the budget, and is returned to the motion.

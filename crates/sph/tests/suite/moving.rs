@@ -117,17 +117,17 @@ impl Tilting {
     }
 
     /// Mean tangential and normal forces on the plane over the weight, while the slope increases from one angle to another (degrees).
-    fn borne(&mut self, from: f64, to: f64) -> [f64; 2] {
+    fn mean_reaction(&mut self, from: f64, to: f64) -> [f64; 2] {
         self.turn(from);
         let end = self.start + to / Self::RATE;
-        self.borne_while(|tilting| tilting.solver.time() < end)
+        self.mean_reaction_while(|tilting| tilting.solver.time() < end)
     }
 
-    /// Mean tangential and normal forces over the weight, in the steps while `goes_on` is true.
-    fn borne_while(&mut self, goes_on: impl Fn(&Self) -> bool) -> [f64; 2] {
+    /// Mean tangential and normal forces over the weight, in the steps while `condition` is true.
+    fn mean_reaction_while(&mut self, condition: impl Fn(&Self) -> bool) -> [f64; 2] {
         let mut sums = [0.0; 2];
         let mut steps = 0.0;
-        while goes_on(self) {
+        while condition(self) {
             let (sin, cos) = self.slope().sin_cos();
             advance_steps(&mut *self.solver, 1);
             let [x, y, _] = self.solver.reaction("floor").unwrap().force;
@@ -158,10 +158,10 @@ impl Tilting {
 fn a_tilting_plane_holds_a_block_up_to_the_friction_angle_and_dissipates_beyond() {
     let mut tilting = Tilting::begin(0.05);
     // Between 19 and 20 degrees, and a little less than its weight since it rotates with the plane.
-    let [along, across] = tilting.borne(19.0, 20.0);
+    let [along, across] = tilting.mean_reaction(19.0, 20.0);
     let (sin, cos) = 19.5f64.to_radians().sin_cos();
     assert!((along / sin - 1.0).abs() < 5e-3 && (across / cos - 1.0).abs() < 1e-3, "{along} {across}");
-    let [along, across] = tilting.borne(21.0, 28.0);
+    let [along, across] = tilting.mean_reaction(21.0, 28.0);
     let share = along / across / 20f64.to_radians().tan();
     // The base vibrates: 1.1e-3 with corotated sums.
     assert!((share - 1.0).abs() < 2e-3, "{share} of the friction");
@@ -177,7 +177,7 @@ fn a_slowly_sliding_block_has_full_friction_at_any_spacing() {
         while tilting.slip() < 0.05 {
             advance_steps(&mut *tilting.solver, 1);
         }
-        let [along, across] = tilting.borne_while(|tilting| tilting.slip() < 0.2);
+        let [along, across] = tilting.mean_reaction_while(|tilting| tilting.slip() < 0.2);
         let share = along / across / 20f64.to_radians().tan();
         assert!((share - 1.0).abs() < 0.01, "spacing {spacing}: {share} of the friction");
     }
@@ -394,7 +394,7 @@ fn a_body_rotating_with_an_obstacle_remains_free_of_stress() {
         assert!((0..2).all(|c| (v[c] - exact[c]).abs() < 1e-4), "{v:?} {exact:?}");
     }
     let all = stresses(&snapshot);
-    let most = all.as_flattened().iter().fold(0.0f64, |most, s| most.max(s.abs()));
+    let largest = all.as_flattened().iter().fold(0.0f64, |largest, s| largest.max(s.abs()));
     // A modulus of 1 MPa over 1 µs gives 0.5 Pa for a strain at the rate of rotation; the remaining stress scales with the angle of a step.
-    assert!(most < 1e-6, "{most} Pa");
+    assert!(largest < 1e-6, "{largest} Pa");
 }

@@ -100,7 +100,12 @@ fn slide(angle: f64, friction: f64) -> [f64; 2] {
 
 /// Mean force on the slope between two times (N), mean rate of the block's momentum between them (N), moment about the middle of the block
 /// at the end (N m), and mean pressure on the area under the block (Pa).
-fn borne(angle: f64, friction: f64, damping: f64, [from, to]: [f64; 2]) -> ([f64; 2], [f64; 2], f64, f64) {
+fn block_on_slope(
+    angle: f64,
+    friction: f64,
+    damping: f64,
+    [from, to]: [f64; 2],
+) -> ([f64; 2], [f64; 2], f64, f64) {
     let (folder, mut text) = slope(angle, friction);
     let (sin, cos) = angle.to_radians().sin_cos();
     text["measures"] = json!({ "on": { "kind": "reaction", "target": "slope" },
@@ -138,13 +143,14 @@ fn borne(angle: f64, friction: f64, damping: f64, [from, to]: [f64; 2]) -> ([f64
 #[test]
 fn reaction_of_a_slope_equals_the_force_of_the_block_on_it() {
     let weight = 180.0 * 9.81;
-    let ([x, y], gained, moment, pressure) = borne(30.0, 1.2 * 30f64.to_radians().tan(), 0.3, [0.4, 0.8]);
+    let ([x, y], gained, moment, pressure) =
+        block_on_slope(30.0, 1.2 * 30f64.to_radians().tan(), 0.3, [0.4, 0.8]);
     assert!(x.abs() < 0.01 * weight && (y / -weight - 1.0).abs() < 0.01, "{x} {y}: {gained:?}");
     // It acts at the particles, about half a spacing above the slope.
     assert!(moment.abs() < 0.5 * 0.05 * weight, "{moment}");
     let (sin, cos) = 30f64.to_radians().sin_cos();
     assert!((pressure / (weight * cos / 0.6) - 1.0).abs() < 0.01, "{pressure}");
-    let ([x, y], [gained_x, gained_y], ..) = borne(30.0, 0.3, 0.0, [0.2, 0.5]);
+    let ([x, y], [gained_x, gained_y], ..) = block_on_slope(30.0, 0.3, 0.0, [0.2, 0.5]);
     let off = [x + gained_x, y + gained_y + weight];
     assert!(off.iter().all(|off| off.abs() < 2e-3 * weight), "{off:?}");
     let (along, normal) = (cos * x - sin * y, -sin * x - cos * y);
@@ -209,9 +215,9 @@ fn a_block_is_braked_where_an_obstacle_has_a_rough_part() {
     }
     // Over the edge friction grows with the share of the base on the rough part, so that the front stops v²/(2 μ g) + L/2 beyond it.
     let exact = 4.0 / (2.0 * 0.3 * 9.81) + 0.4;
-    let way = middle(&*solver) + 0.4 - 1.0;
-    eprintln!("{way} {exact}");
-    assert!((way / exact - 1.0).abs() < 0.03, "{way} for {exact}");
+    let displacement = middle(&*solver) + 0.4 - 1.0;
+    eprintln!("{displacement} {exact}");
+    assert!((displacement / exact - 1.0).abs() < 0.03, "{displacement} for {exact}");
 }
 
 /// All energies, with those taken by obstacles (J).
@@ -254,17 +260,17 @@ fn particles_do_not_penetrate_obstacles_and_the_stopping_energy_is_recorded() {
             let case = thrown(integration, &wall);
             let standing = case.placed_obstacles::<2>().unwrap();
             let mut solver = start_solver(&Sph, &case);
-            let (start, mut nearest, mut most) = (energy(&*solver), f64::INFINITY, 0.0f64);
+            let (start, mut nearest, mut largest_energy) = (energy(&*solver), f64::INFINITY, 0.0f64);
             while solver.time() < 0.05 {
                 advance_steps(&mut *solver, 1);
-                most = most.max(energy(&*solver));
+                largest_energy = largest_energy.max(energy(&*solver));
                 for x in solver.snapshot().positions {
                     let gap = standing[0].surface.gap(&[x[0], x[1]], 1.0);
                     nearest = gap.map_or(nearest, |gap| nearest.min(gap.distance));
                 }
             }
             assert!(nearest > 0.0, "{integration} {wall}: {nearest} m");
-            assert!(most < 1.01 * start, "{integration} {wall}: {most} J of {start}");
+            assert!(largest_energy < 1.01 * start, "{integration} {wall}: {largest_energy} J of {start}");
             assert!(scalar_output(&*solver, "obstacles.stopped") > 0.01 * start);
         }
     }

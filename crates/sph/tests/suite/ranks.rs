@@ -204,8 +204,8 @@ fn particles_migrate_and_ranks_stay_balanced() {
     let last = owners(&*solver);
     assert_ne!(first, last);
     let held = (0..4).map(|rank| last.iter().filter(|owner| **owner == f64::from(rank)).count());
-    let (least, most) = held.fold((usize::MAX, 0), |(a, b), count| (a.min(count), b.max(count)));
-    assert!(most as f64 <= 1.35 * least as f64, "{least} to {most} particles");
+    let (smallest, largest) = held.fold((usize::MAX, 0), |(a, b), count| (a.min(count), b.max(count)));
+    assert!(largest as f64 <= 1.35 * smallest as f64, "{smallest} to {largest} particles");
     assert_eq!(plain(&*whole).hash(), plain(&*solver).hash());
 }
 
@@ -286,12 +286,12 @@ fn obstacle_reactions_and_energies_are_equal_in_any_number_of_ranks() {
         solver
     };
     for name in ["ground", "gate"] {
-        let felt = |solver: &dyn Solver| {
+        let reaction_of = |solver: &dyn Solver| {
             let reaction = solver.reaction(name).expect("it is measured");
             (reaction.force, reaction.impulse, reaction.moment)
         };
-        assert_eq!(felt(&*ranked), felt(&*whole), "{name}");
-        assert!(felt(&*whole).1.iter().any(|p| *p != 0.0), "{name} has a reaction");
+        assert_eq!(reaction_of(&*ranked), reaction_of(&*whole), "{name}");
+        assert!(reaction_of(&*whole).1.iter().any(|p| *p != 0.0), "{name} has a reaction");
     }
 }
 

@@ -220,7 +220,7 @@ fn a_free_box_in_space_keeps_its_angular_momentum_and_wobbles_with_its_energy() 
         }
         // Its rotation causes no stress.
         let stress =
-            stresses(&report.snapshot).as_flattened().iter().fold(0.0f64, |most, s| most.max(s.abs()));
+            stresses(&report.snapshot).as_flattened().iter().fold(0.0f64, |largest, s| largest.max(s.abs()));
         assert!(stress < 1e-6, "{stress}");
         let x = &report.snapshot.positions;
         let corner = (0..3).map(|c| (x[0][c] - x[x.len() - 1][c]).powi(2)).sum::<f64>().sqrt();

@@ -250,16 +250,16 @@ fn friction_over_the_normal_force_is_the_coefficient_at_any_viscosity() {
             "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }]
         });
         let mut solver = solver(&block(&more, &json!({ "spacing": 0.025, "viscosity_linear": viscosity })));
-        let mut seen = Vec::new();
+        let mut states = Vec::new();
         for time in [0.1, 0.9] {
             while solver.time() < time {
                 advance_steps(&mut *solver, 1);
             }
             let totals = solver.totals();
-            seen.push((solver.time(), totals.mass, totals.momentum));
+            states.push((solver.time(), totals.mass, totals.momentum));
         }
         // Momentum from the floor, tangential and normal.
-        let [(begin, mass, from), (end, _, to)] = seen[..] else { panic!() };
+        let [(begin, mass, from), (end, _, to)] = states[..] else { panic!() };
         let normal = to[1] - from[1] + mass * 10.0 * (end - begin);
         let ratio = (from[0] - to[0]) / normal;
         assert!((ratio / 0.3 - 1.0).abs() < 2e-3, "viscosity {viscosity}: {ratio}");

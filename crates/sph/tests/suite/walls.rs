@@ -188,8 +188,10 @@ fn a_particle_that_passes_a_moved_wall_ends_the_run() {
         ),
     ] {
         let (x, time, reason) = end_of(&chip(wall, speed, &sph));
-        let told = reason.strip_prefix("it passed the wall \"ram\", whose face is at y = ");
-        let face: f64 = told.and_then(|told| told.split(' ').next()?.parse().ok()).expect(&reason);
+        let position_text = reason.strip_prefix("it passed the wall \"ram\", whose face is at y = ");
+        let face: f64 = position_text
+            .and_then(|position_text| position_text.split(' ').next()?.parse().ok())
+            .expect(&reason);
         let course = if sph.get("wall_history").is_some() { 0.5 * time * time } else { time };
         assert!((face - speed * course).abs() < 1e-12, "{reason}, at {time} s");
         // The run stops once the particle is half a spacing behind the face.

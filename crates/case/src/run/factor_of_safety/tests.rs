@@ -431,8 +431,11 @@ fn undecided_trials_are_bracketed_from_both_sides_and_yield_no_factor() {
         (safety.next([1.0, 2.0]), safety.factor(), safety.outcome()),
         (None, None, SearchOutcome::Undecided)
     );
-    let told = safety.message();
-    assert!(told.starts_with("undecided: stable at 1.438, failed at 1.562; at 1.500 the bodies"), "{told}");
+    let message = safety.message();
+    assert!(
+        message.starts_with("undecided: stable at 1.438, failed at 1.562; at 1.500 the bodies"),
+        "{message}"
+    );
     assert!(safety.to_json()["factor"].is_null());
 }
 

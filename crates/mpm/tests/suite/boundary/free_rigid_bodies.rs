@@ -286,14 +286,14 @@ fn a_light_block_does_not_bounce_about_on_heavy_ground() {
         let mut solver = start_solver(&Mpm, &case);
         let energy = |b: &Budget| b.kinetic + b.elastic + b.potential;
         let start = solver.budget().unwrap();
-        let mut most = energy(&start);
+        let mut largest_energy = energy(&start);
         while solver.time() < 0.5 {
             let dt = solver.limit().dt;
             solver.step(dt).unwrap();
-            most = most.max(energy(&solver.budget().unwrap()));
+            largest_energy = largest_energy.max(energy(&solver.budget().unwrap()));
         }
         let exchanged = energy(&start) * 0.01;
-        assert!(most - energy(&start) < exchanged, "{contacts}: {most} {start:?}");
+        assert!(largest_energy - energy(&start) < exchanged, "{contacts}: {largest_energy} {start:?}");
     }
 }
 

@@ -233,8 +233,8 @@ fn friction_of_a_penalty_is_proportional_to_its_force_up_to_the_shear_strength()
     assert!((upper[0] + lower[0] - 0.2).abs() < 1e-9, "{upper:?}");
     // The strength is reached as soon as there is any pressure, and lost while they are apart.
     let [lower, upper] = pushed(100.0, Some(20.0));
-    let most = 20.0 * 0.3 / 400.0;
-    assert!(lower[0] < most * (1.0 + 1e-9) && lower[0] > 0.85 * most, "{lower:?}, {most}");
+    let bound = 20.0 * 0.3 / 400.0;
+    assert!(lower[0] < bound * (1.0 + 1e-9) && lower[0] > 0.85 * bound, "{lower:?}, {bound}");
     assert!((upper[0] + lower[0] - 0.2).abs() < 1e-9, "{upper:?}");
 }
 
@@ -399,9 +399,13 @@ fn layers_between_walls_are_pressed_together_without_shear() {
                 ] } }
             })).solve(&Mpm);
             let FieldData::Tensor(stress) = &report.snapshot.field("stress").unwrap().data else { panic!() };
-            let most = |c: usize| stress.iter().map(|s| s[c].abs()).fold(0.0, f64::max);
-            assert!(most(1 - axis) > 1e4, "they are pressed");
-            assert!(most(3) < 1e-6 * most(1 - axis), "{test}, walls along {other}: shear {}", most(3));
+            let largest = |c: usize| stress.iter().map(|s| s[c].abs()).fold(0.0, f64::max);
+            assert!(largest(1 - axis) > 1e4, "they are pressed");
+            assert!(
+                largest(3) < 1e-6 * largest(1 - axis),
+                "{test}, walls along {other}: shear {}",
+                largest(3)
+            );
         }
     }
 }

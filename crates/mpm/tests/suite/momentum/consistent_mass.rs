@@ -115,8 +115,8 @@ fn moving_walls_accelerate_a_block_at_rest_and_leave_a_comoving_one_unchanged() 
                 }),
             ),
         );
-        let most =
+        let largest_change =
             vectors(&report.snapshot, "velocity").iter().map(|v| (v[0] - own).abs()).fold(0.0, f64::max);
-        assert!(most >= least && (own == 0.0 || most < 1e-11), "{own}: {most}");
+        assert!(largest_change >= least && (own == 0.0 || largest_change < 1e-11), "{own}: {largest_change}");
     }
 }

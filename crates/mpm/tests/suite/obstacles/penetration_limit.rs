@@ -46,16 +46,16 @@ fn energy(solver: &dyn Solver) -> f64 {
 /// at the start, as a share of that.
 fn follow(case: &Case, solver: &mut dyn Solver) -> (f64, f64) {
     let standing = case.placed_obstacles::<2>().unwrap();
-    let (start, mut nearest, mut most) = (energy(solver), f64::INFINITY, 0f64);
+    let (start, mut nearest, mut largest_energy) = (energy(solver), f64::INFINITY, 0f64);
     while solver.time() < case.stages[0].duration {
         solver.step(case.stages[0].duration - solver.time()).unwrap();
         for x in solver.snapshot().positions {
             let gap = standing[0].surface.gap(&[x[0], x[1]], 1.0);
             nearest = gap.map_or(nearest, |gap| nearest.min(gap.distance));
         }
-        most = most.max(energy(solver));
+        largest_energy = largest_energy.max(energy(solver));
     }
-    (nearest, most / start - 1.0)
+    (nearest, largest_energy / start - 1.0)
 }
 
 #[test]

@@ -192,12 +192,12 @@ fn axis_aligned_planes_act_on_both_phases_as_walls_do() {
             (velocities, scalars(&snapshot, "pore_pressure"))
         };
         let (walls, planes) = (run(true), run(false));
-        let speed = walls.0.iter().flatten().fold(0.0f64, |most, v| most.max(v.abs()));
+        let speed = walls.0.iter().flatten().fold(0.0f64, |largest, v| largest.max(v.abs()));
         for (a, b) in walls.0.iter().zip(&planes.0) {
             assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-9 * speed), "{floor}: {a:?}, {b:?}");
         }
-        let most = walls.1.iter().fold(0.0f64, |most, p| most.max(p.abs()));
-        assert!(walls.1.iter().zip(&planes.1).all(|(a, b)| (a - b).abs() < 1e-9 * most), "{floor}");
+        let largest = walls.1.iter().fold(0.0f64, |largest, p| largest.max(p.abs()));
+        assert!(walls.1.iter().zip(&planes.1).all(|(a, b)| (a - b).abs() < 1e-9 * largest), "{floor}");
     }
 }
 

@@ -248,9 +248,11 @@ fn with_small_displacements_points_keep_their_places_and_report_how_far_they_are
         let end = solver.snapshot();
         assert_eq!(end.hash(), again.snapshot().hash(), "{options}: after a restart");
         assert_eq!(end.positions, start, "{options}");
-        let way = -0.1 * solver.time();
+        let displacement = -0.1 * solver.time();
         assert!(
-            vectors(&end, "displacement").iter().all(|u| (u[1] - way).abs() < 1e-9 && u[0].abs() < 1e-9),
+            vectors(&end, "displacement")
+                .iter()
+                .all(|u| (u[1] - displacement).abs() < 1e-9 && u[0].abs() < 1e-9),
             "{options}"
         );
     }

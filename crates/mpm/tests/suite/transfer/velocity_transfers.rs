@@ -180,10 +180,15 @@ fn a_deposit_comes_to_rest_with_a_residual_time() {
     assert!(share(&relaxed, "velocity") < 0.011, "{}", share(&relaxed, "velocity"));
     // 7 % less: the velocity of a point relative to its neighbours is damped in flight.
     assert!((front(&relaxed) / front(&flip) - 1.0).abs() < 0.1, "{} {}", front(&relaxed), front(&flip));
-    let told = |report: &RunReport| {
+    let is_warned = |report: &RunReport| {
         report.warnings_at_end.iter().any(|remark| remark.contains("set methods.mpm.residual_time to about"))
     };
-    assert!(told(&flip) && !told(&relaxed), "{:?} {:?}", flip.warnings_at_end, relaxed.warnings_at_end);
+    assert!(
+        is_warned(&flip) && !is_warned(&relaxed),
+        "{:?} {:?}",
+        flip.warnings_at_end,
+        relaxed.warnings_at_end
+    );
 }
 
 /// Two blocks of one cell that fly ahead of a heap.
@@ -214,7 +219,7 @@ fn detached_points_cause_a_warning() {
 /// With steps that follow the speed of sound.
 #[test]
 fn extended_pic_without_a_residual_time_causes_a_warning_for_many_steps() {
-    let told = |gravity: f64, options: Value| {
+    let is_warned = |gravity: f64, options: Value| {
         let mut case = spinning(&with_keys(json!({ "transfer": "xpic" }), &options));
         case.gravity = vec![0.0, -gravity];
         Mpm.plan(&case)
@@ -223,8 +228,12 @@ fn extended_pic_without_a_residual_time_causes_a_warning_for_many_steps() {
             .join("\n")
             .contains("xpic removes the motion that the grid does not represent")
     };
-    assert!(told(0.1, json!({})) && !told(0.1, json!({ "residual_time": 1.0 })) && !told(0.0, json!({})));
-    assert!(!told(0.1, json!({ "transfer": "flip" })));
+    assert!(
+        is_warned(0.1, json!({}))
+            && !is_warned(0.1, json!({ "residual_time": 1.0 }))
+            && !is_warned(0.0, json!({}))
+    );
+    assert!(!is_warned(0.1, json!({ "transfer": "flip" })));
 }
 
 #[test]
