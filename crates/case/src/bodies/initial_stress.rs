@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn open_water_above_the_ground_weighs_on_it() {
+    fn effective_stress_under_open_water_is_independent_of_the_water_depth() {
         let water = |surface: f64| json!({ "porosity": 0.4, "permeability": 1e-3, "pressure": { "kind": "hydrostatic", "surface": surface } });
         let both = |surface: f64| {
             layers(&[("/bodies/0/pore_fluid", water(surface)), ("/bodies/1/pore_fluid", water(surface))])

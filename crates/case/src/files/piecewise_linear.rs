@@ -41,7 +41,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_lie_on_straight_lines_above_jumps_and_stay_beyond_the_ends() {
+    fn piecewise_linear_values_jump_at_repeated_points_and_are_constant_beyond_the_ends() {
         let points = [(1.0, 0.0), (1.0, 2.0), (3.0, 1.0), (5.0, -3.0)];
         let at = |x| value_at(&points, |point| point.0, |number| points[number].1, x);
         let expected =

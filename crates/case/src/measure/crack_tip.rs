@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn a_layer_whose_ends_are_slanted_is_not_cracked_where_it_has_no_point() {
+    fn empty_bins_at_slanted_layer_ends_do_not_count_as_cracked() {
         let places: Vec<(f64, f64, f64)> = (2..9).map(|i| (0.05 + 0.1 * f64::from(i), 0.0, 0.0)).collect();
         let (mut case, snapshot) = cracked(&places);
         // The saw starts at 1 m and passes the empty bin at 0.95 m on its way to 0.75 m, but never reaches the empty bins below 0.2 m.

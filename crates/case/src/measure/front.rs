@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_hang_together_across_in_three_dimensions() {
+    fn columns_are_connected_across_the_width_in_three_dimensions() {
         // Points around an empty column, and a detached point beside them.
         let places = [[0.1, 0.1], [0.1, 0.3], [0.3, 0.3], [0.5, 0.3], [0.5, 0.1], [0.9, 0.1]];
         let positions = places.map(|[x, y]| [x, y, 0.05]).to_vec();
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn points_sunk_into_the_wall_stand_at_it() {
+    fn points_that_penetrate_the_wall_count_as_points_at_the_wall() {
         close(columns(0.2).front(&layer(&[-0.01, 0.1, 0.3])), 0.35);
     }
 
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn wall_and_base_are_those_of_the_case() {
+    fn the_wall_position_of_the_front_is_that_of_the_case() {
         let snapshot = layer(&[0.05, 0.15]);
         let found = FrontColumns::of_case(&case(""), Side::XMax, None, &snapshot);
         assert_eq!(found, FrontColumns { wall: -0.5, ..columns(0.2) });
@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_stand_beside_each_other_on_a_base_in_three_dimensions() {
+    fn the_width_axis_of_the_front_is_horizontal_in_three_dimensions() {
         let text = r#"{
             "title": "front", "space": "3d", "domain": { "min": [0, 0, 0], "max": [4, 4, 4] }, "gravity": [0, 0, -10],
             "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },

@@ -174,7 +174,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_table_reads_back_to_the_last_bit() {
+    fn a_table_is_read_back_bit_identically() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("t.csv");
         let columns = vec![("time".to_owned(), "s".to_owned()), ("front".to_owned(), "m".to_owned())];

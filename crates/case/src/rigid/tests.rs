@@ -83,7 +83,7 @@ fn points_of_a_rotating_body_have_its_rigid_motion() {
 }
 
 #[test]
-fn a_moment_about_a_principal_axis_spins_a_body_up() {
+fn a_moment_about_a_principal_axis_gives_constant_angular_acceleration() {
     let (mass, axis) = (boxed([5, 3, 2]), 1);
     let mut acts = FREE;
     acts.moment[axis] = 0.7;

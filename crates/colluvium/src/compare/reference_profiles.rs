@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn profiles_beside_a_case_are_found_and_other_files_of_that_name_are_none() {
+    fn profile_files_beside_a_case_are_read_and_other_tables_ignored() {
         let folder = tempfile::tempdir().unwrap();
         let case = folder.path().join("case.json");
         let file = folder.path().join(SIDECAR_FILE);

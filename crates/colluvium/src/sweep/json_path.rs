@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn a_path_that_leads_nowhere_is_refused_and_changes_nothing() {
+    fn missing_json_paths_are_refused_and_change_nothing() {
         let case = json!({ "bodies": [{ "shape": { "max": [1, 2] } }] });
         for path in [
             "",

@@ -106,7 +106,7 @@ fn errors_in_sweeps_name_the_json_path() {
 }
 
 #[test]
-fn columns_that_no_run_has_are_named() {
+fn unknown_columns_are_refused_with_a_suggestion() {
     let mut wrong = sweep();
     wrong["targets"] = json!({ "frnt": { "value": 1, "tolerance": 1 } });
     let (_folder, path) = files(&wrong);
@@ -158,7 +158,7 @@ fn table(path: &Path, options: &SweepOptions) -> Result<(Vec<Vec<String>>, Vec<S
 }
 
 #[test]
-fn the_table_does_not_depend_on_how_the_runs_are_spread() {
+fn the_table_does_not_depend_on_the_number_of_jobs() {
     let (folder, path) = files(&sweep());
     let options = |name: &str, jobs, threads| SweepOptions {
         out: folder.path().join(name),

@@ -202,7 +202,7 @@ fn a_cube_falls_on_an_inclined_raster_lies_down_and_slides_by_coulombs_law() {
 }
 
 #[test]
-fn a_boulder_falls_and_rolls_down_a_raster_without_gain_and_alike_in_both_methods() {
+fn a_boulder_rolls_down_a_raster_without_energy_gain_and_equally_in_both_methods() {
     let ball = json!({ "kind": "ball", "centre": [0, 0, 1.1], "radius": 0.2 });
     let trajectories = METHODS.map(|method| trajectory(method, (&ball, hillside, 0.6), 0.9));
     for (method, looks) in METHODS.iter().zip(&trajectories) {

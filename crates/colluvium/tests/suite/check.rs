@@ -23,7 +23,7 @@ fn check_prints_densities_and_time_scales() {
 }
 
 #[test]
-fn titles_and_names_cannot_move_the_cursor_nor_fill_the_screen() {
+fn control_characters_in_titles_are_escaped_and_long_names_are_shortened() {
     let folder = tempfile::tempdir().unwrap();
     let mut case = column();
     case["title"] = json!("red \u{1b}[31m title");
@@ -40,7 +40,7 @@ fn titles_and_names_cannot_move_the_cursor_nor_fill_the_screen() {
 
 #[cfg(unix)]
 #[test]
-fn folders_that_cannot_be_made_are_named_with_code_1() {
+fn output_folders_that_cannot_be_created_are_named_with_code_1() {
     let folder = tempfile::tempdir().unwrap();
     let file = write(folder.path(), "case.json", &column());
     let link = folder.path().join("link");
@@ -58,7 +58,7 @@ fn folders_that_cannot_be_made_are_named_with_code_1() {
 }
 
 #[test]
-fn an_element_test_of_no_stress_is_refused_before_its_table() {
+fn an_element_test_without_a_valid_initial_stress_is_refused_before_its_table() {
     let folder = tempfile::tempdir().unwrap();
     let test = json!({
         "title": "shear",

@@ -56,7 +56,7 @@ fn volume_leaving_through_an_open_side_is_not_in_the_deposit_raster() {
 }
 
 #[test]
-fn terrain_and_release_area_go_in_and_rasters_and_maps_come_out() {
+fn the_debris_flow_template_gives_rasters_and_maps_on_the_terrain_grid() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let (code, said, errors) = in_folder(folder, &["new", "debris-flow"]);
@@ -96,7 +96,7 @@ fn terrain_and_release_area_go_in_and_rasters_and_maps_come_out() {
 
 /// A deposit, which has no data where it is dry, is the thickness of the layer of a following case.
 #[test]
-fn a_deposit_is_released_by_a_next_case() {
+fn a_deposit_raster_is_the_release_layer_of_another_case() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     assert_eq!(in_folder(folder, &["new", "debris-flow"]).0, 0);

@@ -184,7 +184,7 @@ fn points_of_spheres_have_the_stress_of_their_cell_in_the_element_driver() {
 }
 
 #[test]
-fn cells_of_grains_give_the_same_bits_on_any_number_of_threads_and_after_a_restart() {
+fn cells_of_grains_are_bit_identical_on_any_threads_and_after_a_restart() {
     for (method, case) in [("mpm", mpm()), ("sph", sph())] {
         let on = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -337,7 +337,7 @@ fn a_specimen_written_by_the_command_line_is_read_by_another_case() {
 }
 
 #[test]
-fn the_folder_of_a_run_has_the_specimen_that_running_its_case_gives() {
+fn a_specimen_from_a_run_folder_equals_that_from_running_the_case() {
     let folder = tempfile::tempdir().unwrap();
     let command = |arguments: &[&str]| in_folder(folder.path(), arguments);
     std::fs::write(folder.path().join("bed.json"), bed().to_string()).unwrap();

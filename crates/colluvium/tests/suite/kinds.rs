@@ -14,7 +14,7 @@ fn run(folder: &Path, arguments: &[&str]) -> (i32, String) {
 }
 
 #[test]
-fn a_file_of_another_kind_is_named_in_a_line_with_the_command_for_it() {
+fn files_of_another_kind_are_refused_with_the_command_for_them() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let write =

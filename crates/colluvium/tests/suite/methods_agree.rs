@@ -118,7 +118,7 @@ fn tumbled(method: &dyn Method, more: &Value) -> Vec<f64> {
 }
 
 #[test]
-fn rigid_boxes_of_sph_and_mpm_move_alike_in_space() {
+fn rigid_boxes_of_sph_and_mpm_have_equal_motion_in_space() {
     let gradient = [[0, -6, 3], [6, 0, -5], [-3, 5, 0]];
     let spinning = json!({ "name": "box", "material": "rock", "rigid": true,
         "velocity": { "kind": "linear", "value": [0.3, 0.2, 0.8], "origin": [0, 0, 0.2], "gradient": gradient },

@@ -56,7 +56,7 @@ fn after(method: &str, case: &Case, steps: usize) -> Snapshot {
 }
 
 #[test]
-fn a_body_listed_point_by_point_moves_as_the_one_that_the_method_has_set() {
+fn points_from_a_file_move_as_the_equal_sampled_body() {
     for method in ["mpm", "sph"] {
         for with_volumes in [true, false] {
             let folder = tempfile::tempdir().unwrap();
@@ -86,7 +86,7 @@ fn a_body_listed_point_by_point_moves_as_the_one_that_the_method_has_set() {
 }
 
 #[test]
-fn grains_are_as_their_file_lists_them() {
+fn grains_have_the_radii_and_ids_of_their_file() {
     let folder = tempfile::tempdir().unwrap();
     let mut value = block("dem");
     let body = value["bodies"][0].as_object_mut().unwrap();
@@ -129,7 +129,7 @@ fn grains_are_as_their_file_lists_them() {
 }
 
 #[test]
-fn points_that_do_not_suit_the_method_are_refused_or_remarked() {
+fn point_spacings_unsuitable_for_the_method_are_refused_or_cause_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("points.csv"), "x,y\n1.5,0.5\n2.5,1.5\n").unwrap();
     let case = |method: &str, spacing: f64| {
@@ -173,7 +173,7 @@ fn points_that_do_not_suit_the_method_are_refused_or_remarked() {
 }
 
 #[test]
-fn a_size_is_that_of_the_plan_before_anything_is_made() {
+fn estimated_problem_sizes_match_the_plan() {
     let mut compared = 0;
     for (name, text) in colluvium::TEMPLATES {
         let case = Case::from_json(text).unwrap();

@@ -112,7 +112,7 @@ fn mohr_coulomb_softening_follows_steep_softening_laws_exactly() {
 }
 
 #[test]
-fn no_integration_of_drucker_prager_makes_a_softening_soil_stronger() {
+fn softening_drucker_prager_does_not_exceed_its_peak_with_any_integration() {
     let peak = 2.0 * 25e3;
     let shear = |rate: f64, integration| {
         let law = Clay::steep(rate).drucker_prager(integration);

@@ -118,7 +118,7 @@ fn worst(walker: &Walker, numbers: &mut Numbers, plane: bool) -> (f64, u32) {
 }
 
 #[test]
-fn no_wave_is_faster_than_the_law_says() {
+fn wave_speeds_do_not_exceed_the_modulus_reported_by_the_law() {
     let mut numbers = Numbers(3);
     let mut faster = Vec::new();
     for spec in MaterialSpec::examples().into_iter().chain(MaterialSpec::wrapped_examples()) {

@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn grains_move_together_as_they_move_one_by_one() {
+    fn simd_integration_of_grains_equals_scalar_integration() {
         compare::<2, 1>();
         compare::<3, 3>();
     }

@@ -217,7 +217,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(48))]
 
         #[test]
-        fn classes_find_the_pairs_that_looking_at_all_finds(
+        fn pairs_by_size_classes_equal_those_of_an_all_pairs_search(
             axes in prop::array::uniform3(any::<bool>()),
             shear in -4.9..4.9f64,
             count in 40usize..400,

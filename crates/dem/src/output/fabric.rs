@@ -232,7 +232,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tensors_of_the_same_directions_are_aligned_and_turned_ones_by_twice_the_angle() {
+    fn alignment_of_rotated_fabric_tensors_is_the_cosine_of_twice_the_angle() {
         let turned = |angle: f64, k: f64| {
             let (sin, cos) = angle.sin_cos();
             [[1.0 + k * cos * cos, k * sin * cos], [k * sin * cos, 1.0 + k * sin * sin]]

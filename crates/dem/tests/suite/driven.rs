@@ -36,7 +36,7 @@ fn blocks() -> Value {
 }
 
 #[test]
-fn a_force_on_a_body_moves_its_grains_alike_and_does_its_work() {
+fn a_force_on_a_body_accelerates_its_grains_uniformly_and_its_work_is_recorded() {
     let mut value = blocks();
     value["methods"]["dem"]["stages"] = json!({ "all": { "forces": { "two": [3.0, 4.0] } } });
     for velocity in ["lagged", "predicted"] {
@@ -64,7 +64,7 @@ fn a_force_on_a_body_moves_its_grains_alike_and_does_its_work() {
 }
 
 #[test]
-fn forces_that_no_grain_can_follow_are_refused() {
+fn forces_on_held_or_missing_grains_are_refused() {
     let value = blocks();
     let stage = |stage: Value| {
         let mut value = value.clone();

@@ -122,7 +122,7 @@ fn invalid_options_are_refused_with_their_path() {
 
 /// Grains without attraction carry no tension, and grains of any kind no pressure near their stiffness.
 #[test]
-fn a_stress_that_grains_cannot_have_is_refused_with_its_path() {
+fn unattainable_controlled_stresses_are_refused_with_their_path() {
     let cell = |entry: Value| {
         json!({
             "title": "cell", "space": "plane-strain", "gravity": [0, 0],

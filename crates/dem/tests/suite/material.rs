@@ -65,7 +65,7 @@ fn a_cell_starts_with_the_stress_of_its_point_and_keeps_it_without_motion() {
 }
 
 #[test]
-fn cells_that_are_saved_and_read_go_on_with_the_same_bits() {
+fn saved_and_restored_cells_continue_bit_identically() {
     let law = built(&disks(0.5, 2)).unwrap();
     let (mut stress, mut states) = law.initial(&[start(SymTensor::isotropic(-PRESSURE))]).unwrap();
     let shear = motion([[0.0, 2e-4, 0.0], [0.0, -1e-4, 0.0], [0.0; 3]]);

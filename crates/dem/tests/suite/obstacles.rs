@@ -159,7 +159,7 @@ fn grains_filled_beside_a_slope_touch_it_without_overlap() {
 }
 
 #[test]
-fn a_grain_in_an_obstacle_is_refused_with_its_place() {
+fn a_grain_inside_an_obstacle_is_refused_with_its_position() {
     let value = resting(2, &json!({ "kind": "plane", "point": [0, 1], "normal": [0, 1] }), 0.5);
     let problem = disks(&read_case(&value)).map(|_| ()).unwrap_err().to_string();
     assert!(problem.starts_with("bodies[0].shape: the point at [0.2"), "{problem}");

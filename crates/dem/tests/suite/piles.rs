@@ -49,7 +49,7 @@ fn stands(grain: f64, wall: f64) -> bool {
 }
 
 #[test]
-fn three_disks_stand_by_friction_of_grains_and_of_the_floor() {
+fn a_pile_of_three_disks_is_stable_above_the_critical_friction() {
     let (grain, wall) = (2.0 - 3f64.sqrt(), (2.0 - 3f64.sqrt()) / 3.0);
     assert!(stands(1.03 * grain, 1.03 * wall));
     assert!(!stands(0.97 * grain, 2.0 * wall));

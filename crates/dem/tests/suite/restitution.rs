@@ -134,7 +134,7 @@ fn restitution_is_the_prescribed_one_with_predicted_velocities() {
 }
 
 #[test]
-fn springs_and_dashpots_across_elastic_spheres_are_those_of_the_case() {
+fn given_tangential_springs_and_dashpots_are_used_for_elastic_spheres() {
     // A sphere slides on another under a normal force: only the dashpot, or only the spring, changes its speed.
     let slid = |tangential: Value| {
         let mut pair = asked("hertz", 1.0, true);

@@ -78,7 +78,7 @@ fn membrane_force_in_space_is_pressure_times_the_area_vector_of_its_rim() {
 }
 
 #[test]
-fn a_sleeve_is_pressed_inwards_with_no_force_as_a_whole() {
+fn pressure_on_a_sleeve_acts_inwards_with_zero_resultant() {
     // Three rings of six, one above another at 0.7 m, of radius 1 m: the sides of a hexagon are 1 m long.
     let ring = |row: usize| {
         (0..6usize).map(move |k| {
@@ -156,7 +156,7 @@ fn rings(fill: &Value, diameter: f64, membrane: &Value) -> Result<DemSolver<3, 3
 }
 
 #[test]
-fn rings_of_a_sleeve_lie_on_the_inner_side_of_its_tube_as_far_apart_as_their_grains() {
+fn rings_of_a_sleeve_lie_on_the_tube_at_the_grain_spacing() {
     let fill = json!({ "kind": "sleeve", "columns": 8 });
     let membrane = json!({ "pressure": 0.0, "against": "grain 0", "columns": 8, "closed": true });
     let solver = rings(&fill, 0.2, &membrane).unwrap();

@@ -73,7 +73,7 @@ fn same_grains(a: &dyn Solver, b: &dyn Solver, slack: f64) {
 }
 
 /// Runs a case, writes its specimen after `first` steps, and continues from it and without it.
-fn goes_on<const D: usize, const R: usize>(
+fn continues_from_its_specimen<const D: usize, const R: usize>(
     value: &Value,
     first: usize,
     solver: impl Fn(&Case) -> Result<DemSolver<D, R>, colluvium_case::CaseError>,
@@ -114,17 +114,17 @@ fn goes_on<const D: usize, const R: usize>(
 
 #[test]
 fn a_heap_continues_from_its_specimen_file_with_equal_forces() {
-    goes_on(&heap(2), 1500, disks);
-    goes_on(&heap(3), 700, spheres);
+    continues_from_its_specimen(&heap(2), 1500, disks);
+    continues_from_its_specimen(&heap(3), 700, spheres);
 }
 
 #[test]
 fn a_compressed_and_sheared_cell_continues_from_its_specimen_file_with_equal_forces() {
-    goes_on(&cell(), 3000, disks);
+    continues_from_its_specimen(&cell(), 3000, disks);
     let mut bonded = cell();
     bonded["methods"]["dem"]["pairs"][0]["bond"] =
         json!({ "normal_stiffness": 1e8, "shear_stiffness": 1e8, "gap": 0.3 });
-    goes_on(&bonded, 500, disks);
+    continues_from_its_specimen(&bonded, 500, disks);
 }
 
 #[test]
@@ -135,7 +135,7 @@ fn contacts_with_an_obstacle_and_a_moving_wall_continue_from_a_specimen_file() {
     value["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0.1, 0.7], "max": [2.9, 2.7] });
     value["boundaries"][1]["velocity"] = json!([0.5, 0]);
     value["boundaries"][1]["name"] = json!("piston");
-    goes_on(&value, 2500, disks);
+    continues_from_its_specimen(&value, 2500, disks);
 }
 
 /// Messages on a case that begins with the changed text of a file.

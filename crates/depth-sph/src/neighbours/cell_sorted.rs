@@ -324,7 +324,7 @@ mod tests {
 
     /// Lengths may grow by the margin after lists are made.
     #[test]
-    fn lists_hold_all_that_forces_can_reach() {
+    fn lists_contain_all_neighbours_within_the_margin() {
         let nodes = sample_nodes::<2>();
         let mut packed = CellSorted::default();
         packed.sort_into_cells(&nodes, 0.3, SearchOrientation::Axes).unwrap();

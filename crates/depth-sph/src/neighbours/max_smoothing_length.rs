@@ -103,7 +103,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_lengths_that_reach_a_place_are_known_and_far_ones_are_not() {
+    fn the_largest_nearby_smoothing_length_is_found_without_distant_ones() {
         let mut places = Vec::new();
         let mut lengths = Vec::new();
         for k in 0..400 {

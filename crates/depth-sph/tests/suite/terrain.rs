@@ -147,7 +147,7 @@ fn nodes_that_leave_the_raster_are_counted_or_end_the_run() {
 
 /// The run continues to its end, and has rasters of the flow that has passed.
 #[test]
-fn a_flow_that_has_left_altogether_is_no_error() {
+fn a_flow_that_has_left_the_domain_completely_is_no_error() {
     let folder = tempfile::tempdir().unwrap();
     grid(folder.path(), [0.0, 0.0], [16, 11], 2.0, |x, _| 40.0 - x);
     let shape = json!({ "kind": "box", "min": [24, 8, 0], "max": [28, 12, 17] });

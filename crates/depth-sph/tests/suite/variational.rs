@@ -25,7 +25,7 @@ fn node(x: f64, volume: f64, spacing: f64) -> NewNode<1> {
 }
 
 #[test]
-fn momentum_stays_to_round_off() {
+fn variational_forces_conserve_momentum_to_round_off() {
     let mut nodes = Vec::new();
     for i in 0..30 {
         for j in 0..20 {
@@ -78,7 +78,7 @@ fn energy_lost(momentum: PressureForceForm) -> f64 {
 }
 
 #[test]
-fn the_energy_of_a_slosh_is_kept_better_than_by_the_plain_form() {
+fn variational_forces_conserve_the_energy_of_a_slosh_better_than_symmetric_ones() {
     let [variational, plain] =
         [PressureForceForm::Variational, PressureForceForm::Symmetric].map(energy_lost);
     println!("energy: {variational} and {plain}");
@@ -103,7 +103,7 @@ fn a_lake_on_a_level_bed_stays_at_rest() {
 }
 
 #[test]
-fn water_leaves_a_reservoir_as_ritter_found() {
+fn dam_break_on_a_dry_bed_follows_ritter() {
     let ends = PlanBoundaries { walls: [[Some(-20.0), None]], ..PlanBoundaries::default() };
     let nodes = (0..400).map(|k| node(-20.0 + 0.05 * (f64::from(k) + 0.5), 0.5, 0.05));
     let mut flow = Flow::new(

@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn options_of_liquids_that_are_given_stand() {
+    fn given_options_of_liquids_override_defaults() {
         let given = json!({ "spacing": 0.02, "kernel": "cubic-spline", "shifting": 0 });
         let found = options(&case(&water(), 1.0, &given)).unwrap();
         assert_eq!((found.kernel, found.smoothing, found.shifting), (Kernel::CubicSpline, 1.2, 0.0));

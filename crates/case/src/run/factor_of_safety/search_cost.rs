@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn no_search_makes_more_trials_than_were_told() {
+    fn searches_need_no_more_trials_than_estimated() {
         for tolerance in [0.01, 0.04, 0.3, 5.0] {
             let json = format!(r#"{{ "after": "rest", "tolerance": {tolerance} }}"#);
             let search: FactorOfSafety = serde_json::from_str(&json).unwrap();

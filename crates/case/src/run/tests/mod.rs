@@ -443,7 +443,7 @@ fn invalid_cases_built_in_code_are_refused_before_files_are_written() {
 }
 
 #[test]
-fn a_folder_with_a_run_is_not_overwritten_unasked() {
+fn a_folder_with_a_run_is_overwritten_only_with_the_option() {
     let folder = tempfile::tempdir().unwrap();
     let case = case(r#"[ { "name": "all", "duration": 0.2 } ]"#);
     let go = |options: RunOptions| run(&case, Oscillators::boxed(0.0, None), &options);

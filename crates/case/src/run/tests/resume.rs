@@ -73,7 +73,7 @@ fn files_of_a_resumed_run_are_bit_identical() {
 }
 
 #[test]
-fn a_run_that_died_before_its_first_checkpoint_starts_anew() {
+fn resuming_a_run_without_a_checkpoint_restarts_it() {
     let mut case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
     let whole = tempfile::tempdir().unwrap();
     run(&case, Oscillators::boxed(0.1, None), &options(whole.path())).unwrap();

@@ -29,7 +29,7 @@ const PICTURES: [&str; 17] = [
 ];
 
 #[test]
-fn templates_that_take_seconds_end_without_a_warning() {
+fn short_templates_run_without_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["oedometer", "disks", "snowball", "grains", "dam-break", "debris-flow"] {
         let file = folder.path().join(format!("{name}.json"));
@@ -175,7 +175,7 @@ fn a_report_is_self_contained_and_complete() {
 }
 
 #[test]
-fn an_export_has_every_frame_and_table_to_the_last_bit() {
+fn an_export_has_every_frame_and_table_bit_identically() {
     use colluvium::case::output::{NpzValues, Table, read_frame, read_npz};
     let folder = tempfile::tempdir().unwrap();
     let file = write(folder.path(), "column.json", &column());

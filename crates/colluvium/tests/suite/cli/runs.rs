@@ -11,7 +11,7 @@ use super::{column, results, searched, summary, write};
 use crate::{output, program};
 
 #[test]
-fn threads_do_not_change_a_bit() {
+fn results_of_the_command_line_are_bit_identical_on_any_threads() {
     let folder = tempfile::tempdir().unwrap();
     let shapes = ["linear", "ugimp", "cpgimp", "quadratic", "cubic"];
     let pairs = shapes.iter().flat_map(|shape| ["usf", "usl", "musl"].map(|scheme| (*shape, scheme)));
@@ -82,7 +82,7 @@ fn frame_before_checkpoint(out: &Path) -> Option<(PathBuf, SystemTime)> {
 }
 
 #[test]
-fn a_killed_run_resumes_to_the_last_bit() {
+fn a_killed_run_resumes_bit_identically() {
     let folder = tempfile::tempdir().unwrap();
     let file = write(folder.path(), "column.json", &column());
     let whole = folder.path().join("whole");

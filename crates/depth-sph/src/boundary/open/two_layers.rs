@@ -195,7 +195,7 @@ mod tests {
 
     /// An outgoing wave of either kind is unchanged at the side, and an incoming one is absent.
     #[test]
-    fn waves_of_both_kinds_leave_and_none_comes_in() {
+    fn waves_of_both_modes_leave_without_incoming_waves() {
         let (depths, gravity, ratio) = ([0.6, 0.4], 9.81, 0.5);
         let still = depths.map(|depth| Some(BoundaryState { depth, ..BoundaryState::default() }));
         let spread =
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn a_layer_that_is_not_out_there_leaves_as_it_is() {
+    fn a_layer_absent_beyond_the_side_leaves_unchanged() {
         let upper = BoundaryState { depth: 2.0, ..BoundaryState::default() };
         let still = [None, Some(upper)];
         let arriving = [[0.3, 1.5], [1.7, 0.0]];

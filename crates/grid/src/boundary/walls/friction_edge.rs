@@ -217,7 +217,7 @@ mod tests {
     ];
 
     #[test]
-    fn no_axis_comes_first_where_walls_move() {
+    fn edges_of_moving_walls_are_independent_of_the_order_of_axes() {
         let orders = [[0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
         for (velocities, separation) in VELOCITIES.into_iter().flat_map(|v| [(v, false), (v, true)]) {
             let [side, floor] = walls(separation, velocities);

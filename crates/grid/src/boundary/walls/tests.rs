@@ -15,7 +15,7 @@ fn act(wall: NodeWall, start: &mut [f64; 3], end: &mut [f64; 3], keep_start: boo
 
 /// Every kind of wall on each axis, and a node that approaches some of them.
 #[test]
-fn no_axis_comes_first_in_an_edge() {
+fn edges_are_independent_of_the_order_of_axes() {
     let kinds = [
         None,
         Some((WallKind::Rough, true)),
