@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn charts_survive_odd_data() {
+    fn charts_of_empty_and_non_finite_data_are_drawn() {
         let odd = [
             vec![],
             vec![(f64::NAN, 1.0)],

@@ -49,7 +49,7 @@ fn points(count: usize) -> Points<2> {
 
 proptest! {
     #[test]
-    fn a_permutation_and_its_inverse_leave_everything_in_place(keys in prop::collection::vec(0u32..50, 0..200)) {
+    fn a_permutation_and_its_inverse_restore_all_columns(keys in prop::collection::vec(0u32..50, 0..200)) {
         let mut order: Vec<u32> = (0..keys.len() as u32).collect();
         order.sort_by_key(|&i| (keys[i as usize], i));
         let mut back = vec![0; order.len()];

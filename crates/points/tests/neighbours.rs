@@ -79,7 +79,7 @@ fn one_point_has_no_neighbours_and_an_empty_set_no_list() {
 /// Points with individual radii: the list of the largest radius contains the neighbours of all points, and those closer than the mean of
 /// two radii equal the pairs that brute force finds.
 #[test]
-fn the_list_of_the_longest_radius_holds_those_of_all() {
+fn the_list_of_the_largest_radius_contains_the_pairs_of_all_radii() {
     let noise = |i: u32, k: f64| (f64::from(i + 1) * k).fract();
     let points: Vec<[f64; 2]> = (0..300).map(|i| [noise(i, 0.618_034), noise(i, 0.754_878)]).collect();
     let radii: Vec<f64> = (0..300).map(|i| 0.05 + 0.1 * noise(i, 0.569_840)).collect();
@@ -116,7 +116,7 @@ fn neighbours_from_another_set_are_found_within_the_radius_of_each_point() {
 }
 
 #[test]
-fn lost_points_are_named() {
+fn points_at_non_finite_or_distant_positions_are_refused_by_index() {
     let mut list = CellList::new();
     assert_eq!(list.build(&[[0.0, 0.0], [f64::NAN, 0.0]], 1.0), Err(SearchError::NotFinite(1)));
     assert!(matches!(list.build(&[[0.0, 0.0], [1e12, 1e12]], 1.0), Err(SearchError::TooSpread(..))));

@@ -127,7 +127,7 @@ fn concave_obj_polygons_are_read_and_non_planar_ones_are_refused_with_their_line
 }
 
 #[test]
-fn all_solids_of_an_stl_file_are_read_and_its_words_may_be_capitals() {
+fn all_solids_of_an_stl_file_are_read_with_case_insensitive_keywords() {
     let folder = tempfile::tempdir().unwrap();
     let beside = TETRAHEDRON.map(|triangle| triangle.map(|[x, y, z]| [x + 5.0, y, 1e-3 * z]));
     let both = stl(&TETRAHEDRON) + "\n" + &stl(&beside).replace("solid t", "solid of facet 2");
@@ -290,7 +290,7 @@ fn features_have_the_numbers_of_their_attributes() {
 }
 
 #[test]
-fn rows_that_are_deleted_do_not_count_and_shapes_must_be_as_many_polygons_as_there_are_rows() {
+fn deleted_table_rows_are_skipped_and_shape_counts_must_match() {
     use shapefile::dbase::{FieldValue, Record, TableWriterBuilder};
     use shapefile::{Point, Polygon, PolygonRing, Polyline};
     let folder = tempfile::tempdir().unwrap();

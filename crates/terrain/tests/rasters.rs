@@ -160,7 +160,7 @@ fn numbers_of_all_kinds_and_orders_of_bytes_are_read() {
 }
 
 #[test]
-fn classes_with_a_palette_are_their_numbers_and_bits_and_bands_are_refused() {
+fn palette_rasters_are_read_and_bit_or_multiband_rasters_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     for big in [false, true] {
         let mut tags = without(placed(8, 1), 262);

@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wedge_that_shears_along_a_vertical_plane_costs_half_as_much_again() {
+    fn a_vertical_shear_plane_raises_the_wedge_factor_by_half() {
         // 4 c / (γ H) of a wedge of 45° behind a vertical cut, and 2 c / (γ H) along the plane in front of it.
         let cut = LayeredClaySlope { cotangent: 1e-3, ..clays(&[], 0.0) };
         assert!((cut.block_safety_factor(0.0, [0.011, 0.25 * PI, 0.0]) / (4.0 * 0.25) - 1.5).abs() < 0.02);

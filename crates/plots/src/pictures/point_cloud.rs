@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn shared_scales_hold_all_clouds_and_one_flying_point_does_not_stretch_the_colours() {
+    fn shared_scales_cover_all_clouds_and_outliers_do_not_widen_the_colour_range() {
         let cloud = |offset: f64| PointCloud {
             points: (0..1000).map(|i| ([offset + f64::from(i), 1.0], [2.0; 2], f64::from(i % 10))).collect(),
             ..PointCloud::default()

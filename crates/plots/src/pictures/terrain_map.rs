@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_go_from_zero_to_the_largest_value_and_down_to_the_least_where_the_bed_is_eroded() {
+    fn the_colour_range_includes_zero_and_extends_to_negative_values_of_erosion() {
         let scale =
             |value: fn(f64, f64) -> f64| TerrainMap { cells: cells(value), ..TerrainMap::default() }.scale();
         assert_eq!(scale(|x, _| 2.0 + x), 0.0..31.0);

@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_twice_is_no_fault() {
+    fn repeated_corners_of_an_outline_are_accepted() {
         let mut twice = square(0.0, 4.0);
         twice.insert(1, twice[1]);
         // A line there and back, and the ring closed twice.

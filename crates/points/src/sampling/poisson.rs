@@ -251,7 +251,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(12))]
         #[test]
-        fn samples_keep_their_distance_and_leave_no_room(seed in 0..1000u64, distance in 0.05..0.3f64) {
+        fn poisson_samples_keep_their_distance_and_are_maximal(seed in 0..1000u64, distance in 0.05..0.3f64) {
             let ball = |dimension: usize| Shape::Ball { centre: vec![0.1; dimension], radius: 1.0 };
             is_a_maximal_packing::<1>(&ball(1), distance, seed, 2000);
             is_a_maximal_packing::<2>(&ball(2), distance, seed, 20_000);

@@ -78,7 +78,7 @@ fn a_profile_has_no_rasters() {
 }
 
 #[test]
-fn rasters_on_a_map_are_those_near_zero_where_the_map_says() {
+fn rasters_in_map_coordinates_equal_those_near_zero() {
     // Numbers that stay as they are when the origin is taken off.
     let placed = |x: f64, y: f64| {
         let mut case = sliding();

@@ -72,7 +72,7 @@ mod tests {
     }
     /// Expected `-ε₀ ⟨I1/3⟩ / ρ² 1` (BN 118 with the sign of K21), in the plane with the out-of-plane stress.
     #[test]
-    fn artificial_pressure_repels_by_the_mean_tension_alone() {
+    fn artificial_pressure_depends_on_the_mean_tension_only() {
         let tensile = Tensile::ArtificialPressure { strength: 0.9, exponent: 2.55 };
         let pulled = SymTensor([6.0, -1.0, 1.0, 4.0, 0.0, 0.0]);
         let exact = SymTensor::isotropic(-0.9 * 2.0 / 4.0);

@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn bodies_that_are_no_liquids_may_turn() {
+    fn the_default_velocity_gradient_of_solids_is_corotated() {
         let soil = json!({ "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 });
         let gradient =
             |model: &Value, sph: Value| options(&case(model, 0.5, &sph)).unwrap().velocity_gradient;

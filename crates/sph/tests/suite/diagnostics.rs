@@ -155,7 +155,7 @@ fn zero_step_intervals_are_refused_with_the_option_that_disables_them() {
 }
 
 #[test]
-fn options_without_effect_are_named() {
+fn options_without_effect_cause_warnings() {
     for (name, value) in [
         ("regularisation_steps", json!(3)),
         ("density_reset_steps", json!(3)),

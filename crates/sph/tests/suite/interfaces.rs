@@ -90,7 +90,7 @@ fn divergence_at_a_density_jump_is_exact_with_volume_continuity_only() {
 
 /// `v_a = v_w - min(½, d_a/d_b) (v_b - v_w)` (sheet: sph §2.13 c).
 #[test]
-fn walls_of_linear_velocity_oppose_by_the_distances() {
+fn linear_velocity_walls_extrapolate_by_the_ratio_of_distances() {
     let (spacing, wall, own) = (0.05, 0.3, 1.0);
     let text = serde_json::to_value(halves(&[solid(1000.0), solid(1000.0)], &json!({}))).unwrap();
     let more = json!({
@@ -182,7 +182,7 @@ fn layers(wall_stress: &str, upper_first: bool) -> Case {
 }
 
 #[test]
-fn walls_take_the_density_of_the_soil_that_touches_them() {
+fn wall_particles_have_the_density_of_the_adjacent_soil() {
     let rest = |_: u32, x: &[f64; 2]| {
         let vertical = if x[1] > 0.5 { -1e4 * (1.0 - x[1]) } else { -5e3 - 2e4 * (0.5 - x[1]) };
         PrescribedParticle { stress: SymTensor::diagonal(0.5 * vertical, vertical, 0.5 * vertical), ..STILL }
@@ -214,7 +214,7 @@ fn walls_take_the_density_of_the_soil_that_touches_them() {
 }
 
 #[test]
-fn bodies_that_are_held_keep_their_path_with_xsph() {
+fn held_bodies_keep_their_path_with_xsph() {
     for integration in ["leapfrog", "predictor-corrector", "velocity-verlet", "verlet", "runge-kutta4"] {
         let sph = json!({ "xsph": 0.5, "held": ["right"], "integration": integration });
         let mut text = serde_json::to_value(halves(&[solid(1000.0), solid(1000.0)], &sph)).unwrap();

@@ -31,7 +31,7 @@ fn disk(spin: f64, load: &Value, options: &Value) -> Case {
 
 /// The resultant of a pressure on the right half is the pressure times the width, and rotates with the disk.
 #[test]
-fn a_pressure_on_a_part_of_a_surface_turns_with_the_body() {
+fn a_pressure_on_a_part_of_a_surface_rotates_with_the_body() {
     let spin = 10.0;
     let right = json!({ "kind": "box", "min": [0, -1], "max": [1, 1] });
     for options in [json!({}), json!({ "formulation": "total-lagrangian" })] {
@@ -52,7 +52,7 @@ fn a_pressure_on_a_part_of_a_surface_turns_with_the_body() {
 
 /// A shear all around has no resultant, and a moment of 2 π R² τ; it acts up to half a spacing within the circle.
 #[test]
-fn a_shear_around_a_disk_turns_it() {
+fn shear_around_a_disk_gives_its_moment_and_no_resultant() {
     let report = solve(&Sph, &disk(0.0, &json!({ "shear": 100 }), &json!({})));
     let exact = 2.0 * PI * RADIUS * RADIUS * 100.0 * 0.1;
     let ratio = report.end.angular_momentum[2] / exact;

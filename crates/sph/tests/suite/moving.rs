@@ -211,7 +211,7 @@ fn a_block_on_a_plane_that_tilts_slides_at_the_angle_of_friction() {
 
 /// A piston starts at once against a laterally confined bar: a wave of the stress ρ c V propagates into it.
 #[test]
-fn a_piston_pushes_with_the_impedance_of_the_column_and_gives_it_its_momentum() {
+fn the_force_of_a_piston_is_the_impedance_and_its_impulse_the_momentum() {
     let (speed, modulus) = (0.05, 1e6 * 0.8 / (1.2 * 0.6));
     let case = block(&json!({
         "domain": { "min": [-1, 0], "max": [3, 0.2], "periodic": ["y"] },

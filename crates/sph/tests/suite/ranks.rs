@@ -76,7 +76,7 @@ fn restarts_agree(case: &Case, name: &str) -> Box<dyn Solver> {
 }
 
 #[test]
-fn v26_any_number_of_ranks_gives_the_same_bits() {
+fn v26_results_are_bit_identical_in_any_number_of_ranks() {
     for options in [
         json!({}),
         json!({ "momentum": "rho-rho", "continuity": "volume", "velocity_gradient": "corrected",
@@ -127,7 +127,7 @@ fn ranks_exchange_particles_across_periodic_boundaries() {
 
 /// Floor and wall move back and forth, with corners of the factors within steps.
 #[test]
-fn walls_of_varying_velocity_give_the_same_bits_in_ranks_and_after_a_restart() {
+fn walls_of_varying_velocity_are_bit_identical_in_ranks_and_after_a_restart() {
     let floor = |wall: Value| {
         json!({ "boundaries": [
             { "side": "y-min", "wall": wall, "velocity": [0.4, 0.2] },

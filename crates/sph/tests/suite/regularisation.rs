@@ -122,7 +122,7 @@ fn stress_smoothing_does_not_advance_time_dependent_laws() {
 
 /// Flow at 5 1/s for many relaxation times μ/G.
 #[test]
-fn smoothing_relaxes_nothing() {
+fn stress_smoothing_does_not_relax_viscous_stress() {
     let law = json!({ "model": "bingham", "density": 1000, "bulk_modulus": 1e6, "shear_modulus": 1e5, "yield_stress": 200,
                       "viscosity": 100, "cavitation_strength": 1e9 });
     for stress in smoothed_while_held(&law, &linear([[0.0, 5.0], [0.0, 0.0]]), 0.02) {
@@ -178,7 +178,7 @@ fn asymmetry(snapshot: &Snapshot, values: &[f64]) -> f64 {
 
 /// After smoothing, density reset or shifting, the solver kicks with the accelerations of the new state.
 #[test]
-fn velocity_verlet_kicks_with_the_smoothed_state() {
+fn velocity_verlet_uses_accelerations_of_the_smoothed_state() {
     let water = json!({ "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e6, "viscosity": 0.1,
                         "cavitation_strength": 1e9 });
     let motion = json!({ "velocity": { "kind": "sine", "amplitude": [1, -1], "wave_vector": [11, 17] } });

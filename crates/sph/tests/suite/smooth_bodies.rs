@@ -106,7 +106,7 @@ fn a_smooth_plate_carries_weight_as_a_smooth_wall_of_particles_does() {
 
 /// A rotated problem has the rotated solution.
 #[test]
-fn blocks_on_turned_smooth_plates_slide_as_on_level_ones() {
+fn blocks_on_rotated_smooth_plates_have_the_rotated_solution() {
     let case = |angle: f64| {
         let (sin, cos) = angle.sin_cos();
         let turn = |v: [f64; 2]| [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1]];
@@ -146,7 +146,7 @@ fn blocks_on_turned_smooth_plates_slide_as_on_level_ones() {
 
 /// The power of the forces is that of the stress on the contribution of the mirrored velocities to the velocity gradient.
 #[test]
-fn smooth_bodies_balance_power_and_hold_nothing_along_their_surface() {
+fn smooth_bodies_conserve_power_and_carry_no_tangential_force() {
     let case = block_on_plate(
         &json!({ "viscosity_linear": 0, "velocity_gradient": "compatible" }),
         &json!({ "domain": { "min": [-1, -1], "max": [1, 1] } }),

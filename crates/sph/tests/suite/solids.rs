@@ -73,7 +73,7 @@ fn a_cube_rotating_about_an_inclined_axis_conserves_angular_momentum() {
 }
 
 #[test]
-fn the_total_form_is_exact_for_uniform_strain() {
+fn the_total_lagrangian_form_is_exact_for_uniform_strain() {
     let rate = 0.5;
     let total =
         json!({ "sph": { "spacing": 0.1, "formulation": TOTAL, "held": ["b"], "viscosity_linear": 0 } });
@@ -97,7 +97,7 @@ fn the_total_form_is_exact_for_uniform_strain() {
 }
 
 #[test]
-fn the_total_form_conserves_momentum_and_energy() {
+fn the_total_lagrangian_form_conserves_momentum_and_energy() {
     let total = json!({ "sph": { "spacing": 0.05, "formulation": TOTAL, "viscosity_linear": 0 } });
     let case = elastic_disk().with(json!({
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.5, -0.1], "max": [0.5, 0.1] },
@@ -115,7 +115,7 @@ fn the_total_form_conserves_momentum_and_energy() {
 }
 
 #[test]
-fn the_total_form_restarts_to_the_last_bit() {
+fn the_total_lagrangian_form_restarts_bit_identically() {
     let total = json!({ "sph": { "spacing": 0.1, "formulation": TOTAL } });
     let case = elastic_disk().with(json!({
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.5, -0.1], "max": [0.5, 0.1] },
@@ -139,7 +139,7 @@ fn the_total_form_restarts_to_the_last_bit() {
 }
 
 #[test]
-fn the_total_form_refuses_walls() {
+fn the_total_lagrangian_form_refuses_walls() {
     let total = json!({ "sph": { "spacing": 0.05, "formulation": TOTAL } });
     let case = elastic_disk()
         .with(json!({ "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }], "methods": total }))
@@ -177,13 +177,13 @@ fn a_disc_under_its_own_pressure_rests_exactly() {
 }
 
 #[test]
-fn a_pressure_on_the_surface_leaves_little() {
+fn confining_pressure_by_surface_particles_leaves_small_residual_accelerations() {
     let surface = unrest("surface");
     assert!(surface < 0.05, "{surface}");
 }
 
 #[test]
-fn confined_particles_at_the_surface_of_a_disc_take_up_the_pressure() {
+fn stress_within_a_disc_confined_at_its_surface_equals_the_pressure() {
     let snapshot = solve(&Sph, &confined("surface", 0.0, 0.05, 0.4)).snapshot;
     for (x, s) in snapshot.positions.iter().zip(stresses(&snapshot)) {
         if x[0].hypot(x[1]) < 0.2 {

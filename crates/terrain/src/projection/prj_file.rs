@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn metres_are_taken_and_feet_and_degrees_are_refused_by_name() {
+    fn metres_are_accepted_and_feet_and_degrees_are_refused_by_name() {
         assert_eq!(checked(&plan(r#"UNIT["Meter",1.0]"#)), Ok(()));
         assert!(checked(&plan(r#"UNIT["Foot_US",0.3048006096012192]"#)).unwrap_err().contains("Foot_US"));
         assert!(checked(DEGREES).unwrap_err().contains("Degree"));
@@ -316,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn the_part_in_plan_is_that_before_the_heights() {
+    fn the_horizontal_part_of_a_system_excludes_its_vertical_part() {
         let own = plan(r#"UNIT["Meter",1.0]"#);
         let heights = r#"VERTCS["NAVD88_height",VDATUM["x"],UNIT["Meter",1.0]]"#;
         for text in [own.clone(), format!("{own},{heights}"), format!(r#"COMPD_CS["both",{own},{heights}]"#)]

@@ -268,7 +268,7 @@ fn a_pushed_block_accelerates_by_the_force_less_friction_of_the_bed() {
 }
 
 #[test]
-fn a_light_block_does_not_bounce_about_on_heavy_ground() {
+fn a_light_block_on_heavy_ground_gains_no_energy() {
     // A block of a hundredth of the density of the bed, stuck to it: the energy falls.
     for contacts in
         [json!([]), json!([{ "bodies": ["block", "bed"], "friction_coefficient": 0.3, "test": "gap" }])]

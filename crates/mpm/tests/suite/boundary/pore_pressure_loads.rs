@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::boundary::elastic_block;
 
 #[test]
-fn a_pore_pressure_that_varies_pushes_the_fluid_with_its_mean() {
+fn the_force_of_a_varying_pore_pressure_on_the_fluid_is_its_mean() {
     // n times the force on the fluid is its momentum: Σ M̄_L a_L = n Σ f_L.
     let text = json!([{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.35, 0.35], "max": [0.65, 0.65] },
                         "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1e-6 } }]);

@@ -42,7 +42,7 @@ fn press(of: &str) -> Value {
 }
 
 #[test]
-fn a_rigid_lid_presses_with_the_force_of_the_oedometer() {
+fn the_force_on_a_rigid_lid_is_that_of_the_oedometer() {
     // 1 % of strain of a modulus of 100 kPa on 1 m: 1 kN upward on the lid.
     for contacts in
         [json!([]), json!([{ "bodies": ["block", "lid"], "friction_coefficient": 0.2, "test": "gap" }])]
@@ -147,7 +147,7 @@ fn unevenness(snapshot: &Snapshot) -> f64 {
 }
 
 #[test]
-fn a_rigid_plate_from_wall_to_wall_presses_evenly() {
+fn a_rigid_plate_from_wall_to_wall_compresses_uniformly() {
     // Nodes at the sides have half of the volume of others, and are held with them.
     for shape in ["linear", "ugimp", "quadratic"] {
         let case = block_between_walls().with(json!({
@@ -242,7 +242,7 @@ fn a_rigid_plate_compresses_points_in_the_small_displacement_formulation() {
 }
 
 #[test]
-fn a_rigid_lid_presses_on_triangles_and_tetrahedra_too() {
+fn the_force_on_a_rigid_lid_on_meshes_is_that_of_the_oedometer() {
     let slides = json!([{ "bodies": ["block", "lid"], "friction_coefficient": 0.2, "normal": [0, 1] }]);
     for (scheme, contacts) in [("usl", json!([])), ("musl", json!([])), ("musl", slides)] {
         let case = block_between_walls().with(json!({
@@ -302,7 +302,7 @@ fn a_rigid_body_that_leaves_is_an_error() {
 }
 
 #[test]
-fn a_patch_presses_with_the_force_of_the_oedometer() {
+fn the_force_on_a_patch_is_that_of_the_oedometer() {
     let mesh =
         |scheme: &str| json!({ "mesh": { "kind": "box" }, "shape": "linear", "stress_update": scheme });
     for (moves, more) in [

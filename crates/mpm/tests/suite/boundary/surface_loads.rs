@@ -16,7 +16,7 @@ fn force(solver: &mut dyn Solver) -> [f64; 2] {
 }
 
 #[test]
-fn a_pressure_turns_with_the_surface_and_a_traction_does_not() {
+fn a_pressure_rotates_with_the_surface_and_a_traction_does_not() {
     // A quarter turn in a second.
     let rate = std::f64::consts::FRAC_PI_2;
     let spin = json!({ "kind": "linear", "value": [0, 0], "origin": [0.5, 0.5], "gradient": [[0, -rate], [rate, 0]] });
@@ -123,7 +123,7 @@ fn a_load_that_varies_along_its_side_has_the_resultants_of_its_profile() {
 }
 
 #[test]
-fn a_pressure_that_varies_makes_a_stress_that_varies() {
+fn a_linearly_varying_pressure_causes_the_stress_of_a_beam() {
     // Between a smooth wall and a pressure from 1 kPa below to 3 kPa above, with a Poisson's ratio of zero: each fibre
     // has the stress of the pressure on its end, as in a beam in bending.
     let report = elastic_block().with(json!({

@@ -132,7 +132,7 @@ fn adhesion_on_a_ring_is_that_of_its_whole_area_per_radian() {
 }
 
 #[test]
-fn momentum_is_conserved_and_kinetic_energy_is_not_made() {
+fn contact_conserves_momentum_and_generates_no_kinetic_energy() {
     for shape in SHAPES {
         for scheme in SCHEMES {
             // Unstable at nodes of small mass; the cutoff that stabilises them does not conserve momentum.
@@ -300,7 +300,7 @@ fn bodies_have_no_contact_force_before_they_touch() {
 }
 
 #[test]
-fn three_bodies_at_a_node_hold_each_other() {
+fn three_bodies_in_contact_at_a_node_do_not_interpenetrate() {
     // A plate of half a cell between two blocks that press it: all three share nodes.
     let boxed = |name: &str, low: f64, high: f64, speed: f64| {
         json!({ "name": name, "material": "m", "shape": { "kind": "box", "min": [0.5, low], "max": [1.5, high] },

@@ -54,7 +54,7 @@ fn contact_conserves_momentum_and_is_bit_identical_on_any_threads() {
 }
 
 #[test]
-fn a_restored_solver_continues_to_the_last_bit() {
+fn a_restored_solver_continues_bit_identically() {
     let case = blocks(2);
     let whole = {
         let mut solver = start_solver(&Mpm, &case);

@@ -29,7 +29,7 @@ fn decimal(x: f64, by: f64) -> f64 {
 }
 
 #[test]
-fn a_run_on_a_map_has_the_bits_of_the_run_at_zero() {
+fn a_run_in_map_coordinates_is_bit_identical_to_the_run_at_zero() {
     let here = read_case(&slope([0.0; 2]));
     let mut on_map = slope([5e5, 5e6]);
     on_map["domain"]["origin"] = json!([5e5, 5e6]);

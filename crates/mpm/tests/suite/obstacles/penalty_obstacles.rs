@@ -36,7 +36,7 @@ pub fn until(solver: &mut dyn Solver, time: f64) {
 }
 
 #[test]
-fn a_block_at_rest_presses_with_its_weight() {
+fn the_reaction_of_a_block_at_rest_is_its_weight() {
     let case = read_case(&block(&frictional(0.5)));
     let mut solver = start_solver(&Mpm, &case);
     until(&mut *solver, 1.0);
@@ -143,7 +143,7 @@ fn adhesion_holds_a_block_that_friction_does_not() {
 }
 
 #[test]
-fn a_block_that_slides_and_trembles_has_all_of_its_adhesion() {
+fn a_sliding_and_vibrating_block_has_its_full_adhesion() {
     let slowed = |adhesion: f64| {
         let mut wall = frictional(0.1);
         wall["adhesion"] = json!(adhesion);

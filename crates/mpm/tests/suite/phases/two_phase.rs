@@ -21,7 +21,7 @@ fn saturated_column() -> CaseBuilder {
 }
 
 #[test]
-fn drag_makes_the_phases_move_together() {
+fn drag_equalises_the_phase_velocities_and_conserves_momentum() {
     // w decays as (1 - a dt)^N, a = n rho g / ((1-n) rho_S k); momentum stays. In one and in three dimensions.
     let fluid = |speed: Vec<f64>| {
         json!({ "porosity": 0.4, "intrinsic_permeability": 1.019367991845056e-10,
@@ -235,7 +235,7 @@ fn under_a_plate(drained: bool, more: &Value) -> Case {
 }
 
 #[test]
-fn a_plate_presses_on_both_phases_as_a_wall_does() {
+fn a_plate_compresses_both_phases_as_a_wall_does() {
     // A-23 by a patch: all faces are shut.
     for scheme in ["musl", "usl", "usf"] {
         let plate = under_a_plate(
@@ -329,7 +329,7 @@ fn results_are_the_same_on_one_and_two_threads() {
 }
 
 #[test]
-fn a_restored_solver_continues_to_the_last_bit() {
+fn a_restored_solver_continues_bit_identically() {
     let case = crash("ugimp", "point");
     let mut whole = start_solver(&Mpm, &case);
     advance_steps(&mut *whole, 137);

@@ -46,7 +46,7 @@ fn mass_and_momentum_of_a_free_body_are_conserved() {
 }
 
 #[test]
-fn a_traction_gives_its_impulse() {
+fn the_momentum_gain_by_a_traction_is_its_impulse() {
     let report = elastic_block()
         .with(json!({
             "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [200, -50] }],

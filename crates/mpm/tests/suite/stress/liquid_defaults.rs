@@ -15,7 +15,7 @@ fn vortices_of_a_liquid_keep_their_energy_without_options() {
 
 /// A drop and a block that turn apart from each other: the drop moves as with `tpic`, the block as with `flip`.
 #[test]
-fn a_liquid_in_a_velocity_field_of_its_own_has_its_transfer_beside_a_block_that_keeps_its() {
+fn liquid_and_block_in_separate_velocity_fields_have_transfers_of_their_own() {
     let part = |name: &str, x: f64| {
         let velocity = ["-2*(y-0.5)+0.3*sin(9*x)".to_owned(), format!("2*(x-{})+0.3*cos(7*y)", x + 0.3)];
         json!({ "name": name, "material": name, "shape": { "kind": "box", "min": [x, 0.2], "max": [x + 0.6, 0.8] },

@@ -96,7 +96,7 @@ fn a_block_in_three_dimensions_and_a_bar_keep_their_momentum() {
 }
 
 #[test]
-fn a_body_that_is_torn_is_named() {
+fn a_torn_cpdi_domain_fails_the_run_by_name() {
     let case = flying_block().with(json!({
         "materials": { "m": { "model": "neo-hookean", "density": 1000, "youngs_modulus": 1.0, "poissons_ratio": 0.0 } },
         "domain": { "min": [0, 0], "max": [6, 1] },
@@ -121,7 +121,7 @@ fn quadrilaterals_are_refused_out_of_plane_strain() {
 }
 
 #[test]
-fn the_total_lagrangian_form_turns_without_stress() {
+fn rigid_rotation_in_the_total_lagrangian_form_keeps_the_shape() {
     // A quarter turn: updated forms cross cells, the reference does not.
     let spin = std::f64::consts::FRAC_PI_2;
     let report = flying_block().with(json!({
@@ -222,7 +222,7 @@ fn options_without_support_for_a_shape_are_rejected_by_key() {
 }
 
 #[test]
-fn with_small_displacements_points_keep_their_places_and_report_how_far_they_are() {
+fn points_keep_positions_and_report_displacements_in_the_small_displacement_formulation() {
     // A block flies by a fifth of its side, on grid and mesh.
     for options in [
         json!({ "shape": "linear" }),
