@@ -81,8 +81,8 @@ fn closed_meshes_are_read_and_open_ones_refused() {
     let commas = problem("comma.stl", &commas);
     assert!(commas.contains("does not have three numbers: write numbers with a decimal point"), "{commas}");
     assert!(problem("none.stl", "not a mesh").contains("is not an STL file, or is truncated: its 10 bytes"));
-    let goes_on = obj.replace("f 1 3 2", "f 1 \\\n3 2");
-    assert!(read_mesh(&file(&folder, "on.obj", &goes_on), &as_it_is).is_ok());
+    let continued = obj.replace("f 1 3 2", "f 1 \\\n3 2");
+    assert!(read_mesh(&file(&folder, "on.obj", &continued), &as_it_is).is_ok());
 }
 
 #[test]
@@ -115,8 +115,8 @@ fn concave_obj_polygons_are_read_and_non_planar_ones_are_refused_with_their_line
     assert!(read(&cube.replacen("v 1 1 1", "v 1 1 1.1", 1)).is_ok(), "bent as quadrilaterals of terrain are");
     assert!(problem("v 1 1 1", "v 1 1 3").starts_with("line 10: is a polygon whose corners lie up to"));
     // A continued line does not shift the line numbers of the following lines.
-    let goes_on = cube.replace("f 4 3 2 1", "f 4 3 \\\n2 1").replace("f 5 6 7 8", "f 5 7 6 8");
-    assert!(read(&goes_on).unwrap_err().problem.starts_with("line 11: "));
+    let continued = cube.replace("f 4 3 2 1", "f 4 3 \\\n2 1").replace("f 5 6 7 8", "f 5 7 6 8");
+    assert!(read(&continued).unwrap_err().problem.starts_with("line 11: "));
     assert!(problem("v 1 1 1", "v 1 1 1 2").starts_with("line 7: the vertex has the fourth number 2"));
     assert!(read(&cube.replace("v 1 1 1", "v 1 1 1 1.0")).is_ok(), "a weight that changes nothing");
     let coloured: Vec<String> = cube

@@ -277,7 +277,7 @@ mod tests {
         serde_json::from_value(value).unwrap()
     }
 
-    fn asked(changes: &[(&str, Value)]) -> Vec<String> {
+    fn requested(changes: &[(&str, Value)]) -> Vec<String> {
         let plain = case(&[]).features();
         let found = case(changes).features().into_iter().filter(|feature| !plain.contains(feature));
         found.map(|feature| format!("{} at {}", feature.name, feature.path)).collect()
@@ -302,10 +302,10 @@ mod tests {
     #[test]
     fn requested_features_are_keys_and_variants_with_their_paths() {
         use serde_json::json;
-        assert_eq!(asked(&[("/bodies/0/rigid", json!(true))]), ["bodies.rigid at bodies[0].rigid"]);
+        assert_eq!(requested(&[("/bodies/0/rigid", json!(true))]), ["bodies.rigid at bodies[0].rigid"]);
         let wall = json!([{ "side": "x-min", "wall": { "kind": "frictional", "friction_coefficient": 0.3, "bilateral": true } }]);
         assert_eq!(
-            asked(&[("/boundaries", wall)]),
+            requested(&[("/boundaries", wall)]),
             [
                 "boundaries at boundaries[0]",
                 "boundaries.side=x-min at boundaries[0].side",
@@ -315,10 +315,10 @@ mod tests {
         );
         let shape =
             json!({ "kind": "union", "shapes": [{ "kind": "ball", "centre": [0.2, 0.2], "radius": 0.1 }] });
-        let found = asked(&[("/bodies/0/shape", shape)]);
+        let found = requested(&[("/bodies/0/shape", shape)]);
         assert_eq!(found[0], "bodies.shape=union at bodies[0].shape", "{found:?}");
         let measures = json!({ "work": { "kind": "dissipation" } });
-        assert_eq!(asked(&[("/measures", measures)])[1], "measures=dissipation at measures.work");
+        assert_eq!(requested(&[("/measures", measures)])[1], "measures=dissipation at measures.work");
     }
 
     #[test]
@@ -333,7 +333,7 @@ mod tests {
             ("/methods", json!({ "sph": { "spacing": 0.1 } })),
             ("/notes", json!(["a"])),
         ];
-        assert_eq!(asked(&same), [""; 0]);
+        assert_eq!(requested(&same), [""; 0]);
     }
 
     #[test]

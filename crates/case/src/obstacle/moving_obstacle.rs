@@ -180,10 +180,10 @@ mod tests {
         own.move_to(time);
         own.set_mean_velocity(time + step, step);
         let x = [2.0, 0.5];
-        let goes = own.material_position(&x, &own.motion.transform(time + step));
-        let came = own.material_position(&x, &own.motion.transform(time - step));
+        let after = own.material_position(&x, &own.motion.transform(time + step));
+        let before = own.material_position(&x, &own.motion.transform(time - step));
         for c in 0..2 {
-            let slope = (goes[c] - came[c]) / (2.0 * step);
+            let slope = (after[c] - before[c]) / (2.0 * step);
             assert!((own.velocity(&x)[c] - slope).abs() < 1e-8, "{slope}");
         }
     }

@@ -173,8 +173,8 @@ fn impulse_on_obstacles_equals_the_momentum_loss_of_the_body_in_sliding_and_stic
         let size = body.mass.mass * body.start[0];
         for c in 0..3 {
             let lost = body.mass.mass * (body.motion[c] - motion[c]);
-            let got: f64 = stood.iter().map(|own| own.impulse[c]).sum();
-            assert!((got - lost).abs() < 1e-8 * size, "{stuck} {c}: {got} for {lost}");
+            let received: f64 = stood.iter().map(|own| own.impulse[c]).sum();
+            assert!((received - lost).abs() < 1e-8 * size, "{stuck} {c}: {received} for {lost}");
         }
         let friction: f64 = stood.iter().map(|own| own.friction).sum();
         // It slides after the impact; sticking contacts have no friction work.

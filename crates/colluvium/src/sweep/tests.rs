@@ -146,8 +146,8 @@ fn sampling_plans_generate_their_runs() {
 fn table(path: &Path, options: &SweepOptions) -> Result<(Vec<Vec<String>>, Vec<SweepRunState>), SweepError> {
     let (sweep, members) = Sweep::load(path).unwrap();
     let states = std::sync::Mutex::new(vec![SweepRunState::Interrupted; members.len()]);
-    let tell = |number: usize, state: &SweepRunState| states.lock().unwrap()[number] = state.clone();
-    run_sweep(&sweep, &members, crate::method("mpm").unwrap(), options, &tell)?;
+    let on_state = |number: usize, state: &SweepRunState| states.lock().unwrap()[number] = state.clone();
+    run_sweep(&sweep, &members, crate::method("mpm").unwrap(), options, &on_state)?;
     let mut reader =
         csv::ReaderBuilder::new().has_headers(false).from_path(options.out.join("runs.csv")).unwrap();
     let mut lines: Vec<Vec<String>> =
@@ -193,10 +193,10 @@ fn a_sweep_resumes_where_it_stopped_and_refuses_folders_of_other_sweeps() {
     // Stops after the second run.
     let (sweep, members) = Sweep::load(&path).unwrap();
     let stop = std::sync::Arc::new(AtomicBool::new(false));
-    let tell = |number: usize, _: &SweepRunState| stop.store(number == 1, Ordering::Relaxed);
+    let on_state = |number: usize, _: &SweepRunState| stop.store(number == 1, Ordering::Relaxed);
     let method = crate::method("mpm").unwrap();
     let stopped = SweepOptions { stop: stop.clone(), ..options.clone() };
-    let results = run_sweep(&sweep, &members, method, &stopped, &tell).unwrap();
+    let results = run_sweep(&sweep, &members, method, &stopped, &on_state).unwrap();
     let status: Vec<&str> = results.rows.iter().map(|row| row.status.as_str()).collect();
     assert_eq!(status, ["completed", "completed", "", "", "", ""]);
 

@@ -124,9 +124,9 @@ fn sliding_rigid_block_follows_coulomb_friction_and_gives_the_obstacle_reaction_
             let force = [last(&table, "bearing.x"), last(&table, "bearing.y")];
             let exact = [-friction * mass * gravity[1], mass * gravity[1]];
             assert!((0..2).all(|c| (force[c] / exact[c] - 1.0).abs() < 5e-3), "{name}: {force:?} {exact:?}");
-            let rubbed = last(&table, "obstacles.friction");
+            let friction_work = last(&table, "obstacles.friction");
             let work = exact[0] * 0.5 * rate * duration * duration;
-            assert!((rubbed / work - 1.0).abs() < 0.02, "{name}: {rubbed} for {work}");
+            assert!((friction_work / work - 1.0).abs() < 0.02, "{name}: {friction_work} for {work}");
         }
     }
 }

@@ -137,6 +137,6 @@ fn a_run_reports_controlled_stresses_that_were_not_reached() {
     slow["walls"]["left"]["speed"] = json!(1e-6);
     let (means, remarks) = means(&case(inertial, 0.06, false, &slow), "wall.right.stress", inertial, 6);
     assert!(means[5] > 1.02, "{means:?}");
-    let said = remarks.join(" ");
-    assert!(said.contains("stage \"shear\": the controlled stress of the wall \"right\" was"), "{said}");
+    let text = remarks.join(" ");
+    assert!(text.contains("stage \"shear\": the controlled stress of the wall \"right\" was"), "{text}");
 }

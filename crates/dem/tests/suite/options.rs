@@ -176,17 +176,17 @@ fn contact_parameters_that_mixing_does_not_derive_cause_a_warning() {
             pairs.push(unlike);
         }
         let warnings = Dem.plan(&read_case(&value)).unwrap().warnings;
-        warnings.into_iter().filter(|said| said.starts_with("methods.dem.mix: ")).collect::<Vec<_>>()
+        warnings.into_iter().filter(|messages| messages.starts_with("methods.dem.mix: ")).collect::<Vec<_>>()
     };
     let rolling = json!({ "rolling": { "friction": 0.1 } });
     let bond = json!({ "bond": { "normal_stiffness": 1e6, "shear_stiffness": 1e6, "gap": 0.5 } });
     let adhesion = json!({ "adhesion": { "kind": "cohesive", "tension": 4000, "shear": 2000 } });
     for (more, key) in [(&rolling, "rolling"), (&bond, "bond"), (&adhesion, "adhesion")] {
-        let said = warnings(more.clone(), None);
+        let messages = warnings(more.clone(), None);
         let own = format!(
             "grains of \"grain\" and \"other\" have no {key} between them, although those of \"other\" have it"
         );
-        assert!(said.len() == 1 && said[0].contains(&own), "{key}: {said:?}");
+        assert!(messages.len() == 1 && messages[0].contains(&own), "{key}: {messages:?}");
         // A pair that is given is not mixed.
         assert!(warnings(more.clone(), Some(linear(1e6, 0.1, 0.5, 0.5))).is_empty(), "{key}");
     }

@@ -141,20 +141,20 @@ fn dropped_spheres_rest_on_three_others_each() {
 fn a_run_notes_porosity_and_coordination_and_a_plan_warns_of_deviations() {
     let mut value = filled(&json!({ "kind": "random", "solid_fraction": 0.7 }));
     let plan = Dem.plan(&read_case(&value)).unwrap();
-    assert!(!plan.warnings.iter().any(|said| said.contains("requested")), "{:?}", plan.warnings);
+    assert!(!plan.warnings.iter().any(|note| note.contains("requested")), "{:?}", plan.warnings);
     let options = RunOptions { method: "dem".into(), ..RunOptions::default() };
     let report = run_method(&Dem, &read_case(&value), &options).unwrap();
-    let said = report.notes.iter().find(|said| said.contains("porosity")).unwrap();
+    let note = report.notes.iter().find(|note| note.contains("porosity")).unwrap();
     assert!(
-        said.starts_with("at the start, body \"sand\": ")
-            && said.contains("porosity 0.3000 (0.3000 requested), "),
-        "{said}"
+        note.starts_with("at the start, body \"sand\": ")
+            && note.contains("porosity 0.3000 (0.3000 requested), "),
+        "{note}"
     );
     // Grains that would protrude from a triangle are left out: it is looser than requested.
     value["bodies"][0]["shape"] =
         json!({ "kind": "polygon", "vertices": [[0.4, 0.1], [0.6, 0.1], [0.5, 0.3]] });
     let plan = Dem.plan(&read_case(&value)).unwrap();
-    let off = plan.warnings.iter().find(|said| said.contains("(0.3000 requested)")).unwrap();
+    let off = plan.warnings.iter().find(|note| note.contains("(0.3000 requested)")).unwrap();
     assert!(off.contains("are left out"), "{off}");
 }
 

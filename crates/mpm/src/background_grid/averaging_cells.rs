@@ -301,7 +301,7 @@ mod tests {
         solver.nodes.solved.iter().map(|node| node.force.to_array()).collect()
     }
 
-    fn full_elements_do_not_notice<const D: usize>() {
+    fn check_full_element_averages<const D: usize>() {
         // sheet: mpm S-04: one point less in an element within the block.
         let whole = solver::<D>(&json!({}), &json!({}));
         let mesh = whole.background.mesh.clone();
@@ -332,8 +332,8 @@ mod tests {
 
     #[test]
     fn averages_of_full_elements_are_independent_of_the_number_of_points() {
-        full_elements_do_not_notice::<2>();
-        full_elements_do_not_notice::<3>();
+        check_full_element_averages::<2>();
+        check_full_element_averages::<3>();
     }
 
     #[test]

@@ -273,7 +273,7 @@ mod tests {
     }
 
     /// Checks the number of points against a lattice, their distance and evenness, and that they represent the whole volume.
-    fn stands_in_for_a_lattice<const D: usize>(shape: &Shape, spacing: f64, most_off: f64, least: f64) {
+    fn matches_a_lattice<const D: usize>(shape: &Shape, spacing: f64, most_off: f64, least: f64) {
         let samples = poisson_spaced::<D>(shape, spacing, 3).unwrap();
         let volume = shape.measure(D).unwrap();
         let wanted = volume / spacing.powi(D as i32);
@@ -303,11 +303,11 @@ mod tests {
     #[test]
     fn points_at_random_are_as_many_as_on_a_lattice_and_carry_the_whole_volume() {
         let cube = |dimension: usize| Shape::Box { min: vec![0.2; dimension], max: vec![1.2; dimension] };
-        stands_in_for_a_lattice::<1>(&cube(1), 0.005, 0.02, 0.7);
-        stands_in_for_a_lattice::<2>(&cube(2), 0.05, 0.02, 0.8);
-        stands_in_for_a_lattice::<3>(&cube(3), 0.1, 0.02, 0.85);
+        matches_a_lattice::<1>(&cube(1), 0.005, 0.02, 0.7);
+        matches_a_lattice::<2>(&cube(2), 0.05, 0.02, 0.8);
+        matches_a_lattice::<3>(&cube(3), 0.1, 0.02, 0.85);
         let ball = Shape::Ball { centre: vec![0.0; 2], radius: 1.0 };
-        stands_in_for_a_lattice::<2>(&ball, 0.07, 0.02, 0.8);
+        matches_a_lattice::<2>(&ball, 0.07, 0.02, 0.8);
     }
 
     #[test]

@@ -29,12 +29,12 @@ fn a_saw_removes_the_points_in_its_path_and_records_their_mass_and_energy() {
     assert_near(scalar_output(&*solver, "saw.travel"), 0.3, 1e-9);
     // Its edge comes to 1.2 m when the block's has come to 1.385 m; in the block's own coordinates it cuts from 1.115 m on, which
     // takes the four columns of points beyond, and the two rows below 0.9 m.
-    let taken = 2.0 * 4.0 * 0.05 * 0.05 * 400.0;
-    assert_near(scalar_output(&*solver, "saw.mass"), taken, 1e-9);
-    assert_near(start.mass - end.mass, taken, 1e-9);
-    assert_near(scalar_output(&*solver, "volume"), 0.6 * 0.4 - taken / 400.0, 1e-9);
-    assert_near(scalar_output(&*solver, "saw.energy"), 0.5 * taken, 1e-9);
-    assert_near(start.kinetic - end.kinetic, 0.5 * taken, 1e-9);
+    let removed_mass = 2.0 * 4.0 * 0.05 * 0.05 * 400.0;
+    assert_near(scalar_output(&*solver, "saw.mass"), removed_mass, 1e-9);
+    assert_near(start.mass - end.mass, removed_mass, 1e-9);
+    assert_near(scalar_output(&*solver, "volume"), 0.6 * 0.4 - removed_mass / 400.0, 1e-9);
+    assert_near(scalar_output(&*solver, "saw.energy"), 0.5 * removed_mass, 1e-9);
+    assert_near(start.kinetic - end.kinetic, 0.5 * removed_mass, 1e-9);
     assert!(scalar_output(&*solver, "energy_numerical").abs() < 1e-9);
     let snapshot = solver.snapshot();
     let spared = |x: &[f64; 3]| !(x[0] > 1.2 && x[1] < 0.9);

@@ -97,8 +97,8 @@ fn doubtful_options_cause_warnings_that_name_them() {
         let mut case = block(&json!({ "kind": "rest" }), &json!({}));
         case["materials"]["m"]["poissons_ratio"] = json!(ratio);
         let warnings = SnowMpm.plan(&read_case(&case)).unwrap().warnings;
-        let said = format!("materials.m.poissons_ratio: {words}");
-        assert!(warnings.len() == 1 && warnings[0].starts_with(&said), "{warnings:?}");
+        let expected = format!("materials.m.poissons_ratio: {words}");
+        assert!(warnings.len() == 1 && warnings[0].starts_with(&expected), "{warnings:?}");
     }
     let case = read_case(&ball(&json!({})));
     assert_eq!(SnowMpm.plan(&case).unwrap().warnings, Vec::<String>::new());
@@ -197,12 +197,18 @@ fn cuts_that_deviate_from_a_saw_test_cause_a_warning() {
     }
     let mut at_once = saw_test(2.0, 0.1, 1.0);
     at_once["removal_shapes"][0]["stage"] = json!("settle");
-    let said = SnowMpm.plan(&read_case(&at_once)).unwrap().warnings;
-    assert!(said.len() == 1 && said[0].starts_with("removal_shapes[0]: begins with the run"), "{said:?}");
+    let warnings_found = SnowMpm.plan(&read_case(&at_once)).unwrap().warnings;
+    assert!(
+        warnings_found.len() == 1 && warnings_found[0].starts_with("removal_shapes[0]: begins with the run"),
+        "{warnings_found:?}"
+    );
     let mut all = saw_test(2.0, 0.1, 1.0);
     all["removal_shapes"][0].as_object_mut().unwrap().remove("bodies");
-    let said = SnowMpm.plan(&read_case(&all)).unwrap().warnings;
-    assert!(said.len() == 1 && said[0].starts_with("removal_shapes[0]: removes all bodies"), "{said:?}");
+    let warnings_found = SnowMpm.plan(&read_case(&all)).unwrap().warnings;
+    assert!(
+        warnings_found.len() == 1 && warnings_found[0].starts_with("removal_shapes[0]: removes all bodies"),
+        "{warnings_found:?}"
+    );
     // A body below the layer, or on a small part of it, is no slab.
     let mut case = saw_test(2.0, 0.1, 1.0);
     case["gravity"] = json!([0, 9.81]);
@@ -284,15 +290,15 @@ fn layers_on_a_slope_are_measured_along_its_normal_and_their_friction_is_checked
 
 #[test]
 fn measure_lengths_incompatible_with_the_cell_size_cause_a_warning() {
-    let said = |link: f64, bin: f64| {
+    let warnings = |link: f64, bin: f64| {
         let mut case = saw_test(2.0, 0.1, 1.0);
         case["measures"] = json!({
             "pieces": { "kind": "fragments", "link": link },
             "crack": { "kind": "crack-tip", "body": "weak", "field": "collapsed", "direction": [-1, 0], "from": [2, 0], "bin": bin } });
         SnowMpm.plan(&read_case(&case)).unwrap().warnings
     };
-    assert_eq!(said(0.03, 0.025), Vec::<String>::new());
-    let found = said(0.02, 0.01);
+    assert_eq!(warnings(0.03, 0.025), Vec::<String>::new());
+    let found = warnings(0.02, 0.01);
     assert!(found.len() == 2 && found[0].starts_with("measures.crack.bin: 0.01 m"), "{found:?}");
     assert!(found[1].starts_with("measures.pieces.link: 0.02 m is 0.80 cells"), "{found:?}");
 }

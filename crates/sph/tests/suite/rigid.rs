@@ -124,8 +124,12 @@ fn reaction_of_a_rigid_body_equals_the_force_on_it() {
         let (block, bed) = (momentum(0), momentum(1));
         assert!(impulse("y") > 1.0, "{}", impulse("y"));
         for (c, axis) in ["x", "y"].into_iter().enumerate() {
-            let taken = [0.0, 60.0 * -5.0 * 0.05][c] - bed[c];
-            assert!((impulse(axis) - taken).abs() < 0.01 * impulse("y"), "{axis}: {} {taken}", impulse(axis));
+            let bed_impulse = [0.0, 60.0 * -5.0 * 0.05][c] - bed[c];
+            assert!(
+                (impulse(axis) - bed_impulse).abs() < 0.01 * impulse("y"),
+                "{axis}: {} {bed_impulse}",
+                impulse(axis)
+            );
             if free {
                 let gained = block[c] - [2.0 + 3.0 * 0.05, -20.0 - 10.0 * 5.0 * 0.05][c];
                 assert!(

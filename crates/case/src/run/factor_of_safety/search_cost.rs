@@ -116,10 +116,10 @@ mod tests {
             let [decided, upper_bound] = search.trials();
             let mut largest = 0;
             for k in 0..500 {
-                let stands = 0.5 + 0.005 * f64::from(k);
-                assert_eq!(made(&search, stands, stands), decided, "{tolerance} {stands}");
+                let true_factor = 0.5 + 0.005 * f64::from(k);
+                assert_eq!(made(&search, true_factor, true_factor), decided, "{tolerance} {true_factor}");
                 for wide in [0.002, 0.02, 0.2, 1.0, 3.0] {
-                    largest = largest.max(made(&search, stands, stands + wide));
+                    largest = largest.max(made(&search, true_factor, true_factor + wide));
                 }
             }
             assert!(largest <= upper_bound, "{tolerance}: {largest} trials for {upper_bound}");

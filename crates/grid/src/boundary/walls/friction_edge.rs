@@ -255,10 +255,10 @@ mod tests {
             let [a, b] = COEFFICIENTS;
             let (into_side, into_floor) = (FREE[0] - side.velocity[0], floor.velocity[1] - FREE[1]);
             let (p, q) = (b * on_floor[0], -a * on_side[1]);
-            let bears_side = (into_side + p * into_floor) / (1.0 - p * q);
-            let bears_floor = into_floor + q * bears_side;
-            assert!(bears_side > 0.0 && bears_floor > 0.0);
-            let along = FREE[2] + a * bears_side * on_side[2] + b * bears_floor * on_floor[2];
+            let impulse_on_side = (into_side + p * into_floor) / (1.0 - p * q);
+            let impulse_on_floor = into_floor + q * impulse_on_side;
+            assert!(impulse_on_side > 0.0 && impulse_on_floor > 0.0);
+            let along = FREE[2] + a * impulse_on_side * on_side[2] + b * impulse_on_floor * on_floor[2];
             assert!((end[2] - along).abs() < 1e-14, "{end:?}, {along}");
         }
     }

@@ -181,10 +181,10 @@ fn bilateral_walls_prevent_separation_without_friction() {
 
 #[test]
 fn constrained_components_follow_sticking_sliding_and_separation() {
-    let rubs = floor(WallKind::Frictional { coefficient: 0.5 }, true);
-    assert_eq!(rubs.constrained_components(&[0.0; 3]), [true; 3], "sticks");
-    assert_eq!(rubs.constrained_components(&[1.0, 0.0, 0.0]), [false, true, false], "slides");
-    assert_eq!(rubs.constrained_components(&[0.0, 0.1, 0.0]), [false; 3], "lifts off");
+    let frictional = floor(WallKind::Frictional { coefficient: 0.5 }, true);
+    assert_eq!(frictional.constrained_components(&[0.0; 3]), [true; 3], "sticks");
+    assert_eq!(frictional.constrained_components(&[1.0, 0.0, 0.0]), [false, true, false], "slides");
+    assert_eq!(frictional.constrained_components(&[0.0, 0.1, 0.0]), [false; 3], "lifts off");
     assert_eq!(floor(WallKind::Smooth, true).constrained_components(&[0.0; 3]), [false, true, false]);
     assert_eq!(floor(WallKind::Smooth, false).constrained_components(&[1.0, 2.0, 3.0]), [false, true, false]);
     assert_eq!(floor(WallKind::Rough, false).constrained_components(&[1.0, 2.0, 3.0]), [true; 3]);

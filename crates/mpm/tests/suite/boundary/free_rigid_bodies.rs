@@ -261,9 +261,9 @@ fn a_pushed_block_accelerates_by_the_force_less_friction_of_the_bed() {
     let exact = force / mass - friction * G;
     assert!((gained / exact - 1.0).abs() < 0.01, "{gained}, {exact}");
     // Newton's law to round-off, for any deformation of the bed.
-    let rubbed = late(&report, "reaction.impulse.x", 0.5);
-    assert!((mass * gained - force - rubbed).abs() < 1e-9 * force, "{gained} {rubbed}");
-    let whole = rubbed / late(&report, "reaction.impulse.y", 0.5);
+    let friction_impulse = late(&report, "reaction.impulse.x", 0.5);
+    assert!((mass * gained - force - friction_impulse).abs() < 1e-9 * force, "{gained} {friction_impulse}");
+    let whole = friction_impulse / late(&report, "reaction.impulse.y", 0.5);
     assert!((whole + friction).abs() < 1e-3, "{whole}");
 }
 

@@ -393,8 +393,11 @@ fn the_impulse_on_a_rigid_body_is_the_momentum_that_the_material_loses() {
         }
         // The block is stopped and rebounds, less the oscillation that remains in its three cells.
         assert!(impulse[1] > 0.3 * 120.0 && impulse[1] < 2.0 * 0.3 * 120.0, "{impulse:?}");
-        let rubbed = friction * impulse[1];
-        assert!(impulse[0] <= rubbed + 1e-9 && impulse[0] >= (0.9 * rubbed).min(10.0), "{impulse:?}");
+        let friction_impulse = friction * impulse[1];
+        assert!(
+            impulse[0] <= friction_impulse + 1e-9 && impulse[0] >= (0.9 * friction_impulse).min(10.0),
+            "{impulse:?}"
+        );
     }
 }
 

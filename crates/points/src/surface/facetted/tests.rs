@@ -29,9 +29,9 @@ proptest! {
     fn a_polygon_has_its_inside_where_its_shape_has(x in -1.5..1.5f64, y in -1.5..1.5f64) {
         let corners = [[-0.8, -0.8], [0.9, -0.6], [0.7, 0.8], [0.0, -0.1], [-0.7, 0.6]];
         let shape = crate::Shape::Polygon { vertices: corners.to_vec().into() };
-        let mut other_way = corners;
-        other_way.reverse();
-        for corners in [corners, other_way] {
+        let mut reversed = corners;
+        reversed.reverse();
+        for corners in [corners, reversed] {
             let surface = FacettedSurface::polygon(&corners).unwrap();
             prop_assert_eq!(surface.contains(&[x, y]), shape.contains(&[x, y]));
         }
