@@ -68,7 +68,7 @@ struct BoulderSample {
     time: f64,
     /// Centre of mass (m).
     centre: [f64; 3],
-    /// Its velocity (m/s).
+    /// Velocity (m/s).
     velocity: [f64; 3],
     /// Kinetic energy and that of its weight (J).
     energy: f64,

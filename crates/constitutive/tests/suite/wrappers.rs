@@ -1,4 +1,4 @@
-//! Materials around materials (sheet: constitutive §2.17, §3.11).
+//! Laws that wrap other laws (sheet: constitutive §2.17, §3.11).
 
 use colluvium_constitutive::laws::mohr_coulomb::Pyramid;
 use colluvium_constitutive::laws::{

@@ -1,4 +1,4 @@
-//! Cuts of a case.
+//! Removal shapes of a case (saw cuts).
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_snow_mpm::SnowMpm;

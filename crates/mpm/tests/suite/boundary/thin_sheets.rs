@@ -27,7 +27,7 @@ fn sheet(cells: f64, wall: &Value) -> Case {
     read_case(&text)
 }
 
-/// How fast it slows down (m/s²).
+/// Deceleration (m/s²).
 fn deceleration(case: &Case) -> f64 {
     let mut solver = start_solver(&Mpm, case);
     let mut samples = Vec::new();
